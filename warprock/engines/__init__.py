@@ -1,0 +1,24 @@
+"""The engines by name; each is imported only when asked for."""
+
+from __future__ import annotations
+
+import importlib
+
+from warprock.engines.base import AbstractEngine
+
+ENGINES: dict[str, str] = {
+    "housner": "warprock.engines.housner:Housner",
+    "impulse": "warprock.engines.impulse:Impulse",
+}
+"""Engine name -> "module:Class"."""
+
+
+def engine_class(name: str) -> type[AbstractEngine]:
+    """The class of an engine.
+
+    Raises:
+        KeyError: No engine has that name.
+    """
+    module, _, class_name = ENGINES[name].partition(":")
+    found: type[AbstractEngine] = getattr(importlib.import_module(module), class_name)
+    return found

@@ -1,0 +1,93 @@
+"""Settings of every engine: one frozen dataclass each, every field with unit, bound and meaning.
+
+This file imports no engine, so that a case can be validated without compiling anything.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from warprock.errors import InputError
+
+
+def setting(default: float | int, *, unit: str, low: float, high: float, text: str) -> Any:
+    """A settings field: its default, unit, inclusive bounds and meaning."""
+    return dataclasses.field(
+        default=default, metadata={"unit": unit, "low": low, "high": high, "text": text}
+    )
+
+
+@dataclasses.dataclass(frozen=True)
+class HousnerSettings:
+    """Settings of `housner`."""
+
+    rest_rotation_ratio: float = setting(
+        1e-9,
+        unit="-",
+        low=1e-12,
+        high=1e-2,
+        text="after an impact the block rests if its next swing would stay below this times the "
+        "slenderness angle on either side",
+    )
+
+
+@dataclasses.dataclass(frozen=True)
+class ImpulseSettings:
+    """Settings of `impulse`; the time step is 1 / ((substeps + 1) frames_per_second), Eq. 9."""
+
+    frames_per_second: float = setting(
+        240.0, unit="1/s", low=1.0, high=1e5, text="frames a second"
+    )
+    substeps: int = setting(20, unit="-", low=0, high=10000, text="sub-steps a frame")
+    iterations: int = setting(
+        10, unit="-", low=1, high=1000, text="sweeps of the contact solver over the contacts"
+    )
+    collision_margin: float = setting(
+        1e-3, unit="m", low=0.0, high=0.1, text="a corner closer to the base is a contact"
+    )
+    erp: float = setting(
+        0.2, unit="-", low=0.0, high=1.0, text="part of a penetration that a step removes"
+    )
+
+    @property
+    def time_step(self) -> float:
+        """Time step [s] (Eq. 9 of the paper)."""
+        return 1.0 / ((self.substeps + 1) * self.frames_per_second)
+
+
+SETTINGS: dict[str, type[Any]] = {"housner": HousnerSettings, "impulse": ImpulseSettings}
+"""Engine name -> settings dataclass."""
+
+
+def build_settings(engine: str, table: Mapping[str, object], source: str) -> Any:
+    """Validated settings of an engine from a table of a case file or of the command line.
+
+    Args:
+        engine: Name of the engine.
+        table: Values by field name; missing fields keep their defaults.
+        source: File or option, for the error text.
+
+    Raises:
+        InputError: Unknown key, wrong type or value outside its bounds.
+    """
+    settings_type = SETTINGS[engine]
+    fields = {field.name: field for field in dataclasses.fields(settings_type)}
+    values: dict[str, float | int] = {}
+    for name, got in table.items():
+        key = f"engines.{engine}.{name}"
+        if name not in fields:
+            near = difflib.get_close_matches(name, fields, 1)
+            hint = f"; did you mean {near[0]}?" if near else ""
+            raise InputError(source, key, got, f"unknown key{hint} (allowed: {', '.join(fields)})")
+        meta, whole = fields[name].metadata, isinstance(fields[name].default, int)
+        bound = f"must be from {meta['low']:g} to {meta['high']:g} {meta['unit']}"
+        if isinstance(got, bool) or not isinstance(got, int if whole else (int, float)):
+            raise InputError(source, key, got, f"{bound}, a {'whole ' if whole else ''}number")
+        if not (math.isfinite(got) and meta["low"] <= got <= meta["high"]):
+            raise InputError(source, key, got, bound)
+        values[name] = int(got) if whole else float(got)
+    return settings_type(**values)

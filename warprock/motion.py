@@ -1,0 +1,383 @@
+"""Ground motions of a batch of lanes: analytic waveforms and sampled records.
+
+A waveform follows one controlled quantity (displacement, velocity or acceleration of the base).
+What the control implies is folded in here, once, on the host: the acceleration between two
+knots is smooth, and at a knot the base velocity may step. A displacement-controlled sine, for
+example, starts with a velocity step of amplitude x 2 pi f. The velocity steps are explicit data
+(`velocity_step_start`, `velocity_step_stop`), so that every engine can carry them exactly.
+
+Before `start` the base is at rest; after `stop` it keeps `velocity_final`. Base motion is
+positive towards +x. SI units; arrays have shape [lane].
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+from collections.abc import Callable, Sequence
+from typing import ClassVar, Self
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+RICKER_HALF_LENGTH = 2.0
+"""Half length of a Ricker pulse in periods: exp(-(2 pi)^2) = 7e-18, below round-off."""
+
+
+class Control(enum.StrEnum):
+    """The quantity of the base that follows the waveform."""
+
+    DISPLACEMENT = "displacement"
+    VELOCITY = "velocity"
+    ACCELERATION = "acceleration"
+
+
+class Waveform(enum.StrEnum):
+    """Shape of the controlled quantity in time."""
+
+    SINE = "sine"
+    COSINE = "cosine"
+    RICKER = "ricker"
+    RECORD = "record"
+
+
+class MotionKind(enum.StrEnum):
+    """Family of motions that one compiled kernel can follow."""
+
+    STILL = "still"
+    HARMONIC = "harmonic"
+    RICKER = "ricker"
+    RECORD = "record"
+
+
+@dataclasses.dataclass(frozen=True)
+class Segment:
+    """A stretch of one lane's motion between two knots.
+
+    Attributes:
+        start: Time at which the segment starts [s].
+        stop: Time at which it stops [s]; may be infinite.
+        velocity_step: Step of the base velocity at its start [m/s].
+        acceleration: Acceleration of the base at a time inside it [m/s^2].
+    """
+
+    start: float
+    stop: float
+    velocity_step: float
+    acceleration: Callable[[float], float]
+
+
+def _no_acceleration(_time: float) -> float:
+    return 0.0
+
+
+@dataclasses.dataclass(frozen=True)
+class StillBase:
+    """A base that does not move."""
+
+    count: int
+    kind: ClassVar[MotionKind] = MotionKind.STILL
+
+    @property
+    def lane_count(self) -> int:
+        """Number of lanes."""
+        return self.count
+
+    def take(self, lanes: slice) -> Self:
+        """The motions of a slice of lanes."""
+        return dataclasses.replace(self, count=len(range(self.count)[lanes]))
+
+    def segments(self, _lane: int) -> list[Segment]:
+        """The motion of one lane, segment by segment."""
+        return [Segment(0.0, np.inf, 0.0, _no_acceleration)]
+
+    def acceleration(self, times: Array, _lane: int) -> Array:
+        """Acceleration of one lane's base [m/s^2] at times [s]."""
+        return np.zeros_like(times)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Pulse:
+    """What every analytic waveform has: a start, a stop and the velocity steps at both."""
+
+    start: Array
+    stop: Array
+    velocity_step_start: Array
+    velocity_step_stop: Array
+    velocity_final: Array
+
+    @property
+    def lane_count(self) -> int:
+        """Number of lanes."""
+        return len(self.start)
+
+    def take(self, lanes: slice) -> Self:
+        """The motions of a slice of lanes."""
+        parts = {f.name: getattr(self, f.name)[lanes] for f in dataclasses.fields(self)}
+        return dataclasses.replace(self, **parts)
+
+    def acceleration_inside(self, times: Array, lane: int) -> Array:
+        """Acceleration of the waveform itself [m/s^2], as if it had no start and no stop."""
+        raise NotImplementedError
+
+    def acceleration(self, times: Array, lane: int) -> Array:
+        """Acceleration of one lane's base [m/s^2] at times [s], without the velocity steps."""
+        inside = (times >= self.start[lane]) & (times < self.stop[lane])
+        return np.where(inside, self.acceleration_inside(times, lane), 0.0)
+
+    def segments(self, lane: int) -> list[Segment]:
+        """The motion of one lane, segment by segment."""
+        start, stop = float(self.start[lane]), float(self.stop[lane])
+
+        def moving(time: float) -> float:
+            return float(self.acceleration_inside(np.asarray(time), lane))
+
+        step_start = float(self.velocity_step_start[lane])
+        step_stop = float(self.velocity_step_stop[lane])
+        parts = [
+            Segment(start, stop, step_start, moving),
+            Segment(stop, np.inf, step_stop, _no_acceleration),
+        ]
+        if start > 0.0:
+            parts.insert(0, Segment(0.0, start, 0.0, _no_acceleration))
+        return parts
+
+
+@dataclasses.dataclass(frozen=True)
+class HarmonicMotions(_Pulse):
+    """Sines and cosines between a start and a stop.
+
+    With tau = t - start and w = 2 pi frequency, between start and stop:
+    acceleration = acceleration_amplitude sin(w tau + phase),
+    velocity = velocity_offset - acceleration_amplitude / w cos(w tau + phase).
+    """
+
+    frequency: Array
+    acceleration_amplitude: Array
+    phase: Array
+    velocity_offset: Array
+    kind: ClassVar[MotionKind] = MotionKind.HARMONIC
+
+    def acceleration_inside(self, times: Array, lane: int) -> Array:
+        """Acceleration of the waveform itself [m/s^2]."""
+        angle = 2.0 * np.pi * self.frequency[lane] * (times - self.start[lane])
+        return np.asarray(self.acceleration_amplitude[lane] * np.sin(angle + self.phase[lane]))
+
+
+@dataclasses.dataclass(frozen=True)
+class RickerMotions(_Pulse):
+    """Ricker pulses, the second derivative of a Gaussian.
+
+    With x = rate (t - start) - rate (stop - start)/2 and rate = pi frequency:
+    velocity = (c0 + c1 x + c2 x^2 + c3 x^3) exp(-x^2), acceleration its time derivative.
+    """
+
+    rate: Array
+    c0: Array
+    c1: Array
+    c2: Array
+    c3: Array
+    kind: ClassVar[MotionKind] = MotionKind.RICKER
+
+    def acceleration_inside(self, times: Array, lane: int) -> Array:
+        """Acceleration of the waveform itself [m/s^2]."""
+        rate = self.rate[lane]
+        x = rate * (times - 0.5 * (self.start[lane] + self.stop[lane]))
+        c0, c1, c2, c3 = (c[lane] for c in (self.c0, self.c1, self.c2, self.c3))
+        velocity = c0 + x * (c1 + x * (c2 + x * c3))
+        slope = c1 + x * (2.0 * c2 + x * 3.0 * c3)
+        return np.asarray(rate * (slope - 2.0 * x * velocity) * np.exp(-x * x))
+
+
+@dataclasses.dataclass(frozen=True)
+class RecordMotions:
+    """Sampled records, each lane following one of them, scaled.
+
+    The samples of all records lie behind one another in a pool. Between two samples the
+    acceleration is linear: acceleration[i] + slope[i] (t - t_i). The last sample of a record
+    is an empty segment (zero acceleration and slope) that carries the final velocity.
+
+    Attributes:
+        start: Time at which the record starts [s], shape [lane].
+        scale: Factor on the motion, shape [lane].
+        offset: First sample of the lane's record in the pool, shape [lane].
+        count: Samples of the lane's record, shape [lane].
+        interval: Time between samples of the lane's record [s], shape [lane].
+        velocity_step_start: Velocity step at the first sample [m/s], unscaled, shape [lane].
+        velocity_step_stop: Velocity step at the last sample [m/s], unscaled, shape [lane].
+        pool_acceleration: [m/s^2], shape [pool].
+        pool_slope: [m/s^3], shape [pool].
+        pool_velocity: Base velocity just after each sample [m/s], shape [pool].
+    """
+
+    start: Array
+    scale: Array
+    offset: npt.NDArray[np.int32]
+    count: npt.NDArray[np.int32]
+    interval: Array
+    velocity_step_start: Array
+    velocity_step_stop: Array
+    pool_acceleration: Array
+    pool_slope: Array
+    pool_velocity: Array
+    kind: ClassVar[MotionKind] = MotionKind.RECORD
+
+    @property
+    def lane_count(self) -> int:
+        """Number of lanes."""
+        return len(self.start)
+
+    def take(self, lanes: slice) -> Self:
+        """The motions of a slice of lanes; the pool is shared."""
+        names = [f.name for f in dataclasses.fields(self) if not f.name.startswith("pool_")]
+        return dataclasses.replace(self, **{name: getattr(self, name)[lanes] for name in names})
+
+    def _index(self, times: Array, lane: int) -> npt.NDArray[np.intp]:
+        position = (np.asarray(times) - self.start[lane]) / self.interval[lane]
+        return np.clip(np.floor(position), 0, self.count[lane] - 1).astype(np.intp)
+
+    def acceleration(self, times: Array, lane: int) -> Array:
+        """Acceleration of one lane's base [m/s^2] at times [s], without the velocity steps."""
+        index = self._index(times, lane)
+        tau = np.asarray(times) - self.start[lane] - index * self.interval[lane]
+        at = self.offset[lane] + index
+        value = self.pool_acceleration[at] + self.pool_slope[at] * tau
+        return np.where(times < self.start[lane], 0.0, self.scale[lane] * value)
+
+    def segments(self, lane: int) -> list[Segment]:
+        """The motion of one lane, sample by sample."""
+        offset, count = int(self.offset[lane]), int(self.count[lane])
+        start, interval, scale = (
+            float(a[lane]) for a in (self.start, self.interval, self.scale)
+        )
+        parts = [] if start <= 0.0 else [Segment(0.0, start, 0.0, _no_acceleration)]
+        for index in range(count):
+            begin = start + index * interval
+            end = start + (index + 1) * interval if index < count - 1 else np.inf
+            value = scale * float(self.pool_acceleration[offset + index])
+            slope = scale * float(self.pool_slope[offset + index])
+            step = 0.0
+            if index == 0:
+                step = scale * float(self.velocity_step_start[lane])
+            elif index == count - 1:
+                step = scale * float(self.velocity_step_stop[lane])
+
+            def linear(
+                time: float, begin: float = begin, value: float = value, slope: float = slope
+            ) -> float:
+                return value + slope * (time - begin)
+
+            parts.append(Segment(begin, end, step, linear))
+        return parts
+
+
+GroundMotions = StillBase | HarmonicMotions | RickerMotions | RecordMotions
+
+
+def harmonic_motions(
+    waveform: Sequence[Waveform] | Waveform,
+    control: npt.NDArray[np.str_] | Sequence[Control],
+    amplitude: Array,
+    frequency: Array,
+    start: Array,
+    duration: Array,
+) -> HarmonicMotions:
+    """Sine or cosine motions under a control.
+
+    Args:
+        waveform: `Waveform.SINE` or `Waveform.COSINE`, one for all lanes or one a lane.
+        control: Controlled quantity, shape [lane].
+        amplitude: Amplitude of the controlled quantity [m, m/s or m/s^2], shape [lane].
+        frequency: [Hz], shape [lane], > 0.
+        start: [s], shape [lane], >= 0.
+        duration: Time from start to stop [s], shape [lane], > 0.
+
+    Raises:
+        ValueError: A displacement-controlled cosine, whose displacement would jump.
+    """
+    count = len(frequency)
+    waveforms = np.broadcast_to(np.asarray(waveform, dtype=np.str_), (count,))
+    controls = np.asarray(control, dtype=np.str_)
+    cosine = waveforms == Waveform.COSINE
+    by_displacement = controls == Control.DISPLACEMENT
+    by_velocity = controls == Control.VELOCITY
+    by_acceleration = controls == Control.ACCELERATION
+    if np.any(cosine & by_displacement):
+        raise ValueError(
+            "control: got displacement with waveform cosine, whose displacement would jump; "
+            "allowed: velocity, acceleration"
+        )
+    w = 2.0 * np.pi * frequency
+    # The controlled quantity is amplitude sin(w tau + lead); each derivative adds pi/2.
+    derivatives = np.select([by_displacement, by_velocity], [2, 1], 0)
+    lead = np.where(cosine, 0.5 * np.pi, 0.0)
+    phase = lead + 0.5 * np.pi * derivatives
+    acceleration_amplitude = amplitude * w**derivatives
+    swing = acceleration_amplitude / w
+    # Under acceleration control the base starts without a velocity step.
+    velocity_offset = np.where(by_acceleration, swing * _cos_exact(phase), 0.0)
+    velocity_start = velocity_offset - swing * _cos_exact(phase)
+    cycles = frequency * duration
+    angle = phase + 2.0 * np.pi * (cycles - np.round(cycles))
+    velocity_stop = velocity_offset - swing * _cos_exact(angle)
+    velocity_final = np.where(by_acceleration, velocity_stop, 0.0)
+    return HarmonicMotions(
+        start=start,
+        stop=start + duration,
+        velocity_step_start=np.where(by_acceleration, 0.0, velocity_start),
+        velocity_step_stop=velocity_final - velocity_stop,
+        velocity_final=velocity_final,
+        frequency=frequency,
+        acceleration_amplitude=acceleration_amplitude,
+        phase=phase,
+        velocity_offset=velocity_offset,
+    )
+
+
+def _cos_exact(angle: Array) -> Array:
+    """Cosine, with zero where it is zero but for round-off, so that no false step remains."""
+    value = np.cos(angle)
+    return np.where(np.abs(value) < 1e-12, 0.0, value)
+
+
+def ricker_motions(
+    control: npt.NDArray[np.str_] | Sequence[Control],
+    amplitude: Array,
+    frequency: Array,
+    start: Array,
+) -> RickerMotions:
+    """Ricker pulses under a control, each `2 RICKER_HALF_LENGTH` periods long.
+
+    Controlled quantity = amplitude (1 - 2 x^2) exp(-x^2), x = pi frequency (t - centre).
+
+    Args:
+        control: Controlled quantity, shape [lane].
+        amplitude: Amplitude of the controlled quantity [m, m/s or m/s^2], shape [lane].
+        frequency: [Hz], shape [lane], > 0.
+        start: [s], shape [lane], >= 0.
+    """
+    controls = np.asarray(control, dtype=np.str_)
+    by_displacement = controls == Control.DISPLACEMENT
+    by_velocity = controls == Control.VELOCITY
+    by_acceleration = controls == Control.ACCELERATION
+    rate = np.pi * frequency
+    # Velocity polynomials: acceleration control integrates to a x exp(-x^2) / rate; velocity
+    # control is v (1 - 2 x^2); displacement control differentiates to u rate (-6 x + 4 x^3).
+    zero = np.zeros_like(amplitude)
+    stop = start + 2.0 * RICKER_HALF_LENGTH / frequency
+    return RickerMotions(
+        start=start,
+        stop=stop,
+        velocity_step_start=zero,
+        velocity_step_stop=zero,
+        velocity_final=zero,
+        rate=rate,
+        c0=np.where(by_velocity, amplitude, 0.0),
+        c1=np.select(
+            [by_acceleration, by_displacement], [amplitude / rate, -6.0 * amplitude * rate], 0.0
+        ),
+        c2=np.where(by_velocity, -2.0 * amplitude, 0.0),
+        c3=np.where(by_displacement, 4.0 * amplitude * rate, 0.0),
+    )

@@ -1,0 +1,146 @@
+"""What an engine answers: every field declared once, with its dimensions, unit and meaning.
+
+The registry drives allocation, the columns of the lane table, axis labels and docs. Arrays are
+lane first. A time that never came (a block that never lifted) is NaN, never zero.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+
+class Outcome(enum.IntEnum):
+    """Where a lane's block is when its run ends."""
+
+    AT_REST = 0
+    ROCKING = 1
+    OVERTURNED = 2
+
+
+class Status(enum.IntEnum):
+    """Whether a lane's numbers may be used."""
+
+    OK = 0
+    EVENT_LIMIT = 1
+    NONFINITE = 2
+
+
+@dataclasses.dataclass(frozen=True)
+class Field:
+    """One array of a response.
+
+    Attributes:
+        name: Key in `Response.fields`; with the unit appended it is the column of the lane table.
+        dims: Dimensions, lane first.
+        unit: SI unit, "-" for a count, a code or a ratio.
+        text: Meaning, as printed on axes and in docs.
+        enum: Codes of the field, where it holds codes.
+    """
+
+    name: str
+    dims: tuple[str, ...]
+    unit: str
+    text: str
+    enum: type[enum.IntEnum] | None = None
+
+    @property
+    def column(self) -> str:
+        """Column name with the unit in it, such as `peak_rotation_rad`."""
+        suffix = {"-": "", "m/s": "_m_s", "m/s^2": "_m_s2"}.get(self.unit, f"_{self.unit}")
+        return self.name + suffix
+
+    @property
+    def label(self) -> str:
+        """Axis label, such as `Peak rotation [rad]`."""
+        return self.text if self.unit == "-" else f"{self.text} [{self.unit}]"
+
+
+FIELDS: dict[str, Field] = {
+    field.name: field
+    for field in (
+        Field("peak_rotation", ("lane",), "rad", "Largest rotation to either side"),
+        Field("peak_time", ("lane",), "s", "Time of the largest rotation"),
+        Field("outcome", ("lane",), "-", "Where the block is at the end", Outcome),
+        Field("status", ("lane",), "-", "Whether the lane's numbers may be used", Status),
+        Field("impact_count", ("lane",), "-", "Impacts on the base"),
+        Field("uplift_time", ("lane",), "s", "Time at which the block first leaves its flat state"),
+        Field("rest_time", ("lane",), "s", "Time from which the block stays at rest"),
+        Field("residual_slide", ("lane",), "m", "Slide of the block along the base at the end"),
+        Field("peak_slide", ("lane",), "m", "Largest slide along the base"),
+        Field("energy_lost", ("lane",), "J", "Energy lost in impacts and friction"),
+        Field("step_count", ("lane",), "-", "Time steps taken"),
+        Field("rotation", ("lane", "sample"), "rad", "Rotation"),
+    )
+}
+
+LANE_FIELDS: tuple[str, ...] = tuple(n for n, f in FIELDS.items() if f.dims == ("lane",))
+INTEGER_FIELDS: tuple[str, ...] = ("outcome", "status", "impact_count", "step_count")
+
+
+@dataclasses.dataclass(frozen=True)
+class SampleTimes:
+    """How long a run lasts and when its histories are sampled.
+
+    Attributes:
+        duration: Length of the run [s], > 0.
+        interval: Time between samples of the histories [s]; None asks for no histories.
+    """
+
+    duration: float
+    interval: float | None = None
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.duration) and self.duration > 0.0):
+            raise ValueError(f"duration: got {self.duration} s, must be > 0 s")
+        if self.interval is not None and not 0.0 < self.interval <= self.duration:
+            raise ValueError(
+                f"sample interval: got {self.interval} s, must be > 0 s and at most the duration, "
+                f"{self.duration} s"
+            )
+
+    @property
+    def times(self) -> npt.NDArray[np.float64]:
+        """Sample times [s], shape [sample]; the last one is at most the duration.
+
+        Without histories it is the end of the run alone.
+        """
+        if self.interval is None:
+            return np.array([self.duration])
+        count = int(np.floor(self.duration / self.interval * (1.0 + 1e-12)))
+        return self.interval * np.arange(count + 1)
+
+
+@dataclasses.dataclass(frozen=True)
+class Response:
+    """The answer of one engine for a batch of lanes.
+
+    Attributes:
+        engine: Name of the engine.
+        fields: Arrays by field name, lane first; `rotation` only where histories were asked for.
+        times: Sample times of the histories [s], shape [sample]; empty without histories.
+    """
+
+    engine: str
+    fields: Mapping[str, npt.NDArray[Any]]
+    times: npt.NDArray[np.float64]
+
+    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+        return self.fields[name]
+
+    @property
+    def lane_count(self) -> int:
+        """Number of lanes."""
+        return len(self.fields["status"])
+
+
+def join_responses(parts: Sequence[Response]) -> Response:
+    """Joins the responses of consecutive chunks, in lane order."""
+    first = parts[0]
+    fields = {name: np.concatenate([part.fields[name] for part in parts]) for name in first.fields}
+    return Response(engine=first.engine, fields=fields, times=first.times)
