@@ -1,0 +1,263 @@
+"""Sweep axes of a case: lists, grids and zipped keys, judged value by value, not lane by lane.
+
+Each [[sweep]] entry of a case is one axis. Keys inside an axis are zipped; axes are crossed, the
+first one slowest.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.case_keys import KEYS, SWEEP_KEYS, NumberKey, Said, TextKey, did_you_mean
+from warprock.errors import InputError
+from warprock.units import Dimension
+
+LABEL = "label."
+"""Prefix of an axis key that names lanes and changes nothing in them."""
+
+_LABEL_NAME = re.compile(r"[a-z][a-z0-9_]*")
+_LABEL_KEY = TextKey("text that names lanes")
+_GRID_KEYS = ("from", "to", "count", "spacing")
+_MOST_VALUES = 100_000_000
+
+
+@dataclasses.dataclass(frozen=True)
+class Numbers:
+    """Numeric values along an axis.
+
+    Attributes:
+        values: SI units or rad, shape [axis].
+        dimension: What they all measure.
+        first: The first value as it was written.
+    """
+
+    values: npt.NDArray[np.float64]
+    dimension: Dimension
+    first: object
+
+
+@dataclasses.dataclass(frozen=True)
+class Texts:
+    """Text values along an axis.
+
+    Attributes:
+        values: Distinct texts in order of their first appearance.
+        codes: Index into `values`, shape [axis].
+    """
+
+    values: tuple[str, ...]
+    codes: npt.NDArray[np.int32]
+
+    @property
+    def first(self) -> object:
+        """The first value as it was written."""
+        return self.values[int(self.codes[0])]
+
+
+@dataclasses.dataclass(frozen=True)
+class Axis:
+    """One axis: values by dotted key, all of the same length.
+
+    Attributes:
+        columns: Values by dotted key, in the order of the case file.
+        length: Values along the axis, >= 1.
+    """
+
+    columns: Mapping[str, Numbers | Texts]
+    length: int
+
+
+def axis_keys(entry: Mapping[str, object]) -> dict[str, object]:
+    """Dotted keys of a [[sweep]] entry, whether written `a.b = ...` or `"a.b" = ...`."""
+    keys: dict[str, object] = {}
+    for name, value in entry.items():
+        if "." not in name and isinstance(value, Mapping):
+            keys.update({f"{name}.{tail}": inner for tail, inner in value.items()})
+        else:
+            keys[name] = value
+    return keys
+
+
+def read_axes(entries: object, source: str) -> tuple[Axis, ...]:
+    """The axes of a case.
+
+    Args:
+        entries: What the case holds under `sweep`.
+        source: The case file, for the error text.
+
+    Raises:
+        InputError: Unknown key, a value out of bounds, an empty list or grid, zipped lists of
+            different length, or a key in two axes.
+    """
+    if not isinstance(entries, list) or not all(isinstance(e, Mapping) for e in entries):
+        raise InputError(source, "sweep", entries, "must be [[sweep]] tables")
+    axes: list[Axis] = []
+    seen: dict[str, int] = {}
+    for number, entry in enumerate(entries):
+        place = f"sweep[{number}]"
+        columns: dict[str, Numbers | Texts] = {}
+        for key, value in axis_keys(entry).items():
+            if key in seen:
+                also = f"must be in one axis only; sweep[{seen[key]}] has it too"
+                raise InputError(source, f"{place}.{key}", Said("the key again"), also)
+            seen[key] = number
+            columns[key] = _read_column(key, value, source, f"{place}.{key}")
+        axes.append(Axis(columns, _common_length(columns, source, place)))
+    return tuple(axes)
+
+
+def _common_length(columns: Mapping[str, Numbers | Texts], source: str, place: str) -> int:
+    """Length of the zipped columns of one axis."""
+    if not columns:
+        raise InputError(source, place, Said("no keys"), "must list at least one key")
+    lengths = {key: len(_positions(column)) for key, column in columns.items()}
+    first, *rest = lengths
+    for key in rest:
+        if lengths[key] != lengths[first]:
+            raise InputError(
+                source,
+                f"{place}.{key}",
+                Said(f"{lengths[key]} values"),
+                f"must be as many as {first} beside it, {lengths[first]} (keys of one axis are "
+                f"zipped; write another [[sweep]] to cross them)",
+            )
+    return lengths[first]
+
+
+def _positions(column: Numbers | Texts) -> npt.NDArray[np.generic]:
+    return column.values if isinstance(column, Numbers) else column.codes
+
+
+def _read_column(key: str, value: object, source: str, place: str) -> Numbers | Texts:
+    """The values of one key along its axis."""
+    reader: NumberKey | TextKey
+    if key.startswith(LABEL):
+        if not _LABEL_NAME.fullmatch(key.removeprefix(LABEL)):
+            raise InputError(
+                source, place, key, "must be label.NAME, a name of lower case letters, digits, _"
+            )
+        reader = _LABEL_KEY
+    elif key in SWEEP_KEYS:
+        reader = KEYS[key]
+    else:
+        near = did_you_mean(key, SWEEP_KEYS)
+        raise InputError(
+            source, place, key, f"must be label.NAME or one of {', '.join(SWEEP_KEYS)}{near}"
+        )
+    if isinstance(value, Mapping) and isinstance(reader, NumberKey):
+        return _read_grid(reader, value, source, place)
+    if not isinstance(value, list):
+        grid = "" if isinstance(reader, TextKey) else " or a grid { from, to, count, spacing }"
+        raise InputError(source, place, value, f"must be a list{grid}")
+    if not value:
+        raise InputError(source, place, value, "must be a list of at least one value")
+    if isinstance(reader, TextKey):
+        texts = [_read(reader, got, source, f"{place}[{i}]") for i, got in enumerate(value)]
+        distinct = {text: code for code, text in enumerate(dict.fromkeys(texts))}
+        codes = np.fromiter((distinct[text] for text in texts), np.int32, len(texts))
+        return Texts(tuple(distinct), codes)
+    return _read_list(reader, value, source, place)
+
+
+def _read(reader: TextKey, got: object, source: str, place: str) -> str:
+    try:
+        return reader.read(got)
+    except ValueError as error:
+        raise InputError(source, place, got, str(error)) from None
+
+
+def _read_list(reader: NumberKey, value: Sequence[object], source: str, place: str) -> Numbers:
+    """A list of quantities, all of one dimension."""
+    numbers = np.empty(len(value))
+    dimension: Dimension | None = None
+    for index, got in enumerate(value):
+        try:
+            quantity = reader.read(got)
+        except ValueError as error:
+            raise InputError(source, f"{place}[{index}]", got, str(error)) from None
+        dimension = dimension or quantity.dimension
+        if quantity.dimension is not dimension:
+            raise InputError(
+                source, f"{place}[{index}]", got, f"must be of the kind of the first, {dimension}"
+            )
+        numbers[index] = quantity.value
+    assert dimension is not None
+    return Numbers(numbers, dimension, value[0])
+
+
+def _read_grid(
+    reader: NumberKey, grid: Mapping[str, object], source: str, place: str
+) -> Numbers:
+    """A grid from a first to a last value, evenly or logarithmically spaced."""
+    for name in grid:
+        if name not in _GRID_KEYS:
+            raise InputError(
+                source,
+                f"{place}.{name}",
+                grid[name],
+                f"unknown key (allowed: {', '.join(_GRID_KEYS)}){did_you_mean(name, _GRID_KEYS)}",
+            )
+    count = grid.get("count", Said("nothing"))
+    if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= _MOST_VALUES:
+        raise InputError(
+            source, f"{place}.count", count, f"must be a whole number from 1 to {_MOST_VALUES}"
+        )
+    spacing = grid.get("spacing", "linear")
+    if spacing not in ("linear", "log"):
+        raise InputError(source, f"{place}.spacing", spacing, "must be linear or log")
+    ends = []
+    for name in ("from", "to"):
+        got = grid.get(name, Said("nothing"))
+        try:
+            ends.append(reader.read(got))
+        except ValueError as error:
+            raise InputError(source, f"{place}.{name}", got, str(error)) from None
+    low, high = ends
+    if low.dimension is not high.dimension:
+        raise InputError(
+            source, f"{place}.to", grid["to"], f"must be of the kind of from, {low.dimension}"
+        )
+    if spacing == "log":
+        if not (low.value > 0.0 and high.value > 0.0):
+            raise InputError(
+                source, f"{place}.from", grid["from"], "must be > 0, as to, for spacing log"
+            )
+        values = np.geomspace(low.value, high.value, count)
+    else:
+        values = np.linspace(low.value, high.value, count)
+    return Numbers(values, low.dimension, grid["from"])
+
+
+def axis_shape(axes: Sequence[Axis]) -> tuple[int, ...]:
+    """Lengths of the axes, first one slowest; one lane has no axes."""
+    return tuple(axis.length for axis in axes)
+
+
+def lane_indices(shape: Sequence[int], lanes: range) -> list[npt.NDArray[np.intp]]:
+    """Position along every axis of some lanes: the digits of a lane's number in mixed radix.
+
+    Args:
+        shape: Lengths of the axes, first one slowest.
+        lanes: Lane numbers, each from 0 to the product of the lengths less one.
+
+    Returns:
+        One array a axis, shape [lane].
+
+    Raises:
+        ValueError: A lane number outside the grid.
+    """
+    total = math.prod(shape)
+    if lanes and not (0 <= min(lanes) and max(lanes) < total):
+        raise ValueError(f"lanes: got {lanes}, must lie in 0 to {total - 1}")
+    left = np.arange(lanes.start, lanes.stop, lanes.step, dtype=np.intp)
+    digits: list[npt.NDArray[np.intp]] = []
+    for length in reversed(shape):
+        left, digit = np.divmod(left, length)
+        digits.append(digit)
+    return digits[::-1]

@@ -1,0 +1,194 @@
+"""Every value that a lane of a case may have: its key, what it measures, its bounds.
+
+One table serves the case file, its sweeps and the overrides, so that a value is judged the same
+way wherever it is written.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+from collections.abc import Iterable, Mapping
+
+from warprock.motion import Control, Waveform
+from warprock.units import Dimension, Quantity, allowed_text, parse_any, parse_quantity
+
+
+class Said(str):
+    """Text that an error shows as it is, without quotes: "nothing", "3 and 2 values"."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
+NOTHING = Said("nothing")
+
+
+@dataclasses.dataclass(frozen=True)
+class NumberKey:
+    """A key whose value is a number, mostly with a unit.
+
+    Attributes:
+        bounds: Least and greatest value as a user would write them, by dimension allowed.
+        text: Meaning.
+        low_open: Whether the least value itself is excluded.
+        high_open: Whether the greatest value itself is excluded.
+    """
+
+    bounds: Mapping[Dimension, tuple[str, str]]
+    text: str
+    low_open: bool = False
+    high_open: bool = False
+
+    @property
+    def allowed(self) -> str:
+        """What may be written, as the end of an error message."""
+        return f"must be {self.text}: {allowed_text(self.bounds)}"
+
+    def read(self, got: object) -> Quantity:
+        """The value in SI units or rad.
+
+        Raises:
+            ValueError: Not a quantity of an allowed dimension, or outside its bounds.
+        """
+        quantity = parse_any(got, self.bounds)
+        low_text, high_text = self.bounds[quantity.dimension]
+        low, high = (parse_quantity(t, quantity.dimension) for t in (low_text, high_text))
+        below = quantity.value < low or (self.low_open and quantity.value == low)
+        above = quantity.value > high or (self.high_open and quantity.value == high)
+        if below or above:
+            more = f"more than {low_text}" if self.low_open else f"at least {low_text}"
+            less = f"less than {high_text}" if self.high_open else f"at most {high_text}"
+            raise ValueError(f"must be {self.text}, {more} and {less}")
+        return quantity
+
+    def read_number(self, got: object) -> float:
+        """The value in SI units or rad, without its dimension."""
+        return self.read(got).value
+
+
+@dataclasses.dataclass(frozen=True)
+class FrictionKey(NumberKey):
+    """A friction coefficient, which may also be written as a friction angle."""
+
+    def read(self, got: object) -> Quantity:
+        """The friction coefficient."""
+        quantity = super().read(got)
+        if quantity.dimension is Dimension.ANGLE:
+            return Quantity(math.tan(quantity.value), Dimension.DIMENSIONLESS)
+        return quantity
+
+
+@dataclasses.dataclass(frozen=True)
+class TextKey:
+    """A key whose value is text, one of some choices if it has any."""
+
+    text: str
+    choices: tuple[str, ...] = ()
+
+    @property
+    def allowed(self) -> str:
+        """What may be written, as the end of an error message."""
+        return f"must be {self.text}" + (f": {', '.join(self.choices)}" if self.choices else "")
+
+    def read(self, got: object) -> str:
+        """The text.
+
+        Raises:
+            ValueError: Not text, empty, or not one of the choices.
+        """
+        if isinstance(got, str) and got.strip() and (not self.choices or got in self.choices):
+            return got
+        raise ValueError(self.allowed + did_you_mean(got, self.choices))
+
+
+def _length(text: str) -> NumberKey:
+    return NumberKey({Dimension.LENGTH: ("1 mm", "1 km")}, text)
+
+
+def _ratio(low: str, high: str, text: str, **ends: bool) -> NumberKey:
+    return NumberKey({Dimension.DIMENSIONLESS: (low, high)}, text, **ends)
+
+
+KEYS: dict[str, NumberKey | TextKey] = {
+    "block.width": _length("the full width of the block in the plane of rocking"),
+    "block.height": _length("the full height of the block"),
+    "block.depth": _length("the full depth of the block across the plane of rocking"),
+    "block.density": NumberKey(
+        {Dimension.DENSITY: ("1e-3 kg/m^3", "1e5 kg/m^3")}, "the density of the block"
+    ),
+    "contact.friction": FrictionKey(
+        {Dimension.DIMENSIONLESS: ("0", "100"), Dimension.ANGLE: ("0 deg", "89 deg")},
+        "the friction coefficient or the friction angle",
+    ),
+    "contact.angular_restitution": _ratio(
+        "0", "1", "the ratio of angular velocities after and before an impact", low_open=True
+    ),
+    "start.rotation": NumberKey(
+        {Dimension.ANGLE: ("-90 deg", "90 deg")},
+        "the rotation at the start",
+        low_open=True,
+        high_open=True,
+    ),
+    "start.rotation_ratio": _ratio(
+        "-1",
+        "1",
+        "the rotation at the start divided by the slenderness angle",
+        low_open=True,
+        high_open=True,
+    ),
+    "motion.waveform": TextKey("a waveform", tuple(Waveform)),
+    "motion.control": TextKey("the controlled quantity of the base", tuple(Control)),
+    "motion.frequency": NumberKey(
+        {Dimension.FREQUENCY: ("1e-4 Hz", "1e4 Hz")}, "the frequency of the waveform"
+    ),
+    "motion.amplitude": NumberKey(
+        {
+            Dimension.LENGTH: ("-100 m", "100 m"),
+            Dimension.VELOCITY: ("-100 m/s", "100 m/s"),
+            Dimension.ACCELERATION: ("-1000 m/s^2", "1000 m/s^2"),
+        },
+        "the amplitude of the waveform",
+    ),
+    "motion.start": NumberKey(
+        {Dimension.TIME: ("0 s", "1e5 s")}, "the time at which the motion starts"
+    ),
+    "motion.cycles": _ratio("0", "1e7", "the number of cycles", low_open=True),
+    "motion.duration": NumberKey(
+        {Dimension.TIME: ("0 s", "1e5 s")}, "the time from start to stop", low_open=True
+    ),
+    "motion.record": TextKey("the name of a shipped record or the path of a CSV file"),
+    "motion.scale": _ratio("-1000", "1000", "the factor on the record"),
+    "run.duration": NumberKey(
+        {Dimension.TIME: ("0 s", "1e5 s")}, "the length of the run", low_open=True
+    ),
+    "run.sample_interval": NumberKey(
+        {Dimension.TIME: ("0 s", "1e5 s")}, "the time between samples", low_open=True
+    ),
+}
+"""Dotted key -> how its value is read."""
+
+SWEEP_KEYS: tuple[str, ...] = tuple(key for key in KEYS if not key.startswith("run."))
+"""Keys that may differ from lane to lane."""
+
+EXCLUSIVE: dict[str, str] = {
+    "start.rotation": "start.rotation_ratio",
+    "start.rotation_ratio": "start.rotation",
+    "motion.cycles": "motion.duration",
+    "motion.duration": "motion.cycles",
+}
+"""Key -> the other key that says the same thing; only one of both may be given."""
+
+
+def did_you_mean(got: object, known: Iterable[str]) -> str:
+    """A suggestion for the end of an error message; empty if nothing is near."""
+    known = tuple(known)
+    near = difflib.get_close_matches(str(got), known, 1)
+    if not near:
+        tail = str(got).rpartition(".")[2]
+        near = difflib.get_close_matches(tail, [k.rpartition(".")[2] for k in known], 1)
+        near = [k for k in known if near and k.rpartition(".")[2] == near[0]][:1]
+    return f"; did you mean {near[0]}?" if near else ""

@@ -1,0 +1,203 @@
+"""Quantities with units: "8 mm", "0.35 g", "3 Hz", "10 deg" become SI and rad, and back.
+
+A number without a unit is refused wherever a dimension needs one, so that nobody has to guess
+whether 8 was meant in millimetres. Conversion multiplies in decimal and rounds once, so "8 mm"
+is the double nearest to 0.008.
+"""
+
+from __future__ import annotations
+
+import decimal
+import difflib
+import enum
+import math
+import re
+from collections.abc import Iterable
+from typing import NamedTuple
+
+GRAVITY = 9.81
+"""Standard acceleration of gravity [m/s^2], as the closed forms and the seed paper take it."""
+
+
+class Dimension(enum.StrEnum):
+    """What a quantity measures."""
+
+    LENGTH = "length"
+    TIME = "time"
+    FREQUENCY = "frequency"
+    ANGLE = "angle"
+    ACCELERATION = "acceleration"
+    VELOCITY = "velocity"
+    DENSITY = "density"
+    DIMENSIONLESS = "dimensionless"
+
+
+class Quantity(NamedTuple):
+    """A value and what it measures.
+
+    Attributes:
+        value: In the SI unit of the dimension, or rad.
+        dimension: What it measures.
+    """
+
+    value: float
+    dimension: Dimension
+
+
+# Per dimension: unit -> its size in the first unit of the table, which is the SI unit (or rad).
+# Sizes are decimal text; pi/180 and 1/(2 pi) carry more digits than a double.
+UNITS: dict[Dimension, dict[str, str]] = {
+    Dimension.LENGTH: {
+        "m": "1",
+        "cm": "0.01",
+        "mm": "0.001",
+        "km": "1000",
+        "in": "0.0254",
+        "ft": "0.3048",
+    },
+    Dimension.TIME: {"s": "1", "ms": "0.001", "min": "60"},
+    Dimension.FREQUENCY: {"Hz": "1", "kHz": "1000", "rad/s": "0.159154943091895335768883763373"},
+    Dimension.ANGLE: {"rad": "1", "mrad": "0.001", "deg": "0.0174532925199432957692369076849"},
+    Dimension.ACCELERATION: {
+        "m/s^2": "1",
+        "cm/s^2": "0.01",
+        "mm/s^2": "0.001",
+        "g": str(GRAVITY),
+        "gal": "0.01",
+    },
+    Dimension.VELOCITY: {"m/s": "1", "cm/s": "0.01", "mm/s": "0.001"},
+    Dimension.DENSITY: {"kg/m^3": "1", "g/cm^3": "1000", "t/m^3": "1000"},
+    Dimension.DIMENSIONLESS: {"": "1"},
+}
+
+ALIASES: dict[str, str] = {
+    "m/s2": "m/s^2",
+    "m/s²": "m/s^2",
+    "cm/s2": "cm/s^2",
+    "cm/s²": "cm/s^2",
+    "mm/s2": "mm/s^2",
+    "mm/s²": "mm/s^2",
+    "Gal": "gal",
+    "°": "deg",
+    "kg/m3": "kg/m^3",
+    "kg/m³": "kg/m^3",
+    "g/cm3": "g/cm^3",
+    "g/cm³": "g/cm^3",
+    "t/m3": "t/m^3",
+    "t/m³": "t/m^3",
+}
+"""Other spellings of units that are understood."""
+
+EXAMPLES: dict[Dimension, str] = {
+    Dimension.LENGTH: "8 mm",
+    Dimension.TIME: "60 s",
+    Dimension.FREQUENCY: "3 Hz",
+    Dimension.ANGLE: "10 deg",
+    Dimension.ACCELERATION: "0.35 g",
+    Dimension.VELOCITY: "25 cm/s",
+    Dimension.DENSITY: "2670 kg/m^3",
+    Dimension.DIMENSIONLESS: "1.0",
+}
+
+_ARTICLE = {Dimension.ANGLE: "an", Dimension.ACCELERATION: "an"}
+
+_QUANTITY = re.compile(
+    r"\s*(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>[^\s\d.+-].*?)?\s*",
+    re.ASCII,
+)
+
+
+def allowed_text(dimensions: Iterable[Dimension]) -> str:
+    """What may be written for one of some dimensions, as the end of an error message."""
+    parts = []
+    for dimension in dimensions:
+        if dimension is Dimension.DIMENSIONLESS:
+            parts.append("a number without a unit")
+            continue
+        units = ", ".join(UNITS[dimension])
+        article = _ARTICLE.get(dimension, "a")
+        parts.append(f'{article} {dimension} with a unit ({units}), such as "{EXAMPLES[dimension]}"')
+    return " or ".join(parts)
+
+
+def parse_any(text: object, dimensions: Iterable[Dimension]) -> Quantity:
+    """Reads a quantity that may have one of several dimensions.
+
+    Args:
+        text: Text such as "8 mm"; a bare number only where `DIMENSIONLESS` is allowed.
+        dimensions: The dimensions allowed.
+
+    Returns:
+        The value in SI units or rad, and the dimension its unit belongs to.
+
+    Raises:
+        ValueError: No number, no unit, a unit of another dimension, or a value that is not
+            finite; the message begins with "must be" and lists the units allowed.
+    """
+    wanted = tuple(dimensions)
+    allowed = f"must be {allowed_text(wanted)}"
+    if isinstance(text, (int, float)) and not isinstance(text, bool):
+        if Dimension.DIMENSIONLESS in wanted and math.isfinite(text):
+            return Quantity(float(text), Dimension.DIMENSIONLESS)
+        number, unit = str(text), ""
+    else:
+        match = _QUANTITY.fullmatch(text) if isinstance(text, str) else None
+        if match is None:
+            raise ValueError(allowed)
+        number, unit = match["number"], match["unit"] or ""
+    unit = ALIASES.get(unit, unit)
+    for dimension in wanted:
+        size = UNITS[dimension].get(unit)
+        if size is not None:
+            value = float(_scaled(number, size))
+            if not math.isfinite(value):
+                raise ValueError(f"{allowed}, and finite")
+            return Quantity(value, dimension)
+    known = [u for dimension in wanted for u in UNITS[dimension] if u]
+    near = difflib.get_close_matches(unit, known, 1) or [
+        u for u in known if u.casefold() == unit.casefold()
+    ]
+    raise ValueError(f'{allowed}; did you mean "{number} {near[0]}"?' if near else allowed)
+
+
+def _scaled(number: str, size: str) -> decimal.Decimal | float:
+    """number x size, rounded once; nan and inf pass through."""
+    try:
+        return decimal.Decimal(number) * decimal.Decimal(size)
+    except decimal.DecimalException:
+        return math.nan
+
+
+def parse_quantity(text: object, dimension: Dimension | str) -> float:
+    """Reads a quantity of one dimension.
+
+    Args:
+        text: Text such as "8 mm"; a bare number only for `DIMENSIONLESS`.
+        dimension: What it must measure.
+
+    Returns:
+        The value in the SI unit of the dimension, or rad.
+
+    Raises:
+        ValueError: As `parse_any`.
+    """
+    return parse_any(text, (Dimension(dimension),)).value
+
+
+def format_quantity(value: float, dimension: Dimension | str, unit: str | None = None) -> str:
+    """Writes a value with its unit, so that `parse_quantity` reads it again.
+
+    Args:
+        value: In the SI unit of the dimension, or rad.
+        dimension: What it measures.
+        unit: Unit to write it in; the SI unit (or rad) without one.
+
+    Returns:
+        Text such as "8 mm", with up to 12 significant digits.
+
+    Raises:
+        KeyError: The dimension has no such unit.
+    """
+    sizes = UNITS[Dimension(dimension)]
+    unit = next(iter(sizes)) if unit is None else unit
+    return f"{value / float(sizes[unit]):.12g} {unit}".rstrip()
