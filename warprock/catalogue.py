@@ -1,0 +1,125 @@
+"""What there is to choose from (cases, engines, templates) and what a case requires."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.resources
+import pathlib
+from importlib.resources.abc import Traversable
+from typing import Any
+
+from warprock.case import Case, case_names, load_case
+from warprock.engines import ENGINES, engine_class
+from warprock.engines.settings import SETTINGS
+from warprock.errors import InputError
+from warprock.expansion import expand_lanes
+from warprock.lanes import Lanes
+
+
+def list_all() -> dict[str, Any]:
+    """The shipped cases and the engines, ready for JSON."""
+    cases = [{"name": name, "title": load_case(name).title} for name in case_names()]
+    return {"cases": cases, "engines": [_engine_row(name) for name in ENGINES]}
+
+
+def explain_case(case: Case) -> dict[str, Any]:
+    """What a case requires and how it would be run, ready for JSON.
+
+    Args:
+        case: The case.
+
+    Returns:
+        The scene, the ranges of the lanes, the sweep's columns, and for each engine the reason
+        why it declines, or the kernel that would run.
+    """
+    lane_set = expand_lanes(case)
+    scene = lane_set.scene
+    inputs = lane_set.inputs
+    return {
+        "case": {
+            "name": case.name,
+            "title": case.title,
+            "source": case.source_text,
+            "file": str(case.file),
+        },
+        "scene": dataclasses.asdict(scene)
+        | {"why": "one planar block with a rectangular base touches it at two corners"},
+        "lanes": lane_set.lanes.lane_count,
+        "duration_s": lane_set.times.duration,
+        "sample_interval_s": lane_set.times.interval,
+        "sweep": {str(name): list(dict.fromkeys(inputs[name].tolist())) for name in inputs.columns},
+        "ranges": _ranges(lane_set.lanes),
+        "engines": [_engine_row(name) | _fitness(case, name, scene) for name in ENGINES],
+    }
+
+
+def template_names() -> list[str]:
+    """The kinds of case files that `write_template` can start."""
+    return sorted(_templates())
+
+
+def write_template(kind: str, path: pathlib.Path) -> pathlib.Path:
+    """Writes a commented case file to start from.
+
+    Args:
+        kind: One of `template_names()`.
+        path: File to write, or a folder to write `case.toml` into.
+
+    Returns:
+        The file.
+
+    Raises:
+        InputError: Unknown kind, or the file exists already.
+    """
+    found = _templates()
+    if kind not in found:
+        raise InputError("init", "KIND", kind, f"allowed: {', '.join(sorted(found))}")
+    file = path / "case.toml" if path.is_dir() or path.suffix != ".toml" else path
+    if file.exists():
+        raise InputError("init", "PATH", str(file), "must not exist already")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(found[kind].read_text(encoding="utf-8"), encoding="utf-8")
+    return file
+
+
+def _templates() -> dict[str, Traversable]:
+    folder = importlib.resources.files("warprock.cases") / "templates"
+    return {
+        entry.name.removesuffix(".toml"): entry
+        for entry in folder.iterdir()
+        if entry.name.endswith(".toml")
+    }
+
+
+def _engine_row(name: str) -> dict[str, Any]:
+    engine = engine_class(name)
+    summary = (engine.__doc__ or "").strip().splitlines()[0]
+    return {"name": name, "order": engine.order, "summary": summary}
+
+
+def _fitness(case: Case, name: str, scene: Any) -> dict[str, Any]:
+    reason = engine_class(name).supports(scene)
+    settings = dataclasses.asdict(case.engine_settings(name))
+    units = {field.name: field.metadata["unit"] for field in dataclasses.fields(SETTINGS[name])}
+    kernel = (
+        f"kernels/{name}.py for a {scene.motion} base: packed on a CPU, one lane a thread on "
+        "any other device"
+    )
+    return {
+        "declines": reason,
+        "kernel": None if reason else kernel,
+        "settings": settings,
+        "units": units,
+    }
+
+
+def _ranges(lanes: Lanes) -> dict[str, list[float]]:
+    columns = {
+        "width_m": lanes.width,
+        "height_m": lanes.height,
+        "slenderness_angle_rad": lanes.slenderness_angle,
+        "friction": lanes.friction,
+        "angular_restitution": lanes.angular_restitution,
+        "rotation_start_rad": lanes.rotation_start,
+    }
+    return {name: [float(values.min()), float(values.max())] for name, values in columns.items()}

@@ -1,0 +1,271 @@
+"""The command line: each command calls the functions of its module and prints what they return.
+
+Heavy modules are imported inside the commands, so that `warprock --help` answers at once.
+Results go to stdout, progress and errors to stderr.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import pathlib
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+from warprock import __version__
+from warprock.errors import InputError
+
+EXIT_FAILED, EXIT_INPUT, EXIT_CHECK, EXIT_INTERRUPTED = 1, 2, 3, 130
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+class ExitCodes(click.Group):
+    """A group of commands that turns errors into the exit codes of the command line."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Runs a command; bad input exits with 2, Ctrl-C with 130, a full disk with 1."""
+        try:
+            return super().invoke(ctx)
+        except InputError as error:
+            click.echo(f"error: {error}", err=True)
+            ctx.exit(EXIT_INPUT)
+        except KeyboardInterrupt:
+            click.echo("interrupted", err=True)
+            ctx.exit(EXIT_INTERRUPTED)
+        except OSError as error:
+            click.echo(f"error: {error}", err=True)
+            ctx.exit(EXIT_FAILED)
+
+
+@click.group(cls=ExitCodes, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="warprock")
+def main() -> None:
+    """Batched simulation of rocking rigid blocks.
+
+    A case (a folder with a case.toml, or the name of a shipped one) becomes lanes, one for each
+    set of inputs; an engine answers for all lanes at once.
+    """
+
+
+def _json_option(command: Command) -> Command:
+    return click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")(command)
+
+
+def _set_option(command: Command) -> Command:
+    return click.option(
+        "-s",
+        "--set",
+        "overrides",
+        multiple=True,
+        metavar="KEY=VALUE",
+        help='Change a key of the case, such as -s block.height="5.5 m".',
+    )(command)
+
+
+def _run_options(command: Command) -> Command:
+    options = (
+        click.option("--precision", default="float64", show_default=True, help="Or float32."),
+        click.option("--device", default="cpu", show_default=True, help="Warp device."),
+        _workers_option,
+    )
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def _workers_option(command: Command) -> Command:
+    return click.option("--workers", type=int, help="Worker threads; the cores at hand without.")(
+        command
+    )
+
+
+def _output_option(command: Command) -> Command:
+    return click.option(
+        "-o",
+        "--output",
+        "folder",
+        type=click.Path(path_type=pathlib.Path),
+        help="Folder for the results; made if it does not exist.",
+    )(command)
+
+
+@main.command("list")
+@_json_option
+def list_command(as_json: bool) -> None:
+    """The shipped cases and the engines."""
+    from warprock import catalogue
+    from warprock.report import console
+
+    found = catalogue.list_all()
+    console.print_json(found) if as_json else console.print_listing(found)
+
+
+@main.command()
+@click.argument("case_name", metavar="CASE")
+@_set_option
+@_json_option
+def explain(case_name: str, overrides: tuple[str, ...], as_json: bool) -> None:
+    """What a case requires, and which kernels can run it."""
+    from warprock import catalogue
+    from warprock.report import console
+    from warprock.case import load_case
+
+    found = catalogue.explain_case(load_case(case_name, overrides))
+    console.print_json(found) if as_json else console.print_explanation(found)
+
+
+@main.command()
+@click.argument("kind")
+@click.argument("path", required=False, type=click.Path(path_type=pathlib.Path))
+def init(kind: str, path: pathlib.Path | None) -> None:
+    """Write a commented case file of a KIND to start from; an unknown KIND lists them all."""
+    from warprock import catalogue
+
+    click.echo(catalogue.write_template(kind, path or pathlib.Path("case.toml")))
+
+
+@main.command()
+@click.argument("case_name", metavar="CASE")
+@click.option("-e", "--engine", default="housner", show_default=True, help="Engine.")
+@_set_option
+@_output_option
+@_run_options
+@click.option("--history", "lanes", type=int, multiple=True, help="Lane whose history to write.")
+@_json_option
+def run(
+    case_name: str,
+    engine: str,
+    overrides: tuple[str, ...],
+    folder: pathlib.Path | None,
+    precision: str,
+    device: str,
+    workers: int | None,
+    lanes: tuple[int, ...],
+    as_json: bool,
+) -> None:
+    """Run every lane of a CASE with one engine."""
+    from warprock import runner, store
+    from warprock.case import load_case
+    from warprock.expansion import expand_lanes
+    from warprock.report import console
+
+    runner.require_options(engine, precision=precision, device=device, workers=workers)
+    case = load_case(case_name, overrides)
+    lane_set = expand_lanes(case)
+    runner.require_histories(case, lane_set, lanes)
+    if lanes and folder is None:
+        raise InputError("--history", "", list(lanes), "needs -o/--output, the folder to write to")
+    if folder is not None:
+        store.require_writable(folder)
+    with console.lane_progress(case.name, lane_set.lanes.lane_count) as progress:
+        case_run = runner.run_case(
+            case,
+            engine,
+            precision=precision,
+            device=device,
+            workers=workers,
+            histories=False,
+            lane_set=lane_set,
+            progress=progress,
+        )
+    histories = {lane: runner.run_lane(case_run, lane) for lane in lanes}
+    files = store.write_run(case_run, folder, histories) if folder is not None else []
+    if as_json:
+        table = store.lane_table(case_run.lane_set, case_run.response)
+        summary = store.provenance(case_run) | {"rows": table.to_dict("records")}
+        console.print_json(summary | {"files": [str(path) for path in files]})
+    else:
+        console.print_run(case_run, files)
+
+
+@main.command()
+@click.argument("target")
+@_output_option
+@_workers_option
+@_json_option
+def reproduce(target: str, folder: pathlib.Path | None, workers: int | None, as_json: bool) -> None:
+    """Recompute the seed paper's TARGET: table6, table7, fig4, ... or all.
+
+    An unknown TARGET lists them all. Its numbers are printed beside ours for every reading of the
+    paper, with the conflicts in the paper.
+    """
+    from warprock import reproduce as module
+    from warprock import runner, store
+    from warprock.report import console, tables
+
+    folder = folder or pathlib.Path("results")
+    runner.require_choice("reproduce", target, tuple(module.TARGETS))
+    runner.require_workers(workers)
+    store.require_writable(folder)
+    with console.lane_progress(f"reproduce {target}", None) as progress:
+        found = module.reproduce(target, folder, workers=workers, progress=progress)
+    console.print_json(found) if as_json else tables.print_reproduction(found)
+
+
+@main.command()
+@click.argument("case_name", metavar="[CASE]", required=False)
+@_json_option
+@click.pass_context
+def check(ctx: click.Context, case_name: str | None, as_json: bool) -> None:
+    """Run the checks that a CASE holds, or those of all shipped cases; exit 3 if one fails."""
+    from warprock import checks
+    from warprock.case import case_names, load_case
+    from warprock.report import console, tables
+
+    rows = []
+    for name in [case_name] if case_name else case_names():
+        rows += checks.run_checks(load_case(name))
+    if as_json:
+        console.print_json({"rows": [dataclasses.asdict(row) for row in rows]})
+    else:
+        tables.print_checks(rows)
+    if not all(row.ok for row in rows):
+        ctx.exit(EXIT_CHECK)
+
+
+@main.command()
+@click.argument("case_name", metavar="CASE")
+@click.option("-e", "--engine", "engines", multiple=True, required=True, help="Repeat for each.")
+@_set_option
+@_json_option
+def compare(
+    case_name: str, engines: tuple[str, ...], overrides: tuple[str, ...], as_json: bool
+) -> None:
+    """Engines side by side on one CASE, lane by lane, held against Housner."""
+    from warprock import checks
+    from warprock.case import load_case
+    from warprock.report import console, tables
+
+    found = checks.compare(load_case(case_name, overrides), list(engines))
+    console.print_json(found) if as_json else tables.print_comparison(found)
+
+
+@main.command()
+@_json_option
+@click.pass_context
+def doctor(ctx: click.Context, as_json: bool) -> None:
+    """Versions, cores, vector instructions, Warp devices, kernel cache, and what is missing."""
+    from warprock import doctor as module
+    from warprock.report import console
+
+    found = module.examine()
+    console.print_json(found) if as_json else console.print_examination(found)
+    if found["missing"]:
+        ctx.exit(EXIT_FAILED)
+
+
+@main.command()
+@click.option("--seconds", default=5.0, show_default=True, help="Time a measurement takes, about.")
+@_workers_option
+@_json_option
+def bench(seconds: float, workers: int | None, as_json: bool) -> None:
+    """Block-steps a second of every engine on this machine."""
+    from warprock.bench import run_bench
+    from warprock.report import console
+    from warprock.runner import require_workers
+
+    require_workers(workers)
+    found = run_bench(seconds=seconds, workers=workers)
+    console.print_json(found) if as_json else console.print_bench(found)

@@ -1,0 +1,214 @@
+"""What the commands print: one JSON object, or tables for a terminal.
+
+Results go to stdout, progress to stderr.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import enum
+import json
+import math
+import pathlib
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import rich.console
+import rich.progress
+import rich.table
+
+from warprock.runner import CaseRun
+from warprock.store import count_words, lane_table
+
+LANES_SHOWN = 40
+"""Lanes up to which `run` prints every one; a larger run prints its counts and ranges."""
+
+RESULT_COLUMNS = (
+    "peak_rotation_ratio",
+    "peak_time_s",
+    "outcome",
+    "status",
+    "impact_count",
+    "rest_time_s",
+)
+"""Columns of the lane table that `run` prints behind the inputs."""
+
+
+def plain(value: Any) -> Any:
+    """The same value from types that JSON has; NaN and infinities become null."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple, set, np.ndarray)):
+        return [plain(item) for item in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, (enum.Enum, pathlib.PurePath)):
+        return str(value)
+    return value
+
+
+def print_json(found: Mapping[str, Any]) -> None:
+    """Prints one JSON object on stdout."""
+    sys.stdout.write(json.dumps(plain(found), indent=2, allow_nan=False, ensure_ascii=False) + "\n")
+
+
+@contextlib.contextmanager
+def lane_progress(text: str, total: int | None) -> Iterator[Callable[[int], None]]:
+    """A progress bar on stderr while the block runs; nothing where stderr is no terminal.
+
+    Args:
+        text: What is running.
+        total: Number of lanes; None if it is not known.
+
+    Yields:
+        A function to call with the number of lanes finished so far.
+    """
+    console = rich.console.Console(stderr=True)
+    columns = (
+        rich.progress.TextColumn("{task.description}"),
+        rich.progress.BarColumn(),
+        rich.progress.MofNCompleteColumn(),
+        rich.progress.TimeElapsedColumn(),
+    )
+    bar = rich.progress.Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    )
+    with bar:
+        task = bar.add_task(text, total=total)
+        yield lambda done: bar.update(task, completed=done)
+
+
+def print_listing(found: Mapping[str, Any]) -> None:
+    """Prints what `catalogue.list_all` found."""
+    _print_rows("Cases", found["cases"])
+    _print_rows("Engines", found["engines"])
+
+
+def print_explanation(found: Mapping[str, Any]) -> None:
+    """Prints what `catalogue.explain_case` found."""
+    out = _stdout()
+    case, scene = found["case"], found["scene"]
+    out.print(f"{case['name']}: {case['title']}", highlight=False, style="bold")
+    out.print(case["source"], highlight=False)
+    out.print(f"\nScene: {scene['why']}.", highlight=False)
+    restitution = "given by the case" if scene["restitution_given"] else "Housner's closed form"
+    sampling = found["sample_interval_s"]
+    facts = [
+        ("blocks", scene["block_count"]),
+        ("contact points", scene["contact_point_count"]),
+        ("ground motion", scene["motion"]),
+        ("angular restitution", restitution),
+        ("smallest friction / tan(slenderness angle)", scene["friction_ratio"]),
+        ("lanes", found["lanes"]),
+        ("duration [s]", found["duration_s"]),
+        ("histories every [s]", "not asked for" if sampling is None else sampling),
+    ]
+    facts += [(name, _range_text(bounds)) for name, bounds in found["ranges"].items()]
+    for name, value in facts:
+        out.print(f"  {name}: {_text(value)}", highlight=False)
+    if found["sweep"]:
+        out.print("\nSweep:", highlight=False)
+    for name, values in found["sweep"].items():
+        shown = ", ".join(_text(value) for value in values[:8])
+        more = f", ... ({len(values)} values)" if len(values) > 8 else ""
+        out.print(f"  {name}: {shown}{more}", highlight=False)
+    out.print("\nEngines:", highlight=False)
+    for engine in found["engines"]:
+        _print_engine(out, engine)
+
+
+def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
+    """Prints a run: every lane of a small one, counts and ranges of a large one."""
+    out = _stdout()
+    response = run.response
+    table = lane_table(run.lane_set, response)
+    title = f"{run.case.name}: {response.engine}, {response.lane_count} lanes"
+    inputs = ["lane", *(str(name) for name in run.lane_set.inputs.columns)]
+    if response.lane_count <= LANES_SHOWN:
+        columns = [*inputs, *(name for name in RESULT_COLUMNS if name not in inputs)]
+        _print_rows(title, table[columns].to_dict("records"))
+    else:
+        out.print(title, highlight=False, style="bold")
+        peak = table["peak_rotation_ratio"]
+        bounds = [float(peak.min()), float(peak.max())]
+        out.print(f"  peak_rotation_ratio: {_range_text(bounds)}", highlight=False)
+    for name in ("outcome", "status"):
+        counts = count_words(response, name)
+        words = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
+        out.print(f"{name}: {words}", highlight=False)
+    out.print(f"wall time: {run.wall_time:.3g} s", highlight=False)
+    for path in files:
+        out.print(f"wrote {path}", highlight=False, soft_wrap=True)
+
+
+def print_examination(found: Mapping[str, Any]) -> None:
+    """Prints what `doctor.examine` found."""
+    out = _stdout()
+    for name, version in found["versions"].items():
+        out.print(f"{name}: {version or 'missing'}", highlight=False)
+    out.print(f"cpu: {found['cpu']}, {found['cores']} cores", highlight=False)
+    flags = ", ".join(found["vector_flags"]) or "not listed by this system"
+    out.print(f"vector instructions: {flags}", highlight=False)
+    for device in found["devices"]:
+        out.print(f"device {device['device']}: {device['name']}", highlight=False)
+    cache = found["kernel_cache"]
+    text = f"kernel cache: {cache['folder']}, {cache['built_modules']} built modules"
+    out.print(text, highlight=False, soft_wrap=True)
+    out.print(f"kernel sources: sha256 {found['kernel_sha256'][:16]}", highlight=False)
+    for name, state in found["engines"].items():
+        out.print(f"engine {name}: {state}", highlight=False)
+    for note in found["notes"]:
+        out.print(f"note: {note}", highlight=False)
+    for thing in found["missing"]:
+        out.print(f"missing: {thing}", highlight=False, style="bold red")
+    if not found["missing"]:
+        out.print("nothing is missing", highlight=False)
+
+
+def print_bench(found: Mapping[str, Any]) -> None:
+    """Prints what `bench.run_bench` measured."""
+    _print_rows("Measured here and now", found["rows"])
+
+
+def _stdout() -> rich.console.Console:
+    console = rich.console.Console()
+    # Without a terminal there is no width to fit into: a table is for a file or a pipe.
+    return console if console.is_terminal else rich.console.Console(width=160)
+
+
+def _print_rows(title: str, rows: Sequence[Mapping[str, Any]]) -> None:
+    table = rich.table.Table(title=title, title_justify="left", box=None, pad_edge=False)
+    names = list(dict.fromkeys(name for row in rows for name in row))
+    for name in names:
+        table.add_column(name, overflow="fold")
+    for row in rows:
+        table.add_row(*(_text(row.get(name)) for name in names))
+    _stdout().print(table)
+
+
+def _print_engine(out: rich.console.Console, engine: Mapping[str, Any]) -> None:
+    if engine["declines"]:
+        out.print(f"  {engine['name']}: declines: {engine['declines']}", highlight=False)
+        return
+    out.print(f"  {engine['name']}: {engine['kernel']}", highlight=False)
+    for name, value in engine["settings"].items():
+        unit = engine["units"][name]
+        suffix = "" if unit == "-" else f" {unit}"
+        out.print(f"    {name} = {_text(value)}{suffix}", highlight=False)
+
+
+def _range_text(bounds: Sequence[float]) -> str:
+    low, high = bounds
+    return _text(low) if low == high else f"{_text(low)} to {_text(high)}"
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, (float, np.floating)):
+        return "-" if math.isnan(value) else f"{value:.6g}"
+    return str(value)

@@ -1,0 +1,216 @@
+"""Runs a case with one engine: case -> lanes -> engine -> response.
+
+Everything that can be refused is refused here, before a kernel is built.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from warprock.batch import run_batch
+from warprock.case import Case
+from warprock.engines import ENGINES, engine_class
+from warprock.errors import InputError
+from warprock.expansion import LaneSet, expand_lanes
+from warprock.response import Response, SampleTimes
+
+PRECISIONS = ("float64", "float32")
+
+Progress = Callable[[int], None]
+"""Called with the number of lanes finished so far."""
+
+
+@dataclasses.dataclass(frozen=True)
+class CaseRun:
+    """One case, run by one engine, with what is needed to run it again.
+
+    Attributes:
+        case: The case.
+        lane_set: Its lanes, motions and inputs.
+        response: The engine's answer.
+        precision: "float64" or "float32".
+        device: Warp device.
+        workers: Worker threads asked for; None leaves the choice to the batch.
+        settings: Settings dataclass of the engine.
+        wall_time: Time that the batch took [s], kernel build included.
+    """
+
+    case: Case
+    lane_set: LaneSet
+    response: Response
+    precision: str
+    device: str
+    workers: int | None
+    settings: Any
+    wall_time: float
+
+
+def run_case(
+    case: Case,
+    engine: str,
+    *,
+    precision: str = "float64",
+    device: str = "cpu",
+    workers: int | None = None,
+    histories: bool | None = None,
+    lane_set: LaneSet | None = None,
+    progress: Progress | None = None,
+) -> CaseRun:
+    """Runs every lane of a case with one engine.
+
+    Args:
+        case: The case.
+        engine: Name of the engine.
+        precision: "float64" or "float32".
+        device: Warp device, such as "cpu" or "cuda:0".
+        workers: Worker threads; None uses the cores at hand.
+        histories: Whether to keep sampled histories; None does as the case says.
+        lane_set: The case's lanes, where they are at hand already.
+        progress: Called with the number of lanes finished so far.
+
+    Returns:
+        The case, its lanes and the response.
+
+    Raises:
+        InputError: An option is not one of those allowed, or the engine cannot do the scene.
+    """
+    require_options(engine, precision=precision, device=device, workers=workers)
+    lane_set = expand_lanes(case) if lane_set is None else lane_set
+    require_support(case, lane_set, engine)
+    times = _sample_times(case, lane_set, histories)
+    started = time.perf_counter()
+    settings = case.engine_settings(engine)
+    response = run_batch(
+        engine,
+        lane_set.lanes,
+        lane_set.motions,
+        times,
+        settings=settings,
+        precision=precision,
+        device=device,
+        workers=workers,
+        progress=progress,
+    )
+    return CaseRun(
+        case=case,
+        lane_set=lane_set,
+        response=response,
+        precision=precision,
+        device=device,
+        workers=workers,
+        settings=settings,
+        wall_time=time.perf_counter() - started,
+    )
+
+
+def run_lane(run: CaseRun, lane: int) -> Response:
+    """Runs one lane of a finished run again, alone, with histories.
+
+    A lane's numbers do not depend on the batch around it, so this is the same lane.
+
+    Args:
+        run: The finished run.
+        lane: Number of the lane, from 0.
+
+    Raises:
+        InputError: There is no such lane, or the case does not say how to sample histories.
+    """
+    require_histories(run.case, run.lane_set, [lane])
+    only = slice(lane, lane + 1)
+    return run_batch(
+        run.response.engine,
+        run.lane_set.lanes.take(only),
+        run.lane_set.motions.take(only),
+        run.lane_set.times,
+        settings=run.settings,
+        precision=run.precision,
+        device=run.device,
+        workers=1,
+    )
+
+
+def require_options(
+    engine: str, *, precision: str = "float64", device: str = "cpu", workers: int | None = None
+) -> None:
+    """Refuses options of a run that are not among those allowed.
+
+    Raises:
+        InputError: Unknown engine, precision or device, or fewer than one worker.
+    """
+    require_choice("-e/--engine", engine, tuple(ENGINES))
+    require_choice("--precision", precision, PRECISIONS)
+    require_workers(workers)
+    require_device(device)
+
+
+def require_choice(source: str, got: str, allowed: tuple[str, ...]) -> None:
+    """Refuses a value that is not among those allowed.
+
+    Raises:
+        InputError: It is not.
+    """
+    if got not in allowed:
+        raise InputError(source, "", got, f"allowed: {', '.join(allowed)}")
+
+
+def require_workers(workers: int | None) -> None:
+    """Refuses a number of worker threads below one.
+
+    Raises:
+        InputError: It is below one.
+    """
+    if workers is not None and workers < 1:
+        raise InputError("--workers", "", workers, "must be at least 1")
+
+
+def require_device(device: str) -> None:
+    """Refuses a device that Warp does not have.
+
+    Raises:
+        InputError: Warp has no such device here.
+    """
+    import warp as wp
+
+    wp.config.quiet = True
+    names = tuple(str(found.alias) for found in wp.get_devices())
+    if device not in names and not (device == "cuda" and wp.is_cuda_available()):
+        raise InputError("--device", "", device, f"allowed here: {', '.join(names)}")
+
+
+def require_support(case: Case, lane_set: LaneSet, engine: str) -> None:
+    """Refuses a scene that the engine cannot do.
+
+    Raises:
+        InputError: It cannot, with the engine's reason.
+    """
+    reason = engine_class(engine).supports(lane_set.scene)
+    if reason is not None:
+        raise InputError(str(case.file), "-e/--engine", engine, f"cannot do this scene: {reason}")
+
+
+def require_histories(case: Case, lane_set: LaneSet, lanes: Sequence[int]) -> None:
+    """Refuses histories of lanes that the case does not have, or does not say how to sample.
+
+    Raises:
+        InputError: There is no such lane, or the case has no sample interval.
+    """
+    count = lane_set.lanes.lane_count
+    for lane in lanes:
+        if not 0 <= lane < count:
+            raise InputError("--history", "", lane, f"must be a lane from 0 to {count - 1}")
+    if lanes:
+        _sample_times(case, lane_set, histories=True)
+
+
+def _sample_times(case: Case, lane_set: LaneSet, histories: bool | None) -> SampleTimes:
+    times = lane_set.times
+    if histories is False:
+        return SampleTimes(times.duration)
+    if histories and times.interval is None:
+        raise InputError(
+            str(case.file), "run.sample_interval", None, "must be > 0 s where histories are wanted"
+        )
+    return times

@@ -1,0 +1,240 @@
+"""Writes a run to a folder: the lane table, its provenance, and histories on request.
+
+A file appears whole or not at all: it is written under a temporary name next to its place and
+then moved there.
+"""
+
+from __future__ import annotations
+
+import collections
+import contextlib
+import dataclasses
+import datetime
+import json
+import os
+import pathlib
+import tempfile
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from warprock import machine
+from warprock.errors import InputError
+from warprock.expansion import LaneSet
+from warprock.response import FIELDS, LANE_FIELDS, Field, Outcome, Response, Status
+from warprock.rocking import frequency_parameter, half_diagonal
+from warprock.runner import CaseRun
+
+LANE_TABLE = "lanes.parquet"
+PROVENANCE = "run.json"
+HISTORY = "history-lane-{lane}.csv"
+
+PACKAGES = ("warp-lang", "numpy", "scipy")
+"""Distributions whose version can change a number."""
+
+_LANE_COLUMNS = (
+    Field("width", ("lane",), "m", "Full width in the plane of rocking"),
+    Field("height", ("lane",), "m", "Full height"),
+    Field("depth", ("lane",), "m", "Full depth across the plane of rocking"),
+    Field("density", ("lane",), "kg/m^3", "Density"),
+    Field("friction", ("lane",), "-", "Coulomb friction coefficient"),
+    Field("angular_restitution", ("lane",), "-", "Angular velocity after / before an impact"),
+    Field("rotation_start", ("lane",), "rad", "Rotation at the start"),
+    Field("half_diagonal", ("lane",), "m", "Half diagonal"),
+    Field("slenderness_angle", ("lane",), "rad", "Slenderness (critical) angle"),
+    Field("frequency_parameter", ("lane",), "rad/s", "Frequency parameter"),
+)
+_PEAK_RATIO = Field(
+    "peak_rotation_ratio", ("lane",), "-", "Largest rotation / slenderness angle of the block"
+)
+
+
+def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
+    """The table of a run, one row a lane: inputs, dimensionless groups and response.
+
+    Units are in the column names; `DataFrame.attrs["columns"]` holds the unit and the meaning
+    of every column that has them. Outcome and status are words.
+
+    Args:
+        lane_set: Lanes, motions and inputs.
+        response: The engine's answer for the same lanes.
+    """
+    count = response.lane_count
+    columns: dict[str, Any] = {"lane": np.arange(count)}
+    meaning: dict[str, dict[str, str]] = {"lane": {"unit": "-", "text": "Number of the lane"}}
+    for name in lane_set.inputs.columns:
+        columns[str(name)] = lane_set.inputs[name].to_numpy()
+
+    def add(field: Field, values: Any) -> None:
+        columns[field.column] = values
+        meaning[field.column] = {"unit": field.unit, "text": field.text}
+
+    lanes = lane_set.lanes
+    groups = {
+        "half_diagonal": half_diagonal(lanes.width, lanes.height),
+        "slenderness_angle": lanes.slenderness_angle,
+        "frequency_parameter": frequency_parameter(lanes.width, lanes.height),
+    }
+    for field in _LANE_COLUMNS:
+        add(field, groups[field.name] if field.name in groups else getattr(lanes, field.name))
+    for name in LANE_FIELDS:
+        field = FIELDS[name]
+        values = response[name]
+        add(field, values if field.enum is None else _words(values, field))
+    add(_PEAK_RATIO, response["peak_rotation"] / lanes.slenderness_angle)
+    table = pd.DataFrame(columns)
+    table.attrs["columns"] = meaning
+    return table
+
+
+def arrow_table(table: pd.DataFrame) -> pa.Table:
+    """An Arrow table whose fields carry the unit and the meaning of their columns."""
+    bare = table.copy()
+    meaning = bare.attrs.pop("columns", {})
+    arrow = pa.Table.from_pandas(bare, preserve_index=False)
+    fields = [
+        field.with_metadata(meaning[field.name]) if field.name in meaning else field
+        for field in arrow.schema
+    ]
+    return arrow.cast(pa.schema(fields, metadata=arrow.schema.metadata))
+
+
+def history_table(response: Response, row: int) -> pd.DataFrame:
+    """Sampled histories of one lane of a response, one row a sample."""
+    columns: dict[str, Any] = {"time_s": response.times}
+    for name, values in response.fields.items():
+        if FIELDS[name].dims == ("lane", "sample"):
+            columns[FIELDS[name].column] = values[row]
+    return pd.DataFrame(columns)
+
+
+def provenance(run: CaseRun) -> dict[str, Any]:
+    """Everything that is needed to run a run again and to judge it, ready for JSON."""
+    response = run.response
+    return {
+        "case": {
+            "name": run.case.name,
+            "title": run.case.title,
+            "source": run.case.source_text,
+            "file": str(run.case.file),
+            "resolved": run.case.raw,
+        },
+        "engine": {"name": response.engine, "settings": dataclasses.asdict(run.settings)},
+        "precision": run.precision,
+        "device": run.device,
+        "workers": run.workers,
+        "versions": machine.package_versions(PACKAGES),
+        "kernel_sha256": machine.kernel_hash(),
+        "machine": {
+            "cpu": machine.cpu_name(),
+            "cores": machine.core_count(),
+            "vector_flags": machine.cpu_vector_flags(),
+        },
+        "records": _record_rows(run.lane_set),
+        "lanes": response.lane_count,
+        "status": count_words(response, "status"),
+        "outcome": count_words(response, "outcome"),
+        "duration_s": run.lane_set.times.duration,
+        "wall_time_s": run.wall_time,
+        "finished": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+    }
+
+
+def count_words(response: Response, name: str) -> dict[str, int]:
+    """How many lanes have each word of `outcome` or `status`, words without a lane included."""
+    field = FIELDS[name]
+    counts = collections.Counter(_words(response[name], field))
+    words = [_word(code) for code in {"outcome": Outcome, "status": Status}[name]]
+    return {word: counts.get(word, 0) for word in words}
+
+
+def require_writable(folder: pathlib.Path, source: str = "-o/--output") -> None:
+    """Refuses a folder that results cannot be written to, leaving nothing behind.
+
+    Raises:
+        InputError: It is not a folder, or its nearest existing parent cannot be written to.
+    """
+    nearest = folder
+    while not nearest.exists() and nearest != nearest.parent:
+        nearest = nearest.parent
+    allowed = "must be a folder that can be written to"
+    if not nearest.is_dir():
+        raise InputError(source, "", str(folder), f"{allowed}; {nearest} is a file")
+    try:
+        with tempfile.TemporaryFile(dir=nearest):
+            pass
+    except OSError as error:
+        raise InputError(source, "", str(folder), f"{allowed}; {error.strerror}") from error
+
+
+def write_run(
+    run: CaseRun, folder: pathlib.Path, histories: Mapping[int, Response] | None = None
+) -> list[pathlib.Path]:
+    """Writes the lane table, `run.json` and the histories that were asked for.
+
+    Args:
+        run: The run.
+        folder: Where to; made if it does not exist.
+        histories: One-lane responses with histories, by number of the lane.
+
+    Returns:
+        The files, in the order in which they were written; `run.json` comes last.
+
+    Raises:
+        InputError: The folder cannot be written to.
+    """
+    require_writable(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    path = folder / LANE_TABLE
+    with replacing(path) as temporary:
+        pq.write_table(arrow_table(lane_table(run.lane_set, run.response)), temporary)
+    written.append(path)
+    for lane, response in (histories or {}).items():
+        path = folder / HISTORY.format(lane=lane)
+        with replacing(path) as temporary:
+            history_table(response, 0).to_csv(temporary, index=False)
+        written.append(path)
+    path = folder / PROVENANCE
+    with replacing(path) as temporary:
+        text = json.dumps(provenance(run), indent=2, ensure_ascii=False)
+        temporary.write_text(text + "\n", encoding="utf-8")
+    written.append(path)
+    return written
+
+
+@contextlib.contextmanager
+def replacing(path: pathlib.Path) -> Iterator[pathlib.Path]:
+    """A temporary path that takes the place of `path` if the block succeeds."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        yield temporary
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _word(code: Outcome | Status) -> str:
+    return code.name.lower()
+
+
+def _words(codes: np.ndarray[Any, Any], field: Field) -> list[str]:
+    assert field.enum is not None
+    names = {int(code): code.name.lower() for code in field.enum}
+    return [names[int(code)] for code in codes]
+
+
+def _record_rows(lane_set: LaneSet) -> list[dict[str, str]]:
+    return [
+        {
+            "name": record.name,
+            "sha256": record.sha256,
+            "source": record.source,
+            "licence": record.licence,
+        }
+        for record in lane_set.records
+    ]
