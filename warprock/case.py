@@ -1,0 +1,341 @@
+"""Cases: case.toml files, shipped or the user's own, read and judged before anything runs.
+
+Every error is an `InputError` that names the file (or -s, for an override), the dotted key, the
+value and what it must be. Unknown keys are errors with a suggestion.
+"""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import functools
+import importlib.resources
+import math
+import os
+import pathlib
+import re
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from importlib.resources.abc import Traversable
+from typing import Any
+
+import pydantic
+
+from warprock.axes import LABEL, Axis, axis_keys, axis_shape, read_axes
+from warprock.case_keys import EXCLUSIVE, KEYS, NOTHING, Said, did_you_mean
+from warprock.case_tables import CaseTables, CheckSpec, HousnerCheck, known_keys
+from warprock.engines.settings import SETTINGS, build_settings
+from warprock.errors import InputError
+from warprock.response import SampleTimes
+
+CASE_FILE = "case.toml"
+OVERRIDE = "-s"
+"""What errors name as the source of an override."""
+
+SourceOf = Callable[[str], str]
+"""Dotted key -> what an error about it names as its source."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    """A case whose every value has been judged.
+
+    Attributes:
+        name: Name of the shipped case, or of the folder (or file) it was read from.
+        file: The case file, as errors name it.
+        folder: Folder that relative paths in the case start from; None for a shipped case.
+        raw: The case as written, overrides included; JSON can hold it.
+        tables: The tables of the case, in SI units and rad.
+        axes: Its sweep, first axis slowest.
+        overridden: Keys that overrides changed.
+    """
+
+    name: str
+    file: str
+    folder: pathlib.Path | None
+    raw: Mapping[str, Any]
+    tables: CaseTables
+    axes: tuple[Axis, ...]
+    overridden: frozenset[str] = frozenset()
+
+    @property
+    def title(self) -> str:
+        """One line that says what the case is."""
+        return self.tables.title
+
+    @property
+    def source_text(self) -> str:
+        """Where the case's numbers come from."""
+        return self.tables.source
+
+    @property
+    def checks(self) -> tuple[CheckSpec, ...]:
+        """What the case expects of its engines."""
+        return self.tables.check
+
+    @property
+    def sample_times(self) -> SampleTimes:
+        """Length of the run and sampling of its histories."""
+        return SampleTimes(self.tables.run.duration, self.tables.run.sample_interval)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of the sweep's axes, first one slowest."""
+        return axis_shape(self.axes)
+
+    @property
+    def lane_count(self) -> int:
+        """Number of lanes that the case expands to."""
+        return math.prod(self.shape)
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Names of the label columns."""
+        keys = (key for axis in self.axes for key in axis.columns)
+        return tuple(key.removeprefix(LABEL) for key in keys if key.startswith(LABEL))
+
+    def engine_settings(self, engine: str) -> Any:
+        """Settings of an engine: the case's own, defaults otherwise.
+
+        Args:
+            engine: Name of the engine.
+
+        Returns:
+            The engine's settings dataclass.
+
+        Raises:
+            InputError: No engine has that name, or the case's table is wrong.
+        """
+        if engine not in SETTINGS:
+            raise InputError(
+                self.file,
+                "engines",
+                engine,
+                f"must be one of {', '.join(SETTINGS)}{did_you_mean(engine, SETTINGS)}",
+            )
+        source = self.source_of(f"engines.{engine}")
+        return build_settings(engine, self.tables.engines.get(engine, {}), source)
+
+    def source_of(self, key: str) -> str:
+        """What an error about a key names as its source: the file, or -s for an override."""
+        return _source_of(key, self.file, self.overridden)
+
+
+def case_names() -> list[str]:
+    """Names of the shipped cases, sorted."""
+    return sorted(
+        entry.name for entry in _shipped().iterdir() if entry.joinpath(CASE_FILE).is_file()
+    )
+
+
+def template_kinds() -> list[str]:
+    """Kinds of commented case files that `template_text` knows, sorted."""
+    names = (entry.name for entry in _shipped().joinpath("templates").iterdir())
+    return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
+
+
+def template_text(kind: str) -> str:
+    """A commented case file to start from.
+
+    Args:
+        kind: One of `template_kinds()`.
+
+    Raises:
+        InputError: There is no such kind.
+    """
+    kinds = template_kinds()
+    if kind not in kinds:
+        raise InputError(
+            "KIND", "", kind, f"must be one of {', '.join(kinds)}{did_you_mean(kind, kinds)}"
+        )
+    return _shipped().joinpath("templates", f"{kind}.toml").read_text(encoding="utf-8")
+
+
+def load_case(name_or_path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Case:
+    """Reads a case and judges every value in it.
+
+    Args:
+        name_or_path: Name of a shipped case, or path of a case file or of its folder.
+        overrides: Texts `key=value`, such as `block.height=5.5 m`. An override of a key that the
+            case sweeps replaces the whole axis it lies on.
+
+    Raises:
+        InputError: No such case, or something in it cannot be used.
+    """
+    name, file, folder, text = _find(os.fspath(name_or_path))
+    raw = _parse(text, file)
+    overridden = frozenset(_override(raw, override) for override in overrides)
+    _replace_axes(raw, overridden)
+    axes = read_axes(raw.get("sweep", []), _source_of("sweep", file, overridden))
+    tables = _read_tables(raw, axes, functools.partial(_source_of, file=file, overridden=overridden))
+    case = Case(name, file, folder, raw, tables, axes, overridden)
+    for engine in tables.engines:
+        case.engine_settings(engine)
+    if not overridden:
+        _judge_checks(case)
+    return case
+
+
+def _shipped() -> Traversable:
+    return importlib.resources.files("warprock.cases")
+
+
+def _find(text: str) -> tuple[str, str, pathlib.Path | None, str]:
+    """Name, file as errors name it, folder and text of a case."""
+    names = case_names()
+    if text in names:
+        file = _shipped().joinpath(text, CASE_FILE)
+        return text, f"{text}/{CASE_FILE}", None, file.read_text(encoding="utf-8")
+    path = pathlib.Path(text)
+    path = path / CASE_FILE if path.is_dir() else path
+    if not path.is_file():
+        raise InputError(
+            "CASE",
+            "",
+            text,
+            f"must be a shipped case ({', '.join(names)}) or the path of a case file"
+            f"{did_you_mean(text, names)}",
+        )
+    try:
+        content = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(str(path), "", Said(error), "must be a readable UTF-8 file") from None
+    folder = path.resolve().parent
+    return (folder.name if path.name == CASE_FILE else path.stem), str(path), folder, content
+
+
+def _parse(text: str, file: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        reason = str(error)
+        line = re.search(r"at line (\d+)", reason)
+        lines = text.splitlines()
+        got = lines[int(line[1]) - 1].strip() if line and int(line[1]) <= len(lines) else ""
+        raise InputError(file, "", got or Said("the text"), f"must be TOML: {reason}") from None
+
+
+def _source_of(key: str, file: str, overridden: frozenset[str]) -> str:
+    """The file, or -s where an override gave the key, a table above it or a part of it."""
+    plain = re.sub(r"\[\d+\]", "", key)
+    given = any(f"{plain}.".startswith(f"{o}.") or o.startswith(f"{plain}.") for o in overridden)
+    return OVERRIDE if given else file
+
+
+def _override(raw: dict[str, Any], override: str) -> str:
+    """Puts one `key=value` into a case; the key it changed."""
+    key, equals, text = override.partition("=")
+    key, text = key.strip(), text.strip()
+    if not (key and equals and text):
+        raise InputError(OVERRIDE, "", override, 'must be KEY=VALUE, such as block.height="5.5 m"')
+    *path, last = key.split(".")
+    table: Any = raw
+    for name in path:
+        table = table.setdefault(name, {})
+        if not isinstance(table, dict):
+            raise InputError(OVERRIDE, key, text, f"{name} is not a table; its value is replaced whole")
+    table[last] = _override_value(text)
+    if key in EXCLUSIVE:
+        table.pop(EXCLUSIVE[key].rpartition(".")[2], None)
+    return key
+
+
+def _override_value(text: str) -> Any:
+    """A TOML value, or the text itself where it is none, such as 5.5 m without quotes."""
+    try:
+        parsed = tomllib.loads(f"value = {text}")
+    except tomllib.TOMLDecodeError:
+        return text
+    return parsed["value"] if len(parsed) == 1 else text
+
+
+def _replace_axes(raw: dict[str, Any], overridden: frozenset[str]) -> None:
+    """Drops the axes that sweep a key which an override set, or its other way of saying it."""
+    entries = raw.get("sweep")
+    if "sweep" in overridden or not isinstance(entries, list):
+        return
+    fixed = overridden | {EXCLUSIVE[key] for key in overridden if key in EXCLUSIVE}
+    kept = [e for e in entries if not (isinstance(e, Mapping) and fixed & axis_keys(e).keys())]
+    if len(kept) < len(entries):
+        raw["sweep"] = kept
+
+
+def _read_tables(raw: Mapping[str, Any], axes: Sequence[Axis], source_of: SourceOf) -> CaseTables:
+    """The tables of a case, in which the first value along each axis stands for the swept ones."""
+    body = copy.deepcopy({key: value for key, value in raw.items() if key != "sweep"})
+    swept = {key: column.first for axis in axes for key, column in axis.columns.items()}
+    for key, value in swept.items():
+        table, _, name = key.partition(".")
+        if not key.startswith(LABEL) and isinstance(body.setdefault(table, {}), dict):
+            body[table][name] = value
+    try:
+        return CaseTables.model_validate(body)
+    except pydantic.ValidationError as error:
+        raise _input_error(error, source_of) from None
+
+
+def _input_error(error: pydantic.ValidationError, source_of: SourceOf) -> InputError:
+    """The first thing wrong; a mistyped key before what is missing because of it."""
+    details = error.errors(include_url=False)
+    detail = next((d for d in details if d["type"] == "extra_forbidden"), details[0])
+    kind, location, context = detail["type"], detail["loc"], detail.get("ctx", {})
+    path = list(location)
+    if location[:1] == ("check",):
+        path[2:3] = []  # pydantic puts the kind of the check here, which is no key
+    if kind in ("union_tag_invalid", "union_tag_not_found"):
+        path.append("kind")
+    elif kind == "case_key":
+        path.append(context["name"])
+    key = _dotted(path)
+    got: object = detail["input"]
+    if kind == "extra_forbidden":
+        allowed = _unknown_key(location, path)
+    elif kind == "missing":
+        got, allowed = NOTHING, KEYS[key].allowed if key in KEYS else "must be given"
+    elif kind == "case_key":
+        got, allowed = context["got"], context["allowed"]
+    elif kind == "value_error":
+        allowed = str(context["error"])
+    elif kind in ("union_tag_invalid", "union_tag_not_found"):
+        got = context.get("tag", NOTHING)
+        allowed = "must be peaks or housner"
+    else:
+        allowed = re.sub(r"^.*? should ", "must ", detail["msg"])
+    return InputError(source_of(key), key, got, allowed)
+
+
+def _unknown_key(location: Sequence[int | str], path: Sequence[int | str]) -> str:
+    """What is said about an unknown key: those allowed, and the one perhaps meant."""
+    known = known_keys(location)
+    plain = _dotted([part for part in path if not isinstance(part, int)])
+    near = did_you_mean(plain, known) or did_you_mean(plain, KEYS)
+    names = ", ".join(key.rpartition(".")[2] for key in known)
+    return f"unknown key (allowed: {names}){near}"
+
+
+def _dotted(path: Sequence[int | str]) -> str:
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
+    return text.removeprefix(".")
+
+
+def _judge_checks(case: Case) -> None:
+    """Refuses a check that cannot be made on its case."""
+    values = {
+        key.removeprefix(LABEL): getattr(column, "values", ())
+        for axis in case.axes
+        for key, column in axis.columns.items()
+        if key.startswith(LABEL)
+    }
+    for number, check in enumerate(case.checks):
+        for label, value in check.where.items():
+            key = f"check[{number}].where.{label}"
+            if label not in values:
+                known = ", ".join(values) or "none"
+                raise InputError(case.file, key, value, f"must be a label of the case ({known})")
+            if value not in values[label]:
+                known = ", ".join(values[label])
+                raise InputError(case.file, key, value, f"must be a value of the label ({known})")
+        if isinstance(check, HousnerCheck) and case.sample_times.interval is None:
+            raise InputError(
+                case.file, "run.sample_interval", NOTHING, f"must be given for check[{number}]"
+            )

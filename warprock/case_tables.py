@@ -1,0 +1,234 @@
+"""The tables of a case file as pydantic models: which keys exist, and which belong together.
+
+Values are floats in SI units or rad; bounds and units of each key are in `case_keys.KEYS`.
+"""
+
+from __future__ import annotations
+
+import types
+import typing
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal, Self
+
+import pydantic
+import pydantic_core
+
+from warprock.case_keys import KEYS, NOTHING, NumberKey, TextKey
+from warprock.engines.settings import SETTINGS
+from warprock.motion import Control, Waveform
+from warprock.units import Quantity
+
+
+def _number(key: str) -> pydantic.BeforeValidator:
+    reader = KEYS[key]
+    assert isinstance(reader, NumberKey)
+    return pydantic.BeforeValidator(reader.read_number)
+
+
+def _keyed(name: str, got: object, allowed: str) -> pydantic_core.PydanticCustomError:
+    """An error about one key of a table, found when the whole table is looked at."""
+    return pydantic_core.PydanticCustomError(
+        "case_key", "{allowed}", {"name": name, "got": got, "allowed": allowed}
+    )
+
+
+class Table(pydantic.BaseModel):
+    """A table that refuses keys it does not know."""
+
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+
+
+class Block(Table):
+    """The block: full dimensions [m] and density [kg/m^3]."""
+
+    width: Annotated[float, _number("block.width")]
+    height: Annotated[float, _number("block.height")]
+    depth: Annotated[float, _number("block.depth")]
+    density: Annotated[float, _number("block.density")]
+
+
+class Contact(Table):
+    """What happens between block and base."""
+
+    friction: Annotated[float, _number("contact.friction")]
+    angular_restitution: Annotated[float, _number("contact.angular_restitution")] | None = None
+
+
+class Start(Table):
+    """How the block is released: at a rotation [rad] or at a part of its slenderness angle."""
+
+    rotation: Annotated[float, _number("start.rotation")] | None = None
+    rotation_ratio: Annotated[float, _number("start.rotation_ratio")] | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _one_rotation(self) -> Self:
+        if self.rotation is not None and self.rotation_ratio is not None:
+            raise _keyed(
+                "rotation_ratio", self.rotation_ratio, "must not be given beside start.rotation"
+            )
+        return self
+
+
+# Keys of [motion] by waveform: those it needs and those it may have.
+_SINE_KEYS = (("control", "frequency", "amplitude"), ("start", "cycles", "duration"))
+_MOTION_KEYS: dict[Waveform, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    Waveform.SINE: _SINE_KEYS,
+    Waveform.COSINE: _SINE_KEYS,
+    Waveform.RICKER: (("control", "frequency", "amplitude"), ("start",)),
+    Waveform.RECORD: (("record",), ("scale", "start")),
+}
+
+
+class Motion(Table):
+    """How the base moves: an analytic waveform under a control, or a record times a scale."""
+
+    waveform: Annotated[Waveform, pydantic.BeforeValidator(KEYS["motion.waveform"].read)]
+    control: Annotated[Control, pydantic.BeforeValidator(KEYS["motion.control"].read)] | None = None
+    frequency: Annotated[float, _number("motion.frequency")] | None = None
+    amplitude: (
+        Annotated[Quantity, pydantic.PlainValidator(KEYS["motion.amplitude"].read)] | None
+    ) = None
+    start: Annotated[float, _number("motion.start")] = 0.0
+    cycles: Annotated[float, _number("motion.cycles")] | None = None
+    duration: Annotated[float, _number("motion.duration")] | None = None
+    record: Annotated[str, pydantic.BeforeValidator(KEYS["motion.record"].read)] | None = None
+    scale: Annotated[float, _number("motion.scale")] = 1.0
+
+    @pydantic.model_validator(mode="after")
+    def _keys_of_the_waveform(self) -> Self:
+        needed, optional = _MOTION_KEYS[self.waveform]
+        given = self.model_fields_set - {"waveform"}
+        for name in type(self).model_fields:
+            if name in given and name not in needed + optional:
+                allowed = f"must not be given with waveform {self.waveform}"
+                raise _keyed(name, getattr(self, name), allowed)
+        for name in needed:
+            if name not in given:
+                raise _keyed(name, NOTHING, KEYS[f"motion.{name}"].allowed)
+        if "cycles" in optional:
+            if {"cycles", "duration"} <= given:
+                raise _keyed("duration", self.duration, "must not be given beside motion.cycles")
+            if not {"cycles", "duration"} & given:
+                raise _keyed("cycles", NOTHING, "must be given, or motion.duration")
+        return self
+
+
+class Run(Table):
+    """Length of the run and time between samples of its histories [s]."""
+
+    duration: Annotated[float, _number("run.duration")]
+    sample_interval: Annotated[float, _number("run.sample_interval")] | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _interval_inside(self) -> Self:
+        if self.sample_interval is not None and self.sample_interval > self.duration:
+            allowed = f"must be at most run.duration, {self.duration:g} s"
+            raise _keyed("sample_interval", f"{self.sample_interval:g} s", allowed)
+        return self
+
+
+_Positive = Annotated[float, pydantic.Field(gt=0.0, allow_inf_nan=False)]
+
+
+class Check(Table):
+    """What every check has.
+
+    Attributes:
+        engine: Engine that is checked.
+        because: Why the numbers are right and where the tolerance comes from.
+        where: Label -> value that selects lanes; empty selects all.
+    """
+
+    engine: str
+    because: Annotated[str, pydantic.Field(min_length=1)]
+    where: dict[str, str] = {}
+
+    @pydantic.field_validator("engine")
+    @classmethod
+    def _known_engine(cls, engine: str) -> str:
+        return TextKey("an engine", tuple(SETTINGS)).read(engine)
+
+
+class PeaksCheck(Check):
+    """Peak rotations / slenderness angle of the selected lanes, in lane order.
+
+    Attributes:
+        values: Expected ratios.
+        tolerance: Largest absolute difference of a ratio.
+    """
+
+    kind: Literal["peaks"]
+    values: Annotated[
+        tuple[Annotated[float, pydantic.Field(ge=0.0, allow_inf_nan=False)], ...],
+        pydantic.Field(min_length=1),
+    ]
+    tolerance: _Positive
+
+
+class HousnerCheck(Check):
+    """Rotation histories against the engine `housner`, where Housner's assumptions hold.
+
+    Attributes:
+        limit_5s: Largest |rotation - reference| / slenderness angle over the first 5 s.
+        limit_run: The same over the whole run; None does not check it.
+    """
+
+    kind: Literal["housner"]
+    limit_5s: _Positive
+    limit_run: _Positive | None = None
+
+
+CheckSpec = PeaksCheck | HousnerCheck
+
+
+class CaseTables(Table):
+    """A case file without its sweep.
+
+    Attributes:
+        title: One line that says what the case is.
+        source: Where its numbers come from.
+        engines: Settings by engine; `engines.settings.build_settings` judges them.
+    """
+
+    title: Annotated[str, pydantic.Field(min_length=1)]
+    source: Annotated[str, pydantic.Field(min_length=1)]
+    block: Block
+    contact: Contact
+    start: Start = Start()
+    motion: Motion | None = None
+    run: Run
+    engines: dict[str, dict[str, Any]] = {}
+    check: tuple[Annotated[CheckSpec, pydantic.Field(discriminator="kind")], ...] = ()
+
+
+def known_keys(location: Sequence[int | str]) -> list[str]:
+    """Dotted keys of the table that an unknown key was found in.
+
+    Args:
+        location: Path of the unknown key as pydantic gives it: with positions in lists and the
+            kind of a check.
+    """
+    table: type[pydantic.BaseModel] = CaseTables
+    path: list[str] = []
+    for part in location[:-1]:
+        if isinstance(part, int):
+            continue
+        if part in table.model_fields:
+            path.append(part)
+            tables = list(_tables_in(table.model_fields[part].annotation))
+            table = tables[0] if tables else table
+        else:
+            table = next(t for t in (PeaksCheck, HousnerCheck) if part == _kind(t))
+    names = list(table.model_fields) + (["sweep"] if table is CaseTables else [])
+    return [".".join([*path, name]) for name in names]
+
+
+def _kind(check: type[Check]) -> str:
+    return str(typing.get_args(check.model_fields["kind"].annotation)[0])
+
+
+def _tables_in(annotation: Any) -> list[type[pydantic.BaseModel]]:
+    """Models inside an annotation such as `Motion | None`."""
+    if isinstance(annotation, type) and not isinstance(annotation, types.GenericAlias):
+        return [annotation] if issubclass(annotation, pydantic.BaseModel) else []
+    return [found for inner in typing.get_args(annotation) for found in _tables_in(inner)]
