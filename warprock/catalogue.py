@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-import importlib.resources
 import pathlib
-from importlib.resources.abc import Traversable
 from typing import Any
 
-from warprock.case import Case, case_names, load_case
+from warprock.case import Case, case_names, load_case, template_text
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.settings import SETTINGS
 from warprock.errors import InputError
@@ -40,7 +38,7 @@ def explain_case(case: Case) -> dict[str, Any]:
             "name": case.name,
             "title": case.title,
             "source": case.source_text,
-            "file": str(case.file),
+            "file": case.file,
         },
         "scene": dataclasses.asdict(scene)
         | {"why": "one planar block with a rectangular base touches it at two corners"},
@@ -53,16 +51,11 @@ def explain_case(case: Case) -> dict[str, Any]:
     }
 
 
-def template_names() -> list[str]:
-    """The kinds of case files that `write_template` can start."""
-    return sorted(_templates())
-
-
 def write_template(kind: str, path: pathlib.Path) -> pathlib.Path:
     """Writes a commented case file to start from.
 
     Args:
-        kind: One of `template_names()`.
+        kind: One of `case.template_kinds()`.
         path: File to write, or a folder to write `case.toml` into.
 
     Returns:
@@ -71,24 +64,13 @@ def write_template(kind: str, path: pathlib.Path) -> pathlib.Path:
     Raises:
         InputError: Unknown kind, or the file exists already.
     """
-    found = _templates()
-    if kind not in found:
-        raise InputError("init", "KIND", kind, f"allowed: {', '.join(sorted(found))}")
+    text = template_text(kind)
     file = path / "case.toml" if path.is_dir() or path.suffix != ".toml" else path
     if file.exists():
-        raise InputError("init", "PATH", str(file), "must not exist already")
+        raise InputError("PATH", "", str(file), "must not exist already")
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(found[kind].read_text(encoding="utf-8"), encoding="utf-8")
+    file.write_text(text, encoding="utf-8")
     return file
-
-
-def _templates() -> dict[str, Traversable]:
-    folder = importlib.resources.files("warprock.cases") / "templates"
-    return {
-        entry.name.removesuffix(".toml"): entry
-        for entry in folder.iterdir()
-        if entry.name.endswith(".toml")
-    }
 
 
 def _engine_row(name: str) -> dict[str, Any]:

@@ -109,8 +109,8 @@ def list_command(as_json: bool) -> None:
 def explain(case_name: str, overrides: tuple[str, ...], as_json: bool) -> None:
     """What a case requires, and which kernels can run it."""
     from warprock import catalogue
-    from warprock.report import console
     from warprock.case import load_case
+    from warprock.report import console
 
     found = catalogue.explain_case(load_case(case_name, overrides))
     console.print_json(found) if as_json else console.print_explanation(found)
@@ -148,18 +148,16 @@ def run(
     """Run every lane of a CASE with one engine."""
     from warprock import runner, store
     from warprock.case import load_case
-    from warprock.expansion import expand_lanes
     from warprock.report import console
 
     runner.require_options(engine, precision=precision, device=device, workers=workers)
     case = load_case(case_name, overrides)
-    lane_set = expand_lanes(case)
-    runner.require_histories(case, lane_set, lanes)
+    runner.require_histories(case, lanes)
     if lanes and folder is None:
         raise InputError("--history", "", list(lanes), "needs -o/--output, the folder to write to")
     if folder is not None:
         store.require_writable(folder)
-    with console.lane_progress(case.name, lane_set.lanes.lane_count) as progress:
+    with console.lane_progress(case.name, case.lane_count) as progress:
         case_run = runner.run_case(
             case,
             engine,
@@ -167,7 +165,6 @@ def run(
             device=device,
             workers=workers,
             histories=False,
-            lane_set=lane_set,
             progress=progress,
         )
     histories = {lane: runner.run_lane(case_run, lane) for lane in lanes}

@@ -6,7 +6,10 @@ import os
 import pathlib
 from typing import Any
 
+import warp as wp
+
 from warprock import machine
+from warprock.devices import start_warp
 from warprock.engines import ENGINES, engine_class
 
 PACKAGES = (
@@ -53,10 +56,7 @@ def examine() -> dict[str, Any]:
 
 
 def _warp_state() -> tuple[list[dict[str, Any]], dict[str, Any]]:
-    import warp as wp
-
-    wp.config.quiet = True
-    wp.init()
+    start_warp()
     devices = [
         {"device": str(device.alias), "name": str(device.name), "cuda": bool(device.is_cuda)}
         for device in wp.get_devices()

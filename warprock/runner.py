@@ -12,6 +12,8 @@ from typing import Any
 
 from warprock.batch import run_batch
 from warprock.case import Case
+from warprock.case_keys import NOTHING
+from warprock.devices import require_device
 from warprock.engines import ENGINES, engine_class
 from warprock.errors import InputError
 from warprock.expansion import LaneSet, expand_lanes
@@ -56,7 +58,6 @@ def run_case(
     device: str = "cpu",
     workers: int | None = None,
     histories: bool | None = None,
-    lane_set: LaneSet | None = None,
     progress: Progress | None = None,
 ) -> CaseRun:
     """Runs every lane of a case with one engine.
@@ -68,7 +69,6 @@ def run_case(
         device: Warp device, such as "cpu" or "cuda:0".
         workers: Worker threads; None uses the cores at hand.
         histories: Whether to keep sampled histories; None does as the case says.
-        lane_set: The case's lanes, where they are at hand already.
         progress: Called with the number of lanes finished so far.
 
     Returns:
@@ -78,9 +78,9 @@ def run_case(
         InputError: An option is not one of those allowed, or the engine cannot do the scene.
     """
     require_options(engine, precision=precision, device=device, workers=workers)
-    lane_set = expand_lanes(case) if lane_set is None else lane_set
+    lane_set = expand_lanes(case)
     require_support(case, lane_set, engine)
-    times = _sample_times(case, lane_set, histories)
+    times = _sample_times(case, histories)
     started = time.perf_counter()
     settings = case.engine_settings(engine)
     response = run_batch(
@@ -118,13 +118,13 @@ def run_lane(run: CaseRun, lane: int) -> Response:
     Raises:
         InputError: There is no such lane, or the case does not say how to sample histories.
     """
-    require_histories(run.case, run.lane_set, [lane])
+    require_histories(run.case, [lane])
     only = slice(lane, lane + 1)
     return run_batch(
         run.response.engine,
         run.lane_set.lanes.take(only),
         run.lane_set.motions.take(only),
-        run.lane_set.times,
+        run.case.sample_times,
         settings=run.settings,
         precision=run.precision,
         device=run.device,
@@ -166,20 +166,6 @@ def require_workers(workers: int | None) -> None:
         raise InputError("--workers", "", workers, "must be at least 1")
 
 
-def require_device(device: str) -> None:
-    """Refuses a device that Warp does not have.
-
-    Raises:
-        InputError: Warp has no such device here.
-    """
-    import warp as wp
-
-    wp.config.quiet = True
-    names = tuple(str(found.alias) for found in wp.get_devices())
-    if device not in names and not (device == "cuda" and wp.is_cuda_available()):
-        raise InputError("--device", "", device, f"allowed here: {', '.join(names)}")
-
-
 def require_support(case: Case, lane_set: LaneSet, engine: str) -> None:
     """Refuses a scene that the engine cannot do.
 
@@ -188,29 +174,29 @@ def require_support(case: Case, lane_set: LaneSet, engine: str) -> None:
     """
     reason = engine_class(engine).supports(lane_set.scene)
     if reason is not None:
-        raise InputError(str(case.file), "-e/--engine", engine, f"cannot do this scene: {reason}")
+        raise InputError(case.file, "-e/--engine", engine, f"cannot do this scene: {reason}")
 
 
-def require_histories(case: Case, lane_set: LaneSet, lanes: Sequence[int]) -> None:
+def require_histories(case: Case, lanes: Sequence[int]) -> None:
     """Refuses histories of lanes that the case does not have, or does not say how to sample.
 
     Raises:
         InputError: There is no such lane, or the case has no sample interval.
     """
-    count = lane_set.lanes.lane_count
+    count = case.lane_count
     for lane in lanes:
         if not 0 <= lane < count:
             raise InputError("--history", "", lane, f"must be a lane from 0 to {count - 1}")
     if lanes:
-        _sample_times(case, lane_set, histories=True)
+        _sample_times(case, histories=True)
 
 
-def _sample_times(case: Case, lane_set: LaneSet, histories: bool | None) -> SampleTimes:
-    times = lane_set.times
+def _sample_times(case: Case, histories: bool | None) -> SampleTimes:
+    times = case.sample_times
     if histories is False:
         return SampleTimes(times.duration)
     if histories and times.interval is None:
         raise InputError(
-            str(case.file), "run.sample_interval", None, "must be > 0 s where histories are wanted"
+            case.file, "run.sample_interval", NOTHING, "must be given where histories are wanted"
         )
     return times

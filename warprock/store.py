@@ -120,7 +120,7 @@ def provenance(run: CaseRun) -> dict[str, Any]:
             "name": run.case.name,
             "title": run.case.title,
             "source": run.case.source_text,
-            "file": str(run.case.file),
+            "file": run.case.file,
             "resolved": run.case.raw,
         },
         "engine": {"name": response.engine, "settings": dataclasses.asdict(run.settings)},

@@ -12,15 +12,15 @@ import math
 import pathlib
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import rich.console
 import rich.progress
 import rich.table
 
-from warprock.runner import CaseRun
-from warprock.store import count_words, lane_table
+if TYPE_CHECKING:
+    from warprock.runner import CaseRun
 
 LANES_SHOWN = 40
 """Lanes up to which `run` prints every one; a larger run prints its counts and ranges."""
@@ -123,6 +123,8 @@ def print_explanation(found: Mapping[str, Any]) -> None:
 
 def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
     """Prints a run: every lane of a small one, counts and ranges of a large one."""
+    from warprock.store import count_words, lane_table
+
     out = _stdout()
     response = run.response
     table = lane_table(run.lane_set, response)

@@ -1,0 +1,48 @@
+"""The devices that Warp can run on here."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import warp as wp
+
+from warprock.errors import InputError
+
+STDERR = 2
+"""File descriptor that the native library writes to."""
+
+
+def start_warp() -> None:
+    """Initialises Warp without its greeting, since stdout belongs to the results.
+
+    On a machine without a GPU its library also warns on stderr, where each run would begin with
+    a line that looks like trouble; `warprock doctor` says which devices there are instead.
+    """
+    wp.config.log_level = max(wp.config.log_level, wp.LOG_WARNING)
+    sys.stderr.flush()
+    stderr = os.dup(STDERR)
+    with open(os.devnull, "wb") as nowhere:
+        os.dup2(nowhere.fileno(), STDERR)
+        try:
+            wp.init()
+        finally:
+            os.dup2(stderr, STDERR)
+            os.close(stderr)
+
+
+def device_names() -> tuple[str, ...]:
+    """Names of the devices, such as "cpu" and "cuda:0"."""
+    start_warp()
+    return tuple(str(device.alias) for device in wp.get_devices())
+
+
+def require_device(name: str) -> None:
+    """Refuses a device that Warp does not have.
+
+    Raises:
+        InputError: Warp has no such device here.
+    """
+    names = device_names()
+    if name not in names and not (name == "cuda" and "cuda:0" in names):
+        raise InputError("--device", "", name, f"allowed here: {', '.join(names)}")
