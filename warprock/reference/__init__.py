@@ -1,0 +1,1 @@
+"""What the engines are held against: references that share no formula with them."""
