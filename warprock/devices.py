@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import sys
 
@@ -13,6 +14,7 @@ STDERR = 2
 """File descriptor that the native library writes to."""
 
 
+@functools.cache
 def start_warp() -> None:
     """Initialises Warp without its greeting, since stdout belongs to the results.
 

@@ -1,0 +1,250 @@
+"""The plan of the house, held to: who imports whom, how long things are, what a kernel may be."""
+
+from __future__ import annotations
+
+import ast
+import pathlib
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+FILE_LINES, FUNCTION_LINES, KERNEL_ARGUMENTS = 400, 60, 8
+
+# Room: (its files, the rooms it may import besides itself, the packages it may import).
+# A file belongs to the first room that names it. Rooms are in the direction of the data:
+# case -> lanes -> engine -> response -> check -> report.
+ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
+    "errors": (("warprock/errors.py", "warprock/__init__.py"), "all", ""),
+    "kernels": (("kernels/*.py",), "", "warp"),
+    "foundation": (
+        (
+            "warprock/response.py",
+            "warprock/motion.py",
+            "warprock/lanes.py",
+            "warprock/scene.py",
+            "warprock/units.py",
+            "warprock/rocking.py",
+        ),
+        "errors",
+        "numpy",
+    ),
+    "settings": (("warprock/engines/settings.py",), "errors", ""),
+    "cases": (
+        (
+            "warprock/axes.py",
+            "warprock/case*.py",
+            "warprock/expansion.py",
+            "warprock/records.py",
+            "cases/__init__.py",
+        ),
+        "errors foundation settings",
+        "numpy pandas pydantic",
+    ),
+    "engines": (
+        ("warprock/engines/*.py",),
+        "errors foundation settings kernels",
+        "numpy warp",
+    ),
+    "batch": (
+        ("warprock/batch.py", "warprock/bench.py", "warprock/devices.py"),
+        "errors foundation settings engines kernels",
+        "numpy warp",
+    ),
+    "reference": (("warprock/reference/*.py",), "errors foundation", "numpy scipy newton warp"),
+    "runs": (
+        ("warprock/runner.py", "warprock/store.py", "warprock/machine.py"),
+        "errors foundation settings cases engines batch",
+        "numpy pandas pyarrow",
+    ),
+    "checks": (
+        ("warprock/checks.py", "warprock/comparison.py"),
+        "errors foundation settings cases engines runs reference",
+        "numpy pandas",
+    ),
+    "plots": (
+        ("warprock/report/plots*.py",),
+        "errors foundation settings cases runs checks report",
+        "numpy pandas matplotlib",
+    ),
+    "report": (
+        ("warprock/report/*.py",),
+        "errors foundation settings cases runs checks",
+        "numpy pandas rich",
+    ),
+    "reproduction": (
+        ("warprock/reproduce*.py",),
+        "errors foundation settings cases runs checks reference report plots",
+        "numpy pandas",
+    ),
+    "desk": (
+        ("warprock/catalogue.py", "warprock/doctor.py"),
+        "errors foundation settings cases engines batch runs",
+        "numpy warp",
+    ),
+    "cli": (
+        ("warprock/cli*.py", "warprock/__main__.py"),
+        "errors foundation settings cases batch runs checks report reproduction desk",
+        "click",
+    ),
+}
+
+SOURCES = sorted(
+    path.relative_to(ROOT).as_posix()
+    for folder in ("warprock", "kernels", "cases", "tools")
+    for path in (ROOT / folder).rglob("*.py")
+)
+
+
+def _room_of(file: str) -> str:
+    path = pathlib.PurePosixPath(file)
+    return next(
+        room for room, (files, _, _) in ROOMS.items() if any(path.match(each) for each in files)
+    )
+
+
+def _tree(file: str) -> ast.Module:
+    return ast.parse((ROOT / file).read_text(encoding="utf-8"), file)
+
+
+def _file_of(module: str) -> str | None:
+    """The source file of a module of ours, as a path from the root."""
+    stem = module.replace(".", "/")
+    for mapped in ("kernels", "cases"):
+        if stem == f"warprock/{mapped}" or stem.startswith(f"warprock/{mapped}/"):
+            stem = stem.removeprefix("warprock/")
+    for file in (f"{stem}.py", f"{stem}/__init__.py"):
+        if (ROOT / file).is_file():
+            return file
+    return None
+
+
+def _imports(tree: ast.AST, file: str) -> Iterator[str]:
+    """Every module that a file imports, wherever in the file it does."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{file}:{node.lineno}: relative import"
+            assert node.module is not None
+            for alias in node.names:
+                inner = f"{node.module}.{alias.name}"
+                yield inner if _file_of(inner) else node.module
+
+
+def _functions(tree: ast.AST) -> Iterator[ast.FunctionDef]:
+    yield from (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))
+
+
+def _decorators(function: ast.FunctionDef) -> list[str]:
+    calls = [d.func if isinstance(d, ast.Call) else d for d in function.decorator_list]
+    return [ast.unparse(call) for call in calls]
+
+
+def test_there_are_sources():
+    assert {"kernels/impulse.py", "warprock/cli.py", "warprock/engines/housner.py"} <= set(SOURCES)
+
+
+@pytest.mark.parametrize("file", [file for file in SOURCES if not file.startswith("tools/")])
+def test_a_room_imports_only_what_its_row_allows(file: str):
+    room = _room_of(file)
+    _, rooms, packages = ROOMS[room]
+    for module in _imports(_tree(file), file):
+        top = module.split(".")[0]
+        if top != "warprock":
+            allowed = top in sys.stdlib_module_names or top in packages.split()
+            assert allowed, f"{file} ({room}) imports {module}"
+            continue
+        target = _file_of(module)
+        assert target is not None, f"{file} imports {module}, which is no file of ours"
+        if rooms == "all" or target == "warprock/__init__.py":
+            continue
+        assert _room_of(target) in (room, *rooms.split()), f"{file} ({room}) imports {module}"
+
+
+def test_no_engine_imports_another_engine():
+    shared = {"__init__", "base", "settings", "stepping"}
+    for path in (ROOT / "warprock/engines").glob("*.py"):
+        file = path.relative_to(ROOT).as_posix()
+        for module in _imports(_tree(file), file):
+            if module.startswith("warprock.engines.") and path.stem not in shared:
+                assert module.split(".")[2] in shared, f"{file} imports {module}"
+
+
+@pytest.mark.parametrize(
+    ("package", "only_in"),
+    [
+        ("matplotlib", ("warprock/report/plots",)),
+        ("newton", ("warprock/reference/",)),
+        ("scipy", ("warprock/reference/",)),
+        ("click", ("warprock/cli",)),
+    ],
+)
+def test_a_heavy_package_is_imported_in_one_room(package: str, only_in: tuple[str, ...]):
+    for file in SOURCES:
+        if package in {module.split(".")[0] for module in _imports(_tree(file), file)}:
+            assert file.startswith((*only_in, "tools/")), f"{file} imports {package}"
+
+
+def test_nothing_imports_tests_or_tools():
+    for file in SOURCES:
+        tops = {module.split(".")[0] for module in _imports(_tree(file), file)}
+        assert not tops & {"tests", "tools", "kernels", "cases"}, file
+
+
+@pytest.mark.parametrize("file", SOURCES)
+def test_files_and_functions_are_short(file: str):
+    lines = (ROOT / file).read_text(encoding="utf-8").count("\n")
+    assert lines <= FILE_LINES, f"{file} has {lines} lines"
+    for function in _functions(_tree(file)):
+        assert function.end_lineno is not None
+        length = function.end_lineno - function.lineno + 1
+        assert length <= FUNCTION_LINES, f"{file}: {function.name} has {length} lines"
+
+
+@pytest.mark.parametrize("folder", ["warprock", "kernels", "cases", "tests", "tools"])
+def test_folders_are_shallow(folder: str):
+    for path in (ROOT / folder).rglob("*"):
+        parts = path.relative_to(ROOT).parts
+        if "__pycache__" not in parts:
+            assert len(parts) - 1 <= 2, f"{path.relative_to(ROOT)} lies too deep"
+
+
+def test_names_say_something():
+    for file in SOURCES:
+        stem = pathlib.PurePosixPath(file).stem
+        assert not {"utils", "util", "helper", "helpers", "manager", "misc"} & set(stem.split("_"))
+
+
+KERNEL_FILES = [file for file in SOURCES if file.startswith("kernels/")]
+
+
+@pytest.mark.parametrize("file", KERNEL_FILES)
+def test_kernels_have_few_arguments_and_funcs_take_no_arrays(file: str):
+    for function in _functions(_tree(file)):
+        names = _decorators(function)
+        arguments = [*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]
+        if "wp.kernel" in names:
+            assert len(arguments) <= KERNEL_ARGUMENTS, f"{file}: {function.name}"
+        if "wp.func" in names:
+            for argument in arguments:
+                note = "" if argument.annotation is None else ast.unparse(argument.annotation)
+                assert note, f"{file}: {function.name}: {argument.arg} has no type"
+                assert "array" not in note, f"{file}: {function.name} takes an array"
+
+
+def test_every_kernel_module_is_built_without_its_adjoint():
+    """As Warp sees it: the option of each module that holds a kernel, once it is imported."""
+    from warprock.kernels.instance import kernel_module
+
+    for file in KERNEL_FILES:
+        kernels = [f.name for f in _functions(_tree(file)) if "wp.kernel" in _decorators(f)]
+        if not kernels:
+            continue
+        module = kernel_module(
+            pathlib.PurePosixPath(file).stem, precision="float64", motion="still"
+        )
+        for name in kernels:
+            options = getattr(module, name).module.options
+            assert options["enable_backward"] is False, f"{file}: {name}"

@@ -1,0 +1,91 @@
+"""The README's two commands: they are what continuous integration runs and what exists."""
+
+from __future__ import annotations
+
+import fnmatch
+import os
+import pathlib
+import re
+import shlex
+import subprocess
+
+from click.testing import CliRunner
+
+from warprock.cli import main
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+FIRST_SCREEN = 40
+"""Lines that a newcomer sees without scrolling."""
+
+
+def test_the_first_screen_holds_the_two_commands():
+    head = "\n".join(README.splitlines()[:FIRST_SCREEN])
+    blocks = re.findall(r"^```bash\n(.*?)\n```$", head, re.M | re.S)
+    assert len(blocks) == 2
+    assert blocks[0].endswith("warprock reproduce all -o results")
+    assert blocks[1].endswith("-m pytest")
+    for block in blocks:
+        assert block.startswith("python3 -m venv .venv && .venv/bin/python -m pip install -e ")
+
+
+def test_ci_ends_with_the_readmes_test_command(tmp_path: pathlib.Path):
+    """Runs .ci/run with every program replaced by one that writes down how it was called."""
+    (tmp_path / ".ci").mkdir()
+    (tmp_path / ".venv/bin").mkdir(parents=True)
+    (tmp_path / "tools").symlink_to(ROOT / "tools")
+    script = (ROOT / ".ci/run").read_text(encoding="utf-8")
+    (tmp_path / ".ci/run").write_text(script, encoding="utf-8")
+    log = tmp_path / "log"
+    real = subprocess.check_output(["bash", "-c", "type -P python3"], text=True).strip()
+    echo = f'#!/usr/bin/env bash\necho "$0 $*" >> {shlex.quote(str(log))}\n'
+    pass_on = f'case "$1" in tools/*) exec {shlex.quote(real)} "$@";; esac\n'
+    (tmp_path / "bin").mkdir()
+    for name in ("bin/python3", ".venv/bin/python", ".venv/bin/ruff", ".venv/bin/mypy"):
+        (tmp_path / name).write_text(echo + pass_on, encoding="utf-8")
+        (tmp_path / name).chmod(0o755)
+    path = os.pathsep.join([str(tmp_path / "bin"), os.environ["PATH"]])
+    done = subprocess.run(
+        ["bash", ".ci/run"],
+        cwd=tmp_path,
+        env={**os.environ, "PATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    calls = log.read_text(encoding="utf-8").splitlines()
+    test_command = re.findall(r"^```bash\n(.*?)\n```$", README, re.M | re.S)[1]
+    wanted = [shlex.split(part) for part in test_command.split(" && ")]
+    got = [[pathlib.PurePath(call.split()[0]).name, *call.split()[1:]] for call in calls[-3:]]
+    assert got == [[pathlib.PurePath(part[0]).name, *part[1:]] for part in wanted]
+    names = [" ".join(pathlib.PurePath(call).name.split()) for call in calls]
+    assert {"ruff check", "ruff format --check", "mypy"} <= set(names)
+
+
+def test_every_command_is_in_the_readme_and_the_other_way_round():
+    named = set(re.findall(r"^\| `warprock (\w+)", README, re.M))
+    assert named == set(main.commands)
+
+
+def test_every_command_explains_itself():
+    for name in main.commands:
+        result = CliRunner().invoke(main, [name, "--help"])
+        assert result.exit_code == 0
+        assert len(result.output.splitlines()) > 3
+
+
+def test_the_plan_of_the_house_is_true():
+    """Every file and folder of warprock/ is in the plan, and the plan names no other."""
+    plan = next(part for part in re.split(r"^```\n", README, flags=re.M) if "\nwarprock/\n" in part)
+    rows = [re.split(r" {2,}", line.strip())[0] for line in plan.splitlines() if line[:2] == "  "]
+    named = {word for row in rows for word in row.split()}
+    there = {
+        f"{path.name}/" if path.is_dir() else path.stem
+        for path in (ROOT / "warprock").iterdir()
+        if path.name != "__pycache__" and (path.is_dir() or path.suffix == ".py")
+    } - {"__init__", "__main__", "errors"}
+    missing = {name for name in there if not any(fnmatch.fnmatch(name, word) for word in named)}
+    absent = {word for word in named if not any(fnmatch.fnmatch(name, word) for name in there)}
+    assert not missing, f"not in the README's plan: {missing}"
+    assert not absent, f"in the README's plan only: {absent}"
