@@ -1,0 +1,451 @@
+"""Housner's rocking block by Taylor series, event by event, for one precision and motion kind.
+
+With alpha the slenderness angle, s = sign(theta), phi = theta - s alpha, p^2 = 3 g / (4 R) and
+q = p^2 / g = 3 / (4 R), the block obeys between two events (Housner 1963, Eq. 1)
+
+    theta'' = p^2 sin(phi) - q a(t) cos(phi),
+
+and since sin and cos of phi obey S' = theta' C, C' = -theta' S, every Taylor coefficient of
+theta follows from lower ones (Leibniz's rule). A step is one expansion of degree 10. It ends at
+the first of: its full length, a knot of the motion, a turning point (theta' = 0), an impact
+(theta = 0); at rest a turning point of a(t) or the uplift |a| = g tan(alpha). So theta (at rest
+a) is monotone inside each step, no event can hide in it, and every event is a root of a
+polynomial, found to round-off.
+
+At an impact theta' becomes eta theta' and s changes sign. At a velocity step dv of the base
+theta' changes by -q cos(alpha - |theta|) dv, and a block at rest lifts with -q cos(alpha) dv.
+
+Rest rule: after an impact the block rests if, under the acceleration of that moment, its next
+swing would stay below `rest_rotation` on either side. The infinitely many impacts that it leaves
+out would take 2 theta' (1/r+ + 1/r-) / (2 (1 - eta)) with the decelerations r+ and r- on the two
+sides; that time is added to the rest time.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import LANE_WIDTH, kernel_module, module_options
+
+real: Any
+PRECISION: str
+MOTION: str
+
+wp.set_module_options(module_options())
+scalar = kernel_module("scalar", precision=PRECISION)
+taylor = kernel_module("taylor", precision=PRECISION)
+motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+larger, smaller, sign_of, size = scalar.larger, scalar.smaller, scalar.sign_of, scalar.size
+sine, cosine = scalar.sine, scalar.cosine
+value_at, slope_at, root = taylor.value_at, taylor.slope_at, taylor.root
+Motion, series, sample_index = motion.Motion, motion.series, motion.sample_index
+knot_time, knot_step = motion.knot_time, motion.knot_step
+
+RESTING = 0
+ROCKING = 1
+OVERTURNED = 2
+BROKEN = 3
+
+HALF_PI = real(1.5707963267948966)
+NEVER = real(1.0e30)
+NEARLY = real(1.0e-9)
+"""What counts as round-off of an event that the last step has located."""
+REACH = real(0.4)
+"""Largest rotation of the block in one step [rad]; keeps fast overturning inside the series."""
+
+
+@wp.struct
+class Block:
+    """What a step needs to know of one lane's block."""
+
+    slenderness_angle: real
+    frequency_squared: real
+    coupling: real
+    uplift_acceleration: real
+    angular_restitution: real
+    rest_rotation: real
+    step_length: real
+
+
+@wp.func
+def rocking_series(
+    p2: real, q: real, phi: real, x1: real,
+    a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, a7: real, a8: real,
+):  # fmt: skip
+    """Taylor coefficients 2 to 10 of theta; xk = k theta_k, b = a cos(phi)."""
+    s0 = sine(phi)
+    c0 = cosine(phi)
+    x2 = p2 * s0 - q * (a0 * c0)
+    s1 = x1 * c0
+    c1 = -x1 * s0
+    x3 = real(1.0 / 2.0) * (p2 * s1 - q * (a0 * c1 + a1 * c0))
+    s2 = real(1.0 / 2.0) * (x1 * c1 + x2 * c0)
+    c2 = real(-1.0 / 2.0) * (x1 * s1 + x2 * s0)
+    b2 = a0 * c2 + a1 * c1 + a2 * c0
+    x4 = real(1.0 / 3.0) * (p2 * s2 - q * b2)
+    s3 = real(1.0 / 3.0) * (x1 * c2 + x2 * c1 + x3 * c0)
+    c3 = real(-1.0 / 3.0) * (x1 * s2 + x2 * s1 + x3 * s0)
+    b3 = a0 * c3 + a1 * c2 + a2 * c1 + a3 * c0
+    x5 = real(1.0 / 4.0) * (p2 * s3 - q * b3)
+    s4 = real(1.0 / 4.0) * (x1 * c3 + x2 * c2 + x3 * c1 + x4 * c0)
+    c4 = real(-1.0 / 4.0) * (x1 * s3 + x2 * s2 + x3 * s1 + x4 * s0)
+    b4 = a0 * c4 + a1 * c3 + a2 * c2 + a3 * c1 + a4 * c0
+    x6 = real(1.0 / 5.0) * (p2 * s4 - q * b4)
+    s5 = real(1.0 / 5.0) * (x1 * c4 + x2 * c3 + x3 * c2 + x4 * c1 + x5 * c0)
+    c5 = real(-1.0 / 5.0) * (x1 * s4 + x2 * s3 + x3 * s2 + x4 * s1 + x5 * s0)
+    b5 = a0 * c5 + a1 * c4 + a2 * c3 + a3 * c2 + a4 * c1 + a5 * c0
+    x7 = real(1.0 / 6.0) * (p2 * s5 - q * b5)
+    s6 = real(1.0 / 6.0) * (x1 * c5 + x2 * c4 + x3 * c3 + x4 * c2 + x5 * c1 + x6 * c0)
+    c6 = real(-1.0 / 6.0) * (x1 * s5 + x2 * s4 + x3 * s3 + x4 * s2 + x5 * s1 + x6 * s0)
+    b6 = a0 * c6 + a1 * c5 + a2 * c4 + a3 * c3 + a4 * c2 + a5 * c1 + a6 * c0
+    x8 = real(1.0 / 7.0) * (p2 * s6 - q * b6)
+    s7 = real(1.0 / 7.0) * (x1 * c6 + x2 * c5 + x3 * c4 + x4 * c3 + x5 * c2 + x6 * c1 + x7 * c0)
+    c7 = real(-1.0 / 7.0) * (x1 * s6 + x2 * s5 + x3 * s4 + x4 * s3 + x5 * s2 + x6 * s1 + x7 * s0)
+    b7 = a0 * c7 + a1 * c6 + a2 * c5 + a3 * c4 + a4 * c3 + a5 * c2 + a6 * c1 + a7 * c0
+    x9 = real(1.0 / 8.0) * (p2 * s7 - q * b7)
+    s8 = x1 * c7 + x2 * c6 + x3 * c5 + x4 * c4 + x5 * c3 + x6 * c2 + x7 * c1 + x8 * c0
+    c8 = -(x1 * s7 + x2 * s6 + x3 * s5 + x4 * s4 + x5 * s3 + x6 * s2 + x7 * s1 + x8 * s0)
+    b8 = real(0.125) * a0 * c8 + a1 * c7 + a2 * c6 + a3 * c5 + a4 * c4
+    b8 = b8 + a5 * c3 + a6 * c2 + a7 * c1 + a8 * c0
+    x10 = real(1.0 / 9.0) * (p2 * real(0.125) * s8 - q * b8)
+    return (
+        x2 * real(1.0 / 2.0), x3 * real(1.0 / 3.0), x4 * real(1.0 / 4.0),
+        x5 * real(1.0 / 5.0), x6 * real(1.0 / 6.0), x7 * real(1.0 / 7.0),
+        x8 * real(1.0 / 8.0), x9 * real(1.0 / 9.0), x10 * real(1.0 / 10.0),
+    )  # fmt: skip
+
+
+@wp.func
+def may_rest(block: Block, omega: real, acceleration: real):
+    """Whether the block rests after an impact, and the time its left-out impacts would take."""
+    sin_alpha = sine(block.slenderness_angle)
+    cos_alpha = cosine(block.slenderness_angle)
+    gravity_part = block.frequency_squared * sin_alpha
+    motion_part = block.coupling * size(acceleration) * cos_alpha
+    weaker = gravity_part - motion_part + real(1.0e-12) * block.frequency_squared
+    stronger = gravity_part + motion_part
+    rests = weaker > real(0.0) and omega * omega <= real(2.0) * weaker * block.rest_rotation
+    mean = real(0.5) * (real(1.0) / weaker + real(1.0) / stronger)
+    lost = real(1.0) - block.angular_restitution
+    tail = real(2.0) * size(omega) * mean / larger(lost, real(1.0e-6))
+    return rests, tail
+
+
+@wp.func
+def step(
+    block: Block, m: Motion, sample: real, sample_slope: real, until: real,
+    theta: real, omega: real, side: real, time: real, segment: int, mode: int,
+    peak: real, peak_time: real, uplift_time: real, rest_time: real, loss: real, impacts: int,
+):  # fmt: skip
+    """One step of one lane, to its next event or at most to `until`.
+
+    Args:
+        block: The lane's block.
+        m: The lane's motion.
+        sample: Acceleration at the start of a record's segment [m/s^2].
+        sample_slope: Slope of the acceleration there [m/s^3].
+        until: Time at which the step must end at the latest [s].
+        theta: Rotation [rad].
+        omega: Angular velocity [rad/s].
+        side: Side that the block leans to or last left for, -1 or 1.
+        time: [s].
+        segment: Knots of the motion passed.
+        mode: RESTING, ROCKING, OVERTURNED or BROKEN.
+        peak: Largest |theta| so far [rad].
+        peak_time: Its time [s].
+        uplift_time: Time of the first uplift [s], NEVER before it.
+        rest_time: Time since when the block rests [s], NEVER while it moves.
+        loss: Sum of theta'^2 (1 - eta^2) over the impacts [rad^2/s^2].
+        impacts: Impacts so far.
+
+    Returns:
+        The state after the step, in the order of the arguments from `theta` on.
+    """
+    zero = real(0.0)
+    live = mode < OVERTURNED
+    resting = mode == RESTING
+    knot = knot_time(m, segment)
+    target = smaller(knot, until)
+    room = target - time
+    h = smaller(smaller(block.step_length, REACH / size(omega)), room)
+    h = wp.where(live, larger(h, zero), zero)
+
+    # Expansion about the present time.
+    a0, a1, a2, a3, a4, a5, a6, a7, a8 = series(m, segment, time, sample, sample_slope)
+    phi = theta - side * block.slenderness_angle
+    t2, t3, t4, t5, t6, t7, t8, t9, t10 = rocking_series(
+        block.frequency_squared, block.coupling, phi, omega, a0, a1, a2, a3, a4, a5, a6, a7, a8
+    )
+
+    # The monotone quantity: the lean while rocking, what |a| lacks to uplift while at rest.
+    a_end = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, h)
+    pull = sign_of(wp.where(size(a_end) > size(a0), a_end, a0))
+    e0 = wp.where(resting, block.uplift_acceleration - pull * a0, side * theta)
+    e1 = wp.where(resting, -pull * a1, side * omega)
+    e2 = wp.where(resting, -pull * a2, side * t2)
+    e3 = wp.where(resting, -pull * a3, side * t3)
+    e4 = wp.where(resting, -pull * a4, side * t4)
+    e5 = wp.where(resting, -pull * a5, side * t5)
+    e6 = wp.where(resting, -pull * a6, side * t6)
+    e7 = wp.where(resting, -pull * a7, side * t7)
+    e8 = wp.where(resting, -pull * a8, side * t8)
+    e9 = wp.where(resting, zero, side * t9)
+    e10 = wp.where(resting, zero, side * t10)
+    e_end = value_at(e0, e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, h)
+    d_end = slope_at(e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, h)
+    # A turning point in the first NEARLY of the step is the one that the last step ended at.
+    turns = e1 * d_end < -NEARLY * d_end * d_end
+    crosses = e_end < zero and not turns
+    lifts_now = resting and (
+        e0 < -NEARLY * block.uplift_acceleration or (e0 <= zero and e_end < zero)
+    )
+    sinks = mode == ROCKING and e0 < zero
+
+    # Its root: of the derivative where it turns; of e / time where it starts at zero.
+    grounded = e0 == zero
+    at_end = wp.where(turns, d_end, wp.where(grounded, e_end / h, e_end))
+    g0 = wp.where(turns, e1, wp.where(grounded, e1, e0))
+    g1 = wp.where(turns, real(2.0) * e2, wp.where(grounded, e2, e1))
+    g2 = wp.where(turns, real(3.0) * e3, wp.where(grounded, e3, e2))
+    g3 = wp.where(turns, real(4.0) * e4, wp.where(grounded, e4, e3))
+    g4 = wp.where(turns, real(5.0) * e5, wp.where(grounded, e5, e4))
+    g5 = wp.where(turns, real(6.0) * e6, wp.where(grounded, e6, e5))
+    g6 = wp.where(turns, real(7.0) * e7, wp.where(grounded, e7, e6))
+    g7 = wp.where(turns, real(8.0) * e8, wp.where(grounded, e8, e7))
+    g8 = wp.where(turns, real(9.0) * e9, wp.where(grounded, e9, e8))
+    g9 = wp.where(turns, real(10.0) * e10, wp.where(grounded, e10, e9))
+    g10 = wp.where(turns or grounded, zero, e10)
+    at_root, exact, before = root(g0, g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, h, at_end)
+    event = (turns or crosses) and live
+    # A root that is not yet exact shortens the step; the next step finds it from nearer by.
+    tau = wp.where(event, wp.where(exact, at_root, before), h)
+    event = event and exact
+    tau = wp.where(lifts_now or sinks, zero, tau)
+    uplift = live and resting and (lifts_now or (event and crosses))
+    impact = mode == ROCKING and (sinks or (event and crosses))
+    turned = event and turns and mode == ROCKING and not sinks
+
+    # The state at the end of the step, before what happens there.
+    moving = mode == ROCKING
+    theta1 = wp.where(
+        moving, value_at(theta, omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau), theta
+    )
+    omega1 = wp.where(moving, slope_at(omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau), omega)
+    whole = tau >= room and live
+    time1 = wp.where(whole, target, time + tau)
+
+    # Turning point, impact, uplift.
+    omega1 = wp.where(turned, zero, omega1)
+    theta1 = wp.where(impact or uplift, zero, theta1)
+    after = block.angular_restitution * omega1
+    a_now = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, tau)
+    rests, tail = may_rest(block, after, a_now)
+    rests = rests and impact
+    after = wp.where(rests, zero, after)
+    loss1 = loss + wp.where(impact, omega1 * omega1 - after * after, zero)
+    omega1 = wp.where(impact, after, wp.where(uplift, zero, omega1))
+    side1 = wp.where(impact, -side, wp.where(uplift, -pull, side))
+    mode1 = wp.where(rests, RESTING, wp.where(uplift, ROCKING, mode))
+    rest_time1 = wp.where(rests, time1 + tail, wp.where(uplift, NEVER, rest_time))
+    uplift_time1 = wp.where(uplift, smaller(uplift_time, time1), uplift_time)
+    impacts1 = impacts + wp.where(impact, 1, 0)
+
+    # A knot of the motion: the velocity step of the base.
+    passed = time1 >= knot and live
+    dv = wp.where(passed, knot_step(m, segment), zero)
+    kick = -block.coupling * cosine(block.slenderness_angle - size(theta1)) * dv
+    rests, tail = may_rest(block, kick, zero)
+    kicked = mode1 == RESTING and dv != zero and not rests
+    omega1 = wp.where(mode1 == ROCKING or kicked, omega1 + kick, omega1)
+    side1 = wp.where(theta1 == zero and dv != zero, sign_of(omega1), side1)
+    mode1 = wp.where(kicked, ROCKING, mode1)
+    rest_time1 = wp.where(kicked, NEVER, rest_time1)
+    uplift_time1 = wp.where(kicked, smaller(uplift_time1, time1), uplift_time1)
+    segment1 = segment + wp.where(passed, 1, 0)
+
+    # Peak, overturning, trouble.
+    higher = size(theta1) > peak
+    peak1 = wp.where(higher, size(theta1), peak)
+    peak_time1 = wp.where(higher, time1, peak_time)
+    over = mode1 == ROCKING and size(theta1) >= HALF_PI
+    theta1 = wp.where(over, HALF_PI * sign_of(theta1), theta1)
+    peak1 = wp.where(over, HALF_PI, peak1)
+    mode1 = wp.where(over, OVERTURNED, mode1)
+    sound = theta1 - theta1 == zero and omega1 - omega1 == zero and time1 - time1 == zero
+    mode1 = wp.where(sound, mode1, BROKEN)
+    theta1 = wp.where(sound, theta1, theta)
+    omega1 = wp.where(sound, omega1, zero)
+    time1 = wp.where(sound, time1, time)
+    return (
+        theta1, omega1, side1, time1, segment1, mode1,
+        peak1, peak_time1, uplift_time1, rest_time1, loss1, impacts1,
+    )  # fmt: skip
+
+
+@wp.struct
+class Result:
+    """What one lane's run leaves behind."""
+
+    theta: real
+    time: real
+    peak: real
+    peak_time: real
+    uplift_time: real
+    rest_time: real
+    loss: real
+    impacts: int
+    mode: int
+    steps: int
+
+
+Lane = wp.types.vector(length=LANE_WIDTH, dtype=real)
+LaneInt = wp.types.vector(length=LANE_WIDTH, dtype=int)
+
+
+@wp.kernel
+def packed(
+    blocks: wp.array(dtype=Block),
+    motions: wp.array(dtype=Motion),
+    pool: wp.array2d(dtype=real),
+    starts: wp.array(dtype=real),
+    sample_times: wp.array(dtype=real),
+    step_limit: int,
+    results: wp.array(dtype=Result),
+    rotations: wp.array2d(dtype=real),
+):
+    """Runs packs of LANE_WIDTH lanes, all lanes of a pack in step with each other."""
+    first = wp.tid() * LANE_WIDTH
+    theta = Lane()
+    omega = Lane()
+    side = Lane()
+    time = Lane()
+    segment = LaneInt()
+    mode = LaneInt()
+    peak = Lane()
+    peak_time = Lane()
+    uplift_time = Lane()
+    rest_time = Lane()
+    loss = Lane()
+    impacts = LaneInt()
+    steps = LaneInt()
+    for l in range(LANE_WIDTH):
+        theta[l] = starts[first + l]
+        side[l] = sign_of(theta[l])
+        mode[l] = wp.where(theta[l] == real(0.0), RESTING, ROCKING)
+        peak[l] = size(theta[l])
+        uplift_time[l] = wp.where(theta[l] == real(0.0), NEVER, real(0.0))
+        rest_time[l] = wp.where(theta[l] == real(0.0), real(0.0), NEVER)
+    rounds = int(0)
+    for sample in range(sample_times.shape[0]):
+        until = sample_times[sample]
+        busy = int(1)
+        while busy > 0 and rounds < step_limit:
+            busy = int(0)
+            for l in range(LANE_WIDTH):
+                m = motions[first + l]
+                place = sample_index(m, segment[l])
+                going = mode[l] < OVERTURNED and time[l] < until
+                steps[l] = steps[l] + wp.where(going, 1, 0)
+                th, om, si, ti, se, mo, pk, pt, ut, rt, lo, im = step(
+                    blocks[first + l], m, pool[0, place], pool[1, place], until,
+                    theta[l], omega[l], side[l], time[l], segment[l], mode[l],
+                    peak[l], peak_time[l], uplift_time[l], rest_time[l], loss[l], impacts[l],
+                )  # fmt: skip
+                theta[l] = th
+                omega[l] = om
+                side[l] = si
+                time[l] = ti
+                segment[l] = se
+                mode[l] = mo
+                peak[l] = pk
+                peak_time[l] = pt
+                uplift_time[l] = ut
+                rest_time[l] = rt
+                loss[l] = lo
+                impacts[l] = im
+            for l in range(LANE_WIDTH):
+                busy = busy + wp.where(mode[l] < OVERTURNED and time[l] < until, 1, 0)
+            rounds += 1
+        if rotations.shape[0] > 0:
+            for l in range(LANE_WIDTH):
+                rotations[sample, first + l] = theta[l]
+    for l in range(LANE_WIDTH):
+        result = Result()
+        result.theta = theta[l]
+        result.time = time[l]
+        result.peak = peak[l]
+        result.peak_time = peak_time[l]
+        result.uplift_time = uplift_time[l]
+        result.rest_time = rest_time[l]
+        result.loss = loss[l]
+        result.impacts = impacts[l]
+        result.mode = mode[l]
+        result.steps = steps[l]
+        results[first + l] = result
+
+
+@wp.kernel
+def plain(
+    blocks: wp.array(dtype=Block),
+    motions: wp.array(dtype=Motion),
+    pool: wp.array2d(dtype=real),
+    starts: wp.array(dtype=real),
+    sample_times: wp.array(dtype=real),
+    step_limit: int,
+    results: wp.array(dtype=Result),
+    rotations: wp.array2d(dtype=real),
+):
+    """Runs one lane a thread, on any device."""
+    lane = wp.tid()
+    block = blocks[lane]
+    m = motions[lane]
+    theta = starts[lane]
+    flat = theta == real(0.0)
+    omega = real(0.0)
+    side = sign_of(theta)
+    time = real(0.0)
+    segment = int(0)
+    mode = int(wp.where(flat, RESTING, ROCKING))
+    peak = size(theta)
+    peak_time = real(0.0)
+    uplift_time = real(wp.where(flat, NEVER, real(0.0)))
+    rest_time = real(wp.where(flat, real(0.0), NEVER))
+    loss = real(0.0)
+    impacts = int(0)
+    steps = int(0)
+    for sample in range(sample_times.shape[0]):
+        until = sample_times[sample]
+        while mode < OVERTURNED and time < until and steps < step_limit:
+            steps += 1
+            place = sample_index(m, segment)
+            th, om, si, ti, se, mo, pk, pt, ut, rt, lo, im = step(
+                block, m, pool[0, place], pool[1, place], until,
+                theta, omega, side, time, segment, mode,
+                peak, peak_time, uplift_time, rest_time, loss, impacts,
+            )  # fmt: skip
+            theta = th
+            omega = om
+            side = si
+            time = ti
+            segment = se
+            mode = mo
+            peak = pk
+            peak_time = pt
+            uplift_time = ut
+            rest_time = rt
+            loss = lo
+            impacts = im
+        if rotations.shape[0] > 0:
+            rotations[sample, lane] = theta
+    result = Result()
+    result.theta = theta
+    result.time = time
+    result.peak = peak
+    result.peak_time = peak_time
+    result.uplift_time = uplift_time
+    result.rest_time = rest_time
+    result.loss = loss
+    result.impacts = impacts
+    result.mode = mode
+    result.steps = steps
+    results[lane] = result

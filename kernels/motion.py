@@ -1,0 +1,241 @@
+"""Motion of the base, for one precision and one kind of motion.
+
+Each kind brings the same functions: `knot_time` and `knot_step` (when the motion changes its
+formula, and the velocity step there), `series` (Taylor coefficients of the acceleration) and
+`velocity`. `segment` counts the knots passed: 0 before the motion starts. The struct `Motion`
+holds one lane; its fields are the attributes of the class of the same kind in warprock/motion.py.
+The last two arguments of `series` and `velocity` are the sample of a record that the kernel has
+looked up at `sample_index`; the other kinds do not read them.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module, module_options
+
+real: Any
+PRECISION: str
+MOTION: str
+
+wp.set_module_options(module_options())
+scalar = kernel_module("scalar", precision=PRECISION)
+cycle = scalar.cycle
+decay = scalar.decay
+
+NEVER = real(1.0e30)
+TWO_PI = real(6.283185307179586)
+
+if MOTION == "still":
+
+    @wp.struct
+    class Motion:
+        """A base that never starts to move."""
+
+        start: real
+
+    @wp.func
+    def knot_time(m: Motion, segment: int) -> real:
+        """Time of the next knot: never."""
+        return NEVER
+
+    @wp.func
+    def knot_step(m: Motion, segment: int) -> real:
+        """Velocity step at the next knot: none."""
+        return real(0.0)
+
+    @wp.func
+    def series(m: Motion, segment: int, time: real, value: real, slope: real):
+        """Taylor coefficients 0 to 8 of the acceleration: zero."""
+        zero = real(0.0)
+        return zero, zero, zero, zero, zero, zero, zero, zero, zero
+
+    @wp.func
+    def velocity(m: Motion, time: real) -> real:
+        """Velocity of the base: zero."""
+        return real(0.0)
+
+    @wp.func
+    def sample_index(m: Motion, segment: int) -> int:
+        """Place in the pool of the sample that the segment starts at: no record, no sample."""
+        return 0
+
+
+if MOTION in ("harmonic", "ricker"):
+
+    @wp.func
+    def inside(m: Any, segment: int) -> real:
+        """One while the motion lasts, else zero."""
+        return wp.where(segment == 1, real(1.0), real(0.0))
+
+    @wp.func
+    def knot_time(m: Any, segment: int) -> real:
+        """Time of the next knot: the start, the stop, never."""
+        return wp.where(segment == 0, m.start, wp.where(segment == 1, m.stop, NEVER))
+
+    @wp.func
+    def knot_step(m: Any, segment: int) -> real:
+        """Velocity step at the next knot."""
+        return wp.where(segment == 0, m.velocity_step_start, m.velocity_step_stop)
+
+    @wp.func
+    def sample_index(m: Any, segment: int) -> int:
+        """Place in the pool of the sample that the segment starts at: no record, no sample."""
+        return 0
+
+
+if MOTION == "harmonic":
+
+    @wp.struct
+    class Motion:
+        """A sine or cosine; see `HarmonicMotions`."""
+
+        start: real
+        stop: real
+        velocity_step_start: real
+        velocity_step_stop: real
+        velocity_final: real
+        frequency: real
+        acceleration_amplitude: real
+        phase: real
+        velocity_offset: real
+
+    @wp.func
+    def series(m: Motion, segment: int, time: real, value: real, slope: real):
+        """Taylor coefficients 0 to 8 of the acceleration: a'' = -w^2 a."""
+        w = TWO_PI * m.frequency
+        s, c = cycle(m.frequency * (time - m.start) + m.phase / TWO_PI)
+        amplitude = m.acceleration_amplitude * inside(m, segment)
+        q = -w * w
+        a0 = amplitude * s
+        a1 = amplitude * w * c
+        a2 = a0 * q * real(1.0 / 2.0)
+        a3 = a1 * q * real(1.0 / 6.0)
+        a4 = a2 * q * real(1.0 / 12.0)
+        a5 = a3 * q * real(1.0 / 20.0)
+        a6 = a4 * q * real(1.0 / 30.0)
+        a7 = a5 * q * real(1.0 / 42.0)
+        a8 = a6 * q * real(1.0 / 56.0)
+        return a0, a1, a2, a3, a4, a5, a6, a7, a8
+
+    @wp.func
+    def velocity(m: Motion, time: real) -> real:
+        """Velocity of the base just after a time, all velocity steps until then in it."""
+        w = TWO_PI * m.frequency
+        s, c = cycle(m.frequency * (time - m.start) + m.phase / TWO_PI)
+        moving = m.velocity_offset - m.acceleration_amplitude / w * c
+        after = wp.where(time < m.stop, moving, m.velocity_final)
+        return wp.where(time < m.start, real(0.0), after)
+
+
+if MOTION == "ricker":
+
+    @wp.struct
+    class Motion:
+        """A Ricker pulse; see `RickerMotions`."""
+
+        start: real
+        stop: real
+        velocity_step_start: real
+        velocity_step_stop: real
+        velocity_final: real
+        rate: real
+        c0: real
+        c1: real
+        c2: real
+        c3: real
+
+    @wp.func
+    def series(m: Motion, segment: int, time: real, value: real, slope: real):
+        """Taylor coefficients 0 to 8 of the acceleration P(x) exp(-x^2), P of degree 4."""
+        r = m.rate
+        x = r * (time - real(0.5) * (m.start + m.stop))
+        # The Gaussian: E' = -2 x E.
+        e0 = decay(x * x) * inside(m, segment)
+        e1 = real(-2.0) * x * e0
+        e2 = -(x * e1 + e0)
+        e3 = real(-2.0 / 3.0) * (x * e2 + e1)
+        e4 = real(-2.0 / 4.0) * (x * e3 + e2)
+        e5 = real(-2.0 / 5.0) * (x * e4 + e3)
+        e6 = real(-2.0 / 6.0) * (x * e5 + e4)
+        e7 = real(-2.0 / 7.0) * (x * e6 + e5)
+        e8 = real(-2.0 / 8.0) * (x * e7 + e6)
+        # P = velocity' - 2 x velocity, shifted to x.
+        k0 = m.c1
+        k1 = real(2.0) * (m.c2 - m.c0)
+        k2 = real(3.0) * m.c3 - real(2.0) * m.c1
+        k3 = real(-2.0) * m.c2
+        k4 = real(-2.0) * m.c3
+        p0 = k0 + x * (k1 + x * (k2 + x * (k3 + x * k4)))
+        p1 = k1 + x * (real(2.0) * k2 + x * (real(3.0) * k3 + x * real(4.0) * k4))
+        p2 = k2 + x * (real(3.0) * k3 + x * real(6.0) * k4)
+        p3 = k3 + x * real(4.0) * k4
+        p4 = k4
+        r2 = r * r
+        r3 = r2 * r
+        r4 = r2 * r2
+        a0 = r * p0 * e0
+        a1 = r2 * (p0 * e1 + p1 * e0)
+        a2 = r3 * (p0 * e2 + p1 * e1 + p2 * e0)
+        a3 = r4 * (p0 * e3 + p1 * e2 + p2 * e1 + p3 * e0)
+        a4 = r4 * r * (p0 * e4 + p1 * e3 + p2 * e2 + p3 * e1 + p4 * e0)
+        a5 = r4 * r2 * (p0 * e5 + p1 * e4 + p2 * e3 + p3 * e2 + p4 * e1)
+        a6 = r4 * r3 * (p0 * e6 + p1 * e5 + p2 * e4 + p3 * e3 + p4 * e2)
+        a7 = r4 * r4 * (p0 * e7 + p1 * e6 + p2 * e5 + p3 * e4 + p4 * e3)
+        a8 = r4 * r4 * r * (p0 * e8 + p1 * e7 + p2 * e6 + p3 * e5 + p4 * e4)
+        return a0, a1, a2, a3, a4, a5, a6, a7, a8
+
+    @wp.func
+    def velocity(m: Motion, time: real) -> real:
+        """Velocity of the base just after a time."""
+        x = m.rate * (time - real(0.5) * (m.start + m.stop))
+        moving = (m.c0 + x * (m.c1 + x * (m.c2 + x * m.c3))) * decay(x * x)
+        after = wp.where(time < m.stop, moving, m.velocity_final)
+        return wp.where(time < m.start, real(0.0), after)
+
+
+if MOTION == "record":
+
+    @wp.struct
+    class Motion:
+        """A sampled record; see `RecordMotions`."""
+
+        start: real
+        scale: real
+        offset: int
+        count: int
+        interval: real
+        velocity_step_start: real
+        velocity_step_stop: real
+
+    @wp.func
+    def knot_time(m: Motion, segment: int) -> real:
+        """Time of the next sample; never after the last one."""
+        return wp.where(segment < m.count, m.start + real(segment) * m.interval, NEVER)
+
+    @wp.func
+    def knot_step(m: Motion, segment: int) -> real:
+        """Velocity step at the next sample; only the first and the last have one."""
+        last = wp.where(segment == m.count - 1, m.velocity_step_stop, real(0.0))
+        return m.scale * wp.where(segment == 0, m.velocity_step_start, last)
+
+    @wp.func
+    def sample_index(m: Motion, segment: int) -> int:
+        """Place in the pool of the sample that the segment starts at."""
+        return m.offset + wp.where(segment > 0, segment - 1, 0)
+
+    @wp.func
+    def series(m: Motion, segment: int, time: real, value: real, slope: real):
+        """Taylor coefficients 0 to 8 of the acceleration, linear between two samples."""
+        zero = real(0.0)
+        moving = wp.where(segment > 0, m.scale, zero)
+        tau = time - (m.start + real(segment - 1) * m.interval)
+        a0 = moving * (value + slope * tau)
+        return a0, moving * slope, zero, zero, zero, zero, zero, zero, zero
+
+    @wp.func
+    def sample_segment(m: Motion, time: real) -> int:
+        """Segment that a time lies in."""
+        position = wp.floor((time - m.start) / m.interval)
+        last = wp.where(position < real(m.count - 1), position, real(m.count - 1))
+        return int(wp.where(last < real(0.0), real(-1.0), last)) + 1
