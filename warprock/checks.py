@@ -1,0 +1,274 @@
+"""What a case expects of its engines, checked: one function a kind of check, one row a result."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from warprock.case import Case
+from warprock.comparison import compare_with_housner
+from warprock.engines import ENGINES
+from warprock.errors import InputError
+from warprock.expansion import LaneSet, expand_lanes
+from warprock.response import Response
+from warprock.runner import run_case
+
+__all__ = ["CHECKS", "CheckRow", "compare", "compare_with_housner", "run_checks"]
+
+REFERENCE = "housner"
+"""Engine that the others are held against."""
+ORACLE = "oracle"
+"""Name of the SciPy reference in `compare`; not an engine."""
+
+
+@dataclasses.dataclass(frozen=True)
+class CheckRow:
+    """One result of one check.
+
+    Attributes:
+        case: Name of the case.
+        name: What is measured.
+        engine: Engine that is checked.
+        lanes: The lanes that were selected, in words.
+        value: What was found [-].
+        limit: Largest value that passes [-].
+        ok: Whether it passes.
+        because: Why the limit is right, as the case says it.
+        note: Lanes left out and why, or the worst lane.
+    """
+
+    case: str
+    name: str
+    engine: str
+    lanes: str
+    value: float
+    limit: float
+    ok: bool
+    because: str
+    note: str
+
+    @property
+    def passed(self) -> bool:
+        """Whether it passes."""
+        return self.ok
+
+    def as_dict(self) -> dict[str, object]:
+        """The row as JSON can hold it."""
+        return plain_row(dataclasses.asdict(self))
+
+
+class CaseResponses:
+    """Responses of one case, each engine run once however many checks ask for it."""
+
+    def __init__(
+        self,
+        case: Case,
+        workers: int | None = None,
+        finished: Callable[[int], None] | None = None,
+    ) -> None:
+        """Holds the case; nothing runs yet.
+
+        Args:
+            case: The case, with its overrides.
+            workers: Worker threads of a run; None leaves it to the batch runner.
+            finished: Called after each run with its number of lanes.
+        """
+        self.case = case
+        self.lane_set = expand_lanes(case)
+        self._workers, self._finished = workers, finished
+        self._responses: dict[str, Response] = {}
+
+    def __getitem__(self, engine: str) -> Response:
+        if engine not in self._responses:
+            self._responses[engine] = self._run(engine)
+            if self._finished is not None:
+                self._finished(self.lane_set.lanes.lane_count)
+        return self._responses[engine]
+
+    def _run(self, engine: str) -> Response:
+        if engine == ORACLE:
+            from warprock.reference.oracle import oracle_response
+
+            lane_set = self.lane_set
+            return oracle_response(lane_set.lanes, lane_set.motions, lane_set.times)
+        return run_case(self.case, engine, workers=self._workers).response
+
+
+def lane_name(lane_set: LaneSet, lane: int) -> str:
+    """A lane in words: its labels and what distinguishes it from the others."""
+    inputs = lane_set.inputs
+    varied = [
+        name
+        for name in inputs.columns
+        if name in lane_set.labels
+        or (name in _NAMING_COLUMNS and inputs[name].nunique(dropna=False) > 1)
+    ]
+    parts = [
+        f"{value:g} {unit}".strip() if isinstance(value, (int, float, np.number)) else str(value)
+        for name in varied
+        for value, unit in [(inputs[name].iloc[lane], _NAMING_COLUMNS.get(name, ""))]
+    ]
+    return " ".join(parts) or f"lane {lane}"
+
+
+_NAMING_COLUMNS = {
+    "frequency_hz": "Hz",
+    "amplitude_mm": "mm",
+    "amplitude_m_s": "m/s",
+    "amplitude_m_s2": "m/s^2",
+    "record": "",
+    "scale": "x",
+    "rotation_ratio_start": "of slenderness",
+}
+"""Input columns that name a lane when they vary, and their units."""
+
+
+def _selection_text(where: Mapping[str, str]) -> str:
+    return ", ".join(f"{label} = {value}" for label, value in where.items()) or "all"
+
+
+def _check_peaks(check: Any, responses: CaseResponses) -> list[CheckRow]:
+    """Peak rotation ratios of the selected lanes against the values in the case."""
+    lane_set = responses.lane_set
+    lanes = np.asarray(lane_set.select(check.where))
+    response = responses[check.engine]
+    ratio = response["peak_rotation"][lanes] / lane_set.lanes.slenderness_angle[lanes]
+    if len(ratio) != len(check.values):
+        raise InputError(
+            str(responses.case.file),
+            "check.values",
+            len(check.values),
+            f"the selection has {len(ratio)} lanes; overrides changed the sweep",
+        )
+    difference = np.abs(ratio - np.asarray(check.values))
+    difference[~np.isfinite(difference)] = np.inf
+    worst = int(np.argmax(difference))
+    note = (
+        f"worst lane: {lane_name(lane_set, int(lanes[worst]))}, "
+        f"{ratio[worst]:.5f} for {check.values[worst]:.5f}"
+    )
+    return [
+        CheckRow(
+            case=responses.case.name,
+            name="peak rotation ratio, largest difference",
+            engine=check.engine,
+            lanes=_selection_text(check.where),
+            value=float(difference[worst]),
+            limit=check.tolerance,
+            ok=bool(difference[worst] <= check.tolerance),
+            because=check.because,
+            note=note,
+        )
+    ]
+
+
+def _check_housner(check: Any, responses: CaseResponses) -> list[CheckRow]:
+    """Histories of the selected lanes against Housner's, where Housner holds."""
+    lane_set = responses.lane_set
+    lanes = np.asarray(lane_set.select(check.where))
+    table = compare_with_housner(lane_set, responses[check.engine], responses[REFERENCE])
+    selected = table.iloc[lanes]
+    held = selected[selected["holds"]]
+    left_out = [
+        f"{lane_name(lane_set, int(lane))} left out ({why})"
+        for lane, why in zip(lanes, selected["why"], strict=True)
+        if why
+    ]
+    limits = [("error_5s_ratio", "over 5 s", check.limit_5s)]
+    if check.limit_run is not None:
+        limits.append(("error_run_ratio", "over the run", check.limit_run))
+    rows = []
+    for column, span, limit in limits:
+        errors = held[column].to_numpy(dtype=float)
+        errors = np.where(np.isfinite(errors), errors, np.inf)
+        value = float(errors.max()) if len(errors) else np.nan
+        note = left_out.copy()
+        if len(errors):
+            worst = lane_name(lane_set, int(held.index[int(np.argmax(errors))]))
+            note.insert(0, f"worst lane: {worst}")
+        else:
+            note.insert(0, "Housner holds in none of these lanes, so nothing was checked")
+        rows.append(
+            CheckRow(
+                case=responses.case.name,
+                name=f"max |rotation - Housner| / slenderness {span}",
+                engine=check.engine,
+                lanes=_selection_text(check.where),
+                value=value,
+                limit=limit,
+                ok=bool(len(errors) and value <= limit),
+                because=check.because,
+                note="; ".join(note),
+            )
+        )
+    return rows
+
+
+CHECKS: dict[str, Callable[[Any, CaseResponses], list[CheckRow]]] = {
+    "peaks": _check_peaks,
+    "housner": _check_housner,
+}
+"""Kind of a check -> the function that makes its rows."""
+
+
+def run_checks(case: Case, workers: int | None = None) -> list[CheckRow]:
+    """Runs the engines that a case's checks need and makes the checks' rows.
+
+    Args:
+        case: The case.
+        workers: Worker threads of a run; None leaves it to the batch runner.
+
+    Returns:
+        The rows in the order of the checks; empty for a case without checks.
+    """
+    if not case.checks:
+        return []
+    responses = CaseResponses(case, workers)
+    return [row for check in case.checks for row in CHECKS[check.kind](check, responses)]
+
+
+def compare(case: Case, engines: Sequence[str], workers: int | None = None) -> dict[str, object]:
+    """Engines side by side on one case: a row a lane and engine, with its errors.
+
+    Args:
+        case: The case.
+        engines: Engines' names; "oracle" is the SciPy reference.
+        workers: Worker threads of a run; None leaves it to the batch runner.
+
+    Returns:
+        `case`, `engines` and `rows`, the rows of `compare_with_housner` with `lane` (its name)
+        and `peak_slide_m`; a value that does not exist is None.
+
+    Raises:
+        InputError: An unknown engine.
+    """
+    for engine in engines:
+        if engine not in ENGINES and engine != ORACLE:
+            allowed = ", ".join([*ENGINES, ORACLE])
+            raise InputError("--engine", "", engine, f"allowed: {allowed}")
+    responses = CaseResponses(case, workers)
+    rows: list[dict[str, object]] = []
+    for engine in engines:
+        table = compare_with_housner(responses.lane_set, responses[engine], responses[REFERENCE])
+        named = table.assign(
+            lane=[lane_name(responses.lane_set, lane) for lane in range(len(table))],
+            peak_slide_m=responses[engine]["peak_slide"],
+        )
+        rows += [plain_row(row) for row in named.to_dict("records")]
+    return {"case": case.name, "engines": list(engines), "rows": rows}
+
+
+def plain_row(row: Mapping[Any, object]) -> dict[str, object]:
+    """A row whose values JSON can hold: Python numbers, and None for a missing one."""
+    return {str(key): _plain(value) for key, value in row.items()}
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value

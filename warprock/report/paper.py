@@ -1,0 +1,36 @@
+"""The seed paper's printed tables, shipped as data in `cases/paper`."""
+
+from __future__ import annotations
+
+import importlib.resources
+
+import pandas as pd
+
+PAPER_TITLE = (
+    "Discontinuum rocking of rigid masonry macro-blocks using physics engines: analytical, "
+    "numerical and experimental benchmarking"
+)
+PAPER_TABLES = ("table3", "table4", "table6", "table7", "run-times")
+PAPER_COLUMNS = ("analytical", "bullet", "vortex", "dem")
+"""Columns of the paper's result tables; a row of ours calls them `paper-analytical` and so on."""
+
+
+PAPER_NAMES = {"analytical": "analytical", "bullet": "Bullet", "vortex": "Vortex", "dem": "DEM"}
+"""Those columns as the reader knows them."""
+READING_NAMES = {
+    "displacement": "displacement drive",
+    "acceleration": "acceleration drive, true size",
+    "slip": "acceleration drive, full sizes as half sizes",
+}
+"""Readings of what the paper did, as the reader is told of them."""
+
+
+def paper_table(name: str) -> pd.DataFrame:
+    """One table as printed, units in the column names; an empty cell is NaN.
+
+    Args:
+        name: One of `PAPER_TABLES`.
+    """
+    file = importlib.resources.files("warprock.cases") / "paper" / f"{name}.csv"
+    with file.open(encoding="utf-8") as stream:
+        return pd.read_csv(stream, comment="#")

@@ -1,0 +1,238 @@
+"""Figures: the common style and the free rocking figures. Only the plots files draw."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = npt.NDArray[np.float64]
+
+DPI = 160
+ROTATION_LABEL = "rotation / slenderness angle [-]"
+SHORT_ROTATION_LABEL = "rotation ratio [-]"
+TIME_LABEL = "time [s]"
+
+BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, RED, PURPLE = (
+    "#000000",
+    "#E69F00",
+    "#56B4E9",
+    "#009E73",
+    "#B79F00",
+    "#0072B2",
+    "#D55E00",
+    "#CC79A7",
+)
+"""Colours that readers with any colour vision tell apart (Okabe and Ito 2008)."""
+
+ENGINE_STYLES: dict[str, dict[str, Any]] = {
+    "housner": {"color": BLACK, "linewidth": 1.8, "linestyle": "-", "zorder": 2},
+    "impulse": {"color": RED, "linewidth": 1.1, "linestyle": (0, (4, 2)), "zorder": 3},
+    "oracle": {"color": BLUE, "linewidth": 1.0, "linestyle": ":", "zorder": 4},
+}
+READING_COLORS = {"displacement": BLUE, "acceleration": ORANGE, "slip": GREEN}
+PAPER_STYLES: dict[str, dict[str, Any]] = {
+    "analytical": {"marker": "s", "color": GREEN},
+    "bullet": {"marker": "^", "color": RED},
+    "vortex": {"marker": "v", "color": PURPLE},
+    "dem": {"marker": "D", "color": SKY},
+}
+
+
+@contextmanager
+def drawing() -> Iterator[Any]:
+    """Matplotlib's pyplot with a style that is legible in print, for the block's duration."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    style = {
+        "font.size": 9.0,
+        "axes.titlesize": 9.5,
+        "axes.labelsize": 9.0,
+        "legend.fontsize": 9.0,
+        "xtick.labelsize": 8.5,
+        "ytick.labelsize": 8.5,
+        "axes.grid": True,
+        "grid.color": "#DDDDDD",
+        "grid.linewidth": 0.6,
+        "axes.axisbelow": True,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "savefig.dpi": DPI,
+        "figure.dpi": DPI,
+    }
+    with plt.rc_context(style):
+        yield plt
+
+
+def save(figure: Figure, path: pathlib.Path) -> pathlib.Path:
+    """Writes a figure as PNG, whole or not at all, and closes it."""
+    import matplotlib.pyplot as plt
+
+    from warprock.store import replacing
+
+    with replacing(path) as temporary:
+        figure.savefig(temporary, format="png", dpi=DPI)
+    plt.close(figure)
+    return path
+
+
+def legend_above(figure: Figure, axes: Axes, *, columns: int = 4) -> None:
+    """One legend for all panels, above them, so that it covers no curve."""
+    handles, names = axes.get_legend_handles_labels()
+    figure.legend(
+        handles, names, loc="outside upper center", ncols=columns, frameon=False, handlelength=2.8
+    )
+
+
+def history(
+    axes: Axes, times: Array, ratio: Array, engine: str, window: tuple[float, float] | None = None
+) -> None:
+    """Draws one rotation history, normalised, in the style of its engine.
+
+    Args:
+        axes: Where to.
+        times: [s], shape [sample].
+        ratio: Rotation / slenderness angle, shape [sample].
+        engine: Name of the engine, for style and legend.
+        window: First and last time to draw [s]; None draws all.
+    """
+    shown = slice(None) if window is None else (times >= window[0]) & (times <= window[1])
+    axes.plot(times[shown], ratio[shown], label=f"`{engine}`", **ENGINE_STYLES[engine])
+
+
+def draw_free_response(
+    path: pathlib.Path,
+    times: Array,
+    panels: Sequence[tuple[str, dict[str, Array]]],
+) -> pathlib.Path:
+    """Free response of B0: one pair of panels (response, residual) a height (Fig. 4a).
+
+    Args:
+        path: File to write.
+        times: [s], shape [sample].
+        panels: Title and rotation ratios by engine, `housner` among them, shape [sample] each.
+    """
+    with drawing() as plt:
+        figure, grid = plt.subplots(
+            2 * len(panels),
+            1,
+            figsize=(7.4, 3.6 * len(panels) + 0.4),
+            sharex=True,
+            height_ratios=[2.4, 1.0] * len(panels),
+            layout="constrained",
+        )
+        for index, (title, ratios) in enumerate(panels):
+            response, residual = grid[2 * index], grid[2 * index + 1]
+            for engine, ratio in ratios.items():
+                history(response, times, ratio, engine)
+                if engine != "housner":
+                    residual.plot(
+                        times, ratio - ratios["housner"], label=engine, **ENGINE_STYLES[engine]
+                    )
+            response.set_title(title, loc="left")
+            response.set_ylabel(SHORT_ROTATION_LABEL)
+            residual.set_ylabel("minus\n`housner` [-]")
+            residual.ticklabel_format(axis="y", style="sci", scilimits=(-2, 2))
+        grid[-1].set_xlabel(TIME_LABEL)
+        grid[-1].set_xlim(times[0], times[-1])
+        legend_above(figure, grid[0])
+        return save(figure, path)
+
+
+def draw_knobs(
+    path: pathlib.Path,
+    title: str,
+    times: Array,
+    reference: Array,
+    panels: Sequence[tuple[str, Sequence[tuple[str, Array]]]],
+) -> pathlib.Path:
+    """Free response of B0 as one knob of an engine after the other changes (Fig. 4c to g).
+
+    Args:
+        path: File to write.
+        title: Title of the figure.
+        times: [s], shape [sample].
+        reference: Housner's rotation ratio, shape [sample].
+        panels: Title, then name and rotation ratio of every setting, shape [sample] each.
+    """
+    colors, dashes = (RED, BLUE, GREEN), ((0, (4, 2)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)))
+    with drawing() as plt:
+        figure, grid = plt.subplots(
+            len(panels),
+            1,
+            figsize=(7.4, 2.35 * len(panels)),
+            sharex=True,
+            sharey=True,
+            layout="constrained",
+        )
+        figure.suptitle(title, x=0.01, ha="left", fontsize=10.5)
+        for axes, (knob, curves) in zip(np.atleast_1d(grid), panels, strict=True):
+            axes.plot(times, reference, label="`housner`", color="#999999", linewidth=2.0)
+            for (name, ratio), color, dash in zip(curves, colors, dashes, strict=False):
+                axes.plot(times, ratio, label=name, color=color, linewidth=1.1, linestyle=dash)
+            axes.set_title(knob, loc="left")
+            axes.set_ylabel(SHORT_ROTATION_LABEL)
+            axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+        axes.set_xlabel(TIME_LABEL)
+        axes.set_xlim(times[0], times[-1])
+        return save(figure, path)
+
+
+def draw_free_panels(
+    path: pathlib.Path,
+    times: Array,
+    panels: Sequence[tuple[str, dict[str, Array]]],
+    *,
+    columns: int = 3,
+    duration: float = 5.0,
+) -> pathlib.Path:
+    """Free responses in a grid, each with its residual below (Fig. 5).
+
+    Args:
+        path: File to write.
+        times: [s], shape [sample].
+        panels: Title and rotation ratios by engine, `housner` among them, in reading order.
+        columns: Panels in a row.
+        duration: Time that is drawn [s].
+    """
+    rows = -(-len(panels) // columns)
+    window = (0.0, duration)
+    shown = times <= duration + 1e-9
+    with drawing() as plt:
+        figure, grid = plt.subplots(
+            2 * rows,
+            columns,
+            figsize=(9.6, 2.9 * rows + 0.4),
+            sharex=True,
+            height_ratios=[2.2, 1.0] * rows,
+            layout="constrained",
+            squeeze=False,
+        )
+        for index, (title, ratios) in enumerate(panels):
+            row, column = divmod(index, columns)
+            response, residual = grid[2 * row, column], grid[2 * row + 1, column]
+            for engine, ratio in ratios.items():
+                history(response, times, ratio, engine, window)
+                if engine != "housner":
+                    difference = (ratio - ratios["housner"])[shown]
+                    residual.plot(times[shown], 1e3 * difference, **ENGINE_STYLES[engine])
+            response.set_title(title, loc="left")
+            if column == 0:
+                response.set_ylabel(SHORT_ROTATION_LABEL)
+                residual.set_ylabel("minus `housner`\n[10$^{-3}$]")
+            if row == rows - 1:
+                residual.set_xlabel(TIME_LABEL)
+        grid[0, 0].set_xlim(0.0, duration)
+        legend_above(figure, grid[0, 0])
+        return save(figure, path)

@@ -1,0 +1,93 @@
+"""Runs of the shipped cases that the paper's tables and figures share, each done once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from warprock.case import load_case
+from warprock.checks import CaseResponses
+from warprock.response import SampleTimes
+
+Array = npt.NDArray[np.float64]
+
+ENGINES = ("housner", "impulse")
+READINGS = ("displacement", "acceleration", "slip")
+PULSE, SINE, B0, B123 = (
+    "single-sine-pulse",
+    "single-continuous-sine",
+    "free-b0",
+    "free-b1-b3",
+)
+"""The shipped cases that the targets run."""
+
+ORACLE_TIME = {PULSE: 3.0, SINE: 5.0}
+"""Time [s] that the oracle follows a case for its peaks.
+
+The pulses end within 0.34 s, after which the block only loses energy; under continuous sine every
+lane peaks within its first cycles. A later peak of an engine shows in the table as a difference.
+"""
+
+
+class PaperRuns:
+    """Runs of the shipped cases, each done once however many targets want it."""
+
+    def __init__(
+        self, workers: int | None = None, progress: Callable[[int], None] | None = None
+    ) -> None:
+        """Holds nothing yet.
+
+        Args:
+            workers: Worker threads of a run; None leaves it to the batch runner.
+            progress: Called with the number of lanes finished so far, over all runs.
+        """
+        self._workers, self._progress = workers, progress
+        self._cases: dict[tuple[str, ...], CaseResponses] = {}
+        self._oracle_peaks: dict[str, Array] = {}
+        self._lanes_done = 0
+
+    def case(self, name: str, *overrides: str) -> CaseResponses:
+        """The responses of a shipped case, run when they are asked for."""
+        key = (name, *overrides)
+        if key not in self._cases:
+            case = load_case(name, overrides)
+            self._cases[key] = CaseResponses(case, self._workers, finished=self._note)
+        return self._cases[key]
+
+    def oracle_peaks(self, name: str) -> Array:
+        """Peak rotation ratios of the oracle in the first `ORACLE_TIME` of a case, shape [lane]."""
+        if name not in self._oracle_peaks:
+            from warprock.reference.oracle import oracle_response
+
+            lane_set = self.case(name).lane_set
+            times = SampleTimes(min(ORACLE_TIME[name], lane_set.times.duration))
+            answer = oracle_response(lane_set.lanes, lane_set.motions, times)
+            self._oracle_peaks[name] = answer["peak_rotation"] / lane_set.lanes.slenderness_angle
+            self._note(lane_set.lanes.lane_count)
+        return self._oracle_peaks[name]
+
+    def _note(self, lane_count: int) -> None:
+        self._lanes_done += lane_count
+        if self._progress is not None:
+            self._progress(self._lanes_done)
+
+
+def lane_evidence(runs: PaperRuns, name: str) -> pd.DataFrame:
+    """The lanes of a forced case as the conflicts need them."""
+    responses = runs.case(name)
+    lane_set, housner = responses.lane_set, responses["housner"]
+    slenderness = lane_set.lanes.slenderness_angle
+    moving = np.abs(housner["rotation"]) > 1e-3 * slenderness[:, None]
+    first = np.argmax(moving, axis=1)
+    lanes = np.arange(len(first))
+    table = lane_set.inputs[["reading", "frequency_hz", "amplitude_mm"]].reset_index(drop=True)
+    return table.assign(
+        housner=housner["peak_rotation"] / slenderness,
+        impulse=responses["impulse"]["peak_rotation"] / slenderness,
+        slide_mm=1e3 * responses["impulse"]["peak_slide"],
+        first_side=np.sign(housner["rotation"][lanes, first]),
+        housner_peak_time_s=housner["peak_time"],
+    )
