@@ -145,6 +145,8 @@ def _read_column(key: str, value: object, source: str, place: str) -> Numbers | 
         reader = _LABEL_KEY
     elif key in SWEEP_KEYS:
         reader = KEYS[key]
+    elif key in KEYS:
+        raise InputError(source, place, value, "must not be swept: it is the same for every lane")
     else:
         near = did_you_mean(key, SWEEP_KEYS)
         raise InputError(

@@ -106,14 +106,14 @@ class Case:
         Raises:
             InputError: No engine has that name, or the case's table is wrong.
         """
+        source = self.source_of(f"engines.{engine}")
         if engine not in SETTINGS:
             raise InputError(
-                self.file,
+                source,
                 "engines",
                 engine,
                 f"must be one of {', '.join(SETTINGS)}{did_you_mean(engine, SETTINGS)}",
             )
-        source = self.source_of(f"engines.{engine}")
         return build_settings(engine, self.tables.engines.get(engine, {}), source)
 
     def source_of(self, key: str) -> str:
@@ -274,6 +274,15 @@ def _read_tables(raw: Mapping[str, Any], axes: Sequence[Axis], source_of: Source
         raise _input_error(error, source_of) from None
 
 
+_SAID_PLAINLY = {
+    "model_type": "must be a table",
+    "dict_type": "must be a table",
+    "tuple_type": "must be a list",
+    "string_type": "must be text",
+}
+"""pydantic's kind of error -> what a writer of TOML calls it."""
+
+
 def _input_error(error: pydantic.ValidationError, source_of: SourceOf) -> InputError:
     """The first thing wrong; a mistyped key before what is missing because of it."""
     details = error.errors(include_url=False)
@@ -300,7 +309,7 @@ def _input_error(error: pydantic.ValidationError, source_of: SourceOf) -> InputE
         got = context.get("tag", NOTHING)
         allowed = "must be peaks or housner"
     else:
-        allowed = re.sub(r"^.*? should ", "must ", detail["msg"])
+        allowed = _SAID_PLAINLY.get(kind) or re.sub(r"^.*? should ", "must ", detail["msg"])
     return InputError(source_of(key), key, got, allowed)
 
 
@@ -308,9 +317,9 @@ def _unknown_key(location: Sequence[int | str], path: Sequence[int | str]) -> st
     """What is said about an unknown key: those allowed, and the one perhaps meant."""
     known = known_keys(location)
     plain = _dotted([part for part in path if not isinstance(part, int)])
-    near = did_you_mean(plain, known) or did_you_mean(plain, KEYS)
-    names = ", ".join(key.rpartition(".")[2] for key in known)
-    return f"unknown key (allowed: {names}){near}"
+    names = [key.rpartition(".")[2] for key in known]
+    near = did_you_mean(plain.rpartition(".")[2], names) or did_you_mean(plain, KEYS)
+    return f"unknown key (allowed: {', '.join(names)}){near}"
 
 
 def _dotted(path: Sequence[int | str]) -> str:

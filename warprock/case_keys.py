@@ -184,11 +184,11 @@ EXCLUSIVE: dict[str, str] = {
 
 
 def did_you_mean(got: object, known: Iterable[str]) -> str:
-    """A suggestion for the end of an error message; empty if nothing is near."""
+    """A suggestion for the end of an error message; empty if nothing is near.
+
+    The last part of a dotted key counts more than the table in front of it.
+    """
     known = tuple(known)
-    near = difflib.get_close_matches(str(got), known, 1)
-    if not near:
-        tail = str(got).rpartition(".")[2]
-        near = difflib.get_close_matches(tail, [k.rpartition(".")[2] for k in known], 1)
-        near = [k for k in known if near and k.rpartition(".")[2] == near[0]][:1]
-    return f"; did you mean {near[0]}?" if near else ""
+    tails = {key.rpartition(".")[2]: key for key in reversed(known)}
+    near = difflib.get_close_matches(str(got).rpartition(".")[2], tails, 1)
+    return f"; did you mean {tails[near[0]]}?" if near else ""

@@ -1,0 +1,433 @@
+"""From a case to its lanes: blocks, starts, ground motions and the table of inputs.
+
+Lane i is a pure function of the case and i: its digits in mixed radix over the sweep's axes pick
+one value of each. All work is done on whole arrays; what can be wrong with one value alone was
+refused when the case was read, and what can be wrong with a combination is refused here.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock import rocking
+from warprock.axes import LABEL, Numbers, Texts, lane_indices
+from warprock.case import Case
+from warprock.case_keys import KEYS, NumberKey, Said
+from warprock.case_tables import PeaksCheck
+from warprock.errors import InputError
+from warprock.lanes import Lanes
+from warprock.motion import (
+    Control,
+    GroundMotions,
+    RecordMotions,
+    StillBase,
+    Waveform,
+    harmonic_motions,
+    ricker_motions,
+)
+from warprock.response import FIELDS, SampleTimes
+from warprock.scene import SceneKind, scene_kind
+from warprock.units import GRAVITY, Dimension, Quantity, format_quantity
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Array = npt.NDArray[np.float64]
+
+_DERIVATIVE = {Control.DISPLACEMENT: 0, Control.VELOCITY: 1, Control.ACCELERATION: 2}
+_DIMENSION = {
+    Control.DISPLACEMENT: Dimension.LENGTH,
+    Control.VELOCITY: Dimension.VELOCITY,
+    Control.ACCELERATION: Dimension.ACCELERATION,
+}
+_ORDER = {_DIMENSION[control]: order for control, order in _DERIVATIVE.items()}
+"""Dimension of an amplitude -> how often displacement was differentiated to reach it."""
+
+_AMPLITUDE_COLUMN = {
+    Dimension.LENGTH: ("amplitude_mm", 1000.0),
+    Dimension.VELOCITY: ("amplitude_m_s", 1.0),
+    Dimension.ACCELERATION: ("amplitude_m_s2", 1.0),
+}
+
+# Largest |acceleration| of a Ricker pulse per unit of amplitude x rate^n, rate = pi frequency,
+# n = derivatives between the controlled quantity and acceleration. n = 1: the extremum of
+# (4 x^3 - 6 x) exp(-x^2) at x^2 = (3 - sqrt 6)/2; n = 2: |-6| at the centre.
+_RICKER_SQUARE = 0.5 * (3.0 - np.sqrt(6.0))
+_RICKER_PEAK = np.array(
+    [
+        1.0,
+        np.sqrt(_RICKER_SQUARE) * (6.0 - 4.0 * _RICKER_SQUARE) * np.exp(-_RICKER_SQUARE),
+        6.0,
+    ]
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class LaneSet:
+    """A case as lanes.
+
+    Attributes:
+        lanes: Blocks and starts, shape [lane].
+        motions: Ground motions of the same lanes.
+        times: Length of the run and sampling of its histories.
+        scene: What the case requires of an engine.
+        inputs: One row a lane: labels, then physical inputs with their units in the column names.
+        labels: Names of the label columns.
+        shape: Lengths of the case's axes, first one slowest.
+    """
+
+    lanes: Lanes
+    motions: GroundMotions
+    times: SampleTimes
+    scene: SceneKind
+    inputs: pd.DataFrame
+    labels: tuple[str, ...]
+    shape: tuple[int, ...]
+
+    def select(self, where: Mapping[str, str]) -> npt.NDArray[np.intp]:
+        """Lanes with certain labels, in lane order.
+
+        Args:
+            where: Label -> value; empty selects every lane.
+
+        Raises:
+            InputError: No such label, or no lane has that value.
+        """
+        chosen = np.ones(self.lanes.lane_count, dtype=bool)
+        for label, value in where.items():
+            if label not in self.labels:
+                known = ", ".join(self.labels) or "none"
+                raise InputError("where", label, value, f"must be a label of the case ({known})")
+            chosen &= np.asarray(self.inputs[label] == value)
+            if not chosen.any():
+                raise InputError("where", label, value, "must select at least one lane")
+        return np.flatnonzero(chosen)
+
+
+class LaneValues:
+    """Values of case keys lane by lane: along an axis where a key is swept, else one for all."""
+
+    def __init__(self, case: Case, lanes: range) -> None:
+        """Finds where each lane lies on each axis.
+
+        Args:
+            case: The case.
+            lanes: Numbers of the lanes wanted.
+        """
+        self.case, self.lanes = case, lanes
+        self._swept: dict[str, tuple[Numbers | Texts, npt.NDArray[np.intp]]] = {
+            key: (column, position)
+            for axis, position in zip(case.axes, lane_indices(case.shape, lanes), strict=True)
+            for key, column in axis.columns.items()
+        }
+
+    def _constant(self, key: str) -> object:
+        table, _, name = key.partition(".")
+        return getattr(getattr(self.case.tables, table), name, None)
+
+    def given(self, key: str) -> bool:
+        """Whether the case gives a key, swept or not."""
+        return key in self._swept or self._constant(key) is not None
+
+    def numbers(self, key: str) -> Array:
+        """Values of a numeric key, SI units or rad, shape [lane]."""
+        if key in self._swept:
+            column, position = self._swept[key]
+            assert isinstance(column, Numbers)
+            return np.asarray(column.values[position])
+        constant = self._constant(key)
+        if isinstance(constant, Quantity):
+            constant = constant.value
+        assert isinstance(constant, float), key
+        return np.full(len(self.lanes), constant)
+
+    def dimension(self, key: str) -> Dimension:
+        """What the values of a numeric key measure, the same in all lanes."""
+        if key in self._swept:
+            column = self._swept[key][0]
+            assert isinstance(column, Numbers)
+            return column.dimension
+        constant = self._constant(key)
+        assert isinstance(constant, Quantity), key
+        return constant.dimension
+
+    def texts(self, key: str) -> tuple[tuple[str, ...], npt.NDArray[np.int32]]:
+        """Distinct texts of a key, and the index of each lane's among them, shape [lane]."""
+        if key in self._swept:
+            column, position = self._swept[key]
+            assert isinstance(column, Texts)
+            return column.values, column.codes[position]
+        return (str(self._constant(key)),), np.zeros(len(self.lanes), np.int32)
+
+    def column(self, key: str) -> pd.Categorical:
+        """Texts of a key as a categorical column, shape [lane]."""
+        import pandas as pd
+
+        values, codes = self.texts(key)
+        return pd.Categorical.from_codes(codes, list(values))  # type: ignore[arg-type]
+
+    def refuse(self, bad: npt.NDArray[np.bool_], key: str, allowed: str) -> None:
+        """Refuses the first lane in which something is wrong.
+
+        Args:
+            bad: Whether a lane is wrong, shape [lane].
+            key: The key to blame.
+            allowed: What the key must be.
+
+        Raises:
+            InputError: A lane is wrong.
+        """
+        if bad.any():
+            at = int(np.argmax(bad))
+            raise InputError(
+                self.case.source_of(key), key, self._said(key, at), f"{allowed} (lane {self.lanes[at]})"
+            )
+
+    def _said(self, key: str, at: int) -> Said:
+        """One lane's value of a key, as a user would write it."""
+        reader = KEYS[key]
+        if not isinstance(reader, NumberKey):
+            values, codes = self.texts(key)
+            return Said(values[int(codes[at])])
+        dimensions = list(reader.bounds)
+        dimension = self.dimension(key) if len(dimensions) > 1 else dimensions[0]
+        unit = "deg" if dimension is Dimension.ANGLE else None
+        return Said(format_quantity(float(self.numbers(key)[at]), dimension, unit))
+
+
+def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
+    """The lanes of a case.
+
+    Args:
+        case: The case.
+        lanes: Numbers of the lanes wanted; None is all of them.
+
+    Returns:
+        Lanes, motions, sampling, kind of scene and the table of inputs.
+
+    Raises:
+        InputError: A combination of values that no engine could use.
+    """
+    import pandas as pd
+
+    values = LaneValues(case, range(case.lane_count) if lanes is None else lanes)
+    if not values.lanes:
+        raise InputError(case.file, "sweep", Said("0 lanes"), "must make at least 1 lane")
+    blocks = _blocks(values)
+    motions, columns = _motions(values, blocks)
+    scene = scene_kind(
+        blocks, motions, restitution_given=values.given("contact.angular_restitution")
+    )
+    columns = _block_columns(blocks) | columns
+    labels = {label: values.column(LABEL + label) for label in case.labels}
+    _refuse_labels(case, columns)
+    lane_set = LaneSet(
+        lanes=blocks,
+        motions=motions,
+        times=case.sample_times,
+        scene=scene,
+        inputs=pd.DataFrame(labels | columns),
+        labels=case.labels,
+        shape=case.shape,
+    )
+    if lanes is None and not case.overridden:
+        _refuse_checks(case, lane_set)
+    return lane_set
+
+
+def _blocks(values: LaneValues) -> Lanes:
+    """Blocks and their starts."""
+    width, height = values.numbers("block.width"), values.numbers("block.height")
+    angle = np.arctan2(width, height)
+    rotation_start = np.zeros_like(width)
+    if values.given("start.rotation_ratio"):
+        rotation_start = angle * values.numbers("start.rotation_ratio")
+    elif values.given("start.rotation"):
+        rotation_start = values.numbers("start.rotation")
+        beyond = np.abs(rotation_start) >= angle
+        if beyond.any():
+            limit = np.rad2deg(angle[int(np.argmax(beyond))])
+            allowed = f"must be less than the block's slenderness angle, {limit:.6g} deg, either way"
+            values.refuse(beyond, "start.rotation", allowed)
+    if values.given("contact.angular_restitution"):
+        restitution = values.numbers("contact.angular_restitution")
+    else:
+        restitution = rocking.angular_restitution(angle)
+        values.refuse(
+            restitution <= 0.0,
+            "block.width",
+            "must be less than 1.41 times block.height: a wider block keeps no angular velocity "
+            "at an impact (give contact.angular_restitution to run it all the same)",
+        )
+    return Lanes(
+        width=width,
+        height=height,
+        depth=values.numbers("block.depth"),
+        density=values.numbers("block.density"),
+        friction=values.numbers("contact.friction"),
+        angular_restitution=restitution,
+        rotation_start=rotation_start,
+    )
+
+
+def _block_columns(lanes: Lanes) -> dict[str, object]:
+    angle = lanes.slenderness_angle
+    return {
+        "width_m": lanes.width,
+        "height_m": lanes.height,
+        "depth_m": lanes.depth,
+        "density_kg_m3": lanes.density,
+        "friction": lanes.friction,
+        "angular_restitution": lanes.angular_restitution,
+        "slenderness_angle_rad": angle,
+        "half_diagonal_m": rocking.half_diagonal(lanes.width, lanes.height),
+        "frequency_parameter_rad_s": rocking.frequency_parameter(lanes.width, lanes.height),
+        "rotation_start_rad": lanes.rotation_start,
+        "rotation_ratio_start": lanes.rotation_start / angle,
+    }
+
+
+def _motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[str, object]]:
+    """Ground motions and their columns of the table of inputs."""
+    case = values.case
+    if case.tables.motion is None:
+        return StillBase(lanes.lane_count), {}
+    start = values.numbers("motion.start")
+    duration = case.sample_times.duration
+    values.refuse(
+        start >= duration, "motion.start", f"must be before the end of the run, {duration:g} s"
+    )
+    waveforms = set(values.texts("motion.waveform")[0])
+    if waveforms <= {Waveform.SINE, Waveform.COSINE}:
+        motions, columns, peak = _harmonic(values, start)
+    elif waveforms == {Waveform.RICKER}:
+        motions, columns, peak = _ricker(values, start)
+    elif waveforms == {Waveform.RECORD}:
+        motions, columns, peak = _records(values, start)
+    else:
+        raise InputError(
+            case.source_of("motion.waveform"),
+            "motion.waveform",
+            Said(", ".join(sorted(waveforms))),
+            "must be of one family in a case: sine and cosine, ricker, or record",
+        )
+    before: dict[str, object] = {"waveform": values.column("motion.waveform")}
+    tan_angle = lanes.width / lanes.height
+    return motions, before | columns | {
+        "start_s": start,
+        "peak_acceleration_m_s2": peak,
+        "normalised_acceleration": peak / (GRAVITY * tan_angle),
+    }
+
+
+Motions = tuple[GroundMotions, dict[str, object], Array]
+"""Ground motions, their columns, and the peak acceleration [m/s^2], shape [lane]."""
+
+
+def _controls(values: LaneValues) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.intp]]:
+    """Controlled quantity, and its derivatives counted from displacement, shape [lane]."""
+    names, codes = values.texts("motion.control")
+    order = np.array([_DERIVATIVE[Control(name)] for name in names], dtype=np.intp)
+    return np.array(names)[codes], order[codes]
+
+
+def _amplitude_columns(values: LaneValues) -> dict[str, object]:
+    name, factor = _AMPLITUDE_COLUMN[values.dimension("motion.amplitude")]
+    amplitude = values.numbers("motion.amplitude")
+    return {
+        "control": values.column("motion.control"),
+        "frequency_hz": values.numbers("motion.frequency"),
+        # Written in mm, so 8 mm shall read 8 and not 8.000000000000002.
+        name: np.round(amplitude * factor, 12) if factor != 1.0 else amplitude,
+    }
+
+
+def _harmonic(values: LaneValues, start: Array) -> Motions:
+    """Sines and cosines.
+
+    With w = 2 pi frequency, an amplitude of another kind than the control is the amplitude that
+    a sine of that frequency has: displacement x w = velocity, velocity x w = acceleration.
+    """
+    names, codes = values.texts("motion.waveform")
+    waveform = np.array(names)[codes]
+    control, order = _controls(values)
+    values.refuse(
+        (waveform == Waveform.COSINE) & (control == Control.DISPLACEMENT),
+        "motion.control",
+        "must be velocity or acceleration with waveform cosine, whose displacement would jump",
+    )
+    frequency = values.numbers("motion.frequency")
+    w = 2.0 * np.pi * frequency
+    written = _ORDER[values.dimension("motion.amplitude")]
+    amplitude = values.numbers("motion.amplitude") * w ** (order - written).astype(float)
+    if values.given("motion.cycles"):
+        duration = values.numbers("motion.cycles") / frequency
+    else:
+        duration = values.numbers("motion.duration")
+    motions = harmonic_motions(waveform, control, amplitude, frequency, start, duration)
+    columns = _amplitude_columns(values) | {"stop_s": motions.stop}
+    return motions, columns, np.abs(motions.acceleration_amplitude)
+
+
+def _ricker(values: LaneValues, start: Array) -> Motions:
+    """Ricker pulses, whose amplitude is that of the controlled quantity."""
+    control, order = _controls(values)
+    dimension = values.dimension("motion.amplitude")
+    values.refuse(
+        order != _ORDER[dimension],
+        "motion.amplitude",
+        "must be of the kind of motion.control with waveform ricker: a length for displacement, a "
+        "velocity for velocity, an acceleration for acceleration",
+    )
+    frequency = values.numbers("motion.frequency")
+    amplitude = values.numbers("motion.amplitude")
+    left = 2 - order
+    peak = np.abs(amplitude) * (np.pi * frequency) ** left * _RICKER_PEAK[left]
+    motions = ricker_motions(control, amplitude, frequency, start)
+    return motions, _amplitude_columns(values) | {"stop_s": motions.stop}, peak
+
+
+def _records(values: LaneValues, start: Array) -> Motions:
+    """Records times a scale; a path starts at the folder of the case file."""
+    from warprock.records import load_record, record_motions
+
+    names, codes = values.texts("motion.record")
+    folder = values.case.folder
+    paths = [
+        str(folder / name) if folder is not None and (folder / name).is_file() else name
+        for name in names
+    ]
+    records = [load_record(path) for path in paths]
+    scale = values.numbers("motion.scale")
+    motions: RecordMotions = record_motions(records, index=codes, scale=scale, start=start)
+    peaks = np.array([np.max(np.abs(record.acceleration)) for record in records])
+    columns: dict[str, object] = {"record": values.column("motion.record"), "scale": scale}
+    return motions, columns, np.abs(scale) * peaks[codes]
+
+
+def _refuse_labels(case: Case, columns: Mapping[str, object]) -> None:
+    """Refuses a label that would hide an input or a result in the lane table."""
+    taken = {"lane", *columns, *FIELDS, *(field.column for field in FIELDS.values())}
+    for label in case.labels:
+        if label in taken:
+            allowed = "must not be the name of an input or of a result"
+            raise InputError(case.file, f"sweep.{LABEL}{label}", label, allowed)
+
+
+def _refuse_checks(case: Case, lane_set: LaneSet) -> None:
+    """Refuses a check that has another number of values than lanes to compare them with."""
+    for number, check in enumerate(case.checks):
+        if isinstance(check, PeaksCheck):
+            count = len(lane_set.select(check.where))
+            if len(check.values) != count:
+                raise InputError(
+                    case.file,
+                    f"check[{number}].values",
+                    Said(f"{len(check.values)} values"),
+                    f"must be {count}, one for each lane selected",
+                )
