@@ -1,0 +1,413 @@
+"""Case files: what is read, what is refused, and in what words."""
+
+import json
+import re
+
+import pytest
+
+from warprock.case import case_names, load_case, template_kinds, template_text
+from warprock.case_keys import KEYS, SWEEP_KEYS, did_you_mean
+from warprock.case_tables import CaseTables
+from warprock.engines.settings import ImpulseSettings
+from warprock.errors import InputError
+from warprock.response import SampleTimes
+from warprock.units import Dimension, Quantity
+
+FREE = """
+title = "t"
+source = "s"
+[block]
+width = "0.5 m"
+height = "1 m"
+depth = "20 cm"
+density = "2670 kg/m^3"
+[contact]
+friction = 1.0
+[run]
+duration = "5 s"
+"""
+
+PULSE = (
+    FREE
+    + """
+[motion]
+waveform = "sine"
+control = "displacement"
+frequency = "3 Hz"
+amplitude = "8 mm"
+cycles = 1
+"""
+)
+
+
+@pytest.fixture
+def write(tmp_path):
+    def write_case(text):
+        file = tmp_path / "case.toml"
+        file.write_text(text, encoding="utf-8")
+        return file
+
+    return write_case
+
+
+def refusal(file, *overrides):
+    with pytest.raises(InputError) as caught:
+        load_case(file, overrides)
+    assert "\n" not in str(caught.value)
+    return caught.value
+
+
+def test_the_shipped_cases_are_these_and_load():
+    assert case_names() == [
+        "free-b0",
+        "free-b1-b3",
+        "record-ridgecrest",
+        "single-continuous-sine",
+        "single-sine-pulse",
+    ]
+    for name in case_names():
+        case = load_case(name)
+        assert case.name == name
+        assert case.file == f"{name}/case.toml"
+        assert case.title
+        assert case.source_text
+        assert json.loads(json.dumps(case.raw)) == case.raw
+
+
+def test_every_check_of_a_shipped_case_says_why():
+    checks = [check for name in case_names() for check in load_case(name).checks]
+    assert len(checks) >= 5
+    assert all(len(check.because.split()) > 5 for check in checks)
+
+
+@pytest.mark.parametrize("kind", template_kinds())
+def test_a_template_is_a_commented_case_that_loads(kind, write):
+    text = template_text(kind)
+    assert sum("#" in line for line in text.splitlines()) >= 5
+    assert load_case(write(text)).lane_count >= 1
+
+
+def test_the_kinds_of_templates():
+    assert template_kinds() == ["free", "pulse", "record", "sweep"]
+    with pytest.raises(InputError, match="KIND: got 'fre', must be one of free, .* mean free?"):
+        template_text("fre")
+
+
+def test_values_become_si_and_rad(write):
+    case = load_case(write(PULSE + '[start]\nrotation = "10 deg"\n'))
+    assert case.tables.block.width == 0.5
+    assert case.tables.block.depth == 0.2
+    assert case.tables.start.rotation == pytest.approx(0.17453292519943295, rel=1e-15)
+    motion = case.tables.motion
+    assert motion is not None
+    assert motion.amplitude == Quantity(0.008, Dimension.LENGTH)
+    assert motion.start == 0.0
+    assert case.sample_times == SampleTimes(5.0)
+    assert (case.shape, case.lane_count, case.labels) == ((), 1, ())
+
+
+def test_a_friction_angle_is_its_tangent(write):
+    case = load_case(write(FREE), ["contact.friction=30 deg"])
+    # tan(30 deg) = 1/sqrt(3); a few roundings.
+    assert case.tables.contact.friction == pytest.approx(3.0**-0.5, rel=1e-15)
+
+
+def test_a_case_is_found_by_folder_and_by_file(write, tmp_path):
+    file = write(FREE)
+    assert load_case(str(tmp_path)).file == str(file)
+    assert load_case(file).folder == tmp_path.resolve()
+    assert load_case(file).name == tmp_path.name
+    other = tmp_path / "wall.toml"
+    other.write_text(FREE, encoding="utf-8")
+    assert load_case(other).name == "wall"
+
+
+def test_no_such_case():
+    error = refusal("free-b2")
+    assert str(error).startswith("CASE: got 'free-b2', must be a shipped case (free-b0, ")
+    assert "did you mean free-b0?" in str(error)
+
+
+def test_broken_toml_names_its_line(write):
+    error = refusal(write('title = "t"\nblock = [\n'))
+    assert "must be TOML" in str(error)
+    error = refusal(write('title = "t"\nwidth = 8 mm\n'))
+    assert "got 'width = 8 mm', must be TOML" in str(error)
+    assert "line 2" in str(error)
+
+
+def test_a_file_that_is_not_text(tmp_path):
+    file = tmp_path / "case.toml"
+    file.write_bytes(b"\xff\xfe\x00")
+    assert "must be a readable UTF-8 file" in str(refusal(file))
+
+
+# Edit of the text of FREE or PULSE -> key and words of the refusal.
+BAD_TEXT = [
+    (FREE, 'width = "0.5 m"', "width = 0.5", "block.width", "got 0.5, must be a length with a"),
+    (FREE, 'height = "1 m"', 'height = "-1 m"', "block.height", "got '-1 m', must be the full"),
+    (FREE, 'height = "1 m"', 'height = "nan m"', "block.height", "must be a length with a unit"),
+    (FREE, 'height = "1 m"', 'height = "2 km"', "block.height", "at least 1 mm and at most 1 km"),
+    (FREE, 'height = "1 m"', "", "block.height", "got nothing, must be the full height"),
+    (FREE, "height =", "heigth =", "block.heigth", "did you mean height?"),
+    (FREE, "[block]", "[blocks]", "blocks", "did you mean block?"),
+    (FREE, "friction = 1.0", "friction = nan", "contact.friction", "got nan, must be a number"),
+    (FREE, "friction = 1.0", "friction = -0.1", "contact.friction", "at least 0 and at most 100"),
+    (FREE, 'depth = "20 cm"', 'depth = "20 cm"\nfriction = 1', "block.friction", "contact.friction?"),
+    (FREE, 'title = "t"', "title = 3", "title", "got 3, must be text"),
+    (FREE, 'source = "s"', "", "source", "got nothing, must be given"),
+    (FREE, 'duration = "5 s"', 'duration = "0 s"', "run.duration", "more than 0 s"),
+    (
+        FREE,
+        'duration = "5 s"',
+        'duration = "5 s"\nsample_interval = "6 s"',
+        "run.sample_interval",
+        "got '6 s', must be at most run.duration, 5 s",
+    ),
+    (PULSE, '"sine"', '"sinus"', "motion.waveform", "must be a waveform: sine, cosine, ricker, rec"),
+    (PULSE, '"sine"', '"ricker"', "motion.cycles", "must not be given with waveform ricker"),
+    (PULSE, '"sine"', '"record"', "motion.control", "must not be given with waveform record"),
+    (PULSE, 'amplitude = "8 mm"', "", "motion.amplitude", "got nothing, must be the amplitude of"),
+    (PULSE, '"8 mm"', "8", "motion.amplitude", "a velocity with a unit"),
+    (PULSE, "cycles = 1", "", "motion.cycles", "got nothing, must be given, or motion.duration"),
+    (PULSE, "cycles = 1", 'cycles = 1\nduration = "-1 s"', "motion.duration", "more than 0 s"),
+    (PULSE, "cycles = 1", 'cycles = 1\nduration = "1 s"', "motion.duration", "beside motion.cycles"),
+    (PULSE, '"3 Hz"', '"0 Hz"', "motion.frequency", "at least 1e-4 Hz"),
+]
+
+
+@pytest.mark.parametrize(("text", "old", "new", "key", "words"), BAD_TEXT)
+def test_bad_values_are_named(text, old, new, key, words, write):
+    assert old in text
+    file = write(text.replace(old, new))
+    error = refusal(file)
+    assert str(error).startswith(f"{file}: {key}: got ")
+    assert words in str(error)
+
+
+# Lines added to FREE -> key and words of the refusal.
+BAD_ADDITIONS = [
+    ("[engines.impuls]\n", "engines", "must be one of housner, impulse; did you mean impulse?"),
+    ("[engines.impulse]\nsubstep = 1\n", "engines.impulse.substep", "did you mean substeps?"),
+    ("[engines.impulse]\nsubsteps = -1\n", "engines.impulse.substeps", "from 0 to 10000"),
+    (
+        '[start]\nrotation = "1 deg"\nrotation_ratio = 0.1\n',
+        "start.rotation_ratio",
+        "must not be given beside start.rotation",
+    ),
+    ("[start]\nrotation_ratio = 1\n", "start.rotation_ratio", "less than 1"),
+    ('[[check]]\nkind = "peek"\n', "check[0].kind", "got 'peek', must be peaks or housner"),
+    ("[[check]]\n", "check[0].kind", "got nothing, must be peaks or housner"),
+    (
+        '[[check]]\nkind = "housner"\nengine = "impulse"\nbecause = "b"\nlimit = 1.0\n',
+        "check[0].limit",
+        "unknown key",
+    ),
+    (
+        '[[check]]\nkind = "housner"\nengine = "impulse"\nbecause = ""\nlimit_5s = 1.0\n',
+        "check[0].because",
+        "at least 1 character",
+    ),
+    (
+        '[[check]]\nkind = "housner"\nengine = "bullet"\nbecause = "b"\nlimit_5s = 1.0\n',
+        "check[0].engine",
+        "must be an engine: housner, impulse",
+    ),
+    (
+        '[[check]]\nkind = "housner"\nengine = "impulse"\nbecause = "b"\nlimit_5s = 1.0\n',
+        "run.sample_interval",
+        "must be given for check[0]",
+    ),
+    (
+        '[[check]]\nkind = "peaks"\nengine = "housner"\nbecause = "b"\nvalues = [0.1]\n'
+        'tolerance = 1e-3\nwhere = { reading = "slip" }\n',
+        "check[0].where.reading",
+        "must be a label of the case (none)",
+    ),
+]
+
+
+@pytest.mark.parametrize(("lines", "key", "words"), BAD_ADDITIONS)
+def test_bad_tables_are_named(lines, key, words, write):
+    file = write(FREE + lines)
+    error = refusal(file)
+    assert str(error).startswith(f"{file}: {key}: got ")
+    assert words in str(error)
+
+
+def test_a_check_on_a_label_value_that_no_lane_has(write):
+    check = (
+        '[[sweep]]\nlabel.reading = ["a", "b"]\n'
+        '[[check]]\nkind = "peaks"\nengine = "housner"\nbecause = "b"\nvalues = [0.1]\n'
+        'tolerance = 1e-3\nwhere = { reading = "c" }\n'
+    )
+    error = refusal(write(FREE + check))
+    assert "check[0].where.reading: got 'c', must be a value of the label (a, b)" in str(error)
+
+
+BAD_SWEEPS = [
+    ("sweep = 3", "sweep", "must be [[sweep]] tables"),
+    ("[[sweep]]", "sweep[0]", "must list at least one key"),
+    ("[[sweep]]\nblock.height = []", "sweep[0].block.height", "at least one value"),
+    ('[[sweep]]\nblock.height = "1 m"', "sweep[0].block.height", "must be a list or a grid"),
+    ("[[sweep]]\nblock.height = [1.0]", "sweep[0].block.height[0]", "a length with a unit"),
+    (
+        '[[sweep]]\nblock.height = ["1 m", "-1 m"]',
+        "sweep[0].block.height[1]",
+        "got '-1 m', must be the full height of the block, at least 1 mm",
+    ),
+    ('[[sweep]]\nblock.hight = ["1 m"]', "sweep[0].block.hight", "did you mean block.height?"),
+    ('[[sweep]]\nrun.duration = ["1 s"]', "sweep[0].run.duration", "must not be swept"),
+    ('[[sweep]]\nlabel.Name = ["a"]', "sweep[0].label.Name", "lower case letters"),
+    ("[[sweep]]\nlabel.name = [1]", "sweep[0].label.name[0]", "must be text that names lanes"),
+    (
+        '[[sweep]]\nblock.height = ["1 m", "2 m"]\nblock.width = ["1 m"]',
+        "sweep[0].block.width",
+        "got 1 values, must be as many as block.height beside it, 2",
+    ),
+    (
+        '[[sweep]]\nblock.height = ["1 m"]\n[[sweep]]\nblock.height = ["1 m"]',
+        "sweep[1].block.height",
+        "must be in one axis only; sweep[0] has it too",
+    ),
+    (
+        '[[sweep]]\nblock.height = { from = "1 m", to = "2 m", count = 0 }',
+        "sweep[0].block.height.count",
+        "got 0, must be a whole number from 1",
+    ),
+    (
+        '[[sweep]]\nblock.height = { from = "1 m", to = "2 m" }',
+        "sweep[0].block.height.count",
+        "got nothing",
+    ),
+    (
+        '[[sweep]]\nblock.height = { from = "1 m", to = 2, count = 3 }',
+        "sweep[0].block.height.to",
+        "got 2, must be a length with a unit",
+    ),
+    (
+        '[[sweep]]\nblock.height = { from = "1 m", to = "2 m", count = 3, spacing = "cubic" }',
+        "sweep[0].block.height.spacing",
+        "must be linear or log",
+    ),
+    (
+        '[[sweep]]\nblock.height = { form = "1 m", to = "2 m", count = 3 }',
+        "sweep[0].block.height.form",
+        "did you mean from?",
+    ),
+    (
+        '[[sweep]]\ncontact.friction = { from = 0, to = 1, count = 3, spacing = "log" }',
+        "sweep[0].contact.friction.from",
+        "must be > 0, as to, for spacing log",
+    ),
+]
+
+
+@pytest.mark.parametrize(("lines", "key", "words"), BAD_SWEEPS)
+def test_bad_sweeps_are_named(lines, key, words, write):
+    text = f"{lines}\n{FREE}" if lines.startswith("sweep") else f"{FREE}{lines}\n"
+    file = write(text)
+    error = refusal(file)
+    assert str(error).startswith(f"{file}: {key}: got ")
+    assert words in str(error)
+
+
+def test_amplitudes_of_one_axis_are_of_one_kind(write):
+    file = write(PULSE + '[[sweep]]\nmotion.amplitude = ["8 mm", "0.3 g"]\n')
+    assert "motion.amplitude[1]: got '0.3 g', must be of the kind of the first" in str(refusal(file))
+    grid = 'motion.amplitude = { from = "8 mm", to = "0.3 g", count = 2 }'
+    file = write(f"{PULSE}[[sweep]]\n{grid}\n")
+    assert "motion.amplitude.to: got '0.3 g', must be of the kind of from" in str(refusal(file))
+
+
+def test_a_swept_key_need_not_be_given_elsewhere(write):
+    text = PULSE.replace('frequency = "3 Hz"', "")
+    case = load_case(write(text + '[[sweep]]\nmotion.frequency = ["2 Hz", "4 Hz"]\n'))
+    assert case.lane_count == 2
+
+
+def test_quoted_and_plain_dotted_sweep_keys_are_the_same(write):
+    plain = load_case(write(PULSE + '[[sweep]]\nmotion.frequency = ["2 Hz"]\n'))
+    quoted = load_case(write(PULSE + '[[sweep]]\n"motion.frequency" = ["2 Hz"]\n'))
+    assert plain.axes[0].columns.keys() == quoted.axes[0].columns.keys() == {"motion.frequency"}
+
+
+@pytest.mark.parametrize(
+    ("override", "read"),
+    [
+        ("block.height=5.5 m", lambda case: case.tables.block.height == 5.5),
+        ('block.height="5.5 m"', lambda case: case.tables.block.height == 5.5),
+        (" contact.friction = 0.7 ", lambda case: case.tables.contact.friction == 0.7),
+        ("engines.impulse.substeps=200", lambda case: case.engine_settings("impulse").substeps == 200),
+        ("title=Another title", lambda case: case.title == "Another title"),
+        ("start.rotation_ratio=-0.5", lambda case: case.tables.start.rotation_ratio == -0.5),
+        ('sweep=[{ block.height = ["1 m", "2 m"] }]', lambda case: case.shape == (2,)),
+    ],
+)
+def test_overrides(override, read, write):
+    case = load_case(write(FREE), [override])
+    assert read(case)
+    key = override.partition("=")[0].strip()
+    assert case.source_of(key) == "-s"
+    assert case.source_of("block.depth") == case.file
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        ("block.height", "-s: got 'block.height', must be KEY=VALUE"),
+        ("block.height=", "must be KEY=VALUE"),
+        ("=3", "must be KEY=VALUE"),
+        ("block.height=5.5", "-s: block.height: got 5.5, must be a length with a unit"),
+        ("block.height=-5.5 m", "-s: block.height: got '-5.5 m', must be the full height"),
+        ("block.heigh=5.5 m", "-s: block.heigh: got '5.5 m', unknown key"),
+        ("block.width.x=1", "-s: block.width.x: got '1', width is not a table"),
+        ("block=1", "-s: block: got 1, must be a table"),
+        ("engines.impulse.erp=2", "-s: engines.impulse.erp: got 2, must be from 0 to 1"),
+        ("sweep=[{block.height=[]}]", "-s: sweep[0].block.height: got [], must be a list"),
+    ],
+)
+def test_a_bad_override_is_named_by_its_option(override, words, write):
+    assert words in str(refusal(write(FREE), override))
+
+
+def test_an_override_replaces_the_axis_it_lies_on():
+    case = load_case("single-sine-pulse")
+    assert case.shape == (3, 6)
+    assert load_case("single-sine-pulse", ["motion.frequency=4 Hz"]).shape == (3,)
+    assert load_case("single-sine-pulse", ["block.depth=1 m"]).shape == (3, 6)
+    assert load_case("single-sine-pulse", ["block.width=0.2 m"]).shape == (6,)
+
+
+def test_an_override_replaces_the_other_way_of_saying_it():
+    case = load_case("free-b1-b3", ["start.rotation=2 deg"])
+    assert case.shape == (3,)
+    assert case.tables.start.rotation_ratio is None
+    case = load_case("single-sine-pulse", ["motion.duration=1 s"])
+    assert case.tables.motion is not None
+    assert case.tables.motion.cycles is None
+
+
+def test_engine_settings_of_a_case_and_defaults(write):
+    case = load_case(write(FREE + "[engines.impulse]\niterations = 7\n"))
+    assert case.engine_settings("impulse") == ImpulseSettings(iterations=7)
+    with pytest.raises(InputError, match=re.escape("must be one of housner, impulse")):
+        case.engine_settings("bullet")
+
+
+def test_the_table_of_keys_and_the_models_are_the_same_keys():
+    models = {
+        f"{table}.{name}"
+        for table in ("block", "contact", "start", "run")
+        for name in CaseTables.model_fields[table].annotation.model_fields
+    }
+    from warprock.case_tables import Motion
+
+    models |= {f"motion.{name}" for name in Motion.model_fields}
+    assert set(KEYS) == models
+    assert set(KEYS) - set(SWEEP_KEYS) == {"run.duration", "run.sample_interval"}
+
+
+def test_suggestions_go_by_the_last_part_of_a_key():
+    assert did_you_mean("block.friction", KEYS) == "; did you mean contact.friction?"
+    assert did_you_mean("zzz", KEYS) == ""
