@@ -32,15 +32,19 @@ REALS = {"float64": wp.float64, "float32": wp.float32}
 _LOCK = threading.Lock()
 
 
-def kernel_module(file: str, *, precision: str, motion: str = "still") -> ModuleType:
+def kernel_module(
+    file: str, *, precision: str, motion: str = "still", iterations: int = 0
+) -> ModuleType:
     """The instance of a kernel file for a precision and a kind of ground motion.
 
     Args:
         file: Stem of the file in this folder, such as `housner`.
         precision: Key of `REALS`.
         motion: Kind of ground motion: still, harmonic, ricker or record.
+        iterations: Sweeps of an iterative contact solver; as a constant the compiler unrolls
+            them, without which a loop over lanes is not vectorised.
     """
-    name = f"{__package__}.{file}__{precision}__{motion}"
+    name = f"{__package__}.{file}__{precision}__{motion}__{iterations}"
     with _LOCK:
         if name in sys.modules:
             return sys.modules[name]
@@ -48,7 +52,9 @@ def kernel_module(file: str, *, precision: str, motion: str = "still") -> Module
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
-    module.__dict__.update(real=REALS[precision], PRECISION=precision, MOTION=motion)
+    module.__dict__.update(
+        real=REALS[precision], PRECISION=precision, MOTION=motion, ITERATIONS=iterations
+    )
     sys.modules[name] = module
     spec.loader.exec_module(module)
     return module

@@ -4,8 +4,8 @@ Each kind brings the same functions: `knot_time` and `knot_step` (when the motio
 formula, and the velocity step there), `series` (Taylor coefficients of the acceleration) and
 `velocity`. `segment` counts the knots passed: 0 before the motion starts. The struct `Motion`
 holds one lane; its fields are the attributes of the class of the same kind in warprock/motion.py.
-The last two arguments of `series` and `velocity` are the sample of a record that the kernel has
-looked up at `sample_index`; the other kinds do not read them.
+The last arguments of `series` and `velocity` are the sample of a record (velocity, acceleration
+and its slope) that the kernel has looked up at `sample_index`; the other kinds ignore them.
 """
 
 from typing import Any
@@ -51,13 +51,18 @@ if MOTION == "still":
         return zero, zero, zero, zero, zero, zero, zero, zero, zero
 
     @wp.func
-    def velocity(m: Motion, time: real) -> real:
+    def velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
         """Velocity of the base: zero."""
         return real(0.0)
 
     @wp.func
     def sample_index(m: Motion, segment: int) -> int:
         """Place in the pool of the sample that the segment starts at: no record, no sample."""
+        return 0
+
+    @wp.func
+    def sample_segment(m: Motion, time: real) -> int:
+        """Segment that a time lies in, for `sample_index`: no record, no sample."""
         return 0
 
 
@@ -81,6 +86,11 @@ if MOTION in ("harmonic", "ricker"):
     @wp.func
     def sample_index(m: Any, segment: int) -> int:
         """Place in the pool of the sample that the segment starts at: no record, no sample."""
+        return 0
+
+    @wp.func
+    def sample_segment(m: Any, time: real) -> int:
+        """Segment that a time lies in, for `sample_index`: no record, no sample."""
         return 0
 
 
@@ -119,7 +129,7 @@ if MOTION == "harmonic":
         return a0, a1, a2, a3, a4, a5, a6, a7, a8
 
     @wp.func
-    def velocity(m: Motion, time: real) -> real:
+    def velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
         """Velocity of the base just after a time, all velocity steps until then in it."""
         w = TWO_PI * m.frequency
         s, c = cycle(m.frequency * (time - m.start) + m.phase / TWO_PI)
@@ -186,7 +196,7 @@ if MOTION == "ricker":
         return a0, a1, a2, a3, a4, a5, a6, a7, a8
 
     @wp.func
-    def velocity(m: Motion, time: real) -> real:
+    def velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
         """Velocity of the base just after a time."""
         x = m.rate * (time - real(0.5) * (m.start + m.stop))
         moving = (m.c0 + x * (m.c1 + x * (m.c2 + x * m.c3))) * decay(x * x)
@@ -239,3 +249,11 @@ if MOTION == "record":
         position = wp.floor((time - m.start) / m.interval)
         last = wp.where(position < real(m.count - 1), position, real(m.count - 1))
         return int(wp.where(last < real(0.0), real(-1.0), last)) + 1
+
+    @wp.func
+    def velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
+        """Velocity of the base just after a time: the integral from the last sample."""
+        tau = time - (m.start + real(sample_segment(m, time) - 1) * m.interval)
+        tau = wp.where(tau < m.interval, tau, m.interval)
+        moving = m.scale * (start + tau * (value + real(0.5) * slope * tau))
+        return wp.where(time < m.start, real(0.0), moving)
