@@ -1,0 +1,339 @@
+"""Closed forms of Housner's rocking block, in NumPy, for any array shape.
+
+Blocks are given by their FULL width and height [m]; half dimensions appear inside formulas only.
+With half width b and half height h:
+
+    slenderness angle    alpha = atan(b / h)
+    half diagonal        R^2 = b^2 + h^2
+    frequency parameter  p^2 = 3 g / (4 R)
+    angular restitution  eta = 1 - (3/2) sin^2(alpha)
+
+Between impacts theta'' = p^2 sin(theta - alpha) for theta > 0 on a still base, whose energy
+integral is theta'^2 / 2 = p^2 [cos(alpha - theta_0) - cos(alpha - theta)] from rest at theta_0.
+
+References:
+    Housner, G. W. (1963). The behavior of inverted pendulum structures during earthquakes.
+        Bulletin of the Seismological Society of America 53(2), 403-417.
+    Makris, N. and Konstantinidis, D. (2003). The rocking spectrum and the limitations of
+        practical design methodologies. Earthquake Engineering and Structural Dynamics 32,
+        265-289.
+    Zhang, J. and Makris, N. (2001). Rocking response of free-standing blocks under cycloidal
+        pulses. Journal of Engineering Mechanics 127(5), 473-483.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.units import GRAVITY
+
+Array = npt.NDArray[np.float64]
+Numbers = npt.ArrayLike
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
+"""Gauss-Legendre rule on (-1, 1); its integrands here are smooth, 64 nodes reach round-off."""
+
+_BISECTIONS = 100
+"""Halvings of a bracket; more than enough to close it to neighbouring numbers."""
+
+
+def _array(values: Numbers) -> Array:
+    return np.asarray(values, dtype=np.float64)
+
+
+def slenderness_angle(width: Numbers, height: Numbers) -> Array:
+    """Critical angle alpha [rad] at which the still block stands in unstable balance.
+
+    References:
+        Housner (1963), geometry of the block.
+    """
+    return np.arctan2(_array(width), _array(height))
+
+
+def half_diagonal(width: Numbers, height: Numbers) -> Array:
+    """Distance R from the centre of mass to a base corner [m].
+
+    References:
+        Housner (1963), geometry of the block.
+    """
+    return 0.5 * np.hypot(_array(width), _array(height))
+
+
+def frequency_parameter(width: Numbers, height: Numbers) -> Array:
+    """Frequency parameter p = sqrt(3 g / (4 R)) [rad/s] of a homogeneous rectangle.
+
+    References:
+        Housner (1963), definition of p, with the moment of inertia 4/3 m R^2 about a corner.
+    """
+    return np.asarray(np.sqrt(3.0 * GRAVITY / (4.0 * half_diagonal(width, height))))
+
+
+def angular_restitution(slenderness_angle: Numbers) -> Array:
+    """Ratio eta of the angular velocities after and before an impact [-].
+
+    It follows from the angular momentum about the new corner; <= 0 from sin^2(alpha) >= 2/3 on,
+    where a block keeps no rotation.
+
+    References:
+        Housner (1963), loss of energy at an impact, whose r is the square of eta.
+    """
+    return np.asarray(1.0 - 1.5 * np.sin(_array(slenderness_angle)) ** 2)
+
+
+def energy(
+    width: Numbers,
+    height: Numbers,
+    depth: Numbers,
+    density: Numbers,
+    rotation: Numbers,
+    angular_velocity: Numbers,
+) -> Array:
+    """Energy above the block's flat state at rest [J], seen from the base.
+
+    (2/3) m R^2 theta'^2 + m g R [cos(alpha - |theta|) - cos(alpha)].
+
+    Args:
+        width: Full width [m].
+        height: Full height [m].
+        depth: Full depth [m].
+        density: [kg/m^3].
+        rotation: [rad].
+        angular_velocity: [rad/s].
+
+    References:
+        Housner (1963), energy of free rocking.
+    """
+    mass = _array(density) * _array(width) * _array(height) * _array(depth)
+    radius = half_diagonal(width, height)
+    kinetic = (2.0 / 3.0) * mass * radius**2 * _array(angular_velocity) ** 2
+    lifted = _lift(slenderness_angle(width, height), np.abs(_array(rotation)))
+    return np.asarray(kinetic + mass * GRAVITY * radius * lifted)
+
+
+def _lift(angle: Array, rotation: Array) -> Array:
+    """cos(alpha - theta) - cos(alpha) [-], without cancellation at small rotations."""
+    return np.asarray(2.0 * np.sin(angle - 0.5 * rotation) * np.sin(0.5 * rotation))
+
+
+def quarter_period(width: Numbers, height: Numbers, rotation: Numbers) -> Array:
+    """Time from release at a rotation to the first impact [s], exact.
+
+    (1/p) times the integral over theta from 0 to theta_0 of 1 / sqrt(2 [cos(alpha - theta_0) -
+    cos(alpha - theta)]). The substitution alpha - theta = d cosh(v), d = alpha - theta_0, the
+    solution of the linear block, takes out the singularity at theta_0: with S(x) = sin(x) / x
+
+        (1/p) integral from 0 to acosh(alpha / d) of dv / sqrt(S(d cosh^2(v/2)) S(d sinh^2(v/2))).
+
+    Args:
+        width: Full width [m].
+        height: Full height [m].
+        rotation: Rotation at release [rad], 0 < |rotation| < slenderness angle.
+
+    References:
+        Housner (1963), period of free rocking, before its linearisation.
+    """
+    angle = slenderness_angle(width, height)
+    left = angle - np.abs(_array(rotation))
+    end = _reach(angle, left)
+    half = 0.25 * end[..., np.newaxis] * (1.0 + _NODES)
+    one = np.sinc(left[..., np.newaxis] * np.cosh(half) ** 2 / np.pi)
+    other = np.sinc(left[..., np.newaxis] * np.sinh(half) ** 2 / np.pi)
+    integral = 0.5 * end * np.sum(_WEIGHTS / np.sqrt(one * other), axis=-1)
+    return np.asarray(integral / frequency_parameter(width, height))
+
+
+def linear_quarter_period(width: Numbers, height: Numbers, rotation: Numbers) -> Array:
+    """Time from release at a rotation to the first impact [s] of a slender (linear) block.
+
+    (1/p) acosh(1 / (1 - theta_0 / alpha)).
+
+    Args:
+        width: Full width [m].
+        height: Full height [m].
+        rotation: Rotation at release [rad], 0 < |rotation| < slenderness angle.
+
+    References:
+        Housner (1963), period of free rocking.
+    """
+    angle = slenderness_angle(width, height)
+    reach = _reach(angle, angle - np.abs(_array(rotation)))
+    return np.asarray(reach / frequency_parameter(width, height))
+
+
+def _reach(angle: Array, left: Array) -> Array:
+    """acosh(angle / left), without cancellation where the two are close."""
+    return np.asarray(2.0 * np.arcsinh(np.sqrt(0.5 * (angle - left) / left)))
+
+
+def peak_decay(
+    width: Numbers,
+    height: Numbers,
+    rotation: Numbers,
+    count: int,
+    angular_restitution: Numbers | None = None,
+) -> Array:
+    """Peaks |theta_n| of free rocking on a still base [rad], shape [..., count + 1], exact.
+
+    Each impact leaves the part eta^2 of the energy, and the next peak has all of it:
+    cos(alpha - theta_n) = cos(alpha) + eta^(2n) [cos(alpha - theta_0) - cos(alpha)].
+
+    Args:
+        width: Full width [m].
+        height: Full height [m].
+        rotation: Rotation at release [rad], below the slenderness angle to either side.
+        count: Impacts; element n of the last axis is the peak after n impacts.
+        angular_restitution: Ratio eta [-]; Housner's closed form by default.
+
+    References:
+        Housner (1963), decay of free rocking, before its linearisation.
+    """
+    angle = slenderness_angle(width, height)
+    eta = 1.0 - 1.5 * np.sin(angle) ** 2
+    if angular_restitution is not None:
+        eta = _array(angular_restitution)
+    start = _lift(angle, np.abs(_array(rotation)))
+    kept = np.asarray(eta)[..., np.newaxis] ** (2 * np.arange(count + 1))
+    lift = kept * start[..., np.newaxis]
+    # sin(alpha) sin(theta) - cos(alpha) (1 - cos(theta)) = lift, solved for tan(theta / 2).
+    sine, cosine = np.sin(angle)[..., np.newaxis], np.cos(angle)[..., np.newaxis]
+    tangent = lift / (sine + np.sqrt(sine**2 - lift * (2.0 * cosine + lift)))
+    return np.asarray(2.0 * np.arctan(tangent))
+
+
+def uplift_acceleration(width: Numbers, height: Numbers) -> Array:
+    """Base acceleration above which a flat block lifts, g tan(alpha) [m/s^2].
+
+    References:
+        Housner (1963), the first condition of overturning.
+    """
+    return np.asarray(GRAVITY * _array(width) / _array(height))
+
+
+def uplift_friction(width: Numbers, height: Numbers) -> Array:
+    """Friction coefficient below which a flat block slides before it lifts, tan(alpha) [-].
+
+    References:
+        Shenton, H. W. (1996). Criteria for initiation of slide, rock, and slide-rock rigid-body
+            modes. Journal of Engineering Mechanics 122(7), 690-693.
+    """
+    return np.asarray(_array(width) / _array(height))
+
+
+def impact_friction(width: Numbers, height: Numbers) -> Array:
+    """Friction coefficient that an impact without slip needs [-].
+
+    Ratio of the horizontal and the vertical impulse that turn the motion about the old corner
+    into eta times the motion about the new one:
+    3 sin(alpha) cos(alpha) / (4 - 3 sin^2(alpha)).
+    """
+    angle = slenderness_angle(width, height)
+    sine = np.sin(angle)
+    return np.asarray(3.0 * sine * np.cos(angle) / (4.0 - 3.0 * sine**2))
+
+
+def angular_velocity_step(
+    width: Numbers, height: Numbers, rotation: Numbers, velocity_step: Numbers
+) -> Array:
+    """Step of the angular velocity [rad/s] of a rocking block at a velocity step of its base.
+
+    -(p^2 / g) cos(alpha - |theta|) dV: the equation of motion integrated over the step. A flat
+    block leans away from the step by the same formula at theta = 0.
+
+    Args:
+        width: Full width [m].
+        height: Full height [m].
+        rotation: Rotation during the step [rad], positive towards +x.
+        velocity_step: Step dV of the base velocity [m/s], positive towards +x.
+
+    References:
+        Housner (1963), equation of motion, integrated over an impulse.
+    """
+    left = slenderness_angle(width, height) - np.abs(_array(rotation))
+    factor = frequency_parameter(width, height) ** 2 / GRAVITY
+    return np.asarray(-factor * np.cos(left) * _array(velocity_step))
+
+
+def overturning_velocity_step(width: Numbers, height: Numbers) -> Array:
+    """Velocity step of the base above which a flat block overturns [m/s].
+
+    The kinetic energy of the step equals the lift to unstable balance:
+    V = 2 g sin(alpha / 2) / (p cos(alpha)).
+
+    References:
+        Housner (1963), overturning by an impulse, before its linearisation.
+    """
+    angle = slenderness_angle(width, height)
+    return np.asarray(
+        2.0 * GRAVITY * np.sin(0.5 * angle) / (frequency_parameter(width, height) * np.cos(angle))
+    )
+
+
+def overturning_double_velocity_step(width: Numbers, height: Numbers) -> Array:
+    """Step V of the base which overturns a flat block if -V follows right after its impact [m/s].
+
+    The first step comes back as eta times itself, the second one adds itself:
+    V = (limit of one step) / (1 + eta).
+    """
+    angle = slenderness_angle(width, height)
+    return np.asarray(overturning_velocity_step(width, height) / (2.0 - 1.5 * np.sin(angle) ** 2))
+
+
+def half_sine_overturning_amplitude(frequency_ratio: Numbers) -> Array:
+    """Amplitude a_p / (g alpha) [-] from which a half sine overturns a slender block.
+
+    The linear block leaves at psi = asin(1/A) and overturns if the part of its motion that grows
+    with exp(p t) is positive at the end of the pulse: with w = omega_p / p
+    sqrt(A^2 - 1) + A exp(-(pi - psi) / w) = w. Housner's A = sqrt(1 + w^2) leaves out the
+    exponential.
+
+    Args:
+        frequency_ratio: w = omega_p / p [-], > 0, angular frequency of the sine over p.
+
+    References:
+        Makris and Konstantinidis (2003), who correct Housner (1963).
+    """
+
+    def excess(amplitude: Array, ratio: Array) -> Array:
+        wait = np.pi - np.arcsin(1.0 / amplitude)
+        late = amplitude * np.exp(-wait / ratio)
+        return np.asarray(np.sqrt(amplitude**2 - 1.0) + late - ratio)
+
+    return _amplitude(excess, frequency_ratio)
+
+
+def one_cycle_sine_overturning_amplitude(frequency_ratio: Numbers) -> Array:
+    """Amplitude a_p / (g alpha) [-] from which one cycle of sine overturns without an impact.
+
+    As `half_sine_overturning_amplitude`, with the second half of the pulse pulling back:
+    sqrt(A^2 - 1) - A exp(-(2 pi - psi) / w) = w. Below it the block may still overturn after one
+    impact, for which there is no elementary form.
+
+    Args:
+        frequency_ratio: w = omega_p / p [-], > 0, angular frequency of the sine over p.
+
+    References:
+        Zhang and Makris (2001), mode 2.
+    """
+
+    def excess(amplitude: Array, ratio: Array) -> Array:
+        wait = 2.0 * np.pi - np.arcsin(1.0 / amplitude)
+        late = amplitude * np.exp(-wait / ratio)
+        return np.asarray(np.sqrt(amplitude**2 - 1.0) - late - ratio)
+
+    return _amplitude(excess, frequency_ratio)
+
+
+def _amplitude(excess: Callable[[Array, Array], Array], frequency_ratio: Numbers) -> Array:
+    """Root >= 1 of a condition that grows with the amplitude, by bisection."""
+    ratio = _array(frequency_ratio)
+    low, high = np.ones_like(ratio), np.full_like(ratio, 2.0)
+    while np.any(excess(high, ratio) < 0.0):
+        high = np.where(excess(high, ratio) < 0.0, 2.0 * high, high)
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (low + high)
+        above = excess(middle, ratio) > 0.0
+        low, high = np.where(above, low, middle), np.where(above, middle, high)
+    return np.asarray(0.5 * (low + high))
