@@ -89,7 +89,7 @@ def test_a_template_is_a_commented_case_that_loads(kind, write):
 
 def test_the_kinds_of_templates():
     assert template_kinds() == ["free", "pulse", "record", "sweep"]
-    with pytest.raises(InputError, match="KIND: got 'fre', must be one of free, .* mean free?"):
+    with pytest.raises(InputError, match=r"KIND: got 'fre', must be one of free, .* mean free\?"):
         template_text("fre")
 
 
@@ -153,7 +153,13 @@ BAD_TEXT = [
     (FREE, "[block]", "[blocks]", "blocks", "did you mean block?"),
     (FREE, "friction = 1.0", "friction = nan", "contact.friction", "got nan, must be a number"),
     (FREE, "friction = 1.0", "friction = -0.1", "contact.friction", "at least 0 and at most 100"),
-    (FREE, 'depth = "20 cm"', 'depth = "20 cm"\nfriction = 1', "block.friction", "contact.friction?"),
+    (
+        FREE,
+        'depth = "20 cm"',
+        'depth = "20 cm"\nfriction = 1',
+        "block.friction",
+        "contact.friction?",
+    ),
     (FREE, 'title = "t"', "title = 3", "title", "got 3, must be text"),
     (FREE, 'source = "s"', "", "source", "got nothing, must be given"),
     (FREE, 'duration = "5 s"', 'duration = "0 s"', "run.duration", "more than 0 s"),
@@ -164,14 +170,20 @@ BAD_TEXT = [
         "run.sample_interval",
         "got '6 s', must be at most run.duration, 5 s",
     ),
-    (PULSE, '"sine"', '"sinus"', "motion.waveform", "must be a waveform: sine, cosine, ricker, rec"),
+    (PULSE, '"sine"', '"sinus"', "motion.waveform", "must be a waveform: sine, cosine"),
     (PULSE, '"sine"', '"ricker"', "motion.cycles", "must not be given with waveform ricker"),
     (PULSE, '"sine"', '"record"', "motion.control", "must not be given with waveform record"),
     (PULSE, 'amplitude = "8 mm"', "", "motion.amplitude", "got nothing, must be the amplitude of"),
     (PULSE, '"8 mm"', "8", "motion.amplitude", "a velocity with a unit"),
     (PULSE, "cycles = 1", "", "motion.cycles", "got nothing, must be given, or motion.duration"),
     (PULSE, "cycles = 1", 'cycles = 1\nduration = "-1 s"', "motion.duration", "more than 0 s"),
-    (PULSE, "cycles = 1", 'cycles = 1\nduration = "1 s"', "motion.duration", "beside motion.cycles"),
+    (
+        PULSE,
+        "cycles = 1",
+        'cycles = 1\nduration = "1 s"',
+        "motion.duration",
+        "beside motion.cycles",
+    ),
     (PULSE, '"3 Hz"', '"0 Hz"', "motion.frequency", "at least 1e-4 Hz"),
 ]
 
@@ -314,7 +326,7 @@ def test_bad_sweeps_are_named(lines, key, words, write):
 
 def test_amplitudes_of_one_axis_are_of_one_kind(write):
     file = write(PULSE + '[[sweep]]\nmotion.amplitude = ["8 mm", "0.3 g"]\n')
-    assert "motion.amplitude[1]: got '0.3 g', must be of the kind of the first" in str(refusal(file))
+    assert "amplitude[1]: got '0.3 g', must be of the kind of the first" in str(refusal(file))
     grid = 'motion.amplitude = { from = "8 mm", to = "0.3 g", count = 2 }'
     file = write(f"{PULSE}[[sweep]]\n{grid}\n")
     assert "motion.amplitude.to: got '0.3 g', must be of the kind of from" in str(refusal(file))
@@ -338,7 +350,10 @@ def test_quoted_and_plain_dotted_sweep_keys_are_the_same(write):
         ("block.height=5.5 m", lambda case: case.tables.block.height == 5.5),
         ('block.height="5.5 m"', lambda case: case.tables.block.height == 5.5),
         (" contact.friction = 0.7 ", lambda case: case.tables.contact.friction == 0.7),
-        ("engines.impulse.substeps=200", lambda case: case.engine_settings("impulse").substeps == 200),
+        (
+            "engines.impulse.substeps=200",
+            lambda case: case.engine_settings("impulse").substeps == 200,
+        ),
         ("title=Another title", lambda case: case.title == "Another title"),
         ("start.rotation_ratio=-0.5", lambda case: case.tables.start.rotation_ratio == -0.5),
         ('sweep=[{ block.height = ["1 m", "2 m"] }]', lambda case: case.shape == (2,)),
@@ -361,7 +376,7 @@ def test_overrides(override, read, write):
         ("block.height=5.5", "-s: block.height: got 5.5, must be a length with a unit"),
         ("block.height=-5.5 m", "-s: block.height: got '-5.5 m', must be the full height"),
         ("block.heigh=5.5 m", "-s: block.heigh: got '5.5 m', unknown key"),
-        ("block.width.x=1", "-s: block.width.x: got '1', width is not a table"),
+        ("block.width.x=1", "-s: block.width.x: got '1', must not lie below width"),
         ("block=1", "-s: block: got 1, must be a table"),
         ("engines.impulse.erp=2", "-s: engines.impulse.erp: got 2, must be from 0 to 1"),
         ("sweep=[{block.height=[]}]", "-s: sweep[0].block.height: got [], must be a list"),

@@ -63,7 +63,7 @@ def test_degrees_and_radians_per_second(degrees):
 @pytest.mark.parametrize("dimension", [d for d in Dimension if d is not Dimension.DIMENSIONLESS])
 @pytest.mark.parametrize("bare", [8, 8.0, "8", "8.5e1", True, None, "", "mm", "eight mm", [8]])
 def test_a_bare_number_is_refused_with_the_units_allowed(dimension, bare):
-    with pytest.raises(ValueError, match="^must be ") as caught:
+    with pytest.raises(ValueError, match=r"^must be ") as caught:
         parse_quantity(bare, dimension)
     for unit in UNITS[dimension]:
         assert unit in str(caught.value)
@@ -88,7 +88,9 @@ def test_a_bare_number_that_is_not_finite_is_refused(value):
         parse_quantity(value, "dimensionless")
 
 
-@pytest.mark.parametrize(("text", "meant"), [("8 hz", "8 Hz"), ("8 HZ", "8 Hz"), ("2 khz", "2 kHz")])
+@pytest.mark.parametrize(
+    ("text", "meant"), [("8 hz", "8 Hz"), ("8 HZ", "8 Hz"), ("2 khz", "2 kHz")]
+)
 def test_a_misspelt_unit_is_named(text, meant):
     with pytest.raises(ValueError, match=f'did you mean "{meant}"'):
         parse_quantity(text, "frequency")
@@ -98,7 +100,7 @@ def test_one_of_several_dimensions():
     kinds = (Dimension.LENGTH, Dimension.ACCELERATION)
     assert parse_any("8 mm", kinds) == Quantity(0.008, Dimension.LENGTH)
     assert parse_any("0.5 g", kinds) == Quantity(0.5 * GRAVITY, Dimension.ACCELERATION)
-    with pytest.raises(ValueError, match="a length with a unit .* or an acceleration with a unit"):
+    with pytest.raises(ValueError, match=r"a length with a unit .* or an acceleration with a unit"):
         parse_any("3 Hz", kinds)
 
 

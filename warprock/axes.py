@@ -193,9 +193,7 @@ def _read_list(reader: NumberKey, value: Sequence[object], source: str, place: s
     return Numbers(numbers, dimension, value[0])
 
 
-def _read_grid(
-    reader: NumberKey, grid: Mapping[str, object], source: str, place: str
-) -> Numbers:
+def _read_grid(reader: NumberKey, grid: Mapping[str, object], source: str, place: str) -> Numbers:
     """A grid from a first to a last value, evenly or logarithmically spaced."""
     for name in grid:
         if name not in _GRID_KEYS:
@@ -255,7 +253,7 @@ def lane_indices(shape: Sequence[int], lanes: range) -> list[npt.NDArray[np.intp
         ValueError: A lane number outside the grid.
     """
     total = math.prod(shape)
-    if lanes and not (0 <= min(lanes) and max(lanes) < total):
+    if lanes and (min(lanes) < 0 or max(lanes) >= total):
         raise ValueError(f"lanes: got {lanes}, must lie in 0 to {total - 1}")
     left = np.arange(lanes.start, lanes.stop, lanes.step, dtype=np.intp)
     digits: list[npt.NDArray[np.intp]] = []

@@ -23,7 +23,7 @@ import pydantic
 
 from warprock.axes import LABEL, Axis, axis_keys, axis_shape, read_axes
 from warprock.case_keys import EXCLUSIVE, KEYS, NOTHING, Said, did_you_mean
-from warprock.case_tables import CaseTables, CheckSpec, HousnerCheck, known_keys
+from warprock.case_tables import CaseTables, CheckSpec, HousnerCheck, KeyedError, known_keys
 from warprock.engines.settings import SETTINGS, build_settings
 from warprock.errors import InputError
 from warprock.response import SampleTimes
@@ -166,8 +166,9 @@ def load_case(name_or_path: str | os.PathLike[str], overrides: Sequence[str] = (
     raw = _parse(text, file)
     overridden = frozenset(_override(raw, override) for override in overrides)
     _replace_axes(raw, overridden)
-    axes = read_axes(raw.get("sweep", []), _source_of("sweep", file, overridden))
-    tables = _read_tables(raw, axes, functools.partial(_source_of, file=file, overridden=overridden))
+    source_of = functools.partial(_source_of, file=file, overridden=overridden)
+    axes = read_axes(raw.get("sweep", []), source_of("sweep"))
+    tables = _read_tables(raw, axes, source_of)
     case = Case(name, file, folder, raw, tables, axes, overridden)
     for engine in tables.engines:
         case.engine_settings(engine)
@@ -233,7 +234,8 @@ def _override(raw: dict[str, Any], override: str) -> str:
     for name in path:
         table = table.setdefault(name, {})
         if not isinstance(table, dict):
-            raise InputError(OVERRIDE, key, text, f"{name} is not a table; its value is replaced whole")
+            allowed = f"must not lie below {name}, which is not a table"
+            raise InputError(OVERRIDE, key, text, allowed)
     table[last] = _override_value(text)
     if key in EXCLUSIVE:
         table.pop(EXCLUSIVE[key].rpartition(".")[2], None)
@@ -293,18 +295,18 @@ def _input_error(error: pydantic.ValidationError, source_of: SourceOf) -> InputE
         path[2:3] = []  # pydantic puts the kind of the check here, which is no key
     if kind in ("union_tag_invalid", "union_tag_not_found"):
         path.append("kind")
-    elif kind == "case_key":
-        path.append(context["name"])
-    key = _dotted(path)
     got: object = detail["input"]
+    fault = context.get("error")
+    if isinstance(fault, KeyedError):
+        path.append(fault.name)
+        got = fault.got
+    key = _dotted(path)
     if kind == "extra_forbidden":
         allowed = _unknown_key(location, path)
     elif kind == "missing":
         got, allowed = NOTHING, KEYS[key].allowed if key in KEYS else "must be given"
-    elif kind == "case_key":
-        got, allowed = context["got"], context["allowed"]
     elif kind == "value_error":
-        allowed = str(context["error"])
+        allowed = str(fault)
     elif kind in ("union_tag_invalid", "union_tag_not_found"):
         got = context.get("tag", NOTHING)
         allowed = "must be peaks or housner"

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from typing import Annotated, Any, Literal, Self
 
 import pydantic
-import pydantic_core
 
 from warprock.case_keys import KEYS, NOTHING, NumberKey, TextKey
 from warprock.engines.settings import SETTINGS
@@ -25,11 +24,17 @@ def _number(key: str) -> pydantic.BeforeValidator:
     return pydantic.BeforeValidator(reader.read_number)
 
 
-def _keyed(name: str, got: object, allowed: str) -> pydantic_core.PydanticCustomError:
-    """An error about one key of a table, found when the whole table is looked at."""
-    return pydantic_core.PydanticCustomError(
-        "case_key", "{allowed}", {"name": name, "got": got, "allowed": allowed}
-    )
+class KeyedError(ValueError):
+    """An error about one key of a table, found when the whole table is looked at.
+
+    Attributes:
+        name: The key, without its table.
+        got: Its value.
+    """
+
+    def __init__(self, name: str, got: object, allowed: str) -> None:
+        super().__init__(allowed)
+        self.name, self.got = name, got
 
 
 class Table(pydantic.BaseModel):
@@ -63,7 +68,7 @@ class Start(Table):
     @pydantic.model_validator(mode="after")
     def _one_rotation(self) -> Self:
         if self.rotation is not None and self.rotation_ratio is not None:
-            raise _keyed(
+            raise KeyedError(
                 "rotation_ratio", self.rotation_ratio, "must not be given beside start.rotation"
             )
         return self
@@ -101,15 +106,17 @@ class Motion(Table):
         for name in type(self).model_fields:
             if name in given and name not in needed + optional:
                 allowed = f"must not be given with waveform {self.waveform}"
-                raise _keyed(name, getattr(self, name), allowed)
+                raise KeyedError(name, getattr(self, name), allowed)
         for name in needed:
             if name not in given:
-                raise _keyed(name, NOTHING, KEYS[f"motion.{name}"].allowed)
+                raise KeyedError(name, NOTHING, KEYS[f"motion.{name}"].allowed)
         if "cycles" in optional:
             if {"cycles", "duration"} <= given:
-                raise _keyed("duration", self.duration, "must not be given beside motion.cycles")
+                raise KeyedError(
+                    "duration", self.duration, "must not be given beside motion.cycles"
+                )
             if not {"cycles", "duration"} & given:
-                raise _keyed("cycles", NOTHING, "must be given, or motion.duration")
+                raise KeyedError("cycles", NOTHING, "must be given, or motion.duration")
         return self
 
 
@@ -123,7 +130,7 @@ class Run(Table):
     def _interval_inside(self) -> Self:
         if self.sample_interval is not None and self.sample_interval > self.duration:
             allowed = f"must be at most run.duration, {self.duration:g} s"
-            raise _keyed("sample_interval", f"{self.sample_interval:g} s", allowed)
+            raise KeyedError("sample_interval", f"{self.sample_interval:g} s", allowed)
         return self
 
 

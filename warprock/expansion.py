@@ -8,8 +8,8 @@ refused when the case was read, and what can be wrong with a combination is refu
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -36,6 +36,8 @@ from warprock.units import GRAVITY, Dimension, Quantity, format_quantity
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from warprock.records import Record
 
 Array = npt.NDArray[np.float64]
 
@@ -164,12 +166,12 @@ class LaneValues:
             return column.values, column.codes[position]
         return (str(self._constant(key)),), np.zeros(len(self.lanes), np.int32)
 
-    def column(self, key: str) -> pd.Categorical:
+    def column(self, key: str) -> pd.Categorical[str]:
         """Texts of a key as a categorical column, shape [lane]."""
         import pandas as pd
 
         values, codes = self.texts(key)
-        return pd.Categorical.from_codes(codes, list(values))  # type: ignore[arg-type]
+        return pd.Categorical.from_codes(codes, pd.Index(values))
 
     def refuse(self, bad: npt.NDArray[np.bool_], key: str, allowed: str) -> None:
         """Refuses the first lane in which something is wrong.
@@ -184,9 +186,8 @@ class LaneValues:
         """
         if bad.any():
             at = int(np.argmax(bad))
-            raise InputError(
-                self.case.source_of(key), key, self._said(key, at), f"{allowed} (lane {self.lanes[at]})"
-            )
+            said, source = self._said(key, at), self.case.source_of(key)
+            raise InputError(source, key, said, f"{allowed} (lane {self.lanes[at]})")
 
     def _said(self, key: str, at: int) -> Said:
         """One lane's value of a key, as a user would write it."""
@@ -252,7 +253,7 @@ def _blocks(values: LaneValues) -> Lanes:
         beyond = np.abs(rotation_start) >= angle
         if beyond.any():
             limit = np.rad2deg(angle[int(np.argmax(beyond))])
-            allowed = f"must be less than the block's slenderness angle, {limit:.6g} deg, either way"
+            allowed = f"must be less than the block's slenderness angle, {limit:.6g} deg"
             values.refuse(beyond, "start.rotation", allowed)
     if values.given("contact.angular_restitution"):
         restitution = values.numbers("contact.angular_restitution")
@@ -369,7 +370,8 @@ def _harmonic(values: LaneValues, start: Array) -> Motions:
         duration = values.numbers("motion.cycles") / frequency
     else:
         duration = values.numbers("motion.duration")
-    motions = harmonic_motions(waveform, control, amplitude, frequency, start, duration)
+    each = cast("Sequence[Waveform]", waveform)
+    motions = harmonic_motions(each, control, amplitude, frequency, start, duration)
     columns = _amplitude_columns(values) | {"stop_s": motions.stop}
     return motions, columns, np.abs(motions.acceleration_amplitude)
 
@@ -392,17 +394,32 @@ def _ricker(values: LaneValues, start: Array) -> Motions:
     return motions, _amplitude_columns(values) | {"stop_s": motions.stop}, peak
 
 
-def _records(values: LaneValues, start: Array) -> Motions:
-    """Records times a scale; a path starts at the folder of the case file."""
-    from warprock.records import load_record, record_motions
+def case_records(case: Case) -> list[Record]:
+    """The records that a case's lanes follow; none unless its waveform is a record.
 
-    names, codes = values.texts("motion.record")
-    folder = values.case.folder
-    paths = [
-        str(folder / name) if folder is not None and (folder / name).is_file() else name
+    Raises:
+        InputError: A record that does not exist or cannot be used.
+    """
+    from warprock.records import load_record
+
+    values = LaneValues(case, range(1))
+    if not values.given("motion.record"):
+        return []
+    # A path starts at the folder of the case file; anything else is a shipped name.
+    names, folder = values.texts("motion.record")[0], case.folder
+    inside = {name: folder / name for name in names if folder is not None}
+    return [
+        load_record(str(inside[name]) if name in inside and inside[name].is_file() else name)
         for name in names
     ]
-    records = [load_record(path) for path in paths]
+
+
+def _records(values: LaneValues, start: Array) -> Motions:
+    """Records times a scale."""
+    from warprock.records import record_motions
+
+    records = case_records(values.case)
+    codes = values.texts("motion.record")[1]
     scale = values.numbers("motion.scale")
     motions: RecordMotions = record_motions(records, index=codes, scale=scale, start=start)
     peaks = np.array([np.max(np.abs(record.acceleration)) for record in records])

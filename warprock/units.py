@@ -114,9 +114,9 @@ def allowed_text(dimensions: Iterable[Dimension]) -> str:
         if dimension is Dimension.DIMENSIONLESS:
             parts.append("a number without a unit")
             continue
-        units = ", ".join(UNITS[dimension])
-        article = _ARTICLE.get(dimension, "a")
-        parts.append(f'{article} {dimension} with a unit ({units}), such as "{EXAMPLES[dimension]}"')
+        article, units = _ARTICLE.get(dimension, "a"), ", ".join(UNITS[dimension])
+        example = EXAMPLES[dimension]
+        parts.append(f'{article} {dimension} with a unit ({units}), such as "{example}"')
     return " or ".join(parts)
 
 
@@ -161,7 +161,7 @@ def parse_any(text: object, dimensions: Iterable[Dimension]) -> Quantity:
 
 
 def _scaled(number: str, size: str) -> decimal.Decimal | float:
-    """number x size, rounded once; nan and inf pass through."""
+    """Product of number and size, rounded once; nan and inf pass through."""
     try:
         return decimal.Decimal(number) * decimal.Decimal(size)
     except decimal.DecimalException:
