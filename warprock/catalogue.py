@@ -6,12 +6,17 @@ import dataclasses
 import pathlib
 from typing import Any
 
+import pandas as pd
+
 from warprock.case import Case, case_names, load_case, template_text
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.settings import SETTINGS
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
-from warprock.lanes import Lanes
+from warprock.scene import SceneKind
+
+VALUES_SHOWN = 12
+"""Distinct values of an input up to which all of them are listed."""
 
 
 def list_all() -> dict[str, Any]:
@@ -27,7 +32,7 @@ def explain_case(case: Case) -> dict[str, Any]:
         case: The case.
 
     Returns:
-        The scene, the ranges of the lanes, the sweep's columns, and for each engine the reason
+        The scene, the axes of the sweep, the values of every input, and for each engine the reason
         why it declines, or the kernel that would run.
     """
     lane_set = expand_lanes(case)
@@ -45,8 +50,8 @@ def explain_case(case: Case) -> dict[str, Any]:
         "lanes": lane_set.lanes.lane_count,
         "duration_s": lane_set.times.duration,
         "sample_interval_s": lane_set.times.interval,
-        "sweep": {str(name): list(dict.fromkeys(inputs[name].tolist())) for name in inputs.columns},
-        "ranges": _ranges(lane_set.lanes),
+        "sweep": [{"keys": list(axis.columns), "length": axis.length} for axis in case.axes],
+        "inputs": {str(name): _spread(inputs[name]) for name in inputs.columns},
         "engines": [_engine_row(name) | _fitness(case, name, scene) for name in ENGINES],
     }
 
@@ -79,7 +84,7 @@ def _engine_row(name: str) -> dict[str, Any]:
     return {"name": name, "order": engine.order, "summary": summary}
 
 
-def _fitness(case: Case, name: str, scene: Any) -> dict[str, Any]:
+def _fitness(case: Case, name: str, scene: SceneKind) -> dict[str, Any]:
     reason = engine_class(name).supports(scene)
     settings = dataclasses.asdict(case.engine_settings(name))
     units = {field.name: field.metadata["unit"] for field in dataclasses.fields(SETTINGS[name])}
@@ -95,13 +100,9 @@ def _fitness(case: Case, name: str, scene: Any) -> dict[str, Any]:
     }
 
 
-def _ranges(lanes: Lanes) -> dict[str, list[float]]:
-    columns = {
-        "width_m": lanes.width,
-        "height_m": lanes.height,
-        "slenderness_angle_rad": lanes.slenderness_angle,
-        "friction": lanes.friction,
-        "angular_restitution": lanes.angular_restitution,
-        "rotation_start_rad": lanes.rotation_start,
-    }
-    return {name: [float(values.min()), float(values.max())] for name, values in columns.items()}
+def _spread(values: pd.Series[Any]) -> dict[str, Any]:
+    """Distinct values in order of appearance, or least and greatest where there are many."""
+    distinct = values.drop_duplicates().tolist()
+    if len(distinct) <= VALUES_SHOWN or not pd.api.types.is_numeric_dtype(values):
+        return {"values": distinct}
+    return {"from": float(values.min()), "to": float(values.max()), "count": len(distinct)}

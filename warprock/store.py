@@ -23,10 +23,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from warprock import machine
+from warprock.case import Case
 from warprock.errors import InputError
-from warprock.expansion import LaneSet
-from warprock.response import FIELDS, LANE_FIELDS, Field, Outcome, Response, Status
-from warprock.rocking import frequency_parameter, half_diagonal
+from warprock.expansion import LaneSet, case_records
+from warprock.response import FIELDS, LANE_FIELDS, Field, Response
 from warprock.runner import CaseRun
 
 LANE_TABLE = "lanes.parquet"
@@ -36,21 +36,35 @@ HISTORY = "history-lane-{lane}.csv"
 PACKAGES = ("warp-lang", "numpy", "scipy")
 """Distributions whose version can change a number."""
 
-_LANE_COLUMNS = (
-    Field("width", ("lane",), "m", "Full width in the plane of rocking"),
-    Field("height", ("lane",), "m", "Full height"),
-    Field("depth", ("lane",), "m", "Full depth across the plane of rocking"),
-    Field("density", ("lane",), "kg/m^3", "Density"),
-    Field("friction", ("lane",), "-", "Coulomb friction coefficient"),
-    Field("angular_restitution", ("lane",), "-", "Angular velocity after / before an impact"),
-    Field("rotation_start", ("lane",), "rad", "Rotation at the start"),
-    Field("half_diagonal", ("lane",), "m", "Half diagonal"),
-    Field("slenderness_angle", ("lane",), "rad", "Slenderness (critical) angle"),
-    Field("frequency_parameter", ("lane",), "rad/s", "Frequency parameter"),
-)
-_PEAK_RATIO = Field(
-    "peak_rotation_ratio", ("lane",), "-", "Largest rotation / slenderness angle of the block"
-)
+INPUTS: dict[str, tuple[str, str]] = {
+    "lane": ("-", "Number of the lane"),
+    "width_m": ("m", "Full width in the plane of rocking"),
+    "height_m": ("m", "Full height"),
+    "depth_m": ("m", "Full depth across the plane of rocking"),
+    "density_kg_m3": ("kg/m^3", "Density"),
+    "friction": ("-", "Coulomb friction coefficient"),
+    "angular_restitution": ("-", "Angular velocity after / before an impact"),
+    "slenderness_angle_rad": ("rad", "Slenderness (critical) angle"),
+    "half_diagonal_m": ("m", "Half diagonal"),
+    "frequency_parameter_rad_s": ("rad/s", "Frequency parameter"),
+    "rotation_start_rad": ("rad", "Rotation at the start"),
+    "rotation_ratio_start": ("-", "Rotation at the start / slenderness angle"),
+    "waveform": ("-", "Shape of the controlled quantity in time"),
+    "control": ("-", "Quantity of the base that follows the waveform"),
+    "frequency_hz": ("Hz", "Frequency of the motion"),
+    "amplitude_mm": ("mm", "Amplitude, as a displacement"),
+    "amplitude_m_s": ("m/s", "Amplitude, as a velocity"),
+    "amplitude_m_s2": ("m/s^2", "Amplitude, as an acceleration"),
+    "record": ("-", "Name of the record"),
+    "scale": ("-", "Factor on the record"),
+    "start_s": ("s", "Time at which the motion starts"),
+    "stop_s": ("s", "Time at which the motion stops"),
+    "peak_acceleration_m_s2": ("m/s^2", "Largest acceleration of the base, velocity steps apart"),
+    "normalised_acceleration": ("-", "Largest acceleration / (g tan(slenderness angle))"),
+}
+"""Unit and meaning of the columns that a lane's inputs may have; any other is a label."""
+
+PEAK_RATIO = "peak_rotation_ratio"
 
 
 def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
@@ -63,31 +77,19 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
         lane_set: Lanes, motions and inputs.
         response: The engine's answer for the same lanes.
     """
-    count = response.lane_count
-    columns: dict[str, Any] = {"lane": np.arange(count)}
-    meaning: dict[str, dict[str, str]] = {"lane": {"unit": "-", "text": "Number of the lane"}}
-    for name in lane_set.inputs.columns:
-        columns[str(name)] = lane_set.inputs[name].to_numpy()
-
-    def add(field: Field, values: Any) -> None:
-        columns[field.column] = values
-        meaning[field.column] = {"unit": field.unit, "text": field.text}
-
-    lanes = lane_set.lanes
-    groups = {
-        "half_diagonal": half_diagonal(lanes.width, lanes.height),
-        "slenderness_angle": lanes.slenderness_angle,
-        "frequency_parameter": frequency_parameter(lanes.width, lanes.height),
-    }
-    for field in _LANE_COLUMNS:
-        add(field, groups[field.name] if field.name in groups else getattr(lanes, field.name))
-    for name in LANE_FIELDS:
-        field = FIELDS[name]
-        values = response[name]
-        add(field, values if field.enum is None else _words(values, field))
-    add(_PEAK_RATIO, response["peak_rotation"] / lanes.slenderness_angle)
+    columns: dict[str, Any] = {"lane": np.arange(response.lane_count)}
+    columns |= {str(name): lane_set.inputs[name].array for name in lane_set.inputs.columns}
+    meaning = {name: INPUTS.get(name, ("-", "Label of the case")) for name in columns}
+    for field in (FIELDS[name] for name in LANE_FIELDS):
+        values = response[field.name]
+        columns[field.column] = values if field.enum is None else _words(values, field)
+        meaning[field.column] = (field.unit, field.text)
+    columns[PEAK_RATIO] = response["peak_rotation"] / lane_set.lanes.slenderness_angle
+    meaning[PEAK_RATIO] = ("-", "Largest rotation / slenderness angle")
     table = pd.DataFrame(columns)
-    table.attrs["columns"] = meaning
+    table.attrs["columns"] = {
+        name: {"unit": unit, "text": text} for name, (unit, text) in meaning.items()
+    }
     return table
 
 
@@ -134,7 +136,7 @@ def provenance(run: CaseRun) -> dict[str, Any]:
             "cores": machine.core_count(),
             "vector_flags": machine.cpu_vector_flags(),
         },
-        "records": _record_rows(run.lane_set),
+        "records": record_rows(run.case),
         "lanes": response.lane_count,
         "status": count_words(response, "status"),
         "outcome": count_words(response, "outcome"),
@@ -144,12 +146,25 @@ def provenance(run: CaseRun) -> dict[str, Any]:
     }
 
 
+def record_rows(case: Case) -> list[dict[str, str]]:
+    """The records that a case follows, with their licence and SHA-256."""
+    return [
+        {
+            "name": record.name,
+            "sha256": record.sha256,
+            "source": record.source,
+            "licence": record.licence,
+        }
+        for record in case_records(case)
+    ]
+
+
 def count_words(response: Response, name: str) -> dict[str, int]:
     """How many lanes have each word of `outcome` or `status`, words without a lane included."""
     field = FIELDS[name]
     counts = collections.Counter(_words(response[name], field))
-    words = [_word(code) for code in {"outcome": Outcome, "status": Status}[name]]
-    return {word: counts.get(word, 0) for word in words}
+    assert field.enum is not None
+    return {code.name.lower(): counts[code.name.lower()] for code in field.enum}
 
 
 def require_writable(folder: pathlib.Path, source: str = "-o/--output") -> None:
@@ -218,23 +233,7 @@ def replacing(path: pathlib.Path) -> Iterator[pathlib.Path]:
         temporary.unlink(missing_ok=True)
 
 
-def _word(code: Outcome | Status) -> str:
-    return code.name.lower()
-
-
 def _words(codes: np.ndarray[Any, Any], field: Field) -> list[str]:
     assert field.enum is not None
     names = {int(code): code.name.lower() for code in field.enum}
     return [names[int(code)] for code in codes]
-
-
-def _record_rows(lane_set: LaneSet) -> list[dict[str, str]]:
-    return [
-        {
-            "name": record.name,
-            "sha256": record.sha256,
-            "source": record.source,
-            "licence": record.licence,
-        }
-        for record in lane_set.records
-    ]

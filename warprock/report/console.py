@@ -107,15 +107,14 @@ def print_explanation(found: Mapping[str, Any]) -> None:
         ("duration [s]", found["duration_s"]),
         ("histories every [s]", "not asked for" if sampling is None else sampling),
     ]
-    facts += [(name, _range_text(bounds)) for name, bounds in found["ranges"].items()]
     for name, value in facts:
         out.print(f"  {name}: {_text(value)}", highlight=False)
-    if found["sweep"]:
-        out.print("\nSweep:", highlight=False)
-    for name, values in found["sweep"].items():
-        shown = ", ".join(_text(value) for value in values[:8])
-        more = f", ... ({len(values)} values)" if len(values) > 8 else ""
-        out.print(f"  {name}: {shown}{more}", highlight=False)
+    for axis in found["sweep"]:
+        keys = ", ".join(axis["keys"])
+        out.print(f"  sweep: {keys} ({axis['length']} values)", highlight=False)
+    out.print("\nInputs:", highlight=False)
+    for name, spread in found["inputs"].items():
+        out.print(f"  {name}: {_spread_text(spread)}", highlight=False)
     out.print("\nEngines:", highlight=False)
     for engine in found["engines"]:
         _print_engine(out, engine)
@@ -129,10 +128,14 @@ def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
     response = run.response
     table = lane_table(run.lane_set, response)
     title = f"{run.case.name}: {response.engine}, {response.lane_count} lanes"
-    inputs = ["lane", *(str(name) for name in run.lane_set.inputs.columns)]
     if response.lane_count <= LANES_SHOWN:
-        columns = [*inputs, *(name for name in RESULT_COLUMNS if name not in inputs)]
-        _print_rows(title, table[columns].to_dict("records"))
+        # What tells the lanes apart: labels, and the inputs that differ.
+        inputs = [
+            str(name)
+            for name in run.lane_set.inputs.columns
+            if name in run.lane_set.labels or table[name].nunique() > 1
+        ]
+        _print_rows(title, table[["lane", *inputs, *RESULT_COLUMNS]].to_dict("records"))
     else:
         out.print(title, highlight=False, style="bold")
         peak = table["peak_rotation_ratio"]
@@ -201,6 +204,12 @@ def _print_engine(out: rich.console.Console, engine: Mapping[str, Any]) -> None:
         unit = engine["units"][name]
         suffix = "" if unit == "-" else f" {unit}"
         out.print(f"    {name} = {_text(value)}{suffix}", highlight=False)
+
+
+def _spread_text(spread: Mapping[str, Any]) -> str:
+    if "values" in spread:
+        return ", ".join(_text(value) for value in spread["values"])
+    return f"{_text(spread['from'])} to {_text(spread['to'])}, {spread['count']} values"
 
 
 def _range_text(bounds: Sequence[float]) -> str:
