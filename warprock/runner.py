@@ -140,7 +140,7 @@ def require_options(
     Raises:
         InputError: Unknown engine, precision or device, or fewer than one worker.
     """
-    require_choice("-e/--engine", engine, tuple(ENGINES))
+    require_choice("--engine", engine, tuple(ENGINES))
     require_choice("--precision", precision, PRECISIONS)
     require_workers(workers)
     require_device(device)
@@ -174,7 +174,7 @@ def require_support(case: Case, lane_set: LaneSet, engine: str) -> None:
     """
     reason = engine_class(engine).supports(lane_set.scene)
     if reason is not None:
-        raise InputError(case.file, "-e/--engine", engine, f"cannot do this scene: {reason}")
+        raise InputError(case.file, "--engine", engine, f"cannot do this scene: {reason}")
 
 
 def require_histories(case: Case, lanes: Sequence[int]) -> None:

@@ -167,7 +167,7 @@ def count_words(response: Response, name: str) -> dict[str, int]:
     return {code.name.lower(): counts[code.name.lower()] for code in field.enum}
 
 
-def require_writable(folder: pathlib.Path, source: str = "-o/--output") -> None:
+def require_writable(folder: pathlib.Path, source: str = "--output") -> None:
     """Refuses a folder that results cannot be written to, leaving nothing behind.
 
     Raises:
