@@ -185,7 +185,7 @@ def _stdout() -> rich.console.Console:
     return console if console.is_terminal else rich.console.Console(width=160)
 
 
-def _print_rows(title: str, rows: Sequence[Mapping[str, Any]]) -> None:
+def _print_rows(title: str, rows: Sequence[Mapping[Any, Any]]) -> None:
     table = rich.table.Table(title=title, title_justify="left", box=None, pad_edge=False)
     names = list(dict.fromkeys(name for row in rows for name in row))
     for name in names:
