@@ -15,10 +15,11 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock import rocking
-from warprock.axes import LABEL, Numbers, Texts, lane_indices
+from warprock.axes import LABEL
 from warprock.case import Case
-from warprock.case_keys import KEYS, NumberKey, Said
+from warprock.case_keys import Said
 from warprock.case_tables import PeaksCheck
+from warprock.case_values import LaneValues
 from warprock.errors import InputError
 from warprock.lanes import Lanes
 from warprock.motion import (
@@ -32,7 +33,7 @@ from warprock.motion import (
 )
 from warprock.response import FIELDS, SampleTimes
 from warprock.scene import SceneKind, scene_kind
-from warprock.units import GRAVITY, Dimension, Quantity, format_quantity
+from warprock.units import GRAVITY, Dimension
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -109,96 +110,6 @@ class LaneSet:
             if not chosen.any():
                 raise InputError("where", label, value, "must select at least one lane")
         return np.flatnonzero(chosen)
-
-
-class LaneValues:
-    """Values of case keys lane by lane: along an axis where a key is swept, else one for all."""
-
-    def __init__(self, case: Case, lanes: range) -> None:
-        """Finds where each lane lies on each axis.
-
-        Args:
-            case: The case.
-            lanes: Numbers of the lanes wanted.
-        """
-        self.case, self.lanes = case, lanes
-        self._swept: dict[str, tuple[Numbers | Texts, npt.NDArray[np.intp]]] = {
-            key: (column, position)
-            for axis, position in zip(case.axes, lane_indices(case.shape, lanes), strict=True)
-            for key, column in axis.columns.items()
-        }
-
-    def _constant(self, key: str) -> object:
-        table, _, name = key.partition(".")
-        return getattr(getattr(self.case.tables, table), name, None)
-
-    def given(self, key: str) -> bool:
-        """Whether the case gives a key, swept or not."""
-        return key in self._swept or self._constant(key) is not None
-
-    def numbers(self, key: str) -> Array:
-        """Values of a numeric key, SI units or rad, shape [lane]."""
-        if key in self._swept:
-            column, position = self._swept[key]
-            assert isinstance(column, Numbers)
-            return np.asarray(column.values[position])
-        constant = self._constant(key)
-        if isinstance(constant, Quantity):
-            constant = constant.value
-        assert isinstance(constant, float), key
-        return np.full(len(self.lanes), constant)
-
-    def dimension(self, key: str) -> Dimension:
-        """What the values of a numeric key measure, the same in all lanes."""
-        if key in self._swept:
-            column = self._swept[key][0]
-            assert isinstance(column, Numbers)
-            return column.dimension
-        constant = self._constant(key)
-        assert isinstance(constant, Quantity), key
-        return constant.dimension
-
-    def texts(self, key: str) -> tuple[tuple[str, ...], npt.NDArray[np.int32]]:
-        """Distinct texts of a key, and the index of each lane's among them, shape [lane]."""
-        if key in self._swept:
-            column, position = self._swept[key]
-            assert isinstance(column, Texts)
-            return column.values, column.codes[position]
-        return (str(self._constant(key)),), np.zeros(len(self.lanes), np.int32)
-
-    def column(self, key: str) -> pd.Categorical[str]:
-        """Texts of a key as a categorical column, shape [lane]."""
-        import pandas as pd
-
-        values, codes = self.texts(key)
-        return pd.Categorical.from_codes(codes, pd.Index(values))
-
-    def refuse(self, bad: npt.NDArray[np.bool_], key: str, allowed: str) -> None:
-        """Refuses the first lane in which something is wrong.
-
-        Args:
-            bad: Whether a lane is wrong, shape [lane].
-            key: The key to blame.
-            allowed: What the key must be.
-
-        Raises:
-            InputError: A lane is wrong.
-        """
-        if bad.any():
-            at = int(np.argmax(bad))
-            said, source = self._said(key, at), self.case.source_of(key)
-            raise InputError(source, key, said, f"{allowed} (lane {self.lanes[at]})")
-
-    def _said(self, key: str, at: int) -> Said:
-        """One lane's value of a key, as a user would write it."""
-        reader = KEYS[key]
-        if not isinstance(reader, NumberKey):
-            values, codes = self.texts(key)
-            return Said(values[int(codes[at])])
-        dimensions = list(reader.bounds)
-        dimension = self.dimension(key) if len(dimensions) > 1 else dimensions[0]
-        unit = "deg" if dimension is Dimension.ANGLE else None
-        return Said(format_quantity(float(self.numbers(key)[at]), dimension, unit))
 
 
 def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
