@@ -311,11 +311,11 @@ def case_records(case: Case) -> list[Record]:
     Raises:
         InputError: A record that does not exist or cannot be used.
     """
-    from warprock.records import load_record
-
     values = LaneValues(case, range(1))
     if not values.given("motion.record"):
         return []
+    from warprock.records import load_record
+
     # A path starts at the folder of the case file; anything else is a shipped name.
     names, folder = values.texts("motion.record")[0], case.folder
     inside = {name: folder / name for name in names if folder is not None}
