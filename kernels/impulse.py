@@ -2,46 +2,38 @@
 
 The block lives in the frame of the base: mass 1, centre of mass (x, z), clockwise rotation
 theta, inertia I. Corner i sits at (X_i, Z_i) from the centre of mass, its gap is z + Z_i, its
-velocity (vx + omega Z_i, vz - omega X_i). One step of length dt, semi-implicit Euler:
+velocity (vx + omega Z_i, vz - omega X_i). One step of length dt, semi-implicit Euler with the
+velocities at half steps (so the release at t = 0 begins with half a step of gravity):
 
-    1. v* = v + dt (0, -g) - (dv_base, 0): the base velocity at both ends of the step, so that a
-       velocity step of the base is carried exactly;
+    1. v* = v + dt (0, -g) - (dv_base, 0), dv_base the change of the base velocity between the
+       half steps, so that a velocity step of the base is carried exactly;
     2. corners nearer than the collision margin are contacts. Each asks for a normal velocity of
-       at least -gap / dt (it may close the gap) or -erp gap / dt (it gives back a part of a
-       penetration), and for no tangential velocity within Coulomb's bound |f| <= mu n;
+       at least -gap / dt (it may close an open gap) or zero, and for no tangential velocity
+       within Coulomb's bound |f| <= mu n;
     3. projected Gauss-Seidel on the four impulses l = (n1, f1, n2, f2), started from those of
        the last step: l_i = clamp(-(u_i + sum over j != i of K_ij l_j) / K_ii), where
        K = J M^-1 J^T and u is what v* misses of the wish of each row;
-    4. v = v* + M^-1 J^T l, q = q + dt v.
+    4. v = v* + M^-1 J^T l, q = q + dt v; the block is lifted by erp times its penetration.
+       (A penetration given back through the velocity would add energy that does not vanish with
+       dt: at an impact it is of the order of dt times the velocity.)
 
-Jean and Moreau (1992) for the scheme, Catto (2005) for the solver. A block rocks while one of
-its corners carries no impulse; that needs no tolerance.
+Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 """
 
 from typing import Any
 
 import warp as wp
 
-from warprock.kernels.instance import LANE_WIDTH, kernel_module, module_options
+from warprock.kernels.instance import kernel_module, module_options
 
 real: Any
 PRECISION: str
-MOTION: str
 ITERATIONS: int
 
 wp.set_module_options(module_options())
 scalar = kernel_module("scalar", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 sine, cosine = scalar.sine, scalar.cosine
-Motion, base_velocity = motion.Motion, motion.velocity
-sample_index, sample_segment = motion.sample_index, motion.sample_segment
-
-HALF_PI = real(1.5707963267948966)
-NEVER = real(1.0e30)
-ROCKING = 1
-OVERTURNED = 2
-BROKEN = 3
 
 
 @wp.struct
@@ -66,8 +58,8 @@ class Knobs:
 
 @wp.func
 def wish(gap: real, knobs: Knobs) -> real:
-    """Least normal velocity of a corner after the step."""
-    return -gap / knobs.time_step * wp.where(gap > real(0.0), real(1.0), knobs.erp)
+    """Least normal velocity of a corner after the step: an open gap may close."""
+    return wp.where(gap > real(0.0), -gap / knobs.time_step, real(0.0))
 
 
 @wp.func
@@ -181,8 +173,9 @@ def step(
     mz = half * (vz + vz1)
     mo = half * (omega + omega1)
     work = n1 * (mz - mo * x1) + f1 * (mx + mo * z1) + n2 * (mz - mo * x2) + f2 * (mx + mo * z2)
+    deepest = smaller(smaller(gap1, gap2), real(0.0))
     return (
-        x + dt * vx1, z + dt * vz1, theta + dt * omega1, vx1, vz1, omega1,
+        x + dt * vx1, z + dt * vz1 - knobs.erp * deepest, theta + dt * omega1, vx1, vz1, omega1,
         n1, f1, n2, f2, loss - work,
     )  # fmt: skip
 
@@ -196,174 +189,6 @@ def slide_of(block: Block, x: real, theta: real) -> real:
 
 
 @wp.func
-def observe(
-    half_pi: real, mode: int, time: real, theta: real, omega: real, slide: real,
-    n1: real, n2: real, old1: real, old2: real,
-    peak: real, peak_time: real, peak_slide: real, uplift_time: real, moved: real, impacts: int,
-):  # fmt: skip
-    """What a step adds to the response of one lane.
-
-    Args:
-        half_pi: Rotation at which the block has overturned.
-        mode: ROCKING (not at its end), OVERTURNED or BROKEN.
-        time: End of the step [s].
-        theta: Rotation [rad], omega its rate [rad/s].
-        omega: Angular velocity [rad/s].
-        slide: Slide along the base [m].
-        n1: Normal impulse of the -x corner in this step; old1 in the step before.
-        n2: Normal impulse of the +x corner in this step; old2 in the step before.
-        old1: See n1.
-        old2: See n2.
-        peak: Largest |theta| so far [rad], peak_time its time [s].
-        peak_time: See peak.
-        peak_slide: Largest |slide| so far [m].
-        uplift_time: First time at which a corner carries nothing [s].
-        moved: Last time at which a corner carries nothing [s].
-        impacts: Times at which a corner that carried nothing is loaded again.
-
-    Returns:
-        mode, peak, peak_time, peak_slide, uplift_time, moved, impacts.
-    """
-    zero = real(0.0)
-    higher = size(theta) > peak
-    lifted = n1 <= zero or n2 <= zero
-    landed1 = wp.where(old1 <= zero and n1 > zero, 1, 0)
-    landed2 = wp.where(old2 <= zero and n2 > zero, 1, 0)
-    over = size(theta) >= half_pi
-    sound = theta - theta == zero and omega - omega == zero and slide - slide == zero
-    return (
-        wp.where(sound, wp.where(over, OVERTURNED, mode), BROKEN),
-        wp.where(higher, smaller(size(theta), half_pi), peak),
-        wp.where(higher, time, peak_time),
-        larger(size(slide), peak_slide),
-        wp.where(lifted and uplift_time >= NEVER, time, uplift_time),
-        wp.where(lifted, time, moved),
-        impacts + landed1 + landed2,
-    )
-
-
-@wp.struct
-class Result:
-    """What one lane's run leaves behind."""
-
-    theta: real
-    slide: real
-    peak: real
-    peak_time: real
-    peak_slide: real
-    uplift_time: real
-    moved: real
-    loss: real
-    impacts: int
-    mode: int
-    steps: int
-
-
-Lane = wp.types.vector(length=LANE_WIDTH, dtype=real)
-LaneInt = wp.types.vector(length=LANE_WIDTH, dtype=int)
-
-
-@wp.kernel
-def packed(
-    blocks: wp.array(dtype=Block),
-    motions: wp.array(dtype=Motion),
-    pool: wp.array2d(dtype=real),
-    starts: wp.array(dtype=real),
-    sample_times: wp.array(dtype=real),
-    knobs: Knobs,
-    results: wp.array(dtype=Result),
-    rotations: wp.array2d(dtype=real),
-):
-    """Runs packs of LANE_WIDTH lanes, all at the same time."""
-    first = wp.tid() * LANE_WIDTH
-    x = Lane()
-    z = Lane()
-    theta = Lane()
-    vx = Lane()
-    vz = Lane()
-    omega = Lane()
-    n1 = Lane()
-    f1 = Lane()
-    n2 = Lane()
-    f2 = Lane()
-    loss = Lane()
-    base = Lane()
-    peak = Lane()
-    peak_time = Lane()
-    peak_slide = Lane()
-    uplift_time = Lane()
-    moved = Lane()
-    impacts = LaneInt()
-    mode = LaneInt()
-    steps = LaneInt()
-    for l in range(LANE_WIDTH):
-        block = blocks[first + l]
-        th = starts[first + l]
-        theta[l] = th
-        x[l] = -slide_of(block, real(0.0), th)
-        z[l] = block.half_width * size(sine(th)) + block.half_height * cosine(th)
-        n1[l] = wp.where(th > real(0.0), real(0.0), knobs.time_step * knobs.gravity)
-        n2[l] = wp.where(th < real(0.0), real(0.0), knobs.time_step * knobs.gravity)
-        peak[l] = size(th)
-        uplift_time[l] = wp.where(th == real(0.0), NEVER, real(0.0))
-        mode[l] = ROCKING
-    k = int(0)
-    time = real(0.0)
-    for sample in range(sample_times.shape[0]):
-        until = sample_times[sample]
-        while time < until:
-            k += 1
-            time = real(k) * knobs.time_step
-            for l in range(LANE_WIDTH):
-                m = motions[first + l]
-                block = blocks[first + l]
-                place = sample_index(m, sample_segment(m, time))
-                moving = base_velocity(m, time, pool[2, place], pool[0, place], pool[1, place])
-                qx, qz, qt, ux, uz, uo, p1, t1, p2, t2, lo = step(
-                    block, knobs, moving - base[l], x[l], z[l], theta[l], vx[l], vz[l], omega[l],
-                    n1[l], f1[l], n2[l], f2[l], loss[l],
-                )  # fmt: skip
-                mo, pk, pt, ps, ut, mv, im = observe(
-                    HALF_PI, mode[l], time, qt, uo, slide_of(block, qx, qt), p1, p2, n1[l], n2[l],
-                    peak[l], peak_time[l], peak_slide[l], uplift_time[l], moved[l], impacts[l],
-                )  # fmt: skip
-                live = mode[l] == ROCKING
-                x[l] = wp.where(live, qx, x[l])
-                z[l] = wp.where(live, qz, z[l])
-                theta[l] = wp.where(live, qt, theta[l])
-                vx[l] = wp.where(live, ux, vx[l])
-                vz[l] = wp.where(live, uz, vz[l])
-                omega[l] = wp.where(live, uo, omega[l])
-                n1[l] = wp.where(live, p1, n1[l])
-                f1[l] = wp.where(live, t1, f1[l])
-                n2[l] = wp.where(live, p2, n2[l])
-                f2[l] = wp.where(live, t2, f2[l])
-                loss[l] = wp.where(live, lo, loss[l])
-                base[l] = moving
-                peak[l] = wp.where(live, pk, peak[l])
-                peak_time[l] = wp.where(live, pt, peak_time[l])
-                peak_slide[l] = wp.where(live, ps, peak_slide[l])
-                uplift_time[l] = wp.where(live, ut, uplift_time[l])
-                moved[l] = wp.where(live, mv, moved[l])
-                impacts[l] = wp.where(live, im, impacts[l])
-                steps[l] = steps[l] + wp.where(live, 1, 0)
-                mode[l] = wp.where(live, mo, mode[l])
-        if rotations.shape[0] > 0:
-            back = time - until
-            for l in range(LANE_WIDTH):
-                at = theta[l] - wp.where(mode[l] == ROCKING, back * omega[l], real(0.0))
-                rotations[sample, first + l] = at
-    for l in range(LANE_WIDTH):
-        result = Result()
-        result.theta = theta[l]
-        result.slide = slide_of(blocks[first + l], x[l], theta[l])
-        result.peak = peak[l]
-        result.peak_time = peak_time[l]
-        result.peak_slide = peak_slide[l]
-        result.uplift_time = uplift_time[l]
-        result.moved = moved[l]
-        result.loss = loss[l]
-        result.impacts = impacts[l]
-        result.mode = mode[l]
-        result.steps = steps[l]
-        results[first + l] = result
+def height_of(block: Block, theta: real) -> real:
+    """Height of the centre of mass of a block that stands on its lower corner [m]."""
+    return block.half_width * size(sine(theta)) + block.half_height * cosine(theta)

@@ -1,0 +1,296 @@
+"""Runs of the impulse step over lanes: packed for the CPU, plain for any device.
+
+A block rocks while one of its corners carries no impulse; that needs no tolerance.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import LANE_WIDTH, kernel_module, module_options
+
+real: Any
+PRECISION: str
+MOTION: str
+ITERATIONS: int
+
+wp.set_module_options(module_options())
+scalar = kernel_module("scalar", precision=PRECISION)
+motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+impulse = kernel_module("impulse", precision=PRECISION, iterations=ITERATIONS)
+larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+Motion, base_velocity = motion.Motion, motion.velocity
+sample_index, sample_segment = motion.sample_index, motion.sample_segment
+Block, Knobs, step = impulse.Block, impulse.Knobs, impulse.step
+slide_of, height_of = impulse.slide_of, impulse.height_of
+
+HALF_PI = real(1.5707963267948966)
+HALF = real(0.5)
+NEVER = real(1.0e30)
+ROCKING = 1
+OVERTURNED = 2
+BROKEN = 3
+
+
+@wp.func
+def observe(
+    mode: int, time: real, theta: real, omega: real, slide: real,
+    n1: real, n2: real, old1: real, old2: real,
+    peak: real, peak_time: real, peak_slide: real, uplift_time: real, moved: real, impacts: int,
+):  # fmt: skip
+    """What a step adds to the response of one lane.
+
+    Args:
+        mode: ROCKING (not at its end), OVERTURNED or BROKEN.
+        time: End of the step [s].
+        theta: Rotation [rad], omega its rate [rad/s].
+        omega: Angular velocity [rad/s].
+        slide: Slide along the base [m].
+        n1: Normal impulse of the -x corner in this step; old1 in the step before.
+        n2: Normal impulse of the +x corner in this step; old2 in the step before.
+        old1: See n1.
+        old2: See n2.
+        peak: Largest |theta| so far [rad], peak_time its time [s].
+        peak_time: See peak.
+        peak_slide: Largest |slide| so far [m].
+        uplift_time: First time at which a corner carries nothing [s].
+        moved: Last time at which a corner carries nothing [s].
+        impacts: Times at which a corner that carried nothing is loaded again.
+
+    Returns:
+        mode, peak, peak_time, peak_slide, uplift_time, moved, impacts.
+    """
+    zero = real(0.0)
+    higher = size(theta) > peak
+    lifted = n1 <= zero or n2 <= zero
+    landed1 = wp.where(old1 <= zero and n1 > zero, 1, 0)
+    landed2 = wp.where(old2 <= zero and n2 > zero, 1, 0)
+    over = size(theta) >= HALF_PI
+    sound = theta - theta == zero and omega - omega == zero and slide - slide == zero
+    return (
+        wp.where(sound, wp.where(over, OVERTURNED, mode), BROKEN),
+        wp.where(higher, smaller(size(theta), HALF_PI), peak),
+        wp.where(higher, time, peak_time),
+        larger(size(slide), peak_slide),
+        wp.where(lifted and uplift_time >= NEVER, time, uplift_time),
+        wp.where(lifted, time, moved),
+        impacts + landed1 + landed2,
+    )
+
+
+@wp.struct
+class Result:
+    """What one lane's run leaves behind."""
+
+    theta: real
+    slide: real
+    peak: real
+    peak_time: real
+    peak_slide: real
+    uplift_time: real
+    moved: real
+    loss: real
+    impacts: int
+    mode: int
+    steps: int
+
+
+Lane = wp.types.vector(length=LANE_WIDTH, dtype=real)
+LaneInt = wp.types.vector(length=LANE_WIDTH, dtype=int)
+
+
+@wp.kernel
+def packed(
+    blocks: wp.array(dtype=Block),
+    motions: wp.array(dtype=Motion),
+    pool: wp.array2d(dtype=real),
+    starts: wp.array(dtype=real),
+    sample_times: wp.array(dtype=real),
+    knobs: Knobs,
+    results: wp.array(dtype=Result),
+    rotations: wp.array2d(dtype=real),
+):
+    """Runs packs of LANE_WIDTH lanes, all at the same time."""
+    first = wp.tid() * LANE_WIDTH
+    x = Lane()
+    z = Lane()
+    theta = Lane()
+    vx = Lane()
+    vz = Lane()
+    omega = Lane()
+    n1 = Lane()
+    f1 = Lane()
+    n2 = Lane()
+    f2 = Lane()
+    loss = Lane()
+    base = Lane()
+    peak = Lane()
+    peak_time = Lane()
+    peak_slide = Lane()
+    uplift_time = Lane()
+    moved = Lane()
+    impacts = LaneInt()
+    mode = LaneInt()
+    steps = LaneInt()
+    for l in range(LANE_WIDTH):
+        block = blocks[first + l]
+        th = starts[first + l]
+        theta[l] = th
+        x[l] = -slide_of(block, real(0.0), th)
+        z[l] = height_of(block, th)
+        vz[l] = HALF * knobs.time_step * knobs.gravity
+        n1[l] = wp.where(th > real(0.0), real(0.0), knobs.time_step * knobs.gravity)
+        n2[l] = wp.where(th < real(0.0), real(0.0), knobs.time_step * knobs.gravity)
+        peak[l] = size(th)
+        uplift_time[l] = wp.where(th == real(0.0), NEVER, real(0.0))
+        mode[l] = ROCKING
+    k = int(0)
+    time = real(0.0)
+    for sample in range(sample_times.shape[0]):
+        until = sample_times[sample]
+        while time < until:
+            k += 1
+            time = real(k) * knobs.time_step
+            half = time - HALF * knobs.time_step
+            for l in range(LANE_WIDTH):
+                m = motions[first + l]
+                block = blocks[first + l]
+                place = sample_index(m, sample_segment(m, half))
+                moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
+                qx, qz, qt, ux, uz, uo, p1, t1, p2, t2, lo = step(
+                    block, knobs, moving - base[l], x[l], z[l], theta[l], vx[l], vz[l], omega[l],
+                    n1[l], f1[l], n2[l], f2[l], loss[l],
+                )  # fmt: skip
+                mo, pk, pt, ps, ut, mv, im = observe(
+                    mode[l], time, qt, uo, slide_of(block, qx, qt), p1, p2, n1[l], n2[l],
+                    peak[l], peak_time[l], peak_slide[l], uplift_time[l], moved[l], impacts[l],
+                )  # fmt: skip
+                live = mode[l] == ROCKING
+                x[l] = wp.where(live, qx, x[l])
+                z[l] = wp.where(live, qz, z[l])
+                theta[l] = wp.where(live, qt, theta[l])
+                vx[l] = wp.where(live, ux, vx[l])
+                vz[l] = wp.where(live, uz, vz[l])
+                omega[l] = wp.where(live, uo, omega[l])
+                n1[l] = wp.where(live, p1, n1[l])
+                f1[l] = wp.where(live, t1, f1[l])
+                n2[l] = wp.where(live, p2, n2[l])
+                f2[l] = wp.where(live, t2, f2[l])
+                loss[l] = wp.where(live, lo, loss[l])
+                base[l] = moving
+                peak[l] = wp.where(live, pk, peak[l])
+                peak_time[l] = wp.where(live, pt, peak_time[l])
+                peak_slide[l] = wp.where(live, ps, peak_slide[l])
+                uplift_time[l] = wp.where(live, ut, uplift_time[l])
+                moved[l] = wp.where(live, mv, moved[l])
+                impacts[l] = wp.where(live, im, impacts[l])
+                steps[l] = steps[l] + wp.where(live, 1, 0)
+                mode[l] = wp.where(live, mo, mode[l])
+        if rotations.shape[0] > 0:
+            back = time - until
+            for l in range(LANE_WIDTH):
+                at = theta[l] - wp.where(mode[l] == ROCKING, back * omega[l], real(0.0))
+                rotations[sample, first + l] = at
+    for l in range(LANE_WIDTH):
+        result = Result()
+        result.theta = theta[l]
+        result.slide = slide_of(blocks[first + l], x[l], theta[l])
+        result.peak = peak[l]
+        result.peak_time = peak_time[l]
+        result.peak_slide = peak_slide[l]
+        result.uplift_time = uplift_time[l]
+        result.moved = moved[l]
+        result.loss = loss[l]
+        result.impacts = impacts[l]
+        result.mode = mode[l]
+        result.steps = steps[l]
+        results[first + l] = result
+
+
+@wp.kernel
+def plain(
+    blocks: wp.array(dtype=Block),
+    motions: wp.array(dtype=Motion),
+    pool: wp.array2d(dtype=real),
+    starts: wp.array(dtype=real),
+    sample_times: wp.array(dtype=real),
+    knobs: Knobs,
+    results: wp.array(dtype=Result),
+    rotations: wp.array2d(dtype=real),
+):
+    """Runs one lane a thread, on any device."""
+    lane = wp.tid()
+    block = blocks[lane]
+    m = motions[lane]
+    theta = starts[lane]
+    weight = knobs.time_step * knobs.gravity
+    x = -slide_of(block, real(0.0), theta)
+    z = height_of(block, theta)
+    vx = real(0.0)
+    vz = HALF * weight
+    omega = real(0.0)
+    n1 = real(wp.where(theta > real(0.0), real(0.0), weight))
+    f1 = real(0.0)
+    n2 = real(wp.where(theta < real(0.0), real(0.0), weight))
+    f2 = real(0.0)
+    loss = real(0.0)
+    base = real(0.0)
+    peak = size(theta)
+    peak_time = real(0.0)
+    peak_slide = real(0.0)
+    uplift_time = real(wp.where(theta == real(0.0), NEVER, real(0.0)))
+    moved = real(0.0)
+    impacts = int(0)
+    mode = int(ROCKING)
+    k = int(0)
+    time = real(0.0)
+    for sample in range(sample_times.shape[0]):
+        until = sample_times[sample]
+        while time < until and mode == ROCKING:
+            k += 1
+            time = real(k) * knobs.time_step
+            half = time - HALF * knobs.time_step
+            place = sample_index(m, sample_segment(m, half))
+            moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
+            qx, qz, qt, ux, uz, uo, p1, t1, p2, t2, lo = step(
+                block, knobs, moving - base, x, z, theta, vx, vz, omega, n1, f1, n2, f2, loss
+            )
+            mo, pk, pt, ps, ut, mv, im = observe(
+                mode, time, qt, uo, slide_of(block, qx, qt), p1, p2, n1, n2,
+                peak, peak_time, peak_slide, uplift_time, moved, impacts,
+            )  # fmt: skip
+            x = qx
+            z = qz
+            theta = qt
+            vx = ux
+            vz = uz
+            omega = uo
+            n1 = p1
+            f1 = t1
+            n2 = p2
+            f2 = t2
+            loss = lo
+            base = moving
+            mode = mo
+            peak = pk
+            peak_time = pt
+            peak_slide = ps
+            uplift_time = ut
+            moved = mv
+            impacts = im
+        if rotations.shape[0] > 0:
+            back = wp.where(mode == ROCKING, time - until, real(0.0))
+            rotations[sample, lane] = theta - back * omega
+    result = Result()
+    result.theta = theta
+    result.slide = slide_of(block, x, theta)
+    result.peak = peak
+    result.peak_time = peak_time
+    result.peak_slide = peak_slide
+    result.uplift_time = uplift_time
+    result.moved = moved
+    result.loss = loss
+    result.impacts = impacts
+    result.mode = mode
+    result.steps = k
+    results[lane] = result
