@@ -40,7 +40,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
             "cases/__init__.py",
         ),
         "errors foundation settings",
-        "numpy pandas pydantic",
+        "numpy pandas pydantic scipy",
     ),
     "engines": (
         ("warprock/engines/*.py",),
@@ -81,7 +81,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "desk": (
         ("warprock/catalogue.py", "warprock/doctor.py"),
         "errors foundation settings cases engines batch runs",
-        "numpy warp",
+        "pandas warp",
     ),
     "cli": (
         ("warprock/cli*.py", "warprock/__main__.py"),
@@ -177,7 +177,7 @@ def test_no_engine_imports_another_engine():
     [
         ("matplotlib", ("warprock/report/plots",)),
         ("newton", ("warprock/reference/",)),
-        ("scipy", ("warprock/reference/",)),
+        ("scipy", ("warprock/reference/", "warprock/records")),
         ("click", ("warprock/cli",)),
     ],
 )
