@@ -11,7 +11,7 @@ import pandas as pd
 
 from warprock.report import plots, plots_forced
 from warprock.report.conflicts import BLOCK, inferred_experiment, peak_acceleration
-from warprock.report.paper import PAPER_COLUMNS, READING_NAMES, paper_table
+from warprock.report.paper import INFERRED_NAMES, PAPER_COLUMNS, READING_NAMES, paper_table
 from warprock.reproduce_runs import (
     B0,
     B123,
@@ -83,7 +83,7 @@ def figure4(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
         plots.draw_free_response(folder / "fig4.png", times, panels),
         plots.draw_knobs(
             folder / "fig4-sensitivity.png",
-            f"`impulse` on B0, {lanes.height[lane]:.1f} m high, one knob at a time",
+            f"impulse on B0, {lanes.height[lane]:.1f} m high, one knob at a time",
             times,
             curves["housner"][1][lane],
             knobs,
@@ -207,9 +207,7 @@ def figure8(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
 
 def figure11(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
     """Peaks under continuous sine over normalised acceleration."""
-    by_analysis, by_bullet = inferred_experiment(lane_evidence(runs, SINE))
-    inferred = {
-        "test, inferred from Table 7's analytical errors": by_analysis,
-        "test, inferred from Table 7's Bullet errors": by_bullet,
-    }
+    inferred = dict(
+        zip(INFERRED_NAMES, inferred_experiment(lane_evidence(runs, SINE)), strict=True)
+    )
     return _trends(runs, SINE, folder / "fig11.png", "Peaks under continuous sine", inferred)

@@ -15,6 +15,8 @@ from warprock.response import SampleTimes
 Array = npt.NDArray[np.float64]
 
 ENGINES = ("housner", "impulse")
+FIRST_SWING_TIME = 0.2
+"""Time [s] that Fig. 9a of the paper shows."""
 READINGS = ("displacement", "acceleration", "slip")
 PULSE, SINE, B0, B123 = (
     "single-sine-pulse",
@@ -76,18 +78,23 @@ class PaperRuns:
 
 
 def lane_evidence(runs: PaperRuns, name: str) -> pd.DataFrame:
-    """The lanes of a forced case as the conflicts need them."""
+    """The lanes of a forced case as the conflicts need them; see `conflicts.Evidence`."""
     responses = runs.case(name)
     lane_set, housner = responses.lane_set, responses["housner"]
     slenderness = lane_set.lanes.slenderness_angle
-    moving = np.abs(housner["rotation"]) > 1e-3 * slenderness[:, None]
-    first = np.argmax(moving, axis=1)
-    lanes = np.arange(len(first))
+    ratio = housner["rotation"] / slenderness[:, None]
     table = lane_set.inputs[["reading", "frequency_hz", "amplitude_mm"]].reset_index(drop=True)
     return table.assign(
         housner=housner["peak_rotation"] / slenderness,
         impulse=responses["impulse"]["peak_rotation"] / slenderness,
         slide_mm=1e3 * responses["impulse"]["peak_slide"],
-        first_side=np.sign(housner["rotation"][lanes, first]),
-        housner_peak_time_s=housner["peak_time"],
+        first_swing=_first_swing(table, ratio[:, housner.times <= FIRST_SWING_TIME + 1e-9]),
     )
+
+
+def _first_swing(table: pd.DataFrame, ratio: Array) -> Array:
+    """Each lane's rotation ratio when the displacement reading of its input swings furthest."""
+    inputs = list(zip(table["frequency_hz"], table["amplitude_mm"], strict=True))
+    displaced = np.flatnonzero(table["reading"].astype(str) == "displacement")
+    sample = {inputs[lane]: int(np.argmax(np.abs(ratio[lane]))) for lane in displaced}
+    return np.array([ratio[lane, sample[key]] for lane, key in enumerate(inputs)])

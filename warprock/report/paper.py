@@ -15,6 +15,11 @@ PAPER_COLUMNS = ("analytical", "bullet", "vortex", "dem")
 """Columns of the paper's result tables; a row of ours calls them `paper-analytical` and so on."""
 
 
+INFERRED_NAMES = (
+    "test, inferred from Table 7's analytical errors",
+    "test, inferred from Table 7's Bullet errors",
+)
+"""The two routes from Table 7's errors to the maxima of the test, in the order of the code."""
 PAPER_NAMES = {"analytical": "analytical", "bullet": "Bullet", "vortex": "Vortex", "dem": "DEM"}
 """Those columns as the reader knows them."""
 READING_NAMES = {

@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from warprock.report.paper import INFERRED_NAMES
+from warprock.store import replacing
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -18,7 +21,7 @@ Array = npt.NDArray[np.float64]
 
 DPI = 160
 ROTATION_LABEL = "rotation / slenderness angle [-]"
-SHORT_ROTATION_LABEL = "rotation ratio [-]"
+SHORT_ROTATION_LABEL = "rotation /\nslenderness [-]"
 TIME_LABEL = "time [s]"
 
 BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, RED, PURPLE = (
@@ -39,11 +42,14 @@ ENGINE_STYLES: dict[str, dict[str, Any]] = {
     "oracle": {"color": BLUE, "linewidth": 1.0, "linestyle": ":", "zorder": 4},
 }
 READING_COLORS = {"displacement": BLUE, "acceleration": ORANGE, "slip": GREEN}
+FIGURE_TITLE: dict[str, Any] = {"x": 0.01, "ha": "left", "fontsize": 10.5}
 PAPER_STYLES: dict[str, dict[str, Any]] = {
     "analytical": {"marker": "s", "color": GREEN},
     "bullet": {"marker": "^", "color": RED},
     "vortex": {"marker": "v", "color": PURPLE},
     "dem": {"marker": "D", "color": SKY},
+    INFERRED_NAMES[0]: {"marker": "*", "color": BLACK, "markersize": 9.0},
+    INFERRED_NAMES[1]: {"marker": "x", "color": PURPLE},
 }
 
 
@@ -55,7 +61,7 @@ def drawing() -> Iterator[Any]:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    style = {
+    style: Any = {
         "font.size": 9.0,
         "axes.titlesize": 9.5,
         "axes.labelsize": 9.0,
@@ -79,19 +85,17 @@ def save(figure: Figure, path: pathlib.Path) -> pathlib.Path:
     """Writes a figure as PNG, whole or not at all, and closes it."""
     import matplotlib.pyplot as plt
 
-    from warprock.store import replacing
-
     with replacing(path) as temporary:
         figure.savefig(temporary, format="png", dpi=DPI)
     plt.close(figure)
     return path
 
 
-def legend_above(figure: Figure, axes: Axes, *, columns: int = 4) -> None:
-    """One legend for all panels, above them, so that it covers no curve."""
+def legend_below(figure: Figure, axes: Axes, *, columns: int = 4) -> None:
+    """One legend for all panels, below them, so that it covers no curve."""
     handles, names = axes.get_legend_handles_labels()
     figure.legend(
-        handles, names, loc="outside upper center", ncols=columns, frameon=False, handlelength=2.8
+        handles, names, loc="outside lower center", ncols=columns, frameon=False, handlelength=2.8
     )
 
 
@@ -108,7 +112,7 @@ def history(
         window: First and last time to draw [s]; None draws all.
     """
     shown = slice(None) if window is None else (times >= window[0]) & (times <= window[1])
-    axes.plot(times[shown], ratio[shown], label=f"`{engine}`", **ENGINE_STYLES[engine])
+    axes.plot(times[shown], ratio[shown], label=engine, **ENGINE_STYLES[engine])
 
 
 def draw_free_response(
@@ -140,13 +144,13 @@ def draw_free_response(
                     residual.plot(
                         times, ratio - ratios["housner"], label=engine, **ENGINE_STYLES[engine]
                     )
-            response.set_title(title, loc="left")
+            response.set_title(f"{title}; residual: impulse minus housner", loc="left")
             response.set_ylabel(SHORT_ROTATION_LABEL)
-            residual.set_ylabel("minus\n`housner` [-]")
+            residual.set_ylabel("residual [-]")
             residual.ticklabel_format(axis="y", style="sci", scilimits=(-2, 2))
         grid[-1].set_xlabel(TIME_LABEL)
         grid[-1].set_xlim(times[0], times[-1])
-        legend_above(figure, grid[0])
+        legend_below(figure, grid[0])
         return save(figure, path)
 
 
@@ -176,9 +180,9 @@ def draw_knobs(
             sharey=True,
             layout="constrained",
         )
-        figure.suptitle(title, x=0.01, ha="left", fontsize=10.5)
+        figure.suptitle(title, **FIGURE_TITLE)
         for axes, (knob, curves) in zip(np.atleast_1d(grid), panels, strict=True):
-            axes.plot(times, reference, label="`housner`", color="#999999", linewidth=2.0)
+            axes.plot(times, reference, label="housner", color="#999999", linewidth=2.0)
             for (name, ratio), color, dash in zip(curves, colors, dashes, strict=False):
                 axes.plot(times, ratio, label=name, color=color, linewidth=1.1, linestyle=dash)
             axes.set_title(knob, loc="left")
@@ -230,9 +234,10 @@ def draw_free_panels(
             response.set_title(title, loc="left")
             if column == 0:
                 response.set_ylabel(SHORT_ROTATION_LABEL)
-                residual.set_ylabel("minus `housner`\n[10$^{-3}$]")
+                residual.set_ylabel("residual\n[10$^{-3}$]")
             if row == rows - 1:
                 residual.set_xlabel(TIME_LABEL)
         grid[0, 0].set_xlim(0.0, duration)
-        legend_above(figure, grid[0, 0])
+        figure.suptitle("Free rocking; residual: impulse minus housner", **FIGURE_TITLE)
+        legend_below(figure, grid[0, 0])
         return save(figure, path)

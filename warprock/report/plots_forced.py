@@ -12,15 +12,15 @@ import pandas as pd
 
 from warprock.report.paper import PAPER_NAMES, READING_NAMES
 from warprock.report.plots import (
-    BLACK,
     ENGINE_STYLES,
+    FIGURE_TITLE,
     PAPER_STYLES,
     READING_COLORS,
     SHORT_ROTATION_LABEL,
     TIME_LABEL,
     drawing,
     history,
-    legend_above,
+    legend_below,
     save,
 )
 
@@ -59,7 +59,8 @@ def draw_windows(
             layout="constrained",
             squeeze=False,
         )
-        figure.suptitle(title, x=0.01, ha="left", fontsize=10.5)
+        figure.suptitle(title, **FIGURE_TITLE)
+        figure.get_layout_engine().set(wspace=0.04)
         for row, (name, ratios) in enumerate(panels):
             for column, window in enumerate(windows):
                 axes = grid[row, column]
@@ -73,7 +74,7 @@ def draw_windows(
                     axes.set_title(name, loc="left")
         for axes in grid[-1]:
             axes.set_xlabel(TIME_LABEL)
-        legend_above(figure, grid[0, 0])
+        legend_below(figure, grid[0, 0])
         return save(figure, path)
 
 
@@ -109,7 +110,8 @@ def draw_readings(
             layout="constrained",
             squeeze=False,
         )
-        figure.suptitle(title, x=0.01, ha="left", fontsize=10.5)
+        figure.suptitle(title, **FIGURE_TITLE)
+        figure.get_layout_engine().set(wspace=0.04)
         for row, (name, ratios) in enumerate(panels):
             for column, (first, last) in enumerate(windows):
                 axes = grid[row, column]
@@ -129,7 +131,7 @@ def draw_readings(
                     axes.set_title(name, loc="left")
         for axes in grid[-1]:
             axes.set_xlabel(TIME_LABEL)
-        legend_above(figure, grid[0, 0], columns=3)
+        legend_below(figure, grid[0, 0], columns=3)
         return save(figure, path)
 
 
@@ -159,26 +161,25 @@ def draw_trends(
             layout="constrained",
             squeeze=False,
         )
-        figure.suptitle(title, x=0.01, ha="left", fontsize=10.5)
+        figure.suptitle(title, **FIGURE_TITLE)
         for axes, (label, acceleration) in zip(grid[0], axes_of_acceleration, strict=True):
             order = np.argsort(acceleration)
             for (reading, source), rows in peaks.groupby(["reading", "source"], sort=False):
                 axes.plot(
                     acceleration[order],
                     rows["peak_rotation_ratio"].to_numpy(dtype=float)[order],
-                    label=f"`{source}`, {READING_NAMES[str(reading)]}",
+                    label=f"{source}, {READING_NAMES[str(reading)]}",
                     color=READING_COLORS[str(reading)],
                     linestyle=ENGINE_STYLES[str(source)]["linestyle"],
                     linewidth=1.5,
                 )
             for name, values in paper.items():
-                style = PAPER_STYLES.get(name, {"marker": "*", "color": BLACK})
+                style = {"markersize": 7.0} | PAPER_STYLES[name]
                 axes.plot(
                     acceleration,
                     values,
                     linestyle="none",
-                    markersize=7.0,
-                    markerfacecolor="white",
+                    markerfacecolor="none",
                     markeredgewidth=1.3,
                     label=f"paper: {PAPER_NAMES[name]}" if name in PAPER_NAMES else name,
                     zorder=5,
@@ -187,5 +188,5 @@ def draw_trends(
             axes.set_xlabel(label)
             axes.set_ylim(bottom=0.0)
         grid[0, 0].set_ylabel("peak rotation / slenderness angle [-]")
-        legend_above(figure, grid[0, 0], columns=2)
+        legend_below(figure, grid[0, 0], columns=2)
         return save(figure, path)
