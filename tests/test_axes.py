@@ -1,7 +1,14 @@
-"""Sweeps of a case file: what is refused, and what their keys mean."""
+"""Sweeps of a case file: what is refused, what their keys mean, and how lanes are numbered."""
 
+import itertools
+import math
+
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from warprock.axes import lane_indices
 from warprock.case import load_case
 from warprock.errors import InputError
 
@@ -134,3 +141,32 @@ def test_quoted_and_plain_dotted_sweep_keys_are_the_same(write):
     plain = load_case(write(PULSE + '[[sweep]]\nmotion.frequency = ["2 Hz"]\n'))
     quoted = load_case(write(PULSE + '[[sweep]]\n"motion.frequency" = ["2 Hz"]\n'))
     assert plain.axes[0].columns.keys() == quoted.axes[0].columns.keys() == {"motion.frequency"}
+
+
+SHAPES = st.lists(st.integers(1, 7), max_size=5).map(tuple)
+
+
+@given(shape=SHAPES)
+def test_lane_numbers_are_digits_in_mixed_radix(shape):
+    total = math.prod(shape)
+    digits = lane_indices(shape, range(total))
+    assert [len(d) for d in digits] == [total] * len(shape)
+    # Oracle: nested loops, the first axis outermost.
+    looped = list(itertools.product(*map(range, shape)))
+    assert list(zip(*digits, strict=True)) == (looped if shape else [])
+
+
+@given(shape=SHAPES, cut=st.data())
+def test_a_range_of_lanes_is_a_slice_of_all(shape, cut):
+    total = math.prod(shape)
+    start = cut.draw(st.integers(0, total))
+    stop = cut.draw(st.integers(start, total))
+    whole, part = lane_indices(shape, range(total)), lane_indices(shape, range(start, stop))
+    for found, all_of_them in zip(part, whole, strict=True):
+        np.testing.assert_array_equal(found, all_of_them[start:stop])
+
+
+@pytest.mark.parametrize("lanes", [range(-1, 3), range(5, 7), range(10, 12)])
+def test_a_lane_outside_the_grid_is_refused(lanes):
+    with pytest.raises(ValueError, match="must lie in 0 to 5"):
+        lane_indices((2, 3), lanes)

@@ -1,15 +1,11 @@
 """Lanes of a case: which values meet in which lane, and what is refused."""
 
-import itertools
 import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from warprock import case_keys
-from warprock.axes import lane_indices
 from warprock.case import case_names, load_case
 from warprock.errors import InputError
 from warprock.expansion import case_records, expand_lanes
@@ -54,35 +50,6 @@ def motion(waveform, control, amplitude, *lines):
             *lines,
         ]
     )
-
-
-SHAPES = st.lists(st.integers(1, 7), max_size=5).map(tuple)
-
-
-@given(shape=SHAPES)
-def test_lane_numbers_are_digits_in_mixed_radix(shape):
-    total = math.prod(shape)
-    digits = lane_indices(shape, range(total))
-    assert [len(d) for d in digits] == [total] * len(shape)
-    # Oracle: nested loops, the first axis outermost.
-    looped = list(itertools.product(*map(range, shape)))
-    assert list(zip(*digits, strict=True)) == (looped if shape else [])
-
-
-@given(shape=SHAPES, cut=st.data())
-def test_a_range_of_lanes_is_a_slice_of_all(shape, cut):
-    total = math.prod(shape)
-    start = cut.draw(st.integers(0, total))
-    stop = cut.draw(st.integers(start, total))
-    whole, part = lane_indices(shape, range(total)), lane_indices(shape, range(start, stop))
-    for found, all_of_them in zip(part, whole, strict=True):
-        np.testing.assert_array_equal(found, all_of_them[start:stop])
-
-
-@pytest.mark.parametrize("lanes", [range(-1, 3), range(5, 7), range(10, 12)])
-def test_a_lane_outside_the_grid_is_refused(lanes):
-    with pytest.raises(ValueError, match="must lie in 0 to 5"):
-        lane_indices((2, 3), lanes)
 
 
 def test_first_axis_is_slowest_and_keys_of_an_axis_are_zipped():
@@ -347,19 +314,66 @@ def test_the_record_case_scales_one_record():
     (record,) = case_records(case)
     assert lane_set.scene.motion is MotionKind.RECORD
     assert list(inputs["record"].unique()) == [record.name]
-    peak = np.abs(inputs["scale"]) * np.max(np.abs(record.acceleration))
+    # An accelerogram's peak is its largest sample.
+    peak = np.abs(inputs["scale"]) * np.max(np.abs(record.samples))
     np.testing.assert_allclose(inputs["peak_acceleration_m_s2"], peak, rtol=4.5e-16)
-    # The scales shall span uplift, g tan(alpha), else the case shows nothing.
-    assert inputs["normalised_acceleration"].min() < 1.5
-    assert inputs["normalised_acceleration"].max() > 1.5
+    # The scales span uplift, g tan(alpha), and the run outlasts the record.
+    assert inputs["normalised_acceleration"].min() < 1.0 < inputs["normalised_acceleration"].max()
+    assert case.sample_times.duration > record.duration
+
+
+RECORD = "# unit: {unit}\n# interval: 0.5 s\n0\n1\n-2\n0\n"
+
+
+def record_case(*names):
+    listed = ", ".join(f'"{name}"' for name in names)
+    return (
+        f'{BLOCK}[motion]\nwaveform = "record"\n[[sweep]]\nmotion.record = [{listed}]\n'
+        "[[sweep]]\nmotion.scale = [1.0, 3.0]\n"
+    )
+
+
+def test_records_are_found_beside_the_case_file(expand, tmp_path):
+    (tmp_path / "small.csv").write_text(RECORD.format(unit="cm/s^2"))
+    (tmp_path / "large.csv").write_text(RECORD.format(unit="g"))
+    lane_set = expand(record_case("small.csv", "large.csv"))
+    inputs = lane_set.inputs
+    assert list(inputs["record"]) == ["small.csv", "small.csv", "large.csv", "large.csv"]
+    assert list(inputs["scale"]) == [1.0, 3.0, 1.0, 3.0]
+    # Largest sample times unit times scale, products of doubles.
+    np.testing.assert_allclose(
+        inputs["peak_acceleration_m_s2"], [0.02, 0.06, 19.62, 58.86], rtol=1e-15
+    )
+    times = np.array([0.25, 0.5, 0.75])
+    wanted = 3.0 * 9.81 * np.array([0.5, 1.0, -0.5])
+    np.testing.assert_allclose(lane_set.motions.acceleration(times, 3), wanted, rtol=1e-14)
+
+
+def test_a_bad_sample_names_the_record_file_and_its_line(expand, tmp_path):
+    (tmp_path / "bad.csv").write_text(RECORD.format(unit="g").replace("-2", "nan"))
+    with pytest.raises(InputError, match=r"bad\.csv: line 5: got 'nan', must be one finite"):
+        expand(record_case("bad.csv"))
+
+
+def test_a_record_without_a_unit_is_refused(expand, tmp_path):
+    (tmp_path / "bare.csv").write_text("# interval: 0.5 s\n0\n1\n")
+    with pytest.raises(InputError, match=r"bare\.csv: unit: got nothing, must be a line"):
+        expand(record_case("bare.csv"))
+
+
+def test_a_record_that_does_not_exist_is_refused(expand, tmp_path):
+    with pytest.raises(InputError) as caught:
+        expand(record_case("no-such.csv"))
+    assert str(caught.value).startswith(
+        f"{tmp_path / 'case.toml'}: motion.record: got 'no-such.csv'"
+    )
+    case = load_case("record-ridgecrest", ["motion.record=no-such-record"])
+    with pytest.raises(
+        InputError, match=r"^-s: motion.record: got 'no-such-record', must be a CSV"
+    ):
+        expand_lanes(case)
 
 
 def test_a_case_without_a_record_has_none():
     assert case_records(load_case("free-b0")) == []
     assert case_records(load_case("single-sine-pulse")) == []
-
-
-def test_a_record_that_does_not_exist_is_refused():
-    case = load_case("record-ridgecrest", ["motion.record=no-such-record"])
-    with pytest.raises(InputError, match="no-such-record"):
-        expand_lanes(case)

@@ -25,7 +25,6 @@ from warprock.lanes import Lanes
 from warprock.motion import (
     Control,
     GroundMotions,
-    RecordMotions,
     StillBase,
     Waveform,
     harmonic_motions,
@@ -316,13 +315,16 @@ def case_records(case: Case) -> list[Record]:
         return []
     from warprock.records import load_record
 
-    # A path starts at the folder of the case file; anything else is a shipped name.
-    names, folder = values.texts("motion.record")[0], case.folder
-    inside = {name: folder / name for name in names if folder is not None}
-    return [
-        load_record(str(inside[name]) if name in inside and inside[name].is_file() else name)
-        for name in names
-    ]
+    records = []
+    for name in values.texts("motion.record")[0]:
+        try:
+            records.append(load_record(name, relative_to=case.folder))
+        except InputError as error:
+            if error.key != "record":
+                raise
+            source = case.source_of("motion.record")
+            raise InputError(source, "motion.record", name, error.allowed) from None
+    return records
 
 
 def _records(values: LaneValues, start: Array) -> Motions:
@@ -332,8 +334,8 @@ def _records(values: LaneValues, start: Array) -> Motions:
     records = case_records(values.case)
     codes = values.texts("motion.record")[1]
     scale = values.numbers("motion.scale")
-    motions: RecordMotions = record_motions(records, index=codes, scale=scale, start=start)
-    peaks = np.array([np.max(np.abs(record.acceleration)) for record in records])
+    motions = record_motions(records, index=codes, scale=scale, start=start)
+    peaks = np.array([record.peak_acceleration for record in records])
     columns: dict[str, object] = {"record": values.column("motion.record"), "scale": scale}
     return motions, columns, np.abs(scale) * peaks[codes]
 
