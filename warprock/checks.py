@@ -239,8 +239,8 @@ def compare(case: Case, engines: Sequence[str], workers: int | None = None) -> d
         workers: Worker threads of a run; None leaves it to the batch runner.
 
     Returns:
-        `case`, `engines` and `rows`, the rows of `compare_with_housner` with `lane` (its name)
-        and `peak_slide_m`; a value that does not exist is None.
+        `case`, `engines` and `rows`, the rows of `compare_with_housner` with `lane` (its name);
+        a value that does not exist is None.
 
     Raises:
         InputError: An unknown engine.
@@ -255,7 +255,6 @@ def compare(case: Case, engines: Sequence[str], workers: int | None = None) -> d
         table = compare_with_housner(responses.lane_set, responses[engine], responses[REFERENCE])
         named = table.assign(
             lane=[lane_name(responses.lane_set, lane) for lane in range(len(table))],
-            peak_slide_m=responses[engine]["peak_slide"],
         )
         rows += [plain_row(row) for row in named.to_dict("records")]
     return {"case": case.name, "engines": list(engines), "rows": rows}

@@ -36,8 +36,9 @@ def friction_for_uplift(lanes: Lanes) -> Array:
 def friction_for_impact(lanes: Lanes) -> Array:
     """Friction that a Housner impact needs, shape [lane].
 
-    Angular momentum about the new pivot is conserved and the block turns about it before and
-    after: the impulses are m b w (1 + ...) and so on, whose ratio is
+    The block comes in at w about the old corner and leaves at e w about the new one, e its
+    angular restitution: the base gives its centre the impulses m h w (1 - e) along and
+    m b w (1 + e) across. With e = 1 - 1.5 sin(a)^2 their ratio is
     3 sin(a) cos(a) / (4 - 3 sin(a)^2), a the slenderness angle.
     """
     sine = np.sin(lanes.slenderness_angle)
@@ -134,8 +135,8 @@ def compare_with_housner(
         `peak_rotation_ratio`, `reference_peak_rotation_ratio`, `error_5s_ratio` and
         `error_run_ratio` (max |rotation difference| / slenderness angle over the first 5 s and
         over the run; NaN without histories), `peak_error` (relative; NaN where the reference
-        does not rock) and `rest_time_error_s` (engine's minus Housner's; NaN where either never
-        rests).
+        does not rock), `peak_slide_mm` and `rest_time_error_s` (engine's minus Housner's; NaN
+        where either never rests).
     """
     slenderness = lane_set.lanes.slenderness_angle
     reasons = where_housner_holds(lane_set, response)
@@ -162,5 +163,6 @@ def compare_with_housner(
         error_5s_ratio=early,
         error_run_ratio=run,
         peak_error=peak_error,
+        peak_slide_mm=1e3 * response["peak_slide"],
         rest_time_error_s=response["rest_time"] - reference_response["rest_time"],
     )

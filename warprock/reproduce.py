@@ -51,6 +51,7 @@ ERROR_COLUMNS = (
     "error_run_ratio",
     "peak_error",
     "rest_time_error_s",
+    "peak_slide_mm",
     "holds",
     "why",
 )
@@ -126,7 +127,6 @@ def _engine_rows(target: str, runs: PaperRuns, name: str) -> list[Row]:
         rows += [
             _row(target, inputs.iloc[lane], engine, found["peak_rotation_ratio"])
             | {column: found[column] for column in ERROR_COLUMNS}
-            | {"peak_slide_mm": 1e3 * float(responses[engine]["peak_slide"][lane])}
             for lane, found in enumerate(table.to_dict("records"))
         ]
     if name in ORACLE_TIME:

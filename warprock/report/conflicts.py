@@ -279,9 +279,10 @@ def _text_and_tables(_evidence: Evidence) -> str:
     bullet = pd.to_numeric(times["bullet_s"])
     return (
         "The text of Section 5.2 lets the analysis err by 38 to 43 %; its Table 7 prints "
-        f"{analytical.min():.0f} to {analytical.max():.0f} %. Run times of Bullet and Vortex for 5 "
-        f"Hz, 6 mm: {bullet['single', 'pulse']:g} s for one pulse, {bullet['single', 'sine']:g} s for a "
-        "minute of sine, which look swapped. Neither affects a table."
+        f"{analytical.min():.0f} to {analytical.max():.0f} %. Run times of Bullet and Vortex for "
+        f"5 Hz, 6 mm: {bullet['single', 'pulse']:g} s for one pulse, "
+        f"{bullet['single', 'sine']:g} s for a minute of sine, which look swapped. Neither affects "
+        "a table."
     )
 
 

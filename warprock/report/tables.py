@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rich import box
@@ -10,21 +10,29 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from warprock.comparison import SLIDE_BOUND
 from warprock.report.paper import PAPER_NAMES, READING_NAMES
 
 if TYPE_CHECKING:
     from warprock.checks import CheckRow
 
 Row = Mapping[str, Any]
+Input = tuple[float, float]
+"""Frequency [Hz] and amplitude [mm]."""
+_Column = Callable[[Input, str], str]
 
 MISSING = "-"
 COMPARED_COLUMNS = (
-    ("error_5s_ratio", "max |diff| / slenderness\nfirst 5 s", ".1e"),
-    ("error_run_ratio", "\nwhole run", ".1e"),
+    ("error_5s_ratio", "diff.*\nfirst 5 s", ".1e"),
+    ("error_run_ratio", "diff.*\nwhole run", ".1e"),
     ("peak_error", "peak\nerror", "+.2%"),
     ("rest_time_error_s", "rest time\nerror [s]", "+.3f"),
+    ("peak_slide_mm", "slide\n[mm]", ".2g"),
 )
 """Column of a comparison with Housner, its heading and its format."""
+HOLDS = "Housner\nholds?"
+SLIDES = f"slides by more than {SLIDE_BOUND:g} of its width"
+DIFFERENCE = "  * largest |rotation - Housner's| / slenderness angle"
 
 
 def stdout() -> Console:
@@ -57,7 +65,7 @@ def print_reproduction(found: Mapping[str, Any], console: Console | None = None)
         kind = _CASE_OF_TARGET[target]
         if kind not in shown:
             shown.add(kind)
-            _print_errors(out, mine, f"Engines against Housner, lane by lane ({kind})")
+            _print_errors(out, mine, kind)
     out.print("[bold]Conflicts in the paper[/bold]")
     for conflict in found["conflicts"]:
         out.print(f"\n[bold]{conflict['item']}. {conflict['title']}.[/bold]", highlight=False)
@@ -81,21 +89,45 @@ _CASE_OF_TARGET = {
 
 def _table(title: str, headings: Iterable[str], left: Iterable[str] = ()) -> Table:
     table = Table(
-        title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False
+        title=title,
+        title_justify="left",
+        title_style="bold",
+        box=box.SIMPLE_HEAD,
+        padding=0,
+        pad_edge=False,
     )
     for heading in headings:
-        table.add_column(
-            escape(heading),
-            justify="left" if heading in left else "right",
-            overflow="fold",
-            no_wrap=heading not in left,
-        )
+        wraps = heading in left
+        table.add_column(escape(heading), justify="left" if wraps else "right", no_wrap=not wraps)
     return table
 
 
-def _value(
-    rows: Sequence[Row], key: tuple[Any, Any], source: str, reading: str, column: str
-) -> Any:
+class _Reasons:
+    """Letters for the reasons why Housner does not hold, so that a table stays narrow."""
+
+    def __init__(self) -> None:
+        self._letters: dict[str, str] = {}
+
+    def cell(self, row: Row) -> str:
+        """`yes`, or `no` with the letters of the reasons."""
+        if row["holds"]:
+            return "yes"
+        clauses = [
+            SLIDES if clause.startswith("slides") else clause for clause in row["why"].split("; ")
+        ]
+        for clause in clauses:
+            self._letters.setdefault(clause, chr(ord("a") + len(self._letters)))
+        return "no: " + ", ".join(self._letters[clause] for clause in clauses)
+
+    def print(self, out: Console) -> None:
+        """The reasons behind the letters."""
+        out.print(DIFFERENCE, markup=False, highlight=False)
+        for clause, letter in self._letters.items():
+            out.print(f"  {letter}: {clause}", markup=False, highlight=False)
+        out.print()
+
+
+def _value(rows: Sequence[Row], key: Input, source: str, reading: str, column: str) -> Any:
     return next(
         (
             row.get(column)
@@ -108,96 +140,99 @@ def _value(
     )
 
 
-def _inputs(rows: Sequence[Row]) -> list[tuple[Any, Any]]:
-    return list(dict.fromkeys((row["frequency_hz"], row["amplitude_mm"]) for row in rows))
+ENGINES = ("housner", "impulse")
+OURS = (*ENGINES, "oracle")
+INPUT_HEADINGS = ("reading", "f\n[Hz]", "A\n[mm]")
 
 
-def _readings(rows: Sequence[Row]) -> list[str]:
-    return list(dict.fromkeys(row["reading"] for row in rows if row["source"] == "housner"))
-
-
-def _print_peaks(out: Console, rows: Sequence[Row]) -> None:
-    """Table 6: for each reading our columns, and the paper's beside them."""
-    ours = ("housner", "impulse", "oracle")
-    table = _table(
-        "Table 6: peak rotation / slenderness angle under one cycle of sine",
-        [
-            "reading",
-            "f [Hz]",
-            "A [mm]",
-            *ours,
-            *(f"paper\n{PAPER_NAMES[name]}" for name in PAPER_NAMES),
-        ],
-        ("reading",),
-    )
-    for reading in _readings(rows):
-        for index, key in enumerate(_inputs(rows)):
-            mine = [_value(rows, key, name, reading, "peak_rotation_ratio") for name in ours]
-            theirs = [
-                _value(rows, key, f"paper-{name}", "as printed", "peak_rotation_ratio")
-                for name in PAPER_NAMES
-            ]
+def _print_inputs(
+    out: Console, title: str, rows: Sequence[Row], columns: Mapping[str, _Column]
+) -> None:
+    """A table with a row for every reading and input; `columns` turn the two into a text."""
+    table = _table(title, [*INPUT_HEADINGS, *columns], ("reading",))
+    inputs = list(dict.fromkeys((row["frequency_hz"], row["amplitude_mm"]) for row in rows))
+    readings = list(dict.fromkeys(row["reading"] for row in rows if row["source"] == "housner"))
+    for reading in readings:
+        for index, key in enumerate(inputs):
             table.add_row(
                 reading if index == 0 else "",
                 f"{key[0]:g}",
                 f"{key[1]:g}",
-                *(number(value, ".4f") for value in mine),
-                *(number(value, ".3f") for value in theirs),
-                end_section=index == len(_inputs(rows)) - 1,
+                *(column(key, reading) for column in columns.values()),
+                end_section=key == inputs[-1],
             )
     out.print(table)
+
+
+def _peak_columns(rows: Sequence[Row], sources: Iterable[str]) -> dict[str, _Column]:
+    def column(source: str) -> _Column:
+        return lambda key, reading: number(
+            _value(rows, key, source, reading, "peak_rotation_ratio"), ".4f"
+        )
+
+    return {source: column(source) for source in sources}
+
+
+def _paper_columns(rows: Sequence[Row], measure: str, form: str) -> dict[str, _Column]:
+    def column(name: str) -> _Column:
+        return lambda key, _reading: number(
+            _value(rows, key, f"paper-{name}", "as printed", measure), form
+        )
+
+    return {f"paper\n{title}": column(name) for name, title in PAPER_NAMES.items()}
+
+
+def _print_peaks(out: Console, rows: Sequence[Row]) -> None:
+    """Table 6: for each reading our columns, and the paper's beside them."""
+    title = "Table 6: peak rotation / slenderness angle under one cycle of sine"
+    columns = _peak_columns(rows, OURS) | _paper_columns(rows, "peak_rotation_ratio", ".3f")
+    _print_inputs(out, title, rows, columns)
     _print_readings(out)
+
+
+def _print_sine_peaks(out: Console, rows: Sequence[Row]) -> None:
+    """Table 7: our maxima, the test they imply, and errors against it beside the printed ones."""
+
+    def test(key: Input) -> list[float]:
+        return [
+            _value(rows, key, "inferred-experiment", reading, "peak_rotation_ratio")
+            for reading in ("slip", "displacement")
+        ]
+
+    def error(source: str) -> _Column:
+        def cell(key: Input, reading: str) -> str:
+            ours = _value(rows, key, source, reading, "peak_rotation_ratio")
+            return number(100.0 * (2.0 * ours / sum(test(key)) - 1.0), "+.0f")
+
+        return cell
+
+    _print_inputs(
+        out,
+        "Table 7: peak rotation / slenderness angle, 60 s of sine (oracle: 5 s).\n"
+        "The test is inferred from the paper's errors by two routes, not measured.",
+        rows,
+        _peak_columns(rows, OURS)
+        | {
+            "test, by\nanalytical": lambda key, _: number(test(key)[0], ".3f"),
+            "test, by\nBullet": lambda key, _: number(test(key)[1], ".3f"),
+        },
+    )
+    _print_readings(out)
+    _print_inputs(
+        out,
+        "Table 7: error [%] of the peak against the inferred test (mean of both\n"
+        "routes), and the paper's errors as printed, without sign (-: collapsed)",
+        rows,
+        {source: error(source) for source in ENGINES}
+        | _paper_columns(rows, "abs_error_pct", ".0f"),
+    )
+    out.print()
 
 
 def _print_readings(out: Console) -> None:
     for reading, text in READING_NAMES.items():
         out.print(f"  {reading}: {text}", markup=False, highlight=False)
     out.print()
-
-
-def _print_sine_peaks(out: Console, rows: Sequence[Row]) -> None:
-    """Table 7: our maxima, the test they imply, and errors against it beside the printed ones."""
-    ours = ("housner", "impulse", "oracle")
-    table = _table(
-        "Table 7: peak rotation / slenderness angle under 60 s of sine (oracle: its first 5 s), "
-        "and errors against\nthe test. The test's maxima are inferred from the printed errors by "
-        "two routes, not measured; the paper\nprints errors without their sign.",
-        [
-            "reading",
-            "f [Hz]",
-            "A [mm]",
-            *ours,
-            "test inferred\nanalytical / Bullet",
-            "error [%]\nhousner",
-            "\nimpulse",
-            *(f"paper [%]\n{PAPER_NAMES[name]}" for name in PAPER_NAMES),
-        ],
-        ("reading",),
-    )
-    for reading in _readings(rows):
-        for index, key in enumerate(_inputs(rows)):
-            mine = [_value(rows, key, name, reading, "peak_rotation_ratio") for name in ours]
-            routes = [
-                _value(rows, key, "inferred-experiment", route, "peak_rotation_ratio")
-                for route in ("slip", "displacement")
-            ]
-            test = 0.5 * (routes[0] + routes[1])
-            printed = [
-                _value(rows, key, f"paper-{name}", "as printed", "abs_error_pct")
-                for name in PAPER_NAMES
-            ]
-            table.add_row(
-                reading if index == 0 else "",
-                f"{key[0]:g}",
-                f"{key[1]:g}",
-                *(number(value, ".4f") for value in mine),
-                " / ".join(number(value, ".3f") for value in routes),
-                *(number(100.0 * (value / test - 1.0), "+.0f") for value in mine[:2]),
-                *("fell" if value is None else f"{value:.0f}" for value in printed),
-                end_section=index == len(_inputs(rows)) - 1,
-            )
-    out.print(table)
-    _print_readings(out)
 
 
 def _lane_text(row: Row) -> str:
@@ -208,21 +243,20 @@ def _lane_text(row: Row) -> str:
     return f"{row['frequency_hz']:g} Hz, {row['amplitude_mm']:g} mm, {row['reading']}"
 
 
-def _print_errors(out: Console, rows: Sequence[Row], title: str) -> None:
-    """Every engine's errors against Housner, and why Housner does not hold where it does not."""
-    headings = ["lane", "engine", *(heading for _, heading, _ in COMPARED_COLUMNS)]
-    table = _table(title, [*headings, "Housner holds?"], ("lane", "engine", "Housner holds?"))
+def _print_errors(out: Console, rows: Sequence[Row], kind: str) -> None:
+    """The contact engine's errors against Housner, and where Housner does not hold."""
+    table = _table(
+        f"impulse against Housner, lane by lane: {kind}",
+        ["lane", *(heading for _, heading, _ in COMPARED_COLUMNS), HOLDS],
+        ("lane", HOLDS),
+    )
+    reasons = _Reasons()
     for row in rows:
-        if row.get("holds") is None or row["source"] == "housner":
-            continue
-        table.add_row(
-            _lane_text(row),
-            row["source"],
-            *(number(row[name], form) for name, _, form in COMPARED_COLUMNS),
-            "yes" if row["holds"] else f"no: {row['why']}",
-        )
+        if row.get("holds") is not None and row["source"] != "housner":
+            numbers = (number(row[name], form) for name, _, form in COMPARED_COLUMNS)
+            table.add_row(_lane_text(row), *numbers, reasons.cell(row))
     out.print(table)
-    out.print()
+    reasons.print(out)
 
 
 def print_checks(rows: Sequence[CheckRow], console: Console | None = None) -> None:
@@ -263,13 +297,17 @@ def print_comparison(found: Mapping[str, Any], console: Console | None = None) -
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
-    headings = ["lane", "engine", "peak\nratio", "outcome"]
     table = _table(
         f"{found['case']}: engines against Housner",
-        [*headings, *(heading for _, heading, _ in COMPARED_COLUMNS), "Housner holds?"],
-        ("lane", "engine", "outcome", "Housner holds?"),
+        [
+            *("lane", "engine", "peak\nratio", "outcome"),
+            *(heading for _, heading, _ in COMPARED_COLUMNS),
+            HOLDS,
+        ],
+        ("lane", "engine", "outcome", HOLDS),
     )
     rows: Sequence[Row] = found["rows"]
+    reasons = _Reasons()
     for lane in dict.fromkeys(row["lane"] for row in rows):
         for index, row in enumerate(row for row in rows if row["lane"] == lane):
             table.add_row(
@@ -278,6 +316,7 @@ def print_comparison(found: Mapping[str, Any], console: Console | None = None) -
                 number(row["peak_rotation_ratio"], ".4f"),
                 row["outcome"],
                 *(number(row[name], form) for name, _, form in COMPARED_COLUMNS),
-                "yes" if row["holds"] else f"no: {row['why']}",
+                reasons.cell(row),
             )
     out.print(table)
+    reasons.print(out)
