@@ -4,6 +4,8 @@ import json
 import re
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from warprock.case import case_names, load_case, template_kinds, template_text
 from warprock.case_keys import KEYS, SWEEP_KEYS, did_you_mean
@@ -339,3 +341,41 @@ def test_the_table_of_keys_and_the_models_are_the_same_keys():
 def test_suggestions_go_by_the_last_part_of_a_key():
     assert did_you_mean("block.friction", KEYS) == "; did you mean contact.friction?"
     assert did_you_mean("zzz", KEYS) == ""
+
+
+JUNK = st.one_of(
+    st.text(max_size=12),
+    st.sampled_from(
+        [
+            "nan",
+            "inf",
+            "-1",
+            "0",
+            "[]",
+            "{}",
+            "true",
+            "1979-05-27",
+            "[[1]]",
+            "8 mm",
+            "{a = 1}",
+            "-3 Hz",
+        ]
+    ),
+    st.floats().map(repr),
+)
+PARTS = sorted(
+    {part for key in KEYS for part in key.split(".")} | {"sweep", "check", "engines", "x"}
+)
+
+
+@settings(deadline=None)  # no test depends on how fast the machine is
+@given(path=st.lists(st.sampled_from(PARTS), min_size=1, max_size=3), value=JUNK)
+def test_whatever_is_written_the_answer_is_a_case_or_one_line(path, value):
+    said = ""
+    try:
+        case = load_case("single-sine-pulse", [f"{'.'.join(path)}={value}"])
+        assert case.lane_count >= 1
+        json.dumps(case.raw, allow_nan=False)
+    except InputError as error:
+        said = str(error)
+    assert "\n" not in said
