@@ -37,7 +37,6 @@ sample_interval = "50 ms"
 RECORD = """
 [motion]
 waveform = "record"
-control = "acceleration"
 record = "shake.csv"
 """
 HEAVY = ("warp", "newton", "matplotlib", "pandas", "scipy", "pydantic", "numpy", "pyarrow", "rich")
@@ -147,11 +146,9 @@ def test_a_bad_option_is_one_line_and_nothing_is_written(name: str, case: pathli
 def test_a_bad_record_is_one_line_and_nothing_is_written(bad: str, case: pathlib.Path):
     case.write_text(FREE + RECORD, encoding="utf-8")
     rows = "\n".join(["0.0", "0.1", bad, "0.1", "0.0"])
-    text = (
-        f"# interval: 0.01 s\n# quantity: acceleration\n# unit: m/s^2\nacceleration_m_s2\n{rows}\n"
-    )
-    (case.parent / "shake.csv").write_text(text, encoding="utf-8")
-    refused(invoke("run", case, "-o", case.parent / "results"), "shake.csv")
+    record = f"# unit: m/s^2\n# interval: 0.01 s\n{rows}\n"
+    (case.parent / "shake.csv").write_text(record, encoding="utf-8")
+    refused(invoke("run", case, "-o", case.parent / "results"), "shake.csv", bad)
     assert sorted(path.name for path in case.parent.iterdir()) == ["case.toml", "shake.csv"]
 
 

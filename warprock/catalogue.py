@@ -46,7 +46,7 @@ def explain_case(case: Case) -> dict[str, Any]:
             "file": case.file,
         },
         "scene": dataclasses.asdict(scene)
-        | {"why": "one planar block with a rectangular base touches it at two corners"},
+        | {"why": "one planar rectangular block, which can touch its base at two corners"},
         "lanes": lane_set.lanes.lane_count,
         "duration_s": lane_set.times.duration,
         "sample_interval_s": lane_set.times.interval,

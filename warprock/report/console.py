@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 LANES_SHOWN = 40
 """Lanes up to which `run` prints every one; a larger run prints its counts and ranges."""
 
+WIDTH = 200
+"""Columns of what is printed into a file or a pipe."""
+
 RESULT_COLUMNS = (
     "peak_rotation_ratio",
     "peak_time_s",
@@ -92,9 +95,9 @@ def print_explanation(found: Mapping[str, Any]) -> None:
     """Prints what `catalogue.explain_case` found."""
     out = _stdout()
     case, scene = found["case"], found["scene"]
-    out.print(f"{case['name']}: {case['title']}", highlight=False, style="bold")
-    out.print(case["source"], highlight=False)
-    out.print(f"\nScene: {scene['why']}.", highlight=False)
+    out.print(f"{case['name']}: {case['title']}", style="bold")
+    out.print(case["source"].strip())
+    out.print(f"\nScene: {scene['why']}.")
     restitution = "given by the case" if scene["restitution_given"] else "Housner's closed form"
     sampling = found["sample_interval_s"]
     facts = [
@@ -108,14 +111,14 @@ def print_explanation(found: Mapping[str, Any]) -> None:
         ("histories every [s]", "not asked for" if sampling is None else sampling),
     ]
     for name, value in facts:
-        out.print(f"  {name}: {_text(value)}", highlight=False)
+        out.print(f"  {name}: {_text(value)}")
     for axis in found["sweep"]:
         keys = ", ".join(axis["keys"])
-        out.print(f"  sweep: {keys} ({axis['length']} values)", highlight=False)
-    out.print("\nInputs:", highlight=False)
+        out.print(f"  sweep: {keys} ({axis['length']} values)")
+    out.print("\nInputs:")
     for name, spread in found["inputs"].items():
-        out.print(f"  {name}: {_spread_text(spread)}", highlight=False)
-    out.print("\nEngines:", highlight=False)
+        out.print(f"  {name}: {_spread_text(spread)}")
+    out.print("\nEngines:")
     for engine in found["engines"]:
         _print_engine(out, engine)
 
@@ -129,49 +132,44 @@ def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
     table = lane_table(run.lane_set, response)
     title = f"{run.case.name}: {response.engine}, {response.lane_count} lanes"
     if response.lane_count <= LANES_SHOWN:
-        # What tells the lanes apart: labels, and the inputs that differ.
-        inputs = [
-            str(name)
-            for name in run.lane_set.inputs.columns
-            if name in run.lane_set.labels or table[name].nunique() > 1
-        ]
+        inputs = _swept_columns(run)
         _print_rows(title, table[["lane", *inputs, *RESULT_COLUMNS]].to_dict("records"))
     else:
-        out.print(title, highlight=False, style="bold")
+        out.print(title, style="bold")
         peak = table["peak_rotation_ratio"]
         bounds = [float(peak.min()), float(peak.max())]
-        out.print(f"  peak_rotation_ratio: {_range_text(bounds)}", highlight=False)
+        out.print(f"  peak_rotation_ratio: {_range_text(bounds)}")
     for name in ("outcome", "status"):
         counts = count_words(response, name)
         words = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
-        out.print(f"{name}: {words}", highlight=False)
-    out.print(f"wall time: {run.wall_time:.3g} s", highlight=False)
+        out.print(f"{name}: {words}")
+    out.print(f"wall time: {run.wall_time:.3g} s")
     for path in files:
-        out.print(f"wrote {path}", highlight=False, soft_wrap=True)
+        out.print(f"wrote {path}", soft_wrap=True)
 
 
 def print_examination(found: Mapping[str, Any]) -> None:
     """Prints what `doctor.examine` found."""
     out = _stdout()
     for name, version in found["versions"].items():
-        out.print(f"{name}: {version or 'missing'}", highlight=False)
-    out.print(f"cpu: {found['cpu']}, {found['cores']} cores", highlight=False)
+        out.print(f"{name}: {version or 'missing'}")
+    out.print(f"cpu: {found['cpu']}, {found['cores']} cores")
     flags = ", ".join(found["vector_flags"]) or "not listed by this system"
-    out.print(f"vector instructions: {flags}", highlight=False)
+    out.print(f"vector instructions: {flags}")
     for device in found["devices"]:
-        out.print(f"device {device['device']}: {device['name']}", highlight=False)
+        out.print(f"device {device['device']}: {device['name']}")
     cache = found["kernel_cache"]
     text = f"kernel cache: {cache['folder']}, {cache['built_modules']} built modules"
-    out.print(text, highlight=False, soft_wrap=True)
-    out.print(f"kernel sources: sha256 {found['kernel_sha256'][:16]}", highlight=False)
+    out.print(text, soft_wrap=True)
+    out.print(f"kernel sources: sha256 {found['kernel_sha256'][:16]}")
     for name, state in found["engines"].items():
-        out.print(f"engine {name}: {state}", highlight=False)
+        out.print(f"engine {name}: {state}")
     for note in found["notes"]:
-        out.print(f"note: {note}", highlight=False)
+        out.print(f"note: {note}")
     for thing in found["missing"]:
-        out.print(f"missing: {thing}", highlight=False, style="bold red")
+        out.print(f"missing: {thing}", style="bold red")
     if not found["missing"]:
-        out.print("nothing is missing", highlight=False)
+        out.print("nothing is missing")
 
 
 def print_bench(found: Mapping[str, Any]) -> None:
@@ -180,9 +178,9 @@ def print_bench(found: Mapping[str, Any]) -> None:
 
 
 def _stdout() -> rich.console.Console:
-    console = rich.console.Console()
-    # Without a terminal there is no width to fit into: a table is for a file or a pipe.
-    return console if console.is_terminal else rich.console.Console(width=160)
+    # Without a terminal there is no width to fit into.
+    width = None if sys.stdout.isatty() else WIDTH
+    return rich.console.Console(width=width, highlight=False, markup=False)
 
 
 def _print_rows(title: str, rows: Sequence[Mapping[Any, Any]]) -> None:
@@ -195,15 +193,30 @@ def _print_rows(title: str, rows: Sequence[Mapping[Any, Any]]) -> None:
     _stdout().print(table)
 
 
+def _swept_columns(run: CaseRun) -> list[str]:
+    """Columns of the inputs that the case sweeps: `height_m` for the key `block.height`."""
+    from warprock.store import INPUTS
+
+    keys = [key.rpartition(".") for axis in run.case.axes for key in axis.columns]
+    stems = {stem for table, _, name in keys for stem in (name, f"{name}_{table}")}
+    columns = []
+    for column in run.lane_set.inputs.columns:
+        unit = INPUTS.get(column, ("-", ""))[0]
+        suffix = "_" + unit.lower().replace("/", "_").replace("^", "")
+        if column.removesuffix(suffix) in stems:
+            columns.append(str(column))
+    return columns
+
+
 def _print_engine(out: rich.console.Console, engine: Mapping[str, Any]) -> None:
     if engine["declines"]:
-        out.print(f"  {engine['name']}: declines: {engine['declines']}", highlight=False)
+        out.print(f"  {engine['name']}: declines: {engine['declines']}")
         return
-    out.print(f"  {engine['name']}: {engine['kernel']}", highlight=False)
+    out.print(f"  {engine['name']}: {engine['kernel']}")
     for name, value in engine["settings"].items():
         unit = engine["units"][name]
         suffix = "" if unit == "-" else f" {unit}"
-        out.print(f"    {name} = {_text(value)}{suffix}", highlight=False)
+        out.print(f"    {name} = {_text(value)}{suffix}")
 
 
 def _spread_text(spread: Mapping[str, Any]) -> str:
