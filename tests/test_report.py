@@ -35,7 +35,12 @@ def lanes_of(ratio_by_reading: dict[str, list[float]]) -> pd.DataFrame:
     inputs = paper_table("table4")
     parts = [
         inputs[["frequency_hz", "amplitude_mm"]].assign(
-            reading=reading, housner=ratio, impulse=ratio, slide_mm=1.0, first_swing=ratio
+            reading=reading,
+            housner=ratio,
+            impulse=ratio,
+            impulse_rough=ratio,
+            slide_mm=1.0,
+            first_swing=ratio,
         )
         for reading, ratio in ratio_by_reading.items()
     ]

@@ -15,6 +15,8 @@ from warprock.response import SampleTimes
 Array = npt.NDArray[np.float64]
 
 ENGINES = ("housner", "impulse")
+ROUGH_FRICTION = 5.0
+"""Friction that bears the velocity steps of the displacement reading without slip."""
 FIRST_SWING_TIME = 0.2
 """Time [s] that Fig. 9a of the paper shows."""
 READINGS = ("displacement", "acceleration", "slip")
@@ -84,12 +86,16 @@ def lane_evidence(runs: PaperRuns, name: str) -> pd.DataFrame:
     slenderness = lane_set.lanes.slenderness_angle
     ratio = housner["rotation"] / slenderness[:, None]
     table = lane_set.inputs[["reading", "frequency_hz", "amplitude_mm"]].reset_index(drop=True)
-    return table.assign(
+    table = table.assign(
         housner=housner["peak_rotation"] / slenderness,
         impulse=responses["impulse"]["peak_rotation"] / slenderness,
         slide_mm=1e3 * responses["impulse"]["peak_slide"],
         first_swing=_first_swing(table, ratio[:, housner.times <= FIRST_SWING_TIME + 1e-9]),
     )
+    if name != PULSE:
+        return table
+    rough = runs.case(name, f"contact.friction={ROUGH_FRICTION}")["impulse"]
+    return table.assign(impulse_rough=rough["peak_rotation"] / slenderness)
 
 
 def _first_swing(table: pd.DataFrame, ratio: Array) -> Array:
