@@ -85,6 +85,11 @@ class StillBase:
         """Number of lanes."""
         return self.count
 
+    @property
+    def start(self) -> Array:
+        """Time at which the motion starts [s]: never."""
+        return np.full(self.count, np.inf)
+
     def take(self, lanes: slice) -> Self:
         """The motions of a slice of lanes."""
         return dataclasses.replace(self, count=len(range(self.count)[lanes]))

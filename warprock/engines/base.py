@@ -5,9 +5,11 @@ from __future__ import annotations
 import abc
 from typing import Any, ClassVar
 
+from warprock.engines.launching import Target
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
 from warprock.response import Response, SampleTimes
+from warprock.scene import SceneKind
 
 
 class AbstractEngine(abc.ABC):
@@ -23,6 +25,23 @@ class AbstractEngine(abc.ABC):
     """Order in the time step of the error after impacts; None if the step is not the knob."""
     settings_type: ClassVar[type[Any]]
     """Frozen dataclass of the engine's settings."""
+    settings: Any
+    """Its settings."""
+    target: Target
+    """Precision, device and form of its kernel."""
+
+    @abc.abstractmethod
+    def __init__(self, settings: Any = None, target: Target | None = None) -> None:
+        """Builds the engine with default settings on the CPU unless told otherwise."""
+
+    @classmethod
+    @abc.abstractmethod
+    def supports(cls, scene: SceneKind) -> str | None:
+        """Why the engine cannot run a scene; None if it can."""
+
+    @abc.abstractmethod
+    def warm_up(self, motions: GroundMotions) -> None:
+        """Compiles or loads the kernels for a kind of motion, once, on the calling thread."""
 
     @abc.abstractmethod
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:

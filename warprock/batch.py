@@ -1,0 +1,109 @@
+"""Runs lanes in chunks on worker threads; a Warp launch on the CPU releases the interpreter lock.
+
+A lane's result does not depend on its chunk, its place or the number of workers.
+"""
+
+from __future__ import annotations
+
+import concurrent.futures
+import os
+from collections.abc import Callable
+from typing import Any
+
+from warprock.engines import engine_class
+from warprock.engines.launching import Form, Target
+from warprock.lanes import Lanes
+from warprock.motion import GroundMotions
+from warprock.response import Response, SampleTimes, join_responses
+
+CHUNK_STEPS = 2.0e7
+"""Steps aimed at in a chunk: a second or so of work, so that Ctrl-C and progress are prompt."""
+
+STEPS_PER_SECOND_OF_MOTION = 250.0
+"""Rough steps of one lane in a second of motion where the engine has no time step of its own."""
+
+LANE_QUANTUM = 32
+"""Chunks are a multiple of the lanes of a pack."""
+
+
+def default_workers() -> int:
+    """Cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def default_chunk_size(lane_count: int, steps_per_lane: float, workers: int) -> int:
+    """Lanes in a chunk: prompt progress, and at least four chunks a worker where lanes allow."""
+    prompt = CHUNK_STEPS / max(steps_per_lane, 1.0)
+    shared = lane_count / (4 * workers)
+    return max(1, round(min(prompt, shared) / LANE_QUANTUM)) * LANE_QUANTUM
+
+
+def run_batch(
+    engine: str,
+    lanes: Lanes,
+    motions: GroundMotions,
+    times: SampleTimes,
+    *,
+    settings: Any = None,
+    precision: str = "float64",
+    device: str = "cpu",
+    form: Form | None = None,
+    workers: int | None = None,
+    chunk_size: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Response:
+    """Runs all lanes of a batch with one engine.
+
+    Args:
+        engine: Name in `ENGINES`.
+        lanes: The lanes.
+        motions: Their ground motions.
+        times: Duration and sampling.
+        settings: Settings of the engine; its defaults where None.
+        precision: "float64" or "float32".
+        device: Name of a Warp device.
+        form: Form of the kernel; the fast one for the device where None.
+        workers: Worker threads on the CPU; as many as there are cores where None.
+        chunk_size: Lanes in a chunk; chosen from the work where None.
+        progress: Called with the lanes finished so far.
+
+    Returns:
+        The response of all lanes, in their order.
+
+    Raises:
+        ValueError: No lanes.
+        KeyError: Unknown engine.
+    """
+    count = lanes.lane_count
+    if count == 0:
+        raise ValueError("lanes: got 0, must be > 0")
+    built = engine_class(engine)(settings, Target(precision, device, form))
+    # A GPU launch is asynchronous and already parallel: one worker, one chunk.
+    threads = (workers or default_workers()) if built.target.on_cpu else 1
+    time_step = getattr(built.settings, "time_step", 1.0 / STEPS_PER_SECOND_OF_MOTION)
+    size = chunk_size or default_chunk_size(count, times.duration / time_step, threads)
+    if not built.target.on_cpu:
+        size = chunk_size or count
+    slices = [slice(low, min(low + size, count)) for low in range(0, count, size)]
+    built.warm_up(motions)
+
+    def run_chunk(part: slice) -> Response:
+        return built.run(lanes.take(part), motions.take(part), times)
+
+    done = 0
+    parts: dict[int, Response] = {}
+    with concurrent.futures.ThreadPoolExecutor(threads) as pool:
+        futures = {pool.submit(run_chunk, part): k for k, part in enumerate(slices)}
+        try:
+            for future in concurrent.futures.as_completed(futures):
+                k = futures[future]
+                parts[k] = future.result()
+                done += parts[k].lane_count
+                if progress is not None:
+                    progress(done)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return join_responses([parts[k] for k in range(len(slices))])

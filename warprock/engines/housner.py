@@ -1,0 +1,135 @@
+"""Housner's rocking block, batched and event-driven: the reference of the other engines."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import ClassVar, final
+
+import numpy as np
+import numpy.typing as npt
+import warp as wp
+
+from warprock import rocking
+from warprock.engines.base import AbstractEngine
+from warprock.engines.launching import Target, block_mass, launch, respond, time_or_nan
+from warprock.engines.settings import HousnerSettings
+from warprock.kernels.instance import kernel_module
+from warprock.lanes import Lanes
+from warprock.motion import GroundMotions, HarmonicMotions, RecordMotions, RickerMotions
+from warprock.response import Outcome, Response, SampleTimes, Status
+from warprock.scene import SceneKind
+from warprock.units import GRAVITY
+
+PHASE_STEP = {"float64": 0.4, "float32": 0.8}
+"""Longest step as a part of 1 / (fastest rate of the lane): the first term that the series
+leaves out is about this to the power 11 over 11!, 1e-12 (float64) or 2e-9 (float32)."""
+
+STEPS_SPARE = 50
+"""Steps allowed for every step that a run without events would take; an impact takes some five
+steps, so this is far above any rocking motion and ends only a lane that makes no headway."""
+
+RESTING, ROCKING, OVERTURNED, BROKEN = range(4)
+"""Modes of a lane in the kernel."""
+
+
+@final
+class Housner(AbstractEngine):
+    """Event-driven solution of Housner's equation (1963) by Taylor series, lane by lane.
+
+    Events are located to round-off. Rest rule: after an impact a block rests if its next swing
+    would stay below `rest_rotation_ratio` times the slenderness angle on either side; it lifts
+    again when |base acceleration| exceeds g tan(slenderness angle) or the base velocity steps.
+    """
+
+    name: ClassVar[str] = "housner"
+    order: ClassVar[int | None] = None
+    settings_type = HousnerSettings
+
+    def __init__(
+        self, settings: HousnerSettings | None = None, target: Target | None = None
+    ) -> None:
+        """Builds the engine.
+
+        Args:
+            settings: Defaults where None.
+            target: Precision, device and form of the kernel.
+        """
+        self.settings = settings or HousnerSettings()
+        self.target = target or Target()
+
+    @classmethod
+    def supports(cls, scene: SceneKind) -> str | None:
+        """Why the scene cannot be run; None if it can: Housner's block must not slide."""
+        if scene.friction_ratio < 1.0:
+            return (
+                "housner needs friction >= tan(slenderness angle) in every lane, the smallest "
+                f"ratio is {scene.friction_ratio:.3g}: that block slides before it rocks"
+            )
+        return None
+
+    def warm_up(self, motions: GroundMotions) -> None:
+        """Compiles or loads the kernels for a kind of motion, once, on the calling thread."""
+        wp.load_module(self._module(motions).__name__, device=self.target.device)
+
+    def _module(self, motions: GroundMotions) -> ModuleType:
+        return kernel_module(
+            "housner_launch", precision=self.target.precision, motion=motions.kind.value
+        )
+
+    def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
+        """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
+        alpha = lanes.slenderness_angle
+        radius = rocking.half_diagonal(lanes.width, lanes.height)
+        frequency_squared = 3.0 * GRAVITY / (4.0 * radius)
+        rate = np.maximum(np.sqrt(frequency_squared), _fastest_rate(motions))
+        step_length = PHASE_STEP[self.target.precision] / rate
+        blocks = {
+            "slenderness_angle": alpha,
+            "frequency_squared": frequency_squared,
+            "coupling": frequency_squared / GRAVITY,
+            "uplift_acceleration": GRAVITY * np.tan(alpha),
+            "angular_restitution": lanes.angular_restitution,
+            "rest_rotation": self.settings.rest_rotation_ratio * alpha,
+            "step_length": step_length,
+        }
+        steps = times.duration / float(np.min(step_length)) + len(times.times)
+        if isinstance(motions, RecordMotions):
+            steps += float(np.max(motions.count))
+        limit = int(STEPS_SPARE * (steps + 100.0))
+        rows, rotations = launch(
+            self._module(motions), self.target, lanes, motions, times, blocks, limit
+        )
+        mode = rows["mode"]
+        unfinished = (mode < OVERTURNED) & (rows["time"] < times.times[-1] * (1.0 - 1e-6))
+        inertia = 4.0 / 3.0 * block_mass(lanes) * radius**2
+        still = np.zeros(lanes.lane_count)
+        columns = {
+            "peak_rotation": rows["peak"],
+            "peak_time": rows["peak_time"],
+            "outcome": np.select(
+                [mode == OVERTURNED, mode == RESTING],
+                [Outcome.OVERTURNED, Outcome.AT_REST],
+                Outcome.ROCKING,
+            ),
+            "status": np.select(
+                [mode == BROKEN, unfinished], [Status.NONFINITE, Status.EVENT_LIMIT], Status.OK
+            ),
+            "impact_count": rows["impacts"],
+            "uplift_time": time_or_nan(rows["uplift_time"]),
+            "rest_time": np.where(mode == RESTING, time_or_nan(rows["rest_time"]), np.nan),
+            "residual_slide": still,
+            "peak_slide": still,
+            "energy_lost": 0.5 * inertia * rows["loss"],
+            "step_count": rows["steps"],
+        }
+        return respond(self.name, columns, rotations, times)
+
+
+def _fastest_rate(motions: GroundMotions) -> npt.NDArray[np.float64] | float:
+    """Rate at which a motion changes [rad/s]; a record is linear between its knots."""
+    if isinstance(motions, HarmonicMotions):
+        return 2.0 * np.pi * motions.frequency
+    if isinstance(motions, RickerMotions):
+        # The highest derivative of a Gaussian that the series keeps changes the fastest.
+        return 4.0 * motions.rate
+    return 0.0

@@ -1,0 +1,112 @@
+"""The velocity-level contact engine: sequential impulses on hard contacts, batched."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any, ClassVar, final
+
+import numpy as np
+import warp as wp
+
+from warprock.engines.base import AbstractEngine
+from warprock.engines.launching import Target, block_mass, launch, respond, time_or_nan
+from warprock.engines.settings import ImpulseSettings
+from warprock.kernels.instance import kernel_module
+from warprock.lanes import Lanes
+from warprock.motion import GroundMotions
+from warprock.response import Outcome, Response, SampleTimes, Status
+from warprock.scene import SceneKind
+from warprock.units import GRAVITY
+
+OVERTURNED, BROKEN = 2, 3
+"""Modes of a lane in the kernel."""
+
+
+@final
+class Impulse(AbstractEngine):
+    """Hard contacts at two corners, Coulomb friction, warm-started projected Gauss-Seidel.
+
+    Semi-implicit Euler at the time step of Eq. 9 of the paper, first order in it. A block is at
+    rest while both corners carry an impulse; it rocks while one carries none.
+    """
+
+    name: ClassVar[str] = "impulse"
+    order: ClassVar[int | None] = 1
+    settings_type = ImpulseSettings
+
+    def __init__(
+        self, settings: ImpulseSettings | None = None, target: Target | None = None
+    ) -> None:
+        """Builds the engine.
+
+        Args:
+            settings: Defaults where None.
+            target: Precision, device and form of the kernel.
+        """
+        self.settings = settings or ImpulseSettings()
+        self.target = target or Target()
+
+    @classmethod
+    def supports(cls, scene: SceneKind) -> str | None:
+        """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
+        if scene.restitution_given:
+            return (
+                "impulse finds the angular restitution from its contact law and cannot follow "
+                "the prescribed contact.angular_restitution"
+            )
+        return None
+
+    def warm_up(self, motions: GroundMotions) -> None:
+        """Compiles or loads the kernels for a kind of motion, once, on the calling thread."""
+        wp.load_module(self._module(motions).__name__, device=self.target.device)
+
+    def _module(self, motions: GroundMotions) -> ModuleType:
+        return kernel_module(
+            "impulse_launch",
+            precision=self.target.precision,
+            motion=motions.kind.value,
+            iterations=self.settings.iterations,
+        )
+
+    def _knobs(self, module: Any) -> Any:
+        knobs = module.Knobs()
+        knobs.time_step = self.settings.time_step
+        knobs.gravity = GRAVITY
+        knobs.collision_margin = self.settings.collision_margin
+        knobs.erp = self.settings.erp
+        return knobs
+
+    def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
+        """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
+        blocks = {
+            "half_width": 0.5 * lanes.width,
+            "half_height": 0.5 * lanes.height,
+            "inverse_inertia": 12.0 / (lanes.width**2 + lanes.height**2),
+            "friction": lanes.friction,
+        }
+        module = self._module(motions)
+        rows, rotations = launch(
+            module, self.target, lanes, motions, times, blocks, self._knobs(module)
+        )
+        mode = rows["mode"]
+        moved = np.asarray(rows["moved"], dtype=np.float64)
+        # In the last step of the run both corners carried the block.
+        resting = (mode < OVERTURNED) & (moved < times.times[-1] - 0.5 * self.settings.time_step)
+        columns = {
+            "peak_rotation": rows["peak"],
+            "peak_time": rows["peak_time"],
+            "outcome": np.select(
+                [mode == OVERTURNED, resting],
+                [Outcome.OVERTURNED, Outcome.AT_REST],
+                Outcome.ROCKING,
+            ),
+            "status": np.where(mode == BROKEN, Status.NONFINITE, Status.OK),
+            "impact_count": rows["impacts"],
+            "uplift_time": time_or_nan(rows["uplift_time"]),
+            "rest_time": np.where(resting, moved, np.nan),
+            "residual_slide": rows["slide"],
+            "peak_slide": rows["peak_slide"],
+            "energy_lost": block_mass(lanes) * rows["loss"],
+            "step_count": rows["steps"],
+        }
+        return respond(self.name, columns, rotations, times)

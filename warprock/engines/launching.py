@@ -1,0 +1,189 @@
+"""What the host side of every engine shares: filling lanes into Warp arrays and launching.
+
+Both forms of a kernel take the same arrays. `packed` runs packs of `LANE_WIDTH` lanes on the
+CPU, `plain` one lane a thread on any device.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import warp as wp
+
+from warprock.kernels.instance import LANE_WIDTH, REALS
+from warprock.lanes import Lanes
+from warprock.motion import GroundMotions, RecordMotions
+from warprock.response import INTEGER_FIELDS, LANE_FIELDS, Outcome, Response, SampleTimes, Status
+
+NEVER = 1.0e30
+"""A time that has not come, in the kernels."""
+
+
+class Form(enum.StrEnum):
+    """Form of the kernel."""
+
+    PACKED = "packed"
+    PLAIN = "plain"
+
+
+@dataclasses.dataclass(frozen=True)
+class Target:
+    """Where and how a kernel runs.
+
+    Attributes:
+        precision: "float64" or "float32".
+        device: Name of a Warp device, such as "cpu" or "cuda:0".
+        form: Form of the kernel; packed needs the CPU.
+    """
+
+    precision: str = "float64"
+    device: str = "cpu"
+    form: Form | None = None
+
+    def __post_init__(self) -> None:
+        if self.precision not in REALS:
+            raise ValueError(
+                f"precision: got {self.precision!r}, must be one of {', '.join(REALS)}"
+            )
+        if self.form is Form.PACKED and not self.on_cpu:
+            raise ValueError(f"device: got {self.device!r}, the packed form needs the CPU")
+
+    @property
+    def on_cpu(self) -> bool:
+        """Whether the device is the CPU."""
+        return self.device.startswith("cpu")
+
+    @property
+    def kernel_form(self) -> Form:
+        """The form asked for, else the fast one for the device."""
+        return self.form or (Form.PACKED if self.on_cpu else Form.PLAIN)
+
+
+def padded_count(lane_count: int) -> int:
+    """Lanes rounded up to whole packs."""
+    return -(-lane_count // LANE_WIDTH) * LANE_WIDTH
+
+
+def padded(values: npt.NDArray[Any], count: int) -> npt.NDArray[Any]:
+    """Values of lanes, the last one repeated up to a count of lanes."""
+    return np.concatenate([values, np.repeat(values[-1:], count - len(values))])
+
+
+def struct_rows(struct: Any, columns: dict[str, npt.NDArray[Any]], count: int) -> npt.NDArray[Any]:
+    """Rows of a Warp struct from its fields by name, padded to a count of lanes."""
+    rows = np.zeros(count, dtype=struct.numpy_dtype())
+    for name in rows.dtype.names or ():
+        rows[name] = padded(np.asarray(columns[name]), count)
+    return rows
+
+
+def motion_columns(struct: Any, motions: GroundMotions) -> dict[str, npt.NDArray[Any]]:
+    """Fields of the struct `Motion`: the attributes of the same name."""
+    names = np.dtype(struct.numpy_dtype()).names or ()
+    return {name: getattr(motions, name) for name in names}
+
+
+def record_pool(motions: GroundMotions) -> npt.NDArray[np.float64]:
+    """Samples of the records [row, sample]: acceleration, slope, velocity; zeros without any."""
+    if isinstance(motions, RecordMotions):
+        return np.stack([motions.pool_acceleration, motions.pool_slope, motions.pool_velocity])
+    return np.zeros((3, 1))
+
+
+def launch(
+    module: ModuleType,
+    target: Target,
+    lanes: Lanes,
+    motions: GroundMotions,
+    times: SampleTimes,
+    blocks: dict[str, npt.NDArray[Any]],
+    last: Any,
+) -> tuple[npt.NDArray[Any], npt.NDArray[np.float64] | None]:
+    """Runs a kernel of a launch module over a batch of lanes.
+
+    Args:
+        module: Instance of a `*_launch` kernel file.
+        target: Where and how it runs.
+        lanes: The lanes.
+        motions: Their ground motions.
+        times: Duration and sampling.
+        blocks: Fields of the struct `Block`, shape [lane] each.
+        last: The kernel's sixth argument.
+
+    Returns:
+        The rows of `Result`, shape [lane], and the rotations [rad], shape [lane, sample], if
+        asked for.
+    """
+    real = REALS[target.precision]
+    packs = target.kernel_form is Form.PACKED
+    count = padded_count(lanes.lane_count) if packs else lanes.lane_count
+    samples = times.times
+    with wp.ScopedDevice(target.device):
+        results = wp.empty(count, dtype=module.Result)
+        shape = (len(samples), count) if times.interval is not None else (0, 0)
+        rotations = wp.full(shape, value=np.inf, dtype=real)
+        pool = wp.array(record_pool(motions), dtype=real)
+        block_rows = struct_rows(module.Block, blocks, count)
+        motion_rows = struct_rows(module.Motion, motion_columns(module.Motion, motions), count)
+        wp.launch(
+            getattr(module, target.kernel_form),
+            dim=count // LANE_WIDTH if packs else count,
+            inputs=[
+                wp.array(block_rows, dtype=module.Block),
+                wp.array(motion_rows, dtype=module.Motion),
+                pool,
+                wp.array(padded(lanes.rotation_start, count), dtype=real),
+                wp.array(samples, dtype=real),
+                last,
+                results,
+                rotations,
+            ],
+        )
+        rows = results.numpy()[: lanes.lane_count]
+        if times.interval is None:
+            return rows, None
+        return rows, rotations.numpy()[:, : lanes.lane_count].T.astype(np.float64)
+
+
+def block_mass(lanes: Lanes) -> npt.NDArray[np.float64]:
+    """Mass of the blocks [kg], shape [lane]."""
+    return lanes.density * lanes.width * lanes.height * lanes.depth
+
+
+def time_or_nan(times: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
+    """Times as float64, NaN where they have not come."""
+    values = np.asarray(times, dtype=np.float64)
+    return np.where(values >= NEVER, np.nan, values)
+
+
+def respond(
+    engine: str,
+    columns: dict[str, npt.NDArray[Any]],
+    rotations: npt.NDArray[np.float64] | None,
+    times: SampleTimes,
+) -> Response:
+    """A response from its lane fields; every one must be there."""
+    fields: dict[str, npt.NDArray[Any]] = {
+        name: np.asarray(columns[name], np.int64 if name in INTEGER_FIELDS else np.float64)
+        for name in LANE_FIELDS
+    }
+    if rotations is None:
+        return Response(engine=engine, fields=fields, times=np.empty(0))
+    return Response(engine=engine, fields={**fields, "rotation": rotations}, times=times.times)
+
+
+__all__ = [
+    "Form",
+    "Outcome",
+    "Status",
+    "Target",
+    "block_mass",
+    "launch",
+    "respond",
+    "time_or_nan",
+]
