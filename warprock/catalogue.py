@@ -89,8 +89,8 @@ def _fitness(case: Case, name: str, scene: SceneKind) -> dict[str, Any]:
     settings = dataclasses.asdict(case.engine_settings(name))
     units = {field.name: field.metadata["unit"] for field in dataclasses.fields(SETTINGS[name])}
     kernel = (
-        f"kernels/{name}.py for a {scene.motion} base: packed on a CPU, one lane a thread on "
-        "any other device"
+        f"kernels/{name}_launch.py for a {scene.motion} base: `packed` on a CPU, `plain`, one lane "
+        "a thread, on any other device"
     )
     return {
         "declines": reason,

@@ -260,9 +260,11 @@ def doctor(ctx: click.Context, as_json: bool) -> None:
 def bench(seconds: float, workers: int | None, as_json: bool) -> None:
     """Block-steps a second of every engine on this machine."""
     from warprock.bench import run_bench
+    from warprock.devices import start_warp
     from warprock.report import console
     from warprock.runner import require_workers
 
     require_workers(workers)
+    start_warp()
     found = run_bench(seconds=seconds, workers=workers)
     console.print_json(found) if as_json else console.print_bench(found)
