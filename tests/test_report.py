@@ -147,7 +147,7 @@ def figure_makers():
     return {
         "free": lambda p: plots.draw_free_response(p, TIMES, [("B0", engines)]),
         "knobs": lambda p: plots.draw_knobs(
-            p, "B0", TIMES, curve(0.0), [("fps", [("10", curve(0.1)), ("50", curve(0.2))])]
+            p, "B0", TIMES, curve(0.0), [("fps", [("10", curve(0.1))])], (8.0, 10.0)
         ),
         "panels": lambda p: plots.draw_free_panels(p, TIMES, panels),
         "windows": lambda p: plots_forced.draw_windows(p, "t", TIMES, panels, windows, [0.2, 0.1]),

@@ -160,8 +160,9 @@ def draw_knobs(
     times: Array,
     reference: Array,
     panels: Sequence[tuple[str, Sequence[tuple[str, Array]]]],
+    late: tuple[float, float],
 ) -> pathlib.Path:
-    """Free response of B0 as one knob of an engine after the other changes (Fig. 4c to g).
+    """Free response of B0 as one knob of an engine after the other changes (Fig. 4b to i).
 
     Args:
         path: File to write.
@@ -169,27 +170,41 @@ def draw_knobs(
         times: [s], shape [sample].
         reference: Housner's rotation ratio, shape [sample].
         panels: Title, then name and rotation ratio of every setting, shape [sample] each.
+        late: First and last time of the enlarged column [s], where the settings differ most.
     """
     colors, dashes = (RED, BLUE, GREEN), ((0, (4, 2)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)))
+    windows = ((float(times[0]), float(times[-1])), late)
     with drawing() as plt:
         figure, grid = plt.subplots(
             len(panels),
-            1,
-            figsize=(7.4, 2.35 * len(panels)),
-            sharex=True,
-            sharey=True,
+            2,
+            figsize=(9.6, 2.2 * len(panels) + 0.3),
+            sharex="col",
             layout="constrained",
+            squeeze=False,
         )
         figure.suptitle(title, **FIGURE_TITLE)
-        for axes, (knob, curves) in zip(np.atleast_1d(grid), panels, strict=True):
-            axes.plot(times, reference, label="housner", color="#999999", linewidth=2.0)
-            for (name, ratio), color, dash in zip(curves, colors, dashes, strict=False):
-                axes.plot(times, ratio, label=name, color=color, linewidth=1.1, linestyle=dash)
-            axes.set_title(knob, loc="left")
-            axes.set_ylabel(SHORT_ROTATION_LABEL)
-            axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
-        axes.set_xlabel(TIME_LABEL)
-        axes.set_xlim(times[0], times[-1])
+        for row, (knob, curves) in zip(grid, panels, strict=True):
+            for axes, (first, last) in zip(row, windows, strict=True):
+                shown = (times >= first) & (times <= last)
+                axes.plot(
+                    times[shown], reference[shown], label="housner", color="#999999", linewidth=2.0
+                )
+                for (name, ratio), color, dash in zip(curves, colors, dashes, strict=False):
+                    axes.plot(
+                        times[shown],
+                        ratio[shown],
+                        label=name,
+                        color=color,
+                        linewidth=1.1,
+                        linestyle=dash,
+                    )
+                axes.set_xlim(first, last)
+            row[0].set_title(knob, loc="left")
+            row[0].set_ylabel(SHORT_ROTATION_LABEL)
+            row[1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+        for axes in grid[-1]:
+            axes.set_xlabel(TIME_LABEL)
         return save(figure, path)
 
 
