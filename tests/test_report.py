@@ -123,6 +123,27 @@ def test_conflicts_of_the_paper_say_what_can_be_calculated():
     assert "2.07e-05 s" in text[12]
 
 
+def test_a_slipping_corner_slows_down_as_newton_and_euler_say():
+    """Unknowns: acceleration of the centre, angular acceleration, normal force of the corner."""
+    width, height, mu, gravity = 0.17, 1.0, 1.0, 9.81
+    b, h = 0.5 * width, 0.5 * height
+    inertia = (width**2 + height**2) / 12.0
+    # The base runs to +x; the block leans to -x about its -x corner, at (-b, -h) from the centre.
+    # Friction drags the corner to +x. Angular acceleration is positive counter-clockwise.
+    equations = np.array(
+        [
+            [1.0, 0.0, 0.0, -mu],
+            [0.0, 1.0, 0.0, -1.0],
+            [0.0, 0.0, inertia, b - h * mu],
+            [0.0, 1.0, -b, 0.0],
+        ]
+    )
+    along, _, turning, normal = np.linalg.solve(equations, [0.0, -gravity, 0.0, 0.0])
+    assert normal > gravity
+    corner = along + h * turning
+    assert conflicts.slip_deceleration(width, height, mu) == pytest.approx(corner, rel=1e-12)
+
+
 def png_size(path) -> tuple[int, int]:
     head = path.read_bytes()[:24]
     assert head[:8] == b"\x89PNG\r\n\x1a\n"

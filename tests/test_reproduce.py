@@ -11,6 +11,7 @@ import pytest
 from warprock import reproduce as module
 from warprock.checks import CaseResponses
 from warprock.errors import InputError
+from warprock.report.conflicts import slip_deceleration
 from warprock.report.paper import PAPER_COLUMNS, paper_table
 from warprock.reproduce import CASES_OF, TARGETS, reproduce
 from warprock.response import INTEGER_FIELDS, LANE_FIELDS, Response
@@ -70,6 +71,16 @@ def test_table_6_says_where_housner_does_not_hold(table6):
     for row in rows_of(found, source="impulse"):
         assert row["holds"] is (row["reading"] != "displacement")
         assert ("velocity step" in row["why"]) is (row["reading"] == "displacement")
+
+
+def test_impulse_slips_as_far_as_a_slipping_corner_does(table6):
+    """The velocity step v slips over v^2 / (2 deceleration); a time step adds at most v dt."""
+    found, _ = table6
+    slowing = slip_deceleration(0.17, 1.0, 1.0)
+    for row in rows_of(found, source="impulse", reading="displacement"):
+        step = 2e-3 * np.pi * row["frequency_hz"] * row["amplitude_mm"]
+        slide = 1e-3 * row["peak_slide_mm"]
+        assert slide == pytest.approx(step**2 / (2.0 * slowing), abs=step / (21 * 240.0))
 
 
 def test_table_6_is_one_json_object_of_rows_with_the_agreed_keys(table6):
