@@ -65,6 +65,7 @@ class Block:
     angular_restitution: real
     rest_rotation: real
     step_length: real
+    step_limit: int
 
 
 @wp.func
@@ -136,8 +137,12 @@ def step(
     block: Block, m: Motion, sample: real, sample_slope: real, until: real,
     theta: real, omega: real, side: real, time: real, segment: int, mode: int,
     peak: real, peak_time: real, uplift_time: real, rest_time: real, loss: real, impacts: int,
+    cap: real,
 ):  # fmt: skip
     """One step of one lane, to its next event or at most to `until`.
+
+    Where the monotone quantity crosses zero and turns back in one step, the step is not taken
+    but repeated up to the turning point (`cap`), before which lies the crossing alone.
 
     Args:
         block: The lane's block.
@@ -157,6 +162,7 @@ def step(
         rest_time: Time since when the block rests [s], NEVER while it moves.
         loss: Sum of theta'^2 (1 - eta^2) over the impacts [rad^2/s^2].
         impacts: Impacts so far.
+        cap: Longest step allowed this time [s], NEVER as a rule.
 
     Returns:
         The state after the step, in the order of the arguments from `theta` on.
@@ -168,7 +174,7 @@ def step(
     target = smaller(knot, until)
     room = target - time
     h = smaller(smaller(block.step_length, REACH / size(omega)), room)
-    h = wp.where(live, larger(h, zero), zero)
+    h = wp.where(live, larger(smaller(h, cap), zero), zero)
 
     # Expansion about the present time.
     a0, a1, a2, a3, a4, a5, a6, a7, a8 = series(m, segment, time, sample, sample_slope)
@@ -193,8 +199,8 @@ def step(
     e10 = wp.where(resting, zero, side * t10)
     e_end = value_at(e0, e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, h)
     d_end = slope_at(e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, h)
-    # A turning point in the first NEARLY of the step is the one that the last step ended at.
-    turns = e1 * d_end < -NEARLY * d_end * d_end
+    # A turning point in the first or last NEARLY of the step is one that a step ends at.
+    turns = e1 * d_end < -NEARLY * (d_end * d_end + e1 * e1)
     crosses = e_end < zero and not turns
     lifts_now = resting and (
         e0 < -NEARLY * block.uplift_acceleration or (e0 <= zero and e_end < zero)
@@ -220,7 +226,11 @@ def step(
     # A root that is not yet exact shortens the step; the next step finds it from nearer by.
     tau = wp.where(event, wp.where(exact, at_root, before), h)
     event = event and exact
-    tau = wp.where(lifts_now or sinks, zero, tau)
+    at_turn = value_at(e0, e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, tau)
+    dips = event and turns and at_turn < zero and not lifts_now and not sinks
+    cap1 = wp.where(dips, tau, NEVER)
+    event = event and not dips
+    tau = wp.where(lifts_now or sinks or dips, zero, tau)
     uplift = live and resting and (lifts_now or (event and crosses))
     impact = mode == ROCKING and (sinks or (event and crosses))
     turned = event and turns and mode == ROCKING and not sinks
@@ -278,6 +288,5 @@ def step(
     time1 = wp.where(sound, time1, time)
     return (
         theta1, omega1, side1, time1, segment1, mode1,
-        peak1, peak_time1, uplift_time1, rest_time1, loss1, impacts1,
+        peak1, peak_time1, uplift_time1, rest_time1, loss1, impacts1, cap1,
     )  # fmt: skip
-

@@ -21,6 +21,7 @@ Block, step = housner.Block, housner.step
 RESTING = 0
 ROCKING = 1
 OVERTURNED = 2
+STALLED = 4
 NEVER = real(1.0e30)
 
 
@@ -51,7 +52,6 @@ def packed(
     pool: wp.array2d(dtype=real),
     starts: wp.array(dtype=real),
     sample_times: wp.array(dtype=real),
-    step_limit: int,
     results: wp.array(dtype=Result),
     rotations: wp.array2d(dtype=real),
 ):
@@ -69,45 +69,48 @@ def packed(
     rest_time = Lane()
     loss = Lane()
     impacts = LaneInt()
+    cap = Lane()
     steps = LaneInt()
     for l in range(LANE_WIDTH):
         theta[l] = starts[first + l]
         side[l] = sign_of(theta[l])
         mode[l] = wp.where(theta[l] == real(0.0), RESTING, ROCKING)
         peak[l] = size(theta[l])
+        cap[l] = NEVER
         uplift_time[l] = wp.where(theta[l] == real(0.0), NEVER, real(0.0))
         rest_time[l] = wp.where(theta[l] == real(0.0), real(0.0), NEVER)
-    rounds = int(0)
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
         busy = int(1)
-        while busy > 0 and rounds < step_limit:
+        while busy > 0:
             busy = int(0)
             for l in range(LANE_WIDTH):
                 m = motions[first + l]
                 place = sample_index(m, segment[l])
                 going = mode[l] < OVERTURNED and time[l] < until
                 steps[l] = steps[l] + wp.where(going, 1, 0)
-                th, om, si, ti, se, mo, pk, pt, ut, rt, lo, im = step(
+                th, om, si, ti, se, mo, pk, pt, ut, rt, lo, im, ca = step(
                     blocks[first + l], m, pool[0, place], pool[1, place], until,
                     theta[l], omega[l], side[l], time[l], segment[l], mode[l],
-                    peak[l], peak_time[l], uplift_time[l], rest_time[l], loss[l], impacts[l],
+                    peak[l], peak_time[l], uplift_time[l], rest_time[l], loss[l], impacts[l], cap[l],
                 )  # fmt: skip
                 theta[l] = th
                 omega[l] = om
                 side[l] = si
                 time[l] = ti
                 segment[l] = se
-                mode[l] = mo
+                mode[l] = wp.where(
+                    steps[l] >= blocks[first + l].step_limit and mo < OVERTURNED, STALLED, mo
+                )
                 peak[l] = pk
                 peak_time[l] = pt
                 uplift_time[l] = ut
                 rest_time[l] = rt
                 loss[l] = lo
                 impacts[l] = im
+                cap[l] = ca
             for l in range(LANE_WIDTH):
                 busy = busy + wp.where(mode[l] < OVERTURNED and time[l] < until, 1, 0)
-            rounds += 1
         if rotations.shape[0] > 0:
             for l in range(LANE_WIDTH):
                 rotations[sample, first + l] = theta[l]
@@ -133,7 +136,6 @@ def plain(
     pool: wp.array2d(dtype=real),
     starts: wp.array(dtype=real),
     sample_times: wp.array(dtype=real),
-    step_limit: int,
     results: wp.array(dtype=Result),
     rotations: wp.array2d(dtype=real),
 ):
@@ -154,29 +156,31 @@ def plain(
     rest_time = real(wp.where(flat, real(0.0), NEVER))
     loss = real(0.0)
     impacts = int(0)
+    cap = real(NEVER)
     steps = int(0)
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
-        while mode < OVERTURNED and time < until and steps < step_limit:
+        while mode < OVERTURNED and time < until:
             steps += 1
             place = sample_index(m, segment)
-            th, om, si, ti, se, mo, pk, pt, ut, rt, lo, im = step(
+            th, om, si, ti, se, mo, pk, pt, ut, rt, lo, im, ca = step(
                 block, m, pool[0, place], pool[1, place], until,
                 theta, omega, side, time, segment, mode,
-                peak, peak_time, uplift_time, rest_time, loss, impacts,
+                peak, peak_time, uplift_time, rest_time, loss, impacts, cap,
             )  # fmt: skip
             theta = th
             omega = om
             side = si
             time = ti
             segment = se
-            mode = mo
+            mode = wp.where(steps >= block.step_limit and mo < OVERTURNED, STALLED, mo)
             peak = pk
             peak_time = pt
             uplift_time = ut
             rest_time = rt
             loss = lo
             impacts = im
+            cap = ca
         if rotations.shape[0] > 0:
             rotations[sample, lane] = theta
     result = Result()

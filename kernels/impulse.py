@@ -33,6 +33,7 @@ ITERATIONS: int
 wp.set_module_options(module_options())
 scalar = kernel_module("scalar", precision=PRECISION)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+sign_of = scalar.sign_of
 sine, cosine = scalar.sine, scalar.cosine
 
 
@@ -144,10 +145,15 @@ def step(
     Returns:
         The state after the step, in the order of the arguments from `x` on.
     """
+    zero = real(0.0)
     half = real(0.5)
     w = block.inverse_inertia
     dt = knobs.time_step
-    s = sine(theta)
+    # Seen so that the block leans to +x: the solver then visits the corners of a mirrored scene
+    # in mirrored order, and its remainder is mirrored too.
+    lean = wp.where(theta != zero, theta, wp.where(omega != zero, omega, -dv))
+    m = sign_of(lean)
+    s = sine(m * theta)
     c = cosine(theta)
     x1 = -block.half_width * c - block.half_height * s
     z1 = block.half_width * s - block.half_height * c
@@ -155,28 +161,33 @@ def step(
     z2 = -block.half_width * s - block.half_height * c
     gap1 = z + z1
     gap2 = z + z2
-    on1 = wp.where(gap1 <= knobs.collision_margin, real(1.0), real(0.0))
-    on2 = wp.where(gap2 <= knobs.collision_margin, real(1.0), real(0.0))
-    ux = vx - dv
+    on1 = wp.where(gap1 <= knobs.collision_margin, real(1.0), zero)
+    on2 = wp.where(gap2 <= knobs.collision_margin, real(1.0), zero)
+    ux = m * (vx - dv)
     uz = vz - dt * knobs.gravity
-    n1, f1, n2, f2 = solve(
+    uo = m * omega
+    p1, t1, p2, t2 = solve(
         block.friction, w, x1, z1, x2, z2, on1, on2,
-        uz - omega * x1 - wish(gap1, knobs), ux + omega * z1,
-        uz - omega * x2 - wish(gap2, knobs), ux + omega * z2,
-        n1, f1, n2, f2,
+        uz - uo * x1 - wish(gap1, knobs), ux + uo * z1,
+        uz - uo * x2 - wish(gap2, knobs), ux + uo * z2,
+        wp.where(m < zero, n2, n1), m * wp.where(m < zero, f2, f1),
+        wp.where(m < zero, n1, n2), m * wp.where(m < zero, f1, f2),
     )  # fmt: skip
-    vx1 = ux + f1 + f2
-    vz1 = uz + n1 + n2
-    omega1 = omega + w * (f1 * z1 + f2 * z2 - n1 * x1 - n2 * x2)
+    vx1 = ux + t1 + t2
+    vz1 = uz + p1 + p2
+    vo1 = uo + w * (t1 * z1 + t2 * z2 - p1 * x1 - p2 * x2)
     # Work of the contact impulses on the mean velocity of their corners, a loss.
-    mx = half * (vx + vx1)
+    mx = half * (m * vx + vx1)
     mz = half * (vz + vz1)
-    mo = half * (omega + omega1)
-    work = n1 * (mz - mo * x1) + f1 * (mx + mo * z1) + n2 * (mz - mo * x2) + f2 * (mx + mo * z2)
-    deepest = smaller(smaller(gap1, gap2), real(0.0))
+    mo = half * (uo + vo1)
+    work = p1 * (mz - mo * x1) + t1 * (mx + mo * z1) + p2 * (mz - mo * x2) + t2 * (mx + mo * z2)
+    deepest = smaller(smaller(gap1, gap2), zero)
+    vx1 = m * vx1
+    vo1 = m * vo1
     return (
-        x + dt * vx1, z + dt * vz1 - knobs.erp * deepest, theta + dt * omega1, vx1, vz1, omega1,
-        n1, f1, n2, f2, loss - work,
+        x + dt * vx1, z + dt * vz1 - knobs.erp * deepest, theta + dt * vo1, vx1, vz1, vo1,
+        wp.where(m < zero, p2, p1), m * wp.where(m < zero, t2, t1),
+        wp.where(m < zero, p1, p2), m * wp.where(m < zero, t1, t2), loss - work,
     )  # fmt: skip
 
 

@@ -78,6 +78,13 @@ def observe(
     )
 
 
+@wp.func
+def carried(lean: real, knobs: Knobs) -> real:
+    """First guess of a corner's share of half a step of gravity; lean > 0 is towards it."""
+    share = wp.where(lean > real(0.0), HALF, wp.where(lean < real(0.0), real(0.0), real(0.25)))
+    return share * knobs.time_step * knobs.gravity
+
+
 @wp.struct
 class Result:
     """What one lane's run leaves behind."""
@@ -139,8 +146,8 @@ def packed(
         x[l] = -slide_of(block, real(0.0), th)
         z[l] = height_of(block, th)
         vz[l] = HALF * knobs.time_step * knobs.gravity
-        n1[l] = wp.where(th > real(0.0), real(0.0), knobs.time_step * knobs.gravity)
-        n2[l] = wp.where(th < real(0.0), real(0.0), knobs.time_step * knobs.gravity)
+        n1[l] = carried(-th, knobs)
+        n2[l] = carried(th, knobs)
         peak[l] = size(th)
         uplift_time[l] = wp.where(th == real(0.0), NEVER, real(0.0))
         mode[l] = ROCKING
@@ -223,15 +230,14 @@ def plain(
     block = blocks[lane]
     m = motions[lane]
     theta = starts[lane]
-    weight = knobs.time_step * knobs.gravity
     x = -slide_of(block, real(0.0), theta)
     z = height_of(block, theta)
     vx = real(0.0)
-    vz = HALF * weight
+    vz = HALF * knobs.time_step * knobs.gravity
     omega = real(0.0)
-    n1 = real(wp.where(theta > real(0.0), real(0.0), weight))
+    n1 = carried(-theta, knobs)
     f1 = real(0.0)
-    n2 = real(wp.where(theta < real(0.0), real(0.0), weight))
+    n2 = carried(theta, knobs)
     f2 = real(0.0)
     loss = real(0.0)
     base = real(0.0)

@@ -120,7 +120,27 @@ def cycle(turns: real):
 def decay(x: real) -> real:
     """exp(-x) for 0 <= x <= 44, from exp(-x / 64) by six squarings."""
     y = x * real(-0.015625)
-    e = E0 + y * (E1 + y * (E2 + y * (E3 + y * (E4 + y * (E5 + y * (E6 + y * (E7 + y * (E8 + y * (E9 + y * (E10 + y * (E11 + y * E12)))))))))))
+    e = E0 + y * (
+        E1
+        + y
+        * (
+            E2
+            + y
+            * (
+                E3
+                + y
+                * (
+                    E4
+                    + y
+                    * (
+                        E5
+                        + y
+                        * (E6 + y * (E7 + y * (E8 + y * (E9 + y * (E10 + y * (E11 + y * E12))))))
+                    )
+                )
+            )
+        )
+    )
     e = e * e
     e = e * e
     e = e * e

@@ -28,7 +28,7 @@ STEPS_SPARE = 50
 """Steps allowed for every step that a run without events would take; an impact takes some five
 steps, so this is far above any rocking motion and ends only a lane that makes no headway."""
 
-RESTING, ROCKING, OVERTURNED, BROKEN = range(4)
+RESTING, ROCKING, OVERTURNED, BROKEN, STALLED = range(5)
 """Modes of a lane in the kernel."""
 
 
@@ -91,16 +91,10 @@ class Housner(AbstractEngine):
             "angular_restitution": lanes.angular_restitution,
             "rest_rotation": self.settings.rest_rotation_ratio * alpha,
             "step_length": step_length,
+            "step_limit": _step_limit(motions, times, step_length),
         }
-        steps = times.duration / float(np.min(step_length)) + len(times.times)
-        if isinstance(motions, RecordMotions):
-            steps += float(np.max(motions.count))
-        limit = int(STEPS_SPARE * (steps + 100.0))
-        rows, rotations = launch(
-            self._module(motions), self.target, lanes, motions, times, blocks, limit
-        )
+        rows, rotations = launch(self._module(motions), self.target, lanes, motions, times, blocks)
         mode = rows["mode"]
-        unfinished = (mode < OVERTURNED) & (rows["time"] < times.times[-1] * (1.0 - 1e-6))
         inertia = 4.0 / 3.0 * block_mass(lanes) * radius**2
         still = np.zeros(lanes.lane_count)
         columns = {
@@ -112,7 +106,7 @@ class Housner(AbstractEngine):
                 Outcome.ROCKING,
             ),
             "status": np.select(
-                [mode == BROKEN, unfinished], [Status.NONFINITE, Status.EVENT_LIMIT], Status.OK
+                [mode == BROKEN, mode == STALLED], [Status.NONFINITE, Status.EVENT_LIMIT], Status.OK
             ),
             "impact_count": rows["impacts"],
             "uplift_time": time_or_nan(rows["uplift_time"]),
@@ -133,3 +127,13 @@ def _fastest_rate(motions: GroundMotions) -> npt.NDArray[np.float64] | float:
         # The highest derivative of a Gaussian that the series keeps changes the fastest.
         return 4.0 * motions.rate
     return 0.0
+
+
+def _step_limit(
+    motions: GroundMotions, times: SampleTimes, step_length: npt.NDArray[np.float64]
+) -> npt.NDArray[np.int64]:
+    """Steps after which a lane counts as stalled, shape [lane]."""
+    steps = times.duration / step_length + len(times.times)
+    if isinstance(motions, RecordMotions):
+        steps = steps + motions.count
+    return np.where(np.isfinite(steps), STEPS_SPARE * (steps + 100.0), 0.0).astype(np.int64)

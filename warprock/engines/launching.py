@@ -102,7 +102,7 @@ def launch(
     motions: GroundMotions,
     times: SampleTimes,
     blocks: dict[str, npt.NDArray[Any]],
-    last: Any,
+    *settings: Any,
 ) -> tuple[npt.NDArray[Any], npt.NDArray[np.float64] | None]:
     """Runs a kernel of a launch module over a batch of lanes.
 
@@ -113,7 +113,7 @@ def launch(
         motions: Their ground motions.
         times: Duration and sampling.
         blocks: Fields of the struct `Block`, shape [lane] each.
-        last: The kernel's sixth argument.
+        settings: What the kernel takes besides, after the sample times.
 
     Returns:
         The rows of `Result`, shape [lane], and the rotations [rad], shape [lane, sample], if
@@ -139,7 +139,7 @@ def launch(
                 pool,
                 wp.array(padded(lanes.rotation_start, count), dtype=real),
                 wp.array(samples, dtype=real),
-                last,
+                *settings,
                 results,
                 rotations,
             ],

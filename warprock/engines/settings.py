@@ -39,9 +39,7 @@ class HousnerSettings:
 class ImpulseSettings:
     """Settings of `impulse`; the time step is 1 / ((substeps + 1) frames_per_second), Eq. 9."""
 
-    frames_per_second: float = setting(
-        240.0, unit="1/s", low=1.0, high=1e5, text="frames a second"
-    )
+    frames_per_second: float = setting(240.0, unit="1/s", low=1.0, high=1e5, text="frames a second")
     substeps: int = setting(20, unit="-", low=0, high=10000, text="sub-steps a frame")
     iterations: int = setting(
         10, unit="-", low=1, high=1000, text="sweeps of the contact solver over the contacts"

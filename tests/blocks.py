@@ -1,0 +1,68 @@
+"""Small batches that several engine tests share."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock import rocking
+from warprock.lanes import Lanes
+from warprock.motion import Control, HarmonicMotions, Waveform, harmonic_motions
+
+Array = npt.NDArray[np.float64]
+
+
+def make_lanes(
+    width: npt.ArrayLike,
+    height: npt.ArrayLike,
+    rotation_ratio: npt.ArrayLike = 0.0,
+    friction: npt.ArrayLike = 1.0,
+    angular_restitution: npt.ArrayLike | None = None,
+) -> Lanes:
+    """Lanes from full widths and heights [m], which broadcast against each other."""
+    angle = np.arctan2(width, height)
+    if angular_restitution is None:
+        angular_restitution = rocking.angular_restitution(angle)
+    parts = np.broadcast_arrays(
+        width, height, 0.5, 2000.0, friction, angular_restitution, rotation_ratio * angle
+    )
+    return Lanes(*(np.array(np.atleast_1d(part), dtype=np.float64) for part in parts))
+
+
+def free_lanes() -> Lanes:
+    """B1, B2 and B3 of the paper's Table 3, each from 0.2, 0.5 and 0.99 of the critical angle."""
+    height = np.repeat([0.75, 1.0, 1.25], 3)
+    return make_lanes(np.full(9, 0.5), height, np.tile([0.2, 0.5, 0.99], 3))
+
+
+def sines(
+    control: Control,
+    amplitude: npt.ArrayLike,
+    frequency: npt.ArrayLike,
+    cycles: float,
+    waveform: Waveform = Waveform.SINE,
+    start: float = 0.0,
+) -> HarmonicMotions:
+    """Harmonic motions, one a lane; the amplitude is that of the controlled quantity, SI."""
+    a, f = np.broadcast_arrays(np.atleast_1d(amplitude), np.atleast_1d(frequency))
+    f = f.astype(np.float64)
+    count = len(f)
+    return harmonic_motions(
+        waveform, [control] * count, a.astype(np.float64), f, np.full(count, start), cycles / f
+    )
+
+
+def velocity_steps(first: Array, second: Array, interval: Array) -> HarmonicMotions:
+    """Two velocity steps [m/s] of a base that moves evenly between and stays still after."""
+    zero = np.zeros_like(first)
+    return HarmonicMotions(
+        start=zero,
+        stop=interval,
+        velocity_step_start=first,
+        velocity_step_stop=second,
+        velocity_final=first + second,
+        frequency=np.ones_like(first),
+        acceleration_amplitude=zero,
+        phase=zero,
+        velocity_offset=first,
+    )
