@@ -15,6 +15,12 @@ polynomial, found to round-off.
 At an impact theta' becomes eta theta' and s changes sign. At a velocity step dv of the base
 theta' changes by -q cos(alpha - |theta|) dv, and a block at rest lifts with -q cos(alpha) dv.
 
+A lane's state: theta [rad], omega = theta' [rad/s], side that it leans to or last left for (-1 or
+1), time [s], segment (knots of the motion passed), mode (RESTING, ...), peak of |theta| [rad] and
+its time [s], time of the first uplift [s], time since when it rests [s] (both NEVER before),
+loss = sum of omega^2 (1 - eta^2) over the impacts [rad^2/s^2], impacts, and cap, the longest step
+allowed next time [s].
+
 Rest rule: after an impact the block rests if, under the acceleration of that moment, its next
 swing would stay below `rest_rotation` on either side. The infinitely many impacts that it leaves
 out would take 2 theta' (1/r+ + 1/r-) / (2 (1 - eta)) with the decelerations r+ and r- on the two
@@ -133,6 +139,122 @@ def may_rest(block: Block, omega: real, acceleration: real):
 
 
 @wp.func
+def pick(first: bool, second: bool, a: real, b: real, c: real) -> real:
+    """The first of three numbers that applies; c where neither condition holds."""
+    return wp.where(first, a, wp.where(second, b, c))
+
+
+@wp.func
+def next_event(
+    e0: real, e1: real, e2: real, e3: real, e4: real, e5: real,
+    e6: real, e7: real, e8: real, e9: real, e10: real, h: real,
+):  # fmt: skip
+    """First turning point or zero of a watched quantity within a step of length h.
+
+    Where the quantity crosses zero and turns back in one step, nothing happens yet: the caller
+    repeats the step up to the turning point, before which lies the crossing alone.
+
+    Returns:
+        Length of the step; whether it ends at a turning point; whether it ends at a crossing;
+        the longest step allowed next time.
+    """
+    zero = real(0.0)
+    e_end = value_at(e0, e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, h)
+    d_end = slope_at(e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, h)
+    # A turning point in the first or last NEARLY of the step is one that a step ends at.
+    turns = e1 * d_end < -NEARLY * (d_end * d_end + e1 * e1)
+    crosses = e_end < zero and not turns
+    # Of the derivative where the quantity turns; of e / time where it starts from zero.
+    ground = e0 == zero
+    at_end = pick(turns, ground, d_end, e_end / h, e_end)
+    at_root, exact, before = root(
+        pick(turns, ground, e1, e1, e0),
+        pick(turns, ground, real(2.0) * e2, e2, e1),
+        pick(turns, ground, real(3.0) * e3, e3, e2),
+        pick(turns, ground, real(4.0) * e4, e4, e3),
+        pick(turns, ground, real(5.0) * e5, e5, e4),
+        pick(turns, ground, real(6.0) * e6, e6, e5),
+        pick(turns, ground, real(7.0) * e7, e7, e6),
+        pick(turns, ground, real(8.0) * e8, e8, e7),
+        pick(turns, ground, real(9.0) * e9, e9, e8),
+        pick(turns, ground, real(10.0) * e10, e10, e9),
+        pick(turns, ground, zero, zero, e10),
+        h,
+        at_end,
+    )
+    # A root that is not yet exact shortens the step; the next step finds it from nearer by.
+    tau = wp.where(turns or crosses, wp.where(exact, at_root, before), h)
+    at_turn = value_at(e0, e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, tau)
+    dips = turns and exact and at_turn < zero
+    return (
+        wp.where(dips, zero, tau),
+        turns and exact and not dips,
+        crosses and exact,
+        wp.where(dips, tau, NEVER),
+    )
+
+
+@wp.func
+def event_step(
+    block: Block, impact: bool, uplift: bool, pull: real, acceleration: real, time: real,
+    omega: real, side: real, mode: int, uplift_time: real, rest_time: real, loss: real,
+):  # fmt: skip
+    """What an impact or an uplift does to a block; `pull` is the sign of the acceleration."""
+    zero = real(0.0)
+    after = block.angular_restitution * omega
+    stays, tail = may_rest(block, after, acceleration)
+    rests = stays and impact
+    after = wp.where(rests, zero, after)
+    return (
+        wp.where(impact, after, omega),
+        wp.where(impact, -side, wp.where(uplift, -pull, side)),
+        wp.where(rests, RESTING, wp.where(uplift, ROCKING, mode)),
+        wp.where(uplift, smaller(uplift_time, time), uplift_time),
+        wp.where(rests, time + tail, wp.where(uplift, NEVER, rest_time)),
+        loss + wp.where(impact, omega * omega - after * after, zero),
+    )
+
+
+@wp.func
+def motion_step(
+    block: Block, passed: bool, dv: real, time: real,
+    theta: real, omega: real, side: real, mode: int, uplift_time: real, rest_time: real,
+):  # fmt: skip
+    """What a velocity step dv of the base at a knot does to a block, if it is passed."""
+    zero = real(0.0)
+    steps = passed and dv != zero
+    kick = -block.coupling * cosine(block.slenderness_angle - size(theta)) * dv
+    rests, _tail = may_rest(block, kick, zero)
+    lifts = steps and mode == RESTING and not rests
+    omega1 = wp.where(steps and (mode == ROCKING or lifts), omega + kick, omega)
+    return (
+        omega1,
+        wp.where(steps and theta == zero, sign_of(omega1), side),
+        wp.where(lifts, ROCKING, mode),
+        wp.where(lifts, smaller(uplift_time, time), uplift_time),
+        wp.where(lifts, NEVER, rest_time),
+    )
+
+
+@wp.func
+def end_of_step(
+    mode: int, theta: real, omega: real, time: real, peak: real, peak_time: real,
+):  # fmt: skip
+    """Peak, overturning and trouble at the end of a step: mode, theta, peak, peak_time."""
+    zero = real(0.0)
+    sound = theta - theta == zero and omega - omega == zero and time - time == zero
+    over = mode == ROCKING and size(theta) >= HALF_PI
+    theta1 = wp.where(over, HALF_PI * sign_of(theta), theta)
+    higher = size(theta1) > peak
+    return (
+        wp.where(sound, wp.where(over, OVERTURNED, mode), BROKEN),
+        theta1,
+        wp.where(higher, size(theta1), peak),
+        wp.where(higher, time, peak_time),
+    )
+
+
+@wp.func
 def step(
     block: Block, m: Motion, sample: real, sample_slope: real, until: real,
     theta: real, omega: real, side: real, time: real, segment: int, mode: int,
@@ -141,152 +263,73 @@ def step(
 ):  # fmt: skip
     """One step of one lane, to its next event or at most to `until`.
 
-    Where the monotone quantity crosses zero and turns back in one step, the step is not taken
-    but repeated up to the turning point (`cap`), before which lies the crossing alone.
-
-    Args:
-        block: The lane's block.
-        m: The lane's motion.
-        sample: Acceleration at the start of a record's segment [m/s^2].
-        sample_slope: Slope of the acceleration there [m/s^3].
-        until: Time at which the step must end at the latest [s].
-        theta: Rotation [rad].
-        omega: Angular velocity [rad/s].
-        side: Side that the block leans to or last left for, -1 or 1.
-        time: [s].
-        segment: Knots of the motion passed.
-        mode: RESTING, ROCKING, OVERTURNED or BROKEN.
-        peak: Largest |theta| so far [rad].
-        peak_time: Its time [s].
-        uplift_time: Time of the first uplift [s], NEVER before it.
-        rest_time: Time since when the block rests [s], NEVER while it moves.
-        loss: Sum of theta'^2 (1 - eta^2) over the impacts [rad^2/s^2].
-        impacts: Impacts so far.
-        cap: Longest step allowed this time [s], NEVER as a rule.
-
-    Returns:
-        The state after the step, in the order of the arguments from `theta` on.
+    The arguments from `theta` on are the lane's state, see the head of this file; the step
+    returns it in the same order. `sample` and `sample_slope` belong to a record's segment.
     """
     zero = real(0.0)
     live = mode < OVERTURNED
     resting = mode == RESTING
+    rocking = mode == ROCKING
     knot = knot_time(m, segment)
     target = smaller(knot, until)
     room = target - time
-    h = smaller(smaller(block.step_length, REACH / size(omega)), room)
-    h = wp.where(live, larger(smaller(h, cap), zero), zero)
+    h = smaller(smaller(smaller(block.step_length, REACH / size(omega)), room), cap)
+    h = wp.where(live, larger(h, zero), zero)
 
     # Expansion about the present time.
     a0, a1, a2, a3, a4, a5, a6, a7, a8 = series(m, segment, time, sample, sample_slope)
-    phi = theta - side * block.slenderness_angle
     t2, t3, t4, t5, t6, t7, t8, t9, t10 = rocking_series(
-        block.frequency_squared, block.coupling, phi, omega, a0, a1, a2, a3, a4, a5, a6, a7, a8
-    )
+        block.frequency_squared, block.coupling, theta - side * block.slenderness_angle, omega,
+        a0, a1, a2, a3, a4, a5, a6, a7, a8,
+    )  # fmt: skip
 
-    # The monotone quantity: the lean while rocking, what |a| lacks to uplift while at rest.
+    # The watched quantity: the lean while rocking, what |a| lacks to uplift while at rest.
     a_end = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, h)
     pull = sign_of(wp.where(size(a_end) > size(a0), a_end, a0))
     e0 = wp.where(resting, block.uplift_acceleration - pull * a0, side * theta)
-    e1 = wp.where(resting, -pull * a1, side * omega)
-    e2 = wp.where(resting, -pull * a2, side * t2)
-    e3 = wp.where(resting, -pull * a3, side * t3)
-    e4 = wp.where(resting, -pull * a4, side * t4)
-    e5 = wp.where(resting, -pull * a5, side * t5)
-    e6 = wp.where(resting, -pull * a6, side * t6)
-    e7 = wp.where(resting, -pull * a7, side * t7)
-    e8 = wp.where(resting, -pull * a8, side * t8)
-    e9 = wp.where(resting, zero, side * t9)
-    e10 = wp.where(resting, zero, side * t10)
-    e_end = value_at(e0, e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, h)
-    d_end = slope_at(e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, h)
-    # A turning point in the first or last NEARLY of the step is one that a step ends at.
-    turns = e1 * d_end < -NEARLY * (d_end * d_end + e1 * e1)
-    crosses = e_end < zero and not turns
-    lifts_now = resting and (
-        e0 < -NEARLY * block.uplift_acceleration or (e0 <= zero and e_end < zero)
+    tau, turned, crossed, cap1 = next_event(
+        e0,
+        wp.where(resting, -pull * a1, side * omega),
+        wp.where(resting, -pull * a2, side * t2),
+        wp.where(resting, -pull * a3, side * t3),
+        wp.where(resting, -pull * a4, side * t4),
+        wp.where(resting, -pull * a5, side * t5),
+        wp.where(resting, -pull * a6, side * t6),
+        wp.where(resting, -pull * a7, side * t7),
+        wp.where(resting, -pull * a8, side * t8),
+        wp.where(resting, zero, side * t9),
+        wp.where(resting, zero, side * t10),
+        h,
     )
-    sinks = mode == ROCKING and e0 < zero
+    # A jump of the acceleration lifts a resting block, round-off sinks a rocking one: at once.
+    lacks = block.uplift_acceleration - pull * a_end
+    lifts = e0 < -NEARLY * block.uplift_acceleration or (e0 <= zero and lacks < zero)
+    at_once = (rocking and e0 < zero) or (resting and lifts)
+    tau = wp.where(live and not at_once, tau, zero)
+    cap1 = wp.where(at_once, NEVER, cap1)
+    crossed = crossed or at_once
+    uplift = resting and crossed
+    impact = rocking and crossed
 
-    # Its root: of the derivative where it turns; of e / time where it starts at zero.
-    grounded = e0 == zero
-    at_end = wp.where(turns, d_end, wp.where(grounded, e_end / h, e_end))
-    g0 = wp.where(turns, e1, wp.where(grounded, e1, e0))
-    g1 = wp.where(turns, real(2.0) * e2, wp.where(grounded, e2, e1))
-    g2 = wp.where(turns, real(3.0) * e3, wp.where(grounded, e3, e2))
-    g3 = wp.where(turns, real(4.0) * e4, wp.where(grounded, e4, e3))
-    g4 = wp.where(turns, real(5.0) * e5, wp.where(grounded, e5, e4))
-    g5 = wp.where(turns, real(6.0) * e6, wp.where(grounded, e6, e5))
-    g6 = wp.where(turns, real(7.0) * e7, wp.where(grounded, e7, e6))
-    g7 = wp.where(turns, real(8.0) * e8, wp.where(grounded, e8, e7))
-    g8 = wp.where(turns, real(9.0) * e9, wp.where(grounded, e9, e8))
-    g9 = wp.where(turns, real(10.0) * e10, wp.where(grounded, e10, e9))
-    g10 = wp.where(turns or grounded, zero, e10)
-    at_root, exact, before = root(g0, g1, g2, g3, g4, g5, g6, g7, g8, g9, g10, h, at_end)
-    event = (turns or crosses) and live
-    # A root that is not yet exact shortens the step; the next step finds it from nearer by.
-    tau = wp.where(event, wp.where(exact, at_root, before), h)
-    event = event and exact
-    at_turn = value_at(e0, e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, tau)
-    dips = event and turns and at_turn < zero and not lifts_now and not sinks
-    cap1 = wp.where(dips, tau, NEVER)
-    event = event and not dips
-    tau = wp.where(lifts_now or sinks or dips, zero, tau)
-    uplift = live and resting and (lifts_now or (event and crosses))
-    impact = mode == ROCKING and (sinks or (event and crosses))
-    turned = event and turns and mode == ROCKING and not sinks
-
-    # The state at the end of the step, before what happens there.
-    moving = mode == ROCKING
-    theta1 = wp.where(
-        moving, value_at(theta, omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau), theta
-    )
-    omega1 = wp.where(moving, slope_at(omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau), omega)
+    # The state there; a turning point, an impact, an uplift.
+    theta1 = value_at(theta, omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
+    theta1 = wp.where(impact or uplift, zero, wp.where(rocking, theta1, theta))
+    omega1 = slope_at(omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
+    omega1 = wp.where(rocking and not (turned and not at_once), omega1, zero)
     whole = tau >= room and live
     time1 = wp.where(whole, target, time + tau)
-
-    # Turning point, impact, uplift.
-    omega1 = wp.where(turned, zero, omega1)
-    theta1 = wp.where(impact or uplift, zero, theta1)
-    after = block.angular_restitution * omega1
     a_now = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, tau)
-    rests, tail = may_rest(block, after, a_now)
-    rests = rests and impact
-    after = wp.where(rests, zero, after)
-    loss1 = loss + wp.where(impact, omega1 * omega1 - after * after, zero)
-    omega1 = wp.where(impact, after, wp.where(uplift, zero, omega1))
-    side1 = wp.where(impact, -side, wp.where(uplift, -pull, side))
-    mode1 = wp.where(rests, RESTING, wp.where(uplift, ROCKING, mode))
-    rest_time1 = wp.where(rests, time1 + tail, wp.where(uplift, NEVER, rest_time))
-    uplift_time1 = wp.where(uplift, smaller(uplift_time, time1), uplift_time)
-    impacts1 = impacts + wp.where(impact, 1, 0)
-
-    # A knot of the motion: the velocity step of the base.
+    omega1, side1, mode1, uplift_time1, rest_time1, loss1 = event_step(
+        block, impact, uplift, pull, a_now, time1,
+        omega1, side, mode, uplift_time, rest_time, loss,
+    )  # fmt: skip
     passed = time1 >= knot and live
-    dv = wp.where(passed, knot_step(m, segment), zero)
-    kick = -block.coupling * cosine(block.slenderness_angle - size(theta1)) * dv
-    rests, tail = may_rest(block, kick, zero)
-    kicked = mode1 == RESTING and dv != zero and not rests
-    omega1 = wp.where(mode1 == ROCKING or kicked, omega1 + kick, omega1)
-    side1 = wp.where(theta1 == zero and dv != zero, sign_of(omega1), side1)
-    mode1 = wp.where(kicked, ROCKING, mode1)
-    rest_time1 = wp.where(kicked, NEVER, rest_time1)
-    uplift_time1 = wp.where(kicked, smaller(uplift_time1, time1), uplift_time1)
-    segment1 = segment + wp.where(passed, 1, 0)
-
-    # Peak, overturning, trouble.
-    higher = size(theta1) > peak
-    peak1 = wp.where(higher, size(theta1), peak)
-    peak_time1 = wp.where(higher, time1, peak_time)
-    over = mode1 == ROCKING and size(theta1) >= HALF_PI
-    theta1 = wp.where(over, HALF_PI * sign_of(theta1), theta1)
-    peak1 = wp.where(over, HALF_PI, peak1)
-    mode1 = wp.where(over, OVERTURNED, mode1)
-    sound = theta1 - theta1 == zero and omega1 - omega1 == zero and time1 - time1 == zero
-    mode1 = wp.where(sound, mode1, BROKEN)
-    theta1 = wp.where(sound, theta1, theta)
-    omega1 = wp.where(sound, omega1, zero)
-    time1 = wp.where(sound, time1, time)
+    omega1, side1, mode1, uplift_time1, rest_time1 = motion_step(
+        block, passed, knot_step(m, segment), time1,
+        theta1, omega1, side1, mode1, uplift_time1, rest_time1,
+    )  # fmt: skip
+    mode1, theta1, peak1, peak_time1 = end_of_step(mode1, theta1, omega1, time1, peak, peak_time)
     return (
-        theta1, omega1, side1, time1, segment1, mode1,
-        peak1, peak_time1, uplift_time1, rest_time1, loss1, impacts1, cap1,
+        theta1, omega1, side1, time1, segment + wp.where(passed, 1, 0), mode1,
+        peak1, peak_time1, uplift_time1, rest_time1, loss1, impacts + wp.where(impact, 1, 0), cap1,
     )  # fmt: skip

@@ -71,62 +71,63 @@ def packed(
     impacts = LaneInt()
     cap = Lane()
     steps = LaneInt()
-    for l in range(LANE_WIDTH):
-        theta[l] = starts[first + l]
-        side[l] = sign_of(theta[l])
-        mode[l] = wp.where(theta[l] == real(0.0), RESTING, ROCKING)
-        peak[l] = size(theta[l])
-        cap[l] = NEVER
-        uplift_time[l] = wp.where(theta[l] == real(0.0), NEVER, real(0.0))
-        rest_time[l] = wp.where(theta[l] == real(0.0), real(0.0), NEVER)
+    for i in range(LANE_WIDTH):
+        theta[i] = starts[first + i]
+        side[i] = sign_of(theta[i])
+        mode[i] = wp.where(theta[i] == real(0.0), RESTING, ROCKING)
+        peak[i] = size(theta[i])
+        cap[i] = NEVER
+        uplift_time[i] = wp.where(theta[i] == real(0.0), NEVER, real(0.0))
+        rest_time[i] = wp.where(theta[i] == real(0.0), real(0.0), NEVER)
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
         busy = int(1)
         while busy > 0:
             busy = int(0)
-            for l in range(LANE_WIDTH):
-                m = motions[first + l]
-                place = sample_index(m, segment[l])
-                going = mode[l] < OVERTURNED and time[l] < until
-                steps[l] = steps[l] + wp.where(going, 1, 0)
+            for i in range(LANE_WIDTH):
+                m = motions[first + i]
+                place = sample_index(m, segment[i])
+                going = mode[i] < OVERTURNED and time[i] < until
+                steps[i] = steps[i] + wp.where(going, 1, 0)
                 th, om, si, ti, se, mo, pk, pt, ut, rt, lo, im, ca = step(
-                    blocks[first + l], m, pool[0, place], pool[1, place], until,
-                    theta[l], omega[l], side[l], time[l], segment[l], mode[l],
-                    peak[l], peak_time[l], uplift_time[l], rest_time[l], loss[l], impacts[l], cap[l],
+                    blocks[first + i], m, pool[0, place], pool[1, place], until,
+                    theta[i], omega[i], side[i], time[i], segment[i], mode[i],
+                    peak[i], peak_time[i], uplift_time[i], rest_time[i], loss[i], impacts[i],
+                    cap[i],
                 )  # fmt: skip
-                theta[l] = th
-                omega[l] = om
-                side[l] = si
-                time[l] = ti
-                segment[l] = se
-                mode[l] = wp.where(
-                    steps[l] >= blocks[first + l].step_limit and mo < OVERTURNED, STALLED, mo
+                theta[i] = th
+                omega[i] = om
+                side[i] = si
+                time[i] = ti
+                segment[i] = se
+                mode[i] = wp.where(
+                    steps[i] >= blocks[first + i].step_limit and mo < OVERTURNED, STALLED, mo
                 )
-                peak[l] = pk
-                peak_time[l] = pt
-                uplift_time[l] = ut
-                rest_time[l] = rt
-                loss[l] = lo
-                impacts[l] = im
-                cap[l] = ca
-            for l in range(LANE_WIDTH):
-                busy = busy + wp.where(mode[l] < OVERTURNED and time[l] < until, 1, 0)
+                peak[i] = pk
+                peak_time[i] = pt
+                uplift_time[i] = ut
+                rest_time[i] = rt
+                loss[i] = lo
+                impacts[i] = im
+                cap[i] = ca
+            for i in range(LANE_WIDTH):
+                busy = busy + wp.where(mode[i] < OVERTURNED and time[i] < until, 1, 0)
         if rotations.shape[0] > 0:
-            for l in range(LANE_WIDTH):
-                rotations[sample, first + l] = theta[l]
-    for l in range(LANE_WIDTH):
+            for i in range(LANE_WIDTH):
+                rotations[sample, first + i] = theta[i]
+    for i in range(LANE_WIDTH):
         result = Result()
-        result.theta = theta[l]
-        result.time = time[l]
-        result.peak = peak[l]
-        result.peak_time = peak_time[l]
-        result.uplift_time = uplift_time[l]
-        result.rest_time = rest_time[l]
-        result.loss = loss[l]
-        result.impacts = impacts[l]
-        result.mode = mode[l]
-        result.steps = steps[l]
-        results[first + l] = result
+        result.theta = theta[i]
+        result.time = time[i]
+        result.peak = peak[i]
+        result.peak_time = peak_time[i]
+        result.uplift_time = uplift_time[i]
+        result.rest_time = rest_time[i]
+        result.loss = loss[i]
+        result.impacts = impacts[i]
+        result.mode = mode[i]
+        result.steps = steps[i]
+        results[first + i] = result
 
 
 @wp.kernel

@@ -17,6 +17,11 @@ velocities at half steps (so the release at t = 0 begins with half a step of gra
        (A penetration given back through the velocity would add energy that does not vanish with
        dt: at an impact it is of the order of dt times the velocity.)
 
+A lane's state: x along the base from where the block would rest [m], z above the base [m], theta
+[rad]; vx, vz [m/s] and omega [rad/s] relative to the base; the impulses n1, f1 of the -x corner
+and n2, f2 of the +x corner in the last step, per unit mass [m/s]; loss, the energy lost so far
+per unit mass [J/kg].
+
 Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 """
 
@@ -128,22 +133,10 @@ def step(
     x: real, z: real, theta: real, vx: real, vz: real, omega: real,
     n1: real, f1: real, n2: real, f2: real, loss: real,
 ):  # fmt: skip
-    """One step of one lane.
+    """One step of one lane, in which the base velocity changes by dv [m/s].
 
-    Args:
-        block: The lane's block.
-        knobs: The settings.
-        dv: Change of the base velocity in the step [m/s].
-        x: Centre of mass along the base, from where it would rest [m].
-        z: Centre of mass above the base [m].
-        theta: Rotation [rad], clockwise, so towards +x.
-        vx: Velocity along the base, relative to it [m/s]; vz, omega [rad/s] likewise.
-        n1: Normal impulse of the -x corner in the last step, per unit mass [m/s].
-        f1: Tangential impulse likewise; n2, f2 those of the +x corner.
-        loss: Energy lost so far per unit mass [J/kg].
-
-    Returns:
-        The state after the step, in the order of the arguments from `x` on.
+    The arguments from `x` on are the lane's state, see the head of this file; the step returns
+    it in the same order.
     """
     zero = real(0.0)
     half = real(0.5)

@@ -139,18 +139,18 @@ def packed(
     impacts = LaneInt()
     mode = LaneInt()
     steps = LaneInt()
-    for l in range(LANE_WIDTH):
-        block = blocks[first + l]
-        th = starts[first + l]
-        theta[l] = th
-        x[l] = -slide_of(block, real(0.0), th)
-        z[l] = height_of(block, th)
-        vz[l] = HALF * knobs.time_step * knobs.gravity
-        n1[l] = carried(-th, knobs)
-        n2[l] = carried(th, knobs)
-        peak[l] = size(th)
-        uplift_time[l] = wp.where(th == real(0.0), NEVER, real(0.0))
-        mode[l] = ROCKING
+    for i in range(LANE_WIDTH):
+        block = blocks[first + i]
+        th = starts[first + i]
+        theta[i] = th
+        x[i] = -slide_of(block, real(0.0), th)
+        z[i] = height_of(block, th)
+        vz[i] = HALF * knobs.time_step * knobs.gravity
+        n1[i] = carried(-th, knobs)
+        n2[i] = carried(th, knobs)
+        peak[i] = size(th)
+        uplift_time[i] = wp.where(th == real(0.0), NEVER, real(0.0))
+        mode[i] = ROCKING
     k = int(0)
     time = real(0.0)
     for sample in range(sample_times.shape[0]):
@@ -159,59 +159,64 @@ def packed(
             k += 1
             time = real(k) * knobs.time_step
             half = time - HALF * knobs.time_step
-            for l in range(LANE_WIDTH):
-                m = motions[first + l]
-                block = blocks[first + l]
+            for i in range(LANE_WIDTH):
+                m = motions[first + i]
+                # Field by field: four float32 loaded at once would keep the loop scalar.
+                block = Block()
+                block.half_width = blocks[first + i].half_width
+                block.half_height = blocks[first + i].half_height
+                block.inverse_inertia = blocks[first + i].inverse_inertia
+                block.friction = blocks[first + i].friction
                 place = sample_index(m, sample_segment(m, half))
                 moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
                 qx, qz, qt, ux, uz, uo, p1, t1, p2, t2, lo = step(
-                    block, knobs, moving - base[l], x[l], z[l], theta[l], vx[l], vz[l], omega[l],
-                    n1[l], f1[l], n2[l], f2[l], loss[l],
+                    block, knobs, moving - base[i], x[i], z[i], theta[i], vx[i], vz[i], omega[i],
+                    n1[i], f1[i], n2[i], f2[i], loss[i],
                 )  # fmt: skip
                 mo, pk, pt, ps, ut, mv, im = observe(
-                    mode[l], time, qt, uo, slide_of(block, qx, qt), p1, p2, n1[l], n2[l],
-                    peak[l], peak_time[l], peak_slide[l], uplift_time[l], moved[l], impacts[l],
+                    mode[i], time, qt, uo, slide_of(block, qx, qt), p1, p2, n1[i], n2[i],
+                    peak[i], peak_time[i], peak_slide[i], uplift_time[i], moved[i], impacts[i],
                 )  # fmt: skip
-                live = mode[l] == ROCKING
-                x[l] = wp.where(live, qx, x[l])
-                z[l] = wp.where(live, qz, z[l])
-                theta[l] = wp.where(live, qt, theta[l])
-                vx[l] = wp.where(live, ux, vx[l])
-                vz[l] = wp.where(live, uz, vz[l])
-                omega[l] = wp.where(live, uo, omega[l])
-                n1[l] = wp.where(live, p1, n1[l])
-                f1[l] = wp.where(live, t1, f1[l])
-                n2[l] = wp.where(live, p2, n2[l])
-                f2[l] = wp.where(live, t2, f2[l])
-                loss[l] = wp.where(live, lo, loss[l])
-                base[l] = moving
-                peak[l] = wp.where(live, pk, peak[l])
-                peak_time[l] = wp.where(live, pt, peak_time[l])
-                peak_slide[l] = wp.where(live, ps, peak_slide[l])
-                uplift_time[l] = wp.where(live, ut, uplift_time[l])
-                moved[l] = wp.where(live, mv, moved[l])
-                impacts[l] = wp.where(live, im, impacts[l])
-                steps[l] = steps[l] + wp.where(live, 1, 0)
-                mode[l] = wp.where(live, mo, mode[l])
+                live = mode[i] == ROCKING
+                x[i] = wp.where(live, qx, x[i])
+                z[i] = wp.where(live, qz, z[i])
+                theta[i] = wp.where(live, qt, theta[i])
+                vx[i] = wp.where(live, ux, vx[i])
+                vz[i] = wp.where(live, uz, vz[i])
+                omega[i] = wp.where(live, uo, omega[i])
+                n1[i] = wp.where(live, p1, n1[i])
+                f1[i] = wp.where(live, t1, f1[i])
+                n2[i] = wp.where(live, p2, n2[i])
+                f2[i] = wp.where(live, t2, f2[i])
+                loss[i] = wp.where(live, lo, loss[i])
+                base[i] = moving
+                peak[i] = wp.where(live, pk, peak[i])
+                peak_time[i] = wp.where(live, pt, peak_time[i])
+                peak_slide[i] = wp.where(live, ps, peak_slide[i])
+                uplift_time[i] = wp.where(live, ut, uplift_time[i])
+                moved[i] = wp.where(live, mv, moved[i])
+                impacts[i] = wp.where(live, im, impacts[i])
+                steps[i] = steps[i] + wp.where(live, 1, 0)
+                mode[i] = wp.where(live, mo, mode[i])
         if rotations.shape[0] > 0:
             back = time - until
-            for l in range(LANE_WIDTH):
-                at = theta[l] - wp.where(mode[l] == ROCKING, back * omega[l], real(0.0))
-                rotations[sample, first + l] = at
-    for l in range(LANE_WIDTH):
+            for i in range(LANE_WIDTH):
+                at = theta[i] - wp.where(mode[i] == ROCKING, back * omega[i], real(0.0))
+                rotations[sample, first + i] = at
+    for i in range(LANE_WIDTH):
         result = Result()
-        result.theta = theta[l]
-        result.slide = slide_of(blocks[first + l], x[l], theta[l])
-        result.peak = peak[l]
-        result.peak_time = peak_time[l]
-        result.peak_slide = peak_slide[l]
-        result.uplift_time = uplift_time[l]
-        result.moved = moved[l]
-        result.loss = loss[l]
-        result.impacts = impacts[l]
-        result.mode = mode[l]
-        result.steps = steps[l]
-        results[first + l] = result
+        result.theta = theta[i]
+        result.slide = slide_of(blocks[first + i], x[i], theta[i])
+        result.peak = peak[i]
+        result.peak_time = peak_time[i]
+        result.peak_slide = peak_slide[i]
+        result.uplift_time = uplift_time[i]
+        result.moved = moved[i]
+        result.loss = loss[i]
+        result.impacts = impacts[i]
+        result.mode = mode[i]
+        result.steps = steps[i]
+        results[first + i] = result
 
 
 @wp.kernel

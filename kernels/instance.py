@@ -66,7 +66,8 @@ def kernel_module(
             return sys.modules[name]
     path = pathlib.Path(__file__).with_name(f"{file}.py")
     spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     module.__dict__.update(
         real=REALS[precision], PRECISION=precision, MOTION=motion, ITERATIONS=iterations

@@ -132,7 +132,7 @@ if MOTION == "harmonic":
     def velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
         """Velocity of the base just after a time, all velocity steps until then in it."""
         w = TWO_PI * m.frequency
-        s, c = cycle(m.frequency * (time - m.start) + m.phase / TWO_PI)
+        _s, c = cycle(m.frequency * (time - m.start) + m.phase / TWO_PI)
         moving = m.velocity_offset - m.acceleration_amplitude / w * c
         after = wp.where(time < m.stop, moving, m.velocity_final)
         return wp.where(time < m.start, real(0.0), after)

@@ -13,6 +13,9 @@ from warprock.engines import ENGINES
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 FILE_LINES, FUNCTION_LINES, KERNEL_ARGUMENTS = 400, 60, 8
+KERNEL_LINES = 110
+"""A kernel is a loop; every state variable must be a local vector of its own to be vectorised,
+which takes a line each to declare, to start, to write back and to hand over."""
 
 # Room: (its files, the rooms it may import besides itself, the packages it may import).
 # A file belongs to the first room that names it. Rooms are in the direction of the data:
@@ -203,7 +206,9 @@ def test_files_and_functions_are_short(file: str):
     for function in _functions(_tree(file)):
         assert function.end_lineno is not None
         length = function.end_lineno - function.lineno + 1
-        assert length <= FUNCTION_LINES, f"{file}: {function.name} has {length} lines"
+        kernel = any(ast.unparse(mark) == "wp.kernel" for mark in function.decorator_list)
+        limit = KERNEL_LINES if kernel else FUNCTION_LINES
+        assert length <= limit, f"{file}: {function.name} has {length} lines"
 
 
 @pytest.mark.parametrize("folder", ["warprock", "kernels", "cases", "tests", "tools"])

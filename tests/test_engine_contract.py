@@ -6,8 +6,8 @@ import dataclasses
 
 import numpy as np
 import pytest
-from tests.blocks import free_lanes, make_lanes, sines
 
+from tests.blocks import free_lanes, make_lanes, sines
 from warprock import rocking
 from warprock.batch import run_batch
 from warprock.engines import ENGINES

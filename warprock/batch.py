@@ -6,13 +6,13 @@ A lane's result does not depend on its chunk, its place or the number of workers
 from __future__ import annotations
 
 import concurrent.futures
-import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from warprock.engines import engine_class
 from warprock.engines.launching import Form, Target
 from warprock.lanes import Lanes
+from warprock.machine import core_count
 from warprock.motion import GroundMotions
 from warprock.response import Response, SampleTimes, join_responses
 
@@ -24,13 +24,6 @@ STEPS_PER_SECOND_OF_MOTION = 250.0
 
 LANE_QUANTUM = 32
 """Chunks are a multiple of the lanes of a pack."""
-
-
-def default_workers() -> int:
-    """Cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def default_chunk_size(lane_count: int, steps_per_lane: float, workers: int) -> int:
@@ -80,30 +73,38 @@ def run_batch(
     if count == 0:
         raise ValueError("lanes: got 0, must be > 0")
     built = engine_class(engine)(settings, Target(precision, device, form))
-    # A GPU launch is asynchronous and already parallel: one worker, one chunk.
-    threads = (workers or default_workers()) if built.target.on_cpu else 1
-    time_step = getattr(built.settings, "time_step", 1.0 / STEPS_PER_SECOND_OF_MOTION)
-    size = chunk_size or default_chunk_size(count, times.duration / time_step, threads)
-    if not built.target.on_cpu:
-        size = chunk_size or count
-    slices = [slice(low, min(low + size, count)) for low in range(0, count, size)]
+    if built.target.on_cpu:
+        threads = workers or core_count()
+        time_step = getattr(built.settings, "time_step", 1.0 / STEPS_PER_SECOND_OF_MOTION)
+        size = chunk_size or default_chunk_size(count, times.duration / time_step, threads)
+    else:
+        # A launch on a GPU is parallel in itself: one worker, one chunk.
+        threads, size = 1, chunk_size or count
     built.warm_up(motions)
+    slices = [slice(low, min(low + size, count)) for low in range(0, count, size)]
 
     def run_chunk(part: slice) -> Response:
         return built.run(lanes.take(part), motions.take(part), times)
 
+    return join_responses(_run_all(run_chunk, slices, threads, progress))
+
+
+def _run_all(
+    run_chunk: Callable[[slice], Response],
+    slices: Sequence[slice],
+    threads: int,
+    progress: Callable[[int], None] | None,
+) -> list[Response]:
+    """Responses of all chunks in their order; on trouble the waiting chunks are dropped."""
     done = 0
-    parts: dict[int, Response] = {}
-    with concurrent.futures.ThreadPoolExecutor(threads) as pool:
-        futures = {pool.submit(run_chunk, part): k for k, part in enumerate(slices)}
-        try:
-            for future in concurrent.futures.as_completed(futures):
-                k = futures[future]
-                parts[k] = future.result()
-                done += parts[k].lane_count
-                if progress is not None:
-                    progress(done)
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-    return join_responses([parts[k] for k in range(len(slices))])
+    pool = concurrent.futures.ThreadPoolExecutor(threads)
+    try:
+        futures = [pool.submit(run_chunk, part) for part in slices]
+        for future in concurrent.futures.as_completed(futures):
+            done += future.result().lane_count
+            if progress is not None:
+                progress(done)
+        return [future.result() for future in futures]
+    finally:
+        # A launch cannot be stopped; nobody waits for the ones in hand.
+        pool.shutdown(wait=False, cancel_futures=True)

@@ -7,7 +7,9 @@ Results go to stdout, progress and errors to stderr.
 from __future__ import annotations
 
 import dataclasses
+import os
 import pathlib
+import sys
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -33,7 +35,9 @@ class ExitCodes(click.Group):
             ctx.exit(EXIT_INPUT)
         except KeyboardInterrupt:
             click.echo("interrupted", err=True)
-            ctx.exit(EXIT_INTERRUPTED)
+            # At once: a launch in a worker thread cannot be stopped, and Python would wait for it.
+            sys.stdout.flush()
+            os._exit(EXIT_INTERRUPTED)
         except OSError as error:
             click.echo(f"error: {error}", err=True)
             ctx.exit(EXIT_FAILED)

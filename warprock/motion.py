@@ -241,7 +241,7 @@ class RecordMotions:
 
     def _index(self, times: Array, lane: int) -> npt.NDArray[np.intp]:
         position = (np.asarray(times) - self.start[lane]) / self.interval[lane]
-        return np.clip(np.floor(position), 0, self.count[lane] - 1).astype(np.intp)
+        return np.asarray(np.clip(np.floor(position), 0, self.count[lane] - 1), dtype=np.intp)
 
     def acceleration(self, times: Array, lane: int) -> Array:
         """Acceleration of one lane's base [m/s^2] at times [s], without the velocity steps."""
@@ -254,9 +254,7 @@ class RecordMotions:
     def segments(self, lane: int) -> list[Segment]:
         """The motion of one lane, sample by sample."""
         offset, count = int(self.offset[lane]), int(self.count[lane])
-        start, interval, scale = (
-            float(a[lane]) for a in (self.start, self.interval, self.scale)
-        )
+        start, interval, scale = (float(a[lane]) for a in (self.start, self.interval, self.scale))
         parts = [] if start <= 0.0 else [Segment(0.0, start, 0.0, _no_acceleration)]
         for index in range(count):
             begin = start + index * interval

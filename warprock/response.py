@@ -113,7 +113,7 @@ class SampleTimes:
         if self.interval is None:
             return np.array([self.duration])
         count = int(np.floor(self.duration / self.interval * (1.0 + 1e-12)))
-        return self.interval * np.arange(count + 1)
+        return self.interval * np.arange(count + 1, dtype=np.float64)
 
 
 @dataclasses.dataclass(frozen=True)

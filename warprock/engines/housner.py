@@ -72,9 +72,10 @@ class Housner(AbstractEngine):
         wp.load_module(self._module(motions).__name__, device=self.target.device)
 
     def _module(self, motions: GroundMotions) -> ModuleType:
-        return kernel_module(
+        module: ModuleType = kernel_module(
             "housner_launch", precision=self.target.precision, motion=motions.kind.value
         )
+        return module
 
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""

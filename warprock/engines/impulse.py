@@ -61,12 +61,13 @@ class Impulse(AbstractEngine):
         wp.load_module(self._module(motions).__name__, device=self.target.device)
 
     def _module(self, motions: GroundMotions) -> ModuleType:
-        return kernel_module(
+        module: ModuleType = kernel_module(
             "impulse_launch",
             precision=self.target.precision,
             motion=motions.kind.value,
             iterations=self.settings.iterations,
         )
+        return module
 
     def _knobs(self, module: Any) -> Any:
         knobs = module.Knobs()

@@ -66,7 +66,8 @@ class Target:
 
 def padded_count(lane_count: int) -> int:
     """Lanes rounded up to whole packs."""
-    return -(-lane_count // LANE_WIDTH) * LANE_WIDTH
+    width = int(LANE_WIDTH)
+    return -(-lane_count // width) * width
 
 
 def padded(values: npt.NDArray[Any], count: int) -> npt.NDArray[Any]:

@@ -174,7 +174,13 @@ def print_examination(found: Mapping[str, Any]) -> None:
 
 def print_bench(found: Mapping[str, Any]) -> None:
     """Prints what `bench.run_bench` measured."""
-    _print_rows("Measured here and now", found["rows"])
+    facts = found["machine"]
+    flags = " ".join(facts["vector_flags"])
+    _print_rows(
+        f"Measured here and now: {facts['cpu']}, {facts['cores']} cores, {flags}", found["rows"]
+    )
+    _print_rows("Ratios", [{"ratio": k, "value": v} for k, v in found["ratios"].items()])
+    _print_rows("Commands", [{"command": k, "seconds": v} for k, v in found["commands"].items()])
 
 
 def _stdout() -> rich.console.Console:

@@ -1,0 +1,177 @@
+"""Speed of the engines on this machine, with ratios taken within one run.
+
+Absolute rates belong to the machine and the moment; the ratios (packed over plain kernel, two
+workers over one) hold wherever the cores are idle.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import subprocess
+import sys
+import tempfile
+import time
+from typing import Any
+
+import numpy as np
+
+from warprock import machine, rocking
+from warprock.batch import run_batch
+from warprock.engines import ENGINES
+from warprock.engines.launching import Form
+from warprock.lanes import Lanes
+from warprock.motion import StillBase
+from warprock.response import Response, SampleTimes
+
+LANES = 2048
+"""Enough for 64 packs, so that two workers share them evenly."""
+
+FREE_HEIGHTS = (0.75, 1.0, 1.25)
+FREE_RATIOS = (0.2, 0.5, 0.99)
+"""Heights [m] of B1 to B3 of the paper's Table 3, and their starts over the critical angle."""
+
+ERROR_DURATION = 5.0
+"""Time over which the error is taken [s], as in the paper's Fig. 5."""
+
+REPEATS = 3
+"""Runs of each measurement; the fastest counts, the others met other work on the machine."""
+
+
+def free_lanes(count: int) -> Lanes:
+    """Blocks B1 to B3, 0.5 m wide, from 0.2, 0.5 and 0.99 of the critical angle, in turn."""
+    place = np.arange(count)
+    height = np.asarray(FREE_HEIGHTS)[place // len(FREE_RATIOS) % len(FREE_HEIGHTS)]
+    width = np.full(count, 0.5)
+    angle = rocking.slenderness_angle(width, height)
+    return Lanes(
+        width=width,
+        height=height,
+        depth=np.full(count, 0.2),
+        density=np.full(count, 2000.0),
+        friction=np.ones(count),
+        angular_restitution=rocking.angular_restitution(angle),
+        rotation_start=angle * np.asarray(FREE_RATIOS)[place % len(FREE_RATIOS)],
+    )
+
+
+@dataclasses.dataclass(frozen=True)
+class Rate:
+    """One measurement."""
+
+    block_steps_per_s: float
+    cpu_s_per_simulated_s: float
+
+
+def measure(
+    engine: str, seconds: float, *, precision: str = "float64", form: Form, workers: int = 1
+) -> Rate:
+    """Rate of an engine in free rocking.
+
+    Args:
+        engine: Name in `ENGINES`.
+        seconds: Wall time that the measurement takes, about [s].
+        precision: "float64" or "float32".
+        form: Form of the kernel.
+        workers: Worker threads, all of them on this machine's cores.
+    """
+    lanes = free_lanes(LANES)
+    motions = StillBase(LANES)
+
+    def run(duration: float) -> tuple[Response, float]:
+        begin = time.perf_counter()
+        response = run_batch(
+            engine,
+            lanes,
+            motions,
+            SampleTimes(duration),
+            precision=precision,
+            form=form,
+            workers=workers,
+            chunk_size=LANES // 16,
+        )
+        return response, time.perf_counter() - begin
+
+    run(0.01)
+    duration = 0.02
+    response, took = run(duration)
+    while took < 0.3 * seconds / REPEATS and duration < ERROR_DURATION:
+        duration = min(2.0 * duration, ERROR_DURATION)
+        response, took = run(duration)
+    took = min([took] + [run(duration)[1] for _ in range(REPEATS - 1)])
+    steps = float(np.sum(response["step_count"]))
+    return Rate(steps / took, took * workers / (LANES * duration))
+
+
+def rotation_error(engine: str, precision: str) -> float:
+    """Largest |rotation - housner| / slenderness angle of B1 to B3 over 5 s."""
+    lanes, times = free_lanes(9), SampleTimes(ERROR_DURATION, 0.01)
+    reference = run_batch("housner", lanes, StillBase(9), times)
+    response = run_batch(engine, lanes, StillBase(9), times, precision=precision)
+    gap = np.abs(response["rotation"] - reference["rotation"]).max(axis=1)
+    return float(np.max(gap / lanes.slenderness_angle))
+
+
+def command_seconds(*arguments: str) -> float:
+    """Wall time of a warprock command in a process of its own [s], the fastest of three."""
+    times = []
+    for _ in range(REPEATS):
+        begin = time.perf_counter()
+        subprocess.run(
+            [sys.executable, "-m", "warprock", *arguments], check=True, capture_output=True
+        )
+        times.append(time.perf_counter() - begin)
+    return min(times)
+
+
+def run_bench(seconds: float, workers: int | None = None) -> dict[str, Any]:
+    """Measures every engine and the commands a user starts with.
+
+    Args:
+        seconds: Wall time of one measurement, about [s].
+        workers: Workers of the threaded measurement; as many as there are cores where None.
+
+    Returns:
+        rows (one an engine, precision and form), ratios by name, commands by name [s].
+    """
+    threads = workers or machine.core_count()
+    rows: list[dict[str, Any]] = []
+    ratios: dict[str, float] = {}
+    for engine in ENGINES:
+        for precision in ("float64", "float32"):
+            error = rotation_error(engine, precision)
+            rates: dict[tuple[Form, int], float] = {}
+            for form, count in ((Form.PLAIN, 1), (Form.PACKED, 1), (Form.PACKED, threads)):
+                if (form, count) in rates:
+                    continue
+                rate = measure(engine, seconds, precision=precision, form=form, workers=count)
+                rates[form, count] = rate.block_steps_per_s
+                rows.append(
+                    {
+                        "engine": engine,
+                        "precision": precision,
+                        "form": form.value,
+                        "workers": count,
+                        **dataclasses.asdict(rate),
+                        "rotation_error_5s": error,
+                    }
+                )
+            name = f"{engine} {precision}"
+            packed = rates[Form.PACKED, 1]
+            ratios[f"{name} packed / plain"] = packed / rates[Form.PLAIN, 1]
+            if threads > 1:
+                ratios[f"{name} {threads} workers / 1"] = rates[Form.PACKED, threads] / packed
+    with tempfile.TemporaryDirectory() as folder:
+        commands = {
+            "warprock --help": command_seconds("--help"),
+            "warprock reproduce table6": command_seconds("reproduce", "table6", "-o", folder),
+        }
+    return {
+        "machine": {
+            "cpu": machine.cpu_name(),
+            "vector_flags": machine.cpu_vector_flags(),
+            "cores": machine.core_count(),
+        },
+        "rows": rows,
+        "ratios": ratios,
+        "commands": commands,
+    }
