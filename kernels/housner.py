@@ -43,6 +43,9 @@ taylor = kernel_module("taylor", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 larger, smaller, sign_of, size = scalar.larger, scalar.smaller, scalar.sign_of, scalar.size
 sine, cosine = scalar.sine, scalar.cosine
+OVER_2, OVER_3, OVER_4 = scalar.OVER_2, scalar.OVER_3, scalar.OVER_4
+OVER_5, OVER_6, OVER_7 = scalar.OVER_5, scalar.OVER_6, scalar.OVER_7
+OVER_8, OVER_9, OVER_10 = scalar.OVER_8, scalar.OVER_9, scalar.OVER_10
 value_at, slope_at, root = taylor.value_at, taylor.slope_at, taylor.root
 Motion, series = motion.Motion, motion.series
 knot_time, knot_step = motion.knot_time, motion.knot_step
@@ -56,7 +59,7 @@ HALF_PI = real(1.5707963267948966)
 NEVER = real(1.0e30)
 NEARLY = real(1.0e-9)
 """What counts as round-off of an event that the last step has located."""
-REACH = real(0.4)
+REACH = real(0.25)
 """Largest rotation of the block in one step [rad]; keeps fast overturning inside the series."""
 
 
@@ -85,40 +88,40 @@ def rocking_series(
     x2 = p2 * s0 - q * (a0 * c0)
     s1 = x1 * c0
     c1 = -x1 * s0
-    x3 = real(1.0 / 2.0) * (p2 * s1 - q * (a0 * c1 + a1 * c0))
-    s2 = real(1.0 / 2.0) * (x1 * c1 + x2 * c0)
-    c2 = real(-1.0 / 2.0) * (x1 * s1 + x2 * s0)
+    x3 = OVER_2 * (p2 * s1 - q * (a0 * c1 + a1 * c0))
+    s2 = OVER_2 * (x1 * c1 + x2 * c0)
+    c2 = -OVER_2 * (x1 * s1 + x2 * s0)
     b2 = a0 * c2 + a1 * c1 + a2 * c0
-    x4 = real(1.0 / 3.0) * (p2 * s2 - q * b2)
-    s3 = real(1.0 / 3.0) * (x1 * c2 + x2 * c1 + x3 * c0)
-    c3 = real(-1.0 / 3.0) * (x1 * s2 + x2 * s1 + x3 * s0)
+    x4 = OVER_3 * (p2 * s2 - q * b2)
+    s3 = OVER_3 * (x1 * c2 + x2 * c1 + x3 * c0)
+    c3 = -OVER_3 * (x1 * s2 + x2 * s1 + x3 * s0)
     b3 = a0 * c3 + a1 * c2 + a2 * c1 + a3 * c0
-    x5 = real(1.0 / 4.0) * (p2 * s3 - q * b3)
-    s4 = real(1.0 / 4.0) * (x1 * c3 + x2 * c2 + x3 * c1 + x4 * c0)
-    c4 = real(-1.0 / 4.0) * (x1 * s3 + x2 * s2 + x3 * s1 + x4 * s0)
+    x5 = OVER_4 * (p2 * s3 - q * b3)
+    s4 = OVER_4 * (x1 * c3 + x2 * c2 + x3 * c1 + x4 * c0)
+    c4 = -OVER_4 * (x1 * s3 + x2 * s2 + x3 * s1 + x4 * s0)
     b4 = a0 * c4 + a1 * c3 + a2 * c2 + a3 * c1 + a4 * c0
-    x6 = real(1.0 / 5.0) * (p2 * s4 - q * b4)
-    s5 = real(1.0 / 5.0) * (x1 * c4 + x2 * c3 + x3 * c2 + x4 * c1 + x5 * c0)
-    c5 = real(-1.0 / 5.0) * (x1 * s4 + x2 * s3 + x3 * s2 + x4 * s1 + x5 * s0)
+    x6 = OVER_5 * (p2 * s4 - q * b4)
+    s5 = OVER_5 * (x1 * c4 + x2 * c3 + x3 * c2 + x4 * c1 + x5 * c0)
+    c5 = -OVER_5 * (x1 * s4 + x2 * s3 + x3 * s2 + x4 * s1 + x5 * s0)
     b5 = a0 * c5 + a1 * c4 + a2 * c3 + a3 * c2 + a4 * c1 + a5 * c0
-    x7 = real(1.0 / 6.0) * (p2 * s5 - q * b5)
-    s6 = real(1.0 / 6.0) * (x1 * c5 + x2 * c4 + x3 * c3 + x4 * c2 + x5 * c1 + x6 * c0)
-    c6 = real(-1.0 / 6.0) * (x1 * s5 + x2 * s4 + x3 * s3 + x4 * s2 + x5 * s1 + x6 * s0)
+    x7 = OVER_6 * (p2 * s5 - q * b5)
+    s6 = OVER_6 * (x1 * c5 + x2 * c4 + x3 * c3 + x4 * c2 + x5 * c1 + x6 * c0)
+    c6 = -OVER_6 * (x1 * s5 + x2 * s4 + x3 * s3 + x4 * s2 + x5 * s1 + x6 * s0)
     b6 = a0 * c6 + a1 * c5 + a2 * c4 + a3 * c3 + a4 * c2 + a5 * c1 + a6 * c0
-    x8 = real(1.0 / 7.0) * (p2 * s6 - q * b6)
-    s7 = real(1.0 / 7.0) * (x1 * c6 + x2 * c5 + x3 * c4 + x4 * c3 + x5 * c2 + x6 * c1 + x7 * c0)
-    c7 = real(-1.0 / 7.0) * (x1 * s6 + x2 * s5 + x3 * s4 + x4 * s3 + x5 * s2 + x6 * s1 + x7 * s0)
+    x8 = OVER_7 * (p2 * s6 - q * b6)
+    s7 = OVER_7 * (x1 * c6 + x2 * c5 + x3 * c4 + x4 * c3 + x5 * c2 + x6 * c1 + x7 * c0)
+    c7 = -OVER_7 * (x1 * s6 + x2 * s5 + x3 * s4 + x4 * s3 + x5 * s2 + x6 * s1 + x7 * s0)
     b7 = a0 * c7 + a1 * c6 + a2 * c5 + a3 * c4 + a4 * c3 + a5 * c2 + a6 * c1 + a7 * c0
-    x9 = real(1.0 / 8.0) * (p2 * s7 - q * b7)
+    x9 = OVER_8 * (p2 * s7 - q * b7)
     s8 = x1 * c7 + x2 * c6 + x3 * c5 + x4 * c4 + x5 * c3 + x6 * c2 + x7 * c1 + x8 * c0
     c8 = -(x1 * s7 + x2 * s6 + x3 * s5 + x4 * s4 + x5 * s3 + x6 * s2 + x7 * s1 + x8 * s0)
     b8 = real(0.125) * a0 * c8 + a1 * c7 + a2 * c6 + a3 * c5 + a4 * c4
     b8 = b8 + a5 * c3 + a6 * c2 + a7 * c1 + a8 * c0
-    x10 = real(1.0 / 9.0) * (p2 * real(0.125) * s8 - q * b8)
+    x10 = OVER_9 * (p2 * real(0.125) * s8 - q * b8)
     return (
-        x2 * real(1.0 / 2.0), x3 * real(1.0 / 3.0), x4 * real(1.0 / 4.0),
-        x5 * real(1.0 / 5.0), x6 * real(1.0 / 6.0), x7 * real(1.0 / 7.0),
-        x8 * real(1.0 / 8.0), x9 * real(1.0 / 9.0), x10 * real(1.0 / 10.0),
+        x2 * OVER_2, x3 * OVER_3, x4 * OVER_4,
+        x5 * OVER_5, x6 * OVER_6, x7 * OVER_7,
+        x8 * OVER_8, x9 * OVER_9, x10 * OVER_10,
     )  # fmt: skip
 
 
@@ -306,16 +309,21 @@ def step(
     lifts = e0 < -NEARLY * block.uplift_acceleration or (e0 <= zero and lacks < zero)
     at_once = (rocking and e0 < zero) or (resting and lifts)
     tau = wp.where(live and not at_once, tau, zero)
-    cap1 = wp.where(at_once, NEVER, cap1)
-    crossed = crossed or at_once
+    theta1 = value_at(theta, omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
+    omega1 = slope_at(omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
+    # A block that falls past pi/2 repeats the step up to there, by Newton's method.
+    excess = size(theta1) - HALF_PI
+    past = rocking and excess > NEARLY
+    cap1 = wp.where(past, tau - excess / size(omega1), wp.where(at_once, NEVER, cap1))
+    tau = wp.where(past, zero, tau)
+    crossed = (crossed or at_once) and not past
+    turned = turned and not at_once and not past
     uplift = resting and crossed
     impact = rocking and crossed
 
     # The state there; a turning point, an impact, an uplift.
-    theta1 = value_at(theta, omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
-    theta1 = wp.where(impact or uplift, zero, wp.where(rocking, theta1, theta))
-    omega1 = slope_at(omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
-    omega1 = wp.where(rocking and not (turned and not at_once), omega1, zero)
+    theta1 = wp.where(impact or uplift, zero, wp.where(rocking and not past, theta1, theta))
+    omega1 = wp.where(rocking and not turned, wp.where(past, omega, omega1), zero)
     whole = tau >= room and live
     time1 = wp.where(whole, target, time + tau)
     a_now = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, tau)

@@ -22,6 +22,9 @@ wp.set_module_options(module_options())
 scalar = kernel_module("scalar", precision=PRECISION)
 cycle = scalar.cycle
 decay = scalar.decay
+OVER_2, OVER_3, OVER_4 = scalar.OVER_2, scalar.OVER_3, scalar.OVER_4
+OVER_5, OVER_6, OVER_7 = scalar.OVER_5, scalar.OVER_6, scalar.OVER_7
+OVER_8 = scalar.OVER_8
 
 NEVER = real(1.0e30)
 TWO_PI = real(6.283185307179586)
@@ -119,13 +122,13 @@ if MOTION == "harmonic":
         q = -w * w
         a0 = amplitude * s
         a1 = amplitude * w * c
-        a2 = a0 * q * real(1.0 / 2.0)
-        a3 = a1 * q * real(1.0 / 6.0)
-        a4 = a2 * q * real(1.0 / 12.0)
-        a5 = a3 * q * real(1.0 / 20.0)
-        a6 = a4 * q * real(1.0 / 30.0)
-        a7 = a5 * q * real(1.0 / 42.0)
-        a8 = a6 * q * real(1.0 / 56.0)
+        a2 = a0 * q * OVER_2
+        a3 = a1 * q * OVER_2 * OVER_3
+        a4 = a2 * q * OVER_3 * OVER_4
+        a5 = a3 * q * OVER_4 * OVER_5
+        a6 = a4 * q * OVER_5 * OVER_6
+        a7 = a5 * q * OVER_6 * OVER_7
+        a8 = a6 * q * OVER_7 * OVER_8
         return a0, a1, a2, a3, a4, a5, a6, a7, a8
 
     @wp.func
@@ -164,12 +167,12 @@ if MOTION == "ricker":
         e0 = decay(x * x) * inside(m, segment)
         e1 = real(-2.0) * x * e0
         e2 = -(x * e1 + e0)
-        e3 = real(-2.0 / 3.0) * (x * e2 + e1)
-        e4 = real(-2.0 / 4.0) * (x * e3 + e2)
-        e5 = real(-2.0 / 5.0) * (x * e4 + e3)
-        e6 = real(-2.0 / 6.0) * (x * e5 + e4)
-        e7 = real(-2.0 / 7.0) * (x * e6 + e5)
-        e8 = real(-2.0 / 8.0) * (x * e7 + e6)
+        e3 = real(-2.0) * OVER_3 * (x * e2 + e1)
+        e4 = real(-2.0) * OVER_4 * (x * e3 + e2)
+        e5 = real(-2.0) * OVER_5 * (x * e4 + e3)
+        e6 = real(-2.0) * OVER_6 * (x * e5 + e4)
+        e7 = real(-2.0) * OVER_7 * (x * e6 + e5)
+        e8 = real(-2.0) * OVER_8 * (x * e7 + e6)
         # P = velocity' - 2 x velocity, shifted to x.
         k0 = m.c1
         k1 = real(2.0) * (m.c2 - m.c0)

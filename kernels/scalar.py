@@ -69,6 +69,12 @@ E0, E1, E2, E3, E4, E5, E6, E7, E8, E9, E10, E11, E12 = (
 )
 
 
+# Reciprocals, divided here and not in a kernel: there 1.0 / 3.0 is a quotient of two float32.
+OVER_2, OVER_3, OVER_4, OVER_5, OVER_6, OVER_7, OVER_8, OVER_9, OVER_10 = (
+    real(1.0 / count) for count in range(2, 11)
+)
+
+
 @wp.func
 def smaller(a: real, b: real) -> real:
     """The smaller of two numbers; b where a is NaN."""

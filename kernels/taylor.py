@@ -69,8 +69,11 @@ def root(
         before = f * sign > zero
         low = wp.where(before, x, low)
         high = wp.where(before, high, x)
-        y = x - f / d
-        y = wp.where(y >= low and y <= high, y, real(0.5) * (low + high))
+        newton = f / d
+        y = x - newton
+        # At the root itself round-off may put Newton's value a hair outside.
+        small = newton * newton <= CONVERGED * CONVERGED * x * x
+        y = wp.where((y >= low and y <= high) or small, y, real(0.5) * (low + high))
         change = wp.where(y < x, x - y, y - x)
         x = y
     return x, change <= CONVERGED * x, wp.where(low > zero, low, real(0.01) * high)

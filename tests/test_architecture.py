@@ -256,3 +256,15 @@ def test_every_kernel_module_is_built_without_its_adjoint():
         for name in kernels:
             options = getattr(module, name).module.options
             assert options["enable_backward"] is False, f"{file}: {name}"
+
+
+@pytest.mark.parametrize("file", [file for file in SOURCES if file.startswith("kernels/")])
+def test_no_kernel_divides_literals(file: str):
+    # In a kernel real(1.0 / 3.0) is the quotient of two float32, off by 1e-8, whatever real is.
+    for function in _functions(_tree(file)):
+        for call in ast.walk(function):
+            if isinstance(call, ast.Call) and ast.unparse(call.func) == "real":
+                for part in call.args:
+                    names = [node for node in ast.walk(part) if isinstance(node, ast.Name)]
+                    plain = isinstance(part, ast.BinOp) and not names
+                    assert not plain, f"{file}: real({ast.unparse(part)}) is a float32 quotient"
