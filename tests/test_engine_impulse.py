@@ -44,27 +44,33 @@ def test_free_rocking_converges_to_housner_at_first_order() -> None:
     assert 0.8 <= slope <= 1.3
 
 
-def test_pulse_converges_to_housner_where_friction_carries_the_velocity_step() -> None:
-    lanes = make_lanes(np.full(3, 0.17), 1.0, friction=5.0)
-    motions = sines(Control.DISPLACEMENT, np.array([8e-3, 6e-3, 5e-3]), [3.0, 3.3, 5.0], 1.0)
+@pytest.mark.parametrize("control", list(Control))
+def test_pulses_converge_to_housner_where_housner_holds(control: Control) -> None:
+    # Sixteen pulses, so that the scatter of the impacts within their steps averages out. Under
+    # displacement control they start and stop with a velocity step. Friction carries it; where the
+    # pivot would have to pull the block down at the stop, the block hops and Housner does not hold.
+    frequency = np.linspace(2.6, 4.4, 16)
+    swing = 0.37 / (2.0 * np.pi * frequency) * GRAVITY
+    size = {
+        Control.DISPLACEMENT: swing / (2.0 * np.pi * frequency),
+        Control.VELOCITY: swing,
+        Control.ACCELERATION: swing * 2.0 * np.pi * frequency,
+    }[control]
+    lanes = make_lanes(np.full(16, 0.17), 1.0, friction=10.0)
+    motions = sines(control, size, frequency, 1.0, start=0.1)
     times = SampleTimes(1.0, 0.01)
-    found = [
-        float(np.mean(errors(lanes, motions, times, ImpulseSettings(substeps=n, iterations=15))))
-        for n in (20, 200)
-    ]
-    # A tenth of the step, a tenth of the error but for the scatter of the impact times.
-    assert found[0] <= 4e-3
-    assert found[1] <= found[0] / 4.0
-
-
-@pytest.mark.parametrize("control", [Control.VELOCITY, Control.DISPLACEMENT])
-def test_velocity_step_reaches_the_block_whole(control: Control) -> None:
-    # Pulses that start with and without a velocity step, with friction for both.
-    lanes = make_lanes(np.full(1, 0.2), 0.6, friction=10.0)
-    amplitude = 0.06 if control is Control.DISPLACEMENT else 0.5
-    motions = sines(control, amplitude, 1.5, 1.0, start=0.1)
-    found = errors(lanes, motions, SampleTimes(1.0, 0.01), ImpulseSettings(substeps=200))
-    assert found[0] <= 2e-3
+    found = []
+    holds = np.ones(16, dtype=bool)
+    for substeps in (20, 200):
+        settings = ImpulseSettings(substeps=substeps)
+        response = run_batch("impulse", lanes, motions, times, settings=settings)
+        holds &= response["peak_slide"] < 1e-5
+        found.append(errors(lanes, motions, times, settings))
+    assert np.count_nonzero(holds) >= 6
+    coarse, fine = (float(np.mean(error[holds])) for error in found)
+    assert coarse <= 4e-3
+    # A tenth of the step, a tenth of the error.
+    assert fine <= coarse / 5.0
 
 
 def test_record_is_followed_in_time_and_size() -> None:
@@ -77,7 +83,8 @@ def test_record_is_followed_in_time_and_size() -> None:
     found = errors(lanes, motions, times, ImpulseSettings(substeps=200))
     response = run_batch("housner", lanes, motions, times)
     assert np.all(response["peak_rotation"] > 0.02 * lanes.slenderness_angle)
-    assert np.max(found) <= 0.02 * np.max(response["peak_rotation"] / lanes.slenderness_angle)
+    # First order through some twenty impacts: a few per cent of the largest swing.
+    assert np.max(found) <= 0.05 * np.max(response["peak_rotation"] / lanes.slenderness_angle)
 
 
 def test_block_slides_by_the_closed_form() -> None:
@@ -104,8 +111,9 @@ def test_block_slides_by_the_closed_form() -> None:
 
 def test_sticking_block_does_not_slide() -> None:
     lanes = make_lanes(np.full(1, 0.2), 1.0, friction=1.0)
-    motions = sines(Control.ACCELERATION, 0.3 * GRAVITY, 2.0, 1.0)
+    motions = sines(Control.ACCELERATION, 0.25 * GRAVITY, 3.0, 1.0)
     response = run_batch("impulse", lanes, motions, SampleTimes(3.0))
+    assert response["outcome"][0] != Outcome.OVERTURNED
     assert response["peak_rotation"][0] > 0.05 * lanes.slenderness_angle[0]
     # The pivot moves on an arc that the step follows along its tangent: (omega dt)^2 R a step.
     assert response["peak_slide"][0] < 1e-4

@@ -45,7 +45,12 @@ class ImpulseSettings:
         10, unit="-", low=1, high=1000, text="sweeps of the contact solver over the contacts"
     )
     collision_margin: float = setting(
-        1e-6, unit="m", low=0.0, high=0.1, text="a corner closer to the base is a contact"
+        1e-8,
+        unit="m",
+        low=0.0,
+        high=0.1,
+        text="a corner closer to the base is a contact that may close its gap in the step; where "
+        "it is wider than a corner moves in a step, impacts come late by part of the step",
     )
     erp: float = setting(
         0.2, unit="-", low=0.0, high=1.0, text="part of a penetration that a step removes"
