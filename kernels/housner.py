@@ -198,6 +198,50 @@ def next_event(
 
 
 @wp.func
+def first_event(
+    limit: real, resting: bool, rocking: bool, side: real, theta: real, omega: real,
+    t2: real, t3: real, t4: real, t5: real, t6: real, t7: real, t8: real, t9: real, t10: real,
+    a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, a7: real, a8: real,
+    h: real,
+):  # fmt: skip
+    """First event of a block within a step of length h; `limit` is its uplift acceleration.
+
+    Watched is the lean while rocking, and what |a| lacks to uplift while at rest.
+
+    Returns:
+        As `next_event`, and the sign of the acceleration that may lift the block.
+    """
+    zero = real(0.0)
+    a_end = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, h)
+    pull = sign_of(wp.where(size(a_end) > size(a0), a_end, a0))
+    e0 = wp.where(resting, limit - pull * a0, side * theta)
+    tau, turned, crossed, cap = next_event(
+        e0,
+        wp.where(resting, -pull * a1, side * omega),
+        wp.where(resting, -pull * a2, side * t2),
+        wp.where(resting, -pull * a3, side * t3),
+        wp.where(resting, -pull * a4, side * t4),
+        wp.where(resting, -pull * a5, side * t5),
+        wp.where(resting, -pull * a6, side * t6),
+        wp.where(resting, -pull * a7, side * t7),
+        wp.where(resting, -pull * a8, side * t8),
+        wp.where(resting, zero, side * t9),
+        wp.where(resting, zero, side * t10),
+        h,
+    )
+    # A jump of the acceleration lifts a resting block, round-off sinks a rocking one: at once.
+    lifts = e0 < -NEARLY * limit or (e0 <= zero and limit - pull * a_end < zero)
+    at_once = (rocking and e0 < zero) or (resting and lifts)
+    return (
+        wp.where(at_once, zero, tau),
+        turned and not at_once,
+        crossed or at_once,
+        wp.where(at_once, NEVER, cap),
+        pull,
+    )
+
+
+@wp.func
 def event_step(
     block: Block, impact: bool, uplift: bool, pull: real, acceleration: real, time: real,
     omega: real, side: real, mode: int, uplift_time: real, rest_time: real, loss: real,
@@ -285,47 +329,24 @@ def step(
         block.frequency_squared, block.coupling, theta - side * block.slenderness_angle, omega,
         a0, a1, a2, a3, a4, a5, a6, a7, a8,
     )  # fmt: skip
-
-    # The watched quantity: the lean while rocking, what |a| lacks to uplift while at rest.
-    a_end = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, h)
-    pull = sign_of(wp.where(size(a_end) > size(a0), a_end, a0))
-    e0 = wp.where(resting, block.uplift_acceleration - pull * a0, side * theta)
-    tau, turned, crossed, cap1 = next_event(
-        e0,
-        wp.where(resting, -pull * a1, side * omega),
-        wp.where(resting, -pull * a2, side * t2),
-        wp.where(resting, -pull * a3, side * t3),
-        wp.where(resting, -pull * a4, side * t4),
-        wp.where(resting, -pull * a5, side * t5),
-        wp.where(resting, -pull * a6, side * t6),
-        wp.where(resting, -pull * a7, side * t7),
-        wp.where(resting, -pull * a8, side * t8),
-        wp.where(resting, zero, side * t9),
-        wp.where(resting, zero, side * t10),
-        h,
-    )
-    # A jump of the acceleration lifts a resting block, round-off sinks a rocking one: at once.
-    lacks = block.uplift_acceleration - pull * a_end
-    lifts = e0 < -NEARLY * block.uplift_acceleration or (e0 <= zero and lacks < zero)
-    at_once = (rocking and e0 < zero) or (resting and lifts)
-    tau = wp.where(live and not at_once, tau, zero)
+    tau, turned, crossed, cap1, pull = first_event(
+        block.uplift_acceleration, resting, rocking, side, theta, omega,
+        t2, t3, t4, t5, t6, t7, t8, t9, t10, a0, a1, a2, a3, a4, a5, a6, a7, a8, h,
+    )  # fmt: skip
     theta1 = value_at(theta, omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
     omega1 = slope_at(omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
-    # A block that falls past pi/2 repeats the step up to there, by Newton's method.
+    # A block that falls past pi/2 repeats the step up to there (Newton's method).
     excess = size(theta1) - HALF_PI
     past = rocking and excess > NEARLY
-    cap1 = wp.where(past, tau - excess / size(omega1), wp.where(at_once, NEVER, cap1))
-    tau = wp.where(past, zero, tau)
-    crossed = (crossed or at_once) and not past
-    turned = turned and not at_once and not past
+    cap1 = wp.where(past, tau - excess / size(omega1), cap1)
+    tau = wp.where(past or not live, zero, tau)
     uplift = resting and crossed
-    impact = rocking and crossed
+    impact = rocking and crossed and not past
 
     # The state there; a turning point, an impact, an uplift.
     theta1 = wp.where(impact or uplift, zero, wp.where(rocking and not past, theta1, theta))
-    omega1 = wp.where(rocking and not turned, wp.where(past, omega, omega1), zero)
-    whole = tau >= room and live
-    time1 = wp.where(whole, target, time + tau)
+    omega1 = wp.where(past, omega, wp.where(rocking and not turned, omega1, zero))
+    time1 = wp.where(live and tau >= room, target, time + tau)
     a_now = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, tau)
     omega1, side1, mode1, uplift_time1, rest_time1, loss1 = event_step(
         block, impact, uplift, pull, a_now, time1,
