@@ -5,7 +5,10 @@ from __future__ import annotations
 import json
 import math
 import pathlib
+import signal
 import subprocess
+import sys
+import time
 from collections.abc import Callable
 
 import pandas as pd
@@ -311,3 +314,36 @@ def test_json_has_no_nan_and_no_infinity():
 
     found = plain({"a": float("nan"), "b": [np.float64("inf"), np.int32(3)], "c": np.arange(2)})
     assert found == {"a": None, "b": [None, 3], "c": [0, 1]}
+
+
+def test_ctrl_c_does_not_wait_for_the_launch_in_hand(tmp_path):
+    # One pack of 1e9 steps of 1000 sweeps: a launch of days, which nothing can interrupt.
+    command = [sys.executable, "-m", "warprock", "run", "free-b0", "-e", "impulse"]
+    knobs = ["-s", "engines.impulse.substeps=2000", "-s", "engines.impulse.iterations=1000"]
+    knobs += ["-s", "run.duration=2000 s", "-s", "run.sample_interval=1 s"]
+    folder = tmp_path / "out"
+    with subprocess.Popen(
+        [
+            *command,
+            *knobs,
+            "-s",
+            "run.duration=2000 s",
+            "-s",
+            "run.sample_interval=1 s",
+            "-o",
+            folder,
+        ],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        try:
+            time.sleep(8.0)
+            assert process.poll() is None
+            process.send_signal(signal.SIGINT)
+            _, errors = process.communicate(timeout=60.0)
+        finally:
+            process.kill()
+    assert process.returncode == 130
+    assert "interrupted" in errors
+    assert not list(folder.glob("*")) if folder.exists() else True

@@ -70,7 +70,7 @@ def test_the_licence_and_the_command_are_in_the_wheel(wheel: pathlib.Path):
         text = archive.read(entry_points).decode()
         licence = next(name for name in names if name.endswith("licenses/LICENSE"))
         assert archive.read(licence) == (ROOT / "LICENSE").read_bytes()
-    assert "warprock = warprock.cli:main" in text
+    assert "warprock = warprock.cli:entry" in text
 
 
 def test_the_wheel_works_away_from_the_checkout(wheel: pathlib.Path, tmp_path: pathlib.Path):

@@ -1,6 +1,6 @@
 """`python -m warprock`."""
 
-from warprock.cli import main
+from warprock.cli import entry
 
 if __name__ == "__main__":
-    main()
+    entry()

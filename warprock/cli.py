@@ -35,9 +35,7 @@ class ExitCodes(click.Group):
             ctx.exit(EXIT_INPUT)
         except KeyboardInterrupt:
             click.echo("interrupted", err=True)
-            # At once: a launch in a worker thread cannot be stopped, and Python would wait for it.
-            sys.stdout.flush()
-            os._exit(EXIT_INTERRUPTED)
+            ctx.exit(EXIT_INTERRUPTED)
         except OSError as error:
             click.echo(f"error: {error}", err=True)
             ctx.exit(EXIT_FAILED)
@@ -272,3 +270,17 @@ def bench(seconds: float, workers: int | None, as_json: bool) -> None:
     start_warp()
     found = run_bench(seconds=seconds, workers=workers)
     console.print_json(found) if as_json else console.print_bench(found)
+
+
+def entry() -> None:
+    """The command line as a process: on Ctrl-C it ends at once.
+
+    A launch in a worker thread cannot be stopped, and Python would wait for it.
+    """
+    try:
+        main()
+    except SystemExit as end:
+        if end.code != EXIT_INTERRUPTED:
+            raise
+        sys.stdout.flush()
+        os._exit(EXIT_INTERRUPTED)
