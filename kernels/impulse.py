@@ -13,9 +13,10 @@ velocities at half steps (so the release at t = 0 begins with half a step of gra
     3. projected Gauss-Seidel on the four impulses l = (n1, f1, n2, f2), started from those of
        the last step: l_i = clamp(-(u_i + sum over j != i of K_ij l_j) / K_ii), where
        K = J M^-1 J^T and u is what v* misses of the wish of each row;
-    4. v = v* + M^-1 J^T l, q = q + dt v; the block is lifted by erp times its penetration.
-       (A penetration given back through the velocity would add energy that does not vanish with
-       dt: at an impact it is of the order of dt times the velocity.)
+    4. v = v* + M^-1 J^T l, q = q + dt v; the block is lifted by erp times its penetration, but
+       for the 2 g dt^2 that one step of falling can make, else a resting block would never be
+       still. (A penetration given back through the velocity would add energy that does not
+       vanish with dt: at an impact it is of the order of dt times the velocity.)
 
 A lane's state: x along the base from where the block would rest [m], z above the base [m], theta
 [rad]; vx, vz [m/s] and omega [rad/s] relative to the base; the impulses n1, f1 of the -x corner
@@ -174,7 +175,7 @@ def step(
     mz = half * (vz + vz1)
     mo = half * (uo + vo1)
     work = p1 * (mz - mo * x1) + t1 * (mx + mo * z1) + p2 * (mz - mo * x2) + t2 * (mx + mo * z2)
-    deepest = smaller(smaller(gap1, gap2), zero)
+    deepest = smaller(smaller(gap1, gap2) + real(2.0) * dt * dt * knobs.gravity, zero)
     vx1 = m * vx1
     vo1 = m * vo1
     return (

@@ -130,6 +130,20 @@ def test_quarter_period_within_a_step() -> None:
     assert np.all(np.abs(below - quarter) <= 2.0 * step)
 
 
+def test_rest_comes_when_housner_says() -> None:
+    lanes, times = free_lanes(), SampleTimes(8.0)
+    expected = run_batch("housner", lanes, StillBase(9), times)["rest_time"]
+    late = []
+    for substeps in (20, 200):
+        settings = ImpulseSettings(substeps=substeps)
+        response = run_batch("impulse", lanes, StillBase(9), times, settings=settings)
+        assert np.all(response["outcome"] == Outcome.AT_REST)
+        late.append(np.max(np.abs(response["rest_time"] - expected)))
+    # The last swings that a step resolves have the speed g dt; they take a few hundred steps.
+    assert late[0] <= 150.0 / (240.0 * 21.0)
+    assert late[1] <= late[0] / 4.0
+
+
 def test_overturning_velocity_step_at_its_limit() -> None:
     limit = float(rocking.overturning_velocity_step(0.3, 1.0))
     settings = ImpulseSettings(substeps=200)
