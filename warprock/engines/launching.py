@@ -18,7 +18,7 @@ import warp as wp
 from warprock.kernels.instance import LANE_WIDTH, REALS
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions, RecordMotions
-from warprock.response import INTEGER_FIELDS, LANE_FIELDS, Outcome, Response, SampleTimes, Status
+from warprock.response import INTEGER_FIELDS, LANE_FIELDS, Response, SampleTimes
 
 NEVER = 1.0e30
 """A time that has not come, in the kernels."""
@@ -176,15 +176,3 @@ def respond(
     if rotations is None:
         return Response(engine=engine, fields=fields, times=np.empty(0))
     return Response(engine=engine, fields={**fields, "rotation": rotations}, times=times.times)
-
-
-__all__ = [
-    "Form",
-    "Outcome",
-    "Status",
-    "Target",
-    "block_mass",
-    "launch",
-    "respond",
-    "time_or_nan",
-]
