@@ -26,6 +26,10 @@ REST_ROTATION_RATIO = 1e-9
 """Threshold of the rest rule, a part of the slenderness angle."""
 IMPACT_LIMIT = 100_000
 """Impacts after which a run stops with `Status.EVENT_LIMIT`."""
+FIRST_STEP = 0.1
+"""Longest first step of a swing [s]; DOP853 chooses the others itself."""
+SHORTEST_STEP = 1e-9
+"""A first step this short [s] that does not lift the block shows that it has not lifted."""
 ROOT_TOLERANCE = 4.0 * float(np.finfo(np.float64).eps)
 """Relative tolerance of a root, the smallest that `brentq` takes."""
 
@@ -185,9 +189,13 @@ class BlockRun:
         if self.tilt <= 0.0 and self.rate < 0.0:
             self._impact(self.time, self.rate)
             return
-        solver = self._solver(
-            self.time, np.array([self.tilt, self.rate]), stop, self._first_step(stop)
-        )
+        first = self._first_step(stop)
+        if first == 0.0:
+            # Round-off took the block for lifted.
+            self.flat, self.rest_time = True, self.time
+            self.time = min(self.time + SHORTEST_STEP, stop)
+            return
+        solver = self._solver(self.time, np.array([self.tilt, self.rate]), stop, first)
         while solver.status == "running":
             begin, before = solver.t, solver.y
             failure = solver.step()
@@ -204,8 +212,16 @@ class BlockRun:
         """The step that the last swing ended with, or the whole of a short swing."""
         bend = self.block.tilt_acceleration(self.side, self.tilt, self.acceleration(self.time))
         flight = 2.02 * self.rate / -bend if bend < 0.0 < self.rate else math.inf
-        guess = min(self.step_hint, flight, stop - self.time)
-        return guess if guess < math.inf and guess > 0.0 else 1e-3
+        step = min(self.step_hint, flight, stop - self.time, FIRST_STEP)
+        while self.tilt == 0.0 and self.rate == 0.0:
+            # A block that has just lifted: a first step that ends before it comes back.
+            if step < SHORTEST_STEP:
+                return 0.0
+            tilt, rate = self._state_at(self.time, np.zeros(2), self.time + step).tolist()
+            if tilt > 0.0 and rate > 0.0:
+                break
+            step *= 0.25
+        return step
 
     def _event(self, solver: DOP853, begin: float, before: Array) -> bool:
         """Handles what happened in a step; True if the swing is over."""
