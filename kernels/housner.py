@@ -170,7 +170,7 @@ def next_event(
     # Of the derivative where the quantity turns; of e / time where it starts from zero.
     ground = e0 == zero
     at_end = pick(turns, ground, d_end, e_end / h, e_end)
-    at_root, exact, before = root(
+    at_root, exact, low, high = root(
         pick(turns, ground, e1, e1, e0),
         pick(turns, ground, real(2.0) * e2, e2, e1),
         pick(turns, ground, real(3.0) * e3, e3, e2),
@@ -185,15 +185,17 @@ def next_event(
         h,
         at_end,
     )
-    # A root that is not yet exact shortens the step; the next step finds it from nearer by.
-    tau = wp.where(turns or crosses, wp.where(exact, at_root, before), h)
+    # Towards a root that is not yet exact the step goes as far as is safe; the next one finds it
+    # in a narrower bracket.
+    event = turns or crosses
+    tau = wp.where(event, wp.where(exact, at_root, low), h)
     at_turn = value_at(e0, e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, tau)
     dips = turns and exact and at_turn < zero
     return (
         wp.where(dips, zero, tau),
         turns and exact and not dips,
         crosses and exact,
-        wp.where(dips, tau, NEVER),
+        wp.where(dips, tau, wp.where(event and not exact, high - low, NEVER)),
     )
 
 

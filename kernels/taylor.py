@@ -52,7 +52,7 @@ def root(
     that lies inside, else from the secant.
 
     Returns:
-        The root; whether it is exact to round-off; a time before the root.
+        The root; whether it is exact to round-off; the bracket, a time before and one after it.
     """
     zero = real(0.0)
     sign = wp.where(g0 < zero, real(-1.0), real(1.0))
@@ -76,4 +76,4 @@ def root(
         y = wp.where((y >= low and y <= high) or small, y, real(0.5) * (low + high))
         change = wp.where(y < x, x - y, y - x)
         x = y
-    return x, change <= CONVERGED * x, wp.where(low > zero, low, real(0.01) * high)
+    return x, change <= CONVERGED * x, low, high

@@ -270,3 +270,35 @@ def test_block_lifts_again_during_a_motion() -> None:
     oracle = rock(lanes, motions, 0, SampleTimes(3.0, 0.01))
     gap = np.max(np.abs(response["rotation"][0] - oracle.rotation))
     assert gap <= AGREEMENT * lanes.slenderness_angle[0]
+
+
+def test_pushes_that_hardly_lift_a_block_leave_it_at_rest() -> None:
+    # The acceleration peaks at a sample, above the uplift acceleration by 1e-2 to 1e-15 of it, so
+    # that the block lifts for milliseconds down to less than the time can resolve.
+    excess = np.append(10.0 ** -np.arange(2.0, 16.0), 0.0)
+    count = len(excess)
+    lanes = make_lanes(np.full(count, 0.2), 1.0)
+    limit = float(rocking.uplift_acceleration(0.2, 1.0))
+    samples = limit * np.interp(
+        np.arange(400.0), [0.0, 170.0, 171.0, 172.0, 399.0], [0, 0, 1, 0, 0]
+    )
+    record = Record(
+        name="made",
+        interval=0.01,
+        samples=samples,
+        quantity=Control.ACCELERATION,
+        source="made here",
+        licence="none",
+        sha256="",
+        file="made here",
+    )
+    motions = record_motions(
+        [record], index=np.zeros(count, np.int64), scale=1.0 + excess, start=np.zeros(count)
+    )
+    response = run_batch("housner", lanes, motions, SampleTimes(3.0))
+    assert np.all(response["status"] == Status.OK)
+    assert np.all(response["outcome"] == Outcome.AT_REST)
+    # Pushed for the time t = 0.01 s x excess on either side of the peak, by no more than
+    # q slope t with q = 3/(4 R) = 1.47/m and slope = 196 m/s^3, it rises by some 2 q slope t^3.
+    assert np.all(response["peak_rotation"] <= 1e-3 * excess**3)
+    assert response["uplift_time"][0] == pytest.approx(1.71 - 0.01 * (1.0 - 1.0 / 1.01), abs=1e-9)
