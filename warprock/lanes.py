@@ -44,7 +44,7 @@ class Lanes:
         """Critical angle [rad], shape [lane]."""
         return np.arctan2(self.width, self.height)
 
-    def take(self, lanes: slice) -> Self:
-        """A slice of the lanes."""
+    def take(self, lanes: slice | npt.NDArray[np.intp]) -> Self:
+        """Some of the lanes, by slice or by number."""
         parts = {f.name: getattr(self, f.name)[lanes] for f in dataclasses.fields(self)}
         return dataclasses.replace(self, **parts)

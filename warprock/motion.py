@@ -90,9 +90,9 @@ class StillBase:
         """Time at which the motion starts [s]: never."""
         return np.full(self.count, np.inf)
 
-    def take(self, lanes: slice) -> Self:
-        """The motions of a slice of lanes."""
-        return dataclasses.replace(self, count=len(range(self.count)[lanes]))
+    def take(self, lanes: slice | npt.NDArray[np.intp]) -> Self:
+        """The motions of some lanes."""
+        return dataclasses.replace(self, count=len(np.arange(self.count)[lanes]))
 
     def segments(self, _lane: int) -> list[Segment]:
         """The motion of one lane, segment by segment."""
@@ -118,8 +118,8 @@ class _Pulse:
         """Number of lanes."""
         return len(self.start)
 
-    def take(self, lanes: slice) -> Self:
-        """The motions of a slice of lanes."""
+    def take(self, lanes: slice | npt.NDArray[np.intp]) -> Self:
+        """The motions of some lanes."""
         parts = {f.name: getattr(self, f.name)[lanes] for f in dataclasses.fields(self)}
         return dataclasses.replace(self, **parts)
 
@@ -234,8 +234,8 @@ class RecordMotions:
         """Number of lanes."""
         return len(self.start)
 
-    def take(self, lanes: slice) -> Self:
-        """The motions of a slice of lanes; the pool is shared."""
+    def take(self, lanes: slice | npt.NDArray[np.intp]) -> Self:
+        """The motions of some lanes; the pool is shared."""
         names = [f.name for f in dataclasses.fields(self) if not f.name.startswith("pool_")]
         return dataclasses.replace(self, **{name: getattr(self, name)[lanes] for name in names})
 

@@ -10,6 +10,8 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
+
 from warprock.batch import run_batch
 from warprock.case import Case
 from warprock.case_keys import NOTHING
@@ -107,28 +109,33 @@ def run_case(
 
 
 def run_lane(run: CaseRun, lane: int) -> Response:
-    """Runs one lane of a finished run again, alone, with histories.
+    """Runs one lane of a finished run again, alone, with histories, as `run_lanes` does."""
+    return run_lanes(run, [lane])
 
-    A lane's numbers do not depend on the batch around it, so this is the same lane.
+
+def run_lanes(run: CaseRun, lanes: Sequence[int]) -> Response:
+    """Runs some lanes of a finished run again, with histories.
+
+    A lane's numbers do not depend on the batch around it, so these are the same lanes.
 
     Args:
         run: The finished run.
-        lane: Number of the lane, from 0.
+        lanes: Numbers of the lanes, from 0; their order is that of the response.
 
     Raises:
         InputError: There is no such lane, or the case does not say how to sample histories.
     """
-    require_histories(run.case, [lane])
-    only = slice(lane, lane + 1)
+    require_histories(run.case, lanes)
+    chosen = np.asarray(lanes, dtype=np.intp)
     return run_batch(
         run.response.engine,
-        run.lane_set.lanes.take(only),
-        run.lane_set.motions.take(only),
+        run.lane_set.lanes.take(chosen),
+        run.lane_set.motions.take(chosen),
         run.case.sample_times,
         settings=run.settings,
         precision=run.precision,
         device=run.device,
-        workers=1,
+        workers=run.workers,
     )
 
 
