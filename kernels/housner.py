@@ -23,8 +23,8 @@ allowed next time [s].
 
 Rest rule: after an impact the block rests if, under the acceleration of that moment, its next
 swing would stay below `rest_rotation` on either side. The infinitely many impacts that it leaves
-out would take 2 theta' (1/r+ + 1/r-) / (2 (1 - eta)) with the decelerations r+ and r- on the two
-sides; that time is added to the rest time.
+out would take 2 theta' (1/r + eta/r') / (1 - eta^2), with the decelerations r on the side that it
+leaves for and r' on the other; that time is added to the rest time.
 """
 
 from typing import Any
@@ -128,16 +128,15 @@ def rocking_series(
 @wp.func
 def may_rest(block: Block, omega: real, acceleration: real):
     """Whether the block rests after an impact, and the time its left-out impacts would take."""
-    sin_alpha = sine(block.slenderness_angle)
-    cos_alpha = cosine(block.slenderness_angle)
-    gravity_part = block.frequency_squared * sin_alpha
-    motion_part = block.coupling * size(acceleration) * cos_alpha
-    weaker = gravity_part - motion_part + real(1.0e-12) * block.frequency_squared
-    stronger = gravity_part + motion_part
+    eta = block.angular_restitution
+    gravity_part = block.frequency_squared * sine(block.slenderness_angle)
+    motion_part = block.coupling * acceleration * cosine(block.slenderness_angle)
+    weaker = gravity_part - size(motion_part) + real(1.0e-12) * block.frequency_squared
     rests = weaker > real(0.0) and omega * omega <= real(2.0) * weaker * block.rest_rotation
-    mean = real(0.5) * (real(1.0) / weaker + real(1.0) / stronger)
-    lost = real(1.0) - block.angular_restitution
-    tail = real(2.0) * size(omega) * mean / larger(lost, real(1.0e-6))
+    here = gravity_part + sign_of(omega) * motion_part
+    there = gravity_part - sign_of(omega) * motion_part
+    lost = larger(real(1.0) - eta * eta, real(1.0e-6))
+    tail = real(2.0) * size(omega) * (real(1.0) / here + eta / there) / lost
     return rests, tail
 
 

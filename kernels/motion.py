@@ -20,7 +20,7 @@ MOTION: str
 
 wp.set_module_options(module_options())
 scalar = kernel_module("scalar", precision=PRECISION)
-cycle = scalar.cycle
+smaller, cycle = scalar.smaller, scalar.cycle
 decay = scalar.decay
 OVER_2, OVER_3, OVER_4 = scalar.OVER_2, scalar.OVER_3, scalar.OVER_4
 OVER_5, OVER_6, OVER_7 = scalar.OVER_5, scalar.OVER_6, scalar.OVER_7
@@ -28,6 +28,8 @@ OVER_8 = scalar.OVER_8
 
 NEVER = real(1.0e30)
 TWO_PI = real(6.283185307179586)
+FLAT = real(44.0)
+"""Exponent beyond which a Gaussian is zero to round-off; `decay` takes no more."""
 
 if MOTION == "still":
 
@@ -164,7 +166,7 @@ if MOTION == "ricker":
         r = m.rate
         x = r * (time - real(0.5) * (m.start + m.stop))
         # The Gaussian: E' = -2 x E.
-        e0 = decay(x * x) * inside(m, segment)
+        e0 = decay(smaller(x * x, FLAT)) * inside(m, segment)
         e1 = real(-2.0) * x * e0
         e2 = -(x * e1 + e0)
         e3 = real(-2.0) * OVER_3 * (x * e2 + e1)
@@ -202,7 +204,7 @@ if MOTION == "ricker":
     def velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
         """Velocity of the base just after a time."""
         x = m.rate * (time - real(0.5) * (m.start + m.stop))
-        moving = (m.c0 + x * (m.c1 + x * (m.c2 + x * m.c3))) * decay(x * x)
+        moving = (m.c0 + x * (m.c1 + x * (m.c2 + x * m.c3))) * decay(smaller(x * x, FLAT))
         after = wp.where(time < m.stop, moving, m.velocity_final)
         return wp.where(time < m.start, real(0.0), after)
 
