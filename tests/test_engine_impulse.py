@@ -14,7 +14,7 @@ from warprock.engines.settings import ImpulseSettings
 from warprock.expansion import expand_lanes
 from warprock.lanes import Lanes
 from warprock.machine import core_count, cpu_vector_flags
-from warprock.motion import Control, GroundMotions, StillBase
+from warprock.motion import Control, GroundMotions, StillBase, Waveform, ricker_motions
 from warprock.records import load_record, record_motions
 from warprock.response import Outcome, SampleTimes, Status
 from warprock.units import GRAVITY
@@ -71,6 +71,22 @@ def test_pulses_converge_to_housner_where_housner_holds(control: Control) -> Non
     assert coarse <= 4e-3
     # A tenth of the step, a tenth of the error.
     assert fine <= coarse / 5.0
+
+
+@pytest.mark.parametrize("waveform", [Waveform.COSINE, Waveform.RICKER])
+def test_other_waveforms_are_followed(waveform: Waveform) -> None:
+    lanes = make_lanes(np.full(2, 0.2), 1.0, friction=10.0)
+    size, frequency = np.array([0.35, 0.4]) * GRAVITY, np.array([2.0, 2.2])
+    control = [Control.ACCELERATION] * 2
+    motions: GroundMotions = ricker_motions(control, size, frequency, np.array([0.0, 0.2]))
+    if waveform is Waveform.COSINE:
+        motions = sines(Control.ACCELERATION, size, frequency, 1.0, waveform, start=0.2)
+    times = SampleTimes(6.0, 0.01)
+    response = run_batch("housner", lanes, motions, times)
+    assert np.all(response["peak_rotation"] > 0.02 * lanes.slenderness_angle)
+    assert np.all(response["outcome"] != Outcome.OVERTURNED)
+    # First order through some twenty impacts, as for sines.
+    assert np.max(errors(lanes, motions, times, ImpulseSettings(substeps=200))) <= 1e-2
 
 
 def test_record_is_followed_in_time_and_size() -> None:
