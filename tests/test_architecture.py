@@ -91,7 +91,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
     ),
     "cli": (
         ("warprock/cli*.py", "warprock/__main__.py"),
-        "errors foundation settings cases batch runs checks report reproduction desk",
+        "errors foundation settings cases batch runs checks report plots reproduction desk",
         "click",
     ),
 }

@@ -170,7 +170,12 @@ def run(
             progress=progress,
         )
     histories = {lane: runner.run_lane(case_run, lane) for lane in lanes}
-    files = store.write_run(case_run, folder, histories) if folder is not None else []
+    files = []
+    if folder is not None:
+        from warprock.report import plots_run
+
+        files += store.write_run(case_run, folder, histories)
+        files += plots_run.write_figures(case_run, folder)
     if as_json:
         table = store.lane_table(case_run.lane_set, case_run.response)
         summary = store.provenance(case_run) | {"rows": table.to_dict("records")}

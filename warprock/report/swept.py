@@ -17,8 +17,11 @@ Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 
 NAMES: dict[str, tuple[str, str]] = {
-    "start.rotation": ("start", "rotation at the start"),
-    "start.rotation_ratio": ("start", "rotation at the start / slenderness angle"),
+    "start.rotation": ("starting rotation", "rotation at the start"),
+    "start.rotation_ratio": (
+        "starting rotation ratio",
+        "rotation at the start / slenderness angle",
+    ),
     "motion.scale": ("scale", "scale of the record"),
     "motion.start": ("start of motion", "start of the motion"),
     "motion.duration": ("duration", "duration of the motion"),
