@@ -321,6 +321,11 @@ class StackMechanics:
                 admissible.append((energy, entry))
         return self._least_lost(admissible or opened, len(admissible))
 
+    def projected(self, pattern: Pattern, closing: Pattern, rotation: Array, rate: Array) -> Array:
+        """Rates after contacts are closed that open too slowly to count, shape [block]."""
+        momentum = self.masses * (self.jacobian(pattern, rotation) @ rate)
+        return self._closest(closing, self.jacobian(closing, rotation), momentum)
+
     def _least_lost(self, entries: list[tuple[float, Choice]], count: int) -> Choice:
         """The entry of the largest energy; entries of one motion count as one."""
         _, best = max(entries, key=lambda entry: entry[0])
