@@ -39,7 +39,9 @@ PANELS, SERIES = 6, 8
 DODGE = 0.4
 """Width over which the lanes of one name spread, the next name being 1 away."""
 OVERTURNED_AT = 1.15
-"""Rotation ratio at which an overturned lane is marked, whatever it reached."""
+"""Rotation ratio at which overturned lanes are marked, unless a standing one went as far."""
+TICK_TEXT, TICK_NAME = 100, 24
+"""Letters that fit side by side below a figure, and the most that a name below it has."""
 
 SERIES_COLORS = (BLUE, ORANGE, GREEN, BLACK, RED, SKY, PURPLE, YELLOW)
 SERIES_DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.5, 1.0)), (0, (6, 1.5, 1.5, 1.5)))
@@ -53,7 +55,7 @@ GREY = "#555555"
 OUTCOMES: dict[Outcome, tuple[str, str, bool]] = {
     Outcome.AT_REST: ("at rest at the end", "o", True),
     Outcome.ROCKING: ("still rocking at the end", "o", False),
-    Outcome.OVERTURNED: (f"overturned (drawn at {OVERTURNED_AT:g})", "^", True),
+    Outcome.OVERTURNED: ("overturned", "^", True),
 }
 """Outcome -> name, marker, and whether it is filled."""
 
@@ -90,8 +92,12 @@ class _Peaks:
     @property
     def top(self) -> float:
         """Upper end of the ordinate."""
-        largest = 1.08 * self.largest_standing
-        return max(largest, OVERTURNED_AT + 0.07) if self.any_overturned else largest
+        return 1.07 * (self.overturned_at if self.any_overturned else self.largest_standing)
+
+    @property
+    def overturned_at(self) -> float:
+        """Where overturned lanes are marked, above all others, whatever they reached."""
+        return max(OVERTURNED_AT, round(1.1 * self.largest_standing, 2))
 
     @property
     def largest_standing(self) -> float:
@@ -172,9 +178,10 @@ def _title(run: CaseRun, peaks: _Peaks, layout: _Layout, panels: int) -> str:
         notes.append(f"{panels} of {total} panels, evenly spaced along each input")
     unusable = int(np.sum(peaks.outcome < 0))
     if unusable:
-        notes.append(f"{unusable} of {len(peaks.ratio)} lanes have no usable number")
+        notes.append(f"lanes without a usable number: {unusable} of {len(peaks.ratio)}")
     below = "".join(f"\n{note}" for note in notes)
-    return f"{run.case.name}, {run.response.engine}: peak rotation over the swept inputs{below}"
+    over = "" if layout.across is None else " over the swept inputs"
+    return f"{run.case.name}, {run.response.engine}: peak rotation{over}{below}"
 
 
 def _draw_curves(
@@ -192,7 +199,8 @@ def _draw_curves(
         color = _series_color(beside, index)
         # Lanes of equal peaks lie side by side between names, and in one another on a scale.
         place = index / max(count - 1, 1)
-        aside = DODGE * (place - 0.5) if across is not None and across.nominal and beside else 0.0
+        beside_names = across is not None and across.nominal and count > 1
+        aside = DODGE * (place - 0.5) if beside_names else 0.0
         if across is not None and not across.nominal:
             axes.plot(
                 x,
@@ -206,10 +214,10 @@ def _draw_curves(
             fallen = code is Outcome.OVERTURNED
             axes.plot(
                 x[rows] + aside,
-                np.full(int(rows.sum()), OVERTURNED_AT) if fallen else ratio[rows],
+                np.full(int(rows.sum()), peaks.overturned_at) if fallen else ratio[rows],
                 linestyle="none",
                 marker=marker,
-                markersize=size * (1.0 - 0.6 * place),
+                markersize=size * (1.0 if beside_names else 1.0 - 0.6 * place),
                 zorder=3.0 + place,
                 color=color,
                 markerfacecolor=color if filled else "none",
@@ -276,9 +284,9 @@ def _label(figure: Figure, grid: Any, layout: _Layout, peaks: _Peaks) -> None:
         if layout.across is None:
             axes.set_xticks([0.0], ["the one lane of the case"])
         else:
-            _scale(axes.xaxis, layout.across, axes.set_xscale)
+            _scale(axes.xaxis, layout.across, axes.set_xscale, TICK_TEXT // grid.shape[1])
         if layout.as_map and layout.beside is not None:
-            _scale(axes.yaxis, layout.beside, axes.set_yscale)
+            _scale(axes.yaxis, layout.beside, axes.set_yscale, None)
         else:
             axes.set_ylim(-0.02 * peaks.top, peaks.top)
             if peaks.any_overturned:
@@ -299,14 +307,23 @@ def _label(figure: Figure, grid: Any, layout: _Layout, peaks: _Peaks) -> None:
         )
 
 
-def _scale(ticked: Any, axis: SweptAxis, set_scale: Any) -> None:
-    """Ticks with the names of a nominal axis; else a scale, with plain numbers."""
+def _scale(ticked: Any, axis: SweptAxis, set_scale: Any, room: int | None) -> None:
+    """Ticks with the names of a nominal axis; else a scale, with plain numbers.
+
+    Args:
+        ticked: Axis of matplotlib.
+        axis: What lies along it.
+        set_scale: Sets its scale.
+        room: Letters that fit side by side, beyond which names are slanted; None for no limit.
+    """
     if axis.nominal:
         at = spread([axis.length], TICKS)[0]
-        ticked.set_ticks(
-            at,
-            [axis.name(int(p), bare=True).replace(", ", "\n") for p in at],
-        )
+        names = [axis.name(int(p), bare=True) for p in at]
+        words = [[word[-TICK_NAME:] for word in name.split(", ")] for name in names]
+        longest = max(len(word) for each in words for word in each)
+        slanted = room is not None and (longest + 1) * len(at) > room
+        style = {"rotation": 25.0, "ha": "right", "rotation_mode": "anchor"} if slanted else {}
+        ticked.set_ticks(at, [(", " if slanted else "\n").join(each) for each in words], **style)
     elif axis.logarithmic:
         from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
@@ -337,6 +354,8 @@ def _curve_handles(layout: _Layout, peaks: _Peaks) -> list[Any]:
     for code, (name, marker, filled) in OUTCOMES.items():
         if np.any(peaks.outcome == code):
             face = GREY if filled else "none"
+            if code is Outcome.OVERTURNED:
+                name = f"{name} (drawn at {peaks.overturned_at:g})"
             handles.append(
                 Line2D([], [], color=GREY, ls="none", marker=marker, mfc=face, label=name)
             )

@@ -50,7 +50,8 @@ CAP = 1.2
 
 MANY_CROSSINGS, TOO_MANY_CROSSINGS = 40, 150
 """Zero crossings beyond which a history needs an enlarged part, or is drawn as an outline."""
-ENLARGED_CROSSINGS = 20.0
+ENLARGED_CROSSINGS, ENLARGED_PART = 10, 6.0
+"""Most zero crossings, and most of the run as its part, on either side of the largest rotation."""
 VISIBLE = 0.02
 """Part of the largest rotation below which a crossing cannot be seen."""
 OUTLINE_CROSSINGS, OUTLINE_POINTS = 6, 100
@@ -148,6 +149,7 @@ def draw_histories(
         for index, pair in enumerate(cells[: len(shown.lanes)]):
             for axes, window in zip(pair, windows, strict=True):
                 _draw_panel(axes, curves, shown, index, window)
+            pair[0].set_ylabel(SHORT_ROTATION_LABEL)
             pair[0].set_title(_panel_title(run, shown, index), loc="left")
         for column, window in enumerate(windows * folds):
             if moving:
@@ -157,7 +159,6 @@ def draw_histories(
             last.tick_params(labelbottom=True)
         for axes, (first, end) in zip(grid[0, 1:], windows[1:], strict=False):
             axes.set_title(f"enlarged: {first:g} s to {end:g} s", loc="left")
-        figure.supylabel(SHORT_ROTATION_LABEL.replace("\n", " "), fontsize=9.0)
         _add_legend(figure, grid[moving, 0], shown, curves)
         return save(figure, path)
 
@@ -205,13 +206,20 @@ class _Curves:
         """The whole run, and where it is dense, the part around the largest rotation [s]."""
         windows = [(0.0, self.duration)]
         if self.crossings > MANY_CROSSINGS:
-            part = max(ENLARGED_CROSSINGS / self.crossings, 0.05)
-            length = float(f"{part * self.duration:.1g}")
             stands = self.response["outcome"] != Outcome.OVERTURNED
             sizes = np.abs(np.nan_to_num(self.ratios)).max(axis=2).ravel()
-            centre = float(self.response["peak_time"][np.argmax(np.where(stands, sizes, 0.0))])
-            first = min(max(round(centre - 0.5 * length, 1), 0.0), self.duration - length)
-            windows.append((first, first + length))
+            largest = int(np.argmax(np.where(stands, sizes, 0.0)))
+            ratio = self.ratios.reshape(len(sizes), -1)[largest]
+            at = self.response.times[1:][np.diff(np.signbit(ratio))]
+            centre = float(self.response["peak_time"][largest])
+            near = int(np.searchsorted(at, centre))
+            ends = np.concatenate([[0.0], at, [self.duration]])
+            most = self.duration / ENLARGED_PART
+            first = max(ends[max(near - ENLARGED_CROSSINGS, 0)], centre - most, 0.0)
+            last = min(ends[min(near + ENLARGED_CROSSINGS, len(ends) - 1)], centre + most)
+            grain = 1.0 if last - first > 5.0 else 0.1
+            first = np.floor(first / grain) * grain
+            windows.append((float(first), float(min(np.ceil(last / grain) * grain, self.duration))))
         return windows
 
     @functools.cached_property
@@ -223,7 +231,7 @@ class _Curves:
 
 
 def _row_height(rows: int) -> float:
-    return 3.6 if rows == 1 else 1.9 if rows <= 4 else 1.3
+    return 3.6 if rows == 1 else 1.9 if rows <= 4 else 1.4
 
 
 def _title(run: CaseRun, shown: ShownLanes) -> str:
@@ -295,7 +303,7 @@ def _draw_base(axes: Axes, run: CaseRun, lane: int, window: Window) -> None:
         step = float(factor * motions.velocity_step_start[lane])
         with_step = f", after a velocity step of {step:.3g} m/s" if step else ""
         axes.set_title(f"base acceleration of lane {lane}{with_step}", loc="left")
-        axes.set_ylabel("[m/s$^2$]")
+        axes.set_ylabel("acceleration\n[m/s$^2$]")
 
 
 def _add_legend(figure: Figure, axes: Axes, shown: ShownLanes, curves: _Curves) -> None:
@@ -303,7 +311,7 @@ def _add_legend(figure: Figure, axes: Axes, shown: ShownLanes, curves: _Curves) 
     notes: list[tuple[dict[str, Any], str]] = []
     if curves.outlined:
         part = curves.duration / curves.outline_points
-        notes.append(({}, f"whole run: largest and smallest in every {part:.2g} s"))
+        notes.append(({}, f"whole run, left: largest and smallest in every {part:.2g} s"))
     if any(line.get_marker() in ("^", "v") for a in figure.axes for line in a.lines):
         notes.append(({"marker": "^", "color": GREY}, f"overturned: goes beyond {CAP:g}"))
     for style, note in notes:
