@@ -52,10 +52,15 @@ DOTTED_CELLS = 2500
 """Cells of a map in which dots can still be told apart."""
 
 GREY = "#555555"
-OUTCOMES: dict[Outcome, tuple[str, str, bool]] = {
+UNUSABLE, FAR = -1, 3
+"""Codes beside those of `Outcome`: no usable number; beyond `FARTHEST`, yet not overturned."""
+FARTHEST = 2.0
+"""Rotation ratio beyond which a block that has not overturned is falling when its run ends."""
+OUTCOMES: dict[int, tuple[str, str, bool]] = {
     Outcome.AT_REST: ("at rest at the end", "o", True),
     Outcome.ROCKING: ("still rocking at the end", "o", False),
     Outcome.OVERTURNED: ("overturned", "^", True),
+    FAR: (f"beyond {FARTHEST:g}, not overturned", "^", False),
 }
 """Outcome -> name, marker, and whether it is filled."""
 
@@ -83,32 +88,32 @@ class _Peaks:
 
     Attributes:
         ratio: Largest rotation / slenderness angle; NaN where it may not be used.
-        outcome: Codes of `Outcome`; -1 where they may not be used.
+        outcome: Codes of `Outcome`, `FAR` or `UNUSABLE`.
     """
 
     ratio: Array
     outcome: npt.NDArray[np.intp]
 
     @property
-    def top(self) -> float:
-        """Upper end of the ordinate."""
-        return 1.07 * (self.overturned_at if self.any_overturned else self.largest_standing)
+    def raised(self) -> npt.NDArray[np.bool_]:
+        """Which lanes are marked above all others."""
+        return np.isin(self.outcome, (Outcome.OVERTURNED, FAR))
 
     @property
-    def overturned_at(self) -> float:
-        """Where overturned lanes are marked, above all others, whatever they reached."""
+    def top(self) -> float:
+        """Upper end of the ordinate."""
+        return 1.07 * (self.raised_at if self.raised.any() else self.largest_standing)
+
+    @property
+    def raised_at(self) -> float:
+        """Where overturned lanes are marked, whatever they reached."""
         return max(OVERTURNED_AT, round(1.1 * self.largest_standing, 2))
 
     @property
     def largest_standing(self) -> float:
-        """Largest ratio of the lanes that did not overturn; a little above 0 without any."""
-        standing = self.ratio[(self.outcome >= 0) & (self.outcome != Outcome.OVERTURNED)]
+        """Largest ratio of the other lanes; a little above 0 without any."""
+        standing = self.ratio[~self.raised]
         return float(np.nanmax(standing, initial=1e-6))
-
-    @property
-    def any_overturned(self) -> bool:
-        """Whether a lane overturned."""
-        return bool(np.any(self.outcome == Outcome.OVERTURNED))
 
 
 def draw_peaks(path: pathlib.Path, run: CaseRun) -> pathlib.Path:
@@ -168,7 +173,8 @@ def _read_peaks(run: CaseRun) -> _Peaks:
     ratio = response["peak_rotation"] / run.lane_set.lanes.slenderness_angle
     usable = (response["status"] == Status.OK) & np.isfinite(ratio)
     outcome = np.asarray(response["outcome"], dtype=np.intp)
-    return _Peaks(np.where(usable, ratio, np.nan), np.where(usable, outcome, -1))
+    outcome = np.where((outcome == Outcome.ROCKING) & (ratio > FARTHEST), FAR, outcome)
+    return _Peaks(np.where(usable, ratio, np.nan), np.where(usable, outcome, UNUSABLE))
 
 
 def _title(run: CaseRun, peaks: _Peaks, layout: _Layout, panels: int) -> str:
@@ -204,17 +210,17 @@ def _draw_curves(
         if across is not None and not across.nominal:
             axes.plot(
                 x,
-                np.where(outcome == Outcome.OVERTURNED, np.nan, ratio),
+                np.where(peaks.raised[lanes], np.nan, ratio),
                 color=color,
                 linestyle=SERIES_DASHES[index % len(SERIES_DASHES)],
                 linewidth=1.2,
             )
         for code, (_, marker, filled) in OUTCOMES.items():
             rows = outcome == code
-            fallen = code is Outcome.OVERTURNED
+            raised = code in (Outcome.OVERTURNED, FAR)
             axes.plot(
                 x[rows] + aside,
-                np.full(int(rows.sum()), peaks.overturned_at) if fallen else ratio[rows],
+                np.full(int(rows.sum()), peaks.raised_at) if raised else ratio[rows],
                 linestyle="none",
                 marker=marker,
                 markersize=size * (1.0 if beside_names else 1.0 - 0.6 * place),
@@ -249,7 +255,7 @@ def _draw_map(axes: Axes, run: CaseRun, peaks: _Peaks, layout: _Layout, at: dict
     x, y = _edges(across), _edges(beside)
     axes.patch.set(**OVERTURNED_FILL, linewidth=0.0)
     unusable = np.ma.masked_where(outcome >= 0, np.ones(outcome.shape))
-    standing = np.ma.masked_where((outcome < 0) | (outcome == Outcome.OVERTURNED), ratio)
+    standing = np.ma.masked_where((outcome < 0) | peaks.raised[lanes], ratio)
     axes.pcolormesh(x, y, unusable, cmap=ListedColormap([UNUSABLE_COLOR]))
     axes.pcolormesh(x, y, standing, cmap=MAP_COLORS, vmin=0.0, vmax=peaks.largest_standing)
     rocking = outcome == Outcome.ROCKING
@@ -289,7 +295,7 @@ def _label(figure: Figure, grid: Any, layout: _Layout, peaks: _Peaks) -> None:
             _scale(axes.yaxis, layout.beside, axes.set_yscale, None)
         else:
             axes.set_ylim(-0.02 * peaks.top, peaks.top)
-            if peaks.any_overturned:
+            if peaks.raised.any():
                 axes.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":")
     if layout.across is not None:
         for axes in shown[-grid.shape[1] :]:
@@ -354,8 +360,8 @@ def _curve_handles(layout: _Layout, peaks: _Peaks) -> list[Any]:
     for code, (name, marker, filled) in OUTCOMES.items():
         if np.any(peaks.outcome == code):
             face = GREY if filled else "none"
-            if code is Outcome.OVERTURNED:
-                name = f"{name} (drawn at {peaks.overturned_at:g})"
+            if code in (Outcome.OVERTURNED, FAR):
+                name = f"{name} (drawn at {peaks.raised_at:g})"
             handles.append(
                 Line2D([], [], color=GREY, ls="none", marker=marker, mfc=face, label=name)
             )
@@ -367,8 +373,9 @@ def _map_handles(peaks: _Peaks) -> list[Any]:
     from matplotlib.patches import Patch
 
     handles: list[Any] = []
-    if peaks.any_overturned:
-        handles.append(Patch(**OVERTURNED_FILL, label="overturned"))
+    if peaks.raised.any():
+        far = f", or beyond {FARTHEST:g} when the run ends" if np.any(peaks.outcome == FAR) else ""
+        handles.append(Patch(**OVERTURNED_FILL, label=f"overturned{far}"))
     if np.any(peaks.outcome < 0):
         handles.append(Patch(color=UNUSABLE_COLOR, label="no usable number"))
     if np.any(peaks.outcome == Outcome.ROCKING) and len(peaks.outcome) <= DOTTED_CELLS:
