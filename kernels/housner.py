@@ -141,9 +141,11 @@ def may_rest(block: Block, omega: real, acceleration: real):
 
 
 @wp.func
-def pick(first: bool, second: bool, a: real, b: real, c: real) -> real:
-    """The first of three numbers that applies; c where neither condition holds."""
-    return wp.where(first, a, wp.where(second, b, c))
+def pick(turns: bool, zeros: int, slope: real, e: real, once: real, twice: real, thrice: real):
+    """Coefficient of the derivative, or of a quantity over time to the power of its zeros."""
+    low = wp.where(zeros == 0, e, once)
+    high = wp.where(zeros == 2, twice, thrice)
+    return wp.where(turns, slope, wp.where(zeros < 2, low, high))
 
 
 @wp.func
@@ -166,24 +168,35 @@ def next_event(
     # A turning point in the first or last NEARLY of the step is one that a step ends at.
     turns = e1 * d_end < -NEARLY * (d_end * d_end + e1 * e1)
     crosses = e_end < zero and not turns
-    # Of the derivative where the quantity turns; of e / time where it starts from zero.
-    ground = e0 == zero
-    at_end = pick(turns, ground, d_end, e_end / h, e_end)
+    # A block on the ground has a zero there already; at rest a double one; one that has just
+    # lifted where |a| passed its limit a triple one. They are divided out.
+    zeros = wp.where(e0 == zero, wp.where(e1 == zero, 2, 1), 0)
+    zeros = wp.where(zeros == 2 and size(e2) < NEARLY * size(e3) * h, 3, zeros)
+    over_h = real(1.0) / h
+    g0 = pick(turns, zeros, e1, e0, e1, e2, e3)
+    at_end = pick(
+        turns, zeros, d_end, e_end, e_end * over_h, e_end * over_h * over_h,
+        e_end * over_h * over_h * over_h,
+    )  # fmt: skip
     at_root, exact, low, high = root(
-        pick(turns, ground, e1, e1, e0),
-        pick(turns, ground, real(2.0) * e2, e2, e1),
-        pick(turns, ground, real(3.0) * e3, e3, e2),
-        pick(turns, ground, real(4.0) * e4, e4, e3),
-        pick(turns, ground, real(5.0) * e5, e5, e4),
-        pick(turns, ground, real(6.0) * e6, e6, e5),
-        pick(turns, ground, real(7.0) * e7, e7, e6),
-        pick(turns, ground, real(8.0) * e8, e8, e7),
-        pick(turns, ground, real(9.0) * e9, e9, e8),
-        pick(turns, ground, real(10.0) * e10, e10, e9),
-        pick(turns, ground, zero, zero, e10),
+        g0,
+        pick(turns, zeros, real(2.0) * e2, e1, e2, e3, e4),
+        pick(turns, zeros, real(3.0) * e3, e2, e3, e4, e5),
+        pick(turns, zeros, real(4.0) * e4, e3, e4, e5, e6),
+        pick(turns, zeros, real(5.0) * e5, e4, e5, e6, e7),
+        pick(turns, zeros, real(6.0) * e6, e5, e6, e7, e8),
+        pick(turns, zeros, real(7.0) * e7, e6, e7, e8, e9),
+        pick(turns, zeros, real(8.0) * e8, e7, e8, e9, e10),
+        pick(turns, zeros, real(9.0) * e9, e8, e9, e10, zero),
+        pick(turns, zeros, real(10.0) * e10, e9, e10, zero, zero),
+        pick(turns, zeros, zero, e10, zero, zero, zero),
         h,
         at_end,
     )
+    # Pressed down on its side, a block without velocity crosses at once.
+    pressed = crosses and g0 <= zero
+    at_root = wp.where(pressed, zero, at_root)
+    exact = exact or pressed
     # Towards a root that is not yet exact the step goes as far as is safe; the next one finds it
     # in a narrower bracket.
     event = turns or crosses
@@ -339,7 +352,7 @@ def step(
     # A block that falls past pi/2 repeats the step up to there (Newton's method).
     excess = size(theta1) - HALF_PI
     past = rocking and excess > NEARLY
-    cap1 = wp.where(past, tau - excess / size(omega1), cap1)
+    cap1 = wp.where(past, larger(tau - excess / size(omega1), real(0.5) * tau), cap1)
     tau = wp.where(past or not live, zero, tau)
     uplift = resting and crossed
     impact = rocking and crossed and not past
