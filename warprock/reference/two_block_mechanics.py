@@ -143,17 +143,14 @@ def _slope(x: float, z: float, rotation: float) -> Pair:
     return z * c - x * s, -x * c - z * s
 
 
-_FREE: dict[tuple[bool, bool], Array] = {
-    (True, True): np.eye(2),
-    (True, False): np.array([[1.0], [1.0]]),
-    (False, True): np.array([[0.0], [1.0]]),
-    (False, False): np.zeros((2, 0)),
-}
-"""G: what the rotations of a pattern do, by whether the ground and the interface pivot."""
-
-
-def _free(pattern: Pattern) -> Array:
-    return _FREE[pattern.ground != 0, pattern.interface != 0]
+def _different(choices: list[Choice]) -> int:
+    """How many of some choices differ in motion; 0 of none."""
+    motions = np.array([choice.motion for choice in choices]).reshape(-1, 2)
+    size = SAME_MOTION * float(np.abs(motions).max(initial=0.0))
+    return sum(
+        all(float(np.abs(motion - other).max()) > size for other in motions[:index])
+        for index, motion in enumerate(motions)
+    )
 
 
 class StackMechanics:
@@ -252,11 +249,12 @@ class StackMechanics:
                 found[GROUND, side] = s * float(turn @ reaction)
         return found
 
-    def pushes(self, rotation: Array, reaction: Array) -> Pair:
-        """Reactions normal to the ground and to the face at the interface, > 0 if pushing."""
+    def pulls(self, rotation: Array, reaction: Array) -> tuple[bool, bool]:
+        """Whether ground and interface pull, normal to the ground and to the face there."""
         face = float(rotation[self._face])
         across = reaction[3] * math.sin(face) + reaction[4] * math.cos(face)
-        return float(reaction[1] + reaction[4]), float(across)
+        zero = ROUND_OFF * float(np.abs(reaction).sum())
+        return bool(reaction[1] + reaction[4] < -zero), bool(across < -zero)
 
     def _holds(
         self,
@@ -272,11 +270,6 @@ class StackMechanics:
         if any(closed[k] and pattern[k] != 0 and not opens[k] > 0.0 for k in (0, 1)):
             return False
         return bool(np.all(self.margins(pattern, rotation, reaction) >= -zero))
-
-    def _pulls(self, rotation: Array, reaction: Array) -> tuple[bool, bool]:
-        zero = ROUND_OFF * float(np.abs(reaction).sum())
-        ground, interface = self.pushes(rotation, reaction)
-        return ground < -zero, interface < -zero
 
     def after_impulse(
         self,
@@ -310,7 +303,7 @@ class StackMechanics:
             motion = self._closest(candidate, jacobian, before)
             velocity = jacobian @ motion
             reaction = self.masses * velocity - before
-            pulls = self._pulls(rotation, reaction)
+            pulls = self.pulls(rotation, reaction)
             entry = Choice(candidate, motion, 1, any(pulls))
             energy = 0.5 * float(velocity @ (self.masses * velocity))
             opens = opening(candidate, motion)
@@ -329,9 +322,7 @@ class StackMechanics:
     def _least_lost(self, entries: list[tuple[float, Choice]], count: int) -> Choice:
         """The entry of the largest energy; entries of one motion count as one."""
         _, best = max(entries, key=lambda entry: entry[0])
-        size = SAME_MOTION * float(np.max(np.abs(best.motion)))
-        same = [float(np.max(np.abs(e.motion - best.motion))) <= size for _, e in entries]
-        return best._replace(admissible_count=0 if count == 0 else 1 + same.count(False))
+        return best._replace(admissible_count=min(count, _different([e for _, e in entries])))
 
     def after_force(
         self, pattern: Pattern, rotation: Array, rate: Array, base_acceleration: float
@@ -352,7 +343,7 @@ class StackMechanics:
         present: Choice | None = None
         for candidate in candidates(pattern, closed):
             found = self.accelerations(candidate, rotation, rate, base_acceleration)
-            pulls = any(self._pulls(rotation, found[1]))
+            pulls = any(self.pulls(rotation, found[1]))
             entry = Choice(candidate, found[0], 1, pulls)
             present = entry if candidate == pattern else present
             if self._holds(candidate, closed, rotation, found):
@@ -360,7 +351,7 @@ class StackMechanics:
         assert present is not None
         best = next((entry for entry in chosen if entry.pattern == pattern), None)
         best = best or next(iter(chosen), present)
-        return best._replace(admissible_count=len(chosen))
+        return best._replace(admissible_count=_different(chosen))
 
     def kinetic_energy(self, pattern: Pattern, rotation: Array, rate: Array) -> float:
         """Kinetic energy seen from the base [J]."""

@@ -159,6 +159,11 @@ class StackRun:
             self.rotation[:, self.filled] = values(float(self.times[self.filled]))[:2]
             self.filled += 1
 
+    def _pulls(self) -> tuple[bool, bool]:
+        place, rate = self.state[:2], self.state[2:]
+        _, reaction = self.mechanics.accelerations(self.pattern, place, rate, self.base(self.time))
+        return self.mechanics.pulls(place, reaction)
+
     # Contacts that close and open.
 
     def _regrip(self) -> None:
@@ -184,7 +189,7 @@ class StackRun:
         return energy
 
     def _settle(self, closed: tuple[bool, bool]) -> None:
-        """The rest rule."""
+        """The rest rule: closes touching contacts that open too slowly to count."""
         place, rate = self.state[:2], self.state[2:]
         base = self.base(self.time)
         bend, _ = self.mechanics.accelerations(self.pattern, place, rate, base)
@@ -302,6 +307,7 @@ class StackRun:
                 self._take(step, event)
                 break
             self.time, self.state = step.end, step.after
+            self._note_pull(any(self._pulls()))
         self.evaluations += solver.nfev
 
     def _first_step(self, stop: float) -> float:
