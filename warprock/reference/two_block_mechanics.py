@@ -143,6 +143,10 @@ def _slope(x: float, z: float, rotation: float) -> Pair:
     return z * c - x * s, -x * c - z * s
 
 
+def _size(reaction: Array) -> float:
+    return float(np.abs(reaction).sum())
+
+
 def _different(choices: list[Choice]) -> int:
     """How many of some choices differ in motion; 0 of none."""
     motions = np.array([choice.motion for choice in choices]).reshape(-1, 2)
@@ -252,9 +256,12 @@ class StackMechanics:
     def pulls(self, rotation: Array, reaction: Array) -> tuple[bool, bool]:
         """Whether ground and interface pull, normal to the ground and to the face there."""
         face = float(rotation[self._face])
-        across = reaction[3] * math.sin(face) + reaction[4] * math.cos(face)
-        zero = ROUND_OFF * float(np.abs(reaction).sum())
-        return bool(reaction[1] + reaction[4] < -zero), bool(across < -zero)
+        across = float(reaction[3] * math.sin(face) + reaction[4] * math.cos(face))
+        ground = float(reaction[1] + reaction[4])
+        return (
+            ground < -ROUND_OFF * _size(reaction),
+            across < -ROUND_OFF * _size(reaction[3:]),
+        )
 
     def _holds(
         self,
@@ -265,11 +272,12 @@ class StackMechanics:
     ) -> bool:
         """Whether a candidate is admissible at its closed contacts."""
         motion, reaction = found
-        zero = ROUND_OFF * self._reach * float(np.abs(reaction).sum())
         opens = opening(pattern, motion)
         if any(closed[k] and pattern[k] != 0 and not opens[k] > 0.0 for k in (0, 1)):
             return False
-        return bool(np.all(self.margins(pattern, rotation, reaction) >= -zero))
+        # What carries both blocks has the round-off of both, the interface that of the upper one.
+        zero = ROUND_OFF * self._reach * np.array((_size(reaction), _size(reaction[3:])))
+        return bool(np.all(self.margins(pattern, rotation, reaction) >= -zero[:, None]))
 
     def after_impulse(
         self,
