@@ -57,8 +57,9 @@ BROKEN = 3
 
 HALF_PI = real(1.5707963267948966)
 NEVER = real(1.0e30)
-NEARLY = real(1.0e-9)
+NEARLY = real({"float64": 1.0e-9, "float32": 1.0e-5}[PRECISION])
 """What counts as round-off of an event that the last step has located."""
+ROUND_OFF = real({"float64": 1.0e-12, "float32": 1.0e-6}[PRECISION])
 REACH = real(0.25)
 """Largest rotation of the block in one step [rad]; keeps fast overturning inside the series."""
 
@@ -131,7 +132,7 @@ def may_rest(block: Block, omega: real, acceleration: real):
     eta = block.angular_restitution
     gravity_part = block.frequency_squared * sine(block.slenderness_angle)
     motion_part = block.coupling * acceleration * cosine(block.slenderness_angle)
-    weaker = gravity_part - size(motion_part) + real(1.0e-12) * block.frequency_squared
+    weaker = gravity_part - size(motion_part) + ROUND_OFF * block.frequency_squared
     rests = weaker > real(0.0) and omega * omega <= real(2.0) * weaker * block.rest_rotation
     here = gravity_part + sign_of(omega) * motion_part
     there = gravity_part - sign_of(omega) * motion_part

@@ -11,12 +11,13 @@ import warp as wp
 from warprock.kernels.instance import module_options
 
 real: Any
+PRECISION: str
 
 wp.set_module_options(module_options())
 
 NEWTON_STEPS = 6
-CONVERGED = real(1.0e-8)
-"""A last Newton change below this part of the step leaves an error of its square."""
+CONVERGED = real({"float64": 1.0e-8, "float32": 3.0e-4}[PRECISION])
+"""A last Newton change below this part of the root leaves an error of its square: round-off."""
 
 
 @wp.func

@@ -304,3 +304,43 @@ def test_pushes_that_hardly_lift_a_block_leave_it_at_rest() -> None:
     # q slope t with q = 3/(4 R) = 1.47/m and slope = 196 m/s^3, it rises by some 2 q slope t^3.
     assert np.all(response["peak_rotation"] <= 1e-3 * excess**3)
     assert response["uplift_time"][0] == pytest.approx(1.71 - 0.01 * (1.0 - 1.0 / 1.01), abs=1e-9)
+
+
+@pytest.mark.parametrize("control", list(Control))
+def test_no_lane_stalls_at_the_extremes(control: Control) -> None:
+    # Heights from 5 cm to 50 m, slenderness 0.3 to 20, pushes from 0.01 to 5 g, 0.1 to 50 Hz.
+    count = 1024
+    chance = np.random.default_rng(3)
+    height = 10.0 ** chance.uniform(-1.3, 1.7, count)
+    width = height / 10.0 ** chance.uniform(-0.5, 1.3, count)
+    frequency = 10.0 ** chance.uniform(-1.0, 1.7, count)
+    acceleration = 10.0 ** chance.uniform(-1.0, 1.7, count)
+    lanes = make_lanes(
+        width,
+        height,
+        np.where(chance.random(count) < 0.5, chance.uniform(-0.9999, 0.9999, count), 0.0),
+        angular_restitution=chance.uniform(0.05, 1.0, count),
+    )
+    rate = 2.0 * np.pi * frequency
+    size = {
+        Control.DISPLACEMENT: acceleration / rate**2,
+        Control.VELOCITY: acceleration / rate,
+        Control.ACCELERATION: acceleration,
+    }[control]
+    response = run_batch(
+        "housner", lanes, sines(control, size, frequency, 3.0, start=0.2), SampleTimes(5.0)
+    )
+    assert np.all(response["status"] == Status.OK)
+    assert np.count_nonzero(response["outcome"] == Outcome.OVERTURNED) > 50
+
+
+def test_push_at_the_very_limit_stalls_no_lane() -> None:
+    ratio = 1.0 + np.array([-1e-9, -1e-15, 0.0, 1e-15, 1e-12, 1e-9, 1e-6])
+    lanes = make_lanes(np.full(7, 0.2), 1.0)
+    limit = float(rocking.uplift_acceleration(0.2, 1.0))
+    motions = sines(Control.ACCELERATION, ratio * limit, 1.7, 2.0)
+    response = run_batch("housner", lanes, motions, SampleTimes(2.0))
+    assert np.all(response["status"] == Status.OK)
+    assert np.all(response["outcome"] == Outcome.AT_REST)
+    # Above the limit for the part 2 sqrt(2 x 1e-6) of a radian, 0.3 ms: hardly a motion.
+    assert np.all(response["peak_rotation"] < 1e-9 * lanes.slenderness_angle)

@@ -24,6 +24,9 @@ PHASE_STEP = {"float64": 0.4, "float32": 0.8}
 """Longest step as a part of 1 / (fastest rate of the lane): the first term that the series
 leaves out is about this to the power 11 over 11!, 1e-12 (float64) or 2e-9 (float32)."""
 
+REST_RATIO_LEAST = {"float64": 0.0, "float32": 1e-6}
+"""Least rest_rotation_ratio: the swings below it would be shorter than float32 times resolve."""
+
 STEPS_SPARE = 50
 """Steps allowed for every step that a run without events would take; an impact takes some five
 steps, so this is far above any rocking motion and ends only a lane that makes no headway."""
@@ -90,7 +93,8 @@ class Housner(AbstractEngine):
             "coupling": frequency_squared / GRAVITY,
             "uplift_acceleration": GRAVITY * np.tan(alpha),
             "angular_restitution": lanes.angular_restitution,
-            "rest_rotation": self.settings.rest_rotation_ratio * alpha,
+            "rest_rotation": alpha
+            * max(self.settings.rest_rotation_ratio, REST_RATIO_LEAST[self.target.precision]),
             "step_length": step_length,
             "step_limit": _step_limit(motions, times, step_length),
         }
