@@ -17,7 +17,7 @@ of the model; the integrator and the root finder are SciPy's.
   that closing asks for, if it would stay closed under the accelerations of that moment and the
   swing that it is about to make, were the accelerations to stay, remained below
   `REST_ROTATION_RATIO` of the block's slenderness angle. The infinitely many impacts left out are
-  neither counted nor given their time (below 1e-4 of the last visible swings' period).
+  neither counted nor given their time, some 1e-4 s for blocks of a metre.
 - A block has overturned once |rotation| = pi/2; the run ends there and its rotations stay.
 """
 
