@@ -60,6 +60,9 @@ NEVER = real(1.0e30)
 NEARLY = real({"float64": 1.0e-9, "float32": 1.0e-5}[PRECISION])
 """What counts as round-off of an event that the last step has located."""
 ROUND_OFF = real({"float64": 1.0e-12, "float32": 1.0e-6}[PRECISION])
+"""A block may rest up to this relative excess of |a| over g tan(alpha), and lifts at twice it."""
+TICK = real({"float64": 4.4e-16, "float32": 2.4e-7}[PRECISION])
+"""Two roundings of a time, relative: an event nearer to a knot is at the knot."""
 REACH = real(0.25)
 """Largest rotation of the block in one step [rad]; keeps fast overturning inside the series."""
 
@@ -132,7 +135,7 @@ def may_rest(block: Block, omega: real, acceleration: real):
     eta = block.angular_restitution
     gravity_part = block.frequency_squared * sine(block.slenderness_angle)
     motion_part = block.coupling * acceleration * cosine(block.slenderness_angle)
-    weaker = gravity_part - size(motion_part) + ROUND_OFF * block.frequency_squared
+    weaker = gravity_part * (real(1.0) + ROUND_OFF) - size(motion_part)
     rests = weaker > real(0.0) and omega * omega <= real(2.0) * weaker * block.rest_rotation
     here = gravity_part + sign_of(omega) * motion_part
     there = gravity_part - sign_of(omega) * motion_part
@@ -329,9 +332,7 @@ def step(
     returns it in the same order. `sample` and `sample_slope` belong to a record's segment.
     """
     zero = real(0.0)
-    live = mode < OVERTURNED
-    resting = mode == RESTING
-    rocking = mode == ROCKING
+    live, resting, rocking = mode < OVERTURNED, mode == RESTING, mode == ROCKING
     knot = knot_time(m, segment)
     target = smaller(knot, until)
     room = target - time
@@ -345,7 +346,8 @@ def step(
         a0, a1, a2, a3, a4, a5, a6, a7, a8,
     )  # fmt: skip
     tau, turned, crossed, cap1, pull = first_event(
-        block.uplift_acceleration, resting, rocking, side, theta, omega,
+        block.uplift_acceleration * (real(1.0) + real(2.0) * ROUND_OFF), resting, rocking,
+        side, theta, omega,
         t2, t3, t4, t5, t6, t7, t8, t9, t10, a0, a1, a2, a3, a4, a5, a6, a7, a8, h,
     )  # fmt: skip
     theta1 = value_at(theta, omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
@@ -361,7 +363,7 @@ def step(
     # The state there; a turning point, an impact, an uplift.
     theta1 = wp.where(impact or uplift, zero, wp.where(rocking and not past, theta1, theta))
     omega1 = wp.where(past, omega, wp.where(rocking and not turned, omega1, zero))
-    time1 = wp.where(live and tau >= room, target, time + tau)
+    time1 = wp.where(live and tau >= room - TICK * target, target, time + tau)
     a_now = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, tau)
     omega1, side1, mode1, uplift_time1, rest_time1, loss1 = event_step(
         block, impact, uplift, pull, a_now, time1,
