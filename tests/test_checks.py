@@ -274,7 +274,7 @@ def test_compare_gives_rows_that_json_can_hold(free, answered):
 
 
 def test_compare_refuses_an_unknown_engine():
-    with pytest.raises(InputError, match=r"got 'bulllet'.*housner, impulse, oracle"):
+    with pytest.raises(InputError, match=r"got 'bulllet'.*housner, impulse, event, oracle"):
         checks.compare(load_case("free-b1-b3"), ["bulllet"])
 
 

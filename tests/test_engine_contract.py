@@ -92,16 +92,18 @@ def test_no_energy_from_nothing(engine: str) -> None:
         lanes.width, lanes.height, lanes.depth, lanes.density, lanes.rotation_start, 0.0
     )
     assert np.all(lost > 0.0)
-    # Round-off for the event-driven engine; the impulse step gives back penetrations of the order
-    # of dt times the impact velocity, 1 % of the energy at its default step.
-    assert np.all(lost <= held * (1.0 + (1e-9 if engine == "housner" else 1e-2)))
-    # A swing never climbs above the one before it, to either side (same tolerances).
+    # Round-off for the event-driven solution; (p dt)^2 / 4 for the second-order step; the impulse
+    # step gives back penetrations of the order of dt times the impact velocity, 1 % of the energy
+    # at its default step.
+    bound = {"housner": 1e-9, "event": 2e-4}.get(engine, 1e-2)
+    assert np.all(lost <= held * (1.0 + bound))
+    # A swing never climbs above the one before it, to either side (round-off, or the same).
     rotation = np.abs(response["rotation"])
     for lane in range(9):
         peaks = [
             max(part) for part in np.split(rotation[lane], np.flatnonzero(turns(response, lane)))
         ]
-        slack = 1e-9 if engine == "housner" else 2e-3
+        slack = {"housner": 1e-9, "event": 1e-9}.get(engine, 2e-3)
         assert np.all(np.diff(peaks) <= slack * lanes.slenderness_angle[lane])
 
 
@@ -124,8 +126,9 @@ def test_block_rests_below_the_uplift_acceleration_and_lifts_above(engine: str) 
     assert np.all(response["peak_rotation"][~lifted] < 1e-6 * lanes.slenderness_angle[0])
     expected = np.arcsin(1.0 / ratio[lifted]) / (4.0 * np.pi)
     # Round-off for an event; a step of 2e-4 s (twice, for the half step) for a time step. Near its
-    # crest the pulse is flat: the impulse engine sees the uplift within the square root of that.
-    tolerance = 1e-9 if engine == "housner" else 4e-3
+    # crest the pulse is flat: the impulse engine sees the uplift within the square root of that,
+    # the secant of the event engine misses it by a part of its step of 5e-3 s.
+    tolerance = {"housner": 1e-9, "event": 1e-3}.get(engine, 4e-3)
     np.testing.assert_allclose(response["uplift_time"][lifted], expected, atol=tolerance)
 
 
@@ -165,9 +168,9 @@ def test_single_precision_is_near_double(engine: str) -> None:
     double = run_batch(engine, lanes, StillBase(9), times)
     single = run_batch(engine, lanes, StillBase(9), times, precision="float32")
     error = np.abs(single["rotation"] - double["rotation"]).max(axis=1) / lanes.slenderness_angle
-    # float32 has 1.2e-7; a run from 0.99 alpha magnifies it a hundredfold, and 5000 steps of an
-    # impulse engine add up as many roundings.
-    assert np.all(error < (1e-4 if engine == "housner" else 2e-2))
+    # float32 has 1.2e-7; a run from 0.99 alpha magnifies it a hundredfold, 200 steps of the event
+    # engine add up as many roundings, and so do 5000 of the impulse engine.
+    assert np.all(error < {"housner": 1e-4, "event": 1e-3}.get(engine, 2e-2))
     assert np.all(error > 0.0)
 
 
@@ -203,4 +206,4 @@ def test_still_base_leaves_a_flat_block_alone(engine: str) -> None:
     assert response["impact_count"][0] == 0
     # The sweeps leave a part of 0.36^10 = 4e-5 of the two steps that start the run, each of which
     # could turn the block by no more than g dt^2 / width = 8e-7 rad.
-    assert response["peak_rotation"][0] < 1e-9 + (0.0 if engine == "housner" else 3e-9)
+    assert response["peak_rotation"][0] < 1e-9 + (3e-9 if engine == "impulse" else 0.0)

@@ -9,6 +9,7 @@ from warprock.engines.base import AbstractEngine
 ENGINES: dict[str, str] = {
     "housner": "warprock.engines.housner:Housner",
     "impulse": "warprock.engines.impulse:Impulse",
+    "event": "warprock.engines.event:Event",
 }
 """Engine name -> "module:Class"."""
 

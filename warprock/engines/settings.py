@@ -62,7 +62,33 @@ class ImpulseSettings:
         return 1.0 / ((self.substeps + 1) * self.frames_per_second)
 
 
-SETTINGS: dict[str, type[Any]] = {"housner": HousnerSettings, "impulse": ImpulseSettings}
+@dataclasses.dataclass(frozen=True)
+class EventSettings:
+    """Settings of `event`."""
+
+    time_step: float = setting(
+        5e-3,
+        unit="s",
+        low=1e-6,
+        high=0.1,
+        text="longest step, never more than 0.25 / frequency parameter; steps are shortened to end "
+        "at impacts and at knots of the motion",
+    )
+    rest_rotation_ratio: float = setting(
+        1e-6,
+        unit="-",
+        low=1e-9,
+        high=1e-2,
+        text="after an impact the block rests if its next swing would stay below this times the "
+        "slenderness angle on either side",
+    )
+
+
+SETTINGS: dict[str, type[Any]] = {
+    "housner": HousnerSettings,
+    "impulse": ImpulseSettings,
+    "event": EventSettings,
+}
 """Engine name -> settings dataclass."""
 
 

@@ -1,0 +1,238 @@
+"""Contact of a planar block with its base, for one precision: exact small solves.
+
+Mass 1, clockwise rotation, half sizes b and h, inverse inertia w [1/m^2]; corner (X, Z) from the
+centre of mass moves at (vx + omega Z, vz - omega X). The block leans to +x or not at all, so its
+lower corner is X = b cos(theta) - h sin(theta), Z = -b sin(theta) - h cos(theta). Impulses n
+(normal, not negative) and f along the base (|f| <= friction n, against the sliding) change its
+velocities by K (n, f) with
+
+    Knn = 1 + w X^2,   Ktt = 1 + w Z^2,   Knt = -w X Z.
+
+A corner that sticks takes both velocities to zero; one that slides takes the normal one to zero
+with |f| = friction n. With both corners at the base a flat block has three unknowns, f, n of one
+corner and n of the other, and the law is tried case by case: one corner, else both.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module, module_options
+
+real: Any
+PRECISION: str
+
+wp.set_module_options(module_options())
+scalar = kernel_module("scalar", precision=PRECISION)
+larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
+
+FLYING = 0
+PIVOTING = 1
+FLAT = 2
+HALF = real(0.5)
+
+
+@wp.struct
+class Block:
+    """What a step needs to know of one lane's block."""
+
+    half_width: real
+    half_height: real
+    inertia: real
+    inverse_inertia: real
+    friction: real
+    hold_acceleration: real
+    rest_rotation: real
+    longest_step: real
+    step_limit: int
+
+
+@wp.func
+def lower_corner(block: Block, s: real, c: real):
+    """Lower corner from the centre of mass [m], from the sine and cosine of the rotation."""
+    return (
+        block.half_width * c - block.half_height * s,
+        -block.half_width * s - block.half_height * c,
+    )
+
+
+@wp.func
+def corner_impulse(
+    mu: real, w: real, x: real, z: real, u: real, s: real, hold: bool, slides: bool, drag: real
+):
+    """Impulses of one corner on a block of mass 1.
+
+    Args:
+        mu: Friction coefficient.
+        w: Inverse inertia [1/m^2].
+        x: Corner from the centre of mass [m]; z likewise.
+        z: See x.
+        u: Normal velocity of the corner without contact [m/s].
+        s: Tangential velocity of the corner without contact [m/s].
+        hold: Whether the corner sticks whatever force it takes.
+        slides: Whether it slides, with friction in the direction `drag` (-1 or 1).
+        drag: See slides.
+
+    Returns:
+        Normal and tangential impulse [m/s]; whether the corner sticks; direction of friction.
+    """
+    one = real(1.0)
+    kn = one + w * x * x
+    kt = one + w * z * z
+    k = -w * x * z
+    n = k * s - kt * u
+    f = k * u - kn * s
+    fits = n >= real(0.0) and size(f) <= mu * n
+    sign = wp.where(slides, drag, sign_of(f))
+    # Painleve's paradox: no normal force can carry this sliding. What slides jams.
+    jams = kn + sign * mu * k <= real(0.0)
+    sign = wp.where(jams, -sign, sign)
+    sticks = hold or wp.where(slides, jams, fits)
+    scale = one / wp.where(sticks, one + w * (x * x + z * z), kn + sign * mu * k)
+    n = wp.where(sticks, n, -u) * scale
+    return n, wp.where(sticks, f * scale, sign * mu * n), sticks, sign
+
+
+@wp.func
+def mean_velocity(block: Block, mode: int, slip: real, theta: real, ux: real, uz: real, uo: real):
+    """Mean velocity of a step and the contact that makes it.
+
+    Args:
+        block: The block.
+        mode: FLYING, PIVOTING or FLAT.
+        slip: Direction of sliding at the start, 0 where the corner sticks.
+        theta: Rotation at the middle of the step [rad].
+        ux: Mean velocity along the base without contact [m/s].
+        uz: Mean velocity across the base without contact [m/s].
+        uo: Mean angular velocity without contact [rad/s].
+
+    Returns:
+        Mean velocity (three values); mode in the step; direction of sliding in the step; energy
+        lost to friction per unit mass [J/kg].
+    """
+    zero = real(0.0)
+    w = block.inverse_inertia
+    x, z = lower_corner(block, sine(theta), cosine(theta))
+    slides = slip != zero
+    n, f, sticks, drag = corner_impulse(
+        block.friction, w, x, z, uz - uo * x, ux + uo * z, False, slides, -slip
+    )
+    on = mode != FLYING and (n > zero or (sticks and n >= zero))
+    n = wp.where(on, n, zero)
+    f = wp.where(on, f, zero)
+    # Flat on the base: the share of the trailing corner is what is left by the friction's moment.
+    bound = -block.friction * uz
+    flat_f = wp.where(slides, -slip * bound, larger(smaller(-ux, bound), -bound))
+    share = block.half_height * flat_f - block.half_width * uz
+    stays = mode == FLAT and share >= zero
+    starts = size(ux) > bound
+    mx = ux + wp.where(stays, flat_f, f)
+    mo = wp.where(stays, zero, uo + w * (f * z - n * x))
+    flat_slip = wp.where(slides, slip, wp.where(starts, sign_of(ux), zero))
+    pivot_slip = wp.where(sticks or not on, zero, -drag)
+    lost = -wp.where(stays, flat_f * mx, f * (mx + mo * z))
+    return (
+        mx,
+        wp.where(stays, zero, uz + n),
+        mo,
+        wp.where(stays, FLAT, wp.where(on, PIVOTING, FLYING)),
+        wp.where(stays, flat_slip, pivot_slip),
+        real(2.0) * lost,
+    )
+
+
+@wp.func
+def held_velocity(
+    block: Block, mode: int, slip: real, s: real, c: real, ux: real, uz: real, uo: real
+):
+    """Velocity at the end of a step, projected on its contact along the contact's force.
+
+    Args:
+        block: The block.
+        mode: FLYING, PIVOTING or FLAT.
+        slip: Direction of sliding, 0 where the corner sticks.
+        s: Sine of the rotation; c its cosine.
+        c: See s.
+        ux: Velocity along the base before [m/s].
+        uz: Velocity across the base before [m/s].
+        uo: Angular velocity before [rad/s].
+    """
+    zero = real(0.0)
+    w = block.inverse_inertia
+    x, z = lower_corner(block, s, c)
+    sticks = slip == zero
+    n, f, _sticks, _drag = corner_impulse(
+        block.friction, w, x, z, uz - uo * x, ux + uo * z, sticks, not sticks, -slip
+    )
+    pivots = mode == PIVOTING
+    return (
+        wp.where(mode == FLAT and sticks, zero, ux + wp.where(pivots, f, zero)),
+        uz + wp.where(pivots, n, zero),
+        uo + wp.where(pivots, w * (f * z - n * x), zero),
+    )
+
+
+@wp.func
+def struck_velocity(block: Block, flat: bool, s: real, c: real, ux: real, uz: real, uo: real):
+    """Velocity after an inelastic impact: a corner has landed or the base stepped its velocity.
+
+    Args:
+        block: The block.
+        flat: Whether both corners are at the base.
+        s: Sine of the rotation; c its cosine.
+        c: See s.
+        ux: Velocity along the base before [m/s].
+        uz: Velocity across the base before [m/s].
+        uo: Angular velocity before [rad/s].
+
+    Returns:
+        Velocity (three values), mode, direction of sliding, energy lost per unit mass [J/kg].
+    """
+    zero = real(0.0)
+    w = block.inverse_inertia
+    x, z = lower_corner(block, s, c)
+    n, f, sticks, _drag = corner_impulse(
+        block.friction, w, x, z, uz - uo * x, ux + uo * z, False, False, zero
+    )
+    vx = ux + f
+    vz = uz + n
+    vo = uo + w * (f * z - n * x)
+    # Both corners at the base: the other one must not sink.
+    both = flat and vz + block.half_width * vo <= zero
+    bound = larger(-block.friction * uz, zero)
+    vx = wp.where(both, ux + larger(smaller(-ux, bound), -bound), vx)
+    vz = wp.where(both, zero, vz)
+    vo = wp.where(both, zero, vo)
+    along = vx + vo * z
+    still = wp.where(both, along == zero, sticks)
+    lost = ux * ux + uz * uz - vx * vx - vz * vz + (uo * uo - vo * vo) * block.inertia
+    return (
+        vx, vz, vo,
+        wp.where(both, FLAT, PIVOTING),
+        wp.where(still, zero, sign_of(along)),
+        HALF * lost,
+    )  # fmt: skip
+
+
+@wp.func
+def may_rest(block: Block, gravity: real, omega: real, before: real, pull: real):
+    """Whether the block rests after an impact, and the time its left-out impacts would take.
+
+    Args:
+        block: The block.
+        gravity: [m/s^2].
+        omega: Angular velocity after the impact [rad/s].
+        before: The one before it.
+        pull: Size of the horizontal force per unit mass [m/s^2].
+    """
+    quarter = real(0.25) * block.inverse_inertia
+    carried = quarter * gravity * block.half_width
+    pulled = quarter * pull * block.half_height
+    weaker = carried - pulled
+    rests = weaker > real(0.0) and omega * omega <= real(2.0) * weaker * block.rest_rotation
+    # 2 |omega| (1 / weaker + 1 / stronger) / (2 (1 - |omega / before|)).
+    fast = size(before)
+    lost = larger(fast - size(omega), real(1.0e-6) * fast)
+    tail = real(2.0) * size(omega) * carried * fast / (weaker * (carried + pulled) * lost)
+    return rests, wp.where(rests, tail, real(0.0))

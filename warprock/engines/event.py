@@ -1,0 +1,134 @@
+"""The event-driven contact engine: second order in the time step through impacts, batched."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any, ClassVar, final
+
+import numpy as np
+import numpy.typing as npt
+import warp as wp
+
+from warprock import rocking
+from warprock.engines.base import AbstractEngine
+from warprock.engines.launching import Target, block_mass, launch, respond, time_or_nan
+from warprock.engines.settings import EventSettings
+from warprock.kernels.instance import kernel_module
+from warprock.lanes import Lanes
+from warprock.motion import GroundMotions, RecordMotions
+from warprock.response import Outcome, Response, SampleTimes, Status
+from warprock.scene import SceneKind
+from warprock.units import GRAVITY
+
+STEPS_SPARE = 50
+"""Steps allowed for every step that a run without events would take; an impact takes some four,
+so this is far above any motion and ends only a lane that makes no headway."""
+
+PHASE_STEP = 0.25
+"""Longest step as a part of 1 / p: a longer one does not follow the block's own rocking."""
+
+OVERTURNED, BROKEN, STALLED = range(3, 6)
+"""Modes of a lane in the kernel."""
+
+
+@final
+class Event(AbstractEngine):
+    """Rigid corners, Coulomb friction, midpoint Moreau-Jean steps that end at impacts.
+
+    Second order in `time_step` through impacts. Rest rule: after an impact on its other corner a
+    block rests if its next swing would stay below `rest_rotation_ratio` times the slenderness
+    angle on either side; at rest it lifts or slides as the contact law says.
+    """
+
+    name: ClassVar[str] = "event"
+    order: ClassVar[int | None] = 2
+    settings_type = EventSettings
+
+    def __init__(self, settings: EventSettings | None = None, target: Target | None = None) -> None:
+        """Builds the engine.
+
+        Args:
+            settings: Defaults where None.
+            target: Precision, device and form of the kernel.
+        """
+        self.settings = settings or EventSettings()
+        self.target = target or Target()
+
+    @classmethod
+    def supports(cls, scene: SceneKind) -> str | None:
+        """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
+        if scene.restitution_given:
+            return (
+                "event finds the angular restitution from its contact law and cannot follow "
+                "the prescribed contact.angular_restitution"
+            )
+        return None
+
+    def warm_up(self, motions: GroundMotions) -> None:
+        """Compiles or loads the kernels for a kind of motion, once, on the calling thread."""
+        wp.load_module(self._module(motions).__name__, device=self.target.device)
+
+    def _module(self, motions: GroundMotions) -> ModuleType:
+        module: ModuleType = kernel_module(
+            "event_launch", precision=self.target.precision, motion=motions.kind.value
+        )
+        return module
+
+    def _knobs(self, module: Any) -> Any:
+        knobs = module.Knobs()
+        knobs.gravity = GRAVITY
+        return knobs
+
+    def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
+        """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
+        inertia = (lanes.width**2 + lanes.height**2) / 12.0
+        rate = rocking.frequency_parameter(lanes.width, lanes.height)
+        longest_step = np.minimum(self.settings.time_step, PHASE_STEP / rate)
+        hold = np.minimum(lanes.friction, lanes.width / lanes.height)
+        blocks = {
+            "half_width": 0.5 * lanes.width,
+            "half_height": 0.5 * lanes.height,
+            "inertia": inertia,
+            "inverse_inertia": 1.0 / inertia,
+            "friction": lanes.friction,
+            "hold_acceleration": GRAVITY * hold,
+            "rest_rotation": self.settings.rest_rotation_ratio * lanes.slenderness_angle,
+            "longest_step": longest_step,
+            "step_limit": _step_limit(motions, times, longest_step),
+        }
+        module = self._module(motions)
+        rows, rotations = launch(
+            module, self.target, lanes, motions, times, blocks, self._knobs(module)
+        )
+        mode = rows["mode"]
+        rest_time = time_or_nan(rows["rest_time"])
+        columns = {
+            "peak_rotation": rows["peak"],
+            "peak_time": rows["peak_time"],
+            "outcome": np.select(
+                [mode == OVERTURNED, np.isfinite(rest_time)],
+                [Outcome.OVERTURNED, Outcome.AT_REST],
+                Outcome.ROCKING,
+            ),
+            "status": np.select(
+                [mode == BROKEN, mode == STALLED], [Status.NONFINITE, Status.EVENT_LIMIT], Status.OK
+            ),
+            "impact_count": rows["impacts"],
+            "uplift_time": time_or_nan(rows["uplift_time"]),
+            "rest_time": rest_time,
+            "residual_slide": rows["slide"],
+            "peak_slide": rows["peak_slide"],
+            "energy_lost": block_mass(lanes) * rows["loss"],
+            "step_count": rows["steps"],
+        }
+        return respond(self.name, columns, rotations, times)
+
+
+def _step_limit(
+    motions: GroundMotions, times: SampleTimes, longest_step: npt.NDArray[np.float64]
+) -> npt.NDArray[np.int64]:
+    """Steps after which a lane counts as stalled, shape [lane]."""
+    steps = times.duration / longest_step
+    if isinstance(motions, RecordMotions):
+        steps = steps + motions.count
+    return np.where(np.isfinite(steps), STEPS_SPARE * (steps + 100.0), 0.0).astype(np.int64)
