@@ -194,10 +194,12 @@ def test_friction_of_an_impact_follows_from_its_impulses(free):
 
 @pytest.fixture
 def answered(monkeypatch):
-    """Lets `CaseResponses` answer with given responses instead of running engines."""
+    """Lets `CaseResponses` answer with given responses, engines not given with that of housner."""
 
     def answer(**responses: Response) -> None:
-        monkeypatch.setattr(CaseResponses, "_run", lambda _self, engine: responses[engine])
+        monkeypatch.setattr(
+            CaseResponses, "_run", lambda _self, engine: responses.get(engine, responses["housner"])
+        )
 
     return answer
 

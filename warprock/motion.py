@@ -12,6 +12,7 @@ positive towards +x. SI units; arrays have shape [lane].
 
 from __future__ import annotations
 
+import abc
 import dataclasses
 import enum
 from collections.abc import Callable, Sequence
@@ -104,7 +105,7 @@ class StillBase:
 
 
 @dataclasses.dataclass(frozen=True)
-class _Pulse:
+class _Pulse(abc.ABC):
     """What every analytic waveform has: a start, a stop and the velocity steps at both."""
 
     start: Array
@@ -123,9 +124,9 @@ class _Pulse:
         parts = {f.name: getattr(self, f.name)[lanes] for f in dataclasses.fields(self)}
         return dataclasses.replace(self, **parts)
 
+    @abc.abstractmethod
     def acceleration_inside(self, times: Array, lane: int) -> Array:
         """Acceleration of the waveform itself [m/s^2], as if it had no start and no stop."""
-        raise NotImplementedError
 
     def acceleration(self, times: Array, lane: int) -> Array:
         """Acceleration of one lane's base [m/s^2] at times [s], without the velocity steps."""
