@@ -193,14 +193,14 @@ def test_second_velocity_step_after_the_impact_overturns_at_its_limit() -> None:
     limit = float(rocking.overturning_double_velocity_step(0.3, 1.0))
     # The first step swings the block up and back; the second, opposite one meets it just after
     # the impact, where it moves as the second step pushes.
-    size = limit * np.array([1.0 - 1e-4, 1.0 + 1e-4])
+    size = limit * np.array([1.0 - CLOSED_FORM, 1.0 + CLOSED_FORM])
     p = rocking.frequency_parameter(0.3, 1.0)
     angle = rocking.slenderness_angle(0.3, 1.0)
     speed = p**2 / GRAVITY * np.cos(angle) * size
     peak = angle - np.arccos(np.cos(angle) + 0.5 * (speed / p) ** 2)
     back = 2.0 * rocking.quarter_period(0.3, 1.0, peak)
-    # A hundred-thousandth after the impact, which shifts the limit by less than 1e-4.
-    motions = velocity_steps(size, -size, back * (1.0 + 1e-5))
+    # A hundred-millionth after the impact, which shifts the limit by less than 1e-6.
+    motions = velocity_steps(size, -size, back * (1.0 + 1e-8))
     lanes = make_lanes(np.full(2, 0.3), 1.0)
     np.testing.assert_array_equal(overturns(lanes, motions, 20.0), [False, True])
 
@@ -213,12 +213,11 @@ def test_second_velocity_step_after_the_impact_overturns_at_its_limit() -> None:
     ],
 )
 def test_slender_block_overturns_under_pulses_at_their_limit(cycles: float, limit) -> None:
-    # The closed forms are of a slender block: alpha^2 = 1e-6 is the model difference.
-    width = 1e-3
+    # The closed forms are of a slender block: alpha^2 = 1e-8 is the model difference.
+    width = 1e-4
     ratio = np.array([2.0, 5.0])
     frequency = ratio * rocking.frequency_parameter(width, 1.0) / (2.0 * np.pi)
-    slack = 2e-5
-    for factor, falls in ((1.0 - slack, False), (1.0 + slack, True)):
+    for factor, falls in ((1.0 - CLOSED_FORM, False), (1.0 + CLOSED_FORM, True)):
         amplitude = factor * limit(ratio) * GRAVITY * width
         motions = sines(Control.ACCELERATION, amplitude, frequency, cycles)
         # Without impact: a restitution of zero leaves a block that came back at rest.
