@@ -16,6 +16,7 @@ import pytest
 
 from tests.blocks import make_lanes, sines, velocity_steps
 from tests.corner_stepper import stepped_peaks
+from tests.two_block_motion import closed_form
 from warprock.motion import Control, GroundMotions, Segment, StillBase
 from warprock.reference.oracle import rock
 from warprock.reference.two_block import TwoBlockResponse, rock_two_blocks
@@ -62,44 +63,6 @@ def random_blocks(rng: np.random.Generator) -> TwoBlocks:
     return TwoBlocks(*sizes, tuple(rng.uniform(500, 3000, 2)), tuple(rng.uniform(0, 0.02, 2)))
 
 
-# Equations of motion.
-
-
-def closed_form(
-    blocks: TwoBlocks, pattern: Pattern, rotation: Array, rate: Array, base: float
-) -> tuple[float, float]:
-    """The published equations of motion of the three patterns that move (Psycharis 1990)."""
-    (m1, m2), (b1, c) = blocks.mass, (blocks.ground_half_width, blocks.interface_half_width)
-    (h1, h2), (s1, s2) = (0.5 * h for h in blocks.height), pattern
-    i1, i2 = (
-        m * (w * w + h * h) / 12.0
-        for m, w, h in zip((m1, m2), blocks.width, blocks.height, strict=True)
-    )
-    (t1, t2), (w1, w2), g = rotation, rate, GRAVITY
-    if s2 == 0:
-        z = m1 * h1 + m2 * (2 * h1 + h2)
-        total = i1 + m1 * (b1**2 + h1**2) + i2 + m2 * (b1**2 + (2 * h1 + h2) ** 2)
-        arm = (m1 + m2) * s1 * b1
-        moment = g * (z * math.sin(t1) - arm * math.cos(t1))
-        moment -= base * (arm * math.sin(t1) + z * math.cos(t1))
-        return moment / total, moment / total
-    q2 = m2 * g * (h2 * math.sin(t2) - s2 * c * math.cos(t2))
-    q2 -= m2 * base * (s2 * c * math.sin(t2) + h2 * math.cos(t2))
-    m22 = i2 + m2 * (c**2 + h2**2)
-    if s1 == 0:
-        return 0.0, q2 / m22
-    d = s2 * c - s1 * b1
-    k, s, gap = 2 * h1 * h2 - s2 * c * d, d * h2 + 2 * h1 * s2 * c, t1 - t2
-    a, b = m1 * s1 * b1 - m2 * d, m1 * h1 + 2 * m2 * h1
-    m11 = i1 + m1 * (b1**2 + h1**2) + m2 * (d**2 + 4 * h1**2)
-    m12 = m2 * (k * math.cos(gap) - s * math.sin(gap))
-    turn = m2 * (k * math.sin(gap) + s * math.cos(gap))
-    q1 = g * (b * math.sin(t1) - a * math.cos(t1))
-    q1 -= base * (a * math.sin(t1) + b * math.cos(t1))
-    found = np.linalg.solve([[m11, m12], [m12, m22]], [q1 - turn * w2**2, q2 + turn * w1**2])
-    return float(found[0]), float(found[1])
-
-
 def test_the_known_accelerations() -> None:
     state = np.array((0.05, 0.12)), np.array((0.3, -0.4))
     found, _ = StackMechanics(PAIR).accelerations(Pattern(1, 1), *state, 1.5)
@@ -128,7 +91,7 @@ MOVING = [Pattern(*p) for p in itertools.product((-1, 0, 1), repeat=2) if p != (
 
 
 @pytest.mark.parametrize("pattern", MOVING)
-def test_the_jacobian_gives_the_published_equations(pattern: Pattern) -> None:
+def test_the_jacobian_gives_the_equations_written_out(pattern: Pattern) -> None:
     rng = np.random.default_rng(3)
     for _ in range(100):
         blocks = random_blocks(rng)
