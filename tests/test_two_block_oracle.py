@@ -124,9 +124,6 @@ def test_energy_is_constant_along_every_pattern(pattern: Pattern) -> None:
         assert abs(power) <= 1e-3 * scale
 
 
-# Impacts.
-
-
 def touching_states(
     rng: np.random.Generator,
 ) -> list[tuple[Pattern, Array, Array, tuple[bool, bool]]]:
@@ -233,9 +230,6 @@ def test_a_velocity_step_of_the_base_lifts_a_flat_stack() -> None:
         choice = mechanics.after_impulse(REST, np.zeros(2), np.zeros(2), (True, True), step)
         assert choice.admissible_count == 1
         assert choice.pattern != REST
-
-
-# Runs.
 
 
 def usable(found: TwoBlockResponse) -> TwoBlockResponse:
