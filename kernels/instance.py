@@ -49,9 +49,15 @@ _LOCK = threading.Lock()
 
 
 def kernel_module(
-    file: str, *, precision: str, motion: str = "still", iterations: int = 0
+    file: str,
+    *,
+    precision: str,
+    motion: str = "still",
+    iterations: int = 0,
+    blocks: int = 1,
+    lanes: int = LANE_WIDTH,
 ) -> ModuleType:
-    """The instance of a kernel file for a precision and a kind of ground motion.
+    """The instance of a kernel file for a precision, a kind of ground motion and a stack.
 
     Args:
         file: Stem of the file in this folder, such as `housner`.
@@ -59,8 +65,10 @@ def kernel_module(
         motion: Kind of ground motion: still, harmonic, ricker or record.
         iterations: Sweeps of an iterative contact solver; as a constant the compiler unrolls
             them, without which a loop over lanes is not vectorised.
+        blocks: Blocks in a stack.
+        lanes: Lanes that a thread of a stack's kernel runs side by side.
     """
-    name = f"{__package__}.{file}__{precision}__{motion}__{iterations}"
+    name = f"{__package__}.{file}__{precision}__{motion}__{iterations}__{blocks}__{lanes}"
     with _LOCK:
         if name in sys.modules:
             return sys.modules[name]
@@ -70,7 +78,12 @@ def kernel_module(
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     module.__dict__.update(
-        real=REALS[precision], PRECISION=precision, MOTION=motion, ITERATIONS=iterations
+        real=REALS[precision],
+        PRECISION=precision,
+        MOTION=motion,
+        ITERATIONS=iterations,
+        BLOCKS=blocks,
+        LANES=lanes,
     )
     sys.modules[name] = module
     spec.loader.exec_module(module)

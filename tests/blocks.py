@@ -24,7 +24,7 @@ def make_lanes(
     if angular_restitution is None:
         angular_restitution = rocking.angular_restitution(angle)
     parts = np.broadcast_arrays(
-        width, height, 0.5, 2000.0, friction, angular_restitution, rotation_ratio * angle
+        width, height, 0.5, 2000.0, friction, 0.0, 0.0, rotation_ratio * angle, angular_restitution
     )
     return Lanes(*(np.array(np.atleast_1d(part), dtype=np.float64) for part in parts))
 

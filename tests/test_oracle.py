@@ -42,6 +42,8 @@ def blocks(
         "depth": 0.502,
         "density": 2670.0,
         "friction": 1.0,
+        "chamfer": 0.0,
+        "offset": 0.0,
         "angular_restitution": rigid if math.isnan(restitution) else restitution,
         "rotation_start": ratio * angle,
     }

@@ -52,8 +52,10 @@ def free_lanes(count: int) -> Lanes:
         depth=np.full(count, 0.2),
         density=np.full(count, 2000.0),
         friction=np.ones(count),
-        angular_restitution=rocking.angular_restitution(angle),
+        chamfer=np.zeros(count),
+        offset=np.zeros(count),
         rotation_start=angle * np.asarray(FREE_RATIOS)[place % len(FREE_RATIOS)],
+        angular_restitution=rocking.angular_restitution(angle),
     )
 
 

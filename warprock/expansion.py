@@ -181,8 +181,10 @@ def _blocks(values: LaneValues) -> Lanes:
         depth=values.numbers("block.depth"),
         density=values.numbers("block.density"),
         friction=values.numbers("contact.friction"),
-        angular_restitution=restitution,
+        chamfer=np.zeros_like(width),
+        offset=np.zeros_like(width),
         rotation_start=rotation_start,
+        angular_restitution=restitution,
     )
 
 

@@ -13,17 +13,24 @@ Array = npt.NDArray[np.float64]
 
 @dataclasses.dataclass(frozen=True)
 class Lanes:
-    """Single blocks and their starts, SI units, full dimensions, shape [lane] each.
+    """Blocks and their starts, SI units, full dimensions.
+
+    What belongs to a block has the shape [lane] where a lane is a single block, and [lane, block],
+    lowest block first, where it is a stack; what belongs to a lane has the shape [lane].
 
     Attributes:
         width: Full width in the plane of rocking [m].
         height: Full height [m].
         depth: Full depth across the plane of rocking [m].
         density: [kg/m^3].
-        friction: Coulomb friction coefficient between block and base.
-        angular_restitution: Ratio of angular velocities after and before an impact on the base;
-            used by `housner` only, the contact engines find it from their contact laws.
+        friction: Coulomb friction coefficient between the block and what it stands on.
+        chamfer: Width cut off each edge of a block [m]: its faces touch over their width less two
+            chamfers; mass and moment of inertia are those of the full rectangle.
+        offset: Distance of a block's centre to +x of the centre of what it stands on [m], along
+            its face, at the start; of the lowest block nothing.
         rotation_start: Rotation at the start [rad], positive towards +x; released from rest.
+        angular_restitution: Ratio of angular velocities after and before an impact on the base,
+            shape [lane]; used by `housner` only, the other engines find it from their own laws.
     """
 
     width: Array
@@ -31,8 +38,10 @@ class Lanes:
     depth: Array
     density: Array
     friction: Array
-    angular_restitution: Array
+    chamfer: Array
+    offset: Array
     rotation_start: Array
+    angular_restitution: Array
 
     @property
     def lane_count(self) -> int:
@@ -40,9 +49,29 @@ class Lanes:
         return len(self.width)
 
     @property
+    def stacked(self) -> bool:
+        """Whether a lane is a stack, be it of one block."""
+        return self.width.ndim == 2
+
+    @property
+    def block_count(self) -> int:
+        """Blocks in a lane."""
+        return self.width.shape[1] if self.stacked else 1
+
+    @property
+    def face_width(self) -> Array:
+        """Width over which a block's faces touch others [m]."""
+        return np.asarray(self.width - 2.0 * self.chamfer)
+
+    @property
+    def mass(self) -> Array:
+        """Mass of the blocks [kg]."""
+        return np.asarray(self.density * self.width * self.height * self.depth)
+
+    @property
     def slenderness_angle(self) -> Array:
-        """Critical angle [rad], shape [lane]."""
-        return np.arctan2(self.width, self.height)
+        """Critical angle of every block on a flat base [rad]."""
+        return np.arctan2(self.face_width, self.height)
 
     def take(self, lanes: slice | npt.NDArray[np.intp]) -> Self:
         """Some of the lanes, by slice or by number."""

@@ -16,11 +16,16 @@ import numpy.typing as npt
 
 
 class Outcome(enum.IntEnum):
-    """Where a lane's block is when its run ends."""
+    """Where a lane's blocks are when its run ends.
+
+    A stack is at rest when all of its blocks are; it has overturned once one block has, and slid
+    off once a block has left the face of the one below.
+    """
 
     AT_REST = 0
     ROCKING = 1
     OVERTURNED = 2
+    SLID_OFF = 3
 
 
 class Status(enum.IntEnum):
@@ -41,6 +46,8 @@ class Field:
         unit: SI unit, "-" for a count, a code or a ratio.
         text: Meaning, as printed on axes and in docs.
         enum: Codes of the field, where it holds codes.
+        per_block: Whether the lanes of stacks have a value for every block: there the dimension
+            "block", lowest first, comes after "lane".
     """
 
     name: str
@@ -48,12 +55,20 @@ class Field:
     unit: str
     text: str
     enum: type[enum.IntEnum] | None = None
+    per_block: bool = False
 
     @property
     def column(self) -> str:
         """Column name with the unit in it, such as `peak_rotation_rad`."""
-        suffix = {"-": "", "m/s": "_m_s", "m/s^2": "_m_s2"}.get(self.unit, f"_{self.unit}")
-        return self.name + suffix
+        return self.name + self._suffix
+
+    def block_column(self, block: int) -> str:
+        """Column name of one block of a stack, such as `peak_rotation_2_rad`; the lowest is 1."""
+        return f"{self.name}_{block}{self._suffix}"
+
+    @property
+    def _suffix(self) -> str:
+        return {"-": "", "m/s": "_m_s", "m/s^2": "_m_s2"}.get(self.unit, f"_{self.unit}")
 
     @property
     def label(self) -> str:
@@ -64,18 +79,30 @@ class Field:
 FIELDS: dict[str, Field] = {
     field.name: field
     for field in (
-        Field("peak_rotation", ("lane",), "rad", "Largest rotation to either side"),
-        Field("peak_time", ("lane",), "s", "Time of the largest rotation"),
+        Field("peak_rotation", ("lane",), "rad", "Largest rotation to either side", per_block=True),
+        Field("peak_time", ("lane",), "s", "Time of the largest rotation", per_block=True),
         Field("outcome", ("lane",), "-", "Where the block is at the end", Outcome),
         Field("status", ("lane",), "-", "Whether the lane's numbers may be used", Status),
         Field("impact_count", ("lane",), "-", "Impacts on the base"),
         Field("uplift_time", ("lane",), "s", "Time at which the block first leaves its flat state"),
         Field("rest_time", ("lane",), "s", "Time from which the block stays at rest"),
-        Field("residual_slide", ("lane",), "m", "Slide of the block along the base at the end"),
-        Field("peak_slide", ("lane",), "m", "Largest slide along the base"),
+        Field(
+            "residual_slide",
+            ("lane",),
+            "m",
+            "Slide along what the block stands on, at the end",
+            per_block=True,
+        ),
+        Field(
+            "peak_slide",
+            ("lane",),
+            "m",
+            "Largest slide along what the block stands on",
+            per_block=True,
+        ),
         Field("energy_lost", ("lane",), "J", "Energy lost in impacts and friction"),
         Field("step_count", ("lane",), "-", "Time steps taken"),
-        Field("rotation", ("lane", "sample"), "rad", "Rotation"),
+        Field("rotation", ("lane", "sample"), "rad", "Rotation", per_block=True),
     )
 }
 
@@ -122,7 +149,8 @@ class Response:
 
     Attributes:
         engine: Name of the engine.
-        fields: Arrays by field name, lane first; `rotation` only where histories were asked for.
+        fields: Arrays by field name, lane first, then the block in fields of stacks that are per
+            block, then the sample; `rotation` only where histories were asked for.
         times: Sample times of the histories [s], shape [sample]; empty without histories.
     """
 

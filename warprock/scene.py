@@ -16,26 +16,32 @@ class SceneKind:
 
     Attributes:
         motion: Family of ground motions.
+        stacked: Whether a lane is a stack, be it of one block.
         block_count: Blocks in a lane.
-        contact_point_count: Corners that can touch the base.
+        contact_point_count: Corners that can touch at once: two of every block.
+        centred: Whether every block starts above the centre of what it stands on.
         restitution_given: Whether the case prescribes the angular restitution.
-        friction_ratio: Smallest friction coefficient / tan(slenderness angle) of all lanes;
+        friction_ratio: Smallest friction coefficient / tan(slenderness angle) of all blocks;
             below 1 a block slides before it rocks.
     """
 
     motion: MotionKind
+    stacked: bool
     block_count: int
     contact_point_count: int
+    centred: bool
     restitution_given: bool
     friction_ratio: float
 
 
 def scene_kind(lanes: Lanes, motions: GroundMotions, *, restitution_given: bool) -> SceneKind:
-    """The kind of scene that lanes and motions make up: one planar block on a moving base."""
+    """The kind of scene that lanes and motions make up: planar blocks on a moving base."""
     return SceneKind(
         motion=motions.kind,
-        block_count=1,
-        contact_point_count=2,
+        stacked=lanes.stacked,
+        block_count=lanes.block_count,
+        contact_point_count=2 * lanes.block_count,
+        centred=not lanes.offset.any(),
         restitution_given=restitution_given,
-        friction_ratio=float(np.min(lanes.friction * lanes.height / lanes.width)),
+        friction_ratio=float(np.min(lanes.friction * lanes.height / lanes.face_width)),
     )

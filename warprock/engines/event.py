@@ -11,7 +11,7 @@ import warp as wp
 
 from warprock import rocking
 from warprock.engines.base import AbstractEngine
-from warprock.engines.launching import Target, block_mass, launch, respond, time_or_nan
+from warprock.engines.launching import Target, launch, respond, time_or_nan
 from warprock.engines.settings import EventSettings
 from warprock.kernels.instance import kernel_module
 from warprock.lanes import Lanes
@@ -57,6 +57,8 @@ class Event(AbstractEngine):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
+        if scene.stacked:
+            return "event runs single blocks, and the case has a stack"
         if scene.restitution_given:
             return (
                 "event finds the angular restitution from its contact law and cannot follow "
@@ -118,7 +120,7 @@ class Event(AbstractEngine):
             "rest_time": rest_time,
             "residual_slide": rows["slide"],
             "peak_slide": rows["peak_slide"],
-            "energy_lost": block_mass(lanes) * rows["loss"],
+            "energy_lost": lanes.mass * rows["loss"],
             "step_count": rows["steps"],
         }
         return respond(self.name, columns, rotations, times)

@@ -11,7 +11,7 @@ import warp as wp
 
 from warprock import rocking
 from warprock.engines.base import AbstractEngine
-from warprock.engines.launching import Target, block_mass, launch, respond, time_or_nan
+from warprock.engines.launching import Target, launch, respond, time_or_nan
 from warprock.engines.settings import HousnerSettings
 from warprock.kernels.instance import kernel_module
 from warprock.lanes import Lanes
@@ -63,6 +63,8 @@ class Housner(AbstractEngine):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the scene cannot be run; None if it can: Housner's block must not slide."""
+        if scene.stacked:
+            return "housner runs single blocks, and the case has a stack"
         if scene.friction_ratio < 1.0:
             return (
                 "housner needs friction >= tan(slenderness angle) in every lane, the smallest "
@@ -100,7 +102,7 @@ class Housner(AbstractEngine):
         }
         rows, rotations = launch(self._module(motions), self.target, lanes, motions, times, blocks)
         mode = rows["mode"]
-        inertia = 4.0 / 3.0 * block_mass(lanes) * radius**2
+        inertia = 4.0 / 3.0 * lanes.mass * radius**2
         still = np.zeros(lanes.lane_count)
         columns = {
             "peak_rotation": rows["peak"],

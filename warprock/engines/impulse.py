@@ -9,7 +9,7 @@ import numpy as np
 import warp as wp
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.launching import Target, block_mass, launch, respond, time_or_nan
+from warprock.engines.launching import Target, launch, respond, time_or_nan
 from warprock.engines.settings import ImpulseSettings
 from warprock.kernels.instance import kernel_module
 from warprock.lanes import Lanes
@@ -49,6 +49,8 @@ class Impulse(AbstractEngine):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
+        if scene.stacked:
+            return "impulse runs single blocks, and the case has a stack"
         if scene.restitution_given:
             return (
                 "impulse finds the angular restitution from its contact law and cannot follow "
@@ -107,7 +109,7 @@ class Impulse(AbstractEngine):
             "rest_time": np.where(resting, moved, np.nan),
             "residual_slide": rows["slide"],
             "peak_slide": rows["peak_slide"],
-            "energy_lost": block_mass(lanes) * rows["loss"],
+            "energy_lost": lanes.mass * rows["loss"],
             "step_count": rows["steps"],
         }
         return respond(self.name, columns, rotations, times)

@@ -151,11 +151,6 @@ def launch(
         return rows, rotations.numpy()[:, : lanes.lane_count].T.astype(np.float64)
 
 
-def block_mass(lanes: Lanes) -> npt.NDArray[np.float64]:
-    """Mass of the blocks [kg], shape [lane]."""
-    return lanes.density * lanes.width * lanes.height * lanes.depth
-
-
 def time_or_nan(times: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
     """Times as float64, NaN where they have not come."""
     values = np.asarray(times, dtype=np.float64)

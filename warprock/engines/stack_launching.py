@@ -1,0 +1,115 @@
+"""What the host side of the engines shares where a lane is a stack of blocks.
+
+A kernel of stacks runs `LANES` lanes a thread, `LANE_WIDTH` of them on a CPU, one on any other
+device. Arrays of its blocks are [block, lane], lowest block first, so that lanes lie side by side.
+"""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import warp as wp
+
+from warprock.engines.launching import (
+    Form,
+    Target,
+    motion_columns,
+    padded,
+    record_pool,
+    struct_rows,
+)
+from warprock.kernels.instance import LANE_WIDTH, REALS, kernel_module
+from warprock.lanes import Lanes
+from warprock.motion import GroundMotions
+from warprock.response import SampleTimes
+
+Array = npt.NDArray[np.float64]
+
+
+def stack_module(
+    file: str, target: Target, motions: GroundMotions, lanes: Lanes, iterations: int = 0
+) -> ModuleType:
+    """The instance of a stack's kernel file for a target, a kind of motion and a block count."""
+    packs = target.kernel_form is Form.PACKED
+    module: ModuleType = kernel_module(
+        file,
+        precision=target.precision,
+        motion=motions.kind.value,
+        iterations=iterations,
+        blocks=lanes.block_count,
+        lanes=LANE_WIDTH if packs else 1,
+    )
+    return module
+
+
+def launch_stacks(
+    module: ModuleType,
+    target: Target,
+    motions: GroundMotions,
+    times: SampleTimes,
+    blocks: dict[str, npt.NDArray[Any]],
+    lanes: dict[str, npt.NDArray[Any]],
+    knobs: Any,
+) -> tuple[npt.NDArray[Any], npt.NDArray[Any], Array | None]:
+    """Runs the kernel `stacks` of a launch module over a batch of lanes.
+
+    Args:
+        module: Instance of a `*_stack_launch` kernel file with the structs `Block` (one block),
+            `Stack` (one lane), `Motion`, `Knobs`, `BlockResult`, `Result` and `Found`, which has
+            the arrays `results` [lane], `blocks` [block, lane] and `rotations`
+            [sample, block, lane], empty where not asked for.
+        target: Where and how it runs.
+        motions: Ground motions of the lanes.
+        times: Duration and sampling.
+        blocks: Fields of the struct `Block`, shape [lane, block] each.
+        lanes: Fields of the struct `Stack`, shape [lane] each.
+        knobs: The struct `Knobs`.
+
+    Returns:
+        Rows of `Result`, shape [lane]; rows of `BlockResult`, shape [lane, block]; rotations
+        [rad], shape [lane, block, sample], if asked for.
+    """
+    real = REALS[target.precision]
+    lane_count, block_count = next(iter(blocks.values())).shape
+    side_by_side = module.LANES
+    count = -(-lane_count // side_by_side) * side_by_side
+    samples = times.times
+    motion_rows = struct_rows(module.Motion, motion_columns(module.Motion, motions), count)
+    with wp.ScopedDevice(target.device):
+        found = module.Found()
+        found.results = wp.empty(count, dtype=module.Result)
+        found.blocks = wp.empty((block_count, count), dtype=module.BlockResult)
+        shape = (len(samples), block_count, count) if times.interval is not None else (0, 0, 0)
+        found.rotations = wp.full(shape, value=np.inf, dtype=real)
+        wp.launch(
+            module.stacks,
+            dim=count // side_by_side,
+            inputs=[
+                wp.array(_block_rows(module.Block, blocks, count), dtype=module.Block),
+                wp.array(struct_rows(module.Stack, lanes, count), dtype=module.Stack),
+                wp.array(motion_rows, dtype=module.Motion),
+                wp.array(record_pool(motions), dtype=real),
+                wp.array(samples, dtype=real),
+                knobs,
+                found,
+            ],
+        )
+        results = found.results.numpy()[:lane_count]
+        per_block = found.blocks.numpy()[:, :lane_count].T
+        if times.interval is None:
+            return results, per_block, None
+        histories = found.rotations.numpy()[:, :, :lane_count].transpose(2, 1, 0)
+        return results, per_block, np.ascontiguousarray(histories, dtype=np.float64)
+
+
+def _block_rows(struct: Any, columns: dict[str, npt.NDArray[Any]], count: int) -> npt.NDArray[Any]:
+    """Rows of a struct of blocks, shape [block, lane], padded to a count of lanes."""
+    block_count = next(iter(columns.values())).shape[1]
+    rows = np.zeros((block_count, count), dtype=struct.numpy_dtype())
+    for name in rows.dtype.names or ():
+        for block in range(block_count):
+            rows[name][block] = padded(columns[name][:, block], count)
+    return rows
