@@ -80,7 +80,7 @@ def run_batch(
     else:
         # A launch on a GPU is parallel in itself: one worker, one chunk.
         threads, size = 1, chunk_size or count
-    built.warm_up(motions)
+    built.warm_up(lanes, motions)
     slices = [slice(low, min(low + size, count)) for low in range(0, count, size)]
 
     def run_chunk(part: slice) -> Response:

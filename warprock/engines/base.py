@@ -40,8 +40,8 @@ class AbstractEngine(abc.ABC):
         """Why the engine cannot run a scene; None if it can."""
 
     @abc.abstractmethod
-    def warm_up(self, motions: GroundMotions) -> None:
-        """Compiles or loads the kernels for a kind of motion, once, on the calling thread."""
+    def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
+        """Compiles or loads the kernels for lanes and motions, once, on the calling thread."""
 
     @abc.abstractmethod
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:

@@ -58,8 +58,8 @@ class Impulse(AbstractEngine):
             )
         return None
 
-    def warm_up(self, motions: GroundMotions) -> None:
-        """Compiles or loads the kernels for a kind of motion, once, on the calling thread."""
+    def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
+        """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
         wp.load_module(self._module(motions).__name__, device=self.target.device)
 
     def _module(self, motions: GroundMotions) -> ModuleType:
