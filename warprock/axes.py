@@ -14,7 +14,15 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case_keys import KEYS, SWEEP_KEYS, NumberKey, Said, TextKey, did_you_mean
+from warprock.case_keys import (
+    KEYS,
+    SWEEP_KEYS,
+    NumberKey,
+    Said,
+    TextKey,
+    did_you_mean,
+    general_key,
+)
 from warprock.errors import InputError
 from warprock.units import Dimension
 
@@ -78,7 +86,11 @@ def axis_keys(entry: Mapping[str, object]) -> dict[str, object]:
     keys: dict[str, object] = {}
     for name, value in entry.items():
         if "." not in name and isinstance(value, Mapping):
-            keys.update({f"{name}.{tail}": inner for tail, inner in value.items()})
+            for tail, inner in value.items():
+                if tail.isdecimal() and isinstance(inner, Mapping):
+                    keys.update({f"{name}.{tail}.{end}": last for end, last in inner.items()})
+                else:
+                    keys[f"{name}.{tail}"] = inner
         else:
             keys[name] = value
     return keys
@@ -143,8 +155,8 @@ def _read_column(key: str, value: object, source: str, place: str) -> Numbers | 
                 source, place, key, "must be label.NAME, a name of lower case letters, digits, _"
             )
         reader = _LABEL_KEY
-    elif key in SWEEP_KEYS:
-        reader = KEYS[key]
+    elif general_key(key) in SWEEP_KEYS:
+        reader = KEYS[general_key(key)]
     elif key in KEYS:
         raise InputError(source, place, value, "must not be swept: it is the same for every lane")
     else:

@@ -22,8 +22,17 @@ from typing import Any
 import pydantic
 
 from warprock.axes import LABEL, Axis, axis_keys, axis_shape, read_axes
-from warprock.case_keys import EXCLUSIVE, KEYS, NOTHING, Said, did_you_mean
-from warprock.case_tables import CaseTables, CheckSpec, HousnerCheck, KeyedError, known_keys
+from warprock.case_keys import EXCLUSIVE, KEYS, NOTHING, Said, did_you_mean, general_key
+from warprock.case_tables import (
+    SINGLE,
+    STACK,
+    CaseTables,
+    CheckSpec,
+    HousnerCheck,
+    KeyedError,
+    PeaksCheck,
+    known_keys,
+)
 from warprock.engines.settings import SETTINGS, build_settings
 from warprock.errors import InputError
 from warprock.response import SampleTimes
@@ -267,9 +276,12 @@ def _read_tables(raw: Mapping[str, Any], axes: Sequence[Axis], source_of: Source
     body = copy.deepcopy({key: value for key, value in raw.items() if key != "sweep"})
     swept = {key: column.first for axis in axes for key, column in axis.columns.items()}
     for key, value in swept.items():
-        table, _, name = key.partition(".")
-        if not key.startswith(LABEL) and isinstance(body.setdefault(table, {}), dict):
-            body[table][name] = value
+        *path, name = key.split(".")
+        inner: Any = body
+        for part in path:
+            inner = inner.setdefault(part, {}) if isinstance(inner, dict) else None
+        if not key.startswith(LABEL) and isinstance(inner, dict):
+            inner[name] = value
     try:
         return CaseTables.model_validate(body)
     except pydantic.ValidationError as error:
@@ -291,6 +303,8 @@ def _input_error(error: pydantic.ValidationError, source_of: SourceOf) -> InputE
     detail = next((d for d in details if d["type"] == "extra_forbidden"), details[0])
     kind, location, context = detail["type"], detail["loc"], detail.get("ctx", {})
     path = list(location)
+    if location[:1] == ("block",) and location[1:2] in ((SINGLE,), (STACK,)):
+        path[1:2] = []  # pydantic puts the kind of the scene here, which is no key
     if location[:1] == ("check",):
         path[2:3] = []  # pydantic puts the kind of the check here, which is no key
     if kind in ("union_tag_invalid", "union_tag_not_found"):
@@ -304,7 +318,10 @@ def _input_error(error: pydantic.ValidationError, source_of: SourceOf) -> InputE
     if kind == "extra_forbidden":
         allowed = _unknown_key(location, path)
     elif kind == "missing":
-        got, allowed = NOTHING, KEYS[key].allowed if key in KEYS else "must be given"
+        got, allowed = (
+            NOTHING,
+            KEYS[general_key(key)].allowed if general_key(key) in KEYS else "must be given",
+        )
     elif kind == "value_error":
         allowed = str(fault)
     elif kind in ("union_tag_invalid", "union_tag_not_found"):
@@ -346,7 +363,22 @@ def _judge_checks(case: Case) -> None:
             if value not in values[label]:
                 known = ", ".join(values[label])
                 raise InputError(case.file, key, value, f"must be a value of the label ({known})")
+        _judge_check_of_stack(case, number, check)
         if isinstance(check, HousnerCheck) and case.sample_times.interval is None:
             raise InputError(
                 case.file, "run.sample_interval", NOTHING, f"must be given for check[{number}]"
             )
+
+
+def _judge_check_of_stack(case: Case, number: int, check: CheckSpec) -> None:
+    """Refuses a check of a single block on a stack, and one of a block that is not there."""
+    stacked = case.tables.stacked
+    if isinstance(check, HousnerCheck) and stacked:
+        raise InputError(case.file, f"check[{number}].kind", "housner", "must not be on a stack")
+    if isinstance(check, PeaksCheck):
+        count = case.tables.block_count
+        known = range(1, count + 1) if stacked else (None,)
+        if check.block not in known:
+            allowed = f"must be a block from 1 to {count}" if stacked else "must be left out"
+            got = NOTHING if check.block is None else check.block
+            raise InputError(case.file, f"check[{number}].block", got, allowed)

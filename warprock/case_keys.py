@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
+import re
 from collections.abc import Iterable, Mapping
 
 from warprock.motion import Control, Waveform
@@ -105,6 +106,9 @@ class TextKey:
         raise ValueError(self.allowed + did_you_mean(got, self.choices))
 
 
+_FRICTION_BOUNDS = {Dimension.DIMENSIONLESS: ("0", "100"), Dimension.ANGLE: ("0 deg", "89 deg")}
+
+
 def _length(text: str) -> NumberKey:
     return NumberKey({Dimension.LENGTH: ("1 mm", "1 km")}, text)
 
@@ -120,9 +124,31 @@ KEYS: dict[str, NumberKey | TextKey] = {
     "block.density": NumberKey(
         {Dimension.DENSITY: ("1e-3 kg/m^3", "1e5 kg/m^3")}, "the density of the block"
     ),
+    "block.N.width": _length("the full width of the block in the plane of rocking"),
+    "block.N.height": _length("the full height of the block"),
+    "block.N.depth": _length("the full depth of the block across the plane of rocking"),
+    "block.N.density": NumberKey(
+        {Dimension.DENSITY: ("1e-3 kg/m^3", "1e5 kg/m^3")}, "the density of the block"
+    ),
+    "block.N.chamfer": NumberKey(
+        {Dimension.LENGTH: ("0 m", "1 km")}, "the width cut off each edge of the block"
+    ),
+    "block.N.offset": NumberKey(
+        {Dimension.LENGTH: ("-1 km", "1 km")},
+        "the distance of the block's centre to +x of the centre of the block below",
+    ),
+    "block.N.friction": FrictionKey(
+        _FRICTION_BOUNDS,
+        "the friction coefficient or the friction angle of the face the block stands on",
+    ),
+    "block.N.rotation": NumberKey(
+        {Dimension.ANGLE: ("-90 deg", "90 deg")},
+        "the rotation of the block at the start",
+        low_open=True,
+        high_open=True,
+    ),
     "contact.friction": FrictionKey(
-        {Dimension.DIMENSIONLESS: ("0", "100"), Dimension.ANGLE: ("0 deg", "89 deg")},
-        "the friction coefficient or the friction angle",
+        _FRICTION_BOUNDS, "the friction coefficient or the friction angle"
     ),
     "contact.angular_restitution": _ratio(
         "0", "1", "the ratio of angular velocities after and before an impact", low_open=True
@@ -169,7 +195,18 @@ KEYS: dict[str, NumberKey | TextKey] = {
         {Dimension.TIME: ("0 s", "1e5 s")}, "the time between samples", low_open=True
     ),
 }
-"""Dotted key -> how its value is read."""
+"""Dotted key -> how its value is read; N stands for the number of a block in a stack."""
+
+MOST_BLOCKS = 6
+"""Blocks in the highest stack."""
+
+_BLOCK_NUMBER = re.compile(r"^block\.[1-9][0-9]*\.")
+
+
+def general_key(key: str) -> str:
+    """A key with N in place of a block's number: block.2.width is an instance of block.N.width."""
+    return _BLOCK_NUMBER.sub("block.N.", key)
+
 
 SWEEP_KEYS: tuple[str, ...] = tuple(key for key in KEYS if not key.startswith("run."))
 """Keys that may differ from lane to lane."""

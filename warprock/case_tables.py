@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import types
 import typing
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, Self
 
 import pydantic
 
-from warprock.case_keys import KEYS, NOTHING, NumberKey, TextKey
+from warprock.case_keys import KEYS, MOST_BLOCKS, NOTHING, NumberKey, Said, TextKey
 from warprock.engines.settings import SETTINGS
 from warprock.motion import Control, Waveform
 from warprock.units import Quantity
@@ -50,6 +50,46 @@ class Block(Table):
     height: Annotated[float, _number("block.height")]
     depth: Annotated[float, _number("block.depth")]
     density: Annotated[float, _number("block.density")]
+
+
+class StackedBlock(Table):
+    """One block of a stack: full dimensions [m], density, and how it starts [m, rad]."""
+
+    width: Annotated[float, _number("block.N.width")]
+    height: Annotated[float, _number("block.N.height")]
+    depth: Annotated[float, _number("block.N.depth")]
+    density: Annotated[float, _number("block.N.density")]
+    chamfer: Annotated[float, _number("block.N.chamfer")] = 0.0
+    offset: Annotated[float, _number("block.N.offset")] = 0.0
+    friction: Annotated[float, _number("block.N.friction")] | None = None
+    rotation: Annotated[float, _number("block.N.rotation")] = 0.0
+
+
+class Stack(pydantic.RootModel[dict[str, StackedBlock]]):
+    """The blocks of a stack by number, 1 the lowest."""
+
+    model_config = pydantic.ConfigDict(frozen=True)
+
+    @pydantic.model_validator(mode="after")
+    def _numbered(self) -> Self:
+        for number in range(1, len(self.root) + 1):
+            if str(number) not in self.root:
+                allowed = f"must be given: blocks are numbered from 1, the lowest, to {MOST_BLOCKS}"
+                raise KeyedError(str(number), NOTHING, allowed)
+        if len(self.root) > MOST_BLOCKS:
+            last = str(len(self.root))
+            raise KeyedError(last, Said("a block"), f"must not be: at most {MOST_BLOCKS} blocks")
+        return self
+
+
+def _single_or_stack(block: object) -> str:
+    """Whether [block] is a block or holds [block.1], [block.2] and so on."""
+    numbered = isinstance(block, Mapping) and any(str(name).isdecimal() for name in block)
+    return STACK if numbered or isinstance(block, Stack) else SINGLE
+
+
+SINGLE, STACK = "single", "stack"
+"""What pydantic's place of an error says behind `block`."""
 
 
 class Contact(Table):
@@ -160,11 +200,13 @@ class PeaksCheck(Check):
     """Peak rotations / slenderness angle of the selected lanes, in lane order.
 
     Attributes:
+        block: Number of the block in a stack, whose own slenderness angle counts.
         values: Expected ratios.
         tolerance: Largest absolute difference of a ratio.
     """
 
     kind: Literal["peaks"]
+    block: Annotated[int, pydantic.Field(ge=1)] | None = None
     values: Annotated[
         tuple[Annotated[float, pydantic.Field(ge=0.0, allow_inf_nan=False)], ...],
         pydantic.Field(min_length=1),
@@ -199,13 +241,41 @@ class CaseTables(Table):
 
     title: Annotated[str, pydantic.Field(min_length=1)]
     source: Annotated[str, pydantic.Field(min_length=1)]
-    block: Block
+    block: Annotated[
+        Annotated[Block, pydantic.Tag(SINGLE)] | Annotated[Stack, pydantic.Tag(STACK)],
+        pydantic.Discriminator(_single_or_stack),
+    ]
     contact: Contact
     start: Start = Start()
     motion: Motion | None = None
     run: Run
     engines: dict[str, dict[str, Any]] = {}
     check: tuple[Annotated[CheckSpec, pydantic.Field(discriminator="kind")], ...] = ()
+
+    @pydantic.model_validator(mode="after")
+    def _keys_of_a_stack(self) -> Self:
+        if self.stacked and self.start.model_fields_set:
+            name = f"start.{min(self.start.model_fields_set)}"
+            raise KeyedError(
+                name, Said("a start"), "must not be given for a stack: each block has a rotation"
+            )
+        if self.stacked and self.contact.angular_restitution is not None:
+            raise KeyedError(
+                "contact.angular_restitution",
+                self.contact.angular_restitution,
+                "must not be given for a stack, which follows its contact laws",
+            )
+        return self
+
+    @property
+    def stacked(self) -> bool:
+        """Whether the case has a stack of blocks."""
+        return isinstance(self.block, Stack)
+
+    @property
+    def block_count(self) -> int:
+        """Blocks in a lane."""
+        return len(self.block.root) if isinstance(self.block, Stack) else 1
 
 
 def known_keys(location: Sequence[int | str]) -> list[str]:
@@ -218,9 +288,13 @@ def known_keys(location: Sequence[int | str]) -> list[str]:
     table: type[pydantic.BaseModel] = CaseTables
     path: list[str] = []
     for part in location[:-1]:
-        if isinstance(part, int):
+        if isinstance(part, int) or part == SINGLE:
             continue
-        if part in table.model_fields:
+        if part == STACK:
+            table = StackedBlock
+        elif str(part).isdecimal() and table is StackedBlock:
+            path.append("N")
+        elif part in table.model_fields:
             path.append(part)
             tables = list(_tables_in(table.model_fields[part].annotation))
             table = tables[0] if tables else table

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from warprock.axes import Numbers, Texts, lane_indices
 from warprock.case import Case
-from warprock.case_keys import KEYS, NumberKey, Said
+from warprock.case_keys import KEYS, NumberKey, Said, general_key
+from warprock.case_tables import Stack
 from warprock.errors import InputError
 from warprock.units import Dimension, Quantity, format_quantity
 
@@ -37,8 +38,11 @@ class LaneValues:
         }
 
     def _constant(self, key: str) -> object:
-        table, _, name = key.partition(".")
-        return getattr(getattr(self.case.tables, table), name, None)
+        found: Any = self.case.tables
+        for name in key.split("."):
+            stack = isinstance(found, Stack)
+            found = found.root.get(name) if stack else getattr(found, name, None)
+        return found
 
     def given(self, key: str) -> bool:
         """Whether the case gives a key, swept or not."""
@@ -99,7 +103,7 @@ class LaneValues:
 
     def _said(self, key: str, at: int) -> Said:
         """One lane's value of a key, as a user would write it."""
-        reader = KEYS[key]
+        reader = KEYS[general_key(key)]
         if not isinstance(reader, NumberKey):
             values, codes = self.texts(key)
             return Said(values[int(codes[at])])

@@ -18,6 +18,7 @@ from warprock import rocking
 from warprock.axes import LABEL
 from warprock.case import Case
 from warprock.case_keys import Said
+from warprock.case_stacks import stack_columns, stack_lanes
 from warprock.case_tables import PeaksCheck
 from warprock.case_values import LaneValues
 from warprock.errors import InputError
@@ -32,6 +33,7 @@ from warprock.motion import (
 )
 from warprock.response import FIELDS, SampleTimes
 from warprock.scene import SceneKind, scene_kind
+from warprock.stacking import uplift_ratio
 from warprock.units import GRAVITY, Dimension
 
 if TYPE_CHECKING:
@@ -129,12 +131,13 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
     values = LaneValues(case, range(case.lane_count) if lanes is None else lanes)
     if not values.lanes:
         raise InputError(case.file, "sweep", Said("0 lanes"), "must make at least 1 lane")
-    blocks = _blocks(values)
+    stacked = case.tables.stacked
+    blocks = stack_lanes(values) if stacked else _blocks(values)
     motions, columns = _motions(values, blocks)
     scene = scene_kind(
         blocks, motions, restitution_given=values.given("contact.angular_restitution")
     )
-    columns = _block_columns(blocks) | columns
+    columns = (stack_columns(blocks) if stacked else _block_columns(blocks)) | columns
     labels = {label: values.column(LABEL + label) for label in case.labels}
     _refuse_labels(case, columns)
     lane_set = LaneSet(
@@ -230,11 +233,11 @@ def _motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[str,
             "must be of one family in a case: sine and cosine, ricker, or record",
         )
     before: dict[str, object] = {"waveform": values.column("motion.waveform")}
-    tan_angle = lanes.width / lanes.height
+    uplift = uplift_ratio(lanes).min(axis=1) if lanes.stacked else lanes.width / lanes.height
     return motions, before | columns | {
         "start_s": start,
         "peak_acceleration_m_s2": peak,
-        "normalised_acceleration": peak / (GRAVITY * tan_angle),
+        "normalised_acceleration": peak / (GRAVITY * uplift),
     }
 
 
@@ -344,9 +347,13 @@ def _records(values: LaneValues, start: Array) -> Motions:
 
 def _refuse_labels(case: Case, columns: Mapping[str, object]) -> None:
     """Refuses a label that would hide an input or a result in the lane table."""
-    taken = {"lane", *columns, *FIELDS, *(field.column for field in FIELDS.values())}
+    results = (FIELDS.keys() | {field.column for field in FIELDS.values()}) | {
+        field.block_column(block)
+        for field in FIELDS.values()
+        for block in range(1, case.tables.block_count + 1)
+    }
     for label in case.labels:
-        if label in taken:
+        if label in {"lane", *columns} | results:
             allowed = "must not be the name of an input or of a result"
             raise InputError(case.file, f"sweep.{LABEL}{label}", label, allowed)
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions, MotionKind
+from warprock.stacking import uplift_ratio
 
 
 @dataclasses.dataclass(frozen=True)
@@ -21,8 +22,8 @@ class SceneKind:
         contact_point_count: Corners that can touch at once: two of every block.
         centred: Whether every block starts above the centre of what it stands on.
         restitution_given: Whether the case prescribes the angular restitution.
-        friction_ratio: Smallest friction coefficient / tan(slenderness angle) of all blocks;
-            below 1 a block slides before it rocks.
+        friction_ratio: Smallest friction coefficient / base acceleration in g that makes the block
+            rock, tan(slenderness angle) of a single one; below 1 a block slides before it rocks.
     """
 
     motion: MotionKind
@@ -36,6 +37,7 @@ class SceneKind:
 
 def scene_kind(lanes: Lanes, motions: GroundMotions, *, restitution_given: bool) -> SceneKind:
     """The kind of scene that lanes and motions make up: planar blocks on a moving base."""
+    uplift = uplift_ratio(lanes) if lanes.stacked else lanes.face_width / lanes.height
     return SceneKind(
         motion=motions.kind,
         stacked=lanes.stacked,
@@ -43,5 +45,5 @@ def scene_kind(lanes: Lanes, motions: GroundMotions, *, restitution_given: bool)
         contact_point_count=2 * lanes.block_count,
         centred=not lanes.offset.any(),
         restitution_given=restitution_given,
-        friction_ratio=float(np.min(lanes.friction * lanes.height / lanes.face_width)),
+        friction_ratio=float(np.min(lanes.friction / uplift)),
     )
