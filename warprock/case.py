@@ -274,13 +274,14 @@ def _replace_axes(raw: dict[str, Any], overridden: frozenset[str]) -> None:
 def _read_tables(raw: Mapping[str, Any], axes: Sequence[Axis], source_of: SourceOf) -> CaseTables:
     """The tables of a case, in which the first value along each axis stands for the swept ones."""
     body = copy.deepcopy({key: value for key, value in raw.items() if key != "sweep"})
-    swept = {key: column.first for axis in axes for key, column in axis.columns.items()}
+    columns = {key: column for axis in axes for key, column in axis.columns.items()}
+    swept = {key: c.first for key, c in columns.items() if not key.startswith(LABEL)}
     for key, value in swept.items():
         *path, name = key.split(".")
         inner: Any = body
         for part in path:
             inner = inner.setdefault(part, {}) if isinstance(inner, dict) else None
-        if not key.startswith(LABEL) and isinstance(inner, dict):
+        if isinstance(inner, dict):
             inner[name] = value
     try:
         return CaseTables.model_validate(body)

@@ -124,29 +124,6 @@ KEYS: dict[str, NumberKey | TextKey] = {
     "block.density": NumberKey(
         {Dimension.DENSITY: ("1e-3 kg/m^3", "1e5 kg/m^3")}, "the density of the block"
     ),
-    "block.N.width": _length("the full width of the block in the plane of rocking"),
-    "block.N.height": _length("the full height of the block"),
-    "block.N.depth": _length("the full depth of the block across the plane of rocking"),
-    "block.N.density": NumberKey(
-        {Dimension.DENSITY: ("1e-3 kg/m^3", "1e5 kg/m^3")}, "the density of the block"
-    ),
-    "block.N.chamfer": NumberKey(
-        {Dimension.LENGTH: ("0 m", "1 km")}, "the width cut off each edge of the block"
-    ),
-    "block.N.offset": NumberKey(
-        {Dimension.LENGTH: ("-1 km", "1 km")},
-        "the distance of the block's centre to +x of the centre of the block below",
-    ),
-    "block.N.friction": FrictionKey(
-        _FRICTION_BOUNDS,
-        "the friction coefficient or the friction angle of the face the block stands on",
-    ),
-    "block.N.rotation": NumberKey(
-        {Dimension.ANGLE: ("-90 deg", "90 deg")},
-        "the rotation of the block at the start",
-        low_open=True,
-        high_open=True,
-    ),
     "contact.friction": FrictionKey(
         _FRICTION_BOUNDS, "the friction coefficient or the friction angle"
     ),
@@ -193,6 +170,29 @@ KEYS: dict[str, NumberKey | TextKey] = {
     ),
     "run.sample_interval": NumberKey(
         {Dimension.TIME: ("0 s", "1e5 s")}, "the time between samples", low_open=True
+    ),
+    "block.N.width": _length("the full width of the block in the plane of rocking"),
+    "block.N.height": _length("the full height of the block"),
+    "block.N.depth": _length("the full depth of the block across the plane of rocking"),
+    "block.N.density": NumberKey(
+        {Dimension.DENSITY: ("1e-3 kg/m^3", "1e5 kg/m^3")}, "the density of the block"
+    ),
+    "block.N.chamfer": NumberKey(
+        {Dimension.LENGTH: ("0 m", "1 km")}, "the width cut off each edge of the block"
+    ),
+    "block.N.offset": NumberKey(
+        {Dimension.LENGTH: ("-1 km", "1 km")},
+        "the distance of the block's centre to +x of the centre of the block below",
+    ),
+    "block.N.friction": FrictionKey(
+        _FRICTION_BOUNDS,
+        "the friction coefficient or the friction angle of the face the block stands on",
+    ),
+    "block.N.rotation": NumberKey(
+        {Dimension.ANGLE: ("-90 deg", "90 deg")},
+        "the rotation of the block at the start",
+        low_open=True,
+        high_open=True,
     ),
 }
 """Dotted key -> how its value is read; N stands for the number of a block in a stack."""
