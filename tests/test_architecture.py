@@ -66,7 +66,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         "numpy pandas pyarrow",
     ),
     "checks": (
-        ("warprock/checks.py", "warprock/comparison.py"),
+        ("warprock/checks.py", "warprock/comparison*.py"),
         "errors foundation settings cases engines runs reference",
         "numpy pandas",
     ),

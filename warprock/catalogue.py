@@ -15,6 +15,9 @@ from warprock.errors import InputError
 from warprock.expansion import expand_lanes
 from warprock.scene import SceneKind
 
+TWO_BLOCK = "two-block"
+"""Engine whose kernels are all for stacks."""
+
 VALUES_SHOWN = 12
 """Distinct values of an input up to which all of them are listed."""
 
@@ -45,8 +48,7 @@ def explain_case(case: Case) -> dict[str, Any]:
             "source": case.source_text,
             "file": case.file,
         },
-        "scene": dataclasses.asdict(scene)
-        | {"why": "one planar rectangular block, which can touch its base at two corners"},
+        "scene": dataclasses.asdict(scene) | {"why": _scene_text(scene)},
         "lanes": lane_set.lanes.lane_count,
         "duration_s": lane_set.times.duration,
         "sample_interval_s": lane_set.times.interval,
@@ -78,6 +80,16 @@ def write_template(kind: str, path: pathlib.Path) -> pathlib.Path:
     return file
 
 
+def _scene_text(scene: SceneKind) -> str:
+    """What a lane is, in words."""
+    if not scene.stacked:
+        return "one planar rectangular block, which can touch its base at two corners"
+    return (
+        f"a planar stack of {scene.block_count} rectangular blocks on a base; each touches what it "
+        "stands on at the two ends of their common face at most"
+    )
+
+
 def _engine_row(name: str) -> dict[str, Any]:
     engine = engine_class(name)
     summary = (engine.__doc__ or "").strip().splitlines()[0]
@@ -88,8 +100,9 @@ def _fitness(case: Case, name: str, scene: SceneKind) -> dict[str, Any]:
     reason = engine_class(name).supports(scene)
     settings = dataclasses.asdict(case.engine_settings(name))
     units = {field.name: field.metadata["unit"] for field in dataclasses.fields(SETTINGS[name])}
+    file = name.replace("-", "_") + ("_stack" if scene.stacked and name != TWO_BLOCK else "")
     kernel = (
-        f"kernels/{name}_launch.py for a {scene.motion} base: `packed` on a CPU, `plain`, one lane "
+        f"kernels/{file}_launch.py for a {scene.motion} base: `packed` on a CPU, `plain`, one lane "
         "a thread, on any other device"
     )
     return {

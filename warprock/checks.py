@@ -10,6 +10,7 @@ import numpy as np
 
 from warprock.case import Case
 from warprock.comparison import compare_with_housner
+from warprock.comparison_stack import compare_blocks
 from warprock.engines import ENGINES
 from warprock.errors import InputError
 from warprock.expansion import LaneSet, expand_lanes
@@ -136,6 +137,9 @@ def _check_peaks(check: Any, responses: CaseResponses) -> list[CheckRow]:
     lanes = np.asarray(lane_set.select(check.where))
     response = responses[check.engine]
     ratio = response["peak_rotation"][lanes] / lane_set.lanes.slenderness_angle[lanes]
+    of_block = ""
+    if check.block is not None:
+        ratio, of_block = ratio[:, check.block - 1], f" of block {check.block}"
     if len(ratio) != len(check.values):
         raise InputError(
             str(responses.case.file),
@@ -153,7 +157,7 @@ def _check_peaks(check: Any, responses: CaseResponses) -> list[CheckRow]:
     return [
         CheckRow(
             case=responses.case.name,
-            name="peak rotation ratio, largest difference",
+            name=f"peak rotation ratio{of_block}, largest difference",
             engine=check.engine,
             lanes=_selection_text(check.where),
             value=float(difference[worst]),
@@ -239,8 +243,9 @@ def compare(case: Case, engines: Sequence[str], workers: int | None = None) -> d
         workers: Worker threads of a run; None leaves it to the batch runner.
 
     Returns:
-        `case`, `engines` and `rows`, the rows of `compare_with_housner` with `lane` (its name);
-        a value that does not exist is None.
+        `case`, `engines`, `stacked` and `rows`: the rows of `compare_with_housner`, or of
+        `compare_blocks` against the first engine for stacks, with `lane` (its name); a value that
+        does not exist is None.
 
     Raises:
         InputError: An unknown engine.
@@ -250,14 +255,16 @@ def compare(case: Case, engines: Sequence[str], workers: int | None = None) -> d
             allowed = ", ".join([*ENGINES, ORACLE])
             raise InputError("--engine", "", engine, f"allowed: {allowed}")
     responses = CaseResponses(case, workers)
+    stacked = case.tables.stacked
+    reference = engines[0] if stacked else REFERENCE
+    hold = compare_blocks if stacked else compare_with_housner
     rows: list[dict[str, object]] = []
     for engine in engines:
-        table = compare_with_housner(responses.lane_set, responses[engine], responses[REFERENCE])
-        named = table.assign(
-            lane=[lane_name(responses.lane_set, lane) for lane in range(len(table))],
-        )
+        table = hold(responses.lane_set, responses[engine], responses[reference])
+        numbers = table["lane_number"] if stacked else range(len(table))
+        named = table.assign(lane=[lane_name(responses.lane_set, lane) for lane in numbers])
         rows += [plain_row(row) for row in named.to_dict("records")]
-    return {"case": case.name, "engines": list(engines), "rows": rows}
+    return {"case": case.name, "engines": list(engines), "stacked": stacked, "rows": rows}
 
 
 def plain_row(row: Mapping[Any, object]) -> dict[str, object]:

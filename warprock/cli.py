@@ -237,13 +237,17 @@ def check(ctx: click.Context, case_name: str | None, as_json: bool) -> None:
 def compare(
     case_name: str, engines: tuple[str, ...], overrides: tuple[str, ...], as_json: bool
 ) -> None:
-    """Engines side by side on one CASE, lane by lane, held against Housner."""
+    """Engines side by side on one CASE, lane by lane, held against Housner.
+
+    Stacks are held against the engine that is named first.
+    """
     from warprock import checks
     from warprock.case import load_case
-    from warprock.report import console, tables
+    from warprock.report import console, tables, tables_stack
 
     found = checks.compare(load_case(case_name, overrides), list(engines))
-    console.print_json(found) if as_json else tables.print_comparison(found)
+    show = tables_stack.print_stack_comparison if found["stacked"] else tables.print_comparison
+    console.print_json(found) if as_json else show(found)
 
 
 @main.command()

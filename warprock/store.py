@@ -13,6 +13,7 @@ import datetime
 import json
 import os
 import pathlib
+import re
 import tempfile
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -64,6 +65,15 @@ INPUTS: dict[str, tuple[str, str]] = {
 }
 """Unit and meaning of the columns that a lane's inputs may have; any other is a label."""
 
+STACK_INPUTS: dict[str, tuple[str, str]] = {
+    "chamfer_mm": ("mm", "Width cut off each edge"),
+    "offset_mm": ("mm", "Centre to +x of the centre of the block below"),
+    "uplift_ratio": ("-", "Base acceleration / g at which a part of the stack begins to rock"),
+}
+"""The same for what only stacks have; of a block, without its number."""
+
+_BLOCK_NUMBER = re.compile(r"_([1-9])(?=_|$)")
+
 PEAK_RATIO = "peak_rotation_ratio"
 
 
@@ -79,18 +89,46 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
     """
     columns: dict[str, Any] = {"lane": np.arange(response.lane_count)}
     columns |= {str(name): lane_set.inputs[name].array for name in lane_set.inputs.columns}
-    meaning = {name: INPUTS.get(name, ("-", "Label of the case")) for name in columns}
+    meaning = {name: input_meaning(name) for name in columns}
     for field in (FIELDS[name] for name in LANE_FIELDS):
         values = response[field.name]
-        columns[field.column] = values if field.enum is None else _words(values, field)
-        meaning[field.column] = (field.unit, field.text)
-    columns[PEAK_RATIO] = response["peak_rotation"] / lane_set.lanes.slenderness_angle
-    meaning[PEAK_RATIO] = ("-", "Largest rotation / slenderness angle")
+        if field.enum is not None:
+            values = np.asarray(_words(values, field))
+        of_field = {field.column: values}
+        if values.ndim == 2:
+            of_field = {field.block_column(k): v for k, v in enumerate(values.T, 1)}
+        columns |= of_field
+        meaning |= dict.fromkeys(of_field, (field.unit, field.text))
+    ratio = response["peak_rotation"] / lane_set.lanes.slenderness_angle
+    ratios = dict(zip(peak_ratio_columns(lane_set), np.atleast_2d(ratio.T), strict=True))
+    columns |= ratios
+    meaning |= dict.fromkeys(ratios, ("-", "Largest rotation / slenderness angle"))
     table = pd.DataFrame(columns)
     table.attrs["columns"] = {
         name: {"unit": unit, "text": text} for name, (unit, text) in meaning.items()
     }
     return table
+
+
+def input_meaning(column: str) -> tuple[str, str]:
+    """Unit and meaning of an input column; a block's number in its name does not matter."""
+    known = INPUTS | STACK_INPUTS
+    if column in known:
+        return known[column]
+    number = _BLOCK_NUMBER.search(column)
+    general = _BLOCK_NUMBER.sub("", column, count=1)
+    if number is None or general not in known:
+        return "-", "Label of the case"
+    unit, text = known[general]
+    return unit, f"{text}, block {number[1]}"
+
+
+def peak_ratio_columns(lane_set: LaneSet) -> list[str]:
+    """Columns of the peak rotation / slenderness angle, one for each block of a stack."""
+    lanes = lane_set.lanes
+    if not lanes.stacked:
+        return [PEAK_RATIO]
+    return [f"{PEAK_RATIO}_{block}" for block in range(1, lanes.block_count + 1)]
 
 
 def arrow_table(table: pd.DataFrame) -> pa.Table:
@@ -108,9 +146,13 @@ def arrow_table(table: pd.DataFrame) -> pa.Table:
 def history_table(response: Response, row: int) -> pd.DataFrame:
     """Sampled histories of one lane of a response, one row a sample."""
     columns: dict[str, Any] = {"time_s": response.times}
-    for name, values in response.fields.items():
-        if FIELDS[name].dims == ("lane", "sample"):
-            columns[FIELDS[name].column] = values[row]
+    for field in (FIELDS[name] for name in response.fields):
+        if field.dims == ("lane", "sample"):
+            values = response[field.name][row]
+            of_field = {field.column: values}
+            if values.ndim == 2:
+                of_field = {field.block_column(k): v for k, v in enumerate(values, 1)}
+            columns |= of_field
     return pd.DataFrame(columns)
 
 

@@ -29,14 +29,12 @@ WIDTH = 200
 """Columns of what is printed into a file or a pipe."""
 
 RESULT_COLUMNS = (
-    "peak_rotation_ratio",
-    "peak_time_s",
     "outcome",
     "status",
     "impact_count",
     "rest_time_s",
 )
-"""Columns of the lane table that `run` prints behind the inputs."""
+"""Columns of the lane table that `run` prints behind the inputs and the peaks."""
 
 
 def plain(value: Any) -> Any:
@@ -99,13 +97,18 @@ def print_explanation(found: Mapping[str, Any]) -> None:
     out.print(case["source"].strip())
     out.print(f"\nScene: {scene['why']}.")
     restitution = "given by the case" if scene["restitution_given"] else "Housner's closed form"
+    if scene["stacked"]:
+        restitution = "from the contact laws of the engine"
     sampling = found["sample_interval_s"]
     facts = [
         ("blocks", scene["block_count"]),
         ("contact points", scene["contact_point_count"]),
         ("ground motion", scene["motion"]),
         ("angular restitution", restitution),
-        ("smallest friction / tan(slenderness angle)", scene["friction_ratio"]),
+        (
+            "smallest friction / base acceleration in g that makes a block rock",
+            scene["friction_ratio"],
+        ),
         ("lanes", found["lanes"]),
         ("duration [s]", found["duration_s"]),
         ("histories every [s]", "not asked for" if sampling is None else sampling),
@@ -125,20 +128,23 @@ def print_explanation(found: Mapping[str, Any]) -> None:
 
 def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
     """Prints a run: every lane of a small one, counts and ranges of a large one."""
-    from warprock.store import count_words, lane_table
+    from warprock.store import count_words, lane_table, peak_ratio_columns
 
     out = _stdout()
     response = run.response
     table = lane_table(run.lane_set, response)
+    peaks = peak_ratio_columns(run.lane_set)
     title = f"{run.case.name}: {response.engine}, {response.lane_count} lanes"
     if response.lane_count <= LANES_SHOWN:
-        inputs = _swept_columns(run)
-        _print_rows(title, table[["lane", *inputs, *RESULT_COLUMNS]].to_dict("records"))
+        shown = ["lane", *_swept_columns(run), *peaks]
+        if "peak_time_s" in table:
+            shown.append("peak_time_s")
+        _print_rows(title, table[[*shown, *RESULT_COLUMNS]].to_dict("records"))
     else:
         out.print(title, style="bold")
-        peak = table["peak_rotation_ratio"]
-        bounds = [float(peak.min()), float(peak.max())]
-        out.print(f"  peak_rotation_ratio: {_range_text(bounds)}")
+        for name in peaks:
+            bounds = [float(table[name].min()), float(table[name].max())]
+            out.print(f"  {name}: {_range_text(bounds)}")
     for name in ("outcome", "status"):
         counts = count_words(response, name)
         words = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
@@ -201,13 +207,17 @@ def _print_rows(title: str, rows: Sequence[Mapping[Any, Any]]) -> None:
 
 def _swept_columns(run: CaseRun) -> list[str]:
     """Columns of the inputs that the case sweeps: `height_m` for the key `block.height`."""
-    from warprock.store import INPUTS
+    from warprock.store import input_meaning
 
     keys = [key.rpartition(".") for axis in run.case.axes for key in axis.columns]
-    stems = {stem for table, _, name in keys for stem in (name, f"{name}_{table}")}
+    stems = {
+        stem
+        for table, _, name in keys
+        for stem in (name, f"{name}_{table}", f"{name}_{table.rpartition('.')[2]}")
+    }
     columns = []
     for column in run.lane_set.inputs.columns:
-        unit = INPUTS.get(column, ("-", ""))[0]
+        unit = input_meaning(str(column))[0]
         suffix = "_" + unit.lower().replace("/", "_").replace("^", "")
         if column.removesuffix(suffix) in stems:
             columns.append(str(column))

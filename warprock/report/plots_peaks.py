@@ -52,7 +52,7 @@ DOTTED_CELLS = 2500
 """Cells of a map in which dots can still be told apart."""
 
 GREY = "#555555"
-UNUSABLE, FAR = -1, 3
+UNUSABLE, FAR = -1, 9
 """Codes beside those of `Outcome`: no usable number; beyond `FARTHEST`, yet not overturned."""
 FARTHEST = 2.0
 """Rotation ratio beyond which a block that has not overturned is falling when its run ends."""
@@ -60,9 +60,12 @@ OUTCOMES: dict[int, tuple[str, str, bool]] = {
     Outcome.AT_REST: ("at rest at the end", "o", True),
     Outcome.ROCKING: ("still rocking at the end", "o", False),
     Outcome.OVERTURNED: ("overturned", "^", True),
+    Outcome.SLID_OFF: ("a block slid off", "v", True),
     FAR: (f"beyond {FARTHEST:g}, not overturned", "^", False),
 }
 """Outcome -> name, marker, and whether it is filled."""
+RAISED = (Outcome.OVERTURNED, Outcome.SLID_OFF, FAR)
+"""Outcomes that are marked above all others, whatever rotation they reached."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -97,7 +100,7 @@ class _Peaks:
     @property
     def raised(self) -> npt.NDArray[np.bool_]:
         """Which lanes are marked above all others."""
-        return np.isin(self.outcome, (Outcome.OVERTURNED, FAR))
+        return np.isin(self.outcome, RAISED)
 
     @property
     def top(self) -> float:
@@ -116,15 +119,16 @@ class _Peaks:
         return float(np.nanmax(standing, initial=1e-6))
 
 
-def draw_peaks(path: pathlib.Path, run: CaseRun) -> pathlib.Path:
+def draw_peaks(path: pathlib.Path, run: CaseRun, block: int | None = None) -> pathlib.Path:
     """Peak rotation of every lane over the swept inputs.
 
     Args:
         path: File to write.
         run: The run.
+        block: Which block of stacks, the lowest is 0; None for single blocks.
     """
     layout = _lay_out(swept_axes(run.case))
-    peaks = _read_peaks(run)
+    peaks = _read_peaks(run, block)
     chosen = spread([axis.length for axis in layout.panels], PANELS)
     places = list(itertools.product(*chosen))
     columns = min(len(places), 3 if layout.as_map else 2)
@@ -139,7 +143,7 @@ def draw_peaks(path: pathlib.Path, run: CaseRun) -> pathlib.Path:
             layout="constrained",
             squeeze=False,
         )
-        figure.suptitle(_title(run, peaks, layout, len(places)), **FIGURE_TITLE)
+        figure.suptitle(_title(run, block, peaks, layout, len(places)), **FIGURE_TITLE)
         for axes in grid.flat[len(places) :]:
             axes.set_visible(False)
         for axes, place in zip(grid.flat, places, strict=False):
@@ -168,16 +172,18 @@ def _lay_out(axes: list[SweptAxis]) -> _Layout:
     return _Layout(across, beside, panels, as_map=bool(many))
 
 
-def _read_peaks(run: CaseRun) -> _Peaks:
+def _read_peaks(run: CaseRun, block: int | None) -> _Peaks:
     response = run.response
     ratio = response["peak_rotation"] / run.lane_set.lanes.slenderness_angle
+    if block is not None:
+        ratio = ratio[:, block]
     usable = (response["status"] == Status.OK) & np.isfinite(ratio)
     outcome = np.asarray(response["outcome"], dtype=np.intp)
     outcome = np.where((outcome == Outcome.ROCKING) & (ratio > FARTHEST), FAR, outcome)
     return _Peaks(np.where(usable, ratio, np.nan), np.where(usable, outcome, UNUSABLE))
 
 
-def _title(run: CaseRun, peaks: _Peaks, layout: _Layout, panels: int) -> str:
+def _title(run: CaseRun, block: int | None, peaks: _Peaks, layout: _Layout, panels: int) -> str:
     notes = []
     total = int(np.prod([axis.length for axis in layout.panels]))
     if panels < total:
@@ -187,7 +193,8 @@ def _title(run: CaseRun, peaks: _Peaks, layout: _Layout, panels: int) -> str:
         notes.append(f"lanes without a usable number: {unusable} of {len(peaks.ratio)}")
     below = "".join(f"\n{note}" for note in notes)
     over = "" if layout.across is None else " over the swept inputs"
-    return f"{run.case.name}, {run.response.engine}: peak rotation{over}{below}"
+    of = "" if block is None else f" of block {block + 1}"
+    return f"{run.case.name}, {run.response.engine}: peak rotation{of}{over}{below}"
 
 
 def _draw_curves(
@@ -217,7 +224,7 @@ def _draw_curves(
             )
         for code, (_, marker, filled) in OUTCOMES.items():
             rows = outcome == code
-            raised = code in (Outcome.OVERTURNED, FAR)
+            raised = code in RAISED
             axes.plot(
                 x[rows] + aside,
                 np.full(int(rows.sum()), peaks.raised_at) if raised else ratio[rows],
@@ -360,7 +367,7 @@ def _curve_handles(layout: _Layout, peaks: _Peaks) -> list[Any]:
     for code, (name, marker, filled) in OUTCOMES.items():
         if np.any(peaks.outcome == code):
             face = GREY if filled else "none"
-            if code in (Outcome.OVERTURNED, FAR):
+            if code in RAISED:
                 name = f"{name} (drawn at {peaks.raised_at:g})"
             handles.append(
                 Line2D([], [], color=GREY, ls="none", marker=marker, mfc=face, label=name)

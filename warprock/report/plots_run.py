@@ -19,6 +19,8 @@ from warprock.report.plots import (
     FIGURE_TITLE,
     GREEN,
     ORANGE,
+    PURPLE,
+    RED,
     SHORT_ROTATION_LABEL,
     TIME_LABEL,
     drawing,
@@ -27,7 +29,7 @@ from warprock.report.plots import (
 )
 from warprock.report.plots_peaks import draw_peaks
 from warprock.report.swept import lanes_at, spread, swept_axes
-from warprock.response import Outcome, Response, Status
+from warprock.response import FIELDS, Outcome, Response, Status
 from warprock.runner import CaseRun, run_lanes
 
 if TYPE_CHECKING:
@@ -39,6 +41,7 @@ Indices = npt.NDArray[np.intp]
 Window = tuple[float, float]
 
 HISTORIES, PEAKS = "histories.png", "peaks.png"
+PEAKS_OF_BLOCK = "peaks-block-{block}.png"
 
 PANELS, OVERLAYS = 12, 4
 UNFOLDED = 4
@@ -62,6 +65,8 @@ OVERLAY_STYLES: tuple[dict[str, Any], ...] = (
     {"color": ORANGE, "linestyle": (0, (5, 1.5))},
     {"color": GREEN, "linestyle": (0, (1.5, 1.0))},
     {"color": BLACK, "linestyle": (0, (6, 1.5, 1.5, 1.5))},
+    {"color": RED, "linestyle": (0, (3, 1.0))},
+    {"color": PURPLE, "linestyle": (0, (8, 2.0))},
 )
 
 
@@ -80,7 +85,11 @@ def write_figures(run: CaseRun, folder: pathlib.Path) -> list[pathlib.Path]:
         shown = choose_lanes(run.case)
         response = run_lanes(run, [int(lane) for lane in shown.lanes.ravel()])
         files.append(draw_histories(folder / HISTORIES, run, shown, response))
-    return [*files, draw_peaks(folder / PEAKS, run)]
+    if not run.lane_set.lanes.stacked:
+        return [*files, draw_peaks(folder / PEAKS, run)]
+    for block in range(run.lane_set.lanes.block_count):
+        files.append(draw_peaks(folder / PEAKS_OF_BLOCK.format(block=block + 1), run, block))
+    return files
 
 
 @dataclasses.dataclass(frozen=True)
@@ -88,9 +97,10 @@ class ShownLanes:
     """The lanes whose histories are drawn.
 
     Attributes:
-        lanes: Their numbers, shape [panel, overlay].
+        lanes: Their numbers, shape [panel, overlay]; [panel, 1] for stacks.
         panels: Name of every panel, empty where there is only one.
-        overlays: Name of every curve of a panel, empty where there is only one.
+        overlays: Name of every curve of a panel, empty where there is only one; the curves of a
+            stack are its blocks.
     """
 
     lanes: Indices
@@ -104,7 +114,9 @@ def choose_lanes(case: Case) -> ShownLanes:
     Where there are more inputs than panels, those drawn are evenly spaced along each axis.
     """
     axes = swept_axes(case)
-    over = next((axis for axis in axes if axis.texts and axis.length <= OVERLAYS), None)
+    stacked = case.tables.stacked
+    texts = [axis for axis in axes if axis.texts and axis.length <= OVERLAYS]
+    over = texts[0] if texts and not stacked else None
     rest = [axis for axis in axes if axis is not over]
     lanes, panels = [], []
     for positions in itertools.product(*spread([axis.length for axis in rest], PANELS)):
@@ -112,7 +124,28 @@ def choose_lanes(case: Case) -> ShownLanes:
         lanes.append(lanes_at(case, at))
         panels.append(", ".join(a.name(int(p)) for a, p in zip(rest, positions, strict=True)))
     overlays = [over.name(p) for p in range(over.length)] if over else [""]
+    if stacked:
+        overlays = _block_names(case.tables.block_count)
     return ShownLanes(np.stack(lanes), tuple(panels), tuple(overlays))
+
+
+def _block_names(count: int) -> list[str]:
+    ends = {1: " (bottom)", count: " (top)"} if count > 1 else {}
+    return [f"block {number}{ends.get(number, '')}" for number in range(1, count + 1)]
+
+
+def _by_curve(response: Response) -> Response:
+    """The histories of stacks with each block as a lane of its own, in the order of the curves."""
+    if response["rotation"].ndim == 2:
+        return response
+    blocks = response["rotation"].shape[1]
+    fields = {
+        name: values.reshape(-1, *values.shape[2:])
+        if FIELDS[name].per_block
+        else np.repeat(values, blocks)
+        for name, values in response.fields.items()
+    }
+    return dataclasses.replace(response, fields=fields)
 
 
 def draw_histories(
@@ -126,8 +159,10 @@ def draw_histories(
         shown: Which lanes, and their names.
         response: Their histories, in the order of `shown.lanes`, read along its rows.
     """
-    slenderness = run.lane_set.lanes.slenderness_angle[shown.lanes.ravel()]
-    ratios = (response["rotation"] / slenderness[:, None]).reshape(*shown.lanes.shape, -1)
+    slenderness = run.lane_set.lanes.slenderness_angle[shown.lanes.ravel()].ravel()
+    response = _by_curve(response)
+    ratios = response["rotation"] / slenderness[:, None]
+    ratios = ratios.reshape(len(shown.lanes), len(shown.overlays), -1)
     curves = _Curves(response, ratios, run.case.sample_times.duration)
     windows = curves.windows
     moving = int(run.lane_set.motions.kind is not MotionKind.STILL)

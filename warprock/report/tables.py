@@ -87,7 +87,8 @@ _CASE_OF_TARGET = {
 }
 
 
-def _table(title: str, headings: Iterable[str], left: Iterable[str] = ()) -> Table:
+def plain_table(title: str, headings: Iterable[str], left: Iterable[str] = ()) -> Table:
+    """An empty table; the columns in `left` are to the left and may wrap, the others may not."""
     table = Table(
         title=title,
         title_justify="left",
@@ -149,7 +150,7 @@ def _print_inputs(
     out: Console, title: str, rows: Sequence[Row], columns: Mapping[str, _Column]
 ) -> None:
     """A table with a row for every reading and input; `columns` turn the two into a text."""
-    table = _table(title, [*INPUT_HEADINGS, *columns], ("reading",))
+    table = plain_table(title, [*INPUT_HEADINGS, *columns], ("reading",))
     inputs = list(dict.fromkeys((row["frequency_hz"], row["amplitude_mm"]) for row in rows))
     readings = list(dict.fromkeys(row["reading"] for row in rows if row["source"] == "housner"))
     for reading in readings:
@@ -245,7 +246,7 @@ def _lane_text(row: Row) -> str:
 
 def _print_errors(out: Console, rows: Sequence[Row], kind: str) -> None:
     """The contact engine's errors against Housner, and where Housner does not hold."""
-    table = _table(
+    table = plain_table(
         f"impulse against Housner, lane by lane: {kind}",
         ["lane", *(heading for _, heading, _ in COMPARED_COLUMNS), HOLDS],
         ("lane", HOLDS),
@@ -268,7 +269,7 @@ def print_checks(rows: Sequence[CheckRow], console: Console | None = None) -> No
     """
     out = console or stdout()
     left = ("case", "check", "engine", "lanes", "")
-    table = _table("Checks", ["case", "check", "engine", "lanes", "value", "limit", ""], left)
+    table = plain_table("Checks", ["case", "check", "engine", "lanes", "value", "limit", ""], left)
     for row in rows:
         verdict = "[green]ok[/green]" if row.ok else "[bold red]FAILED[/bold red]"
         table.add_row(
@@ -297,7 +298,7 @@ def print_comparison(found: Mapping[str, Any], console: Console | None = None) -
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
-    table = _table(
+    table = plain_table(
         f"{found['case']}: engines against Housner",
         [
             *("lane", "engine", "peak\nratio", "outcome"),

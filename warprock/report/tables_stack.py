@@ -1,0 +1,49 @@
+"""Tables on the terminal for stacks of blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rich.console import Console
+
+from warprock.report.tables import number, plain_table, stdout
+
+COLUMNS = (
+    ("peak_rotation_ratio", "peak\nratio", ".4f"),
+    ("difference_5s_ratio", "diff.*\nfirst 5 s", ".1e"),
+    ("difference_run_ratio", "diff.*\nwhole run", ".1e"),
+    ("peak_slide_mm", "slide\n[mm]", ".2g"),
+)
+"""Column of a comparison of stacks, its heading and its format."""
+
+
+def print_stack_comparison(found: Mapping[str, Any], console: Console | None = None) -> None:
+    """Prints what `checks.compare` returned for stacks: a row a lane, block and engine.
+
+    Args:
+        found: Its return value.
+        console: Where to; the terminal if not given.
+    """
+    out = console or stdout()
+    rows: Sequence[Mapping[str, Any]] = found["rows"]
+    reference = rows[0]["reference"]
+    named = ("lane", "block", "engine", "outcome", "status")
+    headings = [*named, *(heading for _, heading, _ in COLUMNS)]
+    table = plain_table(f"{found['case']}: engines against {reference}", headings, named)
+    places = dict.fromkeys((row["lane"], row["block"]) for row in rows)
+    last_lane = None
+    for lane, block in places:
+        mine = [row for row in rows if (row["lane"], row["block"]) == (lane, block)]
+        for index, row in enumerate(mine):
+            table.add_row(
+                "" if lane == last_lane else lane,
+                str(block) if index == 0 else "",
+                row["engine"],
+                row["outcome"],
+                row["status"],
+                *(number(row[name], form) for name, _, form in COLUMNS),
+            )
+            last_lane = lane
+    out.print(table)
+    out.print(f"  * largest |rotation - that of {reference}| / the block's slenderness angle")
