@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from warprock.case import load_case
+from warprock.checks import compare
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
+from warprock.reference.two_block import rock_two_blocks
+from warprock.reference.two_block_mechanics import TwoBlocks
 from warprock.stacking import contact_ends, uplift_ratio
 from warprock.store import input_meaning
 from warprock.units import GRAVITY
@@ -179,3 +182,21 @@ def test_an_offset_moves_the_centre_of_mass_and_the_contact(write):
     height = (96.0 * 0.3 + 30.0 * 0.85) / 126.0
     expected = [[(0.2 - aside) / height, 0.05 / 0.25]]
     assert np.allclose(uplift_ratio(lanes), expected, rtol=1e-14)
+
+
+def test_the_oracle_answers_for_a_stack(write):
+    """As `rock_two_blocks` does for one lane; -e oracle of `compare` runs it."""
+    case = load_case(write(STACK), ["run.duration=1 s", "run.sample_interval=0.1 s"])
+    lane_set = expand_lanes(case)
+    blocks = TwoBlocks(
+        width=(0.4, 0.2), height=(0.6, 0.5), depth=(0.2, 0.3), density=(2e3, 1e3), chamfer=(0, 5e-3)
+    )
+    alone = rock_two_blocks(blocks, lane_set.motions.segments(0), lane_set.times)
+    rows = compare(case, ["oracle"])["rows"]
+    slenderness = lane_set.lanes.slenderness_angle[0]
+    for row, peak, angle in zip(rows, alone.peak_rotation, slenderness, strict=True):
+        assert row["peak_rotation_ratio"] == peak / angle
+        assert row["difference_run_ratio"] == 0.0
+    three = STACK[STACK.index("[block.2]") : STACK.index("[contact]")].replace("block.2", "block.3")
+    with pytest.raises(InputError, match="has two blocks, the case has 3"):
+        compare(load_case(write(STACK + three)), ["oracle"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -91,29 +92,46 @@ class CaseResponses:
 
     def _run(self, engine: str) -> Response:
         if engine == ORACLE:
+            return self._run_oracle()
+        return run_case(self.case, engine, workers=self._workers).response
+
+    def _run_oracle(self) -> Response:
+        lane_set = self.lane_set
+        if not lane_set.lanes.stacked:
             from warprock.reference.oracle import oracle_response
 
-            lane_set = self.lane_set
             return oracle_response(lane_set.lanes, lane_set.motions, lane_set.times)
-        return run_case(self.case, engine, workers=self._workers).response
+        from warprock.reference.two_block_lanes import two_block_response, why_not
+
+        reason = why_not(lane_set.lanes)
+        if reason is not None:
+            raise InputError(self.case.file, "--engine", ORACLE, f"cannot do this scene: {reason}")
+        return two_block_response(lane_set.lanes, lane_set.motions, lane_set.times)
 
 
 def lane_name(lane_set: LaneSet, lane: int) -> str:
     """A lane in words: its labels and what distinguishes it from the others."""
     inputs = lane_set.inputs
-    varied = [
-        name
-        for name in inputs.columns
-        if name in lane_set.labels
-        or (name in _NAMING_COLUMNS and inputs[name].nunique(dropna=False) > 1)
-    ]
-    parts = [
-        f"{value:g} {unit}".strip() if isinstance(value, (int, float, np.number)) else str(value)
-        for name in varied
-        for value, unit in [(inputs[name].iloc[lane], _NAMING_COLUMNS.get(name, ""))]
-    ]
+    parts = []
+    for name in inputs.columns:
+        value = inputs[name].iloc[lane]
+        if name in lane_set.labels:
+            parts.append(str(value))
+        elif inputs[name].nunique(dropna=False) > 1:
+            block = _BLOCK_COLUMN.fullmatch(name)
+            if block:
+                parts.append(f"{block[1].replace('_', ' ')} {value:g} {block[2] or ''}".strip())
+            elif name in _NAMING_COLUMNS:
+                unit = _NAMING_COLUMNS[name]
+                number = isinstance(value, (int, float, np.number))
+                parts.append(f"{value:g} {unit}".strip() if number else str(value))
     return " ".join(parts) or f"lane {lane}"
 
+
+_BLOCK_COLUMN = re.compile(
+    r"((?:width|height|depth|density|chamfer|offset|friction|rotation_start)_[1-9])(?:_(\w+))?"
+)
+"""Input columns of one block of a stack: their stem, and the unit behind it."""
 
 _NAMING_COLUMNS = {
     "frequency_hz": "Hz",
