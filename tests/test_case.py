@@ -66,6 +66,8 @@ def test_the_shipped_cases_are_these_and_load():
         "record-ridgecrest",
         "single-continuous-sine",
         "single-sine-pulse",
+        "stack-continuous-sine",
+        "stack-sine-pulse",
     ]
     for name in case_names():
         case = load_case(name)
