@@ -22,6 +22,7 @@ from typing import Any
 import pydantic
 
 from warprock.axes import LABEL, Axis, axis_keys, axis_shape, read_axes
+from warprock.case_ensemble import Ensemble, read_ensemble
 from warprock.case_keys import EXCLUSIVE, KEYS, NOTHING, Said, did_you_mean, general_key
 from warprock.case_tables import (
     SINGLE,
@@ -57,6 +58,7 @@ class Case:
         tables: The tables of the case, in SI units and rad.
         axes: Its sweep, first axis slowest.
         overridden: Keys that overrides changed.
+        ensemble: What the members of every cell of the sweep differ by; None without members.
     """
 
     name: str
@@ -66,6 +68,7 @@ class Case:
     tables: CaseTables
     axes: tuple[Axis, ...]
     overridden: frozenset[str] = frozenset()
+    ensemble: Ensemble | None = None
 
     @property
     def title(self) -> str:
@@ -89,13 +92,18 @@ class Case:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Lengths of the sweep's axes, first one slowest."""
+        """Lengths of the sweep's axes, first one slowest; their product is the number of cells."""
         return axis_shape(self.axes)
 
     @property
+    def members(self) -> int:
+        """Lanes in a cell of the sweep: 1 without an ensemble."""
+        return 1 if self.ensemble is None else self.ensemble.members
+
+    @property
     def lane_count(self) -> int:
-        """Number of lanes that the case expands to."""
-        return math.prod(self.shape)
+        """Number of lanes that the case expands to: its cells times their members."""
+        return math.prod(self.shape) * self.members
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -178,7 +186,10 @@ def load_case(name_or_path: str | os.PathLike[str], overrides: Sequence[str] = (
     source_of = functools.partial(_source_of, file=file, overridden=overridden)
     axes = read_axes(raw.get("sweep", []), source_of("sweep"))
     tables = _read_tables(raw, axes, source_of)
-    case = Case(name, file, folder, raw, tables, axes, overridden)
+    ensemble = None
+    if "ensemble" in raw:
+        ensemble = read_ensemble(raw["ensemble"], axes, tables, source_of)
+    case = Case(name, file, folder, raw, tables, axes, overridden, ensemble)
     for engine in tables.engines:
         case.engine_settings(engine)
     if not overridden:
@@ -273,7 +284,7 @@ def _replace_axes(raw: dict[str, Any], overridden: frozenset[str]) -> None:
 
 def _read_tables(raw: Mapping[str, Any], axes: Sequence[Axis], source_of: SourceOf) -> CaseTables:
     """The tables of a case, in which the first value along each axis stands for the swept ones."""
-    body = copy.deepcopy({key: value for key, value in raw.items() if key != "sweep"})
+    body = copy.deepcopy({k: v for k, v in raw.items() if k not in ("sweep", "ensemble")})
     columns = {key: column for axis in axes for key, column in axis.columns.items()}
     swept = {key: c.first for key, c in columns.items() if not key.startswith(LABEL)}
     for key, value in swept.items():

@@ -56,6 +56,15 @@ class NumberKey:
             ValueError: Not a quantity of an allowed dimension, or outside its bounds.
         """
         quantity = parse_any(got, self.bounds)
+        self.judge(quantity)
+        return quantity
+
+    def judge(self, quantity: Quantity) -> None:
+        """Refuses a value outside the bounds of its dimension.
+
+        Raises:
+            ValueError: It is outside.
+        """
         low_text, high_text = self.bounds[quantity.dimension]
         low, high = (parse_quantity(t, quantity.dimension) for t in (low_text, high_text))
         below = quantity.value < low or (self.low_open and quantity.value == low)
@@ -64,7 +73,6 @@ class NumberKey:
             more = f"more than {low_text}" if self.low_open else f"at least {low_text}"
             less = f"less than {high_text}" if self.high_open else f"at most {high_text}"
             raise ValueError(f"must be {self.text}, {more} and {less}")
-        return quantity
 
     def read_number(self, got: object) -> float:
         """The value in SI units or rad, without its dimension."""

@@ -277,6 +277,14 @@ class CaseTables(Table):
         """Blocks in a lane."""
         return len(self.block.root) if isinstance(self.block, Stack) else 1
 
+    def constant(self, key: str) -> Any:
+        """Value of a dotted key, SI units or rad; None where the case does not give it."""
+        found: Any = self
+        for name in key.split("."):
+            stack = isinstance(found, Stack)
+            found = found.root.get(name) if stack else getattr(found, name, None)
+        return found
+
 
 def known_keys(location: Sequence[int | str]) -> list[str]:
     """Dotted keys of the table that an unknown key was found in.
@@ -300,7 +308,7 @@ def known_keys(location: Sequence[int | str]) -> list[str]:
             table = tables[0] if tables else table
         else:
             table = next(t for t in (PeaksCheck, HousnerCheck) if part == _kind(t))
-    names = list(table.model_fields) + (["sweep"] if table is CaseTables else [])
+    names = list(table.model_fields) + (["sweep", "ensemble"] if table is CaseTables else [])
     return [".".join([*path, name]) for name in names]
 
 

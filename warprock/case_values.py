@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from warprock.axes import Numbers, Texts, lane_indices
+from warprock.axes import LABEL, Numbers, Texts, lane_indices
 from warprock.case import Case
 from warprock.case_keys import KEYS, NumberKey, Said, general_key
-from warprock.case_tables import Stack
 from warprock.errors import InputError
 from warprock.units import Dimension, Quantity, format_quantity
 
@@ -23,38 +22,42 @@ Array = npt.NDArray[np.float64]
 class LaneValues:
     """Values of case keys lane by lane: along an axis where a key is swept, else one for all."""
 
-    def __init__(self, case: Case, lanes: range) -> None:
-        """Finds where each lane lies on each axis.
+    def __init__(self, case: Case, lanes: range, *, spread: bool = True) -> None:
+        """Finds where each lane lies on each axis, and which member of its cell it is.
 
         Args:
             case: The case.
             lanes: Numbers of the lanes wanted.
+            spread: Whether the members of an ensemble differ; the values are the cell's own
+                otherwise.
         """
         self.case, self.lanes = case, lanes
+        *positions, self.members = lane_indices((*case.shape, case.members), lanes)
+        self._spread = case.ensemble if spread else None
         self._swept: dict[str, tuple[Numbers | Texts, npt.NDArray[np.intp]]] = {
             key: (column, position)
-            for axis, position in zip(case.axes, lane_indices(case.shape, lanes), strict=True)
+            for axis, position in zip(case.axes, positions, strict=True)
             for key, column in axis.columns.items()
         }
 
-    def _constant(self, key: str) -> object:
-        found: Any = self.case.tables
-        for name in key.split("."):
-            stack = isinstance(found, Stack)
-            found = found.root.get(name) if stack else getattr(found, name, None)
-        return found
-
     def given(self, key: str) -> bool:
         """Whether the case gives a key, swept or not."""
-        return key in self._swept or self._constant(key) is not None
+        return key in self._swept or self.case.tables.constant(key) is not None
 
     def numbers(self, key: str) -> Array:
         """Values of a numeric key, SI units or rad, shape [lane]."""
+        values = self._own_numbers(key)
+        if self._spread is not None and key in self._spread.spread:
+            return self._spread.moved(key, values, self.members)
+        return values
+
+    def _own_numbers(self, key: str) -> Array:
+        """Values that the lanes' cells have."""
         if key in self._swept:
             column, position = self._swept[key]
             assert isinstance(column, Numbers)
             return np.asarray(column.values[position])
-        constant = self._constant(key)
+        constant = self.case.tables.constant(key)
         if isinstance(constant, Quantity):
             constant = constant.value
         assert isinstance(constant, float), key
@@ -66,7 +69,7 @@ class LaneValues:
             column = self._swept[key][0]
             assert isinstance(column, Numbers)
             return column.dimension
-        constant = self._constant(key)
+        constant = self.case.tables.constant(key)
         assert isinstance(constant, Quantity), key
         return constant.dimension
 
@@ -76,7 +79,7 @@ class LaneValues:
             column, position = self._swept[key]
             assert isinstance(column, Texts)
             return column.values, column.codes[position]
-        return (str(self._constant(key)),), np.zeros(len(self.lanes), np.int32)
+        return (str(self.case.tables.constant(key)),), np.zeros(len(self.lanes), np.int32)
 
     def column(self, key: str) -> pd.Categorical[str]:
         """Texts of a key as a categorical column, shape [lane]."""
@@ -84,6 +87,10 @@ class LaneValues:
 
         values, codes = self.texts(key)
         return pd.Categorical.from_codes(codes, pd.Index(values))
+
+    def labels(self) -> dict[str, object]:
+        """Label columns by their names, shape [lane]."""
+        return {label: self.column(LABEL + label) for label in self.case.labels}
 
     def refuse(self, bad: npt.NDArray[np.bool_], key: str, allowed: str) -> None:
         """Refuses the first lane in which something is wrong.

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from warprock import rocking
 from warprock.axes import LABEL
 from warprock.case import Case
+from warprock.case_ensemble import CELL_COLUMNS
 from warprock.case_keys import Said
 from warprock.case_stacks import stack_columns, stack_lanes
 from warprock.case_tables import PeaksCheck
@@ -83,6 +84,10 @@ class LaneSet:
         inputs: One row a lane: labels, then physical inputs with their units in the column names.
         labels: Names of the label columns.
         shape: Lengths of the case's axes, first one slowest.
+        members: Lanes in a cell of the sweep, 1 without an ensemble; cells are slower.
+        cells: Inputs of every cell without their spread; None without an ensemble, or where only
+            some lanes were asked for.
+        step_factors: Factor on the engine's time step, shape [lane]; None is 1 for all.
     """
 
     lanes: Lanes
@@ -92,6 +97,9 @@ class LaneSet:
     inputs: pd.DataFrame
     labels: tuple[str, ...]
     shape: tuple[int, ...]
+    members: int = 1
+    cells: pd.DataFrame | None = None
+    step_factors: Array | None = None
 
     def select(self, where: Mapping[str, str]) -> npt.NDArray[np.intp]:
         """Lanes with certain labels, in lane order.
@@ -131,27 +139,43 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
     values = LaneValues(case, range(case.lane_count) if lanes is None else lanes)
     if not values.lanes:
         raise InputError(case.file, "sweep", Said("0 lanes"), "must make at least 1 lane")
-    stacked = case.tables.stacked
-    blocks = stack_lanes(values) if stacked else _blocks(values)
-    motions, columns = _motions(values, blocks)
+    blocks, motions, columns = _scene(values)
     scene = scene_kind(
         blocks, motions, restitution_given=values.given("contact.angular_restitution")
     )
-    columns = (stack_columns(blocks) if stacked else _block_columns(blocks)) | columns
-    labels = {label: values.column(LABEL + label) for label in case.labels}
+    step_factors, cells = None, None
+    if case.ensemble is not None:
+        step_factors = case.ensemble.step_factors(values.members)
+        columns |= {"member": values.members}
+        if step_factors is not None:
+            columns |= {"time_step_factor": step_factors}
+        if lanes is None:
+            firsts = LaneValues(case, range(0, case.lane_count, case.members), spread=False)
+            cells = pd.DataFrame(firsts.labels() | _scene(firsts)[2])
     _refuse_labels(case, columns)
     lane_set = LaneSet(
         lanes=blocks,
         motions=motions,
         times=case.sample_times,
         scene=scene,
-        inputs=pd.DataFrame(labels | columns),
+        inputs=pd.DataFrame(values.labels() | columns),
         labels=case.labels,
         shape=case.shape,
+        members=case.members,
+        cells=cells,
+        step_factors=step_factors,
     )
     if lanes is None and not case.overridden:
         _refuse_checks(case, lane_set)
     return lane_set
+
+
+def _scene(values: LaneValues) -> tuple[Lanes, GroundMotions, dict[str, object]]:
+    """Blocks, ground motions, and the columns of both in the table of inputs."""
+    stacked = values.case.tables.stacked
+    blocks = stack_lanes(values) if stacked else _blocks(values)
+    motions, columns = _motions(values, blocks)
+    return blocks, motions, (stack_columns(blocks) if stacked else _block_columns(blocks)) | columns
 
 
 def _blocks(values: LaneValues) -> Lanes:
@@ -353,7 +377,7 @@ def _refuse_labels(case: Case, columns: Mapping[str, object]) -> None:
         for block in range(1, case.tables.block_count + 1)
     }
     for label in case.labels:
-        if label in {"lane", *columns} | results:
+        if label in {"lane", *CELL_COLUMNS, *columns} | results:
             allowed = "must not be the name of an input or of a result"
             raise InputError(case.file, f"sweep.{LABEL}{label}", label, allowed)
 
