@@ -9,6 +9,7 @@ import numpy as np
 import warp as wp
 
 from warprock.engines.base import AbstractEngine
+from warprock.engines.impulse_stack import impulse_stack_module, run_impulse_stacks
 from warprock.engines.launching import Target, launch, respond, time_or_nan
 from warprock.engines.settings import ImpulseSettings
 from warprock.kernels.instance import kernel_module
@@ -49,8 +50,6 @@ class Impulse(AbstractEngine):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
-        if scene.stacked:
-            return "impulse runs single blocks, and the case has a stack"
         if scene.restitution_given:
             return (
                 "impulse finds the angular restitution from its contact law and cannot follow "
@@ -60,9 +59,11 @@ class Impulse(AbstractEngine):
 
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
-        wp.load_module(self._module(motions).__name__, device=self.target.device)
+        wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
 
-    def _module(self, motions: GroundMotions) -> ModuleType:
+    def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
+        if lanes.stacked:
+            return impulse_stack_module(self.settings, self.target, lanes, motions)
         module: ModuleType = kernel_module(
             "impulse_launch",
             precision=self.target.precision,
@@ -81,13 +82,15 @@ class Impulse(AbstractEngine):
 
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
+        if lanes.stacked:
+            return run_impulse_stacks(self.settings, self.target, lanes, motions, times)
         blocks = {
             "half_width": 0.5 * lanes.width,
             "half_height": 0.5 * lanes.height,
             "inverse_inertia": 12.0 / (lanes.width**2 + lanes.height**2),
             "friction": lanes.friction,
         }
-        module = self._module(motions)
+        module = self._module(lanes, motions)
         rows, rotations = launch(
             module, self.target, lanes, motions, times, blocks, self._knobs(module)
         )

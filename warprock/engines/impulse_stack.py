@@ -1,0 +1,118 @@
+"""The velocity-level contact engine on stacks of blocks: what its kernel takes and leaves."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.engines.launching import NEVER, Target, respond, time_or_nan
+from warprock.engines.settings import ImpulseSettings
+from warprock.engines.stack_launching import Array, launch_stacks, stack_module
+from warprock.lanes import Lanes
+from warprock.motion import GroundMotions
+from warprock.response import Outcome, Response, SampleTimes, Status
+from warprock.units import GRAVITY
+
+OVERTURNED, BROKEN, SLID_OFF = 2, 3, 4
+"""Modes of a lane in the kernel."""
+
+
+def impulse_stack_module(
+    settings: ImpulseSettings, target: Target, lanes: Lanes, motions: GroundMotions
+) -> ModuleType:
+    """The instance of the kernel file for a batch of stacks."""
+    return stack_module("impulse_stack_launch", target, motions, lanes, settings.iterations)
+
+
+def run_impulse_stacks(
+    settings: ImpulseSettings,
+    target: Target,
+    lanes: Lanes,
+    motions: GroundMotions,
+    times: SampleTimes,
+) -> Response:
+    """Runs a batch of stacks on the calling thread; see `AbstractEngine.run`."""
+    module = impulse_stack_module(settings, target, lanes, motions)
+    knobs = module.Knobs()
+    knobs.time_step = settings.time_step
+    knobs.rate = 1.0 / settings.time_step
+    knobs.gravity = GRAVITY
+    knobs.collision_margin = settings.collision_margin
+    knobs.erp = settings.erp
+    turned = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
+    stacks = {"uplift_time": np.where(turned.any(axis=1), 0.0, NEVER)}
+    rows, per_block, rotations = launch_stacks(
+        module, target, motions, times, _blocks(lanes), stacks, knobs
+    )
+    mode = rows["mode"]
+    moved = np.asarray(rows["moved"], dtype=np.float64)
+    # In the last step of the run both ends of every interface carried something.
+    resting = (mode < OVERTURNED) & (moved < times.times[-1] - 0.5 * settings.time_step)
+    columns: dict[str, npt.NDArray[Any]] = {
+        "peak_rotation": per_block["peak"],
+        "peak_time": per_block["peak_time"],
+        "outcome": np.select(
+            [mode == OVERTURNED, mode == SLID_OFF, resting],
+            [Outcome.OVERTURNED, Outcome.SLID_OFF, Outcome.AT_REST],
+            Outcome.ROCKING,
+        ),
+        "status": np.where(mode == BROKEN, Status.NONFINITE, Status.OK),
+        "impact_count": rows["impacts"],
+        "uplift_time": time_or_nan(rows["uplift_time"]),
+        "rest_time": np.where(resting, moved, np.nan),
+        "residual_slide": per_block["slide"],
+        "peak_slide": per_block["peak_slide"],
+        "energy_lost": rows["loss"],
+        "step_count": rows["steps"],
+    }
+    return respond("impulse", columns, rotations, times)
+
+
+def _blocks(lanes: Lanes) -> dict[str, Array]:
+    """Fields of the struct `Block`, shape [lane, block] each."""
+    gyration = (lanes.width**2 + lanes.height**2) / 12.0
+    x, z = _centres(lanes)
+    return {
+        "face": 0.5 * lanes.face_width,
+        "high": 0.5 * lanes.height,
+        "inverse_mass": 1.0 / lanes.mass,
+        "inverse_inertia": 1.0 / (lanes.mass * gyration),
+        "gyration": gyration,
+        "friction": lanes.friction,
+        "offset": lanes.offset,
+        "x": x,
+        "z": z,
+        "theta": lanes.rotation_start,
+    }
+
+
+def _centres(lanes: Lanes) -> tuple[Array, Array]:
+    """Centres of blocks that stand on their lower corners at the start [m], shape [lane, block].
+
+    A block that is not turned against what it stands on has its centre at the offset along it;
+    a turned one is turned about the end of the overlap to which it leans.
+    """
+    half_face, half_height = 0.5 * lanes.face_width, 0.5 * lanes.height
+    x, z = np.zeros_like(lanes.width), np.zeros_like(lanes.width)
+    below_x, below_z, below_turn = np.zeros((3, lanes.lane_count))
+    below_face, below_height = np.full(lanes.lane_count, np.inf), np.zeros(lanes.lane_count)
+    for block in range(lanes.block_count):
+        turn = lanes.rotation_start[:, block]
+        offset = lanes.offset[:, block]
+        side = np.where(turn < below_turn, -1.0, 1.0)
+        end = side * np.minimum(below_face, half_face[:, block] + side * offset)
+        foot_x, foot_z = _turned(end, below_height, below_turn)
+        arm_x, arm_z = _turned(end - offset, -half_height[:, block], turn)
+        below_x, below_z = below_x + foot_x - arm_x, below_z + foot_z - arm_z
+        x[:, block], z[:, block] = below_x, below_z
+        below_face, below_height, below_turn = half_face[:, block], half_height[:, block], turn
+    return x, z
+
+
+def _turned(x: Array, z: Array, rotation: Array) -> tuple[Array, Array]:
+    """A lever turned clockwise."""
+    s, c = np.sin(rotation), np.cos(rotation)
+    return x * c + z * s, z * c - x * s
