@@ -11,6 +11,7 @@ import warp as wp
 
 from warprock import rocking
 from warprock.engines.base import AbstractEngine
+from warprock.engines.event_stack import event_stack_module, run_event_stacks
 from warprock.engines.launching import Target, launch, respond, time_or_nan
 from warprock.engines.settings import EventSettings
 from warprock.kernels.instance import kernel_module
@@ -57,8 +58,6 @@ class Event(AbstractEngine):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
-        if scene.stacked:
-            return "event runs single blocks, and the case has a stack"
         if scene.restitution_given:
             return (
                 "event finds the angular restitution from its contact law and cannot follow "
@@ -68,7 +67,12 @@ class Event(AbstractEngine):
 
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
-        wp.load_module(self._module(motions).__name__, device=self.target.device)
+        module = (
+            event_stack_module(self.target, lanes, motions)
+            if lanes.stacked
+            else self._module(motions)
+        )
+        wp.load_module(module.__name__, device=self.target.device)
 
     def _module(self, motions: GroundMotions) -> ModuleType:
         module: ModuleType = kernel_module(
@@ -81,8 +85,19 @@ class Event(AbstractEngine):
         knobs.gravity = GRAVITY
         return knobs
 
+    def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
+        """Longest step that every lane may take [s]: also cut at the knots of a record."""
+        rate = rocking.frequency_parameter(lanes.width, lanes.height)
+        fastest = rate.reshape(lanes.lane_count, -1).max(axis=1)
+        longest = np.minimum(self.settings.time_step, PHASE_STEP / fastest)
+        if isinstance(motions, RecordMotions):
+            longest = np.minimum(longest, motions.interval)
+        return np.asarray(longest)
+
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
+        if lanes.stacked:
+            return run_event_stacks(self.settings, self.target, lanes, motions, times)
         inertia = (lanes.width**2 + lanes.height**2) / 12.0
         rate = rocking.frequency_parameter(lanes.width, lanes.height)
         longest_step = np.minimum(self.settings.time_step, PHASE_STEP / rate)

@@ -1,0 +1,249 @@
+"""Geometry of a stack of planar rigid blocks, for one precision and one number of blocks.
+
+Block k stands on block k - 1, the lowest on the ground, an endless flat face. Rotations theta are
+absolute and clockwise; a lever (x, z) of a block points to (x cos + z sin, z cos - x sin).
+Interface k lies below block k. Where its upper block is to the lower one is told by (along,
+above): the middle of the upper block's bottom face as seen from the middle of the lower block's
+top face, in the lower block's frame. An interface has two ends, side = +1 and -1. What touches
+there is the corner that lies further in: of the upper block on the lower one's face (*kind* ON),
+or of the lower block under the upper one's face (UNDER).
+
+Touch is a sum of ENDS: 1 where the end to +x touches, 2 where the end to -x does; 3 is a closed
+interface. The place of a contact is one number, its *anchor*: the corner's coordinate on the face
+it touches, or `along` of a closed interface. It changes by sliding alone.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module, module_options
+
+real: Any
+PRECISION: str
+BLOCKS: int
+
+STACK_OPTIONS = {**module_options(), "max_unroll": 0}
+"""Loops over blocks stay loops: their bodies are long, and a lane has a thread of its own."""
+
+wp.set_module_options(STACK_OPTIONS)
+scalar = kernel_module("scalar", precision=PRECISION)
+size = scalar.size
+
+OPEN = 0
+PLUS = 1
+MINUS = 2
+CLOSED = 3
+
+ENDLESS = real(1.0e30)
+"""Half width of the ground [m]."""
+ALIKE = real(1.0 + 1.0e-9)
+"""Ratio by which a corner may lie outside a face and still count as on it."""
+
+Values = wp.types.vector(length=BLOCKS, dtype=real)
+"""One number a block, or an interface."""
+Counts = wp.types.vector(length=BLOCKS, dtype=int)
+"""One whole number a block, or an interface."""
+Triples = wp.types.vector(length=3 * BLOCKS, dtype=real)
+"""Three numbers a block: velocity (x, z, rotation); an interface: along it, at + and - end."""
+Rows = wp.types.matrix(shape=(3 * BLOCKS, 3), dtype=real)
+"""A matrix of 3 x 3 an interface."""
+Three = wp.types.vector(length=3, dtype=real)
+Matrix = wp.types.matrix(shape=(3, 3), dtype=real)
+
+
+@wp.struct
+class Blocks:
+    """What the blocks of one lane are."""
+
+    half_height: Values
+    half_face: Values
+    inverse_mass: Values
+    inverse_inertia: Values
+    friction: Values
+
+
+@wp.struct
+class Pose:
+    """Where the blocks of one lane are, and which ends touch."""
+
+    theta: Values
+    sine: Values
+    cosine: Values
+    along: Values
+    above: Values
+    touch: Counts
+
+
+@wp.func
+def three_of(values: Triples, k: int) -> Three:
+    """Three numbers of one block or interface."""
+    return Three(values[3 * k], values[3 * k + 1], values[3 * k + 2])
+
+
+@wp.func
+def matrix_of(rows: Rows, k: int) -> Matrix:
+    """The 3 x 3 matrix of one interface."""
+    return Matrix(
+        rows[3 * k, 0], rows[3 * k, 1], rows[3 * k, 2],
+        rows[3 * k + 1, 0], rows[3 * k + 1, 1], rows[3 * k + 1, 2],
+        rows[3 * k + 2, 0], rows[3 * k + 2, 1], rows[3 * k + 2, 2],
+    )  # fmt: skip
+
+
+@wp.func
+def side_of(touch: int) -> real:
+    """Side of the end that touches, the one to +x where both do."""
+    return wp.where(touch == MINUS, real(-1.0), real(1.0))
+
+
+@wp.func
+def between(pose: Pose, k: int):
+    """Sine and cosine of the lower block, and of the rotation of the upper against the lower."""
+    s = real(0.0)
+    c = real(1.0)
+    if k > 0:
+        s = pose.sine[k - 1]
+        c = pose.cosine[k - 1]
+    return s, c, pose.sine[k] * c - pose.cosine[k] * s, pose.cosine[k] * c + pose.sine[k] * s
+
+
+@wp.func
+def lower_face(blocks: Blocks, k: int):
+    """Half width of the face that block k stands on and half height of what has it [m]."""
+    half_face = real(ENDLESS)
+    half_height = real(0.0)
+    if k > 0:
+        half_face = blocks.half_face[k - 1]
+        half_height = blocks.half_height[k - 1]
+    return half_face, half_height
+
+
+@wp.func
+def anchored(blocks: Blocks, pose: Pose, k: int, touch: int):
+    """Anchor of interface k if some of its ends touch [m], and its rate to the slip of its upper
+    block: +1 (kind ON, or closed) or -1 (kind UNDER)."""
+    one = real(1.0)
+    _s, _c, sd, cd = between(pose, k)
+    low, _height = lower_face(blocks, k)
+    side = side_of(touch)
+    corner = pose.along[k] + side * blocks.half_face[k] * cd
+    on = side * corner <= ALIKE * low
+    under = (side * low - pose.along[k]) * cd + pose.above[k] * sd
+    place = wp.where(on, corner, under)
+    return wp.where(touch == CLOSED, pose.along[k], place), wp.where(on or touch == CLOSED, one, -one)
+
+
+@wp.func
+def carried(
+    blocks: Blocks, k: int, touch: int, anchor: real, rate: real, sd: real, cd: real
+):
+    """Along and above of interface k from its anchor and the rotation across it."""
+    low, _height = lower_face(blocks, k)
+    side = side_of(touch)
+    half_face = side * blocks.half_face[k]
+    along = anchor - half_face * cd
+    above = half_face * sd
+    if rate < real(0.0):
+        along = side * low - anchor * cd
+        above = anchor * sd
+    if touch == CLOSED:
+        along = anchor
+        above = real(0.0)
+    return along, above
+
+
+@wp.func
+def upright_place(blocks: Blocks, k: int, touch: int, anchor: real, rate: real) -> real:
+    """`along` of interface k if its upper block were turned flat about its corner [m]."""
+    along, _above = carried(blocks, k, touch, anchor, rate, real(0.0), real(1.0))
+    return along
+
+
+@wp.func
+def end_levers(
+    side: real, low: real, low_height: real, face: real, height: real, along: real, above: real,
+    sd: real, cd: real,
+):  # fmt: skip
+    """One end of an interface, in the frame of the face that is touched there.
+
+    Args:
+        side: +1 or -1.
+        low: Half width of the lower face [m].
+        low_height: Half height of the lower block [m].
+        face: Half width of the upper face [m].
+        height: Half height of the upper block [m].
+        along: See the head of this file; above likewise.
+        above: See along.
+        sd: Sine of the rotation of the upper block against the lower.
+        cd: Its cosine.
+
+    Returns:
+        Lever (two values) from the upper block's centre, from the lower one's; the gap [m];
+        whether the upper corner lies on the lower face.
+    """
+    corner = along + side * face * cd
+    on = side * corner <= ALIKE * low
+    xu = side * face * cd - height * sd
+    zu = -height * cd - side * face * sd
+    xl = corner
+    zl = low_height
+    gap = above - side * face * sd
+    if not on:
+        reach = side * low - along
+        xu = reach * cd + above * sd
+        zu = -height
+        xl = side * low * cd - low_height * sd
+        zl = low_height * cd + side * low * sd
+        gap = above * cd - reach * sd
+    return xu, zu, xl, zl, gap, on
+
+
+@wp.func
+def interface_rows(blocks: Blocks, pose: Pose, k: int):
+    """Relative velocities at interface k from those of its blocks.
+
+    Returns:
+        Matrix of the upper block (rows: along the face, away from it at the + and the - end;
+        columns: x, z, rotation), of the lower one, and the gaps at both ends [m].
+    """
+    sl, cl, sd, cd = between(pose, k)
+    low, low_height = lower_face(blocks, k)
+    face = blocks.half_face[k]
+    height = blocks.half_height[k]
+    along = pose.along[k]
+    above = pose.above[k]
+    xu1, zu1, xl1, zl1, gap1, on1 = end_levers(
+        real(1.0), low, low_height, face, height, along, above, sd, cd
+    )
+    xu2, zu2, xl2, zl2, gap2, on2 = end_levers(
+        real(-1.0), low, low_height, face, height, along, above, sd, cd
+    )
+    minus = pose.touch[k] == MINUS
+    zu = wp.where(minus, zu2, zu1)
+    zl = wp.where(minus, zl2, zl1)
+    on = wp.where(minus, on2, on1)
+    s = wp.where(on, sl, pose.sine[k])
+    c = wp.where(on, cl, pose.cosine[k])
+    upper = Matrix(c, -s, zu, s, c, -xu1, s, c, -xu2)
+    lower = Matrix(-c, s, -zl, -s, -c, xl1, -s, -c, xl2)
+    return upper, lower, gap1, gap2
+
+
+@wp.func
+def all_rows(blocks: Blocks, pose: Pose):
+    """`interface_rows` of every interface: both matrices, and the gaps at both ends."""
+    upper = Rows()
+    lower = Rows()
+    plus = Values()
+    minus = Values()
+    for k in range(BLOCKS):
+        up, down, gap1, gap2 = interface_rows(blocks, pose, k)
+        plus[k] = gap1
+        minus[k] = gap2
+        for i in range(3):
+            for j in range(3):
+                upper[3 * k + i, j] = up[i, j]
+                if k > 0:
+                    lower[3 * k + i, j] = down[i, j]
+    return upper, lower, plus, minus
