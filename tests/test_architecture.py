@@ -55,7 +55,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         "numpy warp",
     ),
     "batch": (
-        ("warprock/batch.py", "warprock/bench.py", "warprock/devices.py"),
+        ("warprock/batch.py", "warprock/bench.py", "warprock/devices.py", "warprock/estimate.py"),
         "errors foundation settings engines kernels",
         "numpy warp",
     ),

@@ -21,6 +21,12 @@ TWO_BLOCK = "two-block"
 VALUES_SHOWN = 12
 """Distinct values of an input up to which all of them are listed."""
 
+ESTIMATE = (
+    "`run` adds an estimate of every lane's rotation error, from runs at a half and, where it "
+    "matters, a quarter of the step; --no-estimate leaves it out"
+)
+"""What `explain` says of an engine whose error has an order in the step."""
+
 
 def list_all() -> dict[str, Any]:
     """The shipped cases and the engines, ready for JSON."""
@@ -108,6 +114,7 @@ def _fitness(case: Case, name: str, scene: SceneKind) -> dict[str, Any]:
     return {
         "declines": reason,
         "kernel": None if reason else kernel,
+        "estimate": None if reason or engine_class(name).order is None else ESTIMATE,
         "settings": settings,
         "units": units,
     }

@@ -135,6 +135,12 @@ def init(kind: str, path: pathlib.Path | None) -> None:
 @_output_option
 @_run_options
 @click.option("--history", "lanes", type=int, multiple=True, help="Lane whose history to write.")
+@click.option(
+    "--estimate/--no-estimate",
+    default=True,
+    show_default=True,
+    help="Estimate every lane's error from runs at finer steps.",
+)
 @_json_option
 def run(
     case_name: str,
@@ -145,6 +151,7 @@ def run(
     device: str,
     workers: int | None,
     lanes: tuple[int, ...],
+    estimate: bool,
     as_json: bool,
 ) -> None:
     """Run every lane of a CASE with one engine."""
@@ -167,6 +174,7 @@ def run(
             device=device,
             workers=workers,
             histories=False,
+            estimate=estimate,
             progress=progress,
         )
     histories = {lane: runner.run_lane(case_run, lane) for lane in lanes}

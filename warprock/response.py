@@ -29,11 +29,16 @@ class Outcome(enum.IntEnum):
 
 
 class Status(enum.IntEnum):
-    """Whether a lane's numbers may be used."""
+    """Whether a lane's numbers may be used.
+
+    The numbers of a sensitive lane depend on the step: chaos or closeness to overturning. An
+    engine never says so; `warprock.estimate` does, by running the lane at finer steps.
+    """
 
     OK = 0
     EVENT_LIMIT = 1
     NONFINITE = 2
+    SENSITIVE = 4
 
 
 @dataclasses.dataclass(frozen=True)
@@ -102,11 +107,30 @@ FIELDS: dict[str, Field] = {
         ),
         Field("energy_lost", ("lane",), "J", "Energy lost in impacts and friction"),
         Field("step_count", ("lane",), "-", "Time steps taken"),
+        Field(
+            "peak_rotation_error",
+            ("lane",),
+            "rad",
+            "Estimated error of the largest rotation",
+            per_block=True,
+        ),
+        Field(
+            "rotation_error",
+            ("lane",),
+            "rad",
+            "Estimated largest error of the rotation over the run",
+            per_block=True,
+        ),
         Field("rotation", ("lane", "sample"), "rad", "Rotation", per_block=True),
     )
 }
 
-LANE_FIELDS: tuple[str, ...] = tuple(n for n, f in FIELDS.items() if f.dims == ("lane",))
+ESTIMATE_FIELDS: tuple[str, ...] = ("peak_rotation_error", "rotation_error")
+"""Fields that no engine answers: `warprock.estimate` adds them."""
+LANE_FIELDS: tuple[str, ...] = tuple(
+    n for n, f in FIELDS.items() if f.dims == ("lane",) and n not in ESTIMATE_FIELDS
+)
+"""Fields that every engine answers."""
 INTEGER_FIELDS: tuple[str, ...] = ("outcome", "status", "impact_count", "step_count")
 
 
@@ -150,7 +174,8 @@ class Response:
     Attributes:
         engine: Name of the engine.
         fields: Arrays by field name, lane first, then the block in fields of stacks that are per
-            block, then the sample; `rotation` only where histories were asked for.
+            block, then the sample; `rotation` only where histories were asked for, `rotation_error`
+            and `peak_rotation_error` only where the errors were estimated.
         times: Sample times of the histories [s], shape [sample]; empty without histories.
     """
 
@@ -172,3 +197,9 @@ def join_responses(parts: Sequence[Response]) -> Response:
     first = parts[0]
     fields = {name: np.concatenate([part.fields[name] for part in parts]) for name in first.fields}
     return Response(engine=first.engine, fields=fields, times=first.times)
+
+
+def take_lanes(response: Response, lanes: npt.NDArray[np.intp]) -> Response:
+    """Some of the lanes of a response, by number, in the order given."""
+    fields = {name: values[lanes] for name, values in response.fields.items()}
+    return dataclasses.replace(response, fields=fields)

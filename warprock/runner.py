@@ -18,6 +18,7 @@ from warprock.case_keys import NOTHING
 from warprock.devices import require_device
 from warprock.engines import ENGINES, engine_class
 from warprock.errors import InputError
+from warprock.estimate import run_with_estimate
 from warprock.expansion import LaneSet, expand_lanes
 from warprock.response import Response, SampleTimes
 
@@ -60,6 +61,7 @@ def run_case(
     device: str = "cpu",
     workers: int | None = None,
     histories: bool | None = None,
+    estimate: bool = False,
     progress: Progress | None = None,
 ) -> CaseRun:
     """Runs every lane of a case with one engine.
@@ -71,6 +73,8 @@ def run_case(
         device: Warp device, such as "cpu" or "cuda:0".
         workers: Worker threads; None uses the cores at hand.
         histories: Whether to keep sampled histories; None does as the case says.
+        estimate: Whether to estimate the error of every lane from runs at finer steps, which
+            take some seven times as long as the run itself.
         progress: Called with the number of lanes finished so far.
 
     Returns:
@@ -85,7 +89,8 @@ def run_case(
     times = _sample_times(case, histories)
     started = time.perf_counter()
     settings = case.engine_settings(engine)
-    response = run_batch(
+    run_lanes_of = run_with_estimate if estimate else run_batch
+    response = run_lanes_of(
         engine,
         lane_set.lanes,
         lane_set.motions,

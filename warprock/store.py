@@ -27,7 +27,7 @@ from warprock import machine
 from warprock.case import Case
 from warprock.errors import InputError
 from warprock.expansion import LaneSet, case_records
-from warprock.response import FIELDS, LANE_FIELDS, Field, Response
+from warprock.response import ESTIMATE_FIELDS, FIELDS, LANE_FIELDS, Field, Response, Status
 from warprock.runner import CaseRun
 
 LANE_TABLE = "lanes.parquet"
@@ -90,7 +90,8 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
     columns: dict[str, Any] = {"lane": np.arange(response.lane_count)}
     columns |= {str(name): lane_set.inputs[name].array for name in lane_set.inputs.columns}
     meaning = {name: input_meaning(name) for name in columns}
-    for field in (FIELDS[name] for name in LANE_FIELDS):
+    estimates = [name for name in ESTIMATE_FIELDS if name in response.fields]
+    for field in (FIELDS[name] for name in (*LANE_FIELDS, *estimates)):
         values = response[field.name]
         if field.enum is not None:
             values = np.asarray(_words(values, field))
@@ -182,6 +183,7 @@ def provenance(run: CaseRun) -> dict[str, Any]:
         "lanes": response.lane_count,
         "status": count_words(response, "status"),
         "outcome": count_words(response, "outcome"),
+        "rotation_error_rad": error_summary(response),
         "duration_s": run.lane_set.times.duration,
         "wall_time_s": run.wall_time,
         "finished": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
@@ -207,6 +209,18 @@ def count_words(response: Response, name: str) -> dict[str, int]:
     counts = collections.Counter(_words(response[name], field))
     assert field.enum is not None
     return {code.name.lower(): counts[code.name.lower()] for code in field.enum}
+
+
+def error_summary(response: Response) -> dict[str, float] | None:
+    """Median and largest estimated rotation error [rad] of the lanes whose status is OK.
+
+    A lane of a stack counts with its largest. None without an estimate, or without such lanes.
+    """
+    usable = response["status"] == Status.OK
+    if "rotation_error" not in response.fields or not np.any(usable):
+        return None
+    errors = response["rotation_error"][usable].reshape(int(usable.sum()), -1).max(axis=1)
+    return {"median": float(np.median(errors)), "largest": float(errors.max())}
 
 
 def require_writable(folder: pathlib.Path, source: str = "--output") -> None:

@@ -5,6 +5,9 @@ from __future__ import annotations
 import abc
 from typing import Any, ClassVar
 
+import numpy as np
+import numpy.typing as npt
+
 from warprock.engines.launching import Target
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
@@ -42,6 +45,10 @@ class AbstractEngine(abc.ABC):
     @abc.abstractmethod
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels for lanes and motions, once, on the calling thread."""
+
+    def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
+        """Longest step that every lane may take [s], shape [lane], of an engine with an order."""
+        return np.full(lanes.lane_count, self.settings.time_step)
 
     @abc.abstractmethod
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:

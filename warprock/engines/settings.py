@@ -9,7 +9,7 @@ import dataclasses
 import difflib
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Self
 
 from warprock.errors import InputError
 
@@ -61,6 +61,10 @@ class ImpulseSettings:
         """Time step [s] (Eq. 9 of the paper)."""
         return 1.0 / ((self.substeps + 1) * self.frames_per_second)
 
+    def halved(self) -> Self:
+        """The same settings with half of the time step."""
+        return dataclasses.replace(self, substeps=2 * self.substeps + 1)
+
 
 @dataclasses.dataclass(frozen=True)
 class EventSettings:
@@ -82,6 +86,10 @@ class EventSettings:
         text="after an impact the block rests if its next swing would stay below this times the "
         "slenderness angle on either side",
     )
+
+    def halved(self) -> Self:
+        """The same settings with half of the time step."""
+        return dataclasses.replace(self, time_step=0.5 * self.time_step)
 
 
 SETTINGS: dict[str, type[Any]] = {

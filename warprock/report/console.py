@@ -128,7 +128,7 @@ def print_explanation(found: Mapping[str, Any]) -> None:
 
 def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
     """Prints a run: every lane of a small one, counts and ranges of a large one."""
-    from warprock.store import count_words, lane_table, peak_ratio_columns
+    from warprock.store import count_words, error_summary, lane_table, peak_ratio_columns
 
     out = _stdout()
     response = run.response
@@ -139,7 +139,10 @@ def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
         shown = ["lane", *_swept_columns(run), *peaks]
         if "peak_time_s" in table:
             shown.append("peak_time_s")
-        _print_rows(title, table[[*shown, *RESULT_COLUMNS]].to_dict("records"))
+        errors = [column for column in map(str, table) if column.startswith("rotation_error_")]
+        for column in errors:
+            table[column] = table[column].map("{:.1e}".format)
+        _print_rows(title, table[[*shown, *RESULT_COLUMNS, *errors]].to_dict("records"))
     else:
         out.print(title, style="bold")
         for name in peaks:
@@ -149,6 +152,12 @@ def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
         counts = count_words(response, name)
         words = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
         out.print(f"{name}: {words}")
+    error = error_summary(response)
+    if error is not None:
+        out.print(
+            f"estimated error of the rotations, lanes that are ok: median {error['median']:.2g} "
+            f"rad, largest {error['largest']:.2g} rad"
+        )
     out.print(f"wall time: {run.wall_time:.3g} s")
     for path in files:
         out.print(f"wrote {path}", soft_wrap=True)
@@ -233,6 +242,8 @@ def _print_engine(out: rich.console.Console, engine: Mapping[str, Any]) -> None:
         unit = engine["units"][name]
         suffix = "" if unit == "-" else f" {unit}"
         out.print(f"    {name} = {_text(value)}{suffix}")
+    if engine["estimate"]:
+        out.print(f"    {engine['estimate']}")
 
 
 def _spread_text(spread: Mapping[str, Any]) -> str:

@@ -177,7 +177,7 @@ def _read_peaks(run: CaseRun, block: int | None) -> _Peaks:
     ratio = response["peak_rotation"] / run.lane_set.lanes.slenderness_angle
     if block is not None:
         ratio = ratio[:, block]
-    usable = (response["status"] == Status.OK) & np.isfinite(ratio)
+    usable = np.isin(response["status"], (Status.OK, Status.SENSITIVE)) & np.isfinite(ratio)
     outcome = np.asarray(response["outcome"], dtype=np.intp)
     outcome = np.where((outcome == Outcome.ROCKING) & (ratio > FARTHEST), FAR, outcome)
     return _Peaks(np.where(usable, ratio, np.nan), np.where(usable, outcome, UNUSABLE))
