@@ -54,7 +54,8 @@ anchored, upright_place = stack.anchored, stack.upright_place
 lower_face, all_rows = stack.lower_face, stack.all_rows
 moved, flattened, glued, opening = moves.moved, moves.flattened, moves.glued, moves.opening
 pivot_event, flight_event = moves.pivot_event, moves.flight_event
-settle, relative_velocity = contact.settle, contact.relative_velocity
+settle, bound_velocity = contact.settle, contact.bound_velocity
+relative_velocity = contact.relative_velocity
 OPEN, CLOSED = stack.OPEN, stack.CLOSED
 
 RUNNING = 0
@@ -64,12 +65,18 @@ BROKEN = 3
 STALLED = 4
 UNSETTLED = 5
 
+STEADY = 0
+SEEKING = 1
+FOUND = 2
+
 HALF = real(0.5)
 TWO = real(2.0)
 HALF_PI = real(1.5707963267948966)
 NEVER = real(1.0e30)
 NEARLY = real({"float64": 1.0e-6, "float32": 1.0e-4}[PRECISION])
 """Part of the longest step by which the time of an event may be missed."""
+SOON = real(1.0e-3)
+"""Part of the longest step by which the opening of a contact may be missed."""
 DUST = real({"float64": 1.0e-12, "float32": 1.0e-5}[PRECISION])
 """Round-off of a velocity, as a part of the largest."""
 TOUCHING = real({"float64": 1.0e-8, "float32": 1.0e-5}[PRECISION])
@@ -98,7 +105,7 @@ class State:
     rate, relative velocities at the interfaces [m/s]; swing, angular velocities at the end of the
     last step before its impact [rad/s]; base velocity [m/s]; cap, the longest next step [s]; lost
     energy [J]; segment, knots passed; calm, whether the last step changed nothing; taken, whether
-    the last trial was a step.
+    the last trial was a step; seek, lack and span, see `sought`.
     """
 
     pose: Pose
@@ -115,6 +122,9 @@ class State:
     impacts: int
     calm: bool
     taken: bool
+    seek: int
+    lack: real
+    span: real
 
 
 @wp.struct
@@ -124,7 +134,8 @@ class Trial:
     Pose and velocity at its end before impacts; slip, the directions of sliding in it; length d
     [s]; time at its end [s]; change of the base's velocity in it and its velocity step [m/s]; lost
     energy [J]; cut, the length of the step to the first event inside it, else NEVER; falls, the
-    ends that land; rests, the interfaces that close at its start instead; segment after it.
+    ends that land; rests, the interfaces that close at its start instead; segment after it; turns, whether a contact
+    opens or starts to slide in it, and what contacts would have to spare [N] if none did.
     """
 
     pose: Pose
@@ -140,6 +151,8 @@ class Trial:
     resting: bool
     struck: bool
     settled: bool
+    turns: bool
+    spare: real
     segment: int
 
 
@@ -222,6 +235,7 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
         t.cut = NEVER
         t.segment = s.segment
         t.struck = False
+        t.turns = False
     return t
 
 
@@ -255,11 +269,13 @@ def tried(
     middle = moved(blocks, s.pose, s.pose.touch, s.velocity, slide, HALF * d)
     upper, lower, _plus, _minus = all_rows(blocks, middle)
     grain = DUST * (speed + limits.gravity * limits.longest_step)
-    mean, impulse, hold, slip, settled = settle(
+    mean, impulse, hold, slip, settled, same, left = settle(
         blocks, upper, lower, s.pose.touch, s.slip, s.pose.touch, s.slip, free, False,
         grain, limits.mass,
     )  # fmt: skip
     t.settled = settled
+    t.turns = not same
+    t.spare = left / larger(d, SLOWEST)
     for k in range(BLOCKS):
         slide[k] = real(0.0)
         if slip[k] != 0 and hold[k] != OPEN:
@@ -311,7 +327,6 @@ def outcome_of(blocks: Blocks, s: State, near: real) -> int:
     for k in range(BLOCKS):
         if size(s.pose.theta[k]) >= HALF_PI - near * size(s.swing[k]):
             mode = OVERTURNED
-            s.pose.theta[k] = wp.where(s.pose.theta[k] < real(0.0), -HALF_PI, HALF_PI)
     for k in range(BLOCKS):
         v = three_of(s.velocity, k)
         sound = s.pose.theta[k] + s.pose.along[k] + s.pose.above[k] + v[0] + v[1] + v[2] + s.time
@@ -321,15 +336,35 @@ def outcome_of(blocks: Blocks, s: State, near: real) -> int:
 
 
 @wp.func
-def step(
-    blocks: Blocks, limits: Limits, m: Motion, sample: real, sample_slope: real, end: real, s: State
-) -> State:
-    """One trial step of one lane, at most to its next knot or to `end`.
+def sought(limits: Limits, s: State, t: Trial) -> State:
+    """The state that goes on seeking when in a step a contact opens or starts to slide.
 
-    The state after it, unchanged but for `cap` where an event lay inside.
+    The first trial with such a turn tells how much the contacts lack in its middle; a probe of
+    next to no length tells what they have to spare at its start; the next step ends where, on a
+    line between the two, nothing is left. A turn within `SOON` is not sought.
     """
+    n = s
+    soon = SOON * limits.longest_step
+    n.taken = False
+    if s.seek == SEEKING:
+        n.seek = FOUND
+        n.cap = NEVER
+        if not t.turns:
+            there = HALF * s.span * t.spare / (t.spare - s.lack)
+            n.cap = wp.where(there > soon, there, NEVER)
+    elif s.seek == STEADY and t.turns and t.d > soon and t.spare < real(0.0):
+        n.seek = SEEKING
+        n.lack = t.spare
+        n.span = t.d
+        n.cap = soon
+    return n
+
+
+@wp.func
+def finished(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> State:
+    """The state after a trial step and its impacts, or the old one if an event lay inside."""
+    t = trial
     near = NEARLY * limits.longest_step
-    t = tried(blocks, limits, m, sample, sample_slope, end, s)
     falls = t.falls
     hits = int(0)
     for k in range(BLOCKS):
@@ -342,27 +377,35 @@ def step(
     n.pose = flattened(blocks, t.pose, falls)
     upper, lower, _plus, _minus = all_rows(blocks, n.pose)
     n.slip = t.slip
-    free = t.velocity
-    glide = Counts()
     for k in range(BLOCKS):
         u = relative_velocity(upper, lower, t.velocity, k)
         cut, after = stopping(t.slip[k], s.slip[k], s.rate[3 * k], u[0], t.d, near)
         t.cut = smaller(t.cut, cut)
         n.slip[k] = after
         n.swing[k] = t.velocity[3 * k + 2]
-        free[3 * k] = free[3 * k] - t.kick
     if t.cut < NEVER:
         # Not shorter than what is near: what is left of the way then counts as arrived.
         n = s
         n.cap = larger(t.cut, HALF * near)
         n.taken = False
     else:
-        speed, _spin = fastest(free)
-        grain = DUST * (speed + limits.gravity * limits.longest_step)
-        v, _impulse, hold, slip, settled = settle(
-            blocks, upper, lower, n.pose.touch, glide, n.pose.touch, n.slip, free, not t.struck,
-            grain, limits.mass,
-        )  # fmt: skip
+        v, _held, _sound = bound_velocity(
+            blocks, upper, lower, t.pose.touch, n.slip, t.velocity
+        )
+        hold = n.pose.touch
+        slip = n.slip
+        settled = bool(True)
+        if t.struck or t.resting:
+            free = v
+            for k in range(BLOCKS):
+                free[3 * k] = free[3 * k] - t.kick
+            speed, _spin = fastest(free)
+            grain = DUST * (speed + limits.gravity * limits.longest_step)
+            v, _impulse, hold, slip, settled, _same, _left = settle(
+                blocks, upper, lower, n.pose.touch, Counts(), hold, slip, free, t.resting,
+                grain, limits.mass,
+            )  # fmt: skip
+            n.lost = s.lost + kinetic_energy(blocks, free) - kinetic_energy(blocks, v)
         n.pose.touch = hold
         for k in range(BLOCKS):
             n.slip[k] = wp.where(hold[k] == OPEN, 0, slip[k])
@@ -371,20 +414,36 @@ def step(
             u = relative_velocity(upper, lower, n.velocity, k)
             for i in range(3):
                 n.rate[3 * k + i] = u[i]
-        n.lost = s.lost + t.lost
-        if t.struck or t.resting:
-            n.lost += kinetic_energy(blocks, free) - kinetic_energy(blocks, n.velocity)
+        n.lost = n.lost + t.lost
         n.impacts = s.impacts + hits
         n.time = t.time
         n.segment = t.segment
         n.base = s.base + t.dv + t.kick
         n.cap = NEVER
         n.taken = True
+        n.seek = STEADY
         n.calm = (
             at_rest(s.pose.touch, s.slip) and at_rest(n.pose.touch, n.slip)
             and t.dv == real(0.0) and t.kick == real(0.0)
         )  # fmt: skip
         n.mode = outcome_of(blocks, n, near)
+        for k in range(BLOCKS):
+            n.pose.theta[k] = larger(smaller(n.pose.theta[k], HALF_PI), -HALF_PI)
         if n.mode != BROKEN and not (settled and t.settled):
             n.mode = UNSETTLED
+    return n
+
+
+@wp.func
+def step(
+    blocks: Blocks, limits: Limits, m: Motion, sample: real, sample_slope: real, end: real, s: State
+) -> State:
+    """One trial step of one lane, at most to its next knot or to `end`.
+
+    The state after it, unchanged but for `cap` where an event lay inside.
+    """
+    t = tried(blocks, limits, m, sample, sample_slope, end, s)
+    n = sought(limits, s, t)
+    if n.seek == s.seek or t.resting:
+        n = finished(blocks, limits, s, t)
     return n

@@ -26,7 +26,7 @@ BLOCKS: int
 stack = kernel_module("stack", precision=PRECISION, blocks=BLOCKS)
 wp.set_module_options(stack.STACK_OPTIONS)
 scalar = kernel_module("scalar", precision=PRECISION)
-larger, size = scalar.larger, scalar.size
+larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 Blocks, Counts, Triples, Rows = stack.Blocks, stack.Counts, stack.Triples, stack.Rows
 Three, Matrix = stack.Three, stack.Matrix
 three_of, matrix_of = stack.three_of, stack.matrix_of
@@ -255,6 +255,23 @@ def obeys(
 
 
 @wp.func
+def spare(
+    blocks: Blocks, hold: Counts, slip: Counts, impulse: Triples
+) -> real:
+    """What the weakest held end, or sticking contact, has left before it opens or slides."""
+    least = real(IMPOSSIBLE)
+    for k in range(BLOCKS):
+        p = three_of(impulse, k)
+        if (hold[k] & PLUS) != 0:
+            least = smaller(least, p[1])
+        if (hold[k] & MINUS) != 0:
+            least = smaller(least, p[2])
+        if hold[k] != 0 and slip[k] == 0:
+            least = smaller(least, blocks.friction[k] * (p[1] + p[2]) - size(p[0]))
+    return least
+
+
+@wp.func
 def settle(
     blocks: Blocks, upper: Rows, lower: Rows, touch: Counts, glide: Counts, hold: Counts,
     slip: Counts, free: Triples, given: bool, grain: real, mass: real,
@@ -275,7 +292,8 @@ def settle(
         mass: See `violation`.
 
     Returns:
-        Velocities, impulses, held ends, directions of sliding; whether all obey the law.
+        Velocities, impulses, held ends, directions of sliding; whether all obey the law; whether
+        the first guess did, and its `spare`.
     """
     v = Triples()
     p = Triples()
@@ -284,6 +302,7 @@ def settle(
     held = hold
     slips = slip
     settled = bool(False)
+    left = real(0.0)
     tries = int(0)
     while not settled and tries < TRIES:
         v, p, sound = bound_velocity(blocks, upper, lower, held, slips, free)
@@ -291,6 +310,8 @@ def settle(
             sound
             and obeys(blocks, upper, lower, touch, glide, held, slips, v, p, grain, mass)
         )
+        if tries == 0:
+            left = spare(blocks, hold, slip, p)
         if not settled:
             if tries < NEWTON_TRIES:
                 swept_v = v
@@ -309,4 +330,4 @@ def settle(
                     held[k] = held_k
                     slips[k] = slip_k
         tries += 1
-    return v, p, held, slips, settled
+    return v, p, held, slips, settled, tries == 1, left
