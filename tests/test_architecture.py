@@ -59,11 +59,11 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         "errors foundation settings engines kernels",
         "numpy warp",
     ),
-    "reference": (("warprock/reference/*.py",), "errors foundation", "numpy scipy newton warp"),
+    "reference": (("warprock/reference/*.py",), "errors foundation", "numpy scipy newton warp mujoco pybullet"),
     "runs": (
-        ("warprock/runner.py", "warprock/store.py"),
+        ("warprock/runner.py", "warprock/store.py", "warprock/ensemble.py"),
         "errors foundation settings cases engines batch",
-        "numpy pandas pyarrow",
+        "numpy pandas pyarrow scipy",
     ),
     "checks": (
         ("warprock/checks.py", "warprock/comparison*.py"),
@@ -184,7 +184,15 @@ def test_no_engine_imports_another_engine():
     [
         ("matplotlib", ("warprock/report/plots",)),
         ("newton", ("warprock/reference/",)),
-        ("scipy", ("warprock/reference/", "warprock/records")),
+        ("mujoco", ("warprock/reference/peer_",)),
+        ("pybullet", ("warprock/reference/peer_",)),
+        (
+            "scipy",
+            (
+                *("warprock/reference/", "warprock/records"),
+                *("warprock/case_ensemble", "warprock/ensemble"),
+            ),
+        ),
         ("click", ("warprock/cli",)),
     ],
 )

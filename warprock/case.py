@@ -375,6 +375,9 @@ def _judge_checks(case: Case) -> None:
             if value not in values[label]:
                 known = ", ".join(values[label])
                 raise InputError(case.file, key, value, f"must be a value of the label ({known})")
+        if case.ensemble is not None:
+            key = f"check[{number}]"
+            raise InputError(case.file, key, check.kind, "must not be on an ensemble")
         _judge_check_of_stack(case, number, check)
         if isinstance(check, HousnerCheck) and case.sample_times.interval is None:
             raise InputError(

@@ -50,7 +50,7 @@ class Spread:
 
     Attributes:
         half_width: In the SI unit of the key or rad; as a part of the value where `relative`.
-        relative: Whether it is a part of the value.
+        relative: Whether it is a part of the value; a cell whose value is 0 keeps it.
     """
 
     half_width: float
@@ -243,7 +243,7 @@ def _judge(
         ValueError: It does.
     """
     half = spread.of(values)
-    if np.any(half == 0.0):
+    if np.all(half == 0.0):
         allowed = allowed_text((dimension,))
         raise ValueError(f"must be {allowed}: {key} is 0, and a part of 0 is 0")
     for end in (float(np.min(values - half)), float(np.max(values + half))):

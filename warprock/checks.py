@@ -13,6 +13,7 @@ from warprock.case import Case
 from warprock.comparison import compare_with_housner
 from warprock.comparison_stack import compare_blocks
 from warprock.engines import ENGINES
+from warprock.ensemble import compare_cells
 from warprock.errors import InputError
 from warprock.expansion import LaneSet, expand_lanes
 from warprock.response import Response
@@ -93,7 +94,10 @@ class CaseResponses:
     def _run(self, engine: str) -> Response:
         if engine == ORACLE:
             return self._run_oracle()
-        return run_case(self.case, engine, workers=self._workers).response
+        # An ensemble has too many lanes to hold the histories of.
+        histories = None if self.case.ensemble is None else False
+        run = run_case(self.case, engine, workers=self._workers, histories=histories)
+        return run.response
 
     def _run_oracle(self) -> Response:
         lane_set = self.lane_set
@@ -263,16 +267,18 @@ def compare(case: Case, engines: Sequence[str], workers: int | None = None) -> d
     Returns:
         `case`, `engines`, `stacked` and `rows`: the rows of `compare_with_housner`, or of
         `compare_blocks` against the first engine for stacks, with `lane` (its name); a value that
-        does not exist is None.
+        does not exist is None. For an ensemble, what `compare_distributions` returns.
 
     Raises:
-        InputError: An unknown engine.
+        InputError: An unknown engine, or a single one for an ensemble.
     """
     for engine in engines:
         if engine not in ENGINES and engine != ORACLE:
             allowed = ", ".join([*ENGINES, ORACLE])
             raise InputError("--engine", "", engine, f"allowed: {allowed}")
     responses = CaseResponses(case, workers)
+    if case.ensemble is not None:
+        return compare_distributions(responses, engines)
     stacked = case.tables.stacked
     reference = engines[0] if stacked else REFERENCE
     hold = compare_blocks if stacked else compare_with_housner
@@ -283,6 +289,41 @@ def compare(case: Case, engines: Sequence[str], workers: int | None = None) -> d
         named = table.assign(lane=[lane_name(responses.lane_set, lane) for lane in numbers])
         rows += [plain_row(row) for row in named.to_dict("records")]
     return {"case": case.name, "engines": list(engines), "stacked": stacked, "rows": rows}
+
+
+def compare_distributions(responses: CaseResponses, engines: Sequence[str]) -> dict[str, object]:
+    """Engines side by side on an ensemble, whose lanes are draws and not to be compared singly.
+
+    Args:
+        responses: Responses of a case with an ensemble.
+        engines: Engines' names; each is held against the first.
+
+    Returns:
+        `case`, `engines`, `members`, `stacked`, `blocks` and `rows`, those of
+        `ensemble.compare_cells` cell by cell with `engine_a`, `engine_b`; a median among
+        overturned lanes is "overturned".
+
+    Raises:
+        InputError: A single engine.
+    """
+    if len(engines) < 2:
+        raise InputError("--engine", "", engines[0], "must be given twice for an ensemble")
+    lane_set, first = responses.lane_set, engines[0]
+    rows = [
+        {"engine_a": first, "engine_b": engine}
+        | {key: "overturned" if value == np.inf else value for key, value in row.items()}
+        for engine in engines[1:]
+        for row in compare_cells(lane_set, responses[first], responses[engine]).to_dict("records")
+    ]
+    rows.sort(key=lambda row: int(row["cell"]))
+    return {
+        "case": responses.case.name,
+        "engines": list(engines),
+        "members": lane_set.members,
+        "stacked": lane_set.lanes.stacked,
+        "blocks": lane_set.lanes.block_count,
+        "rows": [plain_row(row) for row in rows],
+    }
 
 
 def plain_row(row: Mapping[Any, object]) -> dict[str, object]:

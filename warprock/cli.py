@@ -7,6 +7,7 @@ Results go to stdout, progress and errors to stderr.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import os
 import pathlib
 import sys
@@ -137,9 +138,8 @@ def init(kind: str, path: pathlib.Path | None) -> None:
 @click.option("--history", "lanes", type=int, multiple=True, help="Lane whose history to write.")
 @click.option(
     "--estimate/--no-estimate",
-    default=True,
-    show_default=True,
-    help="Estimate every lane's error from runs at finer steps.",
+    default=None,
+    help="Estimate every lane's error from runs at finer steps; without, all but ensembles do.",
 )
 @_json_option
 def run(
@@ -151,13 +151,13 @@ def run(
     device: str,
     workers: int | None,
     lanes: tuple[int, ...],
-    estimate: bool,
+    estimate: bool | None,
     as_json: bool,
 ) -> None:
     """Run every lane of a CASE with one engine."""
-    from warprock import runner, store
+    from warprock import ensemble, runner, store
     from warprock.case import load_case
-    from warprock.report import console
+    from warprock.report import cells, console
 
     runner.require_options(engine, precision=precision, device=device, workers=workers)
     case = load_case(case_name, overrides)
@@ -174,22 +174,25 @@ def run(
             device=device,
             workers=workers,
             histories=False,
-            estimate=estimate,
+            estimate=case.ensemble is None if estimate is None else estimate,
             progress=progress,
         )
     histories = {lane: runner.run_lane(case_run, lane) for lane in lanes}
     files = []
     if folder is not None:
-        from warprock.report import plots_run
+        from warprock.report import plots_ensemble, plots_run
 
         files += store.write_run(case_run, folder, histories)
-        files += plots_run.write_figures(case_run, folder)
+        figures = plots_run if case.ensemble is None else plots_ensemble
+        files += figures.write_figures(case_run, folder)
     if as_json:
-        table = store.lane_table(case_run.lane_set, case_run.response)
+        tabulate = store.lane_table if case.ensemble is None else ensemble.cell_table
+        table = tabulate(case_run.lane_set, case_run.response)
         summary = store.provenance(case_run) | {"rows": table.to_dict("records")}
         console.print_json(summary | {"files": [str(path) for path in files]})
     else:
-        console.print_run(case_run, files)
+        show = console.print_run if case.ensemble is None else cells.print_cells
+        show(case_run, files)
 
 
 @main.command()
@@ -247,14 +250,17 @@ def compare(
 ) -> None:
     """Engines side by side on one CASE, lane by lane, held against Housner.
 
-    Stacks are held against the engine that is named first.
+    Stacks are held against the engine that is named first; ensembles, too, cell by cell.
     """
     from warprock import checks
     from warprock.case import load_case
-    from warprock.report import console, tables, tables_stack
+    from warprock.report import cells, console, tables, tables_stack
 
-    found = checks.compare(load_case(case_name, overrides), list(engines))
+    case = load_case(case_name, overrides)
+    found = checks.compare(case, list(engines))
     show = tables_stack.print_stack_comparison if found["stacked"] else tables.print_comparison
+    if case.ensemble is not None:
+        show = functools.partial(cells.print_cell_comparison, case)
     console.print_json(found) if as_json else show(found)
 
 

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from warprock.batch import run_batch
 from warprock.case import Case
@@ -20,7 +21,7 @@ from warprock.engines import ENGINES, engine_class
 from warprock.errors import InputError
 from warprock.estimate import run_with_estimate
 from warprock.expansion import LaneSet, expand_lanes
-from warprock.response import Response, SampleTimes
+from warprock.response import Response, SampleTimes, join_responses, take_lanes
 
 PRECISIONS = ("float64", "float32")
 
@@ -89,11 +90,11 @@ def run_case(
     times = _sample_times(case, histories)
     started = time.perf_counter()
     settings = case.engine_settings(engine)
-    run_lanes_of = run_with_estimate if estimate else run_batch
-    response = run_lanes_of(
+    response = _run_members(
+        run_with_estimate if estimate else run_batch,
         engine,
-        lane_set.lanes,
-        lane_set.motions,
+        lane_set,
+        None,
         times,
         settings=settings,
         precision=precision,
@@ -132,16 +133,78 @@ def run_lanes(run: CaseRun, lanes: Sequence[int]) -> Response:
     """
     require_histories(run.case, lanes)
     chosen = np.asarray(lanes, dtype=np.intp)
-    return run_batch(
+    return _run_members(
+        run_batch,
         run.response.engine,
-        run.lane_set.lanes.take(chosen),
-        run.lane_set.motions.take(chosen),
+        run.lane_set,
+        chosen,
         run.case.sample_times,
         settings=run.settings,
         precision=run.precision,
         device=run.device,
         workers=run.workers,
     )
+
+
+def _run_members(
+    run_batch: Callable[..., Response],
+    engine: str,
+    lane_set: LaneSet,
+    chosen: npt.NDArray[np.intp] | None,
+    times: SampleTimes,
+    *,
+    settings: Any,
+    progress: Progress | None = None,
+    **options: Any,
+) -> Response:
+    """Runs lanes of a case, those of each time step together, and puts them in order again.
+
+    Args:
+        run_batch: What runs a batch of one time step.
+        engine: Name of the engine.
+        lane_set: Lanes of the case, and the factors on the time step that an ensemble asks for;
+            an engine without a time step has no use for them.
+        chosen: Numbers of the lanes wanted, in the order wanted; None is all.
+        times: Length of the run and sampling of its histories.
+        settings: Settings of the engine, with the time step that the factors change.
+        progress: Called with the number of lanes finished so far.
+        options: Other arguments of `run_batch`.
+    """
+    lanes, motions, factors = lane_set.lanes, lane_set.motions, lane_set.step_factors
+    if chosen is not None:
+        lanes, motions = lanes.take(chosen), motions.take(chosen)
+        factors = None if factors is None else factors[chosen]
+    if factors is None or not has_time_step(settings):
+        return run_batch(
+            engine, lanes, motions, times, settings=settings, progress=progress, **options
+        )
+    parts, numbers, before = [], [], 0
+    for factor in np.unique(factors):
+        members = np.flatnonzero(factors == factor)
+        report = None if progress is None else _counted_from(progress, before)
+        parts.append(
+            run_batch(
+                engine,
+                lanes.take(members),
+                motions.take(members),
+                times,
+                settings=settings.with_step_scaled(float(factor)),
+                progress=report,
+                **options,
+            )
+        )
+        numbers.append(members)
+        before += len(members)
+    return take_lanes(join_responses(parts), np.argsort(np.concatenate(numbers)))
+
+
+def _counted_from(progress: Progress, before: int) -> Progress:
+    return lambda done: progress(before + done)
+
+
+def has_time_step(settings: Any) -> bool:
+    """Whether an engine with these settings has a time step that an ensemble can spread."""
+    return hasattr(settings, "with_step_scaled")
 
 
 def require_options(

@@ -25,12 +25,14 @@ import pyarrow.parquet as pq
 
 from warprock import machine
 from warprock.case import Case
+from warprock.ensemble import cell_table
 from warprock.errors import InputError
 from warprock.expansion import LaneSet, case_records
 from warprock.response import ESTIMATE_FIELDS, FIELDS, LANE_FIELDS, Field, Response, Status
 from warprock.runner import CaseRun
 
 LANE_TABLE = "lanes.parquet"
+CELL_TABLE = "cells.csv"
 PROVENANCE = "run.json"
 HISTORY = "history-lane-{lane}.csv"
 
@@ -61,6 +63,8 @@ INPUTS: dict[str, tuple[str, str]] = {
     "start_s": ("s", "Time at which the motion starts"),
     "stop_s": ("s", "Time at which the motion stops"),
     "peak_acceleration_m_s2": ("m/s^2", "Largest acceleration of the base, velocity steps apart"),
+    "member": ("-", "Number of the member in its cell"),
+    "time_step_factor": ("-", "Factor on the engine's time step"),
     "normalised_acceleration": ("-", "Largest acceleration / (g tan(slenderness angle))"),
 }
 """Unit and meaning of the columns that a lane's inputs may have; any other is a label."""
@@ -245,7 +249,7 @@ def require_writable(folder: pathlib.Path, source: str = "--output") -> None:
 def write_run(
     run: CaseRun, folder: pathlib.Path, histories: Mapping[int, Response] | None = None
 ) -> list[pathlib.Path]:
-    """Writes the lane table, `run.json` and the histories that were asked for.
+    """Writes the lane table, that of cells of an ensemble, `run.json` and histories asked for.
 
     Args:
         run: The run.
@@ -265,6 +269,11 @@ def write_run(
     with replacing(path) as temporary:
         pq.write_table(arrow_table(lane_table(run.lane_set, run.response)), temporary)
     written.append(path)
+    if run.case.ensemble is not None:
+        path = folder / CELL_TABLE
+        with replacing(path) as temporary:
+            cell_table(run.lane_set, run.response).to_csv(temporary, index=False)
+        written.append(path)
     for lane, response in (histories or {}).items():
         path = folder / HISTORY.format(lane=lane)
         with replacing(path) as temporary:

@@ -65,6 +65,10 @@ class ImpulseSettings:
         """The same settings with half of the time step."""
         return dataclasses.replace(self, substeps=2 * self.substeps + 1)
 
+    def with_step_scaled(self, factor: float) -> Self:
+        """The same settings with the time step multiplied by a factor."""
+        return dataclasses.replace(self, frames_per_second=self.frames_per_second / factor)
+
 
 @dataclasses.dataclass(frozen=True)
 class EventSettings:
@@ -90,6 +94,10 @@ class EventSettings:
     def halved(self) -> Self:
         """The same settings with half of the time step."""
         return dataclasses.replace(self, time_step=0.5 * self.time_step)
+
+    def with_step_scaled(self, factor: float) -> Self:
+        """The same settings with the time step multiplied by a factor."""
+        return dataclasses.replace(self, time_step=factor * self.time_step)
 
 
 SETTINGS: dict[str, type[Any]] = {
