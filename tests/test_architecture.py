@@ -86,8 +86,8 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         "numpy pandas",
     ),
     "desk": (
-        ("warprock/catalogue.py", "warprock/doctor.py"),
-        "errors foundation settings cases engines batch runs",
+        ("warprock/catalogue.py", "warprock/doctor.py", "warprock/peers.py"),
+        "errors foundation settings cases engines batch runs reference",
         "pandas warp",
     ),
     "cli": (

@@ -279,11 +279,15 @@ def doctor(ctx: click.Context, as_json: bool) -> None:
 
 
 @main.command()
-@click.option("--seconds", default=5.0, show_default=True, help="Time a measurement takes, about.")
+@click.option("--seconds", default=2.0, show_default=True, help="Time a measurement takes, about.")
 @_workers_option
 @_json_option
 def bench(seconds: float, workers: int | None, as_json: bool) -> None:
-    """Block-steps a second of every engine on this machine."""
+    """What every engine's steps and accuracy cost on this machine, beside peers where installed.
+
+    The extras [mujoco] and [bullet] install peers; each runs the same block in the same run.
+    """
+    from warprock import peers
     from warprock.bench import run_bench
     from warprock.devices import start_warp
     from warprock.report import console
@@ -292,6 +296,7 @@ def bench(seconds: float, workers: int | None, as_json: bool) -> None:
     require_workers(workers)
     start_warp()
     found = run_bench(seconds=seconds, workers=workers)
+    found["peers"] = peers.compare(found["accuracy"], seconds)
     console.print_json(found) if as_json else console.print_bench(found)
 
 

@@ -188,13 +188,23 @@ def print_examination(found: Mapping[str, Any]) -> None:
 
 
 def print_bench(found: Mapping[str, Any]) -> None:
-    """Prints what `bench.run_bench` measured."""
+    """Prints what `bench.run_bench` and `peers.compare` measured."""
     facts = found["machine"]
     flags = " ".join(facts["vector_flags"])
     _print_rows(
         f"Measured here and now: {facts['cpu']}, {facts['cores']} cores, {flags}", found["rows"]
     )
     _print_rows("Ratios", [{"ratio": k, "value": v} for k, v in found["ratios"].items()])
+    _print_rows("Block B0, free rocking over 5 s: error and its cost, one core", found["accuracy"])
+    peers = found["peers"]
+    if peers["rows"]:
+        hidden = ("settings", "cpu_s")
+        rows = [{k: v for k, v in row.items() if k not in hidden} for row in peers["rows"]]
+        _print_rows("The same block in peers, one core, beside event at no larger an error", rows)
+        for name, settings in {row["peer"]: row["settings"] for row in peers["rows"]}.items():
+            _stdout().print(f"{name}: {settings}")
+    for line in peers["missing"]:
+        _stdout().print(f"peer not installed: {line}")
     _print_rows("Commands", [{"command": k, "seconds": v} for k, v in found["commands"].items()])
 
 
