@@ -32,13 +32,16 @@ class Status(enum.IntEnum):
     """Whether a lane's numbers may be used.
 
     The numbers of a sensitive lane depend on the step: chaos or closeness to overturning. An
-    engine never says so; `warprock.estimate` does, by running the lane at finer steps.
+    engine never says so; `warprock.estimate` does, by running the lane at finer steps. Outside its
+    model is a lane in which something happened that its engine leaves out, such as a contact that
+    had to pull; its numbers are what the engine's equations give.
     """
 
     OK = 0
     EVENT_LIMIT = 1
     NONFINITE = 2
     SENSITIVE = 4
+    OUTSIDE_MODEL = 5
 
 
 @dataclasses.dataclass(frozen=True)

@@ -10,6 +10,7 @@ ENGINES: dict[str, str] = {
     "housner": "warprock.engines.housner:Housner",
     "impulse": "warprock.engines.impulse:Impulse",
     "event": "warprock.engines.event:Event",
+    "two-block": "warprock.engines.two_block:TwoBlock",
 }
 """Engine name -> "module:Class"."""
 

@@ -11,11 +11,11 @@ import warp as wp
 
 from warprock import rocking
 from warprock.engines.base import AbstractEngine
-from warprock.engines.launching import Target, launch, respond, time_or_nan
+from warprock.engines.launching import Target, fastest_rate, launch, respond, time_or_nan
 from warprock.engines.settings import HousnerSettings
 from warprock.kernels.instance import kernel_module
 from warprock.lanes import Lanes
-from warprock.motion import GroundMotions, HarmonicMotions, RecordMotions, RickerMotions
+from warprock.motion import GroundMotions, RecordMotions
 from warprock.response import Outcome, Response, SampleTimes, Status
 from warprock.scene import SceneKind
 from warprock.units import GRAVITY
@@ -87,7 +87,7 @@ class Housner(AbstractEngine):
         alpha = lanes.slenderness_angle
         radius = rocking.half_diagonal(lanes.width, lanes.height)
         frequency_squared = 3.0 * GRAVITY / (4.0 * radius)
-        rate = np.maximum(np.sqrt(frequency_squared), _fastest_rate(motions))
+        rate = np.maximum(np.sqrt(frequency_squared), fastest_rate(motions))
         step_length = PHASE_STEP[self.target.precision] / rate
         blocks = {
             "slenderness_angle": alpha,
@@ -124,16 +124,6 @@ class Housner(AbstractEngine):
             "step_count": rows["steps"],
         }
         return respond(self.name, columns, rotations, times)
-
-
-def _fastest_rate(motions: GroundMotions) -> npt.NDArray[np.float64] | float:
-    """Rate at which a motion changes [rad/s]; a record is linear between its knots."""
-    if isinstance(motions, HarmonicMotions):
-        return 2.0 * np.pi * motions.frequency
-    if isinstance(motions, RickerMotions):
-        # The highest derivative of a Gaussian that the series keeps changes the fastest.
-        return 4.0 * motions.rate
-    return 0.0
 
 
 def _step_limit(

@@ -17,7 +17,7 @@ import warp as wp
 
 from warprock.kernels.instance import LANE_WIDTH, REALS
 from warprock.lanes import Lanes
-from warprock.motion import GroundMotions, RecordMotions
+from warprock.motion import GroundMotions, HarmonicMotions, RecordMotions, RickerMotions
 from warprock.response import INTEGER_FIELDS, LANE_FIELDS, Response, SampleTimes
 
 NEVER = 1.0e30
@@ -94,6 +94,16 @@ def record_pool(motions: GroundMotions) -> npt.NDArray[np.float64]:
     if isinstance(motions, RecordMotions):
         return np.stack([motions.pool_acceleration, motions.pool_slope, motions.pool_velocity])
     return np.zeros((3, 1))
+
+
+def fastest_rate(motions: GroundMotions) -> npt.NDArray[np.float64] | float:
+    """Rate at which a motion changes [rad/s]; a record is linear between its knots."""
+    if isinstance(motions, HarmonicMotions):
+        return 2.0 * np.pi * motions.frequency
+    if isinstance(motions, RickerMotions):
+        # The highest derivative of a Gaussian that a series keeps changes the fastest.
+        return 4.0 * motions.rate
+    return 0.0
 
 
 def launch(

@@ -100,10 +100,25 @@ class EventSettings:
         return dataclasses.replace(self, time_step=factor * self.time_step)
 
 
+@dataclasses.dataclass(frozen=True)
+class TwoBlockSettings:
+    """Settings of `two-block`."""
+
+    rest_rotation_ratio: float = setting(
+        1e-9,
+        unit="-",
+        low=1e-12,
+        high=1e-2,
+        text="after an impact a contact that opens closes again if its next swing would stay below "
+        "this times the slenderness angle of the block on it",
+    )
+
+
 SETTINGS: dict[str, type[Any]] = {
     "housner": HousnerSettings,
     "impulse": ImpulseSettings,
     "event": EventSettings,
+    "two-block": TwoBlockSettings,
 }
 """Engine name -> settings dataclass."""
 

@@ -1,0 +1,260 @@
+"""Two stacked blocks in one pattern: equations of motion and what the contacts bear.
+
+Rotations theta_1 (lower block) and theta_2 are absolute, clockwise positive. A *pattern* is the
+pair of signs (ground, interface) of the corners on which the blocks pivot: ground = sign(theta_1),
+interface = sign(theta_2 - theta_1), 0 where a contact is closed (lower block flat; upper block
+glued to the lower one). No contact slides and none parts, so four patterns follow: both rock, the
+stack rocks as one, the upper block rocks alone, rest (Psycharis 1990; Spanos, Roussis and Politis
+2001; Kounadis 2015).
+
+With half heights h, half widths b of the ground contact and c of the interface, D = s2 c - s1 b,
+K = 2 h1 h2 - s2 c D, S = D h2 + 2 h1 s2 c, d = theta_1 - theta_2 and the base's acceleration a:
+
+    M11 theta_1'' + M12 theta_2'' + C theta_2'^2 = Q1
+    M12 theta_1'' + M22 theta_2'' - C theta_1'^2 = Q2
+    M11 = I1 + m1 (b^2 + h1^2) + m2 (D^2 + 4 h1^2),   M22 = I2 + m2 (c^2 + h2^2)
+    M12 = m2 (K cos d - S sin d),                      C = m2 (K sin d + S cos d)
+    Q1 = g (-A cos theta_1 + B sin theta_1) - a (A sin theta_1 + B cos theta_1)
+    Q2 = m2 [g (-s2 c cos theta_2 + h2 sin theta_2) - a (s2 c sin theta_2 + h2 cos theta_2)]
+    A = m1 s1 b - m2 D,                                B = (m1 + 2 m2) h1
+
+M22 loses c where the interface is closed. A glued pair obeys the sum of both equations, with
+d = 0; above a flat lower block only the second one is left.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module, module_options
+
+real: Any
+PRECISION: str
+
+wp.set_module_options(module_options())
+scalar = kernel_module("scalar", precision=PRECISION)
+size, smaller = scalar.size, scalar.smaller
+sine, cosine = scalar.sine, scalar.cosine
+
+Pair = wp.types.vector(length=2, dtype=real)
+"""One value a block, lower first."""
+Places = wp.types.vector(length=4, dtype=real)
+"""x and z of the lower block's centre, then of the upper one's."""
+
+LARGE = real(1.0e30)
+ROUND_OFF = real({"float64": 1.0e-12, "float32": 1.0e-5}[PRECISION])
+"""Part of the largest moment of a reaction that counts as zero."""
+
+
+@wp.struct
+class Block:
+    """One block of a stack; lengths in m, mass in kg, moment of inertia about the centre."""
+
+    mass: real
+    inertia: real
+    half_height: real
+    rotation_start: real
+    rest_rotation: real
+
+
+@wp.struct
+class Stack:
+    """What belongs to both blocks.
+
+    Half widths of the contacts [m]; the size of the stack [m]; whether the narrower face of the
+    interface is the upper block's; longest step [s] and most steps.
+    """
+
+    gravity: real
+    ground: real
+    interface: real
+    reach: real
+    upper_narrower: int
+    step_length: real
+    step_limit: int
+
+
+@wp.struct
+class Equations:
+    """Coefficients of the equations of motion in a pattern; M12 and C from even and odd."""
+
+    m11: real
+    m22: real
+    even: real
+    odd: real
+    arm_1: real
+    height_1: real
+    arm_2: real
+    height_2: real
+
+
+@wp.func
+def equations(lower: Block, upper: Block, stack: Stack, s1: real, s2: real) -> Equations:
+    """Coefficients in the pattern (s1, s2): m2 K, m2 S, A, B, m2 s2 c and m2 h2 among them."""
+    foot = s1 * stack.ground
+    corner = s2 * stack.interface
+    across = corner - foot
+    h1 = lower.half_height
+    h2 = upper.half_height
+    m1 = lower.mass
+    m2 = upper.mass
+    e = Equations()
+    rise = real(4.0) * h1 * h1
+    e.m11 = lower.inertia + m1 * (foot * foot + h1 * h1) + m2 * (across * across + rise)
+    e.m22 = upper.inertia + m2 * (corner * corner + h2 * h2)
+    e.even = m2 * (real(2.0) * h1 * h2 - corner * across)
+    e.odd = m2 * (across * h2 + real(2.0) * h1 * corner)
+    e.arm_1 = m1 * foot - m2 * across
+    e.height_1 = (m1 + real(2.0) * m2) * h1
+    e.arm_2 = m2 * corner
+    e.height_2 = m2 * h2
+    return e
+
+
+@wp.func
+def solved(s1: real, s2: real, m11: real, m12: real, m22: real, r1: real, r2: real) -> Pair:
+    """Solution of the mass matrix of a pattern for the right sides of both equations."""
+    zero = real(0.0)
+    both = (r1 + r2) / (m11 + m12 + m12 + m22)
+    area = m11 * m22 - m12 * m12
+    first = wp.where(s2 == zero, both, (m22 * r1 - m12 * r2) / area)
+    second = wp.where(s2 == zero, both, (m11 * r2 - m12 * r1) / area)
+    flat = wp.where(s2 == zero, zero, r2 / m22)
+    return Pair(wp.where(s1 == zero, zero, first), wp.where(s1 == zero, flat, second))
+
+
+@wp.func
+def cross_terms(e: Equations, rotation: Pair) -> Pair:
+    """M12 and C of a pattern at the rotations of both blocks."""
+    sin1 = sine(rotation[0])
+    cos1 = cosine(rotation[0])
+    sin2 = sine(rotation[1])
+    cos2 = cosine(rotation[1])
+    sind = sin1 * cos2 - cos1 * sin2
+    cosd = cos1 * cos2 + sin1 * sin2
+    return Pair(e.even * cosd - e.odd * sind, e.even * sind + e.odd * cosd)
+
+
+@wp.func
+def accelerations(
+    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair,
+    a: real,
+) -> Pair:  # fmt: skip
+    """Second derivatives of both rotations [rad/s^2] in a pattern whose contacts they respect."""
+    e = equations(lower, upper, stack, s1, s2)
+    cross = cross_terms(e, rotation)
+    sin1 = sine(rotation[0])
+    cos1 = cosine(rotation[0])
+    sin2 = sine(rotation[1])
+    cos2 = cosine(rotation[1])
+    g = stack.gravity
+    q1 = g * (e.height_1 * sin1 - e.arm_1 * cos1) - a * (e.arm_1 * sin1 + e.height_1 * cos1)
+    q2 = g * (e.height_2 * sin2 - e.arm_2 * cos2) - a * (e.arm_2 * sin2 + e.height_2 * cos2)
+    q1 = q1 - cross[1] * rate[1] * rate[1]
+    q2 = q2 + cross[1] * rate[0] * rate[0]
+    return solved(s1, s2, e.m11, cross[0], e.m22, q1, q2)
+
+
+@wp.func
+def kinetic_energy(
+    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair
+) -> real:
+    """Kinetic energy seen from the base [J]."""
+    e = equations(lower, upper, stack, s1, s2)
+    m12 = cross_terms(e, rotation)[0]
+    twice = e.m11 * rate[0] * rate[0] + e.m22 * rate[1] * rate[1]
+    return real(0.5) * twice + m12 * rate[0] * rate[1]
+
+
+@wp.func
+def of_centres(
+    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair,
+    square: Pair,
+) -> Places:  # fmt: skip
+    """J rate - levers x square: velocities of the centres [m/s], with squares of zero.
+
+    With accelerations for the rates and the squared rates for the squares: accelerations.
+    """
+    foot = s1 * stack.ground
+    corner = s2 * stack.interface
+    across = corner - foot
+    h1 = lower.half_height
+    h2 = upper.half_height
+    sin1 = sine(rotation[0])
+    cos1 = cosine(rotation[0])
+    sin2 = sine(rotation[1])
+    cos2 = cosine(rotation[1])
+    w1 = rate[0]
+    w2 = rate[1]
+    q1 = square[0]
+    q2 = square[1]
+    rise = h1 + h1
+    x1 = w1 * (h1 * cos1 + foot * sin1) - q1 * (h1 * sin1 - foot * cos1)
+    z1 = w1 * (foot * cos1 - h1 * sin1) - q1 * (h1 * cos1 + foot * sin1)
+    x2 = w1 * (rise * cos1 - across * sin1) - q1 * (rise * sin1 + across * cos1)
+    z2 = w1 * (-across * cos1 - rise * sin1) - q1 * (rise * cos1 - across * sin1)
+    x2 = x2 + w2 * (h2 * cos2 + corner * sin2) - q2 * (h2 * sin2 - corner * cos2)
+    z2 = z2 + w2 * (corner * cos2 - h2 * sin2) - q2 * (h2 * cos2 + corner * sin2)
+    return Places(x1, z1, x2, z2)
+
+
+@wp.func
+def reactions(
+    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair,
+    bend: Pair, a: real,
+) -> Places:  # fmt: skip
+    """What mass times acceleration, gravity taken off, asks of the contacts [N]."""
+    square = Pair(rate[0] * rate[0], rate[1] * rate[1])
+    at = of_centres(lower, upper, stack, s1, s2, rotation, bend, square)
+    g = stack.gravity
+    return Places(
+        lower.mass * (at[0] + a),
+        lower.mass * (at[1] + g),
+        upper.mass * (at[2] + a),
+        upper.mass * (at[3] + g),
+    )
+
+
+@wp.func
+def least_margin(
+    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, force: Places,
+    turn: Pair,
+) -> real:  # fmt: skip
+    """Smallest of N (c -+ e) over the closed contacts [N m], round-off added.
+
+    A closed contact holds while its normal force N acts at an e within its half width c. Moments
+    are compared, for N may be zero. Forces and impulses (in N s) of `reactions` alike; `turn` is
+    moment of inertia times angular acceleration (change of angular velocity).
+    """
+    zero = real(0.0)
+    sin2 = sine(rotation[1])
+    cos2 = cosine(rotation[1])
+    moment = turn[1] + upper.half_height * (cos2 * force[2] - sin2 * force[3])
+    normal = sin2 * force[2] + cos2 * force[3]
+    upper_size = size(force[2]) + size(force[3]) + size(turn[1])
+    slack = ROUND_OFF * stack.reach
+    held = stack.interface * normal - size(moment) + slack * upper_size
+    from_above = wp.where(s2 == zero, moment, -s2 * stack.interface * force[3])
+    rise = lower.half_height + lower.half_height
+    tilt = turn[0] + lower.half_height * force[0] + rise * force[2] + from_above
+    whole_size = upper_size + size(force[0]) + size(force[1]) + size(turn[0])
+    stands = stack.ground * (force[1] + force[3]) - size(tilt) + slack * whole_size
+    return smaller(wp.where(s2 == zero, held, LARGE), wp.where(s1 == zero, stands, LARGE))
+
+
+@wp.func
+def ground_pulls(force: Places) -> bool:
+    """Whether the ground would have to pull the stack down."""
+    whole = size(force[0]) + size(force[1]) + size(force[2]) + size(force[3])
+    return force[1] + force[3] < -ROUND_OFF * whole
+
+
+@wp.func
+def interface_pulls(stack: Stack, rotation: Pair, force: Places) -> bool:
+    """Whether the lower block would have to pull the upper one.
+
+    The corner of the narrower face stands on the other face: the force is normal to that one.
+    """
+    face = wp.where(stack.upper_narrower == 1, rotation[0], rotation[1])
+    across = force[2] * sine(face) + force[3] * cosine(face)
+    return across < -ROUND_OFF * (size(force[2]) + size(force[3]))
