@@ -131,7 +131,7 @@ def b0_times() -> SampleTimes:
 
 @dataclasses.dataclass(frozen=True)
 class Rate:
-    """One measurement."""
+    """One measurement: block-steps in a second of wall time, CPU time of a simulated second."""
 
     block_steps_per_s: float
     cpu_s_per_simulated_s: float
@@ -150,9 +150,9 @@ def measure(
         workers: Worker threads, all of them on this machine's cores.
     """
 
-    def run(duration: float, count: int) -> tuple[Response, float]:
+    def run(duration: float, count: int) -> tuple[Response, float, float]:
         lanes, motions = free_lanes(count), StillBase(count)
-        begin = time.perf_counter()
+        begin, begin_cpu = time.perf_counter(), time.process_time()
         response = run_batch(
             engine,
             lanes,
@@ -163,20 +163,22 @@ def measure(
             workers=workers,
             chunk_size=count // 16,
         )
-        return response, time.perf_counter() - begin
+        return response, time.perf_counter() - begin, time.process_time() - begin_cpu
 
     run(0.01, LANES)
     duration, count = 0.02, LANES
-    response, took = run(duration, count)
+    response, took, cpu = run(duration, count)
     while took < 0.5 * seconds / REPEATS and count < LANES_MOST:
         if duration < ERROR_DURATION:
             duration = min(2.0 * duration, ERROR_DURATION)
         else:
             count *= 2
-        response, took = run(duration, count)
-    took = min([took] + [run(duration, count)[1] for _ in range(REPEATS - 1)])
+        response, took, cpu = run(duration, count)
+    for _ in range(REPEATS - 1):
+        _, again, again_cpu = run(duration, count)
+        took, cpu = min(took, again), min(cpu, again_cpu)
     steps = float(np.sum(response["step_count"]))
-    return Rate(steps / took, took * workers / (count * duration))
+    return Rate(steps / took, cpu / (count * duration))
 
 
 def rotation_error(engine: str, precision: str) -> float:
