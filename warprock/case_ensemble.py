@@ -195,6 +195,10 @@ def _read_spread(
             allowed = f"unknown key (allowed: {', '.join(numbers)}){did_you_mean(key, numbers)}"
             raise InputError(source_of(place), place, got, allowed)
         column, constant = columns.get(key), tables.constant(key)
+        table_name, _, name = key.rpartition(".")
+        if table_name == "motion" and tables.motion and not tables.motion.takes(name):
+            allowed = f"must not be given with waveform {tables.motion.waveform}"
+            raise InputError(source_of(place), place, got, allowed)
         if isinstance(column, Numbers):
             values, dimension = column.values, column.dimension
         elif isinstance(constant, Quantity):

@@ -139,6 +139,10 @@ class Motion(Table):
     record: Annotated[str, pydantic.BeforeValidator(KEYS["motion.record"].read)] | None = None
     scale: Annotated[float, _number("motion.scale")] = 1.0
 
+    def takes(self, name: str) -> bool:
+        """Whether the waveform has a use for a key of this table."""
+        return any(name in names for names in _MOTION_KEYS[self.waveform])
+
     @pydantic.model_validator(mode="after")
     def _keys_of_the_waveform(self) -> Self:
         needed, optional = _MOTION_KEYS[self.waveform]

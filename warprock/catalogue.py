@@ -58,7 +58,8 @@ def explain_case(case: Case) -> dict[str, Any]:
         "lanes": lane_set.lanes.lane_count,
         "duration_s": lane_set.times.duration,
         "sample_interval_s": lane_set.times.interval,
-        "sweep": [{"keys": list(axis.columns), "length": axis.length} for axis in case.axes],
+        "sweep": [{"keys": list(axis.columns), "length": axis.length} for axis in case.axes]
+        + ([{"keys": ["member"], "length": case.members}] if case.ensemble else []),
         "inputs": {str(name): _spread(inputs[name]) for name in inputs.columns},
         "engines": [_engine_row(name) | _fitness(case, name, scene) for name in ENGINES],
     }
