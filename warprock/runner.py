@@ -75,7 +75,7 @@ def run_case(
         workers: Worker threads; None uses the cores at hand.
         histories: Whether to keep sampled histories; None does as the case says.
         estimate: Whether to estimate the error of every lane from runs at finer steps, which
-            take some seven times as long as the run itself.
+            take some ten times as long as the run itself.
         progress: Called with the number of lanes finished so far.
 
     Returns:
