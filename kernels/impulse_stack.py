@@ -1,30 +1,37 @@
 """Velocity-level contact step of a stack of rocking blocks, for one precision.
 
-Bodies are numbered from the ground: body 0 is the ground, an infinite flat face that nothing
-moves, body k the k-th block. Body k has the centre of mass (x, z), half height h, half width of
-its faces f, clockwise rotation theta, in the frame of the base. A lever (X, Z) of the body points
-to (X c + Z s, Z c - X s), with s, c the sine and cosine of theta; e = (c, -s) is the direction of
-its faces, n = (s, c) their normal.
+Bodies are numbered from the ground: body 0 is the ground, an endless flat face that nothing moves,
+body k the k-th block. A body has its centre of mass at (x, z), in the frame of the base, the half
+width `face` and the half height `high` [m], the clockwise rotation theta [rad] with its sine s and
+cosine c, the inverse mass m [1/kg] and moment of inertia j [1/(kg m^2)], and the velocity (vx, vz)
+[m/s], omega [rad/s]. A lever (X, Z) of a body points to (X c + Z s, Z c - X s); (c, -s) is the
+direction of its faces, (s, c) their normal. Of the two bodies of an interface the lower one's
+names begin with l.
 
-Interface k, between body k (upper) and body k - 1 (lower), touches at the two ends of the overlap
-of the upper block's bottom face and the lower one's top face. Each end is whichever corner lies
-further in along the lower face: a corner of the upper block against the lower's face, with the
-normal and the direction of that face, or a corner of the lower one against the upper's face, with
-those. A point at the lever r_u from the upper and r_l from the lower centre has, with a = r.e and
-b = r.n of each, the relative velocities
+Interface k, below block k, touches at the two ends of the overlap of the upper block's bottom face
+and the lower one's top face. An end is whichever corner lies further in along the lower face: a
+corner of the upper block against the lower one's face, with the normal and the direction of that
+face, or a corner of the lower one against the upper one's face, with those. A point with the
+normal n = (nx, nz), the direction e = (nz, -nx) and the levers r_u, r_l from the two centres has,
+with a = r.e and b = r.n of each [m], the relative velocities
 
     normal:  (v_u - v_l).n - a_u omega_u + a_l omega_l
-    sliding: (v_u - v_l).e + b_u omega_u - b_l omega_l
+    slip:    (v_u - v_l).e + b_u omega_u - b_l omega_l
 
-One step of length dt is that of a single block (`impulse`), body by body: the velocity without
-contact, contacts nearer than the collision margin, projected Gauss-Seidel from the last step's
-impulses, semi-implicit Euler, erp. Here the sweeps work on the velocities, interfaces from the
-ground up, and in each interface first the end that opens when it rocks on towards its lean, so
-that a mirrored scene is visited in mirrored order. A penetration given back at an interface moves
-all that stands on it, along the normal there.
+and the impulses n (normal) and t (tangential) [N s]. One step of length dt is the single block's
+(see `impulse`), body by body: the velocity without contact; contacts where the gap is within the
+collision margin, each of which wants a normal velocity of at least -gap / dt or zero and no slip
+within Coulomb's bound; projected Gauss-Seidel from the impulses of the last step; semi-implicit
+Euler; erp. Here the sweeps work on the velocities, from the ground up. In an interface they visit
+first the end away from the side it leans to, so that a mirrored scene is visited in mirrored
+order. What an interface gives back of its penetration moves all that stands on it along the
+normal there, but for the 2 g dt^2 that one step of falling can make.
 
 Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 """
+
+# A func leaves what it finds in the names that it takes by reference.
+# ruff: noqa: F841
 
 from typing import Any
 
@@ -35,10 +42,13 @@ from warprock.kernels.instance import kernel_module, module_options
 real: Any
 PRECISION: str
 
-wp.set_module_options(module_options())
+STACK_OPTIONS = module_options(interleave=1)
+"""A point's values fill the registers; the processor overlaps the vectors of a pack by itself."""
+
+wp.set_module_options(STACK_OPTIONS)
 scalar = kernel_module("scalar", precision=PRECISION)
 larger, smaller = scalar.larger, scalar.smaller
-sign_of = scalar.sign_of
+sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
 
 GROUND_FACE = real(1.0e9)
 """Half width of the ground's face [m]: no block reaches its ends."""
@@ -46,7 +56,7 @@ GROUND_FACE = real(1.0e9)
 
 @wp.struct
 class Knobs:
-    """What a step needs to know of the settings."""
+    """What a step needs to know of the settings; `rate` is the inverse of the time step [1/s]."""
 
     time_step: real
     rate: real
@@ -61,22 +71,22 @@ def set_out(
     ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real], lean: wp.ref[real],
     n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
 ):  # fmt: skip
-    """Velocity of a block without contact, and its interface seen from the side it leans to.
+    """Velocity (ux, uz, uo) of a block without contact; its interface in the order of its lean.
 
     Args:
-        dv: Change of the base velocity [m/s].
+        dv: Change of the base velocity in the step [m/s].
         knobs: Settings.
         turn: Rotation of the block against what it stands on [rad].
-        vx: Velocity of its centre [m/s]; vz likewise.
+        vx: Velocity of the block; vz, omega likewise.
         vz: See vx.
-        omega: Its angular velocity [rad/s]; below that of what it stands on.
-        below: See omega.
-        ux: Where the velocity goes; uz, uo likewise.
+        omega: See vx.
+        below: Angular velocity of what it stands on [rad/s].
+        ux: Velocity found; uz, uo likewise.
         uz: See ux.
         uo: See ux.
-        lean: Side to which the interface leaned, and leans: -1 or 1.
-        n1: Normal impulse of the end opposite to the lean; n2 of the other, swapped with it where
-            the lean has changed; t1, t2 likewise.
+        lean: Side to which the interface leaned before, then the one of this step: -1 or 1.
+        n1: Normal impulse of the end visited first; t1 its tangential one, n2, t2 of the other.
+            They change places where the lean has changed.
         t1: See n1.
         n2: See n1.
         t2: See n1.
@@ -85,8 +95,8 @@ def set_out(
     rate = omega - below
     now = sign_of(wp.where(turn != zero, turn, wp.where(rate != zero, rate, -dv)))
     same = now == lean
-    n = n1
-    t = t1
+    n = real(n1)
+    t = real(t1)
     n1 = wp.where(same, n, n2)
     t1 = wp.where(same, t, t2)
     n2 = wp.where(same, n2, n)
@@ -104,27 +114,9 @@ def meet(
     nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real],
     al: wp.ref[real], bl: wp.ref[real], gap: wp.ref[real],
 ):  # fmt: skip
-    """One end of the overlap of two faces.
+    """Finds the point at one end of the overlap: side is 1 for the end at +x, -1 for the other.
 
-    Args:
-        side: 1 for the end at +x, -1 for the other.
-        face: Half width of the upper block's faces [m]; lface of the lower one's.
-        high: Half height of the upper block [m]; lhigh of the lower one.
-        s: Sine of the upper block's rotation; ls of the lower one's.
-        c: Cosine of the upper block's rotation; lc of the lower one's.
-        lface: See face.
-        lhigh: See high.
-        ls: See s.
-        lc: See c.
-        dx: Upper centre from the lower one [m]; dz likewise.
-        dz: See dx.
-        nx: Where the normal goes; nz likewise.
-        nz: See nx.
-        au: Where a of the upper lever goes [m]; bu, al, bl likewise.
-        bu: See au.
-        al: See au.
-        bl: See au.
-        gap: Where the gap goes [m].
+    (dx, dz) leads from the lower centre to the upper one [m]; nx and what follows is found.
     """
     px = side * face * c - high * s
     pz = -high * c - side * face * s
@@ -137,14 +129,14 @@ def meet(
     inside = side * (ax * lc - az * ls) <= lface
     mx = wp.where(inside, ls, s)
     mz = wp.where(inside, lc, c)
-    ux = wp.where(inside, px, bx)
-    uz = wp.where(inside, pz, bz)
+    rx = wp.where(inside, px, bx)
+    rz = wp.where(inside, pz, bz)
     lx = wp.where(inside, ax, qx)
     lz = wp.where(inside, az, qz)
     nx = mx
     nz = mz
-    au = ux * mz - uz * mx
-    bu = ux * mx + uz * mz
+    au = rx * mz - rz * mx
+    bu = rx * mx + rz * mz
     al = lx * mz - lz * mx
     bl = lx * mx + lz * mz
     gap = wp.where(inside, ax * ls + az * lc - lhigh, -bx * s - bz * c - high)
@@ -152,63 +144,49 @@ def meet(
 
 @wp.func
 def kick(
-    m: real, j: real, nx: real, nz: real, a: real, b: real, p: real, f: real,
-    ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real],
-):  # fmt: skip
-    """Adds a normal impulse p and a tangential one f at a lever (a, b) to a body's velocity."""
-    ux = ux + m * (nx * p + nz * f)
-    uz = uz + m * (nz * p - nx * f)
-    uo = uo + j * (b * f - a * p)
-
-
-@wp.func
-def resume(
-    gap: real, margin: real, m: real, j: real, lm: real, lj: real,
-    nx: real, nz: real, au: real, bu: real, al: real, bl: real,
-    pn: wp.ref[real], pt: wp.ref[real], nt: wp.ref[real], was: wp.ref[real],
-    n: wp.ref[real], t: wp.ref[real],
+    m: real, j: real, lm: real, lj: real, nx: real, nz: real,
+    au: real, bu: real, al: real, bl: real, n: real, t: real,
     ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
-    """Starts a point from its impulses of the last step.
+    """Adds the impulses n, t of a point to the velocities of its bodies."""
+    px = nx * n + nz * t
+    pz = nz * n - nx * t
+    ux = ux + m * px
+    uz = uz + m * pz
+    uo = uo + j * (bu * t - au * n)
+    lx = lx - lm * px
+    lz = lz - lm * pz
+    lo = lo - lj * (bl * t - al * n)
 
-    Args:
-        gap: [m].
-        margin: Gap above which the point is no contact [m].
-        m: Inverse mass of the upper block [1/kg]; lm of the lower one.
-        j: Inverse moment of inertia of the upper block [1/(kg m^2)]; lj of the lower one.
-        lm: See m.
-        lj: See j.
-        nx: Normal; nz likewise.
-        nz: See nx.
-        au: Lever a of the upper block [m]; bu, al, bl likewise.
-        bu: See au.
-        al: See au.
-        bl: See au.
-        pn: Where the normal impulse for a normal velocity goes [kg], 0 for what is no contact.
-        pt: Where the tangential impulse for a tangential velocity goes [kg], likewise.
-        nt: Where the tangential velocity for a normal impulse goes [1/kg].
-        was: Where the normal impulse of the last step goes [N s].
-        n: Normal impulse [N s]; t the tangential one.
-        t: See n.
-        ux: Velocity of the upper block [m/s]; uz likewise, uo its angular velocity [rad/s].
-        uz: See ux.
-        uo: See ux.
-        lx: Velocity of the lower block [m/s]; lz likewise, lo its angular velocity [rad/s].
-        lz: See lx.
-        lo: See lx.
+
+@wp.func
+def approach(
+    side: real, face: real, high: real, s: real, c: real, m: real, j: real,
+    lface: real, lhigh: real, ls: real, lc: real, lm: real, lj: real,
+    dx: real, dz: real, margin: real,
+    nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real],
+    al: wp.ref[real], bl: wp.ref[real], gap: wp.ref[real],
+    pn: wp.ref[real], pt: wp.ref[real], nt: wp.ref[real],
+    was: wp.ref[real], n: wp.ref[real], t: wp.ref[real],
+    ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real],
+    lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
+):  # fmt: skip
+    """Finds a point (see `meet`), what impulses do to it, and starts it from its last impulses.
+
+    Found are pn, normal impulse for a normal velocity [kg], and pt, tangential impulse for a slip
+    [kg], both zero where the gap is wider than the margin [m]; nt, slip for a normal impulse
+    [1/kg]; and `was`, the last normal impulse.
     """
+    meet(side, face, high, s, c, lface, lhigh, ls, lc, dx, dz, nx, nz, au, bu, al, bl, gap)
     on = wp.where(gap <= margin, real(1.0), real(0.0))
     pn = on / (m + lm + j * au * au + lj * al * al)
     pt = on / (m + lm + j * bu * bu + lj * bl * bl)
     nt = -(j * au * bu + lj * al * bl)
     was = n
-    p = on * n
-    f = on * t
-    n = p
-    t = f
-    kick(m, j, nx, nz, au, bu, p, f, ux, uz, uo)
-    kick(lm, lj, nx, nz, al, bl, -p, -f, lx, lz, lo)
+    n = on * n
+    t = on * t
+    kick(m, j, lm, lj, nx, nz, au, bu, al, bl, n, t, ux, uz, uo, lx, lz, lo)
 
 
 @wp.func
@@ -219,48 +197,68 @@ def press(
     ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
-    """Gauss-Seidel on the two impulses of a point: an open gap may close, a closed one not.
-
-    Args:
-        mu: Friction coefficient.
-        gap: See `resume`, as all that is not told here.
-        rate: Inverse of the time step [1/s].
-        m: See `resume`.
-        j: See `resume`.
-        lm: See `resume`.
-        lj: See `resume`.
-        nx: See `resume`.
-        nz: See `resume`.
-        au: See `resume`.
-        bu: See `resume`.
-        al: See `resume`.
-        bl: See `resume`.
-        pn: What `resume` left there; pt, nt likewise.
-        pt: See pn.
-        nt: See pn.
-        n: See `resume`.
-        t: See `resume`.
-        ux: See `resume`.
-        uz: See `resume`.
-        uo: See `resume`.
-        lx: See `resume`.
-        lz: See `resume`.
-        lo: See `resume`.
-    """
+    """Gauss-Seidel on the two impulses of a point; mu is the friction coefficient."""
     zero = real(0.0)
     wx = ux - lx
     wz = uz - lz
     normal = nx * wx + nz * wz - au * uo + al * lo + larger(gap, zero) * rate
-    p = larger(n - pn * normal, zero)
-    dp = p - n
-    bound = mu * p
-    slip = nz * wx - nx * wz + bu * uo - bl * lo + nt * dp
-    f = larger(smaller(t - pt * slip, bound), -bound)
-    df = f - t
-    n = p
-    t = f
-    kick(m, j, nx, nz, au, bu, dp, df, ux, uz, uo)
-    kick(lm, lj, nx, nz, al, bl, -dp, -df, lx, lz, lo)
+    push = larger(n - pn * normal, zero)
+    dn = push - n
+    bound = mu * push
+    slip = nz * wx - nx * wz + bu * uo - bl * lo + nt * dn
+    drag = larger(smaller(t - pt * slip, bound), -bound)
+    dt = drag - t
+    n = push
+    t = drag
+    kick(m, j, lm, lj, nx, nz, au, bu, al, bl, dn, dt, ux, uz, uo, lx, lz, lo)
+
+
+@wp.func
+def give_back(
+    gap1: real, nx1: real, nz1: real, gap2: real, nx2: real, nz2: real, knobs: Knobs,
+    shift_x: wp.ref[real], shift_z: wp.ref[real],
+):  # fmt: skip
+    """Adds what an interface gives back of its penetration to the shift of all above it [m]."""
+    deep = gap1 < gap2
+    slack = real(2.0) * knobs.time_step * knobs.time_step * knobs.gravity
+    push = knobs.erp * smaller(wp.where(deep, gap1, gap2) + slack, real(0.0))
+    shift_x = shift_x - push * wp.where(deep, nx1, nx2)
+    shift_z = shift_z - push * wp.where(deep, nz1, nz2)
+
+
+@wp.func
+def travel(
+    live: bool, dt: real, shift_x: real, shift_z: real, ux: real, uz: real, uo: real,
+    x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
+):  # fmt: skip
+    """Moves a block by a step, where its lane is alive."""
+    x = wp.where(live, x + dt * ux + shift_x, x)
+    z = wp.where(live, z + dt * uz + shift_z, z)
+    theta = wp.where(live, theta + dt * uo, theta)
+    s = sine(theta)
+    c = cosine(theta)
+
+
+@wp.func
+def work(
+    dv: real, fall: real, gyration: real, vx: real, vz: real, omega: real, ux: real, uz: real,
+    uo: real,
+) -> real:  # fmt: skip
+    """Work of a block's contacts on its mean velocity in a step, for unit mass [J/kg].
+
+    Args:
+        dv: Change of the base velocity [m/s].
+        fall: What gravity takes from vz [m/s].
+        gyration: Square of the radius of gyration [m^2].
+        vx: Velocity before the step; vz, omega likewise.
+        vz: See vx.
+        omega: See vx.
+        ux: Velocity after it; uz, uo likewise.
+        uz: See ux.
+        uo: See ux.
+    """
+    linear = (ux - vx + dv) * (vx + ux) + (uz - vz + fall) * (vz + uz)
+    return real(0.5) * (linear + gyration * (uo - omega) * (omega + uo))
 
 
 @wp.func
@@ -270,22 +268,11 @@ def stand(
 ):  # fmt: skip
     """Slide of a block along what it stands on, and the width of the overlap of the faces [m].
 
-    Args:
-        face: See `meet`, as all that is not told here.
-        high: See `meet`.
-        s: See `meet`.
-        c: See `meet`.
-        offset: Slide that was there at the start [m].
-        lface: See `meet`.
-        lhigh: See `meet`.
-        ls: See `meet`.
-        lc: See `meet`.
-        dx: See `meet`.
-        dz: See `meet`.
-        turn: Rotation of the block against what it stands on [rad].
+    `offset` is the slide that was there at the start, `turn` the rotation of the block against
+    what it stands on; (dx, dz) as in `meet`.
     """
     lean = sign_of(turn)
-    # Bottom corners of the block along the lower face, from the middles of both.
+    # The bottom corners of the block along the lower face: middle + run and middle - run.
     run = lean * face * (c * lc + s * ls)
     middle = (dx - high * s) * lc - (dz - high * c) * ls
     bx = lean * lface * lc + lhigh * ls - dx

@@ -35,7 +35,6 @@ registers hold (32 with AVX-512, else 16)."""
 CPU_FLAGS = (
     "-march=native -ffp-contract=fast -mprefer-vector-width=512 -fno-slp-vectorize"
     " -mllvm=-inline-threshold=9000 -mllvm=-misched-regpressure=0"
-    f" -mllvm=-force-vector-interleave={INTERLEAVE}"
 )
 """Flags that let the compiler turn the loop over the lanes of a pack into vector code."""
 
@@ -90,10 +89,14 @@ def kernel_module(
     return module
 
 
-def module_options() -> dict[str, object]:
-    """Warp module options of every kernel file."""
+def module_options(interleave: int = INTERLEAVE) -> dict[str, object]:
+    """Warp module options of every kernel file.
+
+    Args:
+        interleave: Vectors that a loop over lanes works on side by side.
+    """
     return {
         "enable_backward": False,
-        "cpu_compiler_flags": CPU_FLAGS,
+        "cpu_compiler_flags": f"{CPU_FLAGS} -mllvm=-force-vector-interleave={interleave}",
         "max_unroll": MAX_UNROLL,
     }

@@ -80,7 +80,6 @@ def _blocks(lanes: Lanes) -> dict[str, Array]:
         "high": 0.5 * lanes.height,
         "inverse_mass": 1.0 / lanes.mass,
         "inverse_inertia": 1.0 / (lanes.mass * gyration),
-        "gyration": gyration,
         "friction": lanes.friction,
         "offset": lanes.offset,
         "x": x,
