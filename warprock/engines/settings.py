@@ -114,10 +114,79 @@ class TwoBlockSettings:
     )
 
 
+@dataclasses.dataclass(frozen=True)
+class DemSettings:
+    """Settings of `dem`; the defaults are those of Table 5 of the paper.
+
+    The paper's 0.2 sqrt(m / k) is a tenth of the stability limit 2 sqrt(m / k) of an undamped
+    spring: `step_safety` = 0.1.
+    """
+
+    normal_stiffness: float = setting(
+        1e9, unit="N/m^3", low=1e5, high=1e14, text="normal stiffness of an interface per area"
+    )
+    shear_stiffness: float = setting(
+        1e9, unit="N/m^3", low=1e5, high=1e14, text="shear stiffness of an interface per area"
+    )
+    subcontacts: int = setting(
+        5,
+        unit="-",
+        low=2,
+        high=64,
+        text="springs along an interface, evenly from end to end; the two at the ends stand for "
+        "half of the area of the others",
+    )
+    stiffness_damping: float = setting(
+        2.25e-4,
+        unit="s",
+        low=0.0,
+        high=1.0,
+        text="stiffness-proportional damping: a dashpot of this times the stiffness beside every "
+        "spring",
+    )
+    mass_damping: float = setting(
+        0.0,
+        unit="1/s",
+        low=0.0,
+        high=1e3,
+        text="mass-proportional damping of the motion relative to the base",
+    )
+    cohesion: float = setting(
+        0.0, unit="N/m^2", low=0.0, high=1e12, text="shear strength without load, until it fails"
+    )
+    tensile_strength: float = setting(
+        0.0, unit="N/m^2", low=0.0, high=1e12, text="tensile strength, until it fails"
+    )
+    dilatancy: float = setting(
+        0.0, unit="rad", low=0.0, high=1.0, text="angle at which slip opens an interface"
+    )
+    time_step: float = setting(
+        1e-3, unit="s", low=1e-8, high=0.1, text="longest step, where stability allows it"
+    )
+    step_safety: float = setting(
+        0.2,
+        unit="-",
+        low=1e-3,
+        high=2.0,
+        text="longest step over the largest stable one, from the stiffest mode and its damping",
+    )
+
+    def halved(self) -> Self:
+        """The same settings with half of the time step."""
+        return self.with_step_scaled(0.5)
+
+    def with_step_scaled(self, factor: float) -> Self:
+        """The same settings with the time step multiplied by a factor, whatever limits it."""
+        return dataclasses.replace(
+            self, time_step=factor * self.time_step, step_safety=factor * self.step_safety
+        )
+
+
 SETTINGS: dict[str, type[Any]] = {
     "housner": HousnerSettings,
     "impulse": ImpulseSettings,
     "event": EventSettings,
+    "dem": DemSettings,
     "two-block": TwoBlockSettings,
 }
 """Engine name -> settings dataclass."""

@@ -1,0 +1,355 @@
+"""Soft-spring (distinct element) step of a stack of rocking blocks, for one precision.
+
+Bodies are numbered from the ground: body 0 is the ground, an infinite flat face that nothing
+moves, body k the k-th block. Body k has the centre of mass (x, z), half height h, half width of
+its faces f, clockwise rotation theta, in the frame of the base; e = (c, -s) is the direction of
+its faces, n = (s, c) their normal, s and c the sine and cosine of theta. Heights are kept as what
+they differ from those of the stack built with rigid blocks, which keeps overlaps exact.
+
+Interface k, between body k (upper) and body k - 1 (lower), is the overlap of the upper block's
+bottom face and the lower one's top face. Springs spread over it belong to the face whose corner
+closes when the interface rocks on (the *slave*) and press on the plane of the other one, with its
+n and e. A point at a along the slave's face has, with D = theta_upper - theta_lower, g the gap at
+a = 0 and (P, Q) its lever from the slave's centre along e and n,
+
+    gap      g - a sin D
+    closing  v_n = w_n - D' P
+    sliding  v_t = w_t + D' Q
+
+all linear in a, so that they are found once an interface and not once a spring. Stresses at a
+point, per unit of area (Eq. 3 and 4 of the paper, with a dashpot beta k in parallel):
+
+    normal   N = k_n (o + slip tan(psi)) - beta k_n v_n,    o = -gap, N >= -f_t while intact
+    shear    T = -k_s (u + beta v_t),  u' = v_t,            |T| <= c + N tan(phi)
+
+A point whose spring is in tension beyond f_t is open and carries nothing; a dashpot never pulls
+beyond that either. Where T reaches its bound the point slips and u keeps what the spring carries.
+The first slip or opening takes f_t and c away for good; opening forgets u and the dilation.
+
+One step of central differences, the velocities at half steps: stresses from the places at n and
+the velocities at n - 1/2, which the dashpots see one half step late; then
+v(n + 1/2) = v(n - 1/2) + dt F / m - dv_base, q(n + 1) = q(n) + dt v(n + 1/2).
+
+Points are visited in pairs at the same distance from the middle of the overlap, whose sums and
+differences are exact mirror images in a mirrored scene.
+
+Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module, module_options
+
+real: Any
+PRECISION: str
+
+DEM_OPTIONS = module_options(interleave=1)
+"""A spring's values fill the registers; the processor overlaps the vectors of a pack by itself."""
+
+wp.set_module_options(DEM_OPTIONS)
+scalar = kernel_module("scalar", precision=PRECISION)
+larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
+
+STEEPEST = real(0.1)
+"""Cosine of the angle between two faces below which their overlap grows no more."""
+FAILED = real(1.0e-30)
+"""Slip of a point that has opened: no length, but not the zero of an intact one [m]."""
+
+
+@wp.struct
+class Knobs:
+    """What a step needs to know of the settings."""
+
+    gravity: real
+    normal_stiffness: real
+    shear_stiffness: real
+    shear_flexibility: real
+    stiffness_damping: real
+    mass_damping: real
+    cohesion: real
+    tensile_strength: real
+    dilatancy: real
+
+
+@wp.func
+def rise(s: real, c: real) -> real:
+    """1 - c of an angle with the sine s and the cosine c, without cancellation."""
+    one = real(1.0)
+    zero = real(0.0)
+    return wp.where(c > zero, s * s / (one + larger(c, zero)), one - c)
+
+
+@wp.func
+def approach(
+    ps: real, pc: real, rs: real, rc: real, side: real, de: real, dn: real, hs: real, middle: real,
+    wx: real, wz: real, omega: real, lomega: real,
+):  # fmt: skip
+    """How the upper face moves against the lower one at a point `middle` of the slave's face.
+
+    Args:
+        ps: See `meet`, as all that is not told here.
+        hs: Half height of the slave [m].
+        middle: Place of the point along the slave's face [m].
+
+    Returns:
+        Lever of the point from the slave's centre along e and n [m], v_n and v_t there [m/s].
+    """
+    rate = omega - lomega
+    turn = wp.where(side < real(0.0), lomega, omega)
+    pe = middle * rc - hs * rs
+    pn = side * (middle * rs + hs * rc)
+    vn = wx * ps + wz * pc + turn * de - rate * pe
+    vt = wx * pc - wz * ps - turn * dn + rate * pn
+    return pe, pn, vn, vt
+
+
+@wp.func
+def meet(
+    dv: real, face: real, high: real, s: real, c: real, omega: real,
+    lface: real, lhigh: real, ls: real, lc: real, lomega: real,
+    dx: real, ez: real, wx: real, wz: real,
+    ps: wp.ref[real], pc: wp.ref[real], rs: wp.ref[real], rc: wp.ref[real],
+    side: wp.ref[real], de: wp.ref[real], dn: wp.ref[real],
+    half: wp.ref[real], slid: wp.ref[real], pe: wp.ref[real], pn: wp.ref[real],
+    overlap: wp.ref[real], vn: wp.ref[real], vt: wp.ref[real],
+    tilt: wp.ref[real], parting: wp.ref[real], sliding: wp.ref[real],
+):  # fmt: skip
+    """Finds where the springs of an interface are, and how the faces move; ps and on are found.
+
+    Args:
+        dv: Change of the base velocity in the step [m/s].
+        face: Half width of the upper block's faces [m], high its half height [m], s, c and omega
+            the sine, the cosine and the rate of its rotation; lface and so on of the lower one.
+        dx: Upper centre to +x of the lower one [m].
+        ez: Upper centre above the lower one, less the sum of their half heights [m].
+        wx: Velocity of the upper centre from the lower one's [m/s], wz likewise.
+        ps: Sine of the plane's rotation, pc its cosine.
+        rs: Sine of the upper block's rotation against the lower one, rc its cosine.
+        side: -1 where the upper block is the slave, else 1.
+        de: Upper centre from the lower one along e [m], dn along n.
+        half: Half length of the stretch that the faces share, along the slave's face [m].
+        slid: Place of the upper block along the lower one [m].
+        pe: Lever of the middle of that stretch from the slave's centre along e [m], pn along n.
+        overlap: Overlap o there [m], v_n and v_t there [m/s].
+        tilt: What is to be added to the overlap at the end at +x [m]; parting to v_n and sliding
+            to v_t [m/s].
+    """
+    one = real(1.0)
+    zero = real(0.0)
+    turn = s * lc - c * ls
+    cosine = c * lc + s * ls
+    rate = omega - lomega
+    lean = sign_of(wp.where(turn != zero, turn, wp.where(rate != zero, rate, -dv)))
+    both = high + lhigh
+    dz = both + ez
+    corner = dx * lc - dz * ls - high * turn + lean * face * cosine
+    upper = lean * corner <= lface
+    sign = wp.where(upper, -one, one)
+    sine = wp.where(upper, ls, s)
+    across = wp.where(upper, lc, c)
+    tall = wp.where(upper, high, lhigh)
+    slave = wp.where(upper, face, lface)
+    plane = wp.where(upper, lface, face)
+    along = dx * across - dz * sine
+    place = -sign * along - tall * turn
+    wide = one / larger(cosine, STEEPEST)
+    low = larger(-slave, (-plane - place) * wide)
+    top = smaller(slave, (plane - place) * wide)
+    gap = dx * sine + ez * across - both * rise(sine, across) + tall * rise(turn, cosine)
+    middle = real(0.5) * (low + top)
+    length = real(0.5) * (top - low)
+    normal = dx * sine + dz * across
+    ps = sine
+    pc = across
+    rs = turn
+    rc = cosine
+    side = sign
+    de = along
+    dn = normal
+    half = length
+    overlap = middle * turn - gap
+    slid = -sign * (place - lean * slave * rise(turn, cosine))
+    tilt = length * turn
+    a, b, opens, slides = approach(
+        sine, across, turn, cosine, sign, along, normal, tall, middle, wx, wz, omega, lomega
+    )
+    pe = a
+    pn = b
+    vn = opens
+    vt = slides
+    parting = -length * cosine * rate
+    sliding = length * sign * turn * rate
+
+
+@wp.func
+def spring(
+    knobs: Knobs, live: bool, mu: real, dt: real, overlap: real, vn: real, vt: real,
+    u: wp.ref[real], slip: wp.ref[real],
+):  # fmt: skip
+    """Stresses at one point, see the head of this file; u and slip move on.
+
+    Args:
+        knobs: The settings.
+        live: Whether the lane still runs.
+        mu: tan(phi).
+        dt: Time step [s].
+        overlap: Depth to which the faces overlap [m].
+        vn: Velocity at which they part [m/s], vt at which they slide.
+        u: Stretch of the shear spring [m].
+        slip: Slip so far [m], zero only of a point that never slipped or opened.
+
+    Returns:
+        N and T [N/m^2], twice the energy in the springs [J/m^2].
+    """
+    zero = real(0.0)
+    old = real(u)
+    slips = real(slip)
+    intact = slips == zero
+    pull = wp.where(intact, knobs.tensile_strength, zero)
+    pressed = overlap + knobs.dilatancy * slips
+    elastic = knobs.normal_stiffness * pressed
+    closed = elastic > -pull
+    damped = elastic - knobs.stiffness_damping * knobs.normal_stiffness * vn
+    normal = wp.where(closed, larger(damped, -pull), zero)
+    held = wp.where(intact, knobs.cohesion, zero) + mu * normal
+    bound = wp.where(closed, larger(held, zero), zero)
+    stretch = old + dt * vt
+    wanted = -knobs.shear_stiffness * (stretch + knobs.stiffness_damping * vt)
+    shear = larger(smaller(wanted, bound), -bound)
+    kept = wp.where(size(wanted) <= bound, stretch, -knobs.shear_flexibility * shear)
+    energy = wp.where(closed, elastic * pressed, zero) + knobs.shear_stiffness * kept * kept
+    u = wp.where(live, kept, old)
+    slip = wp.where(live, wp.where(closed, slips + size(stretch - kept), FAILED), slips)
+    return normal, shear, energy
+
+
+@wp.func
+def press(
+    knobs: Knobs, live: bool, mu: real, dt: real, share: real, away: real,
+    overlap: real, tilt: real, vn: real, parting: real, vt: real, sliding: real,
+    u1: wp.ref[real], slip1: wp.ref[real], u2: wp.ref[real], slip2: wp.ref[real],
+    n: wp.ref[real], nq: wp.ref[real], t: wp.ref[real], tq: wp.ref[real], e: wp.ref[real],
+    end1: wp.ref[real], end2: wp.ref[real],
+):  # fmt: skip
+    """Adds a pair of points, -away and +away half lengths from the middle, to an interface.
+
+    Args:
+        knobs: See `spring`, as all up to dt.
+        share: Part of the area that each of the two stands for.
+        away: Their distance from the middle over the half length.
+        overlap: At the middle [m]; tilt what is to be added at the end, see `meet`; vn and
+            parting, vt and sliding likewise.
+        u1: State of the point at -away, see `spring`, slip1 likewise; u2, slip2 at +away.
+        n: Mean of N so far [N/m^2], nq its first moment over the half length, t and tq of T,
+            e the mean of twice the energy [J/m^2]; all are added to.
+        end1: N of the point at -away, end2 at +away; the pair at the ends comes last.
+    """
+    n1, t1, e1 = spring(
+        knobs, live, mu, dt, overlap - away * tilt, vn - away * parting, vt - away * sliding,
+        u1, slip1,
+    )  # fmt: skip
+    n2, t2, e2 = spring(
+        knobs, live, mu, dt, overlap + away * tilt, vn + away * parting, vt + away * sliding,
+        u2, slip2,
+    )  # fmt: skip
+    n = n + share * (n1 + n2)
+    t = t + share * (t1 + t2)
+    nq = nq + share * away * (n2 - n1)
+    tq = tq + share * away * (t2 - t1)
+    e = e + share * (e1 + e2)
+    end1 = n1
+    end2 = n2
+
+
+@wp.func
+def load(
+    depth: real, ps: real, pc: real, rs: real, rc: real, side: real, de: real, dn: real,
+    half: real, pe: real, pn: real, n: wp.ref[real], nq: wp.ref[real], t: wp.ref[real],
+    tq: wp.ref[real], e: wp.ref[real],
+    fx: wp.ref[real], fz: wp.ref[real], moment: wp.ref[real],
+    lfx: wp.ref[real], lfz: wp.ref[real], lmoment: wp.ref[real],
+    live: bool, stored: wp.ref[real],
+):  # fmt: skip
+    """Adds what the springs of an interface do to its two blocks; from fx on it is added to.
+
+    Args:
+        depth: Depth of the interface [m].
+        ps: See `meet`, as all up to half.
+        pe: See `meet`, pn likewise.
+        n: See `press`, as all up to e; set to zero for the next interface.
+        fx: Force on the upper block [N], fz and its clockwise moment [N m]; lfx and so on, of the
+            lower one.
+        live: Whether the lane still runs.
+        stored: Energy in the springs [J].
+    """
+    zero = real(0.0)
+    area = real(2.0) * larger(half, zero) * depth
+    normal = area * n
+    shear = area * t
+    about = pn * shear - pe * normal + area * half * (side * rs * tq - rc * nq)
+    across = dn * shear - de * normal
+    px = normal * ps + shear * pc
+    pz = normal * pc - shear * ps
+    fx = fx + px
+    fz = fz + pz
+    moment = moment + about - wp.where(side < zero, zero, across)
+    lfx = lfx - px
+    lfz = lfz - pz
+    lmoment = lmoment - about - wp.where(side < zero, across, zero)
+    stored = stored + wp.where(live, real(0.5) * area * e, zero)
+    n = zero
+    nq = zero
+    t = zero
+    tq = zero
+    e = zero
+
+
+@wp.func
+def advance(
+    live: bool, dv: real, dt: real, span: real, knobs: Knobs, m: real, j: real,
+    fx: wp.ref[real], fz: wp.ref[real], moment: wp.ref[real],
+    x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
+    vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real], loss: wp.ref[real],
+):  # fmt: skip
+    """Moves a block by a step.
+
+    Args:
+        live: Whether the lane still runs.
+        dv: Change of the base velocity in the step [m/s].
+        dt: Time step [s].
+        span: Time over which the forces act: half of it in the first step, from rest [s].
+        knobs: The settings.
+        m: Inverse mass [1/kg], j inverse moment of inertia [1/(kg m^2)].
+        fx: Force [N], fz likewise, moment clockwise [N m]; set to zero for the next step.
+        x: Centre of the block, z likewise; theta its rotation, s and c sine and cosine of it, vx,
+            vz and omega its velocities. All move on.
+        loss: Work of the springs and of mass damping against the blocks so far [J].
+    """
+    half = real(0.5)
+    old_x = real(vx)
+    old_z = real(vz)
+    old_o = real(omega)
+    drag = knobs.mass_damping
+    px = m * fx - drag * old_x
+    pz = m * fz - drag * old_z
+    po = j * moment - drag * old_o
+    new_x = old_x + span * px - dv
+    new_z = old_z + span * (pz - knobs.gravity)
+    new_o = old_o + span * po
+    work = (px * (old_x + new_x) + pz * (old_z + new_z)) / m + po * (old_o + new_o) / j
+    loss = loss - wp.where(live, half * span * work, real(0.0))
+    vx = wp.where(live, new_x, old_x)
+    vz = wp.where(live, new_z, old_z)
+    omega = wp.where(live, new_o, old_o)
+    x = wp.where(live, x + dt * new_x, x)
+    z = wp.where(live, z + dt * new_z, z)
+    angle = wp.where(live, theta + dt * new_o, theta)
+    theta = angle
+    s = sine(angle)
+    c = cosine(angle)
+    fx = real(0.0)
+    fz = real(0.0)
+    moment = real(0.0)

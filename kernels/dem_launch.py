@@ -1,0 +1,317 @@
+"""Runs of the soft-spring step over stacks of blocks: LANES stacks a thread, side by side.
+
+A single block is a stack of one. Every lane has its own time step, and with it its own number of
+steps; a pack goes on until the last of its lanes has reached the next sample.
+
+Loops over the lanes are innermost and work on local matrices, one row a body or a point, so that
+the compiler turns them into vector code; with one lane a thread the same text is the plain form
+for any device. A func takes the entries of the matrices and changes those it takes as `wp.ref`.
+
+An interface rocks while the point at one of its ends carries nothing; that needs no tolerance.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module
+
+real: Any
+PRECISION: str
+MOTION: str
+ITERATIONS: int
+BLOCKS: int
+LANES: int
+
+scalar = kernel_module("scalar", precision=PRECISION)
+motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+dem = kernel_module("dem", precision=PRECISION)
+wp.set_module_options(dem.DEM_OPTIONS)
+larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+sine, cosine = scalar.sine, scalar.cosine
+Motion, base_velocity = motion.Motion, motion.velocity
+sample_index, sample_segment = motion.sample_index, motion.sample_segment
+Knobs, meet = dem.Knobs, dem.meet
+press, load, advance = dem.press, dem.load, dem.advance
+
+POINTS = max(ITERATIONS, 2)
+"""Sub-contacts of an interface."""
+PAIRS = (POINTS + 1) // 2
+"""Pairs of them; one in the middle counts as a pair of two halves."""
+ODD = POINTS % 2
+SPACING = real(1.0 / (POINTS - 1))
+"""Distance of two points over the length of the interface."""
+GROUND_FACE = real(1.0e9)
+"""Half width of the ground's face [m]: no block reaches its ends."""
+HALF_PI = real(1.5707963267948966)
+HALF = real(0.5)
+NEVER = real(1.0e30)
+ROCKING = 1
+OVERTURNED = 2
+BROKEN = 3
+SLID_OFF = 4
+
+
+@wp.struct
+class Block:
+    """One block of a stack, and where it starts; z from where it would be on rigid blocks."""
+
+    face: real
+    high: real
+    inverse_mass: real
+    inverse_inertia: real
+    friction: real
+    depth: real
+    offset: real
+    x: real
+    z: real
+    theta: real
+
+
+@wp.struct
+class Stack:
+    """One lane's stack: its time step [s], when it is first uplifted [s], 0 or NEVER."""
+
+    time_step: real
+    uplift_time: real
+
+
+@wp.struct
+class BlockResult:
+    """What one block's run leaves behind."""
+
+    slide: real
+    peak: real
+    peak_time: real
+    peak_slide: real
+
+
+@wp.struct
+class Result:
+    """What one lane's run leaves behind."""
+
+    uplift_time: real
+    moved: real
+    loss: real
+    impacts: int
+    mode: int
+    steps: int
+
+
+@wp.struct
+class Found:
+    """Where the kernel leaves what it finds."""
+
+    results: wp.array(dtype=Result)
+    blocks: wp.array2d(dtype=BlockResult)
+    rotations: wp.array3d(dtype=real)
+
+
+Lane = wp.types.vector(length=LANES, dtype=real)
+LaneInt = wp.types.vector(length=LANES, dtype=int)
+Body = wp.types.matrix(shape=(BLOCKS + 1, LANES), dtype=real)
+Point = wp.types.matrix(shape=(BLOCKS * 2 * PAIRS, LANES), dtype=real)
+
+
+@wp.func
+def set_up(
+    block: Block, face: wp.ref[real], high: wp.ref[real], m: wp.ref[real], j: wp.ref[real],
+    mu: wp.ref[real], depth: wp.ref[real], offset: wp.ref[real], x: wp.ref[real],
+    z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
+    old1: wp.ref[real], old2: wp.ref[real], peak: wp.ref[real],
+):  # fmt: skip
+    """Puts a block where it starts; a landing is that of an end that was off in a step before."""
+    face = block.face
+    high = block.high
+    m = block.inverse_mass
+    j = block.inverse_inertia
+    mu = block.friction
+    depth = block.depth
+    offset = block.offset
+    x = block.x
+    z = block.z
+    theta = block.theta
+    s = sine(block.theta)
+    c = cosine(block.theta)
+    old1 = real(1.0)
+    old2 = real(1.0)
+    peak = size(block.theta)
+
+
+@wp.func
+def passes_left(until: real, steps: int, dt: real, mode: int) -> int:
+    """Steps that a lane has to take to a time, and at most one more."""
+    left = (until - real(steps) * dt) / dt
+    running = mode == ROCKING and left > real(0.0)
+    return wp.where(running, int(wp.ceil(wp.where(running, left, real(0.0)))) + 1, 0)
+
+
+@wp.func
+def ride(
+    v: real, live: bool, steps: int, dt: real, dv: wp.ref[real], base: wp.ref[real],
+    span: wp.ref[real], stored: wp.ref[real], at_start: wp.ref[real], loss: real,
+    spent: wp.ref[real],
+):  # fmt: skip
+    """Begins a step of a lane whose base moves at v [m/s] after it."""
+    dv = v - base
+    base = wp.where(live, v, base)
+    span = wp.where(steps == 0, HALF * dt, dt)
+    at_start = wp.where(steps == 1, stored, at_start)
+    stored = wp.where(live, real(0.0), stored)
+    spent = wp.where(live, loss, spent)
+
+
+@wp.func
+def witness(
+    live: bool, time: real, end1: real, end2: real, half: real,
+    old1: wp.ref[real], old2: wp.ref[real], uplift_time: wp.ref[real], moved: wp.ref[real],
+    impacts: wp.ref[int], mode: wp.ref[int],
+):  # fmt: skip
+    """Whether an interface rocks, which of its ends have landed, and whether it is still there."""
+    zero = real(0.0)
+    lifted = live and (end1 <= zero or end2 <= zero)
+    landed1 = wp.where(live and old1 <= zero and end1 > zero, 1, 0)
+    landed2 = wp.where(live and old2 <= zero and end2 > zero, 1, 0)
+    uplift_time = wp.where(lifted and uplift_time >= NEVER, time, uplift_time)
+    moved = wp.where(lifted, time, moved)
+    impacts = impacts + landed1 + landed2
+    old1 = wp.where(live, end1, old1)
+    old2 = wp.where(live, end2, old2)
+    mode = wp.where(live and half <= zero, SLID_OFF, mode)
+
+
+@wp.func
+def observe(
+    live: bool, time: real, theta: real, speed: real, slid: real,
+    peak: wp.ref[real], peak_time: wp.ref[real], slide: wp.ref[real], peak_slide: wp.ref[real],
+    mode: wp.ref[int],
+):  # fmt: skip
+    """Peaks of a block after a step, and whether its lane lives on.
+
+    `speed` is the sum of its velocities, for they must be finite.
+    """
+    zero = real(0.0)
+    higher = live and size(theta) > peak
+    peak_time = wp.where(higher, time, peak_time)
+    peak = wp.where(higher, smaller(size(theta), HALF_PI), peak)
+    slide = wp.where(live, slid, slide)
+    peak_slide = wp.where(live, larger(size(slid), peak_slide), peak_slide)
+    sound = theta - theta == zero and speed - speed == zero and slid - slid == zero
+    over = wp.where(size(theta) >= HALF_PI and mode != BROKEN, OVERTURNED, mode)
+    mode = wp.where(live, wp.where(sound, over, BROKEN), mode)
+
+
+@wp.kernel
+def stacks(
+    blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: wp.array(dtype=Motion),
+    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
+):  # fmt: skip
+    """Runs LANES lanes a thread, each at its own time."""
+    first, zero = wp.tid() * LANES, real(0.0)
+    # Rows of bodies, the ground first: what they are, where, how fast, and what is kept of them.
+    face, high, m, j, mu, depth, offset = Body(), Body(), Body(), Body(), Body(), Body(), Body()
+    x, z, theta, s, c, vx, vz = Body(), Body(), Body(), Body(), Body(), Body(), Body()
+    omega, fx, fz, moment, old1, old2, slid = Body(), Body(), Body(), Body(), Body(), Body(), Body()
+    peak, peak_time, slide, peak_slide = Body(), Body(), Body(), Body()
+    # Rows of points, pair by pair from the middle outwards: the one at -x, the one at +x.
+    u, slip = Point(), Point()
+    # The interface that is being looked at, names as in `dem`.
+    ps, pc, rs, rc, side, de, dn = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    half, pe, pn, overlap, vn, vt = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    tilt, parting, sliding, end1, end2 = Lane(), Lane(), Lane(), Lane(), Lane()
+    n, nq, t, tq, e, spent, at_start = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    dt, span, base, dv, loss, stored = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    uplift_time, moved = Lane(), Lane()
+    impacts, mode, steps, live = LaneInt(), LaneInt(), LaneInt(), LaneInt()
+    # Counts that Warp does not know, so that it writes out none of the loops over them.
+    bodies, pairs = int(BLOCKS + 1), int(PAIRS)
+    for i in range(LANES):
+        c[0, i] = real(1.0)
+        face[0, i] = GROUND_FACE
+        dt[i] = lanes[first + i].time_step
+        uplift_time[i] = lanes[first + i].uplift_time
+        mode[i] = ROCKING
+        for k in range(1, bodies):
+            set_up(
+                blocks[k - 1, first + i], face[k, i], high[k, i], m[k, i], j[k, i], mu[k, i],
+                depth[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
+                old1[k, i], old2[k, i], peak[k, i],
+            )  # fmt: skip
+    for sample in range(sample_times.shape[0]):
+        until = sample_times[sample]
+        passes = int(0)
+        for i in range(LANES):
+            passes = wp.max(passes, passes_left(until, steps[i], dt[i], mode[i]))
+        for _ in range(passes):
+            for i in range(LANES):
+                before = real(steps[i]) * dt[i]
+                live[i] = wp.where(mode[i] == ROCKING and before < until, 1, 0)
+                mid = before + HALF * dt[i]
+                lane = motions[first + i]
+                place = sample_index(lane, sample_segment(lane, mid))
+                v = base_velocity(lane, mid, pool[2, place], pool[0, place], pool[1, place])
+                ride(
+                    v, live[i] == 1, steps[i], dt[i], dv[i], base[i], span[i], stored[i],
+                    at_start[i], loss[i], spent[i],
+                )  # fmt: skip
+            for k in range(1, bodies):
+                low, row = k - 1, (k - 1) * 2 * pairs
+                for i in range(LANES):
+                    meet(
+                        dv[i], face[k, i], high[k, i], s[k, i], c[k, i], omega[k, i],
+                        face[low, i], high[low, i], s[low, i], c[low, i], omega[low, i],
+                        x[k, i] - x[low, i], z[k, i] - z[low, i],
+                        vx[k, i] - vx[low, i], vz[k, i] - vz[low, i],
+                        ps[i], pc[i], rs[i], rc[i], side[i], de[i], dn[i], half[i], slid[k, i],
+                        pe[i], pn[i], overlap[i], vn[i], vt[i], tilt[i], parting[i], sliding[i],
+                    )  # fmt: skip
+                for p in range(pairs):
+                    away = SPACING * real(2 * p + 1 - ODD)
+                    share = SPACING * wp.where(p == pairs - 1 or p < ODD, HALF, real(1.0))
+                    for i in range(LANES):
+                        press(
+                            knobs, live[i] == 1, mu[k, i], dt[i], share, away, overlap[i], tilt[i],
+                            vn[i], parting[i], vt[i], sliding[i], u[row + 2 * p, i],
+                            slip[row + 2 * p, i], u[row + 2 * p + 1, i], slip[row + 2 * p + 1, i],
+                            n[i], nq[i], t[i], tq[i], e[i], end1[i], end2[i],
+                        )  # fmt: skip
+                for i in range(LANES):
+                    load(
+                        depth[k, i], ps[i], pc[i], rs[i], rc[i], side[i], de[i], dn[i], half[i],
+                        pe[i], pn[i], n[i], nq[i], t[i], tq[i], e[i], fx[k, i], fz[k, i],
+                        moment[k, i], fx[low, i], fz[low, i], moment[low, i],
+                        live[i] == 1, stored[i],
+                    )  # fmt: skip
+                    witness(
+                        live[i] == 1, real(steps[i]) * dt[i], end1[i], end2[i], half[i],
+                        old1[k, i], old2[k, i], uplift_time[i], moved[i], impacts[i], mode[i],
+                    )  # fmt: skip
+            for k in range(1, bodies):
+                for i in range(LANES):
+                    advance(
+                        live[i] == 1, dv[i], dt[i], span[i], knobs, m[k, i], j[k, i],
+                        fx[k, i], fz[k, i], moment[k, i], x[k, i], z[k, i], theta[k, i], s[k, i],
+                        c[k, i], vx[k, i], vz[k, i], omega[k, i], loss[i],
+                    )  # fmt: skip
+                    observe(
+                        live[i] == 1, real(steps[i] + 1) * dt[i], theta[k, i],
+                        vx[k, i] + vz[k, i] + omega[k, i], slid[k, i] - offset[k, i],
+                        peak[k, i], peak_time[k, i], slide[k, i], peak_slide[k, i], mode[i],
+                    )  # fmt: skip
+            for i in range(LANES):
+                steps[i] = steps[i] + live[i]
+        if found.rotations.shape[0] > 0:
+            for k in range(1, bodies):
+                for i in range(LANES):
+                    late = larger(real(steps[i]) * dt[i] - until, zero)
+                    past = wp.where(mode[i] == ROCKING, late, zero)
+                    found.rotations[sample, k - 1, first + i] = theta[k, i] - past * omega[k, i]
+    for i in range(LANES):
+        found.results[first + i] = Result(
+            uplift_time[i], moved[i], spent[i] - (stored[i] - at_start[i]), impacts[i], mode[i],
+            steps[i],
+        )  # fmt: skip
+        for k in range(1, bodies):
+            found.blocks[k - 1, first + i] = BlockResult(
+                slide[k, i], peak[k, i], peak_time[k, i], peak_slide[k, i]
+            )

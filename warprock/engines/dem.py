@@ -1,0 +1,169 @@
+"""The soft-spring (distinct element) engine: sub-contact springs under every block, batched."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from types import ModuleType
+from typing import Any, ClassVar, final
+
+import numpy as np
+import numpy.typing as npt
+import warp as wp
+
+from warprock.engines.base import AbstractEngine
+from warprock.engines.dem_springs import (
+    interface_depth,
+    stable_step,
+    start_at_rest,
+    stiffest_frequency,
+)
+from warprock.engines.launching import NEVER, Target, respond, time_or_nan
+from warprock.engines.settings import DemSettings
+from warprock.engines.stack_launching import Array, launch_stacks, stack_module
+from warprock.lanes import Lanes
+from warprock.motion import GroundMotions
+from warprock.response import FIELDS, Outcome, Response, SampleTimes, Status
+from warprock.scene import SceneKind
+from warprock.units import GRAVITY
+
+OVERTURNED, BROKEN, SLID_OFF = 2, 3, 4
+"""Modes of a lane in the kernel."""
+
+
+@final
+class Dem(AbstractEngine):
+    """Springs and dashpots over every interface, Mohr-Coulomb slip, central differences.
+
+    First order in the step, whose dashpots are half a step late. Every lane has its own step: the
+    `time_step` of the settings, or `step_safety` of what its stiffest mode allows.
+
+    An interface is compliant, so its ends unload before a rigid block would lift: once the
+    resultant leaves the core of the face, about a third of the way to the edge. A lane is at rest
+    while the points at both ends of every interface carry something, and has lifted when one of
+    them carries nothing; an impact is such a point loaded again, each bounce counted. What a
+    lane lost went into dashpots, slip and opened springs.
+    """
+
+    name: ClassVar[str] = "dem"
+    order: ClassVar[int | None] = 1
+    settings_type = DemSettings
+
+    def __init__(self, settings: DemSettings | None = None, target: Target | None = None) -> None:
+        """Builds the engine.
+
+        Args:
+            settings: Defaults where None.
+            target: Precision, device and form of the kernel.
+        """
+        self.settings = settings or DemSettings()
+        self.target = target or Target()
+
+    @classmethod
+    def supports(cls, scene: SceneKind) -> str | None:
+        """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
+        if scene.restitution_given:
+            return (
+                "dem finds the angular restitution from its contact law and cannot follow "
+                "the prescribed contact.angular_restitution"
+            )
+        return None
+
+    def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
+        """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
+        wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
+
+    def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
+        """Longest step of every lane [s]; see `AbstractEngine.longest_step`."""
+        limit = stable_step(stiffest_frequency(_as_stacks(lanes), self.settings), self.settings)
+        return np.minimum(self.settings.time_step, self.settings.step_safety * limit)
+
+    def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
+        return stack_module("dem_launch", self.target, motions, lanes, self.settings.subcontacts)
+
+    def _knobs(self, module: Any) -> Any:
+        knobs = module.Knobs()
+        knobs.gravity = GRAVITY
+        knobs.normal_stiffness = self.settings.normal_stiffness
+        knobs.shear_stiffness = self.settings.shear_stiffness
+        knobs.shear_flexibility = 1.0 / self.settings.shear_stiffness
+        knobs.stiffness_damping = self.settings.stiffness_damping
+        knobs.mass_damping = self.settings.mass_damping
+        knobs.cohesion = self.settings.cohesion
+        knobs.tensile_strength = self.settings.tensile_strength
+        knobs.dilatancy = math.tan(self.settings.dilatancy)
+        return knobs
+
+    def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
+        """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
+        stacks = _as_stacks(lanes)
+        step = self.longest_step(lanes, motions)
+        turned = np.diff(stacks.rotation_start, axis=1, prepend=0.0).any(axis=1)
+        module = self._module(lanes, motions)
+        rows, per_block, rotations = launch_stacks(
+            module,
+            self.target,
+            motions,
+            times,
+            _blocks(stacks, self.settings),
+            {
+                # A lane whose sizes are not finite takes one step to find that out.
+                "time_step": np.where(np.isfinite(step), step, times.duration),
+                "uplift_time": np.where(turned, 0.0, NEVER),
+            },
+            self._knobs(module),
+        )
+        mode = rows["mode"]
+        moved = np.asarray(rows["moved"], dtype=np.float64)
+        # In the last step of the run both ends of every interface carried something.
+        resting = (mode < OVERTURNED) & (moved < times.times[-1] - 1.5 * step)
+        columns: dict[str, npt.NDArray[Any]] = {
+            "peak_rotation": per_block["peak"],
+            "peak_time": per_block["peak_time"],
+            "outcome": np.select(
+                [mode == OVERTURNED, mode == SLID_OFF, resting],
+                [Outcome.OVERTURNED, Outcome.SLID_OFF, Outcome.AT_REST],
+                Outcome.ROCKING,
+            ),
+            "status": np.where(mode == BROKEN, Status.NONFINITE, Status.OK),
+            "impact_count": rows["impacts"],
+            "uplift_time": time_or_nan(rows["uplift_time"]),
+            "rest_time": np.where(resting, moved, np.nan),
+            "residual_slide": per_block["slide"],
+            "peak_slide": per_block["peak_slide"],
+            "energy_lost": rows["loss"],
+            "step_count": rows["steps"],
+        }
+        if not lanes.stacked:
+            columns = {k: v[:, 0] if FIELDS[k].per_block else v for k, v in columns.items()}
+            rotations = None if rotations is None else rotations[:, 0]
+        return respond(self.name, columns, rotations, times)
+
+
+def _as_stacks(lanes: Lanes) -> Lanes:
+    """The lanes with a block axis: a single block is a stack of one."""
+    if lanes.stacked:
+        return lanes
+    parts = {
+        field.name: getattr(lanes, field.name)[:, None]
+        for field in dataclasses.fields(lanes)
+        if field.name != "angular_restitution"
+    }
+    return dataclasses.replace(lanes, **parts)
+
+
+def _blocks(stacks: Lanes, settings: DemSettings) -> dict[str, Array]:
+    """Fields of the struct `Block`, shape [lane, block] each."""
+    start = start_at_rest(stacks, settings)
+    return {
+        "face": 0.5 * stacks.face_width,
+        "high": 0.5 * stacks.height,
+        "inverse_mass": 1.0 / stacks.mass,
+        "inverse_inertia": 12.0 / (stacks.mass * (stacks.width**2 + stacks.height**2)),
+        "friction": stacks.friction,
+        "depth": interface_depth(stacks),
+        "offset": stacks.offset,
+        "x": start.x,
+        "z": start.settlement,
+        "theta": start.rotation,
+    }
