@@ -18,6 +18,7 @@ from tests.ensembles import STACK, write_pulse
 from warprock.batch import run_batch
 from warprock.case import Case, load_case
 from warprock.cli import main
+from warprock.engines.settings import SETTINGS
 from warprock.ensemble import (
     DIFFERENT,
     QUANTILES,
@@ -36,7 +37,7 @@ from warprock.response import (
     SampleTimes,
     Status,
 )
-from warprock.runner import run_case, run_lanes
+from warprock.runner import has_time_step, run_case, run_lanes
 
 
 @pytest.fixture
@@ -73,6 +74,17 @@ def test_a_lane_alone_is_the_same_lane(write):
             assert values[lane].tobytes() == single[name][0].tobytes(), name
             assert values[lane].tobytes() == again[name][place].tobytes(), name
         assert wrong["rotation"][0].tobytes() != single["rotation"][0].tobytes()
+
+
+@pytest.mark.parametrize("engine", SETTINGS)
+def test_a_step_that_can_be_halved_can_be_spread(engine: str):
+    settings = SETTINGS[engine]()
+    assert has_time_step(settings) == hasattr(settings, "halved")
+    if has_time_step(settings):
+        half, scaled = settings.halved(), settings.with_step_scaled(0.5)
+        assert scaled.time_step == pytest.approx(half.time_step, rel=1e-15)
+        longer = settings.with_step_scaled(1.1)
+        assert longer.time_step == pytest.approx(1.1 * settings.time_step, rel=1e-15)
 
 
 def test_a_time_step_means_nothing_to_an_engine_without_one(write):
@@ -224,6 +236,22 @@ def test_a_shifted_distribution_is_found_and_an_equal_one_is_not(write):
     # 0.2 of one sample are above all of the other.
     assert found["statistic"][2] >= 0.2
     assert list(found["overturned_b"]) == [0.0, 0.0, 0.2]
+
+
+def test_lanes_that_may_not_be_used_are_left_out_of_a_comparison(write):
+    lane_set = expand_lanes(load_case(write(members=100)))
+    ratios = np.random.default_rng(4).normal(0.5, 0.1, (3, 100))
+    a = answered(lane_set, ratios.ravel())
+    status = np.zeros((3, 100), np.int64)
+    status[0, :50] = status[1] = int(Status.EVENT_LIMIT)
+    others = np.where(status == 0, ratios, 100.0)
+    found = compare_cells(lane_set, a, answered(lane_set, others.ravel(), status=status.ravel()))
+    assert list(found["usable_a"]) == [1.0, 1.0, 1.0]
+    assert list(found["usable_b"]) == [0.5, 0.0, 1.0]
+    expected = scipy.stats.ks_2samp(ratios[0].round(4), ratios[0, 50:].round(4)).statistic
+    assert found["statistic"][0] == pytest.approx(expected, rel=1e-12)
+    assert math.isnan(found["statistic"][1])
+    assert list(found["meaning"]) == [SAME, "", SAME]
 
 
 def invoke(*arguments: object) -> Result:

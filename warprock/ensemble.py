@@ -122,11 +122,11 @@ def compare_cells(lane_set: LaneSet, a: Response, b: Response) -> pd.DataFrame:
         b: Response of the other.
 
     Returns:
-        `cell`, its labels and inputs as in `cell_table`; `overturned_a` and `overturned_b`, shares
-        of the usable members; then of every block, its number last in stacks, `median_a`,
-        `median_b`, `statistic` (largest difference of the two cumulative distributions),
-        `p_value` and `meaning`: `SAME` or `DIFFERENT`. NaN, and an empty meaning, where an engine
-        has no usable member.
+        `cell`, its labels and inputs as in `cell_table`; `usable_a` and `usable_b`, shares of the
+        members, and `overturned_a` and `overturned_b`, shares of the usable ones; then of every
+        block, its number last in stacks, `median_a`, `median_b`, `statistic` (largest difference
+        of the two cumulative distributions), `p_value` and `meaning`: `SAME` or `DIFFERENT`. NaN,
+        and an empty meaning, where an engine has no usable member.
 
     Raises:
         ValueError: The lanes are no whole ensemble.
@@ -135,7 +135,9 @@ def compare_cells(lane_set: LaneSet, a: Response, b: Response) -> pd.DataFrame:
 
     table = _cell_inputs(lane_set)
     tables = {"a": cell_table(lane_set, a), "b": cell_table(lane_set, b)}
-    columns: dict[str, Any] = {f"overturned_{n}": t["overturned"] for n, t in tables.items()}
+    columns: dict[str, Any] = {
+        f"{column}_{n}": t[column] for column in ("usable", "overturned") for n, t in tables.items()
+    }
     of_b = _peak_ratios(lane_set, b)
     for suffix, peaks in _peak_ratios(lane_set, a).items():
         for name, cells in tables.items():

@@ -116,6 +116,15 @@ def print_cell_comparison(
         "  * largest difference of the two cumulative distributions (Kolmogorov-Smirnov), lanes "
         "that overturned above all others"
     )
+    shares = {
+        (row["cell"], row[f"engine_{side}"]): row[f"usable_{side}"]
+        for row, side in itertools.product(found["rows"], "ab")
+    }
+    for engine in dict.fromkeys(found["engines"]):
+        own = [share for (_, name), share in shares.items() if name == engine]
+        unusable = round(sum(found["members"] * (1.0 - share) for share in own))
+        if unusable:
+            out.print(f"left out: {unusable} lanes of {engine}, not usable")
 
 
 def _heading(share: float) -> str:
