@@ -45,10 +45,10 @@ Mask = npt.NDArray[np.bool_]
 Numbers = npt.NDArray[np.intp]
 
 SAFETY = 1.5
-"""Factor on the extrapolated difference. With it, of some 700 lanes that stand (free rocking, pulses
-and bursts of sines, against Housner's solution) at most one in a hundred errs by more than its
-estimate, for each of six settings; with 1 one in seven does, for most errors lie within a few parts
-in a hundred of the difference, and 2 gains nothing."""
+"""Factor on the extrapolated difference. With it, of some 700 lanes that stand (free rocking,
+pulses and bursts of sines, against Housner's solution) at most one in a hundred errs by more than
+its estimate, for each of six settings; with 1 one in seven does, for most errors lie within a few
+parts in a hundred of the difference, and 2 gains nothing."""
 
 REFINED_ABOVE = 1e-3
 """Estimate / slenderness angle above which a lane runs a third time."""
