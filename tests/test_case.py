@@ -66,8 +66,11 @@ def test_the_shipped_cases_are_these_and_load():
         "record-ridgecrest",
         "single-continuous-sine",
         "single-sine-pulse",
+        "stack-collapse",
         "stack-continuous-sine",
+        "stack-continuous-sine-ensemble",
         "stack-sine-pulse",
+        "stack-sine-pulse-ensemble",
     ]
     for name in case_names():
         case = load_case(name)
