@@ -44,7 +44,7 @@ HALF_PI = real(1.5707963267948966)
 HALF = real(0.5)
 NEVER = real(1.0e30)
 SETTLING = 200
-"""Solves before the run: enough for six blocks at ten sweeps, and a twentieth of a second's."""
+"""Solves before the run. A stack that stands flat starts from its statics, and needs none."""
 ROCKING = 1
 OVERTURNED = 2
 BROKEN = 3
@@ -53,7 +53,10 @@ SLID_OFF = 4
 
 @wp.struct
 class Block:
-    """One block of a stack, and where it starts; names as at the head of `impulse_stack`."""
+    """One block of a stack, and where it starts; names as at the head of `impulse_stack`.
+
+    `left` and `right` are first guesses of the normal impulses below it, at -x and at +x [N s].
+    """
 
     face: real
     high: real
@@ -64,6 +67,8 @@ class Block:
     x: real
     z: real
     theta: real
+    left: real
+    right: real
 
 
 @wp.struct
@@ -115,6 +120,7 @@ def set_up(
     block: Block, face: wp.ref[real], high: wp.ref[real], m: wp.ref[real], j: wp.ref[real],
     mu: wp.ref[real], offset: wp.ref[real], x: wp.ref[real], z: wp.ref[real],
     theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real], peak: wp.ref[real],
+    lean: wp.ref[real], n1: wp.ref[real], n2: wp.ref[real],
 ):  # fmt: skip
     """Puts a block where it starts."""
     face = block.face
@@ -129,6 +135,9 @@ def set_up(
     s = sine(block.theta)
     c = cosine(block.theta)
     peak = size(block.theta)
+    lean = real(1.0)
+    n1 = block.left
+    n2 = block.right
 
 
 @wp.func
@@ -139,7 +148,7 @@ def kept_of(count: int) -> real:
 
 @wp.func
 def ride(
-    v: real, goes: bool, live: wp.ref[int], dv: wp.ref[real], base: wp.ref[real],
+    v: real, count: int, mode: int, live: wp.ref[int], dv: wp.ref[real], base: wp.ref[real],
     shift_x: wp.ref[real], shift_z: wp.ref[real], steps: wp.ref[int],
 ):  # fmt: skip
     """Begins a step after which the base moves at v [m/s], of a lane that lives on or not.
@@ -151,7 +160,7 @@ def ride(
     base = v
     shift_x = real(0.0)
     shift_z = real(0.0)
-    live = wp.where(goes, 1, 0)
+    live = wp.where(count > 0 and mode == ROCKING, 1, 0)
     steps = steps + live
 
 
@@ -252,6 +261,7 @@ def stacks(
             set_up(
                 blocks[k - 1, first + i], face[k, i], high[k, i], m[k, i], j[k, i], mu[k, i],
                 offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i], peak[k, i],
+                lean[k, i], n[2 * k - 2, i], n[2 * k - 1, i],
             )  # fmt: skip
     count = int(-SETTLING)
     time = real(count) * dt
@@ -265,8 +275,7 @@ def stacks(
                 lane = motions[first + i]
                 place = sample_index(lane, sample_segment(lane, half))
                 v = base_velocity(lane, half, pool[2, place], pool[0, place], pool[1, place])
-                goes = count > 0 and mode[i] == ROCKING
-                ride(v, goes, lives[i], dv[i], base[i], shift_x[i], shift_z[i], steps[i])
+                ride(v, count, mode[i], lives[i], dv[i], base[i], shift_x[i], shift_z[i], steps[i])
             for k in range(1, bodies):
                 for i in range(LANES):
                     set_out(

@@ -44,8 +44,9 @@ def run_impulse_stacks(
     knobs.erp = settings.erp
     turned = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
     stacks = {"uplift_time": np.where(turned.any(axis=1), 0.0, NEVER)}
+    blocks = _blocks(lanes, GRAVITY * settings.time_step)
     rows, per_block, rotations = launch_stacks(
-        module, target, motions, times, _blocks(lanes), stacks, knobs
+        module, target, motions, times, blocks, stacks, knobs
     )
     mode = rows["mode"]
     moved = np.asarray(rows["moved"], dtype=np.float64)
@@ -71,44 +72,64 @@ def run_impulse_stacks(
     return respond("impulse", columns, rotations, times)
 
 
-def _blocks(lanes: Lanes) -> dict[str, Array]:
-    """Fields of the struct `Block`, shape [lane, block] each."""
-    gyration = (lanes.width**2 + lanes.height**2) / 12.0
-    x, z = _centres(lanes)
+def _blocks(lanes: Lanes, fall: float) -> dict[str, Array]:
+    """Fields of the struct `Block`, shape [lane, block] each.
+
+    Args:
+        lanes: The stacks.
+        fall: Velocity that gravity adds in a step [m/s].
+    """
+    mass = lanes.mass
+    x, z, left, right = _start(lanes)
+    # What stands on each interface, and where its centre is: sums from the top down.
+    above = np.cumsum(mass[:, ::-1], axis=1)[:, ::-1]
+    centre = np.cumsum((mass * x)[:, ::-1], axis=1)[:, ::-1] / above
+    # By statics where an interface is closed; else the end that touches carries everything.
+    width = right - left
+    share = np.clip((centre - left) / np.where(width > 0.0, width, np.inf), 0.0, 1.0)
+    turn = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
+    share = np.select([turn > 0.0, turn < 0.0], [1.0, 0.0], share)
     return {
         "face": 0.5 * lanes.face_width,
         "high": 0.5 * lanes.height,
-        "inverse_mass": 1.0 / lanes.mass,
-        "inverse_inertia": 1.0 / (lanes.mass * gyration),
+        "inverse_mass": 1.0 / mass,
+        "inverse_inertia": 12.0 / (mass * (lanes.width**2 + lanes.height**2)),
         "friction": lanes.friction,
         "offset": lanes.offset,
         "x": x,
         "z": z,
         "theta": lanes.rotation_start,
+        "left": fall * above * (1.0 - share),
+        "right": fall * above * share,
     }
 
 
-def _centres(lanes: Lanes) -> tuple[Array, Array]:
-    """Centres of blocks that stand on their lower corners at the start [m], shape [lane, block].
+def _start(lanes: Lanes) -> tuple[Array, Array, Array, Array]:
+    """Where the blocks start, each on its lower corner on the face beneath.
 
     A block that is not turned against what it stands on has its centre at the offset along it;
     a turned one is turned about the end of the overlap to which it leans.
+
+    Returns:
+        x and z of their centres, and x of both ends of the overlaps below them, at -x and at +x
+        [m], shape [lane, block] each.
     """
     half_face, half_height = 0.5 * lanes.face_width, 0.5 * lanes.height
-    x, z = np.zeros_like(lanes.width), np.zeros_like(lanes.width)
-    below_x, below_z, below_turn = np.zeros((3, lanes.lane_count))
-    below_face, below_height = np.full(lanes.lane_count, np.inf), np.zeros(lanes.lane_count)
+    x, z, left, right = np.zeros((4, *lanes.width.shape))
+    below_x, below_z, below_turn, below_height = np.zeros((4, lanes.lane_count))
+    below_face = np.full(lanes.lane_count, np.inf)
     for block in range(lanes.block_count):
-        turn = lanes.rotation_start[:, block]
-        offset = lanes.offset[:, block]
-        side = np.where(turn < below_turn, -1.0, 1.0)
-        end = side * np.minimum(below_face, half_face[:, block] + side * offset)
-        foot_x, foot_z = _turned(end, below_height, below_turn)
-        arm_x, arm_z = _turned(end - offset, -half_height[:, block], turn)
-        below_x, below_z = below_x + foot_x - arm_x, below_z + foot_z - arm_z
+        turn, offset = lanes.rotation_start[:, block], lanes.offset[:, block]
+        ends = [s * np.minimum(below_face, half_face[:, block] + s * offset) for s in (-1.0, 1.0)]
+        feet = [_turned(end, below_height, below_turn) for end in ends]
+        left[:, block], right[:, block] = (below_x + foot[0] for foot in feet)
+        backwards = turn < below_turn
+        arm_x, arm_z = _turned(np.where(backwards, *ends) - offset, -half_height[:, block], turn)
+        below_x = np.where(backwards, left[:, block], right[:, block]) - arm_x
+        below_z = below_z + np.where(backwards, feet[0][1], feet[1][1]) - arm_z
         x[:, block], z[:, block] = below_x, below_z
         below_face, below_height, below_turn = half_face[:, block], half_height[:, block], turn
-    return x, z
+    return x, z, left, right
 
 
 def _turned(x: Array, z: Array, rotation: Array) -> tuple[Array, Array]:
