@@ -44,7 +44,7 @@ NOTHING, GROUND, INTERFACE, OPENING, FALL = 0, 1, 2, 3, 4
 
 HALF_PI = real(1.5707963267948966)
 NEVER = real(1.0e30)
-TOLERANCE = real({"float64": 1.0e-12, "float32": 1.0e-7}[PRECISION])
+TOLERANCE = real({"float64": 1.0e-14, "float32": 1.0e-7}[PRECISION])
 """Largest last term of a rotation's series in a step [rad]."""
 TOUCHING = real({"float64": 1.0e-14, "float32": 1.0e-7}[PRECISION])
 """Gap [rad] below which a second contact that closes takes part in an impact."""
@@ -154,7 +154,9 @@ def shocked(
     s = state
     if found.rank < ADMISSIBLE or found.pulls:
         s.outside = s.outside + 1
-    found = settled(lower, upper, stack, found, shut1, shut2, s.rotation, a)
+    # Once a contact is closed, the other one may open too slowly to count.
+    for _ in range(2):
+        found = settled(lower, upper, stack, found, shut1, shut2, s.rotation, a)
     s.rate = found.motion
     s = in_pattern(s, found.ground, found.interface)
     s.regrip = 1
@@ -291,7 +293,8 @@ def step(
             tau = wp.where(event == OPENING, smaller(tau + OVERSTEP, h), tau)
     time = wp.where(whole and tau >= h, until, state.time + tau)
     s = arrived(state, x1, x2, tau, time)
-    if event == GROUND or event == INTERFACE:
+    lands = event < OPENING and event > NOTHING
+    if lands:
         s = landed(lower, upper, stack, s, event, value(a, tau))
     elif event == FALL:
         s = toppled(s)
@@ -319,7 +322,8 @@ def checked(lower: Block, upper: Block, stack: Stack, state: State, a: real) -> 
     """The state, broken if it is not finite; contacts that have to pull are noted."""
     s = state
     total = s.rotation[0] + s.rotation[1] + s.rate[0] + s.rate[1] + s.time + a
-    if not (total - total == real(0.0)):
+    sound = total - total == real(0.0)
+    if not sound:
         s.mode = BROKEN
     bend = accelerations(lower, upper, stack, s.ground, s.interface, s.rotation, s.rate, a)
     force = reactions(lower, upper, stack, s.ground, s.interface, s.rotation, s.rate, bend, a)

@@ -6,8 +6,10 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock import rocking
+from warprock.engines import ENGINES, engine_class
 from warprock.lanes import Lanes
-from warprock.motion import Control, HarmonicMotions, Waveform, harmonic_motions
+from warprock.motion import Control, HarmonicMotions, StillBase, Waveform, harmonic_motions
+from warprock.scene import scene_kind
 
 Array = npt.NDArray[np.float64]
 
@@ -27,6 +29,12 @@ def make_lanes(
         width, height, 0.5, 2000.0, friction, 0.0, 0.0, rotation_ratio * angle, angular_restitution
     )
     return Lanes(*(np.array(np.atleast_1d(part), dtype=np.float64) for part in parts))
+
+
+def single_block_engines() -> list[str]:
+    """Names of the engines that run single blocks."""
+    scene = scene_kind(make_lanes(0.2, 1.0), StillBase(1), restitution_given=False)
+    return [name for name in ENGINES if engine_class(name).supports(scene) is None]
 
 
 def free_lanes() -> Lanes:

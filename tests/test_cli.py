@@ -15,6 +15,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner, Result
 
+from tests.blocks import single_block_engines
 from warprock.case import case_names, template_kinds
 from warprock.cli import main
 from warprock.engines import ENGINES
@@ -196,7 +197,7 @@ def test_run_prints_one_json_object_on_stdout(case: pathlib.Path, python: Python
     assert found["files"] == []
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", single_block_engines())
 def test_run_writes_a_table_that_the_screen_agrees_with(engine: str, case: pathlib.Path):
     folder = case.parent / "results"
     result = invoke("run", case, "-e", engine, "-o", folder, "--history", 0)

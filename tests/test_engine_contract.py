@@ -7,10 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tests.blocks import free_lanes, make_lanes, sines
+from tests.blocks import free_lanes, make_lanes, sines, single_block_engines
 from warprock import rocking
 from warprock.batch import run_batch
-from warprock.engines import ENGINES
 from warprock.engines.launching import Form
 from warprock.lanes import Lanes
 from warprock.motion import Control, GroundMotions, HarmonicMotions, StillBase
@@ -21,7 +20,7 @@ LANES = 75
 """Two whole packs of 32 and a part of one."""
 TIMES = SampleTimes(duration=1.5, interval=0.05)
 
-every_engine = pytest.mark.parametrize("engine", sorted(ENGINES))
+every_engine = pytest.mark.parametrize("engine", single_block_engines())
 
 
 def mixed_batch() -> tuple[Lanes, HarmonicMotions]:
