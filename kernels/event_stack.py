@@ -56,7 +56,8 @@ moved, flattened, glued, opening = moves.moved, moves.flattened, moves.glued, mo
 pivot_event, flight_event = moves.pivot_event, moves.flight_event
 settle, bound_velocity = contact.settle, contact.bound_velocity
 relative_velocity = contact.relative_velocity
-OPEN, CLOSED = stack.OPEN, stack.CLOSED
+Rows = stack.Rows
+OPEN, PLUS, MINUS, CLOSED = stack.OPEN, stack.PLUS, stack.MINUS, stack.CLOSED
 
 RUNNING = 0
 OVERTURNED = 1
@@ -217,7 +218,7 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
             t.struck = t.struck or falls
         side = wp.where(t.pose.theta[k] < real(0.0), real(-1.0), real(1.0))
         left = HALF_PI - side * t.pose.theta[k]
-        if left < -near * size(t.velocity[3 * k + 2]) and t.d > real(0.0):
+        if left < -near * size(t.velocity[3 * k + 2]) and t.d > near:
             left0 = HALF_PI - side * s.pose.theta[k]
             t.cut = smaller(
                 t.cut, first_root(left0, -side * s.velocity[3 * k + 2], left, t.d)
@@ -305,7 +306,7 @@ def stopping(
     e1 = real(slip) * along
     cut = real(NEVER)
     after = slip
-    if slip != 0 and d > zero:
+    if slip != 0 and d > near:
         reach = near * size(e1 - e0) / d
         if e0 > zero and e1 < -reach:
             cut = first_root(e0, (e1 - e0) / d, e1, d)
@@ -361,6 +362,24 @@ def sought(limits: Limits, s: State, t: Trial) -> State:
 
 
 @wp.func
+def kept(
+    blocks: Blocks, limits: Limits, upper: Rows, lower: Rows, touch: Counts, hold: Counts, v: Triples
+) -> Counts:
+    """Ends that still touch after an impact: those held, and of an interface that leaves those
+    that would not rise by more than the half face times `rest_rotation`."""
+    ends = hold
+    for k in range(BLOCKS):
+        if hold[k] == OPEN and touch[k] != OPEN:
+            u = relative_velocity(upper, lower, v, k)
+            rise = TWO * limits.gravity * limits.rest_rotation[k] * blocks.half_face[k]
+            for end in range(2):
+                code = wp.where(end == 0, PLUS, MINUS)
+                if (touch[k] & code) != 0 and u[1 + end] * u[1 + end] <= rise:
+                    ends[k] = ends[k] + code
+    return ends
+
+
+@wp.func
 def finished(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> State:
     """The state after a trial step and its impacts, or the old one if an event lay inside."""
     t = trial
@@ -388,6 +407,7 @@ def finished(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> State:
         n = s
         n.cap = larger(t.cut, HALF * near)
         n.taken = False
+        n.mode = wp.where(t.settled, s.mode, UNSETTLED)
     else:
         v, _held, _sound = bound_velocity(
             blocks, upper, lower, t.pose.touch, n.slip, t.velocity
@@ -406,9 +426,9 @@ def finished(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> State:
                 grain, limits.mass,
             )  # fmt: skip
             n.lost = s.lost + kinetic_energy(blocks, free) - kinetic_energy(blocks, v)
-        n.pose.touch = hold
+        n.pose.touch = kept(blocks, limits, upper, lower, n.pose.touch, hold, v)
         for k in range(BLOCKS):
-            n.slip[k] = wp.where(hold[k] == OPEN, 0, slip[k])
+            n.slip[k] = wp.where(n.pose.touch[k] == OPEN, 0, slip[k])
         n.velocity = glued(blocks, n.pose, n.slip, v)
         for k in range(BLOCKS):
             u = relative_velocity(upper, lower, n.velocity, k)

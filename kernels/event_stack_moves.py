@@ -29,6 +29,8 @@ OPEN, PLUS, MINUS, CLOSED = stack.OPEN, stack.PLUS, stack.MINUS, stack.CLOSED
 
 ALIKE = stack.ALIKE
 NEVER = real(1.0e30)
+DEEP = real(1.0e-6)
+"""Part of the half height by which an open end may lie too low and still land."""
 GRAIN = real({"float64": 1.0e-15, "float32": 1.0e-6}[PRECISION])
 """Round-off of a rotation [rad], and of a gap as a part of the half height."""
 
@@ -139,7 +141,7 @@ def pivot_event(
     cut = real(NEVER)
     falls = bool(False)
     rests = bool(False)
-    if e1 < -reach and d > zero:
+    if e1 < -reach and d > near:
         cut = first_root(larger(e0, zero), r0, e1, d)
         bend = (e1 - e0 - r0 * d) / (d * d)
         rests = fresh and e0 <= GRAIN and (r0 <= zero or r0 * r0 <= real(-4.0) * bend * rest)
@@ -171,10 +173,12 @@ def flight_event(
         r0 = u0[1 + end]
         r1 = u1[1 + end]
         reach = near * size(r1) + grain
-        if g1 < -reach and d > zero:
-            cut = smaller(cut, first_root(larger(g0, zero), r0, g1, d))
-        elif g1 <= reach and r1 < zero:
-            lands = lands + wp.where(end == 0, PLUS, MINUS)
+        # An end that is already far below faces the side of a block: that contact is not modelled.
+        if g0 >= -DEEP * blocks.half_height[k]:
+            if g1 < smaller(g0, zero) - reach and d > near:
+                cut = smaller(cut, first_root(larger(g0, zero), r0, g1, d))
+            elif g1 <= reach and r1 < zero:
+                lands = lands + wp.where(end == 0, PLUS, MINUS)
     return cut, lands
 
 

@@ -220,13 +220,19 @@ def interface_rows(blocks: Blocks, pose: Pose, k: int):
         real(-1.0), low, low_height, face, height, along, above, sd, cd
     )
     minus = pose.touch[k] == MINUS
+    su = pose.sine[k]
+    cu = pose.cosine[k]
     zu = wp.where(minus, zu2, zu1)
     zl = wp.where(minus, zl2, zl1)
     on = wp.where(minus, on2, on1)
-    s = wp.where(on, sl, pose.sine[k])
-    c = wp.where(on, cl, pose.cosine[k])
-    upper = Matrix(c, -s, zu, s, c, -xu1, s, c, -xu2)
-    lower = Matrix(-c, s, -zl, -s, -c, xl1, -s, -c, xl2)
+    s = wp.where(on, sl, su)
+    c = wp.where(on, cl, cu)
+    s1 = wp.where(on1, sl, su)
+    c1 = wp.where(on1, cl, cu)
+    s2 = wp.where(on2, sl, su)
+    c2 = wp.where(on2, cl, cu)
+    upper = Matrix(c, -s, zu, s1, c1, -xu1, s2, c2, -xu2)
+    lower = Matrix(-c, s, -zl, -s1, -c1, xl1, -s2, -c2, xl2)
     return upper, lower, gap1, gap2
 
 
