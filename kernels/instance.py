@@ -35,8 +35,13 @@ registers hold (32 with AVX-512, else 16)."""
 CPU_FLAGS = (
     "-march=native -ffp-contract=fast -mprefer-vector-width=512 -fno-slp-vectorize"
     " -mllvm=-inline-threshold=9000 -mllvm=-misched-regpressure=0"
+    " -mllvm=-enable-interleaved-mem-accesses=false"
 )
-"""Flags that let the compiler turn the loop over the lanes of a pack into vector code."""
+"""Flags that let the compiler turn the loop over the lanes of a pack into vector code.
+
+The last one gathers the fields of structs one by one. Read side by side as a group, they would
+need a last turn of the loop in scalar code, so as not to read beyond their end, and with packs of
+four vectors that turn is the whole loop."""
 
 MAX_UNROLL = 15
 """Longest loop that Warp writes out; must stay below LANE_WIDTH, whose loop is vectorised."""
