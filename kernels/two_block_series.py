@@ -73,13 +73,19 @@ def turned(angle: Series, other: Series, n: int) -> real:
 
 
 @wp.func
+def pulled(g: real, arm: real, height: real, a: Series, s: Series, c: Series, n: int) -> real:
+    """Coefficient n of the moment of gravity and of the base's acceleration about a pivot."""
+    fall = g * (height * s[n] - arm * c[n])
+    return fall - arm * product(a, s, n) - height * product(a, c, n)
+
+
+@wp.func
 def motion_series(
     lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair,
     a: Series,
 ):  # fmt: skip
     """Both rotations in the pattern (s1, s2), from the series of the base's acceleration."""
     e = equations(lower, upper, stack, s1, s2)
-    g = stack.gravity
     x1 = Series()
     x2 = Series()
     w1 = Series()
@@ -102,8 +108,7 @@ def motion_series(
     x2[1] = rate[1]
     w1[0] = rate[0]
     w2[0] = rate[1]
-    n = int(0)
-    while n <= DEGREE - 2:
+    for n in range(DEGREE - 1):
         if n == 0:
             sin1[0] = sine(rotation[0])
             cos1[0] = cosine(rotation[0])
@@ -122,11 +127,9 @@ def motion_series(
         square2[n] = product(w2, w2, n)
         cross[n] = e.even * cosd[n] - e.odd * sind[n]
         turn[n] = e.even * sind[n] + e.odd * cosd[n]
-        r1 = g * (e.height_1 * sin1[n] - e.arm_1 * cos1[n])
-        r1 = r1 - e.arm_1 * product(a, sin1, n) - e.height_1 * product(a, cos1, n)
+        r1 = pulled(stack.gravity, e.arm_1, e.height_1, a, sin1, cos1, n)
         r1 = r1 - product(turn, square2, n) - product(cross, bend2, n)
-        r2 = g * (e.height_2 * sin2[n] - e.arm_2 * cos2[n])
-        r2 = r2 - e.arm_2 * product(a, sin2, n) - e.height_2 * product(a, cos2, n)
+        r2 = pulled(stack.gravity, e.arm_2, e.height_2, a, sin2, cos2, n)
         r2 = r2 + product(turn, square1, n) - product(cross, bend1, n)
         bend = solved(s1, s2, e.m11, cross[0], e.m22, r1, r2)
         bend1[n] = bend[0]
@@ -135,7 +138,6 @@ def motion_series(
         w2[n + 1] = bend[1] / real(n + 1)
         x1[n + 2] = w1[n + 1] / real(n + 2)
         x2[n + 2] = w2[n + 1] / real(n + 2)
-        n += 1
     return x1, x2
 
 

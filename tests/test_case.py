@@ -206,7 +206,7 @@ def test_bad_values_are_named(text, old, new, key, words, write):
 
 # Lines added to FREE -> key and words of the refusal.
 BAD_ADDITIONS = [
-    ("[engines.impuls]\n", "engines", "impulse, event; did you mean impulse?"),
+    ("[engines.impuls]\n", "engines", "; did you mean impulse?"),
     ("[engines.impulse]\nsubstep = 1\n", "engines.impulse.substep", "did you mean substeps?"),
     ("[engines.impulse]\nsubsteps = -1\n", "engines.impulse.substeps", "from 0 to 10000"),
     (
