@@ -259,7 +259,7 @@ def limits(control_free: float, blocks: TwoBlocks, block: int) -> list[tuple[Lan
 def test_limits_are_single_blocks(
     blocks: TwoBlocks, block: int, size: tuple[float, float], limit: float
 ) -> None:
-    times = SampleTimes(1.5, 0.01)
+    times = SampleTimes(5.0, 0.01)
     for lanes, motions in limits(0.1, blocks, block):
         response = run(lanes, motions, times)
         angle = math.atan2(*size)
