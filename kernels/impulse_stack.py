@@ -67,7 +67,7 @@ class Knobs:
 
 @wp.func
 def set_out(
-    dv: real, knobs: Knobs, turn: real, vx: real, vz: real, omega: real, below: real,
+    dv: real, hint: real, knobs: Knobs, turn: real, vx: real, vz: real, omega: real, below: real,
     ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real], lean: wp.ref[real],
     n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
 ):  # fmt: skip
@@ -75,6 +75,7 @@ def set_out(
 
     Args:
         dv: Change of the base velocity in the step [m/s].
+        hint: What it does or is about to do, for the lean of what does not move yet [m/s].
         knobs: Settings.
         turn: Rotation of the block against what it stands on [rad].
         vx: Velocity of the block; vz, omega likewise.
@@ -93,7 +94,8 @@ def set_out(
     """
     zero = real(0.0)
     rate = omega - below
-    now = sign_of(wp.where(turn != zero, turn, wp.where(rate != zero, rate, -dv)))
+    still = wp.where(hint != zero, -hint, lean)
+    now = sign_of(wp.where(turn != zero, turn, wp.where(rate != zero, rate, still)))
     same = now == lean
     n = real(n1)
     t = real(t1)

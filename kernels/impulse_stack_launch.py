@@ -73,9 +73,14 @@ class Block:
 
 @wp.struct
 class Stack:
-    """One lane's stack: the time at which it is first uplifted [s], 0 or NEVER."""
+    """One lane's stack.
+
+    That is: the time at which it is first uplifted [s], 0 or NEVER, and the side to which its
+    interfaces count as leaning before they turn, 1 or -1, mirrored with the stack.
+    """
 
     uplift_time: real
+    lean: real
 
 
 @wp.struct
@@ -116,11 +121,23 @@ Point = wp.types.matrix(shape=(2 * BLOCKS, LANES), dtype=real)
 
 
 @wp.func
+def begin(
+    stack: Stack, face: wp.ref[real], c: wp.ref[real], uplift_time: wp.ref[real],
+    mode: wp.ref[int],
+):  # fmt: skip
+    """Lays the ground, which has a face and is level, and sets a lane going."""
+    face = GROUND_FACE
+    c = real(1.0)
+    uplift_time = stack.uplift_time
+    mode = ROCKING
+
+
+@wp.func
 def set_up(
-    block: Block, face: wp.ref[real], high: wp.ref[real], m: wp.ref[real], j: wp.ref[real],
-    mu: wp.ref[real], offset: wp.ref[real], x: wp.ref[real], z: wp.ref[real],
-    theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real], peak: wp.ref[real],
-    lean: wp.ref[real], n1: wp.ref[real], n2: wp.ref[real],
+    block: Block, side: real, face: wp.ref[real], high: wp.ref[real],
+    m: wp.ref[real], j: wp.ref[real], mu: wp.ref[real], offset: wp.ref[real],
+    x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
+    peak: wp.ref[real], lean: wp.ref[real], n1: wp.ref[real], n2: wp.ref[real],
 ):  # fmt: skip
     """Puts a block where it starts."""
     face = block.face
@@ -135,9 +152,9 @@ def set_up(
     s = sine(block.theta)
     c = cosine(block.theta)
     peak = size(block.theta)
-    lean = real(1.0)
-    n1 = block.left
-    n2 = block.right
+    lean = side
+    n1 = wp.where(side > real(0.0), block.left, block.right)
+    n2 = wp.where(side > real(0.0), block.right, block.left)
 
 
 @wp.func
@@ -148,16 +165,19 @@ def kept_of(count: int) -> real:
 
 @wp.func
 def ride(
-    v: real, count: int, mode: int, live: wp.ref[int], dv: wp.ref[real], base: wp.ref[real],
+    v: real, count: int, mode: int, live: wp.ref[int],
+    dv: wp.ref[real], hint: wp.ref[real], base: wp.ref[real],
     shift_x: wp.ref[real], shift_z: wp.ref[real], steps: wp.ref[int],
 ):  # fmt: skip
     """Begins a step after which the base moves at v [m/s], of a lane that lives on or not.
 
     That is kept in `live`, for the loop that writes the modes would be slow if it read them to
-    tell what moves.
+    tell what moves. While impulses settle, v is that of the first step; the hint tells which way
+    the base is about to move.
     """
-    dv = v - base
-    base = v
+    hint = v - base
+    dv = wp.where(count > 0, v - base, real(0.0))
+    base = wp.where(count > 0, v, base)
     shift_x = real(0.0)
     shift_z = real(0.0)
     live = wp.where(count > 0 and mode == ROCKING, 1, 0)
@@ -212,10 +232,12 @@ def observe(
 ):  # fmt: skip
     """Peaks and slide of a block after a step, and whether its lane lives on.
 
-    `below` is the rotation of what it stands on [rad].
+    `below` is the rotation of what it stands on [rad]: a block has overturned, too, once it has
+    turned by a right angle against that.
     """
     zero = real(0.0)
-    slid, overlap = stand(face, high, s, c, offset, lface, lhigh, ls, lc, dx, dz, theta - below)
+    turn = theta - below
+    slid, overlap = stand(face, high, s, c, offset, lface, lhigh, ls, lc, dx, dz, turn)
     higher = live and size(theta) > peak
     peak_time = wp.where(higher, time, peak_time)
     peak = wp.where(higher, smaller(size(theta), HALF_PI), peak)
@@ -223,7 +245,8 @@ def observe(
     peak_slide = wp.where(live, larger(size(slid), peak_slide), peak_slide)
     total = theta + ux + uz + uo + overlap
     stands = wp.where(overlap <= zero, SLID_OFF, ROCKING)
-    found = wp.where(size(theta) >= HALF_PI, OVERTURNED, stands)
+    over = larger(size(theta), size(turn)) >= HALF_PI
+    found = wp.where(over, OVERTURNED, stands)
     mode = wp.where(live and mode == ROCKING, wp.where(total - total == zero, found, BROKEN), mode)
 
 
@@ -247,21 +270,18 @@ def stacks(
     # Rows of points: the first and the second end of interface 1, of interface 2, ...
     nx, nz, au, bu, al, bl = Point(), Point(), Point(), Point(), Point(), Point()
     gap, pn, pt, nt, n, t, was = Point(), Point(), Point(), Point(), Point(), Point(), Point()
-    base, dv, loss, shift_x, shift_z = Lane(), Lane(), Lane(), Lane(), Lane()
-    uplift_time, moved, lives = Lane(), Lane(), LaneInt()
-    impacts, mode, steps = LaneInt(), LaneInt(), LaneInt()
+    base, dv, hint, loss = Lane(), Lane(), Lane(), Lane()
+    shift_x, shift_z, uplift_time, moved = Lane(), Lane(), Lane(), Lane()
+    impacts, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
     # Counts that Warp does not know, so that it writes out none of the loops over them.
     bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS)
     for i in range(LANES):
-        c[0, i] = real(1.0)
-        face[0, i] = GROUND_FACE
-        uplift_time[i] = lanes[first + i].uplift_time
-        mode[i] = ROCKING
+        begin(lanes[first + i], face[0, i], c[0, i], uplift_time[i], mode[i])
         for k in range(1, bodies):
             set_up(
-                blocks[k - 1, first + i], face[k, i], high[k, i], m[k, i], j[k, i], mu[k, i],
-                offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i], peak[k, i],
-                lean[k, i], n[2 * k - 2, i], n[2 * k - 1, i],
+                blocks[k - 1, first + i], lanes[first + i].lean, face[k, i], high[k, i], m[k, i],
+                j[k, i], mu[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
+                peak[k, i], lean[k, i], n[2 * k - 2, i], n[2 * k - 1, i],
             )  # fmt: skip
     count = int(-SETTLING)
     time = real(count) * dt
@@ -270,16 +290,19 @@ def stacks(
         while time < until:
             count += 1
             time = real(count) * dt
-            half, kept = time - HALF * dt, kept_of(count)
+            half, kept = larger(time - HALF * dt, HALF * dt), kept_of(count)
             for i in range(LANES):
                 lane = motions[first + i]
                 place = sample_index(lane, sample_segment(lane, half))
                 v = base_velocity(lane, half, pool[2, place], pool[0, place], pool[1, place])
-                ride(v, count, mode[i], lives[i], dv[i], base[i], shift_x[i], shift_z[i], steps[i])
+                ride(
+                    v, count, mode[i], lives[i], dv[i], hint[i], base[i],
+                    shift_x[i], shift_z[i], steps[i],
+                )  # fmt: skip
             for k in range(1, bodies):
                 for i in range(LANES):
                     set_out(
-                        dv[i], knobs, theta[k, i] - theta[k - 1, i],
+                        dv[i], hint[i], knobs, theta[k, i] - theta[k - 1, i],
                         vx[k, i], vz[k, i], omega[k, i], omega[k - 1, i],
                         ux[k, i], uz[k, i], uo[k, i], lean[k, i],
                         n[2 * k - 2, i], t[2 * k - 2, i], n[2 * k - 1, i], t[2 * k - 1, i],

@@ -43,7 +43,13 @@ def run_impulse_stacks(
     knobs.collision_margin = settings.collision_margin
     knobs.erp = settings.erp
     turned = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
-    stacks = {"uplift_time": np.where(turned.any(axis=1), 0.0, NEVER)}
+    # The first number of a stack that is not the same in its mirror image.
+    odd = np.concatenate([lanes.rotation_start, lanes.offset], axis=1)
+    first = np.take_along_axis(odd, np.argmax(odd != 0.0, axis=1)[:, None], axis=1)[:, 0]
+    stacks = {
+        "uplift_time": np.where(turned.any(axis=1), 0.0, NEVER),
+        "lean": np.where(first < 0.0, -1.0, 1.0),
+    }
     blocks = _blocks(lanes, GRAVITY * settings.time_step)
     rows, per_block, rotations = launch_stacks(
         module, target, motions, times, blocks, stacks, knobs
@@ -86,9 +92,12 @@ def _blocks(lanes: Lanes, fall: float) -> dict[str, Array]:
     centre = np.cumsum((mass * x)[:, ::-1], axis=1)[:, ::-1] / above
     # By statics where an interface is closed; else the end that touches carries everything.
     width = right - left
-    share = np.clip((centre - left) / np.where(width > 0.0, width, np.inf), 0.0, 1.0)
+    width = np.where(width > 0.0, width, np.inf)
     turn = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
-    share = np.select([turn > 0.0, turn < 0.0], [1.0, 0.0], share)
+    on_left, on_right = (
+        np.select([side * turn > 0.0, side * turn < 0.0], [1.0, 0.0], np.clip(arm / width, 0, 1))
+        for side, arm in ((-1.0, right - centre), (1.0, centre - left))
+    )
     return {
         "face": 0.5 * lanes.face_width,
         "high": 0.5 * lanes.height,
@@ -99,8 +108,8 @@ def _blocks(lanes: Lanes, fall: float) -> dict[str, Array]:
         "x": x,
         "z": z,
         "theta": lanes.rotation_start,
-        "left": fall * above * (1.0 - share),
-        "right": fall * above * share,
+        "left": fall * above * on_left,
+        "right": fall * above * on_right,
     }
 
 
@@ -123,10 +132,14 @@ def _start(lanes: Lanes) -> tuple[Array, Array, Array, Array]:
         ends = [s * np.minimum(below_face, half_face[:, block] + s * offset) for s in (-1.0, 1.0)]
         feet = [_turned(end, below_height, below_turn) for end in ends]
         left[:, block], right[:, block] = (below_x + foot[0] for foot in feet)
-        backwards = turn < below_turn
-        arm_x, arm_z = _turned(np.where(backwards, *ends) - offset, -half_height[:, block], turn)
-        below_x = np.where(backwards, left[:, block], right[:, block]) - arm_x
-        below_z = below_z + np.where(backwards, feet[0][1], feet[1][1]) - arm_z
+        # From either end to the centre; both lead to the same if the block is not turned.
+        ways = [_turned(end - offset, -half_height[:, block], turn) for end in ends]
+        leans = [turn < below_turn, turn > below_turn]
+        from_left, from_right = (
+            np.array([below_x + foot[0] - way[0], below_z + foot[1] - way[1]])
+            for foot, way in zip(feet, ways, strict=True)
+        )
+        below_x, below_z = np.select(leans, [from_left, from_right], 0.5 * (from_left + from_right))
         x[:, block], z[:, block] = below_x, below_z
         below_face, below_height, below_turn = half_face[:, block], half_height[:, block], turn
     return x, z, left, right
