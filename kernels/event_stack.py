@@ -40,9 +40,7 @@ wp.set_module_options(stack.STACK_OPTIONS)
 scalar = kernel_module("scalar", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 event = kernel_module("event", precision=PRECISION, motion=MOTION)
-moves = kernel_module(
-    "event_stack_moves", precision=PRECISION, motion=MOTION, blocks=BLOCKS
-)
+moves = kernel_module("event_stack_moves", precision=PRECISION, motion=MOTION, blocks=BLOCKS)
 contact = kernel_module("event_stack_contact", precision=PRECISION, blocks=BLOCKS)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 Motion, series = motion.Motion, motion.series
@@ -198,9 +196,7 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
     for k in range(BLOCKS):
         touch = t.pose.touch[k]
         if touch == OPEN:
-            cut, lands = flight_event(
-                blocks, s.pose, t.pose, s.velocity, t.velocity, k, t.d, near
-            )
+            cut, lands = flight_event(blocks, s.pose, t.pose, s.velocity, t.velocity, k, t.d, near)
             t.cut = smaller(t.cut, cut)
             t.falls[k] = lands
             t.struck = t.struck or lands != OPEN
@@ -220,9 +216,7 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
         left = HALF_PI - side * t.pose.theta[k]
         if left < -near * size(t.velocity[3 * k + 2]) and t.d > near:
             left0 = HALF_PI - side * s.pose.theta[k]
-            t.cut = smaller(
-                t.cut, first_root(left0, -side * s.velocity[3 * k + 2], left, t.d)
-            )
+            t.cut = smaller(t.cut, first_root(left0, -side * s.velocity[3 * k + 2], left, t.d))
     if t.resting:
         t.falls = rests
         t.pose = s.pose
@@ -293,9 +287,7 @@ def tried(
 
 
 @wp.func
-def stopping(
-    slip: int, before: int, rate: real, along: real, d: real, near: real
-):
+def stopping(slip: int, before: int, rate: real, along: real, d: real, near: real):
     """Where a sliding contact stops in a step, from its sliding velocities at both ends.
 
     Returns:
@@ -363,7 +355,13 @@ def sought(limits: Limits, s: State, t: Trial) -> State:
 
 @wp.func
 def kept(
-    blocks: Blocks, limits: Limits, upper: Rows, lower: Rows, touch: Counts, hold: Counts, v: Triples
+    blocks: Blocks,
+    limits: Limits,
+    upper: Rows,
+    lower: Rows,
+    touch: Counts,
+    hold: Counts,
+    v: Triples,
 ) -> Counts:
     """Ends that still touch after an impact: those held, and of an interface that leaves those
     that would not rise by more than the half face times `rest_rotation`."""
@@ -409,9 +407,7 @@ def finished(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> State:
         n.taken = False
         n.mode = wp.where(t.settled, s.mode, UNSETTLED)
     else:
-        v, _held, _sound = bound_velocity(
-            blocks, upper, lower, t.pose.touch, n.slip, t.velocity
-        )
+        v, _held, _sound = bound_velocity(blocks, upper, lower, t.pose.touch, n.slip, t.velocity)
         hold = n.pose.touch
         slip = n.slip
         settled = bool(True)

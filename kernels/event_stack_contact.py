@@ -10,8 +10,9 @@ a contact sticks with |f| <= mu (n + n), or slides with f = -slip mu (n + n). A 
 ends are held (`hold`, a sum of ends) and `slip` (-1, 1, or 0 where it sticks); given all states
 the system is linear and solved at once (`bound_velocity`). If the states then break the law,
 others are sought interface by interface (block Gauss-Seidel, each solved by trying its ten
-states), and tried in the linear system again, until all fit. Where this goes in circles it starts
-anew from states at random, the same for every lane; several solutions may obey the law.
+states), and tried in the linear system again, until all fit. Where this goes in circles, one
+interface after another takes the state that breaks the law least, from states at random where no
+single change helps. What does not settle says so.
 """
 
 from typing import Any
@@ -33,14 +34,14 @@ Three, Matrix = stack.Three, stack.Matrix
 three_of, matrix_of = stack.three_of, stack.matrix_of
 PLUS, MINUS, CLOSED = stack.PLUS, stack.MINUS, stack.CLOSED
 
-ROUND = 12
-"""Tries from one start; the first starts from the guess, the later ones from states at random."""
 NEWTON_TRIES = 5
-"""Tries of a round that seek from the last linear solution; the others sweep on from their own."""
-STRICT_TRIES = 120
-"""Tries that take no state in which a contact would have to pull itself down by its friction."""
-TRIES = 240
-"""Tries before a solve counts as not settled."""
+"""First tries of a round: a sweep from the last linear solution."""
+SWEPT_TRIES = 9
+"""Tries of a round until which it goes on sweeping; then interfaces are improved one by one, in
+every other round from the start."""
+ROUND = 12
+"""Tries of a round; the first starts from the guess, the others from states at random."""
+TRIES = 280
 IMPOSSIBLE = real(1.0e30)
 
 
@@ -115,9 +116,15 @@ def violation(
 
 
 @wp.func
-def local_law(
-    d: Matrix, u: Three, touch: int, glide: int, mu: real, loose: bool, grain: real, mass: real
-):
+def state_of(number: int):
+    """Held ends and direction of sliding of one of the ten states of an interface."""
+    hold = wp.where(number < 3, CLOSED, wp.where(number < 6, PLUS, wp.where(number < 9, MINUS, 0)))
+    kind = number % 3
+    return hold, wp.where(kind == 1, 1, wp.where(kind == 2, -1, 0))
+
+
+@wp.func
+def local_law(d: Matrix, u: Three, touch: int, glide: int, mu: real, grain: real, mass: real):
     """Impulses of one interface that obey the contact law, the others given.
 
     A contact that slides already (`glide`) first looks for a state that slides on.
@@ -131,17 +138,14 @@ def local_law(
     found_slip = int(0)
     for number in range(20):
         given = number < 10
-        j = number % 10
-        hold = wp.where(j < 3, CLOSED, wp.where(j < 6, PLUS, wp.where(j < 9, MINUS, 0)))
-        kind = j % 3
-        slip = wp.where(kind == 1, 1, wp.where(kind == 2, -1, 0))
+        hold, slip = state_of(number % 10)
         fits = glide != 0 and (hold == 0 or slip == glide)
         if best > real(1.0) and (hold & touch) == hold and (not given or fits):
             rows = held_rows(hold, slip)
             system = with_state(d, hold, slip, mu)
             p = wp.inverse(system) * wp.cw_mul(rows, -u)
             broken = violation(p, u + d * p, touch, hold, slip, mu, given, grain, mass)
-            if (wp.determinant(system) > real(0.0) or loose) and broken < best:
+            if wp.determinant(system) > real(0.0) and broken < best:
                 best = broken
                 found = p
                 found_hold = hold
@@ -242,12 +246,13 @@ def bound_velocity(
 
 
 @wp.func
-def obeys(
+def tested(
     blocks: Blocks, upper: Rows, lower: Rows, touch: Counts, glide: Counts, hold: Counts,
-    slip: Counts, velocity: Triples, impulse: Triples, grain: real, mass: real,
-) -> bool:  # fmt: skip
-    """Whether velocities and impulses obey the contact law at every interface."""
-    fits = bool(True)
+    slip: Counts, free: Triples, grain: real, mass: real,
+):  # fmt: skip
+    """Velocities and impulses under given states, and the largest `violation` of all interfaces."""
+    velocity, impulse, sound = bound_velocity(blocks, upper, lower, hold, slip, free)
+    worst = real(0.0)
     for k in range(BLOCKS):
         if touch[k] != 0:
             broken = violation(
@@ -255,14 +260,67 @@ def obeys(
                 hold[k], slip[k], blocks.friction[k], glide[k] != 0 and slip[k] == glide[k],
                 grain, mass,
             )  # fmt: skip
-            fits = fits and not (broken > real(1.0))
-    return fits
+            worst = larger(worst, broken)
+    return velocity, impulse, wp.where(sound, worst, IMPOSSIBLE)
 
 
 @wp.func
-def spare(
-    blocks: Blocks, hold: Counts, slip: Counts, impulse: Triples
-) -> real:
+def swept(
+    blocks: Blocks, upper: Rows, lower: Rows, touch: Counts, glide: Counts, hold: Counts,
+    slip: Counts, velocity: Triples, impulse: Triples, grain: real, mass: real,
+):  # fmt: skip
+    """One Gauss-Seidel sweep: velocities, impulses and the states found on the way."""
+    v = velocity
+    p = impulse
+    held = hold
+    slips = slip
+    for k in range(BLOCKS):
+        if touch[k] != 0:
+            d = own_response(upper, lower, blocks, k)
+            old = three_of(p, k)
+            u = relative_velocity(upper, lower, v, k) - d * old
+            new, held_k, slip_k = local_law(
+                d, u, touch[k], glide[k], blocks.friction[k], grain, mass
+            )
+            v = pushed(upper, lower, blocks, v, new - old, k)
+            for i in range(3):
+                p[3 * k + i] = new[i]
+            held[k] = held_k
+            slips[k] = slip_k
+    return v, p, held, slips
+
+
+@wp.func
+def improved(
+    blocks: Blocks, upper: Rows, lower: Rows, touch: Counts, glide: Counts, hold: Counts,
+    slip: Counts, free: Triples, worst: real, grain: real, mass: real,
+):  # fmt: skip
+    """States that break the law less: of one interface after another the best of its ten."""
+    held = hold
+    slips = slip
+    least = worst
+    for k in range(BLOCKS):
+        held_k = held[k]
+        slip_k = slips[k]
+        for number in range(10):
+            other, sliding = state_of(number)
+            if (other & touch[k]) == other:
+                held[k] = other
+                slips[k] = sliding
+                _v, _p, broken = tested(
+                    blocks, upper, lower, touch, glide, held, slips, free, grain, mass
+                )
+                if broken < least:
+                    least = broken
+                    held_k = other
+                    slip_k = sliding
+        held[k] = held_k
+        slips[k] = slip_k
+    return held, slips
+
+
+@wp.func
+def spare(blocks: Blocks, hold: Counts, slip: Counts, impulse: Triples) -> real:
     """What the weakest held end, or sticking contact, has left before it opens or slides."""
     least = real(IMPOSSIBLE)
     for k in range(BLOCKS):
@@ -306,41 +364,34 @@ def settle(
     swept_p = Triples()
     held = hold
     slips = slip
-    settled = bool(False)
     left = real(0.0)
+    worst = real(IMPOSSIBLE)
     tries = int(0)
     dice = int(1)
-    while not settled and tries < TRIES:
-        if tries > 0 and tries % ROUND == 0:
+    while worst > real(1.0) and tries < TRIES:
+        phase = tries % ROUND
+        if tries > 0 and phase == 0:
             for k in range(BLOCKS):
                 dice = dice * 75 % 65537
                 held[k] = dice % 4 & touch[k]
                 dice = dice * 75 % 65537
                 slips[k] = wp.where(held[k] != 0, dice % 3 - 1, 0)
-        v, p, sound = bound_velocity(blocks, upper, lower, held, slips, free)
-        loose = tries >= STRICT_TRIES
-        settled = given or (
-            (sound or loose)
-            and obeys(blocks, upper, lower, touch, glide, held, slips, v, p, grain, mass)
-        )
+        v, p, worst = tested(blocks, upper, lower, touch, glide, held, slips, free, grain, mass)
         if tries == 0:
             left = spare(blocks, hold, slip, p)
-        if not settled:
-            if tries % ROUND < NEWTON_TRIES:
-                swept_v = v
-                swept_p = p
-            for k in range(BLOCKS):
-                if touch[k] != 0:
-                    d = own_response(upper, lower, blocks, k)
-                    old = three_of(swept_p, k)
-                    u = relative_velocity(upper, lower, swept_v, k) - d * old
-                    new, held_k, slip_k = local_law(
-                        d, u, touch[k], glide[k], blocks.friction[k], loose, grain, mass
-                    )
-                    swept_v = pushed(upper, lower, blocks, swept_v, new - old, k)
-                    for i in range(3):
-                        swept_p[3 * k + i] = new[i]
-                    held[k] = held_k
-                    slips[k] = slip_k
+        if given:
+            worst = real(0.0)
+        if worst > real(1.0):
+            if phase < SWEPT_TRIES and tries // ROUND % 2 == 0:
+                if phase < NEWTON_TRIES:
+                    swept_v = v
+                    swept_p = p
+                swept_v, swept_p, held, slips = swept(
+                    blocks, upper, lower, touch, glide, held, slips, swept_v, swept_p, grain, mass
+                )
+            else:
+                held, slips = improved(
+                    blocks, upper, lower, touch, glide, held, slips, free, worst, grain, mass
+                )
         tries += 1
-    return v, p, held, slips, settled, tries == 1, left
+    return v, p, held, slips, not (worst > real(1.0)), tries == 1, left

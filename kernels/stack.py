@@ -131,13 +131,13 @@ def anchored(blocks: Blocks, pose: Pose, k: int, touch: int):
     on = side * corner <= ALIKE * low
     under = (side * low - pose.along[k]) * cd + pose.above[k] * sd
     place = wp.where(on, corner, under)
-    return wp.where(touch == CLOSED, pose.along[k], place), wp.where(on or touch == CLOSED, one, -one)
+    return wp.where(touch == CLOSED, pose.along[k], place), wp.where(
+        on or touch == CLOSED, one, -one
+    )
 
 
 @wp.func
-def carried(
-    blocks: Blocks, k: int, touch: int, anchor: real, rate: real, sd: real, cd: real
-):
+def carried(blocks: Blocks, k: int, touch: int, anchor: real, rate: real, sd: real, cd: real):
     """Along and above of interface k from its anchor and the rotation across it."""
     low, _height = lower_face(blocks, k)
     side = side_of(touch)
