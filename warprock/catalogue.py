@@ -16,7 +16,7 @@ from warprock.expansion import expand_lanes
 from warprock.scene import SceneKind
 
 TWO_BLOCK = "two-block"
-"""Engine whose kernels are all for stacks."""
+"""Engine that runs one lane a thread on any device."""
 
 VALUES_SHOWN = 12
 """Distinct values of an input up to which all of them are listed."""
@@ -107,11 +107,10 @@ def _fitness(case: Case, name: str, scene: SceneKind) -> dict[str, Any]:
     reason = engine_class(name).supports(scene)
     settings = dataclasses.asdict(case.engine_settings(name))
     units = {field.name: field.metadata["unit"] for field in dataclasses.fields(SETTINGS[name])}
-    file = name.replace("-", "_") + ("_stack" if scene.stacked and name != TWO_BLOCK else "")
-    kernel = (
-        f"kernels/{file}_launch.py for a {scene.motion} base: `packed` on a CPU, `plain`, one lane "
-        "a thread, on any other device"
-    )
+    file = name.replace("-", "_") + ("_stack" if scene.stacked else "")
+    packs = "`packed` on a CPU, `plain`, one lane a thread, on any other device"
+    form = "one lane a thread on any device" if name == TWO_BLOCK else packs
+    kernel = f"kernels/{file}_launch.py for a {scene.motion} base: {form}"
     return {
         "declines": reason,
         "kernel": None if reason else kernel,
