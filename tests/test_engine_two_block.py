@@ -361,20 +361,46 @@ def test_bad_lane_harms_no_neighbour() -> None:
         np.testing.assert_array_equal(response[name][others], good[name][others], err_msg=name)
 
 
-def test_no_energy_from_nothing_and_no_lane_stalls() -> None:
-    # Heights from 3 cm to 10 m, slabs to columns, light on heavy and heavy on light.
-    count = 300
+def extremes(count: int) -> Lanes:
+    """Stacks from 3 cm to 10 m, slabs to columns, light on heavy and heavy on light, released."""
     chance = np.random.default_rng(11)
     height = 10.0 ** chance.uniform(-1.5, 1.0, (count, 2))
     width = height / 10.0 ** chance.uniform(-0.5, 1.0, (count, 2))
-    angle = np.arctan2(width, height)
-    lanes = dataclasses.replace(
-        stacks(CHAMFERED, chance.uniform(-0.9, 0.9, (count, 2)) * angle.min(axis=1)[:, None]),
+    least = np.arctan2(width, height).min(axis=1)[:, None]
+    return dataclasses.replace(
+        stacks(CHAMFERED, chance.uniform(-0.9, 0.9, (count, 2)) * least),
         width=width,
         height=height,
         density=10.0 ** chance.uniform(2.0, 4.0, (count, 2)),
         chamfer=np.zeros((count, 2)),
     )
+
+
+@pytest.mark.parametrize("precision", ["float64", "float32"])
+@pytest.mark.parametrize("control", [Control.ACCELERATION, Control.DISPLACEMENT])
+def test_no_lane_stalls_at_the_extremes(control: Control, precision: str) -> None:
+    # Pushes from 0.01 to 5 g, 0.3 to 30 Hz; every second lane starts flat.
+    count = 400
+    chance = np.random.default_rng(12)
+    frequency = 10.0 ** chance.uniform(-0.5, 1.5, count)
+    size = 10.0 ** chance.uniform(-1.0, 1.7, count)
+    if control is Control.DISPLACEMENT:
+        size = size / (2.0 * np.pi * frequency) ** 2
+    lanes = extremes(count)
+    flat = np.where(np.arange(count)[:, None] % 2 == 0, 0.0, lanes.rotation_start)
+    response = run(
+        dataclasses.replace(lanes, rotation_start=flat),
+        sines(control, size, frequency, 3.0, start=0.2),
+        SampleTimes(3.0),
+        precision=precision,
+    )
+    assert np.all(np.isin(response["status"], [Status.OK, Status.OUTSIDE_MODEL]))
+    assert np.all(np.isfinite(response["peak_rotation"]))
+
+
+def test_no_energy_from_nothing() -> None:
+    count = 300
+    lanes = extremes(count)
     response = run(lanes, StillBase(count), SampleTimes(2.0))
     assert np.all(np.isin(response["status"], [Status.OK, Status.OUTSIDE_MODEL]))
     for lane in range(count):
