@@ -337,7 +337,7 @@ def spare(blocks: Blocks, hold: Counts, slip: Counts, impulse: Triples) -> real:
 @wp.func
 def settle(
     blocks: Blocks, upper: Rows, lower: Rows, touch: Counts, glide: Counts, hold: Counts,
-    slip: Counts, free: Triples, given: bool, grain: real, mass: real,
+    slip: Counts, free: Triples, grain: real, mass: real,
 ):  # fmt: skip
     """Velocities that obey the contact law.
 
@@ -350,7 +350,6 @@ def settle(
         hold: Ends held, as a first guess.
         slip: Directions of sliding, as a first guess.
         free: Velocities without contact.
-        given: Whether the guess is to be taken as it is.
         grain: See `violation`.
         mass: See `violation`.
 
@@ -379,8 +378,6 @@ def settle(
         v, p, worst = tested(blocks, upper, lower, touch, glide, held, slips, free, grain, mass)
         if tries == 0:
             left = spare(blocks, hold, slip, p)
-        if given:
-            worst = real(0.0)
         if worst > real(1.0):
             if phase < SWEPT_TRIES and tries // ROUND % 2 == 0:
                 if phase < NEWTON_TRIES:

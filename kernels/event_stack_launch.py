@@ -126,7 +126,6 @@ def seen_after(blocks: Blocks, before: Seen, offset: Values, s0: State, s: State
     """What a step from one state to the next adds to what has been observed."""
     seen = before
     d = s.time - s0.time
-    lifts = bool(False)
     for k in range(BLOCKS):
         omega = s0.velocity[3 * k + 2]
         omega1 = s.swing[k]

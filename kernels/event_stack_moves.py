@@ -154,8 +154,12 @@ def pivot_event(
 def flight_event(
     blocks: Blocks, old: Pose, new: Pose, v0: Triples, v1: Triples, k: int, d: real, near: real
 ):
-    """What an open interface does in a step: the length of the step to its landing if that lies
-    inside, else NEVER, and the end that lands at the end of the step, else OPEN."""
+    """What an open interface does in a step.
+
+    Returns:
+        Length of the step to its landing if that lies inside, else NEVER; the ends that land at the
+        end of the step, else OPEN.
+    """
     zero = real(0.0)
     up0, low0, plus0, minus0 = interface_rows(blocks, old, k)
     up1, low1, plus1, minus1 = interface_rows(blocks, new, k)

@@ -121,8 +121,10 @@ def lower_face(blocks: Blocks, k: int):
 
 @wp.func
 def anchored(blocks: Blocks, pose: Pose, k: int, touch: int):
-    """Anchor of interface k if some of its ends touch [m], and its rate to the slip of its upper
-    block: +1 (kind ON, or closed) or -1 (kind UNDER)."""
+    """Anchor of interface k [m], some of its ends touching, and how it changes with slip.
+
+    By +1 (kind ON, or closed) or -1 (kind UNDER) times the slip of the upper block.
+    """
     one = real(1.0)
     _s, _c, sd, cd = between(pose, k)
     low, _height = lower_face(blocks, k)
