@@ -1,7 +1,8 @@
-"""The seed paper's single-block tables and figures, recomputed beside what it prints.
+"""The seed paper's tables and figures, recomputed beside what it prints.
 
-Every target runs shipped cases with the engines and holds them against Housner lane by lane. The
-readings of what the paper did stand side by side, and the paper's conflicts are named.
+Every target runs shipped cases with the engines; those on single blocks hold them against Housner
+lane by lane, those on stacks put them beside ensembles. The readings of what the paper did stand
+side by side, and the paper's conflicts are named.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from warprock import checks, store
 from warprock import reproduce_figures as figures
 from warprock.checks import compare_with_housner, plain_row
 from warprock.errors import InputError
-from warprock.report import conflicts
+from warprock.report import conflicts, conflicts_stack
 from warprock.report.paper import PAPER_COLUMNS, paper_table
 from warprock.reproduce_runs import (
     B0,
@@ -27,12 +28,15 @@ from warprock.reproduce_runs import (
     PULSE,
     SINE,
     PaperRuns,
+    Reproduction,
+    Row,
     lane_evidence,
+    write_rows,
+    written_number,
 )
+from warprock.reproduce_stack import STACK_CASES_OF, STACK_MAKERS, stack_evidence
 
-Row = dict[str, Any]
-
-CASES_OF = {
+CASES_OF: dict[str, tuple[str, ...]] = {
     "table6": (PULSE,),
     "table7": (SINE,),
     "fig4": (B0,),
@@ -41,8 +45,9 @@ CASES_OF = {
     "fig8": (PULSE,),
     "fig10": (SINE,),
     "fig11": (SINE,),
-    "all": (PULSE, SINE, B0, B123),
+    **STACK_CASES_OF,
 }
+CASES_OF["all"] = tuple(dict.fromkeys(case for cases in CASES_OF.values() for case in cases))
 TARGETS: tuple[str, ...] = tuple(CASES_OF)
 """What `reproduce` takes."""
 
@@ -58,25 +63,13 @@ ERROR_COLUMNS = (
 """Columns of `compare_with_housner` that the rows of an engine carry."""
 
 
-@dataclasses.dataclass(frozen=True)
-class Reproduction:
-    """What one target found.
-
-    Attributes:
-        rows: Tidy rows, ours and the paper's.
-        files: Files written.
-    """
-
-    rows: list[Row]
-    files: list[pathlib.Path]
-
-
 def reproduce(
     target: str,
     folder: pathlib.Path,
     *,
     workers: int | None = None,
     progress: Callable[[int], None] | None = None,
+    members: int | None = None,
 ) -> dict[str, Any]:
     """Recomputes a table or a figure of the paper and writes its CSV and PNG files.
 
@@ -85,11 +78,13 @@ def reproduce(
         folder: Where to write; made if it does not exist.
         workers: Worker threads of a run; None leaves it to the batch runner.
         progress: Called with the number of lanes finished so far.
+        members: Members in a cell of an ensemble; None takes those of its case.
 
     Returns:
         `target`; `rows`, each with `target`, `frequency_hz`, `amplitude_mm`, `reading`, `source`
-        and `peak_rotation_ratio` (None where there is none), and for engines their errors
-        against Housner; `conflicts`, each with `item`, `title` and `text`; `files`.
+        and `peak_rotation_ratio` (None where there is none; of a stack divided by 9.85 deg), for
+        engines on single blocks their errors against Housner, for stacks the `block`, `geometry`
+        and `edges`; `conflicts`, each with `item`, `title` and `text`; `files`.
 
     Raises:
         InputError: An unknown target, or a folder that cannot be written to.
@@ -97,7 +92,7 @@ def reproduce(
     if target not in TARGETS:
         raise InputError("TARGET", "", target, f"must be one of {', '.join(TARGETS)}")
     store.require_writable(folder)
-    runs = PaperRuns(workers, progress)
+    runs = PaperRuns(workers, progress, members)
     parts = [
         _MAKERS[name](name, runs, folder) for name in (_MAKERS if target == "all" else (target,))
     ]
@@ -106,12 +101,12 @@ def reproduce(
         pulse=lane_evidence(runs, PULSE) if PULSE in CASES_OF[target] else None,
         sine=lane_evidence(runs, SINE) if SINE in CASES_OF[target] else None,
     )
+    named = conflicts.conflicts_of(target, evidence)
+    named += conflicts_stack.stack_conflicts_of(target, stack_evidence(runs, CASES_OF[target]))
     return {
         "target": target,
         "rows": [plain_row(row) for row in rows],
-        "conflicts": [
-            dataclasses.asdict(conflict) for conflict in conflicts.conflicts_of(target, evidence)
-        ],
+        "conflicts": [dataclasses.asdict(c) for c in sorted(named, key=lambda c: c.item)],
         "files": [str(file) for part in parts for file in part.files],
     }
 
@@ -140,8 +135,8 @@ def _engine_rows(target: str, runs: PaperRuns, name: str) -> list[Row]:
 def _row(target: str, inputs: Any, source: str, ratio: float | None) -> Row:
     row: Row = {
         "target": target,
-        "frequency_hz": _number(inputs.get("frequency_hz")),
-        "amplitude_mm": _number(inputs.get("amplitude_mm")),
+        "frequency_hz": written_number(inputs.get("frequency_hz")),
+        "amplitude_mm": written_number(inputs.get("amplitude_mm")),
         "reading": str(inputs.get("reading", "")) or None,
         "source": source,
         "peak_rotation_ratio": ratio,
@@ -152,11 +147,6 @@ def _row(target: str, inputs: Any, source: str, ratio: float | None) -> Row:
     return row
 
 
-def _number(value: Any) -> float | None:
-    """An input as the case file has it: 8 mm, not 8.000000000000002."""
-    return None if value is None else float(f"{value:.12g}")
-
-
 def _table6(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
     rows = _engine_rows(target, runs, PULSE)
     for printed in paper_table("table6").to_dict("records"):
@@ -164,7 +154,7 @@ def _table6(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
             _row(target, printed | {"reading": "as printed"}, f"paper-{name}", float(printed[name]))
             for name in PAPER_COLUMNS
         ]
-    return Reproduction(rows, [_write(rows, folder / "table6.csv")])
+    return Reproduction(rows, [write_rows(rows, folder / "table6.csv")])
 
 
 def _table7(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
@@ -185,7 +175,7 @@ def _table7(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
             row = _row(target, printed | {"reading": reading}, "inferred-experiment", values[index])
             row["why"] = f"`housner` / (1 - error of the paper's {column} column), not measured"
             rows.append(row)
-    return Reproduction(rows, [_write(rows, folder / "table7.csv")])
+    return Reproduction(rows, [write_rows(rows, folder / "table7.csv")])
 
 
 def _figure(
@@ -196,17 +186,10 @@ def _figure(
     def make(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
         folder.mkdir(parents=True, exist_ok=True)
         rows = [row for name in cases for row in _engine_rows(target, runs, name)]
-        files = [_write(rows, folder / f"{target}.csv"), *draw(runs, folder)]
+        files = [write_rows(rows, folder / f"{target}.csv"), *draw(runs, folder)]
         return Reproduction(rows, files)
 
     return make
-
-
-def _write(rows: list[Row], path: pathlib.Path) -> pathlib.Path:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with store.replacing(path) as temporary:
-        pd.DataFrame(rows).to_csv(temporary, index=False)
-    return path
 
 
 _MAKERS: dict[str, Callable[[str, PaperRuns, pathlib.Path], Reproduction]] = {
@@ -218,4 +201,5 @@ _MAKERS: dict[str, Callable[[str, PaperRuns, pathlib.Path], Reproduction]] = {
     "fig8": _figure(figures.figure8, CASES_OF["fig8"]),
     "fig10": _figure(figures.figure10, CASES_OF["fig10"]),
     "fig11": _figure(figures.figure11, CASES_OF["fig11"]),
+    **STACK_MAKERS,
 }

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
+import pathlib
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from warprock import store
 from warprock.case import load_case
 from warprock.checks import CaseResponses
 from warprock.response import SampleTimes
 
 Array = npt.NDArray[np.float64]
+Row = dict[str, Any]
 
 ENGINES = ("housner", "impulse")
 ROUGH_FRICTION = 5.0
@@ -36,19 +41,49 @@ lane peaks within its first cycles. A later peak of an engine shows in the table
 """
 
 
+@dataclasses.dataclass(frozen=True)
+class Reproduction:
+    """What one target found.
+
+    Attributes:
+        rows: Tidy rows, ours and the paper's.
+        files: Files written.
+    """
+
+    rows: list[Row]
+    files: list[pathlib.Path]
+
+
+def write_rows(rows: list[Row], path: pathlib.Path) -> pathlib.Path:
+    """Writes rows as CSV, whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with store.replacing(path) as temporary:
+        pd.DataFrame(rows).to_csv(temporary, index=False)
+    return path
+
+
+def written_number(value: Any) -> float | None:
+    """An input as the case file has it: 8 mm, not 8.000000000000002."""
+    return None if value is None else float(f"{value:.12g}")
+
+
 class PaperRuns:
     """Runs of the shipped cases, each done once however many targets want it."""
 
     def __init__(
-        self, workers: int | None = None, progress: Callable[[int], None] | None = None
+        self,
+        workers: int | None = None,
+        progress: Callable[[int], None] | None = None,
+        members: int | None = None,
     ) -> None:
         """Holds nothing yet.
 
         Args:
             workers: Worker threads of a run; None leaves it to the batch runner.
             progress: Called with the number of lanes finished so far, over all runs.
+            members: Members in a cell of an ensemble; None takes those of its case.
         """
-        self._workers, self._progress = workers, progress
+        self._workers, self._progress, self._members = workers, progress, members
         self._cases: dict[tuple[str, ...], CaseResponses] = {}
         self._oracle_peaks: dict[str, Array] = {}
         self._lanes_done = 0
@@ -58,6 +93,8 @@ class PaperRuns:
         key = (name, *overrides)
         if key not in self._cases:
             case = load_case(name, overrides)
+            if case.ensemble is not None and self._members is not None:
+                case = load_case(name, [*overrides, f"ensemble.members={self._members}"])
             self._cases[key] = CaseResponses(case, self._workers, finished=self._note)
         return self._cases[key]
 

@@ -1,7 +1,7 @@
 """Where the seed paper contradicts itself on single blocks, with the numbers computed here.
 
-Every item says what is printed, what the calculation gives and how sure the reading is. Items 9
-and 10 concern stacks of blocks, which this version does not run.
+Every item says what is printed, what the calculation gives and how sure the reading is. What
+concerns stacks of blocks is in `conflicts_stack`.
 """
 
 from __future__ import annotations

@@ -18,6 +18,10 @@ PAPER_TABLES = (
 PAPER_COLUMNS = ("analytical", "bullet", "vortex", "dem")
 """Columns of the paper's result tables; a row of ours calls them `paper-analytical` and so on."""
 
+BLOCKS = ("bottom", "top")
+"""Blocks of the paper's stack as it names them, the lowest first."""
+REFERENCE_DEGREES = 9.85
+"""Angle that the paper divides the rotations of its stack by, as printed [deg]."""
 
 INFERRED_NAMES = (
     "test, inferred from Table 7's analytical errors",
