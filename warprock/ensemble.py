@@ -18,7 +18,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.expansion import LaneSet
-from warprock.response import Outcome, Response, Status
+from warprock.response import USABLE, Outcome, Response
 
 Array = npt.NDArray[np.float64]
 
@@ -43,7 +43,6 @@ _FEW = 200
 """Members below which the exact p value is worth its time."""
 _NORMAL_95 = 1.959963984540054
 """Quantile 0.975 of the standard normal distribution."""
-_USABLE = tuple(int(s) for s in Status if s.name in ("OK", "SENSITIVE"))
 _FALLEN = (int(Outcome.OVERTURNED), int(Outcome.SLID_OFF))
 
 
@@ -68,7 +67,7 @@ def cell_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
         ValueError: The lanes are no whole ensemble.
     """
     table = _cell_inputs(lane_set)
-    usable = _in_cells(lane_set, np.isin(response["status"], _USABLE))
+    usable = _in_cells(lane_set, np.isin(response["status"], USABLE))
     fallen = _in_cells(lane_set, np.isin(response["outcome"], _FALLEN)) & usable
     count, overturned = usable.sum(axis=1), fallen.sum(axis=1)
     low, high = wilson_interval(overturned, count)
@@ -203,7 +202,7 @@ def _peak_ratios(lane_set: LaneSet, response: Response) -> dict[str, Array]:
     """
     ratios = response["peak_rotation"] / lane_set.lanes.slenderness_angle
     fallen = np.isin(response["outcome"], _FALLEN)
-    usable = np.isin(response["status"], _USABLE)
+    usable = np.isin(response["status"], USABLE)
     stacked = lane_set.lanes.stacked
     of_blocks = {f"_{k + 1}": ratios[:, k] for k in range(ratios.shape[1])} if stacked else {}
     return {

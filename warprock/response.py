@@ -44,6 +44,10 @@ class Status(enum.IntEnum):
     OUTSIDE_MODEL = 5
 
 
+USABLE: tuple[Status, ...] = (Status.OK, Status.SENSITIVE, Status.OUTSIDE_MODEL)
+"""Statuses whose numbers are the engine's answer, if with a reservation; the others have none."""
+
+
 @dataclasses.dataclass(frozen=True)
 class Field:
     """One array of a response.

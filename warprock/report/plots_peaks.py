@@ -24,7 +24,7 @@ from warprock.report.plots import (
     save,
 )
 from warprock.report.swept import TICKS, SweptAxis, lanes_at, spread, swept_axes
-from warprock.response import Outcome, Status
+from warprock.response import USABLE, Outcome
 from warprock.runner import CaseRun
 
 if TYPE_CHECKING:
@@ -177,7 +177,7 @@ def _read_peaks(run: CaseRun, block: int | None) -> _Peaks:
     ratio = response["peak_rotation"] / run.lane_set.lanes.slenderness_angle
     if block is not None:
         ratio = ratio[:, block]
-    usable = np.isin(response["status"], (Status.OK, Status.SENSITIVE)) & np.isfinite(ratio)
+    usable = np.isin(response["status"], USABLE) & np.isfinite(ratio)
     outcome = np.asarray(response["outcome"], dtype=np.intp)
     outcome = np.where((outcome == Outcome.ROCKING) & (ratio > FARTHEST), FAR, outcome)
     return _Peaks(np.where(usable, ratio, np.nan), np.where(usable, outcome, UNUSABLE))

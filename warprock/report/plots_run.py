@@ -29,7 +29,7 @@ from warprock.report.plots import (
 )
 from warprock.report.plots_peaks import draw_peaks
 from warprock.report.swept import lanes_at, spread, swept_axes
-from warprock.response import FIELDS, Outcome, Response, Status
+from warprock.response import FIELDS, USABLE, Outcome, Response, Status
 from warprock.runner import CaseRun, run_lanes
 
 if TYPE_CHECKING:
@@ -278,12 +278,14 @@ def _title(run: CaseRun, shown: ShownLanes) -> str:
 def _panel_title(run: CaseRun, shown: ShownLanes, index: int) -> str:
     lanes = shown.lanes[index]
     numbers = f"lane{'s' * (len(lanes) > 1)} {', '.join(str(lane) for lane in lanes)}"
-    wrong = [
-        f"{lane}: {Status(int(run.response['status'][lane])).name.lower().replace('_', ' ')}"
-        for lane in lanes
-        if run.response["status"][lane] != Status.OK
+    statuses = {int(lane): Status(int(run.response["status"][lane])) for lane in lanes}
+    said = [
+        f"{lane}: {status.name.lower().replace('_', ' ')}"
+        + ("" if status in USABLE else ", numbers not usable")
+        for lane, status in statuses.items()
+        if status is not Status.OK
     ]
-    notes = f" (numbers not usable, {'; '.join(wrong)})" if wrong else ""
+    notes = f" ({'; '.join(said)})" if said else ""
     name = shown.panels[index]
     return f"{name}{' - ' if name else ''}{numbers}{notes}"
 
