@@ -28,7 +28,8 @@ class Impulse(AbstractEngine):
     """Hard contacts at two corners, Coulomb friction, warm-started projected Gauss-Seidel.
 
     Semi-implicit Euler at the time step of Eq. 9 of the paper, first order in it. A block is at
-    rest while both corners carry an impulse; it rocks while one carries none.
+    rest while both corners carry an impulse; it rocks while one carries none. In a stack the same
+    holds at the two ends of what two faces share.
     """
 
     name: ClassVar[str] = "impulse"
