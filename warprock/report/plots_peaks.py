@@ -40,6 +40,8 @@ DODGE = 0.4
 """Width over which the lanes of one name spread, the next name being 1 away."""
 OVERTURNED_AT = 1.15
 """Rotation ratio at which overturned lanes are marked, unless a standing one went as far."""
+LEGEND_TEXT, LEGEND_MARK = 140, 8
+"""Letters that fit side by side in the legend, and how many its mark and its gap take."""
 TICK_TEXT, TICK_NAME = 100, 24
 """Letters that fit side by side below a figure, and the most that a name below it has."""
 
@@ -315,8 +317,13 @@ def _label(figure: Figure, grid: Any, layout: _Layout, peaks: _Peaks) -> None:
         figure.supylabel(PEAK_LABEL, fontsize=9.0)
     handles = _map_handles(peaks) if layout.as_map else _curve_handles(layout, peaks)
     if handles:
+        longest = max(len(handle.get_label()) for handle in handles)
         figure.legend(
-            handles=handles, loc="outside lower center", ncols=4, frameon=False, handlelength=2.8
+            handles=handles,
+            loc="outside lower center",
+            ncols=max(1, min(4, LEGEND_TEXT // (longest + LEGEND_MARK))),
+            frameon=False,
+            handlelength=2.8,
         )
 
 

@@ -6,6 +6,7 @@ import dataclasses
 import functools
 import itertools
 import pathlib
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -44,6 +45,8 @@ HISTORIES, PEAKS = "histories.png", "peaks.png"
 PEAKS_OF_BLOCK = "peaks-block-{block}.png"
 
 PANELS, OVERLAYS = 12, 4
+TITLE_LETTERS = 100
+"""Letters that fit side by side above all panels of a row."""
 UNFOLDED = 4
 """Panels above one another; more are folded into two columns."""
 BASE_POINTS = 4001
@@ -185,10 +188,13 @@ def draw_histories(
             for axes, window in zip(pair, windows, strict=True):
                 _draw_panel(axes, curves, shown, index, window)
             pair[0].set_ylabel(SHORT_ROTATION_LABEL)
-            pair[0].set_title(_panel_title(run, shown, index), loc="left")
+            title = _in_lines(_panel_title(run, shown, index), TITLE_LETTERS // folds)
+            pair[0].set_title(title, loc="left")
         for column, window in enumerate(windows * folds):
-            if moving:
+            if moving and column < len(windows):
                 _draw_base(grid[0, column], run, int(shown.lanes[0, 0]), window)
+            elif moving:
+                grid[0, column].set_visible(False)
             last = [axes for axes in grid[:, column] if axes.get_visible()][-1]
             last.set_xlabel(TIME_LABEL)
             last.tick_params(labelbottom=True)
@@ -288,6 +294,13 @@ def _panel_title(run: CaseRun, shown: ShownLanes, index: int) -> str:
     notes = f" ({'; '.join(said)})" if said else ""
     name = shown.panels[index]
     return f"{name}{' - ' if name else ''}{numbers}{notes}"
+
+
+def _in_lines(title: str, letters: int) -> str:
+    """A title in lines that break behind commas only, so that a number keeps its unit."""
+    space = "\N{NO-BREAK SPACE}"
+    lines = textwrap.fill(title.replace(" ", space).replace(f",{space}", ", "), letters)
+    return lines.replace(space, " ")
 
 
 def _draw_panel(axes: Axes, curves: _Curves, shown: ShownLanes, index: int, window: Window) -> None:
