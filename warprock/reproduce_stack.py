@@ -6,6 +6,7 @@ also placed in the distribution of an ensemble.
 
 from __future__ import annotations
 
+import itertools
 import pathlib
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -235,21 +236,23 @@ def _both_tests(runs: PaperRuns) -> dict[str, tuple[Array, Array]]:
 
 
 def _all_places(runs: PaperRuns) -> pd.DataFrame:
-    """Percentiles of the engines' values of Tables 9 and 10 in the ensembles."""
+    """Percentiles of the engines' values of Tables 9 and 10 in the ensembles, and their spread."""
     cells = cells_of(runs, PULSE_ENSEMBLE)
-    return pd.DataFrame(
-        {
-            "geometry": geometry,
-            "block": BLOCK_OF[name],
-            "source": source,
-            "percentile": cells.percentile(
-                cells.place(geometry, (printed[INPUTS[0]], printed[INPUTS[1]])),
-                BLOCK_OF[name],
-                float(printed[source]),
-            ),
-        }
-        for geometry in GEOMETRIES
-        for name in ("table9", "table10")
-        for printed in paper_table(name).to_dict("records")
-        for source in PAPER_COLUMNS[1:]
-    )
+    rows = []
+    for name, geometry in itertools.product(("table9", "table10"), GEOMETRIES):
+        block = BLOCK_OF[name]
+        found = cell_rows(cells, block)
+        spread = (found["high_95"] - found["low_5"]) / found["median"]
+        for printed in paper_table(name).to_dict("records"):
+            place = cells.place(geometry, (printed[INPUTS[0]], printed[INPUTS[1]]))
+            rows += [
+                {
+                    "geometry": geometry,
+                    "block": block,
+                    "source": source,
+                    "percentile": cells.percentile(place, block, float(printed[source])),
+                    "spread": spread[place],
+                }
+                for source in PAPER_COLUMNS[1:]
+            ]
+    return pd.DataFrame(rows)
