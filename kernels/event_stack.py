@@ -150,6 +150,69 @@ def outcome_of(blocks: Blocks, s: State, near: real) -> int:
 
 
 @wp.func
+def projected(
+    blocks: Blocks, limits: Limits, s: State, reached: State, t: Trial, upper: Rows, lower: Rows
+) -> State:
+    """The state at the end of a step that is taken: velocities projected, impacts included.
+
+    Args:
+        blocks: The blocks.
+        limits: The lane's limits.
+        s: State before the step.
+        reached: State with the pose and the directions of sliding at its end.
+        t: The step.
+        upper: Rows of the upper blocks at its end.
+        lower: Rows of the lower blocks at its end.
+    """
+    n = reached
+    v, _held, _sound = bound_velocity(blocks, upper, lower, t.pose.touch, n.slip, t.velocity)
+    hold = n.pose.touch
+    slip = n.slip
+    settled = bool(True)
+    if t.struck or t.resting:
+        free = v
+        for k in range(BLOCKS):
+            free[3 * k] = free[3 * k] - t.kick
+        speed, _spin = fastest(free)
+        grain = DUST * (speed + limits.gravity * limits.longest_step)
+        if t.struck:
+            v, _impulse, hold, slip, settled, _same, _left = settle(
+                blocks, upper, lower, hold, Counts(), hold, slip, free, grain, limits.mass
+            )
+        else:
+            # What closes without an impact closes without friction: no energy comes of it.
+            smooth = blocks
+            smooth.friction = Values()
+            v, _impulse, _sound = bound_velocity(smooth, upper, lower, hold, slip, free)
+        n.lost = s.lost + kinetic_energy(blocks, free) - kinetic_energy(blocks, v)
+    n.pose.touch = kept(blocks, limits, upper, lower, n.pose.touch, hold, v)
+    for k in range(BLOCKS):
+        n.slip[k] = wp.where(n.pose.touch[k] == OPEN, 0, slip[k])
+    n.velocity = glued(blocks, n.pose, n.slip, v)
+    for k in range(BLOCKS):
+        u = relative_velocity(upper, lower, n.velocity, k)
+        for i in range(3):
+            n.rate[3 * k + i] = u[i]
+    n.lost = n.lost + t.lost
+    n.time = t.time
+    n.segment = t.segment
+    n.base = s.base + t.dv + t.kick
+    n.cap = NEVER
+    n.taken = True
+    n.seek = STEADY
+    n.calm = (
+        at_rest(s.pose.touch, s.slip) and at_rest(n.pose.touch, n.slip)
+        and t.dv == real(0.0) and t.kick == real(0.0)
+    )  # fmt: skip
+    n.mode = outcome_of(blocks, n, NEARLY * limits.longest_step)
+    for k in range(BLOCKS):
+        n.pose.theta[k] = larger(smaller(n.pose.theta[k], HALF_PI), -HALF_PI)
+    if n.mode != BROKEN and not (settled and t.settled):
+        n.mode = UNSETTLED
+    return n
+
+
+@wp.func
 def finished(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> State:
     """The state after a trial step and its impacts, or the old one if an event lay inside."""
     t = tentative
@@ -179,51 +242,8 @@ def finished(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> Stat
         n.taken = False
         n.mode = wp.where(t.settled, s.mode, UNSETTLED)
     else:
-        v, _held, _sound = bound_velocity(blocks, upper, lower, t.pose.touch, n.slip, t.velocity)
-        hold = n.pose.touch
-        slip = n.slip
-        settled = bool(True)
-        if t.struck or t.resting:
-            free = v
-            for k in range(BLOCKS):
-                free[3 * k] = free[3 * k] - t.kick
-            speed, _spin = fastest(free)
-            grain = DUST * (speed + limits.gravity * limits.longest_step)
-            if t.struck:
-                v, _impulse, hold, slip, settled, _same, _left = settle(
-                    blocks, upper, lower, hold, Counts(), hold, slip, free, grain, limits.mass
-                )
-            else:
-                # What closes without an impact closes without friction: no energy comes of it.
-                smooth = blocks
-                smooth.friction = Values()
-                v, _impulse, _sound = bound_velocity(smooth, upper, lower, hold, slip, free)
-            n.lost = s.lost + kinetic_energy(blocks, free) - kinetic_energy(blocks, v)
-        n.pose.touch = kept(blocks, limits, upper, lower, n.pose.touch, hold, v)
-        for k in range(BLOCKS):
-            n.slip[k] = wp.where(n.pose.touch[k] == OPEN, 0, slip[k])
-        n.velocity = glued(blocks, n.pose, n.slip, v)
-        for k in range(BLOCKS):
-            u = relative_velocity(upper, lower, n.velocity, k)
-            for i in range(3):
-                n.rate[3 * k + i] = u[i]
-        n.lost = n.lost + t.lost
+        n = projected(blocks, limits, s, n, t, upper, lower)
         n.impacts = s.impacts + hits
-        n.time = t.time
-        n.segment = t.segment
-        n.base = s.base + t.dv + t.kick
-        n.cap = NEVER
-        n.taken = True
-        n.seek = STEADY
-        n.calm = (
-            at_rest(s.pose.touch, s.slip) and at_rest(n.pose.touch, n.slip)
-            and t.dv == real(0.0) and t.kick == real(0.0)
-        )  # fmt: skip
-        n.mode = outcome_of(blocks, n, near)
-        for k in range(BLOCKS):
-            n.pose.theta[k] = larger(smaller(n.pose.theta[k], HALF_PI), -HALF_PI)
-        if n.mode != BROKEN and not (settled and t.settled):
-            n.mode = UNSETTLED
     return n
 
 
