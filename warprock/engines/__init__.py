@@ -10,6 +10,7 @@ ENGINES: dict[str, str] = {
     "housner": "warprock.engines.housner:Housner",
     "impulse": "warprock.engines.impulse:Impulse",
     "event": "warprock.engines.event:Event",
+    "direct": "warprock.engines.direct:Direct",
     "dem": "warprock.engines.dem:Dem",
     "two-block": "warprock.engines.two_block:TwoBlock",
 }

@@ -71,6 +71,47 @@ class ImpulseSettings:
 
 
 @dataclasses.dataclass(frozen=True)
+class DirectSettings:
+    """Settings of `direct`; the time step is 1 / ((substeps + 1) frames_per_second), Eq. 9.
+
+    The paper prints neither stiffness nor damping of its compliant contacts. The defaults make
+    them rigid: a block sinks by its weight over the stiffness, and its corners, overdamped, do not
+    bounce. What matters is the relaxation time damping / stiffness, 5 ms: it is long against the
+    step, for a penetration given back in a step would come back as fast as the corner came.
+    """
+
+    frames_per_second: float = setting(240.0, unit="1/s", low=1.0, high=1e5, text="frames a second")
+    substeps: int = setting(20, unit="-", low=0, high=10000, text="sub-steps a frame")
+    contact_stiffness: float = setting(
+        1e15, unit="N/m", low=1e3, high=1e18, text="stiffness of the spring at a contact point"
+    )
+    contact_damping: float = setting(
+        5e12, unit="N s/m", low=0.0, high=1e18, text="damping of the dashpot at a contact point"
+    )
+    friction_box: int = setting(
+        0,
+        unit="-",
+        low=0,
+        high=1,
+        text="0: friction is bound by the normal impulses of the same step (exact cone); 1: by "
+        "those of the last step (box)",
+    )
+
+    @property
+    def time_step(self) -> float:
+        """Time step [s] (Eq. 9 of the paper)."""
+        return 1.0 / ((self.substeps + 1) * self.frames_per_second)
+
+    def halved(self) -> Self:
+        """The same settings with half of the time step."""
+        return dataclasses.replace(self, substeps=2 * self.substeps + 1)
+
+    def with_step_scaled(self, factor: float) -> Self:
+        """The same settings with the time step multiplied by a factor."""
+        return dataclasses.replace(self, frames_per_second=self.frames_per_second / factor)
+
+
+@dataclasses.dataclass(frozen=True)
 class EventSettings:
     """Settings of `event`."""
 
@@ -186,6 +227,7 @@ SETTINGS: dict[str, type[Any]] = {
     "housner": HousnerSettings,
     "impulse": ImpulseSettings,
     "event": EventSettings,
+    "direct": DirectSettings,
     "dem": DemSettings,
     "two-block": TwoBlockSettings,
 }

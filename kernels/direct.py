@@ -1,0 +1,293 @@
+"""Compliant contact step of a rocking block with an exact solve, for one precision.
+
+The block lives in the frame of the base: mass 1, centre of mass (x, z), clockwise rotation theta,
+inverse inertia w. Corner i sits at (X_i, Z_i) from the centre of mass, its gap is z + Z_i, its
+velocity across the base vz - omega X_i. Under each corner stand a spring k and a dashpot c that
+push only. Backward Euler over a step h, with a velocity after the step v+ and a normal impulse n:
+
+    n = -h (k gap+ + c v+),  gap+ = gap + h v+   while the corner touches, or, solved for v+,
+    v+ + ERP gap / h + CFM n = 0,   CFM = 1 / (h (h k + c)),   ERP = h k / (h k + c)    (Eq. 13).
+
+A corner touches where its gap is not wider than 2 g h^2, what one step of falling can make. Of
+such a gap that is still open all is to close, v+ + gap / h + CFM n = 0: the spring and the
+dashpot work on the penetration. A step solves
+
+    1. u = v + h (0, -g) - (dv_base, 0), dv_base the change of the base velocity between the half
+       steps at which velocities are kept, so that a velocity step of the base is carried exactly;
+    2. w_i = v+_i + ERP gap_i / h + CFM n_i >= 0,  n_i >= 0,  w_i n_i = 0 for both corners, and
+       Coulomb's law for the slip s = vx + omega Z of the lower corner: the friction f of the face
+       has |f| <= bound, s = 0 inside the bound, f against s on it. The bound is friction (n_1 +
+       n_2), the exact cone of a planar contact, or friction times that sum of the last step (box);
+    3. v+ = u + M^-1 J^T (n_1, n_2, f), q+ = q + h v+.
+
+One friction for the face and not one for each corner: of two corners on one face of a rigid block
+the shares could not be told apart, and their levers differ by 2 b sin(theta) while both touch.
+
+The solve is exact: it takes each way to touch in turn (no corner; either one or both, sticking or
+sliding to either side), solves its linear equations, and keeps the one whose residual in step 2 is
+round-off. With a box the matrix is positive definite and there is no other solution. With a cone
+there is always one (Anitescu and Potra 1997); where there are more (Painleve), the first is taken.
+
+What keeps the error of impacts small: a corner lands in the middle of a step and is noticed at
+its end, so that on average over many impacts the weight turns the block the right time before and
+after (a corner that was kept from landing would start to brake a step early, and the block would
+lose an angular velocity of the order of h with every impact). It is then through by up to h times
+its velocity V. With ERP = 1 that would come back as a velocity V, an impact with energy to spare
+however short the step; with a relaxation time c / k of many steps it comes back slowly, as a
+velocity V h k / c that vanishes with h.
+
+A lane's state: x along the base from where the block would rest [m], z above the base [m], theta
+[rad]; vx, vz [m/s] and omega [rad/s] relative to the base; the normal impulses n1 of the -x and n2
+of the +x corner in the last step, per unit mass [m/s]; loss, the energy lost so far per unit mass
+[J/kg], springs included.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module, module_options
+
+real: Any
+PRECISION: str
+
+wp.set_module_options(module_options())
+scalar = kernel_module("scalar", precision=PRECISION)
+larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
+
+ROUND_OFF = real(1.0e-12 if PRECISION == "float64" else 1.0e-4)
+"""Residual that counts as none, over the velocities that the solve starts from."""
+HALF = real(0.5)
+
+
+@wp.struct
+class Block:
+    """What a step needs to know of one lane's block; stiffness [1/s^2] for unit mass."""
+
+    half_width: real
+    half_height: real
+    inverse_inertia: real
+    friction: real
+    stiffness: real
+    cfm: real
+    erp: real
+
+
+@wp.struct
+class Knobs:
+    """What a step needs to know of the settings.
+
+    `rate` is the inverse of the time step [1/s], `margin` the gap up to which a corner touches
+    [m], `box` 1 for the box, 0 for the cone.
+    """
+
+    time_step: real
+    rate: real
+    gravity: real
+    margin: real
+    box: real
+
+
+@wp.func
+def wish(gap: real, erp: real, rate: real) -> real:
+    """ERP gap / h of a corner [m/s]."""
+    return rate * gap * wp.where(gap > real(0.0), real(1.0), erp)
+
+
+@wp.func
+def residual(
+    mu: real, bound: real, k11: real, k12: real, k22: real, k13: real, k23: real, k33: real,
+    q1: real, q2: real, q3: real, n1: real, n2: real, f: real,
+) -> real:  # fmt: skip
+    """By how much impulses miss the laws of step 2 [m/s]; arguments as in `solve`."""
+    w1 = q1 + k11 * n1 + k12 * n2 + k13 * f
+    w2 = q2 + k12 * n1 + k22 * n2 + k23 * f
+    slip = q3 + k13 * n1 + k23 * n2 + k33 * f
+    limit = k33 * (bound + mu * (n1 + n2))
+    push = k33 * f
+    drag = push - larger(smaller(push - slip, limit), -limit)
+    return larger(larger(size(smaller(k11 * n1, w1)), size(smaller(k22 * n2, w2))), size(drag))
+
+
+@wp.func
+def better(
+    mu: real, bound: real, k11: real, k12: real, k22: real, k13: real, k23: real, k33: real,
+    q1: real, q2: real, q3: real, a: real, b1: real, b2: real, slack: real,
+    miss: real, n1: real, n2: real, f: real,
+):  # fmt: skip
+    """The best of the impulses so far and of three ways to touch: corner 1, corner 2, both.
+
+    Args:
+        mu: As in `solve`, up to q3.
+        a: The friction is a + b1 n1 + b2 n2; b1, b2 likewise.
+        slack: Residual that counts as none [m/s].
+        miss: What the residual of the impulses so far has beyond the slack [m/s].
+        n1: The impulses so far; n2, f likewise.
+    """
+    zero = real(0.0)
+    one = real(1.0)
+    a11 = k11 + k13 * b1
+    a12 = k12 + k13 * b2
+    a21 = k12 + k23 * b1
+    a22 = k22 + k23 * b2
+    p1 = q1 + k13 * a
+    p2 = q2 + k23 * a
+    scale = one / (a11 * a22 - a12 * a21)
+    n1_only = -p1 / a11
+    n2_only = -p2 / a22
+    n1_both = scale * (a12 * p2 - a22 * p1)
+    n2_both = scale * (a21 * p1 - a11 * p2)
+    f1 = a + b1 * n1_only
+    f2 = a + b2 * n2_only
+    f_both = a + b1 * n1_both + b2 * n2_both
+    miss1 = larger(
+        residual(mu, bound, k11, k12, k22, k13, k23, k33, q1, q2, q3, n1_only, zero, f1) - slack,
+        zero,
+    )
+    miss2 = larger(
+        residual(mu, bound, k11, k12, k22, k13, k23, k33, q1, q2, q3, zero, n2_only, f2) - slack,
+        zero,
+    )
+    miss_both = larger(
+        residual(mu, bound, k11, k12, k22, k13, k23, k33, q1, q2, q3, n1_both, n2_both, f_both)
+        - slack,
+        zero,
+    )
+    n1 = wp.where(miss1 < miss, n1_only, n1)
+    n2 = wp.where(miss1 < miss, zero, n2)
+    f = wp.where(miss1 < miss, f1, f)
+    miss = smaller(miss1, miss)
+    n1 = wp.where(miss2 < miss, zero, n1)
+    n2 = wp.where(miss2 < miss, n2_only, n2)
+    f = wp.where(miss2 < miss, f2, f)
+    miss = smaller(miss2, miss)
+    n1 = wp.where(miss_both < miss, n1_both, n1)
+    n2 = wp.where(miss_both < miss, n2_both, n2)
+    f = wp.where(miss_both < miss, f_both, f)
+    return smaller(miss_both, miss), n1, n2, f
+
+
+@wp.func
+def solve(
+    mu: real, bound: real, k11: real, k12: real, k22: real, k13: real, k23: real, k33: real,
+    q1: real, q2: real, q3: real,
+):  # fmt: skip
+    """Impulses of both corners and of the face, exactly.
+
+    Args:
+        mu: Friction coefficient of the cone, 0 with a box.
+        bound: Largest friction of the box [m/s], 0 with a cone.
+        k11: Rows of J M^-1 J^T, the CFM in the diagonal of the corners; 3 is the friction.
+        q1: Velocity of corner 1 above its wish, without contact [m/s]; q2 likewise.
+        q3: Slip without contact [m/s].
+
+    Returns:
+        What the residual has beyond round-off [m/s]; n1, n2 and the friction [m/s].
+    """
+    zero = real(0.0)
+    one = real(1.0)
+    hold = one / k33
+    slack = ROUND_OFF * (size(q1) + size(q2) + size(q3))
+    n1 = zero
+    n2 = zero
+    f = larger(smaller(-hold * q3, bound), -bound)
+    miss = larger(
+        residual(mu, bound, k11, k12, k22, k13, k23, k33, q1, q2, q3, n1, n2, f) - slack, zero
+    )
+    miss, n1, n2, f = better(
+        mu, bound, k11, k12, k22, k13, k23, k33, q1, q2, q3,
+        -hold * q3, -hold * k13, -hold * k23, slack, miss, n1, n2, f,
+    )  # fmt: skip
+    miss, n1, n2, f = better(
+        mu, bound, k11, k12, k22, k13, k23, k33, q1, q2, q3,
+        bound, mu, mu, slack, miss, n1, n2, f,
+    )  # fmt: skip
+    miss, n1, n2, f = better(
+        mu, bound, k11, k12, k22, k13, k23, k33, q1, q2, q3,
+        -bound, -mu, -mu, slack, miss, n1, n2, f,
+    )  # fmt: skip
+    return miss, n1, n2, f
+
+
+@wp.func
+def step(
+    block: Block, knobs: Knobs, dv: real,
+    x: real, z: real, theta: real, vx: real, vz: real, omega: real,
+    n1: real, n2: real, loss: real, miss: real,
+):  # fmt: skip
+    """One step of one lane, in which the base velocity changes by dv [m/s].
+
+    The arguments from `x` on are the lane's state, see the head of this file, and the largest
+    miss of `solve` so far; the step returns them in the same order.
+    """
+    zero = real(0.0)
+    one = real(1.0)
+    w = block.inverse_inertia
+    dt = knobs.time_step
+    # Seen so that the block leans to +x: a mirrored scene is solved by the same numbers.
+    lean = wp.where(theta != zero, theta, wp.where(omega != zero, omega, -dv))
+    m = sign_of(lean)
+    s = sine(m * theta)
+    c = cosine(theta)
+    x1 = -block.half_width * c - block.half_height * s
+    z1 = block.half_width * s - block.half_height * c
+    x2 = block.half_width * c - block.half_height * s
+    z2 = -block.half_width * s - block.half_height * c
+    gap1 = z + z1
+    gap2 = z + z2
+    ux = m * (vx - dv)
+    uz = vz - dt * knobs.gravity
+    uo = m * omega
+    mu = block.friction
+    touches = smaller(gap1, gap2) <= zero
+    bound = wp.where(touches, knobs.box * mu * (n1 + n2), zero)
+    on1 = wp.where(gap1 <= knobs.margin, one, zero)
+    on2 = wp.where(gap2 <= knobs.margin, one, zero)
+    missed, p1, p2, f = solve(
+        (one - knobs.box) * mu, bound,
+        one + w * x1 * x1 + block.cfm, on1 * on2 * (one + w * x1 * x2),
+        one + w * x2 * x2 + block.cfm,
+        -on1 * w * x1 * z2, -on2 * w * x2 * z2, one + w * z2 * z2,
+        on1 * (uz - uo * x1 + wish(gap1, block.erp, knobs.rate)),
+        on2 * (uz - uo * x2 + wish(gap2, block.erp, knobs.rate)),
+        ux + uo * z2,
+    )  # fmt: skip
+    vx1 = ux + f
+    vz1 = uz + p1 + p2
+    vo1 = uo + w * (f * z2 - p1 * x1 - p2 * x2)
+    # Work of the contact impulses on the mean velocities where they act, a loss.
+    mx = HALF * (m * vx + vx1)
+    mz = HALF * (vz + vz1)
+    mo = HALF * (uo + vo1)
+    work = p1 * (mz - mo * x1) + p2 * (mz - mo * x2) + f * (mx + mo * z2)
+    vx1 = m * vx1
+    vo1 = m * vo1
+    return (
+        x + dt * vx1, z + dt * vz1, theta + dt * vo1, vx1, vz1, vo1,
+        wp.where(m < zero, p2, p1), wp.where(m < zero, p1, p2), loss - work, larger(missed, miss),
+    )  # fmt: skip
+
+
+@wp.func
+def slide_of(block: Block, x: real, theta: real) -> real:
+    """Slide along the base of the corner that the block stands on [m]."""
+    side = wp.where(theta < real(0.0), real(-1.0), real(1.0))
+    lean = side * block.half_width * (cosine(theta) - real(1.0))
+    return x + lean - block.half_height * sine(theta)
+
+
+@wp.func
+def height_of(block: Block, theta: real) -> real:
+    """Height of the centre of mass of a block that stands on its lower corner [m]."""
+    return block.half_width * size(sine(theta)) + block.half_height * cosine(theta)
+
+
+@wp.func
+def stored(block: Block, z: real, theta: real) -> real:
+    """Energy in the springs under the corners, for unit mass [J/kg]."""
+    high = z - block.half_height * cosine(theta)
+    run = block.half_width * sine(theta)
+    deep1 = smaller(high + run, real(0.0))
+    deep2 = smaller(high - run, real(0.0))
+    return HALF * block.stiffness * (deep1 * deep1 + deep2 * deep2)

@@ -1,0 +1,318 @@
+"""Runs of the direct step over lanes: packed for the CPU, plain for any device.
+
+A block rocks while one of its corners carries no impulse; that needs no tolerance. A flat one
+starts at rest on its springs, a leaning one with its corner at the base.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import LANE_WIDTH, kernel_module, module_options
+
+real: Any
+PRECISION: str
+MOTION: str
+
+wp.set_module_options(module_options())
+scalar = kernel_module("scalar", precision=PRECISION)
+motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+direct = kernel_module("direct", precision=PRECISION)
+larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+Motion, base_velocity = motion.Motion, motion.velocity
+sample_index, sample_segment = motion.sample_index, motion.sample_segment
+Block, Knobs, step = direct.Block, direct.Knobs, direct.step
+slide_of, height_of, stored = direct.slide_of, direct.height_of, direct.stored
+
+HALF_PI = real(1.5707963267948966)
+HALF = real(0.5)
+NEVER = real(1.0e30)
+ROCKING = 1
+OVERTURNED = 2
+BROKEN = 3
+
+
+@wp.func
+def observe(
+    mode: int, time: real, theta: real, omega: real, slide: real,
+    n1: real, n2: real, old1: real, old2: real,
+    peak: real, peak_time: real, peak_slide: real, uplift_time: real, moved: real, impacts: int,
+):  # fmt: skip
+    """What a step adds to the response of one lane.
+
+    Args:
+        mode: ROCKING (not at its end), OVERTURNED or BROKEN.
+        time: End of the step [s].
+        theta: Rotation [rad], omega its rate [rad/s].
+        omega: Angular velocity [rad/s].
+        slide: Slide along the base [m].
+        n1: Normal impulse of the -x corner in this step; old1 in the step before.
+        n2: Normal impulse of the +x corner in this step; old2 in the step before.
+        old1: See n1.
+        old2: See n2.
+        peak: Largest |theta| so far [rad], peak_time its time [s].
+        peak_time: See peak.
+        peak_slide: Largest |slide| so far [m].
+        uplift_time: First time at which a corner carries nothing [s].
+        moved: Last time at which a corner carries nothing [s].
+        impacts: Times at which a corner that carried nothing is loaded again.
+
+    Returns:
+        mode, peak, peak_time, peak_slide, uplift_time, moved, impacts.
+    """
+    zero = real(0.0)
+    higher = size(theta) > peak
+    lifted = n1 <= zero or n2 <= zero
+    landed1 = wp.where(old1 <= zero and n1 > zero, 1, 0)
+    landed2 = wp.where(old2 <= zero and n2 > zero, 1, 0)
+    over = size(theta) >= HALF_PI
+    sound = theta - theta == zero and omega - omega == zero and slide - slide == zero
+    return (
+        wp.where(sound, wp.where(over, OVERTURNED, mode), BROKEN),
+        wp.where(higher, smaller(size(theta), HALF_PI), peak),
+        wp.where(higher, time, peak_time),
+        larger(size(slide), peak_slide),
+        wp.where(lifted and uplift_time >= NEVER, time, uplift_time),
+        wp.where(lifted, time, moved),
+        impacts + landed1 + landed2,
+    )
+
+
+@wp.func
+def start(block: Block, knobs: Knobs, theta: real):
+    """Where and how fast a block starts: x, z, vz, and the impulses of the step before.
+
+    Velocities are those of half a step before the start: at rest, or about to begin to fall.
+    """
+    zero = real(0.0)
+    flat = theta == zero
+    fall = knobs.time_step * knobs.gravity
+    sunk = wp.where(flat, HALF * knobs.gravity / block.stiffness, zero)
+    return (
+        -slide_of(block, zero, theta),
+        height_of(block, theta) - sunk,
+        wp.where(flat, zero, HALF * fall),
+        wp.where(flat, HALF * fall, wp.where(theta < zero, fall, zero)),
+        wp.where(flat, HALF * fall, wp.where(theta > zero, fall, zero)),
+    )
+
+
+@wp.struct
+class Result:
+    """What one lane's run leaves behind."""
+
+    theta: real
+    slide: real
+    peak: real
+    peak_time: real
+    peak_slide: real
+    uplift_time: real
+    moved: real
+    loss: real
+    miss: real
+    impacts: int
+    mode: int
+    steps: int
+
+
+Lane = wp.types.vector(length=LANE_WIDTH, dtype=real)
+LaneInt = wp.types.vector(length=LANE_WIDTH, dtype=int)
+
+
+@wp.kernel
+def packed(
+    blocks: wp.array(dtype=Block),
+    motions: wp.array(dtype=Motion),
+    pool: wp.array2d(dtype=real),
+    starts: wp.array(dtype=real),
+    sample_times: wp.array(dtype=real),
+    knobs: Knobs,
+    results: wp.array(dtype=Result),
+    rotations: wp.array2d(dtype=real),
+):
+    """Runs packs of LANE_WIDTH lanes, all at the same time."""
+    first = wp.tid() * LANE_WIDTH
+    x = Lane()
+    z = Lane()
+    theta = Lane()
+    vx = Lane()
+    vz = Lane()
+    omega = Lane()
+    n1 = Lane()
+    n2 = Lane()
+    loss = Lane()
+    miss = Lane()
+    base = Lane()
+    peak = Lane()
+    peak_time = Lane()
+    peak_slide = Lane()
+    uplift_time = Lane()
+    moved = Lane()
+    impacts = LaneInt()
+    mode = LaneInt()
+    steps = LaneInt()
+    for i in range(LANE_WIDTH):
+        block = blocks[first + i]
+        th = starts[first + i]
+        theta[i] = th
+        qx, qz, uz, p1, p2 = start(block, knobs, th)
+        x[i] = qx
+        z[i] = qz
+        vz[i] = uz
+        n1[i] = p1
+        n2[i] = p2
+        loss[i] = stored(block, qz, th)
+        peak[i] = size(th)
+        uplift_time[i] = wp.where(th == real(0.0), NEVER, real(0.0))
+        mode[i] = ROCKING
+    k = int(0)
+    time = real(0.0)
+    for sample in range(sample_times.shape[0]):
+        until = sample_times[sample]
+        while time < until:
+            k += 1
+            time = real(k) * knobs.time_step
+            half = time - HALF * knobs.time_step
+            for i in range(LANE_WIDTH):
+                m = motions[first + i]
+                # Field by field: four float32 loaded at once would keep the loop scalar.
+                block = Block()
+                block.half_width = blocks[first + i].half_width
+                block.half_height = blocks[first + i].half_height
+                block.inverse_inertia = blocks[first + i].inverse_inertia
+                block.friction = blocks[first + i].friction
+                block.cfm = blocks[first + i].cfm
+                block.erp = blocks[first + i].erp
+                place = sample_index(m, sample_segment(m, half))
+                moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
+                qx, qz, qt, ux, uz, uo, p1, p2, lo, mi = step(
+                    block, knobs, moving - base[i], x[i], z[i], theta[i], vx[i], vz[i], omega[i],
+                    n1[i], n2[i], loss[i], miss[i],
+                )  # fmt: skip
+                mo, pk, pt, ps, ut, mv, im = observe(
+                    mode[i], time, qt, uo, slide_of(block, qx, qt), p1, p2, n1[i], n2[i],
+                    peak[i], peak_time[i], peak_slide[i], uplift_time[i], moved[i], impacts[i],
+                )  # fmt: skip
+                live = mode[i] == ROCKING
+                x[i] = wp.where(live, qx, x[i])
+                z[i] = wp.where(live, qz, z[i])
+                theta[i] = wp.where(live, qt, theta[i])
+                vx[i] = wp.where(live, ux, vx[i])
+                vz[i] = wp.where(live, uz, vz[i])
+                omega[i] = wp.where(live, uo, omega[i])
+                n1[i] = wp.where(live, p1, n1[i])
+                n2[i] = wp.where(live, p2, n2[i])
+                loss[i] = wp.where(live, lo, loss[i])
+                miss[i] = wp.where(live, mi, miss[i])
+                base[i] = moving
+                peak[i] = wp.where(live, pk, peak[i])
+                peak_time[i] = wp.where(live, pt, peak_time[i])
+                peak_slide[i] = wp.where(live, ps, peak_slide[i])
+                uplift_time[i] = wp.where(live, ut, uplift_time[i])
+                moved[i] = wp.where(live, mv, moved[i])
+                impacts[i] = wp.where(live, im, impacts[i])
+                steps[i] = steps[i] + wp.where(live, 1, 0)
+                mode[i] = wp.where(live, mo, mode[i])
+        if rotations.shape[0] > 0:
+            back = time - until
+            for i in range(LANE_WIDTH):
+                at = theta[i] - wp.where(mode[i] == ROCKING, back * omega[i], real(0.0))
+                rotations[sample, first + i] = at
+    for i in range(LANE_WIDTH):
+        result = Result()
+        result.theta = theta[i]
+        result.slide = slide_of(blocks[first + i], x[i], theta[i])
+        result.peak = peak[i]
+        result.peak_time = peak_time[i]
+        result.peak_slide = peak_slide[i]
+        result.uplift_time = uplift_time[i]
+        result.moved = moved[i]
+        result.loss = loss[i] - stored(blocks[first + i], z[i], theta[i])
+        result.miss = miss[i]
+        result.impacts = impacts[i]
+        result.mode = mode[i]
+        result.steps = steps[i]
+        results[first + i] = result
+
+
+@wp.kernel
+def plain(
+    blocks: wp.array(dtype=Block),
+    motions: wp.array(dtype=Motion),
+    pool: wp.array2d(dtype=real),
+    starts: wp.array(dtype=real),
+    sample_times: wp.array(dtype=real),
+    knobs: Knobs,
+    results: wp.array(dtype=Result),
+    rotations: wp.array2d(dtype=real),
+):
+    """Runs one lane a thread, on any device."""
+    lane = wp.tid()
+    block = blocks[lane]
+    m = motions[lane]
+    theta = starts[lane]
+    x, z, vz, n1, n2 = start(block, knobs, theta)
+    vx = real(0.0)
+    omega = real(0.0)
+    loss = stored(block, z, theta)
+    miss = real(0.0)
+    base = real(0.0)
+    peak = size(theta)
+    peak_time = real(0.0)
+    peak_slide = real(0.0)
+    uplift_time = real(wp.where(theta == real(0.0), NEVER, real(0.0)))
+    moved = real(0.0)
+    impacts = int(0)
+    mode = int(ROCKING)
+    k = int(0)
+    time = real(0.0)
+    for sample in range(sample_times.shape[0]):
+        until = sample_times[sample]
+        while time < until and mode == ROCKING:
+            k += 1
+            time = real(k) * knobs.time_step
+            half = time - HALF * knobs.time_step
+            place = sample_index(m, sample_segment(m, half))
+            moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
+            qx, qz, qt, ux, uz, uo, p1, p2, lo, mi = step(
+                block, knobs, moving - base, x, z, theta, vx, vz, omega, n1, n2, loss, miss
+            )
+            mo, pk, pt, ps, ut, mv, im = observe(
+                mode, time, qt, uo, slide_of(block, qx, qt), p1, p2, n1, n2,
+                peak, peak_time, peak_slide, uplift_time, moved, impacts,
+            )  # fmt: skip
+            x = qx
+            z = qz
+            theta = qt
+            vx = ux
+            vz = uz
+            omega = uo
+            n1 = p1
+            n2 = p2
+            loss = lo
+            miss = mi
+            base = moving
+            mode = mo
+            peak = pk
+            peak_time = pt
+            peak_slide = ps
+            uplift_time = ut
+            moved = mv
+            impacts = im
+        if rotations.shape[0] > 0:
+            back = wp.where(mode == ROCKING, time - until, real(0.0))
+            rotations[sample, lane] = theta - back * omega
+    result = Result()
+    result.theta = theta
+    result.slide = slide_of(block, x, theta)
+    result.peak = peak
+    result.peak_time = peak_time
+    result.peak_slide = peak_slide
+    result.uplift_time = uplift_time
+    result.moved = moved
+    result.loss = loss - stored(block, z, theta)
+    result.miss = miss
+    result.impacts = impacts
+    result.mode = mode
+    result.steps = k
+    results[lane] = result

@@ -1,0 +1,135 @@
+"""The compliant contact engine: springs and dashpots by backward Euler, solved exactly, batched."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any, ClassVar, final
+
+import numpy as np
+import numpy.typing as npt
+import warp as wp
+
+from warprock.engines.base import AbstractEngine
+from warprock.engines.launching import Target, launch, respond, time_or_nan
+from warprock.engines.settings import DirectSettings
+from warprock.kernels.instance import kernel_module
+from warprock.lanes import Lanes
+from warprock.motion import GroundMotions
+from warprock.response import Outcome, Response, SampleTimes, Status
+from warprock.scene import SceneKind
+from warprock.units import GRAVITY
+
+OVERTURNED, BROKEN = 2, 3
+"""Modes of a lane in the kernel."""
+
+
+@final
+class Direct(AbstractEngine):
+    """Springs and dashpots under the corners, backward Euler, contact impulses solved exactly.
+
+    The time step is that of Eq. 9 of the paper, stiffness and damping act as CFM and ERP (Eq. 13).
+    First order in the step; at the default stiffness the contacts are rigid, as Housner's. A block
+    is at rest while both corners carry an impulse; it rocks while one carries none. A lane whose
+    contacts were not solved to round-off in some step has the status EVENT_LIMIT.
+    """
+
+    name: ClassVar[str] = "direct"
+    order: ClassVar[int | None] = 1
+    settings_type = DirectSettings
+
+    def __init__(
+        self, settings: DirectSettings | None = None, target: Target | None = None
+    ) -> None:
+        """Builds the engine.
+
+        Args:
+            settings: Defaults where None.
+            target: Precision, device and form of the kernel.
+        """
+        self.settings = settings or DirectSettings()
+        self.target = target or Target()
+
+    @classmethod
+    def supports(cls, scene: SceneKind) -> str | None:
+        """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
+        if scene.stacked:
+            return "direct runs single blocks, not stacks"
+        if scene.restitution_given:
+            return (
+                "direct finds the angular restitution from its contact law and cannot follow "
+                "the prescribed contact.angular_restitution"
+            )
+        return None
+
+    def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
+        """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
+        wp.load_module(self._module(motions).__name__, device=self.target.device)
+
+    def _module(self, motions: GroundMotions) -> ModuleType:
+        module: ModuleType = kernel_module(
+            "direct_launch", precision=self.target.precision, motion=motions.kind.value
+        )
+        return module
+
+    def _knobs(self, module: Any) -> Any:
+        knobs = module.Knobs()
+        knobs.time_step = self.settings.time_step
+        knobs.rate = 1.0 / self.settings.time_step
+        knobs.gravity = GRAVITY
+        knobs.box = self.settings.friction_box
+        knobs.margin = 2.0 * GRAVITY * self.settings.time_step**2
+        return knobs
+
+    def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
+        """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
+        module = self._module(motions)
+        rows, rotations = launch(
+            module,
+            self.target,
+            lanes,
+            motions,
+            times,
+            _blocks(lanes, self.settings),
+            self._knobs(module),
+        )
+        mode = rows["mode"]
+        moved = np.asarray(rows["moved"], dtype=np.float64)
+        # In the last step of the run both corners carried the block.
+        resting = (mode < OVERTURNED) & (moved < times.times[-1] - 0.5 * self.settings.time_step)
+        columns = {
+            "peak_rotation": rows["peak"],
+            "peak_time": rows["peak_time"],
+            "outcome": np.select(
+                [mode == OVERTURNED, resting],
+                [Outcome.OVERTURNED, Outcome.AT_REST],
+                Outcome.ROCKING,
+            ),
+            "status": np.select(
+                [mode == BROKEN, rows["miss"] > 0.0],
+                [Status.NONFINITE, Status.EVENT_LIMIT],
+                Status.OK,
+            ),
+            "impact_count": rows["impacts"],
+            "uplift_time": time_or_nan(rows["uplift_time"]),
+            "rest_time": np.where(resting, moved, np.nan),
+            "residual_slide": rows["slide"],
+            "peak_slide": rows["peak_slide"],
+            "energy_lost": lanes.mass * rows["loss"],
+            "step_count": rows["steps"],
+        }
+        return respond(self.name, columns, rotations, times)
+
+
+def _blocks(lanes: Lanes, settings: DirectSettings) -> dict[str, npt.NDArray[np.float64]]:
+    """Fields of the struct `Block`, shape [lane] each; the block has the mass 1."""
+    step, stiffness = settings.time_step, settings.contact_stiffness
+    drag = step * stiffness + settings.contact_damping
+    return {
+        "half_width": 0.5 * lanes.face_width,
+        "half_height": 0.5 * lanes.height,
+        "inverse_inertia": 12.0 / (lanes.width**2 + lanes.height**2),
+        "friction": lanes.friction,
+        "stiffness": stiffness / lanes.mass,
+        "cfm": lanes.mass / (step * drag),
+        "erp": np.full(lanes.lane_count, step * stiffness / drag),
+    }
