@@ -122,24 +122,18 @@ def figure15(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
     """Peaks under continuous sine over normalised acceleration."""
     cells, table = cells_of(runs, SINE_ENSEMBLE), peak_table(runs, STACK_SINE)
     level, names = _levels()
+    fallen = [i for i, key in enumerate(input_keys()) if key in OVERTURNED]
     panels = []
     for block, name in zip(BLOCKS[::-1], ("table11", "table12"), strict=True):
-        marks = {
-            f"test, by {route.column}": np.where(route.fallen, np.nan, route.values)
-            for route in inferred_tests(runs, name, block)
-        }
-        fallen = [i for i, key in enumerate(input_keys()) if key in OVERTURNED]
+        marks = {}
+        for route in inferred_tests(runs, name, block):
+            # A test in which the top block fell has no rotation that compares with ours.
+            marks[f"test, by {route.column}"] = route.values.copy()
+            marks[f"test, by {route.column}"][fallen] = np.nan
         if block == "top":
             marks |= {f"implied: {c}": _implied(c) for c in ("analytical", "bullet", "vortex")}
-        panels.append(
-            plots_stack_peaks.Panel(
-                block,
-                _boxes(cells, block),
-                _engine_points(table, block),
-                marks,
-                fallen if block == "top" else (),
-            )
-        )
+        boxes, points = _boxes(cells, block), _engine_points(table, block)
+        panels.append(plots_stack_peaks.Panel(block, boxes, points, marks, fallen))
     title = "Largest rotations under 10 s of continuous sine"
     return [plots_stack_peaks.draw_stack_peaks(folder / "fig15.png", title, level, names, panels)]
 

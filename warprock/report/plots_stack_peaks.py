@@ -71,7 +71,7 @@ class Panel:
         boxes: Peaks of members that stayed up, by geometry, one array an input.
         engines: Our peaks without spread, by engine, shape [input].
         marks: Printed or inferred peaks by name, NaN where there is none, shape [input].
-        fallen: Numbers of the inputs under which the block fell in the test.
+        fallen: Numbers of the inputs under which the top block fell in the test.
     """
 
     block: str
@@ -117,7 +117,7 @@ def draw_stack_peaks(
             _draw_boxes(axes, panel, place)
             _draw_points(axes, panel, place)
             for index in panel.fallen:
-                text = "in the test\nit fell"
+                text = "in the test\nthe top fell"
                 axes.text(
                     place[index] + 0.2,
                     0.98,
@@ -192,10 +192,10 @@ def draw_collapse(path: pathlib.Path, table: pd.DataFrame) -> pathlib.Path:
             squeeze=False,
         )
         figure.suptitle(
-            f"Two stacked blocks under 10 s of sine, geometry as printed, "
-            f"{int(table['members'].max())} members a cell.\nShare that collapses; below it, the "
-            f"largest rotation of the top block / {REFERENCE_DEGREES} deg that 95 % of the members "
-            "stay below",
+            "Two stacked blocks under 10 s of sine, geometry as printed, "
+            f"{int(table['members'].max())} members a cell.\n"
+            "Share of them that collapses; below it the 95 % quantile of the top block's largest\n"
+            f"rotation / {REFERENCE_DEGREES} deg",
             **FIGURE_TITLE,
         )
         image = None
