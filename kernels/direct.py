@@ -214,12 +214,12 @@ def solve(
 def step(
     block: Block, knobs: Knobs, dv: real,
     x: real, z: real, theta: real, vx: real, vz: real, omega: real,
-    n1: real, n2: real, loss: real, miss: real,
+    n1: real, n2: real, loss: real,
 ):  # fmt: skip
     """One step of one lane, in which the base velocity changes by dv [m/s].
 
-    The arguments from `x` on are the lane's state, see the head of this file, and the largest
-    miss of `solve` so far; the step returns them in the same order.
+    The arguments from `x` on are the lane's state, see the head of this file; the step returns
+    it in the same order, and what `solve` missed.
     """
     zero = real(0.0)
     one = real(1.0)
@@ -244,7 +244,7 @@ def step(
     bound = wp.where(touches, knobs.box * mu * (n1 + n2), zero)
     on1 = wp.where(gap1 <= knobs.margin, one, zero)
     on2 = wp.where(gap2 <= knobs.margin, one, zero)
-    missed, p1, p2, f = solve(
+    miss, p1, p2, f = solve(
         (one - knobs.box) * mu, bound,
         one + w * x1 * x1 + block.cfm, on1 * on2 * (one + w * x1 * x2),
         one + w * x2 * x2 + block.cfm,
@@ -265,7 +265,7 @@ def step(
     vo1 = m * vo1
     return (
         x + dt * vx1, z + dt * vz1, theta + dt * vo1, vx1, vz1, vo1,
-        wp.where(m < zero, p2, p1), wp.where(m < zero, p1, p2), loss - work, larger(missed, miss),
+        wp.where(m < zero, p2, p1), wp.where(m < zero, p1, p2), loss - work, miss,
     )  # fmt: skip
 
 

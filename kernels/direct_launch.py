@@ -30,22 +30,24 @@ NEVER = real(1.0e30)
 ROCKING = 1
 OVERTURNED = 2
 BROKEN = 3
+UNSOLVED = 4
 
 
 @wp.func
 def observe(
     mode: int, time: real, theta: real, omega: real, slide: real,
-    n1: real, n2: real, old1: real, old2: real,
+    miss: real, n1: real, n2: real, old1: real, old2: real,
     peak: real, peak_time: real, peak_slide: real, uplift_time: real, moved: real, impacts: int,
 ):  # fmt: skip
     """What a step adds to the response of one lane.
 
     Args:
-        mode: ROCKING (not at its end), OVERTURNED or BROKEN.
+        mode: ROCKING (not at its end), OVERTURNED, BROKEN or UNSOLVED.
         time: End of the step [s].
         theta: Rotation [rad], omega its rate [rad/s].
         omega: Angular velocity [rad/s].
         slide: Slide along the base [m].
+        miss: What the solve missed, beyond round-off.
         n1: Normal impulse of the -x corner in this step; old1 in the step before.
         n2: Normal impulse of the +x corner in this step; old2 in the step before.
         old1: See n1.
@@ -66,9 +68,10 @@ def observe(
     landed1 = wp.where(old1 <= zero and n1 > zero, 1, 0)
     landed2 = wp.where(old2 <= zero and n2 > zero, 1, 0)
     over = size(theta) >= HALF_PI
+    found = wp.where(miss > zero, UNSOLVED, wp.where(over, OVERTURNED, mode))
     sound = theta - theta == zero and omega - omega == zero and slide - slide == zero
     return (
-        wp.where(sound, wp.where(over, OVERTURNED, mode), BROKEN),
+        wp.where(sound, found, BROKEN),
         wp.where(higher, smaller(size(theta), HALF_PI), peak),
         wp.where(higher, time, peak_time),
         larger(size(slide), peak_slide),
@@ -109,7 +112,6 @@ class Result:
     uplift_time: real
     moved: real
     loss: real
-    miss: real
     impacts: int
     mode: int
     steps: int
@@ -141,7 +143,6 @@ def packed(
     n1 = Lane()
     n2 = Lane()
     loss = Lane()
-    miss = Lane()
     base = Lane()
     peak = Lane()
     peak_time = Lane()
@@ -187,10 +188,10 @@ def packed(
                 moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
                 qx, qz, qt, ux, uz, uo, p1, p2, lo, mi = step(
                     block, knobs, moving - base[i], x[i], z[i], theta[i], vx[i], vz[i], omega[i],
-                    n1[i], n2[i], loss[i], miss[i],
+                    n1[i], n2[i], loss[i],
                 )  # fmt: skip
                 mo, pk, pt, ps, ut, mv, im = observe(
-                    mode[i], time, qt, uo, slide_of(block, qx, qt), p1, p2, n1[i], n2[i],
+                    mode[i], time, qt, uo, slide_of(block, qx, qt), mi, p1, p2, n1[i], n2[i],
                     peak[i], peak_time[i], peak_slide[i], uplift_time[i], moved[i], impacts[i],
                 )  # fmt: skip
                 live = mode[i] == ROCKING
@@ -203,7 +204,6 @@ def packed(
                 n1[i] = wp.where(live, p1, n1[i])
                 n2[i] = wp.where(live, p2, n2[i])
                 loss[i] = wp.where(live, lo, loss[i])
-                miss[i] = wp.where(live, mi, miss[i])
                 base[i] = moving
                 peak[i] = wp.where(live, pk, peak[i])
                 peak_time[i] = wp.where(live, pt, peak_time[i])
@@ -228,7 +228,6 @@ def packed(
         result.uplift_time = uplift_time[i]
         result.moved = moved[i]
         result.loss = loss[i] - stored(blocks[first + i], z[i], theta[i])
-        result.miss = miss[i]
         result.impacts = impacts[i]
         result.mode = mode[i]
         result.steps = steps[i]
@@ -255,7 +254,6 @@ def plain(
     vx = real(0.0)
     omega = real(0.0)
     loss = stored(block, z, theta)
-    miss = real(0.0)
     base = real(0.0)
     peak = size(theta)
     peak_time = real(0.0)
@@ -275,10 +273,10 @@ def plain(
             place = sample_index(m, sample_segment(m, half))
             moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
             qx, qz, qt, ux, uz, uo, p1, p2, lo, mi = step(
-                block, knobs, moving - base, x, z, theta, vx, vz, omega, n1, n2, loss, miss
+                block, knobs, moving - base, x, z, theta, vx, vz, omega, n1, n2, loss
             )
             mo, pk, pt, ps, ut, mv, im = observe(
-                mode, time, qt, uo, slide_of(block, qx, qt), p1, p2, n1, n2,
+                mode, time, qt, uo, slide_of(block, qx, qt), mi, p1, p2, n1, n2,
                 peak, peak_time, peak_slide, uplift_time, moved, impacts,
             )  # fmt: skip
             x = qx
@@ -290,7 +288,6 @@ def plain(
             n1 = p1
             n2 = p2
             loss = lo
-            miss = mi
             base = moving
             mode = mo
             peak = pk
@@ -311,7 +308,6 @@ def plain(
     result.uplift_time = uplift_time
     result.moved = moved
     result.loss = loss - stored(block, z, theta)
-    result.miss = miss
     result.impacts = impacts
     result.mode = mode
     result.steps = k

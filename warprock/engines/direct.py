@@ -19,7 +19,7 @@ from warprock.response import Outcome, Response, SampleTimes, Status
 from warprock.scene import SceneKind
 from warprock.units import GRAVITY
 
-OVERTURNED, BROKEN = 2, 3
+OVERTURNED, BROKEN, UNSOLVED = 2, 3, 4
 """Modes of a lane in the kernel."""
 
 
@@ -29,8 +29,8 @@ class Direct(AbstractEngine):
 
     The time step is that of Eq. 9 of the paper, stiffness and damping act as CFM and ERP (Eq. 13).
     First order in the step; at the default stiffness the contacts are rigid, as Housner's. A block
-    is at rest while both corners carry an impulse; it rocks while one carries none. A lane whose
-    contacts were not solved to round-off in some step has the status EVENT_LIMIT.
+    is at rest while both corners carry an impulse; it rocks while one carries none. The run of a
+    lane whose contacts are not solved to round-off ends there, with the status EVENT_LIMIT.
     """
 
     name: ClassVar[str] = "direct"
@@ -105,7 +105,7 @@ class Direct(AbstractEngine):
                 Outcome.ROCKING,
             ),
             "status": np.select(
-                [mode == BROKEN, rows["miss"] > 0.0],
+                [mode == BROKEN, mode == UNSOLVED],
                 [Status.NONFINITE, Status.EVENT_LIMIT],
                 Status.OK,
             ),
