@@ -240,7 +240,7 @@ def step(
     uz = vz - dt * knobs.gravity
     uo = m * omega
     mu = block.friction
-    touches = smaller(gap1, gap2) <= zero
+    touches = smaller(gap1, gap2) <= knobs.margin
     bound = wp.where(touches, knobs.box * mu * (n1 + n2), zero)
     on1 = wp.where(gap1 <= knobs.margin, one, zero)
     on2 = wp.where(gap2 <= knobs.margin, one, zero)
