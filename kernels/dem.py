@@ -24,7 +24,7 @@ point, per unit of area (Eq. 3 and 4 of the paper, with a dashpot beta k in para
 
 A point whose spring is in tension beyond f_t is open and carries nothing; a dashpot never pulls
 beyond that either. Where T reaches its bound the point slips and u keeps what the spring carries.
-The first slip or opening takes f_t and c away for good; opening forgets u and the dilation.
+The first slip or opening takes f_t and c away for good; opening forgets u, but no dilation.
 
 One step of central differences, the velocities at half steps: stresses from the places at n and
 the velocities at n - 1/2, which the dashpots see one half step late; then
@@ -35,6 +35,9 @@ differences are exact mirror images in a mirrored scene.
 
 Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks.
 """
+
+# A func changes what it takes by reference, which the linter takes for unused assignments.
+# ruff: noqa: F841
 
 from typing import Any
 
@@ -83,27 +86,57 @@ def rise(s: real, c: real) -> real:
 
 
 @wp.func
+def lean_of(turn: real, rate: real, dv: real) -> real:
+    """Side to which an interface leans, from what its blocks turn against each other: -1 or 1."""
+    zero = real(0.0)
+    return sign_of(wp.where(turn != zero, turn, wp.where(rate != zero, rate, -dv)))
+
+
+@wp.func
+def shared(slave: real, plane: real, place: real, cosine: real):
+    """Ends of the stretch that two faces of the half widths slave and plane [m] share.
+
+    Args:
+        slave: Half width of the slave's face [m], plane that of the other one.
+        place: Place of the slave's middle along the plane, from the plane's middle [m].
+        cosine: Cosine of the angle between the two.
+
+    Returns:
+        Places along the slave's face [m].
+    """
+    wide = real(1.0) / larger(cosine, STEEPEST)
+    return larger(-slave, (-plane - place) * wide), smaller(slave, (plane - place) * wide)
+
+
+@wp.func
 def approach(
     ps: real, pc: real, rs: real, rc: real, side: real, de: real, dn: real, hs: real, middle: real,
-    wx: real, wz: real, omega: real, lomega: real,
+    half: real, wx: real, wz: real, omega: real, lomega: real,
+    pe: wp.ref[real], pn: wp.ref[real], vn: wp.ref[real], vt: wp.ref[real],
+    tilt: wp.ref[real], parting: wp.ref[real], sliding: wp.ref[real],
 ):  # fmt: skip
-    """How the upper face moves against the lower one at a point `middle` of the slave's face.
+    """Finds how the upper face moves against the lower one over the stretch that they share.
 
     Args:
         ps: See `meet`, as all that is not told here.
         hs: Half height of the slave [m].
-        middle: Place of the point along the slave's face [m].
-
-    Returns:
-        Lever of the point from the slave's centre along e and n [m], v_n and v_t there [m/s].
+        middle: Place of the middle of the stretch along the slave's face [m].
+        pe: Lever of that middle from the slave's centre along e [m], pn along n; found.
+        vn: v_n there [m/s], vt likewise; found.
+        tilt: What is to be added to the overlap at the end at +x [m], parting to v_n and sliding
+            to v_t [m/s]; found.
     """
     rate = omega - lomega
     turn = wp.where(side < real(0.0), lomega, omega)
-    pe = middle * rc - hs * rs
-    pn = side * (middle * rs + hs * rc)
-    vn = wx * ps + wz * pc + turn * de - rate * pe
-    vt = wx * pc - wz * ps - turn * dn + rate * pn
-    return pe, pn, vn, vt
+    a = middle * rc - hs * rs
+    b = side * (middle * rs + hs * rc)
+    pe = a
+    pn = b
+    vn = wx * ps + wz * pc + turn * de - rate * a
+    vt = wx * pc - wz * ps - turn * dn + rate * b
+    tilt = half * rs
+    parting = -half * rc * rate
+    sliding = half * side * rs * rate
 
 
 @wp.func
@@ -112,10 +145,10 @@ def meet(
     lface: real, lhigh: real, ls: real, lc: real, lomega: real,
     dx: real, ez: real, wx: real, wz: real,
     ps: wp.ref[real], pc: wp.ref[real], rs: wp.ref[real], rc: wp.ref[real],
-    side: wp.ref[real], de: wp.ref[real], dn: wp.ref[real],
-    half: wp.ref[real], slid: wp.ref[real], pe: wp.ref[real], pn: wp.ref[real],
-    overlap: wp.ref[real], vn: wp.ref[real], vt: wp.ref[real],
-    tilt: wp.ref[real], parting: wp.ref[real], sliding: wp.ref[real],
+    side: wp.ref[real], de: wp.ref[real], dn: wp.ref[real], half: wp.ref[real],
+    slid: wp.ref[real], pe: wp.ref[real], pn: wp.ref[real], overlap: wp.ref[real],
+    vn: wp.ref[real], vt: wp.ref[real], tilt: wp.ref[real], parting: wp.ref[real],
+    sliding: wp.ref[real],
 ):  # fmt: skip
     """Finds where the springs of an interface are, and how the faces move; ps and on are found.
 
@@ -132,22 +165,16 @@ def meet(
         de: Upper centre from the lower one along e [m], dn along n.
         half: Half length of the stretch that the faces share, along the slave's face [m].
         slid: Place of the upper block along the lower one [m].
-        pe: Lever of the middle of that stretch from the slave's centre along e [m], pn along n.
-        overlap: Overlap o there [m], v_n and v_t there [m/s].
-        tilt: What is to be added to the overlap at the end at +x [m]; parting to v_n and sliding
-            to v_t [m/s].
+        pe: See `approach`, as all that is not told here.
+        overlap: Overlap o in the middle of that stretch [m].
     """
-    one = real(1.0)
-    zero = real(0.0)
     turn = s * lc - c * ls
     cosine = c * lc + s * ls
-    rate = omega - lomega
-    lean = sign_of(wp.where(turn != zero, turn, wp.where(rate != zero, rate, -dv)))
     both = high + lhigh
     dz = both + ez
-    corner = dx * lc - dz * ls - high * turn + lean * face * cosine
-    upper = lean * corner <= lface
-    sign = wp.where(upper, -one, one)
+    lean = lean_of(turn, omega - lomega, dv)
+    upper = lean * (dx * lc - dz * ls - high * turn + lean * face * cosine) <= lface
+    sign = wp.where(upper, real(-1.0), real(1.0))
     sine = wp.where(upper, ls, s)
     across = wp.where(upper, lc, c)
     tall = wp.where(upper, high, lhigh)
@@ -155,9 +182,7 @@ def meet(
     plane = wp.where(upper, lface, face)
     along = dx * across - dz * sine
     place = -sign * along - tall * turn
-    wide = one / larger(cosine, STEEPEST)
-    low = larger(-slave, (-plane - place) * wide)
-    top = smaller(slave, (plane - place) * wide)
+    low, top = shared(slave, plane, place, cosine)
     gap = dx * sine + ez * across - both * rise(sine, across) + tall * rise(turn, cosine)
     middle = real(0.5) * (low + top)
     length = real(0.5) * (top - low)
@@ -172,16 +197,10 @@ def meet(
     half = length
     overlap = middle * turn - gap
     slid = -sign * (place - lean * slave * rise(turn, cosine))
-    tilt = length * turn
-    a, b, opens, slides = approach(
-        sine, across, turn, cosine, sign, along, normal, tall, middle, wx, wz, omega, lomega
-    )
-    pe = a
-    pn = b
-    vn = opens
-    vt = slides
-    parting = -length * cosine * rate
-    sliding = length * sign * turn * rate
+    approach(
+        sine, across, turn, cosine, sign, along, normal, tall, middle, length,
+        wx, wz, omega, lomega, pe, pn, vn, vt, tilt, parting, sliding,
+    )  # fmt: skip
 
 
 @wp.func
@@ -222,7 +241,8 @@ def spring(
     kept = wp.where(size(wanted) <= bound, stretch, -knobs.shear_flexibility * shear)
     energy = wp.where(closed, elastic * pressed, zero) + knobs.shear_stiffness * kept * kept
     u = wp.where(live, kept, old)
-    slip = wp.where(live, wp.where(closed, slips + size(stretch - kept), FAILED), slips)
+    moved = wp.where(closed, slips + size(stretch - kept), larger(slips, FAILED))
+    slip = wp.where(live, moved, slips)
     return normal, shear, energy
 
 
@@ -232,7 +252,6 @@ def press(
     overlap: real, tilt: real, vn: real, parting: real, vt: real, sliding: real,
     u1: wp.ref[real], slip1: wp.ref[real], u2: wp.ref[real], slip2: wp.ref[real],
     n: wp.ref[real], nq: wp.ref[real], t: wp.ref[real], tq: wp.ref[real], e: wp.ref[real],
-    end1: wp.ref[real], end2: wp.ref[real],
 ):  # fmt: skip
     """Adds a pair of points, -away and +away half lengths from the middle, to an interface.
 
@@ -242,10 +261,9 @@ def press(
         away: Their distance from the middle over the half length.
         overlap: At the middle [m]; tilt what is to be added at the end, see `meet`; vn and
             parting, vt and sliding likewise.
-        u1: State of the point at -away, see `spring`, slip1 likewise; u2, slip2 at +away.
+        u1: State of the first point, see `spring`, slip1 likewise; u2, slip2 of the second.
         n: Mean of N so far [N/m^2], nq its first moment over the half length, t and tq of T,
             e the mean of twice the energy [J/m^2]; all are added to.
-        end1: N of the point at -away, end2 at +away; the pair at the ends comes last.
     """
     n1, t1, e1 = spring(
         knobs, live, mu, dt, overlap - away * tilt, vn - away * parting, vt - away * sliding,
@@ -260,8 +278,6 @@ def press(
     nq = nq + share * away * (n2 - n1)
     tq = tq + share * away * (t2 - t1)
     e = e + share * (e1 + e2)
-    end1 = n1
-    end2 = n2
 
 
 @wp.func

@@ -7,8 +7,11 @@ Loops over the lanes are innermost and work on local matrices, one row a body or
 the compiler turns them into vector code; with one lane a thread the same text is the plain form
 for any device. A func takes the entries of the matrices and changes those it takes as `wp.ref`.
 
-An interface rocks while the point at one of its ends carries nothing; that needs no tolerance.
+An interface rocks while its faces have parted in the middle; that needs no tolerance.
 """
+
+# A func changes what it takes by reference, which the linter takes for unused assignments.
+# ruff: noqa: F841
 
 from typing import Any
 
@@ -54,7 +57,10 @@ SLID_OFF = 4
 
 @wp.struct
 class Block:
-    """One block of a stack, and where it starts; z from where it would be on rigid blocks."""
+    """One block of a stack, and where it starts; z from where it would be on rigid blocks.
+
+    `stretch` is that of the shear springs below it.
+    """
 
     face: real
     high: real
@@ -66,6 +72,7 @@ class Block:
     x: real
     z: real
     theta: real
+    stretch: real
 
 
 @wp.struct
@@ -118,9 +125,9 @@ def set_up(
     block: Block, face: wp.ref[real], high: wp.ref[real], m: wp.ref[real], j: wp.ref[real],
     mu: wp.ref[real], depth: wp.ref[real], offset: wp.ref[real], x: wp.ref[real],
     z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
-    old1: wp.ref[real], old2: wp.ref[real], peak: wp.ref[real],
+    old: wp.ref[real], peak: wp.ref[real],
 ):  # fmt: skip
-    """Puts a block where it starts; a landing is that of an end that was off in a step before."""
+    """Puts a block where it starts; one that has not begun has not parted."""
     face = block.face
     high = block.high
     m = block.inverse_mass
@@ -133,8 +140,7 @@ def set_up(
     theta = block.theta
     s = sine(block.theta)
     c = cosine(block.theta)
-    old1 = real(1.0)
-    old2 = real(1.0)
+    old = real(1.0)
     peak = size(block.theta)
 
 
@@ -147,8 +153,14 @@ def passes_left(until: real, steps: int, dt: real, mode: int) -> int:
 
 
 @wp.func
+def time_past(until: real, steps: int, dt: real, mode: int) -> real:
+    """Time by which a lane that still runs has passed a sample [s]."""
+    return wp.where(mode == ROCKING, larger(real(steps) * dt - until, real(0.0)), real(0.0))
+
+
+@wp.func
 def ride(
-    v: real, live: bool, steps: int, dt: real, dv: wp.ref[real], base: wp.ref[real],
+    v: real, live: bool, steps: wp.ref[int], dt: real, dv: wp.ref[real], base: wp.ref[real],
     span: wp.ref[real], stored: wp.ref[real], at_start: wp.ref[real], loss: real,
     spent: wp.ref[real],
 ):  # fmt: skip
@@ -159,24 +171,24 @@ def ride(
     at_start = wp.where(steps == 1, stored, at_start)
     stored = wp.where(live, real(0.0), stored)
     spent = wp.where(live, loss, spent)
+    steps = steps + wp.where(live, 1, 0)
 
 
 @wp.func
 def witness(
-    live: bool, time: real, end1: real, end2: real, half: real,
-    old1: wp.ref[real], old2: wp.ref[real], uplift_time: wp.ref[real], moved: wp.ref[real],
-    impacts: wp.ref[int], mode: wp.ref[int],
+    live: bool, time: real, overlap: real, half: real, old: wp.ref[real],
+    uplift_time: wp.ref[real], moved: wp.ref[real], impacts: wp.ref[int], mode: wp.ref[int],
 ):  # fmt: skip
-    """Whether an interface rocks, which of its ends have landed, and whether it is still there."""
+    """Whether an interface rocks, whether it has closed again, and whether it is still there.
+
+    `overlap` is that in the middle of the shared stretch, `old` what it was in the last step.
+    """
     zero = real(0.0)
-    lifted = live and (end1 <= zero or end2 <= zero)
-    landed1 = wp.where(live and old1 <= zero and end1 > zero, 1, 0)
-    landed2 = wp.where(live and old2 <= zero and end2 > zero, 1, 0)
-    uplift_time = wp.where(lifted and uplift_time >= NEVER, time, uplift_time)
-    moved = wp.where(lifted, time, moved)
-    impacts = impacts + landed1 + landed2
-    old1 = wp.where(live, end1, old1)
-    old2 = wp.where(live, end2, old2)
+    parted = live and overlap <= zero
+    uplift_time = wp.where(parted and uplift_time >= NEVER, time, uplift_time)
+    moved = wp.where(parted, time, moved)
+    impacts = impacts + wp.where(live and old <= zero and overlap > zero, 1, 0)
+    old = wp.where(live, overlap, old)
     mode = wp.where(live and half <= zero, SLID_OFF, mode)
 
 
@@ -207,24 +219,22 @@ def stacks(
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, each at its own time."""
-    first, zero = wp.tid() * LANES, real(0.0)
     # Rows of bodies, the ground first: what they are, where, how fast, and what is kept of them.
     face, high, m, j, mu, depth, offset = Body(), Body(), Body(), Body(), Body(), Body(), Body()
     x, z, theta, s, c, vx, vz = Body(), Body(), Body(), Body(), Body(), Body(), Body()
-    omega, fx, fz, moment, old1, old2, slid = Body(), Body(), Body(), Body(), Body(), Body(), Body()
+    omega, fx, fz, moment, old, slid = Body(), Body(), Body(), Body(), Body(), Body()
     peak, peak_time, slide, peak_slide = Body(), Body(), Body(), Body()
     # Rows of points, pair by pair from the middle outwards: the one at -x, the one at +x.
     u, slip = Point(), Point()
     # The interface that is being looked at, names as in `dem`.
     ps, pc, rs, rc, side, de, dn = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    half, pe, pn, overlap, vn, vt = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    tilt, parting, sliding, end1, end2 = Lane(), Lane(), Lane(), Lane(), Lane()
-    n, nq, t, tq, e, spent, at_start = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    dt, span, base, dv, loss, stored = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    uplift_time, moved = Lane(), Lane()
-    impacts, mode, steps, live = LaneInt(), LaneInt(), LaneInt(), LaneInt()
+    half, pe, pn, overlap, vn, vt, tilt = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    parting, sliding, n, nq, t, tq, e = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    dt, span, base, dv, loss, spent, stored = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    at_start, uplift_time, moved, live = Lane(), Lane(), Lane(), LaneInt()
+    impacts, mode, steps = LaneInt(), LaneInt(), LaneInt()
     # Counts that Warp does not know, so that it writes out none of the loops over them.
-    bodies, pairs = int(BLOCKS + 1), int(PAIRS)
+    bodies, pairs, first = int(BLOCKS + 1), int(PAIRS), wp.tid() * LANES
     for i in range(LANES):
         c[0, i] = real(1.0)
         face[0, i] = GROUND_FACE
@@ -235,8 +245,10 @@ def stacks(
             set_up(
                 blocks[k - 1, first + i], face[k, i], high[k, i], m[k, i], j[k, i], mu[k, i],
                 depth[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
-                old1[k, i], old2[k, i], peak[k, i],
+                old[k, i], peak[k, i],
             )  # fmt: skip
+            for p in range(2 * pairs):
+                u[2 * pairs * (k - 1) + p, i] = blocks[k - 1, first + i].stretch
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
         passes = int(0)
@@ -244,9 +256,8 @@ def stacks(
             passes = wp.max(passes, passes_left(until, steps[i], dt[i], mode[i]))
         for _ in range(passes):
             for i in range(LANES):
-                before = real(steps[i]) * dt[i]
-                live[i] = wp.where(mode[i] == ROCKING and before < until, 1, 0)
-                mid = before + HALF * dt[i]
+                live[i] = wp.where(mode[i] == ROCKING and real(steps[i]) * dt[i] < until, 1, 0)
+                mid = (real(steps[i]) + HALF) * dt[i]
                 lane = motions[first + i]
                 place = sample_index(lane, sample_segment(lane, mid))
                 v = base_velocity(lane, mid, pool[2, place], pool[0, place], pool[1, place])
@@ -270,21 +281,22 @@ def stacks(
                     share = SPACING * wp.where(p == pairs - 1 or p < ODD, HALF, real(1.0))
                     for i in range(LANES):
                         press(
-                            knobs, live[i] == 1, mu[k, i], dt[i], share, away, overlap[i], tilt[i],
-                            vn[i], parting[i], vt[i], sliding[i], u[row + 2 * p, i],
-                            slip[row + 2 * p, i], u[row + 2 * p + 1, i], slip[row + 2 * p + 1, i],
-                            n[i], nq[i], t[i], tq[i], e[i], end1[i], end2[i],
+                            knobs, live[i] == 1, mu[k, i], dt[i], share, away,
+                            overlap[i], tilt[i], vn[i], parting[i], vt[i], sliding[i],
+                            u[row + 2 * p, i], slip[row + 2 * p, i],
+                            u[row + 2 * p + 1, i], slip[row + 2 * p + 1, i],
+                            n[i], nq[i], t[i], tq[i], e[i],
                         )  # fmt: skip
                 for i in range(LANES):
                     load(
                         depth[k, i], ps[i], pc[i], rs[i], rc[i], side[i], de[i], dn[i], half[i],
-                        pe[i], pn[i], n[i], nq[i], t[i], tq[i], e[i], fx[k, i], fz[k, i],
-                        moment[k, i], fx[low, i], fz[low, i], moment[low, i],
+                        pe[i], pn[i], n[i], nq[i], t[i], tq[i], e[i],
+                        fx[k, i], fz[k, i], moment[k, i], fx[low, i], fz[low, i], moment[low, i],
                         live[i] == 1, stored[i],
                     )  # fmt: skip
                     witness(
-                        live[i] == 1, real(steps[i]) * dt[i], end1[i], end2[i], half[i],
-                        old1[k, i], old2[k, i], uplift_time[i], moved[i], impacts[i], mode[i],
+                        live[i] == 1, real(steps[i] - 1) * dt[i], overlap[i], half[i], old[k, i],
+                        uplift_time[i], moved[i], impacts[i], mode[i],
                     )  # fmt: skip
             for k in range(1, bodies):
                 for i in range(LANES):
@@ -294,23 +306,20 @@ def stacks(
                         c[k, i], vx[k, i], vz[k, i], omega[k, i], loss[i],
                     )  # fmt: skip
                     observe(
-                        live[i] == 1, real(steps[i] + 1) * dt[i], theta[k, i],
+                        live[i] == 1, real(steps[i]) * dt[i], theta[k, i],
                         vx[k, i] + vz[k, i] + omega[k, i], slid[k, i] - offset[k, i],
                         peak[k, i], peak_time[k, i], slide[k, i], peak_slide[k, i], mode[i],
                     )  # fmt: skip
-            for i in range(LANES):
-                steps[i] = steps[i] + live[i]
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):
                 for i in range(LANES):
-                    late = larger(real(steps[i]) * dt[i] - until, zero)
-                    past = wp.where(mode[i] == ROCKING, late, zero)
+                    past = time_past(until, steps[i], dt[i], mode[i])
                     found.rotations[sample, k - 1, first + i] = theta[k, i] - past * omega[k, i]
     for i in range(LANES):
+        lost = spent[i] - (stored[i] - at_start[i])
         found.results[first + i] = Result(
-            uplift_time[i], moved[i], spent[i] - (stored[i] - at_start[i]), impacts[i], mode[i],
-            steps[i],
-        )  # fmt: skip
+            uplift_time[i], moved[i], lost, impacts[i], mode[i], steps[i]
+        )
         for k in range(1, bodies):
             found.blocks[k - 1, first + i] = BlockResult(
                 slide[k, i], peak[k, i], peak_time[k, i], peak_slide[k, i]

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
+from warprock import rocking
 from warprock.engines.base import AbstractEngine
 from warprock.engines.dem_springs import (
     interface_depth,
@@ -22,13 +23,16 @@ from warprock.engines.launching import NEVER, Target, respond, time_or_nan
 from warprock.engines.settings import DemSettings
 from warprock.engines.stack_launching import Array, launch_stacks, stack_module
 from warprock.lanes import Lanes
-from warprock.motion import GroundMotions
+from warprock.motion import GroundMotions, StillBase
 from warprock.response import FIELDS, Outcome, Response, SampleTimes, Status
 from warprock.scene import SceneKind
 from warprock.units import GRAVITY
 
 OVERTURNED, BROKEN, SLID_OFF = 2, 3, 4
 """Modes of a lane in the kernel."""
+
+TURN_SAMPLES = 2000
+"""Samples in which a turn is looked for: it is flat, a sample misses 1e-6 of it."""
 
 
 @final
@@ -38,11 +42,11 @@ class Dem(AbstractEngine):
     First order in the step, whose dashpots are half a step late. Every lane has its own step: the
     `time_step` of the settings, or `step_safety` of what its stiffest mode allows.
 
-    An interface is compliant, so its ends unload before a rigid block would lift: once the
-    resultant leaves the core of the face, about a third of the way to the edge. A lane is at rest
-    while the points at both ends of every interface carry something, and has lifted when one of
-    them carries nothing; an impact is such a point loaded again, each bounce counted. What a
-    lane lost went into dashpots, slip and opened springs.
+    A lane has lifted once the faces of an interface have parted in the middle, and is at rest
+    while none has; an impact is an interface that closes there again, bounces counted. On springs
+    that comes before a rigid block would lift: when the resultant has moved two thirds (of many
+    sub-contacts) or three quarters (of five) of the way to an end. What a lane lost went into
+    dashpots, slip and springs that opened under load.
     """
 
     name: ClassVar[str] = "dem"
@@ -76,7 +80,7 @@ class Dem(AbstractEngine):
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
         """Longest step of every lane [s]; see `AbstractEngine.longest_step`."""
         limit = stable_step(stiffest_frequency(_as_stacks(lanes), self.settings), self.settings)
-        return np.minimum(self.settings.time_step, self.settings.step_safety * limit)
+        return np.asarray(np.minimum(self.settings.time_step, self.settings.step_safety * limit))
 
     def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
         return stack_module("dem_launch", self.target, motions, lanes, self.settings.subcontacts)
@@ -115,7 +119,7 @@ class Dem(AbstractEngine):
         )
         mode = rows["mode"]
         moved = np.asarray(rows["moved"], dtype=np.float64)
-        # In the last step of the run both ends of every interface carried something.
+        # In the last step of the run every interface was closed.
         resting = (mode < OVERTURNED) & (moved < times.times[-1] - 1.5 * step)
         columns: dict[str, npt.NDArray[Any]] = {
             "peak_rotation": per_block["peak"],
@@ -138,6 +142,35 @@ class Dem(AbstractEngine):
             columns = {k: v[:, 0] if FIELDS[k].per_block else v for k, v in columns.items()}
             rotations = None if rotations is None else rotations[:, 0]
         return respond(self.name, columns, rotations, times)
+
+
+def equivalent_restitution(lanes: Lanes, settings: DemSettings | None = None) -> Array:
+    """Angular restitution of a rigid block that swings back as far as the one on springs [-].
+
+    The root of the ratio of the energies at the first turn on the other side and at the release,
+    to be held against Housner's `rocking.angular_restitution`. The springs have a mean value of
+    their own only where they absorb a blow before the next: bounces are part of it.
+
+    Args:
+        lanes: Single blocks, released from `rotation_start`, not zero.
+        settings: Defaults where None.
+
+    Returns:
+        Shape [lane].
+
+    References:
+        Housner (1963), energy of free rocking.
+    """
+    quarter = rocking.quarter_period(lanes.width, lanes.height, lanes.rotation_start)
+    duration = 2.5 * float(np.max(quarter))
+    times = SampleTimes(duration, duration / TURN_SAMPLES)
+    response = Dem(settings).run(lanes, StillBase(lanes.lane_count), times)
+    away = -np.sign(lanes.rotation_start)[:, None] * response["rotation"]
+    turn = np.maximum(away.max(axis=1), 0.0)
+    angle = lanes.slenderness_angle
+    after = np.cos(angle - turn) - np.cos(angle)
+    before = np.cos(angle - np.abs(lanes.rotation_start)) - np.cos(angle)
+    return np.asarray(np.sqrt(after / before))
 
 
 def _as_stacks(lanes: Lanes) -> Lanes:
@@ -166,4 +199,5 @@ def _blocks(stacks: Lanes, settings: DemSettings) -> dict[str, Array]:
         "x": start.x,
         "z": start.settlement,
         "theta": start.rotation,
+        "stretch": start.stretch,
     }

@@ -59,7 +59,7 @@ class Springs:
 def interface_depth(lanes: Lanes) -> Array:
     """Depth of every interface [m], shape [lane, block]: the smaller one of its two blocks."""
     below = np.concatenate([np.full((lanes.lane_count, 1), np.inf), lanes.depth[:, :-1]], axis=1)
-    return np.minimum(lanes.depth, below)
+    return np.asarray(np.minimum(lanes.depth, below))
 
 
 def stiffest_frequency(lanes: Lanes, settings: DemSettings) -> Array:
@@ -95,7 +95,9 @@ def stiffest_frequency(lanes: Lanes, settings: DemSettings) -> Array:
     scaled = stiffness / np.sqrt(masses[:, :, None] * masses[:, None, :])
     sound = np.isfinite(scaled).all(axis=(1, 2))
     largest = np.linalg.eigvalsh(np.where(sound[:, None, None], scaled, 0.0))[:, -1]
-    return np.where(sound, np.sqrt(np.maximum(largest, 0.0)), np.nan)
+    # The solver's last digits are not those of the mirrored stack.
+    part, power = np.frexp(np.sqrt(np.maximum(largest, 0.0)))
+    return np.where(sound, np.ldexp(np.round(part * 2.0**30) / 2.0**30, power), np.nan)
 
 
 def stable_step(frequency: Array, settings: DemSettings) -> Array:
@@ -118,86 +120,159 @@ def stable_step(frequency: Array, settings: DemSettings) -> Array:
 def contact_restitution(damping_ratio: npt.ArrayLike) -> Array:
     """Ratio e of speeds after and before a blow on a spring with a dashpot that cannot pull [-].
 
-    With z the damping ratio and s = sqrt(1 - z^2) the contact ends when its force vanishes:
-    e = exp(-(z / s) (pi - atan(2 z s / (s^2 - z^2)))) for z < 1 / sqrt(2), the same without the
-    pi beyond, up to the critical z = 1 where e = exp(-2).
+    The contact ends when its force vanishes. With z the damping ratio and s = sqrt(|1 - z^2|):
+    e = exp(-(z / s) (pi - atan2(2 z s, s^2 - z^2))) below critical damping, exp(-2) at it, and
+    exp(-(z / s) ln((z + s) / (z - s))) beyond.
 
     Args:
-        damping_ratio: z = beta w / 2 with w = sqrt(k / m) of the contact, 0 <= z < 1.
+        damping_ratio: z = beta w / 2 with w = sqrt(k / m) of the contact, >= 0.
 
     References:
         Schwager and Poeschel (2007), Granular Matter 9, 465-469.
     """
     z = np.asarray(damping_ratio, dtype=np.float64)
-    s = np.sqrt(1.0 - z**2)
-    # The angle lies in (0, pi): one branch for both of theirs.
-    return np.asarray(np.exp(-(z / s) * (np.pi - np.arctan2(2.0 * z * s, s**2 - z**2))))
+    s = np.sqrt(np.abs(1.0 - z**2))
+    safe = np.where(s > 0.0, s, 1.0)
+    swings = np.pi - np.arctan2(2.0 * z * s, 1.0 - 2.0 * z**2)
+    # (z + s) / (z - s) = (z + s)^2, for the product of the two is one.
+    creeps = 2.0 * np.log(np.where(z > 1.0, z + s, 1.0))
+    angle = np.where(z < 1.0, swings, creeps) / safe
+    return np.asarray(np.exp(-z * np.where(s > 0.0, angle, 2.0)))
 
 
 @dataclasses.dataclass(frozen=True)
 class Start:
-    """Where the blocks start.
+    """Where the blocks start, shape [lane, block] each.
 
     Attributes:
-        x: Centres [m], shape [lane, block].
-        settlement: Height of the centres over those of a stack of rigid blocks that stand on one
-            another's whole faces [m], shape [lane, block].
-        rotation: [rad], shape [lane, block].
+        x: Centres [m].
+        settlement: Height of the centres over those of an upright stack of rigid blocks [m].
+        rotation: [rad].
+        stretch: Stretch of the shear springs of the interface below [m].
+        own: Whether those springs lie on the face of the block above, else of the one below.
     """
 
     x: Array
     settlement: Array
     rotation: Array
+    stretch: Array
+    own: npt.NDArray[np.bool_]
 
 
 def start_at_rest(lanes: Lanes, settings: DemSettings) -> Start:
     """Blocks as `Lanes` tells, pressed into one another by what they bear.
 
-    An interface whose blocks are not turned against each other is in static equilibrium under
-    the weight above it, eccentric as it may be. Where they are turned, the end that they stand on
-    bears that weight: they are held by a couple until they are let go.
+    A stack in which nothing is turned is in static equilibrium, eccentric as it may be. Of a
+    stack that is released, every interface bears the weight above it: where its blocks are turned
+    against each other on the end they stand on, else evenly but for the offset.
     """
     springs = Springs.of(lanes, settings.subcontacts)
-    half_face, half_height = 0.5 * lanes.face_width, 0.5 * lanes.height
-    x, z, rotation = np.zeros((3, *lanes.width.shape))
-    turned = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
-    below_x, below_z, below_turn, below_high = np.zeros((4, lanes.lane_count))
-    below_face, level = np.full(lanes.lane_count, np.inf), np.zeros(lanes.lane_count)
+    turned = np.sin(np.diff(lanes.rotation_start, axis=1, prepend=0.0))
+    resting = np.all(lanes.rotation_start == 0.0, axis=1)
+    depth, tilt, stretch = np.zeros_like(turned), turned.copy(), np.zeros_like(turned)
+    start = _pile(lanes, depth, tilt, stretch)
+    for _ in range(EQUILIBRIUM_SWEEPS):
+        before = np.stack([depth, tilt])
+        for block in range(lanes.block_count):
+            place = springs.place[:, block]
+            place = place + np.where(start.own[:, block], 0.0, lanes.offset[:, block])[:, None]
+            area = springs.area[:, block]
+            closed = depth[:, block, None] + tilt[:, block, None] * place > 0.0
+            normal, shear, moment = _bearing(lanes, start, block, resting, place, area * closed)
+            depth[:, block], tilt[:, block] = _equilibrium(
+                place, settings.normal_stiffness * area, normal, moment, turned[:, block]
+            )
+            bears = settings.shear_stiffness * _total(area * closed)
+            stretch[:, block] = -shear / np.where(bears > 0.0, bears, 1.0)
+        start = _pile(lanes, depth, tilt, stretch)
+        if np.allclose(before, [depth, tilt], rtol=1e-14, atol=1e-18, equal_nan=True):
+            break
+    return start
+
+
+def _pile(lanes: Lanes, depth: Array, tilt: Array, stretch: Array) -> Start:
+    """Blocks one above the other, from what each is pressed into and turned against the next.
+
+    Args:
+        lanes: Stacks.
+        depth: Overlap of an interface at the middle of the face that bears its springs [m].
+        tilt: Sine of the rotation of the upper block against the lower one [-].
+        stretch: Handed on.
+    """
+    x, z, rotation = np.zeros((3, *depth.shape))
+    own = np.ones(depth.shape, dtype=bool)
+    below_x, below_z, below_turn, below_high, level = np.zeros((5, lanes.lane_count))
+    below_face = np.full(lanes.lane_count, np.inf)
     for block in range(lanes.block_count):
-        face, high, offset = half_face[:, block], half_height[:, block], lanes.offset[:, block]
-        weight, centre = _bearing(lanes, block)
-        depth, tilt = _equilibrium(
-            springs.place[:, block],
-            settings.normal_stiffness * springs.area[:, block],
-            weight,
-            weight * centre,
-            np.sin(turned[:, block]),
-        )
-        turn = np.where(turned[:, block] == 0.0, np.arcsin(tilt), turned[:, block])
-        side = np.where(turn < 0.0, -1.0, 1.0)
-        own = side * (offset + side * face) <= below_face
-        sign = np.where(own, -1.0, 1.0)
-        plane = np.where(own, below_turn, below_turn + turn)
-        slave_face, slave_high = np.where(own, face, below_face), np.where(own, high, below_high)
-        # The lower block's points lie at the offset from the upper one's.
-        depth = depth + np.where(own, 0.0, -offset * np.sin(turn))
-        along = offset - sign * (slave_face * side * (1.0 - np.cos(turn)) + slave_high * np.sin(turn))
-        apart = np.where(own, below_high, high) + slave_high * np.cos(turn) - depth
+        face, high = 0.5 * lanes.face_width[:, block], 0.5 * lanes.height[:, block]
+        offset, sine = lanes.offset[:, block], tilt[:, block]
+        cosine = np.sqrt(1.0 - sine**2)
+        side = np.where(np.where(sine == 0.0, offset, sine) < 0.0, -1.0, 1.0)
+        mine = side * offset + face <= below_face
+        sign = np.where(mine, -1.0, 1.0)
+        plane = np.where(mine, below_turn, below_turn + np.arcsin(sine))
+        reach, tall = np.where(mine, face, below_face), np.where(mine, high, below_high)
+        # The end that it leans to has not slid from where it is on the upright stack.
+        along = offset - sign * (side * reach * (1.0 - cosine) + tall * sine)
+        apart = np.where(mine, below_high, high) + tall * cosine - depth[:, block]
         below_x = below_x + along * np.cos(plane) + apart * np.sin(plane)
         below_z = below_z + apart * np.cos(plane) - along * np.sin(plane)
+        below_turn = below_turn + np.arcsin(sine)
         level = level + below_high + high
-        below_turn = below_turn + turn
         x[:, block], z[:, block], rotation[:, block] = below_x, below_z - level, below_turn
-        below_face, below_high = face, high
-    return Start(x, z, rotation)
+        own[:, block], below_face, below_high = mine, face, high
+    return Start(x, z, rotation, stretch.copy(), own)
 
 
-def _bearing(lanes: Lanes, block: int) -> tuple[Array, Array]:
-    """Weight that the interface below a block bears [N], to +x of the block's centre [m]."""
+def _bearing(
+    lanes: Lanes,
+    start: Start,
+    block: int,
+    resting: npt.NDArray[np.bool_],
+    place: Array,
+    closed_area: Array,
+) -> tuple[Array, Array, Array]:
+    """What the springs below a block have to bear, as the blocks lie.
+
+    Args:
+        lanes: Stacks.
+        start: Where the blocks are.
+        block: Number of the block above the interface.
+        resting: Lanes in static equilibrium; the others bear the weight across the interface.
+        place: Of the points, along the face that bears the springs [m], shape [lane, point].
+        closed_area: Area of the points that are closed, 0 of the others [m^2].
+
+    Returns:
+        Force along the normal and along the direction of the plane [N], moment of the normal
+        forces about the middle of the face that bears the springs [N m], shape [lane] each.
+    """
     mass = lanes.mass[:, block:]
-    aside = np.cumsum(lanes.offset[:, block:], axis=1) - lanes.offset[:, block : block + 1]
     total = mass.sum(axis=1)
-    return GRAVITY * total, np.asarray((mass * aside).sum(axis=1) / total)
+    weight = GRAVITY * total
+    heights = np.cumsum(lanes.height, axis=1) - 0.5 * lanes.height
+    z = start.settlement + heights
+    own, turn, high = start.own[:, block], start.rotation[:, block], 0.5 * lanes.height[:, block]
+    foot_x, foot_z = start.x[:, block] - high * np.sin(turn), z[:, block] - high * np.cos(turn)
+    plane = np.zeros_like(turn)
+    if block > 0:
+        below, under = start.rotation[:, block - 1], 0.5 * lanes.height[:, block - 1]
+        foot_x = np.where(own, foot_x, start.x[:, block - 1] + under * np.sin(below))
+        foot_z = np.where(own, foot_z, z[:, block - 1] + under * np.cos(below))
+        plane = np.where(own, below, turn)
+    dx = (mass * start.x[:, block:]).sum(axis=1) / total - foot_x
+    dz = (mass * z[:, block:]).sum(axis=1) / total - foot_z
+    s, c = np.where(resting, np.sin(plane), 0.0), np.where(resting, np.cos(plane), 1.0)
+    normal, shear = weight * c, -weight * s
+    # All forces at the points have no moment about the centre of mass of what stands above.
+    first, bears = _total(closed_area * place), _total(closed_area)
+    first = shear * first / np.where(bears > 0.0, bears, 1.0)
+    tilted = np.where(resting, turn - (start.rotation[:, block - 1] if block > 0 else 0.0), 0.0)
+    moment = normal * (dx * c - dz * s) - shear * (dx * s + dz * c)
+    moment = (moment + np.where(own, -1.0, 1.0) * np.sin(tilted) * first) / np.cos(tilted)
+    aside = np.cumsum(lanes.offset[:, block:], axis=1) - lanes.offset[:, block][:, None]
+    upright = weight * (mass * aside).sum(axis=1) / total
+    upright = upright + weight * np.where(own, 0.0, lanes.offset[:, block])
+    return normal, shear, np.where(resting, moment, upright)
 
 
 def _equilibrium(

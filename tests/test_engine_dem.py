@@ -1,0 +1,416 @@
+"""`dem`: the paper's DEM column, spring closed forms, the rigid limit, stability, and stacks."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from tests.blocks import Array, free_lanes, make_lanes, sines, velocity_steps
+from warprock import bench, rocking
+from warprock.batch import run_batch
+from warprock.case import load_case
+from warprock.engines import dem
+from warprock.engines.dem_springs import (
+    Springs,
+    Start,
+    contact_restitution,
+    stable_step,
+    start_at_rest,
+    stiffest_frequency,
+)
+from warprock.engines.launching import Form
+from warprock.engines.settings import DemSettings
+from warprock.expansion import expand_lanes
+from warprock.lanes import Lanes
+from warprock.machine import cpu_vector_flags
+from warprock.motion import Control, GroundMotions, StillBase
+from warprock.report.paper import paper_table
+from warprock.response import LANE_FIELDS, Outcome, Response, SampleTimes, Status
+from warprock.units import GRAVITY
+
+ROUGH = 10.0
+"""A friction at which nothing slides."""
+
+
+def run(
+    lanes: Lanes,
+    motions: GroundMotions,
+    times: SampleTimes,
+    settings: DemSettings | None = None,
+    engine: str = "dem",
+) -> Response:
+    """A run in which no lane fails."""
+    response = run_batch(engine, lanes, motions, times, settings=settings)
+    assert np.all(response["status"] == Status.OK)
+    return response
+
+
+def stacks(
+    width: npt.ArrayLike,
+    height: npt.ArrayLike = 0.6,
+    rotation: npt.ArrayLike = 0.0,
+    offset: npt.ArrayLike = 0.0,
+    friction: npt.ArrayLike = ROUGH,
+) -> Lanes:
+    """Stacks from values that broadcast to [lane, block]."""
+    parts = np.broadcast_arrays(
+        *(np.atleast_2d(v) for v in (width, height, 0.5, 2000.0, friction, 0.0, offset, rotation))
+    )
+    arrays = [np.array(part, dtype=np.float64) for part in parts]
+    return Lanes(*arrays, angular_restitution=np.ones(len(arrays[0])))
+
+
+def stiff(lanes: Lanes, stiffness: float, damping_ratio: float) -> DemSettings:
+    """Springs at the two ends alone, with the damping ratio of one end under a whole block."""
+    area = float(np.min(lanes.width * lanes.depth))
+    frequency = np.sqrt(0.5 * stiffness * area / float(np.min(lanes.mass)))
+    return DemSettings(
+        normal_stiffness=stiffness,
+        shear_stiffness=stiffness,
+        subcontacts=2,
+        stiffness_damping=2.0 * damping_ratio / frequency,
+        step_safety=0.5,
+    )
+
+
+def vertical_frequency(lanes: Lanes, settings: DemSettings) -> float:
+    """Frequency of a block that moves up and down on its springs [rad/s]."""
+    stiffness = settings.normal_stiffness * lanes.width * lanes.depth
+    return float(np.sqrt(stiffness / lanes.mass)[0])
+
+
+def starting_at(monkeypatch: pytest.MonkeyPatch, height: float) -> None:
+    """Lets every block start this much above where it would rest [m]."""
+
+    def raised(lanes: Lanes, settings: DemSettings) -> Start:
+        start = start_at_rest(lanes, settings)
+        return dataclasses.replace(start, settlement=start.settlement + height)
+
+    monkeypatch.setattr(dem, "start_at_rest", raised)
+
+
+def test_table_6_is_within_three_per_cent_of_the_papers_dem() -> None:
+    # Nothing is fitted: the springs are those of Table 5, the base follows the displacement.
+    pulse = expand_lanes(load_case("single-sine-pulse"))
+    lanes, motions = pulse.lanes.take(slice(0, 6)), pulse.motions.take(slice(0, 6))
+    printed = paper_table("table6")["dem"].to_numpy(dtype=float)
+    peaks = []
+    for safety in (DemSettings().step_safety, 0.02):
+        response = run(lanes, motions, SampleTimes(2.0), DemSettings(step_safety=safety))
+        peaks.append(response["peak_rotation"] / lanes.slenderness_angle)
+        np.testing.assert_allclose(peaks[-1], printed, rtol=0.03)
+    # The default step is worth 0.3 % of the peaks.
+    np.testing.assert_allclose(peaks[0], peaks[1], rtol=3e-3)
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0, 1.5])
+def test_drop_rebounds_by_the_closed_form(ratio: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    drop = 0.5
+    starting_at(monkeypatch, drop)
+    lanes = make_lanes(0.2, 1.0)
+    base = DemSettings(normal_stiffness=1e11, shear_stiffness=1e6)
+    frequency = vertical_frequency(lanes, base)
+    settings = dataclasses.replace(
+        base, stiffness_damping=2.0 * ratio / frequency, step_safety=0.0125
+    )
+    # Long after the contact, and before the next one even at the smallest rebound.
+    until = np.sqrt(2.0 * drop / GRAVITY) * (1.0 + 0.1 * float(contact_restitution(ratio)))
+    response = run(lanes, StillBase(1), SampleTimes(until), settings)
+    kept = 1.0 - response["energy_lost"] / (lanes.mass * GRAVITY * drop)
+    # Gravity during the contact, left out of the closed form, is g / (w v) = 4e-4 of the force;
+    # the rest is a part of the step, w dt = 0.025 and less.
+    np.testing.assert_allclose(np.sqrt(kept), contact_restitution(ratio), atol=5e-3)
+
+
+def test_restitution_is_continuous_at_critical_damping() -> None:
+    near = contact_restitution([0.0, 1.0 - 1e-8, 1.0, 1.0 + 1e-8])
+    # A tenth of the digits is lost where two small numbers are divided.
+    np.testing.assert_allclose(near, [1.0, np.exp(-2.0), np.exp(-2.0), np.exp(-2.0)], rtol=1e-3)
+
+
+def test_stiff_springs_at_the_ends_converge_to_housner() -> None:
+    lanes, times = free_lanes(), SampleTimes(1.5, 0.01)
+    reference = run(lanes, StillBase(9), times, engine="housner")
+    found = []
+    for stiffness in (1e9, 1e10, 1e11):
+        response = run(lanes, StillBase(9), times, stiff(lanes, stiffness, 10.0))
+        gap = np.abs(response["rotation"] - reference["rotation"]).max(axis=1)
+        found.append(np.max(gap / lanes.slenderness_angle))
+    # The springs give by mg / k, so ten times the stiffness is a tenth of the difference.
+    assert found[0] <= 1e-2
+    assert found[1] <= found[0] / 5.0
+    assert found[2] <= found[1] / 3.0
+
+
+def test_springs_inside_the_face_keep_more_than_housner() -> None:
+    # A rigid face that meets a rigid base has no unique impact. Points at the two ends alone give
+    # Housner's; points in between take part of the blow, and the block turns on faster.
+    lanes = make_lanes(0.5, 1.0, 0.5, friction=ROUGH)
+    ends = stiff(lanes, 1e11, 10.0)
+    found = [
+        float(dem.equivalent_restitution(lanes, dataclasses.replace(ends, subcontacts=n))[0])
+        for n in (2, 3, 5)
+    ]
+    assert found[0] == pytest.approx(float(rocking.angular_restitution(np.arctan(0.5))), abs=1e-3)
+    assert found[0] + 0.03 < found[1] < found[2] - 0.01
+    assert found[2] < 0.85
+
+
+def test_energy_is_lost_and_never_won() -> None:
+    lanes = free_lanes()
+    held = rocking.energy(
+        lanes.width, lanes.height, lanes.depth, lanes.density, lanes.rotation_start, 0.0
+    )
+    for settings in (DemSettings(stiffness_damping=0.0), DemSettings(step_safety=0.8)):
+        early = run(lanes, StillBase(9), SampleTimes(1.0), settings)["energy_lost"]
+        late = run(lanes, StillBase(9), SampleTimes(4.0), settings)["energy_lost"]
+        # Without dashpots a block slips and opens loaded shear springs; no step wins anything,
+        # but for (w dt)^2 / 24 of the energy that swings in the springs.
+        assert np.all(early >= -1e-3 * held)
+        assert np.all(late >= early - 1e-3 * held)
+        assert np.all(late <= held * (1.0 + 1e-3))
+
+
+def test_energy_of_a_block_that_comes_to_rest_is_all_lost() -> None:
+    lanes = make_lanes(np.full(2, 0.5), np.array([0.75, 1.0]), 0.3)
+    settings = DemSettings(stiffness_damping=2e-3, normal_stiffness=1e10, shear_stiffness=1e10)
+    response = run(lanes, StillBase(2), SampleTimes(6.0), settings)
+    held = rocking.energy(
+        lanes.width, lanes.height, lanes.depth, lanes.density, lanes.rotation_start, 0.0
+    )
+    assert np.all(response["outcome"] == Outcome.AT_REST)
+    # Released and resting blocks settle by some mg / k, 1e-6 m to 1e-5 m of the lift of 4 cm.
+    np.testing.assert_allclose(response["energy_lost"], held, rtol=1e-3)
+
+
+@pytest.mark.parametrize("subcontacts", [2, 5])
+def test_resting_stack_stays(subcontacts: int) -> None:
+    lanes = stacks(
+        np.array([[0.5, 0.4, 0.3], [0.3, 0.5, 0.3], [0.4, 0.4, 0.4]]),
+        offset=np.array([[0.0, 0.02, -0.01], [0.0, 0.05, 0.1], [0.0, 0.0, 0.0]]),
+        friction=1.0,
+    )
+    settings = DemSettings(subcontacts=subcontacts)
+    response = run(lanes, StillBase(3), SampleTimes(10.0, 0.5), settings)
+    moved = np.abs(response["rotation"] - response["rotation"][:, :, :1]).max(axis=2)
+    assert np.all(moved * lanes.width <= 1e-9)
+    assert np.all(response["peak_slide"] <= 1e-9)
+    assert np.all(response["outcome"] == Outcome.AT_REST)
+    assert np.all(response["impact_count"] == 0)
+    # Eccentric blocks lean on their springs, the centred ones of the last stack do not.
+    assert np.all(np.abs(response["rotation"][:2, :, 0]) > 1e-7)
+    assert np.all(response["rotation"][2] == 0.0)
+
+
+def test_block_parts_and_rocks_from_below_the_rigid_threshold() -> None:
+    ratio = np.linspace(0.7, 1.1, 41)
+    lanes = make_lanes(np.full(41, 0.2), 1.0)
+    limit = rocking.uplift_acceleration(0.2, 1.0)
+    motions = sines(Control.ACCELERATION, ratio * limit, 0.5, 0.5)
+    times = SampleTimes(1.5)
+    parts, rocks = [], []
+    for subcontacts, stiffness in ((2, 1e10), (5, 1e10), (5, 1e9), (5, 1e11)):
+        # Damped so that a resting block follows the base without ringing.
+        settings = DemSettings(
+            normal_stiffness=stiffness,
+            shear_stiffness=stiffness,
+            subcontacts=subcontacts,
+            stiffness_damping=1.0 / np.sqrt(stiffness / 2000.0),
+            step_safety=0.5,
+        )
+        response = run(lanes, motions, times, settings)
+        parts.append(np.min(ratio[np.isfinite(response["uplift_time"])]))
+        rocks.append(np.min(ratio[response["peak_rotation"] > 1.5e-3]))
+    # On two springs the block parts in the middle as a rigid one lifts. On five it does when the
+    # resultant has moved (1/8 + 1/4 / 4) / (1/8 + 1/4 / 2) = 3/4 of the way. Ratios are 0.01 apart.
+    assert parts[0] == pytest.approx(1.0, abs=0.0201)
+    assert parts[1] == pytest.approx(0.75, abs=0.0201)
+    # It rocks from the rigid threshold on, softer springs from below it.
+    assert rocks[2] < rocks[1] <= rocks[3] <= 1.04
+    assert rocks[2] < 0.99
+    assert rocks[3] > 0.98
+
+
+def test_block_slides_by_the_closed_form() -> None:
+    # Under a velocity step v a block slides v^2 / (2 mu g). Dilation lifts it on its way and takes
+    # that out of what friction loses.
+    friction = np.array([0.05, 0.1, 0.2])
+    speed = np.array([0.3, -0.2, 0.4])
+    lanes = make_lanes(np.full(3, 1.0), 1.0, friction=friction)
+    motions = velocity_steps(speed, np.zeros(3), np.full(3, 10.0))
+    for angle in (0.0, 0.03):
+        settings = DemSettings(dilatancy=angle, stiffness_damping=2e-3)
+        response = run(lanes, motions, SampleTimes(2.0), settings)
+        # The springs carry the block back by mu m g / k and it rings on them for a while: 1 %.
+        slide = -np.sign(speed) * speed**2 / (2.0 * GRAVITY * friction)
+        np.testing.assert_allclose(response["residual_slide"], slide, rtol=0.01)
+        lost = 0.5 * lanes.mass * speed**2 * (1.0 - np.tan(angle) / friction)
+        np.testing.assert_allclose(response["energy_lost"], lost, rtol=0.02)
+
+
+def test_mass_damping_slows_a_block_without_friction() -> None:
+    lanes = make_lanes(1.0, 1.0, friction=0.0)
+    motions = velocity_steps(np.array([0.2]), np.zeros(1), np.full(1, 10.0))
+    response = run(lanes, motions, SampleTimes(1.0), DemSettings(mass_damping=3.0))
+    # v / alpha (1 - exp(-alpha t)), within half a step of the explicit drag.
+    assert response["residual_slide"][0] == pytest.approx(-0.2 / 3.0 * (1 - np.exp(-3)), rel=2e-3)
+
+
+def test_tension_and_cohesion_hold_up_to_their_strength() -> None:
+    # Slow pulses. Bonded springs stay linear: the end of five bears W / A - M b / (3/8 A b^2).
+    factor = np.array([0.95, 1.05])
+    lanes = make_lanes(np.full(2, 0.2), 1.0)
+    area, weight = 0.2 * 0.5, float(lanes.mass[0]) * GRAVITY
+    strength = 3e4
+    limit = (strength * area + weight) * 0.375 * 0.1 / (lanes.mass[0] * 0.5)
+    motions = sines(Control.ACCELERATION, factor * limit, 1.0, 0.5)
+    settings = DemSettings(tensile_strength=strength, cohesion=1e6, stiffness_damping=1e-3)
+    response = run(lanes, motions, SampleTimes(1.0), settings)
+    np.testing.assert_array_equal(np.isfinite(response["uplift_time"]), [False, True])
+
+    # The shear stress is m a / A everywhere until it reaches c.
+    lanes = make_lanes(np.full(2, 1.0), 1.0, friction=0.0)
+    limit = 2e3 * 0.5 / lanes.mass[0]
+    motions = sines(Control.ACCELERATION, factor * limit, 1.0, 0.5)
+    settings = DemSettings(cohesion=2e3, stiffness_damping=1e-3)
+    response = run(lanes, motions, SampleTimes(1.0), settings)
+    # c / k_s = 2e-6 m; once cohesion has gone, nothing keeps the block from sliding by centimetres.
+    assert response["peak_slide"][0] < 1e-5
+    assert response["peak_slide"][1] > 1e-2
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.3, 1.0])
+def test_steps_are_stable_up_to_the_limit_and_not_beyond(
+    ratio: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # A tensile strength that never fails keeps the springs linear; the vertical mode is the
+    # stiffest one of a block on two springs that is higher than wide.
+    starting_at(monkeypatch, 1e-6)
+    lanes = make_lanes(0.2, 1.0)
+    base = DemSettings(
+        shear_stiffness=1e6, subcontacts=2, tensile_strength=1e12, cohesion=1e12, time_step=0.1
+    )
+    frequency = vertical_frequency(lanes, base)
+    assert stiffest_frequency(stacks(0.2, 1.0), base)[0] == pytest.approx(frequency, rel=1e-9)
+    damped = dataclasses.replace(base, stiffness_damping=2.0 * ratio / frequency)
+    assert stable_step(np.array([frequency]), damped)[0] == pytest.approx(
+        2.0 / frequency * (np.sqrt(1.0 + ratio**2) - ratio)
+    )
+    energy = 0.5 * frequency**2 * lanes.mass * 1e-12
+    for safety, stable in ((0.99, True), (1.02, False)):
+        settings = dataclasses.replace(damped, step_safety=safety)
+        lost = run(lanes, StillBase(1), SampleTimes(1.0), settings)["energy_lost"]
+        # Near its limit an undamped mode keeps an energy that is not the continuous one, but
+        # bounded: 1 / (1 - 0.99^2) = 50 of it.
+        assert (lost[0] > -100.0 * energy[0]) == stable
+
+
+def test_error_is_of_first_order_in_the_step() -> None:
+    lanes, times = free_lanes(), SampleTimes(0.8, 0.01)
+
+    def rotation(safety: float) -> Array:
+        settings = DemSettings(step_safety=safety, time_step=0.1)
+        return np.asarray(run(lanes, StillBase(9), times, settings)["rotation"])
+
+    safety = np.array([0.8, 0.4, 0.2, 0.1, 0.05, 0.025])
+    exact = rotation(0.003)
+    # Lanes differ a thousandfold in how often their springs have opened: a mean of logarithms.
+    error = [
+        np.mean(np.log(np.abs(rotation(value) - exact).max(axis=1) + 1e-12)) for value in safety
+    ]
+    slope = np.polyfit(np.log(safety), error, 1)[0]
+    assert 0.75 <= slope <= 1.3
+
+
+def test_unlike_lanes_keep_their_own_steps() -> None:
+    # A pack with steps that differ tenfold, stacks of two that rock, slide and fall, and a lane
+    # that is no number: each lane gives what it gives alone.
+    k = np.arange(40)
+    width = np.stack([0.1 + 0.02 * k, 0.08 + 0.02 * k], axis=1)
+    lanes = stacks(width, rotation=np.where(k % 3 == 0, 0.05, 0.0)[:, None] * [1.0, 1.0])
+    lanes.friction[:, 1] = np.where(k % 4 == 1, 0.2, 1.0)
+    motions = sines(Control.DISPLACEMENT, 0.004 + 0.0004 * k, 2.0 + 0.04 * k, cycles=1.5)
+    times = SampleTimes(0.8, 0.1)
+    whole = run_batch("dem", lanes, motions, times, workers=1, chunk_size=40)
+    assert len(np.unique(whole["step_count"])) > 10
+    assert len(np.unique(whole["outcome"])) >= 2
+    apart = run_batch("dem", lanes, motions, times, workers=2, chunk_size=7)
+    lanes.height[5, 1] = np.nan
+    broken = run_batch("dem", lanes, motions, times, workers=1, chunk_size=40)
+    assert broken["status"][5] == Status.NONFINITE
+    others = k != 5
+    for name in (*LANE_FIELDS, "rotation"):
+        np.testing.assert_array_equal(whole[name], apart[name], err_msg=name)
+        np.testing.assert_array_equal(whole[name][others], broken[name][others], err_msg=name)
+
+
+def test_mirrored_stack_gives_mirrored_response() -> None:
+    lanes = stacks(
+        np.array([[0.4, 0.3], [0.3, 0.4], [0.3, 0.3]]),
+        rotation=np.array([[0.1, 0.15], [0.0, 0.1], [0.0, 0.0]]),
+        offset=np.array([[0.0, 0.02], [0.0, -0.03], [0.0, 0.05]]),
+        friction=0.5,
+    )
+    motions = sines(Control.ACCELERATION, np.full(3, 3.0), 2.0, cycles=2.0)
+    times = SampleTimes(1.0, 0.05)
+    there = run(lanes, motions, times)
+    mirrored = dataclasses.replace(
+        lanes, rotation_start=-lanes.rotation_start, offset=-lanes.offset
+    )
+    back = run(mirrored, sines(Control.ACCELERATION, np.full(3, -3.0), 2.0, cycles=2.0), times)
+    np.testing.assert_array_equal(there["rotation"], -back["rotation"])
+    np.testing.assert_array_equal(there["residual_slide"], -back["residual_slide"])
+
+
+def test_stiff_stack_of_two_follows_two_block() -> None:
+    # A lower block alone in motion below a glued one, and an upper one alone, wider and narrower.
+    lanes = stacks(
+        np.array([[0.3, 0.3], [0.3, 0.4], [0.4, 0.2]]),
+        rotation=np.array([[0.1, 0.1], [0.0, 0.15], [0.0, 0.1]]),
+    )
+    times = SampleTimes(0.8, 0.01)
+    reference = run(lanes, StillBase(3), times, engine="two-block")
+    found = []
+    for stiffness in (1e9, 1e10, 1e11):
+        response = run(lanes, StillBase(3), times, stiff(lanes, stiffness, 10.0))
+        found.append(np.abs(response["rotation"] - reference["rotation"]).max())
+    assert np.abs(reference["rotation"]).max() >= 0.1
+    assert found[0] <= 1e-2
+    assert found[1] <= found[0] / 3.0
+    assert found[2] <= 5e-4
+
+
+def test_centre_of_a_block_without_friction_falls_straight_down() -> None:
+    lanes = make_lanes(np.full(2, 0.3), 1.0, np.array([0.5, -0.9]), friction=0.0)
+    response = run(lanes, StillBase(2), SampleTimes(0.5, 0.5))
+    turn, start = response["rotation"][:, -1], lanes.rotation_start
+    side, first = np.sign(turn), np.sign(start)
+    moved = response["residual_slide"] - side * 0.15 * (np.cos(turn) - 1.0) + 0.5 * np.sin(turn)
+    begun = -first * 0.15 * (np.cos(start) - 1.0) + 0.5 * np.sin(start)
+    assert np.all(np.abs(turn - start) > 0.09)
+    # The slide is a step older than the last sample.
+    np.testing.assert_allclose(moved, begun, atol=0.5 * 3.0 * 5e-4)
+
+
+def test_points_stand_for_the_whole_face() -> None:
+    lanes = stacks(np.array([[0.4, 0.5], [0.4, 0.2]]), offset=np.array([[0.0, 0.1], [0.0, 0.15]]))
+    springs = Springs.of(lanes, 4)
+    np.testing.assert_allclose(springs.place[:, 1, 0], [-0.25, -0.1], atol=1e-15)
+    np.testing.assert_allclose(springs.place[:, 1, -1], [0.1, 0.05], atol=1e-15)
+    np.testing.assert_allclose(springs.area.sum(axis=2), [[0.2, 0.175], [0.2, 0.075]])
+
+
+def test_packed_kernel_is_vectorised() -> None:
+    # A ratio within one run: without vector code the packed form is no faster than the plain one.
+    expected = 4.0 if any(flag.startswith("avx512f") for flag in cpu_vector_flags()) else 2.5
+    found = 0.0
+    for _ in range(3):
+        plain = bench.measure("dem", 0.5, form=Form.PLAIN)
+        packed = bench.measure("dem", 0.5, form=Form.PACKED)
+        found = max(found, packed.block_steps_per_s / plain.block_steps_per_s)
+        if found >= expected:
+            return
+    pytest.fail(f"packed / plain = {found:.2f}, expected {expected}")
