@@ -146,9 +146,8 @@ def meet(
     dx: real, ez: real, wx: real, wz: real,
     ps: wp.ref[real], pc: wp.ref[real], rs: wp.ref[real], rc: wp.ref[real],
     side: wp.ref[real], de: wp.ref[real], dn: wp.ref[real], half: wp.ref[real],
-    slid: wp.ref[real], pe: wp.ref[real], pn: wp.ref[real], overlap: wp.ref[real],
-    vn: wp.ref[real], vt: wp.ref[real], tilt: wp.ref[real], parting: wp.ref[real],
-    sliding: wp.ref[real],
+    slid: wp.ref[real], pe: wp.ref[real], pn: wp.ref[real], overlap: wp.ref[real], vn: wp.ref[real],
+    vt: wp.ref[real], tilt: wp.ref[real], parting: wp.ref[real], sliding: wp.ref[real],
 ):  # fmt: skip
     """Finds where the springs of an interface are, and how the faces move; ps and on are found.
 
