@@ -11,6 +11,7 @@ ENGINES: dict[str, str] = {
     "impulse": "warprock.engines.impulse:Impulse",
     "event": "warprock.engines.event:Event",
     "direct": "warprock.engines.direct:Direct",
+    "xpbd": "warprock.engines.xpbd:Xpbd",
     "dem": "warprock.engines.dem:Dem",
     "two-block": "warprock.engines.two_block:TwoBlock",
 }

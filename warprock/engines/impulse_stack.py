@@ -42,15 +42,8 @@ def run_impulse_stacks(
     knobs.gravity = GRAVITY
     knobs.collision_margin = settings.collision_margin
     knobs.erp = settings.erp
-    turned = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
-    # The first number of a stack that is not the same in its mirror image.
-    odd = np.concatenate([lanes.rotation_start, lanes.offset], axis=1)
-    first = np.take_along_axis(odd, np.argmax(odd != 0.0, axis=1)[:, None], axis=1)[:, 0]
-    stacks = {
-        "uplift_time": np.where(turned.any(axis=1), 0.0, NEVER),
-        "lean": np.where(first < 0.0, -1.0, 1.0),
-    }
-    blocks = _blocks(lanes, GRAVITY * settings.time_step)
+    stacks = stack_columns(lanes)
+    blocks = block_columns(lanes, GRAVITY * settings.time_step)
     rows, per_block, rotations = launch_stacks(
         module, target, motions, times, blocks, stacks, knobs
     )
@@ -78,12 +71,25 @@ def run_impulse_stacks(
     return respond("impulse", columns, rotations, times)
 
 
-def _blocks(lanes: Lanes, fall: float) -> dict[str, Array]:
+def stack_columns(lanes: Lanes) -> dict[str, Array]:
+    """Fields of the struct `Stack`, shape [lane] each."""
+    turned = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
+    # The first number of a stack that is not the same in its mirror image.
+    odd = np.concatenate([lanes.rotation_start, lanes.offset], axis=1)
+    first = np.take_along_axis(odd, np.argmax(odd != 0.0, axis=1)[:, None], axis=1)[:, 0]
+    return {
+        "uplift_time": np.where(turned.any(axis=1), 0.0, NEVER),
+        "lean": np.where(first < 0.0, -1.0, 1.0),
+    }
+
+
+def block_columns(lanes: Lanes, fall: float) -> dict[str, Array]:
     """Fields of the struct `Block`, shape [lane, block] each.
 
     Args:
         lanes: The stacks.
-        fall: Velocity that gravity adds in a step [m/s].
+        fall: Velocity that gravity adds in a step [m/s], or that times the step [m], for
+            multipliers that are impulses times the step.
     """
     mass = lanes.mass
     x, z, left, right = _start(lanes)

@@ -142,6 +142,38 @@ class EventSettings:
 
 
 @dataclasses.dataclass(frozen=True)
+class XpbdSettings:
+    """Settings of `xpbd`; the time step is 1 / ((substeps + 1) frames_per_second), Eq. 9."""
+
+    frames_per_second: float = setting(240.0, unit="1/s", low=1.0, high=1e5, text="frames a second")
+    substeps: int = setting(20, unit="-", low=0, high=10000, text="sub-steps a frame")
+    iterations: int = setting(
+        10, unit="-", low=1, high=1000, text="sweeps of the position solver in a sub-step"
+    )
+    compliance: float = setting(
+        0.0,
+        unit="m/N",
+        low=0.0,
+        high=1e-3,
+        text="how far a newton presses an end of an interface in, whatever the sizes of its "
+        "blocks: one contact's, not a pressure's; 0 is rigid",
+    )
+
+    @property
+    def time_step(self) -> float:
+        """Time step [s] (Eq. 9 of the paper)."""
+        return 1.0 / ((self.substeps + 1) * self.frames_per_second)
+
+    def halved(self) -> Self:
+        """The same settings with half of the time step."""
+        return dataclasses.replace(self, substeps=2 * self.substeps + 1)
+
+    def with_step_scaled(self, factor: float) -> Self:
+        """The same settings with the time step multiplied by a factor."""
+        return dataclasses.replace(self, frames_per_second=self.frames_per_second / factor)
+
+
+@dataclasses.dataclass(frozen=True)
 class TwoBlockSettings:
     """Settings of `two-block`."""
 
@@ -228,6 +260,7 @@ SETTINGS: dict[str, type[Any]] = {
     "impulse": ImpulseSettings,
     "event": EventSettings,
     "direct": DirectSettings,
+    "xpbd": XpbdSettings,
     "dem": DemSettings,
     "two-block": TwoBlockSettings,
 }

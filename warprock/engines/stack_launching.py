@@ -6,6 +6,7 @@ device. Arrays of its blocks are [block, lane], lowest block first, so that lane
 
 from __future__ import annotations
 
+import dataclasses
 from types import ModuleType
 from typing import Any
 
@@ -43,6 +44,18 @@ def stack_module(
         lanes=LANE_WIDTH if packs else 1,
     )
     return module
+
+
+def as_stacks(lanes: Lanes) -> Lanes:
+    """The lanes with a block axis: a single block is a stack of one."""
+    if lanes.stacked:
+        return lanes
+    parts = {
+        field.name: getattr(lanes, field.name)[:, None]
+        for field in dataclasses.fields(lanes)
+        if field.name != "angular_restitution"
+    }
+    return dataclasses.replace(lanes, **parts)
 
 
 def launch_stacks(

@@ -1,0 +1,344 @@
+"""Position-level contact step of a stack of rocking blocks (XPBD), for one precision.
+
+Bodies are numbered from the ground: body 0 is the ground, an endless flat face that nothing moves,
+body k the k-th block. A body has its centre of mass at (x, z), in the frame of the base, the half
+width `face` and the half height `high` [m], the clockwise rotation theta [rad] with its sine s and
+cosine c, the inverse mass m [1/kg] and moment of inertia j [1/(kg m^2)], and the velocity (vx, vz)
+[m/s], omega [rad/s]. Interface k, below block k, touches at the two ends of the overlap of the
+upper block's bottom face and the lower one's top face: a corner of one body on the face of the
+other. Of the two bodies of an interface the lower one's names begin with l.
+
+One sub-step of length h:
+
+    1. predict: velocity v* = v + h (0, -g) - (dv_base, 0) and pose q* = q + h v*;
+    2. at q*, once a sub-step: of either end the gap, its place along the faces (`place`), both
+       exact, and their gradients;
+    3. `iterations` Gauss-Seidel sweeps over the ends, with the multipliers n, t [kg m] started
+       from the last sub-step's (impulses are n / h, t / h, forces n / h^2):
+           normal    gap + (alpha / h^2) n >= 0, n >= 0, one of them zero
+           friction  place - place at the start of the sub-step = 0, |t| <= mu n
+       each multiplier moves the two bodies of its interface by M^-1 J^T;
+    4. q(n + 1) = q* + correction, v = (q(n + 1) - q(n)) / h;
+    5. velocity pass, once over the ends that push: where the gap has grown by more than the
+       prediction and more than nothing, the end takes back of n / h what made it grow, never
+       more than n / h: that is restitution 0. Its friction follows, within the bound left.
+
+Why it converges to rigid contact, at first order:
+
+- Gap and place are differences between exact poses over the sub-step, not velocities times
+  gradients. While a block turns about a corner, v is then the chord of the motion: steps 1 to 4
+  are SHAKE, second order, and step 5 finds nothing to take back. (With end-of-step gradients it
+  would find h_b omega^2 h / 2 at every step, h_b the half height, and brake the rocking.)
+- The error is made at impacts, whose time is known within a sub-step, and by the start of slip.
+  An open gap closes exactly to zero in the sub-step of the impact, and the rest of the approach
+  is lost in the next one: the two impulses on one pose add up to Housner's.
+- What is left to push out (what the linearisation at q* leaves at an impact, of second order in
+  h; what unfinished sweeps leave; what compliance let in) would become a velocity over h and come
+  back as a bounce: an elastic impact as h -> 0 at a given compliance. Step 5 makes it a move
+  without velocity, so that the limits h -> 0 and alpha -> 0 may be taken in any order.
+
+A resting contact is pressed in by alpha times its force, exactly.
+
+Macklin, Mueller and Chentanez (2016) for compliance, Macklin et al. (2019) for sub-steps, Mueller
+et al. (2020) for rigid bodies and the velocity pass; Ryckaert, Ciccotti and Berendsen (1977) for
+SHAKE.
+"""
+
+# A func leaves what it finds in the names that it takes by reference.
+# ruff: noqa: F841
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module
+
+real: Any
+PRECISION: str
+ITERATIONS: int
+BLOCKS: int
+
+scalar = kernel_module("scalar", precision=PRECISION)
+impulse = kernel_module("impulse_stack", precision=PRECISION)
+wp.set_module_options(impulse.STACK_OPTIONS)
+larger, smaller = scalar.larger, scalar.smaller
+sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
+kick = impulse.kick
+
+BOUNDLESS = real(1.0e30)
+LONGEST = 15
+"""Most sweeps in a row, which the compiler has to write out."""
+TURNS = max(n for n in range(1, LONGEST + 1) if max(ITERATIONS, 1) % n == 0) if BLOCKS == 1 else 1
+"""Sweeps over an interface before the next one is visited: a single block has no other."""
+
+
+@wp.struct
+class Knobs:
+    """What a step needs to know of the settings; `rate` is the inverse of the time step [1/s].
+
+    `softness` is the compliance over the square of the time step [1/kg].
+    """
+
+    time_step: real
+    rate: real
+    gravity: real
+    softness: real
+
+
+@wp.func
+def predict(
+    dv: real, hint: real, knobs: Knobs, turn: real, below: real, theta: real,
+    vx: wp.ref[real], vz: wp.ref[real], omega: real, ps: wp.ref[real], pc: wp.ref[real],
+    qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real], lean: wp.ref[real],
+    n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
+):  # fmt: skip
+    """Predicts the velocity and the rotation of a block; its interface in the order of its lean.
+
+    Args:
+        dv: Change of the base velocity in the step [m/s].
+        hint: What it does or is about to do, for the lean of what does not move yet [m/s].
+        knobs: Settings.
+        turn: Rotation of the block against what it stands on [rad].
+        below: Angular velocity of what it stands on [rad/s].
+        theta: Rotation of the block [rad].
+        vx: Its velocity, then the predicted one [m/s]; vz likewise.
+        vz: See vx.
+        omega: Its angular velocity [rad/s].
+        ps: Sine of the predicted rotation; pc its cosine.
+        pc: See ps.
+        qx: Correction of the predicted pose, none so far; qz, qo likewise.
+        qz: See qx.
+        qo: See qx.
+        lean: Side to which the interface leaned before, then the one of this step: -1 or 1.
+        n1: Normal multiplier of the end visited first, away from the lean; t1 its tangential one,
+            n2, t2 of the other. They change places where the lean has changed.
+        t1: See n1.
+        n2: See n1.
+        t2: See n1.
+    """
+    zero = real(0.0)
+    rate = omega - below
+    still = wp.where(hint != zero, -hint, lean)
+    now = sign_of(wp.where(turn != zero, turn, wp.where(rate != zero, rate, still)))
+    same = now == lean
+    lean = now
+    n = real(n1)
+    t = real(t1)
+    n1 = wp.where(same, n, n2)
+    t1 = wp.where(same, t, t2)
+    n2 = wp.where(same, n2, n)
+    t2 = wp.where(same, t2, t)
+    vx = vx - dv
+    vz = vz - knobs.time_step * knobs.gravity
+    turned = theta + knobs.time_step * omega
+    ps = sine(turned)
+    pc = cosine(turned)
+    qx = zero
+    qz = zero
+    qo = zero
+
+
+@wp.func
+def meet(
+    side: real, face: real, high: real, s: real, c: real,
+    lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real,
+):  # fmt: skip
+    """The point at one end of the overlap: side is 1 for the end at +x, -1 for the other.
+
+    (dx, dz) leads from the lower centre to the upper one [m].
+
+    Returns:
+        Normal (x, z) of the face that is touched; levers of the point from the upper centre
+        along that face and along the normal, the same two from the lower centre [m]; the gap [m];
+        the place of the upper block along what it touches [m], which changes by sliding alone.
+    """
+    px = side * face * c - high * s
+    pz = -high * c - side * face * s
+    qx = side * lface * lc + lhigh * ls
+    qz = lhigh * lc - side * lface * ls
+    ax = dx + px
+    az = dz + pz
+    bx = qx - dx
+    bz = qz - dz
+    # A corner of the upper block on the lower face, else one of the lower block on the upper face.
+    inside = side * (ax * lc - az * ls) <= lface
+    nx = wp.where(inside, ls, s)
+    nz = wp.where(inside, lc, c)
+    rx = wp.where(inside, px, bx)
+    rz = wp.where(inside, pz, bz)
+    lx = wp.where(inside, ax, qx)
+    lz = wp.where(inside, az, qz)
+    au = rx * nz - rz * nx
+    bu = rx * nx + rz * nz
+    al = lx * nz - lz * nx
+    bl = lx * nx + lz * nz
+    gap = wp.where(inside, bl - lhigh, -bu - high)
+    return nx, nz, au, bu, al, bl, gap, wp.where(inside, al - side * face, side * lface - au)
+
+
+@wp.func
+def approach(
+    side: real, face: real, high: real, s: real, c: real, ps: real, pc: real, m: real, j: real,
+    lface: real, lhigh: real, ls: real, lc: real, lps: real, lpc: real, lm: real, lj: real,
+    dx: real, dz: real, px: real, pz: real, knobs: Knobs,
+    nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real], al: wp.ref[real],
+    bl: wp.ref[real], start: wp.ref[real], gap: wp.ref[real], slip: wp.ref[real],
+    dn: wp.ref[real], dt: wp.ref[real], was: wp.ref[real], cap: wp.ref[real],
+    n: wp.ref[real], t: wp.ref[real], qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
+    lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
+):  # fmt: skip
+    """Finds a point at the start of the step and as predicted, and starts it from before.
+
+    (px, pz) is (dx, dz) as predicted, ps and pc are the sine and the cosine, see `meet`. Found are
+    the normal and the levers at the start, the gap then (`start`), as predicted (`gap`), and how
+    far it would slip [m]; dn and dt, the multipliers for a metre of gap or slip [kg], nothing of
+    an open end; `was`, the last normal multiplier, and `cap`, its bound in the step. The lower
+    body's correction is (lx, lz, lo).
+    """
+    fx, fz, eu, du, el, dl, before, place = meet(
+        side, face, high, s, c, lface, lhigh, ls, lc, dx, dz
+    )
+    _x, _z, _eu, _du, _el, _dl, after, spot = meet(
+        side, face, high, ps, pc, lface, lhigh, lps, lpc, px, pz
+    )
+    near = knobs.gravity * knobs.time_step * knobs.time_step
+    on = wp.where(before <= near, real(1.0), real(0.0))
+    nx = fx
+    nz = fz
+    au = eu
+    bu = du
+    al = el
+    bl = dl
+    start = before
+    gap = after
+    slip = spot - place
+    dn = on / (m + lm + j * eu * eu + lj * el * el + knobs.softness)
+    dt = on / (m + lm + j * du * du + lj * dl * dl)
+    was = n
+    cap = BOUNDLESS
+    n = on * n
+    t = on * t
+    kick(m, j, lm, lj, fx, fz, eu, du, el, dl, n, t, qx, qz, qo, lx, lz, lo)
+
+
+@wp.func
+def sweep(
+    mu: real, m: real, j: real, lm: real, lj: real,
+    nx1: real, nz1: real, au1: real, bu1: real, al1: real, bl1: real,
+    gap1: real, slip1: real, dn1: real, dt1: real, cap1: real,
+    nx2: real, nz2: real, au2: real, bu2: real, al2: real, bl2: real,
+    gap2: real, slip2: real, dn2: real, dt2: real, cap2: real,
+    n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
+    qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
+    lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
+):  # fmt: skip
+    """TURNS sweeps over the four multipliers of an interface; mu is the friction coefficient."""
+    zero = real(0.0)
+    # What multipliers do to the gaps and slips of both ends [1/kg].
+    both = m + lm
+    along = both * (nx1 * nx2 + nz1 * nz2)
+    across = both * (nx1 * nz2 - nz1 * nx2)
+    n1n1 = both + j * au1 * au1 + lj * al1 * al1
+    t1t1 = both + j * bu1 * bu1 + lj * bl1 * bl1
+    n2n2 = both + j * au2 * au2 + lj * al2 * al2
+    t2t2 = both + j * bu2 * bu2 + lj * bl2 * bl2
+    n1t1 = -j * au1 * bu1 - lj * al1 * bl1
+    n2t2 = -j * au2 * bu2 - lj * al2 * bl2
+    n1n2 = along + j * au1 * au2 + lj * al1 * al2
+    t1t2 = along + j * bu1 * bu2 + lj * bl1 * bl2
+    n1t2 = across - j * au1 * bu2 - lj * al1 * bl2
+    t1n2 = -across - j * bu1 * au2 - lj * bl1 * al2
+    # Gaps and slips as they would be without these four, over what one of them does.
+    wx = qx - lx
+    wz = qz - lz
+    u1 = gap1 + nx1 * wx + nz1 * wz - au1 * qo + al1 * lo
+    s1 = slip1 + nz1 * wx - nx1 * wz + bu1 * qo - bl1 * lo
+    u2 = gap2 + nx2 * wx + nz2 * wz - au2 * qo + al2 * lo
+    s2 = slip2 + nz2 * wx - nx2 * wz + bu2 * qo - bl2 * lo
+    a = real(n1)
+    b = real(t1)
+    e = real(n2)
+    f = real(t2)
+    u1 = -dn1 * (u1 - n1n1 * a - n1t1 * b - n1n2 * e - n1t2 * f)
+    s1 = -dt1 * (s1 - n1t1 * a - t1t1 * b - t1n2 * e - t1t2 * f)
+    u2 = -dn2 * (u2 - n1n2 * a - t1n2 * b - n2n2 * e - n2t2 * f)
+    s2 = -dt2 * (s2 - n1t2 * a - t1t2 * b - n2t2 * e - t2t2 * f)
+    a1 = dn1 * n1t1
+    a2 = dn1 * n1n2
+    a3 = dn1 * n1t2
+    b1 = dt1 * n1t1
+    b2 = dt1 * t1n2
+    b3 = dt1 * t1t2
+    c1 = dn2 * n1n2
+    c2 = dn2 * t1n2
+    c3 = dn2 * n2t2
+    d1 = dt2 * n1t2
+    d2 = dt2 * t1t2
+    d3 = dt2 * n2t2
+    for _ in range(TURNS):
+        a = smaller(larger(u1 - a1 * b - a2 * e - a3 * f, zero), cap1)
+        b = larger(smaller(s1 - b1 * a - b2 * e - b3 * f, mu * a), -mu * a)
+        e = smaller(larger(u2 - c1 * a - c2 * b - c3 * f, zero), cap2)
+        f = larger(smaller(s2 - d1 * a - d2 * b - d3 * e, mu * e), -mu * e)
+    kick(
+        m, j, lm, lj, nx1, nz1, au1, bu1, al1, bl1, a - n1, b - t1, qx, qz, qo, lx, lz, lo
+    )
+    kick(
+        m, j, lm, lj, nx2, nz2, au2, bu2, al2, bl2, e - n2, f - t2, qx, qz, qo, lx, lz, lo
+    )
+    n1 = a
+    t1 = b
+    n2 = e
+    t2 = f
+
+
+@wp.func
+def relent(
+    m: real, j: real, lm: real, lj: real, au: real, al: real, start: real, n: real, t: real,
+    gap: wp.ref[real], dn: wp.ref[real], cap: wp.ref[real], kept: wp.ref[real],
+):  # fmt: skip
+    """Makes of a point what the velocity pass asks of it; keeps its multipliers for the next step.
+
+    The corrections (qx, qz, qo) are velocities times the time step from here on: poses stay.
+    """
+    on = wp.where(dn > real(0.0), real(1.0), real(0.0))
+    gap = smaller(gap - start, real(0.0))
+    dn = on / (m + lm + j * au * au + lj * al * al)
+    cap = n
+    kept = t
+
+
+@wp.func
+def travel(
+    live: bool, dt: real, vx: real, vz: real, omega: real, qx: real, qz: real, qo: real,
+    x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
+):  # fmt: skip
+    """Moves a block to its predicted and corrected pose, where its lane is alive."""
+    x = wp.where(live, x + (dt * vx + qx), x)
+    z = wp.where(live, z + (dt * vz + qz), z)
+    theta = wp.where(live, theta + (dt * omega + qo), theta)
+    s = sine(theta)
+    c = cosine(theta)
+
+
+@wp.func
+def carry_on(
+    live: bool, kept: real, dv: real, fall: real, rate: real, m: real, j: real,
+    qx: real, qz: real, qo: real, vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real],
+    loss: wp.ref[real],
+):  # fmt: skip
+    """New velocity of a block, of which it keeps a part (`kept`).
+
+    What its contacts take from its energy, their work on the mean velocity of the step, is added
+    to the loss [J]; `fall` is the velocity that gravity took from vz in the step [m/s].
+    """
+    px = rate * qx
+    pz = rate * qz
+    po = rate * qo
+    # Momentum from the contacts times the sum of the velocities before and after the step.
+    linear = px * (vx + dv + vx + px) + pz * (vz + fall + vz + pz)
+    done = real(0.5) * (linear / m + po * (omega + omega + po) / j)
+    loss = loss - wp.where(live, done, real(0.0))
+    vx = kept * (vx + px)
+    vz = kept * (vz + pz)
+    omega = kept * (omega + po)

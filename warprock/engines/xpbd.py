@@ -1,0 +1,117 @@
+"""The position-level contact engine: compliant constraints, sub-steps, velocity pass, batched."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any, ClassVar, final
+
+import numpy as np
+import numpy.typing as npt
+import warp as wp
+
+from warprock.engines.base import AbstractEngine
+from warprock.engines.impulse_stack import block_columns, stack_columns
+from warprock.engines.launching import Target, respond, time_or_nan
+from warprock.engines.settings import XpbdSettings
+from warprock.engines.stack_launching import as_stacks, launch_stacks, stack_module
+from warprock.lanes import Lanes
+from warprock.motion import GroundMotions
+from warprock.response import FIELDS, Outcome, Response, SampleTimes, Status
+from warprock.scene import SceneKind
+from warprock.units import GRAVITY
+
+OVERTURNED, BROKEN, SLID_OFF = 2, 3, 4
+"""Modes of a lane in the kernel."""
+
+
+@final
+class Xpbd(AbstractEngine):
+    """Contacts at the ends of every interface as position constraints with compliance (XPBD).
+
+    First order in the time step of Eq. 9 of the paper. A stack is at rest while every end of its
+    interfaces carries; it rocks while one carries nothing. With compliance it starts as it would
+    stand rigidly and sinks by the compliance times the force of each end; what that stores counts
+    as lost.
+    """
+
+    name: ClassVar[str] = "xpbd"
+    order: ClassVar[int | None] = 1
+    settings_type = XpbdSettings
+
+    def __init__(self, settings: XpbdSettings | None = None, target: Target | None = None) -> None:
+        """Builds the engine.
+
+        Args:
+            settings: Defaults where None.
+            target: Precision, device and form of the kernel.
+        """
+        self.settings = settings or XpbdSettings()
+        self.target = target or Target()
+
+    @classmethod
+    def supports(cls, scene: SceneKind) -> str | None:
+        """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
+        if scene.restitution_given:
+            return (
+                "xpbd finds the angular restitution from its contact law and cannot follow "
+                "the prescribed contact.angular_restitution"
+            )
+        return None
+
+    def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
+        """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
+        wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
+
+    def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
+        return stack_module("xpbd_launch", self.target, motions, lanes, self.settings.iterations)
+
+    def _knobs(self, module: Any) -> Any:
+        step = self.settings.time_step
+        knobs = module.Knobs()
+        knobs.time_step = step
+        knobs.rate = 1.0 / step
+        knobs.gravity = GRAVITY
+        knobs.softness = self.settings.compliance / step**2
+        return knobs
+
+    def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
+        """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
+        stacks = as_stacks(lanes)
+        step = self.settings.time_step
+        module = self._module(lanes, motions)
+        # Multipliers are impulses times the step.
+        blocks = block_columns(stacks, GRAVITY * step**2)
+        rows, per_block, rotations = launch_stacks(
+            module,
+            self.target,
+            motions,
+            times,
+            blocks,
+            stack_columns(stacks),
+            self._knobs(module),
+        )
+        mode = rows["mode"]
+        moved = np.asarray(rows["moved"], dtype=np.float64)
+        # In the last step of the run both ends of every interface carried something.
+        resting = (mode < OVERTURNED) & (moved < times.times[-1] - 0.5 * step)
+        columns: dict[str, npt.NDArray[Any]] = {
+            "peak_rotation": per_block["peak"],
+            "peak_time": per_block["peak_time"],
+            "outcome": np.select(
+                [mode == OVERTURNED, mode == SLID_OFF, resting],
+                [Outcome.OVERTURNED, Outcome.SLID_OFF, Outcome.AT_REST],
+                Outcome.ROCKING,
+            ),
+            "status": np.where(mode == BROKEN, Status.NONFINITE, Status.OK),
+            "impact_count": rows["impacts"],
+            "uplift_time": time_or_nan(rows["uplift_time"]),
+            "rest_time": np.where(resting, moved, np.nan),
+            "residual_slide": per_block["slide"],
+            "peak_slide": per_block["peak_slide"],
+            "energy_lost": rows["loss"],
+            "step_count": rows["steps"],
+        }
+        if not lanes.stacked:
+            columns = {k: v[:, 0] if FIELDS[k].per_block else v for k, v in columns.items()}
+            rotations = None if rotations is None else rotations[:, 0]
+        return respond(self.name, columns, rotations, times)
