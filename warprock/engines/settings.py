@@ -231,7 +231,11 @@ class DemSettings:
         0.0, unit="N/m^2", low=0.0, high=1e12, text="tensile strength, until it fails"
     )
     dilatancy: float = setting(
-        0.0, unit="rad", low=0.0, high=1.0, text="angle at which slip opens an interface"
+        0.0,
+        unit="rad",
+        low=0.0,
+        high=1.0,
+        text="angle at which slip opens an interface; beyond the friction angle slip wins energy",
     )
     time_step: float = setting(
         1e-3, unit="s", low=1e-8, high=0.1, text="longest step, where stability allows it"
@@ -245,11 +249,11 @@ class DemSettings:
     )
 
     def halved(self) -> Self:
-        """The same settings with half of the time step."""
-        return self.with_step_scaled(0.5)
+        """The same settings with half of the longest time step."""
+        return dataclasses.replace(self, time_step=0.5 * self.time_step)
 
     def with_step_scaled(self, factor: float) -> Self:
-        """The same settings with the time step multiplied by a factor, whatever limits it."""
+        """The same settings with every lane's step multiplied by a factor, whatever limits it."""
         return dataclasses.replace(
             self, time_step=factor * self.time_step, step_safety=factor * self.step_safety
         )
