@@ -92,7 +92,7 @@ def block_columns(lanes: Lanes, fall: float) -> dict[str, Array]:
             multipliers that are impulses times the step.
     """
     mass = lanes.mass
-    x, z, left, right = _start(lanes)
+    x, z, left, right = start_on_corners(lanes)
     # What stands on each interface, and where its centre is: sums from the top down.
     above = np.cumsum(mass[:, ::-1], axis=1)[:, ::-1]
     centre = np.cumsum((mass * x)[:, ::-1], axis=1)[:, ::-1] / above
@@ -119,7 +119,7 @@ def block_columns(lanes: Lanes, fall: float) -> dict[str, Array]:
     }
 
 
-def _start(lanes: Lanes) -> tuple[Array, Array, Array, Array]:
+def start_on_corners(lanes: Lanes) -> tuple[Array, Array, Array, Array]:
     """Where the blocks start, each on its lower corner on the face beneath.
 
     A block that is not turned against what it stands on has its centre at the offset along it;
