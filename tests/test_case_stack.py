@@ -1,12 +1,15 @@
 """Stacks in case files: what is read, what is refused, what the lanes of a stack are."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from warprock.case import load_case
 from warprock.checks import compare
+from warprock.cli import main
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
 from warprock.reference.two_block import rock_two_blocks
@@ -200,3 +203,14 @@ def test_the_oracle_answers_for_a_stack(write):
     three = STACK[STACK.index("[block.2]") : STACK.index("[contact]")].replace("block.2", "block.3")
     with pytest.raises(InputError, match="has two blocks, the case has 3"):
         compare(load_case(write(STACK + three)), ["oracle"])
+
+
+def test_a_stack_runs_without_naming_an_engine(write):
+    file = write(STACK + PEAKS.replace("values = [0.1]", "values = [0.1]\nblock = 1"))
+    done = CliRunner().invoke(main, ["run", str(file), "--no-estimate", "--json"])
+    assert done.exit_code == 0, done.output
+    found = json.loads(done.stdout)
+    assert found["engine"]["name"] == "event"
+    assert {"peak_rotation_1_rad", "peak_rotation_2_rad", "peak_rotation_ratio_2"} <= set(
+        found["rows"][0]
+    )

@@ -131,7 +131,7 @@ def init(kind: str, path: pathlib.Path | None) -> None:
 
 @main.command()
 @click.argument("case_name", metavar="CASE")
-@click.option("-e", "--engine", default="housner", show_default=True, help="Engine.")
+@click.option("-e", "--engine", help="Engine; without, housner for one block, event for a stack.")
 @_set_option
 @_output_option
 @_run_options
@@ -144,7 +144,7 @@ def init(kind: str, path: pathlib.Path | None) -> None:
 @_json_option
 def run(
     case_name: str,
-    engine: str,
+    engine: str | None,
     overrides: tuple[str, ...],
     folder: pathlib.Path | None,
     precision: str,
@@ -159,8 +159,9 @@ def run(
     from warprock.case import load_case
     from warprock.report import cells, console
 
-    runner.require_options(engine, precision=precision, device=device, workers=workers)
     case = load_case(case_name, overrides)
+    engine = engine or runner.default_engine(case)
+    runner.require_options(engine, precision=precision, device=device, workers=workers)
     runner.require_histories(case, lanes)
     if lanes and folder is None:
         raise InputError("--history", "", list(lanes), "needs -o/--output, the folder to write to")

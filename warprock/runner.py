@@ -207,6 +207,11 @@ def has_time_step(settings: Any) -> bool:
     return hasattr(settings, "with_step_scaled")
 
 
+def default_engine(case: Case) -> str:
+    """The engine that a case is run with where none is named: the most accurate for its blocks."""
+    return "event" if case.tables.stacked else "housner"
+
+
 def require_options(
     engine: str, *, precision: str = "float64", device: str = "cpu", workers: int | None = None
 ) -> None:
