@@ -383,6 +383,20 @@ def test_stiff_stack_of_two_follows_two_block() -> None:
     assert found[2] <= 5e-4
 
 
+def test_blocks_slide_off_and_topple() -> None:
+    # The base leaves at 1 m/s below a slippery upper block; another one stands beside its edge.
+    lanes = stacks(
+        np.full((2, 2), 0.4),
+        offset=np.array([[0.0, 0.0], [0.0, 0.25]]),
+        friction=np.array([[ROUGH, 0.02], [ROUGH, ROUGH]]),
+    )
+    motions = velocity_steps(np.array([-1.0, 0.0]), np.zeros(2), np.full(2, 10.0))
+    response = run(lanes, motions, SampleTimes(2.0))
+    np.testing.assert_array_equal(response["outcome"], [Outcome.SLID_OFF, Outcome.OVERTURNED])
+    assert 0.3 < response["peak_slide"][0, 1] < 0.45
+    assert response["peak_rotation"][1, 1] == pytest.approx(0.5 * np.pi)
+
+
 def test_centre_of_a_block_without_friction_falls_straight_down() -> None:
     lanes = make_lanes(np.full(2, 0.3), 1.0, np.array([0.5, -0.9]), friction=0.0)
     response = run(lanes, StillBase(2), SampleTimes(0.5, 0.5))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from types import ModuleType
 from typing import Any, ClassVar, final
@@ -21,7 +20,7 @@ from warprock.engines.dem_springs import (
 )
 from warprock.engines.launching import NEVER, Target, respond, time_or_nan
 from warprock.engines.settings import DemSettings
-from warprock.engines.stack_launching import Array, launch_stacks, stack_module
+from warprock.engines.stack_launching import Array, as_stacks, launch_stacks, stack_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions, StillBase
 from warprock.response import FIELDS, Outcome, Response, SampleTimes, Status
@@ -79,7 +78,7 @@ class Dem(AbstractEngine):
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
         """Longest step of every lane [s]; see `AbstractEngine.longest_step`."""
-        limit = stable_step(stiffest_frequency(_as_stacks(lanes), self.settings), self.settings)
+        limit = stable_step(stiffest_frequency(as_stacks(lanes), self.settings), self.settings)
         return np.asarray(np.minimum(self.settings.time_step, self.settings.step_safety * limit))
 
     def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
@@ -100,7 +99,7 @@ class Dem(AbstractEngine):
 
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
-        stacks = _as_stacks(lanes)
+        stacks = as_stacks(lanes)
         step = self.longest_step(lanes, motions)
         turned = np.diff(stacks.rotation_start, axis=1, prepend=0.0).any(axis=1)
         module = self._module(lanes, motions)
@@ -171,18 +170,6 @@ def equivalent_restitution(lanes: Lanes, settings: DemSettings | None = None) ->
     after = np.cos(angle - turn) - np.cos(angle)
     before = np.cos(angle - np.abs(lanes.rotation_start)) - np.cos(angle)
     return np.asarray(np.sqrt(after / before))
-
-
-def _as_stacks(lanes: Lanes) -> Lanes:
-    """The lanes with a block axis: a single block is a stack of one."""
-    if lanes.stacked:
-        return lanes
-    parts = {
-        field.name: getattr(lanes, field.name)[:, None]
-        for field in dataclasses.fields(lanes)
-        if field.name != "angular_restitution"
-    }
-    return dataclasses.replace(lanes, **parts)
 
 
 def _blocks(stacks: Lanes, settings: DemSettings) -> dict[str, Array]:
