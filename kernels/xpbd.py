@@ -11,33 +11,36 @@ other. Of the two bodies of an interface the lower one's names begin with l.
 One sub-step of length h:
 
     1. predict: velocity v* = v + h (0, -g) - (dv_base, 0) and pose q* = q + h v*;
-    2. at q*, once a sub-step: of either end the gap, its place along the faces (`place`), both
-       exact, and their gradients;
-    3. `iterations` Gauss-Seidel sweeps over the ends, with the multipliers n, t [kg m] started
-       from the last sub-step's (impulses are n / h, t / h, forces n / h^2):
+    2. the ends whose gap at q is at most g h^2 are contacts. Their gaps and their places along the
+       faces are taken at q and at q*, exactly; their gradients J at q;
+    3. `iterations` Gauss-Seidel sweeps over the contacts, each of which moves the two bodies of
+       its interface by M^-1 J^T times its multipliers n, t [kg m] (impulses are n / h, t / h):
            normal    gap + (alpha / h^2) n >= 0, n >= 0, one of them zero
-           friction  place - place at the start of the sub-step = 0, |t| <= mu n
-       each multiplier moves the two bodies of its interface by M^-1 J^T;
+           friction  place - place at q = 0, |t| <= mu n
+       alpha is the compliance of one contact [m/N]. The multipliers start from the last ones;
     4. q(n + 1) = q* + correction, v = (q(n + 1) - q(n)) / h;
-    5. velocity pass, once over the ends that push: where the gap has grown by more than the
-       prediction and more than nothing, the end takes back of n / h what made it grow, never
-       more than n / h: that is restitution 0. Its friction follows, within the bound left.
+    5. velocity pass, as many sweeps again over the multipliers of step 3, for the velocity alone:
+       a gap may grow no faster than predicted, and not at all if it was to shrink; for that its
+       n gives way, down to zero. Friction follows within mu n. This is restitution zero.
 
-Why it converges to rigid contact, at first order:
+How it comes to rigid contact, at first order:
 
-- Gap and place are differences between exact poses over the sub-step, not velocities times
-  gradients. While a block turns about a corner, v is then the chord of the motion: steps 1 to 4
-  are SHAKE, second order, and step 5 finds nothing to take back. (With end-of-step gradients it
-  would find h_b omega^2 h / 2 at every step, h_b the half height, and brake the rocking.)
-- The error is made at impacts, whose time is known within a sub-step, and by the start of slip.
-  An open gap closes exactly to zero in the sub-step of the impact, and the rest of the approach
-  is lost in the next one: the two impulses on one pose add up to Housner's.
-- What is left to push out (what the linearisation at q* leaves at an impact, of second order in
-  h; what unfinished sweeps leave; what compliance let in) would become a velocity over h and come
-  back as a bounce: an elastic impact as h -> 0 at a given compliance. Step 5 makes it a move
-  without velocity, so that the limits h -> 0 and alpha -> 0 may be taken in any order.
+- Between impacts gap and place change by differences of exact poses, v is the chord of the motion,
+  and J is taken where the force acts: SHAKE, of second order. Step 5 finds nothing to do. (With J
+  at q*, as in implicit schemes, the force would turn h too late and rocking would gain on its
+  period; with J v for the rate of a gap step 5 would brake every turn.)
+- At an impact a corner goes through the face, for it is no contact until the sub-step after. That
+  one pushes it out by M^-1 J^T, which moves the pose to where a block that had bounced off in
+  time would be; but v is then too large by penetration / h, which does not vanish with h. Step 5
+  takes that away: what stays of n / h is the plastic impulse, Housner's. Without it the impact
+  would be elastic in part, and XPBD would not converge.
+- What stays is of the order of h: the old corner carries until the end of the sub-step of the
+  impact, wherever in it the impact was. That is half a sub-step too long or too short, with a
+  mean of nothing. (If the corner were stopped at the face, it would be too short by one sub-step
+  on the average, and errors four times as large.)
+- A compliance alone would make impacts elastic as h -> 0; step 5 keeps them plastic at any.
 
-A resting contact is pressed in by alpha times its force, exactly.
+A resting contact is pressed in by alpha times its force.
 
 Macklin, Mueller and Chentanez (2016) for compliance, Macklin et al. (2019) for sub-steps, Mueller
 et al. (2020) for rigid bodies and the velocity pass; Ryckaert, Ciccotti and Berendsen (1977) for
@@ -87,8 +90,8 @@ class Knobs:
 
 @wp.func
 def predict(
-    dv: real, hint: real, knobs: Knobs, turn: real, below: real, theta: real,
-    vx: wp.ref[real], vz: wp.ref[real], omega: real, ps: wp.ref[real], pc: wp.ref[real],
+    dv: real, hint: real, knobs: Knobs, ltheta: real, lomega: real, theta: real, omega: real,
+    vx: wp.ref[real], vz: wp.ref[real], ps: wp.ref[real], pc: wp.ref[real],
     qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real], lean: wp.ref[real],
     n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
 ):  # fmt: skip
@@ -98,12 +101,12 @@ def predict(
         dv: Change of the base velocity in the step [m/s].
         hint: What it does or is about to do, for the lean of what does not move yet [m/s].
         knobs: Settings.
-        turn: Rotation of the block against what it stands on [rad].
-        below: Angular velocity of what it stands on [rad/s].
-        theta: Rotation of the block [rad].
+        ltheta: Rotation of what the block stands on [rad]; lomega its angular velocity [rad/s].
+        lomega: See ltheta.
+        theta: Rotation of the block [rad]; omega its angular velocity [rad/s].
+        omega: See theta.
         vx: Its velocity, then the predicted one [m/s]; vz likewise.
         vz: See vx.
-        omega: Its angular velocity [rad/s].
         ps: Sine of the predicted rotation; pc its cosine.
         pc: See ps.
         qx: Correction of the predicted pose, none so far; qz, qo likewise.
@@ -117,7 +120,8 @@ def predict(
         t2: See n1.
     """
     zero = real(0.0)
-    rate = omega - below
+    turn = theta - ltheta
+    rate = omega - lomega
     still = wp.where(hint != zero, -hint, lean)
     now = sign_of(wp.where(turn != zero, turn, wp.where(rate != zero, rate, still)))
     same = now == lean
@@ -280,12 +284,8 @@ def sweep(
         b = larger(smaller(s1 - b1 * a - b2 * e - b3 * f, mu * a), -mu * a)
         e = smaller(larger(u2 - c1 * a - c2 * b - c3 * f, zero), cap2)
         f = larger(smaller(s2 - d1 * a - d2 * b - d3 * e, mu * e), -mu * e)
-    kick(
-        m, j, lm, lj, nx1, nz1, au1, bu1, al1, bl1, a - n1, b - t1, qx, qz, qo, lx, lz, lo
-    )
-    kick(
-        m, j, lm, lj, nx2, nz2, au2, bu2, al2, bl2, e - n2, f - t2, qx, qz, qo, lx, lz, lo
-    )
+    kick(m, j, lm, lj, nx1, nz1, au1, bu1, al1, bl1, a - n1, b - t1, qx, qz, qo, lx, lz, lo)
+    kick(m, j, lm, lj, nx2, nz2, au2, bu2, al2, bl2, e - n2, f - t2, qx, qz, qo, lx, lz, lo)
     n1 = a
     t1 = b
     n2 = e
@@ -297,9 +297,10 @@ def relent(
     m: real, j: real, lm: real, lj: real, au: real, al: real, start: real, n: real, t: real,
     gap: wp.ref[real], dn: wp.ref[real], cap: wp.ref[real], kept: wp.ref[real],
 ):  # fmt: skip
-    """Makes of a point what the velocity pass asks of it; keeps its multipliers for the next step.
+    """Makes of a point what the velocity pass asks of it, and keeps its multipliers.
 
-    The corrections (qx, qz, qo) are velocities times the time step from here on: poses stay.
+    They bound the pass, and the next step starts from them. The corrections (qx, qz, qo) are
+    velocities times the time step from here on: poses stay.
     """
     on = wp.where(dn > real(0.0), real(1.0), real(0.0))
     gap = smaller(gap - start, real(0.0))
@@ -310,15 +311,22 @@ def relent(
 
 @wp.func
 def travel(
-    live: bool, dt: real, vx: real, vz: real, omega: real, qx: real, qz: real, qo: real,
+    live: bool, dt: real, m: real, j: real, lm: real, lj: real,
+    au1: real, al1: real, au2: real, al2: real, start1: real, start2: real,
+    n1: real, t1: real, n2: real, t2: real,
+    vx: real, vz: real, omega: real, qx: real, qz: real, qo: real,
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
+    gap1: wp.ref[real], dn1: wp.ref[real], cap1: wp.ref[real], kept1: wp.ref[real],
+    gap2: wp.ref[real], dn2: wp.ref[real], cap2: wp.ref[real], kept2: wp.ref[real],
 ):  # fmt: skip
-    """Moves a block to its predicted and corrected pose, where its lane is alive."""
+    """Moves a block, where its lane is alive; hands its interface over to the velocity pass."""
     x = wp.where(live, x + (dt * vx + qx), x)
     z = wp.where(live, z + (dt * vz + qz), z)
     theta = wp.where(live, theta + (dt * omega + qo), theta)
     s = sine(theta)
     c = cosine(theta)
+    relent(m, j, lm, lj, au1, al1, start1, n1, t1, gap1, dn1, cap1, kept1)
+    relent(m, j, lm, lj, au2, al2, start2, n2, t2, gap2, dn2, cap2, kept2)
 
 
 @wp.func

@@ -38,7 +38,7 @@ sine, cosine = scalar.sine, scalar.cosine
 Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Knobs, predict, approach, sweep = xpbd.Knobs, xpbd.predict, xpbd.approach, xpbd.sweep
-travel, relent, carry_on, TURNS = xpbd.travel, xpbd.relent, xpbd.carry_on, xpbd.TURNS
+travel, carry_on, TURNS = xpbd.travel, xpbd.carry_on, xpbd.TURNS
 stand, GROUND_FACE = impulse.stand, impulse.GROUND_FACE
 
 HALF_PI = real(1.5707963267948966)
@@ -186,21 +186,29 @@ def ride(
 @wp.func
 def finish(
     live: bool, time: real, kept: real, dv: real, fall: real, rate: real, m: real, j: real,
-    qx: real, qz: real, qo: real, vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real],
-    loss: wp.ref[real], mode: wp.ref[int], n1: real, was1: real, n2: real, was2: real,
-    uplift_time: wp.ref[real], moved: wp.ref[real], impacts: wp.ref[int],
+    qx: real, qz: real, qo: real,
+    was1: real, pose_n1: real, pose_t1: real, was2: real, pose_n2: real, pose_t2: real,
+    vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real],
+    n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
+    loss: wp.ref[real], mode: wp.ref[int], uplift_time: wp.ref[real], moved: wp.ref[real],
+    impacts: wp.ref[int],
 ):  # fmt: skip
     """Velocity of a block after a step; whether it is still finite, and its interface rocks.
 
-    Ends have landed whose multiplier was nothing in the last step.
+    The next step starts from the multipliers that the poses took. Ends have landed whose
+    multiplier was nothing in the last step.
     """
     zero = real(0.0)
     carry_on(live, kept, dv, fall, rate, m, j, qx, qz, qo, vx, vz, omega, loss)
+    n1 = pose_n1
+    t1 = pose_t1
+    n2 = pose_n2
+    t2 = pose_t2
     speed = vx + vz + omega
-    mode = wp.where(live and mode == ROCKING and not (speed - speed == zero), BROKEN, mode)
-    lifted = live and (n1 <= zero or n2 <= zero)
-    landed1 = wp.where(live and was1 <= zero and n1 > zero, 1, 0)
-    landed2 = wp.where(live and was2 <= zero and n2 > zero, 1, 0)
+    mode = wp.where(live and mode == ROCKING and speed - speed != zero, BROKEN, mode)
+    lifted = live and (pose_n1 <= zero or pose_n2 <= zero)
+    landed1 = wp.where(live and was1 <= zero and pose_n1 > zero, 1, 0)
+    landed2 = wp.where(live and was2 <= zero and pose_n2 > zero, 1, 0)
     uplift_time = wp.where(lifted and uplift_time >= NEVER, time, uplift_time)
     moved = wp.where(lifted, time, moved)
     impacts = impacts + landed1 + landed2
@@ -247,15 +255,15 @@ def stacks(
     vx, vz, omega, qx, qz, qo, lean = Body(), Body(), Body(), Body(), Body(), Body(), Body()
     peak, peak_time, slide, peak_slide = Body(), Body(), Body(), Body()
     # Rows of points: the first and the second end of interface 1, of interface 2, ...
-    nx, nz, au, bu, al, bl = Point(), Point(), Point(), Point(), Point(), Point()
-    gap, slip, start, dn, ds = Point(), Point(), Point(), Point(), Point()
-    n, t, was, cap, kt = Point(), Point(), Point(), Point(), Point()
-    base, dv, hint, loss, uplift_time, moved = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    nx, nz, au, bu, al, bl, n = Point(), Point(), Point(), Point(), Point(), Point(), Point()
+    gap, slip, start, dn, ds, t, was = Point(), Point(), Point(), Point(), Point(), Point(), Point()
+    cap, kt = Point(), Point()
+    base, dv, hint, loss, lift, moved = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     impacts, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
     # Counts that Warp does not know, so that it writes out none of the loops over them.
     bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS // TURNS)
     for i in range(LANES):
-        begin(lanes[first + i], face[0, i], c[0, i], pc[0, i], uplift_time[i], mode[i])
+        begin(lanes[first + i], face[0, i], c[0, i], pc[0, i], lift[i], mode[i])
         for k in range(1, bodies):
             set_up(
                 blocks[k - 1, first + i], lanes[first + i].lean, face[k, i], high[k, i], m[k, i],
@@ -279,10 +287,9 @@ def stacks(
                 p, q = 2 * k - 2, 2 * k - 1
                 for i in range(LANES):
                     predict(
-                        dv[i], hint[i], knobs, theta[k, i] - theta[k - 1, i], omega[k - 1, i],
-                        theta[k, i], vx[k, i], vz[k, i], omega[k, i], ps[k, i], pc[k, i],
-                        qx[k, i], qz[k, i], qo[k, i], lean[k, i], n[p, i], t[p, i], n[q, i],
-                        t[q, i],
+                        dv[i], hint[i], knobs, theta[k - 1, i], omega[k - 1, i], theta[k, i],
+                        omega[k, i], vx[k, i], vz[k, i], ps[k, i], pc[k, i], qx[k, i], qz[k, i],
+                        qo[k, i], lean[k, i], n[p, i], t[p, i], n[q, i], t[q, i],
                     )  # fmt: skip
             for p in range(points):
                 low, k, turn = p // 2, p // 2 + 1, real(2 * (p % 2) - 1)
@@ -292,57 +299,46 @@ def stacks(
                         turn * lean[k, i], face[k, i], high[k, i], s[k, i], c[k, i], ps[k, i],
                         pc[k, i], m[k, i], j[k, i], face[low, i], high[low, i], s[low, i],
                         c[low, i], ps[low, i], pc[low, i], m[low, i], j[low, i], dx, dz,
-                        dx + dt * (vx[k, i] - vx[low, i]), dz + dt * (vz[k, i] - vz[low, i]),
-                        knobs, nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i],
-                        start[p, i], gap[p, i], slip[p, i], dn[p, i], ds[p, i], was[p, i],
-                        cap[p, i], n[p, i], t[p, i],
-                        qx[k, i], qz[k, i], qo[k, i], qx[low, i], qz[low, i], qo[low, i],
+                        dx + dt * (vx[k, i] - vx[low, i]), dz + dt * (vz[k, i] - vz[low, i]), knobs,
+                        nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], start[p, i],
+                        gap[p, i], slip[p, i], dn[p, i], ds[p, i], was[p, i], cap[p, i], n[p, i],
+                        t[p, i], qx[k, i], qz[k, i], qo[k, i], qx[low, i], qz[low, i], qo[low, i],
                     )  # fmt: skip
-            for part in range(2):
+            for part in range(2):  # Poses, then velocities.
                 for step in range(sweeps * BLOCKS):
                     low = step % BLOCKS
                     k, p, q = low + 1, 2 * low, 2 * low + 1
                     for i in range(LANES):
                         sweep(
-                            mu[k, i], m[k, i], j[k, i], m[low, i], j[low, i],
-                            nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], gap[p, i],
-                            slip[p, i], dn[p, i], ds[p, i], cap[p, i],
-                            nx[q, i], nz[q, i], au[q, i], bu[q, i], al[q, i], bl[q, i], gap[q, i],
-                            slip[q, i], dn[q, i], ds[q, i], cap[q, i],
-                            n[p, i], t[p, i], n[q, i], t[q, i], qx[k, i], qz[k, i], qo[k, i],
-                            qx[low, i], qz[low, i], qo[low, i],
+                            mu[k, i], m[k, i], j[k, i], m[low, i], j[low, i], nx[p, i], nz[p, i],
+                            au[p, i], bu[p, i], al[p, i], bl[p, i], gap[p, i], slip[p, i], dn[p, i],
+                            ds[p, i], cap[p, i], nx[q, i], nz[q, i], au[q, i], bu[q, i], al[q, i],
+                            bl[q, i], gap[q, i], slip[q, i], dn[q, i], ds[q, i], cap[q, i], n[p, i],
+                            t[p, i], n[q, i], t[q, i], qx[k, i], qz[k, i], qo[k, i], qx[low, i],
+                            qz[low, i], qo[low, i],
                         )  # fmt: skip
-                if part == 0:
-                    for k in range(1, bodies):
-                        for i in range(LANES):
-                            travel(
-                                lives[i] > 0, dt, vx[k, i], vz[k, i], omega[k, i], qx[k, i],
-                                qz[k, i], qo[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
-                            )  # fmt: skip
-                    for p in range(points):
-                        low, k = p // 2, p // 2 + 1
-                        for i in range(LANES):
-                            relent(
-                                m[k, i], j[k, i], m[low, i], j[low, i], au[p, i], al[p, i],
-                                start[p, i], n[p, i], t[p, i], gap[p, i], dn[p, i], cap[p, i],
-                                kt[p, i],
-                            )  # fmt: skip
-            for p in range(points):
-                for i in range(LANES):
-                    n[p, i] = cap[p, i]
-                    t[p, i] = kt[p, i]
+                for k in range(1, bodies - part * BLOCKS):
+                    low, p, q = k - 1, 2 * k - 2, 2 * k - 1
+                    for i in range(LANES):
+                        travel(
+                            lives[i] > 0, dt, m[k, i], j[k, i], m[low, i], j[low, i], au[p, i],
+                            al[p, i], au[q, i], al[q, i], start[p, i], start[q, i], n[p, i],
+                            t[p, i], n[q, i], t[q, i], vx[k, i], vz[k, i], omega[k, i], qx[k, i],
+                            qz[k, i], qo[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
+                            gap[p, i], dn[p, i], cap[p, i], kt[p, i], gap[q, i], dn[q, i],
+                            cap[q, i], kt[q, i],
+                        )  # fmt: skip
             for k in range(1, bodies):
                 low, p, q = k - 1, 2 * k - 2, 2 * k - 1
                 for i in range(LANES):
-                    live = lives[i] > 0
                     finish(
-                        live, time, kept, dv[i], dt * knobs.gravity, knobs.rate, m[k, i], j[k, i],
-                        qx[k, i], qz[k, i], qo[k, i], vx[k, i], vz[k, i], omega[k, i], loss[i],
-                        mode[i], n[p, i], was[p, i], n[q, i], was[q, i], uplift_time[i], moved[i],
-                        impacts[i],
+                        lives[i] > 0, time, kept, dv[i], dt * knobs.gravity, knobs.rate, m[k, i],
+                        j[k, i], qx[k, i], qz[k, i], qo[k, i], was[p, i], cap[p, i], kt[p, i],
+                        was[q, i], cap[q, i], kt[q, i], vx[k, i], vz[k, i], omega[k, i], n[p, i],
+                        t[p, i], n[q, i], t[q, i], loss[i], mode[i], lift[i], moved[i], impacts[i],
                     )  # fmt: skip
                     observe(
-                        live, time, theta[k, i], theta[low, i], face[k, i], high[k, i],
+                        lives[i] > 0, time, theta[k, i], theta[low, i], face[k, i], high[k, i],
                         s[k, i], c[k, i], face[low, i], high[low, i], s[low, i], c[low, i],
                         x[k, i] - x[low, i], z[k, i] - z[low, i], offset[k, i], peak[k, i],
                         peak_time[k, i], slide[k, i], peak_slide[k, i], mode[i],
@@ -353,8 +349,7 @@ def stacks(
                     past = wp.where(mode[i] == ROCKING, larger(time - until, zero), zero)
                     found.rotations[sample, k - 1, first + i] = theta[k, i] - past * omega[k, i]
     for i in range(LANES):
-        result = Result(uplift_time[i], moved[i], loss[i], impacts[i], mode[i], steps[i])
-        found.results[first + i] = result
+        found.results[first + i] = Result(lift[i], moved[i], loss[i], impacts[i], mode[i], steps[i])
         for k in range(1, bodies):
-            kept_of_it = BlockResult(slide[k, i], peak[k, i], peak_time[k, i], peak_slide[k, i])
-            found.blocks[k - 1, first + i] = kept_of_it
+            block = BlockResult(slide[k, i], peak[k, i], peak_time[k, i], peak_slide[k, i])
+            found.blocks[k - 1, first + i] = block
