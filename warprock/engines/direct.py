@@ -10,6 +10,7 @@ import numpy.typing as npt
 import warp as wp
 
 from warprock.engines.base import AbstractEngine
+from warprock.engines.direct_stack import direct_stack_module, run_direct_stacks
 from warprock.engines.launching import Target, launch, respond, time_or_nan
 from warprock.engines.settings import DirectSettings
 from warprock.kernels.instance import kernel_module
@@ -30,7 +31,7 @@ class Direct(AbstractEngine):
     The time step is that of Eq. 9 of the paper, stiffness and damping act as CFM and ERP (Eq. 13).
     First order in the step; at the default stiffness the contacts are rigid, as Housner's. A block
     is at rest while both corners carry an impulse; it rocks while one carries none. The run of a
-    lane whose contacts are not solved to round-off ends there, with the status EVENT_LIMIT.
+    lane whose contacts are not solved to round-off ends there, with the status ITERATION_LIMIT.
     """
 
     name: ClassVar[str] = "direct"
@@ -52,8 +53,6 @@ class Direct(AbstractEngine):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
-        if scene.stacked:
-            return "direct runs single blocks, not stacks"
         if scene.restitution_given:
             return (
                 "direct finds the angular restitution from its contact law and cannot follow "
@@ -63,9 +62,11 @@ class Direct(AbstractEngine):
 
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
-        wp.load_module(self._module(motions).__name__, device=self.target.device)
+        wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
 
-    def _module(self, motions: GroundMotions) -> ModuleType:
+    def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
+        if lanes.stacked:
+            return direct_stack_module(self.target, lanes, motions)
         module: ModuleType = kernel_module(
             "direct_launch", precision=self.target.precision, motion=motions.kind.value
         )
@@ -82,7 +83,9 @@ class Direct(AbstractEngine):
 
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
-        module = self._module(motions)
+        if lanes.stacked:
+            return run_direct_stacks(self.settings, self.target, lanes, motions, times)
+        module = self._module(lanes, motions)
         rows, rotations = launch(
             module,
             self.target,
@@ -106,7 +109,7 @@ class Direct(AbstractEngine):
             ),
             "status": np.select(
                 [mode == BROKEN, mode == UNSOLVED],
-                [Status.NONFINITE, Status.EVENT_LIMIT],
+                [Status.NONFINITE, Status.ITERATION_LIMIT],
                 Status.OK,
             ),
             "impact_count": rows["impacts"],

@@ -1,0 +1,397 @@
+"""Runs of the direct step over stacks of blocks, one lane a thread on any device.
+
+A run begins with a solve at the start, from velocities of zero; half a step back from the
+acceleration that it finds lie the velocities that the first step starts from, for velocities
+belong to half steps. An interface rocks while one of its ends carries no impulse.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module
+
+real: Any
+PRECISION: str
+MOTION: str
+BLOCKS: int
+LANES: int
+
+stack = kernel_module("stack", precision=PRECISION, blocks=BLOCKS)
+wp.set_module_options(stack.STACK_OPTIONS)
+scalar = kernel_module("scalar", precision=PRECISION)
+motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+direct = kernel_module("direct", precision=PRECISION)
+impulse_stack = kernel_module("impulse_stack", precision=PRECISION)
+contact = kernel_module("direct_stack", precision=PRECISION, blocks=BLOCKS)
+larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
+Motion, base_velocity = motion.Motion, motion.velocity
+sample_index, sample_segment = motion.sample_index, motion.sample_segment
+Values, Triples, Rows, Three = stack.Values, stack.Triples, stack.Rows, stack.Three
+three_of, matrix_of = stack.three_of, stack.matrix_of
+Shapes, Pose, Equations = contact.Shapes, contact.Pose, contact.Equations
+interface_rows, weighted, solve_stack = (
+    contact.interface_rows,
+    contact.weighted,
+    contact.solve_stack,
+)
+with_rows, with_three = contact.with_rows, contact.with_three
+stand = impulse_stack.stand
+
+HALF_PI = real(1.5707963267948966)
+HALF = real(0.5)
+NEVER = real(1.0e30)
+ROCKING = 1
+OVERTURNED = 2
+BROKEN = 3
+UNSOLVED = 4
+SLID_OFF = 5
+
+
+@wp.struct
+class Knobs:
+    """What the lanes have in common; as in `direct`, CFM in 1/kg and stiffness in N/m."""
+
+    time_step: real
+    rate: real
+    gravity: real
+    margin: real
+    box: real
+    cfm: real
+    erp: real
+    stiffness: real
+
+
+@wp.struct
+class Block:
+    """One block of a stack: half sizes [m], and where it starts.
+
+    `left` and `right` are first guesses of the normal impulses below it, at -x and at +x [N s].
+    """
+
+    face: real
+    high: real
+    inverse_mass: real
+    inverse_inertia: real
+    friction: real
+    offset: real
+    x: real
+    z: real
+    theta: real
+    left: real
+    right: real
+
+
+@wp.struct
+class Stack:
+    """One lane's stack.
+
+    That is: the time at which it is first uplifted [s], 0 or NEVER, and the side to which its
+    interfaces count as leaning before they turn, 1 or -1, mirrored with the stack.
+    """
+
+    uplift_time: real
+    lean: real
+
+
+@wp.struct
+class BlockResult:
+    """What one block's run leaves behind."""
+
+    slide: real
+    peak: real
+    peak_time: real
+    peak_slide: real
+
+
+@wp.struct
+class Result:
+    """What one lane's run leaves behind."""
+
+    uplift_time: real
+    moved: real
+    loss: real
+    impacts: int
+    mode: int
+    steps: int
+
+
+@wp.struct
+class Found:
+    """Where the kernel leaves what it finds."""
+
+    results: wp.array(dtype=Result)
+    blocks: wp.array2d(dtype=BlockResult)
+    rotations: wp.array3d(dtype=real)
+
+
+@wp.struct
+class State:
+    """One lane: rotations and velocities of its blocks, relative to the base.
+
+    Of its interfaces: the side to which they lean, and the last impulses at their ends at -x and
+    at +x and along them towards +x [N s].
+    """
+
+    theta: Values
+    velocity: Triples
+    lean: Values
+    left: Values
+    right: Values
+    along: Values
+
+
+@wp.func
+def leaning(state: State, k: int, hint: real) -> real:
+    """Side to which interface k leans; `hint` tells which way the base is about to move [m/s]."""
+    zero = real(0.0)
+    turn = state.theta[k]
+    rate = state.velocity[3 * k + 2]
+    if k > 0:
+        turn = turn - state.theta[k - 1]
+        rate = rate - state.velocity[3 * k - 1]
+    still = wp.where(hint != zero, -hint, state.lean[k])
+    return sign_of(wp.where(turn != zero, turn, wp.where(rate != zero, rate, still)))
+
+
+@wp.func
+def stored(shapes: Shapes, pose: Pose, lean: Values, stiffness: real) -> real:
+    """Energy in the springs [J]."""
+    energy = real(0.0)
+    for k in range(BLOCKS):
+        _upper, _lower, gap1, gap2 = interface_rows(shapes, pose, k, lean[k])
+        deep1 = smaller(gap1, real(0.0))
+        deep2 = smaller(gap2, real(0.0))
+        energy += HALF * stiffness * (deep1 * deep1 + deep2 * deep2)
+    return energy
+
+
+@wp.func
+def equations(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, free: Triples):
+    """The contact problem of a step from the velocities without contact, and its rows.
+
+    Returns:
+        The problem; rows of the upper and of the lower blocks; the last impulses, in its order.
+    """
+    zero = real(0.0)
+    one = real(1.0)
+    system = Equations()
+    upper = Rows()
+    lower = Rows()
+    guess = Triples()
+    scale = real(0.0)
+    for k in range(BLOCKS):
+        lean = state.lean[k]
+        up, down, gap1, gap2 = interface_rows(shapes, pose, k, lean)
+        on1 = wp.where(gap1 <= knobs.margin, one, zero)
+        on2 = wp.where(gap2 <= knobs.margin, one, zero)
+        # Rows of an end that does not touch vanish.
+        keep = wp.diag(Three(on1, on2, one))
+        up = keep * up
+        down = keep * down
+        d = weighted(up, shapes, k) * wp.transpose(up)
+        q = up * three_of(free, k)
+        if k > 0:
+            d = d + weighted(down, shapes, k - 1) * wp.transpose(down)
+            q = q + down * three_of(free, k - 1)
+            above = weighted(matrix_of(upper, k - 1), shapes, k - 1) * wp.transpose(down)
+            system.above = with_rows(system.above, k - 1, above)
+        m = shapes.inverse_mass[k]
+        d = d + wp.diag(Three(knobs.cfm + m * (one - on1), knobs.cfm + m * (one - on2), zero))
+        q = q + Three(
+            on1 * direct.wish(gap1, knobs.erp, knobs.rate),
+            on2 * direct.wish(gap2, knobs.erp, knobs.rate),
+            zero,
+        )
+        scale += size(q[0]) + size(q[1]) + size(q[2])
+        mu = shapes.friction[k]
+        last = knobs.box * larger(on1, on2) * (state.left[k] + state.right[k])
+        system.own = with_rows(system.own, k, d)
+        system.free = with_three(system.free, k, q)
+        system.friction[k] = (one - knobs.box) * mu
+        system.bound[k] = mu * last
+        upper = with_rows(upper, k, up)
+        lower = with_rows(lower, k, down)
+        n1 = wp.where(lean > zero, state.left[k], state.right[k])
+        n2 = wp.where(lean > zero, state.right[k], state.left[k])
+        guess = with_three(guess, k, Three(on1 * n1, on2 * n2, lean * state.along[k]))
+    system.slack = contact.ROUND_OFF * scale
+    return system, upper, lower, guess
+
+
+@wp.func
+def pushed(shapes: Shapes, upper: Rows, lower: Rows, free: Triples, p: Triples) -> Triples:
+    """Velocities of all blocks after the impulses of all interfaces."""
+    v = free
+    for k in range(BLOCKS):
+        kick = wp.transpose(weighted(matrix_of(upper, k), shapes, k)) * three_of(p, k)
+        v = with_three(v, k, three_of(v, k) + kick)
+        if k > 0:
+            back = wp.transpose(weighted(matrix_of(lower, k), shapes, k - 1)) * three_of(p, k)
+            v = with_three(v, k - 1, three_of(v, k - 1) + back)
+    return v
+
+
+@wp.func
+def step(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, dv: real, hint: real):
+    """Velocities and impulses after a step in which the base velocity changes by dv [m/s].
+
+    Returns:
+        The state, its rotations as before; work of the contacts on it [J]; whether it was solved.
+    """
+    after = state
+    free = state.velocity
+    for k in range(BLOCKS):
+        after.lean[k] = leaning(state, k, hint)
+        free[3 * k] = free[3 * k] - dv
+        free[3 * k + 1] = free[3 * k + 1] - knobs.time_step * knobs.gravity
+    system, upper, lower, guess = equations(shapes, pose, after, knobs, free)
+    p, solved, _tries = solve_stack(system, guess)
+    v = pushed(shapes, upper, lower, free, p)
+    work = real(0.0)
+    for k in range(BLOCKS):
+        done = real(0.0)
+        for i in range(3):
+            weight = shapes.inverse_mass[k]
+            if i == 2:
+                weight = shapes.inverse_inertia[k]
+            a = 3 * k + i
+            done += (v[a] - free[a]) * (v[a] + state.velocity[a]) / weight
+        work += HALF * done
+        to_right = after.lean[k] > real(0.0)
+        after.left[k] = wp.where(to_right, p[3 * k], p[3 * k + 1])
+        after.right[k] = wp.where(to_right, p[3 * k + 1], p[3 * k])
+        after.along[k] = after.lean[k] * p[3 * k + 2]
+    after.velocity = v
+    return after, work, solved
+
+
+@wp.func
+def posed(pose: Pose, state: State, dt: real):
+    """Where the blocks are after a time at their velocities, and their rotations."""
+    moved = pose
+    theta = state.theta
+    for k in range(BLOCKS):
+        moved.x[k] = pose.x[k] + dt * state.velocity[3 * k]
+        moved.z[k] = pose.z[k] + dt * state.velocity[3 * k + 1]
+        theta[k] = theta[k] + dt * state.velocity[3 * k + 2]
+        moved.sine[k] = sine(theta[k])
+        moved.cosine[k] = cosine(theta[k])
+    return moved, theta
+
+
+@wp.func
+def placed(shapes: Shapes, pose: Pose, theta: Values, k: int, offset: real):
+    """Slide of a block along what it stands on, width of the overlap, and rotation against it."""
+    lface = real(impulse_stack.GROUND_FACE)
+    lhigh = real(0.0)
+    ls = real(0.0)
+    lc = real(1.0)
+    dx = pose.x[k]
+    dz = pose.z[k]
+    turn = theta[k]
+    if k > 0:
+        lface = shapes.face[k - 1]
+        lhigh = shapes.high[k - 1]
+        ls = pose.sine[k - 1]
+        lc = pose.cosine[k - 1]
+        dx = dx - pose.x[k - 1]
+        dz = dz - pose.z[k - 1]
+        turn = turn - theta[k - 1]
+    slid, overlap = stand(
+        shapes.face[k], shapes.high[k], pose.sine[k], pose.cosine[k], offset,
+        lface, lhigh, ls, lc, dx, dz, turn,
+    )  # fmt: skip
+    return slid, overlap, turn
+
+
+@wp.kernel
+def stacks(
+    blocks: wp.array2d(dtype=Block),
+    lanes: wp.array(dtype=Stack),
+    motions: wp.array(dtype=Motion),
+    pool: wp.array2d(dtype=real),
+    sample_times: wp.array(dtype=real),
+    knobs: Knobs,
+    found: Found,
+):
+    """Runs one lane a thread."""
+    lane, zero, dt = wp.tid(), real(0.0), knobs.time_step
+    m = motions[lane]
+    shapes = Shapes()
+    pose = Pose()
+    state = State()
+    peak, peak_time, slide, peak_slide = Values(), Values(), Values(), Values()
+    for k in range(BLOCKS):
+        block = blocks[k, lane]
+        shapes.face[k] = block.face
+        shapes.high[k] = block.high
+        shapes.inverse_mass[k] = block.inverse_mass
+        shapes.inverse_inertia[k] = block.inverse_inertia
+        shapes.friction[k] = block.friction
+        pose.x[k] = block.x
+        pose.z[k] = block.z
+        pose.sine[k] = sine(block.theta)
+        pose.cosine[k] = cosine(block.theta)
+        state.theta[k] = block.theta
+        state.lean[k] = lanes[lane].lean
+        state.left[k] = block.left
+        state.right[k] = block.right
+        peak[k] = size(block.theta)
+    uplift_time = lanes[lane].uplift_time
+    moved, base = real(0.0), real(0.0)
+    impacts, count = int(0), int(-1)
+    mode = int(ROCKING)
+    time = -dt
+    loss = stored(shapes, pose, state.lean, knobs.stiffness)
+    for sample in range(sample_times.shape[0]):
+        until = sample_times[sample]
+        while time < until and mode == ROCKING:
+            count += 1
+            time = real(count) * dt
+            half = larger(time - HALF * dt, HALF * dt)
+            place = sample_index(m, sample_segment(m, half))
+            v = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
+            old = state
+            if count == 0:
+                # The velocities half a step before the start.
+                state, _work, solved = step(shapes, pose, old, knobs, zero, v)
+                state.velocity = -HALF * state.velocity
+                mode = wp.where(solved, ROCKING, UNSOLVED)
+            else:
+                state, work, solved = step(shapes, pose, old, knobs, v - base, v - base)
+                base = v
+                pose, theta = posed(pose, state, dt)
+                state.theta = theta
+                loss -= work
+                mode = wp.where(solved, ROCKING, UNSOLVED)
+                for k in range(BLOCKS):
+                    n1, n2 = state.left[k], state.right[k]
+                    if n1 <= zero or n2 <= zero:
+                        uplift_time = smaller(uplift_time, time)
+                        moved = time
+                    impacts += wp.where(old.left[k] <= zero and n1 > zero, 1, 0)
+                    impacts += wp.where(old.right[k] <= zero and n2 > zero, 1, 0)
+                    slid, overlap, turn = placed(shapes, pose, theta, k, blocks[k, lane].offset)
+                    if size(theta[k]) > peak[k]:
+                        peak[k] = smaller(size(theta[k]), HALF_PI)
+                        peak_time[k] = time
+                    slide[k] = slid
+                    peak_slide[k] = larger(size(slid), peak_slide[k])
+                    if overlap <= zero:
+                        mode = SLID_OFF
+                    if larger(size(theta[k]), size(turn)) >= HALF_PI:
+                        mode = OVERTURNED
+                    total = theta[k] + slid + overlap
+                    if total - total != zero:
+                        mode = BROKEN
+        if found.rotations.shape[0] > 0:
+            past = wp.where(mode == ROCKING, larger(time - until, zero), zero)
+            for k in range(BLOCKS):
+                rate = state.velocity[3 * k + 2]
+                found.rotations[sample, k, lane] = state.theta[k] - past * rate
+    loss -= stored(shapes, pose, state.lean, knobs.stiffness)
+    found.results[lane] = Result(uplift_time, moved, loss, impacts, mode, count)
+    for k in range(BLOCKS):
+        found.blocks[k, lane] = BlockResult(slide[k], peak[k], peak_time[k], peak_slide[k])

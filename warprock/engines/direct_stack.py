@@ -1,0 +1,133 @@
+"""The compliant contact engine on stacks of blocks: what its kernel takes and leaves."""
+
+from __future__ import annotations
+
+import dataclasses
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.engines.impulse_stack import start_on_corners
+from warprock.engines.launching import NEVER, Form, Target, respond, time_or_nan
+from warprock.engines.settings import DirectSettings
+from warprock.engines.stack_launching import Array, launch_stacks, stack_module
+from warprock.lanes import Lanes
+from warprock.motion import GroundMotions
+from warprock.response import Outcome, Response, SampleTimes, Status
+from warprock.units import GRAVITY
+
+OVERTURNED, BROKEN, UNSOLVED, SLID_OFF = 2, 3, 4, 5
+"""Modes of a lane in the kernel."""
+
+
+def direct_stack_module(target: Target, lanes: Lanes, motions: GroundMotions) -> ModuleType:
+    """The instance of the kernel file for a batch of stacks: one lane a thread on any device."""
+    return stack_module("direct_stack_launch", _one_by_one(target), motions, lanes)
+
+
+def _one_by_one(target: Target) -> Target:
+    return dataclasses.replace(target, form=Form.PLAIN)
+
+
+def run_direct_stacks(
+    settings: DirectSettings,
+    target: Target,
+    lanes: Lanes,
+    motions: GroundMotions,
+    times: SampleTimes,
+) -> Response:
+    """Runs a batch of stacks on the calling thread; see `AbstractEngine.run`."""
+    module = direct_stack_module(target, lanes, motions)
+    turned = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
+    # The first number of a stack that is not the same in its mirror image.
+    odd = np.concatenate([lanes.rotation_start, lanes.offset], axis=1)
+    first = np.take_along_axis(odd, np.argmax(odd != 0.0, axis=1)[:, None], axis=1)[:, 0]
+    stacks = {
+        "uplift_time": np.where(turned.any(axis=1), 0.0, NEVER),
+        "lean": np.where(first < 0.0, -1.0, 1.0),
+    }
+    rows, per_block, rotations = launch_stacks(
+        module,
+        _one_by_one(target),
+        motions,
+        times,
+        _blocks(lanes, settings),
+        stacks,
+        _knobs(module, settings),
+    )
+    mode = rows["mode"]
+    moved = np.asarray(rows["moved"], dtype=np.float64)
+    # In the last step of the run both ends of every interface carried something.
+    resting = (mode < OVERTURNED) & (moved < times.times[-1] - 0.5 * settings.time_step)
+    columns: dict[str, npt.NDArray[Any]] = {
+        "peak_rotation": per_block["peak"],
+        "peak_time": per_block["peak_time"],
+        "outcome": np.select(
+            [mode == OVERTURNED, mode == SLID_OFF, resting],
+            [Outcome.OVERTURNED, Outcome.SLID_OFF, Outcome.AT_REST],
+            Outcome.ROCKING,
+        ),
+        "status": np.select(
+            [mode == BROKEN, mode == UNSOLVED],
+            [Status.NONFINITE, Status.ITERATION_LIMIT],
+            Status.OK,
+        ),
+        "impact_count": rows["impacts"],
+        "uplift_time": time_or_nan(rows["uplift_time"]),
+        "rest_time": np.where(resting, moved, np.nan),
+        "residual_slide": per_block["slide"],
+        "peak_slide": per_block["peak_slide"],
+        "energy_lost": rows["loss"],
+        "step_count": rows["steps"],
+    }
+    return respond("direct", columns, rotations, times)
+
+
+def _knobs(module: Any, settings: DirectSettings) -> Any:
+    step, stiffness = settings.time_step, settings.contact_stiffness
+    drag = step * stiffness + settings.contact_damping
+    knobs = module.Knobs()
+    knobs.time_step = step
+    knobs.rate = 1.0 / step
+    knobs.gravity = GRAVITY
+    knobs.margin = 2.0 * GRAVITY * step**2
+    knobs.box = settings.friction_box
+    knobs.cfm = 1.0 / (step * drag)
+    knobs.erp = step * stiffness / drag
+    knobs.stiffness = stiffness
+    return knobs
+
+
+def _blocks(lanes: Lanes, settings: DirectSettings) -> dict[str, Array]:
+    """Fields of the struct `Block`, shape [lane, block] each.
+
+    A stack that stands flat starts sunk into its springs by its weight; that springs under an
+    eccentric weight tilt it is left to the first moments of the run, as is the sinking of a turned
+    block.
+    """
+    mass = lanes.mass
+    x, z, left, right = start_on_corners(lanes)
+    # What stands on each interface, and where its centre is: sums from the top down.
+    above = np.cumsum(mass[:, ::-1], axis=1)[:, ::-1]
+    centre = np.cumsum((mass * x)[:, ::-1], axis=1)[:, ::-1] / above
+    share = np.clip((centre - left) / np.maximum(right - left, 1e-12), 0.0, 1.0)
+    turn = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
+    on_right = np.select([turn > 0.0, turn < 0.0], [1.0, 0.0], share)
+    flat = ~lanes.rotation_start.any(axis=1, keepdims=True)
+    sunk = np.where(flat, 0.5 * GRAVITY * above / settings.contact_stiffness, 0.0)
+    weight = GRAVITY * settings.time_step * above
+    return {
+        "face": 0.5 * lanes.face_width,
+        "high": 0.5 * lanes.height,
+        "inverse_mass": 1.0 / mass,
+        "inverse_inertia": 12.0 / (mass * (lanes.width**2 + lanes.height**2)),
+        "friction": lanes.friction,
+        "offset": lanes.offset,
+        "x": x,
+        "z": z - np.cumsum(sunk, axis=1),
+        "theta": lanes.rotation_start,
+        "left": weight * (1.0 - on_right),
+        "right": weight * on_right,
+    }
