@@ -38,8 +38,8 @@ velocity V h k / c that vanishes with h.
 
 A lane's state: x along the base from where the block would rest [m], z above the base [m], theta
 [rad]; vx, vz [m/s] and omega [rad/s] relative to the base; the normal impulses n1 of the -x and n2
-of the +x corner in the last step, per unit mass [m/s]; loss, the energy lost so far per unit mass
-[J/kg], springs included.
+of the +x corner in the last step, per unit mass [m/s]; loss, what the contacts have taken from the
+energy so far per unit mass [J/kg].
 """
 
 from typing import Any
@@ -281,13 +281,3 @@ def slide_of(block: Block, x: real, theta: real) -> real:
 def height_of(block: Block, theta: real) -> real:
     """Height of the centre of mass of a block that stands on its lower corner [m]."""
     return block.half_width * size(sine(theta)) + block.half_height * cosine(theta)
-
-
-@wp.func
-def stored(block: Block, z: real, theta: real) -> real:
-    """Energy in the springs under the corners, for unit mass [J/kg]."""
-    high = z - block.half_height * cosine(theta)
-    run = block.half_width * sine(theta)
-    deep1 = smaller(high + run, real(0.0))
-    deep2 = smaller(high - run, real(0.0))
-    return HALF * block.stiffness * (deep1 * deep1 + deep2 * deep2)

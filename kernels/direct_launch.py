@@ -22,7 +22,7 @@ larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Block, Knobs, step = direct.Block, direct.Knobs, direct.step
-slide_of, height_of, stored = direct.slide_of, direct.height_of, direct.stored
+slide_of, height_of = direct.slide_of, direct.height_of
 
 HALF_PI = real(1.5707963267948966)
 HALF = real(0.5)
@@ -162,7 +162,6 @@ def packed(
         vz[i] = uz
         n1[i] = p1
         n2[i] = p2
-        loss[i] = stored(block, qz, th)
         peak[i] = size(th)
         uplift_time[i] = wp.where(th == real(0.0), NEVER, real(0.0))
         mode[i] = ROCKING
@@ -227,7 +226,7 @@ def packed(
         result.peak_slide = peak_slide[i]
         result.uplift_time = uplift_time[i]
         result.moved = moved[i]
-        result.loss = loss[i] - stored(blocks[first + i], z[i], theta[i])
+        result.loss = loss[i]
         result.impacts = impacts[i]
         result.mode = mode[i]
         result.steps = steps[i]
@@ -253,7 +252,7 @@ def plain(
     x, z, vz, n1, n2 = start(block, knobs, theta)
     vx = real(0.0)
     omega = real(0.0)
-    loss = stored(block, z, theta)
+    loss = real(0.0)
     base = real(0.0)
     peak = size(theta)
     peak_time = real(0.0)
@@ -307,7 +306,7 @@ def plain(
     result.peak_slide = peak_slide
     result.uplift_time = uplift_time
     result.moved = moved
-    result.loss = loss - stored(block, z, theta)
+    result.loss = loss
     result.impacts = impacts
     result.mode = mode
     result.steps = k

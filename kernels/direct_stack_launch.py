@@ -51,7 +51,7 @@ SLID_OFF = 5
 
 @wp.struct
 class Knobs:
-    """What the lanes have in common; as in `direct`, CFM in 1/kg and stiffness in N/m."""
+    """What the lanes have in common; as in `direct`, CFM in 1/kg."""
 
     time_step: real
     rate: real
@@ -60,7 +60,6 @@ class Knobs:
     box: real
     cfm: real
     erp: real
-    stiffness: real
 
 
 @wp.struct
@@ -153,18 +152,6 @@ def leaning(state: State, k: int, hint: real) -> real:
         rate = rate - state.velocity[3 * k - 1]
     still = wp.where(hint != zero, -hint, state.lean[k])
     return sign_of(wp.where(turn != zero, turn, wp.where(rate != zero, rate, still)))
-
-
-@wp.func
-def stored(shapes: Shapes, pose: Pose, lean: Values, stiffness: real) -> real:
-    """Energy in the springs [J]."""
-    energy = real(0.0)
-    for k in range(BLOCKS):
-        _upper, _lower, gap1, gap2 = interface_rows(shapes, pose, k, lean[k])
-        deep1 = smaller(gap1, real(0.0))
-        deep2 = smaller(gap2, real(0.0))
-        energy += HALF * stiffness * (deep1 * deep1 + deep2 * deep2)
-    return energy
 
 
 @wp.func
@@ -340,11 +327,10 @@ def stacks(
         state.right[k] = block.right
         peak[k] = size(block.theta)
     uplift_time = lanes[lane].uplift_time
-    moved, base = real(0.0), real(0.0)
+    moved, base, loss = real(0.0), real(0.0), real(0.0)
     impacts, count = int(0), int(-1)
     mode = int(ROCKING)
     time = -dt
-    loss = stored(shapes, pose, state.lean, knobs.stiffness)
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
         while time < until and mode == ROCKING:
@@ -391,7 +377,6 @@ def stacks(
             for k in range(BLOCKS):
                 rate = state.velocity[3 * k + 2]
                 found.rotations[sample, k, lane] = state.theta[k] - past * rate
-    loss -= stored(shapes, pose, state.lean, knobs.stiffness)
     found.results[lane] = Result(uplift_time, moved, loss, impacts, mode, count)
     for k in range(BLOCKS):
         found.blocks[k, lane] = BlockResult(slide[k], peak[k], peak_time[k], peak_slide[k])

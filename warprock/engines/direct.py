@@ -32,6 +32,8 @@ class Direct(AbstractEngine):
     First order in the step; at the default stiffness the contacts are rigid, as Housner's. A block
     is at rest while both corners carry an impulse; it rocks while one carries none. The run of a
     lane whose contacts are not solved to round-off ends there, with the status ITERATION_LIMIT.
+    What is lost is what the contacts take; what a spring holds counts as lost until it gives it
+    back.
     """
 
     name: ClassVar[str] = "direct"

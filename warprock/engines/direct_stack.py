@@ -96,7 +96,6 @@ def _knobs(module: Any, settings: DirectSettings) -> Any:
     knobs.box = settings.friction_box
     knobs.cfm = 1.0 / (step * drag)
     knobs.erp = step * stiffness / drag
-    knobs.stiffness = stiffness
     return knobs
 
 
