@@ -13,7 +13,7 @@ n and e. A point at a along the slave's face has, with D = theta_upper - theta_l
 a = 0 and (P, Q) its lever from the slave's centre along e and n,
 
     gap      g - a sin D
-    closing  v_n = w_n - D' P
+    parting  v_n = w_n - D' P
     sliding  v_t = w_t + D' Q
 
 all linear in a, so that they are found once an interface and not once a spring. Stresses at a
