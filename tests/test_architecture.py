@@ -70,6 +70,11 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         "errors foundation settings cases engines runs reference",
         "numpy pandas",
     ),
+    "stability": (
+        ("warprock/stability*.py",),
+        "errors foundation settings engines batch runs checks",
+        "numpy pandas pyarrow",
+    ),
     "plots": (
         ("warprock/report/plots*.py",),
         "errors foundation settings cases runs checks report",
@@ -92,7 +97,8 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
     ),
     "cli": (
         ("warprock/cli*.py", "warprock/__main__.py"),
-        "errors foundation settings cases batch runs checks report plots reproduction desk",
+        "errors foundation settings cases batch runs checks stability report plots reproduction "
+        "desk",
         "click",
     ),
 }

@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 import click
 
 from warprock import __version__
+from warprock.cli_stability import stability
 from warprock.errors import InputError
 
 EXIT_FAILED, EXIT_INPUT, EXIT_CHECK, EXIT_INTERRUPTED = 1, 2, 3, 130
@@ -299,6 +300,9 @@ def bench(seconds: float, workers: int | None, as_json: bool) -> None:
     found = run_bench(seconds=seconds, workers=workers)
     found["peers"] = peers.compare(found["accuracy"], seconds)
     console.print_json(found) if as_json else console.print_bench(found)
+
+
+main.add_command(stability)
 
 
 def entry() -> None:

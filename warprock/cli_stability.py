@@ -1,0 +1,81 @@
+"""The command `stability`: the atlas of extremes."""
+
+from __future__ import annotations
+
+import pathlib
+from typing import Any
+
+import click
+
+from warprock.errors import InputError
+
+
+@click.command()
+@click.option("-e", "--engine", "engines", multiple=True, help="Repeat for each; all without.")
+@click.option("--map", "maps", multiple=True, help="Repeat for each; all without.")
+@click.option("--points", default=16, show_default=True, help="Values along an axis, at least 2.")
+@click.option("--steps", default=20_000, show_default=True, help="Most time steps of a launch.")
+@click.option(
+    "-o",
+    "--output",
+    "folder",
+    default="results/stability",
+    show_default=True,
+    type=click.Path(path_type=pathlib.Path),
+    help="Folder for the results; what it holds already is not run again.",
+)
+@click.option("--workers", type=int, help="Worker threads; the cores at hand without.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def stability(
+    engines: tuple[str, ...],
+    maps: tuple[str, ...],
+    points: int,
+    steps: int,
+    folder: pathlib.Path,
+    workers: int | None,
+    as_json: bool,
+) -> None:
+    """Where each engine stays finite, keeps its energy and is right, at the extremes.
+
+    Blocks of 5 cm to 50 m, steps of 1e-6 to 0.1 s, 5 g, 50 Hz, friction 0 to 10: maps as Parquet
+    files and figures, and a summary made from them. A run that was stopped goes on where it was.
+    """
+    from warprock import runner, store
+    from warprock import stability as atlas
+    from warprock.devices import start_warp
+    from warprock.engines.settings import SETTINGS
+    from warprock.report import console, plots_stability, tables_stability
+    from warprock.stability_maps import LABELS, MAPS, AtlasSize
+    from warprock.stability_summary import explained, summarise
+
+    for engine in engines:
+        runner.require_choice("--engine", engine, tuple(SETTINGS))
+    known = {each.name: each for each in MAPS}
+    for name in maps:
+        runner.require_choice("--map", name, tuple(known))
+    for option, value, least in (("--points", points, 2), ("--steps", steps, 1)):
+        if value < least:
+            raise InputError(option, "", value, f"must be >= {least}")
+    runner.require_workers(workers)
+    store.require_writable(folder)
+    start_warp()
+    chosen = [known[name] for name in maps or known]
+    with console.lane_progress("stability", len(atlas.all_parts(engines or None, chosen))) as done:
+        table = atlas.run_atlas(
+            folder,
+            AtlasSize(points=points, steps=steps),
+            engines=engines or None,
+            maps=chosen,
+            workers=workers,
+            progress=done,
+        )
+    if not len(table):
+        raise InputError("--map", "", list(maps), "no engine that was asked for runs it")
+    found: dict[str, Any] = {"explained": explained(), **summarise(table)}
+    drawn = [(m.name, m.title, m.x, up) for m in chosen for up in (m.y, m.other_y) if up]
+    files = plots_stability.write_figures(table, drawn, LABELS, folder)
+    files.append(tables_stability.write_summary(found, folder))
+    if as_json:
+        console.print_json(found | {"files": files})
+    else:
+        tables_stability.print_atlas(found, files)

@@ -1,0 +1,258 @@
+"""What an atlas says, counted and put into words: where each engine may be trusted.
+
+Nothing here is a verdict of an author: every sentence is made from the numbers of the table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from warprock.stability import EXPLOSION_BOUND, GROWTH_BOUND
+
+BOUNDS = (1e-3, 1e-2)
+"""Errors over the slenderness angle at which engines are trusted."""
+SHARE = 0.9
+"""Part of the compared lanes that has to stay below a bound."""
+LONG_ENOUGH = 1.0
+"""Time that a launch has to cover for its errors to count where stiffnesses are compared [s]."""
+DEFECTS_SHOWN = 3
+"""Worst lanes of an engine and precision on a map that are listed as defects."""
+
+Mask = npt.NDArray[np.bool_]
+
+
+def summarise(table: pd.DataFrame) -> dict[str, Any]:
+    """Counts, sentences and defects of an atlas.
+
+    Args:
+        table: What `stability.run_atlas` returned.
+
+    Returns:
+        `engines`, one entry an engine and precision: its counts, its limits and its `sentences`;
+        `defects`, the worst lanes whose numbers are absurd although their status lets them pass.
+    """
+    engines = []
+    for (engine, precision), rows in table.groupby(["engine", "precision"], sort=False):
+        entry: dict[str, Any] = {"engine": engine, "precision": precision, **_counts(rows)}
+        entry["limits"] = _limits(rows)
+        entry["sentences"] = _sentences(entry, rows)
+        engines.append(entry)
+    return {"lanes": len(table), "engines": engines, "defects": _defects(table)}
+
+
+def within(rows: pd.DataFrame, bound: float) -> float:
+    """Part of the compared lanes whose error stays below a bound; NaN if none is compared.
+
+    A compared lane without a usable number counts as one that does not.
+    """
+    count = int(rows["compared"].sum())
+    return float((rows["error"] <= bound).sum() / count) if count else float("nan")
+
+
+def reach(rows: pd.DataFrame, column: str, sound: Callable[[pd.DataFrame], bool]) -> float:
+    """Largest value of a column up to which all lanes are sound; NaN if not at the least one."""
+    found = float("nan")
+    for value, part in rows.groupby(column):
+        if not sound(part):
+            break
+        found = float(np.asarray(value, dtype=float))
+    return found
+
+
+def _holds(bound: float) -> Callable[[pd.DataFrame], bool]:
+    return lambda lanes: within(lanes, bound) >= SHARE
+
+
+def _counts(rows: pd.DataFrame) -> dict[str, Any]:
+    free = rows["growth"].notna()
+    return {
+        "lanes": len(rows),
+        "status": {str(k): int(v) for k, v in rows["status"].value_counts().items()},
+        "not_finite": int((~rows["finite"]).sum()),
+        "absurd": int(rows["absurd"].sum()),
+        "free": int(free.sum()),
+        "grew": int(rows["grew"].sum()),
+        "compared": int(rows["compared"].sum()),
+        **{f"within_{bound:g}": within(rows, bound) for bound in BOUNDS},
+    }
+
+
+def _limits(rows: pd.DataFrame) -> dict[str, Any]:
+    """Largest step [s] or step over the stable one [-] at which an engine holds, by what holds."""
+    found: dict[str, Any] = {}
+    for column in ("step_s", "step_safety"):
+        name = {"step_s": "step", "step_safety": "safety"}[column]
+        part = rows[rows["map"] == name]
+        if column not in part or not part[column].notna().any():
+            continue
+        for bound in BOUNDS:
+            found[f"{column}_error_{bound:g}"] = reach(part, column, _holds(bound))
+        found[f"{column}_energy"] = reach(part, column, lambda lanes: not lanes["grew"].any())
+        found[f"{column}_absurd"] = reach(part, column, lambda lanes: not lanes["absurd"].any())
+    return found
+
+
+def _sentences(entry: dict[str, Any], rows: pd.DataFrame) -> list[str]:
+    named: dict[str, Callable[[pd.DataFrame, dict[str, Any]], list[str]]] = {
+        "step": _of_steps,
+        "stiffness": _of_stiffness,
+        "safety": _of_safety,
+        "mass": _of_mass,
+        "shaking": _of_shaking,
+        "friction": _of_friction,
+    }
+    found = [_of_all(entry)]
+    for name, say in named.items():
+        part = rows[rows["map"] == name]
+        if len(part):
+            found += say(part, entry["limits"])
+    return found
+
+
+def _of_all(entry: dict[str, Any]) -> str:
+    words = ", ".join(f"{count} {name}" for name, count in entry["status"].items())
+    found = f"{entry['lanes']} lanes ({words})"
+    if entry["not_finite"] == 0:
+        found += "; every number is finite"
+    else:
+        found += f"; {entry['not_finite']} lanes have a number that is not finite"
+    if entry["absurd"]:
+        share = _percent(entry["absurd"] / entry["lanes"])
+        return f"{found}; {entry['absurd']} ({share}) have absurd numbers that their status passes."
+    return f"{found}; no status passes an absurd number."
+
+
+def _of_steps(rows: pd.DataFrame, limits: dict[str, Any]) -> list[str]:
+    if "step_s_energy" not in limits:
+        shares = " and ".join(f"{_percent(within(rows, b))} within {b:g}" for b in BOUNDS)
+        return [f"Free rocking, no time step: {shares} of the slenderness angle. {_grown(rows)}"]
+    low, high = rows["step_s"].min(), rows["step_s"].max()
+    texts = [
+        f"within {bound:g} of the slenderness angle {_up_to(limits[f'step_s_error_{bound:g}'])}"
+        for bound in BOUNDS
+    ]
+    return [
+        f"Free rocking at steps of {low:.2g} to {high:.2g} s: nine lanes in ten are "
+        f"{', '.join(texts)}. No energy is gained {_up_to(limits['step_s_energy'])}, nothing "
+        f"absurd happens {_up_to(limits['step_s_absurd'])}. {_grown(rows)}"
+    ]
+
+
+def _of_stiffness(rows: pd.DataFrame, _limits: dict[str, Any]) -> list[str]:
+    found = []
+    long_enough = rows[rows["duration_s"] >= LONG_ENOUGH]
+    for step, part in long_enough.groupby("step_s"):
+        held = [
+            float(np.asarray(value))
+            for value, lanes in part.groupby("stiffness_n_m3")
+            if within(lanes, BOUNDS[1]) >= SHARE
+        ]
+        if held:
+            found.append(f"{_span(held)} N/m^3 at {float(np.asarray(step)):.2g} s")
+    where = "; ".join(found) if found else "nowhere"
+    return [
+        f"Contact stiffness: nine lanes in ten are within {BOUNDS[1]:g} of a rigid block at "
+        f"{where} (runs of {LONG_ENOUGH:g} s or more). {_grown(rows)}"
+    ]
+
+
+def _of_safety(rows: pd.DataFrame, limits: dict[str, Any]) -> list[str]:
+    reached = limits["step_safety_absurd"]
+    text = f"up to {reached:.2g}" if reached == reached else "at none"
+    return [
+        f"Step over the largest stable one: nothing absurd {text} of those tried, "
+        f"{rows['step_safety'].min():.2g} to {rows['step_safety'].max():.2g}. {_grown(rows)}"
+    ]
+
+
+def _of_mass(rows: pd.DataFrame, _limits: dict[str, Any]) -> list[str]:
+    low, high = rows["mass_ratio"].min(), rows["mass_ratio"].max()
+    ends = f"upper over lower mass {low:.0e} to {high:.0e}"
+    if rows["iterations"].notna().any():
+        shares = ", ".join(
+            f"{_percent(within(part, BOUNDS[1]))} with {int(np.asarray(count))}"
+            for count, part in rows.groupby("iterations")
+        )
+        text = f"lanes within {BOUNDS[1]:g} of two-block by sweeps of the solver: {shares}"
+    else:
+        text = f"{_percent(within(rows, BOUNDS[1]))} of the lanes within {BOUNDS[1]:g} of two-block"
+    return [f"Two blocks, {ends}: {text}. {_grown(rows)}"]
+
+
+def _of_shaking(rows: pd.DataFrame, _limits: dict[str, Any]) -> list[str]:
+    same = _percent(float(rows["same_outcome"].mean()))
+    shares = " and ".join(f"{_percent(within(rows, b))} within {b:g}" for b in BOUNDS)
+    return [
+        f"Sine bursts to {rows['amplitude_g'].max():.2g} g and {rows['frequency_hz'].max():.2g} Hz "
+        f"at default settings, lanes that do not slide: {shares} of the slenderness angle; {same} "
+        "stand or fall as Housner's block."
+    ]
+
+
+def _of_friction(rows: pd.DataFrame, _limits: dict[str, Any]) -> list[str]:
+    shares = " and ".join(f"{_percent(within(rows, b))} within {b:g}" for b in BOUNDS)
+    return [
+        f"Friction {rows['friction'].min():.2g} to {rows['friction'].max():.2g} at default "
+        f"settings, lanes that friction holds: {shares} of the slenderness angle. {_grown(rows)}"
+    ]
+
+
+def _grown(rows: pd.DataFrame) -> str:
+    """How many lanes without base motion gained energy, and in what range."""
+    free = int(rows["growth"].notna().sum())
+    grew, absurd = int(rows["grew"].sum()), int(rows["absurd"].sum())
+    if not grew:
+        return f"No lane of {free} without base motion gained {GROWTH_BOUND:.0%} of its energy."
+    return (
+        f"{grew} of {free} lanes without base motion ({_percent(grew / free)}) gained more than "
+        f"{GROWTH_BOUND:.0%} of what they held; {absurd} lanes are absurd."
+    )
+
+
+def _defects(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """The worst lanes of every engine, precision and map that a status should have caught."""
+    found: list[dict[str, Any]] = []
+    wrong = table[table["absurd"]]
+    keys: list[Hashable] = ["engine", "precision", "map"]
+    for _, rows in wrong.groupby(keys, sort=False):
+        worst = rows.sort_values("growth", ascending=False).head(DEFECTS_SHOWN)
+        for record in worst.to_dict("records"):
+            kept = {str(k): v for k, v in record.items() if v == v}
+            found.append({"of": len(rows), **kept})
+    return found
+
+
+def _up_to(step: float) -> str:
+    return f"up to {step:.2g} s" if step == step else "at no step"
+
+
+def _span(values: list[float]) -> str:
+    return f"{values[0]:.1e}" if len(values) == 1 else f"{values[0]:.1e} to {values[-1]:.1e}"
+
+
+def _percent(share: float) -> str:
+    """A share as a percentage that says 0 % or 100 % of nothing less."""
+    if share != share:
+        return "none compared"
+    text = f"{100.0 * share:.1f} %"
+    if text == "100.0 %" and share < 1.0:
+        return "> 99.9 %"
+    if text == "0.0 %" and share > 0.0:
+        return "< 0.1 %"
+    return text.replace(".0 %", " %")
+
+
+def explained() -> str:
+    """What the words of the summary mean."""
+    return (
+        f"Error: largest |rotation - reference| / slenderness angle over a run; the reference is "
+        f"housner for single blocks and two-block for stacks. Grew: more than {GROWTH_BOUND:.0%} "
+        f"of the energy held at the start was gained on a still base. Absurd: a usable status "
+        f"with a number that is not finite, a rotation beyond pi/2, or energy more than "
+        f"{1.0 + EXPLOSION_BOUND:.0f} times what was held."
+    )
