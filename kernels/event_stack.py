@@ -236,9 +236,10 @@ def finished(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> Stat
         n.slip[k] = after
         n.swing[k] = t.velocity[3 * k + 2]
     if t.cut < NEVER:
-        # Not shorter than what is near: what is left of the way then counts as arrived.
+        # Not shorter than what is near: what is left of the way then counts as arrived. An event at
+        # the very end of the step would be met there for ever.
         n = s
-        n.cap = larger(t.cut, HALF * near)
+        n.cap = larger(wp.where(t.cut > t.d - near, HALF * t.d, t.cut), HALF * near)
         n.taken = False
         n.mode = wp.where(t.settled, s.mode, UNSETTLED)
     else:

@@ -34,12 +34,14 @@ class Status(enum.IntEnum):
     The numbers of a sensitive lane depend on the step: chaos or closeness to overturning. An
     engine never says so; `warprock.estimate` does, by running the lane at finer steps. Outside its
     model is a lane in which something happened that its engine leaves out, such as a contact that
-    had to pull; its numbers are what the engine's equations give.
+    had to pull; its numbers are what the engine's equations give. At the iteration limit a contact
+    solve has not settled; the lane's run ends there.
     """
 
     OK = 0
     EVENT_LIMIT = 1
     NONFINITE = 2
+    ITERATION_LIMIT = 3
     SENSITIVE = 4
     OUTSIDE_MODEL = 5
 

@@ -71,7 +71,9 @@ def run_event_stacks(
             Outcome.ROCKING,
         ),
         "status": np.select(
-            [mode == BROKEN, mode >= STALLED], [Status.NONFINITE, Status.EVENT_LIMIT], Status.OK
+            [mode == BROKEN, mode == STALLED, mode == UNSETTLED],
+            [Status.NONFINITE, Status.EVENT_LIMIT, Status.ITERATION_LIMIT],
+            Status.OK,
         ),
         "impact_count": rows["impacts"],
         "uplift_time": time_or_nan(rows["uplift_time"]),
