@@ -75,6 +75,11 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         "errors foundation settings engines batch runs checks",
         "numpy pandas pyarrow",
     ),
+    "trade": (
+        ("warprock/trade*.py",),
+        "errors foundation settings cases engines batch runs checks reference",
+        "numpy pandas pyarrow",
+    ),
     "plots": (
         ("warprock/report/plots*.py",),
         "errors foundation settings cases runs checks report",

@@ -12,13 +12,18 @@ import os
 import pathlib
 import sys
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from warprock import __version__
 from warprock.cli_stability import stability
+from warprock.cli_trade import choose_for, trade
 from warprock.errors import InputError
+
+if TYPE_CHECKING:
+    from warprock.runner import CaseRun
+    from warprock.trade_choice import Choice
 
 EXIT_FAILED, EXIT_INPUT, EXIT_CHECK, EXIT_INTERRUPTED = 1, 2, 3, 130
 
@@ -142,6 +147,12 @@ def init(kind: str, path: pathlib.Path | None) -> None:
     default=None,
     help="Estimate every lane's error from runs at finer steps; without, all but ensembles do.",
 )
+@click.option(
+    "--accuracy",
+    type=float,
+    help="Largest error wanted, over the slenderness angle: picks the cheapest engine and settings "
+    "that met it in `warprock trade`, of --engine and --precision where given, and tests them.",
+)
 @_json_option
 def run(
     case_name: str,
@@ -153,16 +164,23 @@ def run(
     workers: int | None,
     lanes: tuple[int, ...],
     estimate: bool | None,
+    accuracy: float | None,
     as_json: bool,
 ) -> None:
     """Run every lane of a CASE with one engine."""
-    from warprock import ensemble, runner, store
+    from warprock import runner, store
     from warprock.case import load_case
-    from warprock.report import cells, console
+    from warprock.report import console
 
-    case = load_case(case_name, overrides)
+    case, choice, given = load_case(case_name, overrides), None, engine
     engine = engine or runner.default_engine(case)
     runner.require_options(engine, precision=precision, device=device, workers=workers)
+    if accuracy is not None:
+        fixed = None if _is_default("precision") else precision
+        case, choice = choose_for(
+            case_name, overrides, accuracy, engine=given, precision=fixed, workers=workers
+        )
+        engine, precision = choice.engine, choice.precision
     runner.require_histories(case, lanes)
     if lanes and folder is None:
         raise InputError("--history", "", list(lanes), "needs -o/--output, the folder to write to")
@@ -187,13 +205,34 @@ def run(
         files += store.write_run(case_run, folder, histories)
         figures = plots_run if case.ensemble is None else plots_ensemble
         files += figures.write_figures(case_run, folder)
+    _show_run(case_run, files, choice, as_json)
+
+
+def _is_default(option: str) -> bool:
+    """Whether an option of the command that runs was left out."""
+    source = click.get_current_context().get_parameter_source(option)
+    return source is click.core.ParameterSource.DEFAULT
+
+
+def _show_run(
+    case_run: CaseRun, files: list[pathlib.Path], choice: Choice | None, as_json: bool
+) -> None:
+    """Prints a run and, where an accuracy chose its engine, why."""
+    from warprock import ensemble, store
+    from warprock.report import cells, console
+
+    case = case_run.case
     if as_json:
         tabulate = store.lane_table if case.ensemble is None else ensemble.cell_table
         table = tabulate(case_run.lane_set, case_run.response)
         summary = store.provenance(case_run) | {"rows": table.to_dict("records")}
+        if choice is not None:
+            summary["choice"] = dataclasses.asdict(choice)
         console.print_json(summary | {"files": [str(path) for path in files]})
     else:
         show = console.print_run if case.ensemble is None else cells.print_cells
+        if choice is not None:
+            click.echo(f"{choice.why}\n{choice.test}\n")
         show(case_run, files)
 
 
@@ -303,6 +342,7 @@ def bench(seconds: float, workers: int | None, as_json: bool) -> None:
 
 
 main.add_command(stability)
+main.add_command(trade)
 
 
 def entry() -> None:

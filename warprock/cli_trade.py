@@ -1,0 +1,97 @@
+"""The command `trade`, and what `run --accuracy` makes of its table."""
+
+from __future__ import annotations
+
+import pathlib
+from typing import TYPE_CHECKING
+
+import click
+
+from warprock.errors import InputError
+
+if TYPE_CHECKING:
+    from warprock.case import Case
+    from warprock.trade_choice import Choice
+
+
+@click.command()
+@click.option("-e", "--engine", "engines", multiple=True, help="Only this engine; repeat for more.")
+@click.option("--scene", "scenes", multiple=True, help="Only this scene; repeat for more.")
+@click.option(
+    "-o",
+    "--output",
+    "folder",
+    type=click.Path(path_type=pathlib.Path),
+    default=pathlib.Path("results"),
+    show_default=True,
+    help="Folder of the table; rows that it has from this machine are kept.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def trade(
+    engines: tuple[str, ...], scenes: tuple[str, ...], folder: pathlib.Path, as_json: bool
+) -> None:
+    """What accuracy costs: every engine over its own knobs, on fixed scenes.
+
+    Writes trade.parquet row by row, so that a run that was stopped goes on where it was; then
+    trade.csv, in the form that `run --accuracy` reads, and the figure trade.png.
+    """
+    from warprock import runner, store
+    from warprock import trade as module
+    from warprock.devices import start_warp
+    from warprock.engines import ENGINES
+    from warprock.report import console, plots_trade, tables_trade
+    from warprock.trade_scenes import TRADE_SCENES
+
+    for engine in engines:
+        runner.require_choice("--engine", engine, tuple(ENGINES))
+    for scene in scenes:
+        runner.require_choice("--scene", scene, tuple(TRADE_SCENES))
+    store.require_writable(folder)
+    start_warp()
+    entries = module.all_entries(scenes or tuple(TRADE_SCENES), engines or None)
+    with console.lane_progress("trade, rows", len(entries)) as progress:
+        table = module.run_trade(entries, folder, progress)
+    files = [folder / module.TABLE, module.write_csv(table, folder)]
+    texts = {name: scene.text for name, scene in TRADE_SCENES.items()}
+    files.append(plots_trade.draw_trade(folder / "trade.png", table, texts))
+    levels = module.level_rows(table)
+    if as_json:
+        rows = table.to_dict("records")
+        console.print_json({"rows": rows, "levels": levels, "files": files})
+    else:
+        tables_trade.print_trade(levels, texts, files)
+
+
+def choose_for(
+    case_name: str,
+    overrides: tuple[str, ...],
+    accuracy: float,
+    *,
+    engine: str | None,
+    precision: str | None,
+    workers: int | None,
+) -> tuple[Case, Choice]:
+    """A case with the settings chosen for an accuracy, and the choice.
+
+    Args:
+        case_name: The case asked for.
+        overrides: The overrides asked for.
+        accuracy: The accuracy asked for.
+        engine: The engine asked for; None if none was.
+        precision: The precision asked for; None if none was.
+        workers: Worker threads.
+
+    Raises:
+        InputError: Settings were asked for as well, or nothing met the accuracy.
+    """
+    from warprock.case import load_case
+    from warprock.trade_choice import OPTION, choose
+
+    for override in overrides:
+        if override.startswith("engines."):
+            raise InputError(
+                OPTION, "", accuracy, f"chooses the settings itself, without {override}"
+            )
+    case = load_case(case_name, overrides)
+    choice = choose(case, accuracy, engine=engine, precision=precision, workers=workers)
+    return load_case(case_name, (*overrides, *choice.overrides)), choice
