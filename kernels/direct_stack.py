@@ -11,10 +11,12 @@ q being what there is without contact and the wishes of the ends (`direct.wish`)
 those of `direct`, interface by interface. Given a state of all interfaces (which ends carry,
 whether each sticks or to which side it slides) they are linear equations, block tridiagonal, and
 solved by elimination from below; the states of the last step are tried first. Where the solution
-breaks a law, a sweep over the interfaces (block Gauss-Seidel, each by `direct.solve`) proposes
-other states, from that solution in the first tries, from the last sweep later on. The first
-solution whose residual in every law is round-off is taken: what is found is exact, whatever the
-search. A stack for which none is found says so.
+breaks a law, a sweep over the interfaces from there (block Gauss-Seidel, each by `direct.solve`)
+proposes other states; if some sweeps do not lead to the end, principal pivoting turns the rows
+that break their law, all of them while they become fewer, else the first alone (Judice and Pires
+1994; finite with a box, whose matrix is positive definite). The first solution that keeps all
+laws to round-off is taken: what is found is exact, whatever the search. A stack for which none is
+found says so.
 """
 
 from typing import Any
@@ -37,13 +39,17 @@ Values, Triples, Rows = stack.Values, stack.Triples, stack.Rows
 Three, Matrix = stack.Three, stack.Matrix
 three_of, matrix_of = stack.three_of, stack.matrix_of
 meet = impulse_stack.meet
+pivot = kernel_module("direct_pivot", precision=PRECISION, blocks=BLOCKS)
+Equations, States, lemke = pivot.Equations, pivot.States, pivot.lemke
 
-TRIES = 400
-"""Tries of states before a stack is given up."""
-CLOSE_TRIES = 6
-"""Tries that sweep on from the last solution, not from the last sweep."""
-ROUND_OFF = real(1.0e-10 if PRECISION == "float64" else 2.0e-3)
-"""Residual that counts as none, over the velocities that the solve starts from."""
+TRIES = 50
+"""Tries of states before Lemke's path is taken."""
+SWEPT_TRIES = 6
+"""First tries, from sweeps."""
+PATIENCE = 10
+"""Tries that turn all rows that break their law without there being fewer of them."""
+ROUND_OFF = real(1.0e-12 if PRECISION == "float64" else 1.0e-4)
+"""Residual that counts as none, over the velocities that add up to it."""
 BARELY = real(1.0 - 1.0e-9)
 """Part of its bound from which on a friction counts as sliding."""
 
@@ -67,18 +73,6 @@ class Pose:
     z: Values
     sine: Values
     cosine: Values
-
-
-@wp.struct
-class Equations:
-    """The problem of one step: D and E by rows, q, and the bounds of the box."""
-
-    own: Rows
-    above: Rows
-    free: Triples
-    bound: Values
-    friction: Values
-    slack: real
 
 
 @wp.func
@@ -152,19 +146,23 @@ def coupled(system: Equations, p: Triples, k: int) -> Three:
 
 
 @wp.func
-def broken(system: Equations, p: Triples) -> real:
-    """Largest residual of the laws in all interfaces [m/s]; not a number where p is none."""
+def kept(system: Equations, p: Triples) -> bool:
+    """Whether impulses keep the laws of all interfaces to round-off."""
     worst = real(0.0)
+    scale = real(0.0)
     for k in range(BLOCKS):
         d = matrix_of(system.own, k)
         q = coupled(system, p, k)
+        force = three_of(p, k)
         miss = direct.residual(
             system.friction[k], system.bound[k],
             d[0, 0], d[0, 1], d[1, 1], d[0, 2], d[1, 2], d[2, 2], q[0], q[1], q[2],
-            p[3 * k], p[3 * k + 1], p[3 * k + 2],
+            force[0], force[1], force[2],
         )  # fmt: skip
         worst = wp.where(miss > worst or miss != miss, miss, worst)
-    return worst
+        for i in range(3):
+            scale += size(system.free[3 * k + i]) + d[i, i] * size(force[i])
+    return worst <= ROUND_OFF * scale
 
 
 @wp.func
@@ -183,8 +181,58 @@ def swept(system: Equations, p: Triples) -> Triples:
 
 
 @wp.func
-def of_states(system: Equations, p: Triples) -> Triples:
-    """Solution of the linear equations of the states that impulses are in."""
+def states_of(system: Equations, p: Triples) -> States:
+    """The states that impulses are in."""
+    found = States()
+    for k in range(BLOCKS):
+        f = p[3 * k + 2]
+        limit = system.bound[k] + system.friction[k] * (p[3 * k] + p[3 * k + 1])
+        found[3 * k] = wp.where(p[3 * k] > real(0.0), 1, 0)
+        found[3 * k + 1] = wp.where(p[3 * k + 1] > real(0.0), 1, 0)
+        side = wp.where(f < real(0.0), -1, 1)
+        found[3 * k + 2] = wp.where(size(f) >= BARELY * limit, side, 0)
+    return found
+
+
+@wp.func
+def pivoted(system: Equations, states: States, p: Triples, first_only: bool):
+    """States with those rows turned that break their law, all or the first one alone.
+
+    Args:
+        system: The problem.
+        states: States of the rows.
+        p: Their solution.
+        first_only: Whether to turn but one.
+
+    Returns:
+        States; rows that break their law.
+    """
+    zero = real(0.0)
+    found = states
+    count = int(0)
+    for k in range(BLOCKS):
+        d = matrix_of(system.own, k)
+        force = three_of(p, k)
+        w = coupled(system, p, k) + d * force
+        limit = system.bound[k] + system.friction[k] * (force[0] + force[1])
+        for i in range(3):
+            row = 3 * k + i
+            turned = 1 - states[row]
+            breaks = wp.where(states[row] == 1, force[i] < zero, w[i] < zero)
+            if i == 2:
+                drag = states[row]
+                turned = wp.where(drag != 0, 0, wp.where(force[i] < zero, -1, 1))
+                breaks = wp.where(drag == 0, size(force[i]) > limit, real(drag) * w[i] > zero)
+            if breaks and (count == 0 or not first_only):
+                found[row] = turned
+            if breaks:
+                count += 1
+    return found, count
+
+
+@wp.func
+def of_states(system: Equations, states: States) -> Triples:
+    """Solution of the linear equations of given states."""
     zero = real(0.0)
     one = real(1.0)
     reach = Rows()
@@ -192,14 +240,10 @@ def of_states(system: Equations, p: Triples) -> Triples:
     for k in range(BLOCKS):
         mu = system.friction[k]
         bound = system.bound[k]
-        on1 = wp.where(p[3 * k] > zero, one, zero)
-        on2 = wp.where(p[3 * k + 1] > zero, one, zero)
-        f = p[3 * k + 2]
-        limit = bound + mu * (p[3 * k] + p[3 * k + 1])
-        side = scalar.sign_of(f)
-        slides = size(f) >= BARELY * limit
-        sticks = wp.where(slides, zero, one)
-        drag = wp.where(slides, side, zero)
+        on1 = real(states[3 * k])
+        on2 = real(states[3 * k + 1])
+        drag = real(states[3 * k + 2])
+        sticks = one - size(drag)
         keep = wp.diag(Three(on1, on2, sticks))
         rest = Matrix(
             one - on1, zero, zero, zero, one - on2, zero, -drag * mu, -drag * mu, one - sticks
@@ -231,17 +275,24 @@ def solve_stack(system: Equations, guess: Triples):
     Returns:
         Impulses; whether they are a solution; tries that it took.
     """
-    p = guess
+    states = states_of(system, guess)
     found = guess
     solved = bool(False)
     tries = int(0)
+    fewest = int(3 * BLOCKS + 1)
+    patience = int(0)
     while not solved and tries < TRIES:
-        if tries > 0:
-            p = swept(system, p)
-        found = of_states(system, p)
-        miss = broken(system, found)
-        solved = miss <= system.slack
-        if tries < CLOSE_TRIES and miss == miss:
-            p = found
+        found = of_states(system, states)
+        solved = kept(system, found)
         tries += 1
+        if not solved and tries == TRIES:
+            found = of_states(system, lemke(system))
+            solved = kept(system, found)
+        elif not solved and tries <= SWEPT_TRIES:
+            states = states_of(system, swept(system, found))
+        elif not solved:
+            turned, count = pivoted(system, states, found, patience < 0)
+            patience = wp.where(count < fewest, PATIENCE, patience - 1)
+            fewest = wp.where(count < fewest, count, fewest)
+            states = turned
     return found, solved, tries

@@ -167,7 +167,6 @@ def equations(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, free: Trip
     upper = Rows()
     lower = Rows()
     guess = Triples()
-    scale = real(0.0)
     for k in range(BLOCKS):
         lean = state.lean[k]
         up, down, gap1, gap2 = interface_rows(shapes, pose, k, lean)
@@ -191,7 +190,6 @@ def equations(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, free: Trip
             on2 * direct.wish(gap2, knobs.erp, knobs.rate),
             zero,
         )
-        scale += size(q[0]) + size(q[1]) + size(q[2])
         mu = shapes.friction[k]
         last = knobs.box * larger(on1, on2) * (state.left[k] + state.right[k])
         system.own = with_rows(system.own, k, d)
@@ -203,7 +201,6 @@ def equations(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, free: Trip
         n1 = wp.where(lean > zero, state.left[k], state.right[k])
         n2 = wp.where(lean > zero, state.right[k], state.left[k])
         guess = with_three(guess, k, Three(on1 * n1, on2 * n2, lean * state.along[k]))
-    system.slack = contact.ROUND_OFF * scale
     return system, upper, lower, guess
 
 
