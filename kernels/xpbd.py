@@ -68,7 +68,6 @@ larger, smaller = scalar.larger, scalar.smaller
 sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
 kick = impulse.kick
 
-BOUNDLESS = real(1.0e30)
 LONGEST = 15
 """Most sweeps in a row, which the compiler has to write out."""
 TURNS = max(n for n in range(1, LONGEST + 1) if max(ITERATIONS, 1) % n == 0) if BLOCKS == 1 else 1
@@ -186,18 +185,18 @@ def approach(
     lface: real, lhigh: real, ls: real, lc: real, lps: real, lpc: real, lm: real, lj: real,
     dx: real, dz: real, px: real, pz: real, knobs: Knobs,
     nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real], al: wp.ref[real],
-    bl: wp.ref[real], start: wp.ref[real], gap: wp.ref[real], slip: wp.ref[real],
-    dn: wp.ref[real], dt: wp.ref[real], was: wp.ref[real], cap: wp.ref[real],
+    bl: wp.ref[real], gap: wp.ref[real], grown: wp.ref[real], slip: wp.ref[real],
+    dn: wp.ref[real], dt: wp.ref[real], was: wp.ref[real],
     n: wp.ref[real], t: wp.ref[real], qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
     """Finds a point at the start of the step and as predicted, and starts it from before.
 
     (px, pz) is (dx, dz) as predicted, ps and pc are the sine and the cosine, see `meet`. Found are
-    the normal and the levers at the start, the gap then (`start`), as predicted (`gap`), and how
-    far it would slip [m]; dn and dt, the multipliers for a metre of gap or slip [kg], nothing of
-    an open end; `was`, the last normal multiplier, and `cap`, its bound in the step. The lower
-    body's correction is (lx, lz, lo).
+    the normal and the levers at the start, the gap as predicted, by how much it shrinks (`grown`,
+    no more than nothing), and how far it would slip [m]; dn and dt, the multipliers for a metre of
+    gap or slip [kg], nothing of an open end; `was`, the last normal multiplier. The lower body's
+    correction is (lx, lz, lo).
     """
     fx, fz, eu, du, el, dl, before, place = meet(
         side, face, high, s, c, lface, lhigh, ls, lc, dx, dz
@@ -213,13 +212,12 @@ def approach(
     bu = du
     al = el
     bl = dl
-    start = before
     gap = after
+    grown = smaller(after - before, real(0.0))
     slip = spot - place
-    dn = on / (m + lm + j * eu * eu + lj * el * el + knobs.softness)
+    dn = on / (m + lm + j * eu * eu + lj * el * el)
     dt = on / (m + lm + j * du * du + lj * dl * dl)
     was = n
-    cap = BOUNDLESS
     n = on * n
     t = on * t
     kick(m, j, lm, lj, fx, fz, eu, du, el, dl, n, t, qx, qz, qo, lx, lz, lo)
@@ -229,9 +227,9 @@ def approach(
 def sweep(
     mu: real, m: real, j: real, lm: real, lj: real,
     nx1: real, nz1: real, au1: real, bu1: real, al1: real, bl1: real,
-    gap1: real, slip1: real, dn1: real, dt1: real, cap1: real,
+    gap1: real, slip1: real, dn1: real, dt1: real,
     nx2: real, nz2: real, au2: real, bu2: real, al2: real, bl2: real,
-    gap2: real, slip2: real, dn2: real, dt2: real, cap2: real,
+    gap2: real, slip2: real, dn2: real, dt2: real,
     n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
     qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
@@ -280,9 +278,9 @@ def sweep(
     d2 = dt2 * t1t2
     d3 = dt2 * n2t2
     for _ in range(TURNS):
-        a = smaller(larger(u1 - a1 * b - a2 * e - a3 * f, zero), cap1)
+        a = larger(u1 - a1 * b - a2 * e - a3 * f, zero)
         b = larger(smaller(s1 - b1 * a - b2 * e - b3 * f, mu * a), -mu * a)
-        e = smaller(larger(u2 - c1 * a - c2 * b - c3 * f, zero), cap2)
+        e = larger(u2 - c1 * a - c2 * b - c3 * f, zero)
         f = larger(smaller(s2 - d1 * a - d2 * b - d3 * e, mu * e), -mu * e)
     kick(m, j, lm, lj, nx1, nz1, au1, bu1, al1, bl1, a - n1, b - t1, qx, qz, qo, lx, lz, lo)
     kick(m, j, lm, lj, nx2, nz2, au2, bu2, al2, bl2, e - n2, f - t2, qx, qz, qo, lx, lz, lo)
@@ -293,60 +291,61 @@ def sweep(
 
 
 @wp.func
-def relent(
-    m: real, j: real, lm: real, lj: real, au: real, al: real, start: real, n: real, t: real,
-    gap: wp.ref[real], dn: wp.ref[real], cap: wp.ref[real], kept: wp.ref[real],
-):  # fmt: skip
-    """Makes of a point what the velocity pass asks of it, and keeps its multipliers.
+def harden(m: real, j: real, lm: real, lj: real, au: real, al: real, dn: real, more: real) -> real:
+    """Multiplier for a metre of gap, if not `dn`, of an open end, by what is `more` [1/kg]."""
+    return wp.where(dn > real(0.0), real(1.0) / (m + lm + j * au * au + lj * al * al + more), dn)
 
-    They bound the pass, and the next step starts from them. The corrections (qx, qz, qo) are
-    velocities times the time step from here on: poses stay.
+
+@wp.func
+def leave(
+    live: bool, dv: real, knobs: Knobs, m: real, j: real, lm: real, lj: real,
+    au1: real, al1: real, au2: real, al2: real, gap1: real, gap2: real,
+    vx: real, vz: real, omega: real, qx: real, qz: real, qo: real,
+    n1: real, t1: real, n2: real, t2: real,
+    ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real], loss: wp.ref[real],
+    need1: wp.ref[real], dn1: wp.ref[real], n_kept1: wp.ref[real], t_kept1: wp.ref[real],
+    need2: wp.ref[real], dn2: wp.ref[real], n_kept2: wp.ref[real], t_kept2: wp.ref[real],
+):  # fmt: skip
+    """Takes velocity (ux, uz, uo) and multipliers out of the velocity pass; then on to poses.
+
+    What its contacts take from the energy of a block, by their work on the mean velocity of the
+    step, is added to the loss [J].
     """
-    on = wp.where(dn > real(0.0), real(1.0), real(0.0))
-    gap = smaller(gap - start, real(0.0))
-    dn = on / (m + lm + j * au * au + lj * al * al)
-    cap = n
-    kept = t
+    # Change of the velocity by contacts; it times the sum of the velocities before and after.
+    px = knobs.rate * qx
+    pz = knobs.rate * qz
+    po = knobs.rate * qo
+    fall = knobs.time_step * knobs.gravity
+    linear = px * (vx + dv + vx + px) + pz * (vz + fall + vz + pz)
+    done = real(0.5) * (linear / m + po * (omega + omega + po) / j)
+    loss = loss + wp.where(live, knobs.gravity * qz / m - done, real(0.0))
+    ux = vx + px
+    uz = vz + pz
+    uo = omega + po
+    need1 = gap1
+    need2 = gap2
+    dn1 = harden(m, j, lm, lj, au1, al1, dn1, knobs.softness)
+    dn2 = harden(m, j, lm, lj, au2, al2, dn2, knobs.softness)
+    n_kept1 = n1
+    t_kept1 = t1
+    n_kept2 = n2
+    t_kept2 = t2
 
 
 @wp.func
 def travel(
-    live: bool, dt: real, m: real, j: real, lm: real, lj: real,
-    au1: real, al1: real, au2: real, al2: real, start1: real, start2: real,
-    n1: real, t1: real, n2: real, t2: real,
-    vx: real, vz: real, omega: real, qx: real, qz: real, qo: real,
-    x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
-    gap1: wp.ref[real], dn1: wp.ref[real], cap1: wp.ref[real], kept1: wp.ref[real],
-    gap2: wp.ref[real], dn2: wp.ref[real], cap2: wp.ref[real], kept2: wp.ref[real],
+    live: bool, knobs: Knobs, m: real, vx: real, vz: real, omega: real, qx: real, qz: real,
+    qo: real, x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real],
+    c: wp.ref[real], loss: wp.ref[real],
 ):  # fmt: skip
-    """Moves a block, where its lane is alive; hands its interface over to the velocity pass."""
+    """Moves a block to its predicted and corrected pose, where its lane is alive.
+
+    Where contacts lift it by more than its new velocity does (see `leave`), energy is won.
+    """
+    dt = knobs.time_step
+    loss = loss - wp.where(live, knobs.gravity * qz / m, real(0.0))
     x = wp.where(live, x + (dt * vx + qx), x)
     z = wp.where(live, z + (dt * vz + qz), z)
     theta = wp.where(live, theta + (dt * omega + qo), theta)
     s = sine(theta)
     c = cosine(theta)
-    relent(m, j, lm, lj, au1, al1, start1, n1, t1, gap1, dn1, cap1, kept1)
-    relent(m, j, lm, lj, au2, al2, start2, n2, t2, gap2, dn2, cap2, kept2)
-
-
-@wp.func
-def carry_on(
-    live: bool, kept: real, dv: real, fall: real, rate: real, m: real, j: real,
-    qx: real, qz: real, qo: real, vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real],
-    loss: wp.ref[real],
-):  # fmt: skip
-    """New velocity of a block, of which it keeps a part (`kept`).
-
-    What its contacts take from its energy, their work on the mean velocity of the step, is added
-    to the loss [J]; `fall` is the velocity that gravity took from vz in the step [m/s].
-    """
-    px = rate * qx
-    pz = rate * qz
-    po = rate * qo
-    # Momentum from the contacts times the sum of the velocities before and after the step.
-    linear = px * (vx + dv + vx + px) + pz * (vz + fall + vz + pz)
-    done = real(0.5) * (linear / m + po * (omega + omega + po) / j)
-    loss = loss - wp.where(live, done, real(0.0))
-    vx = kept * (vx + px)
-    vz = kept * (vz + pz)
-    omega = kept * (omega + po)

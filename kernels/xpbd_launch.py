@@ -38,7 +38,7 @@ sine, cosine = scalar.sine, scalar.cosine
 Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Knobs, predict, approach, sweep = xpbd.Knobs, xpbd.predict, xpbd.approach, xpbd.sweep
-travel, carry_on, TURNS = xpbd.travel, xpbd.carry_on, xpbd.TURNS
+leave, travel, TURNS = xpbd.leave, xpbd.travel, xpbd.TURNS
 stand, GROUND_FACE = impulse.stand, impulse.GROUND_FACE
 
 HALF_PI = real(1.5707963267948966)
@@ -185,30 +185,32 @@ def ride(
 
 @wp.func
 def finish(
-    live: bool, time: real, kept: real, dv: real, fall: real, rate: real, m: real, j: real,
-    qx: real, qz: real, qo: real,
-    was1: real, pose_n1: real, pose_t1: real, was2: real, pose_n2: real, pose_t2: real,
+    live: bool, time: real, kept: real, knobs: Knobs, m: real,
+    qx: real, qz: real, qo: real, ux: real, uz: real, uo: real,
+    n_new1: real, t_new1: real, was1: real, n_new2: real, t_new2: real, was2: real,
+    x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
     vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real],
-    n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
-    loss: wp.ref[real], mode: wp.ref[int], uplift_time: wp.ref[real], moved: wp.ref[real],
-    impacts: wp.ref[int],
+    n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real], loss: wp.ref[real],
+    mode: wp.ref[int], uplift_time: wp.ref[real], moved: wp.ref[real], impacts: wp.ref[int],
 ):  # fmt: skip
-    """Velocity of a block after a step; whether it is still finite, and its interface rocks.
+    """Ends a step of a block: moves it, gives it its velocity; whether its interface rocks.
 
-    The next step starts from the multipliers that the poses took. Ends have landed whose
-    multiplier was nothing in the last step.
+    Ends have landed whose multiplier was nothing in the last step.
     """
     zero = real(0.0)
-    carry_on(live, kept, dv, fall, rate, m, j, qx, qz, qo, vx, vz, omega, loss)
-    n1 = pose_n1
-    t1 = pose_t1
-    n2 = pose_n2
-    t2 = pose_t2
-    speed = vx + vz + omega
+    travel(live, knobs, m, vx, vz, omega, qx, qz, qo, x, z, theta, s, c, loss)
+    speed = ux + uz + uo
     mode = wp.where(live and mode == ROCKING and speed - speed != zero, BROKEN, mode)
-    lifted = live and (pose_n1 <= zero or pose_n2 <= zero)
-    landed1 = wp.where(live and was1 <= zero and pose_n1 > zero, 1, 0)
-    landed2 = wp.where(live and was2 <= zero and pose_n2 > zero, 1, 0)
+    vx = kept * ux
+    vz = kept * uz
+    omega = kept * uo
+    n1 = n_new1
+    t1 = t_new1
+    n2 = n_new2
+    t2 = t_new2
+    lifted = live and (n_new1 <= zero or n_new2 <= zero)
+    landed1 = wp.where(live and was1 <= zero and n_new1 > zero, 1, 0)
+    landed2 = wp.where(live and was2 <= zero and n_new2 > zero, 1, 0)
     uplift_time = wp.where(lifted and uplift_time >= NEVER, time, uplift_time)
     moved = wp.where(lifted, time, moved)
     impacts = impacts + landed1 + landed2
@@ -252,12 +254,21 @@ def stacks(
     # Rows of bodies, the ground first: what they are, where, how fast, and what is kept of them.
     face, high, m, j, mu, offset = Body(), Body(), Body(), Body(), Body(), Body()
     x, z, theta, s, c, ps, pc = Body(), Body(), Body(), Body(), Body(), Body(), Body()
-    vx, vz, omega, qx, qz, qo, lean = Body(), Body(), Body(), Body(), Body(), Body(), Body()
-    peak, peak_time, slide, peak_slide = Body(), Body(), Body(), Body()
+    vx, vz, omega, qx, qz, qo, ux, uz = (
+        Body(),
+        Body(),
+        Body(),
+        Body(),
+        Body(),
+        Body(),
+        Body(),
+        Body(),
+    )
+    uo, lean, peak, peak_time, slide, peak_slide = Body(), Body(), Body(), Body(), Body(), Body()
     # Rows of points: the first and the second end of interface 1, of interface 2, ...
     nx, nz, au, bu, al, bl, n = Point(), Point(), Point(), Point(), Point(), Point(), Point()
-    gap, slip, start, dn, ds, t, was = Point(), Point(), Point(), Point(), Point(), Point(), Point()
-    cap, kt = Point(), Point()
+    gap, need, slip, dn, ds, t, was = Point(), Point(), Point(), Point(), Point(), Point(), Point()
+    kn, kt = Point(), Point()
     base, dv, hint, loss, lift, moved = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     impacts, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
     # Counts that Warp does not know, so that it writes out none of the loops over them.
@@ -300,42 +311,42 @@ def stacks(
                         pc[k, i], m[k, i], j[k, i], face[low, i], high[low, i], s[low, i],
                         c[low, i], ps[low, i], pc[low, i], m[low, i], j[low, i], dx, dz,
                         dx + dt * (vx[k, i] - vx[low, i]), dz + dt * (vz[k, i] - vz[low, i]), knobs,
-                        nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], start[p, i],
-                        gap[p, i], slip[p, i], dn[p, i], ds[p, i], was[p, i], cap[p, i], n[p, i],
-                        t[p, i], qx[k, i], qz[k, i], qo[k, i], qx[low, i], qz[low, i], qo[low, i],
+                        nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], gap[p, i],
+                        need[p, i], slip[p, i], dn[p, i], ds[p, i], was[p, i], n[p, i], t[p, i],
+                        qx[k, i], qz[k, i], qo[k, i], qx[low, i], qz[low, i], qo[low, i],
                     )  # fmt: skip
-            for part in range(2):  # Poses, then velocities.
+            for part in range(2):  # Velocities, then poses.
                 for step in range(sweeps * BLOCKS):
                     low = step % BLOCKS
                     k, p, q = low + 1, 2 * low, 2 * low + 1
                     for i in range(LANES):
                         sweep(
                             mu[k, i], m[k, i], j[k, i], m[low, i], j[low, i], nx[p, i], nz[p, i],
-                            au[p, i], bu[p, i], al[p, i], bl[p, i], gap[p, i], slip[p, i], dn[p, i],
-                            ds[p, i], cap[p, i], nx[q, i], nz[q, i], au[q, i], bu[q, i], al[q, i],
-                            bl[q, i], gap[q, i], slip[q, i], dn[q, i], ds[q, i], cap[q, i], n[p, i],
-                            t[p, i], n[q, i], t[q, i], qx[k, i], qz[k, i], qo[k, i], qx[low, i],
-                            qz[low, i], qo[low, i],
+                            au[p, i], bu[p, i], al[p, i], bl[p, i], need[p, i], slip[p, i],
+                            dn[p, i], ds[p, i], nx[q, i], nz[q, i], au[q, i], bu[q, i], al[q, i],
+                            bl[q, i], need[q, i], slip[q, i], dn[q, i], ds[q, i], n[p, i], t[p, i],
+                            n[q, i], t[q, i], qx[k, i], qz[k, i], qo[k, i], qx[low, i], qz[low, i],
+                            qo[low, i],
                         )  # fmt: skip
                 for k in range(1, bodies - part * BLOCKS):
                     low, p, q = k - 1, 2 * k - 2, 2 * k - 1
                     for i in range(LANES):
-                        travel(
-                            lives[i] > 0, dt, m[k, i], j[k, i], m[low, i], j[low, i], au[p, i],
-                            al[p, i], au[q, i], al[q, i], start[p, i], start[q, i], n[p, i],
-                            t[p, i], n[q, i], t[q, i], vx[k, i], vz[k, i], omega[k, i], qx[k, i],
-                            qz[k, i], qo[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
-                            gap[p, i], dn[p, i], cap[p, i], kt[p, i], gap[q, i], dn[q, i],
-                            cap[q, i], kt[q, i],
+                        leave(
+                            lives[i] > 0, dv[i], knobs, m[k, i], j[k, i], m[low, i], j[low, i],
+                            au[p, i], al[p, i], au[q, i], al[q, i], gap[p, i], gap[q, i], vx[k, i],
+                            vz[k, i], omega[k, i], qx[k, i], qz[k, i], qo[k, i], n[p, i], t[p, i],
+                            n[q, i], t[q, i], ux[k, i], uz[k, i], uo[k, i], loss[i], need[p, i],
+                            dn[p, i], kn[p, i], kt[p, i], need[q, i], dn[q, i], kn[q, i], kt[q, i],
                         )  # fmt: skip
             for k in range(1, bodies):
                 low, p, q = k - 1, 2 * k - 2, 2 * k - 1
                 for i in range(LANES):
                     finish(
-                        lives[i] > 0, time, kept, dv[i], dt * knobs.gravity, knobs.rate, m[k, i],
-                        j[k, i], qx[k, i], qz[k, i], qo[k, i], was[p, i], cap[p, i], kt[p, i],
-                        was[q, i], cap[q, i], kt[q, i], vx[k, i], vz[k, i], omega[k, i], n[p, i],
-                        t[p, i], n[q, i], t[q, i], loss[i], mode[i], lift[i], moved[i], impacts[i],
+                        lives[i] > 0, time, kept, knobs, m[k, i], qx[k, i], qz[k, i], qo[k, i],
+                        ux[k, i], uz[k, i], uo[k, i], kn[p, i], kt[p, i], was[p, i], kn[q, i],
+                        kt[q, i], was[q, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
+                        vx[k, i], vz[k, i], omega[k, i], n[p, i], t[p, i], n[q, i], t[q, i],
+                        loss[i], mode[i], lift[i], moved[i], impacts[i],
                     )  # fmt: skip
                     observe(
                         lives[i] > 0, time, theta[k, i], theta[low, i], face[k, i], high[k, i],
