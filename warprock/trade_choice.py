@@ -19,11 +19,7 @@ import pandas as pd
 
 from warprock.batch import run_batch
 from warprock.case import Case
-from warprock.comparison import (
-    friction_for_impact,
-    friction_for_velocity_step,
-    velocity_step_at_start,
-)
+from warprock.comparison import friction_for_velocity_step, velocity_step_at_start
 from warprock.engines import engine_class
 from warprock.engines.settings import SETTINGS, build_settings
 from warprock.errors import InputError
@@ -119,7 +115,8 @@ def choose(
         rows = rows[rows["precision"] == precision]
     met = cheapest(rows, accuracy)
     if met.empty:
-        raise InputError(OPTION, "", accuracy, _nothing(rows, name, engine))
+        who = f"{engine or 'any engine'}{f' in {precision}' if precision else ''}"
+        raise InputError(OPTION, "", accuracy, _nothing(rows, name, who))
     judge = _judge_row(rows)
     tried: list[Choice] = []
     error = np.inf
@@ -149,29 +146,26 @@ def _usable_rows(table: pd.DataFrame, name: str, lane_set: LaneSet) -> pd.DataFr
 
 
 def _sticks(lane_set: LaneSet) -> bool:
-    """Whether friction is enough for the impacts and for a velocity step at the start.
+    """Whether friction is enough for a velocity step at the start.
 
-    Of stacks no closed form says so; there the test on the sample does.
+    It is for the impacts of a block that lifts before it slides. Of a velocity step under a stack
+    no closed form says so; there the test on the sample does.
     """
     lanes = lane_set.lanes
     if lanes.stacked:
         return True
     stepped = velocity_step_at_start(lane_set.motions) != 0.0
-    at_step = np.where(stepped, friction_for_velocity_step(lanes), 0.0)
-    return bool(np.all(lanes.friction >= np.maximum(friction_for_impact(lanes), at_step)))
+    return bool(np.all(~stepped | (lanes.friction >= friction_for_velocity_step(lanes))))
 
 
-def _nothing(rows: pd.DataFrame, name: str, engine: str | None) -> str:
+def _nothing(rows: pd.DataFrame, name: str, who: str) -> str:
     """What is said where no row met the accuracy."""
-    who = "no engine" if engine is None else engine
     sound = rows[rows["ok_share"] == 1.0]
+    known = f"measured for such a case (class {name})"
     if sound.empty:
-        return f"{who} that can run this case was measured on scenes of the class {name}"
+        return f"{who}: nothing was {known}"
     best = sound.sort_values(["error_max", "cpu_s_per_simulated_s"]).iloc[0]
-    return (
-        f"{who} that can run this case met it on scenes of the class {name}; the best is "
-        f"{best['error_max']:.2g}, {_row_text(best)}"
-    )
+    return f"{who}: nothing {known} met it; the best is {best['error_max']:.2g}, {_row_text(best)}"
 
 
 def _row_text(row: pd.Series[Any]) -> str:

@@ -40,6 +40,9 @@ ENGINE_MARKS: dict[str, tuple[str, str]] = {
 OTHER_MARKS = ((SKY, "h"), (YELLOW, "p"))
 """Those of engines that are not in the list."""
 
+ANALYTICAL = ("housner", "two-block")
+"""Engines without a step, whose blocks do not slide; the band is that of all others."""
+
 ERROR_LIMITS = (1e-8, 2.0)
 """Errors drawn; smaller and larger ones stand at the edge."""
 
@@ -47,7 +50,7 @@ COLUMNS = 3
 
 
 def draw_trade(path: pathlib.Path, table: pd.DataFrame, scenes: Mapping[str, str]) -> pathlib.Path:
-    """Draws a trade table: error across, cost upwards, the front of all engines as a band.
+    """Draws a trade table: error across, cost upwards, the front of those that can slide as a band.
 
     Args:
         path: File to write.
@@ -92,15 +95,14 @@ def _drawn_errors(table: pd.DataFrame) -> npt.NDArray[np.float64]:
 
 
 def _draw_scene(axes: Axes, table: pd.DataFrame) -> None:
-    """All rows of a scene, each engine's front as a thin line, that of all as a wide one."""
+    """All rows of a scene; a line is the front of an engine, the band that of those that slide."""
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_xlim(ERROR_LIMITS[0] / 1.6, ERROR_LIMITS[1] * 1.6)
-    steps: dict[str, Any] = {"drawstyle": "steps-post"}
-    front = _front(table)
-    axes.plot(
-        *_extended(front), color="#CCCCCC", linewidth=6.0, zorder=1, solid_capstyle="butt", **steps
-    )
+    front = _front(table[~table["engine"].isin(ANALYTICAL)])
+    if len(front):
+        band: dict[str, Any] = {"color": "#CCCCCC", "linewidth": 6.0, "zorder": 1}
+        axes.plot(*_extended(front), solid_capstyle="butt", drawstyle="steps-post", **band)
     for engine, group in table.groupby("engine", sort=False):
         color, marker = _marks(str(engine))
         axes.plot(*_points(_front(group)), color=color, linewidth=0.9, zorder=2)
@@ -154,7 +156,7 @@ def _legend(axes: Axes, table: pd.DataFrame) -> None:
     handles += [
         Line2D([], [], label="filled: float64", **hollow),
         Line2D([], [], label="hollow: float32", markerfacecolor="white", **hollow),
-        Line2D([], [], label="cheapest of all at an error", color="#CCCCCC", linewidth=6.0),
+        Line2D([], [], label="the cheapest whose blocks can slide", color="#CCCCCC", linewidth=6.0),
         Line2D([], [], label="left edge: 1e-8 or less", linestyle="none"),
     ]
     axes.legend(handles=handles, loc="upper left", frameon=False, fontsize=9.0)
