@@ -155,8 +155,10 @@ def states_of(basic: Names) -> States:
             if part == 4:
                 slips[k] = 1
     for k in range(BLOCKS):
-        # Friction to both sides is friction below its bound.
-        states[3 * k + 2] = slips[k] * (used[3 * k + 1] - used[3 * k])
+        # Friction to both sides is friction below its bound; none to either, a bound of zero.
+        side = wp.where(used[3 * k] == 1, -1, 1)
+        sticks = used[3 * k] == 1 and used[3 * k + 1] == 1
+        states[3 * k + 2] = wp.where(sticks, 0, slips[k] * side)
     return states
 
 

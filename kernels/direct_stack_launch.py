@@ -290,6 +290,15 @@ def placed(shapes: Shapes, pose: Pose, theta: Values, k: int, offset: real):
     return slid, overlap, turn
 
 
+@wp.func
+def mode_of(state: State, solved: bool) -> int:
+    """How a lane goes on after a step."""
+    total = real(0.0)
+    for i in range(3 * BLOCKS):
+        total += state.velocity[i]
+    return wp.where(total - total == real(0.0), wp.where(solved, ROCKING, UNSOLVED), BROKEN)
+
+
 @wp.kernel
 def stacks(
     blocks: wp.array2d(dtype=Block),
@@ -341,14 +350,14 @@ def stacks(
                 # The velocities half a step before the start.
                 state, _work, solved = step(shapes, pose, old, knobs, zero, v)
                 state.velocity = -HALF * state.velocity
-                mode = wp.where(solved, ROCKING, UNSOLVED)
+                mode = mode_of(state, solved)
             else:
                 state, work, solved = step(shapes, pose, old, knobs, v - base, v - base)
                 base = v
                 pose, theta = posed(pose, state, dt)
                 state.theta = theta
                 loss -= work
-                mode = wp.where(solved, ROCKING, UNSOLVED)
+                mode = mode_of(state, solved)
                 for k in range(BLOCKS):
                     n1, n2 = state.left[k], state.right[k]
                     if n1 <= zero or n2 <= zero:
