@@ -14,7 +14,7 @@ from warprock.errors import InputError
 @click.option("-e", "--engine", "engines", multiple=True, help="Repeat for each; all without.")
 @click.option("--map", "maps", multiple=True, help="Repeat for each; all without.")
 @click.option("--points", default=16, show_default=True, help="Values along an axis, at least 2.")
-@click.option("--steps", default=20_000, show_default=True, help="Most time steps of a launch.")
+@click.option("--steps", default=26_000, show_default=True, help="Most time steps of a launch.")
 @click.option(
     "-o",
     "--output",

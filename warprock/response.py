@@ -35,7 +35,8 @@ class Status(enum.IntEnum):
     engine never says so; `warprock.estimate` does, by running the lane at finer steps. Outside its
     model is a lane in which something happened that its engine leaves out, such as a contact that
     had to pull; its numbers are what the engine's equations give. At the iteration limit a contact
-    solve has not settled; the lane's run ends there.
+    solve has not settled; the lane's run ends there. Unstable is a lane that
+    gained more energy than it held on a base that stands still: its step is too long for it.
     """
 
     OK = 0
@@ -44,6 +45,7 @@ class Status(enum.IntEnum):
     ITERATION_LIMIT = 3
     SENSITIVE = 4
     OUTSIDE_MODEL = 5
+    UNSTABLE = 6
 
 
 USABLE: tuple[Status, ...] = (Status.OK, Status.SENSITIVE, Status.OUTSIDE_MODEL)

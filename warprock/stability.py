@@ -25,7 +25,6 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 import warprock
-from warprock import rocking
 from warprock.batch import run_batch
 from warprock.comparison import (
     SLIDE_BOUND,
@@ -36,26 +35,19 @@ from warprock.comparison import (
 )
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Target
-from warprock.lanes import Lanes
+from warprock.engines.soundness import energy_gained, exploded
 from warprock.machine import kernel_hash
 from warprock.response import USABLE, Outcome, Response, SampleTimes, Status
 from warprock.runner import PRECISIONS
 from warprock.scene import scene_kind
 from warprock.stability_maps import MAPS, AtlasMap, AtlasSize, LaneGrid, Launch
 from warprock.store import replacing
-from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 GROWTH_BOUND = 1e-2
 """Energy gained without base motion over the energy held at the start, above which it grew."""
-EXPLOSION_BOUND = 1.0
-"""The same ratio above which the numbers are absurd..."""
-BARRIER_SHARE = 0.1
-"""...if what was gained is also this part of the energy that overturns the blocks (a twentieth of
-the slenderness angle): a block that holds next to nothing may gain much of that on a coarse step,
-and move by nothing."""
 ROTATION_SLACK = 1e-5
 """What a peak rotation may exceed pi/2 by [rad]: the last digits of float32."""
 SAMPLES = 100
@@ -223,12 +215,12 @@ def measure(
     usable = np.isin(status, USABLE)
     peak = _by_block(np.abs(response["peak_rotation"])).max(axis=1)
     finite = _finite(response)
-    held, barrier = grid.held, _barrier(grid.lanes)
+    held = grid.held
     gained = -response["energy_lost"]
-    if rigid:
-        gained = np.maximum(gained, _energy_at_peak(grid, peak) - held)
+    if rigid and not grid.lanes.stacked:
+        gained = energy_gained(grid.lanes, response["energy_lost"], response["peak_rotation"])
     growth = np.where(grid.free, gained / np.where(held > 0.0, held, 1.0), np.nan)
-    exploded = (growth > EXPLOSION_BOUND) & (gained > BARRIER_SHARE * barrier)
+    too_much = grid.free & exploded(grid.lanes, held, gained)
     error, same = _errors(grid, response, compared, reference)
     angle = _by_block(grid.lanes.slenderness_angle)
     return {
@@ -238,7 +230,7 @@ def measure(
         "finite": finite,
         "growth": growth,
         "grew": usable & (growth > GROWTH_BOUND),
-        "absurd": usable & (~finite | (peak > 0.5 * np.pi + ROTATION_SLACK) | exploded),
+        "absurd": usable & (~finite | (peak > 0.5 * np.pi + ROTATION_SLACK) | too_much),
         "error": np.where(usable & finite, error, np.nan),
         "compared": np.isfinite(same),
         "same_outcome": np.where(usable, same, np.nan),
@@ -302,21 +294,6 @@ def _finite(response: Response) -> Mask:
     names = ("peak_rotation", "residual_slide", "peak_slide", "energy_lost", "rotation")
     sound = [np.isfinite(_by_block(response[name])).all(axis=1) for name in names]
     return np.asarray(np.all(sound, axis=0))
-
-
-def _barrier(lanes: Lanes) -> Array:
-    """Energy that takes a block from its flat state over its corner [J], the least of a stack."""
-    weight_arm = 0.5 * GRAVITY * (np.hypot(lanes.width, lanes.height) - lanes.height)
-    return np.asarray(_by_block(lanes.mass * weight_arm).min(axis=1))
-
-
-def _energy_at_peak(grid: LaneGrid, peak: Array) -> Array:
-    """Least energy of a single block that turned as far as it did [J]; of stacks none is known."""
-    lanes = grid.lanes
-    if lanes.stacked:
-        return np.zeros(lanes.lane_count)
-    turned = np.minimum(np.where(np.isfinite(peak), peak, 0.0), lanes.slenderness_angle)
-    return rocking.energy(lanes.width, lanes.height, lanes.depth, lanes.density, turned, 0.0)
 
 
 def _errors(

@@ -69,7 +69,7 @@ class AtlasSize:
     """
 
     points: int = 16
-    steps: int = 20_000
+    steps: int = 26_000
     duration: float = 5.0
     iterations: tuple[int, ...] = (1, 10, 100, 1000)
 
@@ -159,8 +159,10 @@ def at_step(settings: Any, step: float) -> Any:
     fields = {field.name: field for field in dataclasses.fields(settings)}
     if "time_step" in fields:
         return dataclasses.replace(settings, time_step=step)
-    parts = math.ceil(1.0 / (step * fields["frames_per_second"].metadata["high"]) - 1e-9)
-    return dataclasses.replace(settings, frames_per_second=1.0 / (step * parts), substeps=parts - 1)
+    most = fields["frames_per_second"].metadata["high"]
+    parts = math.ceil(1.0 / (step * most) - 1e-9)
+    frames = min(1.0 / (step * parts), most)
+    return dataclasses.replace(settings, frames_per_second=frames, substeps=parts - 1)
 
 
 def at_stiffness(settings: Any, stiffness: float) -> Any:
@@ -269,10 +271,11 @@ def _single_blocks(inputs: pd.DataFrame, motions: GroundMotions | None = None) -
 
 
 def _released(size: AtlasSize) -> LaneGrid:
-    heights = size.along(HEIGHTS)[:: 1 if size.points < 4 else 2]
     return _single_blocks(
         _crossed(
-            slenderness=size.along(SLENDERNESS), height_m=heights, start_ratio=size.some(STARTS)
+            slenderness=size.along(SLENDERNESS),
+            height_m=size.along(HEIGHTS, max(2, size.points // 2)),
+            start_ratio=size.some(STARTS),
         )
     )
 

@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from warprock.stability import EXPLOSION_BOUND, GROWTH_BOUND
+from warprock.engines.soundness import BARRIER_SHARE, EXPLOSION_BOUND
+from warprock.stability import GROWTH_BOUND
 
 BOUNDS = (1e-3, 1e-2)
 """Errors over the slenderness angle at which engines are trusted."""
@@ -20,6 +21,9 @@ SHARE = 0.9
 """Part of the compared lanes that has to stay below a bound."""
 LONG_ENOUGH = 1.0
 """Time that a launch has to cover for its errors to count where stiffnesses are compared [s]."""
+RELEASED = 0.03
+"""Start over the slenderness angle from which on a gain of energy is held against a step: what a
+block let go from less holds is next to nothing."""
 DEFECTS_SHOWN = 3
 """Worst lanes of an engine and precision on a map that are listed as defects."""
 
@@ -92,7 +96,8 @@ def _limits(rows: pd.DataFrame) -> dict[str, Any]:
             continue
         for bound in BOUNDS:
             found[f"{column}_error_{bound:g}"] = reach(part, column, _holds(bound))
-        found[f"{column}_energy"] = reach(part, column, lambda lanes: not lanes["grew"].any())
+        released = part[part["start_ratio"] >= RELEASED]
+        found[f"{column}_energy"] = reach(released, column, lambda lanes: not lanes["grew"].any())
         found[f"{column}_absurd"] = reach(part, column, lambda lanes: not lanes["absurd"].any())
     return found
 
@@ -138,8 +143,9 @@ def _of_steps(rows: pd.DataFrame, limits: dict[str, Any]) -> list[str]:
     ]
     return [
         f"Free rocking at steps of {low:.2g} to {high:.2g} s: nine lanes in ten are "
-        f"{', '.join(texts)}. No energy is gained {_up_to(limits['step_s_energy'])}, nothing "
-        f"absurd happens {_up_to(limits['step_s_absurd'])}. {_grown(rows)}"
+        f"{', '.join(texts)}. Blocks let go from {RELEASED:g} of it or more gain no energy "
+        f"{_up_to(limits['step_s_energy'])}; numbers are never absurd "
+        f"{_up_to(limits['step_s_absurd'])}. {_grown(rows)}"
     ]
 
 
@@ -163,10 +169,11 @@ def _of_stiffness(rows: pd.DataFrame, _limits: dict[str, Any]) -> list[str]:
 
 def _of_safety(rows: pd.DataFrame, limits: dict[str, Any]) -> list[str]:
     reached = limits["step_safety_absurd"]
-    text = f"up to {reached:.2g}" if reached == reached else "at none"
+    text = f"up to {reached:.2g}" if reached == reached else "not even at the smallest"
+    tried = f"{rows['step_safety'].min():.2g} to {rows['step_safety'].max():.2g}"
     return [
-        f"Step over the largest stable one: nothing absurd {text} of those tried, "
-        f"{rows['step_safety'].min():.2g} to {rows['step_safety'].max():.2g}. {_grown(rows)}"
+        f"Step over the largest stable one ({tried} tried): numbers are never absurd {text}. "
+        f"{_grown(rows)}"
     ]
 
 
@@ -207,10 +214,13 @@ def _grown(rows: pd.DataFrame) -> str:
     free = int(rows["growth"].notna().sum())
     grew, absurd = int(rows["grew"].sum()), int(rows["absurd"].sum())
     if not grew:
-        return f"No lane of {free} without base motion gained {GROWTH_BOUND:.0%} of its energy."
+        return (
+            f"No lane of {free} without base motion gained more than {_percent(GROWTH_BOUND)} of "
+            "its energy."
+        )
     return (
         f"{grew} of {free} lanes without base motion ({_percent(grew / free)}) gained more than "
-        f"{GROWTH_BOUND:.0%} of what they held; {absurd} lanes are absurd."
+        f"{_percent(GROWTH_BOUND)} of what they held; {absurd} lanes are absurd."
     )
 
 
@@ -228,7 +238,7 @@ def _defects(table: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def _up_to(step: float) -> str:
-    return f"up to {step:.2g} s" if step == step else "at no step"
+    return f"up to {step:.2g} s" if step == step else "(not even at the smallest step)"
 
 
 def _span(values: list[float]) -> str:
@@ -250,9 +260,10 @@ def _percent(share: float) -> str:
 def explained() -> str:
     """What the words of the summary mean."""
     return (
-        f"Error: largest |rotation - reference| / slenderness angle over a run; the reference is "
-        f"housner for single blocks and two-block for stacks. Grew: more than {GROWTH_BOUND:.0%} "
-        f"of the energy held at the start was gained on a still base. Absurd: a usable status "
-        f"with a number that is not finite, a rotation beyond pi/2, or energy more than "
-        f"{1.0 + EXPLOSION_BOUND:.0f} times what was held."
+        "Error: largest |rotation - reference| / slenderness angle over a run; the reference is "
+        "housner for single blocks and two-block for stacks. Gained energy: more than "
+        f"{_percent(GROWTH_BOUND)} of what was held at the start, on a still base. Absurd: a "
+        "usable status with a number that is not finite, a rotation beyond pi/2, or a gain of more "
+        f"than {EXPLOSION_BOUND:g} times the energy held and {_percent(BARRIER_SHARE)} of what "
+        "overturns the blocks."
     )

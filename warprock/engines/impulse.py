@@ -12,6 +12,7 @@ from warprock.engines.base import AbstractEngine
 from warprock.engines.impulse_stack import impulse_stack_module, run_impulse_stacks
 from warprock.engines.launching import Target, launch, respond, time_or_nan
 from warprock.engines.settings import ImpulseSettings
+from warprock.engines.soundness import unstable
 from warprock.kernels.instance import kernel_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
@@ -29,7 +30,8 @@ class Impulse(AbstractEngine):
 
     Semi-implicit Euler at the time step of Eq. 9 of the paper, first order in it. A block is at
     rest while both corners carry an impulse; it rocks while one carries none. In a stack the same
-    holds at the two ends of what two faces share.
+    holds at the two ends of what two faces share. A single block that gains more energy than it
+    held while its base stands still has the status UNSTABLE.
     """
 
     name: ClassVar[str] = "impulse"
@@ -95,7 +97,7 @@ class Impulse(AbstractEngine):
         rows, rotations = launch(
             module, self.target, lanes, motions, times, blocks, self._knobs(module)
         )
-        mode = rows["mode"]
+        mode, lost = rows["mode"], lanes.mass * rows["loss"]
         moved = np.asarray(rows["moved"], dtype=np.float64)
         # In the last step of the run both corners carried the block.
         resting = (mode < OVERTURNED) & (moved < times.times[-1] - 0.5 * self.settings.time_step)
@@ -107,13 +109,17 @@ class Impulse(AbstractEngine):
                 [Outcome.OVERTURNED, Outcome.AT_REST],
                 Outcome.ROCKING,
             ),
-            "status": np.where(mode == BROKEN, Status.NONFINITE, Status.OK),
+            "status": np.select(
+                [mode == BROKEN, unstable(lanes, motions, lost, rows["peak"])],
+                [Status.NONFINITE, Status.UNSTABLE],
+                Status.OK,
+            ),
             "impact_count": rows["impacts"],
             "uplift_time": time_or_nan(rows["uplift_time"]),
             "rest_time": np.where(resting, moved, np.nan),
             "residual_slide": rows["slide"],
             "peak_slide": rows["peak_slide"],
-            "energy_lost": lanes.mass * rows["loss"],
+            "energy_lost": lost,
             "step_count": rows["steps"],
         }
         return respond(self.name, columns, rotations, times)

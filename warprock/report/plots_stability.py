@@ -29,7 +29,7 @@ TICKS = 6
 
 MARKS: dict[str, tuple[str, dict[str, Any]]] = {
     "grew": (
-        "energy gained on a still base",
+        "over 1 % of energy gained, base still",
         {"marker": "x", "color": BLACK, "markersize": 4.5, "markeredgewidth": 1.1},
     ),
     "refused": (
@@ -38,7 +38,7 @@ MARKS: dict[str, tuple[str, dict[str, Any]]] = {
     ),
     "absurd": (
         "absurd number, status ok",
-        {"marker": "s", "color": RED, "markersize": 4.0, "markeredgecolor": "white"},
+        {"marker": "s", "color": RED, "markersize": 5.5, "markeredgecolor": "white"},
     ),
 }
 """What at least one lane of a cell did: name in the legend, and mark."""
@@ -88,6 +88,8 @@ def draw_map(
     """
     engines, precisions = list(rows["engine"].unique()), list(rows["precision"].unique())
     places = [np.sort(rows[column].dropna().unique()).astype(float) for column in columns]
+    # Where no engine drawn has the knob, one column stands for all of its values.
+    places = [values if len(values) else np.array([np.nan]) for values in places]
     with drawing() as plt:
         figure, grid = plt.subplots(
             len(engines),
@@ -110,10 +112,11 @@ def draw_map(
             axes.set_xlabel(labels[columns[0]])
         _name_places(grid[0, 0].yaxis, places[1])
         figure.supylabel(labels[columns[1]], fontsize=9.0)
-        span = f"{min(fewest)}" if min(fewest) == max(fewest) else f"{min(fewest)} to {max(fewest)}"
+        lasting = _span(rows["duration_s"].min(), rows["duration_s"].max())
         figure.suptitle(
-            f"{title[0].upper()}{title[1:]}\ncolour: error / slenderness angle that nine lanes in "
-            f"ten stay below; marks: one lane or more ({span} lanes a cell)",
+            f"{title[0].upper()}{title[1:]}; runs of {lasting} s\n"
+            "colour: error / slenderness angle that nine lanes in ten stay below; marks: one lane "
+            f"or more ({_span(min(fewest), max(fewest))} lanes a cell)",
             **FIGURE_TITLE,
         )
         _explain(figure)
@@ -161,14 +164,13 @@ def _draw_panel(
     found = cells(rows, columns, places)
     kinds = np.digitize(found["error"], LEVELS).astype(float)
     kinds[np.isnan(found["error"])] = np.nan
-    colors = ListedColormap(list(CLASS_COLORS))
-    colors.set_bad(NOTHING_COLOR)
+    axes.set_facecolor(NOTHING_COLOR)
     axes.grid(visible=False)
     axes.pcolormesh(
         np.arange(len(places[0]) + 1) - 0.5,
         np.arange(len(places[1]) + 1) - 0.5,
         np.ma.masked_invalid(kinds),
-        cmap=colors,
+        cmap=ListedColormap(list(CLASS_COLORS)),
         vmin=-0.5,
         vmax=len(CLASS_COLORS) - 0.5,
         edgecolors="white",
@@ -185,7 +187,22 @@ def _name_places(axis: Any, values: Array) -> None:
     """Names some of the values of an axis whose cells are as wide as one another."""
     count = min(TICKS, len(values))
     shown = np.unique(np.linspace(0, len(values) - 1, count).round().astype(int))
-    axis.set_ticks(shown, [f"{values[at]:.2g}" for at in shown])
+    axis.set_ticks(shown, [_short(values[at]) for at in shown])
+
+
+def _span(low: float, high: float) -> str:
+    return _short(low) if low == high else f"{_short(low)} to {_short(high)}"
+
+
+def _short(value: float) -> str:
+    """Two digits, without an exponent from 0.01 to 9999; NaN is any value."""
+    if np.isnan(value):
+        return "any"
+    digits = f"{value:.1e}"
+    if value == 0.0 or 0.01 <= abs(value) < 1e4:
+        return f"{float(digits):g}"
+    mantissa, exponent = digits.split("e")
+    return f"{float(mantissa):g}e{int(exponent)}"
 
 
 def _knob(column: str, labels: Mapping[str, str]) -> str:
