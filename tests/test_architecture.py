@@ -102,8 +102,8 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
     ),
     "cli": (
         ("warprock/cli*.py", "warprock/__main__.py"),
-        "errors foundation settings cases batch runs checks stability report plots reproduction "
-        "desk",
+        "errors foundation settings cases batch runs checks stability trade report plots "
+        "reproduction desk",
         "click",
     ),
 }

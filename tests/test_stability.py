@@ -27,18 +27,15 @@ from warprock.motion import Control, StillBase
 from warprock.report import plots_stability, tables_stability
 from warprock.response import USABLE, Response, SampleTimes, Status
 from warprock.stability import GROWTH_BOUND, Part, all_parts, measure, run_atlas, supported_lanes
-from warprock.stability_maps import (
+from warprock.stability_lanes import (
     DEPTH,
-    LABELS,
-    MAPS,
     STACK_TURNS,
     STIFFNESS_WIDTH,
     AtlasSize,
     LaneGrid,
-    at_step,
-    at_stiffness,
     stack_energy,
 )
+from warprock.stability_maps import LABELS, MAPS, at_step, at_stiffness
 from warprock.stability_summary import reach, summarise, within
 
 BY_NAME = {each.name: each for each in MAPS}

@@ -45,7 +45,8 @@ def stability(
     from warprock.devices import start_warp
     from warprock.engines.settings import SETTINGS
     from warprock.report import console, plots_stability, tables_stability
-    from warprock.stability_maps import LABELS, MAPS, AtlasSize
+    from warprock.stability_lanes import AtlasSize
+    from warprock.stability_maps import LABELS, MAPS
     from warprock.stability_summary import explained, summarise
 
     for engine in engines:

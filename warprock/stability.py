@@ -40,7 +40,8 @@ from warprock.machine import kernel_hash
 from warprock.response import USABLE, Outcome, Response, SampleTimes, Status
 from warprock.runner import PRECISIONS
 from warprock.scene import scene_kind
-from warprock.stability_maps import MAPS, AtlasMap, AtlasSize, LaneGrid, Launch
+from warprock.stability_lanes import AtlasSize, LaneGrid
+from warprock.stability_maps import MAPS, AtlasMap, Launch
 from warprock.store import replacing
 
 Array = npt.NDArray[np.float64]
