@@ -35,20 +35,15 @@ def trade(
     Writes trade.parquet row by row, so that a run that was stopped goes on where it was; then
     trade.csv, in the form that `run --accuracy` reads, and the figure trade.png.
     """
-    from warprock import runner, store
+    from warprock import store
     from warprock import trade as module
     from warprock.devices import start_warp
-    from warprock.engines import ENGINES
     from warprock.report import console, plots_trade, tables_trade
     from warprock.trade_scenes import TRADE_SCENES
 
-    for engine in engines:
-        runner.require_choice("--engine", engine, tuple(ENGINES))
-    for scene in scenes:
-        runner.require_choice("--scene", scene, tuple(TRADE_SCENES))
-    store.require_writable(folder)
     start_warp()
     entries = module.all_entries(scenes or tuple(TRADE_SCENES), engines or None)
+    store.require_writable(folder)
     with console.lane_progress("trade, rows", len(entries)) as progress:
         table = module.run_trade(entries, folder, progress)
     files = [folder / module.TABLE, module.write_csv(table, folder)]

@@ -24,6 +24,7 @@ from warprock.engines.settings import build_settings
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
 from warprock.response import Response, SampleTimes, Status
+from warprock.runner import require_choice
 from warprock.scene import scene_kind
 from warprock.store import PACKAGES, arrow_table, replacing
 from warprock.trade_knobs import PRECISIONS, TRADE_KNOBS, Settings
@@ -96,7 +97,14 @@ def all_entries(
         engines: Names of engines; all of them where None.
         knobs: Settings of each engine; its defaults where it has none.
         precisions: "float64", "float32" or both.
+
+    Raises:
+        InputError: An unknown scene or engine.
     """
+    for scene in scenes:
+        require_choice("--scene", scene, tuple(TRADE_SCENES))
+    for engine in engines or ():
+        require_choice("--engine", engine, tuple(ENGINES))
     entries = []
     for scene in scenes:
         lanes, motions = TRADE_SCENES[scene].build()
