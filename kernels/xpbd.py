@@ -64,10 +64,12 @@ BLOCKS: int
 scalar = kernel_module("scalar", precision=PRECISION)
 impulse = kernel_module("impulse_stack", precision=PRECISION)
 wp.set_module_options(impulse.STACK_OPTIONS)
-larger, smaller = scalar.larger, scalar.smaller
+larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
 kick = impulse.kick
 
+LOOSE = real(1.0e30)
+"""Anchor of an end that has slipped or opened: none."""
 LONGEST = 15
 """Most sweeps in a row, which the compiler has to write out."""
 TURNS = max(n for n in range(1, LONGEST + 1) if max(ITERATIONS, 1) % n == 0) if BLOCKS == 1 else 1
@@ -92,7 +94,8 @@ def predict(
     dv: real, hint: real, knobs: Knobs, ltheta: real, lomega: real, theta: real, omega: real,
     vx: wp.ref[real], vz: wp.ref[real], ps: wp.ref[real], pc: wp.ref[real],
     qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real], lean: wp.ref[real],
-    n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
+    n1: wp.ref[real], t1: wp.ref[real], anchor1: wp.ref[real],
+    n2: wp.ref[real], t2: wp.ref[real], anchor2: wp.ref[real],
 ):  # fmt: skip
     """Predicts the velocity and the rotation of a block; its interface in the order of its lean.
 
@@ -113,10 +116,12 @@ def predict(
         qo: See qx.
         lean: Side to which the interface leaned before, then the one of this step: -1 or 1.
         n1: Normal multiplier of the end visited first, away from the lean; t1 its tangential one,
-            n2, t2 of the other. They change places where the lean has changed.
+            anchor1 its anchor. They change places with those of the other where the lean does.
         t1: See n1.
+        anchor1: See n1.
         n2: See n1.
         t2: See n1.
+        anchor2: See n1.
     """
     zero = real(0.0)
     turn = theta - ltheta
@@ -127,10 +132,13 @@ def predict(
     lean = now
     n = real(n1)
     t = real(t1)
+    anchor = real(anchor1)
     n1 = wp.where(same, n, n2)
     t1 = wp.where(same, t, t2)
     n2 = wp.where(same, n2, n)
     t2 = wp.where(same, t2, t)
+    anchor1 = wp.where(same, anchor, anchor2)
+    anchor2 = wp.where(same, anchor2, anchor)
     vx = vx - dv
     vz = vz - knobs.time_step * knobs.gravity
     turned = theta + knobs.time_step * omega
@@ -186,6 +194,7 @@ def approach(
     dx: real, dz: real, px: real, pz: real, knobs: Knobs,
     nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real], al: wp.ref[real],
     bl: wp.ref[real], gap: wp.ref[real], grown: wp.ref[real], slip: wp.ref[real],
+    creep: wp.ref[real], anchor: wp.ref[real],
     dn: wp.ref[real], dt: wp.ref[real], was: wp.ref[real],
     n: wp.ref[real], t: wp.ref[real], qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
@@ -215,6 +224,8 @@ def approach(
     gap = after
     grown = smaller(after - before, real(0.0))
     slip = spot - place
+    anchor = wp.where(before <= near and size(anchor) < LOOSE, anchor, place)
+    creep = spot - anchor
     dn = on / (m + lm + j * eu * eu + lj * el * el)
     dt = on / (m + lm + j * du * du + lj * dl * dl)
     was = n
@@ -299,12 +310,13 @@ def harden(m: real, j: real, lm: real, lj: real, au: real, al: real, dn: real, m
 @wp.func
 def leave(
     live: bool, dv: real, knobs: Knobs, m: real, j: real, lm: real, lj: real,
-    au1: real, al1: real, au2: real, al2: real, gap1: real, gap2: real,
+    au1: real, al1: real, gap1: real, creep1: real,
+    au2: real, al2: real, gap2: real, creep2: real,
     vx: real, vz: real, omega: real, qx: real, qz: real, qo: real,
     n1: real, t1: real, n2: real, t2: real,
     ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real], loss: wp.ref[real],
-    need1: wp.ref[real], dn1: wp.ref[real], n_kept1: wp.ref[real], t_kept1: wp.ref[real],
-    need2: wp.ref[real], dn2: wp.ref[real], n_kept2: wp.ref[real], t_kept2: wp.ref[real],
+    need1: wp.ref[real], slip1: wp.ref[real], dn1: wp.ref[real], n_kept1: wp.ref[real], t_kept1: wp.ref[real],
+    need2: wp.ref[real], slip2: wp.ref[real], dn2: wp.ref[real], n_kept2: wp.ref[real], t_kept2: wp.ref[real],
 ):  # fmt: skip
     """Takes velocity (ux, uz, uo) and multipliers out of the velocity pass; then on to poses.
 
@@ -324,6 +336,8 @@ def leave(
     uo = omega + po
     need1 = gap1
     need2 = gap2
+    slip1 = creep1
+    slip2 = creep2
     dn1 = harden(m, j, lm, lj, au1, al1, dn1, knobs.softness)
     dn2 = harden(m, j, lm, lj, au2, al2, dn2, knobs.softness)
     n_kept1 = n1
@@ -349,3 +363,9 @@ def travel(
     theta = wp.where(live, theta + (dt * omega + qo), theta)
     s = sine(theta)
     c = cosine(theta)
+
+
+@wp.func
+def loosen(mu: real, n: real, t: real, anchor: real) -> real:
+    """Anchor of an end after a step with the multipliers n, t of its pose: none if it slips."""
+    return wp.where(size(t) < mu * n, anchor, LOOSE)

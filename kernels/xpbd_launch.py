@@ -38,9 +38,10 @@ sine, cosine = scalar.sine, scalar.cosine
 Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Knobs, predict, approach, sweep = xpbd.Knobs, xpbd.predict, xpbd.approach, xpbd.sweep
-leave, travel, TURNS = xpbd.leave, xpbd.travel, xpbd.TURNS
+leave, travel, loosen, TURNS = xpbd.leave, xpbd.travel, xpbd.loosen, xpbd.TURNS
 stand, GROUND_FACE = impulse.stand, impulse.GROUND_FACE
 
+LOOSE = xpbd.LOOSE
 HALF_PI = real(1.5707963267948966)
 HALF = real(0.5)
 NEVER = real(1.0e30)
@@ -139,7 +140,8 @@ def set_up(
     block: Block, side: real, face: wp.ref[real], high: wp.ref[real],
     m: wp.ref[real], j: wp.ref[real], mu: wp.ref[real], offset: wp.ref[real],
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
-    peak: wp.ref[real], lean: wp.ref[real], n1: wp.ref[real], n2: wp.ref[real],
+    peak: wp.ref[real], lean: wp.ref[real], n1: wp.ref[real], anchor1: wp.ref[real],
+    n2: wp.ref[real], anchor2: wp.ref[real],
 ):  # fmt: skip
     """Puts a block where it starts."""
     face = block.face
@@ -155,6 +157,8 @@ def set_up(
     c = cosine(block.theta)
     peak = size(block.theta)
     lean = side
+    anchor1 = LOOSE
+    anchor2 = LOOSE
     n1 = wp.where(side > real(0.0), block.left, block.right)
     n2 = wp.where(side > real(0.0), block.right, block.left)
 
@@ -190,7 +194,8 @@ def finish(
     n_new1: real, t_new1: real, was1: real, n_new2: real, t_new2: real, was2: real,
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
     vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real],
-    n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real], loss: wp.ref[real],
+    mu: real, n1: wp.ref[real], t1: wp.ref[real], anchor1: wp.ref[real],
+    n2: wp.ref[real], t2: wp.ref[real], anchor2: wp.ref[real], loss: wp.ref[real],
     mode: wp.ref[int], uplift_time: wp.ref[real], moved: wp.ref[real], impacts: wp.ref[int],
 ):  # fmt: skip
     """Ends a step of a block: moves it, gives it its velocity; whether its interface rocks.
@@ -204,6 +209,8 @@ def finish(
     vx = kept * ux
     vz = kept * uz
     omega = kept * uo
+    anchor1 = loosen(mu, n1, t1, anchor1)
+    anchor2 = loosen(mu, n2, t2, anchor2)
     n1 = n_new1
     t1 = t_new1
     n2 = n_new2
@@ -268,7 +275,7 @@ def stacks(
     # Rows of points: the first and the second end of interface 1, of interface 2, ...
     nx, nz, au, bu, al, bl, n = Point(), Point(), Point(), Point(), Point(), Point(), Point()
     gap, need, slip, dn, ds, t, was = Point(), Point(), Point(), Point(), Point(), Point(), Point()
-    kn, kt = Point(), Point()
+    kn, kt, creep, anchor = Point(), Point(), Point(), Point()
     base, dv, hint, loss, lift, moved = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     impacts, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
     # Counts that Warp does not know, so that it writes out none of the loops over them.
@@ -279,7 +286,8 @@ def stacks(
             set_up(
                 blocks[k - 1, first + i], lanes[first + i].lean, face[k, i], high[k, i], m[k, i],
                 j[k, i], mu[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
-                peak[k, i], lean[k, i], n[2 * k - 2, i], n[2 * k - 1, i],
+                peak[k, i], lean[k, i], n[2 * k - 2, i], anchor[2 * k - 2, i], n[2 * k - 1, i],
+                anchor[2 * k - 1, i],
             )  # fmt: skip
     count = int(-SETTLING)
     time = real(count) * dt
@@ -300,7 +308,8 @@ def stacks(
                     predict(
                         dv[i], hint[i], knobs, theta[k - 1, i], omega[k - 1, i], theta[k, i],
                         omega[k, i], vx[k, i], vz[k, i], ps[k, i], pc[k, i], qx[k, i], qz[k, i],
-                        qo[k, i], lean[k, i], n[p, i], t[p, i], n[q, i], t[q, i],
+                        qo[k, i], lean[k, i], n[p, i], t[p, i], anchor[p, i], n[q, i], t[q, i],
+                        anchor[q, i],
                     )  # fmt: skip
             for p in range(points):
                 low, k, turn = p // 2, p // 2 + 1, real(2 * (p % 2) - 1)
@@ -312,8 +321,9 @@ def stacks(
                         c[low, i], ps[low, i], pc[low, i], m[low, i], j[low, i], dx, dz,
                         dx + dt * (vx[k, i] - vx[low, i]), dz + dt * (vz[k, i] - vz[low, i]), knobs,
                         nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], gap[p, i],
-                        need[p, i], slip[p, i], dn[p, i], ds[p, i], was[p, i], n[p, i], t[p, i],
-                        qx[k, i], qz[k, i], qo[k, i], qx[low, i], qz[low, i], qo[low, i],
+                        need[p, i], slip[p, i], creep[p, i], anchor[p, i], dn[p, i], ds[p, i],
+                        was[p, i], n[p, i], t[p, i], qx[k, i], qz[k, i], qo[k, i], qx[low, i],
+                        qz[low, i], qo[low, i],
                     )  # fmt: skip
             for part in range(2):  # Velocities, then poses.
                 for step in range(sweeps * BLOCKS):
@@ -333,10 +343,11 @@ def stacks(
                     for i in range(LANES):
                         leave(
                             lives[i] > 0, dv[i], knobs, m[k, i], j[k, i], m[low, i], j[low, i],
-                            au[p, i], al[p, i], au[q, i], al[q, i], gap[p, i], gap[q, i], vx[k, i],
-                            vz[k, i], omega[k, i], qx[k, i], qz[k, i], qo[k, i], n[p, i], t[p, i],
-                            n[q, i], t[q, i], ux[k, i], uz[k, i], uo[k, i], loss[i], need[p, i],
-                            dn[p, i], kn[p, i], kt[p, i], need[q, i], dn[q, i], kn[q, i], kt[q, i],
+                            au[p, i], al[p, i], gap[p, i], creep[p, i], au[q, i], al[q, i],
+                            gap[q, i], creep[q, i], vx[k, i], vz[k, i], omega[k, i], qx[k, i],
+                            qz[k, i], qo[k, i], n[p, i], t[p, i], n[q, i], t[q, i], ux[k, i],
+                            uz[k, i], uo[k, i], loss[i], need[p, i], slip[p, i], dn[p, i], kn[p, i],
+                            kt[p, i], need[q, i], slip[q, i], dn[q, i], kn[q, i], kt[q, i],
                         )  # fmt: skip
             for k in range(1, bodies):
                 low, p, q = k - 1, 2 * k - 2, 2 * k - 1
@@ -345,8 +356,9 @@ def stacks(
                         lives[i] > 0, time, kept, knobs, m[k, i], qx[k, i], qz[k, i], qo[k, i],
                         ux[k, i], uz[k, i], uo[k, i], kn[p, i], kt[p, i], was[p, i], kn[q, i],
                         kt[q, i], was[q, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
-                        vx[k, i], vz[k, i], omega[k, i], n[p, i], t[p, i], n[q, i], t[q, i],
-                        loss[i], mode[i], lift[i], moved[i], impacts[i],
+                        vx[k, i], vz[k, i], omega[k, i], mu[k, i], n[p, i], t[p, i], anchor[p, i],
+                        n[q, i], t[q, i], anchor[q, i], loss[i], mode[i], lift[i], moved[i],
+                        impacts[i],
                     )  # fmt: skip
                     observe(
                         lives[i] > 0, time, theta[k, i], theta[low, i], face[k, i], high[k, i],
