@@ -5,8 +5,9 @@ y x = 0, with five pairs an interface: the normal impulses of its ends and their
 the wish; the friction to either side, f = f+ - f-, and the slip against it above -lambda; lambda,
 the size of the slip, and what the friction leaves of its bound (Stewart and Trinkle 1996). M is
 copositive, so the path that starts from a large z on every row ends at a solution (Anitescu and
-Potra 1997), in exact arithmetic and without ties. It is dense and starts from nothing: the last
-resort where states that are close by do not do.
+Potra 1997). Bounds of zero would make ties, at which the path can end or go in circles, so they
+are a little wider here, each by another amount; only the states at the end are used. It is dense
+and starts from nothing: the last resort where states that are close by do not do.
 """
 
 from typing import Any
@@ -21,6 +22,7 @@ BLOCKS: int
 
 stack = kernel_module("stack", precision=PRECISION, blocks=BLOCKS)
 wp.set_module_options(stack.STACK_OPTIONS)
+scalar = kernel_module("scalar", precision=PRECISION)
 Values, Triples, Rows, Matrix = stack.Values, stack.Triples, stack.Rows, stack.Matrix
 matrix_of = stack.matrix_of
 
@@ -29,6 +31,10 @@ COUNT = 5 * BLOCKS
 PIVOTS = 20 * COUNT
 """Pivots before the path is given up."""
 FAR = real(1.0e30)
+TILT = real(1.0e-8 if PRECISION == "float64" else 1.0e-5)
+"""What bounds are wider by, over the friction that the velocities without contact ask for."""
+APART = real(1.25)
+"""How the bounds of one interface are wider than those of the one below it."""
 
 States = wp.types.vector(length=3 * BLOCKS, dtype=int)
 """State of every row: an end carries (1) or not (0); a face sticks (0) or slides (-1, 1: the side
@@ -68,6 +74,9 @@ def table_of(system: Equations) -> Table:
     """The table at the start: y in terms of x and z."""
     one = real(1.0)
     table = Table()
+    skew = real(0.0)
+    for i in range(3 * BLOCKS):
+        skew += TILT * scalar.size(system.free[i])
     for k in range(BLOCKS):
         d = matrix_of(system.own, k)
         table = with_block(table, k, k, d)
@@ -83,7 +92,8 @@ def table_of(system: Equations) -> Table:
         for i in range(3):
             table[5 * k + i, COUNT + 1] = system.free[3 * k + i]
         table[5 * k + 3, COUNT + 1] = -system.free[3 * k + 2]
-        table[last, COUNT + 1] = system.bound[k]
+        table[last, COUNT + 1] = system.bound[k] + skew / d[2, 2]
+        skew = APART * skew
         for i in range(4):
             table[5 * k + i, COUNT] = one
         table[last, COUNT] = one / d[2, 2]

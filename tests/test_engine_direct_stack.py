@@ -91,8 +91,8 @@ def test_solve_meets_the_contact_laws(box: bool, by_lemke: bool) -> None:
         force, slip = p[:, k + 2], w[:, k + 2]
         assert np.all(np.abs(force) <= limit + grain)
         # Inside the bound no slip, on it none with the force.
-        assert np.all(np.abs(slip * (limit - np.abs(force))) <= grain * (1.0 + np.abs(slip)))
-        assert np.all(force * slip <= grain)
+        assert np.all(np.minimum(np.abs(slip), np.abs(limit - np.abs(force))) <= grain)
+        assert np.all(np.minimum(np.abs(force), np.sign(force) * slip) <= grain)
         assert 1000 < np.count_nonzero((p[:, k] > 0.0) & (p[:, k + 1] > 0.0)) < 19_000
         assert 1000 < np.count_nonzero(np.abs(slip) > 1e-6) < 19_999
 
@@ -105,7 +105,7 @@ def test_solution_of_a_box_is_the_one_that_brute_force_finds() -> None:
         for state in itertools.product((0, 1), (0, 1), (-1, 0, 1), (0, 1), (0, 1), (-1, 0, 1)):
             a, right = matrix[lane].copy(), -free[lane]
             for i, each in enumerate(state):
-                if i % 3 < 2 and each == 0 or i % 3 == 2 and each != 0:
+                if each == 0 if i % 3 < 2 else each != 0:
                     a[i], right[i] = np.eye(6)[i], each * bound[lane, i // 3]
             x = np.linalg.solve(a, right)
             w = matrix[lane] @ x + free[lane]
@@ -194,7 +194,8 @@ def test_a_stack_that_nothing_lifts_rests(count: int) -> None:
         assert np.all(response["outcome"] == Outcome.AT_REST)
         assert np.all(np.isnan(response["uplift_time"]))
         assert np.all(response["impact_count"] == 0)
-        assert np.all(np.abs(response["energy_lost"]) < 1e-9)
+        # Round-off, 1e-16, of the work of the weight in each of ten thousand steps, 1e2 J.
+        assert np.all(np.abs(response["energy_lost"]) < 1e-8 * count)
 
 
 def test_energy_is_lost_and_never_won() -> None:
