@@ -96,7 +96,9 @@ def test_a_template_is_a_commented_case_that_loads(kind, write):
 
 def test_the_kinds_of_templates():
     assert template_kinds() == ["ensemble", "free", "pulse", "record", "stack", "sweep"]
-    with pytest.raises(InputError, match=r"KIND: got 'fre', must be one of free, .* mean free\?"):
+    with pytest.raises(
+        InputError, match=r"KIND: got 'fre', must be one of ensemble, free, .* mean free\?"
+    ):
         template_text("fre")
 
 
