@@ -193,19 +193,20 @@ def approach(
     lface: real, lhigh: real, ls: real, lc: real, lps: real, lpc: real, lm: real, lj: real,
     dx: real, dz: real, px: real, pz: real, knobs: Knobs,
     nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real], al: wp.ref[real],
-    bl: wp.ref[real], gap: wp.ref[real], grown: wp.ref[real], slip: wp.ref[real],
-    creep: wp.ref[real], anchor: wp.ref[real],
-    dn: wp.ref[real], dt: wp.ref[real], was: wp.ref[real],
-    n: wp.ref[real], t: wp.ref[real], qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
+    bl: wp.ref[real], grown: wp.ref[real], slip: wp.ref[real], dn: wp.ref[real],
+    gap: wp.ref[real], creep: wp.ref[real], soft: wp.ref[real], dt: wp.ref[real],
+    anchor: wp.ref[real], was: wp.ref[real], n: wp.ref[real], t: wp.ref[real],
+    qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
     """Finds a point at the start of the step and as predicted, and starts it from before.
 
     (px, pz) is (dx, dz) as predicted, ps and pc are the sine and the cosine, see `meet`. Found are
-    the normal and the levers at the start, the gap as predicted, by how much it shrinks (`grown`,
-    no more than nothing), and how far it would slip [m]; dn and dt, the multipliers for a metre of
-    gap or slip [kg], nothing of an open end; `was`, the last normal multiplier. The lower body's
-    correction is (lx, lz, lo).
+    the normal and the levers at the start. For the velocity pass: by how much the gap would grow,
+    if not more than nothing, and the place (`slip`) [m], and dn, the normal multiplier for a metre
+    of gap [kg], nothing of an open end. For the pose pass: the gap, how far the place would be from
+    its anchor (`creep`), and `soft` like dn. For both: dt, the tangential multiplier for a metre;
+    and `was`, the last normal multiplier. The lower body's correction is (lx, lz, lo).
     """
     fx, fz, eu, du, el, dl, before, place = meet(
         side, face, high, s, c, lface, lhigh, ls, lc, dx, dz
@@ -213,20 +214,22 @@ def approach(
     _x, _z, _eu, _du, _el, _dl, after, spot = meet(
         side, face, high, ps, pc, lface, lhigh, lps, lpc, px, pz
     )
-    near = knobs.gravity * knobs.time_step * knobs.time_step
-    on = wp.where(before <= near, real(1.0), real(0.0))
+    closed = before <= knobs.gravity * knobs.time_step * knobs.time_step
+    on = wp.where(closed, real(1.0), real(0.0))
+    anchor = wp.where(closed and size(anchor) < LOOSE, anchor, place)
     nx = fx
     nz = fz
     au = eu
     bu = du
     al = el
     bl = dl
-    gap = after
     grown = smaller(after - before, real(0.0))
     slip = spot - place
-    anchor = wp.where(before <= near and size(anchor) < LOOSE, anchor, place)
+    gap = after
     creep = spot - anchor
-    dn = on / (m + lm + j * eu * eu + lj * el * el)
+    normal = m + lm + j * eu * eu + lj * el * el
+    dn = on / normal
+    soft = on / (normal + knobs.softness)
     dt = on / (m + lm + j * du * du + lj * dl * dl)
     was = n
     n = on * n
@@ -302,70 +305,37 @@ def sweep(
 
 
 @wp.func
-def harden(m: real, j: real, lm: real, lj: real, au: real, al: real, dn: real, more: real) -> real:
-    """Multiplier for a metre of gap, if not `dn`, of an open end, by what is `more` [1/kg]."""
-    return wp.where(dn > real(0.0), real(1.0) / (m + lm + j * au * au + lj * al * al + more), dn)
-
-
-@wp.func
-def leave(
-    live: bool, dv: real, knobs: Knobs, m: real, j: real, lm: real, lj: real,
-    au1: real, al1: real, gap1: real, creep1: real,
-    au2: real, al2: real, gap2: real, creep2: real,
-    vx: real, vz: real, omega: real, qx: real, qz: real, qo: real,
-    n1: real, t1: real, n2: real, t2: real,
-    ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real], loss: wp.ref[real],
-    need1: wp.ref[real], slip1: wp.ref[real], dn1: wp.ref[real], n_kept1: wp.ref[real], t_kept1: wp.ref[real],
-    need2: wp.ref[real], slip2: wp.ref[real], dn2: wp.ref[real], n_kept2: wp.ref[real], t_kept2: wp.ref[real],
+def travel(
+    live: bool, dv: real, knobs: Knobs, m: real, j: real,
+    qx: real, qz: real, qo: real, rx: real, rz: real, ro: real,
+    x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
+    vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real], loss: wp.ref[real],
 ):  # fmt: skip
-    """Takes velocity (ux, uz, uo) and multipliers out of the velocity pass; then on to poses.
+    """Moves a block, where its lane is alive, and gives it its velocity.
 
-    What its contacts take from the energy of a block, by their work on the mean velocity of the
-    step, is added to the loss [J].
+    The corrections of its predicted velocity, times the time step, are (qx, qz, qo), those of its
+    predicted pose (rx, rz, ro). What its contacts take from its energy is added to the loss [J]:
+    their work on the mean velocity of the step, less what poses are lifted by beyond velocities.
     """
+    dt = knobs.time_step
+    x = wp.where(live, x + (dt * vx + rx), x)
+    z = wp.where(live, z + (dt * vz + rz), z)
+    theta = wp.where(live, theta + (dt * omega + ro), theta)
+    s = sine(theta)
+    c = cosine(theta)
     # Change of the velocity by contacts; it times the sum of the velocities before and after.
     px = knobs.rate * qx
     pz = knobs.rate * qz
     po = knobs.rate * qo
-    fall = knobs.time_step * knobs.gravity
-    linear = px * (vx + dv + vx + px) + pz * (vz + fall + vz + pz)
-    done = real(0.5) * (linear / m + po * (omega + omega + po) / j)
-    loss = loss + wp.where(live, knobs.gravity * qz / m - done, real(0.0))
-    ux = vx + px
-    uz = vz + pz
-    uo = omega + po
-    need1 = gap1
-    need2 = gap2
-    slip1 = creep1
-    slip2 = creep2
-    dn1 = harden(m, j, lm, lj, au1, al1, dn1, knobs.softness)
-    dn2 = harden(m, j, lm, lj, au2, al2, dn2, knobs.softness)
-    n_kept1 = n1
-    t_kept1 = t1
-    n_kept2 = n2
-    t_kept2 = t2
+    linear = px * (vx + dv + vx + px) + pz * (vz + dt * knobs.gravity + vz + pz)
+    done = real(0.5) * (linear / m + po * (omega + omega + po) / j) + knobs.gravity * (rz - qz) / m
+    loss = loss - wp.where(live, done, real(0.0))
+    vx = vx + px
+    vz = vz + pz
+    omega = omega + po
 
 
 @wp.func
-def travel(
-    live: bool, knobs: Knobs, m: real, vx: real, vz: real, omega: real, qx: real, qz: real,
-    qo: real, x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real],
-    c: wp.ref[real], loss: wp.ref[real],
-):  # fmt: skip
-    """Moves a block to its predicted and corrected pose, where its lane is alive.
-
-    Where contacts lift it by more than its new velocity does (see `leave`), energy is won.
-    """
-    dt = knobs.time_step
-    loss = loss - wp.where(live, knobs.gravity * qz / m, real(0.0))
-    x = wp.where(live, x + (dt * vx + qx), x)
-    z = wp.where(live, z + (dt * vz + qz), z)
-    theta = wp.where(live, theta + (dt * omega + qo), theta)
-    s = sine(theta)
-    c = cosine(theta)
-
-
-@wp.func
-def loosen(mu: real, n: real, t: real, anchor: real) -> real:
+def held(mu: real, n: real, t: real, anchor: real) -> real:
     """Anchor of an end after a step with the multipliers n, t of its pose: none if it slips."""
     return wp.where(size(t) < mu * n, anchor, LOOSE)

@@ -38,10 +38,9 @@ sine, cosine = scalar.sine, scalar.cosine
 Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Knobs, predict, approach, sweep = xpbd.Knobs, xpbd.predict, xpbd.approach, xpbd.sweep
-leave, travel, loosen, TURNS = xpbd.leave, xpbd.travel, xpbd.loosen, xpbd.TURNS
+travel, held, TURNS, LOOSE = xpbd.travel, xpbd.held, xpbd.TURNS, xpbd.LOOSE
 stand, GROUND_FACE = impulse.stand, impulse.GROUND_FACE
 
-LOOSE = xpbd.LOOSE
 HALF_PI = real(1.5707963267948966)
 HALF = real(0.5)
 NEVER = real(1.0e30)
@@ -120,6 +119,8 @@ Lane = wp.types.vector(length=LANES, dtype=real)
 LaneInt = wp.types.vector(length=LANES, dtype=int)
 Body = wp.types.matrix(shape=(BLOCKS + 1, LANES), dtype=real)
 Point = wp.types.matrix(shape=(2 * BLOCKS, LANES), dtype=real)
+Move = wp.types.matrix(shape=(2 * BLOCKS + 2, LANES), dtype=real)
+Pass = wp.types.matrix(shape=(4 * BLOCKS, LANES), dtype=real)
 
 
 @wp.func
@@ -140,8 +141,7 @@ def set_up(
     block: Block, side: real, face: wp.ref[real], high: wp.ref[real],
     m: wp.ref[real], j: wp.ref[real], mu: wp.ref[real], offset: wp.ref[real],
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
-    peak: wp.ref[real], lean: wp.ref[real], n1: wp.ref[real], anchor1: wp.ref[real],
-    n2: wp.ref[real], anchor2: wp.ref[real],
+    peak: wp.ref[real], lean: wp.ref[real], n1: wp.ref[real], n2: wp.ref[real],
 ):  # fmt: skip
     """Puts a block where it starts."""
     face = block.face
@@ -157,8 +157,6 @@ def set_up(
     c = cosine(block.theta)
     peak = size(block.theta)
     lean = side
-    anchor1 = LOOSE
-    anchor2 = LOOSE
     n1 = wp.where(side > real(0.0), block.left, block.right)
     n2 = wp.where(side > real(0.0), block.right, block.left)
 
@@ -167,6 +165,12 @@ def set_up(
 def kept_of(count: int) -> real:
     """Part of the new velocities that a step keeps: while multipliers settle they are put back."""
     return wp.where(count > 0, real(1.0), wp.where(count == 0, -HALF, real(0.0)))
+
+
+@wp.func
+def late(mode: int, past: real) -> real:
+    """Time by which a lane that still runs has passed a sample [s]."""
+    return wp.where(mode == ROCKING, larger(past, real(0.0)), real(0.0))
 
 
 @wp.func
@@ -188,36 +192,51 @@ def ride(
 
 
 @wp.func
+def start_poses(
+    qx: real, qz: real, qo: real, n1: real, t1: real, n2: real, t2: real,
+    rx: wp.ref[real], rz: wp.ref[real], ro: wp.ref[real],
+    pose_n1: wp.ref[real], pose_t1: wp.ref[real], pose_n2: wp.ref[real], pose_t2: wp.ref[real],
+):  # fmt: skip
+    """Starts the pose pass of a block from what the velocity pass has found."""
+    rx = qx
+    rz = qz
+    ro = qo
+    pose_n1 = n1
+    pose_t1 = t1
+    pose_n2 = n2
+    pose_t2 = t2
+
+
+@wp.func
 def finish(
-    live: bool, time: real, kept: real, knobs: Knobs, m: real,
-    qx: real, qz: real, qo: real, ux: real, uz: real, uo: real,
-    n_new1: real, t_new1: real, was1: real, n_new2: real, t_new2: real, was2: real,
+    live: bool, time: real, kept: real, dv: real, knobs: Knobs, m: real, j: real, mu: real,
+    qx: real, qz: real, qo: real, rx: real, rz: real, ro: real,
+    n1: real, was1: real, pose_n1: real, pose_t1: real,
+    n2: real, was2: real, pose_n2: real, pose_t2: real,
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
     vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real],
-    mu: real, n1: wp.ref[real], t1: wp.ref[real], anchor1: wp.ref[real],
-    n2: wp.ref[real], t2: wp.ref[real], anchor2: wp.ref[real], loss: wp.ref[real],
-    mode: wp.ref[int], uplift_time: wp.ref[real], moved: wp.ref[real], impacts: wp.ref[int],
+    anchor1: wp.ref[real], anchor2: wp.ref[real], loss: wp.ref[real], mode: wp.ref[int],
+    uplift_time: wp.ref[real], moved: wp.ref[real], impacts: wp.ref[int],
 ):  # fmt: skip
-    """Ends a step of a block: moves it, gives it its velocity; whether its interface rocks.
+    """Ends a step of a block, see `travel`; whether that is finite, and its interface rocks.
 
-    Ends have landed whose multiplier was nothing in the last step.
+    It keeps a part of its velocity (`kept`). Ends have landed whose multiplier was nothing in the
+    last step.
     """
     zero = real(0.0)
-    travel(live, knobs, m, vx, vz, omega, qx, qz, qo, x, z, theta, s, c, loss)
-    speed = ux + uz + uo
+    travel(
+        live, dv, knobs, m, j, qx, qz, qo, rx, rz, ro, x, z, theta, s, c, vx, vz, omega, loss
+    )  # fmt: skip
+    speed = vx + vz + omega
     mode = wp.where(live and mode == ROCKING and speed - speed != zero, BROKEN, mode)
-    vx = kept * ux
-    vz = kept * uz
-    omega = kept * uo
-    anchor1 = loosen(mu, n1, t1, anchor1)
-    anchor2 = loosen(mu, n2, t2, anchor2)
-    n1 = n_new1
-    t1 = t_new1
-    n2 = n_new2
-    t2 = t_new2
-    lifted = live and (n_new1 <= zero or n_new2 <= zero)
-    landed1 = wp.where(live and was1 <= zero and n_new1 > zero, 1, 0)
-    landed2 = wp.where(live and was2 <= zero and n_new2 > zero, 1, 0)
+    vx = kept * vx
+    vz = kept * vz
+    omega = kept * omega
+    anchor1 = held(mu, pose_n1, pose_t1, anchor1)
+    anchor2 = held(mu, pose_n2, pose_t2, anchor2)
+    lifted = live and (n1 <= zero or n2 <= zero)
+    landed1 = wp.where(live and was1 <= zero and n1 > zero, 1, 0)
+    landed2 = wp.where(live and was2 <= zero and n2 > zero, 1, 0)
     uplift_time = wp.where(lifted and uplift_time >= NEVER, time, uplift_time)
     moved = wp.where(lifted, time, moved)
     impacts = impacts + landed1 + landed2
@@ -257,25 +276,16 @@ def stacks(
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
-    first, zero, dt = wp.tid() * LANES, real(0.0), knobs.time_step
+    first, dt = wp.tid() * LANES, knobs.time_step
     # Rows of bodies, the ground first: what they are, where, how fast, and what is kept of them.
-    face, high, m, j, mu, offset = Body(), Body(), Body(), Body(), Body(), Body()
+    face, high, m, j, mu, offset, far = Body(), Body(), Body(), Body(), Body(), Body(), Body()
     x, z, theta, s, c, ps, pc = Body(), Body(), Body(), Body(), Body(), Body(), Body()
-    vx, vz, omega, qx, qz, qo, ux, uz = (
-        Body(),
-        Body(),
-        Body(),
-        Body(),
-        Body(),
-        Body(),
-        Body(),
-        Body(),
-    )
-    uo, lean, peak, peak_time, slide, peak_slide = Body(), Body(), Body(), Body(), Body(), Body()
-    # Rows of points: the first and the second end of interface 1, of interface 2, ...
-    nx, nz, au, bu, al, bl, n = Point(), Point(), Point(), Point(), Point(), Point(), Point()
-    gap, need, slip, dn, ds, t, was = Point(), Point(), Point(), Point(), Point(), Point(), Point()
-    kn, kt, creep, anchor = Point(), Point(), Point(), Point()
+    vx, vz, omega, lean, peak, when, slide = Body(), Body(), Body(), Body(), Body(), Body(), Body()
+    # Rows of points, two an interface; then of bodies and points in the one and the other pass.
+    nx, nz, au, bu, al, bl, ds = Point(), Point(), Point(), Point(), Point(), Point(), Point()
+    was, anchor = Point(), Point(LOOSE)
+    qx, qz, qo = Move(), Move(), Move()
+    need, slip, dn, n, t = Pass(), Pass(), Pass(), Pass(), Pass()
     base, dv, hint, loss, lift, moved = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     impacts, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
     # Counts that Warp does not know, so that it writes out none of the loops over them.
@@ -286,14 +296,12 @@ def stacks(
             set_up(
                 blocks[k - 1, first + i], lanes[first + i].lean, face[k, i], high[k, i], m[k, i],
                 j[k, i], mu[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
-                peak[k, i], lean[k, i], n[2 * k - 2, i], anchor[2 * k - 2, i], n[2 * k - 1, i],
-                anchor[2 * k - 1, i],
+                peak[k, i], lean[k, i], n[2 * k - 2, i], n[2 * k - 1, i],
             )  # fmt: skip
     count = int(-SETTLING)
     time = real(count) * dt
     for sample in range(sample_times.shape[0]):
-        until = sample_times[sample]
-        while time < until:
+        while time < sample_times[sample]:
             count += 1
             time = real(count) * dt
             half, kept = larger(time - HALF * dt, HALF * dt), kept_of(count)
@@ -312,7 +320,7 @@ def stacks(
                         anchor[q, i],
                     )  # fmt: skip
             for p in range(points):
-                low, k, turn = p // 2, p // 2 + 1, real(2 * (p % 2) - 1)
+                low, k, r, turn = p // 2, p // 2 + 1, points + p, real(2 * (p % 2) - 1)
                 for i in range(LANES):
                     dx, dz = x[k, i] - x[low, i], z[k, i] - z[low, i]
                     approach(
@@ -320,59 +328,56 @@ def stacks(
                         pc[k, i], m[k, i], j[k, i], face[low, i], high[low, i], s[low, i],
                         c[low, i], ps[low, i], pc[low, i], m[low, i], j[low, i], dx, dz,
                         dx + dt * (vx[k, i] - vx[low, i]), dz + dt * (vz[k, i] - vz[low, i]), knobs,
-                        nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], gap[p, i],
-                        need[p, i], slip[p, i], creep[p, i], anchor[p, i], dn[p, i], ds[p, i],
-                        was[p, i], n[p, i], t[p, i], qx[k, i], qz[k, i], qo[k, i], qx[low, i],
-                        qz[low, i], qo[low, i],
+                        nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], need[p, i],
+                        slip[p, i], dn[p, i], need[r, i], slip[r, i], dn[r, i], ds[p, i],
+                        anchor[p, i], was[p, i], n[p, i], t[p, i], qx[k, i], qz[k, i], qo[k, i],
+                        qx[low, i], qz[low, i], qo[low, i],
                     )  # fmt: skip
-            for part in range(2):  # Velocities, then poses.
+            for part in range(2):  # Velocities, then poses, which start from what those took.
+                for k in range(1, bodies * part):
+                    for i in range(LANES):
+                        start_poses(
+                            qx[k, i], qz[k, i], qo[k, i], n[2 * k - 2, i], t[2 * k - 2, i],
+                            n[2 * k - 1, i], t[2 * k - 1, i], qx[bodies + k, i], qz[bodies + k, i],
+                            qo[bodies + k, i], n[points + 2 * k - 2, i], t[points + 2 * k - 2, i],
+                            n[points + 2 * k - 1, i], t[points + 2 * k - 1, i],
+                        )  # fmt: skip
                 for step in range(sweeps * BLOCKS):
-                    low = step % BLOCKS
-                    k, p, q = low + 1, 2 * low, 2 * low + 1
+                    k, p, q = step % BLOCKS + 1, step % BLOCKS * 2, step % BLOCKS * 2 + 1
+                    u, r, w = k + part * bodies, p + part * points, q + part * points
                     for i in range(LANES):
                         sweep(
-                            mu[k, i], m[k, i], j[k, i], m[low, i], j[low, i], nx[p, i], nz[p, i],
-                            au[p, i], bu[p, i], al[p, i], bl[p, i], need[p, i], slip[p, i],
-                            dn[p, i], ds[p, i], nx[q, i], nz[q, i], au[q, i], bu[q, i], al[q, i],
-                            bl[q, i], need[q, i], slip[q, i], dn[q, i], ds[q, i], n[p, i], t[p, i],
-                            n[q, i], t[q, i], qx[k, i], qz[k, i], qo[k, i], qx[low, i], qz[low, i],
-                            qo[low, i],
-                        )  # fmt: skip
-                for k in range(1, bodies - part * BLOCKS):
-                    low, p, q = k - 1, 2 * k - 2, 2 * k - 1
-                    for i in range(LANES):
-                        leave(
-                            lives[i] > 0, dv[i], knobs, m[k, i], j[k, i], m[low, i], j[low, i],
-                            au[p, i], al[p, i], gap[p, i], creep[p, i], au[q, i], al[q, i],
-                            gap[q, i], creep[q, i], vx[k, i], vz[k, i], omega[k, i], qx[k, i],
-                            qz[k, i], qo[k, i], n[p, i], t[p, i], n[q, i], t[q, i], ux[k, i],
-                            uz[k, i], uo[k, i], loss[i], need[p, i], slip[p, i], dn[p, i], kn[p, i],
-                            kt[p, i], need[q, i], slip[q, i], dn[q, i], kn[q, i], kt[q, i],
+                            mu[k, i], m[k, i], j[k, i], m[k - 1, i], j[k - 1, i], nx[p, i],
+                            nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], need[r, i],
+                            slip[r, i], dn[r, i], ds[p, i], nx[q, i], nz[q, i], au[q, i], bu[q, i],
+                            al[q, i], bl[q, i], need[w, i], slip[w, i], dn[w, i], ds[q, i], n[r, i],
+                            t[r, i], n[w, i], t[w, i], qx[u, i], qz[u, i], qo[u, i], qx[u - 1, i],
+                            qz[u - 1, i], qo[u - 1, i],
                         )  # fmt: skip
             for k in range(1, bodies):
-                low, p, q = k - 1, 2 * k - 2, 2 * k - 1
+                low, p, q, u = k - 1, 2 * k - 2, 2 * k - 1, bodies + k
                 for i in range(LANES):
                     finish(
-                        lives[i] > 0, time, kept, knobs, m[k, i], qx[k, i], qz[k, i], qo[k, i],
-                        ux[k, i], uz[k, i], uo[k, i], kn[p, i], kt[p, i], was[p, i], kn[q, i],
-                        kt[q, i], was[q, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
-                        vx[k, i], vz[k, i], omega[k, i], mu[k, i], n[p, i], t[p, i], anchor[p, i],
-                        n[q, i], t[q, i], anchor[q, i], loss[i], mode[i], lift[i], moved[i],
-                        impacts[i],
+                        lives[i] > 0, time, kept, dv[i], knobs, m[k, i], j[k, i], mu[k, i],
+                        qx[k, i], qz[k, i], qo[k, i], qx[u, i], qz[u, i], qo[u, i], n[p, i],
+                        was[p, i], n[points + p, i], t[points + p, i], n[q, i], was[q, i],
+                        n[points + q, i], t[points + q, i], x[k, i], z[k, i], theta[k, i], s[k, i],
+                        c[k, i], vx[k, i], vz[k, i], omega[k, i], anchor[p, i], anchor[q, i],
+                        loss[i], mode[i], lift[i], moved[i], impacts[i],
                     )  # fmt: skip
                     observe(
                         lives[i] > 0, time, theta[k, i], theta[low, i], face[k, i], high[k, i],
                         s[k, i], c[k, i], face[low, i], high[low, i], s[low, i], c[low, i],
                         x[k, i] - x[low, i], z[k, i] - z[low, i], offset[k, i], peak[k, i],
-                        peak_time[k, i], slide[k, i], peak_slide[k, i], mode[i],
+                        when[k, i], slide[k, i], far[k, i], mode[i],
                     )  # fmt: skip
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):
                 for i in range(LANES):
-                    past = wp.where(mode[i] == ROCKING, larger(time - until, zero), zero)
+                    past = late(mode[i], time - sample_times[sample])
                     found.rotations[sample, k - 1, first + i] = theta[k, i] - past * omega[k, i]
     for i in range(LANES):
         found.results[first + i] = Result(lift[i], moved[i], loss[i], impacts[i], mode[i], steps[i])
         for k in range(1, bodies):
-            block = BlockResult(slide[k, i], peak[k, i], peak_time[k, i], peak_slide[k, i])
+            block = BlockResult(slide[k, i], peak[k, i], when[k, i], far[k, i])
             found.blocks[k - 1, first + i] = block
