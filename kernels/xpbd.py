@@ -11,36 +11,40 @@ other. Of the two bodies of an interface the lower one's names begin with l.
 One sub-step of length h:
 
     1. predict: velocity v* = v + h (0, -g) - (dv_base, 0) and pose q* = q + h v*;
-    2. the ends whose gap at q is at most g h^2 are contacts. Their gaps and their places along the
-       faces are taken at q and at q*, exactly; their gradients J at q;
-    3. `iterations` Gauss-Seidel sweeps over the contacts, each of which moves the two bodies of
-       its interface by M^-1 J^T times its multipliers n, t [kg m] (impulses are n / h, t / h):
-           normal    gap + (alpha / h^2) n >= 0, n >= 0, one of them zero
-           friction  place - place at q = 0, |t| <= mu n
-       alpha is the compliance of one contact [m/N]. The multipliers start from the last ones;
-    4. q(n + 1) = q* + correction, v = (q(n + 1) - q(n)) / h;
-    5. velocity pass, as many sweeps again over the multipliers of step 3, for the velocity alone:
-       a gap may grow no faster than predicted, and not at all if it was to shrink; for that its
-       n gives way, down to zero. Friction follows within mu n. This is restitution zero.
+    2. the ends whose gap at q is at most g h^2, a step's fall, are contacts. Their gaps and their
+       places along the faces are taken at q and at q*, exactly; their gradients J at q;
+    3. both passes are `iterations` Gauss-Seidel sweeps over the contacts, each of which corrects
+       the two bodies of its interface by M^-1 J^T times its multipliers n, t [kg m] (impulses are
+       n / h, t / h). They share the rows and differ in what these ask for:
+           velocity pass:  growth of the gap from q = 0,  slip from q = 0
+           pose pass:      gap + (alpha / h^2) n = 0,     distance from the anchor = 0
+       or more than that with n = 0; and |t| <= mu n. alpha is the compliance of one contact
+       [m/N]. The velocity pass starts from its last multipliers, the pose pass from the new ones;
+    4. v(n + 1) = v* + correction of the velocity pass / h, q(n + 1) = q* + that of the pose pass.
+
+The velocity pass is restitution zero: without it v would be (q(n + 1) - q(n)) / h. That it comes
+first makes it a start for the poses; neither pass depends on the other's result. The anchor is the
+place where an end came to stick; it goes when the pose pass slips there or the end opens.
 
 How it comes to rigid contact, at first order:
 
-- Between impacts gap and place change by differences of exact poses, v is the chord of the motion,
-  and J is taken where the force acts: SHAKE, of second order. Step 5 finds nothing to do. (With J
-  at q*, as in implicit schemes, the force would turn h too late and rocking would gain on its
-  period; with J v for the rate of a gap step 5 would brake every turn.)
+- Growth and slip are differences of exact poses, so that v is the chord of the motion, and J is
+  taken where the force acts: between impacts both passes agree, and the scheme is SHAKE, of second
+  order. (With J at q* it would be of first order everywhere; with J v for the growth of a gap a
+  turn about a corner would be braked at every step.)
 - At an impact a corner goes through the face, for it is no contact until the sub-step after. That
-  one pushes it out by M^-1 J^T, which moves the pose to where a block that had bounced off in
-  time would be; but v is then too large by penetration / h, which does not vanish with h. Step 5
-  takes that away: what stays of n / h is the plastic impulse, Housner's. Without it the impact
-  would be elastic in part, and XPBD would not converge.
+  one pushes it out by M^-1 J^T, which moves the pose to where a block would be that had met the
+  face in time. Divided by h that push would be a velocity that does not vanish with h, a bounce;
+  the velocity pass leaves the plastic impulse alone, which is Housner's.
 - What stays is of the order of h: the old corner carries until the end of the sub-step of the
-  impact, wherever in it the impact was. That is half a sub-step too long or too short, with a
-  mean of nothing. (If the corner were stopped at the face, it would be too short by one sub-step
-  on the average, and errors four times as large.)
-- A compliance alone would make impacts elastic as h -> 0; step 5 keeps them plastic at any.
-
-A resting contact is pressed in by alpha times its force.
+  impact, wherever in it the impact was; half a sub-step too long or too short, nothing in the mean.
+  (Stopped at the face, a corner would take over too early, by a sub-step in the mean.)
+- Compliance presses poses in and leaves velocities alone: impacts are plastic at any, and both
+  limits, h -> 0 and alpha -> 0, may be taken in any order. At rest an end is pressed in by alpha
+  times its force; it gets there as an overdamped spring.
+- Sweeps that end early leave gaps and slips. Those come back in the next step, because gaps are
+  absolute and an end that sticks keeps its anchor: what the sweeps reduce stays reduced. (With
+  slip counted from the start of each sub-step alone, tall stacks creep and their errors grow.)
 
 Macklin, Mueller and Chentanez (2016) for compliance, Macklin et al. (2019) for sub-steps, Mueller
 et al. (2020) for rigid bodies and the velocity pass; Ryckaert, Ciccotti and Berendsen (1977) for
@@ -202,8 +206,8 @@ def approach(
     """Finds a point at the start of the step and as predicted, and starts it from before.
 
     (px, pz) is (dx, dz) as predicted, ps and pc are the sine and the cosine, see `meet`. Found are
-    the normal and the levers at the start. For the velocity pass: by how much the gap would grow,
-    if not more than nothing, and the place (`slip`) [m], and dn, the normal multiplier for a metre
+    the normal and the levers at the start. For the velocity pass: by how much the gap would grow
+    and the place change (`slip`) [m], and dn, the normal multiplier for a metre
     of gap [kg], nothing of an open end. For the pose pass: the gap, how far the place would be from
     its anchor (`creep`), and `soft` like dn. For both: dt, the tangential multiplier for a metre;
     and `was`, the last normal multiplier. The lower body's correction is (lx, lz, lo).
@@ -223,7 +227,7 @@ def approach(
     bu = du
     al = el
     bl = dl
-    grown = smaller(after - before, real(0.0))
+    grown = after - before
     slip = spot - place
     gap = after
     creep = spot - anchor
