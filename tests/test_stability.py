@@ -253,8 +253,8 @@ def test_a_moving_base_gives_energy():
 def test_an_engine_agrees_with_its_reference_on_small_steps(table: pd.DataFrame):
     fine = table[(table["map"] == "step") & (table["step_s"] <= 1e-6 * (1 + 1e-9))]
     assert set(fine["engine"]) == {"impulse", "event"}
-    # First order in a step of 1e-6 s, over 150 of them.
-    assert fine["compared"].all()
+    # First order in a step of 1e-6 s, over 150 of them, in which few blocks come down.
+    assert 0 < fine["compared"].sum() < len(fine)
     assert fine["error"].max() < 1e-5
     own = table[(table["engine"] == "housner") & table["compared"]]
     assert own["error"].max() == 0.0
@@ -320,7 +320,7 @@ def test_limits_are_where_the_numbers_say():
     assert limits["step_s_error_0.001"] == 1e-4
     # It holds at 0.1 s again, which nobody would rely on.
     assert limits["step_s_error_0.01"] == 1e-3
-    assert limits["step_s_absurd"] == 0.1
+    assert limits["step_s_usable"] == 0.1
     grew = np.arange(40) >= 20
     rows = counted(errors, steps, grew=grew, growth=np.where(grew, 0.02, 0.0))
     assert summarise(rows)["engines"][0]["limits"]["step_s_energy"] == 1e-3
@@ -335,7 +335,7 @@ def test_sentences_follow_the_numbers():
     sound = " ".join(summarise(counted([1e-5] * 20, steps))["engines"][0]["sentences"])
     assert "20 lanes (20 ok); every number is finite" in sound
     assert "no status passes an absurd number" in sound
-    assert "within 0.001 of the slenderness angle up to 0.01 s" in sound
+    assert "stays below 0.001 up to 0.01 s, below 0.01 up to 0.01 s" in sound
     assert "No lane of 20" in sound
     absurd = np.arange(20) == 19
     rows = counted([0.5] * 20, steps, absurd=absurd, grew=absurd, growth=np.where(absurd, 3.0, 0.0))
@@ -343,7 +343,7 @@ def test_sentences_follow_the_numbers():
     wrong = " ".join(found["engines"][0]["sentences"])
     assert "1 (5 %) have absurd numbers that their status passes" in wrong
     assert "not even at the smallest step" in wrong
-    assert "numbers are never absurd up to 0.001 s" in wrong
+    assert "every number may be used up to 0.001 s" in wrong
     assert [row["growth"] for row in found["defects"]] == [3.0]
     lines = "\n".join(tables_stability.summary_lines({"explained": "words", **found}))
     assert "Defect: map step (one of 1 lanes)" in lines

@@ -206,11 +206,12 @@ def measure(
     Returns:
         Columns, shape [lane] each: `status`, `outcome`, `usable` (the status lets the numbers
         pass), `finite`, `growth` (energy gained over energy held, NaN where the base moves),
-        `grew` (growth over `GROWTH_BOUND`), `absurd` (usable, but not finite, turned further than
-        pi/2, or energy more than doubled), `error` (largest |rotation - reference| / slenderness
-        angle while both stand; NaN where not usable or without a reference), `compared` (there is
-        one), `same_outcome` (1 if both or neither overturned, NaN alike), `peak_ratio` and
-        `step_count`.
+        `grew` (usable, growth over `GROWTH_BOUND`), `absurd` (usable, but not finite, turned
+        further than pi/2, or energy more than doubled, see `soundness.exploded`), `error` (largest
+        |rotation - reference| / slenderness angle while both stand; NaN where not usable or
+        without a reference), `compared` (there is one that holds, and the blocks came down in it
+        once if let go), `same_outcome` (1 if both or neither overturned, NaN alike), `peak_ratio`
+        and `step_count`.
     """
     status = response["status"]
     usable = np.isin(status, USABLE)
@@ -271,7 +272,8 @@ def _duration(part: Part, size: AtlasSize, grid: LaneGrid, launch: Launch) -> fl
     if found.order is None:
         return longest
     engine = found(launch.settings, Target(part.precision))
-    return min(longest, size.steps * float(engine.longest_step(grid.lanes, grid.motions).min()))
+    most = part.map.runs_longer * size.steps
+    return min(longest, most * float(engine.longest_step(grid.lanes, grid.motions).min()))
 
 
 def _reference(
@@ -323,6 +325,8 @@ def _errors(
     difference = np.where(standing, np.abs(ours - theirs), 0.0) / angle
     holds = _reference_holds(part, response["peak_slide"][compared])
     holds &= reference["status"] == Status.OK
+    # A released block that has not come down yet has tried no contact.
+    holds &= ~part.free | (reference["impact_count"] > 0) | reference_fell
     error[compared] = np.where(holds, difference.max(axis=(1, 2)), np.nan)
     same[compared] = np.where(holds, fell == reference_fell, np.nan)
     return error, same

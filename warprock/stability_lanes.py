@@ -48,7 +48,7 @@ class AtlasSize:
 
     Attributes:
         points: Values along an axis; of time steps at most 11, two a decade.
-        steps: Most time steps of a launch; its duration is cut to them.
+        steps: Most time steps of a launch with many lanes; its duration is cut to them.
         duration: Longest time that a launch covers [s].
         iterations: Sweeps of the contact solver that are tried; a kernel is built for each.
     """

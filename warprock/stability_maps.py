@@ -60,6 +60,7 @@ class AtlasMap:
         launches: Its launches for an engine; none where the engine lacks the knobs.
         other_y: A column that is drawn up in a second figure.
         soft: Whether its contacts are soft, so that blocks need not stand where rigid ones do.
+        runs_longer: Its steps over those of the size: it has few lanes.
         longest: Longest time that it is run for [s], the size's if that is shorter.
     """
 
@@ -71,6 +72,7 @@ class AtlasMap:
     launches: Callable[[str, AtlasSize], list[Launch]]
     other_y: str | None = None
     soft: bool = False
+    runs_longer: int = 1
     longest: float = math.inf
 
 
@@ -188,6 +190,7 @@ MAPS = (
         released_evenly_wide,
         _by_step_and_stiffness,
         soft=True,
+        runs_longer=8,
     ),
     AtlasMap(
         "safety",

@@ -19,12 +19,10 @@ BOUNDS = (1e-3, 1e-2)
 """Errors over the slenderness angle at which engines are trusted."""
 SHARE = 0.9
 """Part of the compared lanes that has to stay below a bound."""
-LONG_ENOUGH = 1.0
-"""Time that a launch has to cover for its errors to count where stiffnesses are compared [s]."""
 RELEASED = 0.03
 """Start over the slenderness angle from which on a gain of energy is held against a step: what a
 block let go from less holds is next to nothing."""
-DEFECTS_SHOWN = 3
+DEFECTS_SHOWN = 1
 """Worst lanes of an engine and precision on a map that are listed as defects."""
 
 Mask = npt.NDArray[np.bool_]
@@ -68,6 +66,10 @@ def reach(rows: pd.DataFrame, column: str, sound: Callable[[pd.DataFrame], bool]
     return found
 
 
+def _all_usable(rows: pd.DataFrame) -> bool:
+    return bool(rows["usable"].all() and not rows["absurd"].any())
+
+
 def _holds(bound: float) -> Callable[[pd.DataFrame], bool]:
     return lambda lanes: within(lanes, bound) >= SHARE
 
@@ -98,7 +100,7 @@ def _limits(rows: pd.DataFrame) -> dict[str, Any]:
             found[f"{column}_error_{bound:g}"] = reach(part, column, _holds(bound))
         released = part[part["start_ratio"] >= RELEASED]
         found[f"{column}_energy"] = reach(released, column, lambda lanes: not lanes["grew"].any())
-        found[f"{column}_absurd"] = reach(part, column, lambda lanes: not lanes["absurd"].any())
+        found[f"{column}_usable"] = reach(part, column, _all_usable)
     return found
 
 
@@ -137,42 +139,39 @@ def _of_steps(rows: pd.DataFrame, limits: dict[str, Any]) -> list[str]:
         shares = " and ".join(f"{_percent(within(rows, b))} within {b:g}" for b in BOUNDS)
         return [f"Free rocking, no time step: {shares} of the slenderness angle. {_grown(rows)}"]
     low, high = rows["step_s"].min(), rows["step_s"].max()
-    texts = [
-        f"within {bound:g} of the slenderness angle {_up_to(limits[f'step_s_error_{bound:g}'])}"
-        for bound in BOUNDS
-    ]
+    texts = [f"{bound:g} {_up_to(limits[f'step_s_error_{bound:g}'])}" for bound in BOUNDS]
     return [
-        f"Free rocking at steps of {low:.2g} to {high:.2g} s: nine lanes in ten are "
-        f"{', '.join(texts)}. Blocks let go from {RELEASED:g} of it or more gain no energy "
-        f"{_up_to(limits['step_s_energy'])}; numbers are never absurd "
-        f"{_up_to(limits['step_s_absurd'])}. {_grown(rows)}"
+        f"Free rocking at steps of {low:.2g} to {high:.2g} s: the error of nine lanes in ten stays "
+        f"below {', below '.join(texts)}. Blocks let go from {RELEASED:g} of the slenderness angle "
+        f"or more gain no energy {_up_to(limits['step_s_energy'])}; every number may be used "
+        f"{_up_to(limits['step_s_usable'])}. {_grown(rows)}"
     ]
 
 
 def _of_stiffness(rows: pd.DataFrame, _limits: dict[str, Any]) -> list[str]:
-    found = []
-    long_enough = rows[rows["duration_s"] >= LONG_ENOUGH]
-    for step, part in long_enough.groupby("step_s"):
+    spans: list[tuple[int, float, str]] = []
+    for value, part in rows.groupby("step_s"):
         held = [
-            float(np.asarray(value))
-            for value, lanes in part.groupby("stiffness_n_m3")
+            float(np.asarray(stiffness, dtype=float))
+            for stiffness, lanes in part.groupby("stiffness_n_m3")
             if within(lanes, BOUNDS[1]) >= SHARE
         ]
+        step = float(np.asarray(value, dtype=float))
         if held:
-            found.append(f"{_span(held)} N/m^3 at {float(np.asarray(step)):.2g} s")
-    where = "; ".join(found) if found else "nowhere"
+            spans.append((len(held), step, f"{_span(held)} N/m^3 at steps of {step:.2g} s"))
+    where = max(spans)[2] if spans else "no stiffness at any step"
     return [
         f"Contact stiffness: nine lanes in ten are within {BOUNDS[1]:g} of a rigid block at "
-        f"{where} (runs of {LONG_ENOUGH:g} s or more). {_grown(rows)}"
+        f"{where}. {_grown(rows)}"
     ]
 
 
 def _of_safety(rows: pd.DataFrame, limits: dict[str, Any]) -> list[str]:
-    reached = limits["step_safety_absurd"]
+    reached = limits["step_safety_usable"]
     text = f"up to {reached:.2g}" if reached == reached else "not even at the smallest"
     tried = f"{rows['step_safety'].min():.2g} to {rows['step_safety'].max():.2g}"
     return [
-        f"Step over the largest stable one ({tried} tried): numbers are never absurd {text}. "
+        f"Step over the largest stable one ({tried} tried): every number may be used {text}. "
         f"{_grown(rows)}"
     ]
 
@@ -218,9 +217,10 @@ def _grown(rows: pd.DataFrame) -> str:
             f"No lane of {free} without base motion gained more than {_percent(GROWTH_BOUND)} of "
             "its energy."
         )
+    beyond = f", and {absurd} are absurd" if absurd else ""
     return (
         f"{grew} of {free} lanes without base motion ({_percent(grew / free)}) gained more than "
-        f"{_percent(GROWTH_BOUND)} of what they held; {absurd} lanes are absurd."
+        f"{_percent(GROWTH_BOUND)} of what they held{beyond}."
     )
 
 
