@@ -175,7 +175,9 @@ class SampleTimes:
         if self.interval is None:
             return np.array([self.duration])
         count = int(np.floor(self.duration / self.interval * (1.0 + 1e-12)))
-        return self.interval * np.arange(count + 1, dtype=np.float64)
+        samples = self.interval * np.arange(count + 1, dtype=np.float64)
+        # 140 x 0.005 s is more than 0.7 s by round-off: a time that a run would not come to.
+        return np.minimum(samples, self.duration)
 
 
 @dataclasses.dataclass(frozen=True)
