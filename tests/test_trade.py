@@ -94,7 +94,7 @@ def test_scenes_stay_within_what_their_references_know(name: str) -> None:
     assert np.all(response["status"] == Status.OK)
     assert np.all(np.isin(response["outcome"], (Outcome.AT_REST, Outcome.ROCKING)))
     rotation = np.abs(response["rotation"]).reshape(lanes.lane_count, -1).max(axis=1)
-    assert np.all(rotation > 1e-3)
+    assert np.all((rotation > 1e-3) & (rotation < 0.5 * np.pi))
 
 
 def test_a_block_that_is_pulled_is_no_pulse_of_the_trade() -> None:
@@ -121,6 +121,14 @@ def test_a_block_that_is_pulled_is_no_pulse_of_the_trade() -> None:
 def test_cases_belong_to_classes(case: str, name: str) -> None:
     lane_set = expand_lanes(load_case(case))
     assert scene_class(lane_set.lanes, lane_set.motions) == name
+
+
+def test_no_sample_comes_after_the_end_of_a_run() -> None:
+    """The kernels of stacks had no answer for it; 140 x 5 ms is 0.7000000000000001 s."""
+    for tenths in range(1, 200):
+        times = SampleTimes(tenths / 10.0, 5e-3).times
+        assert len(times) == 20 * tenths + 1
+        assert times[-1] <= tenths / 10.0
 
 
 def test_error_of_a_lane_is_that_of_its_worst_block_and_infinite_without_an_answer() -> None:
