@@ -241,7 +241,7 @@ def step(
     uo = m * omega
     mu = block.friction
     touches = smaller(gap1, gap2) <= knobs.margin
-    bound = wp.where(touches, knobs.box * mu * (n1 + n2), zero)
+    bound = wp.where(touches, larger(knobs.box * mu * (n1 + n2), zero), zero)
     on1 = wp.where(gap1 <= knobs.margin, one, zero)
     on2 = wp.where(gap2 <= knobs.margin, one, zero)
     miss, p1, p2, f = solve(

@@ -48,7 +48,7 @@ SWEPT_TRIES = 6
 """First tries, from sweeps."""
 PATIENCE = 10
 """Tries that turn all rows that break their law without there being fewer of them."""
-ROUND_OFF = real(1.0e-12 if PRECISION == "float64" else 1.0e-4)
+ROUND_OFF = real(1.0e-10 if PRECISION == "float64" else 1.0e-4)
 """Residual that counts as none, over the velocities that add up to it."""
 BARELY = real(1.0 - 1.0e-9)
 """Part of its bound from which on a friction counts as sliding."""

@@ -244,8 +244,10 @@ def step(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, dv: real, hint:
             done += (v[a] - free[a]) * (v[a] + state.velocity[a]) / weight
         work += HALF * done
         to_right = after.lean[k] > real(0.0)
-        after.left[k] = wp.where(to_right, p[3 * k], p[3 * k + 1])
-        after.right[k] = wp.where(to_right, p[3 * k + 1], p[3 * k])
+        # What carries next to nothing may be below zero by round-off.
+        n1, n2 = larger(p[3 * k], real(0.0)), larger(p[3 * k + 1], real(0.0))
+        after.left[k] = wp.where(to_right, n1, n2)
+        after.right[k] = wp.where(to_right, n2, n1)
         after.along[k] = after.lean[k] * p[3 * k + 2]
     after.velocity = v
     return after, work, solved

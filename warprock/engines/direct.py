@@ -26,7 +26,9 @@ OVERTURNED, BROKEN, UNSOLVED = 2, 3, 4
 
 @final
 class Direct(AbstractEngine):
-    """Springs and dashpots under the corners, backward Euler, contact impulses solved exactly.
+    """Springs and dashpots at the corners, backward Euler, contact impulses solved exactly.
+
+    A single block by trying each way to touch, a stack by pivoting.
 
     The time step is that of Eq. 9 of the paper, stiffness and damping act as CFM and ERP (Eq. 13).
     First order in the step; at the default stiffness the contacts are rigid, as Housner's. A block
