@@ -198,6 +198,36 @@ def test_a_stack_that_nothing_lifts_rests(count: int) -> None:
         assert np.all(np.abs(response["energy_lost"]) < 1e-8 * count)
 
 
+def test_eccentric_stack_tilts_on_its_springs_by_statics() -> None:
+    stiffness = 1e9
+    offset = np.array([[0.0, 0.05, 0.0], [0.0, 0.1, -0.05]])
+    lanes = stacks(np.tile([0.5, 0.4, 0.3], (2, 1)), 0.4, offset=offset, chamfer=0.01)
+    response = run(
+        lanes,
+        StillBase(2),
+        SampleTimes(2.0, 0.5),
+        substeps=4,
+        contact_stiffness=stiffness,
+        contact_damping=5e-3 * stiffness,
+    )
+    # Two springs at the ends of each face carry what stands on it, eccentric by e: the face turns
+    # by weight e / (2 stiffness (half width)^2), and each block by all faces below it.
+    place = np.cumsum(lanes.offset, axis=1)
+    total = np.cumsum(lanes.mass[:, ::-1], axis=1)[:, ::-1]
+    centre = np.cumsum((lanes.mass * place)[:, ::-1], axis=1)[:, ::-1] / total
+    half = 0.5 * lanes.face_width
+    below = np.concatenate([np.full((2, 1), np.inf), half[:, :-1]], axis=1)
+    right = np.minimum(half, below - lanes.offset)
+    left = np.minimum(half, below + lanes.offset)
+    middle = place + 0.5 * (right - left)
+    tilt = GRAVITY * total * (centre - middle) / (2.0 * stiffness * (0.5 * (right + left)) ** 2)
+    np.testing.assert_allclose(
+        response["rotation"][:, :, -1], np.cumsum(tilt, axis=1), rtol=1e-3, atol=1e-12
+    )
+    assert np.all(response["outcome"] == Outcome.AT_REST)
+    assert np.all(response["impact_count"] == 0)
+
+
 def test_energy_is_lost_and_never_won() -> None:
     lanes = random_pairs(12)
     held = potential(lanes)
