@@ -27,11 +27,13 @@ BLOCKS: int
 LANES: int
 
 scalar = kernel_module("scalar", precision=PRECISION)
+found_of = kernel_module("stack_found", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 dem = kernel_module("dem", precision=PRECISION)
 wp.set_module_options(dem.DEM_OPTIONS)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 sine, cosine = scalar.sine, scalar.cosine
+BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
 Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Knobs, meet = dem.Knobs, dem.meet
@@ -81,37 +83,6 @@ class Stack:
 
     time_step: real
     uplift_time: real
-
-
-@wp.struct
-class BlockResult:
-    """What one block's run leaves behind."""
-
-    slide: real
-    peak: real
-    peak_time: real
-    peak_slide: real
-
-
-@wp.struct
-class Result:
-    """What one lane's run leaves behind."""
-
-    uplift_time: real
-    moved: real
-    loss: real
-    impacts: int
-    mode: int
-    steps: int
-
-
-@wp.struct
-class Found:
-    """Where the kernel leaves what it finds."""
-
-    results: wp.array(dtype=Result)
-    blocks: wp.array2d(dtype=BlockResult)
-    rotations: wp.array3d(dtype=real)
 
 
 Lane = wp.types.vector(length=LANES, dtype=real)

@@ -20,12 +20,14 @@ LANES: int
 stack = kernel_module("stack", precision=PRECISION, blocks=BLOCKS)
 wp.set_module_options(stack.STACK_OPTIONS)
 scalar = kernel_module("scalar", precision=PRECISION)
+found_of = kernel_module("stack_found", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 direct = kernel_module("direct", precision=PRECISION)
 impulse_stack = kernel_module("impulse_stack", precision=PRECISION)
 contact = kernel_module("direct_stack", precision=PRECISION, blocks=BLOCKS)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
+BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
 Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Values, Triples, Rows, Three = stack.Values, stack.Triples, stack.Rows, stack.Three
@@ -92,37 +94,6 @@ class Stack:
 
     uplift_time: real
     lean: real
-
-
-@wp.struct
-class BlockResult:
-    """What one block's run leaves behind."""
-
-    slide: real
-    peak: real
-    peak_time: real
-    peak_slide: real
-
-
-@wp.struct
-class Result:
-    """What one lane's run leaves behind."""
-
-    uplift_time: real
-    moved: real
-    loss: real
-    impacts: int
-    mode: int
-    steps: int
-
-
-@wp.struct
-class Found:
-    """Where the kernel leaves what it finds."""
-
-    results: wp.array(dtype=Result)
-    blocks: wp.array2d(dtype=BlockResult)
-    rotations: wp.array3d(dtype=real)
 
 
 @wp.struct

@@ -1,0 +1,43 @@
+"""What a run of a stack leaves behind, for one precision: the same of all stepped engines."""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import module_options
+
+real: Any
+PRECISION: str
+
+wp.set_module_options(module_options())
+
+
+@wp.struct
+class BlockResult:
+    """What one block's run leaves behind."""
+
+    slide: real
+    peak: real
+    peak_time: real
+    peak_slide: real
+
+
+@wp.struct
+class Result:
+    """What one lane's run leaves behind."""
+
+    uplift_time: real
+    moved: real
+    loss: real
+    impacts: int
+    mode: int
+    steps: int
+
+
+@wp.struct
+class Found:
+    """Where the kernel leaves what it finds."""
+
+    results: wp.array(dtype=Result)
+    blocks: wp.array2d(dtype=BlockResult)
+    rotations: wp.array3d(dtype=real)
