@@ -39,9 +39,10 @@ How it comes to rigid contact, at first order:
 - What stays is of the order of h: the old corner carries until the end of the sub-step of the
   impact, wherever in it the impact was; half a sub-step too long or too short, nothing in the mean.
   (Stopped at the face, a corner would take over too early, by a sub-step in the mean.)
-- Compliance presses poses in and leaves velocities alone: impacts are plastic at any, and both
-  limits, h -> 0 and alpha -> 0, may be taken in any order. At rest an end is pressed in by alpha
-  times its force; it gets there as an overdamped spring.
+- Compliance presses poses in and leaves velocities alone: impacts are plastic at any. At rest an
+  end is pressed in by alpha times its force; it gets there as an overdamped spring, in a time of
+  about alpha m / h, so that a contact is the more rigid the smaller h is, and both limits, h -> 0
+  and alpha -> 0, may be taken in any order.
 - Sweeps that end early leave gaps and slips. Those come back in the next step, because gaps are
   absolute and an end that sticks keeps its anchor: what the sweeps reduce stays reduced. (With
   slip counted from the start of each sub-step alone, tall stacks creep and their errors grow.)
@@ -72,6 +73,8 @@ larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
 kick = impulse.kick
 
+TINY = real(1.0e-30)
+"""What a decaying speed or multiplier is taken for nothing at: subnormal numbers are slow."""
 LOOSE = real(1.0e30)
 """Anchor of an end that has slipped or opened: none."""
 LONGEST = 15
@@ -151,6 +154,12 @@ def predict(
     qx = zero
     qz = zero
     qo = zero
+
+
+@wp.func
+def settled(value: real) -> real:
+    """A number, or nothing if it is `TINY`."""
+    return wp.where(size(value) < TINY, real(0.0), value)
 
 
 @wp.func
@@ -237,7 +246,7 @@ def approach(
     dt = on / (m + lm + j * du * du + lj * dl * dl)
     was = n
     n = on * n
-    t = on * t
+    t = on * settled(t)
     kick(m, j, lm, lj, fx, fz, eu, du, el, dl, n, t, qx, qz, qo, lx, lz, lo)
 
 
@@ -334,9 +343,9 @@ def travel(
     linear = px * (vx + dv + vx + px) + pz * (vz + dt * knobs.gravity + vz + pz)
     done = real(0.5) * (linear / m + po * (omega + omega + po) / j) + knobs.gravity * (rz - qz) / m
     loss = loss - wp.where(live, done, real(0.0))
-    vx = vx + px
-    vz = vz + pz
-    omega = omega + po
+    vx = settled(vx + px)
+    vz = settled(vz + pz)
+    omega = settled(omega + po)
 
 
 @wp.func
