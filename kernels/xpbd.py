@@ -251,6 +251,15 @@ def approach(
 
 
 @wp.func
+def apart(
+    gap: real, slip: real, nx: real, nz: real, au: real, bu: real, al: real, bl: real,
+    wx: real, wz: real, qo: real, lo: real,
+):  # fmt: skip
+    """Gap and slip of a point after corrections; (wx, wz) is the upper body's to the lower's."""
+    return gap + nx * wx + nz * wz - au * qo + al * lo, slip + nz * wx - nx * wz + bu * qo - bl * lo
+
+
+@wp.func
 def sweep(
     mu: real, m: real, j: real, lm: real, lj: real,
     nx1: real, nz1: real, au1: real, bu1: real, al1: real, bl1: real,
@@ -278,12 +287,8 @@ def sweep(
     n1t2 = across - j * au1 * bu2 - lj * al1 * bl2
     t1n2 = -across - j * bu1 * au2 - lj * bl1 * al2
     # Gaps and slips as they would be without these four, over what one of them does.
-    wx = qx - lx
-    wz = qz - lz
-    u1 = gap1 + nx1 * wx + nz1 * wz - au1 * qo + al1 * lo
-    s1 = slip1 + nz1 * wx - nx1 * wz + bu1 * qo - bl1 * lo
-    u2 = gap2 + nx2 * wx + nz2 * wz - au2 * qo + al2 * lo
-    s2 = slip2 + nz2 * wx - nx2 * wz + bu2 * qo - bl2 * lo
+    u1, s1 = apart(gap1, slip1, nx1, nz1, au1, bu1, al1, bl1, qx - lx, qz - lz, qo, lo)
+    u2, s2 = apart(gap2, slip2, nx2, nz2, au2, bu2, al2, bl2, qx - lx, qz - lz, qo, lo)
     a = real(n1)
     b = real(t1)
     e = real(n2)
