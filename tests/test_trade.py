@@ -21,7 +21,8 @@ from warprock.engines import ENGINES, engine_class
 from warprock.engines.settings import build_settings
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
-from warprock.motion import StillBase
+from warprock.lanes import Lanes
+from warprock.motion import GroundMotions, StillBase
 from warprock.report import plots_trade
 from warprock.response import Outcome, Response, SampleTimes, Status
 from warprock.trade import Entry, all_entries, run_trade
@@ -271,6 +272,22 @@ def test_choice_without_a_time_step_is_held_against_one_that_has() -> None:
     assert choose(low, 1e-4, table=table).engine == "housner"
     sliding = load_case("single-sine-pulse")  # friction 1.0, its velocity steps need 2.2
     assert choose(sliding, 1e-4, table=table.assign(scene="pulse")).engine == "event"
+
+
+def test_test_of_a_choice_does_not_compare_the_end_of_a_fall() -> None:
+    """At scales 0.75 and 1 of the record the block falls: half a radian in a hundredth second."""
+    table = rows_of(
+        ("housner", {}, 1e-11, 1.0), ("event", {"time_step": 2e-4}, 3e-4, 3.0), scene="record"
+    )
+    choice = choose(load_case("record-ridgecrest"), 2e-2, engine="housner", table=table)
+    fell = run_batch("housner", *_scene_of("record-ridgecrest"))["outcome"] == Outcome.OVERTURNED
+    assert fell.sum() == 2
+    assert choice.lanes_met == len(fell) == 7
+
+
+def _scene_of(name: str) -> tuple[Lanes, GroundMotions, SampleTimes]:
+    lane_set = expand_lanes(load_case(name))
+    return lane_set.lanes, lane_set.motions, SampleTimes(lane_set.times.duration)
 
 
 def test_choice_names_the_best_where_nothing_met_the_accuracy() -> None:

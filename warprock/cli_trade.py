@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.option("-e", "--engine", "engines", multiple=True, help="Only this engine; repeat for more.")
-@click.option("--scene", "scenes", multiple=True, help="Only this scene; repeat for more.")
+@click.option("--scene", "scenes", multiple=True, help="Only free, pulse, sine, record or stack.")
 @click.option(
     "-o",
     "--output",
