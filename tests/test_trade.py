@@ -202,10 +202,14 @@ def test_a_stopped_trade_goes_on_where_it_was(
     last = run_trade(SMALL[2:], tmp_path)
     assert measured == SMALL
     assert last["settings"].tolist() == [again["settings"][2], *again["settings"][:2]]
-    # Rows of other kernels are not taken for ours.
+    # With other kernels, what is asked for is measured anew; the rest says what it is of.
+    before = machine.kernel_hash()
     monkeypatch.setattr(machine, "kernel_hash", lambda: "other")
-    run_trade(SMALL[:1], tmp_path)
+    mixed = run_trade(SMALL[:1], tmp_path)
     assert measured[3:] == SMALL[:1]
+    assert mixed["kernel_sha256"].tolist() == ["other", before, before]
+    head = trade.write_csv(mixed, tmp_path).read_text(encoding="utf-8")
+    assert f"# kernel sources: sha256 other\n# kernel sources: sha256 {before}\n" in head
 
 
 def test_levels_take_the_cheapest_that_met_them_in_every_lane() -> None:

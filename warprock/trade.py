@@ -1,7 +1,7 @@
 """Speed traded for accuracy: every engine over its own knobs, on fixed scenes, row by row.
 
 The table is written again after every row, so that a run that ends early goes on where it ended.
-Rows of other kernels, of another processor or of other settings are measured anew.
+Rows that were measured with other kernels or on another processor are measured anew if asked for.
 """
 
 from __future__ import annotations
@@ -136,8 +136,8 @@ def run_trade(
     """
     folder.mkdir(parents=True, exist_ok=True)
     here = {"cpu": machine.cpu_name(), "kernel_sha256": machine.kernel_hash()}
-    rows = _finished_rows(folder / TABLE, here)
-    missing = [entry for entry in entries if entry.key not in rows]
+    rows = _written_rows(folder / TABLE)
+    missing = [entry for entry in entries if not here.items() <= rows.get(entry.key, {}).items()]
     done = len(entries) - len(missing)
     for entry, row in _measure_all(missing, here):
         rows[entry.key] = row
@@ -150,16 +150,13 @@ def run_trade(
     return table
 
 
-def _finished_rows(path: pathlib.Path, here: Mapping[str, str]) -> dict[Any, dict[str, Any]]:
-    """Rows of a table that were measured here, by their keys."""
-    if not path.exists():
-        return {}
-    table = pd.read_parquet(path)
+def _written_rows(path: pathlib.Path) -> dict[Any, dict[str, Any]]:
+    """Rows of a table, by their keys; none where it is not there, or of another form."""
+    table = pd.read_parquet(path) if path.exists() else pd.DataFrame()
     if list(table) != list(COLUMNS):
         return {}
-    mine = (table[list(here)] == pd.Series(here)).all(axis=1)
-    rows = table[mine].to_dict("records")
-    return {tuple(row[name] for name in KEYS): {str(k): v for k, v in row.items()} for row in rows}
+    rows = [{str(k): v for k, v in row.items()} for row in table.to_dict("records")]
+    return {tuple(row[name] for name in KEYS): row for row in rows}
 
 
 def _as_table(rows: Mapping[Any, Mapping[str, Any]], entries: Sequence[Entry]) -> pd.DataFrame:
@@ -185,9 +182,10 @@ def write_csv(table: pd.DataFrame, folder: pathlib.Path) -> pathlib.Path:
     lines = [
         "Error and cost of every engine's settings, measured by `warprock trade`.",
         *(f"{name}: {text}" for name, (_, text) in COLUMNS.items() if name not in PLACE),
-        f"machine: {machine.cpu_name()}, {' '.join(machine.cpu_vector_flags())}; one worker",
+        f"machine: {', '.join(table['cpu'].unique())}; one worker",
+        f"vector instructions: {' '.join(machine.cpu_vector_flags())}",
         f"versions: {', '.join(f'{name} {version}' for name, version in versions.items())}",
-        f"kernel sources: sha256 {machine.kernel_hash()}",
+        *(f"kernel sources: sha256 {digest}" for digest in table["kernel_sha256"].unique()),
     ]
     path = folder / CSV
     rounded = table.drop(columns=PLACE).round({"ok_share": 4})
