@@ -225,6 +225,21 @@ def test_no_launch_takes_more_steps_than_it_may(table: pd.DataFrame):
     assert stepping["duration_s"].min() == pytest.approx(TINY.steps * 1e-6)
 
 
+def test_quick_lanes_do_not_end_the_runs_of_slow_ones():
+    size, part = AtlasSize(points=4, steps=500), Part(BY_NAME["mass"], "dem", "float64")
+    grid = part.map.lanes(size)
+    (launch,) = part.map.launches("dem", size)
+    steps = engine_class("dem")(launch.settings).longest_step(grid.lanes, grid.motions)
+    assert steps.max() > 100.0 * steps.min()
+    batches = stability._batches(part, size, grid, launch)
+    numbers = np.concatenate([each for _, each in batches])
+    np.testing.assert_array_equal(np.sort(numbers), np.arange(grid.lanes.lane_count))
+    for duration, lanes in batches:
+        allowed = np.minimum(part.map.longest, size.steps * steps[lanes])
+        assert np.all(duration <= allowed)
+        assert np.all(duration * stability.STEP_SPAN >= allowed)
+
+
 def test_located_events_gain_no_energy_at_any_extreme(table: pd.DataFrame):
     located = table[table["engine"].isin(["housner", "event"])]
     assert located["growth"].notna().sum() > 100

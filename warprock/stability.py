@@ -46,11 +46,14 @@ from warprock.store import replacing
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
+Numbers = npt.NDArray[np.intp]
 
 GROWTH_BOUND = 1e-2
 """Energy gained without base motion over the energy held at the start, above which it grew."""
 ROTATION_SLACK = 1e-5
 """What a peak rotation may exceed pi/2 by [rad]: the last digits of float32."""
+STEP_SPAN = 4.0
+"""Ratio of the steps of lanes that run for the same time."""
 SAMPLES = 100
 """Samples of a history in which errors are looked for."""
 REFERENCES = ("housner", "two-block")
@@ -133,36 +136,38 @@ def run_part(part: Part, size: AtlasSize, workers: int | None = None) -> pd.Data
     if whole is None or chosen is None or not len(chosen):
         return pd.DataFrame()
     grid = take_lanes(whole, chosen)
-    references: dict[float, tuple[npt.NDArray[np.intp], Response]] = {}
+    references: dict[tuple[float, bytes], tuple[Numbers, Response]] = {}
     tables = []
     for launch in launches:
-        duration = _duration(part, size, grid, launch)
-        times = SampleTimes(duration, duration / SAMPLES)
-        if duration not in references:
-            references[duration] = _reference(grid, times, workers)
-        response = run_batch(
-            part.engine,
-            grid.lanes,
-            grid.motions,
-            times,
-            settings=launch.settings,
-            precision=part.precision,
-            workers=workers,
-        )
-        tables.append(
-            grid.inputs.assign(
-                map=part.map.name,
-                engine=part.engine,
+        for duration, numbers in _batches(part, size, grid, launch):
+            batch = take_lanes(grid, numbers)
+            times = SampleTimes(duration, duration / SAMPLES)
+            key = (duration, numbers.tobytes())
+            if key not in references:
+                references[key] = _reference(batch, times, workers)
+            response = run_batch(
+                part.engine,
+                batch.lanes,
+                batch.motions,
+                times,
+                settings=launch.settings,
                 precision=part.precision,
-                **launch.knobs,
-                duration_s=duration,
-                **measure(grid, response, *references[duration], rigid=not part.map.soft),
+                workers=workers,
             )
-        )
+            tables.append(
+                batch.inputs.assign(
+                    map=part.map.name,
+                    engine=part.engine,
+                    precision=part.precision,
+                    **launch.knobs,
+                    duration_s=duration,
+                    **measure(batch, response, *references[key], rigid=not part.map.soft),
+                )
+            )
     return pd.concat(tables, ignore_index=True)
 
 
-def supported_lanes(engine: str, grid: LaneGrid) -> npt.NDArray[np.intp]:
+def supported_lanes(engine: str, grid: LaneGrid) -> Numbers:
     """Numbers of the lanes that an engine runs, each asked about by itself."""
     supports = engine_class(engine).supports
 
@@ -174,7 +179,7 @@ def supported_lanes(engine: str, grid: LaneGrid) -> npt.NDArray[np.intp]:
     return np.flatnonzero([runs(lane) for lane in range(grid.lanes.lane_count)])
 
 
-def take_lanes(grid: LaneGrid, chosen: npt.NDArray[np.intp]) -> LaneGrid:
+def take_lanes(grid: LaneGrid, chosen: Numbers) -> LaneGrid:
     """Some of the lanes of a grid, by number."""
     return LaneGrid(
         lanes=grid.lanes.take(chosen),
@@ -188,7 +193,7 @@ def take_lanes(grid: LaneGrid, chosen: npt.NDArray[np.intp]) -> LaneGrid:
 def measure(
     grid: LaneGrid,
     response: Response,
-    compared: npt.NDArray[np.intp],
+    compared: Numbers,
     reference: Response,
     *,
     rigid: bool = True,
@@ -265,20 +270,26 @@ def _fingerprint(part: Part, size: AtlasSize) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _duration(part: Part, size: AtlasSize, grid: LaneGrid, launch: Launch) -> float:
-    """Time that a launch covers [s]: no lane takes more than the steps of the size by its step."""
+def _batches(
+    part: Part, size: AtlasSize, grid: LaneGrid, launch: Launch
+) -> list[tuple[float, Numbers]]:
+    """Durations [s] and the numbers of the lanes that run for them.
+
+    No lane takes more than the steps of the size by its step. Lanes whose steps differ by more
+    than `STEP_SPAN` run apart, so that the quick ones do not end the runs of the others.
+    """
     longest = min(size.duration, part.map.longest)
     found = engine_class(part.engine)
     if found.order is None:
-        return longest
-    engine = found(launch.settings, Target(part.precision))
-    most = part.map.runs_longer * size.steps
-    return min(longest, most * float(engine.longest_step(grid.lanes, grid.motions).min()))
+        return [(longest, np.arange(grid.lanes.lane_count))]
+    step = found(launch.settings, Target(part.precision)).longest_step(grid.lanes, grid.motions)
+    most = np.minimum(longest, part.map.runs_longer * size.steps * step)
+    kind = np.floor(np.log(longest / most) / np.log(STEP_SPAN)).astype(np.intp)
+    groups = [np.flatnonzero(kind == each) for each in np.unique(kind)]
+    return [(float(most[numbers].min()), numbers) for numbers in groups]
 
 
-def _reference(
-    grid: LaneGrid, times: SampleTimes, workers: int | None
-) -> tuple[npt.NDArray[np.intp], Response]:
+def _reference(grid: LaneGrid, times: SampleTimes, workers: int | None) -> tuple[Numbers, Response]:
     """The lanes that the reference supports, and its answer for them (for one lane at least)."""
     name = REFERENCES[int(grid.lanes.stacked)]
     chosen = supported_lanes(name, grid)
@@ -302,7 +313,7 @@ def _finite(response: Response) -> Mask:
 def _errors(
     grid: LaneGrid,
     response: Response,
-    compared: npt.NDArray[np.intp],
+    compared: Numbers,
     reference: Response,
 ) -> tuple[Array, Array]:
     """Error and agreement of the outcomes, as `measure` explains, shape [lane] each.

@@ -24,8 +24,8 @@ CLASS_NAMES = ("below 1e-4", "1e-4 to 1e-3", "1e-3 to 1e-2", "1e-2 to 0.1", "abo
 CLASS_COLORS = ("#1B7837", "#7FBF7B", "#FEE08B", "#C2A5CF", "#762A83")
 NOTHING_COLOR = "#E6E6E6"
 QUANTILE = 0.9
-TICKS = 6
-"""Values named along an axis, at most."""
+TICKS, ALL_NAMED = 6, 9
+"""Values named along an axis, at most, and values up to which all are."""
 
 MARKS: dict[str, tuple[str, dict[str, Any]]] = {
     "grew": (
@@ -185,7 +185,7 @@ def _draw_panel(
 
 def _name_places(axis: Any, values: Array) -> None:
     """Names some of the values of an axis whose cells are as wide as one another."""
-    count = min(TICKS, len(values))
+    count = len(values) if len(values) <= ALL_NAMED else TICKS
     shown = np.unique(np.linspace(0, len(values) - 1, count).round().astype(int))
     axis.set_ticks(shown, [_short(values[at]) for at in shown])
 
@@ -199,6 +199,8 @@ def _short(value: float) -> str:
     if np.isnan(value):
         return "any"
     digits = f"{value:.1e}"
+    if value < 1.0 == float(digits):
+        return f"{value:g}"
     if value == 0.0 or 0.01 <= abs(value) < 1e4:
         return f"{float(digits):g}"
     mantissa, exponent = digits.split("e")
