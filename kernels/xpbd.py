@@ -271,7 +271,6 @@ def sweep(
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
     """TURNS sweeps over the four multipliers of an interface; mu is the friction coefficient."""
-    zero = real(0.0)
     # What multipliers do to the gaps and slips of both ends [1/kg].
     both = m + lm
     along = both * (nx1 * nx2 + nz1 * nz2)
@@ -309,10 +308,11 @@ def sweep(
     d1 = dt2 * n1t2
     d2 = dt2 * t1t2
     d3 = dt2 * n2t2
+    # Last in each row comes what was found last, for which the others need not wait.
     for _ in range(TURNS):
-        a = larger(u1 - a1 * b - a2 * e - a3 * f, zero)
-        b = larger(smaller(s1 - b1 * a - b2 * e - b3 * f, mu * a), -mu * a)
-        e = larger(u2 - c1 * a - c2 * b - c3 * f, zero)
+        a = larger(u1 - a1 * b - a2 * e - a3 * f, real(0.0))
+        b = larger(smaller(s1 - b2 * e - b3 * f - b1 * a, mu * a), -mu * a)
+        e = larger(u2 - c3 * f - c1 * a - c2 * b, real(0.0))
         f = larger(smaller(s2 - d1 * a - d2 * b - d3 * e, mu * e), -mu * e)
     kick(m, j, lm, lj, nx1, nz1, au1, bu1, al1, bl1, a - n1, b - t1, qx, qz, qo, lx, lz, lo)
     kick(m, j, lm, lj, nx2, nz2, au2, bu2, al2, bl2, e - n2, f - t2, qx, qz, qo, lx, lz, lo)
