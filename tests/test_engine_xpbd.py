@@ -348,8 +348,10 @@ def test_a_mirrored_stack_responds_mirrored() -> None:
     mirrored = dataclasses.replace(
         lanes, rotation_start=-lanes.rotation_start, offset=-lanes.offset
     )
-    names = ("acceleration_amplitude", "velocity_offset", "velocity_final")
-    names += ("velocity_step_start", "velocity_step_stop")
+    names = (
+        *("acceleration_amplitude", "velocity_offset", "velocity_final"),
+        *("velocity_step_start", "velocity_step_stop"),
+    )
     back = dataclasses.replace(motions, **{name: -getattr(motions, name) for name in names})
     there = run_batch("xpbd", lanes, motions, MIXED_TIMES)
     response = run_batch("xpbd", mirrored, back, MIXED_TIMES)
