@@ -92,7 +92,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
     ),
     "reproduction": (
         ("warprock/reproduce*.py",),
-        "errors foundation settings cases runs checks reference report plots",
+        "errors foundation settings cases engines runs checks reference report plots",
         "numpy pandas",
     ),
     "desk": (

@@ -18,12 +18,13 @@ from warprock import checks, store
 from warprock import reproduce_figures as figures
 from warprock.checks import compare_with_housner, plain_row
 from warprock.errors import InputError
-from warprock.report import conflicts, conflicts_stack
+from warprock.report import conflicts, conflicts_stack, plots_study
 from warprock.report.paper import PAPER_COLUMNS, paper_table
 from warprock.reproduce_runs import (
     B0,
     B123,
     ENGINES,
+    FAMILIES,
     ORACLE_TIME,
     PULSE,
     SINE,
@@ -35,6 +36,8 @@ from warprock.reproduce_runs import (
     written_number,
 )
 from warprock.reproduce_stack import STACK_CASES_OF, STACK_MAKERS, stack_evidence
+from warprock.reproduce_study import STUDY_COLUMNS, run_study, study_conflict
+from warprock.reproduce_times import run_times
 
 CASES_OF: dict[str, tuple[str, ...]] = {
     "table6": (PULSE,),
@@ -45,8 +48,10 @@ CASES_OF: dict[str, tuple[str, ...]] = {
     "fig8": (PULSE,),
     "fig10": (SINE,),
     "fig11": (SINE,),
+    "times": (),
     **STACK_CASES_OF,
 }
+"""Target -> the shipped cases whose responses it shows; `times` runs single lanes of its own."""
 CASES_OF["all"] = tuple(dict.fromkeys(case for cases in CASES_OF.values() for case in cases))
 TARGETS: tuple[str, ...] = tuple(CASES_OF)
 """What `reproduce` takes."""
@@ -84,7 +89,8 @@ def reproduce(
         `target`; `rows`, each with `target`, `frequency_hz`, `amplitude_mm`, `reading`, `source`
         and `peak_rotation_ratio` (None where there is none; of a stack divided by 9.85 deg), for
         engines on single blocks their errors against Housner, for stacks the `block`, `geometry`
-        and `edges`; `conflicts`, each with `item`, `title` and `text`; `files`.
+        and `edges`, for the sensitivity study the `knob`, its `value` and the cost, for run times
+        the scene and what it took; `conflicts`, each with `item`, `title` and `text`; `files`.
 
     Raises:
         InputError: An unknown target, or a folder that cannot be written to.
@@ -102,6 +108,7 @@ def reproduce(
         sine=lane_evidence(runs, SINE) if SINE in CASES_OF[target] else None,
     )
     named = conflicts.conflicts_of(target, evidence)
+    named += [conflict for part in parts for conflict in part.conflicts]
     named += conflicts_stack.stack_conflicts_of(target, stack_evidence(runs, CASES_OF[target]))
     return {
         "target": target,
@@ -111,13 +118,15 @@ def reproduce(
     }
 
 
-def _engine_rows(target: str, runs: PaperRuns, name: str) -> list[Row]:
-    """Peaks of the engines and the oracle, with the engines' errors, one row a lane and source."""
+def _engine_rows(
+    target: str, runs: PaperRuns, name: str, engines: Sequence[str] = ENGINES
+) -> list[Row]:
+    """Peaks of engines and the oracle, with the engines' errors, one row a lane and source."""
     responses = runs.case(name)
     lane_set = responses.lane_set
     inputs = lane_set.inputs
     rows: list[Row] = []
-    for engine in ENGINES:
+    for engine in engines:
         table = compare_with_housner(lane_set, responses[engine], responses[checks.REFERENCE])
         rows += [
             _row(target, inputs.iloc[lane], engine, found["peak_rotation_ratio"])
@@ -148,7 +157,7 @@ def _row(target: str, inputs: Any, source: str, ratio: float | None) -> Row:
 
 
 def _table6(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
-    rows = _engine_rows(target, runs, PULSE)
+    rows = _engine_rows(target, runs, PULSE, FAMILIES)
     for printed in paper_table("table6").to_dict("records"):
         rows += [
             _row(target, printed | {"reading": "as printed"}, f"paper-{name}", float(printed[name]))
@@ -192,14 +201,33 @@ def _figure(
     return make
 
 
+def _figure4(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
+    """B0 free, the sensitivity of `impulse`, and the paper's study of two programs."""
+    free = _figure(figures.figure4, CASES_OF["fig4"])(target, runs, folder)
+    lanes = runs.case(B0).lane_set.inputs
+    study = run_study(runs)
+    rows = [
+        _row(target, lanes.iloc[found["lane"]], found["source"], found["peak_rotation_ratio"])
+        | {column: found[column] for column in (*ERROR_COLUMNS, *STUDY_COLUMNS)}
+        for found in study.rows
+    ]
+    files = [
+        *free.files,
+        write_rows(rows, folder / "fig4-study.csv"),
+        plots_study.draw_study(folder / "fig4-study.png", study.rows),
+    ]
+    return Reproduction(free.rows + rows, files, (study_conflict(study),))
+
+
 _MAKERS: dict[str, Callable[[str, PaperRuns, pathlib.Path], Reproduction]] = {
     "table6": _table6,
     "table7": _table7,
-    "fig4": _figure(figures.figure4, CASES_OF["fig4"]),
+    "fig4": _figure4,
     "fig5": _figure(figures.figure5, CASES_OF["fig5"]),
     "fig7": _figure(figures.figure7, CASES_OF["fig7"]),
     "fig8": _figure(figures.figure8, CASES_OF["fig8"]),
     "fig10": _figure(figures.figure10, CASES_OF["fig10"]),
     "fig11": _figure(figures.figure11, CASES_OF["fig11"]),
+    "times": run_times,
     **STACK_MAKERS,
 }

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import pathlib
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -14,12 +16,20 @@ import pandas as pd
 from warprock import store
 from warprock.case import load_case
 from warprock.checks import CaseResponses
-from warprock.response import SampleTimes
+from warprock.engines import engine_class
+from warprock.engines.launching import Form, Target
+from warprock.lanes import Lanes
+from warprock.motion import GroundMotions
+from warprock.report.conflicts import Conflict
+from warprock.response import Response, SampleTimes
+from warprock.runner import require_options
 
 Array = npt.NDArray[np.float64]
 Row = dict[str, Any]
 
 ENGINES = ("housner", "impulse")
+FAMILIES = (*ENGINES, "direct", "dem")
+"""Those, and our members of the families of the paper's other programs: Vortex and 3DEC."""
 ROUGH_FRICTION = 5.0
 """Friction that bears the velocity steps of the displacement reading without slip."""
 FIRST_SWING_TIME = 0.2
@@ -48,10 +58,12 @@ class Reproduction:
     Attributes:
         rows: Tidy rows, ours and the paper's.
         files: Files written.
+        conflicts: Conflicts that these rows alone can tell of.
     """
 
     rows: list[Row]
     files: list[pathlib.Path]
+    conflicts: tuple[Conflict, ...] = ()
 
 
 def write_rows(rows: list[Row], path: pathlib.Path) -> pathlib.Path:
@@ -109,6 +121,42 @@ class PaperRuns:
             self._oracle_peaks[name] = answer["peak_rotation"] / lane_set.lanes.slenderness_angle
             self._note(lane_set.lanes.lane_count)
         return self._oracle_peaks[name]
+
+    def timed(
+        self,
+        engine: str,
+        lanes: Lanes,
+        motions: GroundMotions,
+        times: SampleTimes,
+        *,
+        settings: Any = None,
+        form: Form | None = None,
+        repeats: int = 1,
+    ) -> tuple[Response, float]:
+        """A response, and the CPU time that it took one core [s], kernels built and loaded before.
+
+        Args:
+            engine: Name in `ENGINES`.
+            lanes: The lanes.
+            motions: Their ground motions.
+            times: Duration and sampling.
+            settings: Settings of the engine; its defaults where None.
+            form: Form of the kernel; the fast one where None.
+            repeats: Runs, of which the quickest counts.
+
+        Raises:
+            InputError: No engine has that name.
+        """
+        require_options(engine)
+        built = engine_class(engine)(settings, Target(form=form))
+        built.warm_up(lanes, motions)
+        least = math.inf
+        for _ in range(repeats):
+            begin = time.thread_time()
+            response = built.run(lanes, motions, times)
+            least = min(least, time.thread_time() - begin)
+        self._note(lanes.lane_count)
+        return response, least
 
     def _note(self, lane_count: int) -> None:
         self._lanes_done += lane_count

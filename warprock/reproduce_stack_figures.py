@@ -34,6 +34,7 @@ CURVES = (
     ("two-block", "acceleration", "equal-depths"),
     ("event", "displacement", "low-top"),
     ("impulse", "displacement", "low-top"),
+    ("dem", "displacement", "low-top"),
 )
 """Engine, reading and geometry of the curves of a panel."""
 PULSE_WINDOW, SINE_WINDOW = (0.0, 3.0), (0.0, 2.0)
@@ -82,7 +83,7 @@ def _boxes(cells: Cells, block: str) -> dict[str, list[Array]]:
 def _engine_points(table: pd.DataFrame, block: str) -> dict[str, Array]:
     """Peaks without spread that stand beside the boxes."""
     points = {"two-block": analytical_peaks(table, block)}
-    for engine in ("event", "impulse"):
+    for engine in ("event", "impulse", "dem"):
         points[engine] = peaks_of(table, engine, "displacement", "low-top", block, "chamfered")
     return points
 

@@ -30,7 +30,7 @@ PULSE_ENSEMBLE, SINE_ENSEMBLE = "stack-sine-pulse-ensemble", "stack-continuous-s
 COLLAPSE = "stack-collapse"
 """The shipped cases that the targets run."""
 
-STACK_ENGINES = ("two-block", "event", "impulse")
+STACK_ENGINES = ("two-block", "event", "impulse", "dem")
 ENSEMBLE_ENGINE = "event"
 """Engine of the ensembles: of those that can slide, the one with the smaller error."""
 GEOMETRIES = ("printed", "low-top")

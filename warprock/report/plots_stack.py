@@ -14,6 +14,7 @@ from warprock.report.plots import (
     BLACK,
     BLUE,
     FIGURE_TITLE,
+    ORANGE,
     RED,
     TIME_LABEL,
     drawing,
@@ -27,11 +28,13 @@ STACK_STYLES: dict[str, dict[str, Any]] = {
     "two-block": {"color": BLACK, "linewidth": 1.5, "linestyle": "-", "zorder": 2},
     "event": {"color": BLUE, "linewidth": 1.4, "linestyle": "-", "zorder": 3},
     "impulse": {"color": RED, "linewidth": 1.0, "linestyle": (0, (4, 2)), "zorder": 4},
+    "dem": {"color": ORANGE, "linewidth": 1.0, "linestyle": (0, (6, 1.5, 1.5, 1.5)), "zorder": 5},
 }
 STACK_NAMES = {
     "two-block": "two-block: analytical, acceleration drive, equal depths",
     "event": "event: displacement drive, top 0.55 m high",
     "impulse": "impulse: displacement drive, top 0.55 m high",
+    "dem": "dem: displacement drive, top 0.55 m high, springs of Table 5",
 }
 """What the legend says of each engine, with the reading it is drawn for."""
 RATIO_LABEL = f"rotation /\n{REFERENCE_DEGREES} deg [-]"

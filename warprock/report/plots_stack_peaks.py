@@ -38,6 +38,7 @@ POINT_STYLES: dict[str, dict[str, Any]] = {
     "two-block": {"marker": "s", "color": GREEN, "markersize": 4.5},
     "event": {"marker": "_", "color": BLUE, "markersize": 11.0, "markeredgewidth": 2.0},
     "impulse": {"marker": "_", "color": RED, "markersize": 11.0, "markeredgewidth": 2.0},
+    "dem": {"marker": "_", "color": BLACK, "markersize": 11.0, "markeredgewidth": 2.0},
     "paper: analytical": {"marker": "s", "color": GREEN} | _HOLLOW,
     "paper: bullet": {"marker": "^", "color": RED} | _HOLLOW,
     "paper: vortex": {"marker": "v", "color": PURPLE} | _HOLLOW,
@@ -52,6 +53,7 @@ POINT_NAMES = {
     "two-block": "`two-block`: acceleration drive, equal depths",
     "event": "`event` without spread, top 0.55 m high",
     "impulse": "`impulse` without spread, top 0.55 m high",
+    "dem": "`dem` without spread, top 0.55 m high",
     **{f"paper: {name}": f"paper: {title}" for name, title in PAPER_NAMES.items()},
     **{f"implied: {name}": f"paper: {title}, inferred" for name, title in PAPER_NAMES.items()},
     "test, by analytical": "test, inferred by the analytical errors",
@@ -129,7 +131,7 @@ def draw_stack_peaks(
                 )
             axes.set_title(f"{panel.block} block", loc="left")
             axes.set_ylabel(f"largest rotation / {REFERENCE_DEGREES} deg [-]")
-            axes.set_ylim(bottom=0.0)
+            axes.set_ylim(0.0, (1.15 if panel.fallen else 1.0) * axes.get_ylim()[1])
             for edge in np.arange(len(order) - 1) + 0.5:
                 axes.axvline(edge, color="#BBBBBB", linewidth=0.8)
             axes.grid(visible=False, axis="x")

@@ -54,6 +54,7 @@ def print_reproduction(found: Mapping[str, Any], console: Console | None = None)
         console: Where to; the terminal if not given.
     """
     from warprock.report.tables_section6 import print_section6
+    from warprock.report.tables_study import print_families, print_study, print_times
 
     out = console or stdout()
     rows: Sequence[Row] = found["rows"]
@@ -62,14 +63,18 @@ def print_reproduction(found: Mapping[str, Any], console: Console | None = None)
         mine = [row for row in rows if row["target"] == target]
         if target == "table6":
             _print_peaks(out, mine)
+            print_families(out, mine)
         elif target == "table7":
             _print_sine_peaks(out, mine)
+        elif target == "times":
+            print_times(out, mine)
         kind = _CASE_OF_TARGET.get(target)
         if kind is None:
             print_section6(out, target, mine)
         elif kind not in shown:
             shown.add(kind)
             _print_errors(out, mine, kind)
+            print_study(out, mine)
     out.print("[bold]Conflicts in the paper[/bold]")
     for conflict in found["conflicts"]:
         out.print(f"\n[bold]{conflict['item']}. {conflict['title']}.[/bold]", highlight=False)
@@ -258,7 +263,7 @@ def _print_errors(out: Console, rows: Sequence[Row], kind: str) -> None:
     )
     reasons = _Reasons()
     for row in rows:
-        if row.get("holds") is not None and row["source"] != "housner":
+        if row["source"] == "impulse" and row.get("knob") is None:
             numbers = (number(row[name], form) for name, _, form in COMPARED_COLUMNS)
             table.add_row(_lane_text(row), *numbers, reasons.cell(row))
     out.print(table)

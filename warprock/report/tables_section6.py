@@ -25,6 +25,7 @@ OURS = (
     ("event\nprinted", ("event", "displacement", "printed")),
     ("event\nlow-top", ("event", "displacement", "low-top")),
     ("impulse\nlow-top", ("impulse", "displacement", "low-top")),
+    ("dem\nlow-top", ("dem", "displacement", "low-top")),
 )
 """Heading, then source, reading and geometry of a column, with chamfers."""
 ENSEMBLE = "event-ensemble"
@@ -32,7 +33,7 @@ GEOMETRIES = ("printed", "low-top")
 CONTACT = ("bullet", "vortex", "dem")
 NOTES = (
     "two-block: acceleration drive, equal depths, no sliding. The others: displacement drive, "
-    "friction 1. All with 5 mm chamfers.",
+    "friction 1. All with 5 mm chamfers. dem: springs of Table 5.",
     "printed: top block 0.60 m high, depths 0.40 m (bottom) and 0.55 m (top).",
     "low-top: top block 0.55 m high, depths equal.",
 )
