@@ -29,12 +29,14 @@ BLOCKS: int
 LANES: int
 
 scalar = kernel_module("scalar", precision=PRECISION)
+found_of = kernel_module("stack_found", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 xpbd = kernel_module("xpbd", precision=PRECISION, iterations=ITERATIONS, blocks=BLOCKS)
 impulse = kernel_module("impulse_stack", precision=PRECISION)
 wp.set_module_options(impulse.STACK_OPTIONS)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 sine, cosine = scalar.sine, scalar.cosine
+BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
 Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Knobs, predict, approach, sweep = xpbd.Knobs, xpbd.predict, xpbd.approach, xpbd.sweep
@@ -82,37 +84,6 @@ class Stack:
 
     uplift_time: real
     lean: real
-
-
-@wp.struct
-class BlockResult:
-    """What one block's run leaves behind."""
-
-    slide: real
-    peak: real
-    peak_time: real
-    peak_slide: real
-
-
-@wp.struct
-class Result:
-    """What one lane's run leaves behind."""
-
-    uplift_time: real
-    moved: real
-    loss: real
-    impacts: int
-    mode: int
-    steps: int
-
-
-@wp.struct
-class Found:
-    """Where the kernel leaves what it finds."""
-
-    results: wp.array(dtype=Result)
-    blocks: wp.array2d(dtype=BlockResult)
-    rotations: wp.array3d(dtype=real)
 
 
 Lane = wp.types.vector(length=LANES, dtype=real)
