@@ -132,7 +132,7 @@ def run_trade(
         progress: Called with the number of rows that are there.
 
     Returns:
-        The table, by scene: the rows wanted in their order, then others that the folder had.
+        The table, by scene and engine: the rows wanted, then others that the folder had.
     """
     folder.mkdir(parents=True, exist_ok=True)
     here = {"cpu": machine.cpu_name(), "kernel_sha256": machine.kernel_hash()}
@@ -160,10 +160,13 @@ def _written_rows(path: pathlib.Path) -> dict[Any, dict[str, Any]]:
 
 
 def _as_table(rows: Mapping[Any, Mapping[str, Any]], entries: Sequence[Entry]) -> pd.DataFrame:
-    """Rows as a table, by scene; in a scene in the order of the entries, others after them."""
+    """Rows as a table, by scene and engine; else in the order of the entries, then others."""
     keys = [entry.key for entry in entries if entry.key in rows]
     keys += [key for key in rows if key not in set(keys)]
-    keys.sort(key=lambda key: list(TRADE_SCENES).index(key[0]))
+    scenes = {name: place for place, name in enumerate(TRADE_SCENES)}
+    engines = {name: place for place, name in enumerate(ENGINES)}
+    keys = [key for key in keys if key[0] in scenes and key[1] in engines]
+    keys.sort(key=lambda key: (scenes[key[0]], engines[key[1]]))
     table = pd.DataFrame([rows[key] for key in keys], columns=list(COLUMNS))
     table.attrs["columns"] = {
         k: {"unit": unit, "text": text} for k, (unit, text) in COLUMNS.items()
