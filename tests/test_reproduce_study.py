@@ -85,6 +85,7 @@ def test_the_error_shrinks_with_the_step(engine: str, knob: str, table):
 def test_coarse_steps_lose_energy_and_stop_the_block_early(engine: str, table, study):
     rest = [table["rest_time_s"][engine, "substeps", value, 0] for value in (2, 20, 200)]
     assert rest == sorted(rest)
+    assert rest[0] > 11.0  # as early as the paper's, neither stops
     assert rest[-1] < study.reference["rest_time"][0]
 
 
@@ -126,9 +127,8 @@ def test_the_study_is_printed_and_drawn(study, tmp_path):
     text = printed(tables_study.print_study, rows, width=80)
     assert "…" not in text
     assert text.count("\n impulse sub-steps ") == text.count("\n direct  sub-steps ") == 1
-    assert (
-        text.partition("engine")[0].count(" rest ") == 1
-    )  # 5.5 m high, no setting comes to rest in 20 s
+    # At 5.5 m no setting comes to rest within 20 s, and the column is left out.
+    assert text.partition("engine")[0].count(" rest ") == 1
     assert printed(tables_study.print_study, []) == ""
     assert plots_study.draw_study(tmp_path / "study.png", rows).stat().st_size > 10_000
 
