@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from types import ModuleType
 from typing import Any, ClassVar, final
 
@@ -10,10 +11,10 @@ import warp as wp
 
 from warprock.engines.base import AbstractEngine
 from warprock.engines.impulse_stack import impulse_stack_module, run_impulse_stacks
-from warprock.engines.launching import Target, launch, respond, time_or_nan
+from warprock.engines.launching import Form, Target, launch, respond, time_or_nan
 from warprock.engines.settings import ImpulseSettings
 from warprock.engines.soundness import unstable
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.instance import MAX_UNROLL, kernel_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
 from warprock.response import Outcome, Response, SampleTimes, Status
@@ -75,6 +76,17 @@ class Impulse(AbstractEngine):
         )
         return module
 
+    @property
+    def _block_target(self) -> Target:
+        """Target of single blocks.
+
+        More sweeps than are written out would keep the packed loop over lanes in scalar code, many
+        times slower than the plain form.
+        """
+        if self.target.form is None and self.settings.iterations > MAX_UNROLL:
+            return dataclasses.replace(self.target, form=Form.PLAIN)
+        return self.target
+
     def _knobs(self, module: Any) -> Any:
         knobs = module.Knobs()
         knobs.time_step = self.settings.time_step
@@ -95,7 +107,7 @@ class Impulse(AbstractEngine):
         }
         module = self._module(lanes, motions)
         rows, rotations = launch(
-            module, self.target, lanes, motions, times, blocks, self._knobs(module)
+            module, self._block_target, lanes, motions, times, blocks, self._knobs(module)
         )
         mode, lost = rows["mode"], lanes.mass * rows["loss"]
         moved = np.asarray(rows["moved"], dtype=np.float64)
