@@ -100,6 +100,16 @@ def start(block: Block, knobs: Knobs, theta: real):
     )
 
 
+@wp.func
+def before_start(k: int) -> real:
+    """Half in step 1, whose first half there is not; else nothing.
+
+    A step's contacts work on the mean of its velocities before and after; in step 1 that before is
+    none but for the fall that it starts from, see `start`.
+    """
+    return wp.where(k == 1, HALF, real(0.0))
+
+
 @wp.struct
 class Result:
     """What one lane's run leaves behind."""
@@ -173,6 +183,7 @@ def packed(
             k += 1
             time = real(k) * knobs.time_step
             half = time - HALF * knobs.time_step
+            early = before_start(k)
             for i in range(LANE_WIDTH):
                 m = motions[first + i]
                 # Field by field: four float32 loaded at once would keep the loop scalar.
@@ -197,12 +208,12 @@ def packed(
                 x[i] = wp.where(live, qx, x[i])
                 z[i] = wp.where(live, qz, z[i])
                 theta[i] = wp.where(live, qt, theta[i])
+                loss[i] = wp.where(live, lo + early * vz[i] * (p1 + p2), loss[i])
                 vx[i] = wp.where(live, ux, vx[i])
                 vz[i] = wp.where(live, uz, vz[i])
                 omega[i] = wp.where(live, uo, omega[i])
                 n1[i] = wp.where(live, p1, n1[i])
                 n2[i] = wp.where(live, p2, n2[i])
-                loss[i] = wp.where(live, lo, loss[i])
                 base[i] = moving
                 peak[i] = wp.where(live, pk, peak[i])
                 peak_time[i] = wp.where(live, pt, peak_time[i])
@@ -269,6 +280,7 @@ def plain(
             k += 1
             time = real(k) * knobs.time_step
             half = time - HALF * knobs.time_step
+            early = before_start(k)
             place = sample_index(m, sample_segment(m, half))
             moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
             qx, qz, qt, ux, uz, uo, p1, p2, lo, mi = step(
@@ -281,12 +293,12 @@ def plain(
             x = qx
             z = qz
             theta = qt
+            loss = lo + early * vz * (p1 + p2)
             vx = ux
             vz = uz
             omega = uo
             n1 = p1
             n2 = p2
-            loss = lo
             base = moving
             mode = mo
             peak = pk

@@ -322,8 +322,9 @@ def stacks(
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):
                 for i in range(LANES):
-                    past = wp.where(mode[i] == ROCKING, larger(time - until, zero), zero)
-                    found.rotations[sample, k - 1, first + i] = theta[k, i] - past * omega[k, i]
+                    past = larger(time - until, zero) * omega[k, i]
+                    back = wp.where(mode[i] == ROCKING, past, zero)
+                    found.rotations[sample, k - 1, first + i] = theta[k, i] - back
     for i in range(LANES):
         found.results[first + i] = Result(
             uplift_time[i], moved[i], loss[i], impacts[i], mode[i], steps[i]

@@ -346,7 +346,8 @@ def stacks(
             for k in range(1, bodies):
                 for i in range(LANES):
                     past = late(mode[i], time - sample_times[sample])
-                    found.rotations[sample, k - 1, first + i] = theta[k, i] - past * omega[k, i]
+                    back = wp.where(mode[i] == ROCKING, past * omega[k, i], real(0.0))
+                    found.rotations[sample, k - 1, first + i] = theta[k, i] - back
     for i in range(LANES):
         found.results[first + i] = Result(lift[i], moved[i], loss[i], impacts[i], mode[i], steps[i])
         for k in range(1, bodies):

@@ -20,6 +20,7 @@ from warprock.engines.dem_springs import (
 )
 from warprock.engines.launching import NEVER, Target, respond, time_or_nan
 from warprock.engines.settings import DemSettings
+from warprock.engines.soundness import unstable
 from warprock.engines.stack_launching import Array, as_stacks, launch_stacks, stack_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions, StillBase
@@ -45,7 +46,8 @@ class Dem(AbstractEngine):
     while none has; an impact is an interface that closes there again, bounces counted. On springs
     that comes before a rigid block would lift: when the resultant has moved two thirds (of many
     sub-contacts) or three quarters (of five) of the way to an end. What a lane lost went into
-    dashpots, slip and springs that opened under load.
+    dashpots, slip and springs that opened under load. A lane that by this account gains more than
+    it held while its base stands still has the status UNSTABLE, as at a `step_safety` beyond 1.
     """
 
     name: ClassVar[str] = "dem"
@@ -120,6 +122,8 @@ class Dem(AbstractEngine):
         moved = np.asarray(rows["moved"], dtype=np.float64)
         # In the last step of the run every interface was closed.
         resting = (mode < OVERTURNED) & (moved < times.times[-1] - 1.5 * step)
+        # Springs tilt under what rigid faces carry: its own account alone tells what is gained.
+        gained = unstable(stacks, motions, rows["loss"], per_block["peak"], rigid=False)
         columns: dict[str, npt.NDArray[Any]] = {
             "peak_rotation": per_block["peak"],
             "peak_time": per_block["peak_time"],
@@ -128,7 +132,9 @@ class Dem(AbstractEngine):
                 [Outcome.OVERTURNED, Outcome.SLID_OFF, Outcome.AT_REST],
                 Outcome.ROCKING,
             ),
-            "status": np.where(mode == BROKEN, Status.NONFINITE, Status.OK),
+            "status": np.select(
+                [mode == BROKEN, gained], [Status.NONFINITE, Status.UNSTABLE], Status.OK
+            ),
             "impact_count": rows["impacts"],
             "uplift_time": time_or_nan(rows["uplift_time"]),
             "rest_time": np.where(resting, moved, np.nan),

@@ -13,6 +13,7 @@ from warprock.engines.base import AbstractEngine
 from warprock.engines.direct_stack import direct_stack_module, run_direct_stacks
 from warprock.engines.launching import Target, launch, respond, time_or_nan
 from warprock.engines.settings import DirectSettings
+from warprock.engines.soundness import contacts_hold, unstable
 from warprock.kernels.instance import kernel_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
@@ -35,7 +36,8 @@ class Direct(AbstractEngine):
     is at rest while both corners carry an impulse; it rocks while one carries none. The run of a
     lane whose contacts are not solved to round-off ends there, with the status ITERATION_LIMIT.
     What is lost is what the contacts take; what a spring holds counts as lost until it gives it
-    back.
+    back. A lane that gains more energy than it held while its base stands still has the status
+    UNSTABLE.
     """
 
     name: ClassVar[str] = "direct"
@@ -103,6 +105,9 @@ class Direct(AbstractEngine):
         moved = np.asarray(rows["moved"], dtype=np.float64)
         # In the last step of the run both corners carried the block.
         resting = (mode < OVERTURNED) & (moved < times.times[-1] - 0.5 * self.settings.time_step)
+        lost = lanes.mass * rows["loss"]
+        hold = contacts_hold(lanes, self.settings.contact_stiffness)
+        gained = unstable(lanes, motions, lost, rows["peak"], rigid=hold)
         columns = {
             "peak_rotation": rows["peak"],
             "peak_time": rows["peak_time"],
@@ -112,8 +117,8 @@ class Direct(AbstractEngine):
                 Outcome.ROCKING,
             ),
             "status": np.select(
-                [mode == BROKEN, mode == UNSOLVED],
-                [Status.NONFINITE, Status.ITERATION_LIMIT],
+                [mode == BROKEN, mode == UNSOLVED, gained],
+                [Status.NONFINITE, Status.ITERATION_LIMIT, Status.UNSTABLE],
                 Status.OK,
             ),
             "impact_count": rows["impacts"],
@@ -121,7 +126,7 @@ class Direct(AbstractEngine):
             "rest_time": np.where(resting, moved, np.nan),
             "residual_slide": rows["slide"],
             "peak_slide": rows["peak_slide"],
-            "energy_lost": lanes.mass * rows["loss"],
+            "energy_lost": lost,
             "step_count": rows["steps"],
         }
         return respond(self.name, columns, rotations, times)

@@ -9,10 +9,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.impulse_stack import start_on_corners
 from warprock.engines.launching import NEVER, Form, Target, respond, time_or_nan
 from warprock.engines.settings import DirectSettings
-from warprock.engines.stack_launching import Array, launch_stacks, stack_module
+from warprock.engines.soundness import contacts_hold, unstable
+from warprock.engines.stack_launching import (
+    Array,
+    launch_stacks,
+    stack_module,
+    start_on_corners,
+)
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
 from warprock.response import Outcome, Response, SampleTimes, Status
@@ -61,6 +66,8 @@ def run_direct_stacks(
     moved = np.asarray(rows["moved"], dtype=np.float64)
     # In the last step of the run both ends of every interface carried something.
     resting = (mode < OVERTURNED) & (moved < times.times[-1] - 0.5 * settings.time_step)
+    hold = contacts_hold(lanes, settings.contact_stiffness)
+    gained = unstable(lanes, motions, rows["loss"], per_block["peak"], rigid=hold)
     columns: dict[str, npt.NDArray[Any]] = {
         "peak_rotation": per_block["peak"],
         "peak_time": per_block["peak_time"],
@@ -70,8 +77,8 @@ def run_direct_stacks(
             Outcome.ROCKING,
         ),
         "status": np.select(
-            [mode == BROKEN, mode == UNSOLVED],
-            [Status.NONFINITE, Status.ITERATION_LIMIT],
+            [mode == BROKEN, mode == UNSOLVED, gained],
+            [Status.NONFINITE, Status.ITERATION_LIMIT, Status.UNSTABLE],
             Status.OK,
         ),
         "impact_count": rows["impacts"],

@@ -31,8 +31,8 @@ class Impulse(AbstractEngine):
 
     Semi-implicit Euler at the time step of Eq. 9 of the paper, first order in it. A block is at
     rest while both corners carry an impulse; it rocks while one carries none. In a stack the same
-    holds at the two ends of what two faces share. A single block that gains more energy than it
-    held while its base stands still has the status UNSTABLE.
+    holds at the two ends of what two faces share. A lane that gains more energy than it held
+    while its base stands still has the status UNSTABLE.
     """
 
     name: ClassVar[str] = "impulse"

@@ -18,7 +18,14 @@ import warp as wp
 from warprock.kernels.instance import LANE_WIDTH, REALS
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions, HarmonicMotions, RecordMotions, RickerMotions
-from warprock.response import INTEGER_FIELDS, LANE_FIELDS, Response, SampleTimes
+from warprock.response import (
+    INTEGER_FIELDS,
+    LANE_FIELDS,
+    USABLE,
+    Response,
+    SampleTimes,
+    Status,
+)
 
 NEVER = 1.0e30
 """A time that has not come, in the kernels."""
@@ -167,17 +174,33 @@ def time_or_nan(times: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
     return np.where(values >= NEVER, np.nan, values)
 
 
+FINITE_FIELDS = ("peak_rotation", "residual_slide", "peak_slide", "energy_lost")
+"""Numbers that no lane may lack, besides its rotations."""
+
+
 def respond(
     engine: str,
     columns: dict[str, npt.NDArray[Any]],
     rotations: npt.NDArray[np.float64] | None,
     times: SampleTimes,
 ) -> Response:
-    """A response from its lane fields; every one must be there."""
+    """A response from its lane fields; every one must be there.
+
+    A lane of which a number is not finite gets the status NONFINITE if its status would let that
+    pass, on any base. Rotations end at a right angle, as peaks do.
+    """
     fields: dict[str, npt.NDArray[Any]] = {
         name: np.asarray(columns[name], np.int64 if name in INTEGER_FIELDS else np.float64)
         for name in LANE_FIELDS
     }
+    status = fields["status"]
+    numbers = [fields[name] for name in FINITE_FIELDS]
+    numbers += [] if rotations is None else [rotations]
+    # A sum is finite only if all of its parts are.
+    total = sum(each.reshape(len(status), -1).sum(axis=1) for each in numbers)
+    broken = ~np.isfinite(total) & np.isin(status, USABLE)
+    fields["status"] = np.where(broken, np.int64(Status.NONFINITE), status)
     if rotations is None:
         return Response(engine=engine, fields=fields, times=np.empty(0))
-    return Response(engine=engine, fields={**fields, "rotation": rotations}, times=times.times)
+    turned = np.clip(rotations, -0.5 * np.pi, 0.5 * np.pi)
+    return Response(engine=engine, fields={**fields, "rotation": turned}, times=times.times)

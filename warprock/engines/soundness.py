@@ -6,10 +6,13 @@ some back; where that is more than the block held, its motion is the step's and 
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import numpy.typing as npt
 
 from warprock import rocking
+from warprock.engines.stack_launching import start_on_corners
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions, StillBase
 from warprock.units import GRAVITY
@@ -23,6 +26,8 @@ BARRIER_SHARE = 0.1
 """...if what was gained is also this part of the energy that overturns the blocks (a twentieth of
 the slenderness angle): a block that holds next to nothing may gain much of that, and move by
 nothing."""
+SINKING_SHARE = 1e-2
+"""Part of the rise that overturns a block by which contacts may sink and count as rigid."""
 
 
 def energy_held(lanes: Lanes, rotation: Array) -> Array:
@@ -57,14 +62,104 @@ def exploded(lanes: Lanes, held: Array, gained: Array) -> Mask:
     return np.asarray((gained > EXPLOSION_BOUND * held) & (gained > BARRIER_SHARE * barrier))
 
 
-def unstable(
-    lanes: Lanes, motions: GroundMotions, energy_lost: Array, peak_rotation: Array
-) -> Mask:
-    """Where single rigid blocks on a still base gained energy that nothing gave, shape [lane].
+def stack_energy_held(lanes: Lanes) -> Array:
+    """Energy at the start above the state in which all blocks of a stack are flat [J], [lane].
 
-    Where the base moves it gives energy, and nothing is said.
+    Negative where the stack starts so far turned that it falls.
+    """
+    start, flat = (start_on_corners(each)[1] for each in (lanes, _flat(lanes)))
+    return np.asarray(GRAVITY * (lanes.mass * (start - flat)).sum(axis=1))
+
+
+def toppled_from_nothing(lanes: Lanes, held: Array, peak_rotation: Array) -> Mask:
+    """Where a stack turned further than its energy can take it, shape [lane].
+
+    Write the potential with u_k, the sine of the rotation of block k less that of what it stands
+    on: as long as each u_k keeps its sign it is concave, so that the least energy to leave the
+    well around the flat state lies where one u_k alone is not zero: the blocks from k up turn as
+    one about an end of interface k. In the well the sum of |u_k| / (u_k there) is less than one,
+    and no rotation has a larger sine than the largest of those. A stack that starts in the well
+    with less than 1 - `BARRIER_SHARE` of that energy cannot leave it. Friction has to hold every
+    interface until it tips; elsewhere nothing is said.
+
+    Args:
+        lanes: Stacks.
+        held: Energy at the start above the flat state [J], shape [lane].
+        peak_rotation: Largest rotations [rad], shape [lane, block].
+    """
+    x, z, left, right = start_on_corners(_flat(lanes))
+    mass = lanes.mass
+    # What stands on each interface, and its centre above it: sums from the top down.
+    above, levers, heights = (
+        np.cumsum((mass * each)[:, ::-1], axis=1)[:, ::-1] for each in (np.ones_like(x), x, z)
+    )
+    centre, rise = levers / above, heights / above - (z - 0.5 * lanes.height)
+    arms = np.maximum(np.stack([centre - left, right - centre]), 0.0)
+    reach = np.hypot(arms, rise)
+    barrier = (GRAVITY * above * (reach - rise)).min(axis=(0, 2))
+    sine = arms / reach
+    turn = np.diff(np.sin(lanes.rotation_start), axis=1, prepend=0.0)
+    there = np.where(turn < 0.0, sine[0], sine[1])
+    share = np.divide(np.abs(turn), there, out=np.full(turn.shape, np.inf), where=there > 0.0)
+    inside = share.sum(axis=1) < 1.0
+    holds = (lanes.friction >= (arms / rise).max(axis=0)).all(axis=1)
+    farthest = np.sin(np.minimum(np.abs(peak_rotation), 0.5 * np.pi)).max(axis=1)
+    left_it = farthest > sine.max(axis=(0, 2))
+    poor = held < (1.0 - BARRIER_SHARE) * barrier
+    return np.asarray(inside & holds & left_it & poor)
+
+
+def contacts_hold(lanes: Lanes, stiffness: float) -> Mask:
+    """Where all contacts sink by little beside what overturns the blocks, shape [lane].
+
+    Args:
+        lanes: Single blocks or stacks.
+        stiffness: Of one contact [N/m].
+    """
+    load = (GRAVITY * lanes.mass).reshape(lanes.lane_count, -1).sum(axis=1)
+    rise = 0.5 * (np.hypot(lanes.face_width, lanes.height) - lanes.height)
+    least = rise.reshape(lanes.lane_count, -1).min(axis=1)
+    return np.asarray(load / stiffness <= SINKING_SHARE * least)
+
+
+def unstable(
+    lanes: Lanes,
+    motions: GroundMotions,
+    energy_lost: Array,
+    peak_rotation: Array,
+    *,
+    rigid: Mask | bool = True,
+) -> Mask:
+    """Where blocks on a still base gained energy that nothing gave, shape [lane].
+
+    Where the base moves it gives energy, and nothing is said: there only numbers that are not
+    finite are found, see `launching.respond`.
+
+    Args:
+        lanes: Single blocks or stacks.
+        motions: Their ground motions.
+        energy_lost: By the engine's own account [J], shape [lane].
+        peak_rotation: Largest rotations [rad], shape [lane], or [lane, block] for stacks.
+        rigid: Whether contacts are rigid, so that rotations tell an energy, one or shape [lane].
     """
     if not isinstance(motions, StillBase):
         return np.zeros(lanes.lane_count, dtype=np.bool_)
-    gained = energy_gained(lanes, energy_lost, peak_rotation)
-    return exploded(lanes, energy_held(lanes, lanes.rotation_start), gained)
+    if lanes.stacked and lanes.block_count == 1:
+        parts = {
+            field.name: getattr(lanes, field.name).reshape(lanes.lane_count)
+            for field in dataclasses.fields(lanes)
+        }
+        lanes, peak_rotation = dataclasses.replace(lanes, **parts), peak_rotation[:, 0]
+    account = -np.asarray(energy_lost, dtype=np.float64)
+    if lanes.stacked:
+        held = stack_energy_held(lanes)
+        found = exploded(lanes, held, account)
+        return np.asarray(found | (rigid & toppled_from_nothing(lanes, held, peak_rotation)))
+    held = energy_held(lanes, lanes.rotation_start)
+    gained = np.where(rigid, energy_gained(lanes, energy_lost, peak_rotation), account)
+    return exploded(lanes, held, gained)
+
+
+def _flat(lanes: Lanes) -> Lanes:
+    """The same stacks with no block turned."""
+    return dataclasses.replace(lanes, rotation_start=np.zeros_like(lanes.rotation_start))

@@ -118,6 +118,44 @@ def launch_stacks(
         return results, per_block, np.ascontiguousarray(histories, dtype=np.float64)
 
 
+def start_on_corners(lanes: Lanes) -> tuple[Array, Array, Array, Array]:
+    """Where the blocks start, each on its lower corner on the face beneath.
+
+    A block that is not turned against what it stands on has its centre at the offset along it;
+    a turned one is turned about the end of the overlap to which it leans.
+
+    Returns:
+        x and z of their centres, and x of both ends of the overlaps below them, at -x and at +x
+        [m], shape [lane, block] each.
+    """
+    half_face, half_height = 0.5 * lanes.face_width, 0.5 * lanes.height
+    x, z, left, right = np.zeros((4, *lanes.width.shape))
+    below_x, below_z, below_turn, below_height = np.zeros((4, lanes.lane_count))
+    below_face = np.full(lanes.lane_count, np.inf)
+    for block in range(lanes.block_count):
+        turn, offset = lanes.rotation_start[:, block], lanes.offset[:, block]
+        ends = [s * np.minimum(below_face, half_face[:, block] + s * offset) for s in (-1.0, 1.0)]
+        feet = [_turned(end, below_height, below_turn) for end in ends]
+        left[:, block], right[:, block] = (below_x + foot[0] for foot in feet)
+        # From either end to the centre; both lead to the same if the block is not turned.
+        ways = [_turned(end - offset, -half_height[:, block], turn) for end in ends]
+        leans = [turn < below_turn, turn > below_turn]
+        from_left, from_right = (
+            np.array([below_x + foot[0] - way[0], below_z + foot[1] - way[1]])
+            for foot, way in zip(feet, ways, strict=True)
+        )
+        below_x, below_z = np.select(leans, [from_left, from_right], 0.5 * (from_left + from_right))
+        x[:, block], z[:, block] = below_x, below_z
+        below_face, below_height, below_turn = half_face[:, block], half_height[:, block], turn
+    return x, z, left, right
+
+
+def _turned(x: Array, z: Array, rotation: Array) -> tuple[Array, Array]:
+    """A lever turned clockwise."""
+    s, c = np.sin(rotation), np.cos(rotation)
+    return x * c + z * s, z * c - x * s
+
+
 def _block_rows(struct: Any, columns: dict[str, npt.NDArray[Any]], count: int) -> npt.NDArray[Any]:
     """Rows of a struct of blocks, shape [block, lane], padded to a count of lanes."""
     block_count = next(iter(columns.values())).shape[1]

@@ -13,6 +13,7 @@ from warprock.engines.base import AbstractEngine
 from warprock.engines.impulse_stack import block_columns, stack_columns
 from warprock.engines.launching import Target, respond, time_or_nan
 from warprock.engines.settings import XpbdSettings
+from warprock.engines.soundness import contacts_hold, unstable
 from warprock.engines.stack_launching import as_stacks, launch_stacks, stack_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
@@ -32,7 +33,8 @@ class Xpbd(AbstractEngine):
     interfaces carries; it rocks while one carries nothing. With compliance it starts as it would
     stand rigidly and sinks by the compliance times the force of each end, within a time of about
     compliance x mass / time step; what that stores counts as lost. Sweeps do not carry a block
-    that is thousands of times as heavy as the one it stands on: there energy can grow.
+    that is thousands of times as heavy as the one it stands on: there energy can grow. A
+    lane that gains more than it held while its base stands still has the status UNSTABLE.
     """
 
     name: ClassVar[str] = "xpbd"
@@ -95,6 +97,9 @@ class Xpbd(AbstractEngine):
         moved = np.asarray(rows["moved"], dtype=np.float64)
         # In the last step of the run both ends of every interface carried something.
         resting = (mode < OVERTURNED) & (moved < times.times[-1] - 0.5 * step)
+        softness = self.settings.compliance
+        hold = contacts_hold(stacks, 1.0 / softness if softness else np.inf)
+        gained = unstable(stacks, motions, rows["loss"], per_block["peak"], rigid=hold)
         columns: dict[str, npt.NDArray[Any]] = {
             "peak_rotation": per_block["peak"],
             "peak_time": per_block["peak_time"],
@@ -103,7 +108,9 @@ class Xpbd(AbstractEngine):
                 [Outcome.OVERTURNED, Outcome.SLID_OFF, Outcome.AT_REST],
                 Outcome.ROCKING,
             ),
-            "status": np.where(mode == BROKEN, Status.NONFINITE, Status.OK),
+            "status": np.select(
+                [mode == BROKEN, gained], [Status.NONFINITE, Status.UNSTABLE], Status.OK
+            ),
             "impact_count": rows["impacts"],
             "uplift_time": time_or_nan(rows["uplift_time"]),
             "rest_time": np.where(resting, moved, np.nan),
