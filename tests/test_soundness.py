@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.blocks import Array, make_lanes, sines
+from tests.blocks import Array, make_lanes, sines, velocity_steps
 from warprock import rocking
 from warprock.batch import run_batch
 from warprock.engines.launching import respond
@@ -238,9 +238,11 @@ def test_soft_contacts_and_moving_bases_are_judged_by_less():
     assert unstable(lanes, still, lost, peak).all()
     found = unstable(lanes, still, lost, peak, rigid=np.array([True, False]))
     np.testing.assert_array_equal(found, [True, False])
-    assert not unstable(
-        lanes, sines(Control.ACCELERATION, np.ones(2), 1.0, 1.0), -np.full(2, 1e9), peak
-    ).any()
+    # Of two sines the second has no amplitude.
+    shaken = sines(Control.ACCELERATION, np.array([1.0, 0.0]), 1.0, 1.0)
+    np.testing.assert_array_equal(unstable(lanes, shaken, lost, peak), [False, True])
+    stepped = velocity_steps(np.array([0.0, 1.0]), np.zeros(2), np.ones(2))
+    np.testing.assert_array_equal(unstable(lanes, stepped, lost, peak), [True, False])
     # 200 kg on a rise of 10 mm: 20 kN/m sink by 0.1 m, 2e9 N/m by a micrometre.
     assert contacts_hold(lanes, 2e9).all()
     assert not contacts_hold(lanes, 2e4).any()

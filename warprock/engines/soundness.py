@@ -14,7 +14,7 @@ import numpy.typing as npt
 from warprock import rocking
 from warprock.engines.stack_launching import start_on_corners
 from warprock.lanes import Lanes
-from warprock.motion import GroundMotions, StillBase
+from warprock.motion import GroundMotions, HarmonicMotions, StillBase
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -142,8 +142,9 @@ def unstable(
         peak_rotation: Largest rotations [rad], shape [lane], or [lane, block] for stacks.
         rigid: Whether contacts are rigid, so that rotations tell an energy, one or shape [lane].
     """
-    if not isinstance(motions, StillBase):
-        return np.zeros(lanes.lane_count, dtype=np.bool_)
+    still = stands_still(motions)
+    if not still.any():
+        return still
     if lanes.stacked and lanes.block_count == 1:
         parts = {
             field.name: getattr(lanes, field.name).reshape(lanes.lane_count)
@@ -154,10 +155,19 @@ def unstable(
     if lanes.stacked:
         held = stack_energy_held(lanes)
         found = exploded(lanes, held, account)
-        return np.asarray(found | (rigid & toppled_from_nothing(lanes, held, peak_rotation)))
+        found |= rigid & toppled_from_nothing(lanes, held, peak_rotation)
+        return still & found
     held = energy_held(lanes, lanes.rotation_start)
     gained = np.where(rigid, energy_gained(lanes, energy_lost, peak_rotation), account)
-    return exploded(lanes, held, gained)
+    return still & exploded(lanes, held, gained)
+
+
+def stands_still(motions: GroundMotions) -> Mask:
+    """Where the base never moves, shape [lane]: sines of no amplitude and no steps are known."""
+    if isinstance(motions, HarmonicMotions):
+        steps = (motions.velocity_step_start == 0.0) & (motions.velocity_step_stop == 0.0)
+        return np.asarray(steps & (motions.acceleration_amplitude == 0.0))
+    return np.full(motions.lane_count, isinstance(motions, StillBase))
 
 
 def _flat(lanes: Lanes) -> Lanes:
