@@ -20,6 +20,7 @@ from warprock.checks import compare_with_housner, plain_row
 from warprock.errors import InputError
 from warprock.report import conflicts, conflicts_stack, plots_study
 from warprock.report.paper import PAPER_COLUMNS, paper_table
+from warprock.reproduce_dem import run_dem_study
 from warprock.reproduce_runs import (
     B0,
     B123,
@@ -48,10 +49,11 @@ CASES_OF: dict[str, tuple[str, ...]] = {
     "fig8": (PULSE,),
     "fig10": (SINE,),
     "fig11": (SINE,),
+    "dem": (),
     "times": (),
     **STACK_CASES_OF,
 }
-"""Target -> the shipped cases whose responses it shows; `times` runs single lanes of its own."""
+"""Target -> the shipped cases whose responses it shows; `dem` and `times` run their own lanes."""
 CASES_OF["all"] = tuple(dict.fromkeys(case for cases in CASES_OF.values() for case in cases))
 TARGETS: tuple[str, ...] = tuple(CASES_OF)
 """What `reproduce` takes."""
@@ -228,6 +230,7 @@ _MAKERS: dict[str, Callable[[str, PaperRuns, pathlib.Path], Reproduction]] = {
     "fig8": _figure(figures.figure8, CASES_OF["fig8"]),
     "fig10": _figure(figures.figure10, CASES_OF["fig10"]),
     "fig11": _figure(figures.figure11, CASES_OF["fig11"]),
+    "dem": run_dem_study,
     "times": run_times,
     **STACK_MAKERS,
 }

@@ -53,6 +53,7 @@ def print_reproduction(found: Mapping[str, Any], console: Console | None = None)
         found: Its return value.
         console: Where to; the terminal if not given.
     """
+    from warprock.report.tables_dem import print_dem_study
     from warprock.report.tables_section6 import print_section6
     from warprock.report.tables_study import print_families, print_study, print_times
 
@@ -68,6 +69,8 @@ def print_reproduction(found: Mapping[str, Any], console: Console | None = None)
             _print_sine_peaks(out, mine)
         elif target == "times":
             print_times(out, mine)
+        elif target == "dem":
+            print_dem_study(out, mine)
         kind = _CASE_OF_TARGET.get(target)
         if kind is None:
             print_section6(out, target, mine)
@@ -75,7 +78,8 @@ def print_reproduction(found: Mapping[str, Any], console: Console | None = None)
             shown.add(kind)
             _print_errors(out, mine, kind)
             print_study(out, mine)
-    out.print("[bold]Conflicts in the paper[/bold]")
+    if found["conflicts"]:
+        out.print("[bold]Conflicts in the paper[/bold]")
     for conflict in found["conflicts"]:
         out.print(f"\n[bold]{conflict['item']}. {conflict['title']}.[/bold]", highlight=False)
         out.print(conflict["text"], markup=False, highlight=False)
