@@ -60,7 +60,7 @@ def run_dem_study(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reprodu
 
     Rows have the `knob`, its `value`, `source`, `peak_rotation_ratio`, `paper_off` and
     `housner_off` (relative differences from the paper's DEM and from Housner's block), and
-    `time_step_s`.
+    `steps_per_s`.
     """
     lane_set = runs.case(PULSE).lane_set
     chosen = lane_set.select({"reading": "displacement"})
@@ -91,7 +91,7 @@ def run_dem_study(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reprodu
                 "friction": float(run_lanes.friction[lane]),
                 "paper_off": float(ratio[lane] / paper[lane] - 1.0),
                 "housner_off": float(ratio[lane] / rigid[lane] - 1.0),
-                "time_step_s": times.duration / int(response["step_count"][lane]),
+                "steps_per_s": int(response["step_count"][lane]) / times.duration,
             }
             for lane in range(len(chosen))
         ]

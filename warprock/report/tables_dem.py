@@ -23,7 +23,7 @@ def print_dem_study(out: Console, rows: Sequence[Row]) -> None:
     table = plain_table(
         "dem on Table 6, displacement drive: largest rotation / slenderness angle",
         [
-            *("springs", "value", "step\n[s]"),
+            *("springs", "value", "steps\na second"),
             *(f"{f:g} Hz\n{a:g} mm" for f, a in inputs),
             *("worst off\nthe DEM\n[%]", "worst off\nHousner\n[%]"),
         ],
@@ -38,7 +38,7 @@ def print_dem_study(out: Console, rows: Sequence[Row]) -> None:
         table.add_row(
             "" if knob == last else knob,
             number(value, "g"),
-            number(mine[0]["time_step_s"], ".1e"),
+            number(mine[0]["steps_per_s"], ".0f"),
             *(number(row["peak_rotation_ratio"], ".4f") for row in mine),
             *(
                 number(100.0 * max((row[off] for row in mine), key=abs), "+.1f")
