@@ -15,6 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from warprock import rocking
+from warprock.engines.dem import equivalent_restitution
 from warprock.engines.settings import DemSettings
 from warprock.report.paper import paper_table
 from warprock.reproduce_runs import (
@@ -36,6 +38,9 @@ RIGID = {
 }
 HOLDING_FRICTION = 5.0
 """Friction at which the velocity step at the start does not slide the block."""
+
+RELEASED_FROM = 0.5
+"""Part of the slenderness angle from which the block is let go to find its restitution."""
 
 VARIANTS: tuple[tuple[str, float | None, dict[str, Any], float | None], ...] = (
     ("Table 5", None, {}, None),
@@ -59,7 +64,9 @@ def run_dem_study(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reprodu
     """Table 6's six inputs under displacement control with every variant of the springs.
 
     Rows have the `knob`, its `value`, `source`, `peak_rotation_ratio`, `paper_off` and
-    `housner_off` (relative differences from the paper's DEM and from Housner's block), and
+    `housner_off` (relative differences from the paper's DEM and from Housner's block),
+    `restitution` and `housner_restitution` (angular, of the block let go from half of its
+    slenderness angle: what the springs amount to, and Housner's), and
     `steps_per_s`.
     """
     lane_set = runs.case(PULSE).lane_set
@@ -78,6 +85,10 @@ def run_dem_study(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reprodu
             run_lanes = dataclasses.replace(lanes, friction=np.full_like(lanes.friction, friction))
         response, _ = runs.timed("dem", run_lanes, motions, times, settings=DemSettings(**changed))
         ratio = response["peak_rotation"] / slenderness
+        alike = dataclasses.replace(
+            run_lanes.take(slice(0, 1)), rotation_start=RELEASED_FROM * slenderness[:1]
+        )
+        restitution = float(equivalent_restitution(alike, DemSettings(**changed))[0])
         rows += [
             {
                 "target": target,
@@ -91,6 +102,8 @@ def run_dem_study(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reprodu
                 "friction": float(run_lanes.friction[lane]),
                 "paper_off": float(ratio[lane] / paper[lane] - 1.0),
                 "housner_off": float(ratio[lane] / rigid[lane] - 1.0),
+                "restitution": restitution,
+                "housner_restitution": float(rocking.angular_restitution(slenderness[lane])),
                 "steps_per_s": int(response["step_count"][lane]) / times.duration,
             }
             for lane in range(len(chosen))

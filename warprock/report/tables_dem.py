@@ -25,7 +25,7 @@ def print_dem_study(out: Console, rows: Sequence[Row]) -> None:
         [
             *("springs", "value", "steps\na second"),
             *(f"{f:g} Hz\n{a:g} mm" for f, a in inputs),
-            *("worst off\nthe DEM\n[%]", "worst off\nHousner\n[%]"),
+            *("worst off\nthe DEM\n[%]", "worst off\nHousner\n[%]", "restitu-\ntion"),
         ],
         ("springs",),
     )
@@ -44,12 +44,18 @@ def print_dem_study(out: Console, rows: Sequence[Row]) -> None:
                 number(100.0 * max((row[off] for row in mine), key=abs), "+.1f")
                 for off in ("paper_off", "housner_off")
             ),
+            number(mine[0]["restitution"], ".3f"),
         )
         last = knob
     out.print(table)
     out.print(
         "  Table 5: five sub-contacts, 1e9 N/m^3, beta 2.25e-4 s, friction 1; the others differ\n"
         "  in what is named. The last two have friction 5: the velocity step does not slide them.",
+        highlight=False,
+    )
+    out.print(
+        "  restitution: angular velocity kept at the first impact, let go from half of the\n"
+        f"  slenderness angle; Housner's is {rows[0]['housner_restitution']:.3f}.",
         highlight=False,
     )
     out.print()
