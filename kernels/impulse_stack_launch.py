@@ -221,6 +221,16 @@ def observe(
     mode = wp.where(live and mode == ROCKING, wp.where(total - total == zero, found, BROKEN), mode)
 
 
+@wp.func
+def shown(mode: int, past: real, theta: real, omega: real) -> real:
+    """Rotation at a sample that a lane has passed by a time [s]; where it ended, its last one.
+
+    Nothing stops the velocities of a lane that has ended, they need not be finite.
+    """
+    back = larger(past, real(0.0)) * omega
+    return theta - wp.where(mode == ROCKING, back, real(0.0))
+
+
 @wp.kernel
 def stacks(
     blocks: wp.array2d(dtype=Block),
@@ -322,9 +332,8 @@ def stacks(
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):
                 for i in range(LANES):
-                    past = larger(time - until, zero) * omega[k, i]
-                    back = wp.where(mode[i] == ROCKING, past, zero)
-                    found.rotations[sample, k - 1, first + i] = theta[k, i] - back
+                    turn = shown(mode[i], time - until, theta[k, i], omega[k, i])
+                    found.rotations[sample, k - 1, first + i] = turn
     for i in range(LANES):
         found.results[first + i] = Result(
             uplift_time[i], moved[i], loss[i], impacts[i], mode[i], steps[i]

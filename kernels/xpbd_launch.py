@@ -139,9 +139,13 @@ def kept_of(count: int) -> real:
 
 
 @wp.func
-def late(mode: int, past: real) -> real:
-    """Time by which a lane that still runs has passed a sample [s]."""
-    return wp.where(mode == ROCKING, larger(past, real(0.0)), real(0.0))
+def shown(mode: int, past: real, theta: real, omega: real) -> real:
+    """Rotation at a sample that a lane has passed by a time [s]; where it ended, its last one.
+
+    Nothing stops the velocities of a lane that has ended, they need not be finite.
+    """
+    back = larger(past, real(0.0)) * omega
+    return theta - wp.where(mode == ROCKING, back, real(0.0))
 
 
 @wp.func
@@ -345,9 +349,8 @@ def stacks(
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):
                 for i in range(LANES):
-                    past = late(mode[i], time - sample_times[sample])
-                    back = wp.where(mode[i] == ROCKING, past * omega[k, i], real(0.0))
-                    found.rotations[sample, k - 1, first + i] = theta[k, i] - back
+                    turn = shown(mode[i], time - sample_times[sample], theta[k, i], omega[k, i])
+                    found.rotations[sample, k - 1, first + i] = turn
     for i in range(LANES):
         found.results[first + i] = Result(lift[i], moved[i], loss[i], impacts[i], mode[i], steps[i])
         for k in range(1, bodies):

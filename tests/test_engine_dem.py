@@ -302,10 +302,12 @@ def test_steps_are_stable_up_to_the_limit_and_not_beyond(
     energy = 0.5 * frequency**2 * lanes.mass * 1e-12
     for safety, stable in ((0.99, True), (1.02, False)):
         settings = dataclasses.replace(damped, step_safety=safety)
-        lost = run(lanes, StillBase(1), SampleTimes(1.0), settings)["energy_lost"]
+        response = run_batch("dem", lanes, StillBase(1), SampleTimes(1.0), settings=settings)
+        lost = response["energy_lost"]
         # Near its limit an undamped mode keeps an energy that is not the continuous one, but
         # bounded: 1 / (1 - 0.99^2) = 50 of it.
         assert (lost[0] > -100.0 * energy[0]) == stable
+        assert response["status"][0] == (Status.OK if stable else Status.UNSTABLE)
 
 
 def test_error_is_of_first_order_in_the_step() -> None:
