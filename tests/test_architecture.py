@@ -59,7 +59,11 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         "errors foundation settings engines kernels",
         "numpy warp",
     ),
-    "reference": (("warprock/reference/*.py",), "errors foundation", "numpy scipy newton warp mujoco pybullet"),
+    "reference": (
+        ("warprock/reference/*.py",),
+        "errors foundation",
+        "numpy scipy newton warp mujoco pybullet",
+    ),
     "runs": (
         ("warprock/runner.py", "warprock/store.py", "warprock/ensemble.py"),
         "errors foundation settings cases engines batch",

@@ -28,9 +28,7 @@ def _damped(stiffness: float, *, subcontacts: int, safety: float = 0.2) -> Setti
 TRADE_KNOBS: dict[str, tuple[Settings, ...]] = {
     "housner": ({},),
     "two-block": ({},),
-    "event": tuple(
-        {"time_step": step} for step in (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4)
-    ),
+    "event": tuple({"time_step": step} for step in (1e-2, 5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4)),
     "impulse": (
         {"frames_per_second": 10.0, "substeps": 20},
         {"frames_per_second": 50.0, "substeps": 20},
