@@ -42,8 +42,7 @@ def blocks(
         "depth": 0.502,
         "density": 2670.0,
         "friction": 1.0,
-        "chamfer": 0.0,
-        "offset": 0.0,
+        **dict.fromkeys(("chamfer", "offset"), 0.0),
         "angular_restitution": rigid if math.isnan(restitution) else restitution,
         "rotation_start": ratio * angle,
     }
