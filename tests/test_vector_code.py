@@ -19,8 +19,8 @@ from warprock.response import SampleTimes
 LANES = 9 * 64
 TIMES = SampleTimes(2.0)
 
-# About midway, as a ratio, between scalar code (0.9 measured for housner) and the least that 256-bit
-# vectors gave: housner 2.0 to 3.8, impulse 4.5 to 5.1, event 3.2 to 3.6. 512-bit ones give more.
+# About midway, as a ratio, between scalar code (0.9, measured for housner) and the least of 256-bit
+# vectors: housner 2.0 to 3.8, impulse 4.5 to 5.1, event 3.2 to 3.6. 512-bit ones give more.
 LEAST = {"housner": 1.4, "impulse": 2.5, "event": 1.7}
 
 
