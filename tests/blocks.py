@@ -8,8 +8,9 @@ import numpy.typing as npt
 from warprock import rocking
 from warprock.engines import ENGINES, engine_class
 from warprock.lanes import Lanes
-from warprock.motion import Control, HarmonicMotions, StillBase, Waveform, harmonic_motions
+from warprock.motion import Control, HarmonicMotions, StillBase, Waveform
 from warprock.scene import scene_kind
+from warprock.waveforms import harmonic_motions
 
 Array = npt.NDArray[np.float64]
 

@@ -27,6 +27,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         (
             "warprock/response.py",
             "warprock/motion.py",
+            "warprock/waveforms.py",
             "warprock/lanes.py",
             "warprock/scene.py",
             "warprock/units.py",

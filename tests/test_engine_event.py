@@ -16,10 +16,11 @@ from warprock.engines.launching import Form
 from warprock.engines.settings import EventSettings
 from warprock.expansion import expand_lanes
 from warprock.lanes import Lanes
-from warprock.motion import Control, GroundMotions, StillBase, ricker_motions
+from warprock.motion import Control, GroundMotions, StillBase
 from warprock.records import load_record, record_motions
 from warprock.response import Outcome, Response, SampleTimes, Status
 from warprock.units import GRAVITY
+from warprock.waveforms import ricker_motions
 
 STEPS = np.array([1e-2, 5e-3, 2e-3, 1e-3])
 

@@ -16,17 +16,12 @@ from warprock.case import load_case
 from warprock.engines.settings import HousnerSettings
 from warprock.expansion import expand_lanes
 from warprock.lanes import Lanes
-from warprock.motion import (
-    Control,
-    GroundMotions,
-    StillBase,
-    Waveform,
-    ricker_motions,
-)
+from warprock.motion import Control, GroundMotions, StillBase, Waveform
 from warprock.records import Record, record_motions
 from warprock.reference.oracle import rock
 from warprock.response import Outcome, Response, SampleTimes, Status
 from warprock.units import GRAVITY
+from warprock.waveforms import ricker_motions
 
 AGREEMENT = 1e-9
 """What is left between `housner` and the oracle, in slenderness angles."""

@@ -14,10 +14,11 @@ from warprock.engines.settings import ImpulseSettings
 from warprock.expansion import expand_lanes
 from warprock.lanes import Lanes
 from warprock.machine import core_count, cpu_vector_flags
-from warprock.motion import Control, GroundMotions, StillBase, Waveform, ricker_motions
+from warprock.motion import Control, GroundMotions, StillBase, Waveform
 from warprock.records import load_record, record_motions
 from warprock.response import Outcome, SampleTimes, Status
 from warprock.units import GRAVITY
+from warprock.waveforms import ricker_motions
 
 
 def errors(

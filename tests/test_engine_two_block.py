@@ -27,7 +27,6 @@ from warprock.motion import (
     HarmonicMotions,
     StillBase,
     Waveform,
-    ricker_motions,
 )
 from warprock.records import Record, record_motions
 from warprock.reference.two_block import TwoBlockResponse, rock_two_blocks
@@ -35,6 +34,7 @@ from warprock.reference.two_block_mechanics import Pattern, StackMechanics, TwoB
 from warprock.response import LANE_FIELDS, Outcome, Response, SampleTimes, Status
 from warprock.scene import scene_kind
 from warprock.units import GRAVITY
+from warprock.waveforms import ricker_motions
 
 Array = npt.NDArray[np.float64]
 

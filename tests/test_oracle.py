@@ -17,11 +17,10 @@ from warprock.motion import (
     Segment,
     StillBase,
     Waveform,
-    harmonic_motions,
-    ricker_motions,
 )
 from warprock.reference.oracle import OracleResponse, oracle_response, rock
 from warprock.response import INTEGER_FIELDS, LANE_FIELDS, Outcome, SampleTimes, Status
+from warprock.waveforms import harmonic_motions, ricker_motions
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 GRAVITY = 9.81  # m/s^2

@@ -13,7 +13,6 @@ from rich.console import Console
 from warprock.batch import run_batch
 from warprock.case import load_case
 from warprock.lanes import Lanes
-from warprock.motion import harmonic_motions
 from warprock.report.conflicts_stack import (
     CEILING,
     FITTED,
@@ -30,6 +29,7 @@ from warprock.reproduce_stack import STACK_CASES_OF
 from warprock.reproduce_stack_runs import REFERENCE_ANGLE, Cells, cell_rows, input_keys
 from warprock.response import Outcome, SampleTimes
 from warprock.runner import run_case
+from warprock.waveforms import harmonic_motions
 
 MEMBERS = 8
 KEYS = {"target", "frequency_hz", "amplitude_mm", "reading", "source", "peak_rotation_ratio"}

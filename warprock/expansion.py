@@ -24,18 +24,12 @@ from warprock.case_tables import PeaksCheck
 from warprock.case_values import LaneValues
 from warprock.errors import InputError
 from warprock.lanes import Lanes
-from warprock.motion import (
-    Control,
-    GroundMotions,
-    StillBase,
-    Waveform,
-    harmonic_motions,
-    ricker_motions,
-)
+from warprock.motion import Control, GroundMotions, StillBase, Waveform
 from warprock.response import FIELDS, SampleTimes
 from warprock.scene import SceneKind, scene_kind
 from warprock.stacking import uplift_ratio
 from warprock.units import GRAVITY, Dimension
+from warprock.waveforms import harmonic_motions, ricker_motions
 
 if TYPE_CHECKING:
     import pandas as pd

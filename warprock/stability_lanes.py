@@ -14,8 +14,9 @@ import pandas as pd
 
 from warprock import rocking
 from warprock.lanes import Lanes
-from warprock.motion import Control, GroundMotions, StillBase, Waveform, harmonic_motions
+from warprock.motion import Control, GroundMotions, StillBase, Waveform
 from warprock.units import GRAVITY
+from warprock.waveforms import harmonic_motions
 
 Array = npt.NDArray[np.float64]
 

@@ -25,13 +25,13 @@ from warprock.motion import (
     MotionKind,
     StillBase,
     Waveform,
-    harmonic_motions,
 )
 from warprock.records import load_record, record_motions
 from warprock.reference.oracle import oracle_response
 from warprock.reference.two_block_lanes import two_block_response
 from warprock.response import Response, SampleTimes
 from warprock.units import GRAVITY
+from warprock.waveforms import harmonic_motions
 
 Array = npt.NDArray[np.float64]
 
