@@ -30,7 +30,7 @@ from typing import Any
 
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
+from warprock.kernels.instance import MAX_UNROLL, kernel_module, module_options
 
 real: Any
 PRECISION: str
@@ -41,6 +41,10 @@ scalar = kernel_module("scalar", precision=PRECISION)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 sign_of = scalar.sign_of
 sine, cosine = scalar.sine, scalar.cosine
+
+ENDS_EARLY = ITERATIONS > MAX_UNROLL
+"""Whether sweeps end once one has changed nothing, for all others would change nothing either.
+Fewer sweeps are written out, without a way out that would keep a loop over lanes scalar."""
 
 
 @wp.struct
@@ -70,6 +74,30 @@ def wish(gap: real, knobs: Knobs) -> real:
 
 
 @wp.func
+def sweep(
+    mu: real, a1: real, a2: real, a3: real, b1: real, b2: real, b3: real,
+    c1: real, c2: real, c3: real, g1: real, g2: real, g3: real,
+    u1: real, s1: real, u2: real, s2: real, f1: real, n2: real, f2: real,
+):  # fmt: skip
+    """One sweep over the four rows: the impulses n1, f1, n2, f2 after it.
+
+    Args:
+        mu: Friction coefficient.
+        a1: Row of n1 off the diagonal, over its diagonal: of f1, a2 of n2, a3 of f2. b1 to b3 is
+            the row of f1, c1 to c3 that of n2, g1 to g3 that of f2.
+        u1: What the row of n1 asks for, over its diagonal; s1, u2, s2 likewise.
+        f1: Impulses before the sweep [m/s]; that of n1 is not needed.
+    """
+    n1 = larger(u1 - a1 * f1 - a2 * n2 - a3 * f2, real(0.0))
+    bound = mu * n1
+    f1 = larger(smaller(s1 - b1 * n1 - b2 * n2 - b3 * f2, bound), -bound)
+    n2 = larger(u2 - c1 * n1 - c2 * f1 - c3 * f2, real(0.0))
+    bound = mu * n2
+    f2 = larger(smaller(s2 - g1 * n1 - g2 * f1 - g3 * n2, bound), -bound)
+    return n1, f1, n2, f2
+
+
+@wp.func
 def solve(
     mu: real, w: real, x1: real, z1: real, x2: real, z2: real, on1: real, on2: real,
     u1: real, s1: real, u2: real, s2: real, n1: real, f1: real, n2: real, f2: real,
@@ -86,7 +114,6 @@ def solve(
         n1: First guess of the normal impulse of corner 1 [m/s]; f1, n2, f2 likewise.
     """
     one = real(1.0)
-    zero = real(0.0)
     # Rows of K over their diagonal; rows of an inactive corner vanish.
     d1 = on1 / (one + w * x1 * x1)
     e1 = on1 / (one + w * z1 * z1)
@@ -118,13 +145,19 @@ def solve(
     f1 = f1 * on1
     n2 = n2 * on2
     f2 = f2 * on2
-    for _ in range(ITERATIONS):
-        n1 = larger(u1 - a1 * f1 - a2 * n2 - a3 * f2, zero)
-        bound = mu * n1
-        f1 = larger(smaller(s1 - b1 * n1 - b2 * n2 - b3 * f2, bound), -bound)
-        n2 = larger(u2 - c1 * n1 - c2 * f1 - c3 * f2, zero)
-        bound = mu * n2
-        f2 = larger(smaller(s2 - g1 * n1 - g2 * f1 - g3 * n2, bound), -bound)
+    if ENDS_EARLY:
+        for _ in range(ITERATIONS):
+            old_f1, old_n2, old_f2 = f1, n2, f2
+            n1, f1, n2, f2 = sweep(
+                mu, a1, a2, a3, b1, b2, b3, c1, c2, c3, g1, g2, g3, u1, s1, u2, s2, f1, n2, f2
+            )
+            if f1 == old_f1 and n2 == old_n2 and f2 == old_f2:
+                break
+    else:
+        for _ in range(ITERATIONS):
+            n1, f1, n2, f2 = sweep(
+                mu, a1, a2, a3, b1, b2, b3, c1, c2, c3, g1, g2, g3, u1, s1, u2, s2, f1, n2, f2
+            )
     return n1, f1, n2, f2
 
 
@@ -137,7 +170,7 @@ def step(
     """One step of one lane, in which the base velocity changes by dv [m/s].
 
     The arguments from `x` on are the lane's state, see the head of this file; the step returns
-    it in the same order.
+    it in the same order, and the gap of the lower corner at its start [m].
     """
     zero = real(0.0)
     half = real(0.5)
@@ -175,13 +208,14 @@ def step(
     mz = half * (vz + vz1)
     mo = half * (uo + vo1)
     work = p1 * (mz - mo * x1) + t1 * (mx + mo * z1) + p2 * (mz - mo * x2) + t2 * (mx + mo * z2)
-    deepest = smaller(smaller(gap1, gap2) + real(2.0) * dt * dt * knobs.gravity, zero)
+    lowest = smaller(gap1, gap2)
+    excess = smaller(lowest + real(2.0) * dt * dt * knobs.gravity, zero)
     vx1 = m * vx1
     vo1 = m * vo1
     return (
-        x + dt * vx1, z + dt * vz1 - knobs.erp * deepest, theta + dt * vo1, vx1, vz1, vo1,
+        x + dt * vx1, z + dt * vz1 - knobs.erp * excess, theta + dt * vo1, vx1, vz1, vo1,
         wp.where(m < zero, p2, p1), m * wp.where(m < zero, t2, t1),
-        wp.where(m < zero, p1, p2), m * wp.where(m < zero, t1, t2), loss - work,
+        wp.where(m < zero, p1, p2), m * wp.where(m < zero, t1, t2), loss - work, lowest,
     )  # fmt: skip
 
 
