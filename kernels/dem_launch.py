@@ -147,12 +147,14 @@ def ride(
 
 @wp.func
 def witness(
-    live: bool, time: real, overlap: real, half: real, old: wp.ref[real],
-    uplift_time: wp.ref[real], moved: wp.ref[real], impacts: wp.ref[int], mode: wp.ref[int],
+    live: bool, time: real, overlap: real, tilt: real, half: real, old: wp.ref[real],
+    uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int],
+    mode: wp.ref[int],
 ):  # fmt: skip
     """Whether an interface rocks, whether it has closed again, and whether it is still there.
 
-    `overlap` is that in the middle of the shared stretch, `old` what it was in the last step.
+    `overlap` is that in the middle of the shared stretch, `old` what it was in the last step;
+    `tilt` is what it differs by at the ends, of which one is the deepest.
     """
     zero = real(0.0)
     parted = live and overlap <= zero
@@ -160,6 +162,7 @@ def witness(
     moved = wp.where(parted, time, moved)
     impacts = impacts + wp.where(live and old <= zero and overlap > zero, 1, 0)
     old = wp.where(live, overlap, old)
+    deepest = wp.where(live and half > zero, larger(overlap + size(tilt), deepest), deepest)
     mode = wp.where(live and half <= zero, SLID_OFF, mode)
 
 
@@ -202,8 +205,8 @@ def stacks(
     half, pe, pn, overlap, vn, vt, tilt = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     parting, sliding, n, nq, t, tq, e = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     dt, span, base, dv, loss, spent, stored = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    at_start, uplift_time, moved, live = Lane(), Lane(), Lane(), LaneInt()
-    impacts, mode, steps = LaneInt(), LaneInt(), LaneInt()
+    at_start, uplift_time, moved, deepest = Lane(), Lane(), Lane(), Lane()
+    live, impacts, mode, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
     # Counts that Warp does not know, so that it writes out none of the loops over them.
     bodies, pairs, first = int(BLOCKS + 1), int(PAIRS), wp.tid() * LANES
     for i in range(LANES):
@@ -266,8 +269,8 @@ def stacks(
                         live[i] == 1, stored[i],
                     )  # fmt: skip
                     witness(
-                        live[i] == 1, real(steps[i] - 1) * dt[i], overlap[i], half[i], old[k, i],
-                        uplift_time[i], moved[i], impacts[i], mode[i],
+                        live[i] == 1, real(steps[i] - 1) * dt[i], overlap[i], tilt[i], half[i],
+                        old[k, i], uplift_time[i], moved[i], deepest[i], impacts[i], mode[i],
                     )  # fmt: skip
             for k in range(1, bodies):
                 for i in range(LANES):
@@ -289,7 +292,7 @@ def stacks(
     for i in range(LANES):
         lost = spent[i] - (stored[i] - at_start[i])
         found.results[first + i] = Result(
-            uplift_time[i], moved[i], lost, impacts[i], mode[i], steps[i]
+            uplift_time[i], moved[i], lost, deepest[i], impacts[i], mode[i], steps[i]
         )
         for k in range(1, bodies):
             found.blocks[k - 1, first + i] = BlockResult(

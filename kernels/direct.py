@@ -219,7 +219,7 @@ def step(
     """One step of one lane, in which the base velocity changes by dv [m/s].
 
     The arguments from `x` on are the lane's state, see the head of this file; the step returns
-    it in the same order, and what `solve` missed.
+    it in the same order, what `solve` missed, and the gap of the lower corner at its start [m].
     """
     zero = real(0.0)
     one = real(1.0)
@@ -240,7 +240,8 @@ def step(
     uz = vz - dt * knobs.gravity
     uo = m * omega
     mu = block.friction
-    touches = smaller(gap1, gap2) <= knobs.margin
+    lowest = smaller(gap1, gap2)
+    touches = lowest <= knobs.margin
     bound = wp.where(touches, larger(knobs.box * mu * (n1 + n2), zero), zero)
     on1 = wp.where(gap1 <= knobs.margin, one, zero)
     on2 = wp.where(gap2 <= knobs.margin, one, zero)
@@ -270,6 +271,7 @@ def step(
     return (
         x + dt * vx1, risen, theta + dt * vo1, vx1, vz1, vo1,
         wp.where(m < zero, p2, p1), wp.where(m < zero, p1, p2), loss - work, miss,
+        lowest,
     )  # fmt: skip
 
 

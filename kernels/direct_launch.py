@@ -122,6 +122,7 @@ class Result:
     uplift_time: real
     moved: real
     loss: real
+    deepest: real
     impacts: int
     mode: int
     steps: int
@@ -144,24 +145,11 @@ def packed(
 ):
     """Runs packs of LANE_WIDTH lanes, all at the same time."""
     first = wp.tid() * LANE_WIDTH
-    x = Lane()
-    z = Lane()
-    theta = Lane()
-    vx = Lane()
-    vz = Lane()
-    omega = Lane()
-    n1 = Lane()
-    n2 = Lane()
-    loss = Lane()
-    base = Lane()
-    peak = Lane()
-    peak_time = Lane()
-    peak_slide = Lane()
-    uplift_time = Lane()
-    moved = Lane()
-    impacts = LaneInt()
-    mode = LaneInt()
-    steps = LaneInt()
+    x, z, theta, vx, vz, omega = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    n1, n2, loss, base = Lane(), Lane(), Lane(), Lane()
+    peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
+    uplift_time, moved = Lane(), Lane()
+    impacts, mode, steps = LaneInt(), LaneInt(), LaneInt()
     for i in range(LANE_WIDTH):
         block = blocks[first + i]
         th = starts[first + i]
@@ -196,7 +184,7 @@ def packed(
                 block.erp = blocks[first + i].erp
                 place = sample_index(m, sample_segment(m, half))
                 moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
-                qx, qz, qt, ux, uz, uo, p1, p2, lo, mi = step(
+                qx, qz, qt, ux, uz, uo, p1, p2, lo, mi, gap = step(
                     block, knobs, moving - base[i], x[i], z[i], theta[i], vx[i], vz[i], omega[i],
                     n1[i], n2[i], loss[i],
                 )  # fmt: skip
@@ -218,6 +206,7 @@ def packed(
                 peak[i] = wp.where(live, pk, peak[i])
                 peak_time[i] = wp.where(live, pt, peak_time[i])
                 peak_slide[i] = wp.where(live, ps, peak_slide[i])
+                deepest[i] = wp.where(live, larger(-gap, deepest[i]), deepest[i])
                 uplift_time[i] = wp.where(live, ut, uplift_time[i])
                 moved[i] = wp.where(live, mv, moved[i])
                 impacts[i] = wp.where(live, im, impacts[i])
@@ -238,6 +227,7 @@ def packed(
         result.uplift_time = uplift_time[i]
         result.moved = moved[i]
         result.loss = loss[i]
+        result.deepest = deepest[i]
         result.impacts = impacts[i]
         result.mode = mode[i]
         result.steps = steps[i]
@@ -264,6 +254,7 @@ def plain(
     vx = real(0.0)
     omega = real(0.0)
     loss = real(0.0)
+    deepest = real(0.0)
     base = real(0.0)
     peak = size(theta)
     peak_time = real(0.0)
@@ -283,7 +274,7 @@ def plain(
             early = before_start(k)
             place = sample_index(m, sample_segment(m, half))
             moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
-            qx, qz, qt, ux, uz, uo, p1, p2, lo, mi = step(
+            qx, qz, qt, ux, uz, uo, p1, p2, lo, mi, gap = step(
                 block, knobs, moving - base, x, z, theta, vx, vz, omega, n1, n2, loss
             )
             mo, pk, pt, ps, ut, mv, im = observe(
@@ -304,6 +295,7 @@ def plain(
             peak = pk
             peak_time = pt
             peak_slide = ps
+            deepest = larger(-gap, deepest)
             uplift_time = ut
             moved = mv
             impacts = im
@@ -319,6 +311,7 @@ def plain(
     result.uplift_time = uplift_time
     result.moved = moved
     result.loss = loss
+    result.deepest = deepest
     result.impacts = impacts
     result.mode = mode
     result.steps = k

@@ -130,7 +130,8 @@ def equations(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, free: Trip
     """The contact problem of a step from the velocities without contact, and its rows.
 
     Returns:
-        The problem; rows of the upper and of the lower blocks; the last impulses, in its order.
+        The problem; rows of the upper and of the lower blocks; the last impulses, in its order;
+        the smallest gap [m].
     """
     zero = real(0.0)
     one = real(1.0)
@@ -138,9 +139,11 @@ def equations(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, free: Trip
     upper = Rows()
     lower = Rows()
     guess = Triples()
+    lowest = zero
     for k in range(BLOCKS):
         lean = state.lean[k]
         up, down, gap1, gap2 = interface_rows(shapes, pose, k, lean)
+        lowest = smaller(smaller(gap1, gap2), lowest)
         on1 = wp.where(gap1 <= knobs.margin, one, zero)
         on2 = wp.where(gap2 <= knobs.margin, one, zero)
         # Rows of an end that does not touch vanish.
@@ -172,7 +175,7 @@ def equations(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, free: Trip
         n1 = wp.where(lean > zero, state.left[k], state.right[k])
         n2 = wp.where(lean > zero, state.right[k], state.left[k])
         guess = with_three(guess, k, Three(on1 * n1, on2 * n2, lean * state.along[k]))
-    return system, upper, lower, guess
+    return system, upper, lower, guess, lowest
 
 
 @wp.func
@@ -193,7 +196,8 @@ def step(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, dv: real, hint:
     """Velocities and impulses after a step in which the base velocity changes by dv [m/s].
 
     Returns:
-        The state, its rotations as before; work of the contacts on it [J]; whether it was solved.
+        The state, its rotations as before; work of the contacts on it [J]; the smallest gap at the
+        start, if below zero [m]; whether it was solved.
     """
     after = state
     free = state.velocity
@@ -201,7 +205,7 @@ def step(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, dv: real, hint:
         after.lean[k] = leaning(state, k, hint)
         free[3 * k] = free[3 * k] - dv
         free[3 * k + 1] = free[3 * k + 1] - knobs.time_step * knobs.gravity
-    system, upper, lower, guess = equations(shapes, pose, after, knobs, free)
+    system, upper, lower, guess, lowest = equations(shapes, pose, after, knobs, free)
     p, solved, _tries = solve_stack(system, guess)
     v = pushed(shapes, upper, lower, free, p)
     work = real(0.0)
@@ -221,7 +225,7 @@ def step(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, dv: real, hint:
         after.right[k] = wp.where(to_right, n2, n1)
         after.along[k] = after.lean[k] * p[3 * k + 2]
     after.velocity = v
-    return after, work, solved
+    return after, work, lowest, solved
 
 
 @wp.func
@@ -319,7 +323,7 @@ def stacks(
         state.right[k] = block.right
         peak[k] = size(block.theta)
     uplift_time = lanes[lane].uplift_time
-    moved, base, loss = real(0.0), real(0.0), real(0.0)
+    moved, base, loss, deepest = real(0.0), real(0.0), real(0.0), real(0.0)
     impacts, count = int(0), int(-1)
     mode = int(ROCKING)
     time = -dt
@@ -334,11 +338,12 @@ def stacks(
             old = state
             if count == 0:
                 # The velocities half a step before the start.
-                state, _work, solved = step(shapes, pose, old, knobs, zero, v)
+                state, _work, _gap, solved = step(shapes, pose, old, knobs, zero, v)
                 state.velocity = -HALF * state.velocity
                 mode = mode_of(state, solved)
             else:
-                state, work, solved = step(shapes, pose, old, knobs, v - base, v - base)
+                state, work, gap, solved = step(shapes, pose, old, knobs, v - base, v - base)
+                deepest = larger(-gap, deepest)
                 base = v
                 before = pose
                 pose, theta = posed(pose, state, dt)
@@ -370,6 +375,6 @@ def stacks(
             for k in range(BLOCKS):
                 rate = state.velocity[3 * k + 2]
                 found.rotations[sample, k, lane] = state.theta[k] - past * rate
-    found.results[lane] = Result(uplift_time, moved, loss, impacts, mode, count)
+    found.results[lane] = Result(uplift_time, moved, loss, deepest, impacts, mode, count)
     for k in range(BLOCKS):
         found.blocks[k, lane] = BlockResult(slide[k], peak[k], peak_time[k], peak_slide[k])

@@ -201,7 +201,7 @@ def advance(
         Rotation, slide along the base in the step, gap, velocity (three values), mode and
         direction of sliding in the step, energy lost per unit mass; whether an event was missed,
         the length of the step to it; whether the block falls on its other corner, whether its
-        lower corner lands; sine and cosine of the rotation.
+        lower corner lands; sine and cosine of the rotation; how deep a corner is [m].
     """
     zero = real(0.0)
     ux = vx - HALF * dv
@@ -227,7 +227,8 @@ def advance(
     vx1, vz1, omega1 = held_velocity(block, mode1, slip1, s1, c1, raw_vx, TWO * mz - vz, raw_omega)
     flying = mode1 == FLYING
     glide = wp.where(flying or slip1 != zero, d * mx + (x1 - x0), zero)
-    gap1 = wp.where(flying, gap + d * mz + (z1 - z0), zero)
+    raw_gap = gap + d * mz + (z1 - z0)
+    gap1 = wp.where(flying, raw_gap, zero)
     gap1 = wp.where(mode != FLYING, larger(gap1, zero), gap1)
     rise1 = vz1 - omega1 * x1
     lack, lack1 = uplift_lack(block.hold_acceleration, TWO * dv / d - a, a)
@@ -249,6 +250,7 @@ def advance(
     return (
         theta1, glide, gap1, vx1, vz1, omega1, mode1, slip1, lost,
         missed and not idle, cut, falls, lands, s1, c1,
+        larger(-raw_gap, real(-2.0) * block.half_width * s1 - raw_gap),
     )  # fmt: skip
 
 
@@ -312,7 +314,8 @@ def step(
     From `theta` on the lane's state, see the head of this file; the step returns it in the same
     order, unchanged but for `cap` where an event lay inside. Behind it: highest turning point in
     the step [rad] and its time [s], energy lost per unit mass [J/kg], time of the impacts that
-    resting leaves out [s], whether an impact ended the step, whether the step was taken.
+    resting leaves out [s], whether an impact ended the step, whether the step was taken, and how
+    deep a corner was in the base at its end, before it was put back [m].
     """
     zero = real(0.0)
     live = mode < OVERTURNED and going
@@ -334,8 +337,8 @@ def step(
     side = sign_of(wp.where(theta != zero, theta, upright))
     th = side * theta
     om = side * omega
-    th1, glide, gap1, vx1, vz1, om1, mode1, slip1, lost, missed, cut, falls, lands, s, c = advance(
-        block, knobs, mode, side * slip, side * a, side * dv, d, th, gap, side * vx, vz, om
+    th1, glide, gap1, vx1, vz1, om1, mode1, slip1, lost, missed, cut, falls, lands, s, c, deep = (
+        advance(block, knobs, mode, side * slip, side * a, side * dv, d, th, gap, side * vx, vz, om)
     )
     turn, vx2, vz2, om2, mode2, slip2, lost2, hit, tail = arrive(
         block, knobs.gravity, falls, lands, side * kick, a, mode1, slip1, s, c, th1,
@@ -361,4 +364,5 @@ def step(
         wp.where(taken, base + dv + kick, base), wp.where(taken, NEVER, wp.where(live, cut, cap)),
         wp.where(turns, th + HALF * om * rise, zero), time + wp.where(turns, rise, zero),
         wp.where(taken, lost + lost2, zero), wp.where(taken, tail, zero), taken and hit, taken,
+        wp.where(taken, deep, zero),
     )  # fmt: skip

@@ -100,6 +100,7 @@ class Result:
     uplift_time: real
     rest_time: real
     loss: real
+    deepest: real
     impacts: int
     mode: int
     slides: int
@@ -109,7 +110,7 @@ class Result:
 @wp.func
 def result_of(
     slide: real, time: real, peak: real, peak_time: real, peak_slide: real, uplift_time: real,
-    rest_time: real, loss: real, impacts: int, mode: int, slip: real, steps: int,
+    rest_time: real, loss: real, deepest: real, impacts: int, mode: int, slip: real, steps: int,
 ):  # fmt: skip
     """The result of one lane."""
     result = Result()
@@ -121,6 +122,7 @@ def result_of(
     result.uplift_time = uplift_time
     result.rest_time = rest_time
     result.loss = loss
+    result.deepest = deepest
     result.impacts = impacts
     result.mode = mode
     result.slides = wp.where(slip != real(0.0), 1, 0)
@@ -145,29 +147,11 @@ def packed(
 ):
     """Runs packs of LANE_WIDTH lanes, all lanes of a pack in step with each other."""
     first = wp.tid() * LANE_WIDTH
-    theta = Lane()
-    slide = Lane()
-    gap = Lane()
-    vx = Lane()
-    vz = Lane()
-    omega = Lane()
-    slip = Lane()
-    mode = LaneInt()
-    time = Lane()
-    segment = LaneInt()
-    base = Lane()
-    cap = Lane()
-    begun = Lane()
-    theta0 = Lane()
-    omega0 = Lane()
-    peak = Lane()
-    peak_time = Lane()
-    peak_slide = Lane()
-    uplift_time = Lane()
-    rest_time = Lane()
-    loss = Lane()
-    impacts = LaneInt()
-    steps = LaneInt()
+    theta, slide, gap, vx, vz, omega, slip = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    time, base, cap, begun, theta0, omega0 = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
+    uplift_time, rest_time, loss = Lane(), Lane(), Lane()
+    segment, mode, impacts, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
     for i in range(LANE_WIDTH):
         flat = starts[first + i] == real(0.0)
         theta[i] = starts[first + i]
@@ -188,16 +172,16 @@ def packed(
                 count = steps[i] + wp.where(going, 1, 0)
                 # Loaded before an `and`, which would branch around the load: no vector code then.
                 spent = count >= blocks[first + i].step_limit
-                th, sl, ga, ux, uz, om, di, mo, ti, se, ba, ca, ap, at, lo, tail, hit, done = step(
+                th, sl, ga, ux, uz, om, di, mo, ti, se, ba, ca, ap, at, lo, ta, hit, ok, dp = step(
                     blocks[first + i], knobs, m, pool[0, place], pool[1, place], end, going,
                     theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], slip[i], mode[i],
                     time[i], segment[i], base[i], cap[i],
                 )  # fmt: skip
-                begun[i] = wp.where(done, time[i], begun[i])
-                theta0[i] = wp.where(done, theta[i], theta0[i])
-                omega0[i] = wp.where(done, omega[i], omega0[i])
+                begun[i] = wp.where(ok, time[i], begun[i])
+                theta0[i] = wp.where(ok, theta[i], theta0[i])
+                omega0[i] = wp.where(ok, omega[i], omega0[i])
                 mo, pk, pt, ps, ut, rt = observe(
-                    going and spent, mode[i], slip[i], time[i], mo, di, ti, th, sl, ap, at, tail,
+                    going and spent, mode[i], slip[i], time[i], mo, di, ti, th, sl, ap, at, ta,
                     peak[i], peak_time[i], peak_slide[i], uplift_time[i], rest_time[i],
                 )  # fmt: skip
                 theta[i] = th
@@ -218,6 +202,7 @@ def packed(
                 uplift_time[i] = ut
                 rest_time[i] = rt
                 loss[i] = loss[i] + lo
+                deepest[i] = larger(dp, deepest[i])
                 impacts[i] = impacts[i] + wp.where(hit, 1, 0)
                 steps[i] = count
             busy = int(0)
@@ -231,7 +216,7 @@ def packed(
     for i in range(LANE_WIDTH):
         results[first + i] = result_of(
             slide[i], time[i], peak[i], peak_time[i], peak_slide[i], uplift_time[i], rest_time[i],
-            loss[i], impacts[i], mode[i], slip[i], steps[i],
+            loss[i], deepest[i], impacts[i], mode[i], slip[i], steps[i],
         )  # fmt: skip
 
 
@@ -272,6 +257,7 @@ def plain(
     uplift_time = real(wp.where(flat, NEVER, real(0.0)))
     rest_time = real(wp.where(flat, real(0.0), NEVER))
     loss = real(0.0)
+    deepest = real(0.0)
     impacts = int(0)
     steps = int(0)
     end = sample_times[sample_times.shape[0] - 1]
@@ -280,7 +266,7 @@ def plain(
         while mode < OVERTURNED and time < until:
             steps += 1
             place = sample_index(m, segment)
-            th, sl, ga, ux, uz, om, di, mo, ti, se, ba, ca, ap, at, lo, tail, hit, done = step(
+            th, sl, ga, ux, uz, om, di, mo, ti, se, ba, ca, ap, at, lo, tail, hit, done, dp = step(
                 block, knobs, m, pool[0, place], pool[1, place], end, True,
                 theta, slide, gap, vx, vz, omega, slip, mode, time, segment, base, cap,
             )  # fmt: skip
@@ -309,10 +295,11 @@ def plain(
             uplift_time = ut
             rest_time = rt
             loss = loss + lo
+            deepest = larger(dp, deepest)
             impacts = impacts + wp.where(hit, 1, 0)
         if rotations.shape[0] > 0:
             rotations[sample, lane] = rotation_at(until, time, theta, begun, theta0, omega0)
     results[lane] = result_of(
         slide, time, peak, peak_time, peak_slide, uplift_time, rest_time,
-        loss, impacts, mode, slip, steps,
+        loss, deepest, impacts, mode, slip, steps,
     )  # fmt: skip

@@ -194,6 +194,7 @@ def projected(
         for i in range(3):
             n.rate[3 * k + i] = u[i]
     n.lost = n.lost + t.lost
+    n.deepest = larger(t.deep, s.deepest)
     n.time = t.time
     n.segment = t.segment
     n.base = s.base + t.dv + t.kick

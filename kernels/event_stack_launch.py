@@ -82,6 +82,7 @@ class Result:
     uplift_time: real
     rest_time: real
     loss: real
+    deepest: real
     impacts: int
     mode: int
     steps: int
@@ -229,6 +230,7 @@ def stacks(
     result.uplift_time = seen.uplift_time
     result.rest_time = seen.rest_time
     result.loss = s.lost
+    result.deepest = s.deepest
     result.impacts = s.impacts
     result.mode = s.mode
     result.steps = steps

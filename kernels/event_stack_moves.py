@@ -158,7 +158,7 @@ def flight_event(
 
     Returns:
         Length of the step to its landing if that lies inside, else NEVER; the ends that land at the
-        end of the step, else OPEN.
+        end of the step, else OPEN; the smaller gap there [m].
     """
     zero = real(0.0)
     up0, low0, plus0, minus0 = interface_rows(blocks, old, k)
@@ -183,7 +183,7 @@ def flight_event(
                 cut = smaller(cut, first_root(larger(g0, zero), r0, g1, d))
             elif g1 <= reach and r1 < zero:
                 lands = lands + wp.where(end == 0, PLUS, MINUS)
-    return cut, lands
+    return cut, lands, smaller(plus1, minus1)
 
 
 @wp.func

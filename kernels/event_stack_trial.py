@@ -18,13 +18,13 @@ motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 event = kernel_module("event", precision=PRECISION, motion=MOTION)
 moves = kernel_module("event_stack_moves", precision=PRECISION, motion=MOTION, blocks=BLOCKS)
 contact = kernel_module("event_stack_contact", precision=PRECISION, blocks=BLOCKS)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+larger, smaller, size, sine = scalar.larger, scalar.smaller, scalar.size, scalar.sine
 Motion, series = motion.Motion, motion.series
 knot_time, knot_step = motion.knot_time, motion.knot_step
 base_change, first_root = event.base_change, event.first_root
 Values, Counts, Triples = stack.Values, stack.Counts, stack.Triples
 Blocks, Pose, three_of = stack.Blocks, stack.Pose, stack.three_of
-all_rows = stack.all_rows
+all_rows, lower_face = stack.all_rows, stack.lower_face
 moved, opening = moves.moved, moves.opening
 pivot_event, flight_event = moves.pivot_event, moves.flight_event
 settle, relative_velocity = contact.settle, contact.relative_velocity
@@ -62,7 +62,8 @@ class State:
     rate, relative velocities at the interfaces [m/s]; swing, angular velocities at the end of the
     last step before its impact [rad/s]; base velocity [m/s]; cap, the longest next step [s]; lost
     energy [J]; segment, knots passed; calm, whether the last step changed nothing; taken, whether
-    the last trial was a step; seek, lack and span, see `sought`.
+    the last trial was a step; deepest, how deep an end was in a face at the end of a step, before
+    it was put back [m]; seek, lack and span, see `sought`.
     """
 
     pose: Pose
@@ -79,6 +80,7 @@ class State:
     impacts: int
     calm: bool
     taken: bool
+    deepest: real
     seek: int
     lack: real
     span: real
@@ -93,7 +95,7 @@ class Trial:
     energy [J]; cut, the length of the step to the first event inside it, else NEVER; falls, the
     ends that land; rests, the interfaces that close at its start instead; segment after it;
     turns, whether a contact opens or starts to slide in it; spare, what the contacts would have
-    left if none did [N].
+    left if none did [N]; deep, how deep an end is in a face at its end [m].
     """
 
     pose: Pose
@@ -112,6 +114,7 @@ class Trial:
     turns: bool
     spare: real
     segment: int
+    deep: real
 
 
 @wp.func
@@ -155,9 +158,12 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
     for k in range(BLOCKS):
         touch = t.pose.touch[k]
         if touch == OPEN:
-            cut, lands = flight_event(blocks, s.pose, t.pose, s.velocity, t.velocity, k, t.d, near)
+            cut, lands, lowest = flight_event(
+                blocks, s.pose, t.pose, s.velocity, t.velocity, k, t.d, near
+            )
             t.cut = smaller(t.cut, cut)
             t.falls[k] = lands
+            t.deep = larger(-lowest, t.deep)
             t.struck = t.struck or lands != OPEN
         elif touch != CLOSED:
             e0, r0 = opening(s.pose, s.velocity, k, touch)
@@ -171,6 +177,9 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
             rests[k] = wp.where(quiet, CLOSED, OPEN)
             t.falls[k] = wp.where(falls, CLOSED, OPEN)
             t.struck = t.struck or falls
+            # Turned past the lower face, the end that was open lies deepest.
+            low, _height = lower_face(blocks, k)
+            t.deep = larger(-TWO * smaller(low, blocks.half_face[k]) * sine(e1), t.deep)
         side = wp.where(t.pose.theta[k] < real(0.0), real(-1.0), real(1.0))
         left = HALF_PI - side * t.pose.theta[k]
         if left < -near * size(t.velocity[3 * k + 2]) and t.d > near:
@@ -190,6 +199,7 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
         t.segment = s.segment
         t.struck = False
         t.turns = False
+        t.deep = real(0.0)
     return t
 
 

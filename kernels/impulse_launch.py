@@ -97,6 +97,7 @@ class Result:
     uplift_time: real
     moved: real
     loss: real
+    deepest: real
     impacts: int
     mode: int
     steps: int
@@ -119,26 +120,11 @@ def packed(
 ):
     """Runs packs of LANE_WIDTH lanes, all at the same time."""
     first = wp.tid() * LANE_WIDTH
-    x = Lane()
-    z = Lane()
-    theta = Lane()
-    vx = Lane()
-    vz = Lane()
-    omega = Lane()
-    n1 = Lane()
-    f1 = Lane()
-    n2 = Lane()
-    f2 = Lane()
-    loss = Lane()
-    base = Lane()
-    peak = Lane()
-    peak_time = Lane()
-    peak_slide = Lane()
-    uplift_time = Lane()
-    moved = Lane()
-    impacts = LaneInt()
-    mode = LaneInt()
-    steps = LaneInt()
+    x, z, theta, vx, vz, omega = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    n1, f1, n2, f2, loss, base = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
+    uplift_time, moved = Lane(), Lane()
+    impacts, mode, steps = LaneInt(), LaneInt(), LaneInt()
     for i in range(LANE_WIDTH):
         block = blocks[first + i]
         th = starts[first + i]
@@ -169,7 +155,7 @@ def packed(
                 block.friction = blocks[first + i].friction
                 place = sample_index(m, sample_segment(m, half))
                 moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
-                qx, qz, qt, ux, uz, uo, p1, t1, p2, t2, lo = step(
+                qx, qz, qt, ux, uz, uo, p1, t1, p2, t2, lo, gap = step(
                     block, knobs, moving - base[i], x[i], z[i], theta[i], vx[i], vz[i], omega[i],
                     n1[i], f1[i], n2[i], f2[i], loss[i],
                 )  # fmt: skip
@@ -193,6 +179,7 @@ def packed(
                 peak[i] = wp.where(live, pk, peak[i])
                 peak_time[i] = wp.where(live, pt, peak_time[i])
                 peak_slide[i] = wp.where(live, ps, peak_slide[i])
+                deepest[i] = wp.where(live, larger(-gap, deepest[i]), deepest[i])
                 uplift_time[i] = wp.where(live, ut, uplift_time[i])
                 moved[i] = wp.where(live, mv, moved[i])
                 impacts[i] = wp.where(live, im, impacts[i])
@@ -213,6 +200,7 @@ def packed(
         result.uplift_time = uplift_time[i]
         result.moved = moved[i]
         result.loss = loss[i]
+        result.deepest = deepest[i]
         result.impacts = impacts[i]
         result.mode = mode[i]
         result.steps = steps[i]
@@ -245,6 +233,7 @@ def plain(
     n2 = carried(theta, knobs)
     f2 = real(0.0)
     loss = real(0.0)
+    deepest = real(0.0)
     base = real(0.0)
     peak = size(theta)
     peak_time = real(0.0)
@@ -263,7 +252,7 @@ def plain(
             half = time - HALF * knobs.time_step
             place = sample_index(m, sample_segment(m, half))
             moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
-            qx, qz, qt, ux, uz, uo, p1, t1, p2, t2, lo = step(
+            qx, qz, qt, ux, uz, uo, p1, t1, p2, t2, lo, gap = step(
                 block, knobs, moving - base, x, z, theta, vx, vz, omega, n1, f1, n2, f2, loss
             )
             mo, pk, pt, ps, ut, mv, im = observe(
@@ -286,6 +275,7 @@ def plain(
             peak = pk
             peak_time = pt
             peak_slide = ps
+            deepest = larger(-gap, deepest)
             uplift_time = ut
             moved = mv
             impacts = im
@@ -301,6 +291,7 @@ def plain(
     result.uplift_time = uplift_time
     result.moved = moved
     result.loss = loss
+    result.deepest = deepest
     result.impacts = impacts
     result.mode = mode
     result.steps = k

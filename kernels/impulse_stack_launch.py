@@ -180,10 +180,13 @@ def advance(
 
 @wp.func
 def witness(
-    live: bool, time: real, n1: real, was1: real, n2: real, was2: real,
-    uplift_time: wp.ref[real], moved: wp.ref[real], impacts: wp.ref[int],
+    live: bool, time: real, n1: real, was1: real, gap1: real, n2: real, was2: real, gap2: real,
+    uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int],
 ):  # fmt: skip
-    """Whether an interface rocks, and which of its ends have landed: what carried nothing does."""
+    """Whether an interface rocks, and which of its ends have landed: what carried nothing does.
+
+    The gaps are those at the start of the step.
+    """
     zero = real(0.0)
     lifted = live and (n1 <= zero or n2 <= zero)
     landed1 = wp.where(live and was1 <= zero and n1 > zero, 1, 0)
@@ -191,6 +194,7 @@ def witness(
     uplift_time = wp.where(lifted and uplift_time >= NEVER, time, uplift_time)
     moved = wp.where(lifted, time, moved)
     impacts = impacts + landed1 + landed2
+    deepest = wp.where(live, larger(-smaller(gap1, gap2), deepest), deepest)
 
 
 @wp.func
@@ -252,7 +256,7 @@ def stacks(
     nx, nz, au, bu, al, bl = Point(), Point(), Point(), Point(), Point(), Point()
     gap, pn, pt, nt, n, t, was = Point(), Point(), Point(), Point(), Point(), Point(), Point()
     base, dv, hint, loss = Lane(), Lane(), Lane(), Lane()
-    shift_x, shift_z, uplift_time, moved = Lane(), Lane(), Lane(), Lane()
+    shift_x, shift_z, uplift_time, moved, deepest = Lane(), Lane(), Lane(), Lane(), Lane()
     impacts, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
     # Counts that Warp does not know, so that it writes out none of the loops over them.
     bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS)
@@ -319,8 +323,8 @@ def stacks(
                         theta[k, i], s[k, i], c[k, i], vx[k, i], vz[k, i], omega[k, i], loss[i],
                     )  # fmt: skip
                     witness(
-                        live, time, n[p, i], was[p, i], n[q, i], was[q, i],
-                        uplift_time[i], moved[i], impacts[i],
+                        live, time, n[p, i], was[p, i], gap[p, i], n[q, i], was[q, i], gap[q, i],
+                        uplift_time[i], moved[i], deepest[i], impacts[i],
                     )  # fmt: skip
                     observe(
                         live, time, theta[k, i], theta[low, i], ux[k, i], uz[k, i], uo[k, i],
@@ -336,7 +340,7 @@ def stacks(
                     found.rotations[sample, k - 1, first + i] = turn
     for i in range(LANES):
         found.results[first + i] = Result(
-            uplift_time[i], moved[i], loss[i], impacts[i], mode[i], steps[i]
+            uplift_time[i], moved[i], loss[i], deepest[i], impacts[i], mode[i], steps[i]
         )
         for k in range(1, bodies):
             found.blocks[k - 1, first + i] = BlockResult(

@@ -29,6 +29,7 @@ class Result:
     uplift_time: real
     moved: real
     loss: real
+    deepest: real
     impacts: int
     mode: int
     steps: int

@@ -186,17 +186,17 @@ def start_poses(
 def finish(
     live: bool, time: real, kept: real, dv: real, knobs: Knobs, m: real, j: real, mu: real,
     qx: real, qz: real, qo: real, rx: real, rz: real, ro: real,
-    n1: real, was1: real, pose_n1: real, pose_t1: real,
-    n2: real, was2: real, pose_n2: real, pose_t2: real,
+    n1: real, was1: real, gap1: real, pose_n1: real, pose_t1: real,
+    n2: real, was2: real, gap2: real, pose_n2: real, pose_t2: real,
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
     vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real],
     anchor1: wp.ref[real], anchor2: wp.ref[real], loss: wp.ref[real], mode: wp.ref[int],
-    uplift_time: wp.ref[real], moved: wp.ref[real], impacts: wp.ref[int],
+    uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int],
 ):  # fmt: skip
     """Ends a step of a block, see `travel`; whether that is finite, and its interface rocks.
 
     It keeps a part of its velocity (`kept`). Ends have landed whose multiplier was nothing in the
-    last step.
+    last step; their gaps are those at the start of the step.
     """
     zero = real(0.0)
     travel(
@@ -215,6 +215,7 @@ def finish(
     uplift_time = wp.where(lifted and uplift_time >= NEVER, time, uplift_time)
     moved = wp.where(lifted, time, moved)
     impacts = impacts + landed1 + landed2
+    deepest = wp.where(live, larger(-smaller(gap1, gap2), deepest), deepest)
 
 
 @wp.func
@@ -261,7 +262,7 @@ def stacks(
     was, anchor = Point(), Point(LOOSE)
     qx, qz, qo = Move(), Move(), Move()
     need, slip, dn, n, t = Pass(), Pass(), Pass(), Pass(), Pass()
-    base, dv, hint, loss, lift, moved = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    base, dv, hint, loss, lift, moved, deep = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     impacts, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
     # Counts that Warp does not know, so that it writes out none of the loops over them.
     bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS // TURNS)
@@ -335,10 +336,11 @@ def stacks(
                     finish(
                         lives[i] > 0, time, kept, dv[i], knobs, m[k, i], j[k, i], mu[k, i],
                         qx[k, i], qz[k, i], qo[k, i], qx[u, i], qz[u, i], qo[u, i], n[p, i],
-                        was[p, i], n[points + p, i], t[points + p, i], n[q, i], was[q, i],
+                        was[p, i], need[points + p, i] - need[p, i], n[points + p, i],
+                        t[points + p, i], n[q, i], was[q, i], need[points + q, i] - need[q, i],
                         n[points + q, i], t[points + q, i], x[k, i], z[k, i], theta[k, i], s[k, i],
                         c[k, i], vx[k, i], vz[k, i], omega[k, i], anchor[p, i], anchor[q, i],
-                        loss[i], mode[i], lift[i], moved[i], impacts[i],
+                        loss[i], mode[i], lift[i], moved[i], deep[i], impacts[i],
                     )  # fmt: skip
                     observe(
                         lives[i] > 0, time, theta[k, i], theta[low, i], face[k, i], high[k, i],
@@ -352,7 +354,10 @@ def stacks(
                     turn = shown(mode[i], time - sample_times[sample], theta[k, i], omega[k, i])
                     found.rotations[sample, k - 1, first + i] = turn
     for i in range(LANES):
-        found.results[first + i] = Result(lift[i], moved[i], loss[i], impacts[i], mode[i], steps[i])
+        found.results[first + i] = Result(
+            lift[i], moved[i], loss[i], deep[i], impacts[i], mode[i], steps[i]
+        )
         for k in range(1, bodies):
-            block = BlockResult(slide[k, i], peak[k, i], when[k, i], far[k, i])
-            found.blocks[k - 1, first + i] = block
+            found.blocks[k - 1, first + i] = BlockResult(
+                slide[k, i], peak[k, i], when[k, i], far[k, i]
+            )

@@ -52,6 +52,7 @@ def test_lane_does_not_depend_on_batch_chunk_workers_or_place(engine: str) -> No
     whole = run_batch(engine, lanes, motions, TIMES, workers=1, chunk_size=LANES)
     assert set(LANE_FIELDS) <= set(whole.fields)
     assert whole["rotation"].shape == (LANES, len(TIMES.times))
+    assert np.all(np.isfinite(whole["peak_penetration"]) & (whole["peak_penetration"] >= 0.0))
     for workers, chunk_size in ((2, 32), (2, 7), (3, 1)):
         assert_same(
             whole,

@@ -124,6 +124,12 @@ FIELDS: dict[str, Field] = {
             ("lane",),
             "rad",
             "Estimated error of the largest rotation",
+        Field(
+            "peak_penetration",
+            ("lane",),
+            "m",
+            "Deepest penetration of a corner into what it stands on",
+        ),
             per_block=True,
         ),
         Field(

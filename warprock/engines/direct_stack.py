@@ -86,6 +86,7 @@ def run_direct_stacks(
         "rest_time": np.where(resting, moved, np.nan),
         "residual_slide": per_block["slide"],
         "peak_slide": per_block["peak_slide"],
+        "peak_penetration": rows["deepest"],
         "energy_lost": rows["loss"],
         "step_count": rows["steps"],
     }

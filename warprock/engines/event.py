@@ -38,7 +38,9 @@ class Event(AbstractEngine):
 
     Second order in `time_step` through impacts. Rest rule: after an impact on its other corner a
     block rests if its next swing would stay below `rest_rotation_ratio` times the slenderness
-    angle on either side; at rest it lifts or slides as the contact law says.
+    angle on either side; at rest it lifts or slides as the contact law says. Its penetration is
+    what the end of a step puts back on the base: drift, of third order in the step, and landings
+    that it misses by a part of the step.
     """
 
     name: ClassVar[str] = "event"
@@ -137,6 +139,7 @@ class Event(AbstractEngine):
             "peak_slide": rows["peak_slide"],
             "energy_lost": lanes.mass * rows["loss"],
             "step_count": rows["steps"],
+            "peak_penetration": rows["deepest"],
         }
         return respond(self.name, columns, rotations, times)
 

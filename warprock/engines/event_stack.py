@@ -80,6 +80,7 @@ def run_event_stacks(
         "rest_time": rest_time,
         "residual_slide": per_block["slide"],
         "peak_slide": per_block["peak_slide"],
+        "peak_penetration": rows["deepest"],
         "energy_lost": rows["loss"],
         "step_count": rows["steps"],
     }

@@ -39,9 +39,10 @@ RESTING, ROCKING, OVERTURNED, BROKEN, STALLED = range(5)
 class Housner(AbstractEngine):
     """Event-driven solution of Housner's equation (1963) by Taylor series, lane by lane.
 
-    Events are located to round-off. Rest rule: after an impact a block rests if its next swing
-    would stay below `rest_rotation_ratio` times the slenderness angle on either side; it lifts
-    again when |base acceleration| exceeds g tan(slenderness angle) or the base velocity steps.
+    Events are located to round-off; there are no gaps, so nothing penetrates. Rest rule: after an
+    impact a block rests if its next swing would stay below `rest_rotation_ratio` times the
+    slenderness angle on either side; it lifts again when |base acceleration| exceeds
+    g tan(slenderness angle) or the base velocity steps.
     """
 
     name: ClassVar[str] = "housner"
@@ -122,6 +123,7 @@ class Housner(AbstractEngine):
             "peak_slide": still,
             "energy_lost": 0.5 * inertia * rows["loss"],
             "step_count": rows["steps"],
+            "peak_penetration": still,
         }
         return respond(self.name, columns, rotations, times)
 

@@ -133,5 +133,6 @@ class Impulse(AbstractEngine):
             "peak_slide": rows["peak_slide"],
             "energy_lost": lost,
             "step_count": rows["steps"],
+            "peak_penetration": rows["deepest"],
         }
         return respond(self.name, columns, rotations, times)

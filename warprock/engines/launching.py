@@ -174,7 +174,13 @@ def time_or_nan(times: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
     return np.where(values >= NEVER, np.nan, values)
 
 
-FINITE_FIELDS = ("peak_rotation", "residual_slide", "peak_slide", "energy_lost")
+FINITE_FIELDS = (
+    "peak_rotation",
+    "residual_slide",
+    "peak_slide",
+    "peak_penetration",
+    "energy_lost",
+)
 """Numbers that no lane may lack, besides its rotations."""
 
 

@@ -43,8 +43,8 @@ class TwoBlock(AbstractEngine):
     every contact is a corner on which a block pivots or is closed, which makes four patterns; an
     impact keeps the angular momentum of the whole about the new ground pivot and that of the upper
     block about the new interface pivot. Events are located to round-off. Friction does not enter:
-    nothing slides. Rest rule: after an impact a contact that opens closes again if its next swing
-    would stay below `rest_rotation_ratio` times the slenderness angle.
+    nothing slides or penetrates. Rest rule: after an impact a contact that opens closes again if
+    its next swing would stay below `rest_rotation_ratio` times the slenderness angle.
 
     A lane has the status OUTSIDE_MODEL where a contact would have had to pull, so that a block
     would in truth have left its pivot, or where no pattern was admissible; its numbers are those
@@ -130,6 +130,7 @@ class TwoBlock(AbstractEngine):
             "peak_slide": still,
             "energy_lost": rows["loss"],
             "step_count": rows["steps"],
+            "peak_penetration": np.zeros(lanes.lane_count),
         }
         return respond(self.name, columns, rotations, times)
 

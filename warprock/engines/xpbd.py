@@ -118,6 +118,7 @@ class Xpbd(AbstractEngine):
             "peak_slide": per_block["peak_slide"],
             "energy_lost": rows["loss"],
             "step_count": rows["steps"],
+            "peak_penetration": rows["deepest"],
         }
         if not lanes.stacked:
             columns = {k: v[:, 0] if FIELDS[k].per_block else v for k, v in columns.items()}

@@ -178,8 +178,8 @@ def oracle_response(
         rtol: Relative tolerance of the integrator.
 
     Returns:
-        Every lane field; `step_count` counts evaluations of the equation of motion, slides are
-        zero by the model.
+        Every lane field; `step_count` counts evaluations of the equation of motion, slides and
+        penetrations are zero by the model.
     """
     if workers <= 1 or lanes.lane_count <= 1:
         answers = _rock_all(lanes, motions, times, rtol)
@@ -199,6 +199,7 @@ def oracle_response(
         "residual_slide": [0.0] * len(answers),
         "peak_slide": [0.0] * len(answers),
     }
+        "peak_penetration": [0.0] * len(answers),
     fields: dict[str, npt.NDArray[np.generic]] = {}
     for name in LANE_FIELDS:
         values = rows[name] if name in rows else [getattr(a, name) for a in answers]

@@ -35,8 +35,8 @@ def two_block_response(lanes: Lanes, motions: GroundMotions, times: SampleTimes)
         times: Duration and sampling.
 
     Returns:
-        Every lane field; slides are zero by the model, `step_count` counts evaluations of the
-        equations of motion.
+        Every lane field; slides and penetrations are zero by the model, `step_count` counts
+        evaluations of the equations of motion.
     """
     answers = [
         rock_two_blocks(
@@ -59,6 +59,7 @@ def two_block_response(lanes: Lanes, motions: GroundMotions, times: SampleTimes)
         "residual_slide": still,
         "peak_slide": still,
         "energy_lost": [a.energy_lost for a in answers],
+        "peak_penetration": [0.0] * len(answers),
         "step_count": [a.evaluation_count for a in answers],
     }
     fields: dict[str, npt.NDArray[np.generic]] = {
