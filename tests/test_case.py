@@ -333,18 +333,18 @@ def test_engine_settings_of_a_case_and_defaults(write):
 
 
 def test_the_table_of_keys_and_the_models_are_the_same_keys():
-    from warprock.case_tables import Block, Motion, StackedBlock
+    from warprock.case_tables import Block, Direction, StackedBlock
 
     models = {
         f"{table}.{name}"
         for table in ("contact", "start", "run")
         for name in CaseTables.model_fields[table].annotation.model_fields
     }
-    models |= {f"motion.{name}" for name in Motion.model_fields}
+    models |= {f"motion.{name}" for name in Direction.model_fields}
     models |= {f"block.{name}" for name in Block.model_fields}
     models |= {f"block.N.{name}" for name in StackedBlock.model_fields}
-    assert set(KEYS) == models
-    assert set(KEYS) - set(SWEEP_KEYS) == {"run.duration", "run.sample_interval"}
+    assert set(KEYS) == models | {"model"}
+    assert set(KEYS) - set(SWEEP_KEYS) == {"model", "run.duration", "run.sample_interval"}
 
 
 def test_suggestions_go_by_the_last_part_of_a_key():

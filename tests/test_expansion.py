@@ -7,8 +7,9 @@ import pytest
 
 from warprock import case_keys
 from warprock.case import case_names, load_case
+from warprock.case_motions import case_records
 from warprock.errors import InputError
-from warprock.expansion import case_records, expand_lanes
+from warprock.expansion import expand_lanes
 from warprock.motion import HarmonicMotions, MotionKind, RickerMotions, StillBase
 
 BLOCK = """

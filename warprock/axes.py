@@ -87,7 +87,8 @@ def axis_keys(entry: Mapping[str, object]) -> dict[str, object]:
     for name, value in entry.items():
         if "." not in name and isinstance(value, Mapping):
             for tail, inner in value.items():
-                if tail.isdecimal() and isinstance(inner, Mapping):
+                deeper = tail.isdecimal() or tail in ("y", "z")
+                if deeper and isinstance(inner, Mapping):
                     keys.update({f"{name}.{tail}.{end}": last for end, last in inner.items()})
                 else:
                     keys[f"{name}.{tail}"] = inner

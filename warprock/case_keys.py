@@ -121,17 +121,30 @@ def _length(text: str) -> NumberKey:
     return NumberKey({Dimension.LENGTH: ("1 mm", "1 km")}, text)
 
 
+def _shift(text: str) -> NumberKey:
+    return NumberKey({Dimension.LENGTH: ("-1 km", "1 km")}, f"the distance {text}")
+
+
+def _yaw(text: str) -> NumberKey:
+    return NumberKey({Dimension.ANGLE: ("-180 deg", "180 deg")}, text)
+
+
 def _ratio(low: str, high: str, text: str, **ends: bool) -> NumberKey:
     return NumberKey({Dimension.DIMENSIONLESS: (low, high)}, text, **ends)
 
 
+PLANAR, SPATIAL = "planar", "spatial"
+
 KEYS: dict[str, NumberKey | TextKey] = {
+    "model": TextKey("the space that blocks move in", (PLANAR, SPATIAL)),
     "block.width": _length("the full width of the block in the plane of rocking"),
     "block.height": _length("the full height of the block"),
     "block.depth": _length("the full depth of the block across the plane of rocking"),
     "block.density": NumberKey(
         {Dimension.DENSITY: ("1e-3 kg/m^3", "1e5 kg/m^3")}, "the density of the block"
     ),
+    "block.centre_offset_x": _shift("of the centre of mass from the middle, along the width"),
+    "block.centre_offset_y": _shift("of the centre of mass from the middle, along the depth"),
     "contact.friction": FrictionKey(
         _FRICTION_BOUNDS, "the friction coefficient or the friction angle"
     ),
@@ -150,6 +163,17 @@ KEYS: dict[str, NumberKey | TextKey] = {
         "the rotation at the start divided by the slenderness angle",
         low_open=True,
         high_open=True,
+    ),
+    "start.rotation_across": NumberKey(
+        {Dimension.ANGLE: ("-90 deg", "90 deg")},
+        "the rotation across the plane of rocking at the start",
+        low_open=True,
+        high_open=True,
+    ),
+    "start.yaw": _yaw("the turn of the block about the vertical at the start"),
+    "start.gap": NumberKey(
+        {Dimension.LENGTH: ("0 m", "1 km")},
+        "the height of the block's lowest corner above the base at the start",
     ),
     "motion.waveform": TextKey("a waveform", tuple(Waveform)),
     "motion.control": TextKey("the controlled quantity of the base", tuple(Control)),
@@ -192,6 +216,12 @@ KEYS: dict[str, NumberKey | TextKey] = {
         {Dimension.LENGTH: ("-1 km", "1 km")},
         "the distance of the block's centre to +x of the centre of the block below",
     ),
+    "block.N.offset_across": _shift(
+        "from the middle of the block below to the block's own, across the plane of rocking"
+    ),
+    "block.N.yaw": _yaw("the turn of the block about the vertical at the start"),
+    "block.N.centre_offset_x": _shift("of the centre of mass from the middle, along the width"),
+    "block.N.centre_offset_y": _shift("of the centre of mass from the middle, along the depth"),
     "block.N.friction": FrictionKey(
         _FRICTION_BOUNDS,
         "the friction coefficient or the friction angle of the face the block stands on",
@@ -209,21 +239,30 @@ MOST_BLOCKS = 6
 """Blocks in the highest stack."""
 
 _BLOCK_NUMBER = re.compile(r"^block\.[1-9][0-9]*\.")
+_DIRECTION = re.compile(r"^motion\.[yz]\.")
 
 
 def general_key(key: str) -> str:
-    """A key with N in place of a block's number: block.2.width is an instance of block.N.width."""
-    return _BLOCK_NUMBER.sub("block.N.", key)
+    """The key of `KEYS` that says how a key is read.
+
+    block.2.width is an instance of block.N.width, motion.y.scale is read as motion.scale.
+    """
+    return _DIRECTION.sub("motion.", _BLOCK_NUMBER.sub("block.N.", key))
 
 
-SWEEP_KEYS: tuple[str, ...] = tuple(key for key in KEYS if not key.startswith("run."))
+SWEEP_KEYS: tuple[str, ...] = tuple(
+    key for key in KEYS if key != "model" and not key.startswith("run.")
+)
 """Keys that may differ from lane to lane."""
 
 EXCLUSIVE: dict[str, str] = {
     "start.rotation": "start.rotation_ratio",
     "start.rotation_ratio": "start.rotation",
-    "motion.cycles": "motion.duration",
-    "motion.duration": "motion.cycles",
+    **{
+        f"{table}.{name}": f"{table}.{other}"
+        for table in ("motion", "motion.y", "motion.z")
+        for name, other in (("cycles", "duration"), ("duration", "cycles"))
+    },
 }
 """Key -> the other key that says the same thing; only one of both may be given."""
 

@@ -50,6 +50,8 @@ class Block(Table):
     height: Annotated[float, _number("block.height")]
     depth: Annotated[float, _number("block.depth")]
     density: Annotated[float, _number("block.density")]
+    centre_offset_x: Annotated[float, _number("block.centre_offset_x")] | None = None
+    centre_offset_y: Annotated[float, _number("block.centre_offset_y")] | None = None
 
 
 class StackedBlock(Table):
@@ -63,6 +65,10 @@ class StackedBlock(Table):
     offset: Annotated[float, _number("block.N.offset")] = 0.0
     friction: Annotated[float, _number("block.N.friction")] | None = None
     rotation: Annotated[float, _number("block.N.rotation")] = 0.0
+    offset_across: Annotated[float, _number("block.N.offset_across")] | None = None
+    yaw: Annotated[float, _number("block.N.yaw")] | None = None
+    centre_offset_x: Annotated[float, _number("block.N.centre_offset_x")] | None = None
+    centre_offset_y: Annotated[float, _number("block.N.centre_offset_y")] | None = None
 
 
 class Stack(pydantic.RootModel[dict[str, StackedBlock]]):
@@ -100,10 +106,16 @@ class Contact(Table):
 
 
 class Start(Table):
-    """How the block is released: at a rotation [rad] or at a part of its slenderness angle."""
+    """How the block is released: its attitude [rad] and the gap below it [m].
+
+    The rotation may be given as a part of the slenderness angle.
+    """
 
     rotation: Annotated[float, _number("start.rotation")] | None = None
     rotation_ratio: Annotated[float, _number("start.rotation_ratio")] | None = None
+    rotation_across: Annotated[float, _number("start.rotation_across")] | None = None
+    yaw: Annotated[float, _number("start.yaw")] | None = None
+    gap: Annotated[float, _number("start.gap")] | None = None
 
     @pydantic.model_validator(mode="after")
     def _one_rotation(self) -> Self:
@@ -124,8 +136,8 @@ _MOTION_KEYS: dict[Waveform, tuple[tuple[str, ...], tuple[str, ...]]] = {
 }
 
 
-class Motion(Table):
-    """How the base moves: an analytic waveform under a control, or a record times a scale."""
+class Direction(Table):
+    """How the base moves along one axis: a waveform under a control, or a record times a scale."""
 
     waveform: Annotated[Waveform, pydantic.BeforeValidator(KEYS["motion.waveform"].read)]
     control: Annotated[Control, pydantic.BeforeValidator(KEYS["motion.control"].read)] | None = None
@@ -146,8 +158,8 @@ class Motion(Table):
     @pydantic.model_validator(mode="after")
     def _keys_of_the_waveform(self) -> Self:
         needed, optional = _MOTION_KEYS[self.waveform]
-        given = self.model_fields_set - {"waveform"}
-        for name in type(self).model_fields:
+        given = self.model_fields_set - {"waveform", "y", "z"}
+        for name in Direction.model_fields:
             if name in given and name not in needed + optional:
                 allowed = f"must not be given with waveform {self.waveform}"
                 raise KeyedError(name, getattr(self, name), allowed)
@@ -162,6 +174,13 @@ class Motion(Table):
             if not {"cycles", "duration"} & given:
                 raise KeyedError("cycles", NOTHING, "must be given, or motion.duration")
         return self
+
+
+class Motion(Direction):
+    """How the base moves: along x, and in space also along y and z."""
+
+    y: Direction | None = None
+    z: Direction | None = None
 
 
 class Run(Table):
@@ -240,11 +259,13 @@ class CaseTables(Table):
     Attributes:
         title: One line that says what the case is.
         source: Where its numbers come from.
+        model: Whether the blocks move in the plane of rocking or in space; None lets the scene say.
         engines: Settings by engine; `engines.settings.build_settings` judges them.
     """
 
     title: Annotated[str, pydantic.Field(min_length=1)]
     source: Annotated[str, pydantic.Field(min_length=1)]
+    model: Annotated[str, pydantic.BeforeValidator(KEYS["model"].read)] | None = None
     block: Annotated[
         Annotated[Block, pydantic.Tag(SINGLE)] | Annotated[Stack, pydantic.Tag(STACK)],
         pydantic.Discriminator(_single_or_stack),

@@ -89,6 +89,12 @@ def write_template(kind: str, path: pathlib.Path) -> pathlib.Path:
 
 def _scene_text(scene: SceneKind) -> str:
     """What a lane is, in words."""
+    if scene.spatial:
+        touch = "which can touch its base at four corners"
+        if scene.stacked:
+            touch = "which touch where the two faces of neighbours overlap, at eight points at most"
+        blocks = "one rectangular block" if not scene.stacked else f"{scene.block_count} blocks"
+        return f"{blocks} in space, {touch}: the case {scene.spatial_because}"
     if not scene.stacked:
         return "one planar rectangular block, which can touch its base at two corners"
     return (
@@ -108,6 +114,7 @@ def _fitness(case: Case, name: str, scene: SceneKind) -> dict[str, Any]:
     settings = dataclasses.asdict(case.engine_settings(name))
     units = {field.name: field.metadata["unit"] for field in dataclasses.fields(SETTINGS[name])}
     file = name.replace("-", "_") + ("_stack" if scene.stacked else "")
+    file = f"spatial_{file}" if scene.spatial else file
     packs = "`packed` on a CPU, `plain`, one lane a thread, on any other device"
     form = "one lane a thread on any device" if name == TWO_BLOCK else packs
     kernel = f"kernels/{file}_launch.py for a {scene.motion} base: {form}"

@@ -54,6 +54,11 @@ class Lanes:
         return self.width.ndim == 2
 
     @property
+    def spatial(self) -> bool:
+        """Whether the blocks move in space, not in the plane of rocking alone."""
+        return isinstance(self, SpatialLanes)
+
+    @property
     def block_count(self) -> int:
         """Blocks in a lane."""
         return self.width.shape[1] if self.stacked else 1
@@ -73,7 +78,42 @@ class Lanes:
         """Critical angle of every block on a flat base [rad]."""
         return np.arctan2(self.face_width, self.height)
 
+    @property
+    def face_depth(self) -> Array:
+        """Depth over which a block's faces touch others [m]; in space chamfers run all around."""
+        return np.asarray(self.depth - 2.0 * self.chamfer)
+
     def take(self, lanes: slice | npt.NDArray[np.intp]) -> Self:
         """Some of the lanes, by slice or by number."""
         parts = {f.name: getattr(self, f.name)[lanes] for f in dataclasses.fields(self)}
         return dataclasses.replace(self, **parts)
+
+
+@dataclasses.dataclass(frozen=True)
+class SpatialLanes(Lanes):
+    """Blocks in space: x in the plane of rocking, y across it, z upwards.
+
+    A block starts turned by its yaw about the vertical and leaning, about the axis that lies in its
+    own bottom face, by its rotation towards its own +x and by its rotation across towards its own
+    +y; its lowest corner is `gap_start` above the place where it would stand if the block were
+    flat. Stacks start flat.
+
+    A centre of mass beside the middle of the box moves the corners as seen from it; the moments of
+    inertia about it remain those of the uniform box.
+
+    Attributes:
+        rotation_across_start: Rotation towards +y at the start [rad].
+        yaw_start: Turn about the vertical at the start [rad], positive from +x to +y.
+        gap_start: Height of the lowest corner above the base at the start [m], >= 0.
+        centre_offset_x: Distance of the centre of mass from the middle, along the width [m].
+        centre_offset_y: The same along the depth [m].
+        offset_across: Distance of a block's middle to +y of the middle of what it stands on [m];
+            of the lowest block nothing.
+    """
+
+    rotation_across_start: Array
+    yaw_start: Array
+    gap_start: Array
+    centre_offset_x: Array
+    centre_offset_y: Array
+    offset_across: Array

@@ -277,4 +277,64 @@ class RecordMotions:
         return parts
 
 
-GroundMotions = StillBase | HarmonicMotions | RickerMotions | RecordMotions
+PlanarMotions = StillBase | HarmonicMotions | RickerMotions | RecordMotions
+"""Motions of one direction."""
+
+
+@dataclasses.dataclass(frozen=True)
+class SpatialMotions:
+    """Motions of a base that translates in space: one motion of each direction, all of one kind.
+
+    Attributes:
+        x: Along +x, in the plane of rocking.
+        y: Along +y, across it.
+        z: Upwards.
+    """
+
+    x: PlanarMotions
+    y: PlanarMotions
+    z: PlanarMotions
+
+    @property
+    def components(self) -> tuple[PlanarMotions, PlanarMotions, PlanarMotions]:
+        """The motions along x, y and z."""
+        return self.x, self.y, self.z
+
+    @property
+    def kind(self) -> MotionKind:
+        """Family of the motions."""
+        return self.x.kind
+
+    @property
+    def lane_count(self) -> int:
+        """Number of lanes."""
+        return self.x.lane_count
+
+    @property
+    def start(self) -> Array:
+        """Time at which the first of the directions starts to move [s]."""
+        return np.asarray(np.min([part.start for part in self.components], axis=0))
+
+    def take(self, lanes: slice | npt.NDArray[np.intp]) -> Self:
+        """The motions of some lanes."""
+        return dataclasses.replace(
+            self, x=self.x.take(lanes), y=self.y.take(lanes), z=self.z.take(lanes)
+        )
+
+
+GroundMotions = PlanarMotions | SpatialMotions
+
+
+def no_motion(like: PlanarMotions) -> PlanarMotions:
+    """A base that stays where it is, in the family of other motions and with their knots."""
+    if isinstance(like, StillBase):
+        return like
+    zero = np.zeros(like.lane_count)
+    if isinstance(like, RecordMotions):
+        return dataclasses.replace(like, scale=zero)
+    names = ["velocity_step_start", "velocity_step_stop", "velocity_final"]
+    if isinstance(like, HarmonicMotions):
+        names += ["acceleration_amplitude", "velocity_offset"]
+        return dataclasses.replace(like, **dict.fromkeys(names, zero))
+    names += ["c0", "c1", "c2", "c3"]
+    return dataclasses.replace(like, **dict.fromkeys(names, zero))

@@ -16,6 +16,8 @@ import numpy.typing as npt
 from warprock.batch import run_batch
 from warprock.case import Case
 from warprock.case_keys import NOTHING
+from warprock.case_spatial import spatial_because
+from warprock.case_values import LaneValues
 from warprock.devices import require_device
 from warprock.engines import ENGINES, engine_class
 from warprock.errors import InputError
@@ -209,7 +211,8 @@ def has_time_step(settings: Any) -> bool:
 
 def default_engine(case: Case) -> str:
     """The engine that a case is run with where none is named: the most accurate for its blocks."""
-    return "event" if case.tables.stacked else "housner"
+    in_space = bool(spatial_because(LaneValues(case, range(1))))
+    return "event" if case.tables.stacked or in_space else "housner"
 
 
 def require_options(

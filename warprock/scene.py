@@ -19,9 +19,11 @@ class SceneKind:
         motion: Family of ground motions.
         stacked: Whether a lane is a stack, be it of one block.
         block_count: Blocks in a lane.
-        contact_point_count: Corners that can touch at once: two of every block.
+        contact_point_count: Points that can touch at once: two of every block in the plane; in
+            space four of the lowest, and eight between two faces that are turned.
         centred: Whether every block starts above the centre of what it stands on.
         restitution_given: Whether the case prescribes the angular restitution.
+        spatial_because: What makes a planar model fall short; empty where the scene is planar.
         friction_ratio: Smallest friction coefficient / base acceleration in g that makes the block
             rock, tan(slenderness angle) of a single one; below 1 a block slides before it rocks.
     """
@@ -32,18 +34,52 @@ class SceneKind:
     contact_point_count: int
     centred: bool
     restitution_given: bool
+    spatial_because: str
     friction_ratio: float
 
+    @property
+    def spatial(self) -> bool:
+        """Whether the blocks move in space."""
+        return bool(self.spatial_because)
 
-def scene_kind(lanes: Lanes, motions: GroundMotions, *, restitution_given: bool) -> SceneKind:
-    """The kind of scene that lanes and motions make up: planar blocks on a moving base."""
+    @property
+    def beyond_the_plane(self) -> str | None:
+        """Why an engine of the plane of rocking cannot run the scene; None if it can."""
+        if self.spatial:
+            return f"it follows the plane of rocking only, and the case {self.spatial_because}"
+        return None
+
+
+def scene_kind(
+    lanes: Lanes,
+    motions: GroundMotions,
+    *,
+    restitution_given: bool,
+    spatial_because: str = "has blocks in space",
+) -> SceneKind:
+    """The kind of scene that lanes and motions make up: blocks on a moving base.
+
+    Args:
+        lanes: The lanes.
+        motions: Their ground motions.
+        restitution_given: Whether the case prescribes the angular restitution.
+        spatial_because: What asks for space, of lanes that are spatial.
+    """
     uplift = uplift_ratio(lanes) if lanes.stacked else lanes.face_width / lanes.height
     return SceneKind(
         motion=motions.kind,
         stacked=lanes.stacked,
         block_count=lanes.block_count,
-        contact_point_count=2 * lanes.block_count,
+        contact_point_count=_contact_points(lanes),
         centred=not lanes.offset.any(),
         restitution_given=restitution_given,
+        spatial_because=spatial_because if lanes.spatial else "",
         friction_ratio=float(np.min(lanes.friction / uplift)),
     )
+
+
+def _contact_points(lanes: Lanes) -> int:
+    """Points that can touch at once."""
+    if lanes.spatial:
+        return 4 + 8 * (lanes.block_count - 1)
+    return 2 * lanes.block_count

@@ -25,10 +25,19 @@ import pyarrow.parquet as pq
 
 from warprock import machine
 from warprock.case import Case
+from warprock.case_motions import case_records
 from warprock.ensemble import cell_table
 from warprock.errors import InputError
-from warprock.expansion import LaneSet, case_records
-from warprock.response import ESTIMATE_FIELDS, FIELDS, LANE_FIELDS, Field, Response, Status
+from warprock.expansion import LaneSet
+from warprock.response import (
+    ESTIMATE_FIELDS,
+    FIELDS,
+    LANE_FIELDS,
+    SPATIAL_FIELDS,
+    Field,
+    Response,
+    Status,
+)
 from warprock.runner import CaseRun
 
 LANE_TABLE = "lanes.parquet"
@@ -63,6 +72,11 @@ INPUTS: dict[str, tuple[str, str]] = {
     "start_s": ("s", "Time at which the motion starts"),
     "stop_s": ("s", "Time at which the motion stops"),
     "peak_acceleration_m_s2": ("m/s^2", "Largest acceleration of the base, velocity steps apart"),
+    "yaw_start_rad": ("rad", "Turn about the vertical at the start"),
+    "rotation_across_start_rad": ("rad", "Rotation across the plane of rocking at the start"),
+    "gap_start_mm": ("mm", "Height of the lowest corner above the base at the start"),
+    "centre_offset_x_mm": ("mm", "Centre of mass from the middle, along the width"),
+    "centre_offset_y_mm": ("mm", "Centre of mass from the middle, along the depth"),
     "member": ("-", "Number of the member in its cell"),
     "time_step_factor": ("-", "Factor on the engine's time step"),
     "normalised_acceleration": ("-", "Largest acceleration / (g tan(slenderness angle))"),
@@ -72,9 +86,13 @@ INPUTS: dict[str, tuple[str, str]] = {
 STACK_INPUTS: dict[str, tuple[str, str]] = {
     "chamfer_mm": ("mm", "Width cut off each edge"),
     "offset_mm": ("mm", "Centre to +x of the centre of the block below"),
+    "offset_across_mm": ("mm", "Middle to +y of the middle of the block below"),
     "uplift_ratio": ("-", "Base acceleration / g at which a part of the stack begins to rock"),
 }
 """The same for what only stacks have; of a block, without its number."""
+
+_DIRECTIONS = {"_y": "across the plane of rocking", "_z": "upwards"}
+"""End of an input column of a motion besides that in the plane -> direction."""
 
 _BLOCK_NUMBER = re.compile(r"_([1-9])(?=_|$)")
 
@@ -95,7 +113,8 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
     columns |= {str(name): lane_set.inputs[name].array for name in lane_set.inputs.columns}
     meaning = {name: input_meaning(name) for name in columns}
     estimates = [name for name in ESTIMATE_FIELDS if name in response.fields]
-    for field in (FIELDS[name] for name in (*LANE_FIELDS, *estimates)):
+    in_space = [name for name in SPATIAL_FIELDS if name in response.fields]
+    for field in (FIELDS[name] for name in (*LANE_FIELDS, *in_space, *estimates)):
         values = response[field.name]
         if field.enum is not None:
             values = np.asarray(_words(values, field))
@@ -120,6 +139,10 @@ def input_meaning(column: str) -> tuple[str, str]:
     known = INPUTS | STACK_INPUTS
     if column in known:
         return known[column]
+    direction = _DIRECTIONS.get(column[-2:])
+    if direction is not None and column[:-2] in known:
+        unit, text = known[column[:-2]]
+        return unit, f"{text}, of the motion {direction}"
     number = _BLOCK_NUMBER.search(column)
     general = _BLOCK_NUMBER.sub("", column, count=1)
     if number is None or general not in known:

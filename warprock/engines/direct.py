@@ -59,6 +59,8 @@ class Direct(AbstractEngine):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
+        if scene.beyond_the_plane:
+            return scene.beyond_the_plane
         if scene.restitution_given:
             return (
                 "direct finds the angular restitution from its contact law and cannot follow "
@@ -126,9 +128,9 @@ class Direct(AbstractEngine):
             "rest_time": np.where(resting, moved, np.nan),
             "residual_slide": rows["slide"],
             "peak_slide": rows["peak_slide"],
+            "peak_penetration": rows["deepest"],
             "energy_lost": lost,
             "step_count": rows["steps"],
-            "peak_penetration": rows["deepest"],
         }
         return respond(self.name, columns, rotations, times)
 

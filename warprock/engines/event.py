@@ -60,6 +60,8 @@ class Event(AbstractEngine):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
+        if scene.beyond_the_plane:
+            return scene.beyond_the_plane
         if scene.restitution_given:
             return (
                 "event finds the angular restitution from its contact law and cannot follow "
@@ -137,9 +139,9 @@ class Event(AbstractEngine):
             "rest_time": rest_time,
             "residual_slide": rows["slide"],
             "peak_slide": rows["peak_slide"],
+            "peak_penetration": rows["deepest"],
             "energy_lost": lanes.mass * rows["loss"],
             "step_count": rows["steps"],
-            "peak_penetration": rows["deepest"],
         }
         return respond(self.name, columns, rotations, times)
 

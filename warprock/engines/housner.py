@@ -64,6 +64,8 @@ class Housner(AbstractEngine):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the scene cannot be run; None if it can: Housner's block must not slide."""
+        if scene.beyond_the_plane:
+            return scene.beyond_the_plane
         if scene.stacked:
             return "housner runs single blocks, and the case has a stack"
         if scene.friction_ratio < 1.0:
@@ -121,9 +123,9 @@ class Housner(AbstractEngine):
             "rest_time": np.where(mode == RESTING, time_or_nan(rows["rest_time"]), np.nan),
             "residual_slide": still,
             "peak_slide": still,
+            "peak_penetration": still,
             "energy_lost": 0.5 * inertia * rows["loss"],
             "step_count": rows["steps"],
-            "peak_penetration": still,
         }
         return respond(self.name, columns, rotations, times)
 

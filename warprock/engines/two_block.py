@@ -70,6 +70,8 @@ class TwoBlock(AbstractEngine):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the scene cannot be run; None if it can: two centred blocks that do not slide."""
+        if scene.beyond_the_plane:
+            return scene.beyond_the_plane
         if not scene.stacked or scene.block_count != 2:
             blocks = f"a stack of {scene.block_count}" if scene.stacked else "single blocks"
             return f"two-block runs stacks of two blocks, and the case has {blocks}"
@@ -128,9 +130,9 @@ class TwoBlock(AbstractEngine):
             "rest_time": np.where(resting, time_or_nan(rows["rest_time"]), np.nan),
             "residual_slide": still,
             "peak_slide": still,
+            "peak_penetration": np.zeros(lanes.lane_count),
             "energy_lost": rows["loss"],
             "step_count": rows["steps"],
-            "peak_penetration": np.zeros(lanes.lane_count),
         }
         return respond(self.name, columns, rotations, times)
 

@@ -54,6 +54,8 @@ class Xpbd(AbstractEngine):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
+        if scene.beyond_the_plane:
+            return scene.beyond_the_plane
         if scene.restitution_given:
             return (
                 "xpbd finds the angular restitution from its contact law and cannot follow "
@@ -116,9 +118,9 @@ class Xpbd(AbstractEngine):
             "rest_time": np.where(resting, moved, np.nan),
             "residual_slide": per_block["slide"],
             "peak_slide": per_block["peak_slide"],
+            "peak_penetration": rows["deepest"],
             "energy_lost": rows["loss"],
             "step_count": rows["steps"],
-            "peak_penetration": rows["deepest"],
         }
         if not lanes.stacked:
             columns = {k: v[:, 0] if FIELDS[k].per_block else v for k, v in columns.items()}

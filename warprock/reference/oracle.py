@@ -33,7 +33,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.lanes import Lanes
-from warprock.motion import GroundMotions, HarmonicMotions, RickerMotions
+from warprock.motion import GroundMotions, HarmonicMotions, RickerMotions, SpatialMotions
 from warprock.reference.mechanics import PivotingBlock
 from warprock.reference.swings import BlockRun
 from warprock.response import (
@@ -144,6 +144,7 @@ def rock(
         times: Duration and sampling.
         rtol: Relative tolerance of the integrator.
     """
+    assert not isinstance(motions, SpatialMotions)
     run = BlockRun(_block(lanes, lane), times, rtol)
     run.start(float(lanes.rotation_start[lane]))
     scan = _scan_interval(motions, lane)
@@ -198,8 +199,8 @@ def oracle_response(
         "step_count": [a.evaluation_count for a in answers],
         "residual_slide": [0.0] * len(answers),
         "peak_slide": [0.0] * len(answers),
-    }
         "peak_penetration": [0.0] * len(answers),
+    }
     fields: dict[str, npt.NDArray[np.generic]] = {}
     for name in LANE_FIELDS:
         values = rows[name] if name in rows else [getattr(a, name) for a in answers]

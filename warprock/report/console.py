@@ -97,7 +97,7 @@ def print_explanation(found: Mapping[str, Any]) -> None:
     out.print(case["source"].strip())
     out.print(f"\nScene: {scene['why']}.")
     restitution = "given by the case" if scene["restitution_given"] else "Housner's closed form"
-    if scene["stacked"]:
+    if scene["stacked"] or scene["spatial_because"]:
         restitution = "from the contact laws of the engine"
     sampling = found["sample_interval_s"]
     facts = [

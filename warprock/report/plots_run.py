@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.case import Case
-from warprock.motion import MotionKind, RecordMotions, StillBase
+from warprock.motion import MotionKind, RecordMotions, SpatialMotions, StillBase
 from warprock.report.plots import (
     BLACK,
     BLUE,
@@ -344,6 +344,8 @@ def _outline(times: Array, ratio: Array, points: int) -> tuple[Array, Array]:
 def _draw_base(axes: Axes, run: CaseRun, lane: int, window: Window) -> None:
     """Base acceleration of one lane; a velocity step, which no curve can show, is said."""
     motions = run.lane_set.motions
+    if isinstance(motions, SpatialMotions):
+        motions = motions.x
     assert not isinstance(motions, StillBase)
     times = np.linspace(*window, BASE_POINTS)
     axes.plot(times, motions.acceleration(times, lane), color=GREY, linewidth=0.9)

@@ -1,0 +1,237 @@
+"""Ground motions from the values of a case, lane by lane, and their input columns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.case import Case
+from warprock.case_keys import Said
+from warprock.case_values import LaneValues
+from warprock.errors import InputError
+from warprock.lanes import Lanes
+from warprock.motion import (
+    Control,
+    GroundMotions,
+    PlanarMotions,
+    SpatialMotions,
+    StillBase,
+    Waveform,
+    no_motion,
+)
+from warprock.stacking import uplift_ratio
+from warprock.units import GRAVITY, Dimension
+from warprock.waveforms import harmonic_motions, ricker_motions
+
+if TYPE_CHECKING:
+    from warprock.records import Record
+
+Array = npt.NDArray[np.float64]
+
+ALONG, ACROSS, UPWARDS = "motion", "motion.y", "motion.z"
+"""Tables of a case that move the base along x, y and z."""
+
+_DERIVATIVE = {Control.DISPLACEMENT: 0, Control.VELOCITY: 1, Control.ACCELERATION: 2}
+_DIMENSION = {
+    Control.DISPLACEMENT: Dimension.LENGTH,
+    Control.VELOCITY: Dimension.VELOCITY,
+    Control.ACCELERATION: Dimension.ACCELERATION,
+}
+_ORDER = {_DIMENSION[control]: order for control, order in _DERIVATIVE.items()}
+"""Dimension of an amplitude -> how often displacement was differentiated to reach it."""
+
+_AMPLITUDE_COLUMN = {
+    Dimension.LENGTH: ("amplitude_mm", 1000.0),
+    Dimension.VELOCITY: ("amplitude_m_s", 1.0),
+    Dimension.ACCELERATION: ("amplitude_m_s2", 1.0),
+}
+
+# Largest |acceleration| of a Ricker pulse per unit of amplitude x rate^n, rate = pi frequency,
+# n = derivatives between the controlled quantity and acceleration. n = 1: the extremum of
+# (4 x^3 - 6 x) exp(-x^2) at x^2 = (3 - sqrt 6)/2; n = 2: |-6| at the centre.
+_RICKER_SQUARE = 0.5 * (3.0 - np.sqrt(6.0))
+_RICKER_PEAK = np.array(
+    [
+        1.0,
+        np.sqrt(_RICKER_SQUARE) * (6.0 - 4.0 * _RICKER_SQUARE) * np.exp(-_RICKER_SQUARE),
+        6.0,
+    ]
+)
+
+
+def lane_motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[str, object]]:
+    """Ground motions and their columns of the table of inputs.
+
+    Of blocks in space the columns of the motion across and of the vertical one end in _y and _z.
+    """
+    if values.case.tables.motion is None:
+        still = StillBase(lanes.lane_count)
+        return SpatialMotions(still, still, still) if lanes.spatial else still, {}
+    tables = _tables(values)
+    _refuse_families(values, tables)
+    found = {table: _component(values, table) for table in tables}
+    along, columns, peak = found[ALONG]
+    uplift = uplift_ratio(lanes).min(axis=1) if lanes.stacked else lanes.width / lanes.height
+    columns |= {"normalised_acceleration": peak / (GRAVITY * uplift)}
+    if not lanes.spatial:
+        return along, columns
+    for table, (_, more, _) in found.items():
+        if table != ALONG:
+            columns |= {f"{name}_{table[-1]}": column for name, column in more.items()}
+    rest = no_motion(along)
+    across, upwards = (found[t][0] if t in found else rest for t in (ACROSS, UPWARDS))
+    return SpatialMotions(along, across, upwards), columns
+
+
+def _tables(values: LaneValues) -> list[str]:
+    """The tables of the case that say how its base moves, one for each direction."""
+    given = values.case.tables.constant
+    return [t for t in (ALONG, ACROSS, UPWARDS) if given(t) is not None]
+
+
+def _refuse_families(values: LaneValues, tables: Sequence[str]) -> None:
+    """Refuses motions of several families, each of which has kernels of its own."""
+    waveforms = {name for table in tables for name in values.texts(f"{table}.waveform")[0]}
+    if not any(waveforms <= family for family in _FAMILIES):
+        key = f"{tables[-1]}.waveform"
+        raise InputError(
+            values.case.source_of(key),
+            key,
+            Said(", ".join(sorted(waveforms))),
+            "must be of one family in a case: sine and cosine, ricker, or record",
+        )
+
+
+def _component(values: LaneValues, table: str) -> Motions:
+    """The motion of one direction."""
+    start = values.numbers(f"{table}.start")
+    duration = values.case.sample_times.duration
+    values.refuse(
+        start >= duration, f"{table}.start", f"must be before the end of the run, {duration:g} s"
+    )
+    waveforms = set(values.texts(f"{table}.waveform")[0])
+    family = next(read for family, read in _READERS if waveforms <= family)
+    motions, columns, peak = family(values, table, start)
+    before: dict[str, object] = {"waveform": values.column(f"{table}.waveform")}
+    after = {"start_s": start, "peak_acceleration_m_s2": peak}
+    return motions, before | columns | after, peak
+
+
+Motions = tuple[PlanarMotions, dict[str, object], Array]
+"""Ground motions, their columns, and the peak acceleration [m/s^2], shape [lane]."""
+
+
+def _controls(values: LaneValues, table: str) -> tuple[npt.NDArray[np.str_], npt.NDArray[np.intp]]:
+    """Controlled quantity, and its derivatives counted from displacement, shape [lane]."""
+    names, codes = values.texts(f"{table}.control")
+    order = np.array([_DERIVATIVE[Control(name)] for name in names], dtype=np.intp)
+    return np.array(names)[codes], order[codes]
+
+
+def _amplitude_columns(values: LaneValues, table: str) -> dict[str, object]:
+    name, factor = _AMPLITUDE_COLUMN[values.dimension(f"{table}.amplitude")]
+    amplitude = values.numbers(f"{table}.amplitude")
+    return {
+        "control": values.column(f"{table}.control"),
+        "frequency_hz": values.numbers(f"{table}.frequency"),
+        # Written in mm, so 8 mm shall read 8 and not 8.000000000000002.
+        name: np.round(amplitude * factor, 12) if factor != 1.0 else amplitude,
+    }
+
+
+def _harmonic(values: LaneValues, table: str, start: Array) -> Motions:
+    """Sines and cosines.
+
+    With w = 2 pi frequency, an amplitude of another kind than the control is the amplitude that
+    a sine of that frequency has: displacement x w = velocity, velocity x w = acceleration.
+    """
+    names, codes = values.texts(f"{table}.waveform")
+    waveform = np.array(names)[codes]
+    control, order = _controls(values, table)
+    values.refuse(
+        (waveform == Waveform.COSINE) & (control == Control.DISPLACEMENT),
+        f"{table}.control",
+        "must be velocity or acceleration with waveform cosine, whose displacement would jump",
+    )
+    frequency = values.numbers(f"{table}.frequency")
+    w = 2.0 * np.pi * frequency
+    written = _ORDER[values.dimension(f"{table}.amplitude")]
+    amplitude = values.numbers(f"{table}.amplitude") * w ** (order - written).astype(float)
+    if values.given(f"{table}.cycles"):
+        duration = values.numbers(f"{table}.cycles") / frequency
+    else:
+        duration = values.numbers(f"{table}.duration")
+    each = cast("Sequence[Waveform]", waveform)
+    motions = harmonic_motions(each, control, amplitude, frequency, start, duration)
+    columns = _amplitude_columns(values, table) | {"stop_s": motions.stop}
+    return motions, columns, np.abs(motions.acceleration_amplitude)
+
+
+def _ricker(values: LaneValues, table: str, start: Array) -> Motions:
+    """Ricker pulses, whose amplitude is that of the controlled quantity."""
+    control, order = _controls(values, table)
+    dimension = values.dimension(f"{table}.amplitude")
+    values.refuse(
+        order != _ORDER[dimension],
+        f"{table}.amplitude",
+        "must be of the kind of motion.control with waveform ricker: a length for displacement, a "
+        "velocity for velocity, an acceleration for acceleration",
+    )
+    frequency = values.numbers(f"{table}.frequency")
+    amplitude = values.numbers(f"{table}.amplitude")
+    left = 2 - order
+    peak = np.abs(amplitude) * (np.pi * frequency) ** left * _RICKER_PEAK[left]
+    motions = ricker_motions(control, amplitude, frequency, start)
+    return motions, _amplitude_columns(values, table) | {"stop_s": motions.stop}, peak
+
+
+def case_records(case: Case) -> list[Record]:
+    """The records that a case's lanes follow; none unless its waveform is a record.
+
+    Raises:
+        InputError: A record that does not exist or cannot be used.
+    """
+    from warprock.records import load_record
+
+    records = []
+    for key, name in _record_names(LaneValues(case, range(1))):
+        try:
+            records.append(load_record(name, relative_to=case.folder))
+        except InputError as error:
+            if error.key != "record":
+                raise
+            raise InputError(case.source_of(key), key, name, error.allowed) from None
+    return records
+
+
+def _record_names(values: LaneValues) -> list[tuple[str, str]]:
+    """Key and name of every record, those of all directions behind one another."""
+    keys = [f"{table}.record" for table in _tables(values) if values.given(f"{table}.record")]
+    return [(key, name) for key in keys for name in values.texts(key)[0]]
+
+
+def _records(values: LaneValues, table: str, start: Array) -> Motions:
+    """Records times a scale."""
+    from warprock.records import record_motions
+
+    records = case_records(values.case)
+    # All directions share the samples of all records.
+    before = [key for key, _ in _record_names(values)].index(f"{table}.record")
+    codes = before + values.texts(f"{table}.record")[1]
+    scale = values.numbers(f"{table}.scale")
+    motions = record_motions(records, index=codes, scale=scale, start=start)
+    peaks = np.array([record.peak_acceleration for record in records])
+    columns: dict[str, object] = {"record": values.column(f"{table}.record"), "scale": scale}
+    return motions, columns, np.abs(scale) * peaks[codes]
+
+
+_READERS: tuple[tuple[frozenset[str], Callable[[LaneValues, str, Array], Motions]], ...] = (
+    (frozenset({Waveform.SINE, Waveform.COSINE}), _harmonic),
+    (frozenset({Waveform.RICKER}), _ricker),
+    (frozenset({Waveform.RECORD}), _records),
+)
+"""Waveforms of one family, and what reads them."""
+_FAMILIES = tuple(family for family, _ in _READERS)
