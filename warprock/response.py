@@ -65,6 +65,7 @@ class Field:
         enum: Codes of the field, where it holds codes.
         per_block: Whether the lanes of stacks have a value for every block: there the dimension
             "block", lowest first, comes after "lane".
+        spatial: Whether only blocks in space have it.
     """
 
     name: str
@@ -73,6 +74,7 @@ class Field:
     text: str
     enum: type[enum.IntEnum] | None = None
     per_block: bool = False
+    spatial: bool = False
 
     @property
     def column(self) -> str:
@@ -91,6 +93,11 @@ class Field:
     def label(self) -> str:
         """Axis label, such as `Peak rotation [rad]`."""
         return self.text if self.unit == "-" else f"{self.text} [{self.unit}]"
+
+
+def _in_space(name: str, unit: str, text: str, *dims: str) -> Field:
+    """A field that only blocks in space have."""
+    return Field(name, ("lane", *dims), unit, text, per_block=True, spatial=True)
 
 
 FIELDS: dict[str, Field] = {
@@ -140,15 +147,37 @@ FIELDS: dict[str, Field] = {
             per_block=True,
         ),
         Field("rotation", ("lane", "sample"), "rad", "Rotation", per_block=True),
+        _in_space("peak_tilt", "rad", "Largest angle between the block's axis and the vertical"),
+        _in_space("peak_rotation_across", "rad", "Largest rotation across the plane of rocking"),
+        _in_space("peak_yaw", "rad", "Largest turn about the vertical since the start"),
+        _in_space("residual_yaw", "rad", "Turn about the vertical since the start, at the end"),
+        _in_space("residual_slide_across", "m", "Slide across the plane of rocking, at the end"),
+        _in_space("rotation_across", "rad", "Rotation across the plane of rocking", "sample"),
+        _in_space("yaw", "rad", "Turn about the vertical", "sample"),
     )
 }
+"""Every field by name.
+
+In space the rotation is that of the block's axis in the plane of rocking, atan2(x, z) of the axis
+(x, y, z), the rotation across atan2(y, z), the yaw the twist of its attitude about the vertical;
+the slide is that of the corner which touches, from where it stood at the start: `residual_slide`
+along x, `residual_slide_across` along y, `peak_slide` the length of both.
+"""
 
 ESTIMATE_FIELDS: tuple[str, ...] = ("peak_rotation_error", "rotation_error")
 """Fields that no engine answers: `warprock.estimate` adds them."""
 LANE_FIELDS: tuple[str, ...] = tuple(
-    n for n, f in FIELDS.items() if f.dims == ("lane",) and n not in ESTIMATE_FIELDS
+    n
+    for n, f in FIELDS.items()
+    if f.dims == ("lane",) and n not in ESTIMATE_FIELDS and not f.spatial
 )
 """Fields that every engine answers."""
+SPATIAL_FIELDS: tuple[str, ...] = tuple(
+    n for n, f in FIELDS.items() if f.dims == ("lane",) and f.spatial
+)
+"""Fields that an engine answers besides for blocks in space."""
+HISTORIES: tuple[str, ...] = tuple(n for n, f in FIELDS.items() if f.dims == ("lane", "sample"))
+"""Fields with the dimension sample: those in space only for blocks in space."""
 INTEGER_FIELDS: tuple[str, ...] = ("outcome", "status", "impact_count", "step_count")
 
 

@@ -64,6 +64,8 @@ class Housner(AbstractEngine):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the scene cannot be run; None if it can: Housner's block must not slide."""
+        if scene.beyond_the_plane:
+            return scene.beyond_the_plane
         if scene.stacked:
             return "housner runs single blocks, and the case has a stack"
         if scene.friction_ratio < 1.0:

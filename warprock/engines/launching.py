@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+from collections.abc import Mapping
 from types import ModuleType
 from typing import Any
 
@@ -21,6 +22,7 @@ from warprock.motion import GroundMotions, HarmonicMotions, RecordMotions, Ricke
 from warprock.response import (
     INTEGER_FIELDS,
     LANE_FIELDS,
+    SPATIAL_FIELDS,
     USABLE,
     Response,
     SampleTimes,
@@ -189,15 +191,17 @@ def respond(
     columns: dict[str, npt.NDArray[Any]],
     rotations: npt.NDArray[np.float64] | None,
     times: SampleTimes,
+    others: Mapping[str, npt.NDArray[np.float64]] | None = None,
 ) -> Response:
-    """A response from its lane fields; every one must be there.
+    """A response from its lane fields; every one must be there, of blocks in space those besides.
 
+    `others` are their histories besides the rotations, by field.
     A lane of which a number is not finite gets the status NONFINITE if its status would let that
     pass, on any base. Rotations end at a right angle, as peaks do.
     """
     fields: dict[str, npt.NDArray[Any]] = {
         name: np.asarray(columns[name], np.int64 if name in INTEGER_FIELDS else np.float64)
-        for name in LANE_FIELDS
+        for name in (*LANE_FIELDS, *(n for n in SPATIAL_FIELDS if n in columns))
     }
     status = fields["status"]
     numbers = [fields[name] for name in FINITE_FIELDS]
@@ -209,4 +213,5 @@ def respond(
     if rotations is None:
         return Response(engine=engine, fields=fields, times=np.empty(0))
     turned = np.clip(rotations, -0.5 * np.pi, 0.5 * np.pi)
-    return Response(engine=engine, fields={**fields, "rotation": turned}, times=times.times)
+    fields = {**fields, "rotation": turned, **(others or {})}
+    return Response(engine=engine, fields=fields, times=times.times)

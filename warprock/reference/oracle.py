@@ -33,7 +33,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.lanes import Lanes
-from warprock.motion import GroundMotions, HarmonicMotions, RickerMotions
+from warprock.motion import GroundMotions, HarmonicMotions, RickerMotions, SpatialMotions
 from warprock.reference.mechanics import PivotingBlock
 from warprock.reference.swings import BlockRun
 from warprock.response import (
@@ -144,6 +144,7 @@ def rock(
         times: Duration and sampling.
         rtol: Relative tolerance of the integrator.
     """
+    assert not isinstance(motions, SpatialMotions)
     run = BlockRun(_block(lanes, lane), times, rtol)
     run.start(float(lanes.rotation_start[lane]))
     scan = _scan_interval(motions, lane)

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.lanes import Lanes
-from warprock.motion import GroundMotions
+from warprock.motion import GroundMotions, SpatialMotions
 from warprock.reference.two_block import TwoBlockResponse, rock_two_blocks
 from warprock.reference.two_block_mechanics import REST, Pair, TwoBlocks
 from warprock.reference.two_block_swings import StackOutcome
@@ -38,6 +38,7 @@ def two_block_response(lanes: Lanes, motions: GroundMotions, times: SampleTimes)
         Every lane field; slides and penetrations are zero by the model, `step_count` counts
         evaluations of the equations of motion.
     """
+    assert not isinstance(motions, SpatialMotions)
     answers = [
         rock_two_blocks(
             _two_blocks(lanes, lane),
