@@ -64,6 +64,7 @@ def test_the_shipped_cases_are_these_and_load():
         "free-b0",
         "free-b1-b3",
         "record-ridgecrest",
+        "sensitivity-b0",
         "single-continuous-sine",
         "single-sine-pulse",
         "stack-collapse",

@@ -24,7 +24,9 @@ import pydantic
 from warprock.axes import LABEL, Axis, axis_keys, axis_shape, read_axes
 from warprock.case_ensemble import Ensemble, read_ensemble
 from warprock.case_keys import EXCLUSIVE, KEYS, NOTHING, Said, did_you_mean, general_key
+from warprock.case_study import Study, read_study
 from warprock.case_tables import (
+    APART,
     SINGLE,
     STACK,
     CaseTables,
@@ -59,6 +61,7 @@ class Case:
         axes: Its sweep, first axis slowest.
         overridden: Keys that overrides changed.
         ensemble: What the members of every cell of the sweep differ by; None without members.
+        study: Settings that the case asks its engines to be run with; None without a study.
     """
 
     name: str
@@ -69,6 +72,7 @@ class Case:
     axes: tuple[Axis, ...]
     overridden: frozenset[str] = frozenset()
     ensemble: Ensemble | None = None
+    study: Study | None = None
 
     @property
     def title(self) -> str:
@@ -192,6 +196,8 @@ def load_case(name_or_path: str | os.PathLike[str], overrides: Sequence[str] = (
     case = Case(name, file, folder, raw, tables, axes, overridden, ensemble)
     for engine in tables.engines:
         case.engine_settings(engine)
+    if "study" in raw:
+        case = dataclasses.replace(case, study=read_study(case))
     if not overridden:
         _judge_checks(case)
     return case
@@ -210,13 +216,8 @@ def _find(text: str) -> tuple[str, str, pathlib.Path | None, str]:
     path = pathlib.Path(text)
     path = path / CASE_FILE if path.is_dir() else path
     if not path.is_file():
-        raise InputError(
-            "CASE",
-            "",
-            text,
-            f"must be a shipped case ({', '.join(names)}) or the path of a case file"
-            f"{did_you_mean(text, names)}",
-        )
+        known = f"a shipped case ({', '.join(names)}) or the path of a case file"
+        raise InputError("CASE", "", text, f"must be {known}{did_you_mean(text, names)}")
     try:
         content = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -284,7 +285,7 @@ def _replace_axes(raw: dict[str, Any], overridden: frozenset[str]) -> None:
 
 def _read_tables(raw: Mapping[str, Any], axes: Sequence[Axis], source_of: SourceOf) -> CaseTables:
     """The tables of a case, in which the first value along each axis stands for the swept ones."""
-    body = copy.deepcopy({k: v for k, v in raw.items() if k not in ("sweep", "ensemble")})
+    body = copy.deepcopy({k: v for k, v in raw.items() if k not in APART})
     columns = {key: column for axis in axes for key, column in axis.columns.items()}
     swept = {key: c.first for key, c in columns.items() if not key.startswith(LABEL)}
     for key, value in swept.items():
@@ -330,10 +331,8 @@ def _input_error(error: pydantic.ValidationError, source_of: SourceOf) -> InputE
     if kind == "extra_forbidden":
         allowed = _unknown_key(location, path)
     elif kind == "missing":
-        got, allowed = (
-            NOTHING,
-            KEYS[general_key(key)].allowed if general_key(key) in KEYS else "must be given",
-        )
+        known = KEYS.get(general_key(key))
+        got, allowed = NOTHING, known.allowed if known else "must be given"
     elif kind == "value_error":
         allowed = str(fault)
     elif kind in ("union_tag_invalid", "union_tag_not_found"):

@@ -94,6 +94,9 @@ def _single_or_stack(block: object) -> str:
     return STACK if numbered or isinstance(block, Stack) else SINGLE
 
 
+APART = ("sweep", "ensemble", "study")
+"""Tables of a case that have readers of their own."""
+
 SINGLE, STACK = "single", "stack"
 """What pydantic's place of an error says behind `block`."""
 
@@ -333,7 +336,7 @@ def known_keys(location: Sequence[int | str]) -> list[str]:
             table = tables[0] if tables else table
         else:
             table = next(t for t in (PeaksCheck, HousnerCheck) if part == _kind(t))
-    names = list(table.model_fields) + (["sweep", "ensemble"] if table is CaseTables else [])
+    names = list(table.model_fields) + (list(APART) if table is CaseTables else [])
     return [".".join([*path, name]) for name in names]
 
 

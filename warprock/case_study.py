@@ -1,0 +1,222 @@
+"""The [study] table of a case: settings of engines that its lanes are run with, one at a time.
+
+The case's own settings of an engine are its baseline. Every run of a study changes one setting of
+one engine away from it; all other settings stay.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from warprock.case_keys import NOTHING, Said, did_you_mean
+from warprock.engines.settings import SETTINGS, build_settings
+from warprock.errors import InputError
+
+if TYPE_CHECKING:
+    from warprock.case import Case
+
+Number = float | int
+
+_NAMES = ("engines", "vary")
+_FEWEST = 2
+"""Values of a setting in a list: the baseline and another."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Variation:
+    """One run of a study.
+
+    Attributes:
+        engine: Name of the engine.
+        setting: Field of its settings.
+        value: Value of that field, in the field's unit.
+        baseline: Whether that is the case's own value.
+        settings: All settings of the run, the engine's dataclass.
+    """
+
+    engine: str
+    setting: str
+    value: Number
+    baseline: bool
+    settings: Any
+
+    @property
+    def unit(self) -> str:
+        """Unit of the setting."""
+        return setting_unit(self.engine, self.setting)
+
+
+@dataclasses.dataclass(frozen=True)
+class Study:
+    """What a case says about the settings of its engines.
+
+    Attributes:
+        baseline: Engine -> the case's own settings of it, in the order of the case.
+        values: Engine -> setting -> its values, in the order of the case; a setting that an engine
+            does not have is not there.
+    """
+
+    baseline: Mapping[str, Any]
+    values: Mapping[str, Mapping[str, tuple[Number, ...]]]
+
+    @property
+    def engines(self) -> tuple[str, ...]:
+        """Engines that the study is for."""
+        return tuple(self.values)
+
+    def lacks(self, engine: str) -> list[str]:
+        """Settings of the study that an engine does not have."""
+        every = dict.fromkeys(name for values in self.values.values() for name in values)
+        return [name for name in every if name not in self.values[engine]]
+
+    def variations(self, engine: str) -> list[Variation]:
+        """The runs of one engine, setting by setting; the baseline is among those of each."""
+        own = self.baseline[engine]
+        return [
+            Variation(
+                engine=engine,
+                setting=name,
+                value=value,
+                baseline=value == getattr(own, name),
+                settings=dataclasses.replace(own, **{name: value}),
+            )
+            for name, values in self.values[engine].items()
+            for value in values
+        ]
+
+    def plan(self, engine: str) -> dict[str, Any]:
+        """What will be run of one engine, ready for JSON."""
+        return {
+            "engine": engine,
+            "runs": len({variation.settings for variation in self.variations(engine)}),
+            "vary": [
+                {
+                    "setting": name,
+                    "unit": setting_unit(engine, name),
+                    "values": list(values),
+                    "baseline": getattr(self.baseline[engine], name),
+                }
+                for name, values in self.values[engine].items()
+            ],
+            "lacks": self.lacks(engine),
+        }
+
+
+def setting_unit(engine: str, name: str) -> str:
+    """Unit of a setting of an engine."""
+    fields = {field.name: field for field in dataclasses.fields(SETTINGS[engine])}
+    return str(fields[name].metadata["unit"])
+
+
+def read_study(case: Case) -> Study:
+    """Reads and judges the [study] table of a case that was read without it.
+
+    A list in the file must hold the case's own value. One that an override set, or whose own value
+    an override set, is completed with it, so that `-s` can ask for other values alone.
+
+    Args:
+        case: The case, whose `raw` has the table.
+
+    Raises:
+        InputError: An unknown key, engine or setting, a value that its engine would refuse, fewer
+            than two values, a list without the case's own value, or a case whose lanes cannot be
+            held against Housner's.
+    """
+    table = case.raw["study"]
+    if not isinstance(table, Mapping):
+        raise _refused(case, "study", table, "must be a table")
+    for name in table:
+        if name not in _NAMES:
+            allowed = f"unknown key (allowed: {', '.join(_NAMES)}){did_you_mean(name, _NAMES)}"
+            raise _refused(case, f"study.{name}", table[name], allowed)
+    _refuse_scene(case)
+    engines = _read_engines(case, table.get("engines", NOTHING))
+    vary = table.get("vary", NOTHING)
+    if not isinstance(vary, Mapping) or not vary:
+        allowed = "must be a table: a list of values for each setting that is varied"
+        raise _refused(case, "study.vary", vary, allowed)
+    for name in vary:
+        _refuse_setting(case, engines, name, vary[name])
+    values = {
+        engine: {
+            name: _read_values(case, engine, name, vary[name])
+            for name in vary
+            if name in _fields(engine)
+        }
+        for engine in engines
+    }
+    for engine, found in values.items():
+        if not found:
+            allowed = f"must have a setting that is varied ({', '.join(vary)})"
+            raise _refused(case, "study.engines", engine, allowed)
+    return Study({engine: case.engine_settings(engine) for engine in engines}, values)
+
+
+def _refused(case: Case, key: str, got: object, allowed: str) -> InputError:
+    return InputError(case.source_of(key), key, got, allowed)
+
+
+def _fields(engine: str) -> tuple[str, ...]:
+    return tuple(field.name for field in dataclasses.fields(SETTINGS[engine]))
+
+
+def _refuse_scene(case: Case) -> None:
+    """Refuses lanes that cannot be held against Housner's, sample by sample."""
+    if case.ensemble is not None:
+        raise _refused(case, "study", Said("a study"), "must not be beside [ensemble]")
+    if case.tables.stacked:
+        allowed = "must not be on a stack: runs are held against Housner's single block"
+        raise _refused(case, "study", Said("a study"), allowed)
+    if case.sample_times.interval is None:
+        raise _refused(case, "run.sample_interval", NOTHING, "must be given for [study]")
+
+
+def _read_engines(case: Case, got: object) -> tuple[str, ...]:
+    key = "study.engines"
+    if not isinstance(got, list) or not got:
+        raise _refused(case, key, got, f"must be a list of engines ({', '.join(SETTINGS)})")
+    for number, engine in enumerate(got):
+        if engine not in SETTINGS:
+            allowed = f"must be one of {', '.join(SETTINGS)}{did_you_mean(engine, SETTINGS)}"
+            raise _refused(case, f"{key}[{number}]", engine, allowed)
+        if engine in got[:number]:
+            raise _refused(case, f"{key}[{number}]", engine, "must not be there twice")
+    return tuple(got)
+
+
+def _refuse_setting(case: Case, engines: tuple[str, ...], name: str, got: object) -> None:
+    """Refuses a setting that no engine of the study has, and values that are no list."""
+    key = f"study.vary.{name}"
+    known = tuple(dict.fromkeys(field for engine in engines for field in _fields(engine)))
+    if name not in known:
+        others = [engine for engine in SETTINGS if name in _fields(engine)]
+        verb = "has" if len(others) == 1 else "have"
+        hint = f"; {', '.join(others)} {verb} it" if others else did_you_mean(name, known)
+        allowed = f"must be a setting of {' or '.join(engines)} ({', '.join(known)}){hint}"
+        raise _refused(case, key, got, allowed)
+    if not isinstance(got, list) or len(got) < _FEWEST:
+        raise _refused(case, key, got, f"must be a list of at least {_FEWEST} values")
+
+
+def _read_values(case: Case, engine: str, name: str, listed: list[object]) -> tuple[Number, ...]:
+    """The values of one setting of one engine, its own value among them."""
+    key, own_key = f"study.vary.{name}", f"engines.{engine}.{name}"
+    values: list[Number] = []
+    for number, got in enumerate(listed):
+        place = f"{key}[{number}]"
+        try:
+            value = getattr(build_settings(engine, {name: got}, case.file), name)
+        except InputError as error:
+            raise _refused(case, place, got, f"{error.allowed} ({engine})") from None
+        if value in values:
+            raise _refused(case, place, got, "must not be there twice")
+        values.append(value)
+    own = getattr(case.engine_settings(engine), name)
+    if own not in values:
+        if case.source_of(key) == case.source_of(own_key) == case.file:
+            allowed = f"must hold the case's own value, {own:g} ({own_key})"
+            raise _refused(case, key, listed, allowed)
+        values.append(own)
+    return tuple(values)
