@@ -249,6 +249,11 @@ def test_explain_says_what_runs_or_why_not(name: str):
         assert bool(engine["declines"]) != bool(engine["kernel"])
     printed = invoke("explain", name).stdout
     assert all(engine["name"] in printed for engine in found["engines"])
+    left_out = found["scene"]["left_out"]
+    assert any("sides of blocks" in text for text in left_out)
+    assert any("out of the plane" in text for text in left_out) != bool(
+        found["scene"]["spatial_because"]
+    )
 
 
 def test_a_failed_check_exits_with_3(monkeypatch: pytest.MonkeyPatch):

@@ -54,7 +54,8 @@ def explain_case(case: Case) -> dict[str, Any]:
             "source": case.source_text,
             "file": case.file,
         },
-        "scene": dataclasses.asdict(scene) | {"why": _scene_text(scene)},
+        "scene": dataclasses.asdict(scene)
+        | {"why": _scene_text(scene), "left_out": list(scene.left_out)},
         "lanes": lane_set.lanes.lane_count,
         "duration_s": lane_set.times.duration,
         "sample_interval_s": lane_set.times.interval,

@@ -43,6 +43,25 @@ class SceneKind:
         return bool(self.spatial_because)
 
     @property
+    def left_out(self) -> tuple[str, ...]:
+        """What the model does without because nothing in the scene needs it, and why."""
+        parts = []
+        if not self.spatial:
+            parts += [
+                "motion out of the plane of rocking: the base moves along x alone and every block "
+                "is symmetric about the plane, so three degrees of freedom a block are enough",
+            ]
+        if self.motion is MotionKind.STILL:
+            parts += ["ground motion: the base stands still"]
+        if self.block_count == 1:
+            parts += ["contact between blocks: there is one, and it touches its base alone"]
+        parts += [
+            "the search for pairs that might touch: each face can meet but the one it stands on",
+            "the sides of blocks: a lane ends once a block has overturned or slid off",
+        ]
+        return tuple(parts)
+
+    @property
     def beyond_the_plane(self) -> str | None:
         """Why an engine of the plane of rocking cannot run the scene; None if it can."""
         if self.spatial:

@@ -118,6 +118,9 @@ def print_explanation(found: Mapping[str, Any]) -> None:
     for axis in found["sweep"]:
         keys = ", ".join(axis["keys"])
         out.print(f"  sweep: {keys} ({axis['length']} values)")
+    out.print("\nLeft out, because nothing here needs it:")
+    for text in scene["left_out"]:
+        out.print(f"  {text}")
     out.print("\nInputs:")
     for name, spread in found["inputs"].items():
         out.print(f"  {name}: {_spread_text(spread)}")
