@@ -76,6 +76,11 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         "errors foundation settings cases engines runs reference",
         "numpy pandas",
     ),
+    "study": (
+        ("warprock/study.py",),
+        "errors foundation settings cases engines batch runs checks",
+        "numpy pandas pyarrow",
+    ),
     "stability": (
         ("warprock/stability*.py",),
         "errors foundation settings engines batch runs checks",
@@ -98,7 +103,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
     ),
     "reproduction": (
         ("warprock/reproduce*.py",),
-        "errors foundation settings cases engines runs checks reference report plots",
+        "errors foundation settings cases engines runs checks study reference report plots",
         "numpy pandas",
     ),
     "desk": (
@@ -108,7 +113,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
     ),
     "cli": (
         ("warprock/cli*.py", "warprock/__main__.py"),
-        "errors foundation settings cases batch runs checks stability trade report plots "
+        "errors foundation settings cases batch runs checks study stability trade report plots "
         "reproduction desk",
         "click",
     ),

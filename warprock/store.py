@@ -188,17 +188,35 @@ def provenance(run: CaseRun) -> dict[str, Any]:
     """Everything that is needed to run a run again and to judge it, ready for JSON."""
     response = run.response
     return {
-        "case": {
-            "name": run.case.name,
-            "title": run.case.title,
-            "source": run.case.source_text,
-            "file": run.case.file,
-            "resolved": run.case.raw,
-        },
+        "case": case_facts(run.case),
         "engine": {"name": response.engine, "settings": dataclasses.asdict(run.settings)},
         "precision": run.precision,
         "device": run.device,
         "workers": run.workers,
+        **surroundings(run.case),
+        "lanes": response.lane_count,
+        "status": count_words(response, "status"),
+        "outcome": count_words(response, "outcome"),
+        "rotation_error_rad": error_summary(response),
+        "duration_s": run.lane_set.times.duration,
+        "wall_time_s": run.wall_time,
+    }
+
+
+def case_facts(case: Case) -> dict[str, Any]:
+    """What was run: the case as resolved, overrides included."""
+    return {
+        "name": case.name,
+        "title": case.title,
+        "source": case.source_text,
+        "file": case.file,
+        "resolved": case.raw,
+    }
+
+
+def surroundings(case: Case) -> dict[str, Any]:
+    """What a run depends on beside its case and its settings, and when it was finished."""
+    return {
         "versions": machine.package_versions(PACKAGES),
         "kernel_sha256": machine.kernel_hash(),
         "machine": {
@@ -206,13 +224,7 @@ def provenance(run: CaseRun) -> dict[str, Any]:
             "cores": machine.core_count(),
             "vector_flags": machine.cpu_vector_flags(),
         },
-        "records": record_rows(run.case),
-        "lanes": response.lane_count,
-        "status": count_words(response, "status"),
-        "outcome": count_words(response, "outcome"),
-        "rotation_error_rad": error_summary(response),
-        "duration_s": run.lane_set.times.duration,
-        "wall_time_s": run.wall_time,
+        "records": record_rows(case),
         "finished": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
     }
 
