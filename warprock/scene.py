@@ -48,7 +48,7 @@ class SceneKind:
         parts = []
         if not self.spatial:
             parts += [
-                "motion out of the plane of rocking: the base moves along x alone and every block "
+                "motion out of the plane of rocking: the base moves along x at most and each block "
                 "is symmetric about the plane, so three degrees of freedom a block are enough",
             ]
         if self.motion is MotionKind.STILL:
