@@ -43,6 +43,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "cases": (
         (
             "warprock/axes.py",
+            "warprock/sampling.py",
             "warprock/case*.py",
             "warprock/expansion.py",
             "warprock/records/*.py",
@@ -212,7 +213,7 @@ def test_no_engine_imports_another_engine():
             "scipy",
             (
                 *("warprock/reference/", "warprock/records"),
-                *("warprock/case_ensemble", "warprock/ensemble"),
+                *("warprock/sampling", "warprock/ensemble"),
             ),
         ),
         ("tables", ("warprock/records/fema_p695",)),

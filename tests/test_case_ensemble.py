@@ -28,7 +28,7 @@ def write(tmp_path: pathlib.Path) -> Callable[..., pathlib.Path]:
 
 def sample_of(case: Case) -> np.ndarray:
     assert case.ensemble is not None
-    return case.ensemble.sample
+    return case.ensemble.points(np.arange(case.members))
 
 
 @pytest.mark.parametrize("sampling", ["sobol", "lhs"])

@@ -10,6 +10,8 @@ import dataclasses
 import math
 import re
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +26,7 @@ from warprock.case_keys import (
     general_key,
 )
 from warprock.errors import InputError
+from warprock.sampling import Distribution, Sample
 from warprock.units import Dimension
 
 LABEL = "label."
@@ -68,6 +71,10 @@ class Texts:
         return self.values[int(self.codes[0])]
 
 
+Column = Numbers | Texts | Distribution
+"""What a key of an axis has: values, or a distribution that they are drawn from."""
+
+
 @dataclasses.dataclass(frozen=True)
 class Axis:
     """One axis: values by dotted key, all of the same length.
@@ -75,10 +82,32 @@ class Axis:
     Attributes:
         columns: Values by dotted key, in the order of the case file.
         length: Values along the axis, >= 1.
+        sample: What draws the values of every column, one of a list with equal chances; None
+            where the columns list them.
     """
 
-    columns: Mapping[str, Numbers | Texts]
+    columns: Mapping[str, Column]
     length: int
+    sample: Sample | None = None
+
+    def places(self, positions: npt.NDArray[np.intp]) -> dict[str, npt.NDArray[Any]]:
+        """Where each column has its values at some positions along the axis.
+
+        Returns:
+            By key, shape [position]: an index into a list, or the probability that the value of a
+            distribution is not exceeded.
+        """
+        if self.sample is None:
+            return dict.fromkeys(self.columns, positions)
+        points = self.sample.points(positions).T
+        return {
+            key: drawn if isinstance(column, Distribution) else _dealt(drawn, column)
+            for drawn, (key, column) in zip(points, self.columns.items(), strict=True)
+        }
+
+
+def _dealt(drawn: npt.NDArray[np.float64], column: Numbers | Texts) -> npt.NDArray[np.intp]:
+    return np.floor(drawn * len(_positions(column))).astype(np.intp)
 
 
 def axis_keys(entry: Mapping[str, object]) -> dict[str, object]:
@@ -95,6 +124,25 @@ def axis_keys(entry: Mapping[str, object]) -> dict[str, object]:
         else:
             keys[name] = value
     return keys
+
+
+def fix_keys(raw: dict[str, Any], fixed: AbstractSet[str]) -> None:
+    """Drops from a case the axes on which keys lie that are now fixed, and draws them no more.
+
+    Args:
+        raw: The case as written; changed in place.
+        fixed: The dotted keys, or "sweep" or "sample" where those tables were given anew.
+    """
+    entries, sample = raw.get("sweep"), raw.get("sample", {})
+    if isinstance(entries, list) and "sweep" not in fixed:
+        kept = [e for e in entries if not (isinstance(e, Mapping) and fixed & axis_keys(e).keys())]
+        if len(kept) < len(entries):
+            raw["sweep"] = kept
+    if isinstance(sample, Mapping) and "sample" not in fixed:
+        over = sample.get("over")
+        if isinstance(over, Mapping):
+            drawn = {key: value for key, value in axis_keys(over).items() if key not in fixed}
+            raw["sample"] = {**sample, "over": drawn}
 
 
 def read_axes(entries: object, source: str) -> tuple[Axis, ...]:
@@ -170,6 +218,23 @@ def _read_column(key: str, value: object, source: str, place: str) -> Numbers | 
     if not isinstance(value, list):
         grid = "" if isinstance(reader, TextKey) else " or a grid { from, to, count, spacing }"
         raise InputError(source, place, value, f"must be a list{grid}")
+    return read_list(reader, value, source, place)
+
+
+def read_list(
+    reader: NumberKey | TextKey, value: Sequence[object], source: str, place: str
+) -> Numbers | Texts:
+    """The values of a list.
+
+    Args:
+        reader: Their key.
+        value: The list.
+        source: The case file, for the error text.
+        place: Where in it the list is, for the error text.
+
+    Raises:
+        InputError: An empty list, a value out of bounds, or values of several dimensions.
+    """
     if not value:
         raise InputError(source, place, value, "must be a list of at least one value")
     if isinstance(reader, TextKey):
@@ -177,7 +242,7 @@ def _read_column(key: str, value: object, source: str, place: str) -> Numbers | 
         distinct = {text: code for code, text in enumerate(dict.fromkeys(texts))}
         codes = np.fromiter((distinct[text] for text in texts), np.int32, len(texts))
         return Texts(tuple(distinct), codes)
-    return _read_list(reader, value, source, place)
+    return _read_numbers(reader, value, source, place)
 
 
 def _read(reader: TextKey, got: object, source: str, place: str) -> str:
@@ -187,7 +252,7 @@ def _read(reader: TextKey, got: object, source: str, place: str) -> str:
         raise InputError(source, place, got, str(error)) from None
 
 
-def _read_list(reader: NumberKey, value: Sequence[object], source: str, place: str) -> Numbers:
+def _read_numbers(reader: NumberKey, value: Sequence[object], source: str, place: str) -> Numbers:
     """A list of quantities, all of one dimension."""
     numbers = np.empty(len(value))
     dimension: Dimension | None = None

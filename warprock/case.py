@@ -21,9 +21,10 @@ from typing import Any
 
 import pydantic
 
-from warprock.axes import LABEL, Axis, axis_keys, axis_shape, read_axes
+from warprock.axes import LABEL, Axis, axis_shape, fix_keys, read_axes
 from warprock.case_ensemble import Ensemble, read_ensemble
 from warprock.case_keys import EXCLUSIVE, KEYS, NOTHING, Said, did_you_mean, general_key
+from warprock.case_sample import read_sample
 from warprock.case_study import Study, read_study
 from warprock.case_tables import (
     APART,
@@ -186,13 +187,23 @@ def load_case(name_or_path: str | os.PathLike[str], overrides: Sequence[str] = (
     name, file, folder, text = _find(os.fspath(name_or_path))
     raw = _parse(text, file)
     overridden = frozenset(_override(raw, override) for override in overrides)
-    _replace_axes(raw, overridden)
+    fix_keys(raw, overridden | {EXCLUSIVE[key] for key in overridden if key in EXCLUSIVE})
+    return build_case(name, file, folder, raw, overridden)
+
+
+def build_case(
+    name: str,
+    file: str,
+    folder: pathlib.Path | None,
+    raw: Mapping[str, Any],
+    overridden: frozenset[str] = frozenset(),
+) -> Case:
+    """A case from what was written, judged as by `load_case`; arguments as in `Case`."""
     source_of = functools.partial(_source_of, file=file, overridden=overridden)
     axes = read_axes(raw.get("sweep", []), source_of("sweep"))
+    axes += read_sample(raw, axes, source_of)
     tables = _read_tables(raw, axes, source_of)
-    ensemble = None
-    if "ensemble" in raw:
-        ensemble = read_ensemble(raw["ensemble"], axes, tables, source_of)
+    ensemble = read_ensemble(raw, axes, tables, source_of)
     case = Case(name, file, folder, raw, tables, axes, overridden, ensemble)
     for engine in tables.engines:
         case.engine_settings(engine)
@@ -270,17 +281,6 @@ def _override_value(text: str) -> Any:
     except tomllib.TOMLDecodeError:
         return text
     return parsed["value"] if len(parsed) == 1 else text
-
-
-def _replace_axes(raw: dict[str, Any], overridden: frozenset[str]) -> None:
-    """Drops the axes that sweep a key which an override set, or its other way of saying it."""
-    entries = raw.get("sweep")
-    if "sweep" in overridden or not isinstance(entries, list):
-        return
-    fixed = overridden | {EXCLUSIVE[key] for key in overridden if key in EXCLUSIVE}
-    kept = [e for e in entries if not (isinstance(e, Mapping) and fixed & axis_keys(e).keys())]
-    if len(kept) < len(entries):
-        raw["sweep"] = kept
 
 
 def _read_tables(raw: Mapping[str, Any], axes: Sequence[Axis], source_of: SourceOf) -> CaseTables:

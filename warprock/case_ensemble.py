@@ -8,7 +8,6 @@ All cells use the same sample (common random numbers), so that cells differ by t
 from __future__ import annotations
 
 import dataclasses
-import functools
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
@@ -27,11 +26,11 @@ from warprock.case_keys import (
 )
 from warprock.case_tables import CaseTables
 from warprock.errors import InputError
+from warprock.sampling import MOST_SEED, SAMPLINGS, Sample
 from warprock.units import Dimension, Quantity, allowed_text, format_quantity, parse_any
 
 Array = npt.NDArray[np.float64]
 
-SAMPLINGS = ("sobol", "lhs")
 STEP_GROUPS = 8
 """Time steps that the members of an ensemble are dealt to."""
 
@@ -40,7 +39,6 @@ CELL_COLUMNS = ("cell", "members", "usable", "overturned", "overturned_low", "ov
 
 _NAMES = ("members", "seed", "sampling", "time_step", "spread")
 _MOST_MEMBERS = 10_000_000
-_MOST_SEED = 2**63 - 1
 _PERCENT = re.compile(r"\s*(\d+\.?\d*|\.\d+)(?:[eE]([+-]?\d+))?\s*%\s*", re.ASCII)
 
 
@@ -68,7 +66,7 @@ class Ensemble:
     Attributes:
         members: Lanes in a cell, >= 2.
         seed: Seed of the sample.
-        sampling: "sobol" (scrambled, Owen 1998) or "lhs" (McKay, Beckman and Conover 1979).
+        sampling: One of `sampling.SAMPLINGS`.
         time_step: Half-width of the factor on an engine's time step; 0 leaves it alone.
         spread: Half-width by dotted key, in the order of the case.
     """
@@ -79,32 +77,26 @@ class Ensemble:
     time_step: float
     spread: Mapping[str, Spread]
 
-    @functools.cached_property
-    def sample(self) -> Array:
-        """Where each member lies, from 0 to 1, shape [member, dimension].
+    def points(self, members: npt.NDArray[np.intp]) -> Array:
+        """Where some members lie, from 0 to 1, shape [lane, dimension].
 
-        One dimension a spread key, and the last one for the time step where that is spread. Of a
-        Sobol' sequence the first members of a net of the next power of two are taken.
+        One dimension a spread key, and the last one for the time step where that is spread.
+
+        Args:
+            members: Number of every lane in its cell, shape [lane].
         """
-        from scipy.stats import qmc
-
         dimensions = len(self.spread) + (self.time_step > 0.0)
-        if self.sampling == "lhs":
-            drawn = qmc.LatinHypercube(dimensions, rng=self.seed).random(self.members)
-        else:
-            net = qmc.Sobol(dimensions, scramble=True, rng=self.seed)
-            drawn = net.random_base2((self.members - 1).bit_length())
-        return np.asarray(drawn[: self.members], dtype=np.float64)
+        return Sample(self.sampling, self.seed, self.members, dimensions).points(members)
 
-    def moved(self, key: str, values: Array, members: npt.NDArray[np.intp]) -> Array:
+    def moved(self, key: str, values: Array, points: Array) -> Array:
         """Values of a key with the members' part of its spread added.
 
         Args:
             key: A key of `spread`.
             values: Values that the cells have, shape [lane].
-            members: Number of every lane in its cell, shape [lane].
+            points: Where the lanes' members lie, as `points` says.
         """
-        at = self.sample[members, list(self.spread).index(key)]
+        at = points[:, list(self.spread).index(key)]
         return np.asarray(values + self.spread[key].of(values) * (2.0 * at - 1.0))
 
     def step_factors(self, members: npt.NDArray[np.intp]) -> Array | None:
@@ -114,17 +106,20 @@ class Ensemble:
         """
         if self.time_step == 0.0:
             return None
-        part = np.floor(STEP_GROUPS * self.sample[members, -1])
+        part = np.floor(STEP_GROUPS * self.points(members)[:, -1])
         return np.asarray(1.0 + self.time_step * ((2.0 * part + 1.0) / STEP_GROUPS - 1.0))
 
 
 def read_ensemble(
-    table: object, axes: Sequence[Axis], tables: CaseTables, source_of: Callable[[str], str]
-) -> Ensemble:
-    """The ensemble of a case.
+    raw: Mapping[str, object],
+    axes: Sequence[Axis],
+    tables: CaseTables,
+    source_of: Callable[[str], str],
+) -> Ensemble | None:
+    """The ensemble of a case; None where it has none.
 
     Args:
-        table: What the case holds under `ensemble`.
+        raw: The case.
         axes: Its sweep.
         tables: Its other tables.
         source_of: Dotted key -> what an error about it names as its source.
@@ -133,6 +128,9 @@ def read_ensemble(
         InputError: Unknown key, a number out of bounds, a spread of a key that is no number, that
             the case does not give, or that would leave its bounds, or nothing that varies.
     """
+    if "ensemble" not in raw:
+        return None
+    table = raw["ensemble"]
     if not isinstance(table, Mapping):
         raise InputError(source_of("ensemble"), "ensemble", table, "must be a table")
     for name in table:
@@ -149,7 +147,7 @@ def read_ensemble(
         return got
 
     members = whole("members", 2, _MOST_MEMBERS, NOTHING)
-    seed = whole("seed", 0, _MOST_SEED, 1)
+    seed = whole("seed", 0, MOST_SEED, 1)
     sampling = table.get("sampling", SAMPLINGS[0])
     if sampling not in SAMPLINGS:
         key = "ensemble.sampling"

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import functools
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from warprock.axes import LABEL, Numbers, Texts, lane_indices
+from warprock.axes import LABEL, Column, Numbers, Texts, lane_indices
 from warprock.case import Case
 from warprock.case_keys import KEYS, NumberKey, Said, general_key
 from warprock.errors import InputError
+from warprock.sampling import Distribution
 from warprock.units import Dimension, Quantity, format_quantity
 
 if TYPE_CHECKING:
@@ -34,10 +36,10 @@ class LaneValues:
         self.case, self.lanes = case, lanes
         *positions, self.members = lane_indices((*case.shape, case.members), lanes)
         self._spread = case.ensemble if spread else None
-        self._swept: dict[str, tuple[Numbers | Texts, npt.NDArray[np.intp]]] = {
-            key: (column, position)
+        self._swept: dict[str, tuple[Column, npt.NDArray[Any]]] = {
+            key: (axis.columns[key], place)
             for axis, position in zip(case.axes, positions, strict=True)
-            for key, column in axis.columns.items()
+            for key, place in axis.places(position).items()
         }
 
     def given(self, key: str) -> bool:
@@ -48,13 +50,21 @@ class LaneValues:
         """Values of a numeric key, SI units or rad, shape [lane]."""
         values = self._own_numbers(key)
         if self._spread is not None and key in self._spread.spread:
-            return self._spread.moved(key, values, self.members)
+            return self._spread.moved(key, values, self._points)
         return values
+
+    @functools.cached_property
+    def _points(self) -> Array:
+        """Where the lanes' members of an ensemble lie."""
+        assert self._spread is not None
+        return self._spread.points(self.members)
 
     def _own_numbers(self, key: str) -> Array:
         """Values that the lanes' cells have."""
         if key in self._swept:
             column, position = self._swept[key]
+            if isinstance(column, Distribution):
+                return column.quantile(position)
             assert isinstance(column, Numbers)
             return np.asarray(column.values[position])
         constant = self.case.tables.constant(key)
@@ -67,7 +77,7 @@ class LaneValues:
         """What the values of a numeric key measure, the same in all lanes."""
         if key in self._swept:
             column = self._swept[key][0]
-            assert isinstance(column, Numbers)
+            assert not isinstance(column, Texts)
             return column.dimension
         constant = self.case.tables.constant(key)
         assert isinstance(constant, Quantity), key
