@@ -53,6 +53,7 @@ class LaneSet:
         cells: Inputs of every cell without their spread; None without an ensemble, or where only
             some lanes were asked for.
         step_factors: Factor on the engine's time step, shape [lane]; None is 1 for all.
+        first: Number of the first lane, where only some were asked for.
     """
 
     lanes: Lanes
@@ -65,6 +66,7 @@ class LaneSet:
     members: int = 1
     cells: pd.DataFrame | None = None
     step_factors: Array | None = None
+    first: int = 0
 
     def select(self, where: Mapping[str, str]) -> npt.NDArray[np.intp]:
         """Lanes with certain labels, in lane order.
@@ -133,6 +135,7 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
         members=case.members,
         cells=cells,
         step_factors=step_factors,
+        first=values.lanes.start,
     )
     if lanes is None and not case.overridden:
         _refuse_checks(case, lane_set)

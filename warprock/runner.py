@@ -92,16 +92,15 @@ def run_case(
     times = _sample_times(case, histories)
     started = time.perf_counter()
     settings = case.engine_settings(engine)
-    response = _run_members(
-        run_with_estimate if estimate else run_batch,
+    response = run_lane_set(
         engine,
         lane_set,
-        None,
         times,
         settings=settings,
         precision=precision,
         device=device,
         workers=workers,
+        estimate=estimate,
         progress=progress,
     )
     return CaseRun(
@@ -114,6 +113,22 @@ def run_case(
         settings=settings,
         wall_time=time.perf_counter() - started,
     )
+
+
+def run_lane_set(
+    engine: str, lane_set: LaneSet, times: SampleTimes, *, estimate: bool, **options: Any
+) -> Response:
+    """Runs lanes of a case with one engine.
+
+    Args:
+        engine: Name of the engine.
+        lane_set: The lanes, all of a case or some.
+        times: Length of the run and sampling of its histories.
+        estimate: Whether to estimate the error of every lane.
+        options: `settings` of the engine, and what `run_batch` takes besides.
+    """
+    run = run_with_estimate if estimate else run_batch
+    return _run_members(run, engine, lane_set, None, times, **options)
 
 
 def run_lane(run: CaseRun, lane: int) -> Response:

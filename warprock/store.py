@@ -6,14 +6,15 @@ then moved there.
 
 from __future__ import annotations
 
-import collections
 import contextlib
 import dataclasses
 import datetime
 import json
 import os
 import pathlib
+import platform
 import re
+import secrets
 import tempfile
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -109,16 +110,16 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
         lane_set: Lanes, motions and inputs.
         response: The engine's answer for the same lanes.
     """
-    columns: dict[str, Any] = {"lane": np.arange(response.lane_count)}
+    columns: dict[str, Any] = {"lane": lane_set.first + np.arange(response.lane_count)}
     columns |= {str(name): lane_set.inputs[name].array for name in lane_set.inputs.columns}
     meaning = {name: input_meaning(name) for name in columns}
     estimates = [name for name in ESTIMATE_FIELDS if name in response.fields]
     in_space = [name for name in SPATIAL_FIELDS if name in response.fields]
     for field in (FIELDS[name] for name in (*LANE_FIELDS, *in_space, *estimates)):
         values = response[field.name]
+        of_field: dict[str, Any] = {field.column: values}
         if field.enum is not None:
-            values = np.asarray(_words(values, field))
-        of_field = {field.column: values}
+            of_field = {field.column: pd.Categorical.from_codes(values, pd.Index(_words(field)))}
         if values.ndim == 2:
             of_field = {field.block_column(k): v for k, v in enumerate(values.T, 1)}
         columns |= of_field
@@ -245,9 +246,9 @@ def record_rows(case: Case) -> list[dict[str, str]]:
 def count_words(response: Response, name: str) -> dict[str, int]:
     """How many lanes have each word of `outcome` or `status`, words without a lane included."""
     field = FIELDS[name]
-    counts = collections.Counter(_words(response[name], field))
-    assert field.enum is not None
-    return {code.name.lower(): counts[code.name.lower()] for code in field.enum}
+    words = _words(field)
+    counts = np.bincount(response[name], minlength=len(words))
+    return dict(zip(words, counts.tolist(), strict=True))
 
 
 def error_summary(response: Response) -> dict[str, float] | None:
@@ -324,16 +325,36 @@ def write_run(
 
 @contextlib.contextmanager
 def replacing(path: pathlib.Path) -> Iterator[pathlib.Path]:
-    """A temporary path that takes the place of `path` if the block succeeds."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    """A temporary path that takes the place of `path` if the block succeeds.
+
+    The bytes are on the disk before the file has its name, and the name before the block is left.
+    Processes on any machines may write the same file at once: the last one's stays.
+    """
+    temporary = path.with_name(f".{path.name}.{writer_name()}.{secrets.token_hex(4)}.tmp")
     try:
         yield temporary
+        _to_disk(temporary)
         os.replace(temporary, path)
+        if os.name == "posix":
+            _to_disk(path.parent)
     finally:
         temporary.unlink(missing_ok=True)
 
 
-def _words(codes: np.ndarray[Any, Any], field: Field) -> list[str]:
+def writer_name() -> str:
+    """This process among all that may write to a folder: its machine and its number."""
+    return f"{platform.node()}.{os.getpid()}"
+
+
+def _to_disk(path: pathlib.Path) -> None:
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _words(field: Field) -> list[str]:
+    """The words of a field that holds codes, which count from 0."""
     assert field.enum is not None
-    names = {int(code): code.name.lower() for code in field.enum}
-    return [names[int(code)] for code in codes]
+    return [code.name.lower() for code in sorted(field.enum)]
