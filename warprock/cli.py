@@ -17,7 +17,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from warprock import __version__
+from warprock.cli_records import records
 from warprock.cli_stability import stability
+from warprock.cli_study import run_study_of
 from warprock.cli_trade import choose_for, trade
 from warprock.errors import InputError
 
@@ -167,12 +169,16 @@ def run(
     accuracy: float | None,
     as_json: bool,
 ) -> None:
-    """Run every lane of a CASE with one engine."""
+    """Run every lane of a CASE with one engine; a study, with all of its engines and settings."""
     from warprock import runner, store
     from warprock.case import load_case
     from warprock.report import console
 
     case, choice, given = load_case(case_name, overrides), None, engine
+    if case.study is not None:
+        refused = {"--history": lanes or None, "--estimate": estimate, "--accuracy": accuracy}
+        options: dict[str, Any] = {"precision": precision, "device": device, "workers": workers}
+        return run_study_of(case, engine, folder, refused, **options, as_json=as_json)
     engine = engine or runner.default_engine(case)
     runner.require_options(engine, precision=precision, device=device, workers=workers)
     if accuracy is not None:
@@ -341,6 +347,7 @@ def bench(seconds: float, workers: int | None, as_json: bool) -> None:
     console.print_json(found) if as_json else console.print_bench(found)
 
 
+main.add_command(records)
 main.add_command(stability)
 main.add_command(trade)
 

@@ -97,12 +97,8 @@ def _source(head: Sequence[str]) -> str:
     """Station and time of a recording, from a header."""
     station = _last(head, r"STATION (?:NO|ID)\.\s+(\S+)\s+([\d.]+[NS],\s*[\d.]+[EW])")
     started = _last(head, r"(?:START|TRIGGER) TIME:\s+(.*\S)")
-    named = _last(head, r"^\s*(?:RECORD|RCRD) OF\s+(.*\S)")
-    parts = [
-        f"station {station[1]} ({_words(station[2])})" if station else "station not named",
-        f"recording of {_words((started or named)[1])}" if started or named else "",
-    ]
-    return ", ".join(part for part in parts if part)
+    name = f"station {station[1]} ({_words(station[2])})" if station else "station not named"
+    return f"{name}, recording of {_words(started[1])}" if started else name
 
 
 def _last(lines: Sequence[str], pattern: str) -> re.Match[str] | None:

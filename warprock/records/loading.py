@@ -48,8 +48,8 @@ FORMATS: dict[str, Format] = {
 CHANNEL = "#"
 """What stands between a file and its channel."""
 
-RECORDS_KEPT = 512
-"""Records that are kept in memory, so that a case is read once, however many chunks it has."""
+FILES_KEPT = 256
+"""Files whose records stay in memory, so that a sweep reads them once and not for every chunk."""
 
 
 @functools.cache
@@ -79,11 +79,7 @@ def load_record(name_or_path: str, relative_to: pathlib.Path | None = None) -> R
     if fema_p695.is_name(name_or_path):
         return fema_p695.load(name_or_path)
     path, channel = _place(name_or_path, relative_to)
-    try:
-        stamp = path.stat()
-    except OSError as error:
-        raise _missing(path, name_or_path, error) from None
-    records = _records(str(path), stamp.st_mtime_ns, stamp.st_size)
+    records = _records(path, name_or_path)
     return _chosen(records, str(path), channel)
 
 
@@ -96,8 +92,7 @@ def load_channels(name_or_path: str) -> list[Record]:
     path, channel = _place(name_or_path, None)
     if channel or fema_p695.is_name(name_or_path) or not path.is_file():
         return [load_record(name_or_path)]
-    stamp = path.stat()
-    return list(_records(str(path), stamp.st_mtime_ns, stamp.st_size))
+    return list(_records(path, name_or_path))
 
 
 def _place(name_or_path: str, relative_to: pathlib.Path | None) -> tuple[pathlib.Path, str]:
@@ -122,23 +117,33 @@ def _missing(path: pathlib.Path, name: str, error: OSError) -> InputError:
     return InputError(str(path), "record", Said(reason.lower()), allowed)
 
 
-@functools.lru_cache(RECORDS_KEPT)
-def _records(file: str, _changed: int, _size: int) -> tuple[Record, ...]:
-    """Every channel of a file, read again only if the file has changed."""
-    path = pathlib.Path(file)
+def _records(path: pathlib.Path, name: str) -> tuple[Record, ...]:
+    """Every channel of a file; its text is read again only if its bytes have changed."""
     try:
         content = path.read_bytes()
     except OSError as error:
-        raise _missing(path, file, error) from None
-    digest = hashlib.sha256(content).hexdigest()
-    channels = read_channels(file, content)
+        raise _missing(path, name, error) from None
+    key = str(path), hashlib.sha256(content).hexdigest()
+    if key not in _kept:
+        while len(_kept) >= FILES_KEPT:
+            _kept.pop(next(iter(_kept)), None)
+        _kept[key] = _parsed(*key, content)
+    return _kept[key]
+
+
+_kept: dict[tuple[str, str], tuple[Record, ...]] = {}
+"""Path and hash of a file -> its records."""
+
+
+def _parsed(file: str, digest: str, content: bytes) -> tuple[Record, ...]:
+    channels, stem = read_channels(file, content), pathlib.Path(file).stem
     records = []
     for number, channel in enumerate(channels, 1):
         channel.samples.flags.writeable = False
-        stem = path.stem if len(channels) == 1 else f"{path.stem}{CHANNEL}{number}"
+        own = stem if len(channels) == 1 else f"{stem}{CHANNEL}{number}"
         records.append(
             Record(
-                name=channel.name or stem,
+                name=channel.name or own,
                 file=file,
                 quantity=channel.quantity,
                 interval=channel.interval,

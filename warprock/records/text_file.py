@@ -154,7 +154,7 @@ class TextFile:
                 yield at, word
 
     def _counted(self, fields: Iterator[tuple[int, str]], first: int, count: int) -> Array:
-        values = []
+        values: list[float] = []
         for at, text in fields:
             if len(values) == count:
                 break

@@ -1,0 +1,63 @@
+"""Records as CSV files, with where they are from and what was done with them in the header."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from warprock.motion import Control
+from warprock.records.csv_file import csv_text
+from warprock.records.processing import Step, process
+from warprock.records.record import Record
+from warprock.records.stochastic import GroundNoise, stochastic_motion
+
+UNITS = {Control.ACCELERATION: "m/s^2", Control.VELOCITY: "m/s", Control.DISPLACEMENT: "m"}
+"""Unit that samples are written in."""
+
+NOT_STATED = "not stated"
+
+
+def imported_csv(
+    record: Record, steps: Sequence[Step], *, name: str, source: str = "", licence: str = ""
+) -> bytes:
+    """The CSV file of a record after some steps; the same record and steps, the same bytes.
+
+    Args:
+        record: The record.
+        steps: What to do with it, in order.
+        name: Name of the new record.
+        source: Where it is from, where its file does not say it or not well.
+        licence: Its licence, likewise.
+
+    Raises:
+        InputError: A step that this record has no room for.
+    """
+    motion, said = process(record, steps)
+    entries = {
+        "name": name,
+        "unit": UNITS[record.quantity],
+        "interval": f"{float(motion.interval)!r} s",
+        "source": source or record.source or NOT_STATED,
+        "licence": licence or record.licence or NOT_STATED,
+        "original-sha256": record.original_sha256 or record.sha256,
+        "processing": said or "none",
+    }
+    return csv_text(entries, motion.samples).encode()
+
+
+def generated_csv(noise: GroundNoise, name: str) -> bytes:
+    """The CSV file of a stochastic motion; the same values, the same bytes.
+
+    Args:
+        noise: What makes the motion.
+        name: Name of the record.
+    """
+    motion = stochastic_motion(noise)
+    entries = {
+        "name": name,
+        "unit": UNITS[Control.ACCELERATION],
+        "interval": f"{float(motion.interval)!r} s",
+        "source": noise.text,
+        "licence": "none needed: computed by warprock",
+        "processing": "none: generated",
+    }
+    return csv_text(entries, motion.samples).encode()
