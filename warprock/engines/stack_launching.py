@@ -101,7 +101,7 @@ def launch_stacks(
             module.stacks,
             dim=count // side_by_side,
             inputs=[
-                wp.array(_block_rows(module.Block, blocks, count), dtype=module.Block),
+                wp.array(block_rows(module.Block, blocks, count), dtype=module.Block),
                 wp.array(struct_rows(module.Stack, lanes, count), dtype=module.Stack),
                 wp.array(motion_rows, dtype=module.Motion),
                 wp.array(record_pool(motions), dtype=real),
@@ -156,7 +156,7 @@ def _turned(x: Array, z: Array, rotation: Array) -> tuple[Array, Array]:
     return x * c + z * s, z * c - x * s
 
 
-def _block_rows(struct: Any, columns: dict[str, npt.NDArray[Any]], count: int) -> npt.NDArray[Any]:
+def block_rows(struct: Any, columns: dict[str, npt.NDArray[Any]], count: int) -> npt.NDArray[Any]:
     """Rows of a struct of blocks, shape [block, lane], padded to a count of lanes."""
     block_count = next(iter(columns.values())).shape[1]
     rows = np.zeros((block_count, count), dtype=struct.numpy_dtype())

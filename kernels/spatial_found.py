@@ -1,0 +1,84 @@
+"""What a run of blocks in space leaves behind, for one precision: the same of all engines.
+
+Rotations are kept as tangents, which need no trigonometric function; the host turns them into
+angles.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import module_options
+
+real: Any
+PRECISION: str
+
+wp.set_module_options(module_options())
+
+
+@wp.struct
+class BlockResult:
+    """What one block's run leaves behind.
+
+    Attributes:
+        qz: Twist of the attitude at the end, with qw.
+        qw: See qz.
+        slide_x: Slide at the end, in the axes of what the block stands on [m]; slide_y likewise.
+        slide_y: See slide_x.
+        peak: Tangent of the largest rotation in the plane of rocking; peak_time its time [s].
+        peak_time: See peak.
+        peak_across: Tangent of the largest rotation across it.
+        peak_tilt: Square of the tangent of the largest tilt.
+        peak_yaw: Tangent of half of the largest yaw since the start.
+        peak_slide: Square of the largest slide [m^2].
+    """
+
+    qz: real
+    qw: real
+    slide_x: real
+    slide_y: real
+    peak: real
+    peak_time: real
+    peak_across: real
+    peak_tilt: real
+    peak_yaw: real
+    peak_slide: real
+
+
+@wp.struct
+class Result:
+    """What one lane's run leaves behind.
+
+    Attributes:
+        uplift_time: First departure from the flat state [s], NEVER without one.
+        moved: Last time at which a block moved [s].
+        loss: Energy lost [J].
+        deepest: Deepest penetration of a corner [m].
+        impacts: Landings.
+        mode: What became of the lane; the engine's own numbers.
+        steps: Steps taken.
+    """
+
+    uplift_time: real
+    moved: real
+    loss: real
+    deepest: real
+    impacts: int
+    mode: int
+    steps: int
+
+
+@wp.struct
+class Found:
+    """Where the kernel leaves what it finds.
+
+    Attributes:
+        results: Of every lane, shape [lane].
+        blocks: Of every block, shape [block, lane].
+        attitudes: Quaternions at the samples, shape [sample, block, 4, lane]; empty if not asked
+            for.
+    """
+
+    results: wp.array(dtype=Result)
+    blocks: wp.array2d(dtype=BlockResult)
+    attitudes: wp.array4d(dtype=real)
