@@ -27,6 +27,8 @@ from warprock.units import GRAVITY, Dimension
 from warprock.waveforms import harmonic_motions, ricker_motions
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from warprock.records import Record
 
 Array = npt.NDArray[np.float64]
@@ -224,8 +226,23 @@ def _records(values: LaneValues, table: str, start: Array) -> Motions:
     scale = values.numbers(f"{table}.scale")
     motions = record_motions(records, index=codes, scale=scale, start=start)
     peaks = np.array([record.peak_acceleration for record in records])
-    columns: dict[str, object] = {"record": values.column(f"{table}.record"), "scale": scale}
-    return motions, columns, np.abs(scale) * peaks[codes]
+    columns: dict[str, object] = {"record": values.column(f"{table}.record")}
+    for name in _PROVENANCE:
+        columns[f"record_{name}"] = _words([getattr(each, name) for each in records], codes)
+    return motions, columns | {"scale": scale}, np.abs(scale) * peaks[codes]
+
+
+_PROVENANCE = ("source", "licence", "sha256", "processing")
+"""What every lane says of its record."""
+
+
+def _words(words: Sequence[str], codes: npt.NDArray[np.intp]) -> pd.Categorical[str]:
+    """A word for each lane as a categorical column, each word stored once."""
+    import pandas as pd
+
+    known = list(dict.fromkeys(words))
+    places = np.array([known.index(word) for word in words])
+    return pd.Categorical.from_codes(places[codes], pd.Index(known))
 
 
 _READERS: tuple[tuple[frozenset[str], Callable[[LaneValues, str, Array], Motions]], ...] = (

@@ -69,6 +69,10 @@ INPUTS: dict[str, tuple[str, str]] = {
     "amplitude_m_s": ("m/s", "Amplitude, as a velocity"),
     "amplitude_m_s2": ("m/s^2", "Amplitude, as an acceleration"),
     "record": ("-", "Name of the record"),
+    "record_source": ("-", "Where the record is from"),
+    "record_licence": ("-", "Licence of the record"),
+    "record_sha256": ("-", "SHA-256 of the record's file"),
+    "record_processing": ("-", "What was done to the record before the run"),
     "scale": ("-", "Factor on the record"),
     "start_s": ("s", "Time at which the motion starts"),
     "stop_s": ("s", "Time at which the motion stops"),
@@ -238,6 +242,8 @@ def record_rows(case: Case) -> list[dict[str, str]]:
             "sha256": record.sha256,
             "source": record.source,
             "licence": record.licence,
+            "processing": record.processing,
+            "original_sha256": record.original_sha256,
         }
         for record in case_records(case)
     ]
