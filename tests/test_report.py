@@ -11,7 +11,7 @@ import pytest
 from rich.console import Console
 
 from warprock.checks import CheckRow
-from warprock.report import conflicts, plots, plots_forced, tables
+from warprock.report import conflicts, plots, plots_forced, plots_study, tables
 from warprock.report.paper import (
     INFERRED_NAMES,
     PAPER_COLUMNS,
@@ -167,8 +167,8 @@ def figure_makers():
     printed = dict.fromkeys((*PAPER_COLUMNS, *INFERRED_NAMES), six)
     return {
         "free": lambda p: plots.draw_free_response(p, TIMES, [("B0", engines)]),
-        "knobs": lambda p: plots.draw_knobs(
-            p, "B0", TIMES, curve(0.0), [("fps", [("10", curve(0.1))])], (8.0, 10.0)
+        "study": lambda p: plots_study.draw_histories(
+            p, "B0", TIMES, curve(0.0), {("impulse", "substeps", 20.0): curve(0.1)}
         ),
         "panels": lambda p: plots.draw_free_panels(p, TIMES, panels),
         "windows": lambda p: plots_forced.draw_windows(p, "t", TIMES, panels, windows, [0.2, 0.1]),
@@ -195,6 +195,7 @@ def test_no_text_of_a_figure_is_smaller_than_8_points_and_legends_cover_no_curve
     kept = []
     monkeypatch.setattr(plots_forced, "save", lambda figure, path: kept.append(figure) or path)
     monkeypatch.setattr(plots, "save", lambda figure, path: kept.append(figure) or path)
+    monkeypatch.setattr(plots_study, "save", lambda figure, path: kept.append(figure) or path)
     for maker in figure_makers().values():
         maker(tmp_path / "unused.png")
     for figure in kept:

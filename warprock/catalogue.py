@@ -61,6 +61,7 @@ def explain_case(case: Case) -> dict[str, Any]:
         "sample_interval_s": lane_set.times.interval,
         "sweep": [{"keys": list(axis.columns), "length": axis.length} for axis in case.axes]
         + ([{"keys": ["member"], "length": case.members}] if case.ensemble else []),
+        "study": [case.study.plan(name) for name in case.study.engines] if case.study else None,
         "inputs": {str(name): _spread(inputs[name]) for name in inputs.columns},
         "engines": [_engine_row(name) | _fitness(case, name, scene) for name in ENGINES],
     }

@@ -18,7 +18,7 @@ from warprock import checks, store
 from warprock import reproduce_figures as figures
 from warprock.checks import compare_with_housner, plain_row
 from warprock.errors import InputError
-from warprock.report import conflicts, conflicts_stack, plots_study
+from warprock.report import conflicts, conflicts_stack
 from warprock.report.paper import PAPER_COLUMNS, paper_table
 from warprock.reproduce_dem import run_dem_study
 from warprock.reproduce_runs import (
@@ -28,6 +28,7 @@ from warprock.reproduce_runs import (
     FAMILIES,
     ORACLE_TIME,
     PULSE,
+    SENSITIVITY,
     SINE,
     PaperRuns,
     Reproduction,
@@ -37,13 +38,14 @@ from warprock.reproduce_runs import (
     written_number,
 )
 from warprock.reproduce_stack import STACK_CASES_OF, STACK_MAKERS, stack_evidence
-from warprock.reproduce_study import STUDY_COLUMNS, run_study, study_conflict
+from warprock.reproduce_study import draw_figures, study_conflict
 from warprock.reproduce_times import run_times
+from warprock.study import COLUMNS as STUDY_COLUMNS
 
 CASES_OF: dict[str, tuple[str, ...]] = {
     "table6": (PULSE,),
     "table7": (SINE,),
-    "fig4": (B0,),
+    "fig4": (B0, SENSITIVITY),
     "fig5": (B123,),
     "fig7": (PULSE,),
     "fig8": (PULSE,),
@@ -204,20 +206,16 @@ def _figure(
 
 
 def _figure4(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
-    """B0 free, the sensitivity of `impulse`, and the paper's study of two programs."""
-    free = _figure(figures.figure4, CASES_OF["fig4"])(target, runs, folder)
-    lanes = runs.case(B0).lane_set.inputs
-    study = run_study(runs)
+    """B0 free, and the paper's study of what the settings of two programs do to it."""
+    free = _figure(figures.figure4, (B0,))(target, runs, folder)
+    study = runs.study(SENSITIVITY)
     rows = [
-        _row(target, lanes.iloc[found["lane"]], found["source"], found["peak_rotation_ratio"])
-        | {column: found[column] for column in (*ERROR_COLUMNS, *STUDY_COLUMNS)}
-        for found in study.rows
+        _row(target, found, str(found["engine"]), float(found["peak_rotation_ratio"]))
+        | {"case": SENSITIVITY, "lane": found["lane"]}
+        | {column: found[column] for column in STUDY_COLUMNS}
+        for found in study.table.to_dict("records")
     ]
-    files = [
-        *free.files,
-        write_rows(rows, folder / "fig4-study.csv"),
-        plots_study.draw_study(folder / "fig4-study.png", study.rows),
-    ]
+    files = [*free.files, write_rows(rows, folder / "fig4-study.csv"), *draw_figures(study, folder)]
     return Reproduction(free.rows + rows, files, (study_conflict(study),))
 
 

@@ -30,30 +30,6 @@ PULSE_WINDOWS = ((0.0, 10.0), (0.0, 5.0))
 SINE_WINDOWS = ((0.0, 2.0), (8.0, 10.0), (53.0, 55.0))
 """Windows of time [s] that Figs. 7 and 10 of the paper show."""
 
-LATE_WINDOW = (12.0, 20.0)
-"""Window of time [s] in which the sensitivity figure is enlarged."""
-KNOBS: tuple[tuple[str, tuple[tuple[str, str], ...]], ...] = (
-    (
-        "sub-steps a frame",
-        tuple((f"{n} sub-steps", f"engines.impulse.substeps={n}") for n in (2, 20, 200)),
-    ),
-    (
-        "frames a second",
-        tuple((f"{n} fps", f"engines.impulse.frames_per_second={n}.0") for n in (10, 50, 240)),
-    ),
-    (
-        "iterations of the contact solver",
-        tuple((f"{n} sweeps", f"engines.impulse.iterations={n}") for n in (1, 10, 100)),
-    ),
-    (
-        "collision margin",
-        tuple(
-            (f"{m} m", f"engines.impulse.collision_margin={m}") for m in ("1e-3", "1e-5", "1e-6")
-        ),
-    ),
-)
-"""Title, then name and override of every setting, after Table 2 of the paper."""
-
 
 def ratios(runs: PaperRuns, case: str, engine: str, *overrides: str) -> tuple[Array, Array]:
     """Sample times [s], shape [sample], and rotation ratios, shape [lane, sample]."""
@@ -64,10 +40,9 @@ def ratios(runs: PaperRuns, case: str, engine: str, *overrides: str) -> tuple[Ar
 
 
 def figure4(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
-    """B0 free, both heights, and its sensitivity to the knobs of `impulse`."""
+    """B0 free, both heights."""
     lanes = runs.case(B0).lane_set.lanes
     curves = {engine: ratios(runs, B0, engine) for engine in ENGINES}
-    times = curves["housner"][0]
     panels = [
         (
             f"B0, {lanes.width[lane]:.1f} m x {lanes.height[lane]:.1f} m, released at 0.5 of "
@@ -76,25 +51,7 @@ def figure4(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
         )
         for lane in range(lanes.lane_count)
     ]
-    lane = lanes.lane_count - 1
-    knob = runs.case(B0).case.engine_settings("impulse")
-    knobs = [
-        (title, [(name, ratios(runs, B0, "impulse", change)[1][lane]) for name, change in settings])
-        for title, settings in KNOBS
-    ]
-    return [
-        plots.draw_free_response(folder / "fig4.png", times, panels),
-        plots.draw_knobs(
-            folder / "fig4-sensitivity.png",
-            f"impulse on B0, {lanes.height[lane]:.1f} m high, one knob at a time. The others stay "
-            f"at {knob.frames_per_second:g} frames a second, {knob.substeps} sub-steps,\n"
-            f"{knob.iterations} sweeps, a margin of {knob.collision_margin:g} m",
-            times,
-            curves["housner"][1][lane],
-            knobs,
-            LATE_WINDOW,
-        ),
-    ]
+    return [plots.draw_free_response(folder / "fig4.png", curves["housner"][0], panels)]
 
 
 def figure5(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:

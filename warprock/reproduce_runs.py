@@ -23,6 +23,7 @@ from warprock.motion import GroundMotions
 from warprock.report.conflicts import Conflict
 from warprock.response import Response, SampleTimes
 from warprock.runner import require_options
+from warprock.study import StudyRun, run_study
 
 Array = npt.NDArray[np.float64]
 Row = dict[str, Any]
@@ -35,11 +36,12 @@ ROUGH_FRICTION = 5.0
 FIRST_SWING_TIME = 0.2
 """Time [s] that Fig. 9a of the paper shows."""
 READINGS = ("displacement", "acceleration", "slip")
-PULSE, SINE, B0, B123 = (
+PULSE, SINE, B0, B123, SENSITIVITY = (
     "single-sine-pulse",
     "single-continuous-sine",
     "free-b0",
     "free-b1-b3",
+    "sensitivity-b0",
 )
 """The shipped cases that the targets run."""
 
@@ -109,6 +111,10 @@ class PaperRuns:
                 case = load_case(name, [*overrides, f"ensemble.members={self._members}"])
             self._cases[key] = CaseResponses(case, self._workers, finished=self._note)
         return self._cases[key]
+
+    def study(self, name: str) -> StudyRun:
+        """The study of a shipped case."""
+        return run_study(load_case(name), workers=self._workers, finished=self._note)
 
     def oracle_peaks(self, name: str) -> Array:
         """Peak rotation ratios of the oracle in the first `ORACLE_TIME` of a case, shape [lane]."""

@@ -1,176 +1,92 @@
-"""The paper's sensitivity study on B0 (Tables 1 and 2, Fig. 4): engines over their own knobs.
+"""The paper's sensitivity study on B0 (Tables 1 and 2, Fig. 4): what it found, and what ours does.
 
-Settings of an engine are not inputs of a lane, so that every setting is a run of the case's lanes.
+The study itself, with all of its settings, is the shipped case `sensitivity-b0`.
 """
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Sequence
-from typing import Any
+import pathlib
 
-import numpy as np
+import pandas as pd
 
-from warprock.checks import REFERENCE, compare_with_housner
-from warprock.engines.launching import Form
-from warprock.engines.settings import SETTINGS
+from warprock.report import plots_study
 from warprock.report.conflicts import Conflict
 from warprock.report.paper import paper_table
-from warprock.reproduce_runs import B0, PaperRuns, Row
-from warprock.response import Response
-
-ENGINES: dict[str, dict[str, float]] = {
-    "impulse": {
-        "frames_per_second": 240.0,
-        "substeps": 200,
-        "iterations": 10,
-        "collision_margin": 1e-6,
-    },
-    "direct": {"frames_per_second": 240.0, "substeps": 200},
-}
-"""Settings of every engine that stay where a knob does not change them: those of Table 1, but for
-its 1000 iterations. `direct` has neither iterations, since it solves its contacts exactly, nor a
-margin."""
+from warprock.study import StudyRun
 
 
-@dataclasses.dataclass(frozen=True)
-class Knob:
-    """One knob of the study.
-
-    Attributes:
-        name: Field of the engine's settings.
-        title: What it is called.
-        values: Values, Table 2's.
-        engines: Engines that have it.
-        others: Settings that stay otherwise than in `ENGINES`, and why in `title`.
-    """
-
-    name: str
-    title: str
-    values: tuple[float, ...]
-    engines: tuple[str, ...]
-    others: tuple[tuple[str, float], ...] = ()
-
-
-KNOBS = (
-    Knob("substeps", "sub-steps", (2, 20, 200), ("impulse", "direct")),
-    Knob("frames_per_second", "frames/s", (10.0, 50.0, 240.0), ("impulse", "direct")),
-    Knob("collision_margin", "margin [m]", (1e-3, 1e-5, 1e-6), ("impulse",)),
-    # A thousand sweeps at 200 sub-steps would take a core ten seconds a block.
-    Knob("iterations", "sweeps*", (10, 100, 1000), ("impulse",), (("substeps", 20),)),
-)
-"""The knobs of Table 2, of which the collision shape is not one here: a box is exact."""
-
-STUDY_COLUMNS = ("knob", "knob_title", "value", "time_step_s", "rest_time_s", "cpu_s")
-"""What a row of the study has beside the errors of an engine."""
+def draw_figures(study: StudyRun, folder: pathlib.Path) -> list[pathlib.Path]:
+    """The rotations of the study (Fig. 4b to i), and its errors and costs."""
+    lane = study.lane_set.lanes.lane_count - 1
+    name = study.table["lane_name"].iloc[lane]
+    return [
+        plots_study.draw_histories(
+            folder / "fig4-sensitivity.png",
+            f"Free rocking of B0, {name}: one setting of Table 2 at a time, all others as in "
+            "Table 1",
+            study.times,
+            study.reference,
+            study.histories,
+        ),
+        plots_study.draw_study(
+            folder / "fig4-study.png",
+            study.rows,
+            "Free rocking of B0, one setting of Table 2 at a time",
+            study.lane_set.times.duration,
+        ),
+    ]
 
 
-@dataclasses.dataclass(frozen=True)
-class Study:
-    """What the study found.
-
-    Attributes:
-        rows: One a knob, engine, value and lane: `source`, `lane`, `reading`, the errors of
-            `compare_with_housner` and `STUDY_COLUMNS`; `cpu_s` is CPU time for one lane.
-        responses: Engine, knob and value -> response, of all lanes.
-        reference: Housner's response.
-    """
-
-    rows: list[Row]
-    responses: dict[tuple[str, str, float], Response]
-    reference: Response
-
-
-def run_study(runs: PaperRuns) -> Study:
-    """Runs B0, both heights, with every setting; equal settings run once."""
-    responses = runs.case(B0)
-    lane_set, reference = responses.lane_set, responses[REFERENCE]
-    count = lane_set.lanes.lane_count
-    found: dict[Any, tuple[Response, float]] = {}
-    rows: list[Row] = []
-    by_knob = {}
-    for knob in KNOBS:
-        for engine in knob.engines:
-            for value in knob.values:
-                changed = {**ENGINES[engine], **dict(knob.others), knob.name: value}
-                settings = SETTINGS[engine](**changed)
-                if settings not in found:
-                    # Two lanes would leave a pack of lanes idle, and sweeps above 15 do not pack.
-                    found[settings] = runs.timed(
-                        engine,
-                        lane_set.lanes,
-                        lane_set.motions,
-                        lane_set.times,
-                        settings=settings,
-                        form=Form.PLAIN,
-                    )
-                response, seconds = found[settings]
-                by_knob[engine, knob.name, value] = response
-                table = compare_with_housner(lane_set, response, reference)
-                rows += [
-                    {
-                        **{str(name): cell for name, cell in row.items()},
-                        "source": engine,
-                        "lane": lane,
-                        "knob": knob.name,
-                        "knob_title": knob.title,
-                        "value": float(value),
-                        "time_step_s": settings.time_step,
-                        "rest_time_s": float(response["rest_time"][lane]),
-                        "cpu_s": seconds / count,
-                    }
-                    for lane, row in enumerate(table.to_dict("records"))
-                ]
-    return Study(rows, by_knob, reference)
-
-
-def _cell(rows: Sequence[Row], engine: str, knob: str, value: float, lane: int) -> Row:
-    return next(
-        row
-        for row in rows
-        if (row["source"], row["knob"], row["value"], row["lane"]) == (engine, knob, value, lane)
-    )
-
-
-def study_conflict(study: Study) -> Conflict:
+def study_conflict(study: StudyRun) -> Conflict:
     """What the paper's study found, and what ours does: where they part, and why."""
+    table = study.table.set_index(["engine", "setting", "lane"]).sort_index()
 
-    def values(engine: str, knob: str, column: str, lane: int, form: str) -> str:
-        chosen = next(k for k in KNOBS if k.name == knob)
-        cells = (_cell(study.rows, engine, knob, v, lane) for v in chosen.values)
-        return " ".join(format(cell[column], form) for cell in cells)
+    def texts(engine: str, setting: str, column: str, form: str) -> str:
+        """The first lane's numbers, in the order of the values."""
+        rows = table.loc[[(engine, setting, 0)]].sort_values("value")
+        return " ".join(format(value, form) for value in rows[column])
 
-    def apart(knob: str, one: float, other: float) -> float:
-        pair = (study.responses["impulse", knob, value]["rotation"] for value in (one, other))
-        first, second = pair
-        return float(np.max(np.abs(first - second)))
+    def apart(setting: str, value: float) -> float:
+        """How far a run of `impulse` is from its baseline, the largest of the lanes."""
+        rows = study.table.query("engine == 'impulse' and setting == @setting and value == @value")
+        return float(rows["baseline_difference_ratio"].max())
+
+    def cost(value: float) -> float:
+        rows = study.table.query("setting == 'iterations' and value == @value")
+        return float(rows["cpu_s"].iloc[0])
 
     times = paper_table("run-times").set_index("system")["bullet_s"]
-    error = "error_5s_ratio"
-    rest = float(study.reference["rest_time"][0])
+    rest = _rest_of_housner(study.table)
+    steps, frames, error = "substeps", "frames_per_second", "error_5s_ratio"
+    margins = texts("impulse", "collision_margin", error, ".1e")
     return Conflict(
         12,
         "the sensitivity study: what the paper found and what we find",
-        "Sub-steps and frames a second are one knob, the time step of Eq. 9: of 2, 20 and 200 "
-        f"sub-steps the errors in 5 s are {values('impulse', 'substeps', error, 0, '.1e')} "
-        f"(`impulse`) and {values('direct', 'substeps', error, 0, '.1e')} (`direct`), of 10, 50 "
-        f"and 240 frames a second {values('impulse', 'frames_per_second', error, 0, '.1e')} and "
-        f"{values('direct', 'frames_per_second', error, 0, '.1e')} (B0 5 m high). The paper finds "
-        "sub-steps decisive and says that frames matter only at the end, with Bullet best at 50; "
-        "240 is best here. With 2 sub-steps its blocks stop early, after 11 s (Bullet) and 10 s "
-        "(Vortex), with 20 Bullet's after 17 s; ours too, but less: "
-        f"{values('impulse', 'substeps', 'rest_time_s', 0, '.1f')} s and "
-        f"{values('direct', 'substeps', 'rest_time_s', 0, '.1f')} s at 2, 20 and 200, Housner's "
-        f"after {rest:.1f} s. Margins and iterations have no significant effect in the paper: "
-        f"here margins of 1e-3, 1e-5 and 1e-6 m err by "
-        f"{values('impulse', 'collision_margin', error, 0, '.1e')}. A margin lets a corner come "
-        "down to the base within the step, and the impact is late by part of the step; one wider "
-        "than a corner moves in a step changes no more (1e-3 and 1e-5 m differ by "
-        f"{apart('collision_margin', 1e-3, 1e-5):.0e} rad). Of the sweeps, at 20 sub-steps, 100 "
-        f"and 1000 differ by {apart('iterations', 100, 1000):.0e} rad, 10 and 1000 by "
-        f"{apart('iterations', 10, 1000):.0e} rad (all other runs here have 10, Table 1's 1000). "
-        f"The paper's runs took {times['b0-240-fps']:g} s "
-        f"at 240 and {times['b0-10-fps']:g} s at 10 frames a second; ours of `impulse` at 10, 50 "
-        f"and 240: {values('impulse', 'frames_per_second', 'cpu_s', 0, '.2g')} s of one core. "
-        "`direct` has neither margin nor sweeps.",
+        "Sub-steps and frames a second are one setting, the time step of Eq. 9: of 2, 20 and 200 "
+        f"sub-steps the errors in 5 s are {texts('impulse', steps, error, '.1e')} (`impulse`) and "
+        f"{texts('direct', steps, error, '.1e')} (`direct`), of 10, 50 and 240 frames a second "
+        f"{texts('impulse', frames, error, '.1e')} and {texts('direct', frames, error, '.1e')} "
+        "(B0 5 m high). The paper finds sub-steps decisive and says that frames matter only at the "
+        "end, with Bullet best at 50; 240 is best here. With 2 sub-steps its blocks stop early, "
+        "after 11 s (Bullet) and 10 s (Vortex), with 20 Bullet's after 17 s; ours too, but less: "
+        f"{texts('impulse', steps, 'rest_time_s', '.1f')} s and "
+        f"{texts('direct', steps, 'rest_time_s', '.1f')} s at 2, 20 and 200, Housner's after "
+        f"{rest:.1f} s. Margins and iterations have no significant effect in the paper: here "
+        f"margins of 1e-6, 1e-5 and 1e-3 m err by {margins}. A margin lets a corner come down to "
+        "the base within the step, and the impact is late by part of the step; one wider than a "
+        "corner moves in a step changes no more, so that 1e-5 and 1e-3 m give the same numbers. "
+        "Iterations: runs with 100 and 1000 are at most "
+        f"{apart('iterations', 100):.0e} of the slenderness angle apart, with 10 and 1000 "
+        f"{apart('iterations', 10):.0e}; and a thousand cost {cost(1000) / cost(10):.1f} times "
+        "what ten do, for sweeps end once one changes nothing. The paper's runs took "
+        f"{times['b0-240-fps']:g} s at 240 and {times['b0-10-fps']:g} s at 10 frames a second; "
+        f"ours of `impulse` at 10, 50 and 240: {texts('impulse', frames, 'cpu_s', '.2g')} s of one "
+        "core. `direct` solves its contacts exactly and on contact: it has neither iterations nor "
+        "a margin.",
     )
+
+
+def _rest_of_housner(table: pd.DataFrame) -> float:
+    """When Housner's block comes to rest in the first lane [s]."""
+    found = table[table["lane"] == 0]
+    return float((found["rest_time_s"] - found["rest_time_error_s"]).iloc[0])

@@ -23,7 +23,7 @@ from warprock import store
 from warprock.batch import run_batch
 from warprock.case import Case
 from warprock.case_study import Study, Variation
-from warprock.checks import REFERENCE, compare_with_housner, lane_name
+from warprock.checks import REFERENCE, compare_with_housner, lane_name, plain_row
 from warprock.engines import engine_class
 from warprock.engines.launching import Form, Target
 from warprock.errors import InputError
@@ -100,6 +100,11 @@ class StudyRun:
     workers: int | None
     wall_time: float
 
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """The rows of the table as JSON can hold them."""
+        return [plain_row(row) for row in self.table.to_dict("records")]
+
 
 def chosen_engines(case: Case, engine: str | None) -> tuple[str, ...]:
     """Engines that a study runs: all of its own, or the one asked for.
@@ -112,6 +117,11 @@ def chosen_engines(case: Case, engine: str | None) -> tuple[str, ...]:
         allowed = f"must be an engine of the study ({', '.join(engines)})"
         raise InputError("--engine", "", engine, allowed)
     return engines if engine is None else (engine,)
+
+
+def run_count(case: Case, engine: str | None = None) -> int:
+    """Runs of a study, equal settings counted once; see `chosen_engines`."""
+    return sum(_study(case).plan(name)["runs"] for name in chosen_engines(case, engine))
 
 
 def run_study(
@@ -157,18 +167,11 @@ def run_study(
             tables.append(_table(lane_set, variation, response, reference, own, seconds))
             key = (name, variation.setting, variation.value)
             histories[key] = _ratio(lane_set, response)[-1]
-    table = pd.concat(tables, ignore_index=True)
-    table.attrs["columns"] = {
-        name: dict(
-            zip(("unit", "text"), COLUMNS.get(name) or store.input_meaning(name), strict=True)
-        )
-        for name in map(str, table.columns)
-    }
     return StudyRun(
         case=case,
         engines=engines,
         lane_set=lane_set,
-        table=table,
+        table=_joined(tables),
         times=reference.times,
         reference=_ratio(lane_set, reference)[-1],
         histories=histories,
@@ -281,6 +284,17 @@ class _Timed:
 def _ratio(lane_set: LaneSet, response: Response) -> Array:
     """Rotation / slenderness angle, shape [lane, sample]."""
     return np.asarray(response["rotation"] / lane_set.lanes.slenderness_angle[:, None])
+
+
+def _joined(tables: list[pd.DataFrame]) -> pd.DataFrame:
+    """The rows of all runs, with the unit and the meaning of every column."""
+    table = pd.concat(tables, ignore_index=True)
+    names = map(str, table.columns)
+    meanings = {name: COLUMNS.get(name) or store.input_meaning(name) for name in names}
+    table.attrs["columns"] = {
+        name: {"unit": unit, "text": text} for name, (unit, text) in meanings.items()
+    }
+    return table
 
 
 def _table(

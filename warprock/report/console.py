@@ -121,6 +121,8 @@ def print_explanation(found: Mapping[str, Any]) -> None:
     out.print("\nLeft out, because nothing here needs it:")
     for text in scene["left_out"]:
         out.print(f"  {text}")
+    if found["study"]:
+        _print_study_plan(out, found["study"])
     out.print("\nInputs:")
     for name, spread in found["inputs"].items():
         out.print(f"  {name}: {_spread_text(spread)}")
@@ -257,6 +259,20 @@ def _print_engine(out: rich.console.Console, engine: Mapping[str, Any]) -> None:
         out.print(f"    {name} = {_text(value)}{suffix}")
     if engine["estimate"]:
         out.print(f"    {engine['estimate']}")
+
+
+def _print_study_plan(out: rich.console.Console, study: Sequence[Mapping[str, Any]]) -> None:
+    """What `run` will run of a study."""
+    out.print("\nStudy: `run` varies one setting at a time; check and compare run the case's own.")
+    for plan in study:
+        out.print(f"  {plan['engine']}: {plan['runs']} runs")
+        for row in plan["vary"]:
+            unit = "" if row["unit"] == "-" else f" [{row['unit']}]"
+            values = ", ".join(_text(value) for value in row["values"])
+            own = _text(row["baseline"])
+            out.print(f"    {row['setting']}{unit}: {values} (the case's own: {own})")
+        if plan["lacks"]:
+            out.print(f"    it has no {', no '.join(plan['lacks'])}")
 
 
 def _spread_text(spread: Mapping[str, Any]) -> str:

@@ -154,60 +154,6 @@ def draw_free_response(
         return save(figure, path)
 
 
-def draw_knobs(
-    path: pathlib.Path,
-    title: str,
-    times: Array,
-    reference: Array,
-    panels: Sequence[tuple[str, Sequence[tuple[str, Array]]]],
-    late: tuple[float, float],
-) -> pathlib.Path:
-    """Free response of B0 as one knob of an engine after the other changes (Fig. 4b to i).
-
-    Args:
-        path: File to write.
-        title: Title of the figure.
-        times: [s], shape [sample].
-        reference: Housner's rotation ratio, shape [sample].
-        panels: Title, then name and rotation ratio of every setting, shape [sample] each.
-        late: First and last time of the enlarged column [s], where the settings differ most.
-    """
-    colors, dashes = (RED, BLUE, GREEN), ((0, (4, 2)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)))
-    windows = ((float(times[0]), float(times[-1])), late)
-    with drawing() as plt:
-        figure, grid = plt.subplots(
-            len(panels),
-            2,
-            figsize=(9.6, 2.2 * len(panels) + 0.3),
-            sharex="col",
-            layout="constrained",
-            squeeze=False,
-        )
-        figure.suptitle(title, **FIGURE_TITLE)
-        for row, (knob, curves) in zip(grid, panels, strict=True):
-            for axes, (first, last) in zip(row, windows, strict=True):
-                shown = (times >= first) & (times <= last)
-                axes.plot(
-                    times[shown], reference[shown], label="housner", color="#999999", linewidth=2.0
-                )
-                for (name, ratio), color, dash in zip(curves, colors, dashes, strict=False):
-                    axes.plot(
-                        times[shown],
-                        ratio[shown],
-                        label=name,
-                        color=color,
-                        linewidth=1.1,
-                        linestyle=dash,
-                    )
-                axes.set_xlim(first, last)
-            row[0].set_title(knob, loc="left")
-            row[0].set_ylabel(SHORT_ROTATION_LABEL)
-            row[1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
-        for axes in grid[-1]:
-            axes.set_xlabel(TIME_LABEL)
-        return save(figure, path)
-
-
 def draw_free_panels(
     path: pathlib.Path,
     times: Array,

@@ -1,63 +1,96 @@
-"""The sensitivity study: what a knob does to the error, and what it costs."""
+"""A study of settings: rotations, what a setting does to the error, and what it costs."""
 
 from __future__ import annotations
 
+import math
 import pathlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from warprock.report.plots import BLUE, FIGURE_TITLE, RED, drawing, legend_below, save
+import numpy as np
+import numpy.typing as npt
 
-MARKS: dict[str, tuple[str, str]] = {"impulse": (RED, "^"), "direct": (BLUE, "v")}
-"""Colour and marker of every engine."""
-ERRORS = (("error_5s_ratio", "first 5 s", True), ("error_run_ratio", "whole run (20 s)", False))
+from warprock.report.plots import (
+    BLUE,
+    FIGURE_TITLE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    RED,
+    SHORT_ROTATION_LABEL,
+    SKY,
+    TIME_LABEL,
+    drawing,
+    legend_below,
+    save,
+)
+from warprock.report.tables_study import setting_name
+
+Array = npt.NDArray[np.float64]
+
+_COLORS = (RED, BLUE, GREEN, ORANGE, PURPLE, SKY)
+_MARKERS = ("^", "v", "o", "s", "D", "P")
+_DASHES: tuple[Any, ...] = ((0, (4, 2)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)), "-")
+ERRORS = (("error_5s_ratio", "first 5 s", True), ("error_run_ratio", "whole run", False))
 """Column, name, and whether its marks are filled."""
+_LEAST = 1e-6
+"""Smallest difference from Housner's that is drawn."""
+LATE = 0.6
+"""Part of a run after which it is enlarged: there the settings differ most."""
 
 
-def draw_study(path: pathlib.Path, rows: Sequence[Mapping[str, Any]]) -> pathlib.Path:
-    """Errors above, CPU time below, a column of panels a knob.
+def draw_study(
+    path: pathlib.Path, rows: Sequence[Mapping[str, Any]], title: str, duration: float
+) -> pathlib.Path:
+    """Errors above, CPU time below, a column of panels a setting.
 
     Args:
         path: File to write.
-        rows: Those of `reproduce_study.run_study`; the larger error of the lanes is drawn.
+        rows: Those of `study.StudyRun.table`; the larger error of the lanes is drawn.
+        title: Title of the case.
+        duration: Length of the run [s].
     """
-    knobs = list(dict.fromkeys((row["knob"], row["knob_title"]) for row in rows))
+    settings = list(dict.fromkeys((row["setting"], row["unit"]) for row in rows))
+    engines = list(dict.fromkeys(row["engine"] for row in rows))
     with drawing() as plt:
         figure, grid = plt.subplots(
             2,
-            len(knobs),
-            figsize=(2.6 * len(knobs) + 0.4, 5.6),
+            len(settings),
+            figsize=(max(2.4 * len(settings) + 0.6, 5.0), 5.6),
             sharex="col",
             sharey="row",
             layout="constrained",
             squeeze=False,
         )
         figure.suptitle(
-            "Free rocking of B0, one knob of Table 2 at a time; the others stay at 240 frames a "
-            "second, 200 sub-steps (*: 20), a margin of 1e-6 m\nand 10 sweeps. Error against "
-            "Housner, the larger of both heights, and CPU time. `direct` has no margin and no "
-            "sweeps.",
+            f"{title}\nAll other settings stay where the case has them (dotted line). Error "
+            "against Housner, the largest of the lanes; CPU time.",
             **FIGURE_TITLE,
         )
-        for column, (knob, name) in enumerate(knobs):
-            mine = [row for row in rows if row["knob"] == knob]
-            _draw_knob(grid[0, column], grid[1, column], mine)
-            grid[1, column].set_xlabel(name)
+        for (setting, unit), upper, lower in zip(settings, *grid, strict=True):
+            mine = [row for row in rows if row["setting"] == setting]
+            _draw_setting(upper, lower, mine, engines)
+            lower.set_xlabel(setting_name(setting, unit))
         grid[0, 0].set_ylabel("largest |rotation - Housner's| /\nslenderness angle [-]")
-        grid[1, 0].set_ylabel("CPU time for 20 s of one\nblock on one core [s]")
+        grid[1, 0].set_ylabel(f"CPU time for {duration:g} s of\none lane on one core [s]")
         legend_below(figure, grid[0, 0], columns=2)
         return save(figure, path)
 
 
-def _draw_knob(upper: Any, lower: Any, rows: Sequence[Mapping[str, Any]]) -> None:
+def _draw_setting(
+    upper: Any, lower: Any, rows: Sequence[Mapping[str, Any]], engines: Sequence[str]
+) -> None:
     values = sorted({row["value"] for row in rows})
-    for engine in dict.fromkeys(row["source"] for row in rows):
-        color, marker = MARKS[engine]
-        mine = [[r for r in rows if (r["source"], r["value"]) == (engine, v)] for v in values]
+    for number, engine in enumerate(engines):
+        color, marker = _COLORS[number % len(_COLORS)], _MARKERS[number % len(_MARKERS)]
+        runs: dict[float, list[Mapping[str, Any]]] = {}
+        for row in rows:
+            if row["engine"] == engine:
+                runs.setdefault(row["value"], []).append(row)
         for column, name, filled in ERRORS:
             upper.plot(
-                values,
-                [max(row[column] for row in cells) for cells in mine],
+                sorted(runs),
+                [_largest(runs[value], column) for value in sorted(runs)],
                 label=f"{engine}, {name}",
                 color=color,
                 marker=marker,
@@ -65,10 +98,97 @@ def _draw_knob(upper: Any, lower: Any, rows: Sequence[Mapping[str, Any]]) -> Non
                 linestyle="-" if filled else (0, (4, 2)),
                 linewidth=1.2,
             )
-        seconds = [cells[0]["cpu_s"] for cells in mine]
-        lower.plot(values, seconds, color=color, marker=marker, linewidth=1.2)
+        seconds = [runs[value][0]["cpu_s"] for value in sorted(runs)]
+        lower.plot(sorted(runs), seconds, color=color, marker=marker, linewidth=1.2)
     for axes in (upper, lower):
-        axes.set_xscale("log")
+        for own in {row["value"] for row in rows if row["baseline"]}:
+            axes.axvline(own, color="#999999", linestyle=":", linewidth=1.0, zorder=1)
+        if values[0] > 0.0:
+            axes.set_xscale("log")
         axes.set_yscale("log")
     lower.set_xticks(values, [f"{value:g}" for value in values])
     lower.minorticks_off()
+
+
+def _largest(rows: Sequence[Mapping[str, Any]], column: str) -> float:
+    """Largest number of a column; NaN, which is not drawn, where there is none."""
+    known = [float(row[column]) for row in rows if row[column] is not None]
+    return max((value for value in known if math.isfinite(value)), default=math.nan)
+
+
+def draw_histories(
+    path: pathlib.Path,
+    title: str,
+    times: Array,
+    reference: Array,
+    histories: Mapping[tuple[str, str, float], Array],
+) -> pathlib.Path:
+    """Rotation of one lane over time, a row of panels an engine and setting (Fig. 4b to i).
+
+    The last column is the distance from Housner's, which lines on top of one another hide.
+
+    Args:
+        path: File to write.
+        title: Title of the figure.
+        times: [s], shape [sample].
+        reference: Housner's rotation / slenderness angle, shape [sample].
+        histories: Engine, setting and value -> the same of that run.
+    """
+    panels: dict[tuple[str, str], list[tuple[float, Array]]] = {}
+    for (engine, setting, value), ratio in histories.items():
+        panels.setdefault((engine, setting), []).append((value, ratio))
+    late = float(times[0] + LATE * (times[-1] - times[0]))
+    windows = ((float(times[0]), float(times[-1])), (late, float(times[-1])))
+    with drawing() as plt:
+        figure, grid = plt.subplots(
+            len(panels),
+            len(windows) + 1,
+            figsize=(12.6, 1.9 * len(panels) + 0.5),
+            sharex="col",
+            layout="constrained",
+            squeeze=False,
+        )
+        figure.suptitle(title, **FIGURE_TITLE)
+        for row, ((engine, setting), curves) in zip(grid, panels.items(), strict=True):
+            for axes, window in zip(row[:-1], windows, strict=True):
+                _draw_window(axes, window, times, reference, curves)
+            for number, (_, ratio) in enumerate(curves):
+                away = np.abs(ratio - reference)
+                row[-1].plot(times, np.where(away > 0.0, away, np.nan), **_line(number))
+            row[-1].set_yscale("log")
+            row[-1].set_ylim(_LEAST, 1.0)
+            row[-1].set_xlim(*windows[0])
+            row[-1].set_ylabel("|difference from\nHousner's| [-]")
+            row[0].set_title(f"{engine}, {setting}", loc="left")
+            row[0].set_ylabel(SHORT_ROTATION_LABEL)
+            handles, names = row[0].get_legend_handles_labels()
+            row[-1].legend(
+                handles, names, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False
+            )
+        for axes in grid[-1]:
+            axes.set_xlabel(TIME_LABEL)
+        return save(figure, path)
+
+
+def _draw_window(
+    axes: Any,
+    window: tuple[float, float],
+    times: Array,
+    reference: Array,
+    curves: Sequence[tuple[float, Array]],
+) -> None:
+    """Curves within a window of time [s], Housner's wide and grey below them."""
+    shown = (times >= window[0]) & (times <= window[1])
+    axes.plot(times[shown], reference[shown], label="housner", color="#999999", linewidth=2.2)
+    for number, (value, ratio) in enumerate(curves):
+        axes.plot(times[shown], ratio[shown], label=f"{value:g}", **_line(number))
+    axes.set_xlim(*window)
+
+
+def _line(number: int) -> dict[str, Any]:
+    """Style of the curve of a value by its number in the list."""
+    return {
+        "color": _COLORS[number % len(_COLORS)],
+        "linestyle": _DASHES[number % len(_DASHES)],
+        "linewidth": 1.1,
+    }

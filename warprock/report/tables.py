@@ -55,7 +55,7 @@ def print_reproduction(found: Mapping[str, Any], console: Console | None = None)
     """
     from warprock.report.tables_dem import print_dem_study
     from warprock.report.tables_section6 import print_section6
-    from warprock.report.tables_study import print_families, print_study, print_times
+    from warprock.report.tables_study import print_families, print_studies, print_times
 
     out = console or stdout()
     rows: Sequence[Row] = found["rows"]
@@ -77,7 +77,7 @@ def print_reproduction(found: Mapping[str, Any], console: Console | None = None)
         elif kind not in shown:
             shown.add(kind)
             _print_errors(out, mine, kind)
-            print_study(out, mine)
+            print_studies(out, mine)
     if found["conflicts"]:
         out.print("[bold]Conflicts in the paper[/bold]")
     for conflict in found["conflicts"]:
@@ -267,7 +267,7 @@ def _print_errors(out: Console, rows: Sequence[Row], kind: str) -> None:
     )
     reasons = _Reasons()
     for row in rows:
-        if row["source"] == "impulse" and row.get("knob") is None:
+        if row["source"] == "impulse" and row.get("setting") is None:
             numbers = (number(row[name], form) for name, _, form in COMPARED_COLUMNS)
             table.add_row(_lane_text(row), *numbers, reasons.cell(row))
     out.print(table)

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import pathlib
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
+from rich.table import Table
 
+from warprock.case import Case, load_case
+from warprock.case_study import Study
+from warprock.comparison import EARLY_TIME
 from warprock.report.paper import PAPER_NAMES
-from warprock.report.tables import MISSING, number, plain_table
+from warprock.report.tables import MISSING, number, plain_table, stdout
 
 Row = Mapping[str, Any]
 
 FAMILIES = (("bullet", "impulse"), ("vortex", "direct"), ("dem", "dem"))
 """Column of the paper, and our engine of the same family."""
-_STUDY_COLUMNS = (
-    ("error_5s_ratio", "5 s", ".1e"),
-    ("error_run_ratio", "20 s", ".1e"),
-    ("rest_time_error_s", "rest", "+.2f"),
-)
-"""Column of a row of the study, its heading and its format."""
+LANES_APART = 2
+"""Lanes of a study up to which each has columns of its own."""
 PULSE_BOUND = 2.0
 """CPU time [s] that each engine may take for the pulse on the single block."""
 
@@ -62,61 +63,164 @@ def print_families(out: Console, rows: Sequence[Row]) -> None:
     out.print()
 
 
-def print_study(out: Console, rows: Sequence[Row]) -> None:
-    """Errors and cost of every setting, a row each; nothing where there are none.
+def print_study(out: Console, rows: Sequence[Row], case: Case) -> None:
+    """Errors and cost of every setting, a table an engine; nothing where there are no rows.
 
     Args:
         out: Where to.
-        rows: Rows of `fig4`; those with a `knob` are the study's.
+        rows: Rows that have a `setting` are those of `study.StudyRun.table`; others are left out.
+        case: The case of the study.
     """
-    found = [row for row in rows if row.get("knob") is not None]
-    if not found:
+    found = [row for row in rows if row.get("setting") is not None]
+    if not found or case.study is None:
         return
-    columns = [
-        (reading, column, f"{text}\n{reading.removeprefix('height-').replace('-', ' ')}", form)
-        for reading in dict.fromkeys(row["reading"] for row in found)
-        for column, text, form in _STUDY_COLUMNS
-        if any(row["reading"] == reading and number(row[column], "") != MISSING for row in found)
+    for engine in dict.fromkeys(row["engine"] for row in found):
+        mine = [row for row in found if row["engine"] == engine]
+        lanes = {row["lane"]: row["lane_name"] for row in mine}
+        out.print(_study_table(mine, case))
+        for line in _baseline(case.study, engine):
+            out.print(f"  {line}", markup=False, highlight=False)
+        out.print()
+    duration = case.sample_times.duration
+    lines = [
+        f"Errors: largest |rotation - Housner's| / slenderness angle in {EARLY_TIME:g} s and in "
+        f"{duration:g} s.",
+        "rest: time of coming to rest less Housner's [s], where both rest within the run.",
+        f"CPU: for {duration:g} s of one lane on one core, one lane a thread.",
     ]
+    if len(lanes) <= LANES_APART:
+        lines.append("; ".join(f"lane {lane}: {name}" for lane, name in lanes.items()))
+    else:
+        lines.append(f"The largest of {len(lanes)} lanes each.")
+    for lane, name in lanes.items():
+        peaks = {number(row["peak_rotation_ratio"], ".4f") for row in found if row["lane"] == lane}
+        if len(peaks) == 1 and len(lanes) <= LANES_APART:
+            lines.append(f"Peak rotation / slenderness angle of {name}: {peaks.pop()} in all runs.")
+    for line in lines + _where_housner_fails(found):
+        out.print(f"  {line}", markup=False, highlight=False)
+    out.print()
+
+
+def print_studies(out: Console, rows: Sequence[Row]) -> None:
+    """The studies of shipped cases that are among the rows of a reproduction.
+
+    Args:
+        out: Where to.
+        rows: Rows; those of a study have the name of its `case`.
+    """
+    for name in dict.fromkeys(row["case"] for row in rows if row.get("setting") is not None):
+        print_study(out, [row for row in rows if row.get("case") == name], load_case(name))
+
+
+def print_study_run(
+    rows: Sequence[Row],
+    case: Case,
+    wall_time: float,
+    files: Sequence[pathlib.Path],
+    console: Console | None = None,
+) -> None:
+    """Prints a study that was run.
+
+    Args:
+        rows: Rows of its table.
+        case: The case.
+        wall_time: Time that it took [s].
+        files: Files that were written.
+        console: Where to; the terminal if not given.
+    """
+    out = console or stdout()
+    out.print(f"{case.name}: {case.title}", style="bold", highlight=False)
+    out.print()
+    print_study(out, rows, case)
+    out.print(f"wall time: {wall_time:.3g} s", highlight=False)
+    for file in files:
+        out.print(f"wrote {file}", markup=False, highlight=False, soft_wrap=True)
+
+
+def setting_name(setting: str, unit: str) -> str:
+    """A setting as the case file writes it, with its unit."""
+    return setting if unit in ("-", "1/s") else f"{setting} [{unit}]"
+
+
+def _study_columns(
+    rows: Sequence[Row], case: Case
+) -> list[tuple[str, Callable[[Mapping[int, Row]], str]]]:
+    """Headings of the columns of numbers, and what they say of the rows of one run."""
+    duration = case.sample_times.duration
+    measures = [("error_5s_ratio", f"{EARLY_TIME:g} s", ".1e")]
+    if duration <= EARLY_TIME:
+        measures = []
+    measures.append(("error_run_ratio", f"{duration:g} s", ".1e"))
+    measures += [("peak_rotation_ratio", "peak", ".4f"), ("rest_time_error_s", "rest", "+.2f")]
+    lanes = list(dict.fromkeys(row["lane"] for row in rows))
+    apart = len(lanes) <= LANES_APART
+    columns = []
+    for of in [[lane] for lane in lanes] if apart else [lanes]:
+        where = f"\nlane {of[0]}" if apart and len(lanes) > 1 else ""
+        for column, heading, form in measures:
+            texts = {number(row[column], form) for row in rows if row["lane"] in of}
+            same = column == "peak_rotation_ratio" and apart and len(texts) == 1
+            if texts != {MISSING} and not same:
+                columns.append((heading + where, _largest(column, form, of)))
+    return columns
+
+
+def _largest(column: str, form: str, lanes: Sequence[int]) -> Callable[[Mapping[int, Row]], str]:
+    """Text of the largest value of a column among some lanes of a run."""
+
+    def cell(run: Mapping[int, Row]) -> str:
+        values = [run[lane][column] for lane in lanes]
+        known = [value for value in values if number(value, "") != MISSING]
+        return number(max(known, key=abs) if known else None, form)
+
+    return cell
+
+
+def _study_table(rows: Sequence[Row], case: Case) -> Table:
+    """The table of one engine."""
+    columns = _study_columns(rows, case)
     table = plain_table(
-        "Sensitivity study on B0: largest |rotation - Housner's| / slenderness angle",
-        [
-            *("engine", "knob", "value", "step\n[s]"),
-            *(heading for _, _, heading, _ in columns),
-            "CPU [s]",
-        ],
-        ("engine", "knob"),
+        f"{rows[0]['engine']}: one setting at a time, against Housner",
+        ["setting", "value", "step\n[s]", *(heading for heading, _ in columns), "CPU\n[s]"],
+        ("setting",),
     )
-    groups: dict[tuple[str, str, float], dict[str, Row]] = {}
-    for row in found:
-        key = (row["source"], row["knob"], row["value"])
-        groups.setdefault(key, {})[row["reading"]] = row
-    last: tuple[str, str] | None = None
-    for (engine, knob, value), cells in groups.items():
-        if last is not None and last != (engine, knob):
+    runs: dict[tuple[str, float], dict[int, Row]] = {}
+    for row in rows:
+        runs.setdefault((row["setting"], row["value"]), {})[row["lane"]] = row
+    last = None
+    for (setting, value), run in runs.items():
+        one = next(iter(run.values()))
+        if last is not None and last != setting:
             table.add_section()
-        first = last != (engine, knob)
-        last = (engine, knob)
-        one = next(iter(cells.values()))
         table.add_row(
-            engine if first else "",
-            one["knob_title"] if first else "",
-            f"{value:g}",
+            setting_name(setting, one["unit"]) if last != setting else "",
+            f"{value:g}{'*' if one['baseline'] else ' '}",
             number(one["time_step_s"], ".1e"),
-            *(number(cells[reading][column], form) for reading, column, _, form in columns),
+            *(cell(run) for _, cell in columns),
             number(one["cpu_s"], ".2g"),
         )
-    out.print(table)
-    out.print(
-        "  Errors in the first 5 s and in 20 s, B0 5.0 m and 5.5 m high. One knob at a time; the\n"
-        "  others stay at 240 frames/s, 200 sub-steps, a margin of 1e-6 m and 10 sweeps;\n"
-        "  *: at 20 sub-steps. CPU: for 20 s of one block on one core.\n"
-        "  rest: time of coming to rest, less Housner's [s], where both rest within 20 s.\n"
-        "  direct solves its contacts exactly and without a margin: it has no such knobs.",
-        markup=False,
-        highlight=False,
-    )
-    out.print()
+        last = setting
+    return table
+
+
+def _baseline(study: Study, engine: str) -> list[str]:
+    """Where an engine's settings stay, and what it has not."""
+    plan = study.plan(engine)
+    own = ", ".join(f"{row['setting']} {row['baseline']:g}" for row in plan["vary"])
+    lines = [f"*: the case's own, where a setting stays while another varies: {own}"]
+    if plan["lacks"]:
+        lines.append(f"{engine} has no {' and no '.join(plan['lacks'])}.")
+    return lines
+
+
+def _where_housner_fails(rows: Sequence[Row]) -> list[str]:
+    """Runs in whose errors Housner has a part."""
+    said: dict[str, int] = {}
+    for row in rows:
+        if not row["holds"]:
+            why = f"{row['engine']}, {row['lane_name']}: Housner does not hold: {row['why']}"
+            said[why] = said.get(why, 0) + 1
+    return [f"{why} ({count} runs)" for why, count in said.items()]
 
 
 def print_times(out: Console, rows: Sequence[Row]) -> None:
