@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -236,7 +236,7 @@ _PROVENANCE = ("source", "licence", "sha256", "processing")
 """What every lane says of its record."""
 
 
-def _words(words: Sequence[str], codes: npt.NDArray[np.intp]) -> pd.Categorical[str]:
+def _words(words: Sequence[str], codes: npt.NDArray[np.integer[Any]]) -> pd.Categorical[str]:
     """A word for each lane as a categorical column, each word stored once."""
     import pandas as pd
 
