@@ -45,7 +45,8 @@ def run_study_of(
     for option, given in refused.items():
         if given is not None and given is not False:
             allowed = "must not be given for a case with a [study], which is many runs"
-            raise InputError(option, "", given, allowed)
+            got = list(given) if isinstance(given, tuple) else given
+            raise InputError(option, "", got, allowed)
     if folder is not None:
         store.require_writable(folder)
     total, done = study.run_count(case, engine) * case.lane_count, 0

@@ -125,7 +125,8 @@ def draw_histories(
 ) -> pathlib.Path:
     """Rotation of one lane over time, a row of panels an engine and setting (Fig. 4b to i).
 
-    The last column is the distance from Housner's, which lines on top of one another hide.
+    The last column is the largest difference from Housner's so far, which lines on top of one
+    another hide.
 
     Args:
         path: File to write.
@@ -153,12 +154,12 @@ def draw_histories(
             for axes, window in zip(row[:-1], windows, strict=True):
                 _draw_window(axes, window, times, reference, curves)
             for number, (_, ratio) in enumerate(curves):
-                away = np.abs(ratio - reference)
+                away = np.maximum.accumulate(np.abs(ratio - reference))
                 row[-1].plot(times, np.where(away > 0.0, away, np.nan), **_line(number))
             row[-1].set_yscale("log")
             row[-1].set_ylim(_LEAST, 1.0)
             row[-1].set_xlim(*windows[0])
-            row[-1].set_ylabel("|difference from\nHousner's| [-]")
+            row[-1].set_ylabel("largest |difference|\nso far [-]")
             row[0].set_title(f"{engine}, {setting}", loc="left")
             row[0].set_ylabel(SHORT_ROTATION_LABEL)
             handles, names = row[0].get_legend_handles_labels()

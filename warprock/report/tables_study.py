@@ -83,8 +83,7 @@ def print_study(out: Console, rows: Sequence[Row], case: Case) -> None:
         out.print()
     duration = case.sample_times.duration
     lines = [
-        f"Errors: largest |rotation - Housner's| / slenderness angle in {EARLY_TIME:g} s and in "
-        f"{duration:g} s.",
+        f"{' and '.join(_spans(case))}: largest |rotation - Housner's| / slenderness angle so far.",
         "rest: time of coming to rest less Housner's [s], where both rest within the run.",
         f"CPU: for {duration:g} s of one lane on one core, one lane a thread.",
     ]
@@ -142,15 +141,19 @@ def setting_name(setting: str, unit: str) -> str:
     return setting if unit in ("-", "1/s") else f"{setting} [{unit}]"
 
 
+def _spans(case: Case) -> list[str]:
+    """Times that the errors cover: the early one, where the run is longer, and the run."""
+    duration = case.sample_times.duration
+    early = [f"{EARLY_TIME:g} s"] if duration > EARLY_TIME else []
+    return [*early, f"{duration:g} s"]
+
+
 def _study_columns(
     rows: Sequence[Row], case: Case
 ) -> list[tuple[str, Callable[[Mapping[int, Row]], str]]]:
     """Headings of the columns of numbers, and what they say of the rows of one run."""
-    duration = case.sample_times.duration
-    measures = [("error_5s_ratio", f"{EARLY_TIME:g} s", ".1e")]
-    if duration <= EARLY_TIME:
-        measures = []
-    measures.append(("error_run_ratio", f"{duration:g} s", ".1e"))
+    errors = ("error_5s_ratio", "error_run_ratio")[-len(_spans(case)) :]
+    measures = [(error, span, ".1e") for error, span in zip(errors, _spans(case), strict=True)]
     measures += [("peak_rotation_ratio", "peak", ".4f"), ("rest_time_error_s", "rest", "+.2f")]
     lanes = list(dict.fromkeys(row["lane"] for row in rows))
     apart = len(lanes) <= LANES_APART
