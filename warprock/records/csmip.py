@@ -81,7 +81,7 @@ def _channel(text: TextFile, begin: int, at: int, found: re.Match[str]) -> Chann
         interval = text.interval(at, found["interval"])
     chan = _last(head, r"\bCHAN\s+(\d+):\s+(.*\S)")
     direction = f"{chan[1]}: {_words(chan[2])}" if chan else ""
-    note = "none by the network: raw (Volume 1)" if raw else "Volume 2, as the network has it"
+    note = "raw (Volume 1)" if raw else "Volume 2, as the network has it"
     unit = f"; g = {NETWORK_GRAVITY} m/s^2" if found["unit"].lower() == "g" else ""
     return Channel(
         label=direction.partition(": ")[2],

@@ -60,7 +60,7 @@ def read(text: TextFile) -> list[Channel]:
                 samples=_MM * text.fixed(first, counts[0], WIDTH, PER_LINE),
                 source=f"GeoNet (GNS Science): {head[0].split()[2]}, site {site}, event of "
                 f"{' '.join(head[7].split())}, component {direction}",
-                processing="none by the network: raw (V1A)"
+                processing="raw (V1A)"
                 if kind == "uncorrected"
                 else f"by the network (V2A): {head[11].strip().lower()}",
             )

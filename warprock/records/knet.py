@@ -61,6 +61,6 @@ def read(text: TextFile) -> list[Channel]:
             samples=_GAL * gal / counts_a_gal * counts,
             source=f"K-NET / KiK-net (NIED): event of {value['Origin Time']}, station "
             f"{value['Station Code']}, direction {direction}",
-            processing="none by the network: raw counts with the offset of the instrument",
+            processing="raw counts, with the offset of the instrument",
         )
     ]
