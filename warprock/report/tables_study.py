@@ -218,12 +218,12 @@ def _baseline(study: Study, engine: str) -> list[str]:
 
 def _where_housner_fails(rows: Sequence[Row]) -> list[str]:
     """Runs in whose errors Housner has a part."""
-    said: dict[str, int] = {}
-    for row in rows:
-        if not row["holds"]:
-            why = f"{row['engine']}, {row['lane_name']}: Housner does not hold: {row['why']}"
-            said[why] = said.get(why, 0) + 1
-    return [f"{why} ({count} runs)" for why, count in said.items()]
+    said = (
+        f"{row['engine']}, {row['lane_name']}: Housner does not hold: {row['why']}"
+        for row in rows
+        if not row["holds"]
+    )
+    return list(dict.fromkeys(said))
 
 
 def print_times(out: Console, rows: Sequence[Row]) -> None:
