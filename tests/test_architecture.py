@@ -39,7 +39,11 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         "errors",
         "numpy",
     ),
-    "settings": (("warprock/engines/settings.py",), "errors", ""),
+    "settings": (
+        ("warprock/engines/settings.py", "warprock/reference/peer_settings.py"),
+        "errors",
+        "",
+    ),
     "cases": (
         (
             "warprock/axes.py",
@@ -64,8 +68,8 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
     ),
     "reference": (
         ("warprock/reference/*.py",),
-        "errors foundation",
-        "numpy scipy newton warp mujoco pybullet",
+        "errors foundation settings",
+        "numpy scipy newton warp mujoco pybullet bpy",
     ),
     "runs": (
         ("warprock/runner.py", "warprock/store.py", "warprock/ensemble.py"),
@@ -92,14 +96,24 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         "errors foundation settings cases engines batch runs checks reference",
         "numpy pandas pyarrow",
     ),
+    "sweeps": (
+        ("warprock/sweep*.py",),
+        "errors foundation settings cases batch runs",
+        "pyarrow distributed",
+    ),
+    "fragility": (
+        ("warprock/fragility*.py",),
+        "errors foundation runs",
+        "numpy pandas scipy",
+    ),
     "plots": (
         ("warprock/report/plots*.py",),
-        "errors foundation settings cases runs checks report",
+        "errors foundation settings cases runs checks fragility report",
         "numpy pandas matplotlib",
     ),
     "report": (
         ("warprock/report/*.py",),
-        "errors foundation settings cases runs checks",
+        "errors foundation settings cases runs checks fragility",
         "numpy pandas rich",
     ),
     "reproduction": (
@@ -114,8 +128,9 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
     ),
     "cli": (
         ("warprock/cli*.py", "warprock/__main__.py"),
-        "errors foundation settings cases batch runs checks study stability trade report plots "
-        "reproduction desk",
+        "errors foundation settings cases batch runs checks study stability trade sweeps fragility "
+        "report "
+        "plots reproduction desk",
         "click",
     ),
 }
@@ -206,14 +221,15 @@ def test_no_engine_imports_another_engine():
     ("package", "only_in"),
     [
         ("matplotlib", ("warprock/report/plots",)),
-        ("newton", ("warprock/reference/",)),
+        ("newton", ("warprock/reference/newton_",)),
         ("mujoco", ("warprock/reference/peer_",)),
         ("pybullet", ("warprock/reference/peer_",)),
+        ("bpy", ("warprock/reference/peer_",)),
         (
             "scipy",
             (
                 *("warprock/reference/", "warprock/records"),
-                *("warprock/sampling", "warprock/ensemble"),
+                *("warprock/sampling", "warprock/ensemble", "warprock/fragility"),
             ),
         ),
         ("tables", ("warprock/records/fema_p695",)),

@@ -17,9 +17,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from warprock import __version__
+from warprock.cli_fragility import fragility
 from warprock.cli_records import records
 from warprock.cli_stability import stability
 from warprock.cli_study import run_study_of
+from warprock.cli_sweep import EXIT_RESUMABLE, bench_sweep, sweep
 from warprock.cli_trade import choose_for, trade
 from warprock.errors import InputError
 
@@ -325,15 +327,18 @@ def doctor(ctx: click.Context, as_json: bool) -> None:
         ctx.exit(EXIT_FAILED)
 
 
-@main.command()
+@main.group(invoke_without_command=True)
 @click.option("--seconds", default=2.0, show_default=True, help="Time a measurement takes, about.")
 @_workers_option
 @_json_option
-def bench(seconds: float, workers: int | None, as_json: bool) -> None:
+@click.pass_context
+def bench(ctx: click.Context, seconds: float, workers: int | None, as_json: bool) -> None:
     """What every engine's steps and accuracy cost on this machine, beside peers where installed.
 
     The extras [mujoco] and [bullet] install peers; each runs the same block in the same run.
     """
+    if ctx.invoked_subcommand is not None:
+        return
     from warprock import peers
     from warprock.bench import run_bench
     from warprock.devices import start_warp
@@ -348,7 +353,10 @@ def bench(seconds: float, workers: int | None, as_json: bool) -> None:
 
 
 main.add_command(records)
+main.add_command(fragility)
 main.add_command(stability)
+main.add_command(sweep)
+bench.add_command(bench_sweep)
 main.add_command(trade)
 
 
@@ -360,7 +368,7 @@ def entry() -> None:
     try:
         main()
     except SystemExit as end:
-        if end.code != EXIT_INTERRUPTED:
+        if end.code not in (EXIT_INTERRUPTED, EXIT_RESUMABLE):
             raise
         sys.stdout.flush()
-        os._exit(EXIT_INTERRUPTED)
+        os._exit(int(end.code))

@@ -1,0 +1,100 @@
+"""Fragility functions on the terminal and as CSV files."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from rich.console import Console
+
+from warprock.fragility import Curve, component_rows, curve_rows
+from warprock.report.tables import plain_table, stdout
+from warprock.store import replacing
+
+CURVES = "fragility.csv"
+COMPONENTS = "fragility-p58.csv"
+
+
+def write_tables(
+    curves: Sequence[Curve], intensity: str, folder: pathlib.Path
+) -> list[pathlib.Path]:
+    """Writes the fits, and the same as a component table after FEMA P-58.
+
+    Args:
+        curves: The curves.
+        intensity: Column of the intensity measure.
+        folder: Where to; made if it does not exist.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    tables = {CURVES: curve_rows(curves), COMPONENTS: component_rows(curves, intensity)}
+    for name, rows in tables.items():
+        with replacing(folder / name) as temporary:
+            rows.to_csv(temporary, index=False)
+        written.append(folder / name)
+    return written
+
+
+def json_rows(rows: pd.DataFrame) -> list[dict[str, Any]]:
+    """Rows of `curve_rows` as JSON can hold them: what is not a number is null."""
+    bare = rows.astype(object).where(rows.notna(), None)
+    return [{str(k): v for k, v in row.items()} for row in bare.to_dict(orient="records")]
+
+
+def print_curves(
+    rows: pd.DataFrame,
+    intensity: str,
+    files: Sequence[pathlib.Path],
+    console: Console | None = None,
+) -> None:
+    """Prints the fits.
+
+    Args:
+        rows: What `curve_rows` returned.
+        intensity: Column of the intensity measure.
+        files: Files that were written.
+        console: Where to; the terminal if not given.
+    """
+    out = console or stdout()
+    groups = [str(name) for name in rows.columns[: list(rows.columns).index("limit_state")]]
+    headings = [*groups, "limit state", "lanes", "records", "reached", "median", "dispersion"]
+    table = plain_table(f"Fragility over {intensity}", headings, headings[len(groups) + 1 :])
+    for _, row in rows.iterrows():
+        table.add_row(
+            *(str(row[name]) for name in groups),
+            row["limit_state"],
+            *(f"{row[name]:,}" for name in ("lanes", "records", "reached")),
+            *_fit_cells(row),
+        )
+    out.print(table)
+    out.print("  in brackets: 5th and 95th percentile over resampled records")
+    each = rows.drop_duplicates(groups) if groups else rows.head(1)
+    left_out = int(each["left_out"].sum())
+    if left_out:
+        out.print(f"  left out: {left_out:,} lanes whose numbers cannot be used")
+    for path in files:
+        out.print(f"wrote {path}", soft_wrap=True)
+
+
+def _fit_cells(row: pd.Series[Any]) -> tuple[str, str]:
+    """Median and dispersion of a row, or why there are none."""
+    if row["verdict"] == "fitted":
+        cells = [
+            f"{row[name]:.4g}{_band(row[f'{name}_p05'], row[f'{name}_p95'])}"
+            for name in ("median", "dispersion")
+        ]
+        return cells[0], cells[1]
+    if row["verdict"] == "separated":
+        return f"between {row['none_up_to']:.4g} and {row['all_from']:.4g}", "none: data are parted"
+    if row["verdict"] == "none reached":
+        return f"above {row['none_up_to']:.4g}", "none: nothing reached it"
+    if row["verdict"] == "all reached":
+        return f"below {row['all_from']:.4g}", "none: everything reached it"
+    return "none", "none: fewer reach it at a greater intensity"
+
+
+def _band(low: float, high: float) -> str:
+    return f" [{low:.4g}, {high:.4g}]" if np.isfinite(low) else ""
