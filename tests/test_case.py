@@ -64,6 +64,7 @@ def test_the_shipped_cases_are_these_and_load():
         "free-b0",
         "free-b1-b3",
         "record-ridgecrest",
+        "record-sample",
         "sensitivity-b0",
         "single-continuous-sine",
         "single-sine-pulse",
@@ -96,7 +97,8 @@ def test_a_template_is_a_commented_case_that_loads(kind, write):
 
 
 def test_the_kinds_of_templates():
-    assert template_kinds() == ["ensemble", "free", "pulse", "record", "stack", "sweep"]
+    kinds = ["ensemble", "free", "pulse", "record", "sample", "spatial", "stack", "sweep"]
+    assert template_kinds() == kinds
     with pytest.raises(
         InputError, match=r"KIND: got 'fre', must be one of ensemble, free, .* mean free\?"
     ):

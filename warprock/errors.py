@@ -21,3 +21,7 @@ class InputError(ValueError):
         self.source, self.key, self.got, self.allowed = source, key, got, allowed
         place = f"{source}: {key}" if key else source
         super().__init__(f"{place}: got {got!r}, {allowed}")
+
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, str, object, str]]:
+        """How a process hands the error to another one: by what it was made of."""
+        return type(self), (self.source, self.key, self.got, self.allowed)

@@ -85,8 +85,8 @@ def lane_progress(text: str, total: int | None) -> Iterator[Callable[[int], None
 
 def print_listing(found: Mapping[str, Any]) -> None:
     """Prints what `catalogue.list_all` found."""
-    _print_rows("Cases", found["cases"])
-    _print_rows("Engines", found["engines"])
+    print_rows("Cases", found["cases"])
+    print_rows("Engines", found["engines"])
 
 
 def print_explanation(found: Mapping[str, Any]) -> None:
@@ -147,7 +147,7 @@ def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
         errors = [column for column in map(str, table) if column.startswith("rotation_error_")]
         for column in errors:
             table[column] = table[column].map("{:.1e}".format)
-        _print_rows(title, table[[*shown, *RESULT_COLUMNS, *errors]].to_dict("records"))
+        print_rows(title, table[[*shown, *RESULT_COLUMNS, *errors]].to_dict("records"))
     else:
         out.print(title, style="bold")
         for name in peaks:
@@ -196,21 +196,21 @@ def print_bench(found: Mapping[str, Any]) -> None:
     """Prints what `bench.run_bench` and `peers.compare` measured."""
     facts = found["machine"]
     flags = " ".join(facts["vector_flags"])
-    _print_rows(
+    print_rows(
         f"Measured here and now: {facts['cpu']}, {facts['cores']} cores, {flags}", found["rows"]
     )
-    _print_rows("Ratios", [{"ratio": k, "value": v} for k, v in found["ratios"].items()])
-    _print_rows("Block B0, free rocking over 5 s: error and its cost, one core", found["accuracy"])
+    print_rows("Ratios", [{"ratio": k, "value": v} for k, v in found["ratios"].items()])
+    print_rows("Block B0, free rocking over 5 s: error and its cost, one core", found["accuracy"])
     peers = found["peers"]
     if peers["rows"]:
         hidden = ("settings", "cpu_s")
         rows = [{k: v for k, v in row.items() if k not in hidden} for row in peers["rows"]]
-        _print_rows("The same block in peers, one core, beside event at no larger an error", rows)
+        print_rows("The same block in peers, one core, beside event at no larger an error", rows)
         for name, settings in {row["peer"]: row["settings"] for row in peers["rows"]}.items():
             _stdout().print(f"{name}: {settings}")
     for line in peers["missing"]:
         _stdout().print(f"peer not installed: {line}")
-    _print_rows("Commands", [{"command": k, "seconds": v} for k, v in found["commands"].items()])
+    print_rows("Commands", [{"command": k, "seconds": v} for k, v in found["commands"].items()])
 
 
 def _stdout() -> rich.console.Console:
@@ -219,7 +219,8 @@ def _stdout() -> rich.console.Console:
     return rich.console.Console(width=width, highlight=False, markup=False)
 
 
-def _print_rows(title: str, rows: Sequence[Mapping[Any, Any]]) -> None:
+def print_rows(title: str, rows: Sequence[Mapping[Any, Any]]) -> None:
+    """Prints rows as a table whose columns are their keys."""
     table = rich.table.Table(title=title, title_justify="left", box=None, pad_edge=False)
     names = list(dict.fromkeys(name for row in rows for name in row))
     for name in names:

@@ -1,0 +1,224 @@
+"""The commands `sweep plan`, `run`, `status` and `merge`, and `bench sweep`."""
+
+from __future__ import annotations
+
+import pathlib
+import sys
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+from warprock.errors import InputError
+
+EXIT_BAD_LANES, EXIT_RESUMABLE = 4, 75
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+@click.group()
+def sweep() -> None:
+    """Many lanes in chunks that are resumed, spread over machines and merged.
+
+    A plan is written first; `run` then does the chunks that are missing, as often as it is called,
+    on one machine, in the jobs of an array (--shard) or on a Dask cluster (--scheduler).
+    """
+
+
+def _folder_argument(command: Command) -> Command:
+    return click.argument("folder", metavar="DIR", type=click.Path(path_type=pathlib.Path))(command)
+
+
+def _json_option(command: Command) -> Command:
+    return click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")(command)
+
+
+def _workers_option(command: Command) -> Command:
+    return click.option("--workers", type=int, help="Worker threads; the cores at hand without.")(
+        command
+    )
+
+
+@sweep.command()
+@click.argument("case_name", metavar="CASE")
+@click.option("-e", "--engine", help="Engine; without, housner for one block, event for a stack.")
+@click.option(
+    "-s",
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="Change a key of the case, such as -s sample.lanes=1000000.",
+)
+@click.option(
+    "-o",
+    "--output",
+    "folder",
+    required=True,
+    type=click.Path(path_type=pathlib.Path),
+    help="Folder of the sweep; made if it does not exist.",
+)
+@click.option("--chunk", "chunk_lanes", type=int, help="Lanes in a chunk; 50,000 without.")
+@click.option("--precision", default="float64", show_default=True, help="Or float32.")
+@click.option("--device", default="cpu", show_default=True, help="Warp device.")
+@click.option("--estimate", is_flag=True, help="Estimate every lane's error; ten times the time.")
+@_json_option
+def plan(
+    case_name: str,
+    engine: str | None,
+    overrides: tuple[str, ...],
+    folder: pathlib.Path,
+    chunk_lanes: int | None,
+    precision: str,
+    device: str,
+    estimate: bool,
+    as_json: bool,
+) -> None:
+    """Write the plan of a sweep over the lanes of a CASE, after a look at every one of them."""
+    from warprock import runner, store, sweep_plan
+    from warprock.case import load_case
+    from warprock.report import console, sweeps
+
+    case = load_case(case_name, overrides)
+    store.require_writable(folder)
+    with console.lane_progress("look at every lane", case.lane_count) as progress:
+        made = sweep_plan.make_plan(
+            case,
+            engine or runner.default_engine(case),
+            precision=precision,
+            device=device,
+            estimate=estimate,
+            chunk_lanes=sweep_plan.CHUNK_LANES if chunk_lanes is None else chunk_lanes,
+            progress=progress,
+        )
+    written = sweep_plan.write_plan(made, folder)
+    found = sweep_plan.plan_facts(made) | {"folder": str(folder), "written": written}
+    console.print_json(found) if as_json else sweeps.print_plan(found)
+
+
+@sweep.command()
+@_folder_argument
+@_workers_option
+@click.option("--shard", default="1/1", help="Part i/n of the chunks: every n-th, i from 1 to n.")
+@click.option("--scheduler", help="Address of a Dask scheduler, or local; needs the extra [dask].")
+@click.option("--max-bad", type=float, help="Share of bad lanes, 0 to 1, above which to exit 4.")
+@_json_option
+@click.pass_context
+def run(
+    ctx: click.Context,
+    folder: pathlib.Path,
+    workers: int | None,
+    shard: str,
+    scheduler: str | None,
+    max_bad: float | None,
+    as_json: bool,
+) -> None:
+    """Run the chunks of a sweep that are not there yet.
+
+    Ctrl-C, SIGTERM and SIGUSR1 drop the chunk in hand; what is done stays, and running again goes
+    on. Exits with 75 after the signals, with 130 after Ctrl-C.
+    """
+    from warprock import store, sweep_plan, sweep_run
+    from warprock.report import console, sweeps
+    from warprock.runner import require_workers
+
+    part = sweep_run.read_shard(shard)
+    require_workers(workers)
+    if max_bad is not None and not 0.0 <= max_bad <= 1.0:
+        raise InputError("--max-bad", "", max_bad, "must be a share of the lanes, from 0 to 1")
+    found = sweep_plan.read_plan(folder)
+    store.require_writable(folder, "DIR")
+    run_chunks = sweep_run.run_here(found, folder, workers)
+    if scheduler is not None:
+        from warprock import sweep_dask
+
+        run_chunks = sweep_dask.run_on_dask(found, folder, scheduler, workers)
+    numbers = sweep_run.chunks_to_run(found, folder, part)
+    lanes = sum(len(found.lanes_of(number)) for number in numbers)
+    kept = len(part.chunks(found)) - len(numbers)
+    try:
+        with sweep_run.stopping(), sweeps.sweep_progress(lanes, len(numbers), kept) as progress:
+            run_chunks(numbers, progress)
+    except sweep_run.Stopped as stopped:
+        _say_left(stopped.args[0], folder)
+        ctx.exit(EXIT_RESUMABLE)
+    except KeyboardInterrupt:
+        _say_left("Ctrl-C", folder)
+        raise
+    counts = sweep_run.shard_counts(found, folder, part) | {"folder": str(folder)}
+    console.print_json(counts) if as_json else sweeps.print_counts(counts)
+    if max_bad is not None and counts["bad"] > max_bad * counts["lanes_done"]:
+        ctx.exit(EXIT_BAD_LANES)
+
+
+def _say_left(why: str, folder: pathlib.Path) -> None:
+    click.echo(
+        f"{why}: the chunk in hand is dropped, what is done is kept; to go on: "
+        f"warprock sweep run {folder}",
+        err=True,
+    )
+    sys.stderr.flush()
+
+
+@sweep.command()
+@_folder_argument
+@_json_option
+def status(folder: pathlib.Path, as_json: bool) -> None:
+    """How far a sweep is: its chunks, and what became of the lanes so far."""
+    from warprock import sweep_chunks, sweep_plan
+    from warprock.report import console, sweeps
+
+    found = sweep_chunks.sweep_state(sweep_plan.read_plan(folder), folder)
+    console.print_json(found) if as_json else sweeps.print_state(found, folder)
+
+
+@sweep.command()
+@_folder_argument
+@click.option(
+    "-o",
+    "--output",
+    "file",
+    type=click.Path(path_type=pathlib.Path, dir_okay=False),
+    help="Parquet file to write; lanes.parquet in DIR without.",
+)
+@_json_option
+def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> None:
+    """Join the chunks of a sweep that is done in one Parquet file, all lanes in order."""
+    from warprock import store, sweep_chunks, sweep_plan
+    from warprock.report import console
+
+    found = sweep_plan.read_plan(folder)
+    store.require_writable(folder if file is None else file.resolve().parent)
+    with console.lane_progress("merge", found.lane_count) as progress:
+        written = sweep_chunks.merge(found, folder, file, progress)
+    facts = {"plan": found.id, "lanes": found.lane_count, "file": str(written)}
+    console.print_json(facts) if as_json else click.echo(written)
+
+
+@click.command("sweep")
+@click.option("--lanes", type=int, multiple=True, help="10,000 and 1,000,000 without; repeat.")
+@click.option("-e", "--engine", "engines", multiple=True, help="housner and event without; repeat.")
+@_workers_option
+@_json_option
+def bench_sweep(
+    lanes: tuple[int, ...], engines: tuple[str, ...], workers: int | None, as_json: bool
+) -> None:
+    """Lanes a second and memory of whole sweeps, from the plan to the merged table.
+
+    Every lane is 20 s of a shipped record at its own scale, width and height and, with housner, its
+    own angular restitution.
+    """
+    from warprock import runner, sweep_bench
+    from warprock.engines.settings import SETTINGS
+    from warprock.report import console, sweeps
+
+    runner.require_workers(workers)
+    for engine in engines:
+        runner.require_choice("--engine", engine, tuple(SETTINGS))
+    rows = sweep_bench.run_sweep_bench(
+        lanes or sweep_bench.LANES,
+        engines or sweep_bench.ENGINES,
+        workers=workers,
+        report=lambda text: click.echo(text, err=True),
+    )
+    console.print_json({"rows": rows}) if as_json else sweeps.print_sweep_bench(rows)
