@@ -45,6 +45,9 @@ DAMPING = 0.05
 PERIODS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)
 """Periods of a response spectrum, where none are given [s]."""
 
+FINEST = 100
+"""Time between samples / shortest period: stiffer oscillators show the ground's PGA and no more."""
+
 STEPS_PER_PERIOD = 40
 """Least number of steps in a period of the oscillator. Hermite's cubic between two of them is off
 by (2 pi/40)^4 / 384 = 1.6e-6 of the amplitude of a sine."""
@@ -172,15 +175,16 @@ def spectral_accelerations(
 
     Args:
         record: The record.
-        periods: T [s], shape [period], > 0.
+        periods: T [s], shape [period], at least interval / `FINEST`.
         damping: Damping ratio z, 0 <= z < 1.
 
     Raises:
         ValueError: A period or the damping is out of bounds.
     """
     wanted = np.atleast_1d(np.asarray(periods, dtype=np.float64))
-    if not np.all(wanted > 0.0) or not 0.0 <= damping < 1.0:
-        raise ValueError("periods must be > 0 s and the damping ratio from 0 to below 1")
+    shortest = record.interval / FINEST
+    if not np.all(wanted >= shortest) or not 0.0 <= damping < 1.0:
+        raise ValueError(f"periods must be >= {shortest:g} s, the damping ratio from 0 to below 1")
     found = [_spectral(record.pieces, record.interval, float(each), damping) for each in wanted]
     return np.array(found)
 

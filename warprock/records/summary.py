@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from warprock.errors import InputError
 from warprock.motion import Control
 from warprock.records import fema_p695
 from warprock.records.intensity import (
     DAMPING,
+    FINEST,
     PERIODS,
     block_measures,
     measures,
@@ -70,6 +72,11 @@ def record_facts(
         InputError: As `load_record`.
     """
     channels = load_channels(name_or_path)
+    shortest = max(record.interval for record in channels) / FINEST
+    for period in periods:
+        if period < shortest:
+            allowed = f"must be at least {shortest:g} s for this record"
+            raise InputError("--period", "", f"{period:g} s", allowed)
     return [_facts(record, periods, damping, block) for record in channels]
 
 
