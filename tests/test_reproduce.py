@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from warprock import reproduce as module
-from warprock import reproduce_stack
+from warprock import reproduce_stack, study
 from warprock.checks import CaseResponses
 from warprock.errors import InputError
 from warprock.report.conflicts import slip_deceleration
@@ -172,8 +172,11 @@ def answered(monkeypatch):
         lane_set = SimpleNamespace(lanes=lanes, times=times)
         return _answer(SimpleNamespace(lane_set=lane_set), engine), 0.25
 
+    unbuilt = SimpleNamespace(warm_up=lambda *_: None)
     monkeypatch.setattr(CaseResponses, "_run", _answer)
     monkeypatch.setattr(module.PaperRuns, "timed", timed)
+    monkeypatch.setattr(study, "run_batch", lambda *a, **more: timed(None, *a, **more)[0])
+    monkeypatch.setattr(study, "engine_class", lambda _name: lambda *_: unbuilt)
     monkeypatch.setattr(
         module.PaperRuns,
         "oracle_peaks",
