@@ -83,14 +83,15 @@ def print_study(out: Console, rows: Sequence[Row], case: Case) -> None:
         out.print()
     duration = case.sample_times.duration
     lines = [
-        f"{' and '.join(_spans(case))}: largest |rotation - Housner's| / slenderness angle so far.",
-        "rest: time of coming to rest less Housner's [s], where both rest within the run.",
+        f"{' and '.join(_spans(case))}: largest |rotation - Housner's| / slenderness in that time.",
         f"CPU: for {duration:g} s of one lane on one core, one lane a thread.",
     ]
-    if len(lanes) <= LANES_APART:
-        lines.append("; ".join(f"lane {lane}: {name}" for lane, name in lanes.items()))
-    else:
+    if any(number(row["rest_time_error_s"], "") != MISSING for row in found):
+        lines.append("rest: time of coming to rest less Housner's [s], where both rest in time.")
+    if len(lanes) > LANES_APART:
         lines.append(f"The largest of {len(lanes)} lanes each.")
+    elif len(lanes) > 1:
+        lines.append("; ".join(f"lane {lane}: {name}" for lane, name in lanes.items()))
     for lane, name in lanes.items():
         peaks = {number(row["peak_rotation_ratio"], ".4f") for row in found if row["lane"] == lane}
         if len(peaks) == 1 and len(lanes) <= LANES_APART:
