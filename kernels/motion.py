@@ -71,7 +71,7 @@ if MOTION == "still":
         return 0
 
 
-if MOTION in ("harmonic", "ricker"):
+if MOTION in ("harmonic", "ricker", "modulated"):
 
     @wp.func
     def inside(m: Any, segment: int) -> real:
@@ -205,6 +205,81 @@ if MOTION == "ricker":
         """Velocity of the base just after a time."""
         x = m.rate * (time - real(0.5) * (m.start + m.stop))
         moving = (m.c0 + x * (m.c1 + x * (m.c2 + x * m.c3))) * decay(smaller(x * x, FLAT))
+        after = wp.where(time < m.stop, moving, m.velocity_final)
+        return wp.where(time < m.start, real(0.0), after)
+
+
+if MOTION == "modulated":
+
+    @wp.struct
+    class Motion:
+        """A pulse of three harmonics; see `ModulatedMotions`."""
+
+        start: real
+        stop: real
+        velocity_step_start: real
+        velocity_step_stop: real
+        velocity_final: real
+        frequency: real
+        modulation: real
+        phase: real
+        swing_1: real
+        swing_2: real
+        swing_3: real
+        velocity_offset: real
+
+    @wp.func
+    def wave(m: Motion, part: real, swing: real, time: real):
+        """Taylor coefficients 0 to 8 of one harmonic's acceleration: a'' = -w^2 a."""
+        f = m.frequency * part
+        w = TWO_PI * f
+        s, c = cycle(f * (time - real(0.5) * (m.start + m.stop)) + m.phase / TWO_PI)
+        q = -w * w
+        a0 = -swing * w * s
+        a1 = swing * q * c
+        a2 = a0 * q * OVER_2
+        a3 = a1 * q * OVER_2 * OVER_3
+        a4 = a2 * q * OVER_3 * OVER_4
+        a5 = a3 * q * OVER_4 * OVER_5
+        a6 = a4 * q * OVER_5 * OVER_6
+        a7 = a5 * q * OVER_6 * OVER_7
+        a8 = a6 * q * OVER_7 * OVER_8
+        return a0, a1, a2, a3, a4, a5, a6, a7, a8
+
+    @wp.func
+    def series(m: Motion, segment: int, time: real, value: real, slope: real):
+        """Taylor coefficients 0 to 8 of the acceleration: those of three harmonics."""
+        i = inside(m, segment)
+        one = real(1.0)
+        a0, a1, a2, a3, a4, a5, a6, a7, a8 = wave(m, one, i * m.swing_1, time)
+        b0, b1, b2, b3, b4, b5, b6, b7, b8 = wave(m, one + m.modulation, i * m.swing_2, time)
+        c0, c1, c2, c3, c4, c5, c6, c7, c8 = wave(m, one - m.modulation, i * m.swing_3, time)
+        return (
+            a0 + b0 + c0,
+            a1 + b1 + c1,
+            a2 + b2 + c2,
+            a3 + b3 + c3,
+            a4 + b4 + c4,
+            a5 + b5 + c5,
+            a6 + b6 + c6,
+            a7 + b7 + c7,
+            a8 + b8 + c8,
+        )
+
+    @wp.func
+    def swing_velocity(m: Motion, part: real, swing: real, time: real) -> real:
+        """Velocity of one harmonic."""
+        turns = m.frequency * part * (time - real(0.5) * (m.start + m.stop)) + m.phase / TWO_PI
+        _s, c = cycle(turns)
+        return swing * c
+
+    @wp.func
+    def velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
+        """Velocity of the base just after a time."""
+        one = real(1.0)
+        moving = m.velocity_offset + swing_velocity(m, one, m.swing_1, time)
+        moving = moving + swing_velocity(m, one + m.modulation, m.swing_2, time)
+        moving = moving + swing_velocity(m, one - m.modulation, m.swing_3, time)
         after = wp.where(time < m.stop, moving, m.velocity_final)
         return wp.where(time < m.start, real(0.0), after)
 

@@ -192,6 +192,9 @@ KEYS: dict[str, NumberKey | TextKey] = {
         {Dimension.TIME: ("0 s", "1e5 s")}, "the time at which the motion starts"
     ),
     "motion.cycles": _ratio("0", "1e7", "the number of cycles", low_open=True),
+    "motion.phase": NumberKey(
+        {Dimension.ANGLE: ("-360 deg", "360 deg")}, "the phase of a pulse in its middle"
+    ),
     "motion.duration": NumberKey(
         {Dimension.TIME: ("0 s", "1e5 s")}, "the time from start to stop", low_open=True
     ),

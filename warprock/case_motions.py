@@ -24,7 +24,12 @@ from warprock.motion import (
 )
 from warprock.stacking import uplift_ratio
 from warprock.units import GRAVITY, Dimension
-from warprock.waveforms import harmonic_motions, ricker_motions
+from warprock.waveforms import (
+    harmonic_motions,
+    mavroeidis_papageorgiou_motions,
+    modulated_peak_acceleration,
+    ricker_motions,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -98,12 +103,13 @@ def _refuse_families(values: LaneValues, tables: Sequence[str]) -> None:
     """Refuses motions of several families, each of which has kernels of its own."""
     waveforms = {name for table in tables for name in values.texts(f"{table}.waveform")[0]}
     if not any(waveforms <= family for family in _FAMILIES):
+        others = (Waveform.RICKER, Waveform.MAVROEIDIS_PAPAGEORGIOU)
         key = f"{tables[-1]}.waveform"
         raise InputError(
             values.case.source_of(key),
             key,
             Said(", ".join(sorted(waveforms))),
-            "must be of one family in a case: sine and cosine, ricker, or record",
+            f"must be of one family in a case: sine and cosine, {', '.join(others)}, or record",
         )
 
 
@@ -175,19 +181,42 @@ def _harmonic(values: LaneValues, table: str, start: Array) -> Motions:
 def _ricker(values: LaneValues, table: str, start: Array) -> Motions:
     """Ricker pulses, whose amplitude is that of the controlled quantity."""
     control, order = _controls(values, table)
-    dimension = values.dimension(f"{table}.amplitude")
-    values.refuse(
-        order != _ORDER[dimension],
-        f"{table}.amplitude",
-        "must be of the kind of motion.control with waveform ricker: a length for displacement, a "
-        "velocity for velocity, an acceleration for acceleration",
-    )
+    _refuse_kinds(values, table, order)
     frequency = values.numbers(f"{table}.frequency")
     amplitude = values.numbers(f"{table}.amplitude")
     left = 2 - order
     peak = np.abs(amplitude) * (np.pi * frequency) ** left * _RICKER_PEAK[left]
     motions = ricker_motions(control, amplitude, frequency, start)
     return motions, _amplitude_columns(values, table) | {"stop_s": motions.stop}, peak
+
+
+def _mavroeidis_papageorgiou(values: LaneValues, table: str, start: Array) -> Motions:
+    """Near-fault pulses, whose amplitude is that of the controlled quantity."""
+    control, order = _controls(values, table)
+    _refuse_kinds(values, table, order)
+    cycles = values.numbers(f"{table}.cycles")
+    values.refuse(
+        cycles <= 1.0, f"{table}.cycles", "must be above 1 with waveform mavroeidis-papageorgiou"
+    )
+    frequency, phase = values.numbers(f"{table}.frequency"), values.numbers(f"{table}.phase")
+    amplitude = values.numbers(f"{table}.amplitude")
+    motions = mavroeidis_papageorgiou_motions(
+        control, amplitude, frequency, start, cycles=cycles, phase=phase
+    )
+    columns = _amplitude_columns(values, table)
+    columns |= {"cycles": cycles, "phase_rad": phase, "stop_s": motions.stop}
+    return motions, columns, modulated_peak_acceleration(motions)
+
+
+def _refuse_kinds(values: LaneValues, table: str, order: npt.NDArray[np.intp]) -> None:
+    """Refuses an amplitude of another kind than the control: these pulses have no one frequency."""
+    waveform = values.texts(f"{table}.waveform")[0][0]
+    values.refuse(
+        order != _ORDER[values.dimension(f"{table}.amplitude")],
+        f"{table}.amplitude",
+        f"must be of the kind of {table}.control with waveform {waveform}: a length for "
+        "displacement, a velocity for velocity, an acceleration for acceleration",
+    )
 
 
 def case_records(case: Case) -> list[Record]:
@@ -248,6 +277,7 @@ def _words(words: Sequence[str], codes: npt.NDArray[np.integer[Any]]) -> pd.Cate
 _READERS: tuple[tuple[frozenset[str], Callable[[LaneValues, str, Array], Motions]], ...] = (
     (frozenset({Waveform.SINE, Waveform.COSINE}), _harmonic),
     (frozenset({Waveform.RICKER}), _ricker),
+    (frozenset({Waveform.MAVROEIDIS_PAPAGEORGIOU}), _mavroeidis_papageorgiou),
     (frozenset({Waveform.RECORD}), _records),
 )
 """Waveforms of one family, and what reads them."""

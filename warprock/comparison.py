@@ -13,7 +13,13 @@ import pandas as pd
 
 from warprock.expansion import LaneSet
 from warprock.lanes import Lanes
-from warprock.motion import GroundMotions, HarmonicMotions, RecordMotions, RickerMotions
+from warprock.motion import (
+    GroundMotions,
+    HarmonicMotions,
+    ModulatedMotions,
+    RecordMotions,
+    RickerMotions,
+)
 from warprock.response import Outcome, Response, Status
 
 Array = npt.NDArray[np.float64]
@@ -58,7 +64,7 @@ def friction_for_velocity_step(lanes: Lanes) -> Array:
 
 def velocity_step_at_start(motions: GroundMotions) -> Array:
     """Velocity step of every lane's base at the start of its motion [m/s], shape [lane]."""
-    if isinstance(motions, (HarmonicMotions, RickerMotions)):
+    if isinstance(motions, (HarmonicMotions, RickerMotions, ModulatedMotions)):
         return np.asarray(motions.velocity_step_start)
     if isinstance(motions, RecordMotions):
         return np.asarray(motions.scale * motions.velocity_step_start)

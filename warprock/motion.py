@@ -41,6 +41,7 @@ class Waveform(enum.StrEnum):
     SINE = "sine"
     COSINE = "cosine"
     RICKER = "ricker"
+    MAVROEIDIS_PAPAGEORGIOU = "mavroeidis-papageorgiou"
     RECORD = "record"
 
 
@@ -50,6 +51,7 @@ class MotionKind(enum.StrEnum):
     STILL = "still"
     HARMONIC = "harmonic"
     RICKER = "ricker"
+    MODULATED = "modulated"
     RECORD = "record"
 
 
@@ -198,6 +200,35 @@ class RickerMotions(_Pulse):
 
 
 @dataclasses.dataclass(frozen=True)
+class ModulatedMotions(_Pulse):
+    """Pulses of a few cycles under one swing of a cosine, which are sums of three harmonics.
+
+    With tau = t - (start + stop) / 2 and f_k = frequency, frequency (1 + modulation) and
+    frequency (1 - modulation): velocity = velocity_offset + the sum of swing_k cos(2 pi f_k tau +
+    phase), acceleration its time derivative.
+    """
+
+    frequency: Array
+    modulation: Array
+    phase: Array
+    swing_1: Array
+    swing_2: Array
+    swing_3: Array
+    velocity_offset: Array
+    kind: ClassVar[MotionKind] = MotionKind.MODULATED
+
+    def acceleration_inside(self, times: Array, lane: int) -> Array:
+        """Acceleration of the waveform itself [m/s^2]."""
+        tau = times - 0.5 * (self.start[lane] + self.stop[lane])
+        found = np.zeros_like(tau)
+        m = self.modulation[lane]
+        for swing, part in ((self.swing_1, 1.0), (self.swing_2, 1.0 + m), (self.swing_3, 1.0 - m)):
+            w = 2.0 * np.pi * self.frequency[lane] * part
+            found = found - w * swing[lane] * np.sin(w * tau + self.phase[lane])
+        return np.asarray(found)
+
+
+@dataclasses.dataclass(frozen=True)
 class RecordMotions:
     """Sampled records, each lane following one of them, scaled.
 
@@ -277,7 +308,7 @@ class RecordMotions:
         return parts
 
 
-PlanarMotions = StillBase | HarmonicMotions | RickerMotions | RecordMotions
+PlanarMotions = StillBase | HarmonicMotions | RickerMotions | ModulatedMotions | RecordMotions
 """Motions of one direction."""
 
 
@@ -335,6 +366,9 @@ def no_motion(like: PlanarMotions) -> PlanarMotions:
     names = ["velocity_step_start", "velocity_step_stop", "velocity_final"]
     if isinstance(like, HarmonicMotions):
         names += ["acceleration_amplitude", "velocity_offset"]
+        return dataclasses.replace(like, **dict.fromkeys(names, zero))
+    if isinstance(like, ModulatedMotions):
+        names += ["swing_1", "swing_2", "swing_3", "velocity_offset"]
         return dataclasses.replace(like, **dict.fromkeys(names, zero))
     names += ["c0", "c1", "c2", "c3"]
     return dataclasses.replace(like, **dict.fromkeys(names, zero))

@@ -75,6 +75,8 @@ INPUTS: dict[str, tuple[str, str]] = {
     "record_processing": ("-", "What was done to the record before the run"),
     "scale": ("-", "Factor on the record"),
     "start_s": ("s", "Time at which the motion starts"),
+    "cycles": ("-", "Periods of its frequency in a pulse"),
+    "phase_rad": ("rad", "Phase of a pulse in its middle"),
     "stop_s": ("s", "Time at which the motion stops"),
     "peak_acceleration_m_s2": ("m/s^2", "Largest acceleration of the base, velocity steps apart"),
     "yaw_start_rad": ("rad", "Turn about the vertical at the start"),

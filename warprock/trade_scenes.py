@@ -184,6 +184,7 @@ def scene_class(lanes: Lanes, motions: GroundMotions) -> str:
     names = {
         MotionKind.STILL: "free",
         MotionKind.RICKER: "pulse",
+        MotionKind.MODULATED: "pulse",
         MotionKind.RECORD: "record",
     }
     return names[motions.kind]

@@ -18,7 +18,13 @@ import warp as wp
 
 from warprock.kernels.instance import LANE_WIDTH, REALS
 from warprock.lanes import Lanes
-from warprock.motion import GroundMotions, HarmonicMotions, RecordMotions, RickerMotions
+from warprock.motion import (
+    GroundMotions,
+    HarmonicMotions,
+    ModulatedMotions,
+    RecordMotions,
+    RickerMotions,
+)
 from warprock.response import (
     INTEGER_FIELDS,
     LANE_FIELDS,
@@ -112,6 +118,8 @@ def fastest_rate(motions: GroundMotions) -> npt.NDArray[np.float64] | float:
     if isinstance(motions, RickerMotions):
         # The highest derivative of a Gaussian that a series keeps changes the fastest.
         return 4.0 * motions.rate
+    if isinstance(motions, ModulatedMotions):
+        return np.asarray(2.0 * np.pi * motions.frequency * (1.0 + motions.modulation))
     return 0.0
 
 

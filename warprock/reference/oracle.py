@@ -33,7 +33,13 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.lanes import Lanes
-from warprock.motion import GroundMotions, HarmonicMotions, RickerMotions, SpatialMotions
+from warprock.motion import (
+    GroundMotions,
+    HarmonicMotions,
+    ModulatedMotions,
+    RickerMotions,
+    SpatialMotions,
+)
 from warprock.reference.mechanics import PivotingBlock
 from warprock.reference.swings import BlockRun
 from warprock.response import (
@@ -124,6 +130,9 @@ def _scan_interval(motions: GroundMotions, lane: int) -> float:
         return float(1.0 / (SCANS_PER_PERIOD * motions.frequency[lane]))
     if isinstance(motions, RickerMotions):
         return float(math.pi / (SCANS_PER_PERIOD * motions.rate[lane]))
+    if isinstance(motions, ModulatedMotions):
+        fastest = motions.frequency[lane] * (1.0 + motions.modulation[lane])
+        return float(1.0 / (SCANS_PER_PERIOD * fastest))
     return math.inf
 
 
