@@ -135,6 +135,10 @@ _MOTION_KEYS: dict[Waveform, tuple[tuple[str, ...], tuple[str, ...]]] = {
     Waveform.SINE: _SINE_KEYS,
     Waveform.COSINE: _SINE_KEYS,
     Waveform.RICKER: (("control", "frequency", "amplitude"), ("start",)),
+    Waveform.MAVROEIDIS_PAPAGEORGIOU: (
+        ("control", "frequency", "amplitude", "cycles"),
+        ("start", "phase"),
+    ),
     Waveform.RECORD: (("record",), ("scale", "start")),
 }
 
@@ -151,6 +155,7 @@ class Direction(Table):
     start: Annotated[float, _number("motion.start")] = 0.0
     cycles: Annotated[float, _number("motion.cycles")] | None = None
     duration: Annotated[float, _number("motion.duration")] | None = None
+    phase: Annotated[float, _number("motion.phase")] = 0.0
     record: Annotated[str, pydantic.BeforeValidator(KEYS["motion.record"].read)] | None = None
     scale: Annotated[float, _number("motion.scale")] = 1.0
 
