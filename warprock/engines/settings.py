@@ -287,11 +287,24 @@ def build_settings(engine: str, table: Mapping[str, object], source: str) -> Any
     Raises:
         InputError: Unknown key, wrong type or value outside its bounds.
     """
-    settings_type = SETTINGS[engine]
+    return judged_settings(SETTINGS[engine], f"engines.{engine}", table, source)
+
+
+def judged_settings(
+    settings_type: type[Any], place: str, table: Mapping[str, object], source: str
+) -> Any:
+    """Validated settings, as `build_settings` does it, of any dataclass of settings.
+
+    Args:
+        settings_type: The dataclass, whose fields are made by `setting`.
+        place: Dotted key of the table, for the error text.
+        table: Values by field name.
+        source: File or option, for the error text.
+    """
     fields = {field.name: field for field in dataclasses.fields(settings_type)}
     values: dict[str, float | int] = {}
     for name, got in table.items():
-        key = f"engines.{engine}.{name}"
+        key = f"{place}.{name}"
         if name not in fields:
             near = difflib.get_close_matches(name, fields, 1)
             hint = f"; did you mean {near[0]}?" if near else ""
