@@ -32,6 +32,23 @@ def make_lanes(
     return Lanes(*(np.array(np.atleast_1d(part), dtype=np.float64) for part in parts))
 
 
+def make_stacks(
+    width: npt.ArrayLike,
+    height: npt.ArrayLike,
+    *,
+    rotation: npt.ArrayLike = 0.0,
+    friction: npt.ArrayLike = 10.0,
+    density: npt.ArrayLike = 2000.0,
+    offset: npt.ArrayLike = 0.0,
+) -> Lanes:
+    """Stacks from values that broadcast to [lane, block]; with this friction nothing slides."""
+    parts = np.broadcast_arrays(
+        *(np.atleast_2d(v) for v in (width, height, 0.5, density, friction, 0.0, offset, rotation))
+    )
+    arrays = [np.array(part, dtype=np.float64) for part in parts]
+    return Lanes(*arrays, angular_restitution=np.ones(len(arrays[0])))
+
+
 def single_block_engines() -> list[str]:
     """Names of the engines that run single blocks."""
     scene = scene_kind(make_lanes(0.2, 1.0), StillBase(1), restitution_given=False)

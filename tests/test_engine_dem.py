@@ -1,26 +1,17 @@
-"""`dem`: the paper's DEM column, spring closed forms, the rigid limit, stability, and stacks."""
+"""`dem`: the paper's DEM column, the rigid limit, energy, strengths, order, and stacks."""
 
 from __future__ import annotations
 
 import dataclasses
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from tests.blocks import Array, free_lanes, make_lanes, sines, velocity_steps
+from tests.blocks import Array, free_lanes, make_lanes, make_stacks, sines, velocity_steps
 from warprock import bench, rocking
 from warprock.batch import run_batch
 from warprock.case import load_case
 from warprock.engines import dem
-from warprock.engines.dem_springs import (
-    Springs,
-    Start,
-    contact_restitution,
-    stable_step,
-    start_at_rest,
-    stiffest_frequency,
-)
 from warprock.engines.launching import Form
 from warprock.engines.settings import DemSettings
 from warprock.expansion import expand_lanes
@@ -48,21 +39,6 @@ def run(
     return response
 
 
-def stacks(
-    width: npt.ArrayLike,
-    height: npt.ArrayLike = 0.6,
-    rotation: npt.ArrayLike = 0.0,
-    offset: npt.ArrayLike = 0.0,
-    friction: npt.ArrayLike = ROUGH,
-) -> Lanes:
-    """Stacks from values that broadcast to [lane, block]."""
-    parts = np.broadcast_arrays(
-        *(np.atleast_2d(v) for v in (width, height, 0.5, 2000.0, friction, 0.0, offset, rotation))
-    )
-    arrays = [np.array(part, dtype=np.float64) for part in parts]
-    return Lanes(*arrays, angular_restitution=np.ones(len(arrays[0])))
-
-
 def stiff(lanes: Lanes, stiffness: float, damping_ratio: float) -> DemSettings:
     """Springs at the two ends alone, with the damping ratio of one end under a whole block."""
     area = float(np.min(lanes.width * lanes.depth))
@@ -74,22 +50,6 @@ def stiff(lanes: Lanes, stiffness: float, damping_ratio: float) -> DemSettings:
         stiffness_damping=2.0 * damping_ratio / frequency,
         step_safety=0.5,
     )
-
-
-def vertical_frequency(lanes: Lanes, settings: DemSettings) -> float:
-    """Frequency of a block that moves up and down on its springs [rad/s]."""
-    stiffness = settings.normal_stiffness * lanes.width * lanes.depth
-    return float(np.sqrt(stiffness / lanes.mass)[0])
-
-
-def starting_at(monkeypatch: pytest.MonkeyPatch, height: float) -> None:
-    """Lets every block start this much above where it would rest [m]."""
-
-    def raised(lanes: Lanes, settings: DemSettings) -> Start:
-        start = start_at_rest(lanes, settings)
-        return dataclasses.replace(start, settlement=start.settlement + height)
-
-    monkeypatch.setattr(dem, "start_at_rest", raised)
 
 
 def test_table_6_is_within_three_per_cent_of_the_papers_dem() -> None:
@@ -104,31 +64,6 @@ def test_table_6_is_within_three_per_cent_of_the_papers_dem() -> None:
         np.testing.assert_allclose(peaks[-1], printed, rtol=0.03)
     # The default step is worth 0.3 % of the peaks.
     np.testing.assert_allclose(peaks[0], peaks[1], rtol=3e-3)
-
-
-@pytest.mark.parametrize("ratio", [0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0, 1.5])
-def test_drop_rebounds_by_the_closed_form(ratio: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    drop = 0.5
-    starting_at(monkeypatch, drop)
-    lanes = make_lanes(0.2, 1.0)
-    base = DemSettings(normal_stiffness=1e11, shear_stiffness=1e6)
-    frequency = vertical_frequency(lanes, base)
-    settings = dataclasses.replace(
-        base, stiffness_damping=2.0 * ratio / frequency, step_safety=0.0125
-    )
-    # Long after the contact, and before the next one even at the smallest rebound.
-    until = np.sqrt(2.0 * drop / GRAVITY) * (1.0 + 0.1 * float(contact_restitution(ratio)))
-    response = run(lanes, StillBase(1), SampleTimes(until), settings)
-    kept = 1.0 - response["energy_lost"] / (lanes.mass * GRAVITY * drop)
-    # Gravity during the contact, left out of the closed form, is g / (w v) = 4e-4 of the force;
-    # the rest is a part of the step, w dt = 0.025 and less.
-    np.testing.assert_allclose(np.sqrt(kept), contact_restitution(ratio), atol=5e-3)
-
-
-def test_restitution_is_continuous_at_critical_damping() -> None:
-    near = contact_restitution([0.0, 1.0 - 1e-8, 1.0, 1.0 + 1e-8])
-    # A tenth of the digits is lost where two small numbers are divided.
-    np.testing.assert_allclose(near, [1.0, np.exp(-2.0), np.exp(-2.0), np.exp(-2.0)], rtol=1e-3)
 
 
 def test_stiff_springs_at_the_ends_converge_to_housner() -> None:
@@ -188,8 +123,9 @@ def test_energy_of_a_block_that_comes_to_rest_is_all_lost() -> None:
 
 @pytest.mark.parametrize("subcontacts", [2, 5])
 def test_resting_stack_stays(subcontacts: int) -> None:
-    lanes = stacks(
+    lanes = make_stacks(
         np.array([[0.5, 0.4, 0.3], [0.3, 0.5, 0.3], [0.4, 0.4, 0.4]]),
+        0.6,
         offset=np.array([[0.0, 0.02, -0.01], [0.0, 0.05, 0.1], [0.0, 0.0, 0.0]]),
         friction=1.0,
     )
@@ -282,34 +218,6 @@ def test_tension_and_cohesion_hold_up_to_their_strength() -> None:
     assert response["peak_slide"][1] > 1e-2
 
 
-@pytest.mark.parametrize("ratio", [0.0, 0.3, 1.0])
-def test_steps_are_stable_up_to_the_limit_and_not_beyond(
-    ratio: float, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # A tensile strength that never fails keeps the springs linear; the vertical mode is the
-    # stiffest one of a block on two springs that is higher than wide.
-    starting_at(monkeypatch, 1e-6)
-    lanes = make_lanes(0.2, 1.0)
-    base = DemSettings(
-        shear_stiffness=1e6, subcontacts=2, tensile_strength=1e12, cohesion=1e12, time_step=0.1
-    )
-    frequency = vertical_frequency(lanes, base)
-    assert stiffest_frequency(stacks(0.2, 1.0), base)[0] == pytest.approx(frequency, rel=1e-9)
-    damped = dataclasses.replace(base, stiffness_damping=2.0 * ratio / frequency)
-    assert stable_step(np.array([frequency]), damped)[0] == pytest.approx(
-        2.0 / frequency * (np.sqrt(1.0 + ratio**2) - ratio)
-    )
-    energy = 0.5 * frequency**2 * lanes.mass * 1e-12
-    for safety, stable in ((0.99, True), (1.02, False)):
-        settings = dataclasses.replace(damped, step_safety=safety)
-        response = run_batch("dem", lanes, StillBase(1), SampleTimes(1.0), settings=settings)
-        lost = response["energy_lost"]
-        # Near its limit an undamped mode keeps an energy that is not the continuous one, but
-        # bounded: 1 / (1 - 0.99^2) = 50 of it.
-        assert (lost[0] > -100.0 * energy[0]) == stable
-        assert response["status"][0] == (Status.OK if stable else Status.UNSTABLE)
-
-
 def test_error_is_of_first_order_in_the_step() -> None:
     lanes, times = free_lanes(), SampleTimes(0.8, 0.01)
 
@@ -332,7 +240,7 @@ def test_unlike_lanes_keep_their_own_steps() -> None:
     # that is no number: each lane gives what it gives alone.
     k = np.arange(40)
     width = np.stack([0.1 + 0.02 * k, 0.08 + 0.02 * k], axis=1)
-    lanes = stacks(width, rotation=np.where(k % 3 == 0, 0.05, 0.0)[:, None] * [1.0, 1.0])
+    lanes = make_stacks(width, 0.6, rotation=np.where(k % 3 == 0, 0.05, 0.0)[:, None] * [1.0, 1.0])
     lanes.friction[:, 1] = np.where(k % 4 == 1, 0.2, 1.0)
     motions = sines(Control.DISPLACEMENT, 0.004 + 0.0004 * k, 2.0 + 0.04 * k, cycles=1.5)
     times = SampleTimes(0.8, 0.1)
@@ -350,8 +258,9 @@ def test_unlike_lanes_keep_their_own_steps() -> None:
 
 
 def test_mirrored_stack_gives_mirrored_response() -> None:
-    lanes = stacks(
+    lanes = make_stacks(
         np.array([[0.4, 0.3], [0.3, 0.4], [0.3, 0.3]]),
+        0.6,
         rotation=np.array([[0.1, 0.15], [0.0, 0.1], [0.0, 0.0]]),
         offset=np.array([[0.0, 0.02], [0.0, -0.03], [0.0, 0.05]]),
         friction=0.5,
@@ -369,8 +278,9 @@ def test_mirrored_stack_gives_mirrored_response() -> None:
 
 def test_stiff_stack_of_two_follows_two_block() -> None:
     # A lower block alone in motion below a glued one, and an upper one alone, wider and narrower.
-    lanes = stacks(
+    lanes = make_stacks(
         np.array([[0.3, 0.3], [0.3, 0.4], [0.4, 0.2]]),
+        0.6,
         rotation=np.array([[0.1, 0.1], [0.0, 0.15], [0.0, 0.1]]),
     )
     times = SampleTimes(0.8, 0.01)
@@ -387,8 +297,9 @@ def test_stiff_stack_of_two_follows_two_block() -> None:
 
 def test_blocks_slide_off_and_topple() -> None:
     # The base leaves at 1 m/s below a slippery upper block; another one stands beside its edge.
-    lanes = stacks(
+    lanes = make_stacks(
         np.full((2, 2), 0.4),
+        0.6,
         offset=np.array([[0.0, 0.0], [0.0, 0.25]]),
         friction=np.array([[ROUGH, 0.02], [ROUGH, ROUGH]]),
     )
@@ -409,14 +320,6 @@ def test_centre_of_a_block_without_friction_falls_straight_down() -> None:
     assert np.all(np.abs(turn - start) > 0.09)
     # The slide is a step older than the last sample.
     np.testing.assert_allclose(moved, begun, atol=0.5 * 3.0 * 5e-4)
-
-
-def test_points_stand_for_the_whole_face() -> None:
-    lanes = stacks(np.array([[0.4, 0.5], [0.4, 0.2]]), offset=np.array([[0.0, 0.1], [0.0, 0.15]]))
-    springs = Springs.of(lanes, 4)
-    np.testing.assert_allclose(springs.place[:, 1, 0], [-0.25, -0.1], atol=1e-15)
-    np.testing.assert_allclose(springs.place[:, 1, -1], [0.1, 0.05], atol=1e-15)
-    np.testing.assert_allclose(springs.area.sum(axis=2), [[0.2, 0.175], [0.2, 0.075]])
 
 
 def test_packed_kernel_is_vectorised() -> None:

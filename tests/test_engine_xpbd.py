@@ -6,10 +6,9 @@ import dataclasses
 import time
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from tests.blocks import Array, free_lanes, make_lanes, sines, velocity_steps
+from tests.blocks import Array, free_lanes, make_lanes, make_stacks, sines, velocity_steps
 from warprock import rocking
 from warprock.batch import run_batch
 from warprock.engines.launching import Form
@@ -28,27 +27,10 @@ COARSE = XpbdSettings(substeps=1)
 """480 steps a second, for what does not hang on the step."""
 
 
-def stacks(
-    width: npt.ArrayLike,
-    height: npt.ArrayLike,
-    *,
-    rotation: npt.ArrayLike = 0.0,
-    friction: npt.ArrayLike = STICKING,
-    density: npt.ArrayLike = 2000.0,
-    offset: npt.ArrayLike = 0.0,
-) -> Lanes:
-    """Stacks from values that broadcast to [lane, block]."""
-    parts = np.broadcast_arrays(
-        *(np.atleast_2d(v) for v in (width, height, 0.5, density, friction, 0.0, offset, rotation))
-    )
-    arrays = [np.array(part, dtype=np.float64) for part in parts]
-    return Lanes(*arrays, angular_restitution=np.ones(len(arrays[0])))
-
-
 def random_pairs(count: int) -> Lanes:
     """Pairs of blocks, the upper one narrower or wider, released from rotations to either side."""
     rng = np.random.default_rng(1)
-    return stacks(
+    return make_stacks(
         rng.uniform(0.15, 0.3, (count, 2)),
         rng.uniform(0.4, 0.8, (count, 2)),
         density=rng.uniform(800.0, 2000.0, (count, 2)),
@@ -60,7 +42,7 @@ def mixed(count: int = 64) -> tuple[Lanes, GroundMotions]:
     """Stacks of three that rest, rock, slide and fall."""
     rng = np.random.default_rng(2)
     rotation = np.where(rng.random((count, 1)) < 0.3, rng.uniform(-0.05, 0.05, (count, 3)), 0.0)
-    lanes = stacks(
+    lanes = make_stacks(
         rng.uniform(0.2, 0.4, (count, 3)),
         rng.uniform(0.2, 0.5, (count, 3)),
         friction=rng.uniform(0.1, 1.0, (count, 3)),
@@ -179,7 +161,7 @@ def test_a_compliant_stack_sinks_by_the_force_on_each_end(substeps: int) -> None
     # The upper block is offset by 0.1 m: on 0.5 m of ground, twice its weight at 0.05 m; between
     # the blocks, 0.4 m of overlap, its weight at 0.1 m, which is 0.25 m from the far end.
     compliance = np.array([1e-9, 1e-8])
-    lanes = stacks(0.5, 0.5, offset=[[0.0, 0.1]])
+    lanes = make_stacks(0.5, 0.5, offset=[[0.0, 0.1]])
     force = GRAVITY * lanes.mass[0, 0]
     lower = 2.0 * force * 0.05 / 0.25 / 0.5
     upper = lower + force * (2.0 * 0.25 / 0.4 - 1.0) / 0.4
@@ -195,7 +177,7 @@ def test_a_compliant_stack_sinks_by_the_force_on_each_end(substeps: int) -> None
 @pytest.mark.parametrize("count", range(1, 7))
 def test_a_stack_that_nothing_lifts_rests(count: int) -> None:
     height = np.array([[0.25], [0.5], [1.0]])
-    lanes = stacks(np.full((3, count), 0.5), height)
+    lanes = make_stacks(np.full((3, count), 0.5), height)
     response = run(lanes, StillBase(3), SampleTimes(60.0), COARSE)
     assert np.all(response["peak_rotation"] < 1e-11)
     assert np.all(response["peak_slide"] < 1e-11)
@@ -295,7 +277,7 @@ def test_block_slides_by_the_closed_form() -> None:
 def test_slides_of_a_pair_add_up_to_the_closed_form() -> None:
     friction = np.array([[0.5, 0.05], [0.5, 0.1], [0.1, 0.5], [0.5, 0.2]])
     speed = np.array([0.3, -0.2, 0.3, 0.4])
-    lanes = stacks(1.0, 0.5, friction=friction)
+    lanes = make_stacks(1.0, 0.5, friction=friction)
     motions = velocity_steps(speed, np.zeros(4), np.full(4, 10.0))
     response = run(lanes, motions, SampleTimes(2.0))
     slide = response["residual_slide"]
@@ -323,7 +305,7 @@ def test_overturning_velocity_step_at_its_limit() -> None:
 
 def test_a_fast_base_takes_the_lower_block_away() -> None:
     speed = np.array([3.0, -3.0])
-    lanes = stacks(np.full((2, 2), 0.5), 0.25, friction=[0.6, 0.02])
+    lanes = make_stacks(np.full((2, 2), 0.5), 0.25, friction=[0.6, 0.02])
     motions = velocity_steps(speed, np.zeros(2), np.full(2, 10.0))
     response = run(lanes, motions, SampleTimes(2.0, 0.05))
     assert np.all(response["outcome"] == Outcome.SLID_OFF)
