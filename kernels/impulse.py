@@ -125,9 +125,7 @@ def solve(
     n1f2 = -w * x1 * z2
     n2f1 = -w * x2 * z1
     n2f2 = -w * x2 * z2
-    a1 = d1 * n1f1
-    a2 = d1 * n1n2
-    a3 = d1 * n1f2
+    a1, a2, a3 = d1 * n1f1, d1 * n1n2, d1 * n1f2
     b1 = e1 * n1f1
     b2 = e1 * n2f1
     b3 = e1 * f1f2
