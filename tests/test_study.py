@@ -108,84 +108,41 @@ def test_a_setting_that_an_engine_lacks_is_left_out_of_its_runs(case):
     assert {run.setting for run in case.study.variations("direct")} == {"substeps"}
 
 
-@pytest.mark.parametrize(
-    ("written", "key", "got", "allowed"),
-    [
-        ("study = 3", "study", 3, "must be a table"),
-        ("[study]\nengine = []", "study.engine", [], "did you mean engines?"),
-        ("[study]", "study.engines", "nothing", "must be a list of engines"),
-        ("[study]\nengines = []", "study.engines", [], "must be a list of engines"),
-        ('[study]\nengines = ["impuls"]', "study.engines[0]", "impuls", "did you mean impulse?"),
-        (
-            '[study]\nengines = ["direct", "direct"]',
-            "study.engines[1]",
-            "direct",
-            "must not be there twice",
-        ),
-        ('[study]\nengines = ["direct"]', "study.vary", "nothing", "must be a table"),
-        ('[study]\nengines = ["direct"]\nvary = {}', "study.vary", {}, "must be a table"),
-        (
-            '[study]\nengines = ["direct"]\n[study.vary]\nsubstep = [2, 20]',
-            "study.vary.substep",
-            [2, 20],
-            "did you mean substeps?",
-        ),
-        (
-            '[study]\nengines = ["direct"]\n[study.vary]\niterations = [2, 20]',
-            "study.vary.iterations",
-            [2, 20],
-            "must be a setting of direct (",
-        ),
-        (
-            '[study]\nengines = ["direct"]\n[study.vary]\ncompliance = [0.0, 1e-9]',
-            "study.vary.compliance",
-            [0.0, 1e-9],
-            "; xpbd has it",
-        ),
-        (
-            '[study]\nengines = ["impulse", "direct"]\n[study.vary]\niterations = [2, 10]',
-            "study.engines",
-            "direct",
-            "must have a setting that is varied (iterations)",
-        ),
-        (
-            '[study]\nengines = ["direct"]\n[study.vary]\nsubsteps = 2',
-            "study.vary.substeps",
-            2,
-            "must be a list of at least 2 values",
-        ),
-        (
-            '[study]\nengines = ["direct"]\n[study.vary]\nsubsteps = [20]',
-            "study.vary.substeps",
-            [20],
-            "must be a list of at least 2 values",
-        ),
-        (
-            '[study]\nengines = ["direct"]\n[study.vary]\nsubsteps = [20, 10001]',
-            "study.vary.substeps[1]",
-            10001,
-            "must be from 0 to 10000 - (direct)",
-        ),
-        (
-            '[study]\nengines = ["direct"]\n[study.vary]\nsubsteps = [20, 2.5]',
-            "study.vary.substeps[1]",
-            2.5,
-            "a whole number (direct)",
-        ),
-        (
-            '[study]\nengines = ["direct"]\n[study.vary]\nsubsteps = [20, 20]',
-            "study.vary.substeps[1]",
-            20,
-            "must not be there twice",
-        ),
-        (
-            '[study]\nengines = ["direct"]\n[study.vary]\nsubsteps = [2, 200]',
-            "study.vary.substeps",
-            [2, 200],
-            "must hold the case's own value, 20 (engines.direct.substeps)",
-        ),
-    ],
-)
+OF_DIRECT = '[study]\nengines = ["direct"]\n'
+VARY = f"{OF_DIRECT}[study.vary]\n"
+REFUSED = [
+    ("study = 3", "study", 3, "must be a table"),
+    ("[study]\nengine = []", "study.engine", [], "did you mean engines?"),
+    ("[study]", "study.engines", "nothing", "must be a list of engines"),
+    ("[study]\nengines = []", "study.engines", [], "must be a list of engines"),
+    ('[study]\nengines = ["impuls"]', "study.engines[0]", "impuls", "did you mean impulse?"),
+    ('[study]\nengines = ["dem", "dem"]', "study.engines[1]", "dem", "must not be there twice"),
+    (OF_DIRECT, "study.vary", "nothing", "must be a table"),
+    (f"{OF_DIRECT}vary = {{}}", "study.vary", {}, "must be a table"),
+    (f"{VARY}substep = [2, 20]", "study.vary.substep", [2, 20], "did you mean substeps?"),
+    (f"{VARY}iterations = [2]", "study.vary.iterations", [2], "must be a setting of direct ("),
+    (f"{VARY}compliance = [0, 1]", "study.vary.compliance", [0, 1], "; xpbd has it"),
+    (
+        VARY.replace('["', '["impulse", "') + "iterations = [2, 10]",
+        "study.engines",
+        "direct",
+        "must have a setting that is varied (iterations)",
+    ),
+    (f"{VARY}substeps = 2", "study.vary.substeps", 2, "must be a list of at least 2 values"),
+    (f"{VARY}substeps = [20]", "study.vary.substeps", [20], "must be a list of at least 2 values"),
+    (f"{VARY}substeps = [20, -1]", "study.vary.substeps[1]", -1, "from 0 to 10000 - (direct)"),
+    (f"{VARY}substeps = [20, 2.5]", "study.vary.substeps[1]", 2.5, "a whole number (direct)"),
+    (f"{VARY}substeps = [20, 20]", "study.vary.substeps[1]", 20, "must not be there twice"),
+    (
+        f"{VARY}substeps = [2, 200]",
+        "study.vary.substeps",
+        [2, 200],
+        "must hold the case's own value, 20 (engines.direct.substeps)",
+    ),
+]
+
+
+@pytest.mark.parametrize(("written", "key", "got", "allowed"), REFUSED)
 def test_what_cannot_be_studied_is_refused_by_key(written, key, got, allowed, tmp_path):
     path = tmp_path / "case.toml"
     table, _, _ = written.partition("\n")
