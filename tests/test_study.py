@@ -309,13 +309,20 @@ def test_many_lanes_are_printed_by_the_largest(study, case):
     third = [row | {"lane": 2, "error_run_ratio": 0.5} for row in study.rows if row["lane"] == 1]
     text = printed(study.rows + third, case)
     assert text.count("5.0e-01") == len(third)
-    assert "The largest of 3 lanes each." in text
+    assert "The largest of 3 lanes each, those where Housner holds." in text
+    failing = [row | {"holds": False, "why": "slides 3 mm"} for row in third]
+    text = printed(study.rows + failing, case)
+    assert "5.0e-01" not in text
+    assert "direct: Housner does not hold in 1 of 3 lanes: slides by more than" in text
 
 
 def test_where_housner_does_not_hold_is_said(study, case):
     rows = [dict(row) for row in study.rows]
-    rows[0] |= {"holds": False, "why": "slides 3 mm"}
-    assert "impulse, low: Housner does not hold: slides 3 mm\n" in printed(rows, case)
+    rows[0] |= {"holds": False, "why": "slides 3 mm; status unstable", "error_run_ratio": 0.5}
+    text = printed(rows, case)
+    assert "impulse: Housner does not hold in 1 of 2 lanes: slides by more than" in text
+    assert "status unstable" in text
+    assert "5.0e-01" in text
 
 
 def test_the_whole_print_names_the_case_and_the_files(study, case):

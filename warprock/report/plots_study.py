@@ -64,7 +64,7 @@ def draw_study(
         )
         figure.suptitle(
             f"{title}\nAll other settings stay where the case has them (dotted line). Error "
-            "against Housner, the largest of the lanes; CPU time.",
+            "against Housner, the largest of the lanes where he holds; CPU time.",
             **FIGURE_TITLE,
         )
         for (setting, unit), upper, lower in zip(settings, *grid, strict=True):
@@ -111,8 +111,8 @@ def _draw_setting(
 
 
 def _largest(rows: Sequence[Mapping[str, Any]], column: str) -> float:
-    """Largest number of a column; NaN, which is not drawn, where there is none."""
-    known = [float(row[column]) for row in rows if row[column] is not None]
+    """Largest number of a column where Housner holds; NaN, which is not drawn, without one."""
+    known = [float(row[column]) for row in rows if row["holds"] and row[column] is not None]
     return max((value for value in known if math.isfinite(value)), default=math.nan)
 
 

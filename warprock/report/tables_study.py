@@ -13,7 +13,7 @@ from warprock.case import Case, load_case
 from warprock.case_study import Study
 from warprock.comparison import EARLY_TIME
 from warprock.report.paper import PAPER_NAMES
-from warprock.report.tables import MISSING, number, plain_table, stdout
+from warprock.report.tables import MISSING, SLIDES, number, plain_table, stdout
 
 Row = Mapping[str, Any]
 
@@ -89,7 +89,8 @@ def print_study(out: Console, rows: Sequence[Row], case: Case) -> None:
     if any(number(row["rest_time_error_s"], "") != MISSING for row in found):
         lines.append("rest: time of coming to rest less Housner's [s], where both rest in time.")
     if len(lanes) > LANES_APART:
-        lines.append(f"The largest of {len(lanes)} lanes each.")
+        lines.append("peak: largest rotation / slenderness.")
+        lines.append(f"The largest of {len(lanes)} lanes each, those where Housner holds.")
     elif len(lanes) > 1:
         lines.append("; ".join(f"lane {lane}: {name}" for lane, name in lanes.items()))
     for lane, name in lanes.items():
@@ -170,10 +171,14 @@ def _study_columns(
 
 
 def _largest(column: str, form: str, lanes: Sequence[int]) -> Callable[[Mapping[int, Row]], str]:
-    """Text of the largest value of a column among some lanes of a run."""
+    """Text of the largest value of a column among some lanes of a run.
+
+    Of several lanes those count where Housner holds; one alone is shown whatever it is.
+    """
 
     def cell(run: Mapping[int, Row]) -> str:
-        values = [run[lane][column] for lane in lanes]
+        held = [lane for lane in lanes if run[lane]["holds"] or len(lanes) == 1]
+        values = [run[lane][column] for lane in held]
         known = [value for value in values if number(value, "") != MISSING]
         return number(max(known, key=abs) if known else None, form)
 
@@ -218,13 +223,21 @@ def _baseline(study: Study, engine: str) -> list[str]:
 
 
 def _where_housner_fails(rows: Sequence[Row]) -> list[str]:
-    """Runs in whose errors Housner has a part."""
-    said = (
-        f"{row['engine']}, {row['lane_name']}: Housner does not hold: {row['why']}"
-        for row in rows
-        if not row["holds"]
-    )
-    return list(dict.fromkeys(said))
+    """Lanes in whose errors Housner has a part, and why, a line an engine."""
+    lines = []
+    lane_count = len({row["lane"] for row in rows})
+    for engine in dict.fromkeys(row["engine"] for row in rows):
+        failing = [row for row in rows if row["engine"] == engine and not row["holds"]]
+        lanes = {row["lane"] for row in failing}
+        clauses = dict.fromkeys(
+            SLIDES if clause.startswith("slides") else clause
+            for row in failing
+            for clause in row["why"].split("; ")
+        )
+        if lanes:
+            where = f"{len(lanes)} of {lane_count} lanes"
+            lines.append(f"{engine}: Housner does not hold in {where}: {'; '.join(clauses)}")
+    return lines
 
 
 def print_times(out: Console, rows: Sequence[Row]) -> None:
