@@ -14,6 +14,12 @@ from warprock.engines.base import AbstractEngine
 from warprock.engines.event_stack import event_stack_module, run_event_stacks
 from warprock.engines.launching import Target, launch, respond, time_or_nan
 from warprock.engines.settings import EventSettings
+from warprock.engines.spatial_event import (
+    cut_at_knots,
+    longest_steps,
+    run_spatial_event,
+    spatial_event_module,
+)
 from warprock.kernels.instance import kernel_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions, RecordMotions
@@ -60,8 +66,8 @@ class Event(AbstractEngine):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
-        if scene.beyond_the_plane:
-            return scene.beyond_the_plane
+        if scene.spatial and scene.stacked:
+            return "event runs stacks in the plane of rocking only, in space single blocks"
         if scene.restitution_given:
             return (
                 "event finds the angular restitution from its contact law and cannot follow "
@@ -71,14 +77,13 @@ class Event(AbstractEngine):
 
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
-        module = (
-            event_stack_module(self.target, lanes, motions)
-            if lanes.stacked
-            else self._module(motions)
-        )
-        wp.load_module(module.__name__, device=self.target.device)
+        wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
 
-    def _module(self, motions: GroundMotions) -> ModuleType:
+    def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
+        if lanes.spatial:
+            return spatial_event_module(self.target, motions)
+        if lanes.stacked:
+            return event_stack_module(self.target, lanes, motions)
         module: ModuleType = kernel_module(
             "event_launch", precision=self.target.precision, motion=motions.kind.value
         )
@@ -91,6 +96,8 @@ class Event(AbstractEngine):
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
         """Longest step that every lane may take [s]: also cut at the knots of a record."""
+        if lanes.spatial:
+            return cut_at_knots(longest_steps(self.settings, lanes), motions)
         rate = rocking.frequency_parameter(lanes.width, lanes.height)
         fastest = rate.reshape(lanes.lane_count, -1).max(axis=1)
         longest = np.minimum(self.settings.time_step, PHASE_STEP / fastest)
@@ -100,6 +107,8 @@ class Event(AbstractEngine):
 
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
+        if lanes.spatial:
+            return run_spatial_event(self.settings, self.target, lanes, motions, times)
         if lanes.stacked:
             return run_event_stacks(self.settings, self.target, lanes, motions, times)
         inertia = (lanes.width**2 + lanes.height**2) / 12.0
@@ -117,7 +126,7 @@ class Event(AbstractEngine):
             "longest_step": longest_step,
             "step_limit": _step_limit(motions, times, longest_step),
         }
-        module = self._module(motions)
+        module = self._module(lanes, motions)
         rows, rotations = launch(
             module, self.target, lanes, motions, times, blocks, self._knobs(module)
         )
