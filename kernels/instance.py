@@ -60,19 +60,22 @@ def kernel_module(
     iterations: int = 0,
     blocks: int = 1,
     lanes: int = LANE_WIDTH,
+    friction: str = "cone",
 ) -> ModuleType:
     """The instance of a kernel file for a precision, a kind of ground motion and a stack.
 
     Args:
         file: Stem of the file in this folder, such as `housner`.
         precision: Key of `REALS`.
-        motion: Kind of ground motion: still, harmonic, ricker or record.
+        motion: Kind of ground motion: still, harmonic, ricker, modulated or record.
         iterations: Sweeps of an iterative contact solver; as a constant the compiler unrolls
             them, without which a loop over lanes is not vectorised.
         blocks: Blocks in a stack.
         lanes: Lanes that a thread of a stack's kernel runs side by side.
+        friction: Law of friction where a block slides in two directions: cone or box.
     """
     name = f"{__package__}.{file}__{precision}__{motion}__{iterations}__{blocks}__{lanes}"
+    name += "" if friction == "cone" else f"__{friction}"
     with _LOCK:
         if name in sys.modules:
             return sys.modules[name]
@@ -88,6 +91,7 @@ def kernel_module(
         ITERATIONS=iterations,
         BLOCKS=blocks,
         LANES=lanes,
+        FRICTION=friction,
     )
     sys.modules[name] = module
     spec.loader.exec_module(module)

@@ -61,6 +61,7 @@ class Block:
         flat_y: See flat_x.
         flat_c: Cosine of the yaw against what it stands on at the start; flat_s is its sine.
         flat_s: See flat_c.
+        standing: Corners that touch at the start.
     """
 
     width: real
@@ -84,6 +85,7 @@ class Block:
     flat_y: real
     flat_c: real
     flat_s: real
+    standing: real
 
 
 @wp.func

@@ -14,6 +14,7 @@ from warprock.engines.impulse_stack import impulse_stack_module, run_impulse_sta
 from warprock.engines.launching import Form, Target, launch, respond, time_or_nan
 from warprock.engines.settings import ImpulseSettings
 from warprock.engines.soundness import unstable
+from warprock.engines.spatial_impulse import run_spatial_impulse, spatial_impulse_module
 from warprock.kernels.instance import MAX_UNROLL, kernel_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
@@ -54,7 +55,7 @@ class Impulse(AbstractEngine):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
-        if scene.beyond_the_plane:
+        if scene.spatial and scene.stacked:
             return scene.beyond_the_plane
         if scene.restitution_given:
             return (
@@ -68,6 +69,8 @@ class Impulse(AbstractEngine):
         wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
 
     def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
+        if lanes.spatial:
+            return spatial_impulse_module(self.settings, self.target, lanes, motions)
         if lanes.stacked:
             return impulse_stack_module(self.settings, self.target, lanes, motions)
         module: ModuleType = kernel_module(
@@ -99,6 +102,8 @@ class Impulse(AbstractEngine):
 
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
+        if lanes.spatial:
+            return run_spatial_impulse(self.settings, self.target, lanes, motions, times)
         if lanes.stacked:
             return run_impulse_stacks(self.settings, self.target, lanes, motions, times)
         blocks = {

@@ -60,6 +60,14 @@ class ImpulseSettings:
     erp: float = setting(
         0.2, unit="-", low=0.0, high=1.0, text="part of a penetration that a step removes"
     )
+    friction_box: int = setting(
+        0,
+        unit="-",
+        low=0,
+        high=1,
+        text="in space, 0: friction is bound in every direction alike (exact cone); 1: along x and "
+        "along y by itself (box)",
+    )
 
     @property
     def time_step(self) -> float:
@@ -213,6 +221,13 @@ class DemSettings:
         high=64,
         text="springs along an interface, evenly from end to end; the two at the ends stand for "
         "half of the area of the others",
+    )
+    subcontacts_across: int = setting(
+        5,
+        unit="-",
+        low=2,
+        high=16,
+        text="for blocks in space: rows of such springs along the depth, spread likewise",
     )
     stiffness_damping: float = setting(
         2.25e-4,

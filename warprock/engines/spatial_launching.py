@@ -25,12 +25,15 @@ from warprock.engines.stack_launching import as_stacks, block_rows
 from warprock.kernels.instance import REALS
 from warprock.lanes import Lanes, SpatialLanes
 from warprock.motion import GroundMotions, PlanarMotions, RecordMotions, SpatialMotions
-from warprock.pose import rotations, start_poses
+from warprock.pose import bottom_corners, rotations, start_poses, turned
 from warprock.response import SampleTimes
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 Rows = npt.NDArray[Any]
+
+TOUCHING = 1e-9
+"""Height above the lowest corner up to which a corner touches, too, at the start [m]."""
 
 
 def block_columns(lanes: Lanes) -> dict[str, Array]:
@@ -40,6 +43,8 @@ def block_columns(lanes: Lanes) -> dict[str, Array]:
     position, attitude = start_poses(stacks)
     flat = _flat_places(stacks)
     turn = np.diff(stacks.yaw_start, axis=1, prepend=0.0)
+    low = turned(attitude[..., None, :], bottom_corners(stacks))[..., 2]
+    above = low - low.min(axis=-1, keepdims=True)
     columns = {
         "width": 0.5 * stacks.face_width,
         "depth": 0.5 * stacks.face_depth,
@@ -55,6 +60,7 @@ def block_columns(lanes: Lanes) -> dict[str, Array]:
         "flat_y": flat[..., 1],
         "flat_c": np.cos(turn),
         "flat_s": np.sin(turn),
+        "standing": np.sum(above <= TOUCHING, axis=-1).astype(np.float64),
     }
     columns |= {name: position[..., axis] for axis, name in enumerate(("x", "y", "z"))}
     return columns | {

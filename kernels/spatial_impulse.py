@@ -1,0 +1,313 @@
+"""Velocity-level contact step of a block in space, for one precision and one law of friction.
+
+The block lives in the frame of the base, with mass 1: centre of mass (x, y, z), attitude q (see
+`spatial`), velocity v and angular momentum l, both in the axes of the base. Corner k is at the
+lever r_k from the centre of mass; its gap is z + r_z, its velocity v + omega x r, omega = J l, with
+J the inverse inertia in the axes of the base. One step of length dt is that of the planar block
+(see `impulse`), with three rows a corner:
+
+    1. v* = v - dt (0, 0, g) - dv, dv the change of the base velocity between the half steps;
+    2. corners nearer than the collision margin are contacts. Each asks for a normal velocity of
+       at least -gap / dt (it may close an open gap) or zero, and for no tangential velocity within
+       Coulomb's bound |f| <= mu n;
+    3. projected Gauss-Seidel on the impulses p = (f_x, f_y, n) of the corners, started from those
+       of the last step, one corner after the other: first n = max(n - u_z / K_zz, 0), with K the
+       3 x 3 matrix of velocity for impulse at the corner, then f. The cone: f - K_t^-1 u_t, the
+       impulse that stops the slip, if it is within the bound; else f - u_t / (largest eigenvalue of
+       K_t), shortened to the bound. Its fixed points are those of Coulomb's law: a slip u_t leaves
+       f = - mu n u_t / |u_t|, in whatever direction. The box: f_x and f_y each within the bound;
+    4. v = v* + sum of p, l = l + sum of r x p (J^-1 times the change of omega), and with them
+       position and attitude, which rotates freely with the angular momentum l; the block is lifted
+       by erp times its penetration but for the 2 g dt^2 that one step of falling can make.
+
+A step visits first the corner away from the side that the block leans to, along its width and along
+its depth, so that the corners of a mirrored scene are visited in mirrored order. In that order they
+are numbered: sides (-,-), (+,-), (-,+), (+,+), with + towards the lean.
+
+Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
+"""
+
+# A func leaves what it finds in the names that it takes by reference.
+# ruff: noqa: F841
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module, module_options
+
+real: Any
+PRECISION: str
+FRICTION: str
+
+OPTIONS = module_options(interleave=1)
+"""A corner's values fill the registers; the processor overlaps the vectors of a pack by itself."""
+
+wp.set_module_options(OPTIONS)
+scalar = kernel_module("scalar", precision=PRECISION)
+larger, smaller, sign_of = scalar.larger, scalar.smaller, scalar.sign_of
+shape = kernel_module("spatial", precision=PRECISION)
+matrix_of, inverse_inertia = shape.matrix_of, shape.inverse_inertia
+turn_freely = shape.turn_freely
+
+CONE = FRICTION == "cone"
+"""Whether friction is bound as a cone, else as a box along x and y."""
+HALF = real(0.5)
+FAR = real(1.0e30)
+TINY = real(1.0e-30)
+"""Square of an impulse [m^2/s^2] below which it has no direction."""
+
+
+@wp.struct
+class Knobs:
+    """What a step needs to know of the settings; `rate` is the inverse of the time step [1/s]."""
+
+    time_step: real
+    rate: real
+    gravity: real
+    collision_margin: real
+    erp: real
+
+
+@wp.func
+def side_of(lean: real, rate: real, dv: real, before: real) -> real:
+    """Side to which a block leans, -1 or 1: by its axis, else its motion, the base's, or before."""
+    zero = real(0.0)
+    moved = wp.where(rate != zero, rate, wp.where(dv != zero, -dv, before))
+    return sign_of(wp.where(lean != zero, lean, moved))
+
+
+@wp.func
+def set_out(
+    dvx: real, dvy: real, dvz: real, knobs: Knobs,
+    qx: real, qy: real, qz: real, qw: real, lx: real, ly: real, lz: real,
+    ix: real, iy: real, iz: real, vx: real, vy: real, vz: real,
+    ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
+    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
+    lean_x: wp.ref[real], lean_y: wp.ref[real], swap_x: wp.ref[real], swap_y: wp.ref[real],
+    lowest: wp.ref[real], lifted: wp.ref[real], landed: wp.ref[real],
+):  # fmt: skip
+    """Velocities u and omega (o) of a block without contact, and the sides it leans to, 1 or -1.
+
+    Found in `swap_x` and `swap_y` is whether each side is another than before: 1 or 0. The last
+    three are what the corners will tell of themselves; here they tell of none.
+    """
+    one, zero = real(1.0), real(0.0)
+    lowest = FAR
+    lifted = zero
+    landed = zero
+    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
+    xx, xy, xz, yy, yz, zz = inverse_inertia(
+        r11, r12, r13, r21, r22, r23, r31, r32, r33, ix, iy, iz
+    )
+    ux = vx - dvx
+    uy = vy - dvy
+    uz = vz - dvz - knobs.time_step * knobs.gravity
+    wx = xx * lx + xy * ly + xz * lz
+    wy = xy * lx + yy * ly + yz * lz
+    ox = wx
+    oy = wy
+    oz = xz * lx + yz * ly + zz * lz
+    side_x = side_of(-r31, wy, dvx, lean_x)
+    # A yaw turns round with the sense of x as with that of y.
+    twist = qz * qw * side_x
+    side_y = side_of(-r32, -wx, dvy, wp.where(twist != zero, twist, lean_y))
+    swap_x = wp.where(side_x == lean_x, zero, one)
+    swap_y = wp.where(side_y == lean_y, zero, one)
+    lean_x = side_x
+    lean_y = side_y
+
+
+@wp.func
+def exchange(swap: real, a: wp.ref[real], b: wp.ref[real]):
+    """Lets two numbers change places where `swap` is one."""
+    first = real(a)
+    a = wp.where(swap > real(0.0), b, first)
+    b = wp.where(swap > real(0.0), first, b)
+
+
+@wp.func
+def approach(
+    side_x: real, side_y: real, width: real, depth: real, height: real, cx: real, cy: real,
+    z: real, knobs: Knobs, qx: real, qy: real, qz: real, qw: real, ix: real, iy: real, iz: real,
+    rx: wp.ref[real], ry: wp.ref[real], rz: wp.ref[real], gap: wp.ref[real],
+    xx: wp.ref[real], xy: wp.ref[real], xz: wp.ref[real],
+    yx: wp.ref[real], yy: wp.ref[real], yz: wp.ref[real],
+    zx: wp.ref[real], zy: wp.ref[real], zz: wp.ref[real],
+    pn: wp.ref[real], pxx: wp.ref[real], pxy: wp.ref[real], pyy: wp.ref[real], ps: wp.ref[real],
+    fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real],
+    ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
+    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
+):  # fmt: skip
+    """Finds a corner, what impulses there do, and starts it from its last impulses.
+
+    Found are its lever (rx, ry, rz) [m] and gap [m]; the angular velocities for impulses along x
+    (xx, xy, xz), y and z [1/m]; the impulses for velocities: pn, along z; pxx, pxy, pyy, the matrix
+    that stops a slip; ps, the safe one for a slip that goes on. All of the latter are zero where
+    the gap is wider than the margin. For the box pxx and pyy are those of a row by itself, pxy
+    is K_xy.
+    """
+    one = real(1.0)
+    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
+    jxx, jxy, jxz, jyy, jyz, jzz = inverse_inertia(
+        r11, r12, r13, r21, r22, r23, r31, r32, r33, ix, iy, iz
+    )
+    ax = side_x * width - cx
+    ay = side_y * depth - cy
+    x = r11 * ax + r12 * ay - r13 * height
+    y = r21 * ax + r22 * ay - r23 * height
+    h = r31 * ax + r32 * ay - r33 * height
+    g = z + h
+    on = wp.where(g <= knobs.collision_margin, one, real(0.0))
+    # J (r x e) for e along x, y, z: r x e is (0, h, -y), (-h, 0, x), (y, -x, 0).
+    a1, a2, a3 = jxy * h - jxz * y, jyy * h - jyz * y, jyz * h - jzz * y
+    b1, b2, b3 = jxz * x - jxx * h, jyz * x - jxy * h, jzz * x - jxz * h
+    c1, c2, c3 = jxx * y - jxy * x, jxy * y - jyy * x, jxz * y - jyz * x
+    kxx = one + h * a2 - y * a3
+    kyy = one + x * b3 - h * b1
+    kxy = h * b2 - y * b3
+    pn = on / (one + y * c1 - x * c2)
+    if CONE:
+        part = on / (kxx * kyy - kxy * kxy)
+        pxx = part * kyy
+        pxy = -part * kxy
+        pyy = part * kxx
+        apart = HALF * (kxx - kyy)
+        ps = on / (HALF * (kxx + kyy) + wp.sqrt(apart * apart + kxy * kxy))
+    else:
+        pxx = on / kxx
+        pxy = kxy
+        pyy = on / kyy
+        ps = real(0.0)
+    fx = on * fx
+    fy = on * fy
+    n = on * n
+    rx = x
+    ry = y
+    rz = h
+    gap = g
+    xx = a1
+    xy = a2
+    xz = a3
+    yx = b1
+    yy = b2
+    yz = b3
+    zx = c1
+    zy = c2
+    zz = c3
+    ux = ux + fx
+    uy = uy + fy
+    uz = uz + n
+    ox = ox + a1 * fx + b1 * fy + c1 * n
+    oy = oy + a2 * fx + b2 * fy + c2 * n
+    oz = oz + a3 * fx + b3 * fy + c3 * n
+
+
+@wp.func
+def drag(
+    bound: real, fx: real, fy: real, ux: real, uy: real, pxx: real, pxy: real, pyy: real, ps: real
+):
+    """Tangential impulses of a corner for its slip (ux, uy) [m/s], within a bound [m/s]."""
+    zero = real(0.0)
+    stop_x = fx - pxx * ux - pxy * uy
+    stop_y = fy - pxy * ux - pyy * uy
+    on_x = fx - ps * ux
+    on_y = fy - ps * uy
+    short = bound / wp.sqrt(larger(on_x * on_x + on_y * on_y, TINY))
+    short = smaller(short, real(1.0))
+    holds = stop_x * stop_x + stop_y * stop_y <= bound * bound
+    return wp.where(holds, stop_x, short * on_x), wp.where(holds, stop_y, short * on_y)
+
+
+@wp.func
+def drag_in_box(
+    bound: real, fx: real, fy: real, ux: real, uy: real, pxx: real, kxy: real, pyy: real
+):
+    """Tangential impulses of a corner for its slip (ux, uy) [m/s], each within a bound [m/s]."""
+    new_x = larger(smaller(fx - pxx * ux, bound), -bound)
+    slip = uy + kxy * (new_x - fx)
+    return new_x, larger(smaller(fy - pyy * slip, bound), -bound)
+
+
+@wp.func
+def press(
+    mu: real, gap: real, rate: real, rx: real, ry: real, rz: real,
+    xx: real, xy: real, xz: real, yx: real, yy: real, yz: real, zx: real, zy: real, zz: real,
+    pn: real, pxx: real, pxy: real, pyy: real, ps: real,
+    fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real],
+    ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
+    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
+):  # fmt: skip
+    """Gauss-Seidel on the three impulses of a corner; mu is the friction coefficient."""
+    zero = real(0.0)
+    normal = uz + ox * ry - oy * rx + larger(gap, zero) * rate
+    push = larger(n - pn * normal, zero)
+    dn = push - n
+    wx = ox + zx * dn
+    wy = oy + zy * dn
+    wz = oz + zz * dn
+    slip_x = ux + wy * rz - wz * ry
+    slip_y = uy + wz * rx - wx * rz
+    if CONE:
+        new_x, new_y = drag(mu * push, fx, fy, slip_x, slip_y, pxx, pxy, pyy, ps)
+    else:
+        new_x, new_y = drag_in_box(mu * push, fx, fy, slip_x, slip_y, pxx, pxy, pyy)
+    dx = new_x - fx
+    dy = new_y - fy
+    n = push
+    fx = new_x
+    fy = new_y
+    ux = ux + dx
+    uy = uy + dy
+    uz = uz + dn
+    ox = wx + xx * dx + yx * dy
+    oy = wy + xy * dx + yy * dy
+    oz = wz + xz * dx + yz * dy
+
+
+@wp.func
+def advance(
+    live: bool, knobs: Knobs, ix: real, iy: real, iz: real, dvx: real, dvy: real, dvz: real,
+    ux: real, uy: real, uz: real, ox: real, oy: real, oz: real, lowest: real,
+    x: wp.ref[real], y: wp.ref[real], z: wp.ref[real],
+    qx: wp.ref[real], qy: wp.ref[real], qz: wp.ref[real], qw: wp.ref[real],
+    vx: wp.ref[real], vy: wp.ref[real], vz: wp.ref[real],
+    lx: wp.ref[real], ly: wp.ref[real], lz: wp.ref[real], loss: wp.ref[real],
+):  # fmt: skip
+    """Moves a block by a step, where its lane is alive.
+
+    What its contacts take is added to the loss, for unit mass [J/kg]: the work of their impulses on
+    the mean of the velocities before and after, less what lifting gives back.
+    """
+    dt, zero = knobs.time_step, real(0.0)
+    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
+    # Body axes: momentum before, and what the contacts have changed in the angular velocity.
+    mx = r11 * lx + r21 * ly + r31 * lz
+    my = r12 * lx + r22 * ly + r32 * lz
+    mz = r13 * lx + r23 * ly + r33 * lz
+    ax, ay, az = ix * mx, iy * my, iz * mz
+    bx = r11 * ox + r21 * oy + r31 * oz - ax
+    by = r12 * ox + r22 * oy + r32 * oz - ay
+    bz = r13 * ox + r23 * oy + r33 * oz - az
+    hx, hy, hz = bx / ix, by / iy, bz / iz
+    px = ux - vx + dvx
+    py = uy - vy + dvy
+    pz = uz - vz + dvz + dt * knobs.gravity
+    linear = px * (vx + ux) + py * (vy + uy) + pz * (vz + uz)
+    angular = hx * (ax + ax + bx) + hy * (ay + ay + by) + hz * (az + az + bz)
+    lift = -knobs.erp * smaller(lowest + real(2.0) * dt * dt * knobs.gravity, zero)
+    loss = loss - wp.where(live, HALF * (linear + angular) + knobs.gravity * lift, zero)
+    vx = ux
+    vy = uy
+    vz = uz
+    lx = lx + (r11 * hx + r12 * hy + r13 * hz)
+    ly = ly + (r21 * hx + r22 * hy + r23 * hz)
+    lz = lz + (r31 * hx + r32 * hy + r33 * hz)
+    e, f, g, h = turn_freely(qx, qy, qz, qw, lx, ly, lz, ix, iy, iz, dt)
+    x = wp.where(live, x + dt * ux, x)
+    y = wp.where(live, y + dt * uy, y)
+    z = wp.where(live, z + dt * uz + lift, z)
+    qx = wp.where(live, e, qx)
+    qy = wp.where(live, f, qy)
+    qz = wp.where(live, g, qz)
+    qw = wp.where(live, h, qw)
