@@ -370,7 +370,7 @@ def test_a_record_that_does_not_exist_is_refused(expand, tmp_path):
     )
     case = load_case("record-ridgecrest", ["motion.record=no-such-record"])
     with pytest.raises(
-        InputError, match=r"^-s: motion.record: got 'no-such-record', must be a CSV"
+        InputError, match=r"^-s: motion.record: got 'no-such-record', must be a file"
     ):
         expand_lanes(case)
 
