@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pathlib
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -33,6 +34,8 @@ _MARKERS = ("^", "v", "o", "s", "D", "P")
 _DASHES: tuple[Any, ...] = ((0, (4, 2)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)), "-")
 ERRORS = (("error_5s_ratio", "first 5 s", True), ("error_run_ratio", "whole run", False))
 """Column, name, and whether its marks are filled."""
+_LETTERS = 13
+"""Letters of a title in an inch of its figure."""
 _LEAST = 1e-6
 """Smallest difference from Housner's that is drawn."""
 LATE = 0.6
@@ -53,20 +56,22 @@ def draw_study(
     settings = list(dict.fromkeys((row["setting"], row["unit"]) for row in rows))
     engines = list(dict.fromkeys(row["engine"] for row in rows))
     with drawing() as plt:
+        width = max(2.4 * len(settings) + 0.6, 5.0)
         figure, grid = plt.subplots(
             2,
             len(settings),
-            figsize=(max(2.4 * len(settings) + 0.6, 5.0), 5.6),
+            figsize=(width, 5.6),
             sharex="col",
             sharey="row",
             layout="constrained",
             squeeze=False,
         )
-        figure.suptitle(
-            f"{title}\nAll other settings stay where the case has them (dotted line). Error "
-            "against Housner, the largest of the lanes where he holds; CPU time.",
-            **FIGURE_TITLE,
+        about = (
+            "All other settings stay where the case has them (dotted line). Error against Housner, "
+            "the largest of the lanes where he holds; CPU time."
         )
+        lines = [textwrap.fill(text, int(_LETTERS * width)) for text in (title, about)]
+        figure.suptitle("\n".join(lines), **FIGURE_TITLE)
         for (setting, unit), upper, lower in zip(settings, *grid, strict=True):
             mine = [row for row in rows if row["setting"] == setting]
             _draw_setting(upper, lower, mine, engines)
@@ -107,7 +112,7 @@ def _draw_setting(
             axes.set_xscale("log")
         axes.set_yscale("log")
     lower.set_xticks(values, [f"{value:g}" for value in values])
-    lower.minorticks_off()
+    lower.set_xticks([], minor=True)
 
 
 def _largest(rows: Sequence[Mapping[str, Any]], column: str) -> float:
