@@ -170,7 +170,9 @@ def _writer(path: pathlib.Path, schema: pa.Schema, footer: Mapping[str, Any]) ->
 
 
 def _unwritten(error: OSError, what: str) -> OSError:
+    # Arrow puts its own words around those of the system.
     reason = error.strerror or str(error)
+    reason = os.strerror(error.errno) if error.errno else reason
     return OSError(
         f"{what} could not be written: {reason}; nothing else is lost: make room, then run the "
         "same command again"
