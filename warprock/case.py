@@ -25,6 +25,7 @@ from warprock.axes import LABEL, Axis, axis_shape, fix_keys, read_axes
 from warprock.case_ensemble import Ensemble, read_ensemble
 from warprock.case_keys import EXCLUSIVE, KEYS, NOTHING, Said, did_you_mean, general_key
 from warprock.case_sample import read_sample
+from warprock.case_settings import ENGINES, PEERS, read_settings
 from warprock.case_study import Study, read_study
 from warprock.case_tables import (
     APART,
@@ -37,7 +38,6 @@ from warprock.case_tables import (
     PeaksCheck,
     known_keys,
 )
-from warprock.engines.settings import SETTINGS, build_settings
 from warprock.errors import InputError
 from warprock.response import SampleTimes
 
@@ -128,15 +128,11 @@ class Case:
         Raises:
             InputError: No engine has that name, or the case's table is wrong.
         """
-        source = self.source_of(f"engines.{engine}")
-        if engine not in SETTINGS:
-            raise InputError(
-                source,
-                "engines",
-                engine,
-                f"must be one of {', '.join(SETTINGS)}{did_you_mean(engine, SETTINGS)}",
-            )
-        return build_settings(engine, self.tables.engines.get(engine, {}), source)
+        return read_settings(ENGINES, self.tables.engines, engine, self.source_of)
+
+    def peer_settings(self, program: str) -> Any:
+        """Settings of a program beside the engines, as `engine_settings` gives an engine's."""
+        return read_settings(PEERS, self.tables.peers, program, self.source_of)
 
     def source_of(self, key: str) -> str:
         """What an error about a key names as its source: the file, or -s for an override."""
@@ -207,6 +203,8 @@ def build_case(
     case = Case(name, file, folder, raw, tables, axes, overridden, ensemble)
     for engine in tables.engines:
         case.engine_settings(engine)
+    for program in tables.peers:
+        case.peer_settings(program)
     if "study" in raw:
         case = dataclasses.replace(case, study=read_study(case))
     if not overridden:

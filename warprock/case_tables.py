@@ -269,6 +269,7 @@ class CaseTables(Table):
         source: Where its numbers come from.
         model: Whether the blocks move in the plane of rocking or in space; None lets the scene say.
         engines: Settings by engine; `engines.settings.build_settings` judges them.
+        peers: Settings by program beside the engines; `case_settings.read_settings` judges them.
     """
 
     title: Annotated[str, pydantic.Field(min_length=1)]
@@ -283,6 +284,7 @@ class CaseTables(Table):
     motion: Motion | None = None
     run: Run
     engines: dict[str, dict[str, Any]] = {}
+    peers: dict[str, dict[str, Any]] = {}
     check: tuple[Annotated[CheckSpec, pydantic.Field(discriminator="kind")], ...] = ()
 
     @pydantic.model_validator(mode="after")

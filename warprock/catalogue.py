@@ -13,6 +13,7 @@ from warprock.engines import ENGINES, engine_class
 from warprock.engines.settings import SETTINGS
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
+from warprock.reference.peer_programs import PROGRAMS
 from warprock.scene import SceneKind
 
 TWO_BLOCK = "two-block"
@@ -29,9 +30,13 @@ ESTIMATE = (
 
 
 def list_all() -> dict[str, Any]:
-    """The shipped cases and the engines, ready for JSON."""
+    """The shipped cases, the engines, and the programs beside them, ready for JSON."""
     cases = [{"name": name, "title": load_case(name).title} for name in case_names()]
-    return {"cases": cases, "engines": [_engine_row(name) for name in ENGINES]}
+    return {
+        "cases": cases,
+        "engines": [_engine_row(name) for name in ENGINES],
+        "programs": [_program_row(name) for name in PROGRAMS],
+    }
 
 
 def explain_case(case: Case) -> dict[str, Any]:
@@ -109,6 +114,17 @@ def _engine_row(name: str) -> dict[str, Any]:
     engine = engine_class(name)
     summary = (engine.__doc__ or "").strip().splitlines()[0]
     return {"name": name, "order": engine.order, "summary": summary}
+
+
+def _program_row(name: str) -> dict[str, Any]:
+    program = PROGRAMS[name]
+    needs = "" if program.installed else f'pip install "{program.install}"'
+    return {
+        "name": name,
+        "installed": program.installed,
+        "needs": needs,
+        "summary": program.text,
+    }
 
 
 def _fitness(case: Case, name: str, scene: SceneKind) -> dict[str, Any]:

@@ -11,11 +11,13 @@ import numpy as np
 
 from warprock.case import Case
 from warprock.comparison import compare_with_housner
+from warprock.comparison_peers import cost_rows, require_programs, run_peer
 from warprock.comparison_stack import compare_blocks
 from warprock.engines import ENGINES
 from warprock.ensemble import compare_cells
 from warprock.errors import InputError
 from warprock.expansion import LaneSet, expand_lanes
+from warprock.reference.peer_programs import PROGRAMS, PeerAnswer
 from warprock.response import Response
 from warprock.runner import run_case
 
@@ -71,6 +73,7 @@ class CaseResponses:
         case: Case,
         workers: int | None = None,
         finished: Callable[[int], None] | None = None,
+        progress: Callable[[int], None] | None = None,
     ) -> None:
         """Holds the case; nothing runs yet.
 
@@ -78,22 +81,36 @@ class CaseResponses:
             case: The case, with its overrides.
             workers: Worker threads of a run; None leaves it to the batch runner.
             finished: Called after each run with its number of lanes.
+            progress: Called with the number of lanes finished so far in all runs, and by the
+                programs beside the engines within theirs.
         """
         self.case = case
         self.lane_set = expand_lanes(case)
         self._workers, self._finished = workers, finished
         self._responses: dict[str, Response] = {}
+        self.answers: dict[str, PeerAnswer] = {}
+        self._progress, self._done = progress, 0
 
     def __getitem__(self, engine: str) -> Response:
         if engine not in self._responses:
             self._responses[engine] = self._run(engine)
             if self._finished is not None:
                 self._finished(self.lane_set.lanes.lane_count)
+            self._done += self.lane_set.lanes.lane_count
+            self._report(0)
         return self._responses[engine]
+
+    def _report(self, lanes: int) -> None:
+        """Reports lanes finished of the run at hand beside those of the runs before it."""
+        if self._progress is not None:
+            self._progress(self._done + lanes)
 
     def _run(self, engine: str) -> Response:
         if engine == ORACLE:
             return self._run_oracle()
+        if engine in PROGRAMS:
+            self.answers[engine] = run_peer(self.case, self.lane_set, engine, self._report)
+            return self.answers[engine].response
         # An ensemble has too many lanes to hold the histories of.
         histories = None if self.case.ensemble is None else False
         run = run_case(self.case, engine, workers=self._workers, histories=histories)
@@ -256,27 +273,38 @@ def run_checks(case: Case, workers: int | None = None) -> list[CheckRow]:
     return [row for check in case.checks for row in CHECKS[check.kind](check, responses)]
 
 
-def compare(case: Case, engines: Sequence[str], workers: int | None = None) -> dict[str, object]:
+def compare(
+    case: Case,
+    engines: Sequence[str],
+    workers: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> dict[str, object]:
     """Engines side by side on one case: a row a lane and engine, with its errors.
 
     Args:
         case: The case.
-        engines: Engines' names; "oracle" is the SciPy reference.
+        engines: Engines' names; "oracle" is the SciPy reference, and names in `PROGRAMS` are
+            programs that we did not write.
         workers: Worker threads of a run; None leaves it to the batch runner.
+        progress: Called with the number of lanes finished so far in all runs.
 
     Returns:
-        `case`, `engines`, `stacked` and `rows`: the rows of `compare_with_housner`, or of
-        `compare_blocks` against the first engine for stacks, with `lane` (its name); a value that
-        does not exist is None. For an ensemble, what `compare_distributions` returns.
+        `case`, `engines`, `stacked`, `costs` (`comparison_peers.cost_rows`) and `rows`: the rows of
+        `compare_with_housner`, or of `compare_blocks` against the first engine for stacks, with
+        `lane` (its name); a value that does not exist is None. For an ensemble, what
+        `compare_distributions` returns.
 
     Raises:
-        InputError: An unknown engine, or a single one for an ensemble.
+        InputError: An unknown engine, a program that is not installed, or a single engine for an
+            ensemble.
+        ChildProcessError: A program that runs in a process of its own failed.
     """
+    known = [*ENGINES, ORACLE, *PROGRAMS]
     for engine in engines:
-        if engine not in ENGINES and engine != ORACLE:
-            allowed = ", ".join([*ENGINES, ORACLE])
-            raise InputError("--engine", "", engine, f"allowed: {allowed}")
-    responses = CaseResponses(case, workers)
+        if engine not in known:
+            raise InputError("--engine", "", engine, f"allowed: {', '.join(known)}")
+    require_programs(engines)
+    responses = CaseResponses(case, workers, progress=progress)
     if case.ensemble is not None:
         return compare_distributions(responses, engines)
     stacked = case.tables.stacked
@@ -288,7 +316,13 @@ def compare(case: Case, engines: Sequence[str], workers: int | None = None) -> d
         numbers = table["lane_number"] if stacked else range(len(table))
         named = table.assign(lane=[lane_name(responses.lane_set, lane) for lane in numbers])
         rows += [plain_row(row) for row in named.to_dict("records")]
-    return {"case": case.name, "engines": list(engines), "stacked": stacked, "rows": rows}
+    return {
+        "case": case.name,
+        "engines": list(engines),
+        "stacked": stacked,
+        "costs": cost_rows(case, responses.answers),
+        "rows": rows,
+    }
 
 
 def compare_distributions(responses: CaseResponses, engines: Sequence[str]) -> dict[str, object]:
@@ -322,6 +356,7 @@ def compare_distributions(responses: CaseResponses, engines: Sequence[str]) -> d
         "members": lane_set.members,
         "stacked": lane_set.lanes.stacked,
         "blocks": lane_set.lanes.block_count,
+        "costs": cost_rows(responses.case, responses.answers),
         "rows": [plain_row(row) for row in rows],
     }
 

@@ -299,18 +299,22 @@ def compare(
 ) -> None:
     """Engines side by side on one CASE, lane by lane, held against Housner.
 
-    Stacks are held against the engine that is named first; ensembles, too, cell by cell.
+    Stacks are held against the engine that is named first; ensembles, too, cell by cell. Programs
+    that we did not write (newton-xpbd, mujoco, bullet, blender, ...; `list` has them) run beside.
     """
     from warprock import checks
     from warprock.case import load_case
-    from warprock.report import cells, console, tables, tables_stack
+    from warprock.report import cells, console, tables, tables_peers, tables_stack
 
     case = load_case(case_name, overrides)
-    found = checks.compare(case, list(engines))
+    with console.lane_progress(case.name, None) as progress:
+        found = checks.compare(case, list(engines), progress=progress)
     show = tables_stack.print_stack_comparison if found["stacked"] else tables.print_comparison
     if case.ensemble is not None:
         show = functools.partial(cells.print_cell_comparison, case)
     console.print_json(found) if as_json else show(found)
+    if not as_json:
+        tables_peers.print_costs(found)
 
 
 @main.command()

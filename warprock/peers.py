@@ -7,16 +7,19 @@ block of many, and for a block alone, each at an error no larger than the peer's
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from warprock import bench, rocking
-from warprock.reference import peer_bullet, peer_mujoco
-from warprock.reference.peer_scene import FreeRocking
-from warprock.units import GRAVITY
+import numpy as np
 
-PEERS: dict[str, Any] = {"mujoco": peer_mujoco, "bullet": peer_bullet}
-"""Name of a peer and of its extra -> module of its adapter."""
+from warprock import bench
+from warprock.motion import StillBase
+from warprock.reference.peer_programs import PROGRAMS, run_program
+from warprock.reference.peer_settings import PEER_SETTINGS
+
+PEERS = ("mujoco", "bullet")
+"""Peers that are run, the fast ones: names of programs, and of their extras."""
 
 SUBSTEPS = (20, 200)
 """Steps in each 1 / `bench.B0_SAMPLING`, from coarse to fine."""
@@ -26,20 +29,6 @@ CPU_LIMIT = 5.0
 
 AGAINST = "event"
 """Engine whose cost the peers' are held against."""
-
-
-def b0_scene() -> FreeRocking:
-    """Block B0 and its start."""
-    angle = float(rocking.slenderness_angle(bench.B0_WIDTH, bench.B0_HEIGHT))
-    return FreeRocking(
-        width=bench.B0_WIDTH,
-        height=bench.B0_HEIGHT,
-        depth=bench.B0_DEPTH,
-        density=bench.B0_DENSITY,
-        friction=bench.B0_FRICTION,
-        rotation_start=bench.B0_RATIO * angle,
-        duration=bench.ERROR_DURATION,
-    )
 
 
 def compare(accuracy: Sequence[Mapping[str, Any]], seconds: float) -> dict[str, Any]:
@@ -79,28 +68,30 @@ def measure(name: str, ours: list[Mapping[str, Any]], seconds: float) -> list[di
     Raises:
         ImportError: The peer is not installed; one line that names the extra.
     """
-    peer = PEERS[name]
+    lanes, times = bench.b0_lanes(np.array([bench.B0_RATIO])), bench.b0_times()
     rows: list[dict[str, Any]] = []
     for substeps in SUBSTEPS:
         if rows and rows[-1]["cpu_s"] * substeps / SUBSTEPS[len(rows) - 1] > CPU_LIMIT:
             break
         rate = bench.B0_SAMPLING * substeps
-        run = peer.free_rocking(b0_scene(), GRAVITY, 1.0 / rate, substeps)
-        error, cost = bench.b0_error(run.times, run.rotation), run.cpu_s / bench.ERROR_DURATION
+        settings = PEER_SETTINGS[name](steps_per_second=rate)
+        answer = run_program(name, lanes, StillBase(1), times, settings)
+        response = answer.response
+        error = bench.b0_error(response.times, response["rotation"][0])
         if all(row["error"] > error for row in ours):
             ours.append(bench.accuracy_row(AGAINST, seconds, error))
         fair = next((row for row in ours if row["error"] <= error), ours[-1])
         rows.append(
             {
                 "peer": name,
-                "settings": peer.SETTINGS,
+                "settings": importlib.import_module(PROGRAMS[name].module).SETTINGS,
                 "steps_per_s": rate,
                 "error": error,
-                "cpu_s": run.cpu_s,
-                "cpu_s_per_simulated_s": cost,
+                "cpu_s": answer.cpu_s,
+                "cpu_s_per_simulated_s": answer.cost,
                 f"{AGAINST}_error": fair["error"],
-                f"cost / {AGAINST}": cost / fair["cpu_s_per_simulated_s"],
-                f"cost / {AGAINST}_alone": cost / fair["cpu_s_per_simulated_s_alone"],
+                f"cost / {AGAINST}": answer.cost / fair["cpu_s_per_simulated_s"],
+                f"cost / {AGAINST}_alone": answer.cost / fair["cpu_s_per_simulated_s_alone"],
             }
         )
     return rows

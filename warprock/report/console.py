@@ -87,6 +87,7 @@ def print_listing(found: Mapping[str, Any]) -> None:
     """Prints what `catalogue.list_all` found."""
     print_rows("Cases", found["cases"])
     print_rows("Engines", found["engines"])
+    print_rows("Programs of others, for compare", found["programs"])
 
 
 def print_explanation(found: Mapping[str, Any]) -> None:
