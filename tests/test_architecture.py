@@ -124,7 +124,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "desk": (
         ("warprock/catalogue.py", "warprock/doctor.py", "warprock/peers.py"),
         "errors foundation settings cases engines batch runs reference",
-        "pandas warp",
+        "numpy pandas warp",
     ),
     "cli": (
         ("warprock/cli*.py", "warprock/__main__.py"),
