@@ -176,7 +176,7 @@ def test_unknown_names_are_one_line_with_what_is_allowed(tmp_path: pathlib.Path)
     refused(invoke("explain", "free-bO"), "free-bO", *case_names())
     refused(invoke("check", "free-bO"), "free-bO", *case_names())
     refused(invoke("reproduce", "table99", "-o", tmp_path / "new"), "table99", "table6", "all")
-    refused(invoke("compare", "free-b0", "-e", "bullet"), "bullet", *ENGINES)
+    refused(invoke("compare", "free-b0", "-e", "bulllet"), "bulllet", *ENGINES)
     refused(invoke("init", "freee", tmp_path / "case.toml"), "freee", *template_kinds())
     refused(invoke("bench", "--workers", "0"), "--workers", "0", "at least 1")
     assert list(tmp_path.iterdir()) == []
