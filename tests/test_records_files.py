@@ -8,10 +8,12 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
+from hypothesis import given, settings, strategies
 
 from warprock.errors import InputError
 from warprock.motion import Control
 from warprock.records import load_channels, load_record
+from warprock.records.loading import read_channels
 from warprock.records.processing import parse_step, process
 
 DATA = pathlib.Path(__file__).resolve().parent / "data"
@@ -292,3 +294,26 @@ def test_a_shipped_record_is_made_again_from_its_raw_file(tmp_path: pathlib.Path
     assert said == shipped.processing
     # Eight digits are written; the filter's round-off is far below.
     assert motion.samples == pytest.approx(shipped.samples, rel=1e-7, abs=1e-9)
+
+
+@given(data=strategies.data())
+@settings(max_examples=150, deadline=None, derandomize=True)
+def test_whatever_is_in_a_file_the_answer_is_channels_or_one_line(
+    data: strategies.DataObject,
+) -> None:
+    content = bytearray(FILES[data.draw(strategies.sampled_from(list(FILES)))][0]().encode())
+    for _ in range(data.draw(strategies.integers(1, 4))):
+        at = data.draw(strategies.integers(0, len(content)))
+        out = data.draw(strategies.sampled_from([0, 0, 1, 8, 80, 300, len(content)]))
+        odd = [b"", b"-", b"9" * 400, b"1e400", b"nan", b"\n", b"\x00\xff", b"              "]
+        content[at : at + out] = data.draw(strategies.sampled_from(odd))
+    channels, said = [], ""
+    try:
+        channels = read_channels("a file", bytes(content))
+    except InputError as error:
+        said = str(error)
+    assert channels or (said.startswith("a file: ") and "\n" not in said)
+    for channel in channels:
+        assert len(channel.samples) >= 2
+        assert np.all(np.isfinite(channel.samples))
+        assert 0.0 < channel.interval < np.inf

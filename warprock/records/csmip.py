@@ -32,7 +32,7 @@ _WIDTH = {"uncorrected": 9, "corrected": 10}
 
 _KIND = re.compile(r"(uncorrected|corrected)\s+accelero(?:gram|graph)", re.IGNORECASE)
 _START = re.compile(
-    r"^\s*(?P<count>\d+)\s+"
+    r"^\s*(?P<count>\d{1,9})\s+"
     r"(?:Accelerogram\s+points\s+at\s+(?P<rate>\d*\.?\d+)\s+pts/sec"
     r"|points\s+of\s+accel\s+data\s+equally\s+spaced\s+at\s+(?P<interval>\d*\.?\d+)\s+sec)"
     r"[\s.,]*(?:in\s+units\s+of|in|\(units:)\s*(?P<unit>cm/sec2|cm/sec/sec|g)\b",

@@ -50,7 +50,9 @@ def read(text: TextFile) -> list[Channel]:
         allowed = "must be a unit of acceleration, velocity or displacement, such as cm/s^2"
         raise text.refusal(place("UNITS"), allowed, value("UNITS") or NOTHING) from None
     interval = text.interval(place("SAMPLING_INTERVAL_S"), value("SAMPLING_INTERVAL_S"))
-    count = int(text.match(place("NDATA"), r":\s*(\d+)\s*$", "must have the number of samples")[1])
+    count = int(
+        text.match(place("NDATA"), r":\s*(\d{1,9})\s*$", "must have the number of samples")[1]
+    )
     stream = value("STREAM")
     station = f"{value('NETWORK')}.{value('STATION_CODE')}"
     event = f"{value('EVENT_NAME')} {value('EVENT_DATE_YYYYMMDD')} ({value('EVENT_ID')})"

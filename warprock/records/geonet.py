@@ -47,10 +47,12 @@ def read(text: TextFile) -> list[Channel]:
         counts = _counts(text, begin)
         at = begin + TEXT_LINES + WHOLE_LINES + _INTERVAL // PER_LINE
         field = _INTERVAL % PER_LINE * WIDTH
-        interval = text.interval(at, text.lines[at][field : field + WIDTH])
+        line = text.match(at, r".*", "must be a line of real numbers")[0]
+        interval = text.interval(at, line[field : field + WIDTH])
         first = begin + HEADER_LINES
         head = text.lines[begin:first]
         direction = text.match(begin + 12, r"Component\s+(\S+)", "must name the component")[1]
+        name = " ".join(head[0].split()[2:3])
         site = text.match(begin + 1, r"Site\s+(\S+)", "must name the site")[1]
         channels.append(
             Channel(
@@ -58,7 +60,7 @@ def read(text: TextFile) -> list[Channel]:
                 quantity=Control.ACCELERATION,
                 interval=interval,
                 samples=_MM * text.fixed(first, counts[0], WIDTH, PER_LINE),
-                source=f"GeoNet (GNS Science): {head[0].split()[2]}, site {site}, event of "
+                source=f"GeoNet (GNS Science): {name}, site {site}, event of "
                 f"{' '.join(head[7].split())}, component {direction}",
                 processing="raw (V1A)"
                 if kind == "uncorrected"

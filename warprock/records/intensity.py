@@ -11,6 +11,9 @@ and of a block with slenderness angle alpha and frequency parameter p
 
     PGA / (g tan alpha),   p PGV / (g tan alpha).
 
+A trapezoidal rule on squared samples, which some programs use, gives a larger Arias intensity where
+a record has waves of few samples: 2 to 6 % for the shipped records, which reach to 25 Hz.
+
 Velocity steps of a velocity or displacement record count in PGV, PGD and Sa; PGA, Arias and CAV
 have no value for them and leave them out.
 

@@ -18,6 +18,8 @@ HEADER_LINES = 17
 _VALUE = 18
 """Column at which the value of a header line starts."""
 _GAL = 0.01
+MOST_SAMPLES = 10**9
+"""Samples that no file of this kind has."""
 _NAMES = ("Origin Time", "Station Code", "Sampling Freq", "Duration Time", "Dir.", "Scale Factor")
 
 
@@ -51,6 +53,8 @@ def read(text: TextFile) -> list[Channel]:
     at_duration, duration_text = at["Duration Time"], "must have seconds > 0"
     duration = text.positive(at_duration, value["Duration Time"], duration_text)
     rate = text.positive(at_rate, rate_found[1], rate_text)
+    if duration * rate > MOST_SAMPLES:
+        raise text.refusal(at_duration, f"must be at most {MOST_SAMPLES / rate:g} s")
     counts = text.free(first, round(duration * rate))
     direction = value["Dir."]
     return [

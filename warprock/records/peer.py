@@ -76,8 +76,8 @@ def _count_and_interval(text: TextFile) -> tuple[int, float]:
     """Number of samples and the time between them [s], from the fourth line."""
     at = HEADER_LINES - 1
     line = text.lines[at].upper()
-    named = re.search(rf"NPTS\s*=?\s*(\d+)\D*?\bDT\s*=?\s*{_NUMBER}", line)
-    bare = re.match(rf"\s*(\d+)\s*,?\s+{_NUMBER}\s", line + " ")
+    named = re.search(rf"NPTS\s*=?\s*(\d{{1,9}})\b\D*?\bDT\s*=?\s*{_NUMBER}", line)
+    bare = re.match(rf"\s*(\d{{1,9}})\s*,?\s+{_NUMBER}\s", line + " ")
     found = named or bare
     if found is None:
         allowed = "must have NPTS and DT, such as NPTS=  4000, DT= .0100 SEC"
