@@ -78,6 +78,7 @@ def test_a_generated_file_is_imported_and_drives_lanes(tmp_path: pathlib.Path) -
     assert set(inputs["record_sha256"]) == {found["sha256"]}
     assert set(inputs["record_licence"]) == {"mine"}
     assert set(inputs["record_source"]) == {found["source"]}
+    assert inputs["record_source"].dtype == "category"  # a sweep has millions of lanes
     assert set(inputs["record_processing"]) == {found["processing"]}
 
 

@@ -198,7 +198,7 @@ KEYS: dict[str, NumberKey | TextKey] = {
     "motion.duration": NumberKey(
         {Dimension.TIME: ("0 s", "1e5 s")}, "the time from start to stop", low_open=True
     ),
-    "motion.record": TextKey("the name of a shipped record or the path of a CSV file"),
+    "motion.record": TextKey("the name of a record or the path of a file"),
     "motion.scale": _ratio("-1000", "1000", "the factor on the record"),
     "run.duration": NumberKey(
         {Dimension.TIME: ("0 s", "1e5 s")}, "the length of the run", low_open=True
