@@ -12,6 +12,9 @@ from tests.sweeps import CASE, write_case
 from warprock.case import load_case
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
+from warprock.report.plots_run import write_figures
+from warprock.report.swept import drawn_inputs
+from warprock.runner import run_case
 
 UNIFORM = '{ distribution = "uniform", from = "0.5 m", to = "2 m" }'
 
@@ -104,6 +107,18 @@ def test_what_cannot_be_drawn_is_refused(tmp_path: pathlib.Path, old, new, words
         load_case(file)
     for word in [str(file), *words]:
         assert word in str(error.value), f"{word!r} is not in {error.value}"
+
+
+def test_a_figure_shows_every_input_that_was_drawn(file: pathlib.Path, tmp_path: pathlib.Path):
+    records = 'sample.over.motion.record=["shake.csv", "ridgecrest-2019-ccc-090"]'
+    case = load_case(file, ["sample.lanes=20", records, "run.sample_interval=0.1 s"])
+    titles = [each.title for each in drawn_inputs(case)]
+    assert titles == ["height [m]", "scale of the record [-]", "record"]
+    assert [each.logarithmic for each in drawn_inputs(case)] == [False, True, False]
+    run = run_case(case, "housner", histories=False)
+    files = write_figures(run, tmp_path)
+    assert [path.name for path in files] == ["histories.png", "peaks.png"]
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in files)
 
 
 def test_a_key_that_the_waveform_does_not_have_is_refused(file: pathlib.Path):

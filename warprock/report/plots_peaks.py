@@ -130,7 +130,7 @@ def draw_peaks(path: pathlib.Path, run: CaseRun, block: int | None = None) -> pa
         block: Which block of stacks, the lowest is 0; None for single blocks.
     """
     layout = _lay_out(swept_axes(run.case))
-    peaks = _read_peaks(run, block)
+    peaks = read_peaks(run, block)
     chosen = spread([axis.length for axis in layout.panels], PANELS)
     places = list(itertools.product(*chosen))
     columns = min(len(places), 3 if layout.as_map else 2)
@@ -174,7 +174,8 @@ def _lay_out(axes: list[SweptAxis]) -> _Layout:
     return _Layout(across, beside, panels, as_map=bool(many))
 
 
-def _read_peaks(run: CaseRun, block: int | None) -> _Peaks:
+def read_peaks(run: CaseRun, block: int | None) -> _Peaks:
+    """The peaks of a run, of one block of stacks."""
     response = run.response
     ratio = response["peak_rotation"] / run.lane_set.lanes.slenderness_angle
     if block is not None:

@@ -29,6 +29,7 @@ from warprock.report.plots import (
     save,
 )
 from warprock.report.plots_peaks import draw_peaks
+from warprock.report.plots_sample import draw_sample_peaks, sampled
 from warprock.report.swept import lanes_at, spread, swept_axes
 from warprock.response import FIELDS, USABLE, Outcome, Response, Status
 from warprock.runner import CaseRun, run_lanes
@@ -88,10 +89,11 @@ def write_figures(run: CaseRun, folder: pathlib.Path) -> list[pathlib.Path]:
         shown = choose_lanes(run.case)
         response = run_lanes(run, [int(lane) for lane in shown.lanes.ravel()])
         files.append(draw_histories(folder / HISTORIES, run, shown, response))
+    draw = draw_sample_peaks if sampled(run.case) else draw_peaks
     if not run.lane_set.lanes.stacked:
-        return [*files, draw_peaks(folder / PEAKS, run)]
+        return [*files, draw(folder / PEAKS, run)]
     for block in range(run.lane_set.lanes.block_count):
-        files.append(draw_peaks(folder / PEAKS_OF_BLOCK.format(block=block + 1), run, block))
+        files.append(draw(folder / PEAKS_OF_BLOCK.format(block=block + 1), run, block))
     return files
 
 

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from warprock.axes import LABEL, Axis, Numbers, Texts
 from warprock.case import Case
+from warprock.sampling import Distribution, Shape
 from warprock.units import ALIASES, UNITS, format_quantity
 
 Array = npt.NDArray[np.float64]
@@ -56,6 +57,8 @@ class SweptAxis:
     @property
     def texts(self) -> dict[str, Texts]:
         """Columns that hold text: its labels, or where it has none, all that vary."""
+        if self.axis.sample is not None:
+            return {}
         found = {k: c for k, c in self.axis.columns.items() if isinstance(c, Texts)}
         labels = {k: c for k, c in found.items() if k.startswith(LABEL)}
         varying = {k: c for k, c in found.items() if len(c.values) > 1}
@@ -63,7 +66,9 @@ class SweptAxis:
 
     @property
     def numbers(self) -> dict[str, Numbers]:
-        """Columns of numbers that vary."""
+        """Columns of numbers that vary; none where they are drawn, for those make no scale."""
+        if self.axis.sample is not None:
+            return {}
         found = {k: c for k, c in self.axis.columns.items() if isinstance(c, Numbers)}
         return {k: c for k, c in found.items() if np.ptp(c.values) > 0.0}
 
@@ -115,6 +120,8 @@ class SweptAxis:
             position: Place along the axis.
             bare: Whether to leave the names of the numbers out.
         """
+        if self.axis.sample is not None:
+            return f"draw {position}"
         parts = [c.values[int(c.codes[position])] for c in self.texts.values()]
         pairs = {(*(int(c.codes[p]) for c in self.texts.values()),) for p in range(self.length)}
         if len(pairs) < self.length:
@@ -123,6 +130,40 @@ class SweptAxis:
                 text = _number_text(value, column)
                 parts.append(text if bare else f"{_short(key)} {text}")
         return ", ".join(parts)
+
+
+@dataclasses.dataclass(frozen=True)
+class DrawnInput:
+    """An input that a case draws, as the abscissa of a panel.
+
+    Attributes:
+        key: Its dotted key.
+        title: Label of the abscissa, with its unit.
+        unit_size: Size of that unit in SI units or rad.
+        logarithmic: Whether its distribution is one of the logarithm.
+        names: What texts are drawn from; None of numbers.
+    """
+
+    key: str
+    title: str
+    unit_size: float = 1.0
+    logarithmic: bool = False
+    names: tuple[str, ...] | None = None
+
+
+def drawn_inputs(case: Case) -> list[DrawnInput]:
+    """The inputs that a case draws, in their order."""
+    found = []
+    for axis in case.axes:
+        for key, column in axis.columns.items() if axis.sample is not None else ():
+            if isinstance(column, Texts):
+                found.append(DrawnInput(key, _long(key), names=column.values))
+                continue
+            unit = _unit(column)
+            size = float(UNITS[column.dimension][unit])
+            log = isinstance(column, Distribution) and column.shape is not Shape.UNIFORM
+            found.append(DrawnInput(key, f"{_long(key)} [{unit or '-'}]", size, log))
+    return found
 
 
 def swept_axes(case: Case) -> list[SweptAxis]:
@@ -171,7 +212,7 @@ def _long(key: str) -> str:
     return NAMES.get(key, ("", _short(key)))[1]
 
 
-def _unit(column: Numbers) -> str:
+def _unit(column: Numbers | Distribution) -> str:
     """The unit that the first value was written in; the SI unit where that is not told."""
     sizes = UNITS[column.dimension]
     unit = _BEFORE_UNIT.sub("", column.first) if isinstance(column.first, str) else ""
