@@ -21,7 +21,7 @@ from warprock.report.plots import (
     save,
 )
 from warprock.report.plots_peaks import FAR, OUTCOMES, PEAK_LABEL, RAISED, read_peaks
-from warprock.report.swept import DrawnInput, drawn_inputs, spread
+from warprock.report.swept import DrawnInput, drawn_inputs
 from warprock.response import Outcome
 from warprock.runner import CaseRun
 
@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOST_DOTS = 3000
-"""Lanes that one panel can show; of more, evenly spaced ones are drawn."""
+"""Lanes that one panel can show. Of more, the first of every cell are: those lie as evenly as all,
+which every third point of a Sobol' sequence would not."""
 
 COLUMNS = 2
 PANEL_HEIGHT = 3.0
@@ -53,7 +54,10 @@ def draw_sample_peaks(path: pathlib.Path, run: CaseRun, block: int | None = None
     """
     peaks = read_peaks(run, block)
     count = len(peaks.ratio)
-    lanes = spread([count], MOST_DOTS)[0] if count > MOST_DOTS else np.arange(count)
+    # A sample is the fastest axis of its case.
+    draws = run.case.axes[-1].length
+    lanes = np.arange(count)
+    lanes = lanes[lanes % draws < max(1, MOST_DOTS * draws // count)]
     inputs = drawn_inputs(run.case)
     values = LaneValues(run.case, range(count))
     columns = min(COLUMNS, len(inputs))
@@ -116,7 +120,7 @@ def _title(run: CaseRun, block: int | None, count: int, shown: int, peaks: Any) 
     of = "" if block is None else f" of block {block + 1}"
     lines = [f"{run.case.name}, {run.response.engine}: peak rotation{of} of {count} lanes"]
     if shown < count:
-        lines.append(f"{shown} of them drawn, evenly spaced")
+        lines.append(f"{shown} of them shown, the first of every sample")
     if peaks.raised.any():
         lines.append(f"what overturned, slid off or was falling is marked at {peaks.raised_at:g}")
     unusable = int(np.sum(peaks.outcome < 0))
