@@ -23,11 +23,11 @@ In a plane this is event.py, step by step. What holds beyond it:
   after the other, as rigid corners do.
 - A corner that after an impact would rise by less than its part of `rest_gap` before it comes back
   is closed at once, so that blows that follow one another ever faster end.
-- Second order holds while corners stick, slide straight, or turn their way slowly. A corner that
-  starts to slide or opens inside a step is not located: forces go on without a jump there, so the
-  step is still second order. Where one corner of an edge slides and the other sticks, the
-  projection leaves friction out, first order; so may be a corner's last step before it stops on a
-  curved way.
+- Where an edge lets go of one end, which slides or opens, the friction across the edge that held it
+  ends with a jump: that is located. Where corners open or start to slide otherwise forces go on
+  without a jump, and need not be.
+- Second order holds while corners stick, slide straight, or turn their way slowly; a corner's last
+  step before it stops on a curved way may be of first order.
 """
 
 from typing import Any
@@ -47,6 +47,8 @@ motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 event = kernel_module("event", precision=PRECISION, motion=MOTION)
 spatial = kernel_module("spatial", precision=PRECISION)
 contact = kernel_module("spatial_event_contact", precision=PRECISION)
+slide = kernel_module("spatial_event_slide", precision=PRECISION)
+law = kernel_module("spatial_event_law", precision=PRECISION)
 moves = kernel_module("spatial_event_moves", precision=PRECISION)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 Motion, series = motion.Motion, motion.series
@@ -55,11 +57,12 @@ base_change, first_root = event.base_change, event.first_root
 Block, Body, Held = spatial.Block, contact.Body, contact.Held
 Three, Four, Corners, Shares = contact.Three, moves.Four, contact.Corners, contact.Shares
 mask_of, stance_of, corner_velocity = contact.mask_of, contact.stance_of, contact.corner_velocity
-settled, stuck, slid, along = contact.settled, contact.stuck, contact.slid, contact.along
+settled, stuck, along = law.settled, contact.stuck, contact.along
+slid, swung = slide.slid, slide.swung
 turned, body_at, flown, levelled = moves.turned, moves.body_at, moves.flown, moves.levelled
 foot, placed, least_spare = moves.foot, moves.placed, moves.least_spare
 corner_event, stop_event = moves.corner_event, moves.stop_event
-FLAT, FLYING = contact.FLAT, contact.FLYING
+EDGE, FLAT, FLYING = contact.EDGE, contact.FLAT, contact.FLYING
 
 RUNNING = 0
 OVERTURNED = 1
@@ -79,6 +82,10 @@ DUST = real({"float64": 1.0e-12, "float32": 1.0e-5}[PRECISION])
 """Round-off of a velocity, as a part of the largest."""
 SOON = real(1.0e-3)
 """Part of a step by which an uplift may be missed: the error is of its square."""
+SHARP = real({"float64": 1.0e-5, "float32": 1.0e-3}[PRECISION])
+"""Part of the longest step by which an edge may let go of an end late: the error is of that."""
+PROBE = real({"float64": 1.0e-4, "float32": 1.0e-2}[PRECISION])
+"""Length of a moment, as a part of the longest step."""
 REACH = real(0.125)
 """Largest rotation in one step [rad]: keeps the polynomials in their range."""
 
@@ -210,11 +217,23 @@ def bound(body: Body, stance: int, slip: int, v: Three, w: Three):
     """Velocities projected on the contacts, along their force."""
     v1 = v
     w1 = w
+    mask = mask_of(stance)
     if stance != FLYING and slip == 0:
         v1, w1 = stuck(body, stance, v, w)
+    elif stance < FLAT and slip == mask:
+        v1, w1, _n, _sound = slid(
+            body, stance, body.friction, directions(body, v, w), Shares(), v, w
+        )
     elif stance < FLAT:
-        mu = wp.where(slip == mask_of(stance), body.friction, real(0.0))
-        v1, w1, _n, _sound = slid(body, stance, mu, directions(body, v, w), Shares(), v, w)
+        k = stance % 4
+        first = slip == 1 << k
+        other = (k + 1) % 4
+        pinned = wp.where(first, other, k)
+        slides = wp.where(first, k, other)
+        u = corner_velocity(body, v, w, slides) - corner_velocity(body, v, w, pinned)
+        way = body.corners[slides] - body.corners[pinned]
+        side = wp.where(way[0] * u[1] < way[1] * u[0], real(-1.0), real(1.0))
+        v1, w1, _m, _d, _good = swung(body, pinned, slides, side, v, w)
     elif stance == FLAT:
         v1 = Three(v[0], v[1], real(0.0))
         w1 = Three(real(0.0), real(0.0), w[2])
@@ -282,6 +301,46 @@ def arrived(
 
 
 @wp.func
+def probed(
+    block: Block, limits: Limits, q: Four, v: Three, w: Three, stance: int, slip: int, a: Three
+) -> Held:
+    """The motion in a moment of next to no length, its `spare` for unit time."""
+    d = PROBE * limits.longest_step
+    now = body_at(block, q)
+    soon = body_at(block, turned(q, w * (HALF * d)))
+    pull = a + Three(real(0.0), real(0.0), limits.gravity)
+    free = soon.inverse * (now.inertia * w)
+    h = settled(soon, stance, slip, directions(now, v, w), v - HALF * d * pull, free, real(0.0))
+    h.spare = h.spare / d
+    return h
+
+
+@wp.func
+def let_go(block: Block, limits: Limits, s: State, reached: State, base: Base, h: Held) -> real:
+    """Length of the step to where an edge lets go of one of its ends, if that lies inside.
+
+    What pushed there across the edge ends with a jump. What the end has to spare is known in the
+    middle of the step; moments of next to no length tell it at its start or its end. A line between
+    two of them says where nothing is left.
+    """
+    d = base.d
+    sharp = SHARP * limits.longest_step
+    middle = h.spare / larger(d, TINY)
+    cut = TWO * NEVER
+    if h.turns and d > sharp:
+        first = probed(block, limits, s.q, s.v, s.w, s.stance, s.slip, base.first)
+        there = HALF * d * first.spare / (first.spare - middle)
+        cut = wp.where(first.spare > real(0.0) and there > sharp, there, cut)
+    if not h.turns and d > sharp and reached.stance == s.stance and reached.slip == s.slip:
+        body = body_at(block, reached.q)
+        v, w = bound(body, reached.stance, reached.slip, reached.v, reached.w)
+        last = probed(block, limits, reached.q, v, w, s.stance, s.slip, base.last)
+        there = HALF * d * (real(1.0) + middle / (middle - last.spare))
+        cut = wp.where(last.turns and there < d - sharp, there, cut)
+    return cut
+
+
+@wp.func
 def capped(s: State, cut: real, d: real, near: real) -> State:
     """The old state where an event lies inside a step, its next step ending there.
 
@@ -333,6 +392,9 @@ def watched(
         e0, e1 = least_spare(body0, limits.gravity, base.first, base.last)
         if e1 < -SOON * e0 and e0 > -SOON * e1:
             cut = smaller(cut, first_root(e0, (e1 - e0) / base.d, e1, base.d))
+    on_edge = s.stance >= EDGE and s.stance < FLAT and s.slip != touched
+    if on_edge and lands == 0 and cut >= NEVER:
+        cut = let_go(block, limits, s, n, base, h)
     axis = upright(body)
     fall = wp.cross(n.w, axis)[2]
     e1 = axis[2] - near * size(fall)

@@ -11,9 +11,11 @@ next (4 + k), flat (8), or nowhere (9). What may hold is tried, larger stances f
        its component along the edge, flat nothing moves. The impulses follow. Those of an edge
        share what pushes along it as the cones allow; those of a face are spread bilinearly over
        the rectangle, which leaves all n >= 0 as long as the centre of pressure lies in it;
-    2. all that touch slide, p = n (-friction d, 1), d the directions in which the corners end up:
+    2. one end of an edge sticks, the other slides, which it can only across the edge: what turns
+       the block about the end that sticks is kept but for the moment of the other's impulse;
+    3. all that touch slide, p = n (-friction d, 1), d the directions in which the corners end up:
        on a corner Newton's method for the angle of d, on an edge and flat an iteration;
-    3. else corner by corner, each solved exactly, until nothing changes (block Gauss-Seidel).
+    4. else corner by corner, each solved exactly, until nothing changes (block Gauss-Seidel).
 
 A corner that touches and is not held must not sink. Where several states obey the law, the first
 is taken: sticking before sliding before leaving.
@@ -41,16 +43,6 @@ ALL = 15
 HALF = real(0.5)
 TINY = real(1.0e-30)
 """Keeps a quotient by zero finite."""
-ALIKE = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
-"""Change of a direction [rad] that is round-off."""
-STEEPEST = real(0.5)
-"""Largest turn of a direction in one of Newton's steps [rad]."""
-TURNS = 60
-"""Steps of Newton's method, or of the iteration for the directions of sliding."""
-SWEEPS = 20000
-"""Sweeps of the Gauss-Seidel iteration before it gives up."""
-SETTLED = real({"float64": 1.0e-13, "float32": 1.0e-6}[PRECISION])
-"""Change of the velocities in a sweep, as a part of the largest, at which it ends."""
 
 Two = wp.types.vector(length=2, dtype=real)
 Three = stack.Three
@@ -77,7 +69,9 @@ class Held:
 
     Velocity [m/s] and angular velocity [rad/s]; stance; slip, the corners that slide, as a sum of
     2^k; work, what friction took in this motion [m^2/s^2], times the step's length if the motion is
-    a mean; fits, whether the contact law is obeyed.
+    a mean; fits, whether the contact law is obeyed; spare, what an end of an edge has left before it
+    slides, or opens where it slides beside one that sticks; turns, whether that was used up and the
+    edge let go of an end.
     """
 
     v: Three
@@ -86,6 +80,8 @@ class Held:
     slip: int
     work: real
     fits: bool
+    spare: real
+    turns: bool
 
 
 @wp.func
@@ -146,27 +142,73 @@ def stuck(body: Body, stance: int, v: Three, w: Three):
 
 
 @wp.func
-def edge_carries(body: Body, k: int, p: Three, twist: Three) -> bool:
-    """Whether an edge can take an impulse p and an angular impulse about the centre of mass."""
-    zero = real(0.0)
+def edge_shares(body: Body, k: int, p: Three, twist: Three):
+    """Impulses of both ends of an edge, from their sum and angular impulse about the centre.
+
+    They differ by 2 q across the edge; what they share along it the cones tell.
+
+    Returns:
+        Both impulses, along the edge by halves; the edge's direction; what the cones of both leave
+        beside the friction across the edge.
+    """
     first = body.corners[k]
     way = body.corners[(k + 1) % 4] - first
     e = wp.normalize(way)
     middle = first + HALF * way
-    # The halves differ by 2 q, across the edge; what they share along it the cones tell.
     q = wp.cross((twist - wp.cross(middle, p)) / wp.length(way), e)
     one = HALF * p - q
     other = HALF * p + q
-    side = Two(-e[1], e[0])
-    across1 = one[0] * side[0] + one[1] * side[1]
-    across2 = other[0] * side[0] + other[1] * side[1]
-    most1 = body.friction * one[2]
-    most2 = body.friction * other[2]
-    left1 = most1 * most1 - across1 * across1
-    left2 = most2 * most2 - across2 * across2
-    spare = wp.sqrt(larger(left1, zero)) + wp.sqrt(larger(left2, zero))
+    room1 = body.friction * one[2] - size(one[1] * e[0] - one[0] * e[1])
+    room2 = body.friction * other[2] - size(other[1] * e[0] - other[0] * e[1])
+    return one, other, e, room1, room2
+
+
+@wp.func
+def left_along(most: real, room: real) -> real:
+    """Friction that a cone leaves along an edge, of its most and its room across the edge."""
+    return wp.sqrt(larger(room * (most + most - room), real(0.0)))
+
+
+@wp.func
+def edge_carries(body: Body, k: int, p: Three, twist: Three):
+    """Whether an edge can take an impulse p and an angular impulse about the centre of mass.
+
+    Returns:
+        That, and what the weaker end has left before it slides or opens.
+    """
+    zero = real(0.0)
+    one, other, e, room1, room2 = edge_shares(body, k, p, twist)
+    spare = left_along(body.friction * one[2], room1)
+    spare += left_along(body.friction * other[2], room2)
     pressed = one[2] >= zero and other[2] >= zero
-    return pressed and left1 >= zero and left2 >= zero and size(wp.dot(p, e)) <= spare
+    room = smaller(room1, room2)
+    return pressed and room >= zero and size(wp.dot(p, e)) <= spare, room
+
+
+@wp.func
+def begun(body: Body, stance: int, v: Three, w: Three) -> Corners:
+    """Directions in which corners that cannot stick begin to slide: against what would hold them.
+
+    The ends of an edge both have all of their cones used up then.
+    """
+    zero = real(0.0)
+    dirs = Corners()
+    v1, w1 = stuck(body, stance, v, w)
+    d = along(v - v1)
+    for k in range(4):
+        dirs[k] = Three(d[0], d[1], zero)
+    if stance >= EDGE and stance < FLAT:
+        k = stance - EDGE
+        p = v1 - v
+        one, other, e, room1, room2 = edge_shares(body, k, p, body.inertia * (w1 - w))
+        way = e * wp.sign(wp.dot(p, e))
+        left1 = left_along(body.friction * one[2], room1)
+        left2 = left_along(body.friction * other[2], room2)
+        d1 = along(one + way * left1 - e * wp.dot(one, e))
+        d2 = along(other + way * left2 - e * wp.dot(other, e))
+        dirs[k] = Three(-d1[0], -d1[1], zero)
+        dirs[(k + 1) % 4] = Three(-d2[0], -d2[1], zero)
+    return dirs
 
 
 @wp.func
@@ -242,289 +284,10 @@ def sticking(body: Body, stance: int, mask: int, v: Three, w: Three, dust: real)
     else:
         twist = body.inertia * (h.w - w)
         if stance < FLAT:
-            h.fits = edge_carries(body, stance - EDGE, p, twist)
+            fits, room = edge_carries(body, stance - EDGE, p, twist)
+            h.fits = fits
+            h.spare = room
         else:
             h.fits = face_carries(body, p, twist, dust)
     h.fits = h.fits and not sinks(body, h.v, h.w, mask & ~mask_of(stance), dust)
     return h
-
-
-@wp.func
-def answer(body: Body, k: int, p: Three, at: int) -> Three:
-    """Velocity that an impulse at corner k gives to corner `at`."""
-    return p + wp.cross(body.inverse * wp.cross(body.corners[k], p), body.corners[at])
-
-
-@wp.func
-def corner_matrix(body: Body, k: int) -> Matrix:
-    """Velocities of corner k by unit impulses there, column by column."""
-    zero, one = real(0.0), real(1.0)
-    x = answer(body, k, Three(one, zero, zero), k)
-    y = answer(body, k, Three(zero, one, zero), k)
-    z = answer(body, k, Three(zero, zero, one), k)
-    return Matrix(x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2])
-
-
-@wp.func
-def sliding_corner(m: Matrix, u: Three, mu: real, start: Two):
-    """Impulse of a corner that slides, and the direction in which it ends up doing so.
-
-    Args:
-        m: `corner_matrix` of the corner.
-        u: Its velocity without contact [m/s].
-        mu: Friction coefficient.
-        start: Direction to start from.
-
-    Returns:
-        Normal impulse [m/s], direction, whether that is the direction of the velocity.
-    """
-    d = start
-    n = real(0.0)
-    turn = real(1.0)
-    ahead = real(0.0)
-    weight = real(1.0)
-    tries = int(0)
-    while size(turn) > ALIKE and tries < TURNS:
-        e = Two(-d[1], d[0])
-        f = m * Three(-mu * d[0], -mu * d[1], real(1.0))
-        rate = m * Three(-mu * e[0], -mu * e[1], real(0.0))
-        weight = f[2]
-        n = -u[2] / weight
-        change = -n * rate[2] / weight
-        tx = u[0] + n * f[0]
-        ty = u[1] + n * f[1]
-        ahead = tx * d[0] + ty * d[1]
-        beside = tx * e[0] + ty * e[1]
-        bend = -ahead + e[0] * (change * f[0] + n * rate[0]) + e[1] * (change * f[1] + n * rate[1])
-        # Never away from the direction of the velocity.
-        bend = wp.where(bend < -TINY, bend, -TINY)
-        turn = wp.where(beside == real(0.0), real(0.0), -beside / bend)
-        turn = larger(smaller(turn, STEEPEST), -STEEPEST)
-        d = wp.normalize(d + turn * e)
-        tries += 1
-    sound = n >= real(0.0) and weight > real(0.0) and ahead >= real(0.0)
-    return n, d, sound and size(turn) <= real(1.0e3) * ALIKE
-
-
-@wp.func
-def slid(body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: Three, w: Three):
-    """Velocities of a block that slides in given directions, and the normal impulses.
-
-    Args:
-        body: The block.
-        stance: Its stance.
-        mu: Friction coefficient.
-        dirs: Directions in which its corners slide.
-        pressed: Normal impulses that a flat block's friction is taken from.
-        v: Velocity without contact [m/s].
-        w: Angular velocity without contact [rad/s].
-
-    Returns:
-        Velocity, angular velocity, normal impulses, whether they can be carried at all.
-    """
-    zero, one = real(0.0), real(1.0)
-    n = Shares()
-    v1 = v
-    w1 = w
-    sound = bool(True)
-    if stance == FLAT:
-        p = Three(zero, zero, -v[2])
-        torsion = real(0.0)
-        for k in range(4):
-            fx = -mu * pressed[k] * dirs[k, 0]
-            fy = -mu * pressed[k] * dirs[k, 1]
-            p = p + Three(fx, fy, zero)
-            torsion += body.corners[k, 0] * fy - body.corners[k, 1] * fx
-        spin = body.inertia * w
-        low = -body.corners[0, 2]
-        x = (spin[1] - low * p[0]) / larger(p[2], TINY)
-        y = (-spin[0] - low * p[1]) / larger(p[2], TINY)
-        n = p[2] * face_shares(body, x, y)
-        sound = p[2] >= zero and inside(body, x, y)
-        v1 = Three(v[0] + p[0], v[1] + p[1], zero)
-        w1 = Three(zero, zero, w[2] + torsion / body.inertia[2, 2])
-    else:
-        i = stance % 4
-        u = corner_velocity(body, v, w, i)
-        f1 = Three(-mu * dirs[i, 0], -mu * dirs[i, 1], one)
-        a11 = answer(body, i, f1, i)[2]
-        if stance < EDGE:
-            sound = a11 > zero
-            n[i] = -u[2] / a11
-        else:
-            j = (i + 1) % 4
-            u2 = corner_velocity(body, v, w, j)
-            f2 = Three(-mu * dirs[j, 0], -mu * dirs[j, 1], one)
-            a12 = answer(body, j, f2, i)[2]
-            a21 = answer(body, i, f1, j)[2]
-            a22 = answer(body, j, f2, j)[2]
-            det = a11 * a22 - a12 * a21
-            sound = det > zero and a11 > zero
-            n[i] = (a12 * u2[2] - a22 * u[2]) / det
-            n[j] = (a21 * u[2] - a11 * u2[2]) / det
-            v1 = v1 + n[j] * f2
-            w1 = w1 + n[j] * (body.inverse * wp.cross(body.corners[j], f2))
-        v1 = v1 + n[i] * f1
-        w1 = w1 + n[i] * (body.inverse * wp.cross(body.corners[i], f1))
-        for k in range(4):
-            sound = sound and n[k] >= zero
-    return v1, w1, n, sound
-
-
-@wp.func
-def slipping(
-    body: Body, stance: int, mask: int, forced: bool, start: Corners, v: Three, w: Three, dust: real
-) -> Held:
-    """The motion if all corners of a stance slide; whether it obeys the contact law.
-
-    `forced`: they slide already, in the directions `start`. Should they come to a stop, they go on
-    as if friction kept its direction: the step is then cut where they stop.
-    """
-    zero, one = real(0.0), real(1.0)
-    h = Held()
-    h.stance = stance
-    h.slip = mask_of(stance)
-    v1 = v
-    w1 = w
-    dirs = start
-    n = Shares(one, one, one, one) * (real(0.25) * larger(-v[2], zero))
-    sound = bool(False)
-    turned = bool(False)
-    change = real(1.0)
-    tries = int(0)
-    if stance < EDGE:
-        u = corner_velocity(body, v, w, stance)
-        d0 = Two(start[stance, 0], start[stance, 1])
-        _n, d, sound = sliding_corner(corner_matrix(body, stance), u, body.friction, d0)
-        turned = not sound or d[0] * d0[0] + d[1] * d0[1] <= zero
-        dirs[stance] = Three(d[0], d[1], zero)
-        v1, w1, n, sound = slid(body, stance, body.friction, dirs, n, v, w)
-        change = wp.where(turned and not forced, one, zero)
-    while change > real(1.0e1) * ALIKE and tries < TURNS and stance >= EDGE:
-        v1, w1, n, sound = slid(body, stance, body.friction, dirs, n, v, w)
-        change = real(0.0)
-        turned = bool(False)
-        for k in range(4):
-            if (h.slip & (1 << k)) != 0:
-                d = along(corner_velocity(body, v1, w1, k))
-                dx = d[0] - dirs[k, 0]
-                dy = d[1] - dirs[k, 1]
-                change = larger(change, size(dx) + size(dy))
-                turned = turned or d[0] * start[k, 0] + d[1] * start[k, 1] <= zero
-                dirs[k] = Three(d[0], d[1], zero)
-        tries += 1
-    settled = change <= real(1.0e3) * ALIKE
-    if forced and (turned or not settled):
-        dirs = start
-        for _again in range(3):
-            v1, w1, n, sound = slid(body, stance, body.friction, start, n, v, w)
-        settled = True
-    h.v = v1
-    h.w = w1
-    for k in range(4):
-        u = corner_velocity(body, v1, w1, k)
-        h.work += body.friction * n[k] * (u[0] * dirs[k, 0] + u[1] * dirs[k, 1])
-    h.fits = sound and settled and not sinks(body, v1, w1, mask & ~h.slip, dust)
-    return h
-
-
-@wp.func
-def corner_law(m: Matrix, u: Three, mu: real, d0: Two) -> Three:
-    """Impulse of one corner that obeys the contact law, given its velocity without it."""
-    p = Three()
-    if u[2] < real(0.0):
-        p = -(wp.inverse(m) * u)
-        push = wp.sqrt(p[0] * p[0] + p[1] * p[1])
-        if p[2] < real(0.0) or push > mu * p[2]:
-            start = wp.where(d0[0] * d0[0] + d0[1] * d0[1] > real(0.0), d0, -along(p))
-            n, d, sound = sliding_corner(m, u, mu, start)
-            if not sound:
-                n, d, sound = sliding_corner(m, u, mu, -along(p))
-            # What can neither stick nor slide jams.
-            p = wp.where(sound, n * Three(-mu * d[0], -mu * d[1], real(1.0)), p)
-    return p
-
-
-@wp.func
-def swept(body: Body, mask: int, v: Three, w: Three, dust: real) -> Held:
-    """The motion that obeys the contact law at some corners, found by Gauss-Seidel sweeps."""
-    zero = real(0.0)
-    h = Held()
-    h.v = v
-    h.w = w
-    impulses = Corners()
-    dirs = Corners()
-    speed = wp.length(v) + wp.length(w) * wp.length(body.corners[0])
-    change = speed
-    tries = int(0)
-    while change > SETTLED * speed and tries < SWEEPS:
-        change = real(0.0)
-        for k in range(4):
-            if (mask & (1 << k)) != 0:
-                m = corner_matrix(body, k)
-                u = corner_velocity(body, h.v, h.w, k) - m * impulses[k]
-                p = corner_law(m, u, body.friction, Two(dirs[k, 0], dirs[k, 1]))
-                more = p - impulses[k]
-                impulses[k] = p
-                h.v = h.v + more
-                h.w = h.w + body.inverse * wp.cross(body.corners[k], more)
-                change = larger(change, wp.length(m * more))
-                d = along(corner_velocity(body, h.v, h.w, k))
-                dirs[k] = Three(d[0], d[1], zero)
-        tries += 1
-    held = int(0)
-    for k in range(4):
-        u = corner_velocity(body, h.v, h.w, k)
-        push = wp.sqrt(impulses[k, 0] * impulses[k, 0] + impulses[k, 1] * impulses[k, 1])
-        if (mask & (1 << k)) != 0 and u[2] <= dust and impulses[k, 2] > zero:
-            held = held | (1 << k)
-            if push >= body.friction * impulses[k, 2] * (real(1.0) - real(1.0e4) * SETTLED):
-                h.slip = h.slip | (1 << k)
-        h.work -= u[0] * impulses[k, 0] + u[1] * impulses[k, 1]
-    h.stance = stance_of(held)
-    h.fits = tries < SWEEPS
-    return h
-
-
-@wp.func
-def settled(
-    body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
-) -> Held:
-    """The motion that obeys the contact law.
-
-    Args:
-        body: The block.
-        stance: Where it touches.
-        slip: Corners that slide already, 0 where friction finds its own directions.
-        start: Directions in which they slide.
-        v: Velocity without contact [m/s].
-        w: Angular velocity without contact [rad/s].
-        dust: Velocity that is round-off [m/s].
-    """
-    mask = mask_of(stance)
-    best = Held()
-    for number in range(18):
-        c = 8 - number % 9
-        part = mask_of(c)
-        if not best.fits and (part & mask) == part:
-            if number < 9:
-                if slip == 0:
-                    best = sticking(body, c, mask, v, w, dust)
-            else:
-                forced = slip != 0 and (slip & part) == part
-                dirs = start
-                if not forced:
-                    v1, _w1 = stuck(body, c, v, w)
-                    d = along(v - v1)
-                    for k in range(4):
-                        dirs[k] = Three(d[0], d[1], real(0.0))
-                best = slipping(body, c, mask, forced, dirs, v, w, dust)
-    if not best.fits:
-        best = Held()
-        best.v = v
-        best.w = w
-        best.stance = FLYING
-        best.fits = not sinks(body, v, w, mask, real(0.0))
-    if not best.fits:
-        best = swept(body, mask, v, w, dust)
-    return best
