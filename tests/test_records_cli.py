@@ -89,6 +89,9 @@ def test_a_raw_motion_is_warned_of(tmp_path: pathlib.Path) -> None:
     (found,) = facts("info", str(path))
     assert "process it before it drives a block" in found["warnings"][0]
     assert "process it before" in run("info", str(path))
+    path.write_text("# processing: raw counts\n" + path.read_text())
+    (found,) = facts("info", str(path))
+    assert "raw, as it was recorded" in found["warnings"][1]
 
 
 @pytest.mark.parametrize(

@@ -214,9 +214,12 @@ def test_a_channel_is_named_behind_its_file(tmp_path: pathlib.Path, wanted: str)
     record = load_record(f"a.v1#{wanted}", relative_to=tmp_path)
     assert record.name == "a#2"
     assert record.direction == "Up"
-    with pytest.raises(InputError, match=re.escape("got 2 channels, must name one behind")):
+    with pytest.raises(InputError, match=re.escape("got 2 channels, must be followed by #")):
         load_record(path)
-    with pytest.raises(InputError, match=re.escape("got channel 3, must name one")):
+    with pytest.raises(
+        InputError,
+        match=re.escape("got channel 3, must be followed by # and a channel: 1 (90 Deg), 2"),
+    ):
         load_record(f"{path}#3")
 
 

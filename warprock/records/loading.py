@@ -198,6 +198,4 @@ def _chosen(records: Sequence[Record], file: str, channel: str) -> Record:
             return record
     known = ", ".join(f"{number} ({record.direction})" for number, record in enumerate(records, 1))
     got = Said(f"channel {channel}" if channel else f"{len(records)} channels")
-    raise InputError(
-        file, "record", got, f"must name one behind the file, {CHANNEL}1 for one: {known}"
-    )
+    raise InputError(file, "record", got, f"must be followed by {CHANNEL} and a channel: {known}")

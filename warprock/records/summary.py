@@ -130,6 +130,8 @@ def warnings(record: Record) -> list[str]:
             f"the base keeps {velocity:.3g} m/s behind the record, {100 * part:.0f} % of its peak: "
             "an offset or a drift; process it before it drives a block"
         )
+    if record.processing.startswith("raw") and "band-pass" not in record.processing:
+        said.append("raw, as it was recorded: take off the mean and band-pass it first")
     if record.quantity is Control.ACCELERATION and np.all(record.samples == record.samples[0]):
         said.append("all samples are equal")
     return said

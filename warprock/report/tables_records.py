@@ -39,7 +39,7 @@ def print_records(rows: Sequence[Mapping[str, Any]], console: Console | None = N
     """
     out = console or stdout()
     headings = ["record", "unit", "dt [s]", "length [s]", "PGA [g]", "PGV [m/s]", "SHA-256"]
-    table = plain_table("Records", headings, headings[2:6])
+    table = plain_table("Records", headings, headings[:2])
     for row in rows:
         table.add_row(
             row["name"],
