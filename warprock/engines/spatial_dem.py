@@ -1,0 +1,160 @@
+"""The soft-spring engine in space: a grid of sub-contact springs under every block, batched."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any, cast
+
+import numpy as np
+import numpy.typing as npt
+import warp as wp
+
+from warprock.engines.dem_springs import stable_step
+from warprock.engines.launching import (
+    NEVER,
+    Form,
+    Target,
+    respond,
+    struct_rows,
+    time_or_nan,
+)
+from warprock.engines.settings import DemSettings
+from warprock.engines.spatial_dem_springs import (
+    ENDLESS,
+    point_pairs,
+    spatial_frequencies,
+    start_in_space,
+)
+from warprock.engines.spatial_launching import (
+    block_fields,
+    components,
+    histories,
+    launch_spatial,
+    unstable_in_space,
+)
+from warprock.engines.stack_launching import as_stacks
+from warprock.kernels.instance import LANE_WIDTH, REALS, kernel_module
+from warprock.lanes import Lanes, SpatialLanes
+from warprock.motion import GroundMotions, PlanarMotions, StillBase
+from warprock.response import Outcome, Response, SampleTimes, Status
+
+OVERTURNED, BROKEN, SLID_OFF = 2, 3, 4
+"""Modes of a lane in the kernel."""
+
+Array = npt.NDArray[np.float64]
+
+
+def dem_module(
+    settings: DemSettings, target: Target, lanes: Lanes, motions: GroundMotions
+) -> ModuleType:
+    """The instance of the kernel for a grid of points, a target, a motion and a block count."""
+    module: ModuleType = kernel_module(
+        "spatial_dem_launch",
+        precision=target.precision,
+        motion=motions.kind.value,
+        iterations=point_pairs(settings.subcontacts, settings.subcontacts_across).shape[1],
+        blocks=lanes.block_count,
+        lanes=LANE_WIDTH if target.kernel_form is Form.PACKED else 1,
+    )
+    return module
+
+
+def longest_steps(settings: DemSettings, lanes: Lanes) -> Array:
+    """Longest step of every lane [s], from its stiffest mode and the damping, shape [lane]."""
+    limit = stable_step(spatial_frequencies(lanes, settings)[:, -1], settings)
+    return np.asarray(np.minimum(settings.time_step, settings.step_safety * limit))
+
+
+def run_dem(
+    settings: DemSettings,
+    knobs: Any,
+    target: Target,
+    lanes: Lanes,
+    motions: GroundMotions,
+    times: SampleTimes,
+) -> Response:
+    """Runs blocks in space; see `AbstractEngine.run`.
+
+    Args:
+        settings: Of the springs.
+        knobs: The same as the struct `Knobs` of the module.
+        target: Precision, device and form.
+        lanes: Blocks and starts.
+        motions: Their ground motions.
+        times: Duration and sampling.
+    """
+    module = dem_module(settings, target, lanes, motions)
+    step = longest_steps(settings, lanes)
+    stacks = cast(SpatialLanes, as_stacks(lanes))
+    away = (stacks.rotation_start != 0.0) | (stacks.rotation_across_start != 0.0)
+    away = (away | (stacks.gap_start > 0.0)).any(axis=1)
+    side_by_side = module.LANES
+    count = -(-lanes.lane_count // side_by_side) * side_by_side
+    per_lane = {
+        # A lane whose sizes are not finite takes one step to find that out.
+        "time_step": np.where(np.isfinite(step), step, times.duration),
+        "uplift_time": np.where(away, 0.0, NEVER),
+        "moves": sum(
+            moves(part).astype(np.int32) << axis for axis, part in enumerate(components(motions))
+        ),
+    }
+    points = point_pairs(settings.subcontacts, settings.subcontacts_across)
+    with wp.ScopedDevice(target.device):
+        rows, per_block, attitudes = launch_spatial(
+            module,
+            target,
+            motions,
+            times,
+            with_ground(start_in_space(lanes, settings)),
+            wp.array(struct_rows(module.Lane, per_lane, count), dtype=module.Lane),
+            wp.array(points, dtype=REALS[target.precision]),
+            knobs,
+        )
+    # Body 0 is the ground.
+    per_block, mode = per_block[:, 1:], rows["mode"]
+    attitudes = None if attitudes is None else attitudes[:, 1:]
+    moved = np.asarray(rows["moved"], dtype=np.float64)
+    # In the last step of the run every interface was closed.
+    resting = (mode < OVERTURNED) & (moved < times.times[-1] - 1.5 * step)
+    gained = unstable_in_space(lanes, motions, rows["loss"])
+    rotations, others = histories(lanes, attitudes)
+    columns = block_fields(lanes, per_block) | {
+        "outcome": np.select(
+            [mode == OVERTURNED, mode == SLID_OFF, resting],
+            [Outcome.OVERTURNED, Outcome.SLID_OFF, Outcome.AT_REST],
+            Outcome.ROCKING,
+        ),
+        "status": np.select(
+            [mode == BROKEN, gained], [Status.NONFINITE, Status.UNSTABLE], Status.OK
+        ),
+        "impact_count": rows["impacts"],
+        "uplift_time": time_or_nan(rows["uplift_time"]),
+        "rest_time": np.where(resting, moved, np.nan),
+        "peak_penetration": rows["deepest"],
+        "energy_lost": rows["loss"],
+        "step_count": rows["steps"],
+    }
+    return respond("dem", columns, rotations, times, others)
+
+
+def with_ground(columns: dict[str, Array]) -> dict[str, Array]:
+    """Blocks on the ground, body 0: an endless flat face, of no height."""
+    endless = dict.fromkeys(("width", "depth"), ENDLESS)
+    return {
+        name: np.concatenate([np.full((len(each), 1), endless.get(name, 0.0)), each], axis=1)
+        for name, each in columns.items()
+    }
+
+
+MOVING = (
+    "acceleration_amplitude", "velocity_offset", "velocity_final", "scale", "c0", "c1", "c2", "c3"
+)  # fmt: skip
+"""Attributes of motions of which one is not zero where the base moves, of one kind or another."""
+
+
+def moves(motions: PlanarMotions) -> npt.NDArray[np.bool_]:
+    """Whether the base moves along one direction, shape [lane]."""
+    if isinstance(motions, StillBase):
+        return np.zeros(motions.lane_count, dtype=bool)
+    parts = [getattr(motions, name) != 0.0 for name in MOVING if hasattr(motions, name)]
+    return np.asarray(np.any(parts, axis=0))
