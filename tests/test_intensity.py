@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from scipy import signal
 
+from warprock.case import load_case
+from warprock.expansion import expand_lanes
 from warprock.motion import Control
 from warprock.records import Record, load_record
 from warprock.records.intensity import block_measures, measures, spectral_accelerations
@@ -143,3 +145,17 @@ def test_groups_of_a_block() -> None:
     found = block_measures(measures(record(np.full(31, 2.0), 0.1)), 3.0, 4.0)
     assert found.acceleration_ratio == pytest.approx(2.0 / (0.75 * GRAVITY))
     assert found.velocity_ratio == pytest.approx(math.sqrt(0.3 * GRAVITY) * 6.0 / (0.75 * GRAVITY))
+
+
+def test_every_lane_has_the_intensity_of_its_record() -> None:
+    case = load_case("record-ridgecrest")
+    inputs = expand_lanes(case).inputs
+    found = measures(load_record("ridgecrest-2019-ccc-090"))
+    assert found.peak_velocity == pytest.approx(0.4285, abs=5e-5)
+    of_block = block_measures(found, 0.17, 1.0)
+    scale = inputs["scale"].to_numpy()
+    assert inputs["peak_velocity_m_s"].to_numpy() == pytest.approx(scale * found.peak_velocity)
+    wanted = scale * of_block.velocity_ratio
+    assert inputs["normalised_velocity"].to_numpy() == pytest.approx(wanted)
+    wanted = scale * of_block.acceleration_ratio
+    assert inputs["normalised_acceleration"].to_numpy() == pytest.approx(wanted)

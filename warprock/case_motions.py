@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 import numpy.typing as npt
 
+from warprock import rocking
 from warprock.case import Case
 from warprock.case_keys import Said
 from warprock.case_values import LaneValues
@@ -83,6 +84,11 @@ def lane_motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[
     along, columns, peak = found[ALONG]
     uplift = uplift_ratio(lanes).min(axis=1) if lanes.stacked else lanes.width / lanes.height
     columns |= {"normalised_acceleration": peak / (GRAVITY * uplift)}
+    if _PEAK_VELOCITY in columns and not lanes.stacked:
+        p = rocking.frequency_parameter(lanes.width, lanes.height)
+        columns["normalised_velocity"] = (
+            p * np.asarray(columns[_PEAK_VELOCITY]) / (GRAVITY * uplift)
+        )
     if not lanes.spatial:
         return along, columns
     for table, (_, more, _) in found.items():
@@ -258,8 +264,12 @@ def _records(values: LaneValues, table: str, start: Array) -> Motions:
     columns: dict[str, object] = {"record": values.column(f"{table}.record")}
     for name in _PROVENANCE:
         columns[f"record_{name}"] = _words([getattr(each, name) for each in records], codes)
-    return motions, columns | {"scale": scale}, np.abs(scale) * peaks[codes]
+    velocities = np.array([record.peak_velocity for record in records])
+    columns |= {"scale": scale, _PEAK_VELOCITY: np.abs(scale) * velocities[codes]}
+    return motions, columns, np.abs(scale) * peaks[codes]
 
+
+_PEAK_VELOCITY = "peak_velocity_m_s"
 
 _PROVENANCE = ("source", "licence", "sha256", "processing")
 """What every lane says of its record."""

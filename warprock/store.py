@@ -86,6 +86,8 @@ INPUTS: dict[str, tuple[str, str]] = {
     "centre_offset_y_mm": ("mm", "Centre of mass from the middle, along the depth"),
     "member": ("-", "Number of the member in its cell"),
     "time_step_factor": ("-", "Factor on the engine's time step"),
+    "peak_velocity_m_s": ("m/s", "Largest velocity of the base, PGV"),
+    "normalised_velocity": ("-", "Frequency parameter x PGV / (g tan(slenderness angle))"),
     "normalised_acceleration": ("-", "Largest acceleration / (g tan(slenderness angle))"),
 }
 """Unit and meaning of the columns that a lane's inputs may have; any other is a label."""

@@ -90,8 +90,6 @@ def measures(record: Record) -> Measures:
     velocity = pieces.velocity[:-1]
     stop = start + slope * interval
     squares = interval * (start * start + start * stop + stop * stop) / 3.0
-    times = _stationary(start, slope, velocity, interval)
-    speeds = [_velocity(t, start, slope, velocity) for t in times]
     gained = velocity * interval + (start / 2.0 + slope * interval / 6.0) * interval**2
     place = np.concatenate([[0.0], np.cumsum(gained)])
     places = [
@@ -99,7 +97,7 @@ def measures(record: Record) -> Measures:
         for t in _turning(start, slope, velocity, interval)
     ]
     peak_acceleration = record.peak_acceleration
-    peak_velocity = float(np.max(np.abs(speeds)))
+    peak_velocity = record.peak_velocity
     return Measures(
         peak_acceleration=peak_acceleration,
         peak_velocity=peak_velocity,
@@ -112,18 +110,6 @@ def measures(record: Record) -> Measures:
         final_velocity=float(pieces.velocity[-1]),
         final_displacement=float(place[-1]),
     )
-
-
-def _velocity(t: Array, start: Array, slope: Array, velocity: Array) -> Array:
-    return velocity + t * (start + 0.5 * slope * t)
-
-
-def _stationary(start: Array, slope: Array, velocity: Array, interval: float) -> list[Array]:
-    """Times in each piece at which the velocity may be largest: its ends, and where a = 0."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        zero = -start / slope
-    inside = (zero > 0.0) & (zero < interval)
-    return [np.zeros_like(start), np.full_like(start, interval), np.where(inside, zero, 0.0)]
 
 
 def _turning(start: Array, slope: Array, velocity: Array, interval: float) -> list[Array]:

@@ -108,10 +108,18 @@ class Record:
         ends = pieces.acceleration + pieces.slope * self.interval
         return float(max(np.max(np.abs(pieces.acceleration)), np.max(np.abs(ends))))
 
-    @property
+    @functools.cached_property
     def peak_velocity(self) -> float:
-        """Largest |velocity| of the base at a sample [m/s]."""
-        return float(np.max(np.abs(self.pieces.velocity)))
+        """Largest |velocity| of the base [m/s]: at an end of a piece, or where a = 0 inside it."""
+        start, slope = self.pieces.acceleration[:-1], self.pieces.slope[:-1]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            zero = -start / slope
+        zero = np.where((zero > 0.0) & (zero < self.interval), zero, 0.0)
+        found = 0.0
+        for time in (np.zeros_like(start), np.full_like(start, self.interval), zero):
+            velocity = self.pieces.velocity[:-1] + time * (start + 0.5 * slope * time)
+            found = max(found, float(np.max(np.abs(velocity))))
+        return found
 
     @functools.cached_property
     def pieces(self) -> Pieces:
