@@ -55,6 +55,7 @@ wp.set_module_options(DEM_OPTIONS)
 scalar = kernel_module("scalar", precision=PRECISION)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
+in_range = scalar.in_range
 
 STEEPEST = real(0.1)
 """Cosine of the angle between two faces below which their overlap grows no more."""
@@ -328,6 +329,7 @@ def advance(
     fx: wp.ref[real], fz: wp.ref[real], moment: wp.ref[real],
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
     vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real], loss: wp.ref[real],
+    given: wp.ref[real],
 ):  # fmt: skip
     """Moves a block by a step.
 
@@ -341,7 +343,8 @@ def advance(
         fx: Force [N], fz likewise, moment clockwise [N m]; set to zero for the next step.
         x: Centre of the block, z likewise; theta its rotation, s and c sine and cosine of it, vx,
             vz and omega its velocities. All move on.
-        loss: Work of the springs and of mass damping against the blocks so far [J].
+        loss: Work of the springs and of mass damping against the blocks so far [J], given that of
+            the base on them.
     """
     half = real(0.5)
     old_x = real(vx)
@@ -356,6 +359,7 @@ def advance(
     new_o = old_o + span * po
     work = (px * (old_x + new_x) + pz * (old_z + new_z)) / m + po * (old_o + new_o) / j
     loss = loss - wp.where(live, half * span * work, real(0.0))
+    given = given - wp.where(live, half * dv * (old_x + new_x) / m, real(0.0))
     vx = wp.where(live, new_x, old_x)
     vz = wp.where(live, new_z, old_z)
     omega = wp.where(live, new_o, old_o)
@@ -363,8 +367,9 @@ def advance(
     z = wp.where(live, z + dt * new_z, z)
     angle = wp.where(live, theta + dt * new_o, theta)
     theta = angle
-    s = sine(angle)
-    c = cosine(angle)
+    turned = in_range(angle)
+    s = sine(turned)
+    c = cosine(turned)
     fx = real(0.0)
     fz = real(0.0)
     moment = real(0.0)

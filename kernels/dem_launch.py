@@ -29,9 +29,10 @@ LANES: int
 scalar = kernel_module("scalar", precision=PRECISION)
 found_of = kernel_module("stack_found", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+account = kernel_module("account", precision=PRECISION)
 dem = kernel_module("dem", precision=PRECISION)
 wp.set_module_options(dem.DEM_OPTIONS)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+larger, smaller, size, book = scalar.larger, scalar.smaller, scalar.size, account.book
 sine, cosine = scalar.sine, scalar.cosine
 BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
 Motion, base_velocity = motion.Motion, motion.velocity
@@ -92,6 +93,19 @@ Point = wp.types.matrix(shape=(BLOCKS * 2 * PAIRS, LANES), dtype=real)
 
 
 @wp.func
+def begin(
+    stack: Stack, face: wp.ref[real], c: wp.ref[real], dt: wp.ref[real],
+    uplift_time: wp.ref[real], mode: wp.ref[int],
+):  # fmt: skip
+    """Lays the ground, which has a face and is level, and sets a lane going."""
+    face = GROUND_FACE
+    c = real(1.0)
+    dt = stack.time_step
+    uplift_time = stack.uplift_time
+    mode = ROCKING
+
+
+@wp.func
 def set_up(
     block: Block, face: wp.ref[real], high: wp.ref[real], m: wp.ref[real], j: wp.ref[real],
     mu: wp.ref[real], depth: wp.ref[real], offset: wp.ref[real], x: wp.ref[real],
@@ -133,13 +147,15 @@ def time_past(until: real, steps: int, dt: real, mode: int) -> real:
 def ride(
     v: real, live: bool, steps: wp.ref[int], dt: real, dv: wp.ref[real], base: wp.ref[real],
     span: wp.ref[real], stored: wp.ref[real], at_start: wp.ref[real], loss: real,
-    spent: wp.ref[real],
+    spent: wp.ref[real], given: real, jolt: wp.ref[real], supplied: wp.ref[real],
+    taken: wp.ref[real], returned: wp.ref[real],
 ):  # fmt: skip
     """Begins a step of a lane whose base moves at v [m/s] after it."""
     dv = v - base
     base = wp.where(live, v, base)
     span = wp.where(steps == 0, HALF * dt, dt)
     at_start = wp.where(steps == 1, stored, at_start)
+    book(dv, given, spent - (stored - at_start), jolt, supplied, taken, returned)
     stored = wp.where(live, real(0.0), stored)
     spent = wp.where(live, loss, spent)
     steps = steps + wp.where(live, 1, 0)
@@ -205,16 +221,13 @@ def stacks(
     half, pe, pn, overlap, vn, vt, tilt = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     parting, sliding, n, nq, t, tq, e = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     dt, span, base, dv, loss, spent, stored = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    at_start, uplift_time, moved, deepest = Lane(), Lane(), Lane(), Lane()
+    at_start, given, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
+    uplift_time, moved, deepest, jolt = Lane(), Lane(), Lane(), Lane()
     live, impacts, mode, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
     # Counts that Warp does not know, so that it writes out none of the loops over them.
     bodies, pairs, first = int(BLOCKS + 1), int(PAIRS), wp.tid() * LANES
     for i in range(LANES):
-        c[0, i] = real(1.0)
-        face[0, i] = GROUND_FACE
-        dt[i] = lanes[first + i].time_step
-        uplift_time[i] = lanes[first + i].uplift_time
-        mode[i] = ROCKING
+        begin(lanes[first + i], face[0, i], c[0, i], dt[i], uplift_time[i], mode[i])
         for k in range(1, bodies):
             set_up(
                 blocks[k - 1, first + i], face[k, i], high[k, i], m[k, i], j[k, i], mu[k, i],
@@ -237,7 +250,8 @@ def stacks(
                 v = base_velocity(lane, mid, pool[2, place], pool[0, place], pool[1, place])
                 ride(
                     v, live[i] == 1, steps[i], dt[i], dv[i], base[i], span[i], stored[i],
-                    at_start[i], loss[i], spent[i],
+                    at_start[i], loss[i], spent[i], given[i], jolt[i], supplied[i], taken[i],
+                    returned[i],
                 )  # fmt: skip
             for k in range(1, bodies):
                 low, row = k - 1, (k - 1) * 2 * pairs
@@ -255,10 +269,9 @@ def stacks(
                     share = SPACING * wp.where(p == pairs - 1 or p < ODD, HALF, real(1.0))
                     for i in range(LANES):
                         press(
-                            knobs, live[i] == 1, mu[k, i], dt[i], share, away,
-                            overlap[i], tilt[i], vn[i], parting[i], vt[i], sliding[i],
-                            u[row + 2 * p, i], slip[row + 2 * p, i],
-                            u[row + 2 * p + 1, i], slip[row + 2 * p + 1, i],
+                            knobs, live[i] == 1, mu[k, i], dt[i], share, away, overlap[i], tilt[i],
+                            vn[i], parting[i], vt[i], sliding[i], u[row + 2 * p, i],
+                            slip[row + 2 * p, i], u[row + 2 * p + 1, i], slip[row + 2 * p + 1, i],
                             n[i], nq[i], t[i], tq[i], e[i],
                         )  # fmt: skip
                 for i in range(LANES):
@@ -277,7 +290,7 @@ def stacks(
                     advance(
                         live[i] == 1, dv[i], dt[i], span[i], knobs, m[k, i], j[k, i],
                         fx[k, i], fz[k, i], moment[k, i], x[k, i], z[k, i], theta[k, i], s[k, i],
-                        c[k, i], vx[k, i], vz[k, i], omega[k, i], loss[i],
+                        c[k, i], vx[k, i], vz[k, i], omega[k, i], loss[i], given[i],
                     )  # fmt: skip
                     observe(
                         live[i] == 1, real(steps[i]) * dt[i], theta[k, i],
@@ -291,9 +304,11 @@ def stacks(
                     found.rotations[sample, k - 1, first + i] = theta[k, i] - past * omega[k, i]
     for i in range(LANES):
         lost = spent[i] - (stored[i] - at_start[i])
+        book(dv[i], given[i], lost, jolt[i], supplied[i], taken[i], returned[i])
         found.results[first + i] = Result(
-            uplift_time[i], moved[i], lost, deepest[i], impacts[i], mode[i], steps[i]
-        )
+            uplift_time[i], moved[i], lost, jolt[i], supplied[i], returned[i], deepest[i],
+            impacts[i], mode[i], steps[i],
+        )  # fmt: skip
         for k in range(1, bodies):
             found.blocks[k - 1, first + i] = BlockResult(
                 slide[k, i], peak[k, i], peak_time[k, i], peak_slide[k, i]

@@ -55,6 +55,7 @@ wp.set_module_options(module_options())
 scalar = kernel_module("scalar", precision=PRECISION)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
+in_range = scalar.in_range
 
 ROUND_OFF = real(1.0e-12 if PRECISION == "float64" else 1.0e-4)
 """Residual that counts as none, over the velocities that the solve starts from."""
@@ -221,10 +222,8 @@ def step(
     The arguments from `x` on are the lane's state, see the head of this file; the step returns
     it in the same order, what `solve` missed, and the gap of the lower corner at its start [m].
     """
-    zero = real(0.0)
-    one = real(1.0)
-    w = block.inverse_inertia
-    dt = knobs.time_step
+    zero, one = real(0.0), real(1.0)
+    w, dt = block.inverse_inertia, knobs.time_step
     # Seen so that the block leans to +x: a mirrored scene is solved by the same numbers.
     lean = wp.where(theta != zero, theta, wp.where(omega != zero, omega, -dv))
     m = sign_of(lean)
@@ -279,8 +278,9 @@ def step(
 def slide_of(block: Block, x: real, theta: real) -> real:
     """Slide along the base of the corner that the block stands on [m]."""
     side = wp.where(theta < real(0.0), real(-1.0), real(1.0))
-    lean = side * block.half_width * (cosine(theta) - real(1.0))
-    return x + lean - block.half_height * sine(theta)
+    turned = in_range(theta)
+    lean = side * block.half_width * (cosine(turned) - real(1.0))
+    return x + lean - block.half_height * sine(turned)
 
 
 @wp.func

@@ -17,8 +17,9 @@ MOTION: str
 wp.set_module_options(module_options())
 scalar = kernel_module("scalar", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+account = kernel_module("account", precision=PRECISION)
 direct = kernel_module("direct", precision=PRECISION)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+larger, smaller, size, book = scalar.larger, scalar.smaller, scalar.size, account.book
 Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Block, Knobs, step = direct.Block, direct.Knobs, direct.step
@@ -122,6 +123,9 @@ class Result:
     uplift_time: real
     moved: real
     loss: real
+    jolt: real
+    supplied: real
+    returned: real
     deepest: real
     impacts: int
     mode: int
@@ -147,6 +151,7 @@ def packed(
     first = wp.tid() * LANE_WIDTH
     x, z, theta, vx, vz, omega = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     n1, n2, loss, base = Lane(), Lane(), Lane(), Lane()
+    given, jolt, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
     peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
     uplift_time, moved = Lane(), Lane()
     impacts, mode, steps = LaneInt(), LaneInt(), LaneInt()
@@ -197,12 +202,15 @@ def packed(
                 z[i] = wp.where(live, qz, z[i])
                 theta[i] = wp.where(live, qt, theta[i])
                 loss[i] = wp.where(live, lo + early * vz[i] * (p1 + p2), loss[i])
+                dv = moving - base[i]
+                given[i] = given[i] - wp.where(live, HALF * dv * (vx[i] + ux), real(0.0))
                 vx[i] = wp.where(live, ux, vx[i])
                 vz[i] = wp.where(live, uz, vz[i])
                 omega[i] = wp.where(live, uo, omega[i])
                 n1[i] = wp.where(live, p1, n1[i])
                 n2[i] = wp.where(live, p2, n2[i])
                 base[i] = moving
+                book(dv, given[i], loss[i], jolt[i], supplied[i], taken[i], returned[i])
                 peak[i] = wp.where(live, pk, peak[i])
                 peak_time[i] = wp.where(live, pt, peak_time[i])
                 peak_slide[i] = wp.where(live, ps, peak_slide[i])
@@ -227,6 +235,9 @@ def packed(
         result.uplift_time = uplift_time[i]
         result.moved = moved[i]
         result.loss = loss[i]
+        result.jolt = jolt[i]
+        result.supplied = supplied[i]
+        result.returned = returned[i]
         result.deepest = deepest[i]
         result.impacts = impacts[i]
         result.mode = mode[i]
@@ -253,8 +264,8 @@ def plain(
     x, z, vz, n1, n2 = start(block, knobs, theta)
     vx = real(0.0)
     omega = real(0.0)
-    loss = real(0.0)
-    deepest = real(0.0)
+    loss, given, jolt, supplied = real(0.0), real(0.0), real(0.0), real(0.0)
+    taken, returned, deepest = real(0.0), real(0.0), real(0.0)
     base = real(0.0)
     peak = size(theta)
     peak_time = real(0.0)
@@ -285,12 +296,15 @@ def plain(
             z = qz
             theta = qt
             loss = lo + early * vz * (p1 + p2)
+            dv = moving - base
+            given = given - HALF * dv * (vx + ux)
             vx = ux
             vz = uz
             omega = uo
             n1 = p1
             n2 = p2
             base = moving
+            book(dv, given, loss, jolt, supplied, taken, returned)
             mode = mo
             peak = pk
             peak_time = pt
@@ -311,6 +325,9 @@ def plain(
     result.uplift_time = uplift_time
     result.moved = moved
     result.loss = loss
+    result.jolt = jolt
+    result.supplied = supplied
+    result.returned = returned
     result.deepest = deepest
     result.impacts = impacts
     result.mode = mode

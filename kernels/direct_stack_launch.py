@@ -22,11 +22,13 @@ wp.set_module_options(stack.STACK_OPTIONS)
 scalar = kernel_module("scalar", precision=PRECISION)
 found_of = kernel_module("stack_found", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+account = kernel_module("account", precision=PRECISION)
 direct = kernel_module("direct", precision=PRECISION)
 impulse_stack = kernel_module("impulse_stack", precision=PRECISION)
 contact = kernel_module("direct_stack", precision=PRECISION, blocks=BLOCKS)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+larger, smaller, size, book = scalar.larger, scalar.smaller, scalar.size, account.book
 sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
+in_range = scalar.in_range
 BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
 Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
@@ -237,8 +239,8 @@ def posed(pose: Pose, state: State, dt: real):
         moved.x[k] = pose.x[k] + dt * state.velocity[3 * k]
         moved.z[k] = pose.z[k] + dt * state.velocity[3 * k + 1]
         theta[k] = theta[k] + dt * state.velocity[3 * k + 2]
-        moved.sine[k] = sine(theta[k])
-        moved.cosine[k] = cosine(theta[k])
+        moved.sine[k] = sine(in_range(theta[k]))
+        moved.cosine[k] = cosine(in_range(theta[k]))
     return moved, theta
 
 
@@ -324,6 +326,8 @@ def stacks(
         peak[k] = size(block.theta)
     uplift_time = lanes[lane].uplift_time
     moved, base, loss, deepest = real(0.0), real(0.0), real(0.0), real(0.0)
+    given, supplied, taken, returned = real(0.0), real(0.0), real(0.0), real(0.0)
+    jolt = real(0.0)
     impacts, count = int(0), int(-1)
     mode = int(ROCKING)
     time = -dt
@@ -344,11 +348,16 @@ def stacks(
             else:
                 state, work, gap, solved = step(shapes, pose, old, knobs, v - base, v - base)
                 deepest = larger(-gap, deepest)
+                dv = v - base
+                for k in range(BLOCKS):
+                    mean = HALF * (state.velocity[3 * k] + old.velocity[3 * k])
+                    given -= dv * mean / shapes.inverse_mass[k]
                 base = v
                 before = pose
                 pose, theta = posed(pose, state, dt)
                 state.theta = theta
                 loss -= work + unrisen(shapes, before, pose, state, knobs)
+                book(dv, given, loss, jolt, supplied, taken, returned)
                 mode = mode_of(state, solved)
                 for k in range(BLOCKS):
                     n1, n2 = state.left[k], state.right[k]
@@ -375,6 +384,8 @@ def stacks(
             for k in range(BLOCKS):
                 rate = state.velocity[3 * k + 2]
                 found.rotations[sample, k, lane] = state.theta[k] - past * rate
-    found.results[lane] = Result(uplift_time, moved, loss, deepest, impacts, mode, count)
+    found.results[lane] = Result(
+        uplift_time, moved, loss, jolt, supplied, returned, deepest, impacts, mode, count
+    )
     for k in range(BLOCKS):
         found.blocks[k, lane] = BlockResult(slide[k], peak[k], peak_time[k], peak_slide[k])

@@ -219,8 +219,7 @@ def advance(
     lost = wp.where(idle, zero, lost)
     x0, z0 = lower_corner(block, sine(theta), cosine(theta))
     theta1 = theta + d * mo
-    s1 = sine(theta1)
-    c1 = cosine(theta1)
+    s1, c1 = sine(theta1), cosine(theta1)
     x1, z1 = lower_corner(block, s1, c1)
     raw_vx = TWO * mx - vx
     raw_omega = TWO * mo - omega
@@ -335,8 +334,7 @@ def step(
     tends = wp.where(slip != zero, slip, -dv)
     upright = wp.where(mode == FLAT, tends, omega)
     side = sign_of(wp.where(theta != zero, theta, upright))
-    th = side * theta
-    om = side * omega
+    th, om = side * theta, side * omega
     th1, glide, gap1, vx1, vz1, om1, mode1, slip1, lost, missed, cut, falls, lands, s, c, deep = (
         advance(block, knobs, mode, side * slip, side * a, side * dv, d, th, gap, side * vx, vz, om)
     )
@@ -356,9 +354,8 @@ def step(
     face = side * turn
     return (
         wp.where(taken, face * th2, theta), wp.where(taken, slide + side * glide, slide),
-        wp.where(taken, wp.where(lands, zero, gap1), gap),
-        wp.where(taken, face * vx2, vx), wp.where(taken, vz2, vz),
-        wp.where(taken, face * om2, omega),
+        wp.where(taken, wp.where(lands, zero, gap1), gap), wp.where(taken, face * vx2, vx),
+        wp.where(taken, vz2, vz), wp.where(taken, face * om2, omega),
         wp.where(taken, face * slip2, slip), wp.where(taken, mode2, mode),
         wp.where(taken, time1, time), segment + wp.where(taken and passed, 1, 0),
         wp.where(taken, base + dv + kick, base), wp.where(taken, NEVER, wp.where(live, cut, cap)),

@@ -194,7 +194,6 @@ def projected(
         for i in range(3):
             n.rate[3 * k + i] = u[i]
     n.lost = n.lost + t.lost
-    n.deepest = larger(t.deep, s.deepest)
     n.time = t.time
     n.segment = t.segment
     n.base = s.base + t.dv + t.kick
@@ -246,6 +245,7 @@ def finished(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> Stat
     else:
         n = projected(blocks, limits, s, n, t, upper, lower)
         n.impacts = s.impacts + hits
+        n.deepest = larger(t.deep, s.deepest)
     return n
 
 

@@ -21,7 +21,7 @@ velocities at half steps (so the release at t = 0 begins with half a step of gra
 A lane's state: x along the base from where the block would rest [m], z above the base [m], theta
 [rad]; vx, vz [m/s] and omega [rad/s] relative to the base; the impulses n1, f1 of the -x corner
 and n2, f2 of the +x corner in the last step, per unit mass [m/s]; loss, the energy lost so far
-per unit mass [J/kg].
+per unit mass [J/kg], less what lifting by erp has given it.
 
 Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 """
@@ -39,7 +39,7 @@ ITERATIONS: int
 wp.set_module_options(module_options())
 scalar = kernel_module("scalar", precision=PRECISION)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-sign_of = scalar.sign_of
+sign_of, in_range = scalar.sign_of, scalar.in_range
 sine, cosine = scalar.sine, scalar.cosine
 
 ENDS_EARLY = ITERATIONS > MAX_UNROLL
@@ -135,10 +135,8 @@ def solve(
     g1 = e2 * n1f2
     g2 = e2 * f1f2
     g3 = e2 * n2f2
-    u1 = -d1 * u1
-    s1 = -e1 * s1
-    u2 = -d2 * u2
-    s2 = -e2 * s2
+    u1, s1 = -d1 * u1, -e1 * s1
+    u2, s2 = -d2 * u2, -e2 * s2
     n1 = n1 * on1
     f1 = f1 * on1
     n2 = n2 * on2
@@ -207,13 +205,14 @@ def step(
     mo = half * (uo + vo1)
     work = p1 * (mz - mo * x1) + t1 * (mx + mo * z1) + p2 * (mz - mo * x2) + t2 * (mx + mo * z2)
     lowest = smaller(gap1, gap2)
-    excess = smaller(lowest + real(2.0) * dt * dt * knobs.gravity, zero)
+    lift = -knobs.erp * smaller(lowest + real(2.0) * dt * dt * knobs.gravity, zero)
     vx1 = m * vx1
     vo1 = m * vo1
     return (
-        x + dt * vx1, z + dt * vz1 - knobs.erp * excess, theta + dt * vo1, vx1, vz1, vo1,
+        x + dt * vx1, z + dt * vz1 + lift, theta + dt * vo1, vx1, vz1, vo1,
         wp.where(m < zero, p2, p1), m * wp.where(m < zero, t2, t1),
-        wp.where(m < zero, p1, p2), m * wp.where(m < zero, t1, t2), loss - work, lowest,
+        wp.where(m < zero, p1, p2), m * wp.where(m < zero, t1, t2),
+        loss - work - knobs.gravity * lift, lowest,
     )  # fmt: skip
 
 
@@ -221,8 +220,9 @@ def step(
 def slide_of(block: Block, x: real, theta: real) -> real:
     """Slide along the base of the corner that the block stands on [m]."""
     side = wp.where(theta < real(0.0), real(-1.0), real(1.0))
-    lean = side * block.half_width * (cosine(theta) - real(1.0))
-    return x + lean - block.half_height * sine(theta)
+    turned = in_range(theta)
+    lean = side * block.half_width * (cosine(turned) - real(1.0))
+    return x + lean - block.half_height * sine(turned)
 
 
 @wp.func

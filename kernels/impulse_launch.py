@@ -17,8 +17,9 @@ ITERATIONS: int
 wp.set_module_options(module_options())
 scalar = kernel_module("scalar", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+account = kernel_module("account", precision=PRECISION)
 impulse = kernel_module("impulse", precision=PRECISION, iterations=ITERATIONS)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+larger, smaller, size, book = scalar.larger, scalar.smaller, scalar.size, account.book
 Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Block, Knobs, step = impulse.Block, impulse.Knobs, impulse.step
@@ -97,6 +98,9 @@ class Result:
     uplift_time: real
     moved: real
     loss: real
+    jolt: real
+    supplied: real
+    returned: real
     deepest: real
     impacts: int
     mode: int
@@ -122,6 +126,7 @@ def packed(
     first = wp.tid() * LANE_WIDTH
     x, z, theta, vx, vz, omega = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     n1, f1, n2, f2, loss, base = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    given, jolt, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
     peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
     uplift_time, moved = Lane(), Lane()
     impacts, mode, steps = LaneInt(), LaneInt(), LaneInt()
@@ -167,6 +172,8 @@ def packed(
                 x[i] = wp.where(live, qx, x[i])
                 z[i] = wp.where(live, qz, z[i])
                 theta[i] = wp.where(live, qt, theta[i])
+                dv = moving - base[i]
+                given[i] = given[i] - wp.where(live, HALF * dv * (vx[i] + ux), real(0.0))
                 vx[i] = wp.where(live, ux, vx[i])
                 vz[i] = wp.where(live, uz, vz[i])
                 omega[i] = wp.where(live, uo, omega[i])
@@ -176,6 +183,7 @@ def packed(
                 f2[i] = wp.where(live, t2, f2[i])
                 loss[i] = wp.where(live, lo, loss[i])
                 base[i] = moving
+                book(dv, given[i], loss[i], jolt[i], supplied[i], taken[i], returned[i])
                 peak[i] = wp.where(live, pk, peak[i])
                 peak_time[i] = wp.where(live, pt, peak_time[i])
                 peak_slide[i] = wp.where(live, ps, peak_slide[i])
@@ -200,6 +208,9 @@ def packed(
         result.uplift_time = uplift_time[i]
         result.moved = moved[i]
         result.loss = loss[i]
+        result.jolt = jolt[i]
+        result.supplied = supplied[i]
+        result.returned = returned[i]
         result.deepest = deepest[i]
         result.impacts = impacts[i]
         result.mode = mode[i]
@@ -232,8 +243,8 @@ def plain(
     f1 = real(0.0)
     n2 = carried(theta, knobs)
     f2 = real(0.0)
-    loss = real(0.0)
-    deepest = real(0.0)
+    loss, given, jolt, supplied = real(0.0), real(0.0), real(0.0), real(0.0)
+    taken, returned, deepest = real(0.0), real(0.0), real(0.0)
     base = real(0.0)
     peak = size(theta)
     peak_time = real(0.0)
@@ -262,6 +273,8 @@ def plain(
             x = qx
             z = qz
             theta = qt
+            dv = moving - base
+            given = given - HALF * dv * (vx + ux)
             vx = ux
             vz = uz
             omega = uo
@@ -271,6 +284,7 @@ def plain(
             f2 = t2
             loss = lo
             base = moving
+            book(dv, given, loss, jolt, supplied, taken, returned)
             mode = mo
             peak = pk
             peak_time = pt
@@ -291,6 +305,9 @@ def plain(
     result.uplift_time = uplift_time
     result.moved = moved
     result.loss = loss
+    result.jolt = jolt
+    result.supplied = supplied
+    result.returned = returned
     result.deepest = deepest
     result.impacts = impacts
     result.mode = mode

@@ -49,6 +49,7 @@ wp.set_module_options(STACK_OPTIONS)
 scalar = kernel_module("scalar", precision=PRECISION)
 larger, smaller = scalar.larger, scalar.smaller
 sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
+in_range = scalar.in_range
 
 GROUND_FACE = real(1.0e9)
 """Half width of the ground's face [m]: no block reaches its ends."""
@@ -237,8 +238,9 @@ def travel(
     x = wp.where(live, x + dt * ux + shift_x, x)
     z = wp.where(live, z + dt * uz + shift_z, z)
     theta = wp.where(live, theta + dt * uo, theta)
-    s = sine(theta)
-    c = cosine(theta)
+    turned = in_range(theta)
+    s = sine(turned)
+    c = cosine(turned)
 
 
 @wp.func

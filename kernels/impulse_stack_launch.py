@@ -31,9 +31,10 @@ LANES: int
 scalar = kernel_module("scalar", precision=PRECISION)
 found_of = kernel_module("stack_found", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+account = kernel_module("account", precision=PRECISION)
 impulse = kernel_module("impulse_stack", precision=PRECISION)
 wp.set_module_options(impulse.STACK_OPTIONS)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+larger, smaller, size, book = scalar.larger, scalar.smaller, scalar.size, account.book
 BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
 Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
@@ -162,16 +163,18 @@ def advance(
     ux: real, uz: real, uo: real, shift_x: wp.ref[real], shift_z: wp.ref[real],
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
     vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real], loss: wp.ref[real],
+    given: wp.ref[real],
 ):  # fmt: skip
     """Moves a block by a step; it takes over its new velocity, or a part of it (`kept`).
 
     The numbers 1 and 2 are the ends of the interface below it. What its contacts take from the
-    energy is added to the loss [J].
+    energy, less what it is lifted by, is added to the loss, the base's work to what is given [J].
     """
     give_back(gap1, nx1, nz1, gap2, nx2, nz2, knobs, shift_x, shift_z)
     fall = knobs.time_step * knobs.gravity
     done = work(dv, fall, m / j, vx, vz, omega, ux, uz, uo)
-    loss = loss - wp.where(live, done / m, real(0.0))
+    loss = loss - wp.where(live, (done + knobs.gravity * shift_z) / m, real(0.0))
+    given = given - wp.where(live, HALF * dv * (vx + ux) / m, real(0.0))
     travel(live, knobs.time_step, shift_x, shift_z, ux, uz, uo, x, z, theta, s, c)
     vx = kept * ux
     vz = kept * uz
@@ -237,14 +240,9 @@ def shown(mode: int, past: real, theta: real, omega: real) -> real:
 
 @wp.kernel
 def stacks(
-    blocks: wp.array2d(dtype=Block),
-    lanes: wp.array(dtype=Stack),
-    motions: wp.array(dtype=Motion),
-    pool: wp.array2d(dtype=real),
-    sample_times: wp.array(dtype=real),
-    knobs: Knobs,
-    found: Found,
-):
+    blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: wp.array(dtype=Motion),
+    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
+):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
     first, zero, dt = wp.tid() * LANES, real(0.0), knobs.time_step
     # Rows of bodies, the ground first: what they are, where, how fast, and what is kept of them.
@@ -255,7 +253,8 @@ def stacks(
     # Rows of points: the first and the second end of interface 1, of interface 2, ...
     nx, nz, au, bu, al, bl = Point(), Point(), Point(), Point(), Point(), Point()
     gap, pn, pt, nt, n, t, was = Point(), Point(), Point(), Point(), Point(), Point(), Point()
-    base, dv, hint, loss = Lane(), Lane(), Lane(), Lane()
+    base, dv, hint, loss, jolt = Lane(), Lane(), Lane(), Lane(), Lane()
+    given, supplied, taken, returned = Lane(), Lane(), Lane(), Lane()
     shift_x, shift_z, uplift_time, moved, deepest = Lane(), Lane(), Lane(), Lane(), Lane()
     impacts, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
     # Counts that Warp does not know, so that it writes out none of the loops over them.
@@ -284,6 +283,7 @@ def stacks(
                     v, count, mode[i], lives[i], dv[i], hint[i], base[i],
                     shift_x[i], shift_z[i], steps[i],
                 )  # fmt: skip
+                book(dv[i], given[i], loss[i], jolt[i], supplied[i], taken[i], returned[i])
             for k in range(1, bodies):
                 for i in range(LANES):
                     set_out(
@@ -321,6 +321,7 @@ def stacks(
                         gap[p, i], nx[p, i], nz[p, i], gap[q, i], nx[q, i], nz[q, i],
                         ux[k, i], uz[k, i], uo[k, i], shift_x[i], shift_z[i], x[k, i], z[k, i],
                         theta[k, i], s[k, i], c[k, i], vx[k, i], vz[k, i], omega[k, i], loss[i],
+                        given[i],
                     )  # fmt: skip
                     witness(
                         live, time, n[p, i], was[p, i], gap[p, i], n[q, i], was[q, i], gap[q, i],
@@ -339,9 +340,11 @@ def stacks(
                     turn = shown(mode[i], time - until, theta[k, i], omega[k, i])
                     found.rotations[sample, k - 1, first + i] = turn
     for i in range(LANES):
+        book(dv[i], given[i], loss[i], jolt[i], supplied[i], taken[i], returned[i])
         found.results[first + i] = Result(
-            uplift_time[i], moved[i], loss[i], deepest[i], impacts[i], mode[i], steps[i]
-        )
+            uplift_time[i], moved[i], loss[i], jolt[i], supplied[i], returned[i], deepest[i],
+            impacts[i], mode[i], steps[i],
+        )  # fmt: skip
         for k in range(1, bodies):
             found.blocks[k - 1, first + i] = BlockResult(
                 slide[k, i], peak[k, i], peak_time[k, i], peak_slide[k, i]

@@ -17,6 +17,9 @@ real: Any
 
 wp.set_module_options(module_options())
 
+FARTHEST = real(1.65)
+"""Largest |x| of which `sine` and `cosine` are right."""
+
 # sin(x) = x P(x^2) on |x| <= 1.65, remainder below 3e-16.
 S0, S1, S2, S3, S4, S5, S6, S7 = (
     real(value)
@@ -111,6 +114,15 @@ def cosine(x: real) -> real:
     """Cosine for |x| <= 1.65."""
     u = x * x
     return C0 + u * (C1 + u * (C2 + u * (C3 + u * (C4 + u * (C5 + u * (C6 + u * (C7 + u * C8)))))))
+
+
+@wp.func
+def in_range(x: real) -> real:
+    """The nearest number of which `sine` and `cosine` are right.
+
+    A rotation leaves their range in the step in which a block overturns, and by any angle.
+    """
+    return larger(smaller(x, FARTHEST), -FARTHEST)
 
 
 @wp.func

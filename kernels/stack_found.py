@@ -29,6 +29,9 @@ class Result:
     uplift_time: real
     moved: real
     loss: real
+    jolt: real
+    supplied: real
+    returned: real
     deepest: real
     impacts: int
     mode: int

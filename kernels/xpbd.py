@@ -71,15 +71,14 @@ impulse = kernel_module("impulse_stack", precision=PRECISION)
 wp.set_module_options(impulse.STACK_OPTIONS)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
-kick = impulse.kick
+in_range = scalar.in_range
+ground = kernel_module("xpbd_ground", precision=PRECISION, iterations=ITERATIONS)
 
 TINY = real(1.0e-30)
 """What a decaying speed or multiplier is taken for nothing at: subnormal numbers are slow."""
 LOOSE = real(1.0e30)
 """Anchor of an end that has slipped or opened: none."""
-LONGEST = 15
-"""Most sweeps in a row, which the compiler has to write out."""
-TURNS = max(n for n in range(1, LONGEST + 1) if max(ITERATIONS, 1) % n == 0) if BLOCKS == 1 else 1
+TURNS = ground.TURNS if BLOCKS == 1 else 1
 """Sweeps over an interface before the next one is visited: a single block has no other."""
 
 
@@ -149,8 +148,8 @@ def predict(
     vx = vx - dv
     vz = vz - knobs.time_step * knobs.gravity
     turned = theta + knobs.time_step * omega
-    ps = sine(turned)
-    pc = cosine(turned)
+    ps = sine(in_range(turned))
+    pc = cosine(in_range(turned))
     qx = zero
     qz = zero
     qo = zero
@@ -163,7 +162,7 @@ def settled(value: real) -> real:
 
 
 @wp.func
-def meet(
+def meet_any(
     side: real, face: real, high: real, s: real, c: real,
     lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real,
 ):  # fmt: skip
@@ -200,11 +199,15 @@ def meet(
     return nx, nz, au, bu, al, bl, gap, wp.where(inside, al - side * face, side * lface - au)
 
 
+meet, kick = (ground.meet, ground.kick) if BLOCKS == 1 else (meet_any, impulse.kick)
+
+
 @wp.func
 def approach(
     side: real, face: real, high: real, s: real, c: real, ps: real, pc: real, m: real, j: real,
     lface: real, lhigh: real, ls: real, lc: real, lps: real, lpc: real, lm: real, lj: real,
-    dx: real, dz: real, px: real, pz: real, knobs: Knobs,
+    x: real, z: real, vx: real, vz: real, below_x: real, below_z: real, below_vx: real,
+    below_vz: real, knobs: Knobs,
     nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real], al: wp.ref[real],
     bl: wp.ref[real], grown: wp.ref[real], slip: wp.ref[real], dn: wp.ref[real],
     gap: wp.ref[real], creep: wp.ref[real], soft: wp.ref[real], dt: wp.ref[real],
@@ -214,13 +217,17 @@ def approach(
 ):  # fmt: skip
     """Finds a point at the start of the step and as predicted, and starts it from before.
 
-    (px, pz) is (dx, dz) as predicted, ps and pc are the sine and the cosine, see `meet`. Found are
-    the normal and the levers at the start. For the velocity pass: by how much the gap would grow
-    and the place change (`slip`) [m], and dn, the normal multiplier for a metre
-    of gap [kg], nothing of an open end. For the pose pass: the gap, how far the place would be from
-    its anchor (`creep`), and `soft` like dn. For both: dt, the tangential multiplier for a metre;
-    and `was`, the last normal multiplier. The lower body's correction is (lx, lz, lo).
+    ps and pc are the sine and the cosine as predicted, vx and vz the predicted velocity, below_x
+    and so on those of the lower body. Found are the normal and the levers at the start. For the
+    velocity pass: by how much the gap would grow and the place change (`slip`) [m], and dn, the
+    normal multiplier for a metre of gap [kg], nothing of an open end. For the pose pass: the gap,
+    how far the place would be from its anchor (`creep`), and `soft` like dn. For both: dt, the
+    tangential multiplier for a metre; and `was`, the last normal multiplier. The lower body's
+    correction is (lx, lz, lo).
     """
+    dx, dz = x - below_x, z - below_z
+    px = dx + knobs.time_step * (vx - below_vx)
+    pz = dz + knobs.time_step * (vz - below_vz)
     fx, fz, eu, du, el, dl, before, place = meet(
         side, face, high, s, c, lface, lhigh, ls, lc, dx, dz
     )
@@ -260,7 +267,7 @@ def apart(
 
 
 @wp.func
-def sweep(
+def sweep_any(
     mu: real, m: real, j: real, lm: real, lj: real,
     nx1: real, nz1: real, au1: real, bu1: real, al1: real, bl1: real,
     gap1: real, slip1: real, dn1: real, dt1: real,
@@ -270,7 +277,7 @@ def sweep(
     qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
-    """TURNS sweeps over the four multipliers of an interface; mu is the friction coefficient."""
+    """A sweep over the four multipliers of an interface; mu is the friction coefficient."""
     # What multipliers do to the gaps and slips of both ends [1/kg].
     both = m + lm
     along = both * (nx1 * nx2 + nz1 * nz2)
@@ -309,11 +316,10 @@ def sweep(
     d2 = dt2 * t1t2
     d3 = dt2 * n2t2
     # Last in each row comes what was found last, for which the others need not wait.
-    for _ in range(TURNS):
-        a = larger(u1 - a1 * b - a2 * e - a3 * f, real(0.0))
-        b = larger(smaller(s1 - b2 * e - b3 * f - b1 * a, mu * a), -mu * a)
-        e = larger(u2 - c3 * f - c1 * a - c2 * b, real(0.0))
-        f = larger(smaller(s2 - d1 * a - d2 * b - d3 * e, mu * e), -mu * e)
+    a = larger(u1 - a1 * b - a2 * e - a3 * f, real(0.0))
+    b = larger(smaller(s1 - b2 * e - b3 * f - b1 * a, mu * a), -mu * a)
+    e = larger(u2 - c3 * f - c1 * a - c2 * b, real(0.0))
+    f = larger(smaller(s2 - d1 * a - d2 * b - d3 * e, mu * e), -mu * e)
     kick(m, j, lm, lj, nx1, nz1, au1, bu1, al1, bl1, a - n1, b - t1, qx, qz, qo, lx, lz, lo)
     kick(m, j, lm, lj, nx2, nz2, au2, bu2, al2, bl2, e - n2, f - t2, qx, qz, qo, lx, lz, lo)
     n1 = a
@@ -322,25 +328,31 @@ def sweep(
     t2 = f
 
 
+sweep = ground.sweep if BLOCKS == 1 else sweep_any
+
+
 @wp.func
 def travel(
     live: bool, dv: real, knobs: Knobs, m: real, j: real,
     qx: real, qz: real, qo: real, rx: real, rz: real, ro: real,
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
     vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real], loss: wp.ref[real],
+    given: wp.ref[real],
 ):  # fmt: skip
     """Moves a block, where its lane is alive, and gives it its velocity.
 
     The corrections of its predicted velocity, times the time step, are (qx, qz, qo), those of its
     predicted pose (rx, rz, ro). What its contacts take from its energy is added to the loss [J]:
-    their work on the mean velocity of the step, less what poses are lifted by beyond velocities.
+    their work on the mean velocity of the step, less what poses are lifted by beyond velocities;
+    the base's work is added to what is given [J].
     """
     dt = knobs.time_step
     x = wp.where(live, x + (dt * vx + rx), x)
     z = wp.where(live, z + (dt * vz + rz), z)
     theta = wp.where(live, theta + (dt * omega + ro), theta)
-    s = sine(theta)
-    c = cosine(theta)
+    turned = in_range(theta)
+    s = sine(turned)
+    c = cosine(turned)
     # Change of the velocity by contacts; it times the sum of the velocities before and after.
     px = knobs.rate * qx
     pz = knobs.rate * qz
@@ -348,6 +360,7 @@ def travel(
     linear = px * (vx + dv + vx + px) + pz * (vz + dt * knobs.gravity + vz + pz)
     done = real(0.5) * (linear / m + po * (omega + omega + po) / j) + knobs.gravity * (rz - qz) / m
     loss = loss - wp.where(live, done, real(0.0))
+    given = given - wp.where(live, real(0.5) * dv * (vx + dv + vx + px) / m, real(0.0))
     vx = settled(vx + px)
     vz = settled(vz + pz)
     omega = settled(omega + po)

@@ -31,10 +31,11 @@ LANES: int
 scalar = kernel_module("scalar", precision=PRECISION)
 found_of = kernel_module("stack_found", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+account = kernel_module("account", precision=PRECISION)
 xpbd = kernel_module("xpbd", precision=PRECISION, iterations=ITERATIONS, blocks=BLOCKS)
 impulse = kernel_module("impulse_stack", precision=PRECISION)
 wp.set_module_options(impulse.STACK_OPTIONS)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+larger, smaller, size, book = scalar.larger, scalar.smaller, scalar.size, account.book
 sine, cosine = scalar.sine, scalar.cosine
 BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
 Motion, base_velocity = motion.Motion, motion.velocity
@@ -183,42 +184,6 @@ def start_poses(
 
 
 @wp.func
-def finish(
-    live: bool, time: real, kept: real, dv: real, knobs: Knobs, m: real, j: real, mu: real,
-    qx: real, qz: real, qo: real, rx: real, rz: real, ro: real,
-    n1: real, was1: real, gap1: real, pose_n1: real, pose_t1: real,
-    n2: real, was2: real, gap2: real, pose_n2: real, pose_t2: real,
-    x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
-    vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real],
-    anchor1: wp.ref[real], anchor2: wp.ref[real], loss: wp.ref[real], mode: wp.ref[int],
-    uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int],
-):  # fmt: skip
-    """Ends a step of a block, see `travel`; whether that is finite, and its interface rocks.
-
-    It keeps a part of its velocity (`kept`). Ends have landed whose multiplier was nothing in the
-    last step; their gaps are those at the start of the step.
-    """
-    zero = real(0.0)
-    travel(
-        live, dv, knobs, m, j, qx, qz, qo, rx, rz, ro, x, z, theta, s, c, vx, vz, omega, loss
-    )  # fmt: skip
-    speed = vx + vz + omega
-    mode = wp.where(live and mode == ROCKING and speed - speed != zero, BROKEN, mode)
-    vx = kept * vx
-    vz = kept * vz
-    omega = kept * omega
-    anchor1 = held(mu, pose_n1, pose_t1, anchor1)
-    anchor2 = held(mu, pose_n2, pose_t2, anchor2)
-    lifted = live and (n1 <= zero or n2 <= zero)
-    landed1 = wp.where(live and was1 <= zero and n1 > zero, 1, 0)
-    landed2 = wp.where(live and was2 <= zero and n2 > zero, 1, 0)
-    uplift_time = wp.where(lifted and uplift_time >= NEVER, time, uplift_time)
-    moved = wp.where(lifted, time, moved)
-    impacts = impacts + landed1 + landed2
-    deepest = wp.where(live, larger(-smaller(gap1, gap2), deepest), deepest)
-
-
-@wp.func
 def observe(
     live: bool, time: real, theta: real, below: real,
     face: real, high: real, s: real, c: real, lface: real, lhigh: real, ls: real, lc: real,
@@ -246,26 +211,71 @@ def observe(
     mode = wp.where(live and mode == ROCKING, wp.where(total - total == zero, found, BROKEN), mode)
 
 
+@wp.func
+def finish(
+    live: bool, time: real, kept: real, dv: real, knobs: Knobs, m: real, j: real, mu: real,
+    qx: real, qz: real, qo: real, rx: real, rz: real, ro: real,
+    n1: real, was1: real, gap1: real, pose_n1: real, pose_t1: real,
+    n2: real, was2: real, gap2: real, pose_n2: real, pose_t2: real,
+    x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
+    vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real],
+    anchor1: wp.ref[real], anchor2: wp.ref[real], loss: wp.ref[real], given: wp.ref[real],
+    mode: wp.ref[int], uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real],
+    impacts: wp.ref[int], below: real, face: real, high: real, lface: real, lhigh: real, ls: real,
+    lc: real, lx: real, lz: real, offset: real, peak: wp.ref[real], peak_time: wp.ref[real],
+    slide: wp.ref[real], peak_slide: wp.ref[real],
+):  # fmt: skip
+    """Ends a step of a block, see `travel`; whether that is finite, and its interface rocks.
+
+    It keeps a part of its velocity (`kept`). Ends have landed whose multiplier was nothing in the
+    last step; their gaps are those at the start of the step. From `below` on, see `observe`;
+    (lx, lz) is the centre of the body below.
+    """
+    zero = real(0.0)
+    travel(
+        live, dv, knobs, m, j, qx, qz, qo, rx, rz, ro, x, z, theta, s, c, vx, vz, omega, loss,
+        given,
+    )  # fmt: skip
+    speed = vx + vz + omega
+    mode = wp.where(live and mode == ROCKING and speed - speed != zero, BROKEN, mode)
+    vx = kept * vx
+    vz = kept * vz
+    omega = kept * omega
+    anchor1 = held(mu, pose_n1, pose_t1, anchor1)
+    anchor2 = held(mu, pose_n2, pose_t2, anchor2)
+    lifted = live and (n1 <= zero or n2 <= zero)
+    landed1 = wp.where(live and was1 <= zero and n1 > zero, 1, 0)
+    landed2 = wp.where(live and was2 <= zero and n2 > zero, 1, 0)
+    uplift_time = wp.where(lifted and uplift_time >= NEVER, time, uplift_time)
+    moved = wp.where(lifted, time, moved)
+    impacts = impacts + landed1 + landed2
+    deepest = wp.where(live, larger(-smaller(gap1, gap2), deepest), deepest)
+    observe(
+        live, time, theta, below, face, high, s, c, lface, lhigh, ls, lc, x - lx, z - lz, offset,
+        peak, peak_time, slide, peak_slide, mode,
+    )  # fmt: skip
+
+
 @wp.kernel
 def stacks(
     blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
-    first, dt = wp.tid() * LANES, knobs.time_step
     # Rows of bodies, the ground first: what they are, where, how fast, and what is kept of them.
     face, high, m, j, mu, offset, far = Body(), Body(), Body(), Body(), Body(), Body(), Body()
     x, z, theta, s, c, ps, pc = Body(), Body(), Body(), Body(), Body(), Body(), Body()
     vx, vz, omega, lean, peak, when, slide = Body(), Body(), Body(), Body(), Body(), Body(), Body()
     # Rows of points, two an interface; then of bodies and points in the one and the other pass.
     nx, nz, au, bu, al, bl, ds = Point(), Point(), Point(), Point(), Point(), Point(), Point()
-    was, anchor = Point(), Point(LOOSE)
-    qx, qz, qo = Move(), Move(), Move()
+    was, anchor, qx, qz, qo = Point(), Point(LOOSE), Move(), Move(), Move()
     need, slip, dn, n, t = Pass(), Pass(), Pass(), Pass(), Pass()
-    base, dv, hint, loss, lift, moved, deep = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    impacts, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
+    base, dv, hint, loss, lift, last, deep = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    given, jolt, most, taken, back = Lane(), Lane(), Lane(), Lane(), Lane()
+    hit, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
     # Counts that Warp does not know, so that it writes out none of the loops over them.
     bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS // TURNS)
+    first, dt = wp.tid() * LANES, knobs.time_step
     for i in range(LANES):
         begin(lanes[first + i], face[0, i], c[0, i], pc[0, i], lift[i], mode[i])
         for k in range(1, bodies):
@@ -274,8 +284,7 @@ def stacks(
                 j[k, i], mu[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
                 peak[k, i], lean[k, i], n[2 * k - 2, i], n[2 * k - 1, i],
             )  # fmt: skip
-    count = int(-SETTLING)
-    time = real(count) * dt
+    count, time = int(-SETTLING), -real(SETTLING) * dt
     for sample in range(sample_times.shape[0]):
         while time < sample_times[sample]:
             count += 1
@@ -286,6 +295,7 @@ def stacks(
                 line = sample_index(lane, sample_segment(lane, half))
                 v = base_velocity(lane, half, pool[2, line], pool[0, line], pool[1, line])
                 ride(v, count, mode[i], lives[i], dv[i], hint[i], base[i], steps[i])
+                book(dv[i], given[i], loss[i], jolt[i], most[i], taken[i], back[i])
             for k in range(1, bodies):
                 p, q = 2 * k - 2, 2 * k - 1
                 for i in range(LANES):
@@ -298,12 +308,11 @@ def stacks(
             for p in range(points):
                 low, k, r, turn = p // 2, p // 2 + 1, points + p, real(2 * (p % 2) - 1)
                 for i in range(LANES):
-                    dx, dz = x[k, i] - x[low, i], z[k, i] - z[low, i]
                     approach(
                         turn * lean[k, i], face[k, i], high[k, i], s[k, i], c[k, i], ps[k, i],
                         pc[k, i], m[k, i], j[k, i], face[low, i], high[low, i], s[low, i],
-                        c[low, i], ps[low, i], pc[low, i], m[low, i], j[low, i], dx, dz,
-                        dx + dt * (vx[k, i] - vx[low, i]), dz + dt * (vz[k, i] - vz[low, i]), knobs,
+                        c[low, i], ps[low, i], pc[low, i], m[low, i], j[low, i], x[k, i], z[k, i],
+                        vx[k, i], vz[k, i], x[low, i], z[low, i], vx[low, i], vz[low, i], knobs,
                         nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], need[p, i],
                         slip[p, i], dn[p, i], need[r, i], slip[r, i], dn[r, i], ds[p, i],
                         anchor[p, i], was[p, i], n[p, i], t[p, i], qx[k, i], qz[k, i], qo[k, i],
@@ -311,12 +320,12 @@ def stacks(
                     )  # fmt: skip
             for part in range(2):  # Velocities, then poses, which start from what those took.
                 for k in range(1, bodies * part):
+                    p, q, u = 2 * k - 2, 2 * k - 1, bodies + k
+                    r, w = points + p, points + q
                     for i in range(LANES):
                         start_poses(
-                            qx[k, i], qz[k, i], qo[k, i], n[2 * k - 2, i], t[2 * k - 2, i],
-                            n[2 * k - 1, i], t[2 * k - 1, i], qx[bodies + k, i], qz[bodies + k, i],
-                            qo[bodies + k, i], n[points + 2 * k - 2, i], t[points + 2 * k - 2, i],
-                            n[points + 2 * k - 1, i], t[points + 2 * k - 1, i],
+                            qx[k, i], qz[k, i], qo[k, i], n[p, i], t[p, i], n[q, i], t[q, i],
+                            qx[u, i], qz[u, i], qo[u, i], n[r, i], t[r, i], n[w, i], t[w, i],
                         )  # fmt: skip
                 for step in range(sweeps * BLOCKS):
                     k, p, q = step % BLOCKS + 1, step % BLOCKS * 2, step % BLOCKS * 2 + 1
@@ -332,21 +341,18 @@ def stacks(
                         )  # fmt: skip
             for k in range(1, bodies):
                 low, p, q, u = k - 1, 2 * k - 2, 2 * k - 1, bodies + k
+                r, w = points + p, points + q
                 for i in range(LANES):
                     finish(
                         lives[i] > 0, time, kept, dv[i], knobs, m[k, i], j[k, i], mu[k, i],
                         qx[k, i], qz[k, i], qo[k, i], qx[u, i], qz[u, i], qo[u, i], n[p, i],
-                        was[p, i], need[points + p, i] - need[p, i], n[points + p, i],
-                        t[points + p, i], n[q, i], was[q, i], need[points + q, i] - need[q, i],
-                        n[points + q, i], t[points + q, i], x[k, i], z[k, i], theta[k, i], s[k, i],
-                        c[k, i], vx[k, i], vz[k, i], omega[k, i], anchor[p, i], anchor[q, i],
-                        loss[i], mode[i], lift[i], moved[i], deep[i], impacts[i],
-                    )  # fmt: skip
-                    observe(
-                        lives[i] > 0, time, theta[k, i], theta[low, i], face[k, i], high[k, i],
-                        s[k, i], c[k, i], face[low, i], high[low, i], s[low, i], c[low, i],
-                        x[k, i] - x[low, i], z[k, i] - z[low, i], offset[k, i], peak[k, i],
-                        when[k, i], slide[k, i], far[k, i], mode[i],
+                        was[p, i], need[r, i] - need[p, i], n[r, i], t[r, i], n[q, i], was[q, i],
+                        need[w, i] - need[q, i], n[w, i], t[w, i], x[k, i], z[k, i], theta[k, i],
+                        s[k, i], c[k, i], vx[k, i], vz[k, i], omega[k, i], anchor[p, i],
+                        anchor[q, i], loss[i], given[i], mode[i], lift[i], last[i], deep[i],
+                        hit[i], theta[low, i], face[k, i], high[k, i], face[low, i],
+                        high[low, i], s[low, i], c[low, i], x[low, i], z[low, i], offset[k, i],
+                        peak[k, i], when[k, i], slide[k, i], far[k, i],
                     )  # fmt: skip
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):
@@ -354,10 +360,10 @@ def stacks(
                     turn = shown(mode[i], time - sample_times[sample], theta[k, i], omega[k, i])
                     found.rotations[sample, k - 1, first + i] = turn
     for i in range(LANES):
+        book(dv[i], given[i], loss[i], jolt[i], most[i], taken[i], back[i])
         found.results[first + i] = Result(
-            lift[i], moved[i], loss[i], deep[i], impacts[i], mode[i], steps[i]
+            lift[i], last[i], loss[i], jolt[i], most[i], back[i], deep[i], hit[i], mode[i], steps[i]
         )
         for k in range(1, bodies):
-            found.blocks[k - 1, first + i] = BlockResult(
-                slide[k, i], peak[k, i], when[k, i], far[k, i]
-            )
+            block = BlockResult(slide[k, i], peak[k, i], when[k, i], far[k, i])
+            found.blocks[k - 1, first + i] = block

@@ -36,8 +36,8 @@ class Status(enum.IntEnum):
     model is a lane in which something happened that its engine leaves out, such as a contact that
     had to pull; its numbers are what the engine's equations give. At the iteration limit a contact
     solve has not settled; the lane's run ends there. Unstable is a lane that
-    gained more energy than it held on a base that stands still: its step is too long for it, its
-    sweeps too few, or float32 too coarse; where the base moves nothing tells.
+    gained more energy than it held and its base supplied: its step is too long for it, its sweeps
+    too few, or float32 too coarse.
     """
 
     OK = 0

@@ -20,7 +20,8 @@ from warprock.engines.dem_springs import (
 )
 from warprock.engines.launching import NEVER, Target, respond, time_or_nan
 from warprock.engines.settings import DemSettings
-from warprock.engines.soundness import unstable
+from warprock.engines.soundness import account_of, unstable
+from warprock.engines.spatial_dem import dem_module, longest_steps, run_dem
 from warprock.engines.stack_launching import Array, as_stacks, launch_stacks, stack_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions, StillBase
@@ -47,7 +48,7 @@ class Dem(AbstractEngine):
     that comes before a rigid block would lift: when the resultant has moved two thirds (of many
     sub-contacts) or three quarters (of five) of the way to an end. What a lane lost went into
     dashpots, slip and springs that opened under load. A lane that by this account gains more than
-    it held while its base stands still has the status UNSTABLE, as at a `step_safety` beyond 1.
+    it held and its base supplied has the status UNSTABLE, as at a `step_safety` beyond 1.
     """
 
     name: ClassVar[str] = "dem"
@@ -67,8 +68,6 @@ class Dem(AbstractEngine):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
-        if scene.beyond_the_plane:
-            return scene.beyond_the_plane
         if scene.restitution_given:
             return (
                 "dem finds the angular restitution from its contact law and cannot follow "
@@ -82,10 +81,14 @@ class Dem(AbstractEngine):
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
         """Longest step of every lane [s]; see `AbstractEngine.longest_step`."""
+        if lanes.spatial:
+            return longest_steps(self.settings, lanes)
         limit = stable_step(stiffest_frequency(as_stacks(lanes), self.settings), self.settings)
         return np.asarray(np.minimum(self.settings.time_step, self.settings.step_safety * limit))
 
     def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
+        if lanes.spatial:
+            return dem_module(self.settings, self.target, lanes, motions)
         return stack_module("dem_launch", self.target, motions, lanes, self.settings.subcontacts)
 
     def _knobs(self, module: Any) -> Any:
@@ -103,10 +106,12 @@ class Dem(AbstractEngine):
 
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
+        module = self._module(lanes, motions)
+        if lanes.spatial:
+            return run_dem(self.settings, self._knobs(module), self.target, lanes, motions, times)
         stacks = as_stacks(lanes)
         step = self.longest_step(lanes, motions)
         turned = np.diff(stacks.rotation_start, axis=1, prepend=0.0).any(axis=1)
-        module = self._module(lanes, motions)
         rows, per_block, rotations = launch_stacks(
             module,
             self.target,
@@ -125,7 +130,9 @@ class Dem(AbstractEngine):
         # In the last step of the run every interface was closed.
         resting = (mode < OVERTURNED) & (moved < times.times[-1] - 1.5 * step)
         # Springs tilt under what rigid faces carry: its own account alone tells what is gained.
-        gained = unstable(stacks, motions, rows["loss"], per_block["peak"], rigid=False)
+        gained = unstable(
+            stacks, account_of(rows, step), per_block["peak"], rigid=False, complete=True
+        )
         columns: dict[str, npt.NDArray[Any]] = {
             "peak_rotation": per_block["peak"],
             "peak_time": per_block["peak_time"],

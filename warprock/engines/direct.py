@@ -13,7 +13,7 @@ from warprock.engines.base import AbstractEngine
 from warprock.engines.direct_stack import direct_stack_module, run_direct_stacks
 from warprock.engines.launching import Target, launch, respond, time_or_nan
 from warprock.engines.settings import DirectSettings
-from warprock.engines.soundness import contacts_hold, unstable
+from warprock.engines.soundness import account_of, contacts_hold, unstable
 from warprock.kernels.instance import kernel_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
@@ -36,8 +36,7 @@ class Direct(AbstractEngine):
     is at rest while both corners carry an impulse; it rocks while one carries none. The run of a
     lane whose contacts are not solved to round-off ends there, with the status ITERATION_LIMIT.
     What is lost is what the contacts take; what a spring holds counts as lost until it gives it
-    back. A lane that gains more energy than it held while its base stands still has the status
-    UNSTABLE.
+    back. A lane that gains more energy than it held and its base supplied has the status UNSTABLE.
     """
 
     name: ClassVar[str] = "direct"
@@ -109,7 +108,9 @@ class Direct(AbstractEngine):
         resting = (mode < OVERTURNED) & (moved < times.times[-1] - 0.5 * self.settings.time_step)
         lost = lanes.mass * rows["loss"]
         hold = contacts_hold(lanes, self.settings.contact_stiffness)
-        gained = unstable(lanes, motions, lost, rows["peak"], rigid=hold)
+        gained = unstable(
+            lanes, account_of(rows, self.settings.time_step, lanes.mass), rows["peak"], rigid=hold
+        )
         columns = {
             "peak_rotation": rows["peak"],
             "peak_time": rows["peak_time"],

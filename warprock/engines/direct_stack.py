@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from warprock.engines.launching import NEVER, Form, Target, respond, time_or_nan
 from warprock.engines.settings import DirectSettings
-from warprock.engines.soundness import contacts_hold, unstable
+from warprock.engines.soundness import account_of, contacts_hold, unstable
 from warprock.engines.stack_launching import (
     Array,
     launch_stacks,
@@ -67,7 +67,7 @@ def run_direct_stacks(
     # In the last step of the run both ends of every interface carried something.
     resting = (mode < OVERTURNED) & (moved < times.times[-1] - 0.5 * settings.time_step)
     hold = contacts_hold(lanes, settings.contact_stiffness)
-    gained = unstable(lanes, motions, rows["loss"], per_block["peak"], rigid=hold)
+    gained = unstable(lanes, account_of(rows, settings.time_step), per_block["peak"], rigid=hold)
     columns: dict[str, npt.NDArray[Any]] = {
         "peak_rotation": per_block["peak"],
         "peak_time": per_block["peak_time"],

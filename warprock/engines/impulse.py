@@ -13,7 +13,7 @@ from warprock.engines.base import AbstractEngine
 from warprock.engines.impulse_stack import impulse_stack_module, run_impulse_stacks
 from warprock.engines.launching import Form, Target, launch, respond, time_or_nan
 from warprock.engines.settings import ImpulseSettings
-from warprock.engines.soundness import unstable
+from warprock.engines.soundness import account_of, unstable
 from warprock.engines.spatial_impulse import run_spatial_impulse, spatial_impulse_module
 from warprock.kernels.instance import MAX_UNROLL, kernel_module
 from warprock.lanes import Lanes
@@ -32,8 +32,8 @@ class Impulse(AbstractEngine):
 
     Semi-implicit Euler at the time step of Eq. 9 of the paper, first order in it. A block is at
     rest while both corners carry an impulse; it rocks while one carries none. In a stack the same
-    holds at the two ends of what two faces share. A lane that gains more energy than it held
-    while its base stands still has the status UNSTABLE.
+    holds at the two ends of what two faces share. A lane that gains more energy than it held and
+    its base supplied has the status UNSTABLE. What erp lifts counts as a gain.
     """
 
     name: ClassVar[str] = "impulse"
@@ -55,8 +55,6 @@ class Impulse(AbstractEngine):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
-        if scene.spatial and scene.stacked:
-            return scene.beyond_the_plane
         if scene.restitution_given:
             return (
                 "impulse finds the angular restitution from its contact law and cannot follow "
@@ -129,7 +127,12 @@ class Impulse(AbstractEngine):
                 Outcome.ROCKING,
             ),
             "status": np.select(
-                [mode == BROKEN, unstable(lanes, motions, lost, rows["peak"])],
+                [
+                    mode == BROKEN,
+                    unstable(
+                        lanes, account_of(rows, self.settings.time_step, lanes.mass), rows["peak"]
+                    ),
+                ],
                 [Status.NONFINITE, Status.UNSTABLE],
                 Status.OK,
             ),

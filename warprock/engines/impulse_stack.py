@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from warprock.engines.launching import NEVER, Target, respond, time_or_nan
 from warprock.engines.settings import ImpulseSettings
-from warprock.engines.soundness import unstable
+from warprock.engines.soundness import account_of, unstable
 from warprock.engines.stack_launching import (
     Array,
     launch_stacks,
@@ -66,7 +66,10 @@ def run_impulse_stacks(
             Outcome.ROCKING,
         ),
         "status": np.select(
-            [mode == BROKEN, unstable(lanes, motions, rows["loss"], per_block["peak"])],
+            [
+                mode == BROKEN,
+                unstable(lanes, account_of(rows, settings.time_step), per_block["peak"]),
+            ],
             [Status.NONFINITE, Status.UNSTABLE],
             Status.OK,
         ),

@@ -1,27 +1,31 @@
 """Energy from nowhere: which lanes of a time-stepping engine gained more than can be.
 
-On a base that stands still a block can only lose energy. A step that is long for its size gives
-some back; where that is more than the block held, its motion is the step's and not its own.
+In the frame of its base a block gains energy from the base's motion alone; contacts can only take.
+A step that is long for a block's size gives some back; where that is more than the block held and
+got from the base, its motion is the step's and not its own.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from warprock import rocking
-from warprock.engines.stack_launching import start_on_corners
+from warprock.engines.stack_launching import as_stacks, start_on_corners
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions, HarmonicMotions, StillBase
+from warprock.stacking import uplift_ratio
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 
 EXPLOSION_BOUND = 1.0
-"""Energy gained over energy held at the start above which a lane's numbers are absurd..."""
+"""Energy gained over energy held and supplied above which a lane's numbers are absurd..."""
 BARRIER_SHARE = 0.1
 """...if what was gained is also this part of the energy that overturns the blocks (a twentieth of
 the slenderness angle): a block that holds next to nothing may gain much of that, and move by
@@ -54,8 +58,8 @@ def exploded(lanes: Lanes, held: Array, gained: Array) -> Mask:
 
     Args:
         lanes: Single blocks or stacks.
-        held: Energy at the start above the flat state [J], shape [lane].
-        gained: Energy gained since [J], shape [lane].
+        held: Energy at the start above the flat state, and what the base supplied [J], [lane].
+        gained: Energy gained from nowhere [J], shape [lane].
     """
     rise = 0.5 * (np.hypot(lanes.width, lanes.height) - lanes.height)
     barrier = (GRAVITY * lanes.mass * rise).reshape(lanes.lane_count, -1).sum(axis=1)
@@ -109,6 +113,36 @@ def toppled_from_nothing(lanes: Lanes, held: Array, peak_rotation: Array) -> Mas
     return np.asarray(inside & holds & left_it & poor)
 
 
+def fallen(lanes: Lanes, peak_rotation: Array) -> Array:
+    """Energy that the weight of a lane has set free where a block went beyond its balance [J].
+
+    Of what stands flat, by a block that lies on its side. Args as in `unstable`; shape [lane].
+    """
+    shape = (lanes.lane_count, -1)
+    beyond = np.abs(peak_rotation).reshape(shape) >= lanes.slenderness_angle.reshape(shape)
+    drop = 0.5 * np.maximum(lanes.height - lanes.width, 0.0).reshape(shape).sum(axis=1)
+    weight = (GRAVITY * lanes.mass).reshape(shape).sum(axis=1)
+    return np.asarray(np.where(beyond.any(axis=1), weight * drop, 0.0))
+
+
+def moved_by_nothing(lanes: Lanes, pull: Array, peak_rotation: Array) -> Mask:
+    """Where blocks turned that stood flat on a base too weak to lift any of them, shape [lane].
+
+    The resultant of weight and inertia stays inside every face, whatever slides: friction that
+    could tip a block would have held it. `BARRIER_SHARE` says how far a block has to turn.
+
+    Args:
+        lanes: Single blocks or stacks.
+        pull: Largest acceleration of the base [m/s^2], shape [lane]; a velocity step counts as one.
+        peak_rotation: Largest rotations [rad], shape [lane], or [lane, block] for stacks.
+    """
+    stacks = as_stacks(lanes)
+    flat = ~stacks.rotation_start.any(axis=1)
+    weak = pull < (1.0 - BARRIER_SHARE) * GRAVITY * uplift_ratio(stacks).min(axis=1)
+    turned = np.abs(peak_rotation).reshape(lanes.lane_count, -1) / stacks.slenderness_angle
+    return np.asarray(flat & weak & (turned.max(axis=1) > 1.0 - math.sqrt(1.0 - BARRIER_SHARE)))
+
+
 def contacts_hold(lanes: Lanes, stiffness: float) -> Mask:
     """Where all contacts sink by little beside what overturns the blocks, shape [lane].
 
@@ -122,44 +156,84 @@ def contacts_hold(lanes: Lanes, stiffness: float) -> Mask:
     return np.asarray(load / stiffness <= SINKING_SHARE * least)
 
 
+@dataclasses.dataclass(frozen=True)
+class Account:
+    """What an engine's own account says of the energy of lanes, in the frames of their bases.
+
+    Attributes:
+        pull: Largest acceleration of the base over a step [m/s^2], shape [lane].
+        supplied: Most work that the base had done on the blocks by any time [J], shape [lane].
+        returned: Most that the contacts gave back of what they had taken [J], shape [lane].
+        deepest: Deepest penetration [m], shape [lane].
+    """
+
+    pull: Array
+    supplied: Array
+    returned: Array
+    deepest: Array
+
+
+def account_of(
+    rows: npt.NDArray[Any], time_step: Array | float, mass: Array | float = 1.0
+) -> Account:
+    """The account that a kernel leaves in its results.
+
+    Args:
+        rows: Rows of its `Result`, shape [lane].
+        time_step: Time step [s], one or shape [lane].
+        mass: Mass of the blocks [kg], shape [lane], where the rows are for unit mass.
+    """
+    jolt, supplied, returned, deepest = (
+        np.asarray(rows[name], dtype=np.float64)
+        for name in ("jolt", "supplied", "returned", "deepest")
+    )
+    return Account(jolt / time_step, mass * supplied, mass * returned, deepest)
+
+
 def unstable(
     lanes: Lanes,
-    motions: GroundMotions,
-    energy_lost: Array,
+    account: Account,
     peak_rotation: Array,
     *,
     rigid: Mask | bool = True,
+    complete: bool = False,
 ) -> Mask:
-    """Where blocks on a still base gained energy that nothing gave, shape [lane].
+    """Where blocks gained energy that nothing gave, shape [lane], on a base that moves or not.
 
-    Where the base moves it gives energy, and nothing is said: there only numbers that are not
-    finite are found, see `launching.respond`.
+    In the frame of the base the energy of the blocks is what they held at the start, and the work
+    of the base, less what the contacts have taken. No energy is below zero, so contacts have never
+    taken more, and can give back no more, than was held and the most that the base had supplied.
+    Rigid ones hold nothing, and a rotation takes no more energy than there was. Where contacts
+    give back more than `EXPLOSION_BOUND` times what there was at all, or rotations tell of that,
+    it is the step's. Where soft contacts let blocks sink below their flat state, or a block falls,
+    what there was counts from there. Besides, see `moved_by_nothing`: what has once begun to rock
+    takes energy from a base that could not have moved it.
 
     Args:
         lanes: Single blocks or stacks.
-        motions: Their ground motions.
-        energy_lost: By the engine's own account [J], shape [lane].
+        account: The engine's account.
         peak_rotation: Largest rotations [rad], shape [lane], or [lane, block] for stacks.
         rigid: Whether contacts are rigid, so that rotations tell an energy, one or shape [lane].
+        complete: Whether what springs hold is not counted as taken, so that none is given back.
     """
-    still = stands_still(motions)
-    if not still.any():
-        return still
     if lanes.stacked and lanes.block_count == 1:
         parts = {
             field.name: getattr(lanes, field.name).reshape(lanes.lane_count)
             for field in dataclasses.fields(lanes)
         }
         lanes, peak_rotation = dataclasses.replace(lanes, **parts), peak_rotation[:, 0]
-    account = -np.asarray(energy_lost, dtype=np.float64)
+    weight = (GRAVITY * lanes.mass).reshape(lanes.lane_count, -1).sum(axis=1)
+    sunk = np.where(rigid, 0.0, weight * account.deepest) + fallen(lanes, peak_rotation)
+    sunk = np.zeros_like(sunk) if complete else sunk
     if lanes.stacked:
-        held = stack_energy_held(lanes)
-        found = exploded(lanes, held, account)
+        held = stack_energy_held(lanes) + account.supplied
+        found = exploded(lanes, held + sunk, account.returned)
         found |= rigid & toppled_from_nothing(lanes, held, peak_rotation)
-        return still & found
-    held = energy_held(lanes, lanes.rotation_start)
-    gained = np.where(rigid, energy_gained(lanes, energy_lost, peak_rotation), account)
-    return still & exploded(lanes, held, gained)
+        return np.asarray(found | (rigid & moved_by_nothing(lanes, account.pull, peak_rotation)))
+    held = energy_held(lanes, lanes.rotation_start) + account.supplied
+    reached = np.where(rigid, energy_held(lanes, peak_rotation) - held, 0.0)
+    found = exploded(lanes, held + sunk, account.returned) | exploded(lanes, held, reached)
+    return np.asarray(found | (rigid & moved_by_nothing(lanes, account.pull, peak_rotation)))
 
 
 def stands_still(motions: GroundMotions) -> Mask:

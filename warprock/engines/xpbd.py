@@ -13,7 +13,7 @@ from warprock.engines.base import AbstractEngine
 from warprock.engines.impulse_stack import block_columns, stack_columns
 from warprock.engines.launching import Target, respond, time_or_nan
 from warprock.engines.settings import XpbdSettings
-from warprock.engines.soundness import contacts_hold, unstable
+from warprock.engines.soundness import account_of, contacts_hold, unstable
 from warprock.engines.stack_launching import as_stacks, launch_stacks, stack_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
@@ -34,7 +34,7 @@ class Xpbd(AbstractEngine):
     stand rigidly and sinks by the compliance times the force of each end, within a time of about
     compliance x mass / time step; what that stores counts as lost. Sweeps do not carry a block
     that is thousands of times as heavy as the one it stands on: there energy can grow. A
-    lane that gains more than it held while its base stands still has the status UNSTABLE.
+    lane that gains more than it held and its base supplied has the status UNSTABLE.
     """
 
     name: ClassVar[str] = "xpbd"
@@ -101,7 +101,7 @@ class Xpbd(AbstractEngine):
         resting = (mode < OVERTURNED) & (moved < times.times[-1] - 0.5 * step)
         softness = self.settings.compliance
         hold = contacts_hold(stacks, 1.0 / softness if softness else np.inf)
-        gained = unstable(stacks, motions, rows["loss"], per_block["peak"], rigid=hold)
+        gained = unstable(stacks, account_of(rows, step), per_block["peak"], rigid=hold)
         columns: dict[str, npt.NDArray[Any]] = {
             "peak_rotation": per_block["peak"],
             "peak_time": per_block["peak_time"],
