@@ -28,6 +28,9 @@ LANES_SHOWN = 40
 WIDTH = 200
 """Columns of what is printed into a file or a pipe."""
 
+OUT_OF_PLANE = ("peak_rotation_across_rad", "peak_yaw_rad")
+"""What is shown besides of blocks in space."""
+
 RESULT_COLUMNS = (
     "outcome",
     "status",
@@ -145,6 +148,7 @@ def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
         shown = ["lane", *_swept_columns(run), *peaks]
         if "peak_time_s" in table:
             shown.append("peak_time_s")
+        shown += [column for column in OUT_OF_PLANE if column in table]
         errors = [column for column in map(str, table) if column.startswith("rotation_error_")]
         for column in errors:
             table[column] = table[column].map("{:.1e}".format)

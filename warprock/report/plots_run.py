@@ -30,8 +30,9 @@ from warprock.report.plots import (
 )
 from warprock.report.plots_peaks import draw_peaks
 from warprock.report.plots_sample import draw_sample_peaks, sampled
+from warprock.report.plots_space import SPACE, draw_space
 from warprock.report.swept import lanes_at, spread, swept_axes
-from warprock.response import FIELDS, USABLE, Outcome, Response, Status
+from warprock.response import FIELDS, USABLE, Outcome, Response, Status, take_lanes
 from warprock.runner import CaseRun, run_lanes
 
 if TYPE_CHECKING:
@@ -89,6 +90,17 @@ def write_figures(run: CaseRun, folder: pathlib.Path) -> list[pathlib.Path]:
         shown = choose_lanes(run.case)
         response = run_lanes(run, [int(lane) for lane in shown.lanes.ravel()])
         files.append(draw_histories(folder / HISTORIES, run, shown, response))
+        if run.lane_set.lanes.spatial:
+            firsts = np.arange(len(shown.lanes)) * shown.lanes.shape[1]
+            files.append(
+                draw_space(
+                    folder / SPACE,
+                    run,
+                    shown.lanes[:, 0],
+                    list(shown.panels),
+                    take_lanes(response, firsts),
+                )
+            )
     draw = draw_sample_peaks if sampled(run.case) else draw_peaks
     if not run.lane_set.lanes.stacked:
         return [*files, draw(folder / PEAKS, run)]
