@@ -239,18 +239,19 @@ def _swept_columns(run: CaseRun) -> list[str]:
     """Columns of the inputs that the case sweeps: `height_m` for the key `block.height`."""
     from warprock.store import input_meaning
 
-    keys = [key.rpartition(".") for axis in run.case.axes for key in axis.columns]
-    stems = {
-        stem
-        for table, _, name in keys
-        for stem in (name, f"{name}_{table}", f"{name}_{table.rpartition('.')[2]}")
-    }
+    stems: set[str] = set()
+    for table, _, name in (key.rpartition(".") for axis in run.case.axes for key in axis.columns):
+        part = table.rpartition(".")[2]
+        stems |= {f"{name}_{part}"} if part in ("y", "z") else {name, f"{name}_{table}"}
+        stems |= {f"{name}_{part}"}
     columns = []
-    for column in run.lane_set.inputs.columns:
-        unit = input_meaning(str(column))[0]
+    for column in map(str, run.lane_set.inputs.columns):
+        # The direction of a motion comes behind the unit.
+        bare = column.removesuffix("_y").removesuffix("_z")
+        unit = input_meaning(column)[0]
         suffix = "_" + unit.lower().replace("/", "_").replace("^", "")
-        if column.removesuffix(suffix) in stems:
-            columns.append(str(column))
+        if bare.removesuffix(suffix) + column[len(bare) :] in stems:
+            columns.append(column)
     return columns
 
 

@@ -204,12 +204,22 @@ def _is_monotone(values: Array) -> bool:
 
 
 def _short(key: str) -> str:
+    key, direction = _without_direction(key)
     tail = key.rpartition(".")[2].replace("_", " ")
-    return NAMES.get(key, (tail, tail))[0]
+    return NAMES.get(key, (tail, tail))[0] + direction
 
 
 def _long(key: str) -> str:
-    return NAMES.get(key, ("", _short(key)))[1]
+    plain, direction = _without_direction(key)
+    return NAMES[plain][1] + direction if plain in NAMES else _short(key)
+
+
+def _without_direction(key: str) -> tuple[str, str]:
+    """The key of a motion along x, and the direction in words if it is another."""
+    for direction in ("y", "z"):
+        if key.startswith(f"motion.{direction}."):
+            return key.replace(f".{direction}.", "."), f" along {direction}"
+    return key, ""
 
 
 def _unit(column: Numbers | Distribution) -> str:
