@@ -31,12 +31,13 @@ def spatial_impulse_module(
     settings: ImpulseSettings, target: Target, lanes: Lanes, motions: GroundMotions
 ) -> ModuleType:
     """The instance of the kernel file for a batch of blocks in space."""
-    packs = target.kernel_form is Form.PACKED
+    packs = target.kernel_form is Form.PACKED and not lanes.stacked
     module: ModuleType = kernel_module(
-        "spatial_impulse_launch",
+        "spatial_impulse_stack_launch" if lanes.stacked else "spatial_impulse_launch",
         precision=target.precision,
         motion=motions.kind.value,
         iterations=settings.iterations,
+        blocks=lanes.block_count,
         lanes=LANE_WIDTH if packs else 1,
         friction="box" if settings.friction_box else "cone",
     )
@@ -60,7 +61,9 @@ def run_spatial_impulse(
     knobs.erp = settings.erp
     blocks = block_columns(lanes)
     rows, per_block, attitudes = launch_spatial(module, target, motions, times, blocks, knobs)
-    mode, lost = rows["mode"], lanes.mass * rows["loss"]
+    mode = rows["mode"]
+    # Of single blocks the kernel knows the energy of unit mass.
+    lost = rows["loss"] if lanes.stacked else lanes.mass * rows["loss"]
     moved = np.asarray(rows["moved"], dtype=np.float64)
     # In the last step of the run all corners touched.
     resting = (mode < OVERTURNED) & (moved < times.times[-1] - 0.5 * settings.time_step)

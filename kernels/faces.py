@@ -1,0 +1,114 @@
+"""Where the faces of two blocks in space meet: the corners of what they share, for one precision.
+
+Both are rectangles. The lower one, a top face, spans |x| <= a, |y| <= b around the origin of its
+own axes, with z its normal; the upper one, a bottom face, is seen from there: its middle o, and the
+directions d and e of its width and depth, with half lengths au and bu. What they share is a polygon
+in the plan of the lower face, of at most eight corners. Each is one of sixteen *slots*, by which a
+contact knows itself again in the next step:
+
+    0 to 3    a corner of the upper face over the lower one: bit 1 its side along d, bit 2 along e;
+    4 to 11   an end of what the lower face leaves of an edge of the upper one, where it cuts it:
+              4 + 2 edge + end; edges 0 and 1 run along d, at -e and +e, 2 and 3 along e, at -d, +d;
+    12 to 15  a corner of the lower face under the upper one, bits as before, along x and y.
+
+The gap of a corner is its height above the lower face, on the upper one. Faces whose edges lie over
+one another share the upper face's corners: the lower face counts as larger by a part SAME.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module, module_options
+
+real: Any
+PRECISION: str
+
+wp.set_module_options({**module_options(), "max_unroll": 0})
+scalar = kernel_module("scalar", precision=PRECISION)
+larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+
+SLOTS = 16
+SAME = real(1.0e-6)
+"""Part of a face by which another may reach beyond it and still count as on it."""
+TINY = real(1.0e-30)
+"""Direction along which an edge counts as running parallel to another."""
+
+Vector = wp.types.vector(length=3, dtype=real)
+
+
+@wp.func
+def side(bit: int) -> real:
+    """-1 where a bit is not set, else 1."""
+    return wp.where(bit == 0, real(-1.0), real(1.0))
+
+
+@wp.func
+def mirrored(slot: int, x: int, y: int) -> int:
+    """Slot of the same corner in the mirror image of a pair of faces.
+
+    Args:
+        slot: Slot.
+        x: 1 where the image is mirrored along x, else 0.
+        y: The same along y.
+    """
+    if slot < 4:
+        return slot ^ x ^ (2 * y)
+    if slot >= 12:
+        return 12 + ((slot - 12) ^ x ^ (2 * y))
+    edge = (slot - 4) // 2
+    end = (slot - 4) % 2
+    if edge < 2:
+        return 4 + 2 * (edge ^ y) + (end ^ x)
+    return 4 + 2 * (2 + ((edge - 2) ^ x)) + (end ^ y)
+
+
+@wp.func
+def kept(place: real, run: real, bound: real):
+    """Part of a line place + t run, -1 <= t <= 1, that lies within a bound: its ends."""
+    along = wp.where(size(run) < TINY, TINY, run)
+    first = (-bound - place) / along
+    last = (bound - place) / along
+    return larger(smaller(first, last), real(-1.0)), smaller(larger(first, last), real(1.0))
+
+
+@wp.func
+def corner(slot: int, o: Vector, d: Vector, e: Vector, au: real, bu: real, a: real, b: real):
+    """One corner of what two faces share.
+
+    Args:
+        slot: Which.
+        o: Middle of the upper face from that of the lower one, in its axes [m].
+        d: Direction of the upper face's width, in those axes; e of its depth.
+        e: See d.
+        au: Half of the upper face's width [m]; bu of its depth.
+        bu: See au.
+        a: Half of the lower face's width [m]; b of its depth.
+        b: See a.
+
+    Returns:
+        The point on the upper face, whose z is the gap [m], and whether there is such a corner.
+    """
+    one, none = real(1.0), Vector(real(0.0), real(0.0), real(0.0))
+    wide, deep = a * (one + SAME), b * (one + SAME)
+    if slot < 4:
+        point = o + side(slot & 1) * au * d + side(slot & 2) * bu * e
+        return point, size(point[0]) <= wide and size(point[1]) <= deep
+    if slot < 12:
+        edge = (slot - 4) // 2
+        middle = o + side(edge & 1) * wp.where(edge < 2, bu * e, au * d)
+        run = wp.where(edge < 2, au * d, bu * e)
+        x0, x1 = kept(middle[0], run[0], wide)
+        y0, y1 = kept(middle[1], run[1], deep)
+        first, last = larger(x0, y0), smaller(x1, y1)
+        at = wp.where((slot - 4) % 2 == 0, first, last)
+        return middle + at * run, first < last and size(at) < one
+    x = side((slot - 12) & 1) * a
+    y = side((slot - 12) & 2) * b
+    turned = d[0] * e[1] - d[1] * e[0]
+    if turned <= real(0.0):
+        return none, False
+    u = ((x - o[0]) * e[1] - (y - o[1]) * e[0]) / turned
+    v = ((y - o[1]) * d[0] - (x - o[0]) * d[1]) / turned
+    inside = size(u) < au * (one - SAME) and size(v) < bu * (one - SAME)
+    return o + u * d + v * e, inside
