@@ -1,8 +1,9 @@
 """Runs of the impulse step over stacks of blocks in space, one lane a thread on any device.
 
 A run begins with one solve from velocities of zero, its impulses those of the weights above, shared
-by the contacts, so that the impulses become those of the rest or of the release. Half a step back from the acceleration that it leaves lie the velocities that the
-first step starts from: velocities belong to half steps.
+by the contacts: they become those of the rest, or of the release. Half a step back from the
+acceleration that they leave lie the velocities that the first step starts from: velocities belong
+to half steps.
 
 An interface rocks while a corner of what its faces share does not touch; it lands once one touches
 again. A stack ends when two faces share nothing, or a block leans by a right angle, also against
@@ -110,19 +111,19 @@ def ground(below: Block, k: int) -> Block:
 
 
 @wp.func
-def lean_of(m: Matrix, rate: Vector, dv: Vector, before: Vector) -> Vector:
+def lean_of(m: Matrix, rate: Vector, hint: Vector, before: Vector) -> Vector:
     """Sides along x and y to which a block leans on what it stands on, each -1 or 1.
 
     Args:
         m: Its attitude as seen from there.
         rate: Its angular velocity against that, in the axes of that [rad/s].
-        dv: Change of the base velocity [m/s].
+        hint: What the base velocity changes by, or is about to [m/s].
         before: Sides that count where nothing tells.
     """
     zero = real(0.0)
-    x = side_of(-m[2, 0], rate[1], dv[0], before[0])
+    x = side_of(-m[2, 0], rate[1], hint[0], before[0])
     twist = m[1, 0] * x
-    y = side_of(-m[2, 1], -rate[0], dv[1], wp.where(twist != zero, twist, before[1]))
+    y = side_of(-m[2, 1], -rate[0], hint[1], wp.where(twist != zero, twist, before[1]))
     return Vector(x, y, zero)
 
 
@@ -182,7 +183,7 @@ def spatial(
     at, v, spin, u, o, lean = Bodies(), Bodies(), Bodies(), Bodies(), Bodies(), Bodies()
     attitude, seen, axes, ease, lift = Attitudes(), AllSeen(), Axes(), Axes(), Bodies()
     mu, light, load, apart, there = Numbers(), Numbers(), Numbers(), Ints(), Ints()
-    base, dv = Vector(), Vector()
+    base, dv, hint = Vector(), Vector(), Vector()
     ru, rl, p, kept = Points(), Points(), Points(), Kept()
     gap, body, key = PointNumbers(), PointInts(), PointInts()
     bodies, count, steps, mode, impacts = int(BLOCKS + 1), int(-1), int(0), int(ROCKING), int(0)
@@ -209,7 +210,8 @@ def spatial(
                 way = motions[d, lane]
                 index = sample_index(way, sample_segment(way, half))
                 rides = base_velocity(way, half, pool[2, index], pool[0, index], pool[1, index])
-                dv[d] = wp.where(count > 0, rides - base[d], zero)
+                hint[d] = rides - base[d]
+                dv[d] = wp.where(count > 0, hint[d], zero)
                 base[d] = wp.where(count > 0, rides, zero)
             total, lifted, landed, shift = int(0), int(0), int(0), Vector(zero, zero, zero)
             for k in range(1, bodies):
@@ -223,7 +225,7 @@ def spatial(
                 o[k] = j * spin[k]
                 below, down = ground(blocks[wp.max(k - 2, 0), lane], k), rows_of(axes, k - 1)
                 m, c = down * r, down * (at[k] - at[k - 1])
-                lean[k] = lean_of(m, down * (o[k] - o[k - 1]), dv, lean[k])
+                lean[k] = lean_of(m, down * (o[k] - o[k - 1]), hint, lean[k])
                 places, gaps, some = shared(block, below, m, c, lean[k])
                 chosen, number, wide, lands, deep, push = touched(
                     gaps, some, lean[k], apart[k], knobs
