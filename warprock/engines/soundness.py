@@ -91,6 +91,25 @@ def toppled_from_nothing(lanes: Lanes, held: Array, peak_rotation: Array) -> Mas
         held: Energy at the start above the flat state [J], shape [lane].
         peak_rotation: Largest rotations [rad], shape [lane, block].
     """
+    barrier, sine = least_barrier(lanes)
+    turn = np.diff(np.sin(lanes.rotation_start), axis=1, prepend=0.0)
+    there = np.where(turn < 0.0, sine[0], sine[1])
+    share = np.divide(np.abs(turn), there, out=np.full(turn.shape, np.inf), where=there > 0.0)
+    inside = share.sum(axis=1) < 1.0
+    holds = (lanes.friction >= (sine / np.sqrt(1.0 - sine**2)).max(axis=0)).all(axis=1)
+    farthest = np.sin(np.minimum(np.abs(peak_rotation), 0.5 * np.pi)).max(axis=1)
+    left_it = farthest > sine.max(axis=(0, 2))
+    poor = held < (1.0 - BARRIER_SHARE) * barrier
+    return np.asarray(inside & holds & left_it & poor)
+
+
+def least_barrier(lanes: Lanes) -> tuple[Array, Array]:
+    """What it takes to turn the blocks of a stack about an end of a face, from some block up.
+
+    Returns:
+        The least energy [J], shape [lane], and the sines of the rotations there, about the end at
+        -x and the one at +x, shape [2, lane, block].
+    """
     x, z, left, right = start_on_corners(_flat(lanes))
     mass = lanes.mass
     # What stands on each interface, and its centre above it: sums from the top down.
@@ -100,29 +119,25 @@ def toppled_from_nothing(lanes: Lanes, held: Array, peak_rotation: Array) -> Mas
     centre, rise = levers / above, heights / above - (z - 0.5 * lanes.height)
     arms = np.maximum(np.stack([centre - left, right - centre]), 0.0)
     reach = np.hypot(arms, rise)
-    barrier = (GRAVITY * above * (reach - rise)).min(axis=(0, 2))
-    sine = arms / reach
-    turn = np.diff(np.sin(lanes.rotation_start), axis=1, prepend=0.0)
-    there = np.where(turn < 0.0, sine[0], sine[1])
-    share = np.divide(np.abs(turn), there, out=np.full(turn.shape, np.inf), where=there > 0.0)
-    inside = share.sum(axis=1) < 1.0
-    holds = (lanes.friction >= (arms / rise).max(axis=0)).all(axis=1)
-    farthest = np.sin(np.minimum(np.abs(peak_rotation), 0.5 * np.pi)).max(axis=1)
-    left_it = farthest > sine.max(axis=(0, 2))
-    poor = held < (1.0 - BARRIER_SHARE) * barrier
-    return np.asarray(inside & holds & left_it & poor)
+    return (GRAVITY * above * (reach - rise)).min(axis=(0, 2)), arms / reach
 
 
-def fallen(lanes: Lanes, peak_rotation: Array) -> Array:
-    """Energy that the weight of a lane has set free where a block went beyond its balance [J].
+def fallen(lanes: Lanes, held: Array, peak_rotation: Array) -> Array:
+    """Energy that weight has set free where a block fell that had the energy for it [J], [lane].
 
-    Of what stands flat, by a block that lies on its side. Args as in `unstable`; shape [lane].
+    Of what stands flat, by blocks that lie on their sides.
+
+    Args:
+        lanes: Single blocks or stacks.
+        held: Energy at the start above the flat state, and what the base supplied [J], [lane].
+        peak_rotation: Largest rotations [rad], shape [lane], or [lane, block] for stacks.
     """
     shape = (lanes.lane_count, -1)
     beyond = np.abs(peak_rotation).reshape(shape) >= lanes.slenderness_angle.reshape(shape)
+    able = held >= (1.0 - BARRIER_SHARE) * least_barrier(as_stacks(lanes))[0]
     drop = 0.5 * np.maximum(lanes.height - lanes.width, 0.0).reshape(shape).sum(axis=1)
     weight = (GRAVITY * lanes.mass).reshape(shape).sum(axis=1)
-    return np.asarray(np.where(beyond.any(axis=1), weight * drop, 0.0))
+    return np.asarray(np.where(able & beyond.any(axis=1), weight * drop, 0.0))
 
 
 def moved_by_nothing(lanes: Lanes, pull: Array, peak_rotation: Array) -> Mask:
@@ -222,17 +237,16 @@ def unstable(
             for field in dataclasses.fields(lanes)
         }
         lanes, peak_rotation = dataclasses.replace(lanes, **parts), peak_rotation[:, 0]
+    start = stack_energy_held(lanes) if lanes.stacked else energy_held(lanes, lanes.rotation_start)
+    held = start + account.supplied
     weight = (GRAVITY * lanes.mass).reshape(lanes.lane_count, -1).sum(axis=1)
-    sunk = np.where(rigid, 0.0, weight * account.deepest) + fallen(lanes, peak_rotation)
-    sunk = np.zeros_like(sunk) if complete else sunk
+    lower = np.where(rigid, 0.0, weight * account.deepest) + fallen(lanes, held, peak_rotation)
+    found = exploded(lanes, held if complete else held + lower, account.returned)
     if lanes.stacked:
-        held = stack_energy_held(lanes) + account.supplied
-        found = exploded(lanes, held + sunk, account.returned)
         found |= rigid & toppled_from_nothing(lanes, held, peak_rotation)
-        return np.asarray(found | (rigid & moved_by_nothing(lanes, account.pull, peak_rotation)))
-    held = energy_held(lanes, lanes.rotation_start) + account.supplied
-    reached = np.where(rigid, energy_held(lanes, peak_rotation) - held, 0.0)
-    found = exploded(lanes, held + sunk, account.returned) | exploded(lanes, held, reached)
+    else:
+        reached = np.where(rigid, energy_held(lanes, peak_rotation) - held, 0.0)
+        found |= exploded(lanes, held, reached)
     return np.asarray(found | (rigid & moved_by_nothing(lanes, account.pull, peak_rotation)))
 
 
