@@ -40,13 +40,12 @@ real: Any
 PRECISION: str
 MOTION: str
 
-stack = kernel_module("stack", precision=PRECISION, blocks=1)
-wp.set_module_options(stack.STACK_OPTIONS)
 scalar = kernel_module("scalar", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 event = kernel_module("event", precision=PRECISION, motion=MOTION)
 spatial = kernel_module("spatial", precision=PRECISION)
 contact = kernel_module("spatial_event_contact", precision=PRECISION)
+wp.set_module_options(contact.OPTIONS)
 slide = kernel_module("spatial_event_slide", precision=PRECISION)
 law = kernel_module("spatial_event_law", precision=PRECISION)
 moves = kernel_module("spatial_event_moves", precision=PRECISION)
@@ -57,7 +56,8 @@ base_change, first_root = event.base_change, event.first_root
 Block, Body, Held = spatial.Block, contact.Body, contact.Held
 Three, Four, Corners, Shares = contact.Three, moves.Four, contact.Corners, contact.Shares
 mask_of, stance_of, corner_velocity = contact.mask_of, contact.stance_of, contact.corner_velocity
-settled, stuck, along = law.settled, contact.stuck, contact.along
+settled, guessed = law.settled, law.guessed
+stuck, along = contact.stuck, contact.along
 slid, swung = slide.slid, slide.swung
 turned, body_at, flown, levelled = moves.turned, moves.body_at, moves.flown, moves.levelled
 foot, placed, least_spare = moves.foot, moves.placed, moves.least_spare
@@ -72,6 +72,7 @@ UNSETTLED = 4
 
 HALF = real(0.5)
 TWO = real(2.0)
+TEN = real(10.0)
 TINY = contact.TINY
 NEVER = real(1.0e30)
 NEARLY = real({"float64": 1.0e-7, "float32": 1.0e-4}[PRECISION])
@@ -304,13 +305,13 @@ def arrived(
 def probed(
     block: Block, limits: Limits, q: Four, v: Three, w: Three, stance: int, slip: int, a: Three
 ) -> Held:
-    """The motion in a moment of next to no length, its `spare` for unit time."""
+    """The motion if it goes on as it is for a moment, its `spare` for unit time."""
     d = PROBE * limits.longest_step
     now = body_at(block, q)
     soon = body_at(block, turned(q, w * (HALF * d)))
     pull = a + Three(real(0.0), real(0.0), limits.gravity)
     free = soon.inverse * (now.inertia * w)
-    h = settled(soon, stance, slip, directions(now, v, w), v - HALF * d * pull, free, real(0.0))
+    h = guessed(soon, stance, slip, directions(now, v, w), v - HALF * d * pull, free, real(0.0))
     h.spare = h.spare / d
     return h
 
@@ -364,6 +365,7 @@ def watched(
     n = reached
     body = body_at(block, n.q)
     cut = TWO * NEVER
+    fastest = real(0.0)
     lands = int(0)
     closes = int(0)
     touched = mask_of(s.stance)
@@ -387,6 +389,10 @@ def watched(
             there, stops = stop_event(u0, u1, base.d, near)
             cut = smaller(cut, there)
             n.slip = n.slip - wp.where(stops, bit, 0)
+        fastest = larger(fastest, wp.sqrt(u1[0] * u1[0] + u1[1] * u1[1]))
+    # A flat block that hardly moves stops as a whole.
+    if n.stance == FLAT and fastest <= TEN * near * limits.gravity:
+        n.slip = 0
     resting = s.stance == FLAT and s.slip == 0
     if resting:
         e0, e1 = least_spare(body0, limits.gravity, base.first, base.last)

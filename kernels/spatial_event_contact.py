@@ -31,7 +31,14 @@ real: Any
 PRECISION: str
 
 stack = kernel_module("stack", precision=PRECISION, blocks=1)
-wp.set_module_options(stack.STACK_OPTIONS)
+OPTIONS = {
+    "enable_backward": False,
+    "cpu_compiler_flags": "-march=native -ffp-contract=fast",
+    "max_unroll": 0,
+}
+"""Loops stay loops, calls stay calls where the compiler sees fit: branches, not vector code."""
+
+wp.set_module_options(OPTIONS)
 scalar = kernel_module("scalar", precision=PRECISION)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 
@@ -39,6 +46,9 @@ EDGE = 4
 FLAT = 8
 FLYING = 9
 ALL = 15
+
+ALIKE = real({"float64": 1.0e-8, "float32": 1.0e-4}[PRECISION])
+"""Part of an edge's friction by which its ends may differ and still let go together."""
 
 HALF = real(0.5)
 TINY = real(1.0e-30)
@@ -69,9 +79,9 @@ class Held:
 
     Velocity [m/s] and angular velocity [rad/s]; stance; slip, the corners that slide, as a sum of
     2^k; work, what friction took in this motion [m^2/s^2], times the step's length if the motion is
-    a mean; fits, whether the contact law is obeyed; spare, what an end of an edge has left before it
-    slides, or opens where it slides beside one that sticks; turns, whether that was used up and the
-    edge let go of an end.
+    a mean; fits, whether the contact law is obeyed; spare, what an end of an edge has left before
+    it slides, or opens where it slides beside one that sticks; turns, whether that is used up and
+    the edge has to let go of one end alone.
     """
 
     v: Three
@@ -174,7 +184,7 @@ def edge_carries(body: Body, k: int, p: Three, twist: Three):
     """Whether an edge can take an impulse p and an angular impulse about the centre of mass.
 
     Returns:
-        That, and what the weaker end has left before it slides or opens.
+        That, what the weaker end has left before it slides or opens, whether the other has more.
     """
     zero = real(0.0)
     one, other, e, room1, room2 = edge_shares(body, k, p, twist)
@@ -182,7 +192,8 @@ def edge_carries(body: Body, k: int, p: Three, twist: Three):
     spare += left_along(body.friction * other[2], room2)
     pressed = one[2] >= zero and other[2] >= zero
     room = smaller(room1, room2)
-    return pressed and room >= zero and size(wp.dot(p, e)) <= spare, room
+    uneven = size(room1 - room2) > ALIKE * body.friction * (size(one[2]) + size(other[2]))
+    return pressed and room >= zero and size(wp.dot(p, e)) <= spare, room, uneven
 
 
 @wp.func
@@ -284,9 +295,10 @@ def sticking(body: Body, stance: int, mask: int, v: Three, w: Three, dust: real)
     else:
         twist = body.inertia * (h.w - w)
         if stance < FLAT:
-            fits, room = edge_carries(body, stance - EDGE, p, twist)
+            fits, room, uneven = edge_carries(body, stance - EDGE, p, twist)
             h.fits = fits
             h.spare = room
+            h.turns = uneven and room < real(0.0)
         else:
             h.fits = face_carries(body, p, twist, dust)
     h.fits = h.fits and not sinks(body, h.v, h.w, mask & ~mask_of(stance), dust)

@@ -14,13 +14,12 @@ real: Any
 PRECISION: str
 MOTION: str
 
-stack = kernel_module("stack", precision=PRECISION, blocks=1)
-wp.set_module_options(stack.STACK_OPTIONS)
 scalar = kernel_module("scalar", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 block_module = kernel_module("spatial", precision=PRECISION)
 found_module = kernel_module("spatial_found", precision=PRECISION)
 contact = kernel_module("spatial_event_contact", precision=PRECISION)
+wp.set_module_options(contact.OPTIONS)
 moves = kernel_module("spatial_event_moves", precision=PRECISION)
 event = kernel_module("spatial_event", precision=PRECISION, motion=MOTION)
 larger, size = scalar.larger, scalar.size

@@ -12,10 +12,9 @@ from warprock.kernels.instance import kernel_module
 real: Any
 PRECISION: str
 
-stack = kernel_module("stack", precision=PRECISION, blocks=1)
-wp.set_module_options(stack.STACK_OPTIONS)
 scalar = kernel_module("scalar", precision=PRECISION)
 contact = kernel_module("spatial_event_contact", precision=PRECISION)
+wp.set_module_options(contact.OPTIONS)
 slide = kernel_module("spatial_event_slide", precision=PRECISION)
 larger, smaller = scalar.larger, scalar.smaller
 Two, Three, Matrix = contact.Two, contact.Three, contact.Matrix
@@ -127,10 +126,13 @@ def settled(
         v: Velocity without contact [m/s].
         w: Angular velocity without contact [rad/s].
         dust: Velocity that is round-off [m/s].
+
+    Returns:
+        The motion, with the spare and turns of the state before.
     """
     mask = mask_of(stance)
-    best = guessed(body, stance, slip, start, v, w, dust)
-    spare = best.spare
+    first = guessed(body, stance, slip, start, v, w, dust)
+    best = first
     for number in range(9):
         c = 8 - number
         part = mask_of(c)
@@ -157,8 +159,6 @@ def settled(
         best.fits = not sinks(body, v, w, mask, real(0.0))
     if not best.fits:
         best = swept(body, mask, v, w, dust)
-    if stance >= EDGE and stance < FLAT and slip != mask and spare < real(0.0):
-        # It lets go of one end: that slides, or opens.
-        best.turns = best.stance < FLAT and best.slip != mask
-        best.spare = spare
+    best.turns = first.turns
+    best.spare = first.spare
     return best

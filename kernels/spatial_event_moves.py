@@ -13,12 +13,11 @@ from warprock.kernels.instance import kernel_module
 real: Any
 PRECISION: str
 
-stack = kernel_module("stack", precision=PRECISION, blocks=1)
-wp.set_module_options(stack.STACK_OPTIONS)
 scalar = kernel_module("scalar", precision=PRECISION)
 spatial = kernel_module("spatial", precision=PRECISION)
 event = kernel_module("event", precision=PRECISION)
 contact = kernel_module("spatial_event_contact", precision=PRECISION)
+wp.set_module_options(contact.OPTIONS)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 sine, cosine = scalar.sine, scalar.cosine
 Block, matrix_of, turn_freely = spatial.Block, spatial.matrix_of, spatial.turn_freely

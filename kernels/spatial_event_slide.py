@@ -14,10 +14,9 @@ from warprock.kernels.instance import kernel_module
 real: Any
 PRECISION: str
 
-stack = kernel_module("stack", precision=PRECISION, blocks=1)
-wp.set_module_options(stack.STACK_OPTIONS)
 scalar = kernel_module("scalar", precision=PRECISION)
 contact = kernel_module("spatial_event_contact", precision=PRECISION)
+wp.set_module_options(contact.OPTIONS)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 Two, Three, Matrix, Shares = contact.Two, contact.Three, contact.Matrix, contact.Shares
 Corners, Body, Held = contact.Corners, contact.Body, contact.Held
@@ -28,6 +27,8 @@ EDGE, FLAT = contact.EDGE, contact.FLAT
 TINY = contact.TINY
 ALIKE = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
 """Change of a direction [rad] that is round-off."""
+GOOD = real({"float64": 1.0e-9, "float32": 1.0e-4}[PRECISION])
+"""Change of a direction [rad] at which a search that found no end is good enough."""
 LITTLE = real({"float64": 1.0e-7, "float32": 1.0e-3}[PRECISION])
 """Turn by which a slope is found [rad]."""
 STEEPEST = real(0.5)
@@ -90,7 +91,7 @@ def sliding_corner(m: Matrix, u: Three, mu: real, start: Two):
         d = wp.normalize(d + turn * e)
         tries += 1
     sound = n >= real(0.0) and weight > real(0.0) and ahead >= real(0.0)
-    return n, d, sound and size(turn) <= real(1.0e3) * ALIKE
+    return n, d, sound and size(turn) <= GOOD
 
 
 @wp.func
@@ -213,6 +214,7 @@ def swinging(
     forced = slip == h.slip and d[0] * start[other, 0] + d[1] * start[other, 1] > zero
     h.work = body.friction * n * ahead
     h.spare = body.friction * n
+    h.turns = n < zero
     p = v1 - v - n * Three(-body.friction * d[0], -body.friction * d[1], real(1.0))
     sticks = wp.sqrt(p[0] * p[0] + p[1] * p[1]) <= body.friction * p[2]
     h.fits = sound and sticks and n >= zero and p[2] >= zero
@@ -262,7 +264,7 @@ def sliding_edge(body: Body, stance: int, start: Corners, v: Three, w: Three):
         dirs[j] = turned_by(dirs[j], larger(smaller(b, STEEPEST), -STEEPEST))
         change = size(a) + size(b)
         tries += 1
-    return dirs, change <= real(1.0e3) * ALIKE
+    return dirs, change <= GOOD
 
 
 @wp.func
@@ -281,7 +283,7 @@ def sliding_face(body: Body, start: Corners, v: Three, w: Three):
             change = larger(change, size(d[0] - dirs[k, 0]) + size(d[1] - dirs[k, 1]))
             dirs[k] = Three(d[0], d[1], real(0.0))
         tries += 1
-    return dirs, n, change <= real(1.0e3) * ALIKE
+    return dirs, n, change <= GOOD
 
 
 @wp.func
