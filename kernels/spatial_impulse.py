@@ -67,6 +67,7 @@ class Knobs:
     gravity: real
     collision_margin: real
     erp: real
+    sweeps: int
 
 
 @wp.func

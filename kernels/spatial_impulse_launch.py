@@ -20,7 +20,6 @@ from warprock.kernels.instance import kernel_module
 real: Any
 PRECISION: str
 MOTION: str
-ITERATIONS: int
 LANES: int
 FRICTION: str
 
@@ -219,8 +218,8 @@ def spatial(
     rx, ry, rz, gap, pn, ps = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     xx, xy, xz, yx, yy, yz = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     zx, zy, zz, pxx, pxy, pyy = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
-    # Counts that Warp does not know, so that it writes out none of the loops over them.
-    corners, sweeps, count = int(4), int(ITERATIONS), int(0)
+    # A count that Warp does not know, so that it writes out none of the loops over it.
+    corners, count = int(4), int(0)
     for i in range(LANES):
         begin(
             blocks[0, first + i], knobs, width[i], depth[i], height[i], cx[i], cy[i], mu[i],
@@ -268,7 +267,7 @@ def spatial(
                         fy[c, i], n[c, i], ux[i], uy[i], uz[i], ox[i], oy[i], oz[i],
                     )  # fmt: skip
                     feel(gap[c, i], knobs, apart[c, i], lowest[i], lifted[i], landed[i])
-            for step in range(sweeps * corners):
+            for step in range(knobs.sweeps * corners):
                 c = step % corners
                 for i in range(LANES):
                     press(

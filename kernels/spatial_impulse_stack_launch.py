@@ -19,7 +19,6 @@ from warprock.kernels.instance import kernel_module
 real: Any
 PRECISION: str
 MOTION: str
-ITERATIONS: int
 BLOCKS: int
 LANES: int
 FRICTION: str
@@ -246,7 +245,7 @@ def spatial(
                 deepest, shift = larger(deepest, deep), shift + push * axes[3 * k - 1]
                 lift[k] = shift
             p, u, o = solved(
-                wp.where(count > 0, ITERATIONS, SETTLING), total, knobs.rate, mu, light, axes,
+                wp.where(count > 0, knobs.sweeps, SETTLING), total, knobs.rate, mu, light, axes,
                 ease, body, gap, ru, rl, p, u, o,
             )  # fmt: skip
             kept = Kept()

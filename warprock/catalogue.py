@@ -134,7 +134,8 @@ def _fitness(case: Case, name: str, scene: SceneKind) -> dict[str, Any]:
     file = name.replace("-", "_") + ("_stack" if scene.stacked else "")
     file = f"spatial_{file}" if scene.spatial else file
     packs = "`packed` on a CPU, `plain`, one lane a thread, on any other device"
-    form = "one lane a thread on any device" if name == TWO_BLOCK else packs
+    alone = name == TWO_BLOCK or (name == "impulse" and scene.spatial and scene.stacked)
+    form = "one lane a thread on any device" if alone else packs
     kernel = f"kernels/{file}_launch.py for a {scene.motion} base: {form}"
     return {
         "declines": reason,

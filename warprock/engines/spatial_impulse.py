@@ -36,7 +36,6 @@ def spatial_impulse_module(
         "spatial_impulse_stack_launch" if lanes.stacked else "spatial_impulse_launch",
         precision=target.precision,
         motion=motions.kind.value,
-        iterations=settings.iterations,
         blocks=lanes.block_count,
         lanes=LANE_WIDTH if packs else 1,
         friction="box" if settings.friction_box else "cone",
@@ -59,6 +58,7 @@ def run_spatial_impulse(
     knobs.gravity = GRAVITY
     knobs.collision_margin = settings.collision_margin
     knobs.erp = settings.erp
+    knobs.sweeps = settings.iterations
     blocks = block_columns(lanes)
     rows, per_block, attitudes = launch_spatial(module, target, motions, times, blocks, knobs)
     mode = rows["mode"]
