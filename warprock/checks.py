@@ -11,7 +11,13 @@ import numpy as np
 
 from warprock.case import Case
 from warprock.comparison import compare_with_housner
-from warprock.comparison_peers import cost_rows, require_programs, run_peer
+from warprock.comparison_peers import (
+    ORACLE,
+    cost_rows,
+    require_programs,
+    run_oracle,
+    run_peer,
+)
 from warprock.comparison_stack import compare_blocks
 from warprock.engines import ENGINES
 from warprock.ensemble import compare_cells
@@ -25,8 +31,6 @@ __all__ = ["CHECKS", "CheckRow", "compare", "compare_with_housner", "run_checks"
 
 REFERENCE = "housner"
 """Engine that the others are held against."""
-ORACLE = "oracle"
-"""Name of the SciPy reference in `compare`; not an engine."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -107,7 +111,7 @@ class CaseResponses:
 
     def _run(self, engine: str) -> Response:
         if engine == ORACLE:
-            return self._run_oracle()
+            return run_oracle(self.case, self.lane_set)
         if engine in PROGRAMS:
             self.answers[engine] = run_peer(self.case, self.lane_set, engine, self._report)
             return self.answers[engine].response
@@ -115,19 +119,6 @@ class CaseResponses:
         histories = None if self.case.ensemble is None else False
         run = run_case(self.case, engine, workers=self._workers, histories=histories)
         return run.response
-
-    def _run_oracle(self) -> Response:
-        lane_set = self.lane_set
-        if not lane_set.lanes.stacked:
-            from warprock.reference.oracle import oracle_response
-
-            return oracle_response(lane_set.lanes, lane_set.motions, lane_set.times)
-        from warprock.reference.two_block_lanes import two_block_response, why_not
-
-        reason = why_not(lane_set.lanes)
-        if reason is not None:
-            raise InputError(self.case.file, "--engine", ORACLE, f"cannot do this scene: {reason}")
-        return two_block_response(lane_set.lanes, lane_set.motions, lane_set.times)
 
 
 def lane_name(lane_set: LaneSet, lane: int) -> str:
@@ -289,10 +280,10 @@ def compare(
         progress: Called with the number of lanes finished so far in all runs.
 
     Returns:
-        `case`, `engines`, `stacked`, `costs` (`comparison_peers.cost_rows`) and `rows`: the rows of
-        `compare_with_housner`, or of `compare_blocks` against the first engine for stacks, with
-        `lane` (its name); a value that does not exist is None. For an ensemble, what
-        `compare_distributions` returns.
+        `case`, `engines`, `stacked`, `spatial`, `costs` (`comparison_peers.cost_rows`) and `rows`:
+        those of `compare_with_housner`, or of `compare_blocks` against the first engine for stacks
+        and in space, with `lane` (its name); a value that does not exist is None. For an ensemble,
+        what `compare_distributions` returns.
 
     Raises:
         InputError: An unknown engine, a program that is not installed, or a single engine for an
@@ -307,19 +298,20 @@ def compare(
     responses = CaseResponses(case, workers, progress=progress)
     if case.ensemble is not None:
         return compare_distributions(responses, engines)
-    stacked = case.tables.stacked
-    reference = engines[0] if stacked else REFERENCE
-    hold = compare_blocks if stacked else compare_with_housner
+    stacked, spatial = case.tables.stacked, responses.lane_set.scene.spatial
+    reference = engines[0] if stacked or spatial else REFERENCE
+    hold = compare_blocks if stacked or spatial else compare_with_housner
     rows: list[dict[str, object]] = []
     for engine in engines:
         table = hold(responses.lane_set, responses[engine], responses[reference])
-        numbers = table["lane_number"] if stacked else range(len(table))
+        numbers = table["lane_number"] if stacked or spatial else range(len(table))
         named = table.assign(lane=[lane_name(responses.lane_set, lane) for lane in numbers])
         rows += [plain_row(row) for row in named.to_dict("records")]
     return {
         "case": case.name,
         "engines": list(engines),
         "stacked": stacked,
+        "spatial": spatial,
         "costs": cost_rows(case, responses.answers),
         "rows": rows,
     }

@@ -299,8 +299,8 @@ def compare(
 ) -> None:
     """Engines side by side on one CASE, lane by lane, held against Housner.
 
-    Stacks are held against the engine that is named first; ensembles, too, cell by cell. Programs
-    that we did not write (newton-xpbd, mujoco, bullet, blender, ...; `list` has them) run beside.
+    Stacks and blocks in space are held against the engine that is named first; ensembles, too, cell
+    by cell. Programs that we did not write (newton-xpbd, mujoco, bullet, blender, ...; `list` has them) run beside.
     """
     from warprock import checks
     from warprock.case import load_case
@@ -309,7 +309,9 @@ def compare(
     case = load_case(case_name, overrides)
     with console.lane_progress(case.name, None) as progress:
         found = checks.compare(case, list(engines), progress=progress)
-    show = tables_stack.print_stack_comparison if found["stacked"] else tables.print_comparison
+    show: Callable[[dict[str, Any]], None] = tables.print_comparison
+    if found["stacked"] or found.get("spatial"):
+        show = tables_stack.print_stack_comparison
     if case.ensemble is not None:
         show = functools.partial(cells.print_cell_comparison, case)
     console.print_json(found) if as_json else show(found)
