@@ -72,13 +72,18 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         "numpy scipy newton warp mujoco pybullet bpy",
     ),
     "runs": (
-        ("warprock/runner.py", "warprock/store.py", "warprock/ensemble.py"),
+        ("warprock/runner.py", "warprock/store.py", "warprock/results.py", "warprock/ensemble.py"),
         "errors foundation settings cases engines batch",
         "numpy pandas pyarrow scipy",
     ),
+    "maps": (
+        ("warprock/overturning*.py",),
+        "errors foundation settings cases batch runs",
+        "numpy pandas pyarrow",
+    ),
     "checks": (
         ("warprock/checks.py", "warprock/comparison*.py"),
-        "errors foundation settings cases engines runs reference",
+        "errors foundation settings cases engines runs maps reference",
         "numpy pandas",
     ),
     "study": (
@@ -108,12 +113,12 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
     ),
     "plots": (
         ("warprock/report/plots*.py",),
-        "errors foundation settings cases runs checks fragility report",
+        "errors foundation settings cases runs maps checks fragility report",
         "numpy pandas matplotlib",
     ),
     "report": (
         ("warprock/report/*.py",),
-        "errors foundation settings cases runs checks fragility",
+        "errors foundation settings cases runs maps checks fragility",
         "numpy pandas rich",
     ),
     "reproduction": (
@@ -128,8 +133,8 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
     ),
     "cli": (
         ("warprock/cli*.py", "warprock/__main__.py"),
-        "errors foundation settings cases batch runs checks study stability trade sweeps fragility "
-        "report "
+        "errors foundation settings cases batch runs maps checks study stability trade sweeps "
+        "fragility report "
         "plots reproduction desk",
         "click",
     ),

@@ -63,6 +63,7 @@ def test_the_shipped_cases_are_these_and_load():
     assert case_names() == [
         "free-b0",
         "free-b1-b3",
+        "overturning-map",
         "record-ridgecrest",
         "record-sample",
         "sensitivity-b0",

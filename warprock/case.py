@@ -335,7 +335,7 @@ def _input_error(error: pydantic.ValidationError, source_of: SourceOf) -> InputE
         allowed = str(fault)
     elif kind in ("union_tag_invalid", "union_tag_not_found"):
         got = context.get("tag", NOTHING)
-        allowed = "must be peaks or housner"
+        allowed = "must be peaks, housner or boundaries"
     else:
         allowed = _SAID_PLAINLY.get(kind) or re.sub(r"^.*? should ", "must ", detail["msg"])
     return InputError(source_of(key), key, got, allowed)

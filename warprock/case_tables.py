@@ -258,7 +258,22 @@ class HousnerCheck(Check):
     limit_run: _Positive | None = None
 
 
-CheckSpec = PeaksCheck | HousnerCheck
+class BoundariesCheck(Check):
+    """Strengths of a pulse at which a map of overturning changes its mode, weakest first.
+
+    Attributes:
+        frequency_ratio: Angular frequency of the pulse / frequency parameter of the block.
+        values: Peak accelerations / (g tan(slenderness angle)).
+        tolerance: Largest absolute difference of a value.
+    """
+
+    kind: Literal["boundaries"]
+    frequency_ratio: _Positive
+    values: Annotated[tuple[_Positive, ...], pydantic.Field(min_length=1)]
+    tolerance: _Positive
+
+
+CheckSpec = PeaksCheck | HousnerCheck | BoundariesCheck
 
 
 class CaseTables(Table):
@@ -342,7 +357,7 @@ def known_keys(location: Sequence[int | str]) -> list[str]:
             tables = list(_tables_in(table.model_fields[part].annotation))
             table = tables[0] if tables else table
         else:
-            table = next(t for t in (PeaksCheck, HousnerCheck) if part == _kind(t))
+            table = next(t for t in typing.get_args(CheckSpec) if part == _kind(t))
     names = list(table.model_fields) + (list(APART) if table is CaseTables else [])
     return [".".join([*path, name]) for name in names]
 

@@ -23,6 +23,7 @@ from warprock.engines import ENGINES
 from warprock.ensemble import compare_cells
 from warprock.errors import InputError
 from warprock.expansion import LaneSet, expand_lanes
+from warprock.overturning_boundaries import boundaries_at
 from warprock.reference.peer_programs import PROGRAMS, PeerAnswer
 from warprock.response import Response
 from warprock.runner import run_case
@@ -31,6 +32,8 @@ __all__ = ["CHECKS", "CheckRow", "compare", "compare_with_housner", "run_checks"
 
 REFERENCE = "housner"
 """Engine that the others are held against."""
+ORACLE = "oracle"
+"""Name of the SciPy reference in `compare`; not an engine."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -119,6 +122,19 @@ class CaseResponses:
         histories = None if self.case.ensemble is None else False
         run = run_case(self.case, engine, workers=self._workers, histories=histories)
         return run.response
+
+    def _run_oracle(self) -> Response:
+        lane_set = self.lane_set
+        if not lane_set.lanes.stacked:
+            from warprock.reference.oracle import oracle_response
+
+            return oracle_response(lane_set.lanes, lane_set.motions, lane_set.times)
+        from warprock.reference.two_block_lanes import two_block_response, why_not
+
+        reason = why_not(lane_set.lanes)
+        if reason is not None:
+            raise InputError(self.case.file, "--engine", ORACLE, f"cannot do this scene: {reason}")
+        return two_block_response(lane_set.lanes, lane_set.motions, lane_set.times)
 
 
 def lane_name(lane_set: LaneSet, lane: int) -> str:
@@ -241,9 +257,32 @@ def _check_housner(check: Any, responses: CaseResponses) -> list[CheckRow]:
     return rows
 
 
+def _check_boundaries(check: Any, responses: CaseResponses) -> list[CheckRow]:
+    """Boundaries of a map of overturning against the values in the case."""
+    case, ratio = responses.case, check.frequency_ratio
+    tolerance = 0.1 * check.tolerance / max(check.values)
+    found = boundaries_at(case, check.engine, check.where, ratio, tolerance=tolerance)
+    same = len(found) == len(check.values)
+    value = float(np.abs(found - check.values).max()) if same else np.inf
+    return [
+        CheckRow(
+            case=case.name,
+            name=f"boundaries at omega_p / p = {ratio:g}, largest difference",
+            engine=check.engine,
+            lanes=_selection_text(check.where),
+            value=value,
+            limit=check.tolerance,
+            ok=value <= check.tolerance,
+            because=check.because,
+            note=f"found {', '.join(f'{each:.4f}' for each in found) or 'none'}",
+        )
+    ]
+
+
 CHECKS: dict[str, Callable[[Any, CaseResponses], list[CheckRow]]] = {
     "peaks": _check_peaks,
     "housner": _check_housner,
+    "boundaries": _check_boundaries,
 }
 """Kind of a check -> the function that makes its rows."""
 

@@ -358,17 +358,35 @@ GroundMotions = PlanarMotions | SpatialMotions
 
 def no_motion(like: PlanarMotions) -> PlanarMotions:
     """A base that stays where it is, in the family of other motions and with their knots."""
-    if isinstance(like, StillBase):
-        return like
-    zero = np.zeros(like.lane_count)
-    if isinstance(like, RecordMotions):
-        return dataclasses.replace(like, scale=zero)
-    names = ["velocity_step_start", "velocity_step_stop", "velocity_final"]
-    if isinstance(like, HarmonicMotions):
-        names += ["acceleration_amplitude", "velocity_offset"]
-        return dataclasses.replace(like, **dict.fromkeys(names, zero))
-    if isinstance(like, ModulatedMotions):
-        names += ["swing_1", "swing_2", "swing_3", "velocity_offset"]
-        return dataclasses.replace(like, **dict.fromkeys(names, zero))
-    names += ["c0", "c1", "c2", "c3"]
-    return dataclasses.replace(like, **dict.fromkeys(names, zero))
+    return _scaled(like, np.zeros(like.lane_count))
+
+
+def scaled(motions: GroundMotions, factors: Array) -> GroundMotions:
+    """The motions times a factor, in all directions, with the knots that they had.
+
+    Args:
+        motions: The motions.
+        factors: Factor on the motion of every lane, shape [lane].
+    """
+    if isinstance(motions, SpatialMotions):
+        x, y, z = (_scaled(part, factors) for part in motions.components)
+        return SpatialMotions(x, y, z)
+    return _scaled(motions, factors)
+
+
+_LINEAR: dict[MotionKind, tuple[str, ...]] = {
+    MotionKind.HARMONIC: ("acceleration_amplitude", "velocity_offset"),
+    MotionKind.RICKER: ("c0", "c1", "c2", "c3"),
+    MotionKind.MODULATED: ("swing_1", "swing_2", "swing_3", "velocity_offset"),
+}
+_LINEAR_OF_PULSES = ("velocity_step_start", "velocity_step_stop", "velocity_final")
+"""Fields that a factor on the motion multiplies: of each family, and of all analytic ones."""
+
+
+def _scaled(motions: PlanarMotions, factors: Array) -> PlanarMotions:
+    if isinstance(motions, StillBase):
+        return motions
+    if isinstance(motions, RecordMotions):
+        return dataclasses.replace(motions, scale=motions.scale * factors)
+    names = _LINEAR_OF_PULSES + _LINEAR[motions.kind]
+    return dataclasses.replace(motions, **{n: getattr(motions, n) * factors for n in names})
