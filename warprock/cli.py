@@ -301,7 +301,8 @@ def compare(
     """Engines side by side on one CASE, lane by lane, held against Housner.
 
     Stacks and blocks in space are held against the engine that is named first; ensembles, too, cell
-    by cell. Programs that we did not write (newton-xpbd, mujoco, bullet, blender, ...; `list` has them) run beside.
+    by cell. Programs that we did not write (newton-xpbd, mujoco, bullet, blender, ...; `list` has
+    them) run beside.
     """
     from warprock import checks
     from warprock.case import load_case
