@@ -1,4 +1,4 @@
-"""Programs that we did not write, run on the lanes of a case beside the engines."""
+"""What runs on the lanes of a case beside the engines: the oracle, and programs of others."""
 
 from __future__ import annotations
 
@@ -11,9 +11,30 @@ from warprock.errors import InputError
 from warprock.expansion import LaneSet
 from warprock.reference.peer_programs import PROGRAMS, PeerAnswer, run_program
 from warprock.reference.peer_scene import DeclinedError
-from warprock.response import SampleTimes
+from warprock.response import Response, SampleTimes
 
 OPTION = "--engine"
+ORACLE = "oracle"
+"""Name of the SciPy reference in `compare`; not an engine."""
+
+
+def run_oracle(case: Case, lane_set: LaneSet) -> Response:
+    """Runs the lanes of a case with the SciPy reference, of one block or of two.
+
+    Raises:
+        InputError: It cannot do the scene.
+    """
+    reason = lane_set.scene.beyond_the_plane
+    if reason is None and not lane_set.lanes.stacked:
+        from warprock.reference.oracle import oracle_response
+
+        return oracle_response(lane_set.lanes, lane_set.motions, lane_set.times)
+    from warprock.reference.two_block_lanes import two_block_response, why_not
+
+    reason = reason or why_not(lane_set.lanes)
+    if reason is not None:
+        raise InputError(case.file, OPTION, ORACLE, f"cannot do this scene: {reason}")
+    return two_block_response(lane_set.lanes, lane_set.motions, lane_set.times)
 
 
 def require_programs(names: Iterable[str]) -> None:

@@ -1,4 +1,4 @@
-"""Tables on the terminal for stacks of blocks."""
+"""Tables on the terminal for stacks of blocks and blocks in space."""
 
 from __future__ import annotations
 
@@ -16,10 +16,17 @@ COLUMNS = (
     ("peak_slide_mm", "slide\n[mm]", ".2g"),
 )
 """Column of a comparison of stacks, its heading and its format."""
+SPATIAL_COLUMNS = (
+    ("difference_across_5s_ratio", "across*\nfirst 5 s", ".1e"),
+    ("difference_yaw_5s_rad", "yaw**\n[rad]", ".1e"),
+    ("peak_tilt_ratio", "peak\ntilt", ".4f"),
+    ("peak_yaw_rad", "peak yaw\n[rad]", ".2g"),
+)
+"""Those that a comparison in space has besides."""
 
 
 def print_stack_comparison(found: Mapping[str, Any], console: Console | None = None) -> None:
-    """Prints what `checks.compare` returned for stacks: a row a lane, block and engine.
+    """Prints what `checks.compare` returned for stacks or in space: a row a lane, block, engine.
 
     Args:
         found: Its return value.
@@ -29,7 +36,8 @@ def print_stack_comparison(found: Mapping[str, Any], console: Console | None = N
     rows: Sequence[Mapping[str, Any]] = found["rows"]
     reference = rows[0]["reference"]
     named = ("lane", "block", "engine", "outcome", "status")
-    headings = [*named, *(heading for _, heading, _ in COLUMNS)]
+    columns = COLUMNS + (SPATIAL_COLUMNS if found["spatial"] else ())
+    headings = [*named, *(heading for _, heading, _ in columns)]
     table = plain_table(f"{found['case']}: engines against {reference}", headings, named)
     places = dict.fromkeys((row["lane"], row["block"]) for row in rows)
     last_lane = None
@@ -42,8 +50,10 @@ def print_stack_comparison(found: Mapping[str, Any], console: Console | None = N
                 row["engine"],
                 row["outcome"],
                 row["status"],
-                *(number(row[name], form) for name, _, form in COLUMNS),
+                *(number(row[name], form) for name, _, form in columns),
             )
             last_lane = lane
     out.print(table)
     out.print(f"  * largest |rotation - that of {reference}| / the block's slenderness angle")
+    if found["spatial"]:
+        out.print("  ** the same of the turn about the vertical over the first 5 s")
