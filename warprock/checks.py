@@ -28,12 +28,10 @@ from warprock.reference.peer_programs import PROGRAMS, PeerAnswer
 from warprock.response import Response
 from warprock.runner import run_case
 
-__all__ = ["CHECKS", "CheckRow", "compare", "compare_with_housner", "run_checks"]
+__all__ = ["CHECKS", "ORACLE", "CheckRow", "compare", "compare_with_housner", "run_checks"]
 
 REFERENCE = "housner"
 """Engine that the others are held against."""
-ORACLE = "oracle"
-"""Name of the SciPy reference in `compare`; not an engine."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -122,19 +120,6 @@ class CaseResponses:
         histories = None if self.case.ensemble is None else False
         run = run_case(self.case, engine, workers=self._workers, histories=histories)
         return run.response
-
-    def _run_oracle(self) -> Response:
-        lane_set = self.lane_set
-        if not lane_set.lanes.stacked:
-            from warprock.reference.oracle import oracle_response
-
-            return oracle_response(lane_set.lanes, lane_set.motions, lane_set.times)
-        from warprock.reference.two_block_lanes import two_block_response, why_not
-
-        reason = why_not(lane_set.lanes)
-        if reason is not None:
-            raise InputError(self.case.file, "--engine", ORACLE, f"cannot do this scene: {reason}")
-        return two_block_response(lane_set.lanes, lane_set.motions, lane_set.times)
 
 
 def lane_name(lane_set: LaneSet, lane: int) -> str:
