@@ -45,23 +45,22 @@ motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 event = kernel_module("event", precision=PRECISION, motion=MOTION)
 spatial = kernel_module("spatial", precision=PRECISION)
 contact = kernel_module("spatial_event_contact", precision=PRECISION)
-wp.set_module_options(contact.OPTIONS)
-slide = kernel_module("spatial_event_slide", precision=PRECISION)
 law = kernel_module("spatial_event_law", precision=PRECISION)
 moves = kernel_module("spatial_event_moves", precision=PRECISION)
+trial = kernel_module("spatial_event_trial", precision=PRECISION, motion=MOTION)
+wp.set_module_options(contact.OPTIONS)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-Motion, series = motion.Motion, motion.series
-knot_time, knot_step = motion.knot_time, motion.knot_step
-base_change, first_root = event.base_change, event.first_root
+Motion, first_root = motion.Motion, event.first_root
 Block, Body, Held = spatial.Block, contact.Body, contact.Held
-Three, Four, Corners, Shares = contact.Three, moves.Four, contact.Corners, contact.Shares
+Three, Corners = contact.Three, contact.Corners
 mask_of, stance_of, corner_velocity = contact.mask_of, contact.stance_of, contact.corner_velocity
-settled, guessed = law.settled, law.guessed
-stuck, along = contact.stuck, contact.along
-slid, swung = slide.slid, slide.swung
+settled = law.settled
 turned, body_at, flown, levelled = moves.turned, moves.body_at, moves.flown, moves.levelled
 foot, placed, least_spare = moves.foot, moves.placed, moves.least_spare
 corner_event, stop_event = moves.corner_event, moves.stop_event
+Limits, State, Base, next_step = trial.Limits, trial.State, trial.Base, trial.next_step
+kinetic_energy, directions = trial.kinetic_energy, trial.directions
+bound, let_go = trial.bound, trial.let_go
 EDGE, FLAT, FLYING = contact.EDGE, contact.FLAT, contact.FLYING
 
 RUNNING = 0
@@ -83,162 +82,6 @@ DUST = real({"float64": 1.0e-12, "float32": 1.0e-5}[PRECISION])
 """Round-off of a velocity, as a part of the largest."""
 SOON = real(1.0e-3)
 """Part of a step by which an uplift may be missed: the error is of its square."""
-SHARP = real({"float64": 1.0e-5, "float32": 1.0e-3}[PRECISION])
-"""Part of the longest step by which an edge may let go of an end late: the error is of that."""
-PROBE = real({"float64": 1.0e-4, "float32": 1.0e-2}[PRECISION])
-"""Length of a moment, as a part of the longest step."""
-REACH = real(0.125)
-"""Largest rotation in one step [rad]: keeps the polynomials in their range."""
-
-Knots = wp.types.vector(length=3, dtype=int)
-"""Knots of the motion passed, along x, y and z."""
-
-
-@wp.struct
-class Limits:
-    """What a step needs to know of one lane besides its block: see the head of this file."""
-
-    gravity: real
-    longest_step: real
-    rest_gap: real
-
-
-@wp.struct
-class State:
-    """State of one lane.
-
-    Position, attitude, velocity and angular velocity; turn in the last step [rad], and angular
-    velocity at its end before its impact, swing; stance and slip, see
-    spatial_event_contact.py; time [s]; knots of the motion passed; base velocity [m/s]; cap, the
-    longest next step [s]; mode; lost energy for unit mass [J/kg]; deepest, how deep a corner was
-    in the base before it was put back [m]; impacts; taken, whether the last trial was a step.
-    """
-
-    x: Three
-    q: Four
-    v: Three
-    w: Three
-    turn: Three
-    swing: Three
-    stance: int
-    slip: int
-    time: real
-    knots: Knots
-    base: Three
-    cap: real
-    mode: int
-    lost: real
-    deepest: real
-    impacts: int
-    taken: bool
-
-
-@wp.struct
-class Base:
-    """What the base does in a step.
-
-    Change of its velocity and velocity step at the end [m/s]; acceleration at both ends [m/s^2];
-    knots passed after it; length d and end of the step [s].
-    """
-
-    change: Three
-    kick: Three
-    first: Three
-    last: Three
-    knots: Knots
-    d: real
-    time: real
-
-
-@wp.func
-def kinetic_energy(body: Body, v: Three, w: Three) -> real:
-    """Kinetic energy for unit mass in the frame of the base [J/kg]."""
-    return HALF * (wp.dot(v, v) + wp.dot(w, body.inertia * w))
-
-
-@wp.func
-def next_step(
-    limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Three, slope: Three, end: real,
-    s: State,
-) -> Base:  # fmt: skip
-    """Length of the next step, to a knot or the end at most, and what the base does in it."""
-    zero = real(0.0)
-    b = Base()
-    tx = knot_time(mx, s.knots[0])
-    ty = knot_time(my, s.knots[1])
-    tz = knot_time(mz, s.knots[2])
-    target = smaller(smaller(tx, ty), smaller(tz, end))
-    room = larger(target - s.time, zero)
-    d = smaller(smaller(limits.longest_step, REACH / (wp.length(s.w) + TINY)), s.cap)
-    quiet = (
-        (s.knots[0] == 0 or tx >= NEVER)
-        and (s.knots[1] == 0 or ty >= NEVER)
-        and (s.knots[2] == 0 or tz >= NEVER)
-    )
-    # At rest on a base that will not move the block waits at once.
-    d = smaller(wp.where(s.stance == FLAT and s.slip == 0 and quiet, room, d), room)
-    b.d = d
-    b.time = wp.where(d >= room, target, s.time + d)
-    b.knots = s.knots
-    b.kick = Three()
-    if b.time >= tx:
-        b.knots[0] = s.knots[0] + 1
-        b.kick[0] = knot_step(mx, s.knots[0])
-    if b.time >= ty:
-        b.knots[1] = s.knots[1] + 1
-        b.kick[1] = knot_step(my, s.knots[1])
-    if b.time >= tz:
-        b.knots[2] = s.knots[2] + 1
-        b.kick[2] = knot_step(mz, s.knots[2])
-    ax, jx, _a2, _a3, _a4, _a5, _a6, _a7, _a8 = series(mx, s.knots[0], b.time, value[0], slope[0])
-    ay, jy, _b2, _b3, _b4, _b5, _b6, _b7, _b8 = series(my, s.knots[1], b.time, value[1], slope[1])
-    az, jz, _c2, _c3, _c4, _c5, _c6, _c7, _c8 = series(mz, s.knots[2], b.time, value[2], slope[2])
-    b.last = Three(ax, ay, az)
-    b.change = Three(
-        base_change(mx, b.time, d, ax, jx, s.base[0], b.kick[0]),
-        base_change(my, b.time, d, ay, jy, s.base[1], b.kick[1]),
-        base_change(mz, b.time, d, az, jz, s.base[2], b.kick[2]),
-    )
-    b.first = b.change * (TWO / larger(d, TINY)) - b.last
-    return b
-
-
-@wp.func
-def directions(body: Body, v: Three, w: Three) -> Corners:
-    """Directions in which the corners move along the base."""
-    dirs = Corners()
-    for k in range(4):
-        d = along(corner_velocity(body, v, w, k))
-        dirs[k] = Three(d[0], d[1], real(0.0))
-    return dirs
-
-
-@wp.func
-def bound(body: Body, stance: int, slip: int, v: Three, w: Three):
-    """Velocities projected on the contacts, along their force."""
-    v1 = v
-    w1 = w
-    mask = mask_of(stance)
-    if stance != FLYING and slip == 0:
-        v1, w1 = stuck(body, stance, v, w)
-    elif stance < FLAT and slip == mask:
-        v1, w1, _n, _sound = slid(
-            body, stance, body.friction, directions(body, v, w), Shares(), v, w
-        )
-    elif stance < FLAT:
-        k = stance % 4
-        first = slip == 1 << k
-        other = (k + 1) % 4
-        pinned = wp.where(first, other, k)
-        slides = wp.where(first, k, other)
-        u = corner_velocity(body, v, w, slides) - corner_velocity(body, v, w, pinned)
-        way = body.corners[slides] - body.corners[pinned]
-        side = wp.where(way[0] * u[1] < way[1] * u[0], real(-1.0), real(1.0))
-        v1, w1, _m, _d, _good = swung(body, pinned, slides, side, v, w)
-    elif stance == FLAT:
-        v1 = Three(v[0], v[1], real(0.0))
-        w1 = Three(real(0.0), real(0.0), w[2])
-    return v1, w1
 
 
 @wp.func
@@ -302,46 +145,6 @@ def arrived(
 
 
 @wp.func
-def probed(
-    block: Block, limits: Limits, q: Four, v: Three, w: Three, stance: int, slip: int, a: Three
-) -> Held:
-    """The motion if it goes on as it is for a moment, its `spare` for unit time."""
-    d = PROBE * limits.longest_step
-    now = body_at(block, q)
-    soon = body_at(block, turned(q, w * (HALF * d)))
-    pull = a + Three(real(0.0), real(0.0), limits.gravity)
-    free = soon.inverse * (now.inertia * w)
-    h = guessed(soon, stance, slip, directions(now, v, w), v - HALF * d * pull, free, real(0.0))
-    h.spare = h.spare / d
-    return h
-
-
-@wp.func
-def let_go(block: Block, limits: Limits, s: State, reached: State, base: Base, h: Held) -> real:
-    """Length of the step to where an edge lets go of one of its ends, if that lies inside.
-
-    What pushed there across the edge ends with a jump. What the end has to spare is known in the
-    middle of the step; moments of next to no length tell it at its start or its end. A line between
-    two of them says where nothing is left.
-    """
-    d = base.d
-    sharp = SHARP * limits.longest_step
-    middle = h.spare / larger(d, TINY)
-    cut = TWO * NEVER
-    if h.turns and d > sharp:
-        first = probed(block, limits, s.q, s.v, s.w, s.stance, s.slip, base.first)
-        there = HALF * d * first.spare / (first.spare - middle)
-        cut = wp.where(first.spare > real(0.0) and there > sharp, there, cut)
-    if not h.turns and d > sharp and reached.stance == s.stance and reached.slip == s.slip:
-        body = body_at(block, reached.q)
-        v, w = bound(body, reached.stance, reached.slip, reached.v, reached.w)
-        last = probed(block, limits, reached.q, v, w, s.stance, s.slip, base.last)
-        there = HALF * d * (real(1.0) + middle / (middle - last.spare))
-        cut = wp.where(last.turns and there < d - sharp, there, cut)
-    return cut
-
-
-@wp.func
 def capped(s: State, cut: real, d: real, near: real) -> State:
     """The old state where an event lies inside a step, its next step ending there.
 
@@ -352,6 +155,42 @@ def capped(s: State, cut: real, d: real, near: real) -> State:
     n.cap = larger(wp.where(cut > d - near, HALF * d, cut), HALF * near)
     n.taken = False
     return n
+
+
+@wp.func
+def upright(body: Body) -> Three:
+    """The block's axis."""
+    return wp.normalize(
+        wp.cross(body.corners[1] - body.corners[0], body.corners[3] - body.corners[0])
+    )
+
+
+@wp.func
+def later_event(
+    block: Block, limits: Limits, s: State, reached: State, base: Base, body0: Body, body: Body,
+    h: Held, known: real, lands: int,
+) -> real:  # fmt: skip
+    """Length of the step to where a resting block lifts, an edge lets go, the block overturns.
+
+    Or to what is known to come before.
+    """
+    near = NEARLY * limits.longest_step
+    cut = known
+    if s.stance == FLAT and s.slip == 0:
+        e0, e1 = least_spare(body0, limits.gravity, base.first, base.last)
+        if e1 < -SOON * e0 and e0 > -SOON * e1:
+            cut = smaller(cut, first_root(e0, (e1 - e0) / base.d, e1, base.d))
+    on_edge = s.stance >= EDGE and s.stance < FLAT and s.slip != mask_of(s.stance)
+    if on_edge and lands == 0 and cut >= NEVER:
+        cut = let_go(block, limits, s, reached, base, h)
+    axis = upright(body)
+    fall = wp.cross(reached.w, axis)[2]
+    left = axis[2] - near * size(fall)
+    if left < -near * size(fall) and base.d > near:
+        axis0 = upright(body0)
+        e0 = larger(axis0[2] - near * size(fall), real(0.0))
+        cut = smaller(cut, first_root(e0, wp.cross(s.w, axis0)[2], left, base.d))
+    return cut
 
 
 @wp.func
@@ -393,38 +232,59 @@ def watched(
     # A flat block that hardly moves stops as a whole.
     if n.stance == FLAT and fastest <= TEN * near * limits.gravity:
         n.slip = 0
-    resting = s.stance == FLAT and s.slip == 0
-    if resting:
-        e0, e1 = least_spare(body0, limits.gravity, base.first, base.last)
-        if e1 < -SOON * e0 and e0 > -SOON * e1:
-            cut = smaller(cut, first_root(e0, (e1 - e0) / base.d, e1, base.d))
-    on_edge = s.stance >= EDGE and s.stance < FLAT and s.slip != touched
-    if on_edge and lands == 0 and cut >= NEVER:
-        cut = let_go(block, limits, s, n, base, h)
-    axis = upright(body)
-    fall = wp.cross(n.w, axis)[2]
-    e1 = axis[2] - near * size(fall)
-    if e1 < -near * size(fall) and base.d > near:
-        axis0 = upright(body0)
-        e0 = larger(axis0[2] - near * size(fall), real(0.0))
-        cut = smaller(cut, first_root(e0, wp.cross(s.w, axis0)[2], e1, base.d))
+    cut = later_event(block, limits, s, n, base, body0, body, h, cut, lands)
     inside = closes == 0 and cut < NEVER and base.d > near
     if closes != 0:
         n = closed(block, limits, s, body0, touched | closes)
     if inside:
         n = capped(s, cut, base.d, near)
     if closes == 0 and not inside:
+        axis = upright(body)
+        over = axis[2] <= TWO * near * size(wp.cross(n.w, axis)[2])
         n = arrived(block, limits, s, n, base, lands, grain)
-        n.mode = wp.where(axis[2] <= TWO * near * size(fall), OVERTURNED, n.mode)
+        n.mode = wp.where(over, OVERTURNED, n.mode)
     return n
 
 
 @wp.func
-def upright(body: Body) -> Three:
-    """The block's axis."""
-    return wp.normalize(
-        wp.cross(body.corners[1] - body.corners[0], body.corners[3] - body.corners[0])
-    )
+def reached_by(block: Block, s: State, b: Base, body0: Body, middle: Body, h: Held) -> State:
+    """Where a step's mean motion leads, what touches back on the base; no events, no impacts."""
+    d = b.d
+    n = s
+    n.q = turned(s.q, d * h.w)
+    momentum = body0.inertia * s.w
+    if s.stance == FLYING:
+        n.q = flown(block, s.q, momentum, d)
+    n.q = levelled(block, n.q, h.stance)
+    body = body_at(block, n.q)
+    held = mask_of(h.stance)
+    n.stance = h.stance
+    n.slip = h.slip
+    n.x = s.x + d * h.v
+    raw = n.x[2]
+    if h.slip == 0 and held != 0:
+        pinned = foot(body0, held) - foot(body, held)
+        n.x = Three(s.x[0] + pinned[0], s.x[1] + pinned[1], raw)
+    n.x = placed(body, held, n.x)
+    n.v = TWO * h.v - s.v
+    n.w = body.inverse * (TWO * (middle.inertia * h.w) - momentum)
+    if h.stance == FLAT and h.slip == 0:
+        n.q = s.q
+        n.x = s.x
+    n.turn = d * h.w
+    n.swing = n.w
+    n.lost = s.lost + TWO * h.work
+    n.time = b.time
+    n.knots = b.knots
+    n.base = s.base + b.change + b.kick
+    n.cap = NEVER
+    n.taken = True
+    n.mode = wp.where(h.fits, s.mode, UNSETTLED)
+    low = real(0.0)
+    for k in range(4):
+        low = smaller(low, raw + body.corners[k, 2])
+    n.deepest = larger(s.deepest, -low)
+    return n
 
 
 @wp.func
@@ -458,41 +318,10 @@ def step(
     # A step without length, to a knot at the present time, changes nothing.
     if d > TINY:
         h = settled(middle, s.stance, s.slip, directions(body0, s.v, s.w), v, w, grain)
-    n = s
-    n.q = turned(s.q, d * h.w)
-    if flying:
-        n.q = flown(block, s.q, momentum, d)
-    n.q = levelled(block, n.q, h.stance)
-    body = body_at(block, n.q)
-    held = mask_of(h.stance)
-    n.stance = h.stance
-    n.slip = h.slip
-    n.x = s.x + d * h.v
-    raw = n.x[2]
-    if h.slip == 0 and held != 0:
-        pinned = foot(body0, held) - foot(body, held)
-        n.x = Three(s.x[0] + pinned[0], s.x[1] + pinned[1], raw)
-    n.x = placed(body, held, n.x)
-    n.v = TWO * h.v - s.v
-    n.w = body.inverse * (TWO * (middle.inertia * h.w) - momentum)
-    if h.stance == FLAT and h.slip == 0:
-        n.q = s.q
-        n.x = s.x
-    n.turn = d * h.w
-    n.swing = n.w
-    n.lost = s.lost + TWO * h.work
-    n.time = b.time
-    n.knots = b.knots
-    n.base = s.base + b.change + b.kick
-    n.cap = NEVER
-    n.taken = True
-    n.mode = wp.where(h.fits, s.mode, UNSETTLED)
-    low = real(0.0)
-    for k in range(4):
-        low = smaller(low, raw + body.corners[k, 2])
+    n = reached_by(block, s, b, body0, middle, h)
     n = watched(block, limits, s, n, b, body0, h, grain)
-    if n.time > s.time:
-        n.deepest = larger(s.deepest, -low)
+    if n.time == s.time:
+        n.deepest = s.deepest
     sound = wp.length(n.x) + wp.length(n.q) + wp.length(n.v) + wp.length(n.w) + n.time
     n.mode = wp.where(sound - sound == real(0.0), n.mode, BROKEN)
     return n
