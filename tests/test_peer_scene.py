@@ -257,6 +257,8 @@ def test_slides_and_turns_of_a_block_in_space_are_seen_from_the_base() -> None:
         found = peer_response("other", lanes, [scene], [run], TIMES)
         assert set(SPATIAL_FIELDS) <= set(found.fields)
         np.testing.assert_allclose(found["residual_yaw"], yaw, atol=1e-12)
+        np.testing.assert_allclose(found["peak_yaw"], yaw, atol=1e-12)
+        np.testing.assert_allclose(found["yaw"][0, [0, -1]], (0.1, 0.1 + yaw), atol=1e-12)
         np.testing.assert_allclose(found["peak_tilt"], 0.0, atol=1e-12)
         if yaw == 0.0:
             np.testing.assert_allclose(found["residual_slide"], 3e-3, atol=1e-12)

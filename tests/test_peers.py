@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import json
-import subprocess
 import sys
 import tomllib
 from typing import Any
@@ -202,13 +201,6 @@ def test_compare_runs_a_stack_in_a_program(program: str) -> None:
     # Stacks follow the engine for a swing; after that they part (0.09 at most was measured).
     assert 0.0 < np.abs(peaks[:, 0] - peaks[:, 1]).max() < 0.1
     assert peaks.min() > 0.0
-
-
-def test_bullets_greeting_does_not_reach_stdout() -> None:
-    present("bullet")
-    code = "from warprock.reference.peer_bullet import _pybullet as p; p(); print('only this')"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "only this\n"
 
 
 def test_a_blender_that_fails_is_one_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Any) -> None:

@@ -16,10 +16,6 @@ and machine learning.
 
 from __future__ import annotations
 
-import ctypes
-import importlib
-import os
-import sys
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -42,8 +38,6 @@ BASE_HALF = (20.0, 20.0, 1.0)
 """Half dimensions of the base [m]."""
 TABLE_RATIO = 1e6
 """Mass of a base that moves over that of all blocks."""
-STDOUT = 1
-"""File descriptor that Bullet's library prints to."""
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 
 
@@ -64,7 +58,7 @@ def run(
         ImportError: pybullet is not installed; one line that names the extra.
     """
     try:
-        pybullet = _pybullet()
+        import pybullet
     except ImportError as error:
         raise missing("pybullet", "warprock[bullet]", error) from None
     runs = []
@@ -77,24 +71,6 @@ def run(
         if finished is not None:
             finished(len(runs))
     return runs
-
-
-def _pybullet() -> Any:
-    """The module, imported without the greeting that it prints, since stdout is for results."""
-    if "pybullet" in sys.modules or os.name != "posix":
-        return importlib.import_module("pybullet")
-    library = ctypes.CDLL(None)
-    sys.stdout.flush()
-    library.fflush(None)
-    stdout = os.dup(STDOUT)
-    with open(os.devnull, "wb") as nowhere:
-        os.dup2(nowhere.fileno(), STDOUT)
-        try:
-            return importlib.import_module("pybullet")
-        finally:
-            library.fflush(None)
-            os.dup2(stdout, STDOUT)
-            os.close(stdout)
 
 
 def _run_scene(bullet: Any, world: int, scene: PeerScene, settings: BulletSettings) -> PeerRun:

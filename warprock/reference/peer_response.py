@@ -46,7 +46,7 @@ class _Seen:
     Attributes:
         rotation: Rotation in the plane of rocking [rad].
         across: Rotation across it [rad].
-        yaw: Turn about the vertical since the start [rad].
+        yaw: Turn about the vertical [rad].
         tilt: Angle between the block's axis and the vertical [rad].
         lean: Angle between the block's axis and that of what it stands on [rad], with the sign of
             the rotation against it.
@@ -119,8 +119,8 @@ def _lane(lanes: Lanes, lane: int, scene: PeerScene, run: PeerRun) -> dict[str, 
         "peak_slide": slide,
         "peak_tilt": np.where(seen.side != 0.0, 0.5 * np.pi, seen.tilt[until].max(axis=0)),
         "peak_rotation_across": np.abs(seen.across[until]).max(axis=0),
-        "peak_yaw": np.abs(seen.yaw[until]).max(axis=0),
-        "residual_yaw": seen.yaw[seen.last],
+        "peak_yaw": np.abs(seen.yaw[until] - seen.yaw[0]).max(axis=0),
+        "residual_yaw": seen.yaw[seen.last] - seen.yaw[0],
         "residual_slide_across": seen.slide[seen.last, :, 1],
         "history_rotation": _held(seen.rotation, seen),
         "history_rotation_across": _held(seen.across, seen, fallen=False),
@@ -179,7 +179,7 @@ def _look(scene: PeerScene, run: PeerRun) -> _Seen:
     return _Seen(
         rotation=rotation,
         across=across,
-        yaw=yaw - yaw[:1],
+        yaw=yaw,
         tilt=tilt,
         lean=np.stack(leans, axis=1),
         slide=np.stack(slides, axis=1),
