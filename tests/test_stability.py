@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.blocks import make_lanes, sines, single_block_engines
-from warprock import rocking, stability
+from warprock import rocking, stability, stability_summary
 from warprock.batch import run_batch
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Target
@@ -298,7 +298,8 @@ def test_figures_can_be_read_without_a_caption(
     )
     drawn = [(m.name, m.title, m.x, up) for m in MAPS for up in (m.y, m.other_y) if up]
     plots_stability.write_figures(table, drawn, LABELS, tmp_path)
-    assert len(kept) == 5
+    assert len(kept) == 2 * 5
+    assert sum(name.endswith("-penetration.png") for name in kept) == 5
     for figure in kept.values():
         figure.draw_without_rendering()
         assert "lanes a cell" in figure.get_suptitle()
@@ -309,6 +310,35 @@ def test_figures_can_be_read_without_a_caption(
         assert min(text.get_fontsize() for text in texts if text.get_text()) >= 8.0
         legend = figure.legends[0].get_window_extent()
         assert not any(legend.overlaps(axes.get_window_extent()) for axes in figure.axes)
+
+
+def test_cells_show_what_nine_lanes_in_ten_stay_below(table: pd.DataFrame):
+    rows = pd.DataFrame({"step_s": 1e-3, "slenderness": np.repeat([2.0, 3.0], 10)})
+    rows["penetration"] = [*np.geomspace(1e-9, 1e-1, 10), *np.full(9, 1e-5), np.nan]
+    rows = rows.assign(grew=False, usable=True, absurd=False)
+    places = [np.array([1e-3]), np.array([2.0, 3.0])]
+    found = plots_stability.cells(
+        rows, ("step_s", "slenderness"), places, plots_stability.PENETRATION
+    )
+    sizes = np.sort(rows["penetration"][:10])
+    np.testing.assert_array_equal(found["penetration"][:, 0], [sizes[9], 1e-5])
+    # Over the height of the block, and of every engine but those without gaps.
+    of_engine = table.groupby("engine")["penetration"].max()
+    assert of_engine["housner"] == 0.0
+    assert np.all(table["penetration"].dropna() >= 0.0)
+    deep = table[(table["engine"] == "impulse") & (table["map"] == "step")]
+    by_step = deep.groupby("step_s")["penetration"].median()
+    assert by_step.iloc[0] < 1e-6 < 1e-4 < by_step.iloc[-1]
+
+
+def test_the_summary_says_how_deep_corners_go(table: pd.DataFrame):
+    said = {
+        entry["engine"]: next(text for text in entry["sentences"] if "enetrat" in text)
+        for entry in stability_summary.summarise(table)["engines"]
+    }
+    assert said["housner"] == "Nothing penetrates: it has no gaps."
+    worst = table[table["engine"] == "impulse"]["penetration"].max()
+    assert f"{worst:.1e}" in said["impulse"]
 
 
 def log(low: float, high: float) -> st.SearchStrategy[float]:

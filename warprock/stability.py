@@ -214,7 +214,8 @@ def measure(
         `grew` (usable, growth over `GROWTH_BOUND`), `absurd` (usable, but not finite, turned
         further than pi/2, or energy more than doubled, see `soundness.exploded`), `error` (largest
         |rotation - reference| / slenderness angle while both stand; NaN where not usable or
-        without a reference), `compared` (there is one that holds, and the blocks came down in it
+        without a reference), `penetration` (deepest / height of the highest block; NaN where not
+        usable), `compared` (there is one that holds, and the blocks came down in it
         once if let go), `same_outcome` (1 if both or neither overturned, NaN alike), `peak_ratio`
         and `step_count`.
     """
@@ -230,6 +231,7 @@ def measure(
     too_much = grid.free & exploded(grid.lanes, held, gained)
     error, same = _errors(grid, response, compared, reference)
     angle = _by_block(grid.lanes.slenderness_angle)
+    tallest = _by_block(grid.lanes.height).max(axis=1)
     return {
         "status": [Status(int(code)).name.lower() for code in status],
         "outcome": [Outcome(int(code)).name.lower() for code in response["outcome"]],
@@ -239,6 +241,7 @@ def measure(
         "grew": usable & (growth > GROWTH_BOUND),
         "absurd": usable & (~finite | (peak > 0.5 * np.pi + ROTATION_SLACK) | too_much),
         "error": np.where(usable & finite, error, np.nan),
+        "penetration": np.where(usable & finite, response["peak_penetration"] / tallest, np.nan),
         "compared": np.isfinite(same),
         "same_outcome": np.where(usable, same, np.nan),
         "peak_ratio": (_by_block(np.abs(response["peak_rotation"])) / angle).max(axis=1),
@@ -305,7 +308,14 @@ def _by_block(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 def _finite(response: Response) -> Mask:
     """Whether all numbers are finite that have no reason to be missing, shape [lane]."""
-    names = ("peak_rotation", "residual_slide", "peak_slide", "energy_lost", "rotation")
+    names = (
+        "peak_rotation",
+        "residual_slide",
+        "peak_slide",
+        "peak_penetration",
+        "energy_lost",
+        "rotation",
+    )
     sound = [np.isfinite(_by_block(response[name])).all(axis=1) for name in names]
     return np.asarray(np.all(sound, axis=0))
 

@@ -19,6 +19,8 @@ BOUNDS = (1e-3, 1e-2)
 """Errors over the slenderness angle at which engines are trusted."""
 SHARE = 0.9
 """Part of the compared lanes that has to stay below a bound."""
+DEEP = 1e-3
+"""Penetration over the height of a block that is nothing to look at."""
 RELEASED = 0.03
 """Start over the slenderness angle from which on a gain of energy is held against a step: what a
 block let go from less holds is next to nothing."""
@@ -113,7 +115,7 @@ def _sentences(entry: dict[str, Any], rows: pd.DataFrame) -> list[str]:
         "shaking": _of_shaking,
         "friction": _of_friction,
     }
-    found = [_of_all(entry)]
+    found = [_of_all(entry), _of_penetration(rows)]
     for name, say in named.items():
         part = rows[rows["map"] == name]
         if len(part):
@@ -132,6 +134,20 @@ def _of_all(entry: dict[str, Any]) -> str:
         share = _percent(entry["absurd"] / entry["lanes"])
         return f"{found}; {entry['absurd']} ({share}) have absurd numbers that their status passes."
     return f"{found}; no status passes an absurd number."
+
+
+def _of_penetration(rows: pd.DataFrame) -> str:
+    """How deep corners go, in parts of the block's height."""
+    deep = rows["penetration"].dropna()
+    if not (deep > 0.0).any():
+        return "Nothing penetrates: it has no gaps."
+    worst = f"at most {deep.max():.1e}"
+    steps = rows[(rows["map"] == "step") & rows["penetration"].notna()]
+    text = f"Penetration / height of the block: {worst} in any lane that may be used"
+    if "step_s" not in rows or not steps["step_s"].notna().any():
+        return f"{text}, nine in ten below {deep.quantile(SHARE):.1e}."
+    held = reach(steps, "step_s", lambda lanes: lanes["penetration"].quantile(SHARE) <= DEEP)
+    return f"{text}; in free rocking nine in ten stay below {DEEP:g} {_up_to(held)}."
 
 
 def _of_steps(rows: pd.DataFrame, limits: dict[str, Any]) -> list[str]:
@@ -261,7 +277,8 @@ def explained() -> str:
     """What the words of the summary mean."""
     return (
         "Error: largest |rotation - reference| / slenderness angle over a run; the reference is "
-        "housner for single blocks and two-block for stacks. Gained energy: more than "
+        "housner for single blocks and two-block for stacks. Penetration: how deep a corner was in "
+        "what it stands on, at rest or when it landed. Gained energy: more than "
         f"{_percent(GROWTH_BOUND)} of what was held at the start, on a still base. Absurd: a "
         "usable status with a number that is not finite, a rotation beyond pi/2, or a gain of more "
         f"than {EXPLOSION_BOUND:g} times the energy held and {_percent(BARRIER_SHARE)} of what "

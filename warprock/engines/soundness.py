@@ -123,21 +123,23 @@ def least_barrier(lanes: Lanes) -> tuple[Array, Array]:
 
 
 def fallen(lanes: Lanes, held: Array, peak_rotation: Array) -> Array:
-    """Energy that weight has set free where a block fell that had the energy for it [J], [lane].
+    """Energy that weight has set free where blocks fell that had the energy for it [J], [lane].
 
-    Of what stands flat, by blocks that lie on their sides.
+    Below its flat state a block is once it has turned by more than twice its slenderness angle;
+    what it carries then sinks by at most twice as much as its centre.
 
     Args:
         lanes: Single blocks or stacks.
         held: Energy at the start above the flat state, and what the base supplied [J], [lane].
         peak_rotation: Largest rotations [rad], shape [lane], or [lane, block] for stacks.
     """
-    shape = (lanes.lane_count, -1)
-    beyond = np.abs(peak_rotation).reshape(shape) >= lanes.slenderness_angle.reshape(shape)
-    able = held >= (1.0 - BARRIER_SHARE) * least_barrier(as_stacks(lanes))[0]
-    drop = 0.5 * np.maximum(lanes.height - lanes.width, 0.0).reshape(shape).sum(axis=1)
-    weight = (GRAVITY * lanes.mass).reshape(shape).sum(axis=1)
-    return np.asarray(np.where(able & beyond.any(axis=1), weight * drop, 0.0))
+    stacks = as_stacks(lanes)
+    able = held >= (1.0 - BARRIER_SHARE) * least_barrier(stacks)[0]
+    turned, angle = np.abs(peak_rotation).reshape(stacks.width.shape), stacks.slenderness_angle
+    radius = rocking.half_diagonal(stacks.width, stacks.height)
+    sunk = radius * np.maximum(np.cos(angle) - np.cos(turned - angle), 0.0)
+    above = np.cumsum(stacks.mass[:, ::-1], axis=1)[:, ::-1] - stacks.mass
+    return np.asarray(np.where(able, (GRAVITY * (stacks.mass + 2.0 * above) * sunk).sum(axis=1), 0))
 
 
 def moved_by_nothing(lanes: Lanes, pull: Array, peak_rotation: Array) -> Mask:

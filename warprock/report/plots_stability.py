@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import pathlib
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -26,6 +27,40 @@ NOTHING_COLOR = "#E6E6E6"
 QUANTILE = 0.9
 TICKS, ALL_NAMED = 6, 9
 """Values named along an axis, at most, and values up to which all are."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Quantity:
+    """What the colours of a figure tell.
+
+    Attributes:
+        column: Column of the table.
+        name: What nine lanes in ten of a cell stay below, in words.
+        levels: Bounds of the classes; a last class is above all of them.
+        names: Names of the classes.
+        nothing: Name of the cells that have none.
+        reference: Whether lanes count that a reference answers, without a number too.
+    """
+
+    column: str
+    name: str
+    levels: tuple[float, ...]
+    names: tuple[str, ...]
+    nothing: str
+    reference: bool
+
+
+ERROR = Quantity(
+    "error", "error / slenderness angle", LEVELS, CLASS_NAMES, "not compared", reference=True
+)
+PENETRATION = Quantity(
+    "penetration",
+    "penetration / height of the block",
+    (1e-8, 1e-6, 1e-4, 1e-2),
+    ("below 1e-8", "1e-8 to 1e-6", "1e-6 to 1e-4", "1e-4 to 1e-2", "above 1e-2"),
+    "no lane that may be used",
+    reference=False,
+)
 
 MARKS: dict[str, tuple[str, dict[str, Any]]] = {
     "grew": (
@@ -65,8 +100,10 @@ def write_figures(
     for name, title, across, up in maps:
         rows = table[table["map"] == name]
         if len(rows):
-            path = folder / f"{name}-{up.split('_')[0]}.png"
-            files.append(draw_map(path, rows, title, (across, up), labels))
+            stem = f"{name}-{up.split('_')[0]}"
+            for quantity, end in ((ERROR, ""), (PENETRATION, "-penetration")):
+                path = folder / f"{stem}{end}.png"
+                files.append(draw_map(path, rows, title, (across, up), labels, quantity))
     return files
 
 
@@ -76,8 +113,9 @@ def draw_map(
     title: str,
     columns: tuple[str, str],
     labels: Mapping[str, str],
+    quantity: Quantity = ERROR,
 ) -> pathlib.Path:
-    """Draws one map: colour is the error that nine lanes in ten stay below, marks are any lane's.
+    """Draws one map: colour is what nine lanes in ten stay below, marks are any lane's.
 
     Args:
         path: File to write.
@@ -85,6 +123,7 @@ def draw_map(
         title: What is put through what.
         columns: Columns across and up; a lane without the one across is drawn at all its values.
         labels: Axis labels by column.
+        quantity: What the colours tell.
     """
     engines, precisions = list(rows["engine"].unique()), list(rows["precision"].unique())
     places = [np.sort(rows[column].dropna().unique()).astype(float) for column in columns]
@@ -104,7 +143,7 @@ def draw_map(
         for engine, row in zip(engines, grid, strict=True):
             for precision, axes in zip(precisions, row, strict=True):
                 part = rows[(rows["engine"] == engine) & (rows["precision"] == precision)]
-                fewest.append(_draw_panel(axes, part, columns, places))
+                fewest.append(_draw_panel(axes, part, columns, places, quantity))
                 knob = "" if part[columns[0]].notna().any() else f", no {_knob(columns[0], labels)}"
                 axes.set_title(f"{engine}{knob}, {precision}, {len(part)} lanes", loc="left")
         for axes in grid[-1]:
@@ -115,16 +154,19 @@ def draw_map(
         lasting = _span(rows["duration_s"].min(), rows["duration_s"].max())
         figure.suptitle(
             f"{title[0].upper()}{title[1:]}; runs of {lasting} s\n"
-            "colour: error / slenderness angle that nine lanes in ten stay below; marks: one lane "
+            f"colour: {quantity.name} that nine lanes in ten stay below; marks: one lane "
             f"or more ({_span(min(fewest), max(fewest))} lanes a cell)",
             **FIGURE_TITLE,
         )
-        _explain(figure)
+        _explain(figure, quantity)
         return save(figure, path)
 
 
 def cells(
-    rows: pd.DataFrame, columns: tuple[str, str], places: list[Array]
+    rows: pd.DataFrame,
+    columns: tuple[str, str],
+    places: list[Array],
+    quantity: Quantity = ERROR,
 ) -> dict[str, npt.NDArray[Any]]:
     """What becomes of the lanes at every pair of values.
 
@@ -132,22 +174,25 @@ def cells(
         rows: Lanes of one engine and precision.
         columns: Columns across and up.
         places: Their values.
+        quantity: What is looked for.
 
     Returns:
-        `error` (the quantile; NaN where none is compared), `count`, `grew`, `refused` and
+        Its column (the quantile; NaN where there is none), `count`, `grew`, `refused` and
         `absurd` (whether any lane did), shape [up, across] each.
     """
     shape = (len(places[1]), len(places[0]))
-    found: dict[str, npt.NDArray[Any]] = {"error": np.full(shape, np.nan)}
+    found: dict[str, npt.NDArray[Any]] = {quantity.column: np.full(shape, np.nan)}
     found["count"] = np.zeros(shape, dtype=np.int64)
     found |= {name: np.zeros(shape, dtype=np.bool_) for name in MARKS}
     for pair, part in rows.groupby(list(columns), dropna=False):
         x, y = np.asarray(pair, dtype=np.float64)
         at_y = int(np.searchsorted(places[1], y))
         at_x = slice(None) if np.isnan(x) else int(np.searchsorted(places[0], x))
-        errors = part["error"][part["compared"]].fillna(np.inf)
-        if len(errors):
-            found["error"][at_y, at_x] = errors.quantile(QUANTILE, interpolation="higher")
+        values = part[quantity.column].dropna()
+        if quantity.reference:
+            values = part[quantity.column][part["compared"]].fillna(np.inf)
+        if len(values):
+            found[quantity.column][at_y, at_x] = values.quantile(QUANTILE, interpolation="higher")
         found["count"][at_y, at_x] = len(part)
         found["grew"][at_y, at_x] = part["grew"].any()
         found["refused"][at_y, at_x] = (~part["usable"]).any()
@@ -156,14 +201,18 @@ def cells(
 
 
 def _draw_panel(
-    axes: Axes, rows: pd.DataFrame, columns: tuple[str, str], places: list[Array]
+    axes: Axes,
+    rows: pd.DataFrame,
+    columns: tuple[str, str],
+    places: list[Array],
+    quantity: Quantity,
 ) -> int:
     """Draws the cells of one engine and precision; returns the fewest lanes of a cell."""
     from matplotlib.colors import ListedColormap
 
-    found = cells(rows, columns, places)
-    kinds = np.digitize(found["error"], LEVELS).astype(float)
-    kinds[np.isnan(found["error"])] = np.nan
+    found = cells(rows, columns, places, quantity)
+    kinds = np.digitize(found[quantity.column], quantity.levels).astype(float)
+    kinds[np.isnan(found[quantity.column])] = np.nan
     axes.set_facecolor(NOTHING_COLOR)
     axes.grid(visible=False)
     axes.pcolormesh(
@@ -211,12 +260,12 @@ def _knob(column: str, labels: Mapping[str, str]) -> str:
     return labels[column].split(" [")[0]
 
 
-def _explain(figure: Figure) -> None:
+def _explain(figure: Figure, quantity: Quantity) -> None:
     """One legend for all panels, below them."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    names = (*CLASS_NAMES, "not compared")
+    names = (*quantity.names, quantity.nothing)
     handles: list[Any] = [
         Patch(facecolor=color, label=name)
         for color, name in zip((*CLASS_COLORS, NOTHING_COLOR), names, strict=True)
