@@ -72,6 +72,10 @@ def _all_usable(rows: pd.DataFrame) -> bool:
     return bool(rows["usable"].all() and not rows["absurd"].any())
 
 
+def _shallow(rows: pd.DataFrame) -> bool:
+    return bool(rows["penetration"].quantile(SHARE) <= DEEP)
+
+
 def _holds(bound: float) -> Callable[[pd.DataFrame], bool]:
     return lambda lanes: within(lanes, bound) >= SHARE
 
@@ -146,7 +150,7 @@ def _of_penetration(rows: pd.DataFrame) -> str:
     text = f"Penetration / height of the block: {worst} in any lane that may be used"
     if "step_s" not in rows or not steps["step_s"].notna().any():
         return f"{text}, nine in ten below {deep.quantile(SHARE):.1e}."
-    held = reach(steps, "step_s", lambda lanes: lanes["penetration"].quantile(SHARE) <= DEEP)
+    held = reach(steps, "step_s", _shallow)
     return f"{text}; in free rocking nine in ten stay below {DEEP:g} {_up_to(held)}."
 
 
