@@ -28,7 +28,8 @@ v(n + 1/2) = v(n - 1/2) + dt F / m - dv_base, L(n + 1/2) = L(n - 1/2) + dt M, an
 attitudes go on freely with them, see `spatial.turn_freely`.
 
 Points are visited in pairs +-(a, b). Pairs on one diagonal, on the other and on the axes have sums
-of their own (`kind`), so that a scene mirrored in x or in y has exactly mirrored forces.
+of their own (`kind`), so that a scene mirrored in x or in y has mirrored forces but for the last
+bit, which the compiler's fused operations at the two points of a pair may leave.
 
 Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks in space.
 """

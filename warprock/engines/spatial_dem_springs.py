@@ -220,6 +220,7 @@ def start_in_space(lanes: Lanes, settings: DemSettings) -> dict[str, Array]:
     sinks = ~flat & ~(stacks.gap_start[:, 0] > 0.0)
     seen = turned(attitude[:, :1], _levers(springs, 0))[..., 2] + 0.5 * stacks.height[:, :1]
     depth = _sunk(
+        springs,
         seen + position[:, :1, 2],
         settings.normal_stiffness * springs.area[:, 0],
         GRAVITY * stacks.mass[:, 0],
@@ -231,14 +232,14 @@ def start_in_space(lanes: Lanes, settings: DemSettings) -> dict[str, Array]:
     }
 
 
-def _sunk(rise: Array, stiffness: Array, weight: Array) -> Array:
+def _sunk(springs: SpatialSprings, rise: Array, stiffness: Array, weight: Array) -> Array:
     """How far points at heights [m], shape [lane, point], sink until springs bear a weight [m]."""
     closed = np.ones(rise.shape, dtype=bool)
     depth = np.zeros(len(rise))
     for _ in range(rise.shape[1] + 1):
         k = np.where(closed, stiffness, 0.0)
-        total = k.sum(axis=1)
-        depth = (weight + (k * rise).sum(axis=1)) / np.where(total > 0.0, total, 1.0)
+        total = springs.total(k)
+        depth = (weight + springs.total(k * rise)) / np.where(total > 0.0, total, 1.0)
         now = depth[:, None] > rise
         if np.array_equal(now, closed):
             break
