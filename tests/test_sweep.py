@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import pathlib
 
 import numpy as np
@@ -316,3 +317,18 @@ def test_lanes_far_into_a_long_sample_cost_no_more_memory(file):
         assert np.isfinite(part.inputs["height_m"]).all()
     # Numbers of 500 lanes take the same room, whatever the numbers are.
     assert peaks[1] < 1.5 * peaks[0]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="memory of processes is told by POSIX systems")
+def test_the_benchmark_measures_whole_sweeps():
+    result = invoke("bench", "sweep", "--lanes", 40, "-e", "housner", "--json")
+    (row,) = json.loads(result.stdout)["rows"]
+    assert (row["engine"], row["lanes"], row["ok"]) == ("housner", 40, 40)
+    assert row["lanes_per_s"] == pytest.approx(40 / row["seconds"])
+    assert row["cpu_us_per_lane"] == pytest.approx(1e6 * row["cpu_s"] / 40)
+    # More than an interpreter with NumPy, and far below what is promised.
+    assert 50.0 < row["peak_memory_mb"] < 1500.0
+    for wrong, words in (("--lanes=0", "--lanes"), ("--engine=hausner", "--engine")):
+        refused = invoke("bench", "sweep", wrong)
+        assert refused.exit_code == 2
+        assert words in refused.stderr

@@ -16,6 +16,8 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+import functools
+import threading
 
 import numpy as np
 import numpy.typing as npt
@@ -77,18 +79,7 @@ class Sample:
     def _run(self, low: int, high: int) -> Array:
         if self.sampling == "lhs":
             return self._latin(np.arange(low, high, dtype=np.uint64))
-        return self._sobol(low, high)
-
-    def _sobol(self, low: int, high: int) -> Array:
-        """Consecutive points of a sequence of which SciPy scrambles the digits."""
-        from scipy.stats import qmc
-
-        sequence = qmc.Sobol(self.dimensions, scramble=True, rng=self.seed)
-        if low:
-            sequence.fast_forward(low)
-            return np.asarray(sequence.random(high - low), dtype=np.float64)
-        drawn = sequence.random_base2((high - 1).bit_length())
-        return np.asarray(drawn[:high], dtype=np.float64)
+        return _sequence(self.dimensions, self.seed).run(low, high)
 
     def _latin(self, numbers: Places) -> Array:
         """Points of which every dimension has one in each of `count` equal strata."""
@@ -101,6 +92,32 @@ class Sample:
             places = (_mixed(numbers ^ place_key) >> np.uint64(64 - _PLACE_BITS)) + 0.5
             found[:, at] = (strata + places * 2.0**-_PLACE_BITS) / self.count
         return found
+
+
+class _Sequence:
+    """A Sobol' sequence whose digits SciPy scrambles; it goes on from where it is at no cost."""
+
+    def __init__(self, dimensions: int, seed: int) -> None:
+        from scipy.stats import qmc
+
+        self._points = qmc.Sobol(dimensions, scramble=True, rng=seed)
+        self._lock = threading.Lock()
+
+    def run(self, low: int, high: int) -> Array:
+        """Points from one number to before another."""
+        with self._lock:
+            if low < self._points.num_generated:
+                self._points.reset()
+            if low > self._points.num_generated:
+                self._points.fast_forward(low - self._points.num_generated)
+            # SciPy warns of a start with a number of points that is no power of two; one is.
+            drawn = [self._points.random(1), self._points.random(high - low - 1)]
+        return np.asarray(np.concatenate(drawn), dtype=np.float64)
+
+
+@functools.lru_cache(maxsize=4)
+def _sequence(dimensions: int, seed: int) -> _Sequence:
+    return _Sequence(dimensions, seed)
 
 
 def _permuted(numbers: Places, count: int, keys: list[np.uint64]) -> Places:
