@@ -265,7 +265,7 @@ def account(
     count: int, *, returned: Any = 0.0, supplied: Any = 0.0, pull: Any = 1e9, deepest: float = 0.0
 ) -> Account:
     """An account of lanes of which nothing else is told."""
-    parts = (pull, supplied, returned, deepest)
+    parts = (pull, supplied, 0.0, returned, deepest)
     return Account(*(np.broadcast_to(np.asarray(part, float), count) for part in parts))
 
 

@@ -180,12 +180,14 @@ class Account:
     Attributes:
         pull: Largest acceleration of the base over a step [m/s^2], shape [lane].
         supplied: Most work that the base had done on the blocks by any time [J], shape [lane].
+        lost: What the contacts have taken in the end [J], shape [lane].
         returned: Most that the contacts gave back of what they had taken [J], shape [lane].
         deepest: Deepest penetration [m], shape [lane].
     """
 
     pull: Array
     supplied: Array
+    lost: Array
     returned: Array
     deepest: Array
 
@@ -200,11 +202,11 @@ def account_of(
         time_step: Time step [s], one or shape [lane].
         mass: Mass of the blocks [kg], shape [lane], where the rows are for unit mass.
     """
-    jolt, supplied, returned, deepest = (
+    jolt, supplied, lost, returned, deepest = (
         np.asarray(rows[name], dtype=np.float64)
-        for name in ("jolt", "supplied", "returned", "deepest")
+        for name in ("jolt", "supplied", "loss", "returned", "deepest")
     )
-    return Account(jolt / time_step, mass * supplied, mass * returned, deepest)
+    return Account(jolt / time_step, mass * supplied, mass * lost, mass * returned, deepest)
 
 
 def unstable(
@@ -223,8 +225,8 @@ def unstable(
     Rigid ones hold nothing, and a rotation takes no more energy than there was. Where contacts
     give back more than `EXPLOSION_BOUND` times what there was at all, or rotations tell of that,
     it is the step's. Where soft contacts let blocks sink below their flat state, or a block falls,
-    what there was counts from there. Besides, see `moved_by_nothing`: what has once begun to rock
-    takes energy from a base that could not have moved it.
+    what they give back for a while counts from there. Besides, see `moved_by_nothing`: what has
+    once begun to rock takes energy from a base that could not have moved it.
 
     Args:
         lanes: Single blocks or stacks.
@@ -242,8 +244,10 @@ def unstable(
     start = stack_energy_held(lanes) if lanes.stacked else energy_held(lanes, lanes.rotation_start)
     held = start + account.supplied
     weight = (GRAVITY * lanes.mass).reshape(lanes.lane_count, -1).sum(axis=1)
-    lower = np.where(rigid, 0.0, weight * account.deepest) + fallen(lanes, held, peak_rotation)
-    found = exploded(lanes, held if complete else held + lower, account.returned)
+    sunk = np.where(rigid | complete, 0.0, weight * account.deepest)
+    fell = np.zeros_like(sunk) if complete else fallen(lanes, held, peak_rotation)
+    found = exploded(lanes, held + sunk, -account.lost)
+    found |= exploded(lanes, held + sunk + fell, account.returned)
     if lanes.stacked:
         found |= rigid & toppled_from_nothing(lanes, held, peak_rotation)
     else:
