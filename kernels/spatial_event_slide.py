@@ -241,12 +241,16 @@ def beside(body: Body, stance: int, dirs: Corners, v: Three, w: Three) -> Two:
 
 
 @wp.func
-def sliding_edge(body: Body, stance: int, start: Corners, v: Three, w: Three):
-    """Directions in which the ends of an edge slide, by Newton's method; whether it settled."""
+def sliding_edge(body: Body, stance: int, start: Corners, v: Three, w: Three, dust: real):
+    """Directions in which the ends of an edge slide, by Newton's method; whether it settled.
+
+    What both ends do against each other along the edge moves nothing: it need not be settled.
+    """
     i = stance - EDGE
     j = (i + 1) % 4
     dirs = start
     change = real(1.0)
+    error = real(1.0)
     tries = int(0)
     while change > real(10.0) * ALIKE and tries < TURNS:
         g = beside(body, stance, dirs, v, w)
@@ -263,8 +267,9 @@ def sliding_edge(body: Body, stance: int, start: Corners, v: Three, w: Three):
         dirs[i] = turned_by(dirs[i], larger(smaller(a, STEEPEST), -STEEPEST))
         dirs[j] = turned_by(dirs[j], larger(smaller(b, STEEPEST), -STEEPEST))
         change = size(a) + size(b)
+        error = size(g[0]) + size(g[1])
         tries += 1
-    return dirs, change <= GOOD
+    return dirs, change <= GOOD or error <= dust
 
 
 @wp.func
@@ -309,7 +314,7 @@ def slipping(
         dirs[stance] = Three(d[0], d[1], zero)
         good = found
     if stance >= EDGE and stance < FLAT:
-        ends, found_ends = sliding_edge(body, stance, start, v, w)
+        ends, found_ends = sliding_edge(body, stance, start, v, w, dust)
         dirs = ends
         good = found_ends
     if stance == FLAT:
