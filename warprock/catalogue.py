@@ -18,6 +18,8 @@ from warprock.scene import SceneKind
 
 TWO_BLOCK = "two-block"
 """Engine that runs one lane a thread on any device."""
+EVENT = "event"
+"""Engine that does so with stacks and with blocks in space."""
 
 VALUES_SHOWN = 12
 """Distinct values of an input up to which all of them are listed."""
@@ -135,6 +137,7 @@ def _fitness(case: Case, name: str, scene: SceneKind) -> dict[str, Any]:
     file = f"spatial_{file}" if scene.spatial else file
     packs = "`packed` on a CPU, `plain`, one lane a thread, on any other device"
     alone = name == TWO_BLOCK or (name == "impulse" and scene.spatial and scene.stacked)
+    alone = alone or (name == EVENT and (scene.spatial or scene.stacked))
     form = "one lane a thread on any device" if alone else packs
     kernel = f"kernels/{file}_launch.py for a {scene.motion} base: {form}"
     return {

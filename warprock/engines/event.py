@@ -46,7 +46,8 @@ class Event(AbstractEngine):
     block rests if its next swing would stay below `rest_rotation_ratio` times the slenderness
     angle on either side; at rest it lifts or slides as the contact law says. Its penetration is
     what the end of a step puts back on the base: drift, of third order in the step, and landings
-    that it misses by a part of the step.
+    that it misses by a part of the step. Single blocks in space have four corners, and kernels of
+    their own (kernels/spatial_event.py).
     """
 
     name: ClassVar[str] = "event"
