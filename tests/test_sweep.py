@@ -238,6 +238,13 @@ def test_what_cannot_be_run_is_refused_when_it_is_planned(file, tmp_path, argume
     assert not folder.exists()
 
 
+def test_a_study_is_not_swept(tmp_path):
+    result = invoke("sweep", "plan", "sensitivity-b0", "-o", tmp_path / "sweep")
+    assert result.exit_code == 2
+    assert "study" in result.stderr
+    assert not (tmp_path / "sweep").exists()
+
+
 def test_a_folder_has_one_plan(file, tmp_path):
     planned(load_case(file), tmp_path, 100)
     before = (tmp_path / "plan.json").read_bytes()
