@@ -45,7 +45,6 @@ def sweep_progress(total: int, chunks: int, kept: int) -> Iterator[Callable[[int
         rich.progress.BarColumn(),
         rich.progress.MofNCompleteColumn(),
         rich.progress.TextColumn("{task.fields[rate]}"),
-        rich.progress.TimeElapsedColumn(),
     )
     with rich.progress.Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("", total=total, rate="")
