@@ -7,6 +7,7 @@ import os
 import pathlib
 import re
 import shlex
+import shutil
 import subprocess
 
 from click.testing import CliRunner
@@ -29,13 +30,11 @@ def test_the_first_screen_holds_the_two_commands():
         assert block.startswith("python3 -m venv .venv && .venv/bin/python -m pip install -e ")
 
 
-def test_ci_ends_with_the_readmes_test_command(tmp_path: pathlib.Path):
+def test_ci_runs_the_readmes_test_command_and_then_programs_of_others(tmp_path: pathlib.Path):
     """Runs .ci/run with every program replaced by one that writes down how it was called."""
-    (tmp_path / ".ci").mkdir()
+    shutil.copytree(ROOT / ".ci", tmp_path / ".ci")
     (tmp_path / ".venv/bin").mkdir(parents=True)
     (tmp_path / "tools").symlink_to(ROOT / "tools")
-    script = (ROOT / ".ci/run").read_text(encoding="utf-8")
-    (tmp_path / ".ci/run").write_text(script, encoding="utf-8")
     log = tmp_path / "log"
     real = subprocess.check_output(["bash", "-c", "type -P python3"], text=True).strip()
     echo = f'#!/usr/bin/env bash\necho "$0 $*" >> {shlex.quote(str(log))}\n'
@@ -57,8 +56,10 @@ def test_ci_ends_with_the_readmes_test_command(tmp_path: pathlib.Path):
     calls = log.read_text(encoding="utf-8").splitlines()
     test_command = re.findall(r"^```bash\n(.*?)\n```$", README, re.M | re.S)[1]
     wanted = [shlex.split(part) for part in test_command.split(" && ")]
-    got = [[pathlib.PurePath(call.split()[0]).name, *call.split()[1:]] for call in calls[-3:]]
-    assert got == [[pathlib.PurePath(part[0]).name, *part[1:]] for part in wanted]
+    got = [[pathlib.PurePath(call.split()[0]).name, *call.split()[1:]] for call in calls]
+    assert got[-5:-2] == [[pathlib.PurePath(part[0]).name, *part[1:]] for part in wanted]
+    assert got[-2][-1] == ".[mujoco,bullet]"
+    assert got[-1][1:3] == ["-m", "pytest"]
     names = [" ".join(pathlib.PurePath(call).name.split()) for call in calls]
     assert {"ruff check", "ruff format --check", "mypy"} <= set(names)
 
