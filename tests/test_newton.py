@@ -1,7 +1,7 @@
 """Newton beside ours: its solvers on the same lanes, as worlds of one model.
 
 SolverXPBD runs always. The other solvers take 15 s to 60 s each to compile where Warp's cache is
-empty, so they run where OUTSIDE is set in the environment, as `.ci/outside` does.
+empty, so they run where WARPROCK_OUTSIDE is set, as `.ci/outside` does.
 """
 
 from __future__ import annotations
@@ -153,8 +153,8 @@ def test_mujoco_in_newton_needs_its_extra(monkeypatch: pytest.MonkeyPatch) -> No
 
 @pytest.mark.parametrize("name", OTHERS)
 def test_the_other_solvers_rock_as_housner_says(name: str) -> None:
-    if "OUTSIDE" not in os.environ:
-        pytest.skip("takes up to a minute to compile; OUTSIDE=1 runs it")
+    if "WARPROCK_OUTSIDE" not in os.environ:
+        pytest.skip("takes up to a minute to compile; WARPROCK_OUTSIDE=1 runs it")
     if name == "newton-mujoco" and importlib.util.find_spec("mujoco_warp") is None:
         pytest.skip("mujoco_warp is not installed; newton[sim] installs it")
     lanes, motions = three_blocks(), StillBase(3)
