@@ -56,7 +56,8 @@ Three, Corners = contact.Three, contact.Corners
 mask_of, stance_of, corner_velocity = contact.mask_of, contact.stance_of, contact.corner_velocity
 settled = law.settled
 turned, body_at, flown, levelled = moves.turned, moves.body_at, moves.flown, moves.levelled
-foot, placed, least_spare = moves.foot, moves.placed, moves.least_spare
+foot, placed, upright = moves.foot, moves.placed, moves.upright
+least_spare = moves.least_spare
 corner_event, stop_event = moves.corner_event, moves.stop_event
 Limits, State, Base, next_step = trial.Limits, trial.State, trial.Base, trial.next_step
 kinetic_energy, directions = trial.kinetic_energy, trial.directions
@@ -85,11 +86,11 @@ SOON = real(1.0e-3)
 
 
 @wp.func
-def closed(block: Block, limits: Limits, s: State, body: Body, mask: int) -> State:
+def closed(block: Block, s: State, body: Body, mask: int) -> State:
     """The state with corners closed that hardly rise; no time passes."""
     n = s
     n.stance = stance_of(mask)
-    n.q = levelled(block, s.q, n.stance)
+    n.q = levelled(s.q, n.stance)
     now = body_at(block, n.q)
     pinned = mask_of(s.stance)
     n.x = placed(now, mask_of(n.stance), s.x + foot(body, pinned) - foot(now, pinned))
@@ -110,11 +111,10 @@ def closed(block: Block, limits: Limits, s: State, body: Body, mask: int) -> Sta
 
 @wp.func
 def arrived(
-    block: Block, limits: Limits, s: State, reached: State, base: Base, lands: int, grain: real
+    block: Block, s: State, reached: State, body: Body, base: Base, lands: int, grain: real
 ) -> State:
     """The state at the end of a step: velocities after its impact, or projected on the contacts."""
     n = reached
-    body = body_at(block, n.q)
     mask = mask_of(n.stance)
     struck = lands != 0
     for axis in range(3):
@@ -130,7 +130,7 @@ def arrived(
                 mask = mask | (1 << k)
         touch = stance_of(mask)
         pinned = mask_of(n.stance)
-        n.q = levelled(block, n.q, touch)
+        n.q = levelled(n.q, touch)
         now = body_at(block, n.q)
         n.x = placed(now, mask_of(touch), n.x + foot(body, pinned) - foot(now, pinned))
         h = settled(now, touch, 0, Corners(), v, n.w, grain)
@@ -158,14 +158,6 @@ def capped(s: State, cut: real, d: real, near: real) -> State:
 
 
 @wp.func
-def upright(body: Body) -> Three:
-    """The block's axis."""
-    return wp.normalize(
-        wp.cross(body.corners[1] - body.corners[0], body.corners[3] - body.corners[0])
-    )
-
-
-@wp.func
 def later_event(
     block: Block, limits: Limits, s: State, reached: State, base: Base, body0: Body, body: Body,
     h: Held, known: real, lands: int,
@@ -182,12 +174,12 @@ def later_event(
             cut = smaller(cut, first_root(e0, (e1 - e0) / base.d, e1, base.d))
     on_edge = s.stance >= EDGE and s.stance < FLAT and s.slip != mask_of(s.stance)
     if on_edge and lands == 0 and cut >= NEVER:
-        cut = let_go(block, limits, s, reached, base, h)
-    axis = upright(body)
+        cut = let_go(block, limits, s, reached, base, body0, body, h)
+    axis = upright(reached.q)
     fall = wp.cross(reached.w, axis)[2]
     left = axis[2] - near * size(fall)
     if left < -near * size(fall) and base.d > near:
-        axis0 = upright(body0)
+        axis0 = upright(s.q)
         e0 = larger(axis0[2] - near * size(fall), real(0.0))
         cut = smaller(cut, first_root(e0, wp.cross(s.w, axis0)[2], left, base.d))
     return cut
@@ -195,14 +187,13 @@ def later_event(
 
 @wp.func
 def watched(
-    block: Block, limits: Limits, s: State, reached: State, base: Base, body0: Body, h: Held,
-    grain: real,
+    block: Block, limits: Limits, s: State, reached: State, base: Base, body0: Body, body: Body,
+    h: Held, grain: real,
 ) -> State:  # fmt: skip
     """The state after the events of a step, or the old one if one of them lay inside."""
     near = NEARLY * limits.longest_step
     dust = moves.GRAIN * block.height
     n = reached
-    body = body_at(block, n.q)
     cut = TWO * NEVER
     fastest = real(0.0)
     lands = int(0)
@@ -235,27 +226,31 @@ def watched(
     cut = later_event(block, limits, s, n, base, body0, body, h, cut, lands)
     inside = closes == 0 and cut < NEVER and base.d > near
     if closes != 0:
-        n = closed(block, limits, s, body0, touched | closes)
+        n = closed(block, s, body0, touched | closes)
     if inside:
         n = capped(s, cut, base.d, near)
     if closes == 0 and not inside:
-        axis = upright(body)
+        axis = upright(n.q)
         over = axis[2] <= TWO * near * size(wp.cross(n.w, axis)[2])
-        n = arrived(block, limits, s, n, base, lands, grain)
+        n = arrived(block, s, n, body, base, lands, grain)
         n.mode = wp.where(over, OVERTURNED, n.mode)
     return n
 
 
 @wp.func
-def reached_by(block: Block, s: State, b: Base, body0: Body, middle: Body, h: Held) -> State:
-    """Where a step's mean motion leads, what touches back on the base; no events, no impacts."""
+def reached_by(block: Block, s: State, b: Base, body0: Body, middle: Body, h: Held):
+    """Where a step's mean motion leads, what touches back on the base; no events, no impacts.
+
+    Returns:
+        The state, and the block in its attitude.
+    """
     d = b.d
     n = s
     n.q = turned(s.q, d * h.w)
     momentum = body0.inertia * s.w
     if s.stance == FLYING:
         n.q = flown(block, s.q, momentum, d)
-    n.q = levelled(block, n.q, h.stance)
+    n.q = levelled(n.q, h.stance)
     body = body_at(block, n.q)
     held = mask_of(h.stance)
     n.stance = h.stance
@@ -284,7 +279,7 @@ def reached_by(block: Block, s: State, b: Base, body0: Body, middle: Body, h: He
     for k in range(4):
         low = smaller(low, raw + body.corners[k, 2])
     n.deepest = larger(s.deepest, -low)
-    return n
+    return n, body
 
 
 @wp.func
@@ -317,9 +312,12 @@ def step(
     h.fits = True
     # A step without length, to a knot at the present time, changes nothing.
     if d > TINY:
-        h = settled(middle, s.stance, s.slip, directions(body0, s.v, s.w), v, w, grain)
-    n = reached_by(block, s, b, body0, middle, h)
-    n = watched(block, limits, s, n, b, body0, h, grain)
+        dirs = Corners()
+        if s.slip != 0:
+            dirs = directions(body0, s.v, s.w)
+        h = settled(middle, s.stance, s.slip, dirs, v, w, grain)
+    there, body = reached_by(block, s, b, body0, middle, h)
+    n = watched(block, limits, s, there, b, body0, body, h, grain)
     if n.time == s.time:
         n.deepest = s.deepest
     sound = wp.length(n.x) + wp.length(n.q) + wp.length(n.v) + wp.length(n.w) + n.time

@@ -29,7 +29,7 @@ slide_of, turns_of = block_module.slide_of, block_module.turns_of
 BlockResult, Result, Found = found_module.BlockResult, found_module.Result, found_module.Found
 Three, Four, stance_of = contact.Three, moves.Four, contact.stance_of
 body_at, turned, flown, levelled = moves.body_at, moves.turned, moves.flown, moves.levelled
-placed, mask_of, upright = moves.placed, contact.mask_of, event.upright
+placed, mask_of, upright = moves.placed, contact.mask_of, moves.upright
 Limits, State, step = event.Limits, event.State, event.step
 FLAT, FLYING = contact.FLAT, contact.FLYING
 RUNNING, STALLED = event.RUNNING, event.STALLED
@@ -76,7 +76,7 @@ def started(block: Block, gap: real) -> State:
         if s.x[2] + body.corners[k, 2] <= gap:
             mask = mask | (1 << k)
     s.stance = stance_of(mask)
-    s.q = levelled(block, s.q, s.stance)
+    s.q = levelled(s.q, s.stance)
     s.x = placed(body_at(block, s.q), mask_of(s.stance), s.x)
     s.cap = NEVER
     s.mode = RUNNING
@@ -127,8 +127,8 @@ def seen_after(block: Block, before: Seen, s0: State, s: State) -> Seen:
     seen = before
     d = s.time - s0.time
     seen.leaf = peaks_at(block, before.leaf, s.q, s.time)
-    axis0 = upright(body_at(block, s0.q))
-    axis1 = upright(body_at(block, s.q))
+    axis0 = upright(s0.q)
+    axis1 = upright(s.q)
     for i in range(2):
         at = turning(axis0, wp.cross(s0.w, axis0), axis1, wp.cross(s.swing, axis1), i, d)
         if at > real(0.0):

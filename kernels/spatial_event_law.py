@@ -113,26 +113,12 @@ def guessed(
 
 
 @wp.func
-def settled(
+def searched(
     body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
 ) -> Held:
-    """The motion that obeys the contact law.
-
-    Args:
-        body: The block.
-        stance: Where it touches.
-        slip: Corners that slide already, 0 where friction finds its own directions.
-        start: Directions in which they slide.
-        v: Velocity without contact [m/s].
-        w: Angular velocity without contact [rad/s].
-        dust: Velocity that is round-off [m/s].
-
-    Returns:
-        The motion, with the spare and turns of the state before.
-    """
+    """The motion that obeys the contact law, see `settled`, of all that may be."""
     mask = mask_of(stance)
-    first = guessed(body, stance, slip, start, v, w, dust)
-    best = first
+    best = Held()
     for number in range(9):
         c = 8 - number
         part = mask_of(c)
@@ -159,6 +145,31 @@ def settled(
         best.fits = not sinks(body, v, w, mask, real(0.0))
     if not best.fits:
         best = swept(body, mask, v, w, dust)
+    return best
+
+
+@wp.func
+def settled(
+    body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
+) -> Held:
+    """The motion that obeys the contact law.
+
+    Args:
+        body: The block.
+        stance: Where it touches.
+        slip: Corners that slide already, 0 where friction finds its own directions.
+        start: Directions in which they slide.
+        v: Velocity without contact [m/s].
+        w: Angular velocity without contact [rad/s].
+        dust: Velocity that is round-off [m/s].
+
+    Returns:
+        The motion, with the spare and turns of the state before.
+    """
+    first = guessed(body, stance, slip, start, v, w, dust)
+    best = first
+    if not first.fits:
+        best = searched(body, stance, slip, start, v, w, dust)
     best.turns = first.turns
     best.spare = first.spare
     return best

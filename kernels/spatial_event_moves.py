@@ -32,6 +32,8 @@ TINY = contact.TINY
 NEVER = real(1.0e30)
 GRAIN = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
 """Round-off of a gap, as a part of the half height."""
+LEVEL = real({"float64": 1.0e-17, "float32": 1.0e-9}[PRECISION])
+"""Slope of an edge that is level."""
 Four = wp.types.vector(length=4, dtype=real)
 
 
@@ -84,22 +86,30 @@ def flown(block: Block, q: Four, momentum: Three, d: real) -> Four:
 
 
 @wp.func
-def levelled(block: Block, q: Four, stance: int) -> Four:
+def upright(q: Four) -> Three:
+    """The block's axis."""
+    _11, _12, r13, _21, _22, r23, _31, _32, r33 = matrix_of(q[0], q[1], q[2], q[3])
+    return Three(r13, r23, r33)
+
+
+@wp.func
+def levelled(q: Four, stance: int) -> Four:
     """The attitude without the round-off, or drift, by which an edge or a face is not level."""
-    zero = real(0.0)
+    zero, one = real(0.0), real(1.0)
     new = q
-    for _again in range(2):
-        body = body_at(block, new)
-        if stance == FLAT:
-            up = wp.normalize(
-                wp.cross(body.corners[1] - body.corners[0], body.corners[3] - body.corners[0])
-            )
+    if stance == FLAT:
+        for _again in range(2):
+            up = upright(new)
             new = turned(new, Three(up[1], -up[0], zero))
-        elif stance >= EDGE and stance < FLAT:
-            k = stance - EDGE
-            way = body.corners[(k + 1) % 4] - body.corners[k]
-            square = way[0] * way[0] + way[1] * way[1]
-            new = turned(new, Three(-way[1], way[0], zero) * (way[2] / square))
+    elif stance >= EDGE and stance < FLAT:
+        for _again in range(2):
+            r11, r12, _13, r21, r22, _23, r31, r32, _33 = matrix_of(new[0], new[1], new[2], new[3])
+            # Edges 0 and 2 lie along the width, 1 and 3 along the depth.
+            wide = (stance - EDGE) % 2 == 0
+            way = Three(wp.where(wide, r11, r12), wp.where(wide, r21, r22), zero)
+            rise = wp.where(wide, r31, r32)
+            if size(rise) > LEVEL:
+                new = turned(new, Three(-way[1], way[0], zero) * (rise / (one - rise * rise)))
     return new
 
 

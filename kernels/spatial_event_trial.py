@@ -199,21 +199,27 @@ def bound(body: Body, stance: int, slip: int, v: Three, w: Three):
 
 @wp.func
 def probed(
-    block: Block, limits: Limits, q: Four, v: Three, w: Three, stance: int, slip: int, a: Three
-) -> Held:
+    block: Block, limits: Limits, now: Body, q: Four, v: Three, w: Three, stance: int, slip: int,
+    a: Three,
+) -> Held:  # fmt: skip
     """The motion if it goes on as it is for a moment, its `spare` for unit time."""
     d = PROBE * limits.longest_step
-    now = body_at(block, q)
     soon = body_at(block, turned(q, w * (HALF * d)))
     pull = a + Three(real(0.0), real(0.0), limits.gravity)
     free = soon.inverse * (now.inertia * w)
-    h = guessed(soon, stance, slip, directions(now, v, w), v - HALF * d * pull, free, real(0.0))
+    dirs = Corners()
+    if slip != 0:
+        dirs = directions(now, v, w)
+    h = guessed(soon, stance, slip, dirs, v - HALF * d * pull, free, real(0.0))
     h.spare = h.spare / d
     return h
 
 
 @wp.func
-def let_go(block: Block, limits: Limits, s: State, reached: State, base: Base, h: Held) -> real:
+def let_go(
+    block: Block, limits: Limits, s: State, reached: State, base: Base, body0: Body, body: Body,
+    h: Held,
+) -> real:  # fmt: skip
     """Length of the step to where an edge lets go of one of its ends, if that lies inside.
 
     What pushed there across the edge ends with a jump. What the end has to spare is known in the
@@ -225,13 +231,12 @@ def let_go(block: Block, limits: Limits, s: State, reached: State, base: Base, h
     middle = h.spare / larger(d, TINY)
     cut = TWO * NEVER
     if h.turns and d > sharp:
-        first = probed(block, limits, s.q, s.v, s.w, s.stance, s.slip, base.first)
+        first = probed(block, limits, body0, s.q, s.v, s.w, s.stance, s.slip, base.first)
         there = HALF * d * first.spare / (first.spare - middle)
         cut = wp.where(first.spare > real(0.0) and there > sharp, there, cut)
     if not h.turns and d > sharp and reached.stance == s.stance and reached.slip == s.slip:
-        body = body_at(block, reached.q)
         v, w = bound(body, reached.stance, reached.slip, reached.v, reached.w)
-        last = probed(block, limits, reached.q, v, w, s.stance, s.slip, base.last)
+        last = probed(block, limits, body, reached.q, v, w, s.stance, s.slip, base.last)
         there = HALF * d * (real(1.0) + middle / (middle - last.spare))
         cut = wp.where(last.turns and there < d - sharp, there, cut)
     return cut
