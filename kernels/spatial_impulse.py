@@ -128,6 +128,30 @@ def exchange(swap: real, a: wp.ref[real], b: wp.ref[real]):
 
 
 @wp.func
+def gains_of(on: real, kxx: real, kxy: real, kyy: real):
+    """Tangential impulses of a corner for its slip, from K_t: pxx, pxy, pyy and ps.
+
+    The matrix that stops a slip, and the safe factor for one that goes on; zero where `on` is. For
+    the box pxx and pyy are those of a row by itself, pxy is K_xy.
+    """
+    p1, p2, p3, p4 = on / kxx, kxy, on / kyy, real(0.0)
+    if CONE:
+        part = on / (kxx * kyy - kxy * kxy)
+        apart = HALF * (kxx - kyy)
+        p1, p2, p3 = part * kyy, -part * kxy, part * kxx
+        p4 = on / (HALF * (kxx + kyy) + wp.sqrt(apart * apart + kxy * kxy))
+    return p1, p2, p3, p4
+
+
+@wp.func
+def hand(a: real, b: real, c: real, x: wp.ref[real], y: wp.ref[real], z: wp.ref[real]):
+    """Hands over the three parts of a vector."""
+    x = a
+    y = b
+    z = c
+
+
+@wp.func
 def approach(
     side_x: real, side_y: real, width: real, depth: real, height: real, cx: real, cy: real,
     z: real, knobs: Knobs, qx: real, qy: real, qz: real, qw: real, ix: real, iy: real, iz: real,
@@ -143,10 +167,8 @@ def approach(
     """Finds a corner, what impulses there do, and starts it from its last impulses.
 
     Found are its lever (rx, ry, rz) [m] and gap [m]; the angular velocities for impulses along x
-    (xx, xy, xz), y and z [1/m]; the impulses for velocities: pn, along z; pxx, pxy, pyy, the matrix
-    that stops a slip; ps, the safe one for a slip that goes on. All of the latter are zero where
-    the gap is wider than the margin. For the box pxx and pyy are those of a row by itself, pxy
-    is K_xy.
+    (xx, xy, xz), y and z [1/m]; the impulses for velocities, zero where the gap is wider than the
+    margin: pn, along z, and those of `gains_of`.
     """
     one = real(1.0)
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
@@ -168,34 +190,19 @@ def approach(
     kyy = one + x * b3 - h * b1
     kxy = h * b2 - y * b3
     pn = on / (one + y * c1 - x * c2)
-    if CONE:
-        part = on / (kxx * kyy - kxy * kxy)
-        pxx = part * kyy
-        pxy = -part * kxy
-        pyy = part * kxx
-        apart = HALF * (kxx - kyy)
-        ps = on / (HALF * (kxx + kyy) + wp.sqrt(apart * apart + kxy * kxy))
-    else:
-        pxx = on / kxx
-        pxy = kxy
-        pyy = on / kyy
-        ps = real(0.0)
+    g1, g2, g3, g4 = gains_of(on, kxx, kxy, kyy)
+    pxx = g1
+    pxy = g2
+    pyy = g3
+    ps = g4
     fx = on * fx
     fy = on * fy
     n = on * n
-    rx = x
-    ry = y
-    rz = h
+    hand(x, y, h, rx, ry, rz)
+    hand(a1, a2, a3, xx, xy, xz)
+    hand(b1, b2, b3, yx, yy, yz)
+    hand(c1, c2, c3, zx, zy, zz)
     gap = g
-    xx = a1
-    xy = a2
-    xz = a3
-    yx = b1
-    yy = b2
-    yz = b3
-    zx = c1
-    zy = c2
-    zz = c3
     ux = ux + fx
     uy = uy + fy
     uz = uz + n

@@ -35,9 +35,8 @@ faces = kernel_module("faces", precision=PRECISION)
 shape = kernel_module("spatial", precision=PRECISION)
 impulse = kernel_module("spatial_impulse", precision=PRECISION, friction=FRICTION)
 larger, smaller = scalar.larger, scalar.smaller
-Knobs, side_of, drag, drag_in_box = (
-    impulse.Knobs, impulse.side_of, impulse.drag, impulse.drag_in_box,
-)  # fmt: skip
+Knobs, side_of, slip_gains = impulse.Knobs, impulse.side_of, impulse.gains_of
+drag, drag_in_box = impulse.drag, impulse.drag_in_box
 Block, matrix_of, inverse_inertia = shape.Block, shape.matrix_of, shape.inverse_inertia
 Vector = faces.Vector
 CONE = impulse.CONE
@@ -120,12 +119,8 @@ def gains_of(both: real, e: Matrix, ju: Matrix, jl: Matrix, ru: Vector, rl: Vect
     k12 = wp.dot(u1, ju * u2) + wp.dot(l1, jl * l2)
     k22 = both + wp.dot(u2, ju * u2) + wp.dot(l2, jl * l2)
     k33 = both + wp.dot(u3, ju * u3) + wp.dot(l3, jl * l3)
-    if CONE:
-        part = one / (k11 * k22 - k12 * k12)
-        apart = HALF * (k11 - k22)
-        most = HALF * (k11 + k22) + wp.sqrt(apart * apart + k12 * k12)
-        return Gains(one / k33, part * k22, -part * k12, part * k11, one / most)
-    return Gains(one / k33, one / k11, k12, one / k22, real(0.0))
+    p1, p2, p3, p4 = slip_gains(one, k11, k12, k22)
+    return Gains(one / k33, p1, p2, p3, p4)
 
 
 @wp.func
