@@ -56,7 +56,9 @@ meeting = kernel_module("spatial_dem_meet", precision=PRECISION, blocks=BLOCKS)
 larger, size = scalar.larger, scalar.size
 Block, matrix_of, turn_freely = spatial.Block, spatial.matrix_of, spatial.turn_freely
 Link = meeting.Link
-cross, seen, held_in = meeting.cross, meeting.seen, meeting.held_in
+cross, seen, back_from, held_in = (
+    meeting.cross, meeting.seen, meeting.back_from, meeting.held_in,
+)  # fmt: skip
 
 NEAR_ZERO = real(1.0e-30)
 """Square of a stress below which it has no direction."""
@@ -209,10 +211,9 @@ def load(
     m1, m2, m3 = s1 + r1, s2 + r2, s3 + r3
     u1, u2, u3 = cross(p1, p2, p3, t1, t2, n)
     v1, v2, v3 = cross(d1, d2, d3, t1, t2, n)
-    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
-    f1, f2, f3 = seen(r11, r12, r13, r21, r22, r23, r31, r32, r33, t1, t2, n)
-    u1, u2, u3 = seen(r11, r12, r13, r21, r22, r23, r31, r32, r33, u1 + m1, u2 + m2, u3 + m3)
-    v1, v2, v3 = seen(r11, r12, r13, r21, r22, r23, r31, r32, r33, v1 + m1, v2 + m2, v3 + m3)
+    f1, f2, f3 = back_from(qx, qy, qz, qw, t1, t2, n)
+    u1, u2, u3 = back_from(qx, qy, qz, qw, u1 + m1, u2 + m2, u3 + m3)
+    v1, v2, v3 = back_from(qx, qy, qz, qw, v1 + m1, v2 + m2, v3 + m3)
     fx = fx + area * f1
     fy = fy + area * f2
     fz = fz + area * f3

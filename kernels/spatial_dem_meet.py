@@ -170,6 +170,26 @@ def stretch(half: real, reach_a: real, reach_b: real, place: real, lean_a: real,
 if BLOCKS == 1:
 
     @wp.func
+    def attitude_on(lower: Moving, qx: real, qy: real, qz: real, qw: real):
+        """The upper attitude as seen from the lower body: the ground is level."""
+        return qx, qy, qz, qw
+
+    @wp.func
+    def seen_from(gx: real, gy: real, gz: real, gw: real, x: real, y: real, z: real):
+        """A vector of the base's axes in those of the lower body: the same on the ground."""
+        return x, y, z
+
+    @wp.func
+    def back_from(gx: real, gy: real, gz: real, gw: real, x: real, y: real, z: real):
+        """A vector of the lower body's axes in those of the base: the same on the ground."""
+        return x, y, z
+
+    @wp.func
+    def turning(below: Block, lower: Moving):
+        """Angular velocity of the lower body in its axes [rad/s]: the ground has none."""
+        return real(0.0), real(0.0), real(0.0)
+
+    @wp.func
     def shared(
         block: Block, below: Block, c1: real, c2: real, m11: real, m12: real, m13: real, m21: real,
         m22: real, m23: real, m33: real,
@@ -178,6 +198,33 @@ if BLOCKS == 1:
         return real(0.0), block.width, real(0.0), block.depth
 
 else:
+
+    @wp.func
+    def attitude_on(lower: Moving, qx: real, qy: real, qz: real, qw: real):
+        """The upper attitude as seen from the lower body."""
+        gx, gy, gz, gw = lower.qx, lower.qy, lower.qz, lower.qw
+        return (
+            gw * qx - gx * qw - (gy * qz - gz * qy), gw * qy - gy * qw - (gz * qx - gx * qz),
+            gw * qz - gz * qw - (gx * qy - gy * qx), gw * qw + gx * qx + gy * qy + gz * qz,
+        )  # fmt: skip
+
+    @wp.func
+    def seen_from(gx: real, gy: real, gz: real, gw: real, x: real, y: real, z: real):
+        """A vector of the base's axes in those of the lower body, of the attitude gx to gw."""
+        r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(gx, gy, gz, gw)
+        return seen(r11, r21, r31, r12, r22, r32, r13, r23, r33, x, y, z)
+
+    @wp.func
+    def back_from(gx: real, gy: real, gz: real, gw: real, x: real, y: real, z: real):
+        """A vector of the lower body's axes in those of the base; gx to gw is its attitude."""
+        r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(gx, gy, gz, gw)
+        return seen(r11, r12, r13, r21, r22, r23, r31, r32, r33, x, y, z)
+
+    @wp.func
+    def turning(below: Block, lower: Moving):
+        """Angular velocity of the lower body in its axes [rad/s]."""
+        h1, h2, h3 = seen_from(lower.qx, lower.qy, lower.qz, lower.qw, lower.lx, lower.ly, lower.lz)
+        return h1 * below.inverse_x, h2 * below.inverse_y, h3 * below.inverse_z
 
     @wp.func
     def shared(
@@ -200,18 +247,18 @@ else:
 
 @wp.func
 def glide(
-    block: Block, below: Block, m11: real, m12: real, m13: real, m21: real, m22: real, m23: real,
+    block: Block, m11: real, m12: real, m13: real, m21: real, m22: real, m23: real,
     m31: real, m32: real, m33: real, w1: real, w2: real, w3: real, l1: real, l2: real, l3: real,
-    h1: real, h2: real, h3: real, p1: real, p2: real, p3: real, d1: real, d2: real, d3: real,
+    u1: real, u2: real, u3: real, p1: real, p2: real, p3: real, d1: real, d2: real, d3: real,
 ):  # fmt: skip
     """How the upper face moves against the lower one, all in the lower body's axes.
 
     Args:
-        block: See `meet`, as `below`, p1 to p3 and d1 to d3.
-        below: See block.
+        block: See `meet`, as p1 to p3 and d1 to d3.
         m11: The upper block's attitude, row by row, to m33.
         w1: Velocity of the upper centre from the lower one's [m/s], to w3.
-        l1: Angular momentum of the upper block for unit mass [m^2/s], to l3; h1 to h3 the lower's.
+        l1: Angular momentum of the upper block for unit mass [m^2/s], to l3.
+        u1: Angular velocity of the lower body [rad/s], to u3.
 
     Returns:
         Velocity in the middle of the springs [m/s]; difference of the angular velocities [rad/s].
@@ -219,7 +266,6 @@ def glide(
     n1, n2, n3 = seen(m11, m21, m31, m12, m22, m32, m13, m23, m33, l1, l2, l3)
     n1, n2, n3 = n1 * block.inverse_x, n2 * block.inverse_y, n3 * block.inverse_z
     o1, o2, o3 = seen(m11, m12, m13, m21, m22, m23, m31, m32, m33, n1, n2, n3)
-    u1, u2, u3 = h1 * below.inverse_x, h2 * below.inverse_y, h3 * below.inverse_z
     s1, s2, s3 = cross(o1, o2, o3, p1, p2, p3)
     t1, t2, t3 = cross(u1, u2, u3, d1, d2, d3)
     return w1 + s1 - t1, w2 + s2 - t2, w3 + s3 - t3, o1 - u1, o2 - u2, o3 - u3
@@ -237,35 +283,29 @@ def meet(block: Block, below: Block, upper: Moving, lower: Moving) -> Link:
     """
     dx, dy, dz = upper.x - lower.x, upper.y - lower.y, upper.z - lower.z
     gx, gy, gz, gw = lower.qx, lower.qy, lower.qz, lower.qw
-    qx, qy, qz, qw = upper.qx, upper.qy, upper.qz, upper.qw
-    wx, wy, wz = upper.vx - lower.vx, upper.vy - lower.vy, upper.vz - lower.vz
-    lx, ly, lz = upper.lx, upper.ly, upper.lz
-    hx, hy, hz = lower.lx, lower.ly, lower.lz
-    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(gx, gy, gz, gw)
-    # The upper attitude as seen from the lower body.
-    sx = gw * qx - gx * qw - (gy * qz - gz * qy)
-    sy = gw * qy - gy * qw - (gz * qx - gx * qz)
-    sz = gw * qz - gz * qw - (gx * qy - gy * qx)
-    sw = gw * qw + gx * qx + gy * qy + gz * qz
+    sx, sy, sz, sw = attitude_on(lower, upper.qx, upper.qy, upper.qz, upper.qw)
     m11, m12, m13, m21, m22, m23, m31, m32, m33 = matrix_of(sx, sy, sz, sw)
     both, high = block.height + below.height, block.height
-    c1, c2, c3 = seen(r11, r21, r31, r12, r22, r32, r13, r23, r33, dx, dy, both + dz)
+    c1, c2, c3 = seen_from(gx, gy, gz, gw, dx, dy, both + dz)
     slide_x, slide_y = slide_of(block, c1, c2, m11, m12, m13, m21, m22, m23, m31, m32)
     x, half_a, y, half_b = shared(block, below, c1, c2, m11, m12, m13, m21, m22, m23, m33)
     x, y = x - block.centre_x, y - block.centre_y
     p1, p2, p3 = seen(m11, m12, m13, m21, m22, m23, m31, m32, m33, x, y, -high)
-    # Nothing cancels: 1 - r33 = 2 (gx^2 + gy^2), and 1 - m33 likewise.
+    # Nothing cancels: 1 - m33 = 2 (sx^2 + sy^2), and that of the lower body likewise.
     sunk = both * (gx * gx + gy * gy) - high * (sx * sx + sy * sy)
-    o = real(2.0) * sunk - (r13 * dx + r23 * dy + r33 * dz) - (m31 * x + m32 * y)
+    _x, _y, up = seen_from(gx, gy, gz, gw, dx, dy, dz)
+    o = real(2.0) * sunk - up - (m31 * x + m32 * y)
     d1, d2, d3 = c1 + p1, c2 + p2, c3 + p3
     a1, a2, a3 = half_a * m11, half_a * m21, half_a * m31
     b1, b2, b3 = half_b * m12, half_b * m22, half_b * m32
-    w1, w2, w3 = seen(r11, r21, r31, r12, r22, r32, r13, r23, r33, wx, wy, wz)
-    l1, l2, l3 = seen(r11, r21, r31, r12, r22, r32, r13, r23, r33, lx, ly, lz)
-    h1, h2, h3 = seen(r11, r21, r31, r12, r22, r32, r13, r23, r33, hx, hy, hz)
+    w1, w2, w3 = seen_from(
+        gx, gy, gz, gw, upper.vx - lower.vx, upper.vy - lower.vy, upper.vz - lower.vz
+    )
+    l1, l2, l3 = seen_from(gx, gy, gz, gw, upper.lx, upper.ly, upper.lz)
+    u1, u2, u3 = turning(below, lower)
     v1, v2, v3, t1, t2, t3 = glide(
-        block, below, m11, m12, m13, m21, m22, m23, m31, m32, m33,
-        w1, w2, w3, l1, l2, l3, h1, h2, h3, p1, p2, p3, d1, d2, d3,
+        block, m11, m12, m13, m21, m22, m23, m31, m32, m33,
+        w1, w2, w3, l1, l2, l3, u1, u2, u3, p1, p2, p3, d1, d2, d3,
     )  # fmt: skip
     j1, j2, j3 = cross(t1, t2, t3, a1, a2, a3)
     k1, k2, k3 = cross(t1, t2, t3, b1, b2, b3)

@@ -152,17 +152,16 @@ def test_packed_and_plain_kernels_agree_and_packed_ones_are_vector_code() -> Non
     stands = packed["outcome"] != Outcome.OVERTURNED
     for name in ("rotation", "rotation_across", "yaw"):
         np.testing.assert_allclose(packed[name][stands], plain[name][stands], atol=1e-7)
-    # A ratio within one run: without vector code the packed form is no faster than the plain one.
-    expected = 3.0 if any(flag.startswith("avx512f") for flag in cpu_vector_flags()) else 2.0
-    many = np.arange(320) % LANES
+    # A ratio within one run: scalar code gives 1 or less, 512-bit vectors 2.5 to 3.6.
+    expected = 2.0 if any(flag.startswith("avx512f") for flag in cpu_vector_flags()) else 1.5
+    many = np.arange(96) % 9
+    free, x = in_space(free_lanes().take(many)), sines(Control.ACCELERATION, np.ones(96), 2.0, 4.0)
     found = 0.0
-    for _ in range(4):
+    for _ in range(5):
         cost = []
         for form in (Form.PLAIN, Form.PACKED):
             started = time.process_time()
-            run_batch(
-                "dem", lanes.take(many), motions.take(many), SampleTimes(0.3), form=form, workers=1
-            )
+            run_batch("dem", free, along(x), SampleTimes(1.0), form=form, workers=1)
             cost.append(time.process_time() - started)
         found = max(found, cost[0] / cost[1])
         if found >= expected:

@@ -21,6 +21,9 @@ TWO_BLOCK = "two-block"
 EVENT = "event"
 """Engine that does so with stacks and with blocks in space."""
 
+ONE_TEXT = ("dem", "xpbd")
+"""Engines whose kernels take a single block as a stack of one."""
+
 VALUES_SHOWN = 12
 """Distinct values of an input up to which all of them are listed."""
 
@@ -133,7 +136,7 @@ def _fitness(case: Case, name: str, scene: SceneKind) -> dict[str, Any]:
     reason = engine_class(name).supports(scene)
     settings = dataclasses.asdict(case.engine_settings(name))
     units = {field.name: field.metadata["unit"] for field in dataclasses.fields(SETTINGS[name])}
-    file = name.replace("-", "_") + ("_stack" if scene.stacked else "")
+    file = name.replace("-", "_") + ("_stack" if scene.stacked and name not in ONE_TEXT else "")
     file = f"spatial_{file}" if scene.spatial else file
     packs = "`packed` on a CPU, `plain`, one lane a thread, on any other device"
     alone = name == TWO_BLOCK or (name == "impulse" and scene.spatial and scene.stacked)

@@ -85,19 +85,8 @@ def run_dem(
     """
     module = dem_module(settings, target, lanes, motions)
     step = longest_steps(settings, lanes)
-    stacks = cast(SpatialLanes, as_stacks(lanes))
-    away = (stacks.rotation_start != 0.0) | (stacks.rotation_across_start != 0.0)
-    away = (away | (stacks.gap_start > 0.0)).any(axis=1)
-    side_by_side = module.LANES
-    count = -(-lanes.lane_count // side_by_side) * side_by_side
-    per_lane = {
-        # A lane whose sizes are not finite takes one step to find that out.
-        "time_step": np.where(np.isfinite(step), step, times.duration),
-        "uplift_time": np.where(away, 0.0, NEVER),
-        "moves": sum(
-            moves(part).astype(np.int32) << axis for axis, part in enumerate(components(motions))
-        ),
-    }
+    count = -(-lanes.lane_count // module.LANES) * module.LANES
+    per_lane = struct_rows(module.Lane, lane_columns(lanes, motions, times, step), count)
     points = point_pairs(settings.subcontacts, settings.subcontacts_across)
     with wp.ScopedDevice(target.device):
         rows, per_block, attitudes = launch_spatial(
@@ -106,7 +95,7 @@ def run_dem(
             motions,
             times,
             with_ground(start_in_space(lanes, settings)),
-            wp.array(struct_rows(module.Lane, per_lane, count), dtype=module.Lane),
+            wp.array(per_lane, dtype=module.Lane),
             wp.array(points, dtype=REALS[target.precision]),
             knobs,
         )
@@ -135,6 +124,22 @@ def run_dem(
         "step_count": rows["steps"],
     }
     return respond("dem", columns, rotations, times, others)
+
+
+def lane_columns(
+    lanes: Lanes, motions: GroundMotions, times: SampleTimes, step: Array
+) -> dict[str, npt.NDArray[Any]]:
+    """Fields of the struct `Lane`, shape [lane] each; `step` is the longest step [s]."""
+    stacks = cast(SpatialLanes, as_stacks(lanes))
+    away = (stacks.rotation_start != 0.0) | (stacks.rotation_across_start != 0.0)
+    away = (away | (stacks.gap_start > 0.0)).any(axis=1)
+    x, y, z = (moves(part).astype(np.int32) for part in components(motions))
+    return {
+        # A lane whose sizes are not finite takes one step to find that out.
+        "time_step": np.where(np.isfinite(step), step, times.duration),
+        "uplift_time": np.where(away, 0.0, NEVER),
+        "moves": x + 2 * y + 4 * z,
+    }
 
 
 def with_ground(columns: dict[str, Array]) -> dict[str, Array]:
