@@ -111,14 +111,19 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         "errors foundation runs",
         "numpy pandas scipy",
     ),
+    "incremental": (
+        ("warprock/incremental*.py",),
+        "errors foundation settings cases batch runs sweeps fragility",
+        "numpy pandas pyarrow",
+    ),
     "plots": (
         ("warprock/report/plots*.py",),
-        "errors foundation settings cases runs maps checks fragility report",
+        "errors foundation settings cases runs maps checks fragility incremental report",
         "numpy pandas matplotlib",
     ),
     "report": (
         ("warprock/report/*.py",),
-        "errors foundation settings cases runs maps checks fragility",
+        "errors foundation settings cases runs maps checks fragility incremental",
         "numpy pandas rich",
     ),
     "reproduction": (
@@ -134,7 +139,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "cli": (
         ("warprock/cli*.py", "warprock/__main__.py"),
         "errors foundation settings cases batch runs maps checks study stability trade sweeps "
-        "fragility report "
+        "fragility incremental report "
         "plots reproduction desk",
         "click",
     ),

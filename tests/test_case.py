@@ -61,6 +61,7 @@ def refusal(file, *overrides):
 
 def test_the_shipped_cases_are_these_and_load():
     assert case_names() == [
+        "fragility-five-blocks",
         "free-b0",
         "free-b1-b3",
         "overturning-map",

@@ -18,6 +18,7 @@ import click
 
 from warprock import __version__
 from warprock.cli_fragility import fragility
+from warprock.cli_incremental import ida
 from warprock.cli_map import overturning_map
 from warprock.cli_records import records
 from warprock.cli_stability import stability
@@ -362,6 +363,7 @@ def bench(ctx: click.Context, seconds: float, workers: int | None, as_json: bool
 
 main.add_command(records)
 main.add_command(fragility)
+main.add_command(ida)
 main.add_command(overturning_map)
 main.add_command(stability)
 main.add_command(sweep)

@@ -67,7 +67,7 @@ def print_curves(
             *(str(row[name]) for name in groups),
             row["limit_state"],
             *(f"{row[name]:,}" for name in ("lanes", "records", "reached")),
-            *_fit_cells(row),
+            *fit_cells(row),
         )
     out.print(table)
     out.print("  in brackets: 5th and 95th percentile over resampled records")
@@ -79,7 +79,7 @@ def print_curves(
         out.print(f"wrote {path}", soft_wrap=True)
 
 
-def _fit_cells(row: pd.Series[Any]) -> tuple[str, str]:
+def fit_cells(row: pd.Series[Any]) -> tuple[str, str]:
     """Median and dispersion of a row, or why there are none."""
     if row["verdict"] == "fitted":
         cells = [

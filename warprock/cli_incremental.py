@@ -1,0 +1,130 @@
+"""The command `ida`: incremental dynamic analysis, the motion at which every lane first falls."""
+
+from __future__ import annotations
+
+import pathlib
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from warprock.errors import InputError
+
+if TYPE_CHECKING:
+    from warprock.case import Case
+    from warprock.incremental import Analysis
+    from warprock.incremental_fit import Capacities
+
+
+@click.command()
+@click.argument("case_name", metavar="CASE")
+@click.option("-e", "--engine", help="Engine; without, housner for one block, event for a stack.")
+@click.option(
+    "-s",
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="Change a key of the case, such as -s motion.scale=1.",
+)
+@click.option(
+    "-o",
+    "--output",
+    "folder",
+    type=click.Path(path_type=pathlib.Path),
+    help="Folder for stages, tables and the figure; a stopped analysis goes on from there.",
+)
+@click.option("--from", "lowest", default=0.1, show_default=True, help="Least factor on a motion.")
+@click.option("--to", "highest", default=10.0, show_default=True, help="Greatest factor.")
+@click.option("--count", default=21, show_default=True, help="Factors of the first stage.")
+@click.option("--accuracy", default=0.01, show_default=True, help="Width of a bracket, relatively.")
+@click.option(
+    "--im",
+    "intensity",
+    default="peak_acceleration_m_s2",
+    show_default=True,
+    metavar="COLUMN",
+    help="Intensity measure; or normalised_acceleration, scale, factor.",
+)
+@click.option("--by", multiple=True, metavar="COLUMN", help="Column that makes groups; repeat.")
+@click.option("--samples", default=1000, show_default=True, help="Bootstrap samples, over records.")
+@click.option("--seed", default=1, show_default=True, help="Seed of the samples.")
+@click.option("--precision", default="float64", show_default=True, help="Or float32.")
+@click.option("--device", default="cpu", show_default=True, help="Warp device.")
+@click.option("--workers", type=int, help="Worker threads; the cores at hand without.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def ida(
+    case_name: str,
+    engine: str | None,
+    overrides: tuple[str, ...],
+    folder: pathlib.Path | None,
+    intensity: str,
+    by: tuple[str, ...],
+    samples: int,
+    seed: int,
+    precision: str,
+    device: str,
+    workers: int | None,
+    as_json: bool,
+    **factors: Any,
+) -> None:
+    """Incremental dynamic analysis of a CASE: the factor on its motion at which each lane falls.
+
+    All lanes run at a ladder of factors; the bracket of each one's first fall is then halved. With
+    -o every finished stage is kept, and the same command goes on behind the last one.
+    """
+    from warprock import incremental, incremental_fit, runner, store
+    from warprock.case import load_case
+    from warprock.report import console
+
+    if not 10 <= samples <= 100_000:
+        raise InputError("--samples", "", samples, "must be from 10 to 100000")
+    if not 0 <= seed < 2**63:
+        raise InputError("--seed", "", seed, "must be from 0 to 2^63 - 1")
+    case = load_case(case_name, overrides)
+    ladder = incremental.Ladder(**factors)
+    chosen = engine or runner.default_engine(case)
+    plan = incremental.plan_analysis(case, chosen, ladder, precision=precision, device=device)
+    incremental_fit.require_columns(case, intensity, by)
+    if folder is not None:
+        store.require_writable(folder)
+    with console.lane_progress(case.name, None) as progress:
+        found = incremental.run_analysis(
+            case, plan, ladder, folder, workers=workers, progress=progress
+        )
+    groups = incremental_fit.capacities(
+        found, intensity=intensity, by=by, samples=samples, seed=seed
+    )
+    _show(found, case, groups, intensity, folder, as_json=as_json)
+
+
+def _show(
+    found: Analysis,
+    case: Case,
+    groups: list[Capacities],
+    intensity: str,
+    folder: pathlib.Path | None,
+    *,
+    as_json: bool,
+) -> None:
+    """Writes an analysis where a folder is given, and prints it."""
+    from warprock.incremental_fit import capacity_rows
+    from warprock.report import console, plots_incremental, tables_incremental
+
+    rows = capacity_rows(groups)
+    files: list[pathlib.Path] = []
+    if folder is not None:
+        files = tables_incremental.write_analysis(found, case, rows, intensity, folder)
+        figure = folder / "ida.png"
+        files.append(plots_incremental.draw_analysis(figure, found, groups, intensity))
+    if as_json:
+        console.print_json(
+            {
+                "case": case.name,
+                "intensity": intensity,
+                **tables_incremental.analysis_facts(found),
+                "groups": rows.to_dict("records"),
+                "files": [str(path) for path in files],
+            }
+        )
+    else:
+        tables_incremental.print_analysis(found, rows, intensity, files)

@@ -1,0 +1,94 @@
+"""Capacities of an incremental dynamic analysis on the terminal and as files."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Sequence
+from typing import Any
+
+import pandas as pd
+from rich.console import Console
+
+from warprock.case import Case
+from warprock.incremental import Analysis
+from warprock.incremental_fit import lane_rows, run_rows
+from warprock.report.tables import plain_table, stdout
+from warprock.report.tables_fragility import fit_cells
+from warprock.results import write_results
+
+
+def analysis_facts(found: Analysis) -> dict[str, Any]:
+    """What ran and what came of it, ready for JSON."""
+    content = found.plan.content
+    return {
+        "plan": found.plan.id,
+        "engine": content["engine"],
+        "precision": content["precision"],
+        "device": content["device"],
+        "incremental": content["incremental"],
+        "lanes": found.lane_set.lanes.lane_count,
+        "runs": len(found.curves),
+        "stages": found.stages,
+        "stages_kept": found.kept,
+    }
+
+
+def write_analysis(
+    found: Analysis, case: Case, rows: pd.DataFrame, intensity: str, folder: pathlib.Path
+) -> list[pathlib.Path]:
+    """Writes the capacities of the lanes and of their groups, every run, and what ran."""
+    tables = {
+        "capacities": lane_rows(found, intensity),
+        "curves": run_rows(found, intensity),
+        "fragility": rows,
+    }
+    return write_results(folder, case, tables, {**analysis_facts(found), "intensity": intensity})
+
+
+def print_analysis(
+    found: Analysis,
+    rows: pd.DataFrame,
+    intensity: str,
+    files: Sequence[pathlib.Path],
+    console: Console | None = None,
+) -> None:
+    """Prints the capacities of every group.
+
+    Args:
+        found: The analysis.
+        rows: What `incremental_fit.capacity_rows` returned.
+        intensity: The intensity measure.
+        files: Files that were written.
+        console: Where to; the terminal if not given.
+    """
+    out = console or stdout()
+    groups = [str(name) for name in rows.columns[: list(rows.columns).index("lanes")]]
+    counted = ["lanes", "records", "bracketed", "never_overturned", "overturned_at_once"]
+    named = ["lanes", "records", "bracketed", "never\nfell", "fell at\nonce", "stood\nagain"]
+    headings = [*groups, *named, "median", "dispersion"]
+    facts = analysis_facts(found)
+    title = f"Capacity to stand over {intensity}, {found.plan.engine}"
+    table = plain_table(title, headings, groups)
+    for _, row in rows.iterrows():
+        table.add_row(
+            *(str(row[name]) for name in groups),
+            *(f"{row[name]:,}" for name in (*counted, "lanes_resurrected")),
+            *fit_cells(row),
+        )
+    out.print(table)
+    out.print("  in brackets: 5th and 95th percentile over resampled records")
+    out.print(
+        "  stood again: lanes that stood at a stronger motion than the first that felled them"
+    )
+    low, high = (facts["incremental"][name] for name in ("lowest", "highest"))
+    accuracy = facts["incremental"]["accuracy"]
+    out.print(
+        f"factors {low:g} to {high:g}, brackets to {accuracy:.3g}; {facts['runs']:,} runs in "
+        f"{found.stages} stages, {found.kept} of them kept from before",
+        highlight=False,
+    )
+    left_out = int(rows["left_out"].sum())
+    if left_out:
+        out.print(f"left out: {left_out:,} lanes whose numbers cannot be used")
+    for path in files:
+        out.print(f"wrote {path}", soft_wrap=True)
