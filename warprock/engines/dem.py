@@ -49,6 +49,10 @@ class Dem(AbstractEngine):
     sub-contacts) or three quarters (of five) of the way to an end. What a lane lost went into
     dashpots, slip and springs that opened under load. A lane that by this account gains more than
     it held and its base supplied has the status UNSTABLE, as at a `step_safety` beyond 1.
+
+    In space the springs are a grid, `subcontacts` along the width times `subcontacts_across` along
+    the depth, under the face of the upper block; they press along the normal of the lower face. A
+    block that rocks over corners chatters on weakly damped springs: there no order shows.
     """
 
     name: ClassVar[str] = "dem"
