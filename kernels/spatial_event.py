@@ -72,7 +72,6 @@ UNSETTLED = 4
 
 HALF = real(0.5)
 TWO = real(2.0)
-TEN = real(10.0)
 TINY = contact.TINY
 NEVER = real(1.0e30)
 NEARLY = real({"float64": 1.0e-7, "float32": 1.0e-4}[PRECISION])
@@ -81,6 +80,9 @@ TOGETHER = real({"float64": 1.0e-7, "float32": 1.0e-4}[PRECISION])
 """Gap, as a part of the half height, up to which corners take part in an impact elsewhere."""
 DUST = real({"float64": 1.0e-12, "float32": 1.0e-5}[PRECISION])
 """Round-off of a velocity, as a part of the largest."""
+LAST = real(100.0)
+"""Speed at which a flat block's sliding ends, as a multiple of what gravity gives in the time by
+which events may be missed."""
 SOON = real(1.0e-3)
 """Part of a step by which an uplift may be missed: the error is of its square."""
 
@@ -196,6 +198,7 @@ def watched(
     n = reached
     cut = TWO * NEVER
     fastest = real(0.0)
+    faster = real(0.0)
     lands = int(0)
     closes = int(0)
     touched = mask_of(s.stance)
@@ -220,8 +223,10 @@ def watched(
             cut = smaller(cut, there)
             n.slip = n.slip - wp.where(stops, bit, 0)
         fastest = larger(fastest, wp.sqrt(u1[0] * u1[0] + u1[1] * u1[1]))
-    # A flat block that hardly moves stops as a whole.
-    if n.stance == FLAT and fastest <= TEN * near * limits.gravity:
+        faster = larger(faster, wp.sqrt(u0[0] * u0[0] + u0[1] * u0[1]))
+    # A flat block that slows down to next to nothing stops as a whole.
+    slow = fastest <= LAST * near * limits.gravity and fastest <= faster
+    if n.stance == FLAT and s.slip != 0 and slow:
         n.slip = 0
     cut = later_event(block, limits, s, n, base, body0, body, h, cut, lands)
     inside = closes == 0 and cut < NEVER and base.d > near
