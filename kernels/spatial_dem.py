@@ -51,9 +51,11 @@ SPATIAL_DEM_OPTIONS = module_options(interleave=1)
 
 wp.set_module_options(SPATIAL_DEM_OPTIONS)
 scalar = kernel_module("scalar", precision=PRECISION)
+planar = kernel_module("dem", precision=PRECISION)
 spatial = kernel_module("spatial", precision=PRECISION)
 meeting = kernel_module("spatial_dem_meet", precision=PRECISION, blocks=BLOCKS)
 larger, size = scalar.larger, scalar.size
+Knobs, FAILED = planar.Knobs, planar.FAILED
 Block, matrix_of, turn_freely = spatial.Block, spatial.matrix_of, spatial.turn_freely
 Link = meeting.Link
 cross, seen, back_from, held_in = (
@@ -62,23 +64,6 @@ cross, seen, back_from, held_in = (
 
 NEAR_ZERO = real(1.0e-30)
 """Square of a stress below which it has no direction."""
-FAILED = real(1.0e-30)
-"""Slip of a point that has opened: no length, but not the zero of an intact one [m]."""
-
-
-@wp.struct
-class Knobs:
-    """What a step needs to know of the settings."""
-
-    gravity: real
-    normal_stiffness: real
-    shear_stiffness: real
-    shear_flexibility: real
-    stiffness_damping: real
-    mass_damping: real
-    cohesion: real
-    tensile_strength: real
-    dilatancy: real
 
 
 @wp.func
