@@ -11,11 +11,12 @@ J the inverse inertia in the axes of the base. One step of length dt is that of 
        at least -gap / dt (it may close an open gap) or zero, and for no tangential velocity within
        Coulomb's bound |f| <= mu n;
     3. projected Gauss-Seidel on the impulses p = (f_x, f_y, n) of the corners, started from those
-       of the last step, one corner after the other: first n = max(n - u_z / K_zz, 0), with K the
-       3 x 3 matrix of velocity for impulse at the corner, then f. The cone: f - K_t^-1 u_t, the
-       impulse that stops the slip, if it is within the bound; else f - u_t / (largest eigenvalue of
-       K_t), shortened to the bound. Its fixed points are those of Coulomb's law: a slip u_t leaves
-       f = - mu n u_t / |u_t|, in whatever direction. The box: f_x and f_y each within the bound;
+       of the last step, one corner after the other. With K the 3 x 3 matrix of velocity for impulse
+       at the corner, p - K^-1 u stops it: if that pushes and its friction is within the bound, the
+       corner sticks. Else n = max(n - u_z / K_zz, 0), and then the friction of a slip u_t: for the
+       cone f - u_t / (largest eigenvalue of K_t), shortened to the bound, for the box f_x and f_y
+       each within the bound. The cone's fixed points are those of Coulomb's law: a slip leaves
+       f = - mu n u_t / |u_t|, in whatever direction;
     4. v = v* + sum of p, l = l + sum of r x p (J^-1 times the change of omega), and with them
        position and attitude, which rotates freely with the angular momentum l; the block is lifted
        by erp times its penetration but for the 2 g dt^2 that one step of falling can make.
@@ -128,19 +129,28 @@ def exchange(swap: real, a: wp.ref[real], b: wp.ref[real]):
 
 
 @wp.func
-def gains_of(on: real, kxx: real, kxy: real, kyy: real):
-    """Tangential impulses of a corner for its slip, from K_t: pxx, pxy, pyy and ps.
+def slip_gains(on: real, kxx: real, kxy: real, kyy: real):
+    """Friction of a contact for its slip, from K_t: three numbers, see `drag`.
 
-    The matrix that stops a slip, and the safe factor for one that goes on; zero where `on` is. For
-    the box pxx and pyy are those of a row by itself, pxy is K_xy.
+    For the cone the first is the inverse of the largest eigenvalue. For the box they are the
+    inverses of K_xx and K_yy, with K_xy between them. All but K_xy are zero where `on` is.
     """
-    p1, p2, p3, p4 = on / kxx, kxy, on / kyy, real(0.0)
+    p1, p2, p3 = on / kxx, kxy, on / kyy
     if CONE:
-        part = on / (kxx * kyy - kxy * kxy)
         apart = HALF * (kxx - kyy)
-        p1, p2, p3 = part * kyy, -part * kxy, part * kxx
-        p4 = on / (HALF * (kxx + kyy) + wp.sqrt(apart * apart + kxy * kxy))
-    return p1, p2, p3, p4
+        p1 = on / (HALF * (kxx + kyy) + wp.sqrt(apart * apart + kxy * kxy))
+    return p1, p2, p3
+
+
+@wp.func
+def stop_gains(on: real, xx: real, xy: real, xz: real, yy: real, yz: real, zz: real):
+    """Inverse of the matrix K of a contact, times `on`: entries 11, 12, 13, 22, 23, 33."""
+    c11, c12, c13 = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
+    over = on / (xx * c11 + xy * c12 + xz * c13)
+    return (
+        over * c11, over * c12, over * c13,
+        over * (xx * zz - xz * xz), over * (xy * xz - xx * yz), over * (xx * yy - xy * xy),
+    )  # fmt: skip
 
 
 @wp.func
@@ -159,7 +169,9 @@ def approach(
     xx: wp.ref[real], xy: wp.ref[real], xz: wp.ref[real],
     yx: wp.ref[real], yy: wp.ref[real], yz: wp.ref[real],
     zx: wp.ref[real], zy: wp.ref[real], zz: wp.ref[real],
-    pn: wp.ref[real], pxx: wp.ref[real], pxy: wp.ref[real], pyy: wp.ref[real], ps: wp.ref[real],
+    pn: wp.ref[real], p1: wp.ref[real], p2: wp.ref[real], p3: wp.ref[real],
+    h11: wp.ref[real], h12: wp.ref[real], h13: wp.ref[real],
+    h22: wp.ref[real], h23: wp.ref[real], h33: wp.ref[real],
     fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real],
     ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
     ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
@@ -168,7 +180,7 @@ def approach(
 
     Found are its lever (rx, ry, rz) [m] and gap [m]; the angular velocities for impulses along x
     (xx, xy, xz), y and z [1/m]; the impulses for velocities, zero where the gap is wider than the
-    margin: pn, along z, and those of `gains_of`.
+    margin: pn, along z, p1 to p3 of `slip_gains`, h11 to h33 of `stop_gains`.
     """
     one = real(1.0)
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
@@ -186,15 +198,14 @@ def approach(
     a1, a2, a3 = jxy * h - jxz * y, jyy * h - jyz * y, jyz * h - jzz * y
     b1, b2, b3 = jxz * x - jxx * h, jyz * x - jxy * h, jzz * x - jxz * h
     c1, c2, c3 = jxx * y - jxy * x, jxy * y - jyy * x, jxz * y - jyz * x
-    kxx = one + h * a2 - y * a3
-    kyy = one + x * b3 - h * b1
-    kxy = h * b2 - y * b3
-    pn = on / (one + y * c1 - x * c2)
-    g1, g2, g3, g4 = gains_of(on, kxx, kxy, kyy)
-    pxx = g1
-    pxy = g2
-    pyy = g3
-    ps = g4
+    kxx, kyy, kzz = one + h * a2 - y * a3, one + x * b3 - h * b1, one + y * c1 - x * c2
+    kxy, kxz, kyz = h * b2 - y * b3, h * c2 - y * c3, x * c3 - h * c1
+    g1, g2, g3 = slip_gains(on, kxx, kxy, kyy)
+    hand(g1, g2, g3, p1, p2, p3)
+    g1, g2, g3, g4, g5, g6 = stop_gains(on, kxx, kxy, kxz, kyy, kyz, kzz)
+    hand(g1, g2, g3, h11, h12, h13)
+    hand(g4, g5, g6, h22, h23, h33)
+    pn = on / kzz
     fx = on * fx
     fy = on * fy
     n = on * n
@@ -212,65 +223,67 @@ def approach(
 
 
 @wp.func
-def drag(
-    bound: real, fx: real, fy: real, ux: real, uy: real, pxx: real, pxy: real, pyy: real, ps: real
-):
-    """Tangential impulses of a corner for its slip (ux, uy) [m/s], within a bound [m/s]."""
-    zero = real(0.0)
-    stop_x = fx - pxx * ux - pxy * uy
-    stop_y = fy - pxy * ux - pyy * uy
-    on_x = fx - ps * ux
-    on_y = fy - ps * uy
-    short = bound / wp.sqrt(larger(on_x * on_x + on_y * on_y, TINY))
-    short = smaller(short, real(1.0))
-    holds = stop_x * stop_x + stop_y * stop_y <= bound * bound
-    return wp.where(holds, stop_x, short * on_x), wp.where(holds, stop_y, short * on_y)
+def drag(bound: real, fx: real, fy: real, ux: real, uy: real, p1: real, p2: real, p3: real):
+    """Friction of a contact for its slip (ux, uy) [m/s], within a bound; see `slip_gains`."""
+    new_x = fx - p1 * ux
+    new_y = fy - p1 * uy
+    if CONE:
+        short = bound / wp.sqrt(larger(new_x * new_x + new_y * new_y, TINY))
+        short = smaller(short, real(1.0))
+        new_x = short * new_x
+        new_y = short * new_y
+    else:
+        new_x = larger(smaller(new_x, bound), -bound)
+        new_y = larger(smaller(fy - p3 * (uy + p2 * (new_x - fx)), bound), -bound)
+    return new_x, new_y
 
 
 @wp.func
-def drag_in_box(
-    bound: real, fx: real, fy: real, ux: real, uy: real, pxx: real, kxy: real, pyy: real
-):
-    """Tangential impulses of a corner for its slip (ux, uy) [m/s], each within a bound [m/s]."""
-    new_x = larger(smaller(fx - pxx * ux, bound), -bound)
-    slip = uy + kxy * (new_x - fx)
-    return new_x, larger(smaller(fy - pyy * slip, bound), -bound)
+def holds(fx: real, fy: real, n: real, mu: real) -> bool:
+    """Whether the impulses of a contact push, with their friction within its bound."""
+    inside = fx * fx + fy * fy <= mu * mu * n * n
+    if not CONE:
+        inside = larger(fx, -fx) <= mu * n and larger(fy, -fy) <= mu * n
+    return inside and n >= real(0.0)
 
 
 @wp.func
 def press(
     mu: real, gap: real, rate: real, rx: real, ry: real, rz: real,
     xx: real, xy: real, xz: real, yx: real, yy: real, yz: real, zx: real, zy: real, zz: real,
-    pn: real, pxx: real, pxy: real, pyy: real, ps: real,
+    pn: real, p1: real, p2: real, p3: real,
+    h11: real, h12: real, h13: real, h22: real, h23: real, h33: real,
     fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real],
     ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
     ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
 ):  # fmt: skip
     """Gauss-Seidel on the three impulses of a corner; mu is the friction coefficient."""
     zero = real(0.0)
+    slip_x = ux + oy * rz - oz * ry
+    slip_y = uy + oz * rx - ox * rz
     normal = uz + ox * ry - oy * rx + larger(gap, zero) * rate
+    stop_x = fx - h11 * slip_x - h12 * slip_y - h13 * normal
+    stop_y = fy - h12 * slip_x - h22 * slip_y - h23 * normal
+    stop_z = n - h13 * slip_x - h23 * slip_y - h33 * normal
     push = larger(n - pn * normal, zero)
     dn = push - n
-    wx = ox + zx * dn
-    wy = oy + zy * dn
-    wz = oz + zz * dn
-    slip_x = ux + wy * rz - wz * ry
-    slip_y = uy + wz * rx - wx * rz
-    if CONE:
-        new_x, new_y = drag(mu * push, fx, fy, slip_x, slip_y, pxx, pxy, pyy, ps)
-    else:
-        new_x, new_y = drag_in_box(mu * push, fx, fy, slip_x, slip_y, pxx, pxy, pyy)
-    dx = new_x - fx
-    dy = new_y - fy
-    n = push
-    fx = new_x
-    fy = new_y
+    # The slip that the normal impulse leaves.
+    slip_x = slip_x + dn * (zy * rz - zz * ry)
+    slip_y = slip_y + dn * (zz * rx - zx * rz)
+    new_x, new_y = drag(mu * push, fx, fy, slip_x, slip_y, p1, p2, p3)
+    sticks = holds(stop_x, stop_y, stop_z, mu)
+    dx = wp.where(sticks, stop_x, new_x) - fx
+    dy = wp.where(sticks, stop_y, new_y) - fy
+    dz = wp.where(sticks, stop_z, push) - n
+    fx = fx + dx
+    fy = fy + dy
+    n = n + dz
     ux = ux + dx
     uy = uy + dy
-    uz = uz + dn
-    ox = wx + xx * dx + yx * dy
-    oy = wy + xy * dx + yy * dy
-    oz = wz + xz * dx + yz * dy
+    uz = uz + dz
+    ox = ox + xx * dx + yx * dy + zx * dz
+    oy = oy + xy * dx + yy * dy + zy * dz
+    oz = oz + xz * dx + yz * dy + zz * dz
 
 
 @wp.func

@@ -108,14 +108,13 @@ def begin(
 
 @wp.func
 def reorder(
-    swap: real, fx: wp.ref[real], gx: wp.ref[real], fy: wp.ref[real], gy: wp.ref[real],
-    n: wp.ref[real], m: wp.ref[real], apart: wp.ref[real], other: wp.ref[real],
-):  # fmt: skip
-    """Lets what two corners keep from step to step change places where `swap` is one."""
-    exchange(swap, fx, gx)
-    exchange(swap, fy, gy)
-    exchange(swap, n, m)
-    exchange(swap, apart, other)
+    swap_x: real, swap_y: real, a: wp.ref[real], b: wp.ref[real], c: wp.ref[real], d: wp.ref[real]
+):
+    """Lets what the corners keep from step to step change places where a side is another."""
+    exchange(swap_x, a, b)
+    exchange(swap_x, c, d)
+    exchange(swap_y, a, c)
+    exchange(swap_y, b, d)
 
 
 @wp.func
@@ -215,17 +214,19 @@ def spatial(
     peak_tilt, peak_yaw, peak_slide, uplift_time, moved = Lane(), Lane(), Lane(), Lane(), Lane()
     impacts, mode, steps, base, dv = LaneInt(), LaneInt(), LaneInt(), Three(), Three()
     fx, fy, n, apart = Corner(), Corner(), Corner(), Corner()
-    rx, ry, rz, gap, pn, ps = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
+    rx, ry, rz, gap, pn, p1 = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     xx, xy, xz, yx, yy, yz = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
-    zx, zy, zz, pxx, pxy, pyy = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
+    zx, zy, zz, h11, h12, h13 = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
+    h22, h23, h33, p2, p3, apart = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
+    fx, fy, n = Corner(), Corner(), Corner()
     # A count that Warp does not know, so that it writes out none of the loops over it.
     corners, count = int(4), int(0)
     for i in range(LANES):
         begin(
-            blocks[0, first + i], knobs, width[i], depth[i], height[i], cx[i], cy[i], mu[i],
-            ix[i], iy[i], iz[i], x[i], y[i], z[i], qx[i], qy[i], qz[i], qw[i], vz[i],
-            lean_x[i], lean_y[i], uplift_time[i], mode[i], peak[i], peak_across[i], peak_tilt[i],
-            n[0, i], n[1, i], n[2, i], n[3, i],
+            blocks[0, first + i], knobs, width[i], depth[i], height[i], cx[i], cy[i], mu[i], ix[i],
+            iy[i], iz[i], x[i], y[i], z[i], qx[i], qy[i], qz[i], qw[i], vz[i], lean_x[i], lean_y[i],
+            uplift_time[i], mode[i], peak[i], peak_across[i], peak_tilt[i], n[0, i], n[1, i],
+            n[2, i], n[3, i],
         )  # fmt: skip
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
@@ -240,21 +241,15 @@ def spatial(
                     dv[d, i] = v - base[d, i]
                     base[d, i] = v
                 set_out(
-                    dv[0, i], dv[1, i], dv[2, i], knobs, qx[i], qy[i], qz[i], qw[i],
-                    lx[i], ly[i], lz[i], ix[i], iy[i], iz[i], vx[i], vy[i], vz[i], ux[i], uy[i],
-                    uz[i], ox[i], oy[i], oz[i], lean_x[i], lean_y[i], swap_x[i], swap_y[i],
-                    lowest[i], lifted[i], landed[i],
+                    dv[0, i], dv[1, i], dv[2, i], knobs, qx[i], qy[i], qz[i], qw[i], lx[i], ly[i],
+                    lz[i], ix[i], iy[i], iz[i], vx[i], vy[i], vz[i], ux[i], uy[i], uz[i], ox[i],
+                    oy[i], oz[i], lean_x[i], lean_y[i], swap_x[i], swap_y[i], lowest[i], lifted[i],
+                    landed[i],
                 )  # fmt: skip
-                for p in range(2):
-                    reorder(
-                        swap_x[i], fx[2 * p, i], fx[2 * p + 1, i], fy[2 * p, i], fy[2 * p + 1, i],
-                        n[2 * p, i], n[2 * p + 1, i], apart[2 * p, i], apart[2 * p + 1, i],
-                    )  # fmt: skip
-                for p in range(2):
-                    reorder(
-                        swap_y[i], fx[p, i], fx[p + 2, i], fy[p, i], fy[p + 2, i], n[p, i],
-                        n[p + 2, i], apart[p, i], apart[p + 2, i],
-                    )  # fmt: skip
+                reorder(swap_x[i], swap_y[i], fx[0, i], fx[1, i], fx[2, i], fx[3, i])
+                reorder(swap_x[i], swap_y[i], fy[0, i], fy[1, i], fy[2, i], fy[3, i])
+                reorder(swap_x[i], swap_y[i], n[0, i], n[1, i], n[2, i], n[3, i])
+                reorder(swap_x[i], swap_y[i], apart[0, i], apart[1, i], apart[2, i], apart[3, i])
             for c in range(corners):
                 side_x, side_y = real(2 * (c % 2) - 1), real(2 * (c // 2) - 1)
                 for i in range(LANES):
@@ -262,9 +257,10 @@ def spatial(
                         side_x * lean_x[i], side_y * lean_y[i], width[i], depth[i], height[i],
                         cx[i], cy[i], z[i], knobs, qx[i], qy[i], qz[i], qw[i], ix[i], iy[i], iz[i],
                         rx[c, i], ry[c, i], rz[c, i], gap[c, i], xx[c, i], xy[c, i], xz[c, i],
-                        yx[c, i], yy[c, i], yz[c, i], zx[c, i], zy[c, i], zz[c, i],
-                        pn[c, i], pxx[c, i], pxy[c, i], pyy[c, i], ps[c, i], fx[c, i],
-                        fy[c, i], n[c, i], ux[i], uy[i], uz[i], ox[i], oy[i], oz[i],
+                        yx[c, i], yy[c, i], yz[c, i], zx[c, i], zy[c, i], zz[c, i], pn[c, i],
+                        p1[c, i], p2[c, i], p3[c, i], h11[c, i], h12[c, i], h13[c, i], h22[c, i],
+                        h23[c, i], h33[c, i], fx[c, i], fy[c, i], n[c, i], ux[i], uy[i], uz[i],
+                        ox[i], oy[i], oz[i],
                     )  # fmt: skip
                     feel(gap[c, i], knobs, apart[c, i], lowest[i], lifted[i], landed[i])
             for step in range(knobs.sweeps * corners):
@@ -273,8 +269,9 @@ def spatial(
                     press(
                         mu[i], gap[c, i], knobs.rate, rx[c, i], ry[c, i], rz[c, i], xx[c, i],
                         xy[c, i], xz[c, i], yx[c, i], yy[c, i], yz[c, i], zx[c, i], zy[c, i],
-                        zz[c, i], pn[c, i], pxx[c, i], pxy[c, i], pyy[c, i], ps[c, i], fx[c, i],
-                        fy[c, i], n[c, i], ux[i], uy[i], uz[i], ox[i], oy[i], oz[i],
+                        zz[c, i], pn[c, i], p1[c, i], p2[c, i], p3[c, i], h11[c, i], h12[c, i],
+                        h13[c, i], h22[c, i], h23[c, i], h33[c, i], fx[c, i], fy[c, i], n[c, i],
+                        ux[i], uy[i], uz[i], ox[i], oy[i], oz[i],
                     )  # fmt: skip
             for i in range(LANES):
                 live = mode[i] == ROCKING

@@ -35,12 +35,10 @@ faces = kernel_module("faces", precision=PRECISION)
 shape = kernel_module("spatial", precision=PRECISION)
 impulse = kernel_module("spatial_impulse", precision=PRECISION, friction=FRICTION)
 larger, smaller = scalar.larger, scalar.smaller
-Knobs, side_of, slip_gains = impulse.Knobs, impulse.side_of, impulse.gains_of
-drag, drag_in_box = impulse.drag, impulse.drag_in_box
+Knobs, side_of, drag, holds = impulse.Knobs, impulse.side_of, impulse.drag, impulse.holds
+slip_gains, stop_gains = impulse.slip_gains, impulse.stop_gains
 Block, matrix_of, inverse_inertia = shape.Block, shape.matrix_of, shape.inverse_inertia
 Vector = faces.Vector
-CONE = impulse.CONE
-HALF = real(0.5)
 FAR = real(1.0e30)
 
 GROUND_FACE = real(1.0e9)
@@ -48,7 +46,7 @@ GROUND_FACE = real(1.0e9)
 
 Matrix = wp.types.matrix(shape=(3, 3), dtype=real)
 Attitude = wp.types.vector(length=4, dtype=real)
-Gains = wp.types.vector(length=5, dtype=real)
+Gains = wp.types.vector(length=10, dtype=real)
 
 SETTLED = real(1.0e-15)
 """Change of the impulses in a sweep, over their size, that is round-off."""
@@ -60,7 +58,7 @@ Bodies = wp.types.matrix(shape=(BLOCKS + 1, 3), dtype=real)
 Numbers = wp.types.vector(length=BLOCKS + 1, dtype=real)
 Axes = wp.types.matrix(shape=(3 * (BLOCKS + 1), 3), dtype=real)
 Points = wp.types.matrix(shape=(CONTACTS * BLOCKS, 3), dtype=real)
-PointGains = wp.types.matrix(shape=(CONTACTS * BLOCKS, 5), dtype=real)
+PointGains = wp.types.matrix(shape=(CONTACTS * BLOCKS, 10), dtype=real)
 PointNumbers = wp.types.vector(length=CONTACTS * BLOCKS, dtype=real)
 PointInts = wp.types.vector(length=CONTACTS * BLOCKS, dtype=int)
 Corners = wp.types.matrix(shape=(faces.SLOTS, 3), dtype=real)
@@ -102,7 +100,7 @@ def rows_of(rows: Axes, k: int) -> Matrix:
 
 @wp.func
 def gains_of(both: real, e: Matrix, ju: Matrix, jl: Matrix, ru: Vector, rl: Vector) -> Gains:
-    """Impulses of a contact for velocities, see `spatial_impulse.approach`: pn, pxx, pxy, pyy, ps.
+    """Impulses of a contact for velocities, as `spatial_impulse.approach`: pn, p1 to 3, h11 to 33.
 
     Args:
         both: Sum of the inverse masses of its bodies [1/kg].
@@ -117,10 +115,13 @@ def gains_of(both: real, e: Matrix, ju: Matrix, jl: Matrix, ru: Vector, rl: Vect
     l1, l2, l3 = wp.cross(rl, e[0]), wp.cross(rl, e[1]), wp.cross(rl, e[2])
     k11 = both + wp.dot(u1, ju * u1) + wp.dot(l1, jl * l1)
     k12 = wp.dot(u1, ju * u2) + wp.dot(l1, jl * l2)
+    k13 = wp.dot(u1, ju * u3) + wp.dot(l1, jl * l3)
     k22 = both + wp.dot(u2, ju * u2) + wp.dot(l2, jl * l2)
+    k23 = wp.dot(u2, ju * u3) + wp.dot(l2, jl * l3)
     k33 = both + wp.dot(u3, ju * u3) + wp.dot(l3, jl * l3)
-    p1, p2, p3, p4 = slip_gains(one, k11, k12, k22)
-    return Gains(one / k33, p1, p2, p3, p4)
+    p1, p2, p3 = slip_gains(one, k11, k12, k22)
+    h11, h12, h13, h22, h23, h33 = stop_gains(one, k11, k12, k13, k22, k23, k33)
+    return Gains(one / k33, p1, p2, p3, h11, h12, h13, h22, h23, h33)
 
 
 @wp.func
@@ -140,20 +141,19 @@ def pressed(
     Arguments as in `gains_of`; m and lm are the inverse masses of the upper and the lower body,
     v and o with u or l their velocities and angular velocities.
     """
-    zero = real(0.0)
-    at = seen(vu, ou, ru, vl, ol, rl)
-    push = larger(p[2] - gains[0] * (wp.dot(e[2], at) + larger(gap, zero) * rate), zero)
+    zero, g = real(0.0), gains
+    at = e * seen(vu, ou, ru, vl, ol, rl) + Vector(zero, zero, larger(gap, zero) * rate)
+    stop_x = p[0] - g[4] * at[0] - g[5] * at[1] - g[6] * at[2]
+    stop_y = p[1] - g[5] * at[0] - g[7] * at[1] - g[8] * at[2]
+    stop_z = p[2] - g[6] * at[0] - g[8] * at[1] - g[9] * at[2]
+    if holds(stop_x, stop_y, stop_z, mu):
+        return Vector(stop_x, stop_y, stop_z)
+    push = larger(p[2] - g[0] * at[2], zero)
     more = (push - p[2]) * e[2]
     du = ju * wp.cross(ru, more)
     dl = jl * wp.cross(rl, more)
     slip = e * seen(vu + m * more, ou + du, ru, vl - lm * more, ol - dl, rl)
-    bound = mu * push
-    fx = p[0]
-    fy = p[1]
-    if CONE:
-        fx, fy = drag(bound, fx, fy, slip[0], slip[1], gains[1], gains[2], gains[3], gains[4])
-    else:
-        fx, fy = drag_in_box(bound, fx, fy, slip[0], slip[1], gains[1], gains[2], gains[3])
+    fx, fy = drag(mu * push, p[0], p[1], slip[0], slip[1], g[1], g[2], g[3])
     return Vector(fx, fy, push)
 
 
