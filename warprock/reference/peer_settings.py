@@ -63,9 +63,14 @@ class BlenderSettings:
 
 @dataclasses.dataclass(frozen=True)
 class NewtonXpbdSettings:
-    """Settings of `newton-xpbd`."""
+    """Settings of `newton-xpbd`.
 
-    steps_per_second: float = _rate(2400.0)
+    Its velocities come from differences of places in float32. Where a step moves a block by less
+    than these resolve, it stands still: at 2400 steps a second block B2 of the paper, let go at
+    0.99 of its slenderness angle, never falls; at 480 it does.
+    """
+
+    steps_per_second: float = _rate(960.0)
     iterations: int = _sweeps(10)
 
 
