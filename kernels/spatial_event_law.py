@@ -25,7 +25,7 @@ corner_matrix, sliding_corner = slide.corner_matrix, slide.sliding_corner
 swinging, slipping = slide.swinging, slide.slipping
 EDGE, FLAT, FLYING = contact.EDGE, contact.FLAT, contact.FLYING
 
-SWEEPS = 20000
+SWEEPS = 5000
 """Sweeps of the Gauss-Seidel iteration before it gives up."""
 SETTLED = real({"float64": 1.0e-13, "float32": 1.0e-6}[PRECISION])
 """Change of the velocities in a sweep, as a part of the largest, at which it ends."""

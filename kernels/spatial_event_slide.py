@@ -277,6 +277,10 @@ def sliding_face(body: Body, start: Corners, v: Three, w: Three):
     """Directions in which the corners of a flat block slide, and what presses them; if settled."""
     dirs = start
     n = Shares(real(0.25), real(0.25), real(0.25), real(0.25)) * larger(-v[2], real(0.0))
+    hold = body.friction * larger(-v[2], real(0.0))
+    for _again in range(3):
+        _v, _w, n0, _s = slid(body, FLAT, body.friction, start, n, v, w)
+        n = n0
     change = real(1.0)
     tries = int(0)
     while change > real(10.0) * ALIKE and tries < TURNS:
@@ -284,7 +288,9 @@ def sliding_face(body: Body, start: Corners, v: Three, w: Three):
         change = wp.length(n1 - n) / larger(size(v[2]), TINY)
         n = n1
         for k in range(4):
-            d = along(corner_velocity(body, v1, w1, k))
+            # Held back by what friction could change: where sliding has hardly begun, round-off
+            # would turn the directions of next to no velocity at will.
+            d = along(corner_velocity(body, v1, w1, k) + hold * dirs[k])
             change = larger(change, size(d[0] - dirs[k, 0]) + size(d[1] - dirs[k, 1]))
             dirs[k] = Three(d[0], d[1], real(0.0))
         tries += 1
