@@ -77,7 +77,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         "numpy pandas pyarrow scipy",
     ),
     "maps": (
-        ("warprock/overturning*.py",),
+        ("warprock/overturning*.py", "warprock/spectrum.py"),
         "errors foundation settings cases batch runs",
         "numpy pandas pyarrow",
     ),

@@ -213,6 +213,13 @@ def _read_column(key: str, value: object, source: str, place: str) -> Numbers | 
         raise InputError(
             source, place, key, f"must be label.NAME or one of {', '.join(SWEEP_KEYS)}{near}"
         )
+    return read_values(reader, value, source, place)
+
+
+def read_values(
+    reader: NumberKey | TextKey, value: object, source: str, place: str
+) -> Numbers | Texts:
+    """The values of a list or of a grid; arguments and errors as in `read_list`."""
     if isinstance(value, Mapping) and isinstance(reader, NumberKey):
         return _read_grid(reader, value, source, place)
     if not isinstance(value, list):
@@ -310,6 +317,37 @@ def _read_grid(reader: NumberKey, grid: Mapping[str, object], source: str, place
     else:
         values = np.linspace(low.value, high.value, count)
     return Numbers(values, low.dimension, grid["from"])
+
+
+def crossed_labels(axes: Sequence[Axis], taken: AbstractSet[int], source: str) -> tuple[str, ...]:
+    """Labels of every combination along some axes, first axis slowest; one text without any.
+
+    Args:
+        axes: All axes of a case.
+        taken: Numbers of those that are left out.
+        source: The case file, for the error text.
+
+    Raises:
+        InputError: One of the axes has no label to name its values by.
+    """
+    texts = [""]
+    for number, axis in enumerate(axes):
+        if number in taken:
+            continue
+        labels = [
+            column
+            for key, column in axis.columns.items()
+            if key.startswith(LABEL) and isinstance(column, Texts)
+        ]
+        if not labels:
+            allowed = "must have a label.NAME: each of its values is a panel of the figure"
+            raise InputError(source, f"sweep[{number}]", Said("no label"), allowed)
+        names = [
+            ", ".join(label.values[label.codes[at]] for label in labels)
+            for at in range(axis.length)
+        ]
+        texts = [", ".join(filter(None, (text, name))) for text in texts for name in names]
+    return tuple(texts)
 
 
 def axis_shape(axes: Sequence[Axis]) -> tuple[int, ...]:

@@ -26,6 +26,7 @@ from warprock.case_ensemble import Ensemble, read_ensemble
 from warprock.case_keys import EXCLUSIVE, KEYS, NOTHING, Said, did_you_mean, general_key
 from warprock.case_sample import read_sample
 from warprock.case_settings import ENGINES, PEERS, read_settings
+from warprock.case_spectrum import read_spectrum
 from warprock.case_study import Study, read_study
 from warprock.case_tables import (
     APART,
@@ -197,6 +198,7 @@ def build_case(
     """A case from what was written, judged as by `load_case`; arguments as in `Case`."""
     source_of = functools.partial(_source_of, file=file, overridden=overridden)
     axes = read_axes(raw.get("sweep", []), source_of("sweep"))
+    axes += read_spectrum(raw, axes, source_of)
     axes += read_sample(raw, axes, source_of)
     tables = _read_tables(raw, axes, source_of)
     ensemble = read_ensemble(raw, axes, tables, source_of)

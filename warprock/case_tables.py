@@ -94,7 +94,7 @@ def _single_or_stack(block: object) -> str:
     return STACK if numbered or isinstance(block, Stack) else SINGLE
 
 
-APART = ("sweep", "sample", "ensemble", "study")
+APART = ("sweep", "spectrum", "sample", "ensemble", "study")
 """Tables of a case that have readers of their own."""
 
 SINGLE, STACK = "single", "stack"

@@ -23,7 +23,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock import rocking
-from warprock.axes import LABEL, Texts
+from warprock.axes import crossed_labels
 from warprock.batch import run_batch
 from warprock.case import Case
 from warprock.case_keys import Said
@@ -221,26 +221,4 @@ def _layout(case: Case) -> tuple[tuple[str, ...], npt.NDArray[np.intp]]:
     lanes = np.arange(case.lane_count, dtype=np.intp).reshape(case.shape)
     lanes = np.moveaxis(lanes, (places[FREQUENCY], places[AMPLITUDE]), (-2, -1))
     lanes = lanes.reshape(-1, *lanes.shape[-2:])
-    return _group_texts(case, set(places.values())), lanes
-
-
-def _group_texts(case: Case, taken: set[int]) -> tuple[str, ...]:
-    """Labels of the axes that are none of the map's, crossed."""
-    texts = [""]
-    for number, axis in enumerate(case.axes):
-        if number in taken:
-            continue
-        labels = [
-            column
-            for key, column in axis.columns.items()
-            if key.startswith(LABEL) and isinstance(column, Texts)
-        ]
-        if not labels:
-            allowed = "must have a label.NAME: each of its values is a panel of the map"
-            raise InputError(case.source_of("sweep"), f"sweep[{number}]", Said("no label"), allowed)
-        names = [
-            ", ".join(label.values[label.codes[at]] for label in labels)
-            for at in range(axis.length)
-        ]
-        texts = [", ".join(filter(None, (text, name))) for text in texts for name in names]
-    return tuple(texts)
+    return crossed_labels(case.axes, set(places.values()), source), lanes

@@ -1,0 +1,113 @@
+"""The figure of rocking spectra."""
+
+from __future__ import annotations
+
+import pathlib
+import textwrap
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from warprock.report.plots import (
+    BLUE,
+    FIGURE_TITLE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    RED,
+    SKY,
+    drawing,
+    legend_below,
+    save,
+)
+from warprock.response import USABLE, Outcome
+from warprock.spectrum import Spectrum
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+COLORS = (BLUE, RED, GREEN, ORANGE, PURPLE, SKY)
+DASHES = ("-", (0, (4, 2)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)))
+FALLEN_AT = 1.2
+"""Where blocks that overturned are marked, above all that stood."""
+COLUMNS = 2
+_LETTERS = 13
+"""Letters of a title in an inch of its figure."""
+
+
+def draw_spectrum(path: pathlib.Path, found: Spectrum) -> pathlib.Path:
+    """Draws every group of curves in a panel of its own.
+
+    Args:
+        path: File to write.
+        found: The spectra.
+
+    Returns:
+        The file.
+    """
+    columns = min(COLUMNS, len(found.groups))
+    rows = -(-len(found.groups) // columns)
+    width = 1.4 + 5.2 * columns
+    with drawing() as plt:
+        figure, panels = plt.subplots(
+            rows,
+            columns,
+            figsize=(width, 1.7 + 3.0 * rows),
+            sharex=True,
+            sharey=True,
+            squeeze=False,
+            layout="constrained",
+        )
+        for number, axes in enumerate(panels.flat):
+            axes.set_visible(number < len(found.groups))
+            if number < len(found.groups):
+                _draw_group(axes, found, number)
+        for axes in panels[:, 0]:
+            axes.set_ylabel("peak rotation / slenderness angle [-]")
+        for number in range(max(0, len(found.groups) - columns), len(found.groups)):
+            panels.flat[number].xaxis.set_tick_params(labelbottom=True)
+            panels.flat[number].set_xlabel(r"2$\pi$ / $p$ [s]: larger blocks to the right")
+        legend_below(figure, panels.flat[0], columns=3 * columns)
+        about = (
+            f"{found.engine}; {found.lane_set.lanes.lane_count:,} blocks, a curve a slenderness "
+            f"angle; angular velocity kept at an impact: {_restitution(found)}; crosses at the "
+            "top: blocks that overturned"
+        )
+        lines = [textwrap.fill(text, int(_LETTERS * width)) for text in (found.case.title, about)]
+        figure.suptitle("\n".join(lines), **FIGURE_TITLE)
+        return save(figure, path)
+
+
+def _restitution(found: Spectrum) -> str:
+    """What a case gives, or whose closed form it is."""
+    if not found.lane_set.scene.restitution_given:
+        return "Housner's closed form"
+    known = found.lane_set.inputs["angular_restitution"]
+    return ", ".join(sorted({f"{value:.3g}" for value in known}))
+
+
+def _draw_group(axes: Axes, found: Spectrum, group: int) -> None:
+    """The curves of one group; a curve is broken where its blocks overturned."""
+    fell = found.response["outcome"] == Outcome.OVERTURNED
+    usable = np.isin(found.response["status"], USABLE)
+    drawn = np.where(fell | ~usable, np.nan, found.ratio)
+    for number, (curve, lanes) in enumerate(zip(found.curves, found.lanes[group], strict=True)):
+        color = COLORS[number % len(COLORS)]
+        style = DASHES[(number // len(COLORS)) % len(DASHES)]
+        name = f"slenderness {curve}"
+        at = found.period[lanes]
+        line: dict[str, Any] = {"color": color, "linestyle": style, "linewidth": 1.3, "label": name}
+        # Dots, too: a block that stands between two that fell has no line.
+        axes.plot(at, drawn[lanes], marker=".", markersize=2.5, **line)
+        high = FALLEN_AT + 0.035 * number
+        gone = lanes[fell[lanes] & usable[lanes]]
+        if len(gone):
+            up = np.full(len(gone), high)
+            axes.plot(found.period[gone], up, "x", color=color, markersize=3.0, clip_on=False)
+    axes.axhline(1.0, color="#999999", linewidth=0.8, linestyle=":")
+    top = FALLEN_AT + 0.035 * len(found.curves)
+    largest = float(np.nanmax(drawn[found.lanes].ravel(), initial=0.0))
+    anything_fell = bool(np.any(fell[found.lanes]))
+    axes.set_ylim(0.0, top if anything_fell or largest > 0.5 else 1.15 * max(largest, 1e-3))
+    axes.set_xlim(found.period.min(), found.period.max())
+    axes.set_title(found.groups[group], loc="left")

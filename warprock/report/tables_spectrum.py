@@ -1,0 +1,87 @@
+"""Rocking spectra on the terminal and as files."""
+
+from __future__ import annotations
+
+import dataclasses
+import pathlib
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from rich.console import Console
+
+from warprock.report.tables import number, plain_table, stdout
+from warprock.response import USABLE, Outcome
+from warprock.results import write_results
+from warprock.spectrum import Spectrum
+from warprock.store import count_words, lane_table
+
+PERIODS_SHOWN = 16
+"""Periods that are printed, an even selection."""
+FELL, NOTHING = "fell", "-"
+
+
+def spectrum_table(found: Spectrum) -> pd.DataFrame:
+    """The lane table, with `period_s`, 2 pi / p."""
+    table = lane_table(found.lane_set, found.response)
+    named = table.assign(period_s=found.period)
+    meaning = {"unit": "s", "text": "2 pi / frequency parameter"}
+    named.attrs["columns"] = table.attrs["columns"] | {"period_s": meaning}
+    return named
+
+
+def spectrum_facts(found: Spectrum) -> dict[str, Any]:
+    """What ran and what came of it, ready for JSON."""
+    options = found.options
+    return {
+        "engine": {"name": found.engine, "settings": dataclasses.asdict(options["settings"])},
+        "precision": options["precision"],
+        "device": options["device"],
+        "groups": list(found.groups),
+        "curves": list(found.curves),
+        "lanes": found.lane_set.lanes.lane_count,
+        "outcome": count_words(found.response, "outcome"),
+        "status": count_words(found.response, "status"),
+        "wall_time_s": found.wall_time,
+    }
+
+
+def write_spectrum(found: Spectrum, folder: pathlib.Path) -> list[pathlib.Path]:
+    """Writes every lane, and what ran."""
+    tables = {"spectrum": spectrum_table(found)}
+    return write_results(folder, found.case, tables, spectrum_facts(found))
+
+
+def print_spectrum(
+    found: Spectrum, files: Sequence[pathlib.Path], console: Console | None = None
+) -> None:
+    """Prints the curves beside one another, at an even selection of the periods.
+
+    Args:
+        found: The spectra.
+        files: Files that were written.
+        console: Where to; the terminal if not given.
+    """
+    out = console or stdout()
+    periods, usable = found.period, np.isin(found.response["status"], USABLE)
+    fell = found.response["outcome"] == Outcome.OVERTURNED
+    ratio = found.ratio
+    for group, lanes in zip(found.groups, found.lanes, strict=True):
+        title = "Peak rotation / slenderness angle" + (f", {group}" if group else "")
+        table = plain_table(f"{found.case.name}, {found.engine}: {title}", ["2 pi / p [s]"])
+        for curve in found.curves:
+            table.add_column(curve, justify="right")
+        last = lanes.shape[1] - 1
+        for place in np.unique(np.linspace(0, last, min(PERIODS_SHOWN, last + 1)).astype(int)):
+            cells = []
+            for lane in lanes[:, place]:
+                cell = FELL if fell[lane] else number(ratio[lane], ".4f")
+                cells.append(cell if usable[lane] else NOTHING)
+            table.add_row(f"{periods[lanes[0, place]]:.3g}", *cells)
+        out.print(table)
+    outcomes = spectrum_facts(found)["outcome"]
+    counts = ", ".join(f"{count:,} {word}" for word, count in outcomes.items() if count)
+    out.print(f"{len(periods):,} lanes: {counts}; {found.wall_time:.1f} s", highlight=False)
+    for path in files:
+        out.print(f"wrote {path}", soft_wrap=True)
