@@ -37,6 +37,7 @@ from warprock.reproduce_runs import (
     write_rows,
     written_number,
 )
+from warprock.reproduce_space import SPACE, run_space
 from warprock.reproduce_stack import STACK_CASES_OF, STACK_MAKERS, stack_evidence
 from warprock.reproduce_study import draw_figures, study_conflict
 from warprock.reproduce_times import run_times
@@ -45,6 +46,7 @@ from warprock.study import COLUMNS as STUDY_COLUMNS
 CASES_OF: dict[str, tuple[str, ...]] = {
     "table6": (PULSE,),
     "table7": (SINE,),
+    "table7-spatial": (SINE, SPACE),
     "fig4": (B0, SENSITIVITY),
     "fig5": (B123,),
     "fig7": (PULSE,),
@@ -222,6 +224,7 @@ def _figure4(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction
 _MAKERS: dict[str, Callable[[str, PaperRuns, pathlib.Path], Reproduction]] = {
     "table6": _table6,
     "table7": _table7,
+    "table7-spatial": run_space,
     "fig4": _figure4,
     "fig5": _figure(figures.figure5, CASES_OF["fig5"]),
     "fig7": _figure(figures.figure7, CASES_OF["fig7"]),

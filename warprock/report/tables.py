@@ -55,6 +55,7 @@ def print_reproduction(found: Mapping[str, Any], console: Console | None = None)
     """
     from warprock.report.tables_dem import print_dem_study
     from warprock.report.tables_section6 import print_section6
+    from warprock.report.tables_space import print_space
     from warprock.report.tables_study import print_families, print_studies, print_times
 
     out = console or stdout()
@@ -71,6 +72,8 @@ def print_reproduction(found: Mapping[str, Any], console: Console | None = None)
             print_times(out, mine)
         elif target == "dem":
             print_dem_study(out, mine)
+        elif target == "table7-spatial":
+            print_space(out, mine)
         kind = _CASE_OF_TARGET.get(target)
         if kind is None:
             print_section6(out, target, mine)
