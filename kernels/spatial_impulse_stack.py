@@ -48,7 +48,7 @@ Matrix = wp.types.matrix(shape=(3, 3), dtype=real)
 Attitude = wp.types.vector(length=4, dtype=real)
 Gains = wp.types.vector(length=10, dtype=real)
 
-SETTLED = real(1.0e-15)
+SETTLED = real(1.0e-14)
 """Change of the impulses in a sweep, over their size, that is round-off."""
 CONTACTS = 8
 """Contacts of an interface: as many as two rectangles share corners."""

@@ -28,7 +28,7 @@ from warprock.scene import scene_kind
 from warprock.units import GRAVITY
 
 LEAST_GAIN = 3.0
-"""Packed over plain rate below which a pack is no vector code; 9 to 16 with 512-bit vectors."""
+"""Packed over plain rate below which a pack is no vector code; 7 to 13 with 512-bit vectors."""
 
 
 def run(
@@ -316,19 +316,6 @@ def test_a_tall_stack_stands() -> None:
     # It sinks and shifts by what the sweeps of one step leave, not by more.
     assert np.max(found["peak_slide"]) <= 1e-3
     assert np.max(found["peak_tilt"]) <= 1e-3
-
-
-def test_a_stack_of_one_is_the_single_block() -> None:
-    single = spatial_lanes(0.3, 1.0, friction=0.8)
-    stack = spatial_stack([0.3], [1.0], friction=0.8)
-    motions = along(sines(Control.ACCELERATION, 0.5 * GRAVITY, 2.0, 1.0))
-    one, other = (
-        run(lanes, motions, SampleTimes(0.8, 0.01), iterations=100) for lanes in (single, stack)
-    )
-    # Other sums, the same sweeps: with all that it takes the same to the last impacts' round-off.
-    gap = np.abs(one["rotation"] - other["rotation"][:, 0]).max()
-    assert one["peak_rotation"][0] > 0.1
-    assert gap <= 1e-6
 
 
 def test_a_planar_stack_in_space_follows_the_planar_one() -> None:
