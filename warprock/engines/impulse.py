@@ -34,6 +34,10 @@ class Impulse(AbstractEngine):
     rest while both corners carry an impulse; it rocks while one carries none. In a stack the same
     holds at the two ends of what two faces share. A lane that gains more energy than it held and
     its base supplied has the status UNSTABLE. What erp lifts counts as a gain.
+
+    In space a block touches at its four corners, and two faces at up to eight points. There a block
+    rocks while one of them is open by more than a step of falling makes, and only lanes on a still
+    base are ever UNSTABLE.
     """
 
     name: ClassVar[str] = "impulse"
