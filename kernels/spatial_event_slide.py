@@ -95,6 +95,28 @@ def sliding_corner(m: Matrix, u: Three, mu: real, start: Two):
 
 
 @wp.func
+def slid_face(body: Body, mu: real, dirs: Corners, pressed: Shares, v: Three, w: Three):
+    """What `slid` returns of a flat block."""
+    zero = real(0.0)
+    p = Three(zero, zero, -v[2])
+    torsion = real(0.0)
+    for k in range(4):
+        fx = -mu * pressed[k] * dirs[k, 0]
+        fy = -mu * pressed[k] * dirs[k, 1]
+        p = p + Three(fx, fy, zero)
+        torsion += body.corners[k, 0] * fy - body.corners[k, 1] * fx
+    spin = body.inertia * w
+    low = -body.corners[0, 2]
+    x = (spin[1] - low * p[0]) / larger(p[2], TINY)
+    y = (-spin[0] - low * p[1]) / larger(p[2], TINY)
+    n = p[2] * face_shares(body, x, y)
+    sound = p[2] >= zero and inside(body, x, y)
+    v1 = Three(v[0] + p[0], v[1] + p[1], zero)
+    w1 = Three(zero, zero, w[2] + torsion / body.inertia[2, 2])
+    return v1, w1, n, sound
+
+
+@wp.func
 def slid(body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: Three, w: Three):
     """Velocities of a block that slides in given directions, and the normal impulses.
 
@@ -110,31 +132,21 @@ def slid(body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: T
     Returns:
         Velocity, angular velocity, normal impulses, whether they can be carried at all.
     """
-    zero, one = real(0.0), real(1.0)
+    zero = real(0.0)
     n = Shares()
     v1 = v
     w1 = w
     sound = bool(True)
     if stance == FLAT:
-        p = Three(zero, zero, -v[2])
-        torsion = real(0.0)
-        for k in range(4):
-            fx = -mu * pressed[k] * dirs[k, 0]
-            fy = -mu * pressed[k] * dirs[k, 1]
-            p = p + Three(fx, fy, zero)
-            torsion += body.corners[k, 0] * fy - body.corners[k, 1] * fx
-        spin = body.inertia * w
-        low = -body.corners[0, 2]
-        x = (spin[1] - low * p[0]) / larger(p[2], TINY)
-        y = (-spin[0] - low * p[1]) / larger(p[2], TINY)
-        n = p[2] * face_shares(body, x, y)
-        sound = p[2] >= zero and inside(body, x, y)
-        v1 = Three(v[0] + p[0], v[1] + p[1], zero)
-        w1 = Three(zero, zero, w[2] + torsion / body.inertia[2, 2])
+        v0, w0, n0, sound0 = slid_face(body, mu, dirs, pressed, v, w)
+        v1 = v0
+        w1 = w0
+        n = n0
+        sound = sound0
     else:
         i = stance % 4
         u = corner_velocity(body, v, w, i)
-        f1 = Three(-mu * dirs[i, 0], -mu * dirs[i, 1], one)
+        f1 = Three(-mu * dirs[i, 0], -mu * dirs[i, 1], real(1.0))
         a11 = answer(body, i, f1, i)[2]
         if stance < EDGE:
             sound = a11 > zero
@@ -142,7 +154,7 @@ def slid(body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: T
         else:
             j = (i + 1) % 4
             u2 = corner_velocity(body, v, w, j)
-            f2 = Three(-mu * dirs[j, 0], -mu * dirs[j, 1], one)
+            f2 = Three(-mu * dirs[j, 0], -mu * dirs[j, 1], real(1.0))
             a12 = answer(body, j, f2, i)[2]
             a21 = answer(body, i, f1, j)[2]
             a22 = answer(body, j, f2, j)[2]
