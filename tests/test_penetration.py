@@ -14,7 +14,7 @@ from warprock.engines.settings import DemSettings, DirectSettings, EventSettings
 from warprock.engines.stack_launching import as_stacks
 from warprock.lanes import Lanes
 from warprock.motion import StillBase
-from warprock.response import SampleTimes
+from warprock.response import USABLE, SampleTimes
 from warprock.units import GRAVITY
 
 FIRST_ORDER = ("impulse", "direct", "xpbd")
@@ -102,3 +102,15 @@ def test_softer_springs_sink_deeper(engine: str, stiffness: str):
     )
     ratio = other["peak_penetration"] / one["peak_penetration"]
     np.testing.assert_allclose(ratio, 100.0, rtol=2e-2)
+
+
+def test_a_corner_that_goes_through_the_ground_is_no_answer():
+    """At a step of 0.1 s a block of 5 cm falls by more than its half size within a step."""
+    engine = "impulse"
+    lanes = make_lanes(np.full(8, 0.05), 0.05 * np.linspace(1.0, 8.0, 8))
+    lanes = dataclasses.replace(lanes, rotation_start=0.9 * lanes.slenderness_angle)
+    settings = build_settings(engine, {"frames_per_second": 10.0, "substeps": 0}, "test")
+    found = run_batch(engine, lanes, StillBase(8), SampleTimes(3.0), settings=settings)
+    deep = found["peak_penetration"] > 0.5 * np.minimum(lanes.width, lanes.height)
+    assert deep.any()
+    assert not np.isin(found["status"][deep], USABLE).any()

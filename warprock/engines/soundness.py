@@ -226,7 +226,8 @@ def unstable(
     give back more than `EXPLOSION_BOUND` times what there was at all, or rotations tell of that,
     it is the step's. Where soft contacts let blocks sink below their flat state, or a block falls,
     what they give back for a while counts from there. Besides, see `moved_by_nothing`: what has
-    once begun to rock takes energy from a base that could not have moved it.
+    once begun to rock takes energy from a base that could not have moved it. And see
+    `gone_through`.
 
     Args:
         lanes: Single blocks or stacks.
@@ -253,7 +254,17 @@ def unstable(
     else:
         reached = np.where(rigid, energy_held(lanes, peak_rotation) - held, 0.0)
         found |= exploded(lanes, held, reached)
-    return np.asarray(found | (rigid & moved_by_nothing(lanes, account.pull, peak_rotation)))
+    found |= rigid & moved_by_nothing(lanes, account.pull, peak_rotation)
+    return np.asarray(found | (rigid & gone_through(lanes, account.deepest)))
+
+
+def gone_through(lanes: Lanes, deepest: Array) -> Mask:
+    """Where a corner went deeper into rigid ground than half of its block's least side, [lane].
+
+    A block of which the centre may be below the face it stands on is not held up by it.
+    """
+    least = np.minimum(lanes.width, lanes.height).reshape(lanes.lane_count, -1).min(axis=1)
+    return np.asarray(deepest > 0.5 * least)
 
 
 def stands_still(motions: GroundMotions) -> Mask:
