@@ -17,10 +17,10 @@ length d:
 
 In a plane this is event.py, step by step. What holds beyond it:
 
-- Corners within `TOGETHER` of the base at an impact take part in it. Without that, of two corners
-  of an edge that differ by round-off one would land first, the other a moment later, and what
-  follows a blow on one corner is not what follows a blow on an edge. Apart by more they land one
-  after the other, as rigid corners do.
+- Corners within `TOGETHER` of the base at an impact take part in it, and its law decides among
+  them: a corner, an edge, the face. Corners of an edge that are apart by more land one after the
+  other, often by turns, and the smaller their distance, the closer the outcome is to the blow on
+  the edge: what `TOGETHER` saves is events, not a choice between two answers.
 - A corner that after an impact would rise by less than its part of `rest_gap` before it comes back
   is closed at once, so that blows that follow one another ever faster end.
 - Where an edge lets go of one end, which slides or opens, the friction across the edge that held it
