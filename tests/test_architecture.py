@@ -77,9 +77,9 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         "numpy pandas pyarrow scipy",
     ),
     "maps": (
-        ("warprock/overturning*.py", "warprock/spectrum.py"),
+        ("warprock/overturning*.py", "warprock/spectrum.py", "warprock/sensitivity.py"),
         "errors foundation settings cases batch runs",
-        "numpy pandas pyarrow",
+        "numpy pandas scipy",
     ),
     "checks": (
         ("warprock/checks.py", "warprock/comparison*.py"),
@@ -240,6 +240,7 @@ def test_no_engine_imports_another_engine():
             (
                 *("warprock/reference/", "warprock/records"),
                 *("warprock/sampling", "warprock/ensemble", "warprock/fragility"),
+                "warprock/sensitivity",
             ),
         ),
         ("tables", ("warprock/records/fema_p695",)),

@@ -71,6 +71,7 @@ def test_the_shipped_cases_are_these_and_load():
         "sensitivity-b0",
         "single-continuous-sine",
         "single-sine-pulse",
+        "sobol-single-block",
         "stack-collapse",
         "stack-continuous-sine",
         "stack-continuous-sine-ensemble",

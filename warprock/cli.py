@@ -21,6 +21,7 @@ from warprock.cli_fragility import fragility
 from warprock.cli_incremental import ida
 from warprock.cli_map import overturning_map
 from warprock.cli_records import records
+from warprock.cli_sensitivity import sensitivity
 from warprock.cli_spectrum import spectrum
 from warprock.cli_stability import stability
 from warprock.cli_study import run_study_of
@@ -366,6 +367,7 @@ main.add_command(records)
 main.add_command(fragility)
 main.add_command(ida)
 main.add_command(overturning_map)
+main.add_command(sensitivity)
 main.add_command(spectrum)
 main.add_command(stability)
 main.add_command(sweep)

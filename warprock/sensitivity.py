@@ -1,0 +1,241 @@
+"""Sobol' indices of a case with a [sample]: which of its inputs explain the variance of a result.
+
+The first-order index of an input is the share of the variance that would go if it alone were known,
+the total index the share that would stay if all others were. Both come from Saltelli's design: two
+samples A and B of n points, and for each input A with that input's column from B, n (d + 2) lanes
+(Saltelli et al. 2010, Variance based sensitivity analysis of model output, *Computer Physics
+Communications* 181). A and B are the two halves of one sample of twice the inputs.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from warprock.axes import Axis, crossed_labels
+from warprock.case import Case
+from warprock.case_keys import NOTHING, Said
+from warprock.errors import InputError
+from warprock.expansion import LaneSet, expand_lanes
+from warprock.response import USABLE, Outcome, Response, SampleTimes
+from warprock.runner import require_options, require_support, run_lane_set
+from warprock.sampling import Sample
+from warprock.store import lane_table
+
+Array = npt.NDArray[np.float64]
+
+PEAK, OVERTURNED = "peak_rotation_ratio", "overturned"
+FEWEST = 16
+"""Points of a sample, at least: fewer say nothing."""
+MOST_LANES = 20_000_000
+BAND = (5.0, 95.0)
+"""Percentiles that bound the bands of the indices."""
+
+
+@dataclasses.dataclass(frozen=True)
+class SaltelliSample(Sample):
+    """The points of A, of B, and of A with one column from B each, behind one another.
+
+    Attributes:
+        base: A and B side by side: a sample of twice as many dimensions.
+    """
+
+    base: Sample
+
+    def points(self, numbers: npt.NDArray[np.intp]) -> Array:
+        """Some points, from 0 to less than 1, shape [point, dimension]; see `Sample.points`."""
+        part, row = np.divmod(numbers, self.base.count)
+        both = self.base.points(row)
+        first, second = both[:, : self.dimensions], both[:, self.dimensions :]
+        changed = (part[:, None] == 1) | (part[:, None] == 2 + np.arange(self.dimensions))
+        return np.where(changed, second, first)
+
+
+def saltelli_case(case: Case) -> Case:
+    """The case with the lanes of Saltelli's design in place of those of its sample.
+
+    Raises:
+        InputError: The case has no sample, one of another number of points than a power of 2 from
+            16, or one that makes too many lanes.
+    """
+    if not case.axes or case.axes[-1].sample is None:
+        allowed = "must be given: what its inputs are drawn from"
+        raise InputError(case.file, "sample", NOTHING, allowed)
+    axis = case.axes[-1]
+    sample, inputs = axis.sample, len(axis.columns)
+    assert sample is not None
+    count, key = sample.count, "sample.lanes"
+    if count < FEWEST or count & (count - 1):
+        allowed = f"must be a power of 2, at least {FEWEST}, for Sobol' indices"
+        raise InputError(case.source_of(key), key, count, allowed)
+    length = count * (inputs + 2)
+    lanes = case.lane_count // count * length
+    if lanes > MOST_LANES:
+        allowed = f"must make at most {MOST_LANES:,} lanes, lanes x (inputs + 2)"
+        raise InputError(case.source_of(key), key, Said(f"{lanes:,} lanes"), allowed)
+    base = dataclasses.replace(sample, dimensions=2 * inputs)
+    design = SaltelliSample(sample.sampling, sample.seed, length, inputs, base)
+    axes = (*case.axes[:-1], Axis(axis.columns, length, design))
+    tables = case.tables.model_copy(update={"check": ()})
+    return dataclasses.replace(case, axes=axes, tables=tables)
+
+
+@dataclasses.dataclass(frozen=True)
+class Sensitivity:
+    """Sobol' indices of a case.
+
+    Attributes:
+        case: The case as it was given.
+        engine: Name of the engine.
+        options: What the batch ran with: settings, precision, device and worker threads.
+        of: Column whose variance is explained.
+        rows: One row a group and input: `group`, `input`, `first_order`, `total`, and the ends of
+            their bands, `first_order_p05` and so on.
+        groups: One row a group: `group`, `lanes`, `mean`, `standard_deviation`, `overturned`.
+        wall_time: Time that the lanes took [s].
+    """
+
+    case: Case
+    engine: str
+    options: dict[str, Any]
+    of: str
+    rows: pd.DataFrame
+    groups: pd.DataFrame
+    wall_time: float
+
+
+def run_sensitivity(
+    case: Case,
+    engine: str,
+    *,
+    of: str = PEAK,
+    resamples: int = 200,
+    precision: str = "float64",
+    device: str = "cpu",
+    workers: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Sensitivity:
+    """Runs the lanes of the design and explains the variance of a result.
+
+    Args:
+        case: A case with a [sample].
+        engine: Name of the engine.
+        of: A column of the lane table that holds a result, or "overturned", 1 where the block did.
+        resamples: Samples of rows of the design, for the bands.
+        precision: "float64" or "float32".
+        device: Warp device.
+        workers: Worker threads; None uses the cores at hand.
+        progress: Called with the number of lanes finished so far.
+
+    Raises:
+        InputError: The case has no sample that can be used, an option is not one of those allowed,
+            or a lane has no number in that column.
+    """
+    require_options(engine, precision=precision, device=device, workers=workers)
+    design = saltelli_case(case)
+    groups = crossed_labels(case.axes, {len(case.axes) - 1}, case.source_of("sweep"))
+    lane_set = expand_lanes(design)
+    require_support(case, lane_set, engine)
+    options = {
+        "settings": case.engine_settings(engine),
+        "precision": precision,
+        "device": device,
+        "workers": workers,
+    }
+    started = time.perf_counter()
+    times = SampleTimes(lane_set.times.duration)
+    response = run_lane_set(engine, lane_set, times, estimate=False, progress=progress, **options)
+    wall_time = time.perf_counter() - started
+    values = _values(case, lane_set, response, of)
+    inputs = list(design.axes[-1].columns)
+    values = values.reshape(len(groups), len(inputs) + 2, -1)
+    seed = np.random.SeedSequence(lane_set.lanes.lane_count)
+    rows = [
+        {"group": group, "input": name, **index}
+        for group, mine, child in zip(groups, values, seed.spawn(len(groups)), strict=True)
+        for name, index in zip(inputs, indices(mine, resamples, child), strict=True)
+    ]
+    fell = (response["outcome"] == Outcome.OVERTURNED).reshape(len(groups), -1)
+    found = pd.DataFrame(
+        {
+            "group": list(groups),
+            "lanes": fell.shape[1],
+            "mean": values[:, :2].mean(axis=(1, 2)),
+            "standard_deviation": values[:, :2].std(axis=(1, 2)),
+            "overturned": fell.sum(axis=1),
+        }
+    )
+    return Sensitivity(case, engine, options, of, pd.DataFrame(rows), found, wall_time)
+
+
+def _values(case: Case, lane_set: LaneSet, response: Response, of: str) -> Array:
+    """The result of every lane, shape [lane].
+
+    Raises:
+        InputError: There is no such column, or a lane without a number in it.
+    """
+    bad = ~np.isin(response["status"], USABLE)
+    if bad.any():
+        got = Said(f"{bad.sum()} lanes without a usable number")
+        raise InputError(case.file, "status", got, "must be none: a design has no gaps")
+    if of == OVERTURNED:
+        return np.asarray(response["outcome"] == Outcome.OVERTURNED, dtype=np.float64)
+    table = lane_table(lane_set, response)
+    known = [str(name) for name in table.select_dtypes("number").columns]
+    known = [name for name in known if name not in {"lane", *map(str, lane_set.inputs.columns)}]
+    if of not in known:
+        raise InputError("--of", "", of, f"must be {OVERTURNED} or one of {', '.join(known)}")
+    values = table[of].to_numpy(dtype=np.float64)
+    if not np.all(np.isfinite(values)):
+        got = Said(f"{np.sum(~np.isfinite(values))} lanes without a number")
+        raise InputError("--of", of, got, "must be a number in every lane")
+    return values
+
+
+def indices(
+    values: Array, resamples: int, seed: np.random.SeedSequence | int
+) -> list[dict[str, float]]:
+    """First-order and total indices of every input, with bands over resampled rows of the design.
+
+    Args:
+        values: Results of A, of B, and of A with each column from B, shape [input + 2, row]; the
+            rows are a power of 2.
+        resamples: Samples of rows.
+        seed: Their seed.
+
+    Returns:
+        For each input `first_order`, `total` and the ends of their bands; NaN where nothing varies.
+    """
+    rows = values.shape[1]
+    rng = np.random.default_rng(seed)
+    drawn = [rng.integers(0, rows, rows) for _ in range(resamples)]
+    first, total = _indices(values)
+    bands = np.array([_indices(values[:, each]) for each in drawn])
+    low, high = np.nanpercentile(bands, BAND, axis=0) if np.ptp(values[:2]) > 0.0 else bands[:2]
+    return [
+        {
+            "first_order": float(first[k]),
+            "first_order_p05": float(low[0, k]),
+            "first_order_p95": float(high[0, k]),
+            "total": float(total[k]),
+            "total_p05": float(low[1, k]),
+            "total_p95": float(high[1, k]),
+        }
+        for k in range(len(values) - 2)
+    ]
+
+
+def _indices(values: Array) -> tuple[Array, Array]:
+    from scipy.stats import sobol_indices
+
+    if np.ptp(values[:2]) == 0.0:
+        return (np.full(len(values) - 2, np.nan),) * 2
+    parts = {"f_A": values[:1], "f_B": values[1:2], "f_AB": values[2:, None]}
+    found = sobol_indices(func=parts, n=values.shape[1])  # type: ignore[arg-type]
+    return found.first_order.ravel(), found.total_order.ravel()
