@@ -39,7 +39,7 @@ OTHERS = {
     "newton-kamino": 480,
     "newton-mujoco": 480,
 }
-"""The other solvers, with steps a second at which each is within 2 % of Housner over 0.4 s."""
+"""The other solvers, with steps a second at which each is near Housner's over 0.4 s."""
 
 
 def run(
@@ -159,8 +159,8 @@ def test_the_other_solvers_rock_as_housner_says(name: str) -> None:
         pytest.skip("mujoco_warp is not installed; newton[sim] installs it")
     lanes, motions = three_blocks(), StillBase(3)
     response = run(name, lanes, motions, steps_per_second=OTHERS[name])
-    # Twice what was measured of the worst of them, leaving room for versions.
-    assert errors(lanes, motions, response).max() <= 4e-2
+    # Twice what was measured of the worst of them, 1.1e-2, leaves room for versions.
+    assert errors(lanes, motions, response).max() <= 2.2e-2
     slender = make_lanes(0.17, 1.0)
     pulse = sines(Control.DISPLACEMENT, 6e-3, 5.0, 1.0)
     times = SampleTimes(0.2, 0.01)
@@ -168,4 +168,5 @@ def test_the_other_solvers_rock_as_housner_says(name: str) -> None:
     reference = run_batch("housner", slender, pulse, times)["rotation"][0]
     angle = slender.slenderness_angle[0]
     assert np.abs(reference).max() > 0.1 * angle
-    assert np.abs(found - reference).max() <= 0.03 * angle
+    # Here 1.4e-2, with the slip that friction 1 allows.
+    assert np.abs(found - reference).max() <= 2.8e-2 * angle

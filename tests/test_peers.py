@@ -29,8 +29,10 @@ from warprock.reference.peer_programs import PROGRAMS, PeerAnswer, run_program
 from warprock.reference.peer_settings import PEER_SETTINGS
 from warprock.response import LANE_FIELDS, Outcome, SampleTimes, Status
 
-EXTRAS = {"mujoco": "mujoco", "bullet": "pybullet", "blender": "bpy"}
+EXTRAS = {"mujoco": "mujoco", "bullet": "pybullet"}
 """Extra, the name of a program -> the package that it installs."""
+PACKAGES = EXTRAS | {"blender": "bpy"}
+"""Name of a program -> its package."""
 
 OURS = {"engine": "event", "error": 5e-5, "cpu_s_per_simulated_s": 1.0}
 OURS["cpu_s_per_simulated_s_alone"] = 2.0
@@ -45,8 +47,8 @@ def absent(monkeypatch: pytest.MonkeyPatch, package: str) -> None:
 
 def present(program: str) -> str:
     """A program whose package is there; the test is skipped where it is not."""
-    if importlib.util.find_spec(EXTRAS[program]) is None:
-        pytest.skip(f"{EXTRAS[program]} is not installed; the extra [{program}] installs it")
+    if importlib.util.find_spec(PACKAGES[program]) is None:
+        pytest.skip(f"{PACKAGES[program]} is not installed; {PROGRAMS[program].install} does it")
     return program
 
 
@@ -72,7 +74,7 @@ def test_every_program_of_an_extra_is_no_dependency(root: Any) -> None:
     extras = project["optional-dependencies"]
     for extra, package in EXTRAS.items():
         assert PROGRAMS[extra].packages == (package,)
-        assert PROGRAMS[extra].install == f"warprock[{extra}]"
+        assert PROGRAMS[extra].install == f'pip install "warprock[{extra}]"'
         assert [spec.partition(">")[0] for spec in extras[extra]] == [package]
         others = [*project["dependencies"], *extras["test"], *extras["dev"]]
         assert not [spec for spec in others if package in spec]
@@ -80,11 +82,11 @@ def test_every_program_of_an_extra_is_no_dependency(root: Any) -> None:
     assert not PROGRAMS.keys() & ENGINES.keys()
 
 
-@pytest.mark.parametrize("program", EXTRAS)
-def test_an_absent_program_is_one_line_that_names_its_extra(
+@pytest.mark.parametrize("program", PACKAGES)
+def test_an_absent_program_is_one_line_that_says_how_to_install_it(
     program: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    absent(monkeypatch, EXTRAS[program])
+    absent(monkeypatch, PACKAGES[program])
     assert not PROGRAMS[program].installed
     with pytest.raises(ImportError) as caught:
         run(program, make_lanes(0.5, 1.0, 0.5), StillBase(1), SHORT)
@@ -92,12 +94,12 @@ def test_an_absent_program_is_one_line_that_names_its_extra(
         compare(load_case("free-b0"), ["event", program])
     for text in (str(caught.value), str(refused.value)):
         assert "\n" not in text
-        assert EXTRAS[program] in text
-        assert f"warprock[{program}]" in text
+        assert PACKAGES[program] in text
+        assert PROGRAMS[program].install in text
     result = CliRunner().invoke(main, ["list", "--json"])
     rows = {row["name"]: row for row in json.loads(result.stdout)["programs"]}
     assert not rows[program]["installed"]
-    assert f"warprock[{program}]" in rows[program]["needs"]
+    assert rows[program]["needs"] == PROGRAMS[program].install
     assert rows["newton-xpbd"]["installed"]
 
 
@@ -143,7 +145,7 @@ def test_blender_rocks_with_a_box_and_a_hull_but_not_with_a_mesh() -> None:
     assert margin >= 0.1
 
 
-@pytest.mark.parametrize("program", EXTRAS)
+@pytest.mark.parametrize("program", PACKAGES)
 def test_a_program_carries_the_velocity_step_of_a_sine(program: str) -> None:
     """The paper's 5 Hz pulses: a table that moved without a velocity would leave the block flat.
 
@@ -162,7 +164,7 @@ def test_a_program_carries_the_velocity_step_of_a_sine(program: str) -> None:
     assert 4799.9 < answer.steps_per_s < 5000.1
 
 
-@pytest.mark.parametrize("program", EXTRAS)
+@pytest.mark.parametrize("program", PACKAGES)
 def test_a_program_feels_gravity_friction_and_the_end(program: str) -> None:
     """A flat block stays; on ice a block turns sooner; beyond its critical angle it falls."""
     lanes = make_lanes(0.5, 0.75, np.array([0.0, 0.5, 0.5, 1.01]), [1.0, 1.0, 1e-4, 1.0])
@@ -217,7 +219,7 @@ def test_a_program_comes_to_what_event_says_in_space(program: str, scene: str) -
     assert np.abs(exact["rotation_across"]).max() > 0.05 * lanes.slenderness_angle[0]
 
 
-@pytest.mark.parametrize("program", EXTRAS)
+@pytest.mark.parametrize("program", PACKAGES)
 def test_compare_runs_a_stack_in_a_program(program: str) -> None:
     case = ("stack-sine-pulse", "-s", "run.duration=0.3 s", "-s", "motion.frequency=5 Hz")
     options = (

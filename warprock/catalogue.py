@@ -123,11 +123,10 @@ def _engine_row(name: str) -> dict[str, Any]:
 
 def _program_row(name: str) -> dict[str, Any]:
     program = PROGRAMS[name]
-    needs = "" if program.installed else f'pip install "{program.install}"'
     return {
         "name": name,
         "installed": program.installed,
-        "needs": needs,
+        "needs": "" if program.installed else program.install,
         "summary": program.text,
     }
 

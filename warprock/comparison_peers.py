@@ -47,7 +47,7 @@ def require_programs(names: Iterable[str]) -> None:
         if name in PROGRAMS and not PROGRAMS[name].installed:
             program = PROGRAMS[name]
             absent = " and ".join(p for p in program.packages if not program.has(p))
-            allowed = f'needs {absent}, which pip install "{program.install}" installs'
+            allowed = f"needs {absent}, which {program.install} installs"
             raise InputError(OPTION, "", name, allowed)
 
 

@@ -106,7 +106,7 @@ def run(
 
         from warprock.reference.newton_scene import NewtonScene
     except ImportError as error:
-        raise missing("newton", "warprock", error) from None
+        raise missing("newton", 'pip install "warprock"', error) from None
     for scene in scenes:
         if len({block.friction for block in scene.blocks}) > 1:
             raise DeclinedError("it needs one friction coefficient for all blocks of a lane")
@@ -124,7 +124,7 @@ def run(
     try:
         solver = solver_kind.make(newton.solvers, built.model, settings)
     except ImportError as error:
-        raise missing("newton", "newton[sim]", error) from None
+        raise missing("newton", 'pip install "newton[sim]"', error) from None
     seen, cpu_s = _march(newton, wp, built, solver, solver_kind, scenes, steps, finished)
     count = scenes[0].frame_count * steps
     return [

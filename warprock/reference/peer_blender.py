@@ -1,9 +1,10 @@
-"""Blender's rigid-body world, of the extra `blender`, in a process of its own.
+"""Blender's rigid-body world, through bpy, in a process of its own.
 
 It is Bullet in float32 with Blender's ways around it: it has frames, between which the base moves
 along straight lines and after which results exist, and sub-steps in each. bpy is a whole program
 that takes over the process it is imported into, so `peer_blender_process` runs it in another one;
-scenes go there, and poses come back, as JSON.
+scenes go there, and poses come back, as JSON. It is no extra, as bpy asks for a NumPy that is too
+old for pyarrow; without its dependencies it is installed beside ours, and does not need them here.
 
 The collision shape is Blender's box, its convex hull, or a mesh of triangles; its body takes its
 inertia from that shape, so a block with chamfers has the inertia of a box as wide as its faces: for
@@ -37,6 +38,7 @@ from warprock.reference.peer_settings import BlenderSettings
 from warprock.units import GRAVITY
 
 PROCESS = pathlib.Path(__file__).with_name("peer_blender_process.py")
+INSTALL = 'pip install --no-deps "bpy==4.5.*"'
 SHAPES = ("BOX", "CONVEX_HULL", "MESH")
 """Blender's names of the collision shapes, by their number in the settings."""
 
@@ -57,12 +59,12 @@ def run(
         Poses at the frames of each scene, and the CPU time of its frames.
 
     Raises:
-        ImportError: bpy is not installed; one line that names the extra.
+        ImportError: bpy is not installed; one line that says how to install it.
         DeclinedError: A centre of mass beside the middle of a box.
         ChildProcessError: The process failed; one line with the last that it said.
     """
     if importlib.util.find_spec("bpy") is None:
-        raise missing("bpy", "warprock[blender]", ModuleNotFoundError("No module named 'bpy'"))
+        raise missing("bpy", INSTALL, ModuleNotFoundError("No module named 'bpy'"))
     if settings.collision_shape == 0 and any(any(b.middle) for s in scenes for b in s.blocks):
         raise DeclinedError(
             "its box has its centre of mass in the middle; peers.blender.collision_shape = 1, the "

@@ -60,7 +60,7 @@ def run(
     try:
         import pybullet
     except ImportError as error:
-        raise missing("pybullet", "warprock[bullet]", error) from None
+        raise missing("pybullet", 'pip install "warprock[bullet]"', error) from None
     runs = []
     for scene in scenes:
         world = pybullet.connect(pybullet.DIRECT)

@@ -77,7 +77,7 @@ def run(
     try:
         import mujoco
     except ImportError as error:
-        raise missing("mujoco", "warprock[mujoco]", error) from None
+        raise missing("mujoco", 'pip install "warprock[mujoco]"', error) from None
     runs = []
     for scene in scenes:
         runs.append(_run_scene(mujoco, scene, settings))

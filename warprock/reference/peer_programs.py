@@ -26,7 +26,7 @@ class Program:
     Attributes:
         module: Module of its adapter, which has `run`.
         packages: Packages that have to be there.
-        install: What installs them.
+        install: The command that installs them.
         text: What it is, in one line.
     """
 
@@ -46,33 +46,33 @@ class Program:
 
 
 def _newton(text: str) -> Program:
-    return Program("warprock.reference.newton_run", ("newton",), "warprock", text)
+    return Program("warprock.reference.newton_run", ("newton",), 'pip install "warprock"', text)
 
 
 PROGRAMS: dict[str, Program] = {
     "mujoco": Program(
         "warprock.reference.peer_mujoco",
         ("mujoco",),
-        "warprock[mujoco]",
+        'pip install "warprock[mujoco]"',
         "MuJoCo: soft convex contacts, Newton's method, elliptic cones.",
     ),
     "bullet": Program(
         "warprock.reference.peer_bullet",
         ("pybullet",),
-        "warprock[bullet]",
+        'pip install "warprock[bullet]"',
         "Bullet through pybullet: sequential impulses.",
     ),
     "blender": Program(
         "warprock.reference.peer_blender",
         ("bpy",),
-        "warprock[blender]",
+        'pip install --no-deps "bpy==4.5.*"',
         "Blender's rigid-body world, in a process of its own: Bullet in float32.",
     ),
     "newton-xpbd": _newton("Newton's SolverXPBD: contacts as position constraints."),
     "newton-mujoco": Program(
         "warprock.reference.newton_run",
         ("newton", "mujoco_warp"),
-        "newton[sim]",
+        'pip install "newton[sim]"',
         "Newton's SolverMuJoCo: MuJoCo's contacts on Warp.",
     ),
     "newton-vbd": _newton("Newton's SolverVBD: vertex block descent with an augmented Lagrangian."),

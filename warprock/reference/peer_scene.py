@@ -162,10 +162,10 @@ def frames_per_sample(times: SampleTimes) -> int:
     return 1 if times.interval is None else math.ceil(times.interval / FRAME_LONGEST - 1e-9)
 
 
-def missing(package: str, install: str, error: Exception) -> ImportError:
-    """What to raise where a program cannot be imported: one line that says how to install it."""
+def missing(package: str, command: str, error: Exception) -> ImportError:
+    """What to raise where a program cannot be imported: one line with the command that mends it."""
     reason = " ".join(str(error).split())
-    return ImportError(f'{package}: {reason}; pip install "{install}" installs it')
+    return ImportError(f"{package}: {reason}; {command} installs it")
 
 
 def multiplied_frictions(scene: PeerScene) -> list[float]:
