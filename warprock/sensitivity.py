@@ -154,24 +154,35 @@ def run_sensitivity(
     wall_time = time.perf_counter() - started
     values = _values(case, lane_set, response, of)
     inputs = list(design.axes[-1].columns)
-    values = values.reshape(len(groups), len(inputs) + 2, -1)
-    seed = np.random.SeedSequence(lane_set.lanes.lane_count)
+    fell = response["outcome"] == Outcome.OVERTURNED
+    tables = _tables(values, fell, groups, inputs, resamples)
+    return Sensitivity(case, engine, options, of, *tables, wall_time)
+
+
+def _tables(
+    values: Array,
+    fell: npt.NDArray[np.bool_],
+    groups: tuple[str, ...],
+    inputs: list[str],
+    resamples: int,
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Rows and groups of a `Sensitivity`, from the results of all lanes."""
+    split = values.reshape(len(groups), len(inputs) + 2, -1)
+    seeds = np.random.SeedSequence(len(values)).spawn(len(groups))
     rows = [
         {"group": group, "input": name, **index}
-        for group, mine, child in zip(groups, values, seed.spawn(len(groups)), strict=True)
-        for name, index in zip(inputs, indices(mine, resamples, child), strict=True)
+        for group, mine, seed in zip(groups, split, seeds, strict=True)
+        for name, index in zip(inputs, indices(mine, resamples, seed), strict=True)
     ]
-    fell = (response["outcome"] == Outcome.OVERTURNED).reshape(len(groups), -1)
-    found = pd.DataFrame(
-        {
-            "group": list(groups),
-            "lanes": fell.shape[1],
-            "mean": values[:, :2].mean(axis=(1, 2)),
-            "standard_deviation": values[:, :2].std(axis=(1, 2)),
-            "overturned": fell.sum(axis=1),
-        }
-    )
-    return Sensitivity(case, engine, options, of, pd.DataFrame(rows), found, wall_time)
+    samples = split[:, :2].reshape(len(groups), -1)
+    found = {
+        "group": list(groups),
+        "lanes": split[0].size,
+        "mean": samples.mean(axis=1),
+        "standard_deviation": samples.std(axis=1),
+        "overturned": fell.reshape(len(groups), -1).sum(axis=1),
+    }
+    return pd.DataFrame(rows), pd.DataFrame(found)
 
 
 def _values(case: Case, lane_set: LaneSet, response: Response, of: str) -> Array:
