@@ -189,13 +189,16 @@ def corner_event(
     cut = real(NEVER)
     lands = bool(False)
     closes = bool(False)
+    start = larger(g0, zero)
+    bend = (g1 - start - r0 * d) / larger(d * d, TINY)
     if g1 < smaller(g0, zero) - reach and d > near:
-        cut = first_root(larger(g0, zero), r0, g1, d)
-        bend = (g1 - larger(g0, zero) - r0 * d) / (d * d)
-        closes = g0 <= grain and (r0 <= zero or r0 * r0 <= real(-4.0) * bend * rest)
+        cut = first_root(start, r0, g1, d)
+        closes = g0 <= grain and r0 <= zero
     elif g1 <= reach and r1 < zero:
         lands = True
-    return cut, lands, closes
+    # Whether it comes back in this step or in a later one: that must not depend on the step.
+    hops = r0 > zero and r0 * r0 <= real(-4.0) * bend * rest
+    return cut, lands, closes or (g0 <= grain and hops and d > near)
 
 
 @wp.func
