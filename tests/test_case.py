@@ -61,6 +61,7 @@ def refusal(file, *overrides):
 
 def test_the_shipped_cases_are_these_and_load():
     assert case_names() == [
+        "fragility-fema-p695",
         "fragility-five-blocks",
         "free-b0",
         "free-b1-b3",
@@ -140,7 +141,9 @@ def test_a_case_is_found_by_folder_and_by_file(write, tmp_path):
 
 def test_no_such_case():
     error = refusal("free-b2")
-    assert str(error).startswith("CASE: got 'free-b2', must be a shipped case (fragility-five-blocks, ")
+    assert str(error).startswith(
+        "CASE: got 'free-b2', must be a shipped case (fragility-fema-p695, "
+    )
     assert "did you mean free-b0?" in str(error)
 
 
@@ -224,7 +227,11 @@ BAD_ADDITIONS = [
         "must not be given beside start.rotation",
     ),
     ("[start]\nrotation_ratio = 1\n", "start.rotation_ratio", "less than 1"),
-    ('[[check]]\nkind = "peek"\n', "check[0].kind", "got 'peek', must be peaks, housner or boundaries"),
+    (
+        '[[check]]\nkind = "peek"\n',
+        "check[0].kind",
+        "got 'peek', must be peaks, housner or boundaries",
+    ),
     ("[[check]]\n", "check[0].kind", "got nothing, must be peaks, housner or boundaries"),
     (
         '[[check]]\nkind = "housner"\nengine = "impulse"\nbecause = "b"\nlimit = 1.0\n',

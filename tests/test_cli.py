@@ -16,6 +16,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from tests.blocks import single_block_engines
+from tests.shipped import RUNNABLE_CASES
 from warprock.case import case_names, template_kinds
 from warprock.cli import main
 from warprock.engines import ENGINES
@@ -241,7 +242,7 @@ def test_list_names_every_case_and_engine():
     assert all(name in printed for name in (*case_names(), *ENGINES))
 
 
-@pytest.mark.parametrize("name", case_names())
+@pytest.mark.parametrize("name", RUNNABLE_CASES)
 def test_explain_says_what_runs_or_why_not(name: str):
     found = json.loads(invoke("explain", name, "--json").stdout)
     assert found["lanes"] == math.prod(axis["length"] for axis in found["sweep"])

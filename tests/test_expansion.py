@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from tests.shipped import RUNNABLE_CASES
 from warprock import case_keys
-from warprock.case import case_names, load_case
+from warprock.case import load_case
 from warprock.case_motions import case_records
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
@@ -26,7 +27,7 @@ friction = 1.0
 duration = "5 s"
 """
 
-ANALYTIC_CASES = [name for name in case_names() if name != "record-ridgecrest"]
+ANALYTIC_CASES = [name for name in RUNNABLE_CASES if name != "record-ridgecrest"]
 
 
 @pytest.fixture

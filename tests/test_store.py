@@ -12,8 +12,9 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
+from tests.shipped import RUNNABLE_CASES
 from warprock import machine, store
-from warprock.case import case_names, load_case
+from warprock.case import load_case
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
 from warprock.response import FIELDS, LANE_FIELDS, Outcome, Response, Status
@@ -72,7 +73,7 @@ def test_units_are_in_the_metadata_and_in_the_names(folder: pathlib.Path):
     assert schema.field("block").metadata[b"text"] == b"Label of the case"
 
 
-@pytest.mark.parametrize("name", case_names())
+@pytest.mark.parametrize("name", RUNNABLE_CASES)
 def test_no_input_goes_without_a_meaning(name: str):
     lane_set = expand_lanes(load_case(name))
     label = store.input_meaning("a label")
