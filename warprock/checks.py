@@ -154,6 +154,10 @@ _NAMING_COLUMNS = {
     "record": "",
     "scale": "x",
     "rotation_ratio_start": "of slenderness",
+    "rotation_across_start_rad": "rad across",
+    "yaw_start_rad": "rad of yaw",
+    "amplitude_mm_y": "mm across",
+    "amplitude_mm_z": "mm upwards",
 }
 """Input columns that name a lane when they vary, and their units."""
 
