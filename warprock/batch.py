@@ -6,6 +6,7 @@ A lane's result does not depend on its chunk, its place or the number of workers
 from __future__ import annotations
 
 import concurrent.futures
+import threading
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -21,6 +22,9 @@ CHUNK_STEPS = 2.0e7
 
 STEPS_PER_SECOND_OF_MOTION = 250.0
 """Rough steps of one lane in a second of motion where the engine has no time step of its own."""
+
+_WARMING_UP = threading.Lock()
+"""Threads that run batches of their own must not build the same kernel at once."""
 
 LANE_QUANTUM = 32
 """Chunks are a multiple of the lanes of a pack."""
@@ -80,7 +84,8 @@ def run_batch(
     else:
         # A launch on a GPU is parallel in itself: one worker, one chunk.
         threads, size = 1, chunk_size or count
-    built.warm_up(lanes, motions)
+    with _WARMING_UP:
+        built.warm_up(lanes, motions)
     slices = [slice(low, min(low + size, count)) for low in range(0, count, size)]
 
     def run_chunk(part: slice) -> Response:

@@ -11,6 +11,7 @@ import functools
 import importlib.util
 import logging
 import pathlib
+import threading
 from collections.abc import Iterator
 from typing import Any
 
@@ -18,6 +19,8 @@ from warprock import machine
 from warprock.errors import InputError
 from warprock.sweep_plan import Plan, read_plan, require_same_software
 from warprock.sweep_run import Progress, RunChunks, run_chunk
+
+_ONE_CHUNK = threading.Lock()
 
 LOCAL = "local"
 """What asks for a cluster of processes on this machine."""
@@ -44,7 +47,7 @@ def run_on_dask(
         folder: Folder of the sweep; the workers must see it under the same path.
         address: Address of a scheduler, or `LOCAL`.
         workers: Processes of a local cluster, the cores at hand where None; threads of a chunk on
-            any other, 1 where None.
+            any other, those that each of its workers has where None.
 
     Raises:
         InputError: Dask is not installed.
@@ -63,14 +66,18 @@ def run_on_dask(
                     place,
                     plan.id,
                     number,
-                    1 if address == LOCAL else workers or 1,
+                    1 if address == LOCAL else workers,
                     key=f"warprock-{plan.id[:12]}-{number}",
                     pure=False,
                 ): number
                 for number in numbers
             }
             for task in distributed.as_completed(tasks):
-                task.result()
+                try:
+                    task.result()
+                except distributed.KilledWorker as error:
+                    chunk = f"chunk {tasks[task]}: its workers died, out of memory perhaps"
+                    raise OSError(f"{chunk}; what is done is kept: {error}") from error
                 before += len(plan.lanes_of(tasks[task]))
                 progress(before)
 
@@ -105,9 +112,13 @@ def _client(address: str, workers: int | None) -> Iterator[Any]:
         yield client
 
 
-def _run_task(folder: str, plan_id: str, number: int, workers: int) -> None:
-    """One chunk, on a worker of the cluster."""
-    run_chunk(_plan(folder, plan_id), pathlib.Path(folder), number, workers=workers)
+def _run_task(folder: str, plan_id: str, number: int, workers: int | None) -> None:
+    """One chunk, on a worker of the cluster, which does one at a time on all of its threads."""
+    import distributed
+
+    threads = workers or int(distributed.get_worker().state.nthreads)
+    with _ONE_CHUNK:
+        run_chunk(_plan(folder, plan_id), pathlib.Path(folder), number, workers=threads)
 
 
 @functools.lru_cache(maxsize=4)
