@@ -102,7 +102,19 @@ def test_a_template_is_a_commented_case_that_loads(kind, write):
 
 
 def test_the_kinds_of_templates():
-    kinds = ["ensemble", "free", "pulse", "record", "sample", "spatial", "stack", "study", "sweep"]
+    kinds = [
+        "ensemble",
+        "free",
+        "map",
+        "pulse",
+        "record",
+        "sample",
+        "spatial",
+        "spectrum",
+        "stack",
+        "study",
+        "sweep",
+    ]
     assert template_kinds() == kinds
     with pytest.raises(
         InputError, match=r"KIND: got 'fre', must be one of ensemble, free, .* mean free\?"
