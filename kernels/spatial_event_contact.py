@@ -13,8 +13,8 @@ next (4 + k), flat (8), or nowhere (9). What may hold is tried, larger stances f
        the rectangle, which leaves all n >= 0 as long as the centre of pressure lies in it;
     2. one end of an edge sticks, the other slides, which it can only across the edge: what turns
        the block about the end that sticks is kept but for the moment of the other's impulse;
-    3. all that touch slide, p = n (-friction d, 1), d the directions in which the corners end up:
-       on a corner Newton's method for the angle of d, on an edge and flat an iteration;
+    3. all that touch slide, p = n (-friction d, 1), d the directions in which the corners end up,
+       found by Newton's method;
     4. else corner by corner, each solved exactly, until nothing changes (block Gauss-Seidel).
 
 A corner that touches and is not held must not sink. Where several states obey the law, the first
@@ -121,6 +121,22 @@ def stance_of(mask: int) -> int:
 def corner_velocity(body: Body, v: Three, w: Three, k: int) -> Three:
     """Velocity of a corner [m/s]."""
     return v + wp.cross(w, body.corners[k])
+
+
+@wp.func
+def answer(body: Body, k: int, p: Three, at: int) -> Three:
+    """Velocity that an impulse at corner k gives to corner `at`."""
+    return p + wp.cross(body.inverse * wp.cross(body.corners[k], p), body.corners[at])
+
+
+@wp.func
+def corner_matrix(body: Body, k: int) -> Matrix:
+    """Velocities of corner k by unit impulses there, column by column."""
+    zero, one = real(0.0), real(1.0)
+    x = answer(body, k, Three(one, zero, zero), k)
+    y = answer(body, k, Three(zero, one, zero), k)
+    z = answer(body, k, Three(zero, zero, one), k)
+    return Matrix(x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2])
 
 
 @wp.func

@@ -21,7 +21,7 @@ Two, Three, Matrix = contact.Two, contact.Three, contact.Matrix
 Corners, Body, Held = contact.Corners, contact.Body, contact.Held
 mask_of, stance_of, corner_velocity = contact.mask_of, contact.stance_of, contact.corner_velocity
 along, sinks, sticking, begun = contact.along, contact.sinks, contact.sticking, contact.begun
-corner_matrix, sliding_corner = slide.corner_matrix, slide.sliding_corner
+corner_matrix, sliding_corner = contact.corner_matrix, slide.sliding_corner
 swinging, slipping = slide.swinging, slide.slipping
 EDGE, FLAT, FLYING = contact.EDGE, contact.FLAT, contact.FLYING
 

@@ -22,8 +22,9 @@ Two, Three, Matrix, Shares = contact.Two, contact.Three, contact.Matrix, contact
 Corners, Body, Held = contact.Corners, contact.Body, contact.Held
 mask_of, corner_velocity, along = contact.mask_of, contact.corner_velocity, contact.along
 sinks, inside, face_shares = contact.sinks, contact.inside, contact.face_shares
-EDGE, FLAT = contact.EDGE, contact.FLAT
+answer, EDGE, FLAT = contact.answer, contact.EDGE, contact.FLAT
 
+HALF = real(0.5)
 TINY = contact.TINY
 ALIKE = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
 """Change of a direction [rad] that is round-off."""
@@ -35,22 +36,6 @@ STEEPEST = real(0.5)
 """Largest turn of a direction in one of Newton's steps [rad]."""
 TURNS = 60
 """Steps of Newton's method, or of the iteration for the directions of sliding."""
-
-
-@wp.func
-def answer(body: Body, k: int, p: Three, at: int) -> Three:
-    """Velocity that an impulse at corner k gives to corner `at`."""
-    return p + wp.cross(body.inverse * wp.cross(body.corners[k], p), body.corners[at])
-
-
-@wp.func
-def corner_matrix(body: Body, k: int) -> Matrix:
-    """Velocities of corner k by unit impulses there, column by column."""
-    zero, one = real(0.0), real(1.0)
-    x = answer(body, k, Three(one, zero, zero), k)
-    y = answer(body, k, Three(zero, one, zero), k)
-    z = answer(body, k, Three(zero, zero, one), k)
-    return Matrix(x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2])
 
 
 @wp.func
@@ -285,26 +270,68 @@ def sliding_edge(body: Body, stance: int, start: Corners, v: Three, w: Three, du
 
 
 @wp.func
+def face_correction(body: Body, n: Shares, free: Three, z: Three) -> Three:
+    """Newton's step for the motion (vx, vy, wz) of a flat block that slides, pressed by n.
+
+    z = free - M^-1 sum friction n_k G_k^T d_k, d_k the direction of the velocity G_k z of corner k:
+    the least of a convex function, its slope by the turning of the directions.
+    """
+    one, zero = real(1.0), real(0.0)
+    lighter = one / body.inertia[2, 2]
+    rest = z - free
+    bend = wp.identity(n=3, dtype=real)
+    for k in range(4):
+        x = body.corners[k, 0]
+        y = body.corners[k, 1]
+        ux = z[0] - z[2] * y
+        uy = z[1] + z[2] * x
+        d = along(Three(ux, uy, zero))
+        push = body.friction * n[k]
+        rest = rest + push * Three(d[0], d[1], lighter * (x * d[1] - y * d[0]))
+        t = Three(-d[1], d[0], x * d[0] + y * d[1])
+        stiff = push / larger(wp.sqrt(ux * ux + uy * uy), TINY)
+        bend = bend + stiff * wp.outer(Three(t[0], t[1], lighter * t[2]), t)
+    return -(wp.inverse(bend) * rest)
+
+
+@wp.func
 def sliding_face(body: Body, start: Corners, v: Three, w: Three):
     """Directions in which the corners of a flat block slide, and what presses them; if settled."""
+    zero = real(0.0)
     dirs = start
-    n = Shares(real(0.25), real(0.25), real(0.25), real(0.25)) * larger(-v[2], real(0.0))
-    hold = body.friction * larger(-v[2], real(0.0))
+    for k in range(4):
+        # A block that does not spin slides as it would without friction, only slower.
+        d = along(corner_velocity(body, v, w, k))
+        if d[0] * d[0] + d[1] * d[1] > zero:
+            dirs[k] = Three(d[0], d[1], zero)
+    n = Shares(real(0.25), real(0.25), real(0.25), real(0.25)) * larger(-v[2], zero)
     for _again in range(3):
-        _v, _w, n0, _s = slid(body, FLAT, body.friction, start, n, v, w)
+        v0, w0, n0, _sound = slid(body, FLAT, body.friction, dirs, n, v, w)
         n = n0
+    free = Three(v[0], v[1], w[2])
+    z = Three(v0[0], v0[1], w0[2])
     change = real(1.0)
     tries = int(0)
     while change > real(10.0) * ALIKE and tries < TURNS:
-        v1, w1, n1, _sound = slid(body, FLAT, body.friction, dirs, n, v, w)
-        change = wp.length(n1 - n) / larger(size(v[2]), TINY)
-        n = n1
+        more = face_correction(body, n, free, z)
+        turned = bool(False)
         for k in range(4):
-            # Held back by what friction could change: where sliding has hardly begun, round-off
-            # would turn the directions of next to no velocity at will.
-            d = along(corner_velocity(body, v1, w1, k) + hold * dirs[k])
-            change = larger(change, size(d[0] - dirs[k, 0]) + size(d[1] - dirs[k, 1]))
-            dirs[k] = Three(d[0], d[1], real(0.0))
+            x = body.corners[k, 0]
+            y = body.corners[k, 1]
+            ux = z[0] - z[2] * y
+            uy = z[1] + z[2] * x
+            ahead = ux * (ux + more[0] - more[2] * y) + uy * (uy + more[1] + more[2] * x)
+            turned = turned or ahead < zero
+        # Not past a standstill at once.
+        z = z + more * wp.where(turned, HALF, real(1.0))
+        for k in range(4):
+            u = Three(z[0] - z[2] * body.corners[k, 1], z[1] + z[2] * body.corners[k, 0], zero)
+            d = along(u)
+            dirs[k] = Three(d[0], d[1], zero)
+        _v, _w, n1, _s = slid(body, FLAT, body.friction, dirs, n, v, w)
+        change = wp.length(n1 - n) / larger(size(v[2]), TINY)
+        change = change + wp.length(more) / larger(wp.length(z), TINY)
+        n = n1
         tries += 1
     return dirs, n, change <= GOOD
 
@@ -328,7 +355,7 @@ def slipping(
     if stance < EDGE:
         u = corner_velocity(body, v, w, stance)
         d0 = Two(start[stance, 0], start[stance, 1])
-        _n, d, found = sliding_corner(corner_matrix(body, stance), u, body.friction, d0)
+        _n, d, found = sliding_corner(contact.corner_matrix(body, stance), u, body.friction, d0)
         dirs[stance] = Three(d[0], d[1], zero)
         good = found
     if stance >= EDGE and stance < FLAT:

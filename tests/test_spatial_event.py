@@ -235,6 +235,24 @@ def test_blocks_slide_alike_in_every_direction() -> None:
     assert np.all(response["outcome"] == Outcome.AT_REST)
 
 
+def test_sliding_on_curved_ways_is_second_order() -> None:
+    # Under sines in three directions, the load on the base changing with the vertical one.
+    lanes = spatial_lanes(np.full(2, 0.4), 1.0, [0.3, 0.4], yaw_start=0.2)
+    x, y, z = (
+        sines(Control.ACCELERATION, size * GRAVITY, np.full(2, frequency), 2.0)
+        for size, frequency in ((0.5, 2.0), (0.3, 3.0), (0.3, 5.0))
+    )
+    names = ("residual_slide", "residual_slide_across", "peak_slide")
+    steps, found = (2e-5, 5e-3, 2e-3, 1e-3, 5e-4), []
+    for step in steps:
+        response = respond(lanes, along(x, y, z), SampleTimes(0.4), step)
+        found.append(np.array([response[name] for name in names]))
+    errors = np.array([np.abs(each - found[0]).max() for each in found[1:]])
+    assert np.all(found[0][2] >= 1e-2)
+    assert errors[2] <= 5e-6
+    assert order(errors, np.array(steps[1:])) >= 1.8
+
+
 def dropped(count: int) -> SpatialLanes:
     """Squat blocks that start in the air or on a corner, an edge or the face, turned anyhow."""
     rng = np.random.default_rng(5)
