@@ -109,7 +109,7 @@ def test_scipy_falls_on_the_same_side_of_every_boundary(tmp_path: pathlib.Path):
     found = refine(run_grid(case, "housner"), 1e-6)
     rows = found.boundaries
     assert set(rows["below"]) == {"safe", "with impact"}
-    lane_set = found.lane_set
+    lane_set = found.run.lane_set
     first = dict(zip(found.groups, found.lanes[:, 0, 0], strict=True))
     column = {ratio: n for n, ratio in enumerate(found.frequency_ratio[0])}
     group = {name: n for n, name in enumerate(first)}
@@ -148,11 +148,12 @@ def test_brackets_are_narrow_and_their_ends_are_in_the_modes_that_they_say(tmp_p
 
 def test_lanes_without_a_number_make_no_boundary(tmp_path: pathlib.Path):
     grid = run_grid(written(tmp_path, count=8), "housner")
-    status = np.array(grid.response["status"])
+    status = np.array(grid.run.response["status"])
     weak = grid.lanes[:, :, :4].ravel()
     status[weak] = Status.EVENT_LIMIT
-    fields = {**grid.response.fields, "status": status}
-    lame = dataclasses.replace(grid, response=Response("housner", fields, np.empty(0)))
+    fields = {**grid.run.response.fields, "status": status}
+    answer = Response("housner", fields, np.empty(0))
+    lame = dataclasses.replace(grid, run=dataclasses.replace(grid.run, response=answer))
     assert np.all(lame.mode[:, :, :4] == Mode.NO_NUMBER)
     assert refine(lame, 1e-3).boundaries.empty
     status[weak[::2]] = Status.OK

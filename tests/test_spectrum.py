@@ -85,9 +85,9 @@ def test_blocks_have_the_periods_and_the_angles_that_were_asked_for(tmp_path: pa
 def test_a_block_twice_as_slow_under_a_pulse_twice_as_long_rotates_as_much(tmp_path: pathlib.Path):
     """At one slenderness theta/alpha is a function of omega/p and of a/(g tan(alpha)) alone."""
     one, other = (run_spectrum(written(tmp_path, time=t), "housner") for t in (1.0, 2.0))
-    stood = one.response["outcome"] != Outcome.OVERTURNED
+    stood = one.run.response["outcome"] != Outcome.OVERTURNED
     assert 10 < stood.sum() < len(stood)
-    np.testing.assert_array_equal(one.response["outcome"], other.response["outcome"])
+    np.testing.assert_array_equal(one.run.response["outcome"], other.run.response["outcome"])
     # Round-off, and what few impacts make of it: rocking doubles a difference a few times.
     np.testing.assert_allclose(one.ratio, other.ratio, rtol=1e-8)
     np.testing.assert_allclose(other.period, 2.0 * one.period, rtol=1e-14)
@@ -121,11 +121,11 @@ def test_a_block_that_the_motion_cannot_lift_does_not_rotate(tmp_path: pathlib.P
 def test_scipy_finds_the_same_spectrum(tmp_path: pathlib.Path):
     found = run_spectrum(written(tmp_path), "housner")
     some = found.lanes[0, :, ::6].ravel()
-    lane_set = found.lane_set
+    lane_set = found.run.lane_set
     answer = oracle_response(
         lane_set.lanes.take(some), lane_set.motions.take(some), SampleTimes(8.0), rtol=1e-10
     )
-    np.testing.assert_array_equal(answer["outcome"], found.response["outcome"][some])
+    np.testing.assert_array_equal(answer["outcome"], found.run.response["outcome"][some])
     expected = answer["peak_rotation"] / lane_set.lanes.slenderness_angle[some]
     # The integrator's tolerance, grown by the impacts.
     np.testing.assert_allclose(found.ratio[some], expected, rtol=1e-6)

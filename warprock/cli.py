@@ -12,7 +12,7 @@ import os
 import pathlib
 import sys
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -20,6 +20,13 @@ from warprock import __version__
 from warprock.cli_fragility import fragility
 from warprock.cli_incremental import ida
 from warprock.cli_map import overturning_map
+from warprock.cli_options import (
+    json_option,
+    output_option,
+    run_options,
+    set_option,
+    workers_option,
+)
 from warprock.cli_records import records
 from warprock.cli_sensitivity import sensitivity
 from warprock.cli_spectrum import spectrum
@@ -34,8 +41,6 @@ if TYPE_CHECKING:
     from warprock.trade_choice import Choice
 
 EXIT_FAILED, EXIT_INPUT, EXIT_CHECK, EXIT_INTERRUPTED = 1, 2, 3, 130
-
-Command = TypeVar("Command", bound=Callable[..., Any])
 
 
 class ExitCodes(click.Group):
@@ -66,50 +71,8 @@ def main() -> None:
     """
 
 
-def _json_option(command: Command) -> Command:
-    return click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")(command)
-
-
-def _set_option(command: Command) -> Command:
-    return click.option(
-        "-s",
-        "--set",
-        "overrides",
-        multiple=True,
-        metavar="KEY=VALUE",
-        help='Change a key of the case, such as -s block.height="5.5 m".',
-    )(command)
-
-
-def _run_options(command: Command) -> Command:
-    options = (
-        click.option("--precision", default="float64", show_default=True, help="Or float32."),
-        click.option("--device", default="cpu", show_default=True, help="Warp device."),
-        _workers_option,
-    )
-    for option in reversed(options):
-        command = option(command)
-    return command
-
-
-def _workers_option(command: Command) -> Command:
-    return click.option("--workers", type=int, help="Worker threads; the cores at hand without.")(
-        command
-    )
-
-
-def _output_option(command: Command) -> Command:
-    return click.option(
-        "-o",
-        "--output",
-        "folder",
-        type=click.Path(path_type=pathlib.Path),
-        help="Folder for the results; made if it does not exist.",
-    )(command)
-
-
 @main.command("list")
-@_json_option
+@json_option
 def list_command(as_json: bool) -> None:
     """The shipped cases and the engines."""
     from warprock import catalogue
@@ -121,8 +84,8 @@ def list_command(as_json: bool) -> None:
 
 @main.command()
 @click.argument("case_name", metavar="CASE")
-@_set_option
-@_json_option
+@set_option
+@json_option
 def explain(case_name: str, overrides: tuple[str, ...], as_json: bool) -> None:
     """What a case requires, and which kernels can run it."""
     from warprock import catalogue
@@ -146,9 +109,9 @@ def init(kind: str, path: pathlib.Path | None) -> None:
 @main.command()
 @click.argument("case_name", metavar="CASE")
 @click.option("-e", "--engine", help="Engine; without, housner for one block, event for a stack.")
-@_set_option
-@_output_option
-@_run_options
+@set_option
+@output_option
+@run_options
 @click.option("--history", "lanes", type=int, multiple=True, help="Lane whose history to write.")
 @click.option(
     "--estimate/--no-estimate",
@@ -161,7 +124,7 @@ def init(kind: str, path: pathlib.Path | None) -> None:
     help="Largest error wanted, over the slenderness angle: picks the cheapest engine and settings "
     "that met it in `warprock trade`, of --engine and --precision where given, and tests them.",
 )
-@_json_option
+@json_option
 def run(
     case_name: str,
     engine: str | None,
@@ -250,9 +213,9 @@ def _show_run(
 
 @main.command()
 @click.argument("target")
-@_output_option
-@_workers_option
-@_json_option
+@output_option
+@workers_option
+@json_option
 def reproduce(target: str, folder: pathlib.Path | None, workers: int | None, as_json: bool) -> None:
     """Recompute the seed paper's TARGET: table6, table7, fig4, ... or all.
 
@@ -274,7 +237,7 @@ def reproduce(target: str, folder: pathlib.Path | None, workers: int | None, as_
 
 @main.command()
 @click.argument("case_name", metavar="[CASE]", required=False)
-@_json_option
+@json_option
 @click.pass_context
 def check(ctx: click.Context, case_name: str | None, as_json: bool) -> None:
     """Run the checks that a CASE holds, or those of all shipped cases; exit 3 if one fails."""
@@ -296,8 +259,8 @@ def check(ctx: click.Context, case_name: str | None, as_json: bool) -> None:
 @main.command()
 @click.argument("case_name", metavar="CASE")
 @click.option("-e", "--engine", "engines", multiple=True, required=True, help="Repeat for each.")
-@_set_option
-@_json_option
+@set_option
+@json_option
 def compare(
     case_name: str, engines: tuple[str, ...], overrides: tuple[str, ...], as_json: bool
 ) -> None:
@@ -325,7 +288,7 @@ def compare(
 
 
 @main.command()
-@_json_option
+@json_option
 @click.pass_context
 def doctor(ctx: click.Context, as_json: bool) -> None:
     """Versions, cores, vector instructions, Warp devices, kernel cache, and what is missing."""
@@ -340,8 +303,8 @@ def doctor(ctx: click.Context, as_json: bool) -> None:
 
 @main.group(invoke_without_command=True)
 @click.option("--seconds", default=2.0, show_default=True, help="Time a measurement takes, about.")
-@_workers_option
-@_json_option
+@workers_option
+@json_option
 @click.pass_context
 def bench(ctx: click.Context, seconds: float, workers: int | None, as_json: bool) -> None:
     """What every engine's steps and accuracy cost on this machine, beside peers where installed.

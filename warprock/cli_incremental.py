@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from warprock.cli_options import engine_option, json_option, output_option, run_options, set_option
 from warprock.errors import InputError
 
 if TYPE_CHECKING:
@@ -17,22 +18,9 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("case_name", metavar="CASE")
-@click.option("-e", "--engine", help="Engine; without, housner for one block, event for a stack.")
-@click.option(
-    "-s",
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="KEY=VALUE",
-    help="Change a key of the case, such as -s motion.scale=1.",
-)
-@click.option(
-    "-o",
-    "--output",
-    "folder",
-    type=click.Path(path_type=pathlib.Path),
-    help="Folder for stages, tables and the figure; a stopped analysis goes on from there.",
-)
+@engine_option
+@set_option
+@output_option
 @click.option("--from", "lowest", default=0.1, show_default=True, help="Least factor on a motion.")
 @click.option("--to", "highest", default=10.0, show_default=True, help="Greatest factor.")
 @click.option("--count", default=21, show_default=True, help="Factors of the first stage.")
@@ -48,10 +36,8 @@ if TYPE_CHECKING:
 @click.option("--by", multiple=True, metavar="COLUMN", help="Column that makes groups; repeat.")
 @click.option("--samples", default=1000, show_default=True, help="Bootstrap samples, over records.")
 @click.option("--seed", default=1, show_default=True, help="Seed of the samples.")
-@click.option("--precision", default="float64", show_default=True, help="Or float32.")
-@click.option("--device", default="cpu", show_default=True, help="Warp device.")
-@click.option("--workers", type=int, help="Worker threads; the cores at hand without.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@run_options
+@json_option
 def ida(
     case_name: str,
     engine: str | None,

@@ -6,27 +6,15 @@ import pathlib
 
 import click
 
+from warprock.cli_options import engine_option, json_option, output_option, run_options, set_option
 from warprock.errors import InputError
 
 
 @click.command()
 @click.argument("case_name", metavar="CASE")
-@click.option("-e", "--engine", help="Engine; without, housner for one block, event for a stack.")
-@click.option(
-    "-s",
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="KEY=VALUE",
-    help="Change a key of the case, such as -s sample.lanes=4096.",
-)
-@click.option(
-    "-o",
-    "--output",
-    "folder",
-    type=click.Path(path_type=pathlib.Path),
-    help="Folder for the table and the figure; without, the indices are printed only.",
-)
+@engine_option
+@set_option
+@output_option
 @click.option(
     "--of",
     default="peak_rotation_ratio",
@@ -35,10 +23,8 @@ from warprock.errors import InputError
     help="Result of the lane table, or overturned.",
 )
 @click.option("--resamples", default=200, show_default=True, help="Samples for the bands.")
-@click.option("--precision", default="float64", show_default=True, help="Or float32.")
-@click.option("--device", default="cpu", show_default=True, help="Warp device.")
-@click.option("--workers", type=int, help="Worker threads; the cores at hand without.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@run_options
+@json_option
 def sensitivity(
     case_name: str,
     engine: str | None,
@@ -82,8 +68,11 @@ def sensitivity(
         files = tables_sensitivity.write_sensitivity(found, folder)
         files.append(plots_sensitivity.draw_sensitivity(folder / "sensitivity.png", found))
     if as_json:
-        facts = {"case": case.name, **tables_sensitivity.sensitivity_facts(found)}
-        facts["rows"] = found.rows.to_dict("records")
-        console.print_json(facts | {"files": [str(path) for path in files]})
+        facts = tables_sensitivity.sensitivity_facts(found)
+        console.print_json(
+            facts
+            | {"rows": found.rows.to_dict("records")}
+            | {"files": [str(path) for path in files]}
+        )
     else:
         tables_sensitivity.print_sensitivity(found, files)

@@ -14,9 +14,6 @@ from __future__ import annotations
 
 import dataclasses
 import enum
-import time
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -24,14 +21,13 @@ import pandas as pd
 
 from warprock import rocking
 from warprock.axes import crossed_labels
-from warprock.batch import run_batch
 from warprock.case import Case
 from warprock.case_keys import Said
 from warprock.errors import InputError
 from warprock.expansion import LaneSet, expand_lanes
 from warprock.motion import Control, Waveform
-from warprock.response import USABLE, Outcome, Response, SampleTimes
-from warprock.runner import require_options, require_support
+from warprock.response import USABLE, Outcome, Response
+from warprock.runner import CaseRun, require_options, run_case
 
 Array = npt.NDArray[np.float64]
 Codes = npt.NDArray[np.int8]
@@ -69,11 +65,7 @@ class OverturningMap:
     """A map.
 
     Attributes:
-        case: The case.
-        engine: Name of the engine.
-        options: What the batches run with: settings, precision, device and worker threads.
-        lane_set: The lanes of the grid.
-        response: What became of them.
+        run: The lanes of the grid and what became of them.
         groups: Labels of every group of lanes, a panel each.
         lanes: Numbers of the lanes, weakest first, shape [group, frequency, amplitude].
         boundaries: One row a boundary; see `overturning_boundaries.refine`.
@@ -83,11 +75,7 @@ class OverturningMap:
         wall_time: Time that all took [s].
     """
 
-    case: Case
-    engine: str
-    options: Mapping[str, Any]
-    lane_set: LaneSet
-    response: Response
+    run: CaseRun
     groups: tuple[str, ...]
     lanes: npt.NDArray[np.intp]
     boundaries: pd.DataFrame
@@ -99,19 +87,19 @@ class OverturningMap:
     @property
     def frequency_ratio(self) -> Array:
         """omega_p / p [-], shape [group, frequency]."""
-        inputs = self.lane_set.inputs
+        inputs = self.run.lane_set.inputs
         rate = 2.0 * np.pi * inputs["frequency_hz"] / inputs["frequency_parameter_rad_s"]
         return np.asarray(rate)[self.lanes[:, :, 0]]
 
     @property
     def strength(self) -> Array:
         """a_p / (g tan(alpha)) of the grid [-], shape [group, frequency, amplitude]."""
-        return strengths(self.lane_set)[self.lanes]
+        return strengths(self.run.lane_set)[self.lanes]
 
     @property
     def mode(self) -> Codes:
         """Modes of the grid, same shape."""
-        return modes(self.response)[self.lanes]
+        return modes(self.run.response)[self.lanes]
 
     def closed_form(self, group: int) -> tuple[str, Array] | None:
         """The strength from which a slender block falls without an impact, where there is a form.
@@ -120,7 +108,7 @@ class OverturningMap:
             Name of the pulse and a_p / (g alpha) over `frequency_ratio`; None for pulses other than
             a half or a whole sine of acceleration.
         """
-        first = self.lane_set.inputs.iloc[int(self.lanes[group, 0, 0])]
+        first = self.run.lane_set.inputs.iloc[int(self.lanes[group, 0, 0])]
         if (first["waveform"], first["control"]) != (Waveform.SINE, Control.ACCELERATION):
             return None
         cycles = (first["stop_s"] - first["start_s"]) * first["frequency_hz"]
@@ -157,39 +145,26 @@ def run_grid(
     Raises:
         InputError: An option or a case that no map can be made of.
     """
-    require_options(engine, precision=precision, device=device, workers=workers)
     groups, lanes = _layout(case)
-    started = time.perf_counter()
-    lane_set = expand_lanes(case)
-    require_support(case, lane_set, engine)
-    strength = strengths(lane_set)
-    order = np.argsort(strength[lanes], axis=2, kind="stable")
-    lanes = np.take_along_axis(lanes, order, axis=2)
+    require_options(engine, precision=precision, device=device, workers=workers)
+    strength = strengths(expand_lanes(case))
+    lanes = np.take_along_axis(lanes, np.argsort(strength[lanes], axis=2, kind="stable"), axis=2)
     if not (np.all(strength > 0.0) and np.all(np.diff(strength[lanes], axis=2) > 0.0)):
         allowed = "must move the base, and no two of the same strength, in every lane of a column"
         raise InputError(case.source_of("sweep"), AMPLITUDE, Said("the grid"), allowed)
-    options = {
-        "settings": case.engine_settings(engine),
-        "precision": precision,
-        "device": device,
-        "workers": workers,
-    }
-    times = SampleTimes(lane_set.times.duration)
-    found = OverturningMap(
-        case=case,
-        engine=engine,
-        options=options,
-        lane_set=lane_set,
-        response=run_batch(engine, lane_set.lanes, lane_set.motions, times, **options),
+    run = run_case(
+        case, engine, precision=precision, device=device, workers=workers, histories=False
+    )
+    return OverturningMap(
+        run=run,
         groups=groups,
         lanes=lanes,
         boundaries=pd.DataFrame(),
         tolerance=None,
-        lanes_run=lane_set.lanes.lane_count,
+        lanes_run=lanes.size,
         stages=0,
-        wall_time=0.0,
+        wall_time=run.wall_time,
     )
-    return dataclasses.replace(found, wall_time=time.perf_counter() - started)
 
 
 def _layout(case: Case) -> tuple[tuple[str, ...], npt.NDArray[np.intp]]:

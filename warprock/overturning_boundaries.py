@@ -101,14 +101,17 @@ def refine(
 
 
 def _run_middles(found: OverturningMap, brackets: _Brackets, middle: Array) -> Response:
-    lane_set = found.lane_set
-    factors = middle / strengths(lane_set)[brackets.lane]
+    run, lanes = found.run, brackets.lane
+    factors = middle / strengths(run.lane_set)[lanes]
     return run_batch(
-        found.engine,
-        lane_set.lanes.take(brackets.lane),
-        scaled(lane_set.motions.take(brackets.lane), factors),
-        SampleTimes(lane_set.times.duration),
-        **found.options,
+        run.response.engine,
+        run.lane_set.lanes.take(lanes),
+        scaled(run.lane_set.motions.take(lanes), factors),
+        SampleTimes(run.lane_set.times.duration),
+        settings=run.settings,
+        precision=run.precision,
+        device=run.device,
+        workers=run.workers,
     )
 
 
@@ -159,7 +162,7 @@ def _joined(parts: list[_Brackets]) -> _Brackets:
 def _boundary_table(found: OverturningMap, ready: list[_Brackets]) -> pd.DataFrame:
     brackets = _joined(ready)
     brackets = brackets.take(np.lexsort((brackets.low, brackets.column, brackets.group)))
-    inputs = found.lane_set.inputs.iloc[brackets.lane]
+    inputs = found.run.lane_set.inputs.iloc[brackets.lane]
     middle = 0.5 * (brackets.low + brackets.high)
     peak = inputs["peak_acceleration_m_s2"].to_numpy() * middle
     words = pd.Index([mode.text for mode in Mode])
@@ -201,7 +204,7 @@ def boundaries_at(
         InputError: The case is no map, or there is not exactly one such column.
     """
     grid = run_grid(case, engine, workers=workers)
-    selected = np.isin(grid.lanes[:, :, 0], grid.lane_set.select(where))
+    selected = np.isin(grid.lanes[:, :, 0], grid.run.lane_set.select(where))
     near = np.isclose(grid.frequency_ratio, frequency_ratio, rtol=SAME_FREQUENCY, atol=0.0)
     chosen = selected & near
     if chosen.sum() != 1:

@@ -10,25 +10,16 @@ from typing import Any
 import pandas as pd
 import pyarrow.parquet as pq
 
-from warprock.case import Case
-from warprock.store import (
-    PROVENANCE,
-    arrow_table,
-    case_facts,
-    replacing,
-    require_writable,
-    surroundings,
-)
+from warprock.store import PROVENANCE, arrow_table, replacing, require_writable
 
 
 def write_results(
-    folder: pathlib.Path, case: Case, tables: Mapping[str, pd.DataFrame], facts: Mapping[str, Any]
+    folder: pathlib.Path, tables: Mapping[str, pd.DataFrame], facts: Mapping[str, Any]
 ) -> list[pathlib.Path]:
     """Writes every table twice, NAME.parquet and NAME.csv, and `run.json`.
 
     Args:
         folder: Where to; made if it does not exist.
-        case: The case that was run.
         tables: Name -> table; `attrs["columns"]` may hold the unit and the meaning of columns.
         facts: What ran and what came of it, ready for JSON.
 
@@ -51,8 +42,7 @@ def write_results(
                     pq.write_table(arrow_table(table), temporary)
             written.append(path)
     path = folder / PROVENANCE
-    found = {"case": case_facts(case), **facts, **surroundings(case)}
     with replacing(path) as temporary:
-        text = json.dumps(found, indent=2, ensure_ascii=False)
+        text = json.dumps(facts, indent=2, ensure_ascii=False)
         temporary.write_text(text + "\n", encoding="utf-8")
     return [*written, path]

@@ -10,9 +10,7 @@ Communications* 181). A and B are the two halves of one sample of twice the inpu
 from __future__ import annotations
 
 import dataclasses
-import time
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -22,9 +20,8 @@ from warprock.axes import Axis, crossed_labels
 from warprock.case import Case
 from warprock.case_keys import NOTHING, Said
 from warprock.errors import InputError
-from warprock.expansion import LaneSet, expand_lanes
-from warprock.response import USABLE, Outcome, Response, SampleTimes
-from warprock.runner import require_options, require_support, run_lane_set
+from warprock.response import USABLE, Outcome
+from warprock.runner import CaseRun, run_case
 from warprock.sampling import Sample
 from warprock.store import lane_table
 
@@ -91,23 +88,17 @@ class Sensitivity:
     """Sobol' indices of a case.
 
     Attributes:
-        case: The case as it was given.
-        engine: Name of the engine.
-        options: What the batch ran with: settings, precision, device and worker threads.
+        run: The lanes of the design and what became of them.
         of: Column whose variance is explained.
         rows: One row a group and input: `group`, `input`, `first_order`, `total`, and the ends of
             their bands, `first_order_p05` and so on.
         groups: One row a group: `group`, `lanes`, `mean`, `standard_deviation`, `overturned`.
-        wall_time: Time that the lanes took [s].
     """
 
-    case: Case
-    engine: str
-    options: dict[str, Any]
+    run: CaseRun
     of: str
     rows: pd.DataFrame
     groups: pd.DataFrame
-    wall_time: float
 
 
 def run_sensitivity(
@@ -137,26 +128,20 @@ def run_sensitivity(
         InputError: The case has no sample that can be used, an option is not one of those allowed,
             or a lane has no number in that column.
     """
-    require_options(engine, precision=precision, device=device, workers=workers)
     design = saltelli_case(case)
     groups = crossed_labels(case.axes, {len(case.axes) - 1}, case.source_of("sweep"))
-    lane_set = expand_lanes(design)
-    require_support(case, lane_set, engine)
-    options = {
-        "settings": case.engine_settings(engine),
-        "precision": precision,
-        "device": device,
-        "workers": workers,
-    }
-    started = time.perf_counter()
-    times = SampleTimes(lane_set.times.duration)
-    response = run_lane_set(engine, lane_set, times, estimate=False, progress=progress, **options)
-    wall_time = time.perf_counter() - started
-    values = _values(case, lane_set, response, of)
+    run = run_case(
+        design,
+        engine,
+        precision=precision,
+        device=device,
+        workers=workers,
+        histories=False,
+        progress=progress,
+    )
     inputs = list(design.axes[-1].columns)
-    fell = response["outcome"] == Outcome.OVERTURNED
-    tables = _tables(values, fell, groups, inputs, resamples)
-    return Sensitivity(case, engine, options, of, *tables, wall_time)
+    fell = run.response["outcome"] == Outcome.OVERTURNED
+    return Sensitivity(run, of, *_tables(_values(run, of), fell, groups, inputs, resamples))
 
 
 def _tables(
@@ -185,16 +170,17 @@ def _tables(
     return pd.DataFrame(rows), pd.DataFrame(found)
 
 
-def _values(case: Case, lane_set: LaneSet, response: Response, of: str) -> Array:
+def _values(run: CaseRun, of: str) -> Array:
     """The result of every lane, shape [lane].
 
     Raises:
         InputError: There is no such column, or a lane without a number in it.
     """
+    lane_set, response = run.lane_set, run.response
     bad = ~np.isin(response["status"], USABLE)
     if bad.any():
         got = Said(f"{bad.sum()} lanes without a usable number")
-        raise InputError(case.file, "status", got, "must be none: a design has no gaps")
+        raise InputError(run.case.file, "status", got, "must be none: a design has no gaps")
     if of == OVERTURNED:
         return np.asarray(response["outcome"] == Outcome.OVERTURNED, dtype=np.float64)
     table = lane_table(lane_set, response)

@@ -9,9 +9,7 @@ the limitations of practical design methodologies, *Earthquake Engineering and S
 from __future__ import annotations
 
 import dataclasses
-import time
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,9 +19,7 @@ from warprock.case import Case
 from warprock.case_keys import NOTHING, Said
 from warprock.case_spectrum import SLENDERNESS, SPECTRUM
 from warprock.errors import InputError
-from warprock.expansion import LaneSet, expand_lanes
-from warprock.response import Response, SampleTimes
-from warprock.runner import require_options, require_support, run_lane_set
+from warprock.runner import CaseRun, run_case
 
 Array = npt.NDArray[np.float64]
 
@@ -33,37 +29,29 @@ class Spectrum:
     """The spectra of a case.
 
     Attributes:
-        case: The case.
-        engine: Name of the engine.
-        options: What the batch ran with: settings, precision, device and worker threads.
-        lane_set: Its lanes.
-        response: What became of them.
+        run: The case, its lanes and what became of them.
         groups: Labels of every group of curves, a panel each.
         curves: Slenderness angles of a group, as they were written.
         lanes: Numbers of the lanes, shape [group, curve, period].
-        wall_time: Time that all took [s].
     """
 
-    case: Case
-    engine: str
-    options: dict[str, Any]
-    lane_set: LaneSet
-    response: Response
+    run: CaseRun
     groups: tuple[str, ...]
     curves: tuple[str, ...]
     lanes: npt.NDArray[np.intp]
-    wall_time: float
 
     @property
     def period(self) -> Array:
         """2 pi / p of every lane [s], shape [lane]."""
-        rate = self.lane_set.inputs["frequency_parameter_rad_s"].to_numpy(dtype=np.float64)
+        rate = self.run.lane_set.inputs["frequency_parameter_rad_s"].to_numpy(dtype=np.float64)
         return np.asarray(2.0 * np.pi / rate)
 
     @property
     def ratio(self) -> Array:
         """Peak rotation / slenderness angle of every lane [-], shape [lane]."""
-        return np.asarray(self.response["peak_rotation"] / self.lane_set.lanes.slenderness_angle)
+        return np.asarray(
+            self.run.response["peak_rotation"] / self.run.lane_set.lanes.slenderness_angle
+        )
 
 
 def run_spectrum(
@@ -89,21 +77,17 @@ def run_spectrum(
         InputError: The case has no spectrum, or nothing can be drawn of its other tables; an option
             is not one of those allowed; or the engine cannot do the scene.
     """
-    require_options(engine, precision=precision, device=device, workers=workers)
     groups, curves, lanes = _layout(case)
-    lane_set = expand_lanes(case)
-    require_support(case, lane_set, engine)
-    options = {
-        "settings": case.engine_settings(engine),
-        "precision": precision,
-        "device": device,
-        "workers": workers,
-    }
-    started = time.perf_counter()
-    times = SampleTimes(lane_set.times.duration)
-    response = run_lane_set(engine, lane_set, times, estimate=False, progress=progress, **options)
-    wall_time = time.perf_counter() - started
-    return Spectrum(case, engine, options, lane_set, response, groups, curves, lanes, wall_time)
+    run = run_case(
+        case,
+        engine,
+        precision=precision,
+        device=device,
+        workers=workers,
+        histories=False,
+        progress=progress,
+    )
+    return Spectrum(run, groups, curves, lanes)
 
 
 def _layout(case: Case) -> tuple[tuple[str, ...], tuple[str, ...], npt.NDArray[np.intp]]:

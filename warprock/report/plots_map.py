@@ -86,13 +86,13 @@ def draw_map(path: pathlib.Path, found: OverturningMap) -> pathlib.Path:
 
 
 def _titles(found: OverturningMap) -> tuple[str, str]:
-    lanes = found.lane_set.inputs
+    lanes = found.run.lane_set.inputs
     eta = sorted({f"{value:.3g}" for value in lanes["angular_restitution"]})
     tangents = sorted({f"{np.tan(value):.3g}" for value in lanes["slenderness_angle_rad"]})
     of_pulse = "across: pulse frequency $\\omega_p$ over the block's $p$; up: its peak acceleration"
     return (
-        f"{found.case.title}; {found.engine}, tan $\\alpha$ = {', '.join(tangents)}, angular "
-        f"velocity kept at an impact: {', '.join(eta)}",
+        f"{found.run.case.title}; {found.run.response.engine}, tan $\\alpha$ = "
+        f"{', '.join(tangents)}, angular velocity kept at an impact: {', '.join(eta)}",
         f"{of_pulse}; grid of {len(lanes):,} lanes, {len(found.boundaries):,} boundaries to "
         f"{found.tolerance:g} of their height",
     )

@@ -54,10 +54,12 @@ def draw_sensitivity(path: pathlib.Path, found: Sensitivity) -> pathlib.Path:
         legend_below(figure, panels.flat[0], columns=2)
         lanes = int(groups["lanes"].iloc[0])
         about = (
-            f"Sobol' indices of {found.of}; {found.engine}, {lanes:,} lanes a panel; lines: 5th to "
-            "95th percentile over resampled rows of the design"
+            f"Sobol' indices of {found.of}; {found.run.response.engine}, {lanes:,} lanes a panel; "
+            "lines: 5th to 95th percentile over resampled rows of the design"
         )
-        lines = [textwrap.fill(text, int(_LETTERS * width)) for text in (found.case.title, about)]
+        lines = [
+            textwrap.fill(text, int(_LETTERS * width)) for text in (found.run.case.title, about)
+        ]
         figure.suptitle("\n".join(lines), **FIGURE_TITLE)
         return save(figure, path)
 

@@ -69,27 +69,29 @@ def draw_spectrum(path: pathlib.Path, found: Spectrum) -> pathlib.Path:
             panels.flat[number].set_xlabel(r"2$\pi$ / $p$ [s]: larger blocks to the right")
         legend_below(figure, panels.flat[0], columns=3 * columns)
         about = (
-            f"{found.engine}; {found.lane_set.lanes.lane_count:,} blocks, a curve a slenderness "
+            f"{found.run.response.engine}; {len(found.period):,} blocks, a curve a slenderness "
             f"angle; angular velocity kept at an impact: {_restitution(found)}; crosses at the "
             "top: blocks that overturned"
         )
-        lines = [textwrap.fill(text, int(_LETTERS * width)) for text in (found.case.title, about)]
+        lines = [
+            textwrap.fill(text, int(_LETTERS * width)) for text in (found.run.case.title, about)
+        ]
         figure.suptitle("\n".join(lines), **FIGURE_TITLE)
         return save(figure, path)
 
 
 def _restitution(found: Spectrum) -> str:
     """What a case gives, or whose closed form it is."""
-    if not found.lane_set.scene.restitution_given:
+    if not found.run.lane_set.scene.restitution_given:
         return "Housner's closed form"
-    known = found.lane_set.inputs["angular_restitution"]
+    known = found.run.lane_set.inputs["angular_restitution"]
     return ", ".join(sorted({f"{value:.3g}" for value in known}))
 
 
 def _draw_group(axes: Axes, found: Spectrum, group: int) -> None:
     """The curves of one group; a curve is broken where its blocks overturned."""
-    fell = found.response["outcome"] == Outcome.OVERTURNED
-    usable = np.isin(found.response["status"], USABLE)
+    fell = found.run.response["outcome"] == Outcome.OVERTURNED
+    usable = np.isin(found.run.response["status"], USABLE)
     drawn = np.where(fell | ~usable, np.nan, found.ratio)
     for number, (curve, lanes) in enumerate(zip(found.curves, found.lanes[group], strict=True)):
         color = COLORS[number % len(COLORS)]

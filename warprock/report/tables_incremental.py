@@ -15,6 +15,7 @@ from warprock.incremental_fit import lane_rows, run_rows
 from warprock.report.tables import plain_table, stdout
 from warprock.report.tables_fragility import fit_cells
 from warprock.results import write_results
+from warprock.store import case_facts, surroundings
 
 
 def analysis_facts(found: Analysis) -> dict[str, Any]:
@@ -42,7 +43,8 @@ def write_analysis(
         "curves": run_rows(found, intensity),
         "fragility": rows,
     }
-    return write_results(folder, case, tables, {**analysis_facts(found), "intensity": intensity})
+    facts = {"case": case_facts(case), **analysis_facts(found), "intensity": intensity}
+    return write_results(folder, tables, facts | surroundings(case))
 
 
 def print_analysis(

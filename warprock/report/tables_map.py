@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import pathlib
 from collections.abc import Sequence
 from typing import Any
@@ -14,7 +13,7 @@ from rich.console import Console
 from warprock.overturning import Mode, OverturningMap, modes
 from warprock.report.tables import plain_table, stdout
 from warprock.results import write_results
-from warprock.store import lane_table
+from warprock.store import lane_table, provenance
 
 COLUMNS_SHOWN = 12
 """Frequencies of a group whose boundaries are printed."""
@@ -34,10 +33,10 @@ BOUNDARY_COLUMNS: dict[str, tuple[str, str]] = {
 
 def grid_table(found: OverturningMap) -> pd.DataFrame:
     """The lane table of the grid, with `frequency_ratio` and `mode`."""
-    table = lane_table(found.lane_set, found.response)
+    table = lane_table(found.run.lane_set, found.run.response)
     rate = 2.0 * np.pi * table["frequency_hz"] / table["frequency_parameter_rad_s"]
     words = pd.Index([mode.text for mode in Mode])
-    mode = pd.Categorical.from_codes(modes(found.response), words)
+    mode = pd.Categorical.from_codes(modes(found.run.response), words)
     named = table.assign(frequency_ratio=rate, mode=mode)
     named.attrs["columns"] = table.attrs["columns"] | {
         "frequency_ratio": {"unit": "-", "text": BOUNDARY_COLUMNS["frequency_ratio"][1]},
@@ -49,15 +48,9 @@ def grid_table(found: OverturningMap) -> pd.DataFrame:
 def map_facts(found: OverturningMap) -> dict[str, Any]:
     """What ran and what came of it, ready for JSON."""
     counts = np.bincount(found.mode.ravel(), minlength=len(Mode))
-    return {
-        "engine": {
-            "name": found.engine,
-            "settings": dataclasses.asdict(found.options["settings"]),
-        },
-        "precision": found.options["precision"],
-        "device": found.options["device"],
+    return provenance(found.run) | {
         "groups": list(found.groups),
-        "grid_lanes": found.lane_set.lanes.lane_count,
+        "grid_lanes": found.run.lane_set.lanes.lane_count,
         "lanes_run": found.lanes_run,
         "stages": found.stages,
         "tolerance": found.tolerance,
@@ -74,7 +67,7 @@ def write_map(found: OverturningMap, folder: pathlib.Path) -> list[pathlib.Path]
         name: {"unit": unit, "text": text} for name, (unit, text) in BOUNDARY_COLUMNS.items()
     }
     tables = {"grid": grid_table(found), "boundaries": boundaries}
-    return write_results(folder, found.case, tables, map_facts(found))
+    return write_results(folder, tables, map_facts(found))
 
 
 def print_map(
@@ -91,7 +84,9 @@ def print_map(
     facts = map_facts(found)
     headings = ["omega_p / p", "a_p / (g tan alpha): what becomes of the block from there on"]
     for number, group in enumerate(found.groups):
-        title = f"{found.case.name}, {found.engine}" + (f": {group}" if group else "")
+        title = f"{found.run.case.name}, {found.run.response.engine}" + (
+            f": {group}" if group else ""
+        )
         table = plain_table(title, headings, headings[1:])
         ratios = found.frequency_ratio[number]
         last = len(ratios) - 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import pathlib
 from collections.abc import Sequence
 from typing import Any
@@ -12,6 +11,7 @@ from rich.console import Console
 from warprock.report.tables import number, plain_table, stdout
 from warprock.results import write_results
 from warprock.sensitivity import Sensitivity
+from warprock.store import provenance
 
 _MEANINGS = {
     "group": "Labels of the case",
@@ -23,15 +23,7 @@ _MEANINGS = {
 
 def sensitivity_facts(found: Sensitivity) -> dict[str, Any]:
     """What ran and what came of it, ready for JSON."""
-    options = found.options
-    return {
-        "engine": {"name": found.engine, "settings": dataclasses.asdict(options["settings"])},
-        "precision": options["precision"],
-        "device": options["device"],
-        "of": found.of,
-        "groups": found.groups.to_dict("records"),
-        "wall_time_s": found.wall_time,
-    }
+    return provenance(found.run) | {"of": found.of, "groups": found.groups.to_dict("records")}
 
 
 def write_sensitivity(found: Sensitivity, folder: pathlib.Path) -> list[pathlib.Path]:
@@ -40,7 +32,7 @@ def write_sensitivity(found: Sensitivity, folder: pathlib.Path) -> list[pathlib.
     table.attrs["columns"] = {
         name: {"unit": "-", "text": _text(str(name))} for name in table.columns
     }
-    return write_results(folder, found.case, {"sensitivity": table}, sensitivity_facts(found))
+    return write_results(folder, {"sensitivity": table}, sensitivity_facts(found))
 
 
 def _text(column: str) -> str:
@@ -63,7 +55,8 @@ def print_sensitivity(
     out = console or stdout()
     for _, group in found.groups.iterrows():
         name = f", {group['group']}" if group["group"] else ""
-        title = f"{found.case.name}, {found.engine}{name}: Sobol' indices of {found.of}"
+        title = f"{found.run.case.name}, {found.run.response.engine}{name}"
+        title += f": Sobol' indices of {found.of}"
         table = plain_table(title, ["input", "first order", "total"], ["input"])
         mine = found.rows[found.rows["group"] == group["group"]]
         for _, row in mine.sort_values("total", ascending=False, kind="stable").iterrows():

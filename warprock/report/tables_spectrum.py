@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import pathlib
 from collections.abc import Sequence
 from typing import Any
@@ -15,7 +14,7 @@ from warprock.report.tables import number, plain_table, stdout
 from warprock.response import USABLE, Outcome
 from warprock.results import write_results
 from warprock.spectrum import Spectrum
-from warprock.store import count_words, lane_table
+from warprock.store import lane_table, provenance
 
 PERIODS_SHOWN = 16
 """Periods that are printed, an even selection."""
@@ -24,7 +23,7 @@ FELL, NOTHING = "fell", "-"
 
 def spectrum_table(found: Spectrum) -> pd.DataFrame:
     """The lane table, with `period_s`, 2 pi / p."""
-    table = lane_table(found.lane_set, found.response)
+    table = lane_table(found.run.lane_set, found.run.response)
     named = table.assign(period_s=found.period)
     meaning = {"unit": "s", "text": "2 pi / frequency parameter"}
     named.attrs["columns"] = table.attrs["columns"] | {"period_s": meaning}
@@ -33,24 +32,13 @@ def spectrum_table(found: Spectrum) -> pd.DataFrame:
 
 def spectrum_facts(found: Spectrum) -> dict[str, Any]:
     """What ran and what came of it, ready for JSON."""
-    options = found.options
-    return {
-        "engine": {"name": found.engine, "settings": dataclasses.asdict(options["settings"])},
-        "precision": options["precision"],
-        "device": options["device"],
-        "groups": list(found.groups),
-        "curves": list(found.curves),
-        "lanes": found.lane_set.lanes.lane_count,
-        "outcome": count_words(found.response, "outcome"),
-        "status": count_words(found.response, "status"),
-        "wall_time_s": found.wall_time,
-    }
+    return provenance(found.run) | {"groups": list(found.groups), "curves": list(found.curves)}
 
 
 def write_spectrum(found: Spectrum, folder: pathlib.Path) -> list[pathlib.Path]:
     """Writes every lane, and what ran."""
     tables = {"spectrum": spectrum_table(found)}
-    return write_results(folder, found.case, tables, spectrum_facts(found))
+    return write_results(folder, tables, spectrum_facts(found))
 
 
 def print_spectrum(
@@ -64,12 +52,14 @@ def print_spectrum(
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
-    periods, usable = found.period, np.isin(found.response["status"], USABLE)
-    fell = found.response["outcome"] == Outcome.OVERTURNED
+    periods, usable = found.period, np.isin(found.run.response["status"], USABLE)
+    fell = found.run.response["outcome"] == Outcome.OVERTURNED
     ratio = found.ratio
     for group, lanes in zip(found.groups, found.lanes, strict=True):
         title = "Peak rotation / slenderness angle" + (f", {group}" if group else "")
-        table = plain_table(f"{found.case.name}, {found.engine}: {title}", ["2 pi / p [s]"])
+        table = plain_table(
+            f"{found.run.case.name}, {found.run.response.engine}: {title}", ["2 pi / p [s]"]
+        )
         for curve in found.curves:
             table.add_column(curve, justify="right")
         last = lanes.shape[1] - 1
@@ -82,6 +72,6 @@ def print_spectrum(
         out.print(table)
     outcomes = spectrum_facts(found)["outcome"]
     counts = ", ".join(f"{count:,} {word}" for word, count in outcomes.items() if count)
-    out.print(f"{len(periods):,} lanes: {counts}; {found.wall_time:.1f} s", highlight=False)
+    out.print(f"{len(periods):,} lanes: {counts}; {found.run.wall_time:.1f} s", highlight=False)
     for path in files:
         out.print(f"wrote {path}", soft_wrap=True)
