@@ -26,8 +26,9 @@ In a plane this is event.py, step by step. What holds beyond it:
 - Where an edge lets go of one end, which slides or opens, the friction across the edge that held it
   ends with a jump: that is located. Where corners open or start to slide otherwise forces go on
   without a jump, and need not be.
-- Second order holds while corners stick, slide straight, or turn their way slowly; a corner's last
-  step before it stops on a curved way may be of first order.
+- Second order holds while corners stick, and where they slide: on curved ways too, as long as they
+  do not come nearly to a stand. There the way turns ever faster; steps are cut down to `SHORTEST`,
+  and what is left falls with the step, but not always with its square.
 """
 
 from typing import Any
@@ -54,6 +55,7 @@ Motion, first_root = motion.Motion, event.first_root
 Block, Body, Held = spatial.Block, contact.Body, contact.Held
 Three, Corners = contact.Three, contact.Corners
 mask_of, stance_of, corner_velocity = contact.mask_of, contact.stance_of, contact.corner_velocity
+along = contact.along
 settled = law.settled
 turned, body_at, flown, levelled = moves.turned, moves.body_at, moves.flown, moves.levelled
 foot, placed, upright = moves.foot, moves.placed, moves.upright
@@ -83,6 +85,10 @@ DUST = real({"float64": 1.0e-12, "float32": 1.0e-5}[PRECISION])
 LAST = real(100.0)
 """Speed at which a flat block's sliding ends, as a multiple of what gravity gives in the time by
 which events may be missed."""
+SWERVE = real(0.95)
+"""Cosine of the angle by which a sliding corner's way may turn in a step..."""
+SHORTEST = real(0.01)
+"""...that is longer than this part of the longest one."""
 SOON = real(1.0e-3)
 """Part of a step by which an uplift may be missed: the error is of its square."""
 
@@ -188,6 +194,14 @@ def later_event(
 
 
 @wp.func
+def swerves(block: Block, limits: Limits, u0: Three, u1: Three, d: real) -> bool:
+    """Whether a sliding corner's way turns so sharply in a step that a shorter one pays."""
+    shortest = SHORTEST * limits.longest_step
+    swift = larger(wp.length(u0), wp.length(u1)) > block.friction * limits.gravity * shortest
+    return d > shortest and swift and wp.dot(along(u0), along(u1)) < SWERVE
+
+
+@wp.func
 def watched(
     block: Block, limits: Limits, s: State, reached: State, base: Base, body0: Body, body: Body,
     h: Held, grain: real,
@@ -222,6 +236,9 @@ def watched(
             there, stops = stop_event(u0, u1, base.d, near)
             cut = smaller(cut, there)
             n.slip = n.slip - wp.where(stops, bit, 0)
+            # Of a flat block the corner about which it turns always swerves.
+            if n.stance < FLAT and not stops and swerves(block, limits, u0, u1, base.d):
+                cut = smaller(cut, HALF * base.d)
         fastest = larger(fastest, wp.sqrt(u1[0] * u1[0] + u1[1] * u1[1]))
         faster = larger(faster, wp.sqrt(u0[0] * u0[0] + u0[1] * u0[1]))
     # A flat block that slows down to next to nothing stops as a whole.
