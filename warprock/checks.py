@@ -18,6 +18,7 @@ from warprock.comparison_peers import (
     run_oracle,
     run_peer,
 )
+from warprock.comparison_settings import case_asked, plain_name, require_known
 from warprock.comparison_stack import compare_blocks
 from warprock.engines import ENGINES
 from warprock.ensemble import compare_cells
@@ -111,14 +112,15 @@ class CaseResponses:
             self._progress(self._done + lanes)
 
     def _run(self, engine: str) -> Response:
-        if engine == ORACLE:
-            return run_oracle(self.case, self.lane_set)
-        if engine in PROGRAMS:
-            self.answers[engine] = run_peer(self.case, self.lane_set, engine, self._report)
+        case, name = case_asked(self.case, engine), plain_name(engine)
+        if name == ORACLE:
+            return run_oracle(case, self.lane_set)
+        if name in PROGRAMS:
+            self.answers[engine] = run_peer(case, self.lane_set, name, self._report)
             return self.answers[engine].response
         # An ensemble has too many lanes to hold the histories of.
         histories = None if self.case.ensemble is None else False
-        run = run_case(self.case, engine, workers=self._workers, histories=histories)
+        run = run_case(case, name, workers=self._workers, histories=histories)
         return run.response
 
 
@@ -302,8 +304,8 @@ def compare(
 
     Args:
         case: The case.
-        engines: Engines' names; "oracle" is the SciPy reference, and names in `PROGRAMS` are
-            programs that we did not write.
+        engines: Engines' names, with settings of their own (`case_asked`) or without; "oracle" is
+            the SciPy reference, names in `PROGRAMS` are programs that we did not write.
         workers: Worker threads of a run; None leaves it to the batch runner.
         progress: Called with the number of lanes finished so far in all runs.
 
@@ -318,11 +320,10 @@ def compare(
             ensemble.
         ChildProcessError: A program that runs in a process of its own failed.
     """
-    known = [*ENGINES, ORACLE, *PROGRAMS]
+    require_known(engines, [*ENGINES, ORACLE, *PROGRAMS])
+    require_programs(map(plain_name, engines))
     for engine in engines:
-        if engine not in known:
-            raise InputError("--engine", "", engine, f"allowed: {', '.join(known)}")
-    require_programs(engines)
+        case_asked(case, engine)
     responses = CaseResponses(case, workers, progress=progress)
     if case.ensemble is not None:
         return compare_distributions(responses, engines)
@@ -333,7 +334,10 @@ def compare(
     for engine in engines:
         table = hold(responses.lane_set, responses[engine], responses[reference])
         numbers = table["lane_number"] if stacked or spatial else range(len(table))
-        named = table.assign(lane=[lane_name(responses.lane_set, lane) for lane in numbers])
+        names = [lane_name(responses.lane_set, lane) for lane in numbers]
+        named = table.assign(lane=names, engine=engine)
+        if stacked or spatial:
+            named["reference"] = reference
         rows += [plain_row(row) for row in named.to_dict("records")]
     return {
         "case": case.name,

@@ -268,7 +268,7 @@ def compare(
 
     Stacks and blocks in space are held against the engine that is named first; ensembles, too, cell
     by cell. Programs that we did not write (newton-xpbd, mujoco, bullet, blender, ...; `list` has
-    them) run beside.
+    them) run beside. Settings of one run come behind its name: `-e event@time_step=1e-3`.
     """
     from warprock import checks
     from warprock.case import load_case

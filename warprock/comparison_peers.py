@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from warprock.case import Case
+from warprock.comparison_settings import OPTION, case_asked, plain_name
 from warprock.errors import InputError
 from warprock.expansion import LaneSet
 from warprock.reference.peer_programs import PROGRAMS, PeerAnswer, run_program
 from warprock.reference.peer_scene import DeclinedError
 from warprock.response import Response, SampleTimes
 
-OPTION = "--engine"
 ORACLE = "oracle"
 """Name of the SciPy reference in `compare`; not an engine."""
 
@@ -90,7 +90,7 @@ def cost_rows(case: Case, answers: Mapping[str, PeerAnswer]) -> list[dict[str, A
     return [
         {
             "engine": name,
-            "settings": dataclasses.asdict(case.peer_settings(name)),
+            "settings": dataclasses.asdict(case_asked(case, name).peer_settings(plain_name(name))),
             "steps_per_s": answer.steps_per_s,
             "cpu_s": answer.cpu_s,
             "cpu_s_per_simulated_s": answer.cost,

@@ -57,3 +57,16 @@ def print_stack_comparison(found: Mapping[str, Any], console: Console | None = N
     out.print(f"  * largest |rotation - that of {reference}| / the block's slenderness angle")
     if found["spatial"]:
         out.print("  ** the same of the turn about the vertical over the first 5 s")
+        _print_largest(found, out)
+
+
+def _print_largest(found: Mapping[str, Any], out: Console) -> None:
+    """Prints what a comparison in space comes to: the largest differences of each engine."""
+    names = ("difference_5s_ratio", "difference_across_5s_ratio", "difference_yaw_5s_rad")
+    headings = ["engine", "rotation*", "across*", "yaw** [rad]"]
+    table = plain_table("largest over all lanes, first 5 s", headings, ["engine"])
+    for engine in found["engines"]:
+        mine = [row for row in found["rows"] if row["engine"] == engine]
+        known = ([row[name] for row in mine if row[name] is not None] for name in names)
+        table.add_row(engine, *(number(max(each, default=None), ".1e") for each in known))
+    out.print(table)
