@@ -72,12 +72,16 @@ def test_the_shipped_cases_are_these_and_load():
         "sensitivity-b0",
         "single-continuous-sine",
         "single-sine-pulse",
+        "single-spatial-sine",
         "sobol-single-block",
+        "space-biaxial",
+        "space-free",
         "stack-collapse",
         "stack-continuous-sine",
         "stack-continuous-sine-ensemble",
         "stack-sine-pulse",
         "stack-sine-pulse-ensemble",
+        "stack-spatial-sine",
     ]
     for name in case_names():
         case = load_case(name)
