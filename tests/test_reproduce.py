@@ -16,7 +16,7 @@ from warprock.errors import InputError
 from warprock.report.conflicts import slip_deceleration
 from warprock.report.paper import PAPER_COLUMNS, paper_table
 from warprock.reproduce import CASES_OF, TARGETS, reproduce
-from warprock.response import FIELDS, INTEGER_FIELDS, LANE_FIELDS, Response
+from warprock.response import FIELDS, INTEGER_FIELDS, LANE_FIELDS, SPATIAL_FIELDS, Response
 
 KEYS = {"target", "frequency_hz", "amplitude_mm", "reading", "source", "peak_rotation_ratio"}
 DISPLACEMENT_PEAKS = (0.1864, 0.1366, 0.1858, 0.0903, 0.1079, 0.1228)
@@ -158,7 +158,7 @@ def _answer(responses: CaseResponses, engine: str) -> Response:
             size.shape if FIELDS[name].per_block else lanes.lane_count,
             np.int64 if name in INTEGER_FIELDS else np.float64,
         )
-        for name in LANE_FIELDS
+        for name in (*LANE_FIELDS, *(SPATIAL_FIELDS if lanes.spatial else ()))
     }
     history = size[..., None] * np.cos(6.0 * times) * np.exp(-0.3 * times)
     return Response(engine, fields | {"peak_rotation": size, "rotation": history}, times)
@@ -229,7 +229,7 @@ def test_all_makes_every_target_and_runs_a_case_once(tmp_path, answered, monkeyp
     assert {row["target"] for row in found["rows"]} == set(TARGETS) - {"all"}
     assert len(runs) == len(set(runs))
     assert done == sorted(done)
-    assert {conflict["item"] for conflict in found["conflicts"]} == set(range(1, 13))
+    assert {conflict["item"] for conflict in found["conflicts"]} == set(range(1, 14))
 
 
 def test_an_unknown_target_is_refused_before_anything_is_written(tmp_path):

@@ -328,7 +328,8 @@ def test_cells_show_what_nine_lanes_in_ten_stay_below(table: pd.DataFrame):
     assert np.all(table["penetration"].dropna() >= 0.0)
     deep = table[(table["engine"] == "impulse") & (table["map"] == "step")]
     by_step = deep.groupby("step_s")["penetration"].median()
-    assert by_step.iloc[0] < 1e-6 < 1e-4 < by_step.iloc[-1]
+    # At the longest of the three steps corners go through the ground, and no lane is usable.
+    assert 0.0 < 1e4 * by_step.iloc[0] < by_step.iloc[1]
 
 
 def test_the_summary_says_how_deep_corners_go(table: pd.DataFrame):

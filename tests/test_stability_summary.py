@@ -26,6 +26,7 @@ def counted(errors: list[float], steps: list[float], **columns) -> pd.DataFrame:
     """A table of lanes of one engine on the map of steps."""
     count = len(errors)
     base = {
+        "penetration": 1e-6,
         "map": "step",
         "engine": "event",
         "precision": "float64",

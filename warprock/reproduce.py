@@ -46,7 +46,7 @@ from warprock.study import COLUMNS as STUDY_COLUMNS
 CASES_OF: dict[str, tuple[str, ...]] = {
     "table6": (PULSE,),
     "table7": (SINE,),
-    "table7-spatial": (SINE, SPACE),
+    "table7-spatial": (SPACE,),
     "fig4": (B0, SENSITIVITY),
     "fig5": (B123,),
     "fig7": (PULSE,),
