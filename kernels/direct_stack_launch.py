@@ -49,8 +49,8 @@ NEVER = real(1.0e30)
 ROCKING = 1
 OVERTURNED = 2
 BROKEN = 3
-UNSOLVED = 4
-SLID_OFF = 5
+SLID_OFF = 4
+UNSOLVED = 5
 
 
 @wp.struct

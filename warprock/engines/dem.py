@@ -18,19 +18,17 @@ from warprock.engines.dem_springs import (
     start_at_rest,
     stiffest_frequency,
 )
-from warprock.engines.launching import NEVER, Target, respond, time_or_nan
+from warprock.engines.launching import NEVER, Target, respond
 from warprock.engines.settings import DemSettings
 from warprock.engines.soundness import account_of, unstable
 from warprock.engines.spatial_dem import dem_module, longest_steps, run_dem
 from warprock.engines.stack_launching import Array, as_stacks, launch_stacks, stack_module
+from warprock.engines.stepping import lane_fields, planar_fields
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions, StillBase
-from warprock.response import FIELDS, Outcome, Response, SampleTimes, Status
+from warprock.response import FIELDS, Response, SampleTimes, Status
 from warprock.scene import SceneKind
 from warprock.units import GRAVITY
-
-OVERTURNED, BROKEN, SLID_OFF = 2, 3, 4
-"""Modes of a lane in the kernel."""
 
 TURN_SAMPLES = 2000
 """Samples in which a turn is looked for: it is flat, a sample misses 1e-6 of it."""
@@ -129,34 +127,13 @@ class Dem(AbstractEngine):
             },
             self._knobs(module),
         )
-        mode = rows["mode"]
-        moved = np.asarray(rows["moved"], dtype=np.float64)
-        # In the last step of the run every interface was closed.
-        resting = (mode < OVERTURNED) & (moved < times.times[-1] - 1.5 * step)
         # Springs tilt under what rigid faces carry: its own account alone tells what is gained.
         gained = unstable(
             stacks, account_of(rows, step), per_block["peak"], rigid=False, complete=True
         )
-        columns: dict[str, npt.NDArray[Any]] = {
-            "peak_rotation": per_block["peak"],
-            "peak_time": per_block["peak_time"],
-            "outcome": np.select(
-                [mode == OVERTURNED, mode == SLID_OFF, resting],
-                [Outcome.OVERTURNED, Outcome.SLID_OFF, Outcome.AT_REST],
-                Outcome.ROCKING,
-            ),
-            "status": np.select(
-                [mode == BROKEN, gained], [Status.NONFINITE, Status.UNSTABLE], Status.OK
-            ),
-            "impact_count": rows["impacts"],
-            "uplift_time": time_or_nan(rows["uplift_time"]),
-            "rest_time": np.where(resting, moved, np.nan),
-            "residual_slide": per_block["slide"],
-            "peak_slide": per_block["peak_slide"],
-            "peak_penetration": rows["deepest"],
-            "energy_lost": rows["loss"],
-            "step_count": rows["steps"],
-        }
+        # In the last step of the run every interface was closed.
+        marks = [(gained, Status.UNSTABLE)]
+        columns = lane_fields(rows, times.times[-1] - 1.5 * step, marks) | planar_fields(per_block)
         if not lanes.stacked:
             columns = {k: v[:, 0] if FIELDS[k].per_block else v for k, v in columns.items()}
             rotations = None if rotations is None else rotations[:, 0]

@@ -7,9 +7,8 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from warprock.engines.launching import NEVER, Form, Target, respond, time_or_nan
+from warprock.engines.launching import NEVER, Form, Target, respond
 from warprock.engines.settings import DirectSettings
 from warprock.engines.soundness import account_of, contacts_hold, unstable
 from warprock.engines.stack_launching import (
@@ -18,13 +17,11 @@ from warprock.engines.stack_launching import (
     stack_module,
     start_on_corners,
 )
+from warprock.engines.stepping import UNSOLVED, lane_fields, planar_fields
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
-from warprock.response import Outcome, Response, SampleTimes, Status
+from warprock.response import Response, SampleTimes, Status
 from warprock.units import GRAVITY
-
-OVERTURNED, BROKEN, UNSOLVED, SLID_OFF = 2, 3, 4, 5
-"""Modes of a lane in the kernel."""
 
 
 def direct_stack_module(target: Target, lanes: Lanes, motions: GroundMotions) -> ModuleType:
@@ -62,34 +59,12 @@ def run_direct_stacks(
         stacks,
         _knobs(module, settings),
     )
-    mode = rows["mode"]
-    moved = np.asarray(rows["moved"], dtype=np.float64)
-    # In the last step of the run both ends of every interface carried something.
-    resting = (mode < OVERTURNED) & (moved < times.times[-1] - 0.5 * settings.time_step)
+    step, mode = settings.time_step, rows["mode"]
     hold = contacts_hold(lanes, settings.contact_stiffness)
-    gained = unstable(lanes, account_of(rows, settings.time_step), per_block["peak"], rigid=hold)
-    columns: dict[str, npt.NDArray[Any]] = {
-        "peak_rotation": per_block["peak"],
-        "peak_time": per_block["peak_time"],
-        "outcome": np.select(
-            [mode == OVERTURNED, mode == SLID_OFF, resting],
-            [Outcome.OVERTURNED, Outcome.SLID_OFF, Outcome.AT_REST],
-            Outcome.ROCKING,
-        ),
-        "status": np.select(
-            [mode == BROKEN, mode == UNSOLVED, gained],
-            [Status.NONFINITE, Status.ITERATION_LIMIT, Status.UNSTABLE],
-            Status.OK,
-        ),
-        "impact_count": rows["impacts"],
-        "uplift_time": time_or_nan(rows["uplift_time"]),
-        "rest_time": np.where(resting, moved, np.nan),
-        "residual_slide": per_block["slide"],
-        "peak_slide": per_block["peak_slide"],
-        "peak_penetration": rows["deepest"],
-        "energy_lost": rows["loss"],
-        "step_count": rows["steps"],
-    }
+    gained = unstable(lanes, account_of(rows, step), per_block["peak"], rigid=hold)
+    # In the last step of the run both ends of every interface carried something.
+    marks = [(mode == UNSOLVED, Status.ITERATION_LIMIT), (gained, Status.UNSTABLE)]
+    columns = lane_fields(rows, times.times[-1] - 0.5 * step, marks) | planar_fields(per_block)
     return respond("direct", columns, rotations, times)
 
 

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from types import ModuleType
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from warprock.engines.launching import NEVER, Target, respond, time_or_nan
+from warprock.engines.launching import NEVER, Target, respond
 from warprock.engines.settings import ImpulseSettings
 from warprock.engines.soundness import account_of, unstable
 from warprock.engines.stack_launching import (
@@ -17,13 +15,11 @@ from warprock.engines.stack_launching import (
     stack_module,
     start_on_corners,
 )
+from warprock.engines.stepping import lane_fields, planar_fields
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
-from warprock.response import Outcome, Response, SampleTimes, Status
+from warprock.response import Response, SampleTimes, Status
 from warprock.units import GRAVITY
-
-OVERTURNED, BROKEN, SLID_OFF = 2, 3, 4
-"""Modes of a lane in the kernel."""
 
 
 def impulse_stack_module(
@@ -53,35 +49,11 @@ def run_impulse_stacks(
     rows, per_block, rotations = launch_stacks(
         module, target, motions, times, blocks, stacks, knobs
     )
-    mode = rows["mode"]
-    moved = np.asarray(rows["moved"], dtype=np.float64)
+    step = settings.time_step
+    gained = unstable(lanes, account_of(rows, step), per_block["peak"])
     # In the last step of the run both ends of every interface carried something.
-    resting = (mode < OVERTURNED) & (moved < times.times[-1] - 0.5 * settings.time_step)
-    columns: dict[str, npt.NDArray[Any]] = {
-        "peak_rotation": per_block["peak"],
-        "peak_time": per_block["peak_time"],
-        "outcome": np.select(
-            [mode == OVERTURNED, mode == SLID_OFF, resting],
-            [Outcome.OVERTURNED, Outcome.SLID_OFF, Outcome.AT_REST],
-            Outcome.ROCKING,
-        ),
-        "status": np.select(
-            [
-                mode == BROKEN,
-                unstable(lanes, account_of(rows, settings.time_step), per_block["peak"]),
-            ],
-            [Status.NONFINITE, Status.UNSTABLE],
-            Status.OK,
-        ),
-        "impact_count": rows["impacts"],
-        "uplift_time": time_or_nan(rows["uplift_time"]),
-        "rest_time": np.where(resting, moved, np.nan),
-        "residual_slide": per_block["slide"],
-        "peak_slide": per_block["peak_slide"],
-        "peak_penetration": rows["deepest"],
-        "energy_lost": rows["loss"],
-        "step_count": rows["steps"],
-    }
+    marks = [(gained, Status.UNSTABLE)]
+    columns = lane_fields(rows, times.times[-1] - 0.5 * step, marks) | planar_fields(per_block)
     return respond("impulse", columns, rotations, times)
 
 

@@ -16,7 +16,6 @@ from warprock.engines.launching import (
     Target,
     respond,
     struct_rows,
-    time_or_nan,
 )
 from warprock.engines.settings import DemSettings
 from warprock.engines.spatial_dem_springs import (
@@ -33,13 +32,11 @@ from warprock.engines.spatial_launching import (
     unstable_in_space,
 )
 from warprock.engines.stack_launching import as_stacks
+from warprock.engines.stepping import lane_fields
 from warprock.kernels.instance import LANE_WIDTH, REALS, kernel_module
 from warprock.lanes import Lanes, SpatialLanes
 from warprock.motion import GroundMotions, PlanarMotions, StillBase
-from warprock.response import Outcome, Response, SampleTimes, Status
-
-OVERTURNED, BROKEN, SLID_OFF = 2, 3, 4
-"""Modes of a lane in the kernel."""
+from warprock.response import Response, SampleTimes, Status
 
 Array = npt.NDArray[np.float64]
 
@@ -100,29 +97,14 @@ def run_dem(
             knobs,
         )
     # Body 0 is the ground.
-    per_block, mode = per_block[:, 1:], rows["mode"]
+    per_block = per_block[:, 1:]
     attitudes = None if attitudes is None else attitudes[:, 1:]
-    moved = np.asarray(rows["moved"], dtype=np.float64)
-    # In the last step of the run every interface was closed.
-    resting = (mode < OVERTURNED) & (moved < times.times[-1] - 1.5 * step)
     gained = unstable_in_space(lanes, motions, rows["loss"])
     rotations, others = histories(lanes, attitudes)
-    columns = block_fields(lanes, per_block) | {
-        "outcome": np.select(
-            [mode == OVERTURNED, mode == SLID_OFF, resting],
-            [Outcome.OVERTURNED, Outcome.SLID_OFF, Outcome.AT_REST],
-            Outcome.ROCKING,
-        ),
-        "status": np.select(
-            [mode == BROKEN, gained], [Status.NONFINITE, Status.UNSTABLE], Status.OK
-        ),
-        "impact_count": rows["impacts"],
-        "uplift_time": time_or_nan(rows["uplift_time"]),
-        "rest_time": np.where(resting, moved, np.nan),
-        "peak_penetration": rows["deepest"],
-        "energy_lost": rows["loss"],
-        "step_count": rows["steps"],
-    }
+    # In the last step of the run every interface was closed.
+    marks = [(gained, Status.UNSTABLE)]
+    fields = lane_fields(rows, times.times[-1] - 1.5 * step, marks)
+    columns = block_fields(lanes, per_block) | fields
     return respond("dem", columns, rotations, times, others)
 
 

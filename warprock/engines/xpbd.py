@@ -6,23 +6,20 @@ from types import ModuleType
 from typing import Any, ClassVar, final
 
 import numpy as np
-import numpy.typing as npt
 import warp as wp
 
 from warprock.engines.base import AbstractEngine
 from warprock.engines.impulse_stack import block_columns, stack_columns
-from warprock.engines.launching import Target, respond, time_or_nan
+from warprock.engines.launching import Target, respond
 from warprock.engines.settings import XpbdSettings
 from warprock.engines.soundness import account_of, contacts_hold, unstable
 from warprock.engines.stack_launching import as_stacks, launch_stacks, stack_module
+from warprock.engines.stepping import lane_fields, planar_fields
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
-from warprock.response import FIELDS, Outcome, Response, SampleTimes, Status
+from warprock.response import FIELDS, Response, SampleTimes, Status
 from warprock.scene import SceneKind
 from warprock.units import GRAVITY
-
-OVERTURNED, BROKEN, SLID_OFF = 2, 3, 4
-"""Modes of a lane in the kernel."""
 
 
 @final
@@ -95,33 +92,12 @@ class Xpbd(AbstractEngine):
             stack_columns(stacks),
             self._knobs(module),
         )
-        mode = rows["mode"]
-        moved = np.asarray(rows["moved"], dtype=np.float64)
-        # In the last step of the run both ends of every interface carried something.
-        resting = (mode < OVERTURNED) & (moved < times.times[-1] - 0.5 * step)
         softness = self.settings.compliance
         hold = contacts_hold(stacks, 1.0 / softness if softness else np.inf)
         gained = unstable(stacks, account_of(rows, step), per_block["peak"], rigid=hold)
-        columns: dict[str, npt.NDArray[Any]] = {
-            "peak_rotation": per_block["peak"],
-            "peak_time": per_block["peak_time"],
-            "outcome": np.select(
-                [mode == OVERTURNED, mode == SLID_OFF, resting],
-                [Outcome.OVERTURNED, Outcome.SLID_OFF, Outcome.AT_REST],
-                Outcome.ROCKING,
-            ),
-            "status": np.select(
-                [mode == BROKEN, gained], [Status.NONFINITE, Status.UNSTABLE], Status.OK
-            ),
-            "impact_count": rows["impacts"],
-            "uplift_time": time_or_nan(rows["uplift_time"]),
-            "rest_time": np.where(resting, moved, np.nan),
-            "residual_slide": per_block["slide"],
-            "peak_slide": per_block["peak_slide"],
-            "peak_penetration": rows["deepest"],
-            "energy_lost": rows["loss"],
-            "step_count": rows["steps"],
-        }
+        # In the last step of the run both ends of every interface carried something.
+        marks = [(gained, Status.UNSTABLE)]
+        columns = lane_fields(rows, times.times[-1] - 0.5 * step, marks) | planar_fields(per_block)
         if not lanes.stacked:
             columns = {k: v[:, 0] if FIELDS[k].per_block else v for k, v in columns.items()}
             rotations = None if rotations is None else rotations[:, 0]
