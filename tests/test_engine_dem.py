@@ -326,7 +326,7 @@ def test_packed_kernel_is_vectorised() -> None:
     # A ratio within one run: without vector code the packed form is no faster than the plain one.
     expected = 4.0 if any(flag.startswith("avx512f") for flag in cpu_vector_flags()) else 2.5
     found = 0.0
-    for _ in range(3):
+    for _ in range(8):
         plain = bench.measure("dem", 0.5, form=Form.PLAIN)
         packed = bench.measure("dem", 0.5, form=Form.PACKED)
         found = max(found, packed.block_steps_per_s / plain.block_steps_per_s)
