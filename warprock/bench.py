@@ -26,8 +26,8 @@ from warprock.batch import LANE_QUANTUM, run_batch
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Form
 from warprock.engines.settings import EventSettings, HousnerSettings, ImpulseSettings
-from warprock.lanes import Lanes
-from warprock.motion import StillBase
+from warprock.lanes import Lanes, SpatialLanes
+from warprock.motion import GroundMotions, SpatialMotions, StillBase
 from warprock.response import Response, SampleTimes
 from warprock.scene import scene_kind
 
@@ -88,6 +88,13 @@ def free_lanes(count: int) -> Lanes:
     )
 
 
+def in_space(lanes: Lanes) -> SpatialLanes:
+    """The same single blocks in space, without an imperfection."""
+    parts = {field.name: getattr(lanes, field.name) for field in dataclasses.fields(lanes)}
+    more = {field.name for field in dataclasses.fields(SpatialLanes)} - parts.keys()
+    return SpatialLanes(**parts, **dict.fromkeys(more, np.zeros(lanes.lane_count)))
+
+
 def b0_lanes(ratios: Array) -> Lanes:
     """Blocks B0, let go from some ratios of the slenderness angle, shape [lane]."""
     count = len(ratios)
@@ -138,7 +145,13 @@ class Rate:
 
 
 def measure(
-    engine: str, seconds: float, *, precision: str = "float64", form: Form, workers: int = 1
+    engine: str,
+    seconds: float,
+    *,
+    precision: str = "float64",
+    form: Form,
+    workers: int = 1,
+    spatial: bool = False,
 ) -> Rate:
     """Rate of an engine in free rocking.
 
@@ -148,10 +161,14 @@ def measure(
         precision: "float64" or "float32".
         form: Form of the kernel.
         workers: Worker threads, all of them on this machine's cores.
+        spatial: Whether the same blocks rock in space.
     """
 
     def run(duration: float, count: int) -> tuple[Response, float, float]:
-        lanes, motions = free_lanes(count), StillBase(count)
+        lanes: Lanes = free_lanes(count)
+        still = StillBase(count)
+        motions: GroundMotions = SpatialMotions(still, still, still) if spatial else still
+        lanes = in_space(lanes) if spatial else lanes
         begin, begin_cpu = time.perf_counter(), time.process_time()
         response = run_batch(
             engine,

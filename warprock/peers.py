@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 
 from warprock import bench
+from warprock.engines import engine_class
+from warprock.engines.launching import Form
 from warprock.motion import StillBase
 from warprock.reference.peer_programs import PROGRAMS, run_program
 from warprock.reference.peer_settings import PEER_SETTINGS
@@ -26,6 +28,9 @@ SUBSTEPS = (20, 200)
 
 CPU_LIMIT = 5.0
 """CPU time that a run may take [s], as told from the coarser one."""
+
+IN_SPACE = "impulse"
+"""Engine whose steps in space are counted beside theirs."""
 
 AGAINST = "event"
 """Engine whose cost the peers' are held against."""
@@ -40,7 +45,7 @@ def compare(accuracy: Sequence[Mapping[str, Any]], seconds: float) -> dict[str, 
 
     Returns:
         rows (one a peer and step: its cost and error, and the ratios to the cost of `event`),
-        missing (one sentence for each peer that is not installed).
+        space (`space_row`), missing (one sentence for each peer that is not installed).
     """
     ours = [row for row in accuracy if row["engine"] == AGAINST]
     rows: list[dict[str, Any]] = []
@@ -50,7 +55,24 @@ def compare(accuracy: Sequence[Mapping[str, Any]], seconds: float) -> dict[str, 
             rows += measure(name, ours, seconds)
         except ImportError as error:
             missing.append(str(error))
-    return {"rows": rows, "missing": missing}
+    return {"rows": rows, "space": space_row(rows, seconds), "missing": missing}
+
+
+def space_row(rows: Sequence[Mapping[str, Any]], seconds: float) -> dict[str, Any]:
+    """Steps that a block in space takes in a CPU second, with ours and with each peer.
+
+    Args:
+        rows: One a peer and step, as `measure` gives them.
+        seconds: Time of the measurement of ours, about [s].
+    """
+    cost = bench.measure(IN_SPACE, seconds, form=Form.PACKED, spatial=True).cpu_s_per_simulated_s
+    time_step: float = engine_class(IN_SPACE)().settings.time_step
+    row = {"engine": f"{IN_SPACE} in space", "block_steps_per_cpu_s": 1.0 / (cost * time_step)}
+    for peer in dict.fromkeys(row["peer"] for row in rows):
+        mine = (r for r in rows if r["peer"] == peer)
+        best = max(r["steps_per_s"] / r["cpu_s_per_simulated_s"] for r in mine)
+        row |= {peer: best, f"ratio to {peer}": row["block_steps_per_cpu_s"] / best}
+    return row
 
 
 def measure(name: str, ours: list[Mapping[str, Any]], seconds: float) -> list[dict[str, Any]]:

@@ -213,6 +213,7 @@ def print_bench(found: Mapping[str, Any]) -> None:
         print_rows("The same block in peers, one core, beside event at no larger an error", rows)
         for name, settings in {row["peer"]: row["settings"] for row in peers["rows"]}.items():
             _stdout().print(f"{name}: {settings}")
+    print_rows("Steps of a block in space in a CPU second, one core", [peers["space"]])
     for line in peers["missing"]:
         _stdout().print(f"peer not installed: {line}")
     print_rows("Commands", [{"command": k, "seconds": v} for k, v in found["commands"].items()])
