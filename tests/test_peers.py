@@ -289,7 +289,7 @@ def test_the_row_of_a_peer_is_what_it_ran(peer: str, monkeypatch: pytest.MonkeyP
         assert row["cpu_s_per_simulated_s"] == pytest.approx(row["cpu_s"] / bench.ERROR_DURATION)
         assert row["cost / event"] == pytest.approx(row["cpu_s_per_simulated_s"])
         assert row["cost / event_alone"] == pytest.approx(row["cpu_s_per_simulated_s"] / 2)
-    # Some twenty times on a busy machine; packed lanes against one scene at a time, whatever else runs.
+    # Some twenty times on a busy machine: packed lanes against one scene at a time.
     assert found["space"][f"ratio to {peer}"] > 5.0
     # No finer run is started that would not fit.
     monkeypatch.setattr(peers, "CPU_LIMIT", 0.0)
