@@ -9,9 +9,8 @@ import pytest
 
 from tests.blocks import Array, free_lanes, make_lanes, sines, velocity_steps
 from tests.corner_roll import rolled, tumbled
-from tests.spatial_blocks import along, in_space, mirrored, spatial_lanes, spatial_stack, still
+from tests.spatial_blocks import along, in_space, mirrored, spatial_lanes, still
 from warprock.batch import run_batch
-from warprock.engines.event import Event
 from warprock.engines.settings import EventSettings
 from warprock.lanes import Lanes, SpatialLanes
 from warprock.motion import (
@@ -24,7 +23,6 @@ from warprock.motion import (
 )
 from warprock.pose import start_poses
 from warprock.response import Outcome, Response, SampleTimes, Status
-from warprock.scene import scene_kind
 from warprock.units import GRAVITY
 
 STEPS = np.array([1e-2, 5e-3, 2e-3, 1e-3])
@@ -369,10 +367,3 @@ def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody() -> No
             np.testing.assert_array_equal(unseen[name], values)
     assert broken["status"][2] == Status.NONFINITE
     assert np.max(np.abs(together["yaw"] - together["yaw"][:, :1])) > 1e-2
-
-
-def test_stacks_in_space_are_declined_with_a_reason() -> None:
-    stack = spatial_stack([0.4, 0.4], [0.5, 0.5])
-    reason = Event.supports(scene_kind(stack, still(1), restitution_given=False))
-    assert reason is not None
-    assert "stacks" in reason

@@ -20,6 +20,11 @@ from warprock.engines.spatial_event import (
     run_spatial_event,
     spatial_event_module,
 )
+from warprock.engines.spatial_event_stack import (
+    longest_stack_steps,
+    run_spatial_event_stacks,
+    spatial_event_stack_module,
+)
 from warprock.kernels.instance import kernel_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions, RecordMotions
@@ -47,7 +52,9 @@ class Event(AbstractEngine):
     angle on either side; at rest it lifts or slides as the contact law says. Its penetration is
     what the end of a step puts back on the base: drift, of third order in the step, and landings
     that it misses by a part of the step. Single blocks in space have four corners, and kernels of
-    their own (kernels/spatial_event.py).
+    their own (kernels/spatial_event.py). So have stacks in space (kernels/spatial_event_stack.py),
+    which are second order while contacts stick, through impacts, too, and first order where they
+    slide or an edge lets go of an end: that is not located there.
     """
 
     name: ClassVar[str] = "event"
@@ -67,8 +74,6 @@ class Event(AbstractEngine):
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
-        if scene.spatial and scene.stacked:
-            return "event runs stacks in the plane of rocking only, in space single blocks"
         if scene.restitution_given:
             return (
                 "event finds the angular restitution from its contact law and cannot follow "
@@ -81,6 +86,8 @@ class Event(AbstractEngine):
         wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
 
     def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
+        if lanes.spatial and lanes.stacked:
+            return spatial_event_stack_module(self.target, lanes, motions)
         if lanes.spatial:
             return spatial_event_module(self.target, motions)
         if lanes.stacked:
@@ -97,6 +104,8 @@ class Event(AbstractEngine):
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
         """Longest step that every lane may take [s]: also cut at the knots of a record."""
+        if lanes.spatial and lanes.stacked:
+            return cut_at_knots(longest_stack_steps(self.settings, lanes), motions)
         if lanes.spatial:
             return cut_at_knots(longest_steps(self.settings, lanes), motions)
         rate = rocking.frequency_parameter(lanes.width, lanes.height)
@@ -108,6 +117,8 @@ class Event(AbstractEngine):
 
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
+        if lanes.spatial and lanes.stacked:
+            return run_spatial_event_stacks(self.settings, self.target, lanes, motions, times)
         if lanes.spatial:
             return run_spatial_event(self.settings, self.target, lanes, motions, times)
         if lanes.stacked:

@@ -1,0 +1,120 @@
+"""The event-driven contact engine on stacks in space: what its kernel takes and leaves."""
+
+from __future__ import annotations
+
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import warp as wp
+
+from warprock import rocking
+from warprock.engines.launching import Target, respond, struct_rows, time_or_nan
+from warprock.engines.settings import EventSettings
+from warprock.engines.spatial_launching import (
+    Array,
+    block_columns,
+    block_fields,
+    components,
+    histories,
+    launch_spatial,
+    unstable_in_space,
+)
+from warprock.kernels.instance import kernel_module
+from warprock.lanes import Lanes
+from warprock.motion import GroundMotions, RecordMotions
+from warprock.response import Outcome, Response, SampleTimes, Status
+from warprock.units import GRAVITY
+
+STEPS_SPARE = 50
+"""Steps allowed for every step that a run without events would take: ends only a lane that makes
+no headway."""
+
+PHASE_STEP = 0.25
+"""Longest step as a part of 1 / p of the quickest block: a longer one does not follow its own
+rocking."""
+
+OVERTURNED, SLID_OFF, BROKEN, STALLED, UNSETTLED = range(1, 6)
+"""Modes of a lane in the kernel."""
+
+
+def spatial_event_stack_module(target: Target, lanes: Lanes, motions: GroundMotions) -> ModuleType:
+    """The instance of the kernel file for a batch of stacks: one lane a thread on any device."""
+    module: ModuleType = kernel_module(
+        "spatial_event_stack_launch",
+        precision=target.precision,
+        motion=motions.kind.value,
+        blocks=lanes.block_count,
+        lanes=1,
+    )
+    return module
+
+
+def longest_stack_steps(settings: EventSettings, lanes: Lanes) -> Array:
+    """Longest step that stacks may take [s]: a part of 1 / p of their quickest block."""
+    sides = (lanes.width, lanes.depth)
+    rates = [rocking.frequency_parameter(side, lanes.height).max(axis=1) for side in sides]
+    return np.asarray(np.minimum(settings.time_step, PHASE_STEP / np.maximum(*rates)))
+
+
+def run_spatial_event_stacks(
+    settings: EventSettings,
+    target: Target,
+    lanes: Lanes,
+    motions: GroundMotions,
+    times: SampleTimes,
+) -> Response:
+    """Runs a batch of stacks on the calling thread; see `AbstractEngine.run`."""
+    module: Any = spatial_event_stack_module(target, lanes, motions)
+    knobs = module.Knobs()
+    knobs.gravity = GRAVITY
+    longest_step = longest_stack_steps(settings, lanes)
+    face = np.minimum(lanes.face_width, lanes.face_depth)
+    rest_gap = settings.rest_rotation_ratio * np.arctan2(face, lanes.height) * face
+    columns: dict[str, npt.NDArray[Any]] = {
+        "longest_step": longest_step,
+        "rest_gap": rest_gap.min(axis=1),
+        "step_limit": _step_limit(motions, times, longest_step),
+    }
+    rows = struct_rows(module.Lane, columns, lanes.lane_count)
+    with wp.ScopedDevice(target.device):
+        limits = wp.array(rows, dtype=module.Lane)
+    results, per_block, attitudes = launch_spatial(
+        module, target, motions, times, block_columns(lanes), limits, knobs
+    )
+    mode = results["mode"]
+    rest_time = time_or_nan(results["moved"])
+    unstable = unstable_in_space(lanes, motions, results["loss"])
+    fields: dict[str, npt.NDArray[Any]] = {
+        **block_fields(lanes, per_block),
+        "outcome": np.select(
+            [mode == OVERTURNED, mode == SLID_OFF, np.isfinite(rest_time)],
+            [Outcome.OVERTURNED, Outcome.SLID_OFF, Outcome.AT_REST],
+            Outcome.ROCKING,
+        ),
+        "status": np.select(
+            [mode == BROKEN, mode == STALLED, mode == UNSETTLED, unstable],
+            [Status.NONFINITE, Status.EVENT_LIMIT, Status.ITERATION_LIMIT, Status.UNSTABLE],
+            Status.OK,
+        ),
+        "impact_count": results["impacts"],
+        "uplift_time": time_or_nan(results["uplift_time"]),
+        "rest_time": rest_time,
+        "peak_penetration": results["deepest"],
+        "energy_lost": results["loss"],
+        "step_count": results["steps"],
+    }
+    rotations, others = histories(lanes, attitudes)
+    return respond("event", fields, rotations, times, others)
+
+
+def _step_limit(
+    motions: GroundMotions, times: SampleTimes, longest_step: Array
+) -> npt.NDArray[np.int64]:
+    """Steps after which a lane counts as stalled, shape [lane]."""
+    steps = times.duration / longest_step
+    for part in components(motions):
+        if isinstance(part, RecordMotions):
+            steps = steps + part.count
+    return np.where(np.isfinite(steps), STEPS_SPARE * (steps + 100.0), 0.0).astype(np.int64)
