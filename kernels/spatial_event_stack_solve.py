@@ -2,12 +2,13 @@
 
 A contact answers its velocity u with the impulse f = P(l - c (u + lift n)), where P takes an
 impulse to the nearest that its law allows, c is STIFF times the contact's own effective mass, and
-lift its gap, or in the cone friction |u_t|, u_t its slip. Where l = f, and lift is that of u, all laws hold
-(the augmented Lagrangian, with the change of variable of De Saxce and Feng 1998). With l and lift
-given, the velocities make a convex function least, M (v - v_free) = sum G^T f: Newton's method with
-the banded matrix M + c sum G^T P' G of six rows a block, steps halved while they do not descend;
-then l becomes f, lift that of u, and again until nothing changes but round-off. Contacts that a
-face has in excess do no harm.
+lift its gap, or in the cone friction |u_t|, u_t its slip. Where l = f, and lift is that of u, all
+laws hold (the augmented Lagrangian, with the change of variable of De Saxce and Feng 1998).
+
+With l and lift given, the velocities make a convex function least, M (v - v_free) = sum G^T f:
+Newton's method with the banded matrix M + c sum G^T P' G of six rows a block, steps halved while
+they do not descend; then l becomes f, lift that of u, and again until nothing changes but
+round-off. Contacts that a face has in excess do no harm.
 
 Where this does not settle, the sweeps of spatial_event_stack_contact.py do the rest.
 """
