@@ -161,7 +161,7 @@ class XpbdSettings:
     frames_per_second: float = setting(240.0, unit="1/s", low=1.0, high=1e5, text="frames a second")
     substeps: int = setting(20, unit="-", low=0, high=10000, text="sub-steps a frame")
     iterations: int = setting(
-        10, unit="-", low=1, high=1000, text="sweeps of the position solver in a sub-step"
+        8, unit="-", low=1, high=1000, text="sweeps of the position solver in a sub-step"
     )
     compliance: float = setting(
         0.0,
