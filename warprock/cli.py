@@ -203,7 +203,7 @@ def _show_run(
         summary = store.provenance(case_run) | {"rows": table.to_dict("records")}
         if choice is not None:
             summary["choice"] = dataclasses.asdict(choice)
-        console.print_json(summary | {"files": [str(path) for path in files]})
+        console.print_json(summary | {"files": files})
     else:
         show = console.print_run if case.ensemble is None else cells.print_cells
         if choice is not None:

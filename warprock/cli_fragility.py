@@ -6,7 +6,7 @@ import pathlib
 
 import click
 
-from warprock.errors import InputError
+from warprock.cli_options import fit_options, json_option, output_option, require_samples
 
 
 @click.command()
@@ -26,17 +26,9 @@ from warprock.errors import InputError
     help="Limit state: uplift, overturning or a peak rotation / slenderness angle; repeat for each "
     "[default: uplift, 0.15, 0.35, overturning].",
 )
-@click.option("--by", multiple=True, metavar="COLUMN", help="Column that makes groups; repeat.")
-@click.option("--samples", default=1000, show_default=True, help="Bootstrap samples, over records.")
-@click.option("--seed", default=1, show_default=True, help="Seed of the samples.")
-@click.option(
-    "-o",
-    "--output",
-    "folder",
-    type=click.Path(path_type=pathlib.Path),
-    help="Folder for tables and the figure; without, they are printed only.",
-)
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@fit_options
+@output_option
+@json_option
 def fragility(
     table: pathlib.Path,
     intensity: str,
@@ -56,11 +48,7 @@ def fragility(
     from warprock import store
     from warprock.report import console, plots_fragility, tables_fragility
 
-    for option, value, least, most in (("--samples", samples, 10, 100_000),):
-        if not least <= value <= most:
-            raise InputError(option, "", value, f"must be from {least} to {most}")
-    if not 0 <= seed < 2**63:
-        raise InputError("--seed", "", seed, "must be from 0 to 2^63 - 1")
+    require_samples(samples, seed)
     chosen = module.read_limits(limits or module.DEFAULT_LIMITS)
     if folder is not None:
         store.require_writable(folder)
@@ -84,7 +72,7 @@ def fragility(
             "table": str(table),
             "intensity": intensity,
             "curves": tables_fragility.json_rows(rows),
-            "files": [str(path) for path in files],
+            "files": files,
         }
         console.print_json(found)
     else:

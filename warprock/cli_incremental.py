@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from warprock.cli_options import engine_option, json_option, output_option, run_options, set_option
-from warprock.errors import InputError
+from warprock.cli_options import case_options, fit_options, require_samples
 
 if TYPE_CHECKING:
     from warprock.case import Case
@@ -17,10 +16,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.argument("case_name", metavar="CASE")
-@engine_option
-@set_option
-@output_option
+@case_options
 @click.option("--from", "lowest", default=0.1, show_default=True, help="Least factor on a motion.")
 @click.option("--to", "highest", default=10.0, show_default=True, help="Greatest factor.")
 @click.option("--count", default=21, show_default=True, help="Factors of the first stage.")
@@ -33,11 +29,7 @@ if TYPE_CHECKING:
     metavar="COLUMN",
     help="Intensity measure; or normalised_acceleration, scale, factor.",
 )
-@click.option("--by", multiple=True, metavar="COLUMN", help="Column that makes groups; repeat.")
-@click.option("--samples", default=1000, show_default=True, help="Bootstrap samples, over records.")
-@click.option("--seed", default=1, show_default=True, help="Seed of the samples.")
-@run_options
-@json_option
+@fit_options
 def ida(
     case_name: str,
     engine: str | None,
@@ -62,10 +54,7 @@ def ida(
     from warprock.case import load_case
     from warprock.report import console
 
-    if not 10 <= samples <= 100_000:
-        raise InputError("--samples", "", samples, "must be from 10 to 100000")
-    if not 0 <= seed < 2**63:
-        raise InputError("--seed", "", seed, "must be from 0 to 2^63 - 1")
+    require_samples(samples, seed)
     case = load_case(case_name, overrides)
     ladder = incremental.Ladder(**factors)
     chosen = engine or runner.default_engine(case)
@@ -109,7 +98,7 @@ def _show(
                 "intensity": intensity,
                 **tables_incremental.analysis_facts(found),
                 "groups": rows.to_dict("records"),
-                "files": [str(path) for path in files],
+                "files": files,
             }
         )
     else:

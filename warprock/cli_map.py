@@ -3,35 +3,29 @@
 from __future__ import annotations
 
 import pathlib
+from typing import Any
 
 import click
 
-from warprock.cli_options import engine_option, json_option, output_option, run_options, set_option
+from warprock.cli_options import case_options
 
 
 @click.command("map")
-@click.argument("case_name", metavar="CASE")
-@engine_option
-@set_option
-@output_option
+@case_options
 @click.option(
     "--tolerance",
     default=1e-4,
     show_default=True,
     help="Width of a boundary over its height at which it is narrow enough.",
 )
-@run_options
-@json_option
 def overturning_map(
     case_name: str,
     engine: str | None,
     overrides: tuple[str, ...],
     folder: pathlib.Path | None,
     tolerance: float,
-    precision: str,
-    device: str,
-    workers: int | None,
     as_json: bool,
+    **options: Any,
 ) -> None:
     """How pulses overturn a block: without an impact, with impacts, or not at all.
 
@@ -50,9 +44,7 @@ def overturning_map(
         grid = overturning.run_grid(
             case,
             engine or runner.default_engine(case),
-            precision=precision,
-            device=device,
-            workers=workers,
+            **options,
         )
         found = overturning_boundaries.refine(grid, tolerance, progress=progress)
     files: list[pathlib.Path] = []
@@ -62,6 +54,6 @@ def overturning_map(
     if as_json:
         rows = found.boundaries.to_dict("records")
         summary = {**tables_map.map_facts(found), "rows": rows}
-        console.print_json(summary | {"files": [str(path) for path in files]})
+        console.print_json(summary | {"files": files})
     else:
         tables_map.print_map(found, files)

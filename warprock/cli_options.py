@@ -8,6 +8,11 @@ from typing import Any, TypeVar
 
 import click
 
+from warprock.errors import InputError
+
+LEAST_SAMPLES, MOST_SAMPLES = 10, 100_000
+"""Bootstrap samples that may be asked for."""
+
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
@@ -35,16 +40,18 @@ def workers_option(command: Command) -> Command:
     )
 
 
+def device_options(command: Command) -> Command:
+    """`--precision` and `--device`."""
+    device = click.option("--device", default="cpu", show_default=True, help="Warp device.")
+    precision = click.option(
+        "--precision", default="float64", show_default=True, help="Or float32."
+    )
+    return precision(device(command))
+
+
 def run_options(command: Command) -> Command:
     """`--precision`, `--device` and `--workers`."""
-    options = (
-        click.option("--precision", default="float64", show_default=True, help="Or float32."),
-        click.option("--device", default="cpu", show_default=True, help="Warp device."),
-        workers_option,
-    )
-    for option in reversed(options):
-        command = option(command)
-    return command
+    return device_options(workers_option(command))
 
 
 def output_option(command: Command) -> Command:
@@ -63,3 +70,40 @@ def engine_option(command: Command) -> Command:
     return click.option(
         "-e", "--engine", help="Engine; without, housner for one block, event for a stack."
     )(command)
+
+
+def case_options(command: Command) -> Command:
+    """What every analysis of a case takes: CASE, `-e`, `-s`, `-o`, those of a run, and `--json`."""
+    for option in (json_option, run_options, output_option, set_option, engine_option):
+        command = option(command)
+    return click.argument("case_name", metavar="CASE")(command)
+
+
+def fit_options(command: Command) -> Command:
+    """`--by`, `--samples` and `--seed` of fits and their bands over records."""
+    options = (
+        click.option("--by", multiple=True, metavar="COLUMN", help="Column of groups; repeat."),
+        click.option(
+            "--samples", default=1000, show_default=True, help="Bootstrap samples, over records."
+        ),
+        click.option("--seed", default=1, show_default=True, help="Seed of the samples."),
+    )
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def require_samples(samples: int, seed: int) -> None:
+    """Refuses bootstrap samples and a seed that are out of bounds.
+
+    Raises:
+        InputError: One of them is.
+    """
+    from warprock.sampling import MOST_SEED
+
+    for option, value, least, most in (
+        ("--samples", samples, LEAST_SAMPLES, MOST_SAMPLES),
+        ("--seed", seed, 0, MOST_SEED),
+    ):
+        if not least <= value <= most:
+            raise InputError(option, "", value, f"must be from {least} to {most}")

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Callable
-from typing import Any, TypeVar
 
 import click
 
-Command = TypeVar("Command", bound=Callable[..., Any])
+from warprock.cli_options import json_option
 
 _FOLDER = click.Path(path_type=pathlib.Path)
 
@@ -23,13 +21,9 @@ def records() -> None:
     """
 
 
-def _json_option(command: Command) -> Command:
-    return click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")(command)
-
-
 @records.command("list")
 @click.option("--fema-p695", "fema", is_flag=True, help="The 100 components of FEMA P-695.")
-@_json_option
+@json_option
 def list_command(fema: bool, as_json: bool) -> None:
     """The shipped records: unit, interval, PGA, PGV, licence and SHA-256."""
     from warprock.records.summary import record_rows
@@ -48,7 +42,7 @@ def list_command(fema: bool, as_json: bool) -> None:
 @click.option("--damping", type=float, default=0.05, show_default=True, help="Of Sa.")
 @click.option("--width", metavar="LENGTH", help="Of a block, for PGA / (g tan alpha).")
 @click.option("--height", metavar="LENGTH", help="Of a block, for p PGV / (g tan alpha).")
-@_json_option
+@json_option
 def info(
     file: str,
     periods: tuple[str, ...],
@@ -92,7 +86,7 @@ def info(
 @click.option("--source", default="", help="Where the record is from.")
 @click.option("--licence", default="", help="Its licence.")
 @click.option("-o", "--output", type=_FOLDER, required=True, help="CSV file to write.")
-@_json_option
+@json_option
 def import_command(
     file: str,
     steps: tuple[str, ...],
@@ -130,7 +124,7 @@ def import_command(
 @click.option("--damping", type=float, default=0.6, show_default=True, help="Of the ground.")
 @click.option("--interval", default="10 ms", show_default=True, metavar="TIME")
 @click.option("-o", "--output", type=_FOLDER, required=True, help="CSV file to write.")
-@_json_option
+@json_option
 def generate(
     seed: int,
     peak: str,

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import pathlib
+from typing import Any
 
 import click
 
-from warprock.cli_options import engine_option, json_option, output_option, run_options, set_option
+from warprock.cli_options import case_options
 from warprock.errors import InputError
 
 
 @click.command()
-@click.argument("case_name", metavar="CASE")
-@engine_option
-@set_option
-@output_option
+@case_options
 @click.option(
     "--of",
     default="peak_rotation_ratio",
@@ -23,8 +21,6 @@ from warprock.errors import InputError
     help="Result of the lane table, or overturned.",
 )
 @click.option("--resamples", default=200, show_default=True, help="Samples for the bands.")
-@run_options
-@json_option
 def sensitivity(
     case_name: str,
     engine: str | None,
@@ -32,10 +28,8 @@ def sensitivity(
     folder: pathlib.Path | None,
     of: str,
     resamples: int,
-    precision: str,
-    device: str,
-    workers: int | None,
     as_json: bool,
+    **options: Any,
 ) -> None:
     """Sobol' indices: which inputs of a CASE with a [sample] explain the variance of a result.
 
@@ -58,21 +52,16 @@ def sensitivity(
             engine or runner.default_engine(case),
             of=of,
             resamples=resamples,
-            precision=precision,
-            device=device,
-            workers=workers,
             progress=progress,
+            **options,
         )
     files: list[pathlib.Path] = []
     if folder is not None:
         files = tables_sensitivity.write_sensitivity(found, folder)
         files.append(plots_sensitivity.draw_sensitivity(folder / "sensitivity.png", found))
     if as_json:
-        facts = tables_sensitivity.sensitivity_facts(found)
-        console.print_json(
-            facts
-            | {"rows": found.rows.to_dict("records")}
-            | {"files": [str(path) for path in files]}
-        )
+        rows = found.rows.to_dict("records")
+        facts = {**tables_sensitivity.sensitivity_facts(found), "rows": rows}
+        console.print_json(facts | {"files": files})
     else:
         tables_sensitivity.print_sensitivity(found, files)

@@ -3,28 +3,22 @@
 from __future__ import annotations
 
 import pathlib
+from typing import Any
 
 import click
 
-from warprock.cli_options import engine_option, json_option, output_option, run_options, set_option
+from warprock.cli_options import case_options
 
 
 @click.command()
-@click.argument("case_name", metavar="CASE")
-@engine_option
-@set_option
-@output_option
-@run_options
-@json_option
+@case_options
 def spectrum(
     case_name: str,
     engine: str | None,
     overrides: tuple[str, ...],
     folder: pathlib.Path | None,
-    precision: str,
-    device: str,
-    workers: int | None,
     as_json: bool,
+    **options: Any,
 ) -> None:
     """Rocking spectra: peak rotation / slenderness angle over 2 pi / p, a curve a slenderness.
 
@@ -43,10 +37,8 @@ def spectrum(
         found = module.run_spectrum(
             case,
             engine or runner.default_engine(case),
-            precision=precision,
-            device=device,
-            workers=workers,
             progress=progress,
+            **options,
         )
     files: list[pathlib.Path] = []
     if folder is not None:
@@ -55,6 +47,6 @@ def spectrum(
     if as_json:
         rows = tables_spectrum.spectrum_table(found).to_dict("records")
         facts = {**tables_spectrum.spectrum_facts(found), "rows": rows}
-        console.print_json(facts | {"files": [str(path) for path in files]})
+        console.print_json(facts | {"files": files})
     else:
         tables_spectrum.print_spectrum(found, files)

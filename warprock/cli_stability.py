@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from warprock.cli_options import json_option, workers_option
 from warprock.errors import InputError
 
 
@@ -24,8 +25,8 @@ from warprock.errors import InputError
     type=click.Path(path_type=pathlib.Path),
     help="Folder for the results; what it holds already is not run again.",
 )
-@click.option("--workers", type=int, help="Worker threads; the cores at hand without.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@workers_option
+@json_option
 def stability(
     engines: tuple[str, ...],
     maps: tuple[str, ...],

@@ -63,7 +63,7 @@ def run_study_of(
     files = [] if folder is None else _write(found, folder)
     if as_json:
         summary = study.study_provenance(found) | {"rows": found.rows}
-        console.print_json(summary | {"files": [str(path) for path in files]})
+        console.print_json(summary | {"files": files})
     else:
         tables_study.print_study_run(found.rows, case, found.wall_time, files)
 

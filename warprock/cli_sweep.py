@@ -9,6 +9,13 @@ from typing import Any, TypeVar
 
 import click
 
+from warprock.cli_options import (
+    device_options,
+    engine_option,
+    json_option,
+    set_option,
+    workers_option,
+)
 from warprock.errors import InputError
 
 EXIT_BAD_LANES, EXIT_RESUMABLE = 4, 75
@@ -29,27 +36,10 @@ def _folder_argument(command: Command) -> Command:
     return click.argument("folder", metavar="DIR", type=click.Path(path_type=pathlib.Path))(command)
 
 
-def _json_option(command: Command) -> Command:
-    return click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")(command)
-
-
-def _workers_option(command: Command) -> Command:
-    return click.option("--workers", type=int, help="Worker threads; the cores at hand without.")(
-        command
-    )
-
-
 @sweep.command()
 @click.argument("case_name", metavar="CASE")
-@click.option("-e", "--engine", help="Engine; without, housner for one block, event for a stack.")
-@click.option(
-    "-s",
-    "--set",
-    "overrides",
-    multiple=True,
-    metavar="KEY=VALUE",
-    help="Change a key of the case, such as -s sample.lanes=1000000.",
-)
+@engine_option
+@set_option
 @click.option(
     "-o",
     "--output",
@@ -59,10 +49,9 @@ def _workers_option(command: Command) -> Command:
     help="Folder of the sweep; made if it does not exist.",
 )
 @click.option("--chunk", "chunk_lanes", type=int, help="Lanes in a chunk; 50,000 without.")
-@click.option("--precision", default="float64", show_default=True, help="Or float32.")
-@click.option("--device", default="cpu", show_default=True, help="Warp device.")
+@device_options
 @click.option("--estimate", is_flag=True, help="Estimate every lane's error; ten times the time.")
-@_json_option
+@json_option
 def plan(
     case_name: str,
     engine: str | None,
@@ -98,11 +87,11 @@ def plan(
 
 @sweep.command()
 @_folder_argument
-@_workers_option
+@workers_option
 @click.option("--shard", default="1/1", help="Part i/n of the chunks: every n-th, i from 1 to n.")
 @click.option("--scheduler", help="Address of a Dask scheduler, or local; needs the extra [dask].")
 @click.option("--max-bad", type=float, help="Share of bad lanes, 0 to 1, above which to exit 4.")
-@_json_option
+@json_option
 @click.pass_context
 def run(
     ctx: click.Context,
@@ -162,7 +151,7 @@ def _say_left(why: str, folder: pathlib.Path) -> None:
 
 @sweep.command()
 @_folder_argument
-@_json_option
+@json_option
 def status(folder: pathlib.Path, as_json: bool) -> None:
     """How far a sweep is: its chunks, and what became of the lanes so far."""
     from warprock import sweep_chunks, sweep_plan
@@ -181,7 +170,7 @@ def status(folder: pathlib.Path, as_json: bool) -> None:
     type=click.Path(path_type=pathlib.Path, dir_okay=False),
     help="Parquet file to write; lanes.parquet in DIR without.",
 )
-@_json_option
+@json_option
 def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> None:
     """Join the chunks of a sweep that is done in one Parquet file, all lanes in order."""
     from warprock import store, sweep_chunks, sweep_plan
@@ -198,8 +187,8 @@ def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> Non
 @click.command("sweep")
 @click.option("--lanes", type=int, multiple=True, help="10,000 and 1,000,000 without; repeat.")
 @click.option("-e", "--engine", "engines", multiple=True, help="housner and event without; repeat.")
-@_workers_option
-@_json_option
+@workers_option
+@json_option
 def bench_sweep(
     lanes: tuple[int, ...], engines: tuple[str, ...], workers: int | None, as_json: bool
 ) -> None:

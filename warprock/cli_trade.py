@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from warprock.cli_options import json_option
 from warprock.errors import InputError
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="Folder of the table; rows that it has from this machine are kept.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@json_option
 def trade(
     engines: tuple[str, ...], scenes: tuple[str, ...], folder: pathlib.Path, as_json: bool
 ) -> None:
