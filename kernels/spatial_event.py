@@ -40,15 +40,16 @@ from warprock.kernels.instance import kernel_module
 real: Any
 PRECISION: str
 MOTION: str
+FRICTION: str
 
 scalar = kernel_module("scalar", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 event = kernel_module("event", precision=PRECISION, motion=MOTION)
 spatial = kernel_module("spatial", precision=PRECISION)
-contact = kernel_module("spatial_event_contact", precision=PRECISION)
-law = kernel_module("spatial_event_law", precision=PRECISION)
-moves = kernel_module("spatial_event_moves", precision=PRECISION)
-trial = kernel_module("spatial_event_trial", precision=PRECISION, motion=MOTION)
+contact = kernel_module("spatial_event_contact", precision=PRECISION, friction=FRICTION)
+law = kernel_module("spatial_event_law", precision=PRECISION, friction=FRICTION)
+moves = kernel_module("spatial_event_moves", precision=PRECISION, friction=FRICTION)
+trial = kernel_module("spatial_event_trial", precision=PRECISION, motion=MOTION, friction=FRICTION)
 wp.set_module_options(contact.OPTIONS)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 Motion, first_root = motion.Motion, event.first_root

@@ -13,15 +13,16 @@ from warprock.kernels.instance import kernel_module
 real: Any
 PRECISION: str
 MOTION: str
+FRICTION: str
 
 scalar = kernel_module("scalar", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 block_module = kernel_module("spatial", precision=PRECISION)
 found_module = kernel_module("spatial_found", precision=PRECISION)
-contact = kernel_module("spatial_event_contact", precision=PRECISION)
+contact = kernel_module("spatial_event_contact", precision=PRECISION, friction=FRICTION)
 wp.set_module_options(contact.OPTIONS)
-moves = kernel_module("spatial_event_moves", precision=PRECISION)
-event = kernel_module("spatial_event", precision=PRECISION, motion=MOTION)
+moves = kernel_module("spatial_event_moves", precision=PRECISION, friction=FRICTION)
+event = kernel_module("spatial_event", precision=PRECISION, motion=MOTION, friction=FRICTION)
 larger, size = scalar.larger, scalar.size
 Motion, sample_index = motion.Motion, motion.sample_index
 Block, matrix_of = block_module.Block, block_module.matrix_of

@@ -11,11 +11,12 @@ from warprock.kernels.instance import kernel_module
 
 real: Any
 PRECISION: str
+FRICTION: str
 
 scalar = kernel_module("scalar", precision=PRECISION)
-contact = kernel_module("spatial_event_contact", precision=PRECISION)
+contact = kernel_module("spatial_event_contact", precision=PRECISION, friction=FRICTION)
 wp.set_module_options(contact.OPTIONS)
-slide = kernel_module("spatial_event_slide", precision=PRECISION)
+slide = kernel_module("spatial_event_slide", precision=PRECISION, friction=FRICTION)
 larger, smaller = scalar.larger, scalar.smaller
 Two, Three, Matrix = contact.Two, contact.Three, contact.Matrix
 Corners, Body, Held = contact.Corners, contact.Body, contact.Held

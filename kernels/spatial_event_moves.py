@@ -12,11 +12,12 @@ from warprock.kernels.instance import kernel_module
 
 real: Any
 PRECISION: str
+FRICTION: str
 
 scalar = kernel_module("scalar", precision=PRECISION)
 spatial = kernel_module("spatial", precision=PRECISION)
 event = kernel_module("event", precision=PRECISION)
-contact = kernel_module("spatial_event_contact", precision=PRECISION)
+contact = kernel_module("spatial_event_contact", precision=PRECISION, friction=FRICTION)
 wp.set_module_options(contact.OPTIONS)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 sine, cosine = scalar.sine, scalar.cosine

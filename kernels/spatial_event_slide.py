@@ -13,9 +13,10 @@ from warprock.kernels.instance import kernel_module
 
 real: Any
 PRECISION: str
+FRICTION: str
 
 scalar = kernel_module("scalar", precision=PRECISION)
-contact = kernel_module("spatial_event_contact", precision=PRECISION)
+contact = kernel_module("spatial_event_contact", precision=PRECISION, friction=FRICTION)
 wp.set_module_options(contact.OPTIONS)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 Two, Three, Matrix, Shares = contact.Two, contact.Three, contact.Matrix, contact.Shares

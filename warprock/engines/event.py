@@ -89,7 +89,7 @@ class Event(AbstractEngine):
         if lanes.spatial and lanes.stacked:
             return spatial_event_stack_module(self.target, lanes, motions)
         if lanes.spatial:
-            return spatial_event_module(self.target, motions)
+            return spatial_event_module(self.settings, self.target, motions)
         if lanes.stacked:
             return event_stack_module(self.target, lanes, motions)
         module: ModuleType = kernel_module(

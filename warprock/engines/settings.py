@@ -21,6 +21,18 @@ def setting(default: float | int, *, unit: str, low: float, high: float, text: s
     )
 
 
+def friction_in_space() -> Any:
+    """The settings field of engines whose blocks slide in two directions: the law of friction."""
+    return setting(
+        0,
+        unit="-",
+        low=0,
+        high=1,
+        text="in space, 0: friction is bound in every direction alike (exact cone); 1: along x and "
+        "along y by itself (box), in a stack those of the lower face",
+    )
+
+
 @dataclasses.dataclass(frozen=True)
 class HousnerSettings:
     """Settings of `housner`."""
@@ -60,14 +72,7 @@ class ImpulseSettings:
     erp: float = setting(
         0.2, unit="-", low=0.0, high=1.0, text="part of a penetration that a step removes"
     )
-    friction_box: int = setting(
-        0,
-        unit="-",
-        low=0,
-        high=1,
-        text="in space, 0: friction is bound in every direction alike (exact cone); 1: along x and "
-        "along y by itself (box)",
-    )
+    friction_box: int = friction_in_space()
 
     @property
     def time_step(self) -> float:
@@ -144,6 +149,7 @@ class EventSettings:
         text="after an impact the block rests if its next swing would stay below this times the "
         "slenderness angle on either side",
     )
+    friction_box: int = friction_in_space()
 
     def halved(self) -> Self:
         """The same settings with half of the time step."""
@@ -257,6 +263,7 @@ class DemSettings:
         high=1.0,
         text="angle at which slip opens an interface; beyond the friction angle slip wins energy",
     )
+    friction_box: int = friction_in_space()
     time_step: float = setting(
         1e-3, unit="s", low=1e-8, high=0.1, text="longest step, where stability allows it"
     )

@@ -38,10 +38,15 @@ OVERTURNED, BROKEN, STALLED, UNSETTLED = range(1, 5)
 """Modes of a lane in the kernel."""
 
 
-def spatial_event_module(target: Target, motions: GroundMotions) -> ModuleType:
+def spatial_event_module(
+    settings: EventSettings, target: Target, motions: GroundMotions
+) -> ModuleType:
     """The instance of the kernel file for a batch of blocks: one lane a thread on any device."""
     module: ModuleType = kernel_module(
-        "spatial_event_launch", precision=target.precision, motion=motions.kind.value
+        "spatial_event_launch",
+        precision=target.precision,
+        motion=motions.kind.value,
+        friction="box" if settings.friction_box else "cone",
     )
     return module
 
@@ -68,7 +73,7 @@ def run_spatial_event(
     times: SampleTimes,
 ) -> Response:
     """Runs a batch of single blocks on the calling thread; see `AbstractEngine.run`."""
-    module: Any = spatial_event_module(target, motions)
+    module: Any = spatial_event_module(settings, target, motions)
     knobs = module.Knobs()
     knobs.gravity = GRAVITY
     longest_step = longest_steps(settings, lanes)
