@@ -31,6 +31,19 @@ TWO_PI = real(6.283185307179586)
 FLAT = real(44.0)
 """Exponent beyond which a Gaussian is zero to round-off; `decay` takes no more."""
 
+if MOTION != "record":
+
+    @wp.func
+    def sample_index(m: Any, segment: int) -> int:
+        """Place in the pool of the sample that the segment starts at: no record, no sample."""
+        return 0
+
+    @wp.func
+    def sample_segment(m: Any, time: real) -> int:
+        """Segment that a time lies in, for `sample_index`: no record, no sample."""
+        return 0
+
+
 if MOTION == "still":
 
     @wp.struct
@@ -60,16 +73,6 @@ if MOTION == "still":
         """Velocity of the base: zero."""
         return real(0.0)
 
-    @wp.func
-    def sample_index(m: Motion, segment: int) -> int:
-        """Place in the pool of the sample that the segment starts at: no record, no sample."""
-        return 0
-
-    @wp.func
-    def sample_segment(m: Motion, time: real) -> int:
-        """Segment that a time lies in, for `sample_index`: no record, no sample."""
-        return 0
-
 
 if MOTION in ("harmonic", "ricker", "modulated"):
 
@@ -88,15 +91,21 @@ if MOTION in ("harmonic", "ricker", "modulated"):
         """Velocity step at the next knot."""
         return wp.where(segment == 0, m.velocity_step_start, m.velocity_step_stop)
 
-    @wp.func
-    def sample_index(m: Any, segment: int) -> int:
-        """Place in the pool of the sample that the segment starts at: no record, no sample."""
-        return 0
+
+if MOTION in ("harmonic", "modulated"):
 
     @wp.func
-    def sample_segment(m: Any, time: real) -> int:
-        """Segment that a time lies in, for `sample_index`: no record, no sample."""
-        return 0
+    def wave(w: real, a0: real, a1: real):
+        """Taylor coefficients 0 to 8 of a harmonic from its first two: a'' = -w^2 a."""
+        q = -w * w
+        a2 = a0 * q * OVER_2
+        a3 = a1 * q * OVER_2 * OVER_3
+        a4 = a2 * q * OVER_3 * OVER_4
+        a5 = a3 * q * OVER_4 * OVER_5
+        a6 = a4 * q * OVER_5 * OVER_6
+        a7 = a5 * q * OVER_6 * OVER_7
+        a8 = a6 * q * OVER_7 * OVER_8
+        return a0, a1, a2, a3, a4, a5, a6, a7, a8
 
 
 if MOTION == "harmonic":
@@ -117,21 +126,11 @@ if MOTION == "harmonic":
 
     @wp.func
     def series(m: Motion, segment: int, time: real, value: real, slope: real):
-        """Taylor coefficients 0 to 8 of the acceleration: a'' = -w^2 a."""
+        """Taylor coefficients 0 to 8 of the acceleration."""
         w = TWO_PI * m.frequency
         s, c = cycle(m.frequency * (time - m.start) + m.phase / TWO_PI)
         amplitude = m.acceleration_amplitude * inside(m, segment)
-        q = -w * w
-        a0 = amplitude * s
-        a1 = amplitude * w * c
-        a2 = a0 * q * OVER_2
-        a3 = a1 * q * OVER_2 * OVER_3
-        a4 = a2 * q * OVER_3 * OVER_4
-        a5 = a3 * q * OVER_4 * OVER_5
-        a6 = a4 * q * OVER_5 * OVER_6
-        a7 = a5 * q * OVER_6 * OVER_7
-        a8 = a6 * q * OVER_7 * OVER_8
-        return a0, a1, a2, a3, a4, a5, a6, a7, a8
+        return wave(w, amplitude * s, amplitude * w * c)
 
     @wp.func
     def velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
@@ -229,31 +228,22 @@ if MOTION == "modulated":
         velocity_offset: real
 
     @wp.func
-    def wave(m: Motion, part: real, swing: real, time: real):
-        """Taylor coefficients 0 to 8 of one harmonic's acceleration: a'' = -w^2 a."""
+    def swing_series(m: Motion, part: real, swing: real, time: real):
+        """Taylor coefficients 0 to 8 of one harmonic's acceleration."""
         f = m.frequency * part
         w = TWO_PI * f
         s, c = cycle(f * (time - real(0.5) * (m.start + m.stop)) + m.phase / TWO_PI)
-        q = -w * w
-        a0 = -swing * w * s
-        a1 = swing * q * c
-        a2 = a0 * q * OVER_2
-        a3 = a1 * q * OVER_2 * OVER_3
-        a4 = a2 * q * OVER_3 * OVER_4
-        a5 = a3 * q * OVER_4 * OVER_5
-        a6 = a4 * q * OVER_5 * OVER_6
-        a7 = a5 * q * OVER_6 * OVER_7
-        a8 = a6 * q * OVER_7 * OVER_8
-        return a0, a1, a2, a3, a4, a5, a6, a7, a8
+        return wave(w, -swing * w * s, swing * (-w * w) * c)
 
     @wp.func
     def series(m: Motion, segment: int, time: real, value: real, slope: real):
         """Taylor coefficients 0 to 8 of the acceleration: those of three harmonics."""
         i = inside(m, segment)
         one = real(1.0)
-        a0, a1, a2, a3, a4, a5, a6, a7, a8 = wave(m, one, i * m.swing_1, time)
-        b0, b1, b2, b3, b4, b5, b6, b7, b8 = wave(m, one + m.modulation, i * m.swing_2, time)
-        c0, c1, c2, c3, c4, c5, c6, c7, c8 = wave(m, one - m.modulation, i * m.swing_3, time)
+        a0, a1, a2, a3, a4, a5, a6, a7, a8 = swing_series(m, one, i * m.swing_1, time)
+        more, less = one + m.modulation, one - m.modulation
+        b0, b1, b2, b3, b4, b5, b6, b7, b8 = swing_series(m, more, i * m.swing_2, time)
+        c0, c1, c2, c3, c4, c5, c6, c7, c8 = swing_series(m, less, i * m.swing_3, time)
         return (
             a0 + b0 + c0,
             a1 + b1 + c1,
