@@ -27,8 +27,9 @@ In a plane this is event.py, step by step. What holds beyond it:
   ends with a jump: that is located. Where corners open or start to slide otherwise forces go on
   without a jump, and need not be.
 - Second order holds while corners stick, and where they slide: on curved ways too, as long as they
-  do not come nearly to a stand. There the way turns ever faster; steps are cut down to `SHORTEST`,
-  and what is left falls with the step, but not always with its square.
+  do not come nearly to a stand. There the way turns ever faster; steps are cut down to a hundredth
+  of the longest one, and what is left falls with the step, but not always with its square.
+- Friction as a box has a law of its own (spatial_event_box.py), which tells its order, too.
 """
 
 from typing import Any
@@ -47,7 +48,7 @@ motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 event = kernel_module("event", precision=PRECISION, motion=MOTION)
 spatial = kernel_module("spatial", precision=PRECISION)
 contact = kernel_module("spatial_event_contact", precision=PRECISION, friction=FRICTION)
-law = kernel_module("spatial_event_law", precision=PRECISION, friction=FRICTION)
+law = kernel_module(contact.LAW, precision=PRECISION, friction=FRICTION)
 moves = kernel_module("spatial_event_moves", precision=PRECISION, friction=FRICTION)
 trial = kernel_module("spatial_event_trial", precision=PRECISION, motion=MOTION, friction=FRICTION)
 wp.set_module_options(contact.OPTIONS)
@@ -56,12 +57,11 @@ Motion, first_root = motion.Motion, event.first_root
 Block, Body, Held = spatial.Block, contact.Body, contact.Held
 Three, Corners = contact.Three, contact.Corners
 mask_of, stance_of, corner_velocity = contact.mask_of, contact.stance_of, contact.corner_velocity
-along = contact.along
-settled = law.settled
+settled, loose, grips, slip_after = law.settled, law.loose, law.grips, law.slip_after
 turned, body_at, flown, levelled = moves.turned, moves.body_at, moves.flown, moves.levelled
 foot, placed, upright = moves.foot, moves.placed, moves.upright
 least_spare = moves.least_spare
-corner_event, stop_event = moves.corner_event, moves.stop_event
+corner_event = moves.corner_event
 Limits, State, Base, next_step = trial.Limits, trial.State, trial.Base, trial.next_step
 kinetic_energy, directions = trial.kinetic_energy, trial.directions
 bound, let_go = trial.bound, trial.let_go
@@ -86,10 +86,6 @@ DUST = real({"float64": 1.0e-12, "float32": 1.0e-5}[PRECISION])
 LAST = real(100.0)
 """Speed at which a flat block's sliding ends, as a multiple of what gravity gives in the time by
 which events may be missed."""
-SWERVE = real(0.95)
-"""Cosine of the angle by which a sliding corner's way may turn in a step..."""
-SHORTEST = real(0.01)
-"""...that is longer than this part of the longest one."""
 SOON = real(1.0e-3)
 """Part of a step by which an uplift may be missed: the error is of its square."""
 
@@ -103,7 +99,7 @@ def closed(block: Block, s: State, body: Body, mask: int) -> State:
     now = body_at(block, n.q)
     pinned = mask_of(s.stance)
     n.x = placed(now, mask_of(n.stance), s.x + foot(body, pinned) - foot(now, pinned))
-    n.slip = wp.where(s.slip == 0, 0, mask_of(n.stance))
+    n.slip = wp.where(s.slip == 0, 0, loose(mask_of(n.stance)))
     smooth = now
     # What closes without an impact closes without friction: no energy comes of it.
     smooth.friction = real(0.0)
@@ -181,7 +177,7 @@ def later_event(
         e0, e1 = least_spare(body0, limits.gravity, base.first, base.last)
         if e1 < -SOON * e0 and e0 > -SOON * e1:
             cut = smaller(cut, first_root(e0, (e1 - e0) / base.d, e1, base.d))
-    on_edge = s.stance >= EDGE and s.stance < FLAT and s.slip != mask_of(s.stance)
+    on_edge = s.stance >= EDGE and s.stance < FLAT and grips(s.stance, s.slip)
     if on_edge and lands == 0 and cut >= NEVER:
         cut = let_go(block, limits, s, reached, base, body0, body, h)
     axis = upright(reached.q)
@@ -192,14 +188,6 @@ def later_event(
         e0 = larger(axis0[2] - near * size(fall), real(0.0))
         cut = smaller(cut, first_root(e0, wp.cross(s.w, axis0)[2], left, base.d))
     return cut
-
-
-@wp.func
-def swerves(block: Block, limits: Limits, u0: Three, u1: Three, d: real) -> bool:
-    """Whether a sliding corner's way turns so sharply in a step that a shorter one pays."""
-    shortest = SHORTEST * limits.longest_step
-    swift = larger(wp.length(u0), wp.length(u1)) > block.friction * limits.gravity * shortest
-    return d > shortest and swift and wp.dot(along(u0), along(u1)) < SWERVE
 
 
 @wp.func
@@ -233,13 +221,13 @@ def watched(
             closes = closes | wp.where(quiet and s.stance != FLYING, bit, 0)
         elif (held & bit) == 0:
             lands = lands | wp.where(g1 <= dust and u1[2] < real(0.0), bit, 0)
-        elif (n.slip & s.slip & bit) != 0:
-            there, stops = stop_event(u0, u1, base.d, near)
-            cut = smaller(cut, there)
-            n.slip = n.slip - wp.where(stops, bit, 0)
-            # Of a flat block the corner about which it turns always swerves.
-            if n.stance < FLAT and not stops and swerves(block, limits, u0, u1, base.d):
-                cut = smaller(cut, HALF * base.d)
+        else:
+            end, left = slip_after(
+                k, block.friction, limits.gravity, limits.longest_step, near, s.slip, n.slip,
+                n.stance, u0, u1, base.d,
+            )  # fmt: skip
+            cut = smaller(cut, end)
+            n.slip = left
         fastest = larger(fastest, wp.sqrt(u1[0] * u1[0] + u1[1] * u1[1]))
         faster = larger(faster, wp.sqrt(u0[0] * u0[0] + u0[1] * u0[1]))
     # A flat block that slows down to next to nothing stops as a whole.

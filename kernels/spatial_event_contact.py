@@ -3,6 +3,7 @@
 Mass 1, inertia I about the centre of mass, velocity v, angular velocity w; corner k lies at r_k
 from the centre of mass and moves at v + w x r_k. The base is the plane z = 0. An impulse p at a
 corner, p_z = n >= 0 and |p_x, p_y| <= friction n (the cone), changes v by p and w by I^-1 (r x p).
+Of the box |p_x| and |p_y| are bound each; what slides then is found by spatial_event_box.py.
 
 Where the block touches is its *stance*: on corner k (0 to 3), on the edge from corner k to the
 next (4 + k), flat (8), or nowhere (9). What may hold is tried, larger stances first:
@@ -29,6 +30,7 @@ from warprock.kernels.instance import kernel_module
 
 real: Any
 PRECISION: str
+FRICTION: str
 
 stack = kernel_module("stack", precision=PRECISION, blocks=1)
 OPTIONS = {
@@ -41,6 +43,11 @@ OPTIONS = {
 wp.set_module_options(OPTIONS)
 scalar = kernel_module("scalar", precision=PRECISION)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+
+BOX = FRICTION == "box"
+"""Whether friction is bound as a box along x and y, else as a cone."""
+LAW = "spatial_event_box" if BOX else "spatial_event_law"
+"""File that decides what sticks and slides."""
 
 EDGE = 4
 FLAT = 8
@@ -168,13 +175,21 @@ def stuck(body: Body, stance: int, v: Three, w: Three):
 
 
 @wp.func
+def drawn(x: real, y: real) -> real:
+    """Size of a friction, to be held against its bound: of the box its larger part."""
+    if BOX:
+        return larger(size(x), size(y))
+    return wp.sqrt(x * x + y * y)
+
+
+@wp.func
 def edge_shares(body: Body, k: int, p: Three, twist: Three):
     """Impulses of both ends of an edge, from their sum and angular impulse about the centre.
 
-    They differ by 2 q across the edge; what they share along it the cones tell.
+    They differ by 2 q across the edge; what they share along it the cones, or boxes, tell.
 
     Returns:
-        Both impulses, along the edge by halves; the edge's direction; what the cones of both leave
+        Both impulses, along the edge by halves; the edge's direction; what the bounds of both leave
         beside the friction across the edge.
     """
     first = body.corners[k]
@@ -184,8 +199,11 @@ def edge_shares(body: Body, k: int, p: Three, twist: Three):
     q = wp.cross((twist - wp.cross(middle, p)) / wp.length(way), e)
     one = HALF * p - q
     other = HALF * p + q
-    room1 = body.friction * one[2] - size(one[1] * e[0] - one[0] * e[1])
-    room2 = body.friction * other[2] - size(other[1] * e[0] - other[0] * e[1])
+    mu = body.friction
+    if BOX:
+        mu = mu * (size(e[0]) + size(e[1]))
+    room1 = mu * one[2] - size(one[1] * e[0] - one[0] * e[1])
+    room2 = mu * other[2] - size(other[1] * e[0] - other[0] * e[1])
     return one, other, e, room1, room2
 
 
@@ -193,6 +211,22 @@ def edge_shares(body: Body, k: int, p: Three, twist: Three):
 def left_along(most: real, room: real) -> real:
     """Friction that a cone leaves along an edge, of its most and its room across the edge."""
     return wp.sqrt(larger(room * (most + most - room), real(0.0)))
+
+
+@wp.func
+def chord(most: real, p: Three, e: Three):
+    """Least and largest friction along an edge that a box leaves beside what is across the edge."""
+    least = real(-1.0e30)
+    largest = real(1.0e30)
+    across = p[1] * e[0] - p[0] * e[1]
+    for axis in range(2):
+        aside = wp.where(axis == 0, -across * e[1], across * e[0])
+        if size(e[axis]) > TINY:
+            a = (-most - aside) / e[axis]
+            b = (most - aside) / e[axis]
+            least = larger(least, smaller(a, b))
+            largest = smaller(largest, larger(a, b))
+    return least, largest
 
 
 @wp.func
@@ -204,12 +238,23 @@ def edge_carries(body: Body, k: int, p: Three, twist: Three):
     """
     zero = real(0.0)
     one, other, e, room1, room2 = edge_shares(body, k, p, twist)
-    spare = left_along(body.friction * one[2], room1)
-    spare += left_along(body.friction * other[2], room2)
+    along_edge = wp.dot(p, e)
+    least = real(0.0)
+    largest = real(0.0)
+    if BOX:
+        least1, largest1 = chord(body.friction * one[2], one, e)
+        least2, largest2 = chord(body.friction * other[2], other, e)
+        least = least1 + least2
+        largest = largest1 + largest2
+    else:
+        largest = left_along(body.friction * one[2], room1)
+        largest += left_along(body.friction * other[2], room2)
+        least = -largest
     pressed = one[2] >= zero and other[2] >= zero
     room = smaller(room1, room2)
     uneven = size(room1 - room2) > ALIKE * body.friction * (size(one[2]) + size(other[2]))
-    return pressed and room >= zero and size(wp.dot(p, e)) <= spare, room, uneven
+    shared = least <= along_edge and along_edge <= largest
+    return pressed and room >= zero and shared, room, uneven
 
 
 @wp.func
@@ -282,8 +327,8 @@ def face_carries(body: Body, p: Three, twist: Three, dust: real) -> bool:
         for k in range(4):
             fx = p[0] - turn * (body.corners[k, 1] - y)
             fy = p[1] + turn * (body.corners[k, 0] - x)
-            worst = larger(worst, wp.where(shares[k] > real(0.0), fx * fx + fy * fy, real(0.0)))
-        fits = inside(body, x, y) and wp.sqrt(worst) <= body.friction * p[2] + dust
+            worst = larger(worst, wp.where(shares[k] > real(0.0), drawn(fx, fy), real(0.0)))
+        fits = inside(body, x, y) and worst <= body.friction * p[2] + dust
     return fits
 
 
@@ -307,7 +352,7 @@ def sticking(body: Body, stance: int, mask: int, v: Three, w: Three, dust: real)
     h.stance = stance
     p = h.v - v
     if stance < EDGE:
-        h.fits = p[2] >= real(0.0) and (wp.sqrt(p[0] * p[0] + p[1] * p[1]) <= body.friction * p[2])
+        h.fits = p[2] >= real(0.0) and drawn(p[0], p[1]) <= body.friction * p[2]
     else:
         twist = body.inertia * (h.w - w)
         if stance < FLAT:

@@ -17,15 +17,24 @@ scalar = kernel_module("scalar", precision=PRECISION)
 contact = kernel_module("spatial_event_contact", precision=PRECISION, friction=FRICTION)
 wp.set_module_options(contact.OPTIONS)
 slide = kernel_module("spatial_event_slide", precision=PRECISION, friction=FRICTION)
+moves = kernel_module("spatial_event_moves", precision=PRECISION, friction=FRICTION)
 larger, smaller = scalar.larger, scalar.smaller
-Two, Three, Matrix = contact.Two, contact.Three, contact.Matrix
+Two, Three, Matrix, Shares = contact.Two, contact.Three, contact.Matrix, contact.Shares
 Corners, Body, Held = contact.Corners, contact.Body, contact.Held
 mask_of, stance_of, corner_velocity = contact.mask_of, contact.stance_of, contact.corner_velocity
 along, sinks, sticking, begun = contact.along, contact.sinks, contact.sticking, contact.begun
 corner_matrix, sliding_corner = contact.corner_matrix, slide.sliding_corner
 swinging, slipping = slide.swinging, slide.slipping
+slid, swung = slide.slid, slide.swung
+stuck, stop_event = contact.stuck, moves.stop_event
 EDGE, FLAT, FLYING = contact.EDGE, contact.FLAT, contact.FLYING
 
+HALF = real(0.5)
+NEVER = real(1.0e30)
+SWERVE = real(0.95)
+"""Cosine of the angle by which a sliding corner's way may turn in a step..."""
+SHORTEST = real(0.01)
+"""...that is longer than this part of the longest one."""
 SWEEPS = 5000
 """Sweeps of the Gauss-Seidel iteration before it gives up."""
 SETTLED = real({"float64": 1.0e-13, "float32": 1.0e-6}[PRECISION])
@@ -174,3 +183,97 @@ def settled(
     best.turns = first.turns
     best.spare = first.spare
     return best
+
+
+@wp.func
+def directions(body: Body, v: Three, w: Three) -> Corners:
+    """Directions in which the corners move along the base."""
+    dirs = Corners()
+    for k in range(4):
+        d = along(corner_velocity(body, v, w, k))
+        dirs[k] = Three(d[0], d[1], real(0.0))
+    return dirs
+
+
+@wp.func
+def bound(body: Body, stance: int, slip: int, v: Three, w: Three):
+    """Velocities projected on the contacts, along their force."""
+    v1 = v
+    w1 = w
+    mask = mask_of(stance)
+    if stance != FLYING and slip == 0:
+        v1, w1 = stuck(body, stance, v, w)
+    elif stance < FLAT and slip == mask:
+        v1, w1, _n, _sound = slid(
+            body, stance, body.friction, directions(body, v, w), Shares(), v, w
+        )
+    elif stance < FLAT:
+        k = stance % 4
+        first = slip == 1 << k
+        other = (k + 1) % 4
+        pinned = wp.where(first, other, k)
+        slides = wp.where(first, k, other)
+        u = corner_velocity(body, v, w, slides) - corner_velocity(body, v, w, pinned)
+        way = body.corners[slides] - body.corners[pinned]
+        side = wp.where(way[0] * u[1] < way[1] * u[0], real(-1.0), real(1.0))
+        v1, w1, _m, _d, _good = swung(body, pinned, slides, side, v, w)
+    elif stance == FLAT:
+        v1 = Three(v[0], v[1], real(0.0))
+        w1 = Three(real(0.0), real(0.0), w[2])
+    return v1, w1
+
+
+@wp.func
+def loose(mask: int) -> int:
+    """`slip` where all that some corners can do is slide."""
+    return mask
+
+
+@wp.func
+def grips(stance: int, slip: int) -> bool:
+    """Whether an edge holds one of its ends, or both."""
+    return slip != mask_of(stance)
+
+
+@wp.func
+def swerves(mu: real, gravity: real, longest: real, u0: Three, u1: Three, d: real) -> bool:
+    """Whether a sliding corner's way turns so sharply in a step that a shorter one pays."""
+    shortest = SHORTEST * longest
+    swift = larger(wp.length(u0), wp.length(u1)) > mu * gravity * shortest
+    return d > shortest and swift and wp.dot(along(u0), along(u1)) < SWERVE
+
+
+@wp.func
+def slip_after(
+    k: int, mu: real, gravity: real, longest: real, near: real, s: int, n: int, stance: int,
+    u0: Three, u1: Three, d: real,
+):  # fmt: skip
+    """What becomes of a touching corner's slip in a step.
+
+    Args:
+        k: The corner.
+        mu: Friction coefficient.
+        gravity: [m/s^2].
+        longest: Longest step [s].
+        near: Time by which events may be missed [s].
+        s: Slip at the start of the step; n in it.
+        n: See s.
+        stance: Stance in it.
+        u0: Velocity of the corner at the start [m/s]; u1 at the end.
+        u1: See u0.
+        d: Length of the step [s].
+
+    Returns:
+        Length of the step to where the corner stops, if that lies inside, else NEVER; slip after.
+    """
+    cut = real(NEVER)
+    slip = n
+    bit = 1 << k
+    if (n & s & bit) != 0:
+        there, stops = stop_event(u0, u1, d, near)
+        cut = there
+        slip = n - wp.where(stops, bit, 0)
+        # Of a flat block the corner about which it turns always swerves.
+        if stance < FLAT and not stops and swerves(mu, gravity, longest, u0, u1, d):
+            cut = smaller(cut, HALF * d)
+    return cut, slip

@@ -27,6 +27,9 @@ Two, Three, Matrix = contact.Two, contact.Three, contact.Matrix
 Corners, Body, Held = contact.Corners, contact.Body, contact.Held
 mask_of, corner_velocity, along = contact.mask_of, contact.corner_velocity, contact.along
 EDGE, FLAT, FLYING = contact.EDGE, contact.FLAT, contact.FLYING
+BOX = contact.BOX
+SIDES = 6 if BOX else 5
+"""Ways in which a resting block may begin to move, see `spare_of`."""
 
 HALF = real(0.5)
 TINY = contact.TINY
@@ -139,7 +142,8 @@ def spare_of(body: Body, side: int, pull: Two, gravity: real, a: Three) -> real:
 
     Args:
         body: The block.
-        side: 0 to 3, over the edge from that corner to the next; 4, along the base.
+        side: 0 to 3, over the edge from that corner to the next; 4 (of a box 5, too), along the
+            base.
         pull: Direction of that.
         gravity: [m/s^2].
         a: Acceleration of the base [m/s^2].
@@ -162,10 +166,17 @@ def least_spare(body: Body, gravity: real, a0: Three, a1: Three):
     pull = along(a1)
     if larger0:
         pull = along(a0)
+    if BOX:
+        way = Two(wp.sign(pull[0]), wp.sign(pull[1]))
     least = real(1.0e30)
     first = real(0.0)
     last = real(0.0)
-    for side in range(5):
+    for side in range(SIDES):
+        if BOX:
+            # Along x, then along y.
+            pull = Two(
+                wp.where(side == 4, way[0], real(0.0)), wp.where(side == 5, way[1], real(0.0))
+            )
         s0 = spare_of(body, side, pull, gravity, a0)
         s1 = spare_of(body, side, pull, gravity, a1)
         if smaller(s0, s1) < least:

@@ -20,8 +20,7 @@ motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 event = kernel_module("event", precision=PRECISION, motion=MOTION)
 spatial = kernel_module("spatial", precision=PRECISION)
 contact = kernel_module("spatial_event_contact", precision=PRECISION, friction=FRICTION)
-slide = kernel_module("spatial_event_slide", precision=PRECISION, friction=FRICTION)
-law = kernel_module("spatial_event_law", precision=PRECISION, friction=FRICTION)
+law = kernel_module(contact.LAW, precision=PRECISION, friction=FRICTION)
 moves = kernel_module("spatial_event_moves", precision=PRECISION, friction=FRICTION)
 wp.set_module_options(contact.OPTIONS)
 larger, smaller = scalar.larger, scalar.smaller
@@ -29,10 +28,8 @@ Motion, series = motion.Motion, motion.series
 knot_time, knot_step = motion.knot_time, motion.knot_step
 base_change = event.base_change
 Block, Body, Held = spatial.Block, contact.Body, contact.Held
-Three, Four, Corners, Shares = contact.Three, moves.Four, contact.Corners, contact.Shares
-mask_of, corner_velocity = contact.mask_of, contact.corner_velocity
-stuck, along, guessed = contact.stuck, contact.along, law.guessed
-slid, swung = slide.slid, slide.swung
+Three, Four, Corners = contact.Three, moves.Four, contact.Corners
+guessed, bound, directions = law.guessed, law.bound, law.directions
 turned, body_at = moves.turned, moves.body_at
 FLAT, FLYING = contact.FLAT, contact.FLYING
 
@@ -158,44 +155,6 @@ def next_step(
     )
     b.first = b.change * (TWO / larger(d, TINY)) - b.last
     return b
-
-
-@wp.func
-def directions(body: Body, v: Three, w: Three) -> Corners:
-    """Directions in which the corners move along the base."""
-    dirs = Corners()
-    for k in range(4):
-        d = along(corner_velocity(body, v, w, k))
-        dirs[k] = Three(d[0], d[1], real(0.0))
-    return dirs
-
-
-@wp.func
-def bound(body: Body, stance: int, slip: int, v: Three, w: Three):
-    """Velocities projected on the contacts, along their force."""
-    v1 = v
-    w1 = w
-    mask = mask_of(stance)
-    if stance != FLYING and slip == 0:
-        v1, w1 = stuck(body, stance, v, w)
-    elif stance < FLAT and slip == mask:
-        v1, w1, _n, _sound = slid(
-            body, stance, body.friction, directions(body, v, w), Shares(), v, w
-        )
-    elif stance < FLAT:
-        k = stance % 4
-        first = slip == 1 << k
-        other = (k + 1) % 4
-        pinned = wp.where(first, other, k)
-        slides = wp.where(first, k, other)
-        u = corner_velocity(body, v, w, slides) - corner_velocity(body, v, w, pinned)
-        way = body.corners[slides] - body.corners[pinned]
-        side = wp.where(way[0] * u[1] < way[1] * u[0], real(-1.0), real(1.0))
-        v1, w1, _m, _d, _good = swung(body, pinned, slides, side, v, w)
-    elif stance == FLAT:
-        v1 = Three(v[0], v[1], real(0.0))
-        w1 = Three(real(0.0), real(0.0), w[2])
-    return v1, w1
 
 
 @wp.func
