@@ -1,4 +1,4 @@
-"""What several test files share: the tree of sources, and a fresh interpreter."""
+"""What several test files share: the tree of sources, a fresh interpreter, a small sweep."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import sys
 from collections.abc import Callable
 
 import pytest
+
+from tests.sweeps import LANES, merged_bytes, write_case
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
@@ -33,3 +35,15 @@ def python() -> Callable[..., subprocess.CompletedProcess[str]]:
         )
 
     return run
+
+
+@pytest.fixture(scope="session")
+def case_file(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    """The case of a small sweep."""
+    return write_case(tmp_path_factory.mktemp("case"))
+
+
+@pytest.fixture(scope="session")
+def undisturbed(case_file: pathlib.Path, tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """The merged table of that sweep, made in one chunk."""
+    return merged_bytes(case_file, tmp_path_factory.mktemp("one"), LANES)

@@ -16,7 +16,7 @@ import signal
 import sys
 import time
 
-from warprock import store
+from warprock import files
 from warprock.sweep_chunks import CHUNKS
 from warprock.sweep_plan import PLAN, Plan, read_plan
 from warprock.sweep_run import Shard, chunks_to_run, run_chunk, run_here
@@ -54,7 +54,7 @@ def killed(plan: Plan, folder: pathlib.Path, more: int, after: float | None) -> 
     if child == 0:
         run_here(plan, folder, 1)(left[:more], lambda done: None)
         if after is None:
-            store.os.replace = end_here  # type: ignore[assignment]
+            files.os.replace = end_here  # type: ignore[assignment]
         run_here(plan, folder, 1)(left[more:], lambda done: None)
         os._exit(0)
     if after is not None:

@@ -72,7 +72,13 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         "numpy scipy newton warp mujoco pybullet bpy",
     ),
     "runs": (
-        ("warprock/runner.py", "warprock/store.py", "warprock/results.py", "warprock/ensemble.py"),
+        (
+            "warprock/runner.py",
+            "warprock/files.py",
+            "warprock/store.py",
+            "warprock/results.py",
+            "warprock/ensemble.py",
+        ),
         "errors foundation settings cases engines batch",
         "numpy pandas pyarrow scipy",
     ),

@@ -184,6 +184,16 @@ def test_lanes_that_cannot_be_used_are_left_out_and_counted():
     assert curve.seen.count.sum() == 300
 
 
+def test_lanes_without_a_value_are_a_group_of_their_own():
+    table = lane_table()
+    table["scale"] = np.where(np.arange(len(table)) % 2, 0.5, np.nan)
+    curves = fragility_curves(
+        table, source="t", limits=read_limits(["0.5"]), by=["scale"], samples=20
+    )
+    assert [curve.seen.count.sum() for curve in curves] == [200, 200]
+    assert [curve.group_text for curve in curves] == ["scale nan", "scale 0.5"]
+
+
 def test_a_stack_reaches_a_limit_with_its_worst_block():
     table = lane_table().rename(columns={"peak_rotation_ratio": "peak_rotation_ratio_1"})
     table["peak_rotation_ratio_2"] = 2.0
@@ -227,6 +237,8 @@ def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path):
     found = json.loads(result.stdout)
     written = pd.read_csv(tmp_path / "out" / "fragility.csv")
     assert [row["median"] for row in found["curves"]] == written["median"].tolist()
+    # What is parted by no intensity has none; JSON has no NaN.
+    assert {row["none_up_to"] for row in found["curves"]} == {None}
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert names == {"fragility.csv", "fragility-p58.csv", "fragility.png"}
     printed = run(str(tmp_path), "--by", "size", "--samples", "20").stdout

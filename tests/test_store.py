@@ -141,36 +141,6 @@ def test_a_run_keeps_no_histories_unless_asked(run: CaseRun):
     assert "rotation" not in run.response.fields
 
 
-def test_a_file_appears_whole_or_not_at_all(tmp_path: pathlib.Path):
-    path = tmp_path / "table"
-    path.write_text("before", encoding="utf-8")
-
-    def write_half() -> None:
-        with store.replacing(path) as temporary:
-            temporary.write_text("half", encoding="utf-8")
-            raise RuntimeError("the disk is full")
-
-    with pytest.raises(RuntimeError, match="disk"):
-        write_half()
-    assert path.read_text(encoding="utf-8") == "before"
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_folder_under_a_file_is_refused(tmp_path: pathlib.Path):
-    (tmp_path / "file").write_text("", encoding="utf-8")
-    with pytest.raises(InputError, match="must be a folder that can be written to"):
-        store.require_writable(tmp_path / "file" / "results")
-    with pytest.raises(InputError):
-        store.require_writable(tmp_path / "file")
-    store.require_writable(tmp_path / "new" / "results")
-    assert [path.name for path in tmp_path.iterdir()] == ["file"]
-
-
-def test_a_folder_that_cannot_be_written_to_is_refused():
-    with pytest.raises(InputError, match="must be a folder that can be written to"):
-        store.require_writable(pathlib.Path("/proc/warprock"))
-
-
 def test_histories_need_a_sample_interval(tmp_path: pathlib.Path):
     text = (pathlib.Path(store.__file__).parent.parent / "cases/free-b0/case.toml").read_text()
     file = tmp_path / "case.toml"

@@ -28,17 +28,6 @@ spread.block.height = "5 %"
 """
 
 
-@pytest.fixture(scope="module")
-def file(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
-    return write_case(tmp_path_factory.mktemp("case"))
-
-
-@pytest.fixture(scope="module")
-def undisturbed(file: pathlib.Path, tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    """The merged table of a sweep in one chunk."""
-    return merged_bytes(file, tmp_path_factory.mktemp("one"), LANES)
-
-
 def same_tables(one: pd.DataFrame, other: pd.DataFrame) -> bool:
     """Whether two tables have the same values, whatever holds their words."""
     assert list(one.columns) == list(other.columns)
@@ -47,8 +36,8 @@ def same_tables(one: pd.DataFrame, other: pd.DataFrame) -> bool:
     return plain[0].equals(plain[1])
 
 
-def test_a_sweep_has_the_lanes_of_a_run(file: pathlib.Path, undisturbed: bytes, tmp_path):
-    case = load_case(file)
+def test_a_sweep_has_the_lanes_of_a_run(case_file: pathlib.Path, undisturbed: bytes, tmp_path):
+    case = load_case(case_file)
     run = runner.run_case(case, "housner", histories=False)
     expected = store.lane_table(run.lane_set, run.response)
     (tmp_path / "lanes.parquet").write_bytes(undisturbed)
@@ -64,19 +53,19 @@ def test_a_sweep_has_the_lanes_of_a_run(file: pathlib.Path, undisturbed: bytes, 
     [(64, 1, 1), (64, 1, 2), (64, 2, 1), (64, 7, 1), (37, 1, 1), (1, 1, 1)],
 )
 def test_bytes_do_not_depend_on_chunks_shards_and_threads(
-    file, undisturbed, tmp_path, monkeypatch, chunk_lanes, shards, workers
+    case_file, undisturbed, tmp_path, monkeypatch, chunk_lanes, shards, workers
 ):
     if chunk_lanes == 1:
-        file = write_case(tmp_path / "small", CASE.replace("lanes = 150", "lanes = 5"))
-        undisturbed = merged_bytes(file, tmp_path / "one", 10)
-    found = merged_bytes(file, tmp_path / "sweep", chunk_lanes, shards=shards, workers=workers)
+        case_file = write_case(tmp_path / "small", CASE.replace("lanes = 150", "lanes = 5"))
+        undisturbed = merged_bytes(case_file, tmp_path / "one", 10)
+    found = merged_bytes(case_file, tmp_path / "sweep", chunk_lanes, shards=shards, workers=workers)
     assert found == undisturbed
 
 
-def test_row_groups_do_not_follow_chunks(file: pathlib.Path, tmp_path, monkeypatch):
+def test_row_groups_do_not_follow_chunks(case_file: pathlib.Path, tmp_path, monkeypatch):
     monkeypatch.setattr("warprock.sweep_chunks.ROW_GROUP", 70)
     for chunk_lanes in (64, 300):
-        merged_bytes(file, tmp_path / str(chunk_lanes), chunk_lanes)
+        merged_bytes(case_file, tmp_path / str(chunk_lanes), chunk_lanes)
     one, other = (tmp_path / str(lanes) / "lanes.parquet" for lanes in (64, 300))
     assert one.read_bytes() == other.read_bytes()
     groups = pq.read_metadata(one)
@@ -108,8 +97,8 @@ def test_errors_are_estimated_where_the_plan_says_so(tmp_path: pathlib.Path):
     assert "rotation_error_rad" in found
 
 
-def test_only_what_is_missing_is_run_again(file, undisturbed, tmp_path):
-    plan = planned(load_case(file), tmp_path, 64)
+def test_only_what_is_missing_is_run_again(case_file, undisturbed, tmp_path):
+    plan = planned(load_case(case_file), tmp_path, 64)
     run_all(plan, tmp_path)
     chunk_path(tmp_path, 1).unlink()
     cut = chunk_path(tmp_path, 3)
@@ -127,11 +116,11 @@ def test_only_what_is_missing_is_run_again(file, undisturbed, tmp_path):
     assert sum(state["status"].values()) == sum(state["outcome"].values()) == LANES
 
 
-def test_the_state_of_a_sweep_counts_lanes_by_word(file, tmp_path):
-    plan = planned(load_case(file), tmp_path, 64)
+def test_the_state_of_a_sweep_counts_lanes_by_word(case_file, tmp_path):
+    plan = planned(load_case(case_file), tmp_path, 64)
     for number in (0, 4):
         run_chunk(plan, tmp_path, number)
-    run = runner.run_case(load_case(file), "housner", histories=False)
+    run = runner.run_case(load_case(case_file), "housner", histories=False)
     outcomes = pd.Series(store.lane_table(run.lane_set, run.response)["outcome"])
     done = pd.concat([outcomes[:64], outcomes[256:]])
     result = invoke("sweep", "status", tmp_path, "--json")
@@ -144,12 +133,14 @@ def test_the_state_of_a_sweep_counts_lanes_by_word(file, tmp_path):
     assert "missing: 3: 1, 2, 3" in printed
 
 
-def test_the_commands_make_a_table(file, undisturbed, tmp_path):
+def test_the_commands_make_a_table(case_file, undisturbed, tmp_path):
     folder = tmp_path / "sweep"
-    plan = invoke("sweep", "plan", file, "-e", "housner", "--chunk", 100, "-o", folder, "--json")
+    plan = invoke(
+        "sweep", "plan", case_file, "-e", "housner", "--chunk", 100, "-o", folder, "--json"
+    )
     facts = json.loads(plan.stdout)
     assert (facts["lanes"], facts["chunks"], facts["written"]) == (LANES, 3, True)
-    again = invoke("sweep", "plan", file, "--chunk", 100, "-o", folder)
+    again = invoke("sweep", "plan", case_file, "--chunk", 100, "-o", folder)
     assert "there already" in again.stdout
     for shard, done in (("2/2", 100), ("1/2", 300)):
         result = invoke("sweep", "run", folder, "--shard", shard, "--workers", 1)
@@ -164,8 +155,8 @@ def test_the_commands_make_a_table(file, undisturbed, tmp_path):
     assert "3 chunks done before, 0 chunks, 0 lanes to run" in done.stderr
 
 
-def test_too_many_bad_lanes_are_told_by_the_exit_code(file, tmp_path, monkeypatch):
-    planned(load_case(file), tmp_path, 100)
+def test_too_many_bad_lanes_are_told_by_the_exit_code(case_file, tmp_path, monkeypatch):
+    planned(load_case(case_file), tmp_path, 100)
     honest = sweep_run.run_lane_set
 
     def broken(*arguments, **options):
@@ -181,9 +172,9 @@ def test_too_many_bad_lanes_are_told_by_the_exit_code(file, tmp_path, monkeypatc
         assert json.loads(result.stdout)["bad"] == 30
 
 
-def test_the_id_is_that_of_what_is_computed(file: pathlib.Path):
+def test_the_id_is_that_of_what_is_computed(case_file: pathlib.Path):
     def id_of(*overrides: str, engine: str = "housner", chunk_lanes: int = 100) -> str:
-        return make_plan(load_case(file, overrides), engine, chunk_lanes=chunk_lanes).id
+        return make_plan(load_case(case_file, overrides), engine, chunk_lanes=chunk_lanes).id
 
     same = id_of()
     assert id_of(chunk_lanes=64) == same
@@ -196,13 +187,13 @@ def test_the_id_is_that_of_what_is_computed(file: pathlib.Path):
     # The first key of a sample has the first dimension of its points.
     swapped = CASE.splitlines()
     swapped[-1], swapped[-2] = swapped[-2], swapped[-1]
-    write_case(file.parent / "swapped", "\n".join(swapped))
-    case = load_case(file.parent / "swapped")
+    write_case(case_file.parent / "swapped", "\n".join(swapped))
+    case = load_case(case_file.parent / "swapped")
     others.append(make_plan(case, "housner").id)
     assert len({same, *others}) == 6
 
 
-def test_a_plan_is_enough_to_run_by(file, undisturbed, tmp_path):
+def test_a_plan_is_enough_to_run_by(case_file, undisturbed, tmp_path):
     case_folder = tmp_path / "case"
     planned(load_case(write_case(case_folder)), tmp_path / "sweep", 100)
     (case_folder / "case.toml").unlink()
@@ -229,9 +220,9 @@ def test_a_plan_is_enough_to_run_by(file, undisturbed, tmp_path):
         (("-s", 'motion.start="5 s"'), ["motion.start", "before the end of the run"]),
     ],
 )
-def test_what_cannot_be_run_is_refused_when_it_is_planned(file, tmp_path, arguments, words):
+def test_what_cannot_be_run_is_refused_when_it_is_planned(case_file, tmp_path, arguments, words):
     folder = tmp_path / "sweep"
-    result = invoke("sweep", "plan", file, "--chunk", 10, "-o", folder, *arguments)
+    result = invoke("sweep", "plan", case_file, "--chunk", 10, "-o", folder, *arguments)
     assert result.exit_code == 2
     assert result.stderr.count("\n") == 1
     assert all(word in result.stderr for word in words), result.stderr
@@ -245,18 +236,18 @@ def test_a_study_is_not_swept(tmp_path):
     assert not (tmp_path / "sweep").exists()
 
 
-def test_a_folder_has_one_plan(file, tmp_path):
-    planned(load_case(file), tmp_path, 100)
+def test_a_folder_has_one_plan(case_file, tmp_path):
+    planned(load_case(case_file), tmp_path, 100)
     before = (tmp_path / "plan.json").read_bytes()
     for other in (("--chunk", 50), ("--chunk", 100, "-s", "sample.seed=2")):
-        result = invoke("sweep", "plan", file, "-o", tmp_path, *other)
+        result = invoke("sweep", "plan", case_file, "-o", tmp_path, *other)
         assert result.exit_code == 2
         assert "holds another plan" in result.stderr
     assert (tmp_path / "plan.json").read_bytes() == before
 
 
-def test_a_plan_that_was_changed_is_refused(file, tmp_path):
-    planned(load_case(file), tmp_path, 100)
+def test_a_plan_that_was_changed_is_refused(case_file, tmp_path):
+    planned(load_case(case_file), tmp_path, 100)
     path = tmp_path / "plan.json"
     text = path.read_text(encoding="utf-8")
     wrongs = {
@@ -275,8 +266,8 @@ def test_a_plan_that_was_changed_is_refused(file, tmp_path):
     assert "sweep plan CASE -o DIR" in invoke("sweep", "run", tmp_path).stderr
 
 
-def test_other_software_does_not_go_on(file, tmp_path, monkeypatch):
-    plan = planned(load_case(file), tmp_path, 100)
+def test_other_software_does_not_go_on(case_file, tmp_path, monkeypatch):
+    plan = planned(load_case(case_file), tmp_path, 100)
     require_same_software(plan)
     monkeypatch.setattr(sweep_plan.machine, "kernel_hash", lambda: "another")
     result = invoke("sweep", "run", tmp_path)
@@ -285,7 +276,7 @@ def test_other_software_does_not_go_on(file, tmp_path, monkeypatch):
     assert not (tmp_path / "chunks").exists()
 
 
-def test_another_record_does_not_go_on(file, tmp_path):
+def test_another_record_does_not_go_on(case_file, tmp_path):
     case = load_case(write_case(tmp_path / "case"))
     plan = planned(case, tmp_path / "sweep", 100)
     record = tmp_path / "case" / "shake.csv"
@@ -301,14 +292,14 @@ def test_a_shard_is_one_of_several(text: str):
         read_shard(text)
 
 
-def test_shards_share_the_chunks(file):
-    plan = make_plan(load_case(file), "housner", chunk_lanes=10)
+def test_shards_share_the_chunks(case_file):
+    plan = make_plan(load_case(case_file), "housner", chunk_lanes=10)
     parts = [read_shard(f"{number} / 7").chunks(plan) for number in range(1, 8)]
     assert sorted(chunk for part in parts for chunk in part) == list(range(30))
     assert max(map(len, parts)) - min(map(len, parts)) <= 1
 
 
-def test_lanes_far_into_a_long_sample_cost_no_more_memory(file):
+def test_lanes_far_into_a_long_sample_cost_no_more_memory(case_file):
     import tracemalloc
 
     from warprock.expansion import expand_lanes
@@ -316,7 +307,7 @@ def test_lanes_far_into_a_long_sample_cost_no_more_memory(file):
     peaks = []
     for lanes in (1000, 10**9):
         overrides = [f"sample.lanes={lanes}", "sample.sampling=lhs"]
-        case = load_case(file, overrides)
+        case = load_case(case_file, overrides)
         tracemalloc.start()
         part = expand_lanes(case, range(lanes - 500, lanes))
         peaks.append(tracemalloc.get_traced_memory()[1])

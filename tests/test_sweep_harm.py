@@ -19,7 +19,7 @@ from collections.abc import Iterator
 import pyarrow.parquet as pq
 import pytest
 
-from tests.sweeps import LANES, invoke, merged_bytes, planned, run_all, write_case
+from tests.sweeps import invoke, planned, run_all
 from warprock import sweep_dask, sweep_run
 from warprock.case import load_case
 from warprock.case_keys import Said
@@ -35,20 +35,10 @@ KILLS = 20
 on_posix = pytest.mark.skipif(os.name != "posix", reason="signals and limits of POSIX systems")
 
 
-@pytest.fixture(scope="module")
-def file(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
-    return write_case(tmp_path_factory.mktemp("case"))
-
-
-@pytest.fixture(scope="module")
-def undisturbed(file: pathlib.Path, tmp_path_factory: pytest.TempPathFactory) -> bytes:
-    return merged_bytes(file, tmp_path_factory.mktemp("one"), LANES)
-
-
 @pytest.fixture
-def plan(file: pathlib.Path, tmp_path: pathlib.Path) -> Plan:
+def plan(case_file: pathlib.Path, tmp_path: pathlib.Path) -> Plan:
     """A plan of five chunks in the folder of the test, none of them run."""
-    return planned(load_case(file), tmp_path, 64)
+    return planned(load_case(case_file), tmp_path, 64)
 
 
 @pytest.fixture
@@ -66,8 +56,8 @@ def start(*arguments: object) -> subprocess.Popen[str]:
 
 
 @on_posix
-def test_a_sweep_that_is_killed_twenty_times_loses_nothing(file, undisturbed, tmp_path):
-    plan = planned(load_case(file), tmp_path, 5)
+def test_a_sweep_that_is_killed_twenty_times_loses_nothing(case_file, undisturbed, tmp_path):
+    plan = planned(load_case(case_file), tmp_path, 5)
     process = start("tests.sweep_killer", tmp_path, KILLS, 1)
     said, errors = process.communicate(timeout=120)
     assert process.returncode == 0, errors
@@ -110,8 +100,8 @@ def test_signals_drop_the_chunk_in_hand(plan: Plan, tmp_path, monkeypatch, numbe
 
 
 @on_posix
-def test_a_process_that_is_told_to_stop_ends_at_once(file, undisturbed, tmp_path):
-    planned(load_case(file), tmp_path, 3)
+def test_a_process_that_is_told_to_stop_ends_at_once(case_file, undisturbed, tmp_path):
+    planned(load_case(case_file), tmp_path, 3)
     process = start("warprock", "sweep", "run", tmp_path, "--workers", 1)
     limit = time.monotonic() + 60.0
     while not chunk_path(tmp_path, 1).exists() and time.monotonic() < limit:
@@ -148,8 +138,8 @@ def test_two_workers_on_one_chunk_write_the_same(plan: Plan, tmp_path):
     assert [path.name for path in (tmp_path / CHUNKS).iterdir()] == [both.name]
 
 
-def test_a_chunk_of_another_plan_is_refused_and_kept(file, done: Plan, tmp_path):
-    other = planned(load_case(file, ["sample.seed=2"]), tmp_path / "other", 64)
+def test_a_chunk_of_another_plan_is_refused_and_kept(case_file, done: Plan, tmp_path):
+    other = planned(load_case(case_file, ["sample.seed=2"]), tmp_path / "other", 64)
     run_all(other, tmp_path / "other")
     place = chunk_path(tmp_path, 2)
     shutil.copy(chunk_path(tmp_path / "other", 2), place)
@@ -251,9 +241,9 @@ def test_the_state_of_an_empty_sweep(plan: Plan, tmp_path):
     assert all(not chunk.counts for chunk in find_chunks(plan, tmp_path, range(5)))
 
 
-def test_a_cluster_writes_the_same(file, undisturbed, tmp_path):
+def test_a_cluster_writes_the_same(case_file, undisturbed, tmp_path):
     pytest.importorskip("distributed", reason="the extra [dask] is not installed")
-    planned(load_case(file), tmp_path, 64)
+    planned(load_case(case_file), tmp_path, 64)
     process = start(*("warprock", "sweep", "run", tmp_path, "--scheduler", "local", "--workers", 2))
     errors = process.communicate(timeout=120)[1]
     assert process.returncode == 0, errors

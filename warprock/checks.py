@@ -61,15 +61,6 @@ class CheckRow:
     because: str
     note: str
 
-    @property
-    def passed(self) -> bool:
-        """Whether it passes."""
-        return self.ok
-
-    def as_dict(self) -> dict[str, object]:
-        """The row as JSON can hold it."""
-        return plain_row(dataclasses.asdict(self))
-
 
 class CaseResponses:
     """Responses of one case, each engine run once however many checks ask for it."""

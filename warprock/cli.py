@@ -21,8 +21,10 @@ from warprock.cli_fragility import fragility
 from warprock.cli_incremental import ida
 from warprock.cli_map import overturning_map
 from warprock.cli_options import (
+    engine_option,
     json_option,
     output_option,
+    output_to,
     run_options,
     set_option,
     workers_option,
@@ -56,6 +58,9 @@ class ExitCodes(click.Group):
         except KeyboardInterrupt:
             click.echo("interrupted", err=True)
             ctx.exit(EXIT_INTERRUPTED)
+        except BrokenPipeError:
+            # Whoever read the output has enough of it: Click ends quietly.
+            raise
         except OSError as error:
             click.echo(f"error: {error}", err=True)
             ctx.exit(EXIT_FAILED)
@@ -108,7 +113,7 @@ def init(kind: str, path: pathlib.Path | None) -> None:
 
 @main.command()
 @click.argument("case_name", metavar="CASE")
-@click.option("-e", "--engine", help="Engine; without, housner for one block, event for a stack.")
+@engine_option
 @set_option
 @output_option
 @run_options
@@ -159,8 +164,6 @@ def run(
     runner.require_histories(case, lanes)
     if lanes and folder is None:
         raise InputError("--history", "", list(lanes), "needs -o/--output, the folder to write to")
-    if folder is not None:
-        store.require_writable(folder)
     with console.lane_progress(case.name, case.lane_count) as progress:
         case_run = runner.run_case(
             case,
@@ -213,23 +216,23 @@ def _show_run(
 
 @main.command()
 @click.argument("target")
-@output_option
+@output_to(
+    "Folder for the results; made if it does not exist.", default="results", show_default=True
+)
 @workers_option
 @json_option
-def reproduce(target: str, folder: pathlib.Path | None, workers: int | None, as_json: bool) -> None:
+def reproduce(target: str, folder: pathlib.Path, workers: int | None, as_json: bool) -> None:
     """Recompute the seed paper's TARGET: table6, table7, fig4, ... or all.
 
     An unknown TARGET lists them all. Its numbers are printed beside ours for every reading of the
     paper, with the conflicts in the paper.
     """
     from warprock import reproduce as module
-    from warprock import runner, store
+    from warprock import runner
     from warprock.report import console, tables
 
-    folder = folder or pathlib.Path("results")
     runner.require_choice("reproduce", target, tuple(module.TARGETS))
     runner.require_workers(workers)
-    store.require_writable(folder)
     with console.lane_progress(f"reproduce {target}", None) as progress:
         found = module.reproduce(target, folder, workers=workers, progress=progress)
     console.print_json(found) if as_json else tables.print_reproduction(found)

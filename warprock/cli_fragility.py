@@ -45,13 +45,10 @@ def fragility(
     band from resampled records, or why there is none.
     """
     from warprock import fragility as module
-    from warprock import store
     from warprock.report import console, plots_fragility, tables_fragility
 
     require_samples(samples, seed)
     chosen = module.read_limits(limits or module.DEFAULT_LIMITS)
-    if folder is not None:
-        store.require_writable(folder)
     lanes = module.read_lanes(table)
     curves = module.fragility_curves(
         lanes,
@@ -71,7 +68,7 @@ def fragility(
         found = {
             "table": str(table),
             "intensity": intensity,
-            "curves": tables_fragility.json_rows(rows),
+            "curves": rows.to_dict("records"),
             "files": files,
         }
         console.print_json(found)

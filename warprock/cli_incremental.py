@@ -50,7 +50,7 @@ def ida(
     All lanes run at a ladder of factors; the bracket of each one's first fall is then halved. With
     -o every finished stage is kept, and the same command goes on behind the last one.
     """
-    from warprock import incremental, incremental_fit, runner, store
+    from warprock import incremental, incremental_fit, runner
     from warprock.case import load_case
     from warprock.report import console
 
@@ -60,8 +60,6 @@ def ida(
     chosen = engine or runner.default_engine(case)
     plan = incremental.plan_analysis(case, chosen, ladder, precision=precision, device=device)
     incremental_fit.require_columns(case, intensity, by)
-    if folder is not None:
-        store.require_writable(folder)
     with console.lane_progress(case.name, None) as progress:
         found = incremental.run_analysis(
             case, plan, ladder, folder, workers=workers, progress=progress

@@ -32,14 +32,12 @@ def overturning_map(
     CASE sweeps motion.frequency and motion.amplitude, the grid of the map; further axes, each with
     a label, make panels. Every change of the mode in a column is halved down to the tolerance.
     """
-    from warprock import overturning, overturning_boundaries, runner, store
+    from warprock import overturning, overturning_boundaries, runner
     from warprock.case import load_case
     from warprock.report import console, plots_map, tables_map
 
     case = load_case(case_name, overrides)
     overturning_boundaries.require_tolerance(tolerance)
-    if folder is not None:
-        store.require_writable(folder)
     with console.lane_progress(case.name, None) as progress:
         grid = overturning.run_grid(
             case,
@@ -52,8 +50,6 @@ def overturning_map(
         files = tables_map.write_map(found, folder)
         files.append(plots_map.draw_map(folder / "map.png", found))
     if as_json:
-        rows = found.boundaries.to_dict("records")
-        summary = {**tables_map.map_facts(found), "rows": rows}
-        console.print_json(summary | {"files": files})
+        console.print_rows_json(tables_map.map_facts(found), found.boundaries, files)
     else:
         tables_map.print_map(found, files)

@@ -54,15 +54,37 @@ def run_options(command: Command) -> Command:
     return device_options(workers_option(command))
 
 
-def output_option(command: Command) -> Command:
-    """`-o`, as `folder`."""
+def output_to(meaning: str, **more: Any) -> Callable[[Command], Command]:
+    """`-o`, as `folder`, which can be written to.
+
+    Args:
+        meaning: What the folder is for.
+        more: What else Click is to know of the option.
+    """
     return click.option(
         "-o",
         "--output",
         "folder",
         type=click.Path(path_type=pathlib.Path),
-        help="Folder for the results; made if it does not exist.",
-    )(command)
+        callback=_writable,
+        help=meaning,
+        **more,
+    )
+
+
+def _writable(
+    _context: click.Context, _option: click.Parameter, folder: pathlib.Path | None
+) -> pathlib.Path | None:
+    """A folder, refused before anything runs where nothing could be written to it."""
+    if folder is not None:
+        from warprock.files import require_writable
+
+        require_writable(folder)
+    return folder
+
+
+output_option = output_to("Folder for the results; made if it does not exist.")
+"""`-o`, as `folder`, None where none is given."""
 
 
 def engine_option(command: Command) -> Command:

@@ -166,9 +166,9 @@ def _positive(option: str, text: str, dimension: str) -> float:
 
 def _write(output: pathlib.Path, content: bytes, as_json: bool) -> None:
     """Writes a CSV file and says what is in it."""
+    from warprock.files import replacing, require_writable
     from warprock.records.summary import record_facts
     from warprock.report import console, tables_records
-    from warprock.store import replacing, require_writable
 
     require_writable(output.parent)
     output.parent.mkdir(parents=True, exist_ok=True)

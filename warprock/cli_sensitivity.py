@@ -36,7 +36,7 @@ def sensitivity(
     sample.lanes, a power of 2, is the size of the two samples that are compared; with d inputs
     (d + 2) times as many lanes run. Axes of the sweep, each with a label, make panels.
     """
-    from warprock import runner, store
+    from warprock import runner
     from warprock import sensitivity as module
     from warprock.case import load_case
     from warprock.report import console, plots_sensitivity, tables_sensitivity
@@ -44,8 +44,6 @@ def sensitivity(
     if not 10 <= resamples <= 10_000:
         raise InputError("--resamples", "", resamples, "must be from 10 to 10000")
     case = load_case(case_name, overrides)
-    if folder is not None:
-        store.require_writable(folder)
     with console.lane_progress(case.name, None) as progress:
         found = module.run_sensitivity(
             case,
@@ -60,8 +58,7 @@ def sensitivity(
         files = tables_sensitivity.write_sensitivity(found, folder)
         files.append(plots_sensitivity.draw_sensitivity(folder / "sensitivity.png", found))
     if as_json:
-        rows = found.rows.to_dict("records")
-        facts = {**tables_sensitivity.sensitivity_facts(found), "rows": rows}
-        console.print_json(facts | {"files": files})
+        facts = tables_sensitivity.sensitivity_facts(found)
+        console.print_rows_json(facts, found.rows, files)
     else:
         tables_sensitivity.print_sensitivity(found, files)

@@ -25,14 +25,12 @@ def spectrum(
     CASE has a [spectrum] table with the periods 2 pi / p and the slenderness angles; axes of its
     sweep, each with a label, make panels.
     """
-    from warprock import runner, store
+    from warprock import runner
     from warprock import spectrum as module
     from warprock.case import load_case
     from warprock.report import console, plots_spectrum, tables_spectrum
 
     case = load_case(case_name, overrides)
-    if folder is not None:
-        store.require_writable(folder)
     with console.lane_progress(case.name, case.lane_count) as progress:
         found = module.run_spectrum(
             case,
@@ -45,8 +43,7 @@ def spectrum(
         files = tables_spectrum.write_spectrum(found, folder)
         files.append(plots_spectrum.draw_spectrum(folder / "spectrum.png", found))
     if as_json:
-        rows = tables_spectrum.spectrum_table(found).to_dict("records")
-        facts = {**tables_spectrum.spectrum_facts(found), "rows": rows}
-        console.print_json(facts | {"files": files})
+        facts = tables_spectrum.spectrum_facts(found)
+        console.print_rows_json(facts, tables_spectrum.spectrum_table(found), files)
     else:
         tables_spectrum.print_spectrum(found, files)

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from warprock.cli_options import json_option, workers_option
+from warprock.cli_options import json_option, output_to, workers_option
 from warprock.errors import InputError
 
 
@@ -16,14 +16,10 @@ from warprock.errors import InputError
 @click.option("--map", "maps", multiple=True, help="Repeat for each; all without.")
 @click.option("--points", default=16, show_default=True, help="Values along an axis, at least 2.")
 @click.option("--steps", default=26_000, show_default=True, help="Most time steps of a launch.")
-@click.option(
-    "-o",
-    "--output",
-    "folder",
+@output_to(
+    "Folder for the results; what it holds already is not run again.",
     default="results/stability",
     show_default=True,
-    type=click.Path(path_type=pathlib.Path),
-    help="Folder for the results; what it holds already is not run again.",
 )
 @workers_option
 @json_option
@@ -41,7 +37,7 @@ def stability(
     Blocks of 5 cm to 50 m, steps of 1e-6 to 0.1 s, 5 g, 50 Hz, friction 0 to 10: maps as Parquet
     files and figures, and a summary made from them. A run that was stopped goes on where it was.
     """
-    from warprock import runner, store
+    from warprock import runner
     from warprock import stability as atlas
     from warprock.devices import start_warp
     from warprock.engines.settings import SETTINGS
@@ -59,7 +55,6 @@ def stability(
         if value < least:
             raise InputError(option, "", value, f"must be >= {least}")
     runner.require_workers(workers)
-    store.require_writable(folder)
     start_warp()
     chosen = [known[name] for name in maps or known]
     with console.lane_progress("stability", len(atlas.all_parts(engines or None, chosen))) as done:

@@ -39,7 +39,7 @@ def run_study_of(
     Raises:
         InputError: An option that a study has no use for, or another than those allowed.
     """
-    from warprock import store, study
+    from warprock import study
     from warprock.report import console, tables_study
 
     for option, given in refused.items():
@@ -47,8 +47,6 @@ def run_study_of(
             allowed = "must not be given for a case with a [study], which is many runs"
             got = list(given) if isinstance(given, tuple) else given
             raise InputError(option, "", got, allowed)
-    if folder is not None:
-        store.require_writable(folder)
     total, done = study.run_count(case, engine) * case.lane_count, 0
     with console.lane_progress(case.name, total) as progress:
 

@@ -13,6 +13,7 @@ from warprock.cli_options import (
     device_options,
     engine_option,
     json_option,
+    output_to,
     set_option,
     workers_option,
 )
@@ -40,14 +41,7 @@ def _folder_argument(command: Command) -> Command:
 @click.argument("case_name", metavar="CASE")
 @engine_option
 @set_option
-@click.option(
-    "-o",
-    "--output",
-    "folder",
-    required=True,
-    type=click.Path(path_type=pathlib.Path),
-    help="Folder of the sweep; made if it does not exist.",
-)
+@output_to("Folder of the sweep; made if it does not exist.", required=True)
 @click.option("--chunk", "chunk_lanes", type=int, help="Lanes in a chunk; 50,000 without.")
 @device_options
 @click.option("--estimate", is_flag=True, help="Estimate every lane's error; ten times the time.")
@@ -64,12 +58,11 @@ def plan(
     as_json: bool,
 ) -> None:
     """Write the plan of a sweep over the lanes of a CASE, after a look at every one of them."""
-    from warprock import runner, store, sweep_plan
+    from warprock import runner, sweep_plan
     from warprock.case import load_case
     from warprock.report import console, sweeps
 
     case = load_case(case_name, overrides)
-    store.require_writable(folder)
     with console.lane_progress("look at every lane", case.lane_count) as progress:
         made = sweep_plan.make_plan(
             case,
@@ -107,7 +100,8 @@ def run(
     Ctrl-C, SIGTERM and SIGUSR1 drop the chunk in hand; what is done stays, and running again goes
     on. Exits with 75 after the signals, with 130 after Ctrl-C.
     """
-    from warprock import store, sweep_plan, sweep_run
+    from warprock import sweep_plan, sweep_run
+    from warprock.files import require_writable
     from warprock.report import console, sweeps
     from warprock.runner import require_workers
 
@@ -116,7 +110,7 @@ def run(
     if max_bad is not None and not 0.0 <= max_bad <= 1.0:
         raise InputError("--max-bad", "", max_bad, "must be a share of the lanes, from 0 to 1")
     found = sweep_plan.read_plan(folder)
-    store.require_writable(folder, "DIR")
+    require_writable(folder, "DIR")
     run_chunks = sweep_run.run_here(found, folder, workers)
     if scheduler is not None:
         from warprock import sweep_dask
@@ -173,11 +167,12 @@ def status(folder: pathlib.Path, as_json: bool) -> None:
 @json_option
 def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> None:
     """Join the chunks of a sweep that is done in one Parquet file, all lanes in order."""
-    from warprock import store, sweep_chunks, sweep_plan
+    from warprock import sweep_chunks, sweep_plan
+    from warprock.files import require_writable
     from warprock.report import console
 
     found = sweep_plan.read_plan(folder)
-    store.require_writable(folder if file is None else file.resolve().parent)
+    require_writable(folder if file is None else file.resolve().parent)
     with console.lane_progress("merge", found.lane_count) as progress:
         written = sweep_chunks.merge(found, folder, file, progress)
     facts = {"plan": found.id, "lanes": found.lane_count, "file": str(written)}

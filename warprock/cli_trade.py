@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from warprock.cli_options import json_option
+from warprock.cli_options import json_option, output_to
 from warprock.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,14 +18,10 @@ if TYPE_CHECKING:
 @click.command()
 @click.option("-e", "--engine", "engines", multiple=True, help="Only this engine; repeat for more.")
 @click.option("--scene", "scenes", multiple=True, help="Only free, pulse, sine, record or stack.")
-@click.option(
-    "-o",
-    "--output",
-    "folder",
-    type=click.Path(path_type=pathlib.Path),
-    default=pathlib.Path("results"),
+@output_to(
+    "Folder of the table; rows that it has from this machine are kept.",
+    default="results",
     show_default=True,
-    help="Folder of the table; rows that it has from this machine are kept.",
 )
 @json_option
 def trade(
@@ -36,7 +32,6 @@ def trade(
     Writes trade.parquet row by row, so that a run that was stopped goes on where it was; then
     trade.csv, in the form that `run --accuracy` reads, and the figure trade.png.
     """
-    from warprock import store
     from warprock import trade as module
     from warprock.devices import start_warp
     from warprock.report import console, plots_trade, tables_trade
@@ -44,7 +39,6 @@ def trade(
 
     start_warp()
     entries = module.all_entries(scenes or tuple(TRADE_SCENES), engines or None)
-    store.require_writable(folder)
     with console.lane_progress("trade, rows", len(entries)) as progress:
         table = module.run_trade(entries, folder, progress)
     files = [folder / module.TABLE, module.write_csv(table, folder)]
@@ -52,8 +46,7 @@ def trade(
     files.append(plots_trade.draw_trade(folder / "trade.png", table, texts))
     levels = module.level_rows(table)
     if as_json:
-        rows = table.to_dict("records")
-        console.print_json({"rows": rows, "levels": levels, "files": files})
+        console.print_rows_json({"levels": levels}, table, files)
     else:
         tables_trade.print_trade(levels, texts, files)
 

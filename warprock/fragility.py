@@ -13,7 +13,7 @@ import dataclasses
 import math
 import pathlib
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,13 @@ import pandas as pd
 
 from warprock.errors import InputError
 from warprock.fragility_fit import Bootstrap, Fit, Observations, bootstrap, fit_lognormal, observe
+from warprock.fragility_groups import (
+    LEAST_RECORDS,
+    fit_columns,
+    group_text,
+    lane_groups,
+    record_numbers,
+)
 from warprock.response import USABLE
 from warprock.store import LANE_TABLE
 
@@ -32,10 +39,6 @@ DEFAULT_LIMITS = (UPLIFT, "0.15", "0.35", OVERTURNING)
 
 INTENSITY = "peak_acceleration_m_s2"
 """Intensity measure where none is asked for: the peak ground acceleration."""
-RECORD = "record"
-"""Column that says which lanes belong to one record."""
-LEAST_RECORDS = 5
-"""Records below which a band over them would say nothing."""
 
 _PEAK_RATIO = re.compile(r"peak_rotation_ratio(_[1-9])?$")
 
@@ -81,7 +84,7 @@ class Curve:
     @property
     def group_text(self) -> str:
         """The group in words; empty where there is only one."""
-        return ", ".join(f"{name} {value}" for name, value in self.group.items())
+        return group_text(self.group)
 
 
 def read_limits(texts: Sequence[str]) -> list[Limit]:
@@ -159,16 +162,17 @@ def fragility_curves(
     """
     _require_columns(table, source, intensity, by)
     curves = []
-    for group, lanes in _groups(table, by):
+    for group, rows in lane_groups(table, by):
+        lanes = table.iloc[rows]
         usable = lanes[lanes["status"].isin([s.name.lower() for s in USABLE])]
         if usable.empty:
-            text = ", ".join(f"{k} {v}" for k, v in group.items()) or "all lanes"
+            text = group_text(group) or "all lanes"
             raise InputError(source, "status", text, "must have a lane whose numbers can be used")
         for limit in limits:
             seen = observe(
                 usable[intensity].to_numpy(dtype=np.float64),
                 _reached(usable, limit),
-                _records(usable),
+                record_numbers(usable),
             )
             fit = fit_lognormal(seen)
             enough = seen.cluster_count >= LEAST_RECORDS and math.isfinite(fit.median)
@@ -202,24 +206,6 @@ def _list(names: Sequence[str]) -> str:
     return ", ".join(names)
 
 
-def _groups(
-    table: pd.DataFrame, by: Sequence[str]
-) -> Iterator[tuple[dict[str, object], pd.DataFrame]]:
-    """Lanes with the same values of some columns, in the order of the table."""
-    if not by:
-        yield {}, table
-        return
-    for values, lanes in table.groupby(list(by), sort=False, observed=True):
-        yield dict(zip(by, values, strict=True)), lanes
-
-
-def _records(lanes: pd.DataFrame) -> npt.NDArray[np.intp]:
-    """Number of the record of every lane; lanes without one are records of their own."""
-    if RECORD not in lanes:
-        return np.arange(len(lanes), dtype=np.intp)
-    return np.asarray(pd.factorize(lanes[RECORD])[0], dtype=np.intp)
-
-
 def _reached(lanes: pd.DataFrame, limit: Limit) -> npt.NDArray[np.bool_]:
     """Whether every lane reached a limit state, shape [lane]."""
     fell = np.asarray(lanes["outcome"].isin(["overturned", "slid_off"]), dtype=np.bool_)
@@ -242,14 +228,6 @@ def curve_rows(curves: Sequence[Curve]) -> pd.DataFrame:
     """
     rows = []
     for curve in curves:
-        drawn = curve.resampled
-        bands = {
-            f"{name}_{end}": value
-            for name in ("median", "dispersion")
-            for end, value in zip(
-                ("p05", "p95"), drawn.interval(name) if drawn else (np.nan, np.nan), strict=True
-            )
-        }
         rows.append(
             {
                 **curve.group,
@@ -258,12 +236,7 @@ def curve_rows(curves: Sequence[Curve]) -> pd.DataFrame:
                 "left_out": curve.left_out,
                 "records": curve.seen.cluster_count,
                 "reached": int(curve.seen.reached.sum()),
-                "verdict": curve.fit.verdict.value,
-                "median": curve.fit.median,
-                "dispersion": curve.fit.dispersion,
-                **bands,
-                "none_up_to": curve.fit.low,
-                "all_from": curve.fit.high,
+                **fit_columns(curve.fit, curve.resampled),
             }
         )
     return pd.DataFrame(rows)

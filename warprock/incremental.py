@@ -33,10 +33,11 @@ from warprock.case import Case
 from warprock.case_keys import Said
 from warprock.errors import InputError
 from warprock.expansion import LaneSet, expand_lanes
+from warprock.files import replacing, require_writable
 from warprock.motion import scaled
 from warprock.response import USABLE, Outcome, Response, SampleTimes, Status
 from warprock.runner import require_workers, run_lane_set
-from warprock.store import count_words, replacing, require_writable
+from warprock.store import count_words
 from warprock.sweep_plan import PLAN, Plan, make_plan, read_plan, write_plan
 
 Array = npt.NDArray[np.float64]

@@ -12,9 +12,16 @@ import pandas as pd
 from warprock.case import Case
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
-from warprock.fragility import INTENSITY, LEAST_RECORDS, RECORD
+from warprock.fragility import INTENSITY
 from warprock.fragility_capacity import bootstrap_capacities, fit_capacities
 from warprock.fragility_fit import Bootstrap, Fit
+from warprock.fragility_groups import (
+    LEAST_RECORDS,
+    fit_columns,
+    group_text,
+    lane_groups,
+    record_numbers,
+)
 from warprock.incremental import FALLEN, Analysis, Verdict
 from warprock.response import USABLE
 from warprock.store import input_meaning
@@ -65,7 +72,7 @@ class Capacities:
     @property
     def group_text(self) -> str:
         """The group in words; empty where there is only one."""
-        return ", ".join(f"{name} {value}" for name, value in self.group.items())
+        return group_text(self.group)
 
 
 def unit_intensity(found: Analysis, intensity: str) -> Array:
@@ -129,13 +136,13 @@ def capacities(
     ends = [known[f"{end}_factor"].to_numpy() * unit for end in ("standing", "overturning")]
     numbered = known["verdict"].to_numpy(dtype=object) != Verdict.UNKNOWN.value
     made = []
-    for group, lanes in _groups(inputs, by):
+    for group, lanes in lane_groups(inputs, by):
         mine = lanes[numbered[lanes]]
         if not len(mine):
-            text = ", ".join(f"{name} {value}" for name, value in group.items()) or "all lanes"
+            text = group_text(group) or "all lanes"
             raise InputError("status", "", text, "must have a lane whose numbers can be used")
         low, high = (end[mine] for end in ends)
-        record = _record_numbers(inputs.iloc[mine])
+        record = record_numbers(inputs.iloc[mine])
         records = int(record.max()) + 1
         fit, drawn = fit_capacities(low, high), None
         if records >= LEAST_RECORDS and fit.dispersion > 0.0:
@@ -157,40 +164,11 @@ def capacities(
     return made
 
 
-def _groups(
-    inputs: pd.DataFrame, by: Sequence[str]
-) -> list[tuple[dict[str, object], npt.NDArray[np.intp]]]:
-    """Lanes with the same values of some columns, in the order of the lanes."""
-    if not by:
-        return [({}, np.arange(len(inputs), dtype=np.intp))]
-    numbers = inputs.groupby(list(by), sort=False, observed=True).ngroup().to_numpy()
-    made = []
-    for number in dict.fromkeys(numbers.tolist()):
-        lanes = np.flatnonzero(numbers == number)
-        made.append(({name: inputs[name].iloc[int(lanes[0])] for name in by}, lanes))
-    return made
-
-
-def _record_numbers(inputs: pd.DataFrame) -> npt.NDArray[np.intp]:
-    """Number of the record of every lane; lanes without one are records of their own."""
-    if RECORD not in inputs:
-        return np.arange(len(inputs), dtype=np.intp)
-    return np.asarray(pd.factorize(inputs[RECORD])[0], dtype=np.intp)
-
-
 def capacity_rows(groups: Sequence[Capacities]) -> pd.DataFrame:
     """One row a group: how its lanes fell, the lognormal distribution and its band over records."""
     rows = []
     for each in groups:
         counts = {v.value: int((each.verdicts == v.value).sum()) for v in Verdict}
-        drawn = each.resampled
-        bands = {
-            f"{name}_{end}": value
-            for name in ("median", "dispersion")
-            for end, value in zip(
-                ("p05", "p95"), drawn.interval(name) if drawn else (np.nan, np.nan), strict=True
-            )
-        }
         rows.append(
             {
                 **each.group,
@@ -202,12 +180,7 @@ def capacity_rows(groups: Sequence[Capacities]) -> pd.DataFrame:
                 "overturned_at_once": counts[Verdict.BELOW.value],
                 "lanes_resurrected": int((each.resurrections > 0).sum()),
                 "resurrections": int(each.resurrections.sum()),
-                "verdict": each.fit.verdict.value,
-                "median": each.fit.median,
-                "dispersion": each.fit.dispersion,
-                **bands,
-                "none_up_to": each.fit.low,
-                "all_from": each.fit.high,
+                **fit_columns(each.fit, each.resampled),
             }
         )
     return pd.DataFrame(rows)

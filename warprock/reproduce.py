@@ -14,10 +14,11 @@ from typing import Any
 
 import pandas as pd
 
-from warprock import checks, store
+from warprock import checks
 from warprock import reproduce_figures as figures
 from warprock.checks import compare_with_housner, plain_row
 from warprock.errors import InputError
+from warprock.files import require_writable
 from warprock.report import conflicts, conflicts_stack
 from warprock.report.paper import PAPER_COLUMNS, paper_table
 from warprock.reproduce_dem import run_dem_study
@@ -103,7 +104,7 @@ def reproduce(
     """
     if target not in TARGETS:
         raise InputError("TARGET", "", target, f"must be one of {', '.join(TARGETS)}")
-    store.require_writable(folder)
+    require_writable(folder)
     runs = PaperRuns(workers, progress, members)
     parts = [
         _MAKERS[name](name, runs, folder) for name in (_MAKERS if target == "all" else (target,))

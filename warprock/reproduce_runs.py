@@ -13,11 +13,11 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from warprock import store
 from warprock.case import load_case
 from warprock.checks import CaseResponses
 from warprock.engines import engine_class
 from warprock.engines.launching import Form, Target
+from warprock.files import replacing
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
 from warprock.report.conflicts import Conflict
@@ -71,7 +71,7 @@ class Reproduction:
 def write_rows(rows: list[Row], path: pathlib.Path) -> pathlib.Path:
     """Writes rows as CSV, whole or not at all."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with store.replacing(path) as temporary:
+    with replacing(path) as temporary:
         pd.DataFrame(rows).to_csv(temporary, index=False)
     return path
 

@@ -10,7 +10,8 @@ from typing import Any
 import pandas as pd
 import pyarrow.parquet as pq
 
-from warprock.store import PROVENANCE, arrow_table, replacing, require_writable
+from warprock.files import replacing, require_writable
+from warprock.store import PROVENANCE, arrow_table
 
 
 def write_results(

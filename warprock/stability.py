@@ -36,13 +36,13 @@ from warprock.comparison import (
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Target
 from warprock.engines.soundness import energy_gained, exploded
+from warprock.files import replacing
 from warprock.machine import kernel_hash
 from warprock.response import USABLE, Outcome, Response, SampleTimes, Status
 from warprock.runner import PRECISIONS
 from warprock.scene import scene_kind
 from warprock.stability_lanes import AtlasSize, LaneGrid
 from warprock.stability_maps import MAPS, AtlasMap, Launch
-from warprock.store import replacing
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]

@@ -1,22 +1,13 @@
-"""Writes a run to a folder: the lane table, its provenance, and histories on request.
-
-A file appears whole or not at all: it is written under a temporary name next to its place and
-then moved there.
-"""
+"""Writes a run to a folder: the lane table, its provenance, and histories on request."""
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import datetime
 import json
-import os
 import pathlib
-import platform
 import re
-import secrets
-import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -28,8 +19,8 @@ from warprock import machine
 from warprock.case import Case
 from warprock.case_motions import case_records
 from warprock.ensemble import cell_table
-from warprock.errors import InputError
 from warprock.expansion import LaneSet
+from warprock.files import replacing, require_writable
 from warprock.response import (
     ESTIMATE_FIELDS,
     FIELDS,
@@ -273,25 +264,6 @@ def error_summary(response: Response) -> dict[str, float] | None:
     return {"median": float(np.median(errors)), "largest": float(errors.max())}
 
 
-def require_writable(folder: pathlib.Path, source: str = "--output") -> None:
-    """Refuses a folder that results cannot be written to, leaving nothing behind.
-
-    Raises:
-        InputError: It is not a folder, or its nearest existing parent cannot be written to.
-    """
-    nearest = folder
-    while not nearest.exists() and nearest != nearest.parent:
-        nearest = nearest.parent
-    allowed = "must be a folder that can be written to"
-    if not nearest.is_dir():
-        raise InputError(source, "", str(folder), f"{allowed}; {nearest} is a file")
-    try:
-        with tempfile.TemporaryFile(dir=nearest):
-            pass
-    except OSError as error:
-        raise InputError(source, "", str(folder), f"{allowed}; {error.strerror}") from error
-
-
 def write_run(
     run: CaseRun, folder: pathlib.Path, histories: Mapping[int, Response] | None = None
 ) -> list[pathlib.Path]:
@@ -331,37 +303,6 @@ def write_run(
         temporary.write_text(text + "\n", encoding="utf-8")
     written.append(path)
     return written
-
-
-@contextlib.contextmanager
-def replacing(path: pathlib.Path) -> Iterator[pathlib.Path]:
-    """A temporary path that takes the place of `path` if the block succeeds.
-
-    The bytes are on the disk before the file has its name, and the name before the block is left.
-    Processes on any machines may write the same file at once: the last one's stays.
-    """
-    temporary = path.with_name(f".{path.name}.{writer_name()}.{secrets.token_hex(4)}.tmp")
-    try:
-        yield temporary
-        _to_disk(temporary)
-        os.replace(temporary, path)
-        if os.name == "posix":
-            _to_disk(path.parent)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def writer_name() -> str:
-    """This process among all that may write to a folder: its machine and its number."""
-    return f"{platform.node()}.{os.getpid()}"
-
-
-def _to_disk(path: pathlib.Path) -> None:
-    handle = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
 
 
 def _words(field: Field) -> list[str]:

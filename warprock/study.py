@@ -28,6 +28,7 @@ from warprock.engines import engine_class
 from warprock.engines.launching import Form, Target
 from warprock.errors import InputError
 from warprock.expansion import LaneSet, expand_lanes
+from warprock.files import replacing, require_writable
 from warprock.response import Response, Status
 from warprock.runner import require_options, require_support
 
@@ -195,13 +196,13 @@ def write_study(run: StudyRun, folder: pathlib.Path) -> list[pathlib.Path]:
     Raises:
         InputError: The folder cannot be written to.
     """
-    store.require_writable(folder)
+    require_writable(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    with store.replacing(folder / TABLE) as temporary:
+    with replacing(folder / TABLE) as temporary:
         pq.write_table(store.arrow_table(run.table), temporary)
-    with store.replacing(folder / CSV) as temporary:
+    with replacing(folder / CSV) as temporary:
         run.table.to_csv(temporary, index=False)
-    with store.replacing(folder / store.PROVENANCE) as temporary:
+    with replacing(folder / store.PROVENANCE) as temporary:
         text = json.dumps(study_provenance(run), indent=2, ensure_ascii=False)
         temporary.write_text(text + "\n", encoding="utf-8")
     return [folder / TABLE, folder / CSV, folder / store.PROVENANCE]

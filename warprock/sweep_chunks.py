@@ -17,8 +17,6 @@ import enum
 import json
 import os
 import pathlib
-import platform
-import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
@@ -28,8 +26,9 @@ import pyarrow.parquet as pq
 from warprock.case_keys import Said
 from warprock.errors import InputError
 from warprock.expansion import LaneSet
+from warprock.files import replacing
 from warprock.response import Response
-from warprock.store import LANE_TABLE, arrow_table, count_words, lane_table, replacing
+from warprock.store import LANE_TABLE, arrow_table, count_words, lane_table
 from warprock.sweep_plan import Plan
 
 CHUNKS = "chunks"
@@ -47,8 +46,6 @@ COUNTED = ("status", "outcome")
 COMPRESSION = "zstd"
 NAMED = 5
 """Chunks that an error names before it only counts them."""
-
-_TEMPORARY = re.compile(r"\.chunk-\d+\.parquet\.(?P<node>.+)\.(?P<process>\d+)\.[0-9a-f]+\.tmp")
 
 
 class ChunkState(enum.StrEnum):
@@ -177,26 +174,6 @@ def _unwritten(error: OSError, what: str) -> OSError:
         f"{what} could not be written: {reason}; nothing else is lost: make room, then run the "
         "same command again"
     )
-
-
-def dead_temporaries(folder: pathlib.Path) -> Iterator[pathlib.Path]:
-    """Temporary files of this machine's processes that are no more."""
-    for path in sorted((folder / CHUNKS).glob(".chunk-*.tmp")):
-        match = _TEMPORARY.fullmatch(path.name)
-        if match and match["node"] == platform.node() and not _runs(int(match["process"])):
-            yield path
-
-
-def _runs(process: int) -> bool:
-    if os.name != "posix":
-        return True
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        pass
-    return True
 
 
 def sweep_state(plan: Plan, folder: pathlib.Path) -> dict[str, Any]:

@@ -21,8 +21,9 @@ from warprock.case import Case, build_case
 from warprock.case_keys import NOTHING, Said
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
+from warprock.files import replacing, require_writable
 from warprock.runner import require_options, require_support
-from warprock.store import PACKAGES, record_rows, replacing, require_writable
+from warprock.store import PACKAGES, record_rows
 
 PLAN = "plan.json"
 FORMAT = 1

@@ -18,12 +18,13 @@ from typing import Any
 from warprock.devices import start_warp
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
+from warprock.files import remove_dead_temporaries
 from warprock.response import USABLE, SampleTimes
 from warprock.runner import run_lane_set
 from warprock.sweep_chunks import (
+    CHUNKS,
     Chunk,
     ChunkState,
-    dead_temporaries,
     find_chunk,
     find_chunks,
     refuse_foreign,
@@ -153,8 +154,7 @@ def run_here(plan: Plan, folder: pathlib.Path, workers: int | None = None) -> Ru
     """A way to run chunks: one after the other in this process, each on all of its threads."""
 
     def run(numbers: list[int], progress: Progress) -> None:
-        for path in dead_temporaries(folder):
-            path.unlink(missing_ok=True)
+        remove_dead_temporaries(folder / CHUNKS, "chunk-*")
         before = 0
         for number in numbers:
             run_chunk(

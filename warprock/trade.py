@@ -21,12 +21,13 @@ from warprock import machine
 from warprock.batch import LANE_QUANTUM, run_batch
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.settings import build_settings
+from warprock.files import replacing
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
 from warprock.response import Response, SampleTimes, Status
 from warprock.runner import require_choice
 from warprock.scene import scene_kind
-from warprock.store import PACKAGES, arrow_table, replacing
+from warprock.store import PACKAGES, arrow_table
 from warprock.trade_knobs import PRECISIONS, TRADE_KNOBS, Settings
 from warprock.trade_scenes import TRADE_SCENES, TradeScene, lane_errors
 

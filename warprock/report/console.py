@@ -20,6 +20,8 @@ import rich.progress
 import rich.table
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from warprock.runner import CaseRun
 
 LANES_SHOWN = 40
@@ -58,6 +60,13 @@ def plain(value: Any) -> Any:
 def print_json(found: Mapping[str, Any]) -> None:
     """Prints one JSON object on stdout."""
     sys.stdout.write(json.dumps(plain(found), indent=2, allow_nan=False, ensure_ascii=False) + "\n")
+
+
+def print_rows_json(
+    facts: Mapping[str, Any], rows: pd.DataFrame, files: Sequence[pathlib.Path]
+) -> None:
+    """Prints facts, the rows of a table and the files that were written as one JSON object."""
+    print_json({**facts, "rows": rows.to_dict("records"), "files": files})
 
 
 @contextlib.contextmanager

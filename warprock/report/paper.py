@@ -6,10 +6,6 @@ import importlib.resources
 
 import pandas as pd
 
-PAPER_TITLE = (
-    "Discontinuum rocking of rigid masonry macro-blocks using physics engines: analytical, "
-    "numerical and experimental benchmarking"
-)
 PAPER_TABLES = (
     *("table3", "table4", "table6", "table7"),
     *("table8", "table9", "table10", "table11", "table12"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pathlib
+import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -10,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from warprock.files import replacing
 from warprock.report.paper import INFERRED_NAMES
-from warprock.store import replacing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 DPI = 160
-ROTATION_LABEL = "rotation / slenderness angle [-]"
 SHORT_ROTATION_LABEL = "rotation /\nslenderness [-]"
 TIME_LABEL = "time [s]"
 
@@ -89,6 +89,60 @@ def save(figure: Figure, path: pathlib.Path) -> pathlib.Path:
         figure.savefig(temporary, format="png", dpi=DPI)
     plt.close(figure)
     return path
+
+
+def panel_grid(
+    plt: Any,
+    count: int,
+    *,
+    columns: int,
+    width: tuple[float, float],
+    height: tuple[float, float],
+    least_width: float = 0.0,
+    labels: tuple[str, str],
+    same_x: bool = True,
+) -> tuple[Figure, Any]:
+    """A panel for each of some groups, row by row, with one scale.
+
+    Args:
+        plt: What `drawing` yields.
+        count: Groups.
+        columns: Panels in a row, at most.
+        width: Inches beside the panels, and of a panel.
+        height: Inches above and below the panels, and of a panel.
+        least_width: Inches across, at least.
+        labels: What is drawn across and up.
+        same_x: Whether all panels have the same scale across.
+
+    Returns:
+        The figure and its axes, shape [row, column], those without a group hidden.
+    """
+    across = min(columns, count)
+    down = -(-count // across)
+    figure, panels = plt.subplots(
+        down,
+        across,
+        figsize=(max(least_width, width[0] + width[1] * across), height[0] + height[1] * down),
+        sharex=same_x,
+        sharey=True,
+        squeeze=False,
+        layout="constrained",
+    )
+    for axes in panels.flat[count:]:
+        axes.set_visible(False)
+    for axes in panels.flat[max(0, count - across) : count]:
+        axes.xaxis.set_tick_params(labelbottom=True)
+        axes.set_xlabel(labels[0])
+    for axes in panels[:, 0]:
+        axes.set_ylabel(labels[1])
+    return figure, panels
+
+
+def wrapped_title(figure: Figure, texts: Sequence[str], letters: int) -> None:
+    """A title above a figure, each text in lines of so many letters an inch of its width."""
+    width = int(letters * figure.get_figwidth())
+    lines = [textwrap.fill(text, width) for text in texts]
+    figure.suptitle("\n".join(lines), **FIGURE_TITLE)
 
 
 def legend_below(figure: Figure, axes: Axes, *, columns: int = 4) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import pathlib
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -11,7 +10,18 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.fragility import Curve
-from warprock.report.plots import BLUE, FIGURE_TITLE, GREEN, ORANGE, PURPLE, RED, SKY, drawing, save
+from warprock.report.plots import (
+    BLUE,
+    FIGURE_TITLE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    RED,
+    SKY,
+    drawing,
+    panel_grid,
+    save,
+)
 from warprock.store import input_meaning
 
 if TYPE_CHECKING:
@@ -43,26 +53,20 @@ def draw_curves(path: pathlib.Path, curves: Sequence[Curve], intensity: str) -> 
     for curve in curves:
         groups.setdefault(curve.group_text, []).append(curve)
     shown = dict(list(groups.items())[:PANELS])
-    columns = min(COLUMNS, len(shown))
-    rows = math.ceil(len(shown) / columns)
     with drawing() as plt:
-        figure, panels = plt.subplots(
-            rows,
-            columns,
-            figsize=(1.2 + 3.6 * columns if columns > 1 else 6.4, 1.4 + 2.7 * rows),
-            sharey=True,
-            squeeze=False,
-            layout="constrained",
+        figure, panels = panel_grid(
+            plt,
+            len(shown),
+            columns=COLUMNS,
+            width=(1.2, 3.6),
+            height=(1.4, 2.7),
+            least_width=6.4,
+            labels=(_axis_label(intensity), "probability [-]"),
+            same_x=False,
         )
         for axes, (group, mine) in zip(panels.flat, shown.items(), strict=False):
             _draw_group(axes, mine)
             axes.set_title(group or "all lanes", loc="left", fontsize=9)
-        for axes in panels.flat[len(shown) :]:
-            axes.set_visible(False)
-        for axes in panels[:, 0]:
-            axes.set_ylabel("probability [-]")
-        for axes in panels.flat[max(0, len(shown) - columns) : len(shown)]:
-            axes.set_xlabel(_axis_label(intensity), fontsize=9)
         handles, labels = panels.flat[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=min(4, len(labels)))
         more = "" if len(shown) == len(groups) else f"; {len(shown)} of {len(groups)} groups"

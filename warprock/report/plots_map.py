@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import pathlib
-import textwrap
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from warprock.overturning import Codes, Mode, OverturningMap
-from warprock.report.plots import BLACK, FIGURE_TITLE, drawing, save
+from warprock.report.plots import BLACK, drawing, panel_grid, save, wrapped_title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -43,45 +42,34 @@ def draw_map(path: pathlib.Path, found: OverturningMap) -> pathlib.Path:
     Returns:
         The file.
     """
-    groups = found.groups
-    columns = min(COLUMNS, len(groups))
-    rows = -(-len(groups) // columns)
-    width = max(1.0 + 3.4 * columns, 5.6)
+    count = len(found.groups)
     with drawing() as plt:
-        figure, panels = plt.subplots(
-            rows,
-            columns,
-            figsize=(width, 1.9 + 3.3 * rows),
-            sharex=True,
-            sharey=True,
-            squeeze=False,
-            layout="constrained",
+        figure, panels = panel_grid(
+            plt,
+            count,
+            columns=COLUMNS,
+            width=(1.0, 3.4),
+            height=(1.9, 3.3),
+            least_width=5.6,
+            labels=(r"$\omega_p$ / $p$ [-]", r"$a_p$ / ($g$ tan $\alpha$) [-]"),
         )
-        for number, axes in enumerate(panels.flat):
-            axes.set_visible(number < len(groups))
-            if number < len(groups):
-                _draw_group(axes, found, number)
-        for axes in panels[:, 0]:
-            axes.set_ylabel(r"$a_p$ / ($g$ tan $\alpha$) [-]")
-        for number in range(max(0, len(groups) - columns), len(groups)):
-            panels.flat[number].xaxis.set_tick_params(labelbottom=True)
-            panels.flat[number].set_xlabel(r"$\omega_p$ / $p$ [-]")
+        for number, axes in enumerate(panels.flat[:count]):
+            _draw_group(axes, found, number)
         shown = [mode for mode in Mode if np.any(found.mode == mode)]
         handles = [
             plt.Rectangle((0, 0), 1, 1, facecolor=COLORS[mode], edgecolor="#888888")
             for mode in shown
         ]
         names = [NAMES[mode] for mode in shown]
-        for axes in panels.flat[: len(groups)]:
+        for axes in panels.flat[:count]:
             for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
                 if name not in names:
                     handles.append(handle)
                     names.append(name)
         figure.legend(
-            handles, names, loc="outside lower center", ncols=2 if columns > 1 else 1, frameon=False
+            handles, names, loc="outside lower center", ncols=2 if count > 1 else 1, frameon=False
         )
-        lines = [textwrap.fill(text, int(_LETTERS * width)) for text in _titles(found)]
-        figure.suptitle("\n".join(lines), **FIGURE_TITLE)
+        wrapped_title(figure, _titles(found), _LETTERS)
         return save(figure, path)
 
 

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import pathlib
-import textwrap
 from typing import Any
 
 import numpy as np
 
-from warprock.report.plots import BLUE, FIGURE_TITLE, ORANGE, drawing, legend_below, save
+from warprock.report.plots import (
+    BLUE,
+    ORANGE,
+    drawing,
+    legend_below,
+    panel_grid,
+    save,
+    wrapped_title,
+)
 from warprock.sensitivity import Sensitivity
 
 PANELS = 12
 """Groups that a figure shows at most; the first ones."""
+COLUMNS = 3
 _LETTERS = 13
 """Letters of a title in an inch of its figure."""
 _BARS = (("first_order", "first order: alone", BLUE, -0.2), ("total", "total", ORANGE, 0.2))
@@ -30,37 +38,24 @@ def draw_sensitivity(path: pathlib.Path, found: Sensitivity) -> pathlib.Path:
     """
     groups = found.groups.head(PANELS)
     inputs = list(dict.fromkeys(found.rows["input"]))
-    columns = min(3, len(groups))
-    rows = -(-len(groups) // columns)
-    width = 2.6 + 3.6 * columns
     with drawing() as plt:
-        figure, panels = plt.subplots(
-            rows,
-            columns,
-            figsize=(width, 1.7 + rows * (0.7 + 0.42 * len(inputs))),
-            sharex=True,
-            sharey=True,
-            squeeze=False,
-            layout="constrained",
+        figure, panels = panel_grid(
+            plt,
+            len(groups),
+            columns=COLUMNS,
+            width=(2.6, 3.6),
+            height=(1.7, 0.7 + 0.42 * len(inputs)),
+            labels=("share of the variance [-]", ""),
         )
-        for number, axes in enumerate(panels.flat):
-            axes.set_visible(number < len(groups))
-            if number < len(groups):
-                group = groups.iloc[number]
-                _draw_group(axes, found, str(group["group"]), inputs)
-        for number in range(max(0, len(groups) - columns), len(groups)):
-            panels.flat[number].xaxis.set_tick_params(labelbottom=True)
-            panels.flat[number].set_xlabel("share of the variance [-]")
+        for axes, group in zip(panels.flat, groups["group"], strict=False):
+            _draw_group(axes, found, str(group), inputs)
         legend_below(figure, panels.flat[0], columns=2)
         lanes = int(groups["lanes"].iloc[0])
         about = (
             f"Sobol' indices of {found.of}; {found.run.response.engine}, {lanes:,} lanes a panel; "
             "lines: 5th to 95th percentile over resampled rows of the design"
         )
-        lines = [
-            textwrap.fill(text, int(_LETTERS * width)) for text in (found.run.case.title, about)
-        ]
-        figure.suptitle("\n".join(lines), **FIGURE_TITLE)
+        wrapped_title(figure, (found.run.case.title, about), _LETTERS)
         return save(figure, path)
 
 

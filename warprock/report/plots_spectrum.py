@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import pathlib
-import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from warprock.report.plots import (
     BLUE,
-    FIGURE_TITLE,
     GREEN,
     ORANGE,
     PURPLE,
@@ -18,7 +16,9 @@ from warprock.report.plots import (
     SKY,
     drawing,
     legend_below,
+    panel_grid,
     save,
+    wrapped_title,
 )
 from warprock.response import USABLE, Outcome
 from warprock.spectrum import Spectrum
@@ -45,38 +45,28 @@ def draw_spectrum(path: pathlib.Path, found: Spectrum) -> pathlib.Path:
     Returns:
         The file.
     """
-    columns = min(COLUMNS, len(found.groups))
-    rows = -(-len(found.groups) // columns)
-    width = 1.4 + 5.2 * columns
+    count = len(found.groups)
     with drawing() as plt:
-        figure, panels = plt.subplots(
-            rows,
-            columns,
-            figsize=(width, 1.7 + 3.0 * rows),
-            sharex=True,
-            sharey=True,
-            squeeze=False,
-            layout="constrained",
+        figure, panels = panel_grid(
+            plt,
+            count,
+            columns=COLUMNS,
+            width=(1.4, 5.2),
+            height=(1.7, 3.0),
+            labels=(
+                r"2$\pi$ / $p$ [s]: larger blocks to the right",
+                "peak rotation / slenderness angle [-]",
+            ),
         )
-        for number, axes in enumerate(panels.flat):
-            axes.set_visible(number < len(found.groups))
-            if number < len(found.groups):
-                _draw_group(axes, found, number)
-        for axes in panels[:, 0]:
-            axes.set_ylabel("peak rotation / slenderness angle [-]")
-        for number in range(max(0, len(found.groups) - columns), len(found.groups)):
-            panels.flat[number].xaxis.set_tick_params(labelbottom=True)
-            panels.flat[number].set_xlabel(r"2$\pi$ / $p$ [s]: larger blocks to the right")
-        legend_below(figure, panels.flat[0], columns=3 * columns)
+        for number, axes in enumerate(panels.flat[:count]):
+            _draw_group(axes, found, number)
+        legend_below(figure, panels.flat[0], columns=3 * min(COLUMNS, count))
         about = (
             f"{found.run.response.engine}; {len(found.period):,} blocks, a curve a slenderness "
             f"angle; angular velocity kept at an impact: {_restitution(found)}; crosses at the "
             "top: blocks that overturned"
         )
-        lines = [
-            textwrap.fill(text, int(_LETTERS * width)) for text in (found.run.case.title, about)
-        ]
-        figure.suptitle("\n".join(lines), **FIGURE_TITLE)
+        wrapped_title(figure, (found.run.case.title, about), _LETTERS)
         return save(figure, path)
 
 

@@ -10,9 +10,9 @@ import numpy as np
 import pandas as pd
 from rich.console import Console
 
+from warprock.files import replacing
 from warprock.fragility import Curve, component_rows, curve_rows
 from warprock.report.tables import plain_table, stdout
-from warprock.store import replacing
 
 CURVES = "fragility.csv"
 COMPONENTS = "fragility-p58.csv"
@@ -36,12 +36,6 @@ def write_tables(
             rows.to_csv(temporary, index=False)
         written.append(folder / name)
     return written
-
-
-def json_rows(rows: pd.DataFrame) -> list[dict[str, Any]]:
-    """Rows of `curve_rows` as JSON can hold them: what is not a number is null."""
-    bare = rows.astype(object).where(rows.notna(), None)
-    return [{str(k): v for k, v in row.items()} for row in bare.to_dict(orient="records")]
 
 
 def print_curves(

@@ -8,8 +8,8 @@ from typing import Any
 
 from rich.console import Console
 
+from warprock.files import replacing
 from warprock.report.tables import plain_table, stdout
-from warprock.store import replacing
 
 SUMMARY = "summary.md"
 

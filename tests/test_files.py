@@ -1,0 +1,82 @@
+"""Files that are there whole or not at all, what a killed process leaves, folders to write to."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+import platform
+import subprocess
+import sys
+
+import pytest
+
+from warprock import files
+from warprock.errors import InputError
+
+
+def test_a_file_appears_whole_or_not_at_all(tmp_path: pathlib.Path):
+    path = tmp_path / "table"
+    path.write_text("before", encoding="utf-8")
+
+    def write_half() -> None:
+        with files.replacing(path) as temporary:
+            temporary.write_text("half", encoding="utf-8")
+            raise RuntimeError("the disk is full")
+
+    with pytest.raises(RuntimeError, match="disk"):
+        write_half()
+    assert path.read_text(encoding="utf-8") == "before"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_folder_under_a_file_is_refused(tmp_path: pathlib.Path):
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    with pytest.raises(InputError, match="must be a folder that can be written to"):
+        files.require_writable(tmp_path / "file" / "results")
+    with pytest.raises(InputError):
+        files.require_writable(tmp_path / "file")
+    files.require_writable(tmp_path / "new" / "results")
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_folder_that_cannot_be_written_to_is_refused():
+    with pytest.raises(InputError, match="must be a folder that can be written to"):
+        files.require_writable(pathlib.Path("/proc/warprock"))
+
+
+def test_a_name_that_no_folder_can_have_is_refused(tmp_path: pathlib.Path):
+    with pytest.raises(InputError, match="File name too long"):
+        files.require_writable(tmp_path / ("a" * 300) / "results")
+
+
+def test_a_link_to_nothing_is_refused(tmp_path: pathlib.Path):
+    link = tmp_path / "link"
+    link.symlink_to(tmp_path / "gone")
+    for folder in (link, link / "results"):
+        with pytest.raises(InputError, match="link is no folder"):
+            files.require_writable(folder)
+    assert not (tmp_path / "gone").exists()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="asks a POSIX system which processes run")
+def test_what_a_killed_process_left_is_taken_away_when_the_file_is_written_again(
+    tmp_path: pathlib.Path,
+):
+    kill = "import os, pathlib, signal, sys; from warprock.files import replacing\n"
+    kill += "with replacing(pathlib.Path(sys.argv[1])) as temporary:\n"
+    kill += "    temporary.write_text('half'); os.kill(os.getpid(), signal.SIGKILL)"
+    path, other = tmp_path / "table.csv", tmp_path / "table"
+    for each in (path, other):
+        subprocess.run([sys.executable, "-c", kill, str(each)], check=False, timeout=60)
+    ours = tmp_path / f".table.csv.{platform.node()}.{os.getpid()}.0a1b2c3d.tmp"
+    theirs = tmp_path / ".table.csv.elsewhere.1.0a1b2c3d.tmp"
+    for kept in (ours, theirs):
+        kept.write_text("half of a process that still writes", encoding="utf-8")
+    assert len(list(tmp_path.iterdir())) == 4
+    with files.replacing(path) as temporary:
+        temporary.write_text("whole", encoding="utf-8")
+    left = {found.name for found in tmp_path.iterdir()}
+    assert left > {path.name, ours.name, theirs.name}
+    # Of the other file, which nobody has written again.
+    (dead,) = left - {path.name, ours.name, theirs.name}
+    assert dead.startswith(f".table.{platform.node()}.")

@@ -1,0 +1,72 @@
+"""Lanes in groups and by record, and what a table says of the fit of a group."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from warprock.fragility_fit import Bootstrap, Fit
+
+RECORD = "record"
+"""Column that says which lanes belong to one record."""
+LEAST_RECORDS = 5
+"""Records below which a band over them would say nothing."""
+
+
+def group_text(group: Mapping[str, object]) -> str:
+    """A group of lanes in words; empty where there is only one."""
+    return ", ".join(f"{name} {value}" for name, value in group.items())
+
+
+def lane_groups(
+    table: pd.DataFrame, by: Sequence[str]
+) -> list[tuple[dict[str, object], npt.NDArray[np.intp]]]:
+    """Lanes with the same values of some columns, in the order of the table.
+
+    Lanes without a value, such as the scale of a pulse, share that they have none.
+
+    Args:
+        table: One row a lane.
+        by: Columns; none makes one group of all lanes.
+
+    Returns:
+        For each group its values by column, and the rows of its lanes in the table.
+    """
+    if not by:
+        return [({}, np.arange(len(table), dtype=np.intp))]
+    grouped = table.groupby(list(by), sort=False, observed=True, dropna=False)
+    numbers = grouped.ngroup().to_numpy()
+    made = []
+    for number in dict.fromkeys(numbers.tolist()):
+        lanes = np.flatnonzero(numbers == number)
+        made.append(({name: table[name].iloc[int(lanes[0])] for name in by}, lanes))
+    return made
+
+
+def record_numbers(table: pd.DataFrame) -> npt.NDArray[np.intp]:
+    """Number of the record of every lane; without the column each is a record of its own."""
+    if RECORD not in table:
+        return np.arange(len(table), dtype=np.intp)
+    return np.asarray(pd.factorize(table[RECORD])[0], dtype=np.intp)
+
+
+def fit_columns(fit: Fit, resampled: Bootstrap | None) -> dict[str, object]:
+    """Columns of a fit: its verdict and numbers, their band over records, what parts the data."""
+    bands = {
+        f"{name}_{end}": value
+        for name in ("median", "dispersion")
+        for end, value in zip(
+            ("p05", "p95"), resampled.interval(name) if resampled else (np.nan, np.nan), strict=True
+        )
+    }
+    return {
+        "verdict": fit.verdict.value,
+        "median": fit.median,
+        "dispersion": fit.dispersion,
+        **bands,
+        "none_up_to": fit.low,
+        "all_from": fit.high,
+    }
