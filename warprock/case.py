@@ -15,7 +15,7 @@ import os
 import pathlib
 import re
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from importlib.resources.abc import Traversable
 from typing import Any
 
@@ -23,7 +23,7 @@ import pydantic
 
 from warprock.axes import LABEL, Axis, axis_shape, fix_keys, read_axes
 from warprock.case_ensemble import Ensemble, read_ensemble
-from warprock.case_keys import EXCLUSIVE, KEYS, NOTHING, Said, did_you_mean, general_key
+from warprock.case_keys import EXCLUSIVE, KEYS, NOTHING, Said, SourceOf, did_you_mean, general_key
 from warprock.case_sample import read_sample
 from warprock.case_settings import ENGINES, PEERS, read_settings
 from warprock.case_spectrum import read_spectrum
@@ -45,9 +45,6 @@ from warprock.response import SampleTimes
 CASE_FILE = "case.toml"
 OVERRIDE = "-s"
 """What errors name as the source of an override."""
-
-SourceOf = Callable[[str], str]
-"""Dotted key -> what an error about it names as its source."""
 
 
 @dataclasses.dataclass(frozen=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -21,8 +21,12 @@ from warprock.case_keys import (
     SWEEP_KEYS,
     FrictionKey,
     NumberKey,
+    SourceOf,
     did_you_mean,
     general_key,
+    read_choice,
+    read_table,
+    read_whole,
 )
 from warprock.case_tables import CaseTables
 from warprock.errors import InputError
@@ -114,7 +118,7 @@ def read_ensemble(
     raw: Mapping[str, object],
     axes: Sequence[Axis],
     tables: CaseTables,
-    source_of: Callable[[str], str],
+    source_of: SourceOf,
 ) -> Ensemble | None:
     """The ensemble of a case; None where it has none.
 
@@ -130,36 +134,17 @@ def read_ensemble(
     """
     if "ensemble" not in raw:
         return None
-    table = raw["ensemble"]
-    if not isinstance(table, Mapping):
-        raise InputError(source_of("ensemble"), "ensemble", table, "must be a table")
-    for name in table:
-        if name not in _NAMES:
-            allowed = f"unknown key (allowed: {', '.join(_NAMES)}){did_you_mean(name, _NAMES)}"
-            key = f"ensemble.{name}"
-            raise InputError(source_of(key), key, table[name], allowed)
-
-    def whole(name: str, low: int, high: int, default: object) -> int:
-        got, key = table.get(name, default), f"ensemble.{name}"
-        if isinstance(got, bool) or not isinstance(got, int) or not low <= got <= high:
-            allowed = f"must be a whole number from {low} to {high}"
-            raise InputError(source_of(key), key, got, allowed)
-        return got
-
-    members = whole("members", 2, _MOST_MEMBERS, NOTHING)
-    seed = whole("seed", 0, MOST_SEED, 1)
-    sampling = table.get("sampling", SAMPLINGS[0])
-    if sampling not in SAMPLINGS:
-        key = "ensemble.sampling"
-        allowed = f"must be {' or '.join(SAMPLINGS)}{did_you_mean(sampling, SAMPLINGS)}"
-        raise InputError(source_of(key), key, sampling, allowed)
+    table = read_table(raw, "ensemble", _NAMES, source_of)
+    members = read_whole(table, "ensemble.members", (2, _MOST_MEMBERS), source_of)
+    seed = read_whole(table, "ensemble.seed", (0, MOST_SEED), source_of, 1)
+    sampling = read_choice(table, "ensemble.sampling", SAMPLINGS, source_of)
     time_step = _read_time_step(table["time_step"], source_of) if "time_step" in table else 0.0
     spread = dict(_read_spread(table.get("spread", {}), axes, tables, source_of))
     if not (spread or time_step):
         key = "ensemble.spread"
         allowed = "must name at least one key, where ensemble.time_step is not given"
         raise InputError(source_of(key), key, NOTHING, allowed)
-    return Ensemble(members, seed, str(sampling), time_step, spread)
+    return Ensemble(members, seed, sampling, time_step, spread)
 
 
 def _percent(got: object) -> float | None:
@@ -168,7 +153,7 @@ def _percent(got: object) -> float | None:
     return float(f"{match[1]}e{int(match[2] or 0) - 2}") if match else None
 
 
-def _read_time_step(got: object, source_of: Callable[[str], str]) -> float:
+def _read_time_step(got: object, source_of: SourceOf) -> float:
     part = _percent(got)
     if part is None or not 0.0 < part < 1.0:
         key = "ensemble.time_step"
@@ -178,7 +163,7 @@ def _read_time_step(got: object, source_of: Callable[[str], str]) -> float:
 
 
 def _read_spread(
-    table: object, axes: Sequence[Axis], tables: CaseTables, source_of: Callable[[str], str]
+    table: object, axes: Sequence[Axis], tables: CaseTables, source_of: SourceOf
 ) -> Iterator[tuple[str, Spread]]:
     """Keys and half-widths, each held against every value that a cell may have."""
     if not isinstance(table, Mapping):

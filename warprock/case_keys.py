@@ -10,8 +10,10 @@ import dataclasses
 import difflib
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
+from warprock.errors import InputError
 from warprock.motion import Control, Waveform
 from warprock.units import Dimension, Quantity, allowed_text, parse_any, parse_quantity
 
@@ -26,6 +28,9 @@ class Said(str):
 
 
 NOTHING = Said("nothing")
+
+SourceOf = Callable[[str], str]
+"""Dotted key -> what an error about it names as its source."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -279,3 +284,88 @@ def did_you_mean(got: object, known: Iterable[str]) -> str:
     tails = {key.rpartition(".")[2]: key for key in reversed(known)}
     near = difflib.get_close_matches(str(got).rpartition(".")[2], tails, 1)
     return f"; did you mean {tails[near[0]]}?" if near else ""
+
+
+def read_table(
+    raw: Mapping[str, Any], name: str, known: Iterable[str], source_of: SourceOf
+) -> Mapping[str, Any]:
+    """A table of a case, all of whose keys are known.
+
+    Args:
+        raw: The case, which has it.
+        name: Its name.
+        known: Keys that it may have.
+        source_of: What errors name as their source.
+
+    Raises:
+        InputError: It is no table, or has another key.
+    """
+    table = raw[name]
+    if not isinstance(table, Mapping):
+        raise InputError(source_of(name), name, table, "must be a table")
+    refuse_unknown(table, name, known, source_of)
+    return table
+
+
+def refuse_unknown(
+    table: Mapping[str, object], place: str, known: Iterable[str], source_of: SourceOf
+) -> None:
+    """Refuses a key that a table cannot have, and suggests the one perhaps meant.
+
+    Raises:
+        InputError: There is one.
+    """
+    known = tuple(known)
+    for name in table:
+        if name not in known:
+            key = f"{place}.{name}"
+            allowed = f"unknown key (allowed: {', '.join(known)}){did_you_mean(name, known)}"
+            raise InputError(source_of(key), key, table[name], allowed)
+
+
+def read_whole(
+    table: Mapping[str, Any],
+    place: str,
+    bounds: tuple[int, int],
+    source_of: SourceOf,
+    default: object = NOTHING,
+) -> int:
+    """A whole number of a table of a case.
+
+    Args:
+        table: The table.
+        place: Its dotted key, the last part that in the table.
+        bounds: The least and the most that it may be.
+        source_of: What errors name as their source.
+        default: What it is where the table does not say.
+
+    Raises:
+        InputError: It is no whole number, or out of bounds.
+    """
+    got, (low, high) = table.get(place.rpartition(".")[2], default), bounds
+    if isinstance(got, bool) or not isinstance(got, int) or not low <= got <= high:
+        raise InputError(
+            source_of(place), place, got, f"must be a whole number from {low} to {high}"
+        )
+    return got
+
+
+def read_choice(
+    table: Mapping[str, Any], place: str, known: Sequence[str], source_of: SourceOf
+) -> str:
+    """One of some words in a table of a case, the first of them where it does not say.
+
+    Args:
+        table: The table.
+        place: Its dotted key, the last part that in the table.
+        known: The words.
+        source_of: What errors name as their source.
+
+    Raises:
+        InputError: It is none of them.
+    """
+    got = table.get(place.rpartition(".")[2], known[0])
+    if got not in known:
+        allowed = f"must be {' or '.join(known)}{did_you_mean(got, known)}"
+        raise InputError(source_of(place), place, got, allowed)
+    return str(got)

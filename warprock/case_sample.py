@@ -8,7 +8,7 @@ its lanes are drawn from all that a study covers, each a lane of its own.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from warprock.axes import Axis, Column, axis_keys, read_list
@@ -18,8 +18,13 @@ from warprock.case_keys import (
     SWEEP_KEYS,
     NumberKey,
     Said,
+    SourceOf,
     did_you_mean,
     general_key,
+    read_choice,
+    read_table,
+    read_whole,
+    refuse_unknown,
 )
 from warprock.errors import InputError
 from warprock.sampling import (
@@ -32,9 +37,6 @@ from warprock.sampling import (
     Shape,
 )
 from warprock.units import Quantity, format_quantity
-
-SourceOf = Callable[[str], str]
-"""Dotted key -> what an error about it names as its source."""
 
 _NAMES = ("lanes", "seed", "sampling", "over")
 _KEYS_OF: dict[Shape, tuple[tuple[str, ...], tuple[str, ...]]] = {
@@ -62,46 +64,20 @@ def read_sample(
     """
     if "sample" not in raw:
         return ()
-    table = raw["sample"]
-    if not isinstance(table, Mapping):
-        raise InputError(source_of("sample"), "sample", table, "must be a table")
+    table = read_table(raw, "sample", _NAMES, source_of)
     if "ensemble" in raw:
         allowed = "must not be given beside [ensemble]: draw from wider distributions instead"
         raise InputError(source_of("sample"), "sample", Said("a table"), allowed)
-    _refuse_unknown(table, _NAMES, "sample", source_of)
-    lanes = _whole(table, "lanes", 1, MOST_POINTS, NOTHING, source_of)
-    seed = _whole(table, "seed", 0, MOST_SEED, 1, source_of)
-    sampling = table.get("sampling", SAMPLINGS[0])
-    if sampling not in SAMPLINGS:
-        allowed = f"must be {' or '.join(SAMPLINGS)}{did_you_mean(sampling, SAMPLINGS)}"
-        raise InputError(source_of("sample.sampling"), "sample.sampling", sampling, allowed)
+    lanes = read_whole(table, "sample.lanes", (1, MOST_POINTS), source_of)
+    seed = read_whole(table, "sample.seed", (0, MOST_SEED), source_of, 1)
+    sampling = read_choice(table, "sample.sampling", SAMPLINGS, source_of)
     swept = {key for axis in axes for key in axis.columns}
     columns = dict(_read_over(table.get("over", {}), swept, source_of))
     if not columns:
         allowed = "must name at least one key and its distribution"
         raise InputError(source_of("sample.over"), "sample.over", NOTHING, allowed)
-    sample = Sample(str(sampling), seed, lanes, len(columns))
+    sample = Sample(sampling, seed, lanes, len(columns))
     return (Axis(columns, lanes, sample),)
-
-
-def _refuse_unknown(
-    table: Mapping[str, object], names: Sequence[str], place: str, source_of: SourceOf
-) -> None:
-    for name in table:
-        if name not in names:
-            allowed = f"unknown key (allowed: {', '.join(names)}){did_you_mean(name, names)}"
-            key = f"{place}.{name}"
-            raise InputError(source_of(key), key, table[name], allowed)
-
-
-def _whole(
-    table: Mapping[str, Any], name: str, low: int, high: int, default: object, source_of: SourceOf
-) -> int:
-    got, key = table.get(name, default), f"sample.{name}"
-    if isinstance(got, bool) or not isinstance(got, int) or not low <= got <= high:
-        allowed = f"must be a whole number from {low} to {high}"
-        raise InputError(source_of(key), key, got, allowed)
-    return got
 
 
 def _read_over(over: object, swept: set[str], source_of: SourceOf) -> Iterator[tuple[str, Column]]:
@@ -138,7 +114,7 @@ def _read_distribution(
         raise InputError(source, f"{place}.distribution", name, allowed)
     shape = Shape(str(name))
     needed, optional = _KEYS_OF[shape]
-    _refuse_unknown(table, ("distribution", *needed, *optional), place, source_of)
+    refuse_unknown(table, place, ("distribution", *needed, *optional), source_of)
     for end in needed:
         if end not in table:
             allowed = f"must be given with distribution {shape}"

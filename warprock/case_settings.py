@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
-from warprock.case_keys import did_you_mean
+from warprock.case_keys import SourceOf, did_you_mean
 from warprock.engines.settings import SETTINGS, judged_settings
 from warprock.errors import InputError
 from warprock.reference.peer_settings import PEER_SETTINGS
@@ -20,7 +20,7 @@ def read_settings(
     kind: str,
     tables: Mapping[str, Mapping[str, object]],
     name: str,
-    source_of: Callable[[str], str],
+    source_of: SourceOf,
 ) -> Any:
     """Settings of an engine or of a program: the case's own, defaults otherwise.
 

@@ -7,13 +7,13 @@ full sizes are 2 R sin(alpha) and 2 R cos(alpha).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from warprock.axes import LABEL, Axis, Numbers, Texts, read_values
-from warprock.case_keys import KEYS, NOTHING, NumberKey, Said, did_you_mean
+from warprock.case_keys import KEYS, NOTHING, NumberKey, Said, SourceOf, read_table
 from warprock.errors import InputError
 from warprock.units import GRAVITY, Dimension, Quantity
 
@@ -29,9 +29,6 @@ ANGLE = NumberKey(
     {Dimension.ANGLE: ("0.01 deg", "90 deg")}, "the slenderness angle of the block", high_open=True
 )
 _READERS = {"period": PERIOD, SLENDERNESS: ANGLE}
-
-SourceOf = Callable[[str], str]
-"""Dotted key -> what an error about it names as its source."""
 
 
 def read_spectrum(
@@ -50,14 +47,7 @@ def read_spectrum(
     """
     if SPECTRUM not in raw:
         return ()
-    table = raw[SPECTRUM]
-    if not isinstance(table, Mapping):
-        raise InputError(source_of(SPECTRUM), SPECTRUM, table, "must be a table")
-    for name in table:
-        if name not in _READERS:
-            key = f"{SPECTRUM}.{name}"
-            allowed = f"unknown key (allowed: {', '.join(_READERS)}){did_you_mean(name, _READERS)}"
-            raise InputError(source_of(key), key, table[name], allowed)
+    table = read_table(raw, SPECTRUM, _READERS, source_of)
     _refuse_sizes(raw, axes, source_of)
     found: dict[str, Numbers] = {}
     for name, reader in _READERS.items():

@@ -10,7 +10,7 @@ import dataclasses
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from warprock.case_keys import NOTHING, Said, did_you_mean
+from warprock.case_keys import NOTHING, Said, did_you_mean, read_table
 from warprock.engines.settings import SETTINGS, build_settings
 from warprock.errors import InputError
 
@@ -124,13 +124,7 @@ def read_study(case: Case) -> Study:
             than two values, a list without the case's own value, or a case whose lanes cannot be
             held against Housner's.
     """
-    table = case.raw["study"]
-    if not isinstance(table, Mapping):
-        raise _refused(case, "study", table, "must be a table")
-    for name in table:
-        if name not in _NAMES:
-            allowed = f"unknown key (allowed: {', '.join(_NAMES)}){did_you_mean(name, _NAMES)}"
-            raise _refused(case, f"study.{name}", table[name], allowed)
+    table = read_table(case.raw, "study", _NAMES, case.source_of)
     _refuse_scene(case)
     engines = _read_engines(case, table.get("engines", NOTHING))
     vary = table.get("vary", NOTHING)
