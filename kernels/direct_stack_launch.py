@@ -25,6 +25,7 @@ motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 account = kernel_module("account", precision=PRECISION)
 direct = kernel_module("direct", precision=PRECISION)
 impulse_stack = kernel_module("impulse_stack", precision=PRECISION)
+run = kernel_module("stack_run", precision=PRECISION)
 contact = kernel_module("direct_stack", precision=PRECISION, blocks=BLOCKS)
 larger, smaller, size, book = scalar.larger, scalar.smaller, scalar.size, account.book
 sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
@@ -41,15 +42,9 @@ interface_rows, weighted, solve_stack = (
     contact.solve_stack,
 )
 with_rows, with_three = contact.with_rows, contact.with_three
-stand = impulse_stack.stand
-
-HALF_PI = real(1.5707963267948966)
-HALF = real(0.5)
-NEVER = real(1.0e30)
-ROCKING = 1
-OVERTURNED = 2
-BROKEN = 3
-SLID_OFF = 4
+stand, Block, Stack = impulse_stack.stand, run.Block, run.Stack
+HALF_PI, HALF = run.HALF_PI, run.HALF
+ROCKING, OVERTURNED, BROKEN, SLID_OFF = run.ROCKING, run.OVERTURNED, run.BROKEN, run.SLID_OFF
 UNSOLVED = 5
 
 
@@ -64,38 +59,6 @@ class Knobs:
     box: real
     cfm: real
     erp: real
-
-
-@wp.struct
-class Block:
-    """One block of a stack: half sizes [m], and where it starts.
-
-    `left` and `right` are first guesses of the normal impulses below it, at -x and at +x [N s].
-    """
-
-    face: real
-    high: real
-    inverse_mass: real
-    inverse_inertia: real
-    friction: real
-    offset: real
-    x: real
-    z: real
-    theta: real
-    left: real
-    right: real
-
-
-@wp.struct
-class Stack:
-    """One lane's stack.
-
-    That is: the time at which it is first uplifted [s], 0 or NEVER, and the side to which its
-    interfaces count as leaning before they turn, 1 or -1, mirrored with the stack.
-    """
-
-    uplift_time: real
-    lean: real
 
 
 @wp.struct

@@ -5,15 +5,9 @@ the compiler turns them into vector code; with one lane a thread the same text i
 for any device. A func takes the entries of the matrices, and what it finds it leaves in those that
 it takes as `wp.ref`: a matrix taken by reference would be copied at every read.
 
-A run begins with SETTLING solves at the start, from velocities of zero, so that the impulses
-become those of the rest or of the release. Half a step back from the acceleration that they leave
-lie the velocities that the first step starts from: velocities belong to half steps.
-
-An interface rocks while one of its ends carries no impulse; that needs no tolerance.
+A run begins with SETTLING solves at the start; for what it shares with other stacks see
+`stack_run`.
 """
-
-# A func leaves what it finds in the names that it takes by reference.
-# ruff: noqa: F841
 
 from typing import Any
 
@@ -33,127 +27,25 @@ found_of = kernel_module("stack_found", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 account = kernel_module("account", precision=PRECISION)
 impulse = kernel_module("impulse_stack", precision=PRECISION)
+run = kernel_module("stack_run", precision=PRECISION)
 wp.set_module_options(impulse.STACK_OPTIONS)
-larger, smaller, size, book = scalar.larger, scalar.smaller, scalar.size, account.book
+larger, book = scalar.larger, account.book
 BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
 Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Knobs, set_out, approach, press = impulse.Knobs, impulse.set_out, impulse.approach, impulse.press
-give_back, travel, work, stand = impulse.give_back, impulse.travel, impulse.work, impulse.stand
-GROUND_FACE = impulse.GROUND_FACE
-sine, cosine = scalar.sine, scalar.cosine
+give_back, travel, work = impulse.give_back, impulse.travel, impulse.work
+Block, Stack, begin, set_up, kept_of = run.Block, run.Stack, run.begin, run.set_up, run.kept_of
+ride, witness, observe, shown = run.ride, run.witness, run.observe, run.shown
 
-HALF_PI = real(1.5707963267948966)
 HALF = real(0.5)
-NEVER = real(1.0e30)
 SETTLING = 200
 """Solves before the run. A stack that stands flat starts from its statics, and needs none."""
-ROCKING = 1
-OVERTURNED = 2
-BROKEN = 3
-SLID_OFF = 4
-
-
-@wp.struct
-class Block:
-    """One block of a stack, and where it starts; names as at the head of `impulse_stack`.
-
-    `left` and `right` are first guesses of the normal impulses below it, at -x and at +x [N s].
-    """
-
-    face: real
-    high: real
-    inverse_mass: real
-    inverse_inertia: real
-    friction: real
-    offset: real
-    x: real
-    z: real
-    theta: real
-    left: real
-    right: real
-
-
-@wp.struct
-class Stack:
-    """One lane's stack.
-
-    That is: the time at which it is first uplifted [s], 0 or NEVER, and the side to which its
-    interfaces count as leaning before they turn, 1 or -1, mirrored with the stack.
-    """
-
-    uplift_time: real
-    lean: real
-
 
 Lane = wp.types.vector(length=LANES, dtype=real)
 LaneInt = wp.types.vector(length=LANES, dtype=int)
 Body = wp.types.matrix(shape=(BLOCKS + 1, LANES), dtype=real)
 Point = wp.types.matrix(shape=(2 * BLOCKS, LANES), dtype=real)
-
-
-@wp.func
-def begin(
-    stack: Stack, face: wp.ref[real], c: wp.ref[real], uplift_time: wp.ref[real],
-    mode: wp.ref[int],
-):  # fmt: skip
-    """Lays the ground, which has a face and is level, and sets a lane going."""
-    face = GROUND_FACE
-    c = real(1.0)
-    uplift_time = stack.uplift_time
-    mode = ROCKING
-
-
-@wp.func
-def set_up(
-    block: Block, side: real, face: wp.ref[real], high: wp.ref[real],
-    m: wp.ref[real], j: wp.ref[real], mu: wp.ref[real], offset: wp.ref[real],
-    x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
-    peak: wp.ref[real], lean: wp.ref[real], n1: wp.ref[real], n2: wp.ref[real],
-):  # fmt: skip
-    """Puts a block where it starts."""
-    face = block.face
-    high = block.high
-    m = block.inverse_mass
-    j = block.inverse_inertia
-    mu = block.friction
-    offset = block.offset
-    x = block.x
-    z = block.z
-    theta = block.theta
-    s = sine(block.theta)
-    c = cosine(block.theta)
-    peak = size(block.theta)
-    lean = side
-    n1 = wp.where(side > real(0.0), block.left, block.right)
-    n2 = wp.where(side > real(0.0), block.right, block.left)
-
-
-@wp.func
-def kept_of(count: int) -> real:
-    """Part of the new velocities that a step keeps: while impulses settle they are put back."""
-    return wp.where(count > 0, real(1.0), wp.where(count == 0, -HALF, real(0.0)))
-
-
-@wp.func
-def ride(
-    v: real, count: int, mode: int, live: wp.ref[int],
-    dv: wp.ref[real], hint: wp.ref[real], base: wp.ref[real],
-    shift_x: wp.ref[real], shift_z: wp.ref[real], steps: wp.ref[int],
-):  # fmt: skip
-    """Begins a step after which the base moves at v [m/s], of a lane that lives on or not.
-
-    That is kept in `live`, for the loop that writes the modes would be slow if it read them to
-    tell what moves. While impulses settle, v is that of the first step; the hint tells which way
-    the base is about to move.
-    """
-    hint = v - base
-    dv = wp.where(count > 0, v - base, real(0.0))
-    base = wp.where(count > 0, v, base)
-    shift_x = real(0.0)
-    shift_z = real(0.0)
-    live = wp.where(count > 0 and mode == ROCKING, 1, 0)
-    steps = steps + live
 
 
 @wp.func
@@ -179,63 +71,6 @@ def advance(
     vx = kept * ux
     vz = kept * uz
     omega = kept * uo
-
-
-@wp.func
-def witness(
-    live: bool, time: real, n1: real, was1: real, gap1: real, n2: real, was2: real, gap2: real,
-    uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int],
-):  # fmt: skip
-    """Whether an interface rocks, and which of its ends have landed: what carried nothing does.
-
-    The gaps are those at the start of the step.
-    """
-    zero = real(0.0)
-    lifted = live and (n1 <= zero or n2 <= zero)
-    landed1 = wp.where(live and was1 <= zero and n1 > zero, 1, 0)
-    landed2 = wp.where(live and was2 <= zero and n2 > zero, 1, 0)
-    uplift_time = wp.where(lifted and uplift_time >= NEVER, time, uplift_time)
-    moved = wp.where(lifted, time, moved)
-    impacts = impacts + landed1 + landed2
-    deepest = wp.where(live, larger(-smaller(gap1, gap2), deepest), deepest)
-
-
-@wp.func
-def observe(
-    live: bool, time: real, theta: real, below: real, ux: real, uz: real, uo: real,
-    face: real, high: real, s: real, c: real, offset: real,
-    lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real,
-    peak: wp.ref[real], peak_time: wp.ref[real], slide: wp.ref[real], peak_slide: wp.ref[real],
-    mode: wp.ref[int],
-):  # fmt: skip
-    """Peaks and slide of a block after a step, and whether its lane lives on.
-
-    `below` is the rotation of what it stands on [rad]: a block has overturned, too, once it has
-    turned by a right angle against that.
-    """
-    zero = real(0.0)
-    turn = theta - below
-    slid, overlap = stand(face, high, s, c, offset, lface, lhigh, ls, lc, dx, dz, turn)
-    higher = live and size(theta) > peak
-    peak_time = wp.where(higher, time, peak_time)
-    peak = wp.where(higher, smaller(size(theta), HALF_PI), peak)
-    slide = slid
-    peak_slide = wp.where(live, larger(size(slid), peak_slide), peak_slide)
-    total = theta + ux + uz + uo + overlap
-    stands = wp.where(overlap <= zero, SLID_OFF, ROCKING)
-    over = larger(size(theta), size(turn)) >= HALF_PI
-    found = wp.where(over, OVERTURNED, stands)
-    mode = wp.where(live and mode == ROCKING, wp.where(total - total == zero, found, BROKEN), mode)
-
-
-@wp.func
-def shown(mode: int, past: real, theta: real, omega: real) -> real:
-    """Rotation at a sample that a lane has passed by a time [s]; where it ended, its last one.
-
-    Nothing stops the velocities of a lane that has ended, they need not be finite.
-    """
-    back = larger(past, real(0.0)) * omega
-    return theta - wp.where(mode == ROCKING, back, real(0.0))
 
 
 @wp.kernel
@@ -279,10 +114,9 @@ def stacks(
                 lane = motions[first + i]
                 place = sample_index(lane, sample_segment(lane, half))
                 v = base_velocity(lane, half, pool[2, place], pool[0, place], pool[1, place])
-                ride(
-                    v, count, mode[i], lives[i], dv[i], hint[i], base[i],
-                    shift_x[i], shift_z[i], steps[i],
-                )  # fmt: skip
+                ride(v, count, mode[i], lives[i], dv[i], hint[i], base[i], steps[i])
+                shift_x[i] = zero
+                shift_z[i] = zero
                 book(dv[i], given[i], loss[i], jolt[i], supplied[i], taken[i], returned[i])
             for k in range(1, bodies):
                 for i in range(LANES):

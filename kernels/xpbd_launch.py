@@ -5,11 +5,8 @@ one row a body or a point, so that the compiler turns them into vector code; wit
 the same text is the plain form for any device. A func takes the entries of the matrices, and what
 it finds it leaves in those that it takes as `wp.ref`.
 
-A run begins with SETTLING solves at the start, from velocities of zero, so that the multipliers
-become those of the rest or of the release. Half a step back from the acceleration that they leave
-lie the velocities that the first step starts from: velocities belong to half steps.
-
-An interface rocks while one of its ends carries nothing; that needs no tolerance.
+A run begins with SETTLING solves at the start; for what it shares with other stacks see
+`stack_run`.
 """
 
 # A func leaves what it finds in the names that it takes by reference.
@@ -34,58 +31,22 @@ motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 account = kernel_module("account", precision=PRECISION)
 xpbd = kernel_module("xpbd", precision=PRECISION, iterations=ITERATIONS, blocks=BLOCKS)
 impulse = kernel_module("impulse_stack", precision=PRECISION)
+run = kernel_module("stack_run", precision=PRECISION)
 wp.set_module_options(impulse.STACK_OPTIONS)
-larger, smaller, size, book = scalar.larger, scalar.smaller, scalar.size, account.book
-sine, cosine = scalar.sine, scalar.cosine
+larger, book = scalar.larger, account.book
 BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
 Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Knobs, predict, approach, sweep = xpbd.Knobs, xpbd.predict, xpbd.approach, xpbd.sweep
 travel, held, TURNS, LOOSE = xpbd.travel, xpbd.held, xpbd.TURNS, xpbd.LOOSE
-stand, GROUND_FACE = impulse.stand, impulse.GROUND_FACE
+Block, Stack, begin, set_up, kept_of = run.Block, run.Stack, run.begin, run.set_up, run.kept_of
+ride, witness, observe, shown = run.ride, run.witness, run.observe, run.shown
 
-HALF_PI = real(1.5707963267948966)
 HALF = real(0.5)
-NEVER = real(1.0e30)
+LEVEL = real(1.0)
+"""Cosine of the ground's rotation, as predicted, too."""
 SETTLING = 40 * BLOCKS
 """Solves before the run. A stack that stands flat starts from its statics, and needs none."""
-ROCKING = 1
-OVERTURNED = 2
-BROKEN = 3
-SLID_OFF = 4
-
-
-@wp.struct
-class Block:
-    """One block of a stack, and where it starts; names as at the head of `xpbd`.
-
-    `left` and `right` are first guesses of the normal multipliers below it, at -x and at +x [kg m].
-    """
-
-    face: real
-    high: real
-    inverse_mass: real
-    inverse_inertia: real
-    friction: real
-    offset: real
-    x: real
-    z: real
-    theta: real
-    left: real
-    right: real
-
-
-@wp.struct
-class Stack:
-    """One lane's stack.
-
-    That is: the time at which it is first uplifted [s], 0 or NEVER, and the side to which its
-    interfaces count as leaning before they turn, 1 or -1, mirrored with the stack.
-    """
-
-    uplift_time: real
-    lean: real
-
 
 Lane = wp.types.vector(length=LANES, dtype=real)
 LaneInt = wp.types.vector(length=LANES, dtype=int)
@@ -93,78 +54,6 @@ Body = wp.types.matrix(shape=(BLOCKS + 1, LANES), dtype=real)
 Point = wp.types.matrix(shape=(2 * BLOCKS, LANES), dtype=real)
 Move = wp.types.matrix(shape=(2 * BLOCKS + 2, LANES), dtype=real)
 Pass = wp.types.matrix(shape=(4 * BLOCKS, LANES), dtype=real)
-
-
-@wp.func
-def begin(
-    stack: Stack, face: wp.ref[real], c: wp.ref[real], pc: wp.ref[real],
-    uplift_time: wp.ref[real], mode: wp.ref[int],
-):  # fmt: skip
-    """Lays the ground, which has a face and is level, and sets a lane going."""
-    face = GROUND_FACE
-    c = real(1.0)
-    pc = real(1.0)
-    uplift_time = stack.uplift_time
-    mode = ROCKING
-
-
-@wp.func
-def set_up(
-    block: Block, side: real, face: wp.ref[real], high: wp.ref[real],
-    m: wp.ref[real], j: wp.ref[real], mu: wp.ref[real], offset: wp.ref[real],
-    x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
-    peak: wp.ref[real], lean: wp.ref[real], n1: wp.ref[real], n2: wp.ref[real],
-):  # fmt: skip
-    """Puts a block where it starts."""
-    face = block.face
-    high = block.high
-    m = block.inverse_mass
-    j = block.inverse_inertia
-    mu = block.friction
-    offset = block.offset
-    x = block.x
-    z = block.z
-    theta = block.theta
-    s = sine(block.theta)
-    c = cosine(block.theta)
-    peak = size(block.theta)
-    lean = side
-    n1 = wp.where(side > real(0.0), block.left, block.right)
-    n2 = wp.where(side > real(0.0), block.right, block.left)
-
-
-@wp.func
-def kept_of(count: int) -> real:
-    """Part of the new velocities that a step keeps: while multipliers settle they are put back."""
-    return wp.where(count > 0, real(1.0), wp.where(count == 0, -HALF, real(0.0)))
-
-
-@wp.func
-def shown(mode: int, past: real, theta: real, omega: real) -> real:
-    """Rotation at a sample that a lane has passed by a time [s]; where it ended, its last one.
-
-    Nothing stops the velocities of a lane that has ended, they need not be finite.
-    """
-    back = larger(past, real(0.0)) * omega
-    return theta - wp.where(mode == ROCKING, back, real(0.0))
-
-
-@wp.func
-def ride(
-    v: real, count: int, mode: int, live: wp.ref[int],
-    dv: wp.ref[real], hint: wp.ref[real], base: wp.ref[real], steps: wp.ref[int],
-):  # fmt: skip
-    """Begins a step after which the base moves at v [m/s], of a lane that lives on or not.
-
-    That is kept in `live`, for the loop that writes the modes would be slow if it read them to
-    tell what moves. While multipliers settle, v is that of the first step; the hint tells which
-    way the base is about to move.
-    """
-    hint = v - base
-    dv = wp.where(count > 0, v - base, real(0.0))
-    base = wp.where(count > 0, v, base)
-    live = wp.where(count > 0 and mode == ROCKING, 1, 0)
-    steps = steps + live
 
 
 @wp.func
@@ -181,34 +70,6 @@ def start_poses(
     pose_t1 = t1
     pose_n2 = n2
     pose_t2 = t2
-
-
-@wp.func
-def observe(
-    live: bool, time: real, theta: real, below: real,
-    face: real, high: real, s: real, c: real, lface: real, lhigh: real, ls: real, lc: real,
-    dx: real, dz: real, offset: real,
-    peak: wp.ref[real], peak_time: wp.ref[real], slide: wp.ref[real], peak_slide: wp.ref[real],
-    mode: wp.ref[int],
-):  # fmt: skip
-    """Peaks and slide of a block after a step, and whether its lane lives on.
-
-    `below` is the rotation of what it stands on [rad]: a block has overturned, too, once it has
-    turned by a right angle against that.
-    """
-    zero = real(0.0)
-    turn = theta - below
-    slid, overlap = stand(face, high, s, c, offset, lface, lhigh, ls, lc, dx, dz, turn)
-    higher = live and size(theta) > peak
-    peak_time = wp.where(higher, time, peak_time)
-    peak = wp.where(higher, smaller(size(theta), HALF_PI), peak)
-    slide = slid
-    peak_slide = wp.where(live, larger(size(slid), peak_slide), peak_slide)
-    total = theta + overlap
-    stands = wp.where(overlap <= zero, SLID_OFF, ROCKING)
-    over = larger(size(theta), size(turn)) >= HALF_PI
-    found = wp.where(over, OVERTURNED, stands)
-    mode = wp.where(live and mode == ROCKING, wp.where(total - total == zero, found, BROKEN), mode)
 
 
 @wp.func
@@ -231,28 +92,19 @@ def finish(
     last step; their gaps are those at the start of the step. From `below` on, see `observe`;
     (lx, lz) is the centre of the body below.
     """
-    zero = real(0.0)
     travel(
         live, dv, knobs, m, j, qx, qz, qo, rx, rz, ro, x, z, theta, s, c, vx, vz, omega, loss,
         given,
     )  # fmt: skip
-    speed = vx + vz + omega
-    mode = wp.where(live and mode == ROCKING and speed - speed != zero, BROKEN, mode)
     vx = kept * vx
     vz = kept * vz
     omega = kept * omega
     anchor1 = held(mu, pose_n1, pose_t1, anchor1)
     anchor2 = held(mu, pose_n2, pose_t2, anchor2)
-    lifted = live and (n1 <= zero or n2 <= zero)
-    landed1 = wp.where(live and was1 <= zero and n1 > zero, 1, 0)
-    landed2 = wp.where(live and was2 <= zero and n2 > zero, 1, 0)
-    uplift_time = wp.where(lifted and uplift_time >= NEVER, time, uplift_time)
-    moved = wp.where(lifted, time, moved)
-    impacts = impacts + landed1 + landed2
-    deepest = wp.where(live, larger(-smaller(gap1, gap2), deepest), deepest)
+    witness(live, time, n1, was1, gap1, n2, was2, gap2, uplift_time, moved, deepest, impacts)
     observe(
-        live, time, theta, below, face, high, s, c, lface, lhigh, ls, lc, x - lx, z - lz, offset,
-        peak, peak_time, slide, peak_slide, mode,
+        live, time, theta, below, vx, vz, omega, face, high, s, c, offset, lface, lhigh, ls, lc,
+        x - lx, z - lz, peak, peak_time, slide, peak_slide, mode,
     )  # fmt: skip
 
 
@@ -264,7 +116,7 @@ def stacks(
     """Runs LANES lanes a thread, all at the same time."""
     # Rows of bodies, the ground first: what they are, where, how fast, and what is kept of them.
     face, high, m, j, mu, offset, far = Body(), Body(), Body(), Body(), Body(), Body(), Body()
-    x, z, theta, s, c, ps, pc = Body(), Body(), Body(), Body(), Body(), Body(), Body()
+    x, z, theta, s, c, ps, pc = Body(), Body(), Body(), Body(), Body(), Body(), Body(LEVEL)
     vx, vz, omega, lean, peak, when, slide = Body(), Body(), Body(), Body(), Body(), Body(), Body()
     # Rows of points, two an interface; then of bodies and points in the one and the other pass.
     nx, nz, au, bu, al, bl, ds = Point(), Point(), Point(), Point(), Point(), Point(), Point()
@@ -277,7 +129,7 @@ def stacks(
     bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS // TURNS)
     first, dt = wp.tid() * LANES, knobs.time_step
     for i in range(LANES):
-        begin(lanes[first + i], face[0, i], c[0, i], pc[0, i], lift[i], mode[i])
+        begin(lanes[first + i], face[0, i], c[0, i], lift[i], mode[i])
         for k in range(1, bodies):
             set_up(
                 blocks[k - 1, first + i], lanes[first + i].lean, face[k, i], high[k, i], m[k, i],
