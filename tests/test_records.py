@@ -42,6 +42,14 @@ def sampled(folder: pathlib.Path, unit: str, samples: list[float], interval: str
         ("# unit: g\n# interval: 1 s\n1\nabc\n", "line 4: got 'abc'"),
         ("# unit: g\n# interval: 1 s\n1\n", "samples: got 1 samples, must be at least 2"),
         ("# unit: g\n# interval: 1 s\n", "samples: got 0 samples, must be at least 2"),
+        (
+            "# unit: m/s^2\n# interval: 1 s\n1\n-1000.1\n",
+            "samples: got -1000.1 m/s^2 (sample 1), must be from -1000 m/s^2 to 1000 m/s^2",
+        ),
+        ("# unit: g\n# interval: 1 s\n1e308\n1\n", "samples: got inf m/s^2 (sample 0)"),
+        ("# unit: m\n# interval: 1 s\n1\n101\n", "got 101 m (sample 1), must be from -100 m"),
+        ("# unit: g\n# interval: 1e-300 s\n1\n2\n", "got 1e-300 s, must be from 1e-6 s to 1e5 s"),
+        ("# unit: g\n# interval: 1e300 s\n1\n2\n", "got 1e+300 s, must be from 1e-6 s to 1e5 s"),
     ],
 )
 def test_a_bad_file_is_refused_in_one_line(tmp_path: pathlib.Path, text: str, said: str) -> None:

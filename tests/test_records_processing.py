@@ -131,6 +131,7 @@ def test_a_step_that_is_none_is_refused(step: str, said: str) -> None:
         ("bandpass 1 Hz, 50 Hz", "and 50 Hz"),
         ("bandpass 1e-6 Hz, 1 Hz", "must have its corners in order between 0.00075 and 50 Hz"),
         ("bandpass 1 Hz, 2 Hz, 11", "must be of an order up to 10"),
+        ("baseline 21", "must be of a degree up to 20"),
         ("trim 5 s, 5 s", "must have its stop within the record"),
         ("trim 5 s, 41 s", "must have its stop within the record"),
         ("taper 30 s, 11 s", "must be at most 40 s long in all"),

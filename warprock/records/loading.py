@@ -14,11 +14,14 @@ import pathlib
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from warprock.case_keys import Said
+import numpy as np
+
+from warprock.case_keys import KEYS, NumberKey, Said
 from warprock.errors import InputError
 from warprock.records import csmip, csv_file, esm, fema_p695, geonet, knet, peer
-from warprock.records.record import Record
+from warprock.records.record import CONTROL_OF, Record
 from warprock.records.text_file import Channel, TextFile
+from warprock.units import Dimension, parse_quantity
 
 
 class Format(NamedTuple):
@@ -47,6 +50,9 @@ FORMATS: dict[str, Format] = {
 
 CHANNEL = "#"
 """What stands between a file and its channel."""
+
+INTERVALS = ("1e-6 s", "1e5 s")
+"""Least and greatest time between samples; a run is no longer than the greatest."""
 
 FILES_KEPT = 256
 """Files whose records stay in memory, so that a sweep reads them once and not for every chunk."""
@@ -159,6 +165,29 @@ def _parsed(file: str, digest: str, content: bytes) -> tuple[Record, ...]:
     return tuple(records)
 
 
+def _judge(file: str, channel: Channel) -> None:
+    """Refuses what no base can do, as for a waveform: numbers beyond it would overflow in a run.
+
+    Raises:
+        InputError: Samples, or the time between them, out of bounds.
+    """
+    amplitude = KEYS["motion.amplitude"]
+    assert isinstance(amplitude, NumberKey)
+    dimension = next(d for d, control in CONTROL_OF.items() if control is channel.quantity)
+    least, most = (parse_quantity(end, Dimension.TIME) for end in INTERVALS)
+    if not least <= channel.interval <= most:
+        got = Said(f"{channel.interval:g} s")
+        allowed = f"must be from {INTERVALS[0]} to {INTERVALS[1]} between samples"
+        raise InputError(file, "interval", got, allowed)
+    low, high = amplitude.bounds[dimension]
+    bad = ~(np.abs(channel.samples) <= parse_quantity(high, dimension))
+    if bad.any():
+        at = int(np.argmax(bad))
+        unit = high.split()[1]
+        got = Said(f"{channel.samples[at]:g} {unit} (sample {at})")
+        raise InputError(file, "samples", got, f"must be from {low} to {high}")
+
+
 def read_channels(file: str, content: bytes) -> list[Channel]:
     """The motions in the bytes of a file.
 
@@ -177,7 +206,11 @@ def read_channels(file: str, content: bytes) -> list[Channel]:
     for name, form in FORMATS.items():
         # Networks write names in other encodings than UTF-8, and nothing else in them.
         if form.recognises(text) and (wrong is None or name != "csv"):
-            return form.read(text)
+            with np.errstate(over="ignore"):
+                channels = form.read(text)
+            for channel in channels:
+                _judge(file, channel)
+            return channels
     if wrong is not None:
         got = Said(f"byte {wrong}: not UTF-8")
         raise InputError(file, "", got, "must be a text file, one sample a line")

@@ -54,6 +54,9 @@ LONGEST_PAD = 100
 HIGHEST_ORDER = 10
 """Highest order of a band-pass, beyond which a narrow one loses its digits."""
 
+HIGHEST_DEGREE = 20
+"""Highest degree of a baseline, beyond which powers of the time are alike to round-off."""
+
 LARGEST_RATIO = 1000
 """Largest whole number in the ratio of two times between samples."""
 
@@ -223,6 +226,8 @@ def _mean(motion: Sampled, quiet: float) -> Sampled:
 
 
 def _baseline(motion: Sampled, degree: float) -> Sampled:
+    if degree > HIGHEST_DEGREE:
+        raise ValueError(f"must be of a degree up to {HIGHEST_DEGREE}")
     # Degree n of the velocity is degree n - 1 of the acceleration: of n = 1 a constant.
     velocity, _ = motion.integrals()
     x = np.linspace(0.0, 1.0, len(velocity))
