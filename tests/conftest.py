@@ -1,4 +1,4 @@
-"""What several test files share: the tree of sources, a fresh interpreter, a small sweep."""
+"""What several test files share: the sources, a fresh interpreter, a case's file, a small sweep."""
 
 from __future__ import annotations
 
@@ -35,6 +35,18 @@ def python() -> Callable[..., subprocess.CompletedProcess[str]]:
         )
 
     return run
+
+
+@pytest.fixture
+def write(tmp_path: pathlib.Path) -> Callable[[str], pathlib.Path]:
+    """Writes the text of a case to a file of its own."""
+
+    def written(text: str) -> pathlib.Path:
+        file = tmp_path / "case.toml"
+        file.write_text(text, encoding="utf-8")
+        return file
+
+    return written
 
 
 @pytest.fixture(scope="session")

@@ -8,53 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.case_texts import FREE, PULSE, refusal
 from warprock.axes import lane_indices
 from warprock.case import load_case
-from warprock.errors import InputError
-
-FREE = """
-title = "t"
-source = "s"
-[block]
-width = "0.5 m"
-height = "1 m"
-depth = "20 cm"
-density = "2670 kg/m^3"
-[contact]
-friction = 1.0
-[run]
-duration = "5 s"
-"""
-
-PULSE = (
-    FREE
-    + """
-[motion]
-waveform = "sine"
-control = "displacement"
-frequency = "3 Hz"
-amplitude = "8 mm"
-cycles = 1
-"""
-)
-
-
-@pytest.fixture
-def write(tmp_path):
-    def write_case(text):
-        file = tmp_path / "case.toml"
-        file.write_text(text, encoding="utf-8")
-        return file
-
-    return write_case
-
-
-def refusal(file, *overrides):
-    with pytest.raises(InputError) as caught:
-        load_case(file, overrides)
-    assert "\n" not in str(caught.value)
-    return caught.value
-
 
 BAD_SWEEPS = [
     ("sweep = 3", "sweep", "must be [[sweep]] tables"),

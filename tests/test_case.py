@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.case_texts import FREE, PULSE, refusal
 from warprock.case import case_names, load_case, template_kinds, template_text
 from warprock.case_keys import KEYS, SWEEP_KEYS, did_you_mean
 from warprock.case_tables import CaseTables
@@ -14,49 +15,6 @@ from warprock.engines.settings import ImpulseSettings
 from warprock.errors import InputError
 from warprock.response import SampleTimes
 from warprock.units import Dimension, Quantity
-
-FREE = """
-title = "t"
-source = "s"
-[block]
-width = "0.5 m"
-height = "1 m"
-depth = "20 cm"
-density = "2670 kg/m^3"
-[contact]
-friction = 1.0
-[run]
-duration = "5 s"
-"""
-
-PULSE = (
-    FREE
-    + """
-[motion]
-waveform = "sine"
-control = "displacement"
-frequency = "3 Hz"
-amplitude = "8 mm"
-cycles = 1
-"""
-)
-
-
-@pytest.fixture
-def write(tmp_path):
-    def write_case(text):
-        file = tmp_path / "case.toml"
-        file.write_text(text, encoding="utf-8")
-        return file
-
-    return write_case
-
-
-def refusal(file, *overrides):
-    with pytest.raises(InputError) as caught:
-        load_case(file, overrides)
-    assert "\n" not in str(caught.value)
-    return caught.value
 
 
 def test_the_shipped_cases_are_these_and_load():

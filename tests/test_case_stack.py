@@ -46,16 +46,6 @@ duration = "5 s"
 """
 
 
-@pytest.fixture
-def write(tmp_path):
-    def write_case(text):
-        file = tmp_path / "case.toml"
-        file.write_text(text, encoding="utf-8")
-        return file
-
-    return write_case
-
-
 def test_a_stack_becomes_lanes_with_a_block_axis(write):
     sweep = '[[sweep]]\nblock.2.height = ["0.5 m", "0.6 m"]\n"block.1.offset" = ["0 m", "0 m"]\n'
     lane_set = expand_lanes(load_case(write(STACK + sweep)))
