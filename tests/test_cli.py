@@ -233,6 +233,11 @@ def test_init_writes_a_case_that_runs_and_never_overwrites(tmp_path: pathlib.Pat
         assert file.read_text(encoding="utf-8") == text
 
 
+def test_init_into_what_is_no_folder_is_refused(case: pathlib.Path):
+    refused(invoke("init", "free", case / "case.toml"), "PATH", "must be a folder")
+    assert case.read_text(encoding="utf-8") == FREE
+
+
 def test_list_names_every_case_and_engine():
     result = invoke("list", "--json")
     found = json.loads(result.stdout)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import pathlib
 import platform
@@ -27,6 +28,19 @@ def test_a_file_appears_whole_or_not_at_all(tmp_path: pathlib.Path):
         write_half()
     assert path.read_text(encoding="utf-8") == "before"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_an_error_names_the_file_and_what_the_system_said(tmp_path: pathlib.Path):
+    path = tmp_path / "table"
+
+    def write_to_a_full_disk() -> None:
+        with files.replacing(path) as temporary:
+            temporary.write_text("half", encoding="utf-8")
+            raise OSError(errno.ENOSPC, f"Error writing bytes to file {temporary}")
+
+    with pytest.raises(OSError, match=f"No space left on device: '{path}'$"):
+        write_to_a_full_disk()
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_folder_under_a_file_is_refused(tmp_path: pathlib.Path):

@@ -13,6 +13,7 @@ from warprock.engines import ENGINES, engine_class
 from warprock.engines.settings import SETTINGS
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
+from warprock.files import replacing, require_writable
 from warprock.reference.peer_programs import PROGRAMS
 from warprock.scene import SceneKind
 
@@ -88,14 +89,16 @@ def write_template(kind: str, path: pathlib.Path) -> pathlib.Path:
         The file.
 
     Raises:
-        InputError: Unknown kind, or the file exists already.
+        InputError: Unknown kind, the file exists already, or its folder cannot be written to.
     """
     text = template_text(kind)
     file = path / "case.toml" if path.is_dir() or path.suffix != ".toml" else path
     if file.exists():
         raise InputError("PATH", "", str(file), "must not exist already")
+    require_writable(file.parent, "PATH")
     file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_text(text, encoding="utf-8")
+    with replacing(file) as temporary:
+        temporary.write_text(text, encoding="utf-8")
     return file
 
 

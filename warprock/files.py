@@ -53,6 +53,9 @@ def replacing(path: pathlib.Path) -> Iterator[pathlib.Path]:
     The bytes are on the disk before the file has its name, and the name before the block is left.
     Processes on any machines may write the same file at once: the last one's stays. What a process
     of this machine that was killed left of the same file is taken away.
+
+    Raises:
+        OSError: It could not be written; the error names `path`.
     """
     remove_dead_temporaries(path.parent, glob.escape(path.name))
     temporary = path.with_name(f".{path.name}.{writer_name()}.{secrets.token_hex(4)}.tmp")
@@ -62,6 +65,11 @@ def replacing(path: pathlib.Path) -> Iterator[pathlib.Path]:
         os.replace(temporary, path)
         if os.name == "posix":
             _to_disk(path.parent)
+    except OSError as error:
+        if error.errno is None:
+            raise
+        # Libraries put their own words around those of the system, and name the temporary.
+        raise OSError(error.errno, os.strerror(error.errno), str(path)) from error
     finally:
         temporary.unlink(missing_ok=True)
 

@@ -15,7 +15,6 @@ import collections
 import dataclasses
 import enum
 import json
-import os
 import pathlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
@@ -167,12 +166,9 @@ def _writer(path: pathlib.Path, schema: pa.Schema, footer: Mapping[str, Any]) ->
 
 
 def _unwritten(error: OSError, what: str) -> OSError:
-    # Arrow puts its own words around those of the system.
-    reason = error.strerror or str(error)
-    reason = os.strerror(error.errno) if error.errno else reason
     return OSError(
-        f"{what} could not be written: {reason}; nothing else is lost: make room, then run the "
-        "same command again"
+        f"{what} could not be written: {error.strerror or error}; nothing else is lost: make room, "
+        "then run the same command again"
     )
 
 
