@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import numpy.typing as npt
 
 from warprock import rocking
 from warprock.engines import ENGINES, engine_class
+from warprock.engines.stack_launching import as_stacks
 from warprock.lanes import Lanes
 from warprock.motion import Control, HarmonicMotions, StillBase, Waveform
 from warprock.scene import scene_kind
@@ -47,6 +50,18 @@ def make_stacks(
     )
     arrays = [np.array(part, dtype=np.float64) for part in parts]
     return Lanes(*arrays, angular_restitution=np.ones(len(arrays[0])))
+
+
+def two_equal(lanes: Lanes) -> Lanes:
+    """Two blocks of each lane, one on the other, let go as one."""
+    stacks = as_stacks(lanes)
+    parts = {
+        field.name: np.repeat(getattr(stacks, field.name), 2, axis=1)
+        for field in dataclasses.fields(stacks)
+        if field.name != "angular_restitution"
+    }
+    halved = 0.3 * parts.pop("rotation_start")
+    return dataclasses.replace(stacks, rotation_start=halved, **parts)
 
 
 def single_block_engines() -> list[str]:
