@@ -31,7 +31,7 @@ NEVER = real(1.0e30)
 ROCKING = 1
 OVERTURNED = 2
 BROKEN = 3
-UNSOLVED = 4
+UNSOLVED = 5
 
 
 @wp.func

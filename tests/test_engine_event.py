@@ -11,7 +11,7 @@ from tests.blocks import Array, free_lanes, make_lanes, sines, velocity_steps
 from warprock import rocking
 from warprock.batch import run_batch
 from warprock.case import load_case
-from warprock.engines import event
+from warprock.engines import launching
 from warprock.engines.launching import Form
 from warprock.engines.settings import EventSettings
 from warprock.expansion import expand_lanes
@@ -311,7 +311,7 @@ def test_histories_finer_than_the_step_change_nothing() -> None:
 
 
 def test_stalled_lane_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(event, "STEPS_SPARE", 0.01)
+    monkeypatch.setattr(launching, "STEPS_SPARE", 0.01)
     # One step of the hundred and twenty that 0.1 s may take.
     response = run_batch("event", free_lanes(), StillBase(9), SampleTimes(0.1))
     assert np.all(response["status"] == Status.EVENT_LIMIT)

@@ -11,18 +11,16 @@ import warp as wp
 
 from warprock.engines.base import AbstractEngine
 from warprock.engines.direct_stack import direct_stack_module, run_direct_stacks
-from warprock.engines.launching import Target, launch, respond, time_or_nan
+from warprock.engines.launching import Target, launch, respond
 from warprock.engines.settings import DirectSettings
 from warprock.engines.soundness import account_of, contacts_hold, unstable
+from warprock.engines.stepping import UNSOLVED, lane_fields, planar_fields
 from warprock.kernels.instance import kernel_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
-from warprock.response import Outcome, Response, SampleTimes, Status
+from warprock.response import Response, SampleTimes, Status
 from warprock.scene import SceneKind
 from warprock.units import GRAVITY
-
-OVERTURNED, BROKEN, UNSOLVED = 2, 3, 4
-"""Modes of a lane in the kernel."""
 
 
 @final
@@ -102,37 +100,12 @@ class Direct(AbstractEngine):
             _blocks(lanes, self.settings),
             self._knobs(module),
         )
-        mode = rows["mode"]
-        moved = np.asarray(rows["moved"], dtype=np.float64)
+        step, hold = self.settings.time_step, contacts_hold(lanes, self.settings.contact_stiffness)
+        gained = unstable(lanes, account_of(rows, step, lanes.mass), rows["peak"], rigid=hold)
         # In the last step of the run both corners carried the block.
-        resting = (mode < OVERTURNED) & (moved < times.times[-1] - 0.5 * self.settings.time_step)
-        lost = lanes.mass * rows["loss"]
-        hold = contacts_hold(lanes, self.settings.contact_stiffness)
-        gained = unstable(
-            lanes, account_of(rows, self.settings.time_step, lanes.mass), rows["peak"], rigid=hold
-        )
-        columns = {
-            "peak_rotation": rows["peak"],
-            "peak_time": rows["peak_time"],
-            "outcome": np.select(
-                [mode == OVERTURNED, resting],
-                [Outcome.OVERTURNED, Outcome.AT_REST],
-                Outcome.ROCKING,
-            ),
-            "status": np.select(
-                [mode == BROKEN, mode == UNSOLVED, gained],
-                [Status.NONFINITE, Status.ITERATION_LIMIT, Status.UNSTABLE],
-                Status.OK,
-            ),
-            "impact_count": rows["impacts"],
-            "uplift_time": time_or_nan(rows["uplift_time"]),
-            "rest_time": np.where(resting, moved, np.nan),
-            "residual_slide": rows["slide"],
-            "peak_slide": rows["peak_slide"],
-            "peak_penetration": rows["deepest"],
-            "energy_lost": lost,
-            "step_count": rows["steps"],
-        }
+        marks = [(rows["mode"] == UNSOLVED, Status.ITERATION_LIMIT), (gained, Status.UNSTABLE)]
+        columns = lane_fields(rows, times.times[-1] - 0.5 * step, marks) | planar_fields(rows)
+        columns["energy_lost"] = lanes.mass * rows["loss"]
         return respond(self.name, columns, rotations, times)
 
 

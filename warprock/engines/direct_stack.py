@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
 from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from warprock.engines.launching import NEVER, Form, Target, respond
+from warprock.engines.launching import Target, respond
 from warprock.engines.settings import DirectSettings
 from warprock.engines.soundness import account_of, contacts_hold, unstable
 from warprock.engines.stack_launching import (
     Array,
     launch_stacks,
+    one_by_one,
+    stack_columns,
     stack_module,
     start_on_corners,
 )
@@ -26,11 +27,7 @@ from warprock.units import GRAVITY
 
 def direct_stack_module(target: Target, lanes: Lanes, motions: GroundMotions) -> ModuleType:
     """The instance of the kernel file for a batch of stacks: one lane a thread on any device."""
-    return stack_module("direct_stack_launch", _one_by_one(target), motions, lanes)
-
-
-def _one_by_one(target: Target) -> Target:
-    return dataclasses.replace(target, form=Form.PLAIN)
+    return stack_module("direct_stack_launch", one_by_one(target), motions, lanes)
 
 
 def run_direct_stacks(
@@ -42,21 +39,13 @@ def run_direct_stacks(
 ) -> Response:
     """Runs a batch of stacks on the calling thread; see `AbstractEngine.run`."""
     module = direct_stack_module(target, lanes, motions)
-    turned = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
-    # The first number of a stack that is not the same in its mirror image.
-    odd = np.concatenate([lanes.rotation_start, lanes.offset], axis=1)
-    first = np.take_along_axis(odd, np.argmax(odd != 0.0, axis=1)[:, None], axis=1)[:, 0]
-    stacks = {
-        "uplift_time": np.where(turned.any(axis=1), 0.0, NEVER),
-        "lean": np.where(first < 0.0, -1.0, 1.0),
-    }
     rows, per_block, rotations = launch_stacks(
         module,
-        _one_by_one(target),
+        target,
         motions,
         times,
         _blocks(lanes, settings),
-        stacks,
+        stack_columns(lanes),
         _knobs(module, settings),
     )
     step, mode = settings.time_step, rows["mode"]

@@ -12,7 +12,7 @@ import warp as wp
 from warprock import rocking
 from warprock.engines.base import AbstractEngine
 from warprock.engines.event_stack import event_stack_module, run_event_stacks
-from warprock.engines.launching import Target, launch, respond, time_or_nan
+from warprock.engines.launching import Target, launch, respond, step_limit, time_or_nan
 from warprock.engines.settings import EventSettings
 from warprock.engines.spatial_event import (
     cut_at_knots,
@@ -31,10 +31,6 @@ from warprock.motion import GroundMotions, RecordMotions
 from warprock.response import Outcome, Response, SampleTimes, Status
 from warprock.scene import SceneKind
 from warprock.units import GRAVITY
-
-STEPS_SPARE = 50
-"""Steps allowed for every step that a run without events would take; an impact takes some four,
-so this is far above any motion and ends only a lane that makes no headway."""
 
 PHASE_STEP = 0.25
 """Longest step as a part of 1 / p: a longer one does not follow the block's own rocking."""
@@ -136,7 +132,7 @@ class Event(AbstractEngine):
             "hold_acceleration": GRAVITY * hold,
             "rest_rotation": self.settings.rest_rotation_ratio * lanes.slenderness_angle,
             "longest_step": longest_step,
-            "step_limit": _step_limit(motions, times, longest_step),
+            "step_limit": step_limit(motions, times, longest_step),
         }
         module = self._module(lanes, motions)
         rows, rotations = launch(
@@ -165,13 +161,3 @@ class Event(AbstractEngine):
             "step_count": rows["steps"],
         }
         return respond(self.name, columns, rotations, times)
-
-
-def _step_limit(
-    motions: GroundMotions, times: SampleTimes, longest_step: npt.NDArray[np.float64]
-) -> npt.NDArray[np.int64]:
-    """Steps after which a lane counts as stalled, shape [lane]."""
-    steps = times.duration / longest_step
-    if isinstance(motions, RecordMotions):
-        steps = steps + motions.count
-    return np.where(np.isfinite(steps), STEPS_SPARE * (steps + 100.0), 0.0).astype(np.int64)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from types import ModuleType
 from typing import Any
 
@@ -10,17 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock import rocking
-from warprock.engines.launching import Form, Target, respond, time_or_nan
+from warprock.engines.launching import Target, respond, step_limit, time_or_nan
 from warprock.engines.settings import EventSettings
-from warprock.engines.stack_launching import Array, launch_stacks, stack_module
+from warprock.engines.stack_launching import Array, launch_stacks, one_by_one, stack_module
 from warprock.lanes import Lanes
-from warprock.motion import GroundMotions, RecordMotions
+from warprock.motion import GroundMotions
 from warprock.response import Outcome, Response, SampleTimes, Status
 from warprock.units import GRAVITY
-
-STEPS_SPARE = 50
-"""Steps allowed for every step that a run without events would take: ends only a lane that makes
-no headway."""
 
 PHASE_STEP = 0.25
 """Longest step as a part of 1 / p of the quickest block: a longer one does not follow its own
@@ -32,11 +27,7 @@ OVERTURNED, SLID_OFF, BROKEN, STALLED, UNSETTLED = range(1, 6)
 
 def event_stack_module(target: Target, lanes: Lanes, motions: GroundMotions) -> ModuleType:
     """The instance of the kernel file for a batch of stacks: one lane a thread on any device."""
-    return stack_module("event_stack_launch", _one_by_one(target), motions, lanes)
-
-
-def _one_by_one(target: Target) -> Target:
-    return dataclasses.replace(target, form=Form.PLAIN)
+    return stack_module("event_stack_launch", one_by_one(target), motions, lanes)
 
 
 def run_event_stacks(
@@ -55,10 +46,10 @@ def run_event_stacks(
     stacks = {
         "mass": lanes.mass.sum(axis=1),
         "longest_step": longest_step,
-        "step_limit": _step_limit(motions, times, longest_step),
+        "step_limit": step_limit(motions, times, longest_step),
     }
     rows, per_block, rotations = launch_stacks(
-        module, _one_by_one(target), motions, times, _blocks(settings, lanes), stacks, knobs
+        module, target, motions, times, _blocks(settings, lanes), stacks, knobs
     )
     mode = rows["mode"]
     rest_time = time_or_nan(rows["rest_time"])
@@ -100,13 +91,3 @@ def _blocks(settings: EventSettings, lanes: Lanes) -> dict[str, Array]:
         "offset": lanes.offset,
         "rotation_start": lanes.rotation_start,
     }
-
-
-def _step_limit(
-    motions: GroundMotions, times: SampleTimes, longest_step: Array
-) -> npt.NDArray[np.int64]:
-    """Steps after which a lane counts as stalled, shape [lane]."""
-    steps = times.duration / longest_step
-    if isinstance(motions, RecordMotions):
-        steps = steps + motions.count
-    return np.where(np.isfinite(steps), STEPS_SPARE * (steps + 100.0), 0.0).astype(np.int64)

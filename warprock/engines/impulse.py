@@ -6,24 +6,21 @@ import dataclasses
 from types import ModuleType
 from typing import Any, ClassVar, final
 
-import numpy as np
 import warp as wp
 
 from warprock.engines.base import AbstractEngine
 from warprock.engines.impulse_stack import impulse_stack_module, run_impulse_stacks
-from warprock.engines.launching import Form, Target, launch, respond, time_or_nan
+from warprock.engines.launching import Form, Target, launch, respond
 from warprock.engines.settings import ImpulseSettings
 from warprock.engines.soundness import account_of, unstable
 from warprock.engines.spatial_impulse import run_spatial_impulse, spatial_impulse_module
+from warprock.engines.stepping import lane_fields, planar_fields
 from warprock.kernels.instance import MAX_UNROLL, kernel_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
-from warprock.response import Outcome, Response, SampleTimes, Status
+from warprock.response import Response, SampleTimes, Status
 from warprock.scene import SceneKind
 from warprock.units import GRAVITY
-
-OVERTURNED, BROKEN = 2, 3
-"""Modes of a lane in the kernel."""
 
 
 @final
@@ -118,35 +115,10 @@ class Impulse(AbstractEngine):
         rows, rotations = launch(
             module, self._block_target, lanes, motions, times, blocks, self._knobs(module)
         )
-        mode, lost = rows["mode"], lanes.mass * rows["loss"]
-        moved = np.asarray(rows["moved"], dtype=np.float64)
+        step = self.settings.time_step
+        gained = unstable(lanes, account_of(rows, step, lanes.mass), rows["peak"])
         # In the last step of the run both corners carried the block.
-        resting = (mode < OVERTURNED) & (moved < times.times[-1] - 0.5 * self.settings.time_step)
-        columns = {
-            "peak_rotation": rows["peak"],
-            "peak_time": rows["peak_time"],
-            "outcome": np.select(
-                [mode == OVERTURNED, resting],
-                [Outcome.OVERTURNED, Outcome.AT_REST],
-                Outcome.ROCKING,
-            ),
-            "status": np.select(
-                [
-                    mode == BROKEN,
-                    unstable(
-                        lanes, account_of(rows, self.settings.time_step, lanes.mass), rows["peak"]
-                    ),
-                ],
-                [Status.NONFINITE, Status.UNSTABLE],
-                Status.OK,
-            ),
-            "impact_count": rows["impacts"],
-            "uplift_time": time_or_nan(rows["uplift_time"]),
-            "rest_time": np.where(resting, moved, np.nan),
-            "residual_slide": rows["slide"],
-            "peak_slide": rows["peak_slide"],
-            "peak_penetration": rows["deepest"],
-            "energy_lost": lost,
-            "step_count": rows["steps"],
-        }
+        marks = [(gained, Status.UNSTABLE)]
+        columns = lane_fields(rows, times.times[-1] - 0.5 * step, marks) | planar_fields(rows)
+        columns["energy_lost"] = lanes.mass * rows["loss"]
         return respond(self.name, columns, rotations, times)

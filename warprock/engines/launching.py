@@ -24,6 +24,7 @@ from warprock.motion import (
     ModulatedMotions,
     RecordMotions,
     RickerMotions,
+    SpatialMotions,
 )
 from warprock.response import (
     INTEGER_FIELDS,
@@ -37,6 +38,11 @@ from warprock.response import (
 
 NEVER = 1.0e30
 """A time that has not come, in the kernels."""
+
+
+STEPS_SPARE = 50
+"""Steps of `event` allowed for every step that a run without events would take; an impact takes
+some four, so this is far above any motion and ends only a lane that makes no headway."""
 
 
 class Form(enum.StrEnum):
@@ -121,6 +127,17 @@ def fastest_rate(motions: GroundMotions) -> npt.NDArray[np.float64] | float:
     if isinstance(motions, ModulatedMotions):
         return np.asarray(2.0 * np.pi * motions.frequency * (1.0 + motions.modulation))
     return 0.0
+
+
+def step_limit(
+    motions: GroundMotions, times: SampleTimes, longest_step: npt.NDArray[np.float64]
+) -> npt.NDArray[np.int64]:
+    """Steps after which a lane of `event` counts as stalled, shape [lane]."""
+    steps = times.duration / longest_step
+    for part in motions.components if isinstance(motions, SpatialMotions) else (motions,):
+        if isinstance(part, RecordMotions):
+            steps = steps + part.count
+    return np.where(np.isfinite(steps), STEPS_SPARE * (steps + 100.0), 0.0).astype(np.int64)
 
 
 def launch(

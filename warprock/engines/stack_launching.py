@@ -15,6 +15,7 @@ import numpy.typing as npt
 import warp as wp
 
 from warprock.engines.launching import (
+    NEVER,
     Form,
     Target,
     motion_columns,
@@ -44,6 +45,11 @@ def stack_module(
         lanes=LANE_WIDTH if packs else 1,
     )
     return module
+
+
+def one_by_one(target: Target) -> Target:
+    """The target of a kernel that runs one lane a thread on any device."""
+    return dataclasses.replace(target, form=Form.PLAIN)
 
 
 def as_stacks(lanes: Lanes) -> Lanes:
@@ -148,6 +154,54 @@ def start_on_corners(lanes: Lanes) -> tuple[Array, Array, Array, Array]:
         x[:, block], z[:, block] = below_x, below_z
         below_face, below_height, below_turn = half_face[:, block], half_height[:, block], turn
     return x, z, left, right
+
+
+def stack_columns(lanes: Lanes) -> dict[str, Array]:
+    """Fields of the struct `Stack`, shape [lane] each."""
+    turned = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
+    # The first number of a stack that is not the same in its mirror image.
+    odd = np.concatenate([lanes.rotation_start, lanes.offset], axis=1)
+    first = np.take_along_axis(odd, np.argmax(odd != 0.0, axis=1)[:, None], axis=1)[:, 0]
+    return {
+        "uplift_time": np.where(turned.any(axis=1), 0.0, NEVER),
+        "lean": np.where(first < 0.0, -1.0, 1.0),
+    }
+
+
+def block_columns(lanes: Lanes, fall: float) -> dict[str, Array]:
+    """Fields of the struct `Block`, shape [lane, block] each.
+
+    Args:
+        lanes: The stacks.
+        fall: Velocity that gravity adds in a step [m/s], or that times the step [m], for
+            multipliers that are impulses times the step.
+    """
+    mass = lanes.mass
+    x, z, left, right = start_on_corners(lanes)
+    # What stands on each interface, and where its centre is: sums from the top down.
+    above = np.cumsum(mass[:, ::-1], axis=1)[:, ::-1]
+    centre = np.cumsum((mass * x)[:, ::-1], axis=1)[:, ::-1] / above
+    # By statics where an interface is closed; else the end that touches carries everything.
+    width = right - left
+    width = np.where(width > 0.0, width, np.inf)
+    turn = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
+    on_left, on_right = (
+        np.select([side * turn > 0.0, side * turn < 0.0], [1.0, 0.0], np.clip(arm / width, 0, 1))
+        for side, arm in ((-1.0, right - centre), (1.0, centre - left))
+    )
+    return {
+        "face": 0.5 * lanes.face_width,
+        "high": 0.5 * lanes.height,
+        "inverse_mass": 1.0 / mass,
+        "inverse_inertia": 12.0 / (mass * (lanes.width**2 + lanes.height**2)),
+        "friction": lanes.friction,
+        "offset": lanes.offset,
+        "x": x,
+        "z": z,
+        "theta": lanes.rotation_start,
+        "left": fall * above * on_left,
+        "right": fall * above * on_right,
+    }
 
 
 def _turned(x: Array, z: Array, rotation: Array) -> tuple[Array, Array]:

@@ -14,7 +14,7 @@ from warprock.response import Outcome, Status
 Mask = npt.NDArray[np.bool_]
 
 OVERTURNED, BROKEN, SLID_OFF, UNSOLVED = 2, 3, 4, 5
-"""Modes of a lane in the kernels of stacks and of blocks in space; those below are no end."""
+"""Modes of a lane in the kernels of all of them; those below are no end."""
 
 
 def lane_fields(
@@ -51,7 +51,7 @@ def lane_fields(
 
 
 def planar_fields(per_block: npt.NDArray[Any]) -> dict[str, npt.NDArray[Any]]:
-    """Fields of the blocks of stacks in the plane, shape [lane, block] each."""
+    """Fields of blocks in the plane, shape [lane, block] each; [lane] of single blocks."""
     return {
         "peak_rotation": per_block["peak"],
         "peak_time": per_block["peak_time"],

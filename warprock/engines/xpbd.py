@@ -9,11 +9,16 @@ import numpy as np
 import warp as wp
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.impulse_stack import block_columns, stack_columns
 from warprock.engines.launching import Target, respond
 from warprock.engines.settings import XpbdSettings
 from warprock.engines.soundness import account_of, contacts_hold, unstable
-from warprock.engines.stack_launching import as_stacks, launch_stacks, stack_module
+from warprock.engines.stack_launching import (
+    as_stacks,
+    block_columns,
+    launch_stacks,
+    stack_columns,
+    stack_module,
+)
 from warprock.engines.stepping import lane_fields, planar_fields
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
