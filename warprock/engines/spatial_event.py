@@ -10,7 +10,7 @@ import numpy.typing as npt
 import warp as wp
 
 from warprock import rocking
-from warprock.engines.launching import Target, respond, struct_rows, time_or_nan
+from warprock.engines.launching import Target, respond, step_limit, struct_rows, time_or_nan
 from warprock.engines.settings import EventSettings
 from warprock.engines.spatial_launching import (
     Array,
@@ -26,10 +26,6 @@ from warprock.lanes import Lanes
 from warprock.motion import GroundMotions, RecordMotions
 from warprock.response import Outcome, Response, SampleTimes, Status
 from warprock.units import GRAVITY
-
-STEPS_SPARE = 50
-"""Steps allowed for every step that a run without events would take: ends only a lane that makes
-no headway."""
 
 PHASE_STEP = 0.25
 """Longest step as a part of 1 / p: a longer one does not follow the block's own rocking."""
@@ -81,7 +77,7 @@ def run_spatial_event(
     columns: dict[str, npt.NDArray[Any]] = {
         "longest_step": longest_step,
         "rest_gap": settings.rest_rotation_ratio * np.arctan2(face, lanes.height) * face,
-        "step_limit": _step_limit(motions, times, longest_step),
+        "step_limit": step_limit(motions, times, longest_step),
     }
     rows = struct_rows(module.Lane, columns, lanes.lane_count)
     with wp.ScopedDevice(target.device):
@@ -113,14 +109,3 @@ def run_spatial_event(
     }
     rotations, others = histories(lanes, attitudes)
     return respond("event", fields, rotations, times, others)
-
-
-def _step_limit(
-    motions: GroundMotions, times: SampleTimes, longest_step: Array
-) -> npt.NDArray[np.int64]:
-    """Steps after which a lane counts as stalled, shape [lane]."""
-    steps = times.duration / longest_step
-    for part in components(motions):
-        if isinstance(part, RecordMotions):
-            steps = steps + part.count
-    return np.where(np.isfinite(steps), STEPS_SPARE * (steps + 100.0), 0.0).astype(np.int64)

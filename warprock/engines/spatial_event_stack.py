@@ -10,26 +10,21 @@ import numpy.typing as npt
 import warp as wp
 
 from warprock import rocking
-from warprock.engines.launching import Target, respond, struct_rows, time_or_nan
+from warprock.engines.launching import Target, respond, step_limit, struct_rows, time_or_nan
 from warprock.engines.settings import EventSettings
 from warprock.engines.spatial_launching import (
     Array,
     block_columns,
     block_fields,
-    components,
     histories,
     launch_spatial,
     unstable_in_space,
 )
 from warprock.kernels.instance import kernel_module
 from warprock.lanes import Lanes
-from warprock.motion import GroundMotions, RecordMotions
+from warprock.motion import GroundMotions
 from warprock.response import Outcome, Response, SampleTimes, Status
 from warprock.units import GRAVITY
-
-STEPS_SPARE = 50
-"""Steps allowed for every step that a run without events would take: ends only a lane that makes
-no headway."""
 
 PHASE_STEP = 0.25
 """Longest step as a part of 1 / p of the quickest block: a longer one does not follow its own
@@ -75,7 +70,7 @@ def run_spatial_event_stacks(
     columns: dict[str, npt.NDArray[Any]] = {
         "longest_step": longest_step,
         "rest_gap": rest_gap.min(axis=1),
-        "step_limit": _step_limit(motions, times, longest_step),
+        "step_limit": step_limit(motions, times, longest_step),
     }
     rows = struct_rows(module.Lane, columns, lanes.lane_count)
     with wp.ScopedDevice(target.device):
@@ -107,14 +102,3 @@ def run_spatial_event_stacks(
     }
     rotations, others = histories(lanes, attitudes)
     return respond("event", fields, rotations, times, others)
-
-
-def _step_limit(
-    motions: GroundMotions, times: SampleTimes, longest_step: Array
-) -> npt.NDArray[np.int64]:
-    """Steps after which a lane counts as stalled, shape [lane]."""
-    steps = times.duration / longest_step
-    for part in components(motions):
-        if isinstance(part, RecordMotions):
-            steps = steps + part.count
-    return np.where(np.isfinite(steps), STEPS_SPARE * (steps + 100.0), 0.0).astype(np.int64)
