@@ -154,11 +154,12 @@ def bound(body: Body, stance: int, slip: int, v: Three, w: Three):
         v1, w1 = stuck(body, stance, v, w)
     elif stance == FLAT:
         most = Corners()
+        enough = TWO * (wp.length(v) + size(w[2]) * wp.length(body.corners[0]))
         for k in range(4):
-            x = wp.where((slip & (1 << k)) != 0, real(0.0), NEVER)
-            y = wp.where((slip & (16 << k)) != 0, real(0.0), NEVER)
+            x = wp.where((slip & (1 << k)) != 0, real(0.0), enough)
+            y = wp.where((slip & (16 << k)) != 0, real(0.0), enough)
             most[k] = Three(x, y, real(0.0))
-        z, _f, _good = dragged(body, most, Three(v[0], v[1], w[2]))
+        z, _f = dragged(body, most, Three(v[0], v[1], w[2]))
         v1 = Three(z[0], z[1], real(0.0))
         w1 = Three(real(0.0), real(0.0), z[2])
     elif stance < FLAT:

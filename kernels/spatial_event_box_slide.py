@@ -30,10 +30,11 @@ sinks, face_shares, inside = contact.sinks, contact.face_shares, contact.inside
 EDGE, FLAT = contact.EDGE, contact.FLAT
 
 TINY = contact.TINY
-SWEEPS = 5000
-"""Sweeps over the corners of a face before they give up."""
-ROUNDS = 60
-"""Rounds in which the pressure under a face follows its friction."""
+HALF = real(0.5)
+ROUNDS = 200
+"""Rounds in which the pressure under a face follows its friction..."""
+STRAIGHT = 10
+"""...of which the first go all of the way, the others half."""
 AGAIN = 4
 SOFT = real({"float64": 1.0e-9, "float32": 1.0e-3}[PRECISION])
 ALIKE = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
@@ -201,8 +202,66 @@ def flat_velocity(body: Body, z: Three, k: int) -> Three:
 
 
 @wp.func
+def arm_of(body: Body, axis: int, k: int) -> real:
+    """How far a flat block's spin takes corner k along x or y [m]."""
+    return wp.where(axis == 0, -body.corners[k, 1], body.corners[k, 0])
+
+
+@wp.func
+def held_back(body: Body, most: Corners, free: real, axis: int, spin: real, side: real):
+    """What friction along x, or y, leaves of a flat block's velocity along it, given its spin.
+
+    Where the velocity of a corner jumps over zero its friction jumps; the velocity along x is where
+    these jumps, one after the other, have used up what there is without friction.
+
+    Args:
+        body: The block.
+        most: Largest friction of each corner along x and y [m/s].
+        free: Velocity without friction [m/s].
+        axis: 0 for x, 1 for y.
+        spin: Angular velocity [rad/s].
+        side: What counts as the sign of no spin at all.
+
+    Returns:
+        The velocity; the frictions; the square of the arm of the corner that sticks, if one does.
+    """
+    f = Shares()
+    velocity = free
+    bend = real(0.0)
+    for k in range(4):
+        arm = arm_of(body, axis, k)
+        pull = -arm * spin - free
+        for j in range(4):
+            apart = (arm_of(body, axis, j) - arm) * wp.where(spin == real(0.0), side, spin)
+            apart = wp.where(apart == real(0.0), real(k - j), apart)
+            before = wp.where(apart > real(0.0), most[j, axis], -most[j, axis])
+            pull += wp.where(j == k, real(0.0), before)
+        f[k] = larger(smaller(pull, most[k, axis]), -most[k, axis])
+        velocity += f[k]
+        if f[k] == pull:
+            bend = arm * arm
+    return velocity, f, bend
+
+
+@wp.func
+def spun(body: Body, most: Corners, free: Three, spin: real, side: real):
+    """What `held_back` makes of both directions, and what the spin is too large by; its slope."""
+    lighter = real(1.0) / body.inertia[2, 2]
+    x, fx, bend_x = held_back(body, most, free[0], 0, spin, side)
+    y, fy, bend_y = held_back(body, most, free[1], 1, spin, side)
+    f = Corners()
+    over = spin - free[2]
+    for k in range(4):
+        f[k] = Three(fx[k], fy[k], real(0.0))
+        over -= lighter * (arm_of(body, 0, k) * fx[k] + arm_of(body, 1, k) * fy[k])
+    return Three(x, y, spin), f, over, real(1.0) + lighter * (bend_x + bend_y)
+
+
+@wp.func
 def dragged(body: Body, most: Corners, free: Three):
     """What friction leaves of a flat block's motion (v_x, v_y, w_z).
+
+    The spin is the root of a rising function that is straight by parts: Newton's method, bracketed.
 
     Args:
         body: The block.
@@ -210,31 +269,47 @@ def dragged(body: Body, most: Corners, free: Three):
         free: The motion without friction.
 
     Returns:
-        The motion; the friction of each corner; whether the search for it has settled.
+        The motion, and the friction of each corner.
     """
-    one = real(1.0)
-    z = free
-    f = Corners()
-    lighter = one / body.inertia[2, 2]
-    reach = wp.length(body.corners[0])
-    speed = size(z[0]) + size(z[1]) + size(z[2]) * reach
-    change = speed
-    tries = int(0)
-    while change > ALIKE * speed and tries < SWEEPS:
-        change = real(0.0)
-        for k in range(4):
-            for axis in range(2):
-                arm = wp.where(axis == 0, -body.corners[k, 1], body.corners[k, 0])
-                u = z[axis] + arm * z[2]
-                new = f[k, axis] - u / (one + lighter * arm * arm)
-                new = larger(smaller(new, most[k, axis]), -most[k, axis])
-                more = new - f[k, axis]
-                f[k, axis] = new
-                z[axis] = z[axis] + more
-                z[2] = z[2] + lighter * arm * more
-                change += size(more)
-        tries += 1
-    return z, f, tries < SWEEPS
+    zero, one = real(0.0), real(1.0)
+    z, f, above, _first = spun(body, most, free, zero, one)
+    _z, f0, below, _second = spun(body, most, free, zero, -one)
+    reach = real(0.0)
+    for k in range(4):
+        far = size(body.corners[k, 0]) + size(body.corners[k, 1])
+        reach += far * (most[k, 0] + most[k, 1]) / body.inertia[2, 2]
+    if below <= zero and above >= zero:
+        part = wp.where(above > below, above / larger(above - below, TINY), zero)
+        f = f + part * (f0 - f)
+    else:
+        least = wp.where(above < zero, zero, smaller(free[2], zero) - reach)
+        largest = wp.where(above < zero, larger(free[2], zero) + reach, zero)
+        spin = free[2]
+        over = one
+        tries = int(0)
+        while size(over) > ALIKE * (size(free[2]) + reach) and tries < ROUNDS:
+            if spin <= least or spin >= largest:
+                spin = HALF * (least + largest)
+            z1, f1, over1, slope1 = spun(body, most, free, spin, one)
+            z = z1
+            f = f1
+            over = over1
+            least = wp.where(over < zero, spin, least)
+            largest = wp.where(over > zero, spin, largest)
+            spin = spin - over / slope1
+            tries += 1
+    return z, f
+
+
+@wp.func
+def borne(shares: Shares) -> Shares:
+    """Shares of the corners without those that would pull, of the same sum, one."""
+    found = shares
+    total = real(0.0)
+    for k in range(4):
+        found[k] = larger(shares[k], real(0.0))
+        total += found[k]
+    return found / total
 
 
 @wp.func
@@ -253,26 +328,23 @@ def sliding(body: Body, v: Three, w: Three, dust: real) -> Held:
     most = Corners()
     x = real(0.0)
     y = real(0.0)
-    good = bool(True)
     enough = real(10.0) * ALIKE * (wp.length(v) + size(w[2]) * wp.length(body.corners[0]))
     change = larger(push, zero)
     tries = int(0)
     while change > enough and tries < ROUNDS:
         total = Three()
         for k in range(4):
-            bound_k = body.friction * larger(n[k], zero)
-            most[k] = Three(bound_k, bound_k, zero)
-        z1, f1, settled1 = dragged(body, most, free)
+            most[k] = body.friction * Three(n[k], n[k], zero)
+        z1, f1 = dragged(body, most, free)
         z = z1
         f = f1
-        good = settled1
         for k in range(4):
             total = total + f1[k]
         x = (spin[1] - low * total[0]) / larger(push, TINY)
         y = (-spin[0] - low * total[1]) / larger(push, TINY)
-        next = push * face_shares(body, x, y)
-        change = wp.length(next - n)
-        n = next
+        more = push * borne(face_shares(body, x, y)) - n
+        change = wp.length(more)
+        n = n + more * wp.where(tries < STRAIGHT, real(1.0), real(0.5))
         tries += 1
     h.v = Three(z[0], z[1], zero)
     h.w = Three(zero, zero, z[2])
@@ -280,5 +352,5 @@ def sliding(body: Body, v: Three, w: Three, dust: real) -> Held:
         u = flat_velocity(body, z, k)
         h.slip = h.slip | slips_of(k, f[k, 0], f[k, 1], most[k, 0], most[k, 1], u, dust)
         h.work -= u[0] * f[k, 0] + u[1] * f[k, 1]
-    h.fits = push >= zero and good and tries < ROUNDS and inside(body, x, y)
+    h.fits = push >= zero and tries < ROUNDS and inside(body, x, y)
     return h
