@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import pathlib
+import shlex
 import signal
 import subprocess
 import sys
@@ -300,6 +302,19 @@ def test_a_full_disk_exits_with_1_and_leaves_no_half_file(
     assert result.exit_code == 1
     assert "No space left on device" in result.stderr
     assert list((case.parent / "results").iterdir()) == []
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pipes and shells of POSIX systems")
+def test_output_that_nobody_reads_ends_quietly():
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "warprock", "list", "--json"]
+    with open(writer, "wb") as pipe:
+        done = subprocess.run(command, stdout=pipe, stderr=subprocess.PIPE, check=False, timeout=60)
+    assert (done.returncode, done.stderr) == (1, b"")
+    closed = shlex.join(command) + " >&-"
+    done = subprocess.run(closed, shell=True, capture_output=True, check=False, timeout=60)
+    assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")
 
 
 def test_doctor_reports_this_machine():

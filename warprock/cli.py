@@ -346,6 +346,10 @@ def entry() -> None:
 
     A launch in a worker thread cannot be stopped, and Python would wait for it.
     """
+    for name in ("stdout", "stderr"):
+        # Closed by whoever started us; a result's file must not take its number.
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
     try:
         main()
     except SystemExit as end:
