@@ -1,4 +1,4 @@
-"""Soft-spring (distinct element) step of blocks in space, for one precision.
+"""Soft-spring (distinct element) step of blocks in space, for one precision and law of friction.
 
 Bodies are numbered from the ground: body 0 is the ground, an endless flat face that nothing moves,
 body k the k-th block. Heights are kept as what they differ from those of the stack built with
@@ -16,11 +16,12 @@ a point, per unit of area (Eq. 3 and 4 of the paper, with a dashpot beta k in pa
 
     normal   N = k_n (o + slip tan(psi)) - beta k_n V_3,      N >= -f_t while intact
     shear    T = -k_s (u + beta V_t),  u' = V_t = (V_1, V_2),  |T| <= c + N tan(phi)
+             or, friction as a box: |T_1| and |T_2| each
 
 A point whose spring is in tension beyond f_t is open and carries nothing; a dashpot never pulls
 beyond that either. Where |T| reaches its bound the point slips: T returns along its own direction
-(an exact cone) and u keeps what the spring carries. The first slip or opening takes f_t and c away
-for good; opening forgets u, but no dilation.
+(an exact cone), or T_1 and T_2 do each by itself (a box), and u keeps what the spring carries. The
+first slip or opening takes f_t and c away for good; opening forgets u, but no dilation.
 
 One step of central differences, the velocities and angular momenta L at half steps: stresses from
 the places at n and the velocities at n - 1/2, which the dashpots see one half step late; then
@@ -45,6 +46,7 @@ from warprock.kernels.instance import kernel_module, module_options
 real: Any
 PRECISION: str
 BLOCKS: int
+FRICTION: str
 
 SPATIAL_DEM_OPTIONS = module_options(interleave=1)
 """A spring's values fill the registers; the processor overlaps the vectors of a pack by itself."""
@@ -54,7 +56,7 @@ scalar = kernel_module("scalar", precision=PRECISION)
 planar = kernel_module("dem", precision=PRECISION)
 spatial = kernel_module("spatial", precision=PRECISION)
 meeting = kernel_module("spatial_dem_meet", precision=PRECISION, blocks=BLOCKS)
-larger, size = scalar.larger, scalar.size
+larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 Knobs, FAILED = planar.Knobs, planar.FAILED
 Block, matrix_of, turn_freely = spatial.Block, spatial.matrix_of, spatial.turn_freely
 Link = meeting.Link
@@ -62,8 +64,28 @@ cross, seen, back_from, held_in = (
     meeting.cross, meeting.seen, meeting.back_from, meeting.held_in,
 )  # fmt: skip
 
+CONE = FRICTION == "cone"
+"""Whether shear is bound as a cone, else as a box along the two directions."""
 NEAR_ZERO = real(1.0e-30)
 """Square of a stress below which it has no direction."""
+
+
+@wp.func
+def returned(want_x: real, want_y: real, bound: real):
+    """Shear stresses within their bound, where they stick, and one over what was wanted."""
+    one = real(1.0)
+    square = want_x * want_x + want_y * want_y
+    over = one / wp.sqrt(larger(square, NEAR_ZERO))
+    sticks_x = square <= bound * bound
+    sticks_y = sticks_x
+    part = wp.where(sticks_x, one, bound * over)
+    shear_x, shear_y = part * want_x, part * want_y
+    if not CONE:
+        sticks_x = size(want_x) <= bound
+        sticks_y = size(want_y) <= bound
+        shear_x = larger(smaller(want_x, bound), -bound)
+        shear_y = larger(smaller(want_y, bound), -bound)
+    return shear_x, shear_y, sticks_x, sticks_y, over
 
 
 @wp.func
@@ -86,7 +108,7 @@ def spring(
     Returns:
         N, T_1 and T_2 [N/m^2], twice the energy in the springs [J/m^2].
     """
-    zero, one = real(0.0), real(1.0)
+    zero = real(0.0)
     old_x = real(ux)
     old_y = real(uy)
     slips = real(slip)
@@ -102,16 +124,14 @@ def spring(
     new_x, new_y = old_x + dt * vx, old_y + dt * vy
     want_x = -knobs.shear_stiffness * (new_x + knobs.stiffness_damping * vx)
     want_y = -knobs.shear_stiffness * (new_y + knobs.stiffness_damping * vy)
-    square = want_x * want_x + want_y * want_y
-    over = one / wp.sqrt(larger(square, NEAR_ZERO))
-    sticks = square <= bound * bound
-    part = wp.where(sticks, one, bound * over)
-    shear_x, shear_y = part * want_x, part * want_y
-    kept_x = wp.where(sticks, new_x, -knobs.shear_flexibility * shear_x)
-    kept_y = wp.where(sticks, new_y, -knobs.shear_flexibility * shear_y)
+    shear_x, shear_y, sticks_x, sticks_y, over = returned(want_x, want_y, bound)
+    kept_x = wp.where(sticks_x, new_x, -knobs.shear_flexibility * shear_x)
+    kept_y = wp.where(sticks_y, new_y, -knobs.shear_flexibility * shear_y)
     held_energy = knobs.shear_stiffness * (kept_x * kept_x + kept_y * kept_y)
     energy = wp.where(closed, elastic * pressed, zero) + held_energy
     slid = over * ((new_x - kept_x) * want_x + (new_y - kept_y) * want_y)
+    if not CONE:
+        slid = wp.sqrt((new_x - kept_x) * (new_x - kept_x) + (new_y - kept_y) * (new_y - kept_y))
     ux = wp.where(live, kept_x, old_x)
     uy = wp.where(live, kept_y, old_y)
     moved = wp.where(closed, slips + size(slid), larger(slips, FAILED))

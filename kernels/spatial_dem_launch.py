@@ -22,12 +22,13 @@ MOTION: str
 ITERATIONS: int
 BLOCKS: int
 LANES: int
+FRICTION: str
 
 shape = kernel_module("spatial", precision=PRECISION)
 found_of = kernel_module("spatial_found", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 meeting = kernel_module("spatial_dem_meet", precision=PRECISION, blocks=BLOCKS)
-dem = kernel_module("spatial_dem", precision=PRECISION, blocks=BLOCKS)
+dem = kernel_module("spatial_dem", precision=PRECISION, blocks=BLOCKS, friction=FRICTION)
 rows = kernel_module("spatial_dem_rows", precision=PRECISION, blocks=BLOCKS)
 wp.set_module_options(dem.SPATIAL_DEM_OPTIONS)
 BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found

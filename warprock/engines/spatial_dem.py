@@ -52,6 +52,7 @@ def dem_module(
         iterations=point_pairs(settings.subcontacts, settings.subcontacts_across).shape[1],
         blocks=lanes.block_count,
         lanes=LANE_WIDTH if target.kernel_form is Form.PACKED else 1,
+        friction="box" if settings.friction_box else "cone",
     )
     return module
 
