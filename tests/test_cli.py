@@ -174,6 +174,14 @@ def test_an_unwritable_folder_is_refused_before_anything_runs(
     assert case.read_text(encoding="utf-8") == FREE
 
 
+def test_windows_marks_and_line_ends_change_nothing(case: pathlib.Path):
+    plain = invoke("run", case, "--json")
+    case.write_bytes(b"\xef\xbb\xbf" + FREE.replace("\n", "\r\n").encode())
+    marked = invoke("run", case, "--json")
+    assert marked.exit_code == 0, marked.stderr
+    assert json.loads(marked.stdout)["rows"] == json.loads(plain.stdout)["rows"]
+
+
 def test_unknown_names_are_one_line_with_what_is_allowed(tmp_path: pathlib.Path):
     refused(invoke("run", "free-bO"), "free-bO", *case_names())
     refused(invoke("explain", "free-bO"), "free-bO", *case_names())
@@ -325,6 +333,29 @@ def test_doctor_reports_this_machine():
     assert {"cpu"} <= {device["device"] for device in found["devices"]}
     assert all(found["versions"].values())
     assert set(found["engines"]) == set(ENGINES)
+
+
+def test_without_room_for_kernels_one_line_says_where_to_put_them(case: pathlib.Path):
+    cache = case / "cache"  # below a file
+    command = [sys.executable, "-m", "warprock"]
+    environment = {**os.environ, "WARP_CACHE_PATH": str(cache)}
+    run, doctor = (
+        subprocess.run(
+            [*command, *arguments],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=60,
+        )
+        for arguments in (("run", str(case)), ("doctor",))
+    )
+    said = f"kernel cache: got '{cache}"
+    assert (run.returncode, doctor.returncode) == (2, 1)
+    assert run.stderr.startswith(f"error: {said}")
+    assert run.stderr.count("\n") == 1
+    assert f"missing: {said}" in doctor.stdout
+    assert all("WARP_CACHE_PATH" in text for text in (run.stderr, doctor.stdout))
 
 
 def test_doctor_exits_with_1_when_something_is_missing(monkeypatch: pytest.MonkeyPatch):

@@ -10,6 +10,7 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from warprock.devices import keeping_kernels
 from warprock.engines import engine_class
 from warprock.engines.launching import Form, Target
 from warprock.lanes import Lanes
@@ -72,6 +73,7 @@ def run_batch(
     Raises:
         ValueError: No lanes.
         KeyError: Unknown engine.
+        InputError: Its kernel is not built yet, and the folder of the kernels cannot be written to.
     """
     count = lanes.lane_count
     if count == 0:
@@ -84,7 +86,7 @@ def run_batch(
     else:
         # A launch on a GPU is parallel in itself: one worker, one chunk.
         threads, size = 1, chunk_size or count
-    with _WARMING_UP:
+    with _WARMING_UP, keeping_kernels():
         built.warm_up(lanes, motions)
     slices = [slice(low, min(low + size, count)) for low in range(0, count, size)]
 

@@ -227,7 +227,7 @@ def _find(text: str) -> tuple[str, str, pathlib.Path | None, str]:
         known = f"a shipped case ({', '.join(names)}) or the path of a case file"
         raise InputError("CASE", "", text, f"must be {known}{did_you_mean(text, names)}")
     try:
-        content = path.read_text(encoding="utf-8")
+        content = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(str(path), "", Said(error), "must be a readable UTF-8 file") from None
     folder = path.resolve().parent

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import os
 import sys
+from collections.abc import Iterator
 
 import warp as wp
 
@@ -14,12 +16,31 @@ STDERR = 2
 """File descriptor that the native library writes to."""
 
 
+@contextlib.contextmanager
+def keeping_kernels() -> Iterator[None]:
+    """Says what to do where Warp cannot keep the kernels that it builds.
+
+    Raises:
+        InputError: The folder of the kernels cannot be written to.
+    """
+    try:
+        yield
+    except OSError as error:
+        allowed = f"must be in a folder that can be written to ({error.strerror}): name another one"
+        raise InputError(
+            "kernel cache", "", error.filename, f"{allowed} with WARP_CACHE_PATH"
+        ) from error
+
+
 @functools.cache
 def start_warp() -> None:
     """Initialises Warp without its greeting, since stdout belongs to the results.
 
     On a machine without a GPU its library also warns on stderr, where each run would begin with
     a line that looks like trouble; `warprock doctor` says which devices there are instead.
+
+    Raises:
+        InputError: The folder of the kernels cannot be written to.
     """
     wp.config.log_level = max(wp.config.log_level, wp.LOG_WARNING)
     sys.stderr.flush()
@@ -27,7 +48,8 @@ def start_warp() -> None:
     with open(os.devnull, "wb") as nowhere:
         os.dup2(nowhere.fileno(), STDERR)
         try:
-            wp.init()
+            with keeping_kernels():
+                wp.init()
         finally:
             os.dup2(stderr, STDERR)
             os.close(stderr)

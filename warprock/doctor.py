@@ -11,6 +11,7 @@ import warp as wp
 from warprock import machine
 from warprock.devices import start_warp
 from warprock.engines import ENGINES, engine_class
+from warprock.errors import InputError
 
 PACKAGES = (
     "warp-lang",
@@ -35,12 +36,21 @@ def examine() -> dict[str, Any]:
     """
     versions = machine.package_versions(PACKAGES)
     flags = machine.cpu_vector_flags()
-    devices, cache = _warp_state()
+    trouble = []
+    try:
+        devices, cache = _warp_state()
+    except InputError as error:
+        devices, cache = [], {"folder": str(error.got), "writable": False, "built_modules": 0}
+        trouble.append(str(error))
     engines = {name: _engine_trouble(name) for name in ENGINES}
     missing = [f"package {name} is not installed" for name, found in versions.items() if not found]
     missing += [f"engine {name} does not load: {why}" for name, why in engines.items() if why]
-    if not cache["writable"]:
-        missing.append("the kernel cache cannot be written to: kernels are built at every start")
+    missing += trouble
+    if not (trouble or cache["writable"]):
+        missing.append(
+            "the kernel cache cannot be written to: kernels that it lacks cannot be built; name "
+            "another folder with WARP_CACHE_PATH"
+        )
     return {
         "versions": versions,
         "cpu": machine.cpu_name(),
