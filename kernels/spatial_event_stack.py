@@ -31,22 +31,27 @@ real: Any
 PRECISION: str
 MOTION: str
 BLOCKS: int
+FRICTION: str
 
 scalar = kernel_module("scalar", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 single = kernel_module("spatial_event_contact", precision=PRECISION)
 trial = kernel_module("spatial_event_trial", precision=PRECISION, motion=MOTION)
-contact = kernel_module("spatial_event_stack_contact", precision=PRECISION, blocks=BLOCKS)
-solve = kernel_module("spatial_event_stack_solve", precision=PRECISION, blocks=BLOCKS)
+contact = kernel_module(
+    "spatial_event_stack_contact", precision=PRECISION, blocks=BLOCKS, friction=FRICTION
+)
+solve = kernel_module(
+    "spatial_event_stack_solve", precision=PRECISION, blocks=BLOCKS, friction=FRICTION
+)
 look_of = kernel_module(
-    "spatial_event_stack_look", precision=PRECISION, motion=MOTION, blocks=BLOCKS
+    "spatial_event_stack_look", precision=PRECISION, motion=MOTION, blocks=BLOCKS, friction=FRICTION
 )
 wp.set_module_options(contact.stack.STACK_OPTIONS)
 larger, smaller, Motion = scalar.larger, scalar.smaller, motion.Motion
 Limits, Base, next_step = trial.Limits, trial.Base, trial.next_step
 Vector, Bodies, Numbers, Points = contact.Vector, contact.Bodies, contact.Numbers, contact.Points
 Ints, Pose, Own, block_of = contact.Ints, contact.Pose, contact.Own, contact.block_of
-posed, swept, sticks, settled = contact.posed, contact.swept, contact.sticks, solve.settled
+posed, swept, held_by, settled = contact.posed, contact.swept, contact.held_by, solve.settled
 rows_of, weighted, frame = contact.rows_of, contact.weighted, contact.frame
 State, Look, Kept, turned = look_of.State, look_of.Look, look_of.Kept, look_of.turned
 momenta, energy, attitudes_after = look_of.momenta, look_of.energy, look_of.attitudes_after
@@ -241,7 +246,7 @@ def step(
         k, bit = t.body[i], 1 << t.slot[i]
         n.force[16 * (k - 1) + t.slot[i]] = p[i] * (TWO / larger(d, NEARLY * near))
         held[k] = held[k] | wp.where(p[i][2] > real(0.0), bit, 0)
-        stuck[k] = stuck[k] | wp.where(sticks(mu[k], p[i]), bit, 0)
+        stuck[k] = stuck[k] | held_by(t.slot[i], mu[k], p[i])
     n.time = b.time
     n.knots = b.knots
     n.base = s.base + b.change + b.kick

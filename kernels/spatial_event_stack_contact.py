@@ -2,10 +2,12 @@
 
 Bodies, faces and slots are those of spatial_impulse_stack.py. A contact's directions are the axes
 of the face that it lies on: of the lower block, or of the upper one where a corner of the lower
-block touches that. What a contact obeys is its *law*:
+block touches that; with friction as a box, there the lower block's along the upper face. What a
+contact obeys is its *law*:
 
-    CONE    it pushes, and its friction, within the cone, is against the slip;
+    CONE    it pushes, and its friction, within the cone, or box, is against the slip;
     HOLD    it does not move at all, whatever that takes;
+    HOLD_X  it does not move along x and its gap closes, without friction along y; HOLD_Y likewise;
     KEEP    its gap closes, whatever that takes, without friction;
     PUSH    it does not approach by more than its gap, and pushes, without friction;
     AWAIT   nothing.
@@ -23,8 +25,11 @@ from warprock.kernels.instance import kernel_module
 real: Any
 PRECISION: str
 BLOCKS: int
+FRICTION: str
 
-stack = kernel_module("spatial_impulse_stack", precision=PRECISION, blocks=BLOCKS)
+stack = kernel_module(
+    "spatial_impulse_stack", precision=PRECISION, blocks=BLOCKS, friction=FRICTION
+)
 wp.set_module_options(stack.STACK_OPTIONS)
 scalar = kernel_module("scalar", precision=PRECISION)
 shape = kernel_module("spatial", precision=PRECISION)
@@ -44,6 +49,11 @@ HOLD = 1
 KEEP = 2
 PUSH = 3
 AWAIT = 4
+HOLD_X = 5
+HOLD_Y = 6
+BOX = FRICTION == "box"
+"""Whether friction is bound as a box along a contact's directions, else as a cone."""
+SLOTS = faces.SLOTS
 
 SWEEPS = 4000
 """Most sweeps of a solve; with the second half of them each contact goes half of its way only."""
@@ -52,7 +62,7 @@ SETTLED = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
 LOOSE = real({"float64": 1.0e-9, "float32": 1.0e-4}[PRECISION])
 """The same, above which a solve that ran out of sweeps counts as none."""
 INSIDE = real({"float64": 1.0 - 1.0e-9, "float32": 1.0 - 1.0e-4}[PRECISION])
-"""Part of the cone within which the friction of a contact that sticks lies."""
+"""Part of its bound within which the friction of a contact that sticks lies."""
 
 Attitudes = wp.types.matrix(shape=(BLOCKS + 1, 4), dtype=real)
 Ints = wp.types.vector(length=BLOCKS + 1, dtype=int)
@@ -155,7 +165,15 @@ def height_of(own: Own, pose: Pose, k: int, point: Vector) -> real:
 @wp.func
 def directions(axes: Axes, body: int, slot: int) -> Matrix:
     """Directions of a contact, one a row."""
-    return rows_of(axes, wp.where(slot >= 12, body, body - 1))
+    e = rows_of(axes, wp.where(slot >= 12, body, body - 1))
+    if BOX:  # noqa: SIM102, decided before launch
+        if slot >= 12:
+            normal = Vector(e[2, 0], e[2, 1], e[2, 2])
+            x = axes[3 * body - 3]
+            x = wp.normalize(x - wp.dot(x, normal) * normal)
+            e[0] = x
+            e[1] = wp.cross(normal, x)
+    return e
 
 
 @wp.func
@@ -201,6 +219,11 @@ def obeyed(
     if t.law[i] == AWAIT:
         return p
     push = p[2] - g[0] * (at[2] + t.gap[i])
+    if BOX:
+        if t.law[i] == HOLD_X:
+            return Vector(p[0] - g[1] * at[0], zero, push)
+        if t.law[i] == HOLD_Y:
+            return Vector(zero, p[1] - g[3] * at[1], push)
     return Vector(zero, zero, wp.where(t.law[i] == KEEP, push, larger(push, zero)))
 
 
@@ -276,6 +299,22 @@ def effective(t: Touches, pose: Pose, light: Numbers, i: int) -> real:
 
 
 @wp.func
-def sticks(mu: real, p: Vector) -> bool:
-    """Whether a contact that obeys the cone sticks."""
-    return p[2] > real(0.0) and wp.sqrt(p[0] * p[0] + p[1] * p[1]) < INSIDE * mu * p[2]
+def held_by(slot: int, mu: real, p: Vector) -> int:
+    """Bits of a contact that obeys CONE where it sticks: of the box, slot along x and 16 on, y."""
+    most = INSIDE * mu * p[2]
+    bits = wp.where(wp.sqrt(p[0] * p[0] + p[1] * p[1]) < most, 1 << slot, 0)
+    if BOX:
+        x = wp.where(wp.abs(p[0]) < most, 1 << slot, 0)
+        bits = x | wp.where(wp.abs(p[1]) < most, 1 << (SLOTS + slot), 0)
+    return wp.where(p[2] > real(0.0), bits, 0)
+
+
+@wp.func
+def holding(slot: int, bits: int, law: int) -> int:
+    """Law that binds a contact where it sticks, see `held_by`, else the one given."""
+    x = (bits & (1 << slot)) != 0
+    found = wp.where(x, HOLD, law)
+    if BOX:
+        y = (bits & (1 << (SLOTS + slot))) != 0
+        found = wp.where(x and y, HOLD, wp.where(x, HOLD_X, wp.where(y, HOLD_Y, law)))
+    return found

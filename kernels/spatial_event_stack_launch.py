@@ -15,14 +15,19 @@ real: Any
 PRECISION: str
 MOTION: str
 BLOCKS: int
+FRICTION: str
 
 scalar = kernel_module("scalar", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 shape = kernel_module("spatial", precision=PRECISION)
 found_of = kernel_module("spatial_found", precision=PRECISION)
-contact = kernel_module("spatial_event_stack_contact", precision=PRECISION, blocks=BLOCKS)
+contact = kernel_module(
+    "spatial_event_stack_contact", precision=PRECISION, blocks=BLOCKS, friction=FRICTION
+)
 wp.set_module_options(contact.stack.STACK_OPTIONS)
-event = kernel_module("spatial_event_stack", precision=PRECISION, motion=MOTION, blocks=BLOCKS)
+event = kernel_module(
+    "spatial_event_stack", precision=PRECISION, motion=MOTION, blocks=BLOCKS, friction=FRICTION
+)
 larger, smaller = scalar.larger, scalar.smaller
 Motion, sample_index, Block = motion.Motion, motion.sample_index, shape.Block
 slide_of, turns_of = shape.slide_of, shape.turns_of

@@ -14,13 +14,16 @@ real: Any
 PRECISION: str
 MOTION: str
 BLOCKS: int
+FRICTION: str
 
 scalar = kernel_module("scalar", precision=PRECISION)
 event = kernel_module("event", precision=PRECISION, motion=MOTION)
 faces = kernel_module("faces", precision=PRECISION)
 moves = kernel_module("spatial_event_moves", precision=PRECISION)
 trial = kernel_module("spatial_event_trial", precision=PRECISION, motion=MOTION)
-contact = kernel_module("spatial_event_stack_contact", precision=PRECISION, blocks=BLOCKS)
+contact = kernel_module(
+    "spatial_event_stack_contact", precision=PRECISION, blocks=BLOCKS, friction=FRICTION
+)
 wp.set_module_options(contact.stack.STACK_OPTIONS)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 first_root, turned, flown = event.first_root, moves.turned, moves.flown
@@ -31,9 +34,8 @@ Vector, Bodies, Attitudes, Ints = (
 Own, Pose, Touches, block_of = contact.Own, contact.Pose, contact.Touches, contact.block_of
 met, height_of, joined, seen = contact.met, contact.height_of, contact.joined, contact.seen
 rows_of, weighted, frame = contact.rows_of, contact.weighted, contact.frame
-CONE, HOLD, KEEP, PUSH, AWAIT = (
-    contact.CONE, contact.HOLD, contact.KEEP, contact.PUSH, contact.AWAIT,
-)  # fmt: skip
+CONE, KEEP, PUSH, AWAIT = contact.CONE, contact.KEEP, contact.PUSH, contact.AWAIT
+holding = contact.holding
 CONTACTS = contact.CONTACTS
 
 HALF = real(0.5)
@@ -230,7 +232,7 @@ def touching(
             if (look.touch[k] & bit) != 0 and number < CONTACTS:
                 law = wp.where((held[k] & bit) != 0, KEEP, PUSH)
                 if not close:
-                    law = wp.where((stuck[k] & bit) != 0, HOLD, law)
+                    law = holding(i, stuck[k], law)
                     law = wp.where((look.lands[k] & bit) != 0, AWAIT, law)
                 gap = wp.where(close, gaps[i], real(0.0))
                 t = joined(t, pose, k, i, law, gap, places[i])

@@ -2,8 +2,9 @@
 
 A contact answers its velocity u with the impulse f = P(l - c (u + lift n)), where P takes an
 impulse to the nearest that its law allows, c is STIFF times the contact's own effective mass, and
-lift its gap, or in the cone friction |u_t|, u_t its slip. Where l = f, and lift is that of u, all
-laws hold (the augmented Lagrangian, with the change of variable of De Saxce and Feng 1998).
+lift its gap, or in the cone friction |u_t|, u_t its slip, in the box friction (|u_x| + |u_y|).
+Where l = f, and lift is that of u, all laws hold (the augmented Lagrangian, with the change of
+variable of De Saxce and Feng 1998).
 
 With l and lift given, the velocities make a convex function least, M (v - v_free) = sum G^T f:
 Newton's method with the banded matrix M + c sum G^T P' G of six rows a block, steps halved while
@@ -22,9 +23,14 @@ from warprock.kernels.instance import kernel_module
 real: Any
 PRECISION: str
 BLOCKS: int
+FRICTION: str
 
-contact = kernel_module("spatial_event_stack_contact", precision=PRECISION, blocks=BLOCKS)
+scalar = kernel_module("scalar", precision=PRECISION)
+contact = kernel_module(
+    "spatial_event_stack_contact", precision=PRECISION, blocks=BLOCKS, friction=FRICTION
+)
 wp.set_module_options(contact.stack.STACK_OPTIONS)
+larger, smaller = scalar.larger, scalar.smaller
 Vector, Matrix = contact.Vector, contact.Matrix
 Bodies, Numbers, Points = contact.Bodies, contact.Numbers, contact.Points
 PointNumbers = contact.PointNumbers
@@ -33,6 +39,7 @@ rows_of, directions, seen, swept = (
     contact.rows_of, contact.directions, contact.seen, contact.swept,
 )  # fmt: skip
 CONE, HOLD, KEEP, PUSH = contact.CONE, contact.HOLD, contact.KEEP, contact.PUSH
+HOLD_X, HOLD_Y, BOX = contact.HOLD_X, contact.HOLD_Y, contact.BOX
 SWEEPS = contact.SWEEPS
 
 ROWS = 6 * BLOCKS
@@ -68,6 +75,37 @@ Slopes = wp.types.matrix(shape=(3, 12), dtype=real)
 
 
 @wp.func
+def boxed(mu: real, z: Vector):
+    """The nearest impulse with friction in the box, and how it changes with the one asked for."""
+    zero, one = real(0.0), real(1.0)
+    x, y = wp.abs(z[0]), wp.abs(z[1])
+    # Beyond their bounds: none, the larger part, both.
+    fits_x, fits_y, push = bool(True), bool(True), z[2]
+    if larger(x, y) > mu * push:
+        push = (z[2] + mu * larger(x, y)) / (one + mu * mu)
+        fits_x, fits_y = x < y, y <= x
+        if smaller(x, y) > mu * push:
+            push = (z[2] + mu * (x + y)) / (one + mu * mu + mu * mu)
+            fits_x = False
+            fits_y = False
+    f, slope = Vector(), Matrix()
+    if push > zero:
+        g = Vector(
+            wp.where(fits_x, zero, wp.sign(z[0]) * mu),
+            wp.where(fits_y, zero, wp.sign(z[1]) * mu), one,
+        )  # fmt: skip
+        slope = wp.outer(g, g) / wp.dot(g, g)
+        f = push * g
+        if fits_x:
+            f[0] = z[0]
+            slope[0, 0] = one
+        if fits_y:
+            f[1] = z[1]
+            slope[1, 1] = one
+    return f, slope
+
+
+@wp.func
 def allowed(law: int, mu: real, z: Vector):
     """The nearest impulse that a law allows, and how it changes with the one asked for."""
     zero, one = real(0.0), real(1.0)
@@ -77,7 +115,14 @@ def allowed(law: int, mu: real, z: Vector):
     if law == KEEP or (law == PUSH and z[2] > zero):
         f[2] = z[2]
         slope[2, 2] = one
-    if law == CONE:
+    if BOX:
+        if law == CONE:
+            f, slope = boxed(mu, z)
+        if law == HOLD_X:
+            return Vector(z[0], zero, z[2]), wp.diag(Vector(one, zero, one))
+        if law == HOLD_Y:
+            return Vector(zero, z[1], z[2]), wp.diag(Vector(zero, one, one))
+    elif law == CONE:
         pull = wp.sqrt(z[0] * z[0] + z[1] * z[1])
         if pull <= mu * z[2]:
             return z, wp.identity(n=3, dtype=real)
@@ -113,6 +158,8 @@ def lift_of(t: Touches, pose: Pose, mu: Numbers, v: Bodies, w: Bodies, i: int) -
     if t.law[i] != CONE:
         return t.gap[i]
     u = contact.slip_at(t, pose, i, v, w)
+    if BOX:
+        return mu[t.body[i]] * (wp.abs(u[0]) + wp.abs(u[1]))
     return mu[t.body[i]] * wp.sqrt(u[0] * u[0] + u[1] * u[1])
 
 
@@ -272,9 +319,7 @@ def settled(
             lift = lift_of(t, pose, mu, u, o, i)
             more = lift - c.gap[i]
             if turn % LEAP == LEAP - 1 and rounds == ROUNDS:
-                lift = wp.where(
-                    t.law[i] == CONE, contact.larger(lift + AHEAD * more, real(0.0)), lift
-                )
+                lift = wp.where(t.law[i] == CONE, larger(lift + AHEAD * more, real(0.0)), lift)
             broken = wp.length_sq(f - asks[i]) / (stiff[i] * stiff[i]) + more * more
             change += broken / light[t.body[i]]
             asks[i] = f

@@ -83,7 +83,7 @@ class Event(AbstractEngine):
 
     def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
         if lanes.spatial and lanes.stacked:
-            return spatial_event_stack_module(self.target, lanes, motions)
+            return spatial_event_stack_module(self.settings, self.target, lanes, motions)
         if lanes.spatial:
             return spatial_event_module(self.settings, self.target, motions)
         if lanes.stacked:

@@ -18,8 +18,8 @@ from warprock.engines.spatial_launching import (
     block_fields,
     histories,
     launch_spatial,
-    unstable_in_space,
 )
+from warprock.engines.spatial_soundness import unstable_in_space
 from warprock.kernels.instance import kernel_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
@@ -34,7 +34,9 @@ OVERTURNED, SLID_OFF, BROKEN, STALLED, UNSETTLED = range(1, 6)
 """Modes of a lane in the kernel."""
 
 
-def spatial_event_stack_module(target: Target, lanes: Lanes, motions: GroundMotions) -> ModuleType:
+def spatial_event_stack_module(
+    settings: EventSettings, target: Target, lanes: Lanes, motions: GroundMotions
+) -> ModuleType:
     """The instance of the kernel file for a batch of stacks: one lane a thread on any device."""
     module: ModuleType = kernel_module(
         "spatial_event_stack_launch",
@@ -42,6 +44,7 @@ def spatial_event_stack_module(target: Target, lanes: Lanes, motions: GroundMoti
         motion=motions.kind.value,
         blocks=lanes.block_count,
         lanes=1,
+        friction="box" if settings.friction_box else "cone",
     )
     return module
 
@@ -61,7 +64,7 @@ def run_spatial_event_stacks(
     times: SampleTimes,
 ) -> Response:
     """Runs a batch of stacks on the calling thread; see `AbstractEngine.run`."""
-    module: Any = spatial_event_stack_module(target, lanes, motions)
+    module: Any = spatial_event_stack_module(settings, target, lanes, motions)
     knobs = module.Knobs()
     knobs.gravity = GRAVITY
     longest_step = longest_stack_steps(settings, lanes)
@@ -80,9 +83,17 @@ def run_spatial_event_stacks(
     )
     mode = results["mode"]
     rest_time = time_or_nan(results["moved"])
-    unstable = unstable_in_space(lanes, motions, results["loss"])
+    peaks = block_fields(lanes, per_block)
+    unstable = unstable_in_space(
+        lanes,
+        motions,
+        times.duration,
+        energy_lost=results["loss"],
+        peak_tilt=peaks["peak_tilt"],
+        deepest=results["deepest"],
+    )
     fields: dict[str, npt.NDArray[Any]] = {
-        **block_fields(lanes, per_block),
+        **peaks,
         "outcome": np.select(
             [mode == OVERTURNED, mode == SLID_OFF, np.isfinite(rest_time)],
             [Outcome.OVERTURNED, Outcome.SLID_OFF, Outcome.AT_REST],
