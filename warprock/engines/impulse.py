@@ -33,8 +33,8 @@ class Impulse(AbstractEngine):
     its base supplied has the status UNSTABLE. What erp lifts counts as a gain.
 
     In space a block touches at its four corners, and two faces at up to eight points. There a block
-    rocks while one of them is open by more than a step of falling makes, and only lanes on a still
-    base are ever UNSTABLE.
+    rocks while one of them is open by more than a step of falling makes, and what the base supplied
+    is the most that it can have.
     """
 
     name: ClassVar[str] = "impulse"

@@ -17,7 +17,6 @@ import numpy.typing as npt
 from warprock import rocking
 from warprock.engines.stack_launching import as_stacks, start_on_corners
 from warprock.lanes import Lanes
-from warprock.motion import GroundMotions, HarmonicMotions, StillBase
 from warprock.stacking import uplift_ratio
 from warprock.units import GRAVITY
 
@@ -263,16 +262,9 @@ def gone_through(lanes: Lanes, deepest: Array) -> Mask:
 
     A block of which the centre may be below the face it stands on is not held up by it.
     """
-    least = np.minimum(lanes.width, lanes.height).reshape(lanes.lane_count, -1).min(axis=1)
-    return np.asarray(deepest > 0.5 * least)
-
-
-def stands_still(motions: GroundMotions) -> Mask:
-    """Where the base never moves, shape [lane]: sines of no amplitude and no steps are known."""
-    if isinstance(motions, HarmonicMotions):
-        steps = (motions.velocity_step_start == 0.0) & (motions.velocity_step_stop == 0.0)
-        return np.asarray(steps & (motions.acceleration_amplitude == 0.0))
-    return np.full(motions.lane_count, isinstance(motions, StillBase))
+    least = np.minimum(lanes.width, lanes.height)
+    least = np.minimum(least, lanes.depth) if lanes.spatial else least
+    return np.asarray(deepest > 0.5 * least.reshape(lanes.lane_count, -1).min(axis=1))
 
 
 def _flat(lanes: Lanes) -> Lanes:

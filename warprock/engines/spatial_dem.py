@@ -29,8 +29,8 @@ from warprock.engines.spatial_launching import (
     components,
     histories,
     launch_spatial,
-    unstable_in_space,
 )
+from warprock.engines.spatial_soundness import unstable_in_space
 from warprock.engines.stack_launching import as_stacks
 from warprock.engines.stepping import lane_fields
 from warprock.kernels.instance import LANE_WIDTH, REALS, kernel_module
@@ -100,12 +100,21 @@ def run_dem(
     # Body 0 is the ground.
     per_block = per_block[:, 1:]
     attitudes = None if attitudes is None else attitudes[:, 1:]
-    gained = unstable_in_space(lanes, motions, rows["loss"])
+    fields = block_fields(lanes, per_block)
+    # Springs lean and sink under what rigid faces carry.
+    gained = unstable_in_space(
+        lanes,
+        motions,
+        times.duration,
+        energy_lost=rows["loss"],
+        peak_tilt=fields["peak_tilt"],
+        deepest=rows["deepest"],
+        rigid=False,
+    )
     rotations, others = histories(lanes, attitudes)
     # In the last step of the run every interface was closed.
     marks = [(gained, Status.UNSTABLE)]
-    fields = lane_fields(rows, times.times[-1] - 1.5 * step, marks)
-    columns = block_fields(lanes, per_block) | fields
+    columns = fields | lane_fields(rows, times.times[-1] - 1.5 * step, marks)
     return respond("dem", columns, rotations, times, others)
 
 

@@ -19,8 +19,8 @@ from warprock.engines.spatial_launching import (
     components,
     histories,
     launch_spatial,
-    unstable_in_space,
 )
+from warprock.engines.spatial_soundness import unstable_in_space
 from warprock.kernels.instance import kernel_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions, RecordMotions
@@ -87,9 +87,17 @@ def run_spatial_event(
     )
     mode = results["mode"]
     rest_time = time_or_nan(results["moved"])
-    unstable = unstable_in_space(lanes, motions, results["loss"])
+    peaks = block_fields(lanes, per_block)
+    unstable = unstable_in_space(
+        lanes,
+        motions,
+        times.duration,
+        energy_lost=results["loss"],
+        peak_tilt=peaks["peak_tilt"],
+        deepest=results["deepest"],
+    )
     fields: dict[str, npt.NDArray[Any]] = {
-        **block_fields(lanes, per_block),
+        **peaks,
         "outcome": np.select(
             [mode == OVERTURNED, np.isfinite(rest_time)],
             [Outcome.OVERTURNED, Outcome.AT_REST],

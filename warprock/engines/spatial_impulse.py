@@ -11,8 +11,8 @@ from warprock.engines.spatial_launching import (
     block_fields,
     histories,
     launch_spatial,
-    unstable_in_space,
 )
+from warprock.engines.spatial_soundness import unstable_in_space
 from warprock.engines.stepping import lane_fields
 from warprock.kernels.instance import LANE_WIDTH, kernel_module
 from warprock.lanes import Lanes
@@ -59,8 +59,16 @@ def run_spatial_impulse(
     lost = rows["loss"] if lanes.stacked else lanes.mass * rows["loss"]
     # In the last step of the run all corners touched.
     since = times.times[-1] - 0.5 * settings.time_step
-    marks = [(unstable_in_space(lanes, motions, lost), Status.UNSTABLE)]
-    columns = block_fields(lanes, per_block) | lane_fields(rows, since, marks)
+    fields = block_fields(lanes, per_block)
+    gained = unstable_in_space(
+        lanes,
+        motions,
+        times.duration,
+        energy_lost=lost,
+        peak_tilt=fields["peak_tilt"],
+        deepest=rows["deepest"],
+    )
+    columns = fields | lane_fields(rows, since, [(gained, Status.UNSTABLE)])
     columns["energy_lost"] = lost
     rotations, others = histories(lanes, attitudes)
     return respond("impulse", columns, rotations, times, others)

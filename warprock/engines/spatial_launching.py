@@ -20,14 +20,12 @@ from warprock.engines.launching import (
     record_pool,
     struct_rows,
 )
-from warprock.engines.soundness import exploded, stands_still
 from warprock.engines.stack_launching import as_stacks, block_rows
 from warprock.kernels.instance import REALS
 from warprock.lanes import Lanes, SpatialLanes
 from warprock.motion import GroundMotions, PlanarMotions, RecordMotions, SpatialMotions
 from warprock.pose import bottom_corners, rotations, start_poses, turned
 from warprock.response import SampleTimes
-from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 Rows = npt.NDArray[Any]
@@ -196,26 +194,3 @@ def histories(lanes: Lanes, attitudes: Array | None) -> tuple[Array | None, dict
         return None, {}
     angles = rotations(attitudes if lanes.stacked else attitudes[:, 0])
     return angles[0], {"rotation_across": angles[1], "yaw": angles[2]}
-
-
-def energy_at_start(lanes: Lanes) -> Array:
-    """Energy at the start above the state in which all blocks are flat [J], shape [lane]."""
-    stacks = cast(SpatialLanes, as_stacks(lanes))
-    height = np.cumsum(stacks.height, axis=1) - 0.5 * stacks.height
-    rise = start_poses(stacks)[0][..., 2] - height
-    return np.asarray(GRAVITY * (stacks.mass * rise).sum(axis=1))
-
-
-def unstable_in_space(
-    lanes: Lanes, motions: GroundMotions, energy_lost: Array
-) -> npt.NDArray[np.bool_]:
-    """Where blocks on a still base gained energy that nothing gave, shape [lane].
-
-    Args:
-        lanes: Single blocks or stacks.
-        motions: Their ground motions.
-        energy_lost: By the engine's own account [J], shape [lane].
-    """
-    still = np.all([stands_still(part) for part in components(motions)], axis=0)
-    held = energy_at_start(lanes)
-    return np.asarray(still & exploded(lanes, held, -np.asarray(energy_lost, np.float64)))

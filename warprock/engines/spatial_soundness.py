@@ -1,0 +1,211 @@
+"""Energy from nowhere in space: which lanes have more than their base can have supplied.
+
+In the frame of its base the energy E of a lane above its flat state changes by the work of the
+base, -a . sum(m v) with the acceleration a of the base, and by that of the contacts, which can only
+take. Sum(m v^2) / 2 is at most E, so that |d sqrt(E) / dt| <= sqrt(M / 2) |a| with the mass M of
+all blocks, and E never exceeds (sqrt(E at the start) + sqrt(M / 2) S)^2, S the total variation of
+the base velocity. That is known before a run and holds whatever an engine does.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import cast
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.engines.soundness import BARRIER_SHARE, exploded, gone_through
+from warprock.engines.stack_launching import as_stacks
+from warprock.lanes import Lanes, SpatialLanes
+from warprock.motion import (
+    GroundMotions,
+    HarmonicMotions,
+    ModulatedMotions,
+    PlanarMotions,
+    RecordMotions,
+    RickerMotions,
+    SpatialMotions,
+    StillBase,
+)
+from warprock.pose import start_poses
+from warprock.units import GRAVITY
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+
+GRID = np.linspace(-6.0, 6.0, 12_001)
+"""Places x at which humps x^k exp(-x^2) are looked at: their peaks to 1e-6, nothing is beyond."""
+BELL = np.exp(-(GRID**2))
+POWERS = np.arange(4)[:, None]
+HUMP_VARIATION = np.abs(np.diff(GRID**POWERS * BELL, axis=1)).sum(axis=1)
+"""Total variation of the humps k of the velocity of a Ricker pulse, see `RickerMotions`."""
+HUMP_SLOPE = np.abs(
+    (POWERS * GRID ** np.maximum(POWERS - 1, 0) - 2.0 * GRID ** (POWERS + 1)) * BELL
+).max(axis=1)
+"""Their steepest slopes."""
+
+
+def energy_at_start(lanes: Lanes) -> Array:
+    """Energy at the start above the state in which all blocks are flat [J], shape [lane]."""
+    stacks = cast(SpatialLanes, as_stacks(lanes))
+    height = np.cumsum(stacks.height, axis=1) - 0.5 * stacks.height
+    rise = start_poses(stacks)[0][..., 2] - height
+    return np.asarray(GRAVITY * (stacks.mass * rise).sum(axis=1))
+
+
+def velocity_variation(motions: PlanarMotions, duration: float) -> Array:
+    """At most the total variation of the base velocity until a time [m/s], shape [lane]."""
+    if isinstance(motions, StillBase):
+        return np.zeros(motions.lane_count)
+    steps = np.abs(motions.velocity_step_start) + np.abs(motions.velocity_step_stop)
+    if isinstance(motions, RecordMotions):
+        moved = np.zeros(motions.lane_count)
+        for lanes, begin, end in _records(motions):
+            interval = motions.interval[lanes]
+            sizes = np.concatenate([[0.0], np.cumsum(0.5 * (np.abs(begin) + np.abs(end)))])
+            passed = np.ceil((duration - motions.start[lanes]) / interval)
+            moved[lanes] = interval * sizes[np.clip(passed, 0, len(begin)).astype(int)]
+        return np.asarray(np.abs(motions.scale) * (moved + steps))
+    moving = np.maximum(np.minimum(motions.stop, duration) - motions.start, 0.0)
+    return np.asarray(_pulse_variation(motions, moving) + steps)
+
+
+def _pulse_variation(
+    motions: HarmonicMotions | RickerMotions | ModulatedMotions, moving: Array
+) -> Array:
+    """The same for the waveform itself, which has been moving for a time [s]."""
+    if isinstance(motions, RickerMotions):
+        parts = np.abs([motions.c0, motions.c1, motions.c2, motions.c3])
+        return np.asarray(HUMP_VARIATION @ parts)
+    if isinstance(motions, HarmonicMotions):
+        swing = motions.acceleration_amplitude / (2.0 * np.pi * motions.frequency)
+        waves = [(swing, motions.frequency)]
+    else:
+        waves = list(zip(*_harmonics(motions), strict=True))
+    # A swing up or down for every half cycle, begun ones too; but for round-off of whole ones.
+    return np.asarray(
+        sum(2.0 * np.abs(swing) * np.ceil(2.0 * f * moving - 1e-9) for swing, f in waves)
+    )
+
+
+def _harmonics(motions: ModulatedMotions) -> tuple[list[Array], list[Array]]:
+    """Swings [m/s] and frequencies [Hz] of the three harmonics of a pulse."""
+    swings = [motions.swing_1, motions.swing_2, motions.swing_3]
+    m = motions.modulation
+    return swings, [motions.frequency * part for part in (np.ones_like(m), 1.0 + m, 1.0 - m)]
+
+
+def strongest_pull(motions: PlanarMotions) -> Array:
+    """At most the largest |acceleration| of the base [m/s^2], shape [lane].
+
+    Infinite where the base velocity steps.
+    """
+    if isinstance(motions, StillBase):
+        return np.zeros(motions.lane_count)
+    if isinstance(motions, RecordMotions):
+        pull = np.zeros(motions.lane_count)
+        for lanes, begin, end in _records(motions):
+            pull[lanes] = np.maximum(np.abs(begin), np.abs(end)).max()
+        pull = pull * np.abs(motions.scale)
+    elif isinstance(motions, HarmonicMotions):
+        pull = np.abs(motions.acceleration_amplitude)
+    elif isinstance(motions, RickerMotions):
+        parts = np.abs([motions.c0, motions.c1, motions.c2, motions.c3])
+        pull = motions.rate * (HUMP_SLOPE @ parts)
+    else:
+        swings, frequencies = _harmonics(motions)
+        pull = 2.0 * np.pi * np.sum(np.abs(swings) * np.asarray(frequencies), axis=0)
+    steps = (motions.velocity_step_start != 0.0) | (motions.velocity_step_stop != 0.0)
+    return np.where(steps, np.inf, pull)
+
+
+def _records(motions: RecordMotions) -> Iterator[tuple[npt.NDArray[np.intp], Array, Array]]:
+    """The lanes of each record; accelerations at both ends of its segments, unscaled [m/s^2]."""
+    keys = np.stack([motions.offset, motions.count])
+    records, of_lane = np.unique(keys, axis=1, return_inverse=True)
+    for number, (offset, count) in enumerate(records.T):
+        lanes = np.flatnonzero(of_lane.reshape(-1) == number)
+        begin = motions.pool_acceleration[offset : offset + count]
+        slope = motions.pool_slope[offset : offset + count]
+        yield lanes, begin, begin + slope * motions.interval[lanes[0]]
+
+
+def most_energy(lanes: Lanes, motions: GroundMotions, duration: float) -> Array:
+    """The most energy above the flat state that a lane can have until a time [J], shape [lane]."""
+    held = np.maximum(energy_at_start(lanes), 0.0)
+    mass = lanes.mass.reshape(lanes.lane_count, -1).sum(axis=1)
+    parts = cast(SpatialMotions, motions).components
+    variation = sum(velocity_variation(part, duration) for part in parts)
+    return np.asarray((np.sqrt(held) + np.sqrt(0.5 * mass) * variation) ** 2)
+
+
+def energy_to_tilt(lanes: Lanes, tilt: Array) -> Array:
+    """Least energy above the flat state of single blocks whose axes lean by an angle [J], [lane].
+
+    That is a turn about the nearest edge of the face; beyond where it overturns, what that takes.
+    """
+    arm, half = _nearest_edge(lanes), 0.5 * lanes.height
+    turned = np.minimum(np.abs(tilt), np.arctan2(arm, half))
+    rise = arm * np.sin(turned) + half * (np.cos(turned) - 1.0)
+    return np.asarray(GRAVITY * lanes.mass * rise)
+
+
+def _nearest_edge(lanes: Lanes) -> Array:
+    """Distance of the nearest edge of the bottom face from the centre of mass [m], [lane]."""
+    blocks = cast(SpatialLanes, lanes)
+    along = 0.5 * blocks.face_width - np.abs(blocks.centre_offset_x)
+    across = 0.5 * blocks.face_depth - np.abs(blocks.centre_offset_y)
+    return np.asarray(np.minimum(along, across))
+
+
+def tilted_by_nothing(lanes: Lanes, motions: GroundMotions, tilt: Array) -> Mask:
+    """Where single blocks lean that stood flat on a base too weak to lift an edge, shape [lane].
+
+    The resultant of weight and inertia stays inside the face, whatever slides. `BARRIER_SHARE` says
+    how far a block has to lean.
+    """
+    blocks = cast(SpatialLanes, lanes)
+    x, y, z = (strongest_pull(part) for part in cast(SpatialMotions, motions).components)
+    arm = _nearest_edge(lanes)
+    weak = np.hypot(x, y) * 0.5 * lanes.height < (1.0 - BARRIER_SHARE) * (GRAVITY - z) * arm
+    flat = (blocks.rotation_start == 0.0) & (blocks.rotation_across_start == 0.0)
+    flat &= blocks.gap_start == 0.0
+    far = tilt > (1.0 - math.sqrt(1.0 - BARRIER_SHARE)) * np.arctan2(arm, 0.5 * lanes.height)
+    return np.asarray(flat & weak & far)
+
+
+def unstable_in_space(
+    lanes: Lanes,
+    motions: GroundMotions,
+    duration: float,
+    *,
+    energy_lost: Array,
+    peak_tilt: Array,
+    deepest: Array,
+    rigid: bool = True,
+) -> Mask:
+    """Where blocks have energy that nothing gave, shape [lane], on a base that moves or not.
+
+    Where contacts gave more than `exploded` puts down to small errors, beside the most energy that
+    a lane can have. Where contacts are rigid also single blocks that leaned further than that or
+    a base too weak to lift them can bring about, and corners that went through the ground.
+
+    Args:
+        lanes: Single blocks or stacks.
+        motions: Their ground motions.
+        duration: Of the run [s].
+        energy_lost: By the engine's own account [J], shape [lane].
+        peak_tilt: Largest lean of the axes [rad], shape [lane]; of stacks it does not count.
+        deepest: Deepest penetration [m], shape [lane].
+        rigid: Whether contacts are rigid, so that a lean tells an energy.
+    """
+    most = most_energy(lanes, motions, duration)
+    found = exploded(lanes, most, -np.asarray(energy_lost, dtype=np.float64))
+    if not rigid:
+        return found
+    if not lanes.stacked:
+        found |= exploded(lanes, most, energy_to_tilt(lanes, peak_tilt) - most)
+        found |= tilted_by_nothing(lanes, motions, peak_tilt)
+    return np.asarray(found | gone_through(lanes, np.asarray(deepest, dtype=np.float64)))
