@@ -9,7 +9,7 @@ from typing import Any
 
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.instance import MAX_UNROLL, kernel_module
 
 real: Any
 PRECISION: str
@@ -20,10 +20,8 @@ impulse = kernel_module("impulse_stack", precision=PRECISION)
 wp.set_module_options(impulse.STACK_OPTIONS)
 larger, smaller = scalar.larger, scalar.smaller
 
-LONGEST = 15
-"""Most sweeps in a row, which the compiler has to write out."""
-TURNS = max(n for n in range(1, LONGEST + 1) if max(ITERATIONS, 1) % n == 0)
-"""Sweeps in one call: there is no other interface to visit."""
+TURNS = max(n for n in range(1, MAX_UNROLL + 1) if max(ITERATIONS, 1) % n == 0)
+"""Sweeps in one call, written out: there is no other interface to visit."""
 
 
 @wp.func
