@@ -10,6 +10,7 @@ import dataclasses
 import functools
 import os
 import pathlib
+import signal
 import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -355,5 +356,6 @@ def entry() -> None:
     except SystemExit as end:
         if end.code not in (EXIT_INTERRUPTED, EXIT_RESUMABLE):
             raise
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
         sys.stdout.flush()
         os._exit(int(end.code))
