@@ -2,9 +2,11 @@
 
 In the frame of its base the energy E of a lane above its flat state changes by the work of the
 base, -a . sum(m v) with the acceleration a of the base, and by that of the contacts, which can only
-take. Sum(m v^2) / 2 is at most E, so that |d sqrt(E) / dt| <= sqrt(M / 2) |a| with the mass M of
-all blocks, and E never exceeds (sqrt(E at the start) + sqrt(M / 2) S)^2, S the total variation of
-the base velocity. That is known before a run and holds whatever an engine does.
+take. As long as no block lies below its flat place sum(m v^2) / 2 is at most E, so that
+|d sqrt(E) / dt| <= sqrt(M / 2) |a| with the mass M of all blocks, and E never exceeds
+(sqrt(E at the start) + sqrt(M / 2) S)^2, S the total variation of the base velocity. That is known
+before a run. It is the looser the longer the base moves: what contacts give a block that a long
+record shakes passes unseen up to that.
 """
 
 from __future__ import annotations
