@@ -51,6 +51,11 @@ class Event(AbstractEngine):
     their own (kernels/spatial_event.py). So have stacks in space (kernels/spatial_event_stack.py),
     which are second order while contacts stick, through impacts, too, and first order where they
     slide or an edge lets go of an end: that is not located there.
+
+    With friction as a box single blocks are second order through the ends of their slips, along x
+    and along y; of blocks that rock and slide errors scatter (1.4 to 2). Where a face of which a
+    part slides along x and sticks along y may share its load in several ways, so may the box: what
+    it then does to the yaw of a stack is one of several right answers.
     """
 
     name: ClassVar[str] = "event"
