@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from tests.blocks import make_lanes
+from warprock.batch import run_batch
 from warprock.lanes import Lanes, SpatialLanes
-from warprock.motion import PlanarMotions, SpatialMotions, StillBase, no_motion
+from warprock.motion import GroundMotions, PlanarMotions, SpatialMotions, StillBase, no_motion
+from warprock.response import Response, SampleTimes, Status
 
 Array = npt.NDArray[np.float64]
 
@@ -78,3 +81,13 @@ def mirrored(lanes: SpatialLanes, *, x: bool, y: bool) -> SpatialLanes:
         centre_offset_y=sy * lanes.centre_offset_y,
         yaw_start=sx * sy * lanes.yaw_start,
     )
+
+
+def sound_run(
+    engine: str, lanes: Lanes, motions: GroundMotions, times: SampleTimes,
+    settings: Any = None, **more: Any,
+) -> Response:  # fmt: skip
+    """Response of an engine, every lane of which is sound; further arguments of `run_batch`."""
+    response = run_batch(engine, lanes, motions, times, settings=settings, **more)
+    assert np.all(response["status"] == Status.OK)
+    return response

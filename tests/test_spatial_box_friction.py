@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.blocks import Array, free_lanes, make_lanes, sines, velocity_steps
-from tests.spatial_blocks import along, in_space, mirrored, spatial_lanes, spatial_stack
+from tests.spatial_blocks import along, in_space, mirrored, sound_run, spatial_lanes, spatial_stack
 from warprock.batch import run_batch
 from warprock.engines.settings import DemSettings, EventSettings, ImpulseSettings
 from warprock.lanes import Lanes, SpatialLanes
@@ -27,9 +27,7 @@ def event(
 ) -> Response:
     """Response of `event` at a time step [s], every lane sound."""
     settings = EventSettings(time_step=step, friction_box=box)
-    response = run_batch("event", lanes, motions, times, settings=settings)
-    assert np.all(response["status"] == Status.OK)
-    return response
+    return sound_run("event", lanes, motions, times, settings)
 
 
 def springs(stiffness: float, box: int = 1) -> DemSettings:
