@@ -53,9 +53,9 @@ class Event(AbstractEngine):
     slide or an edge lets go of an end: that is not located there.
 
     With friction as a box single blocks are second order through the ends of their slips, along x
-    and along y; of blocks that rock and slide errors scatter (1.4 to 2). Where a face of which a
-    part slides along x and sticks along y may share its load in several ways, so may the box: what
-    it then does to the yaw of a stack is one of several right answers.
+    and along y; of blocks that rock and slide errors scatter (1.4 to 2). How rigid faces share their
+    load is not determined, and where they slide along x and stick along y the yaw of a stack hangs
+    on it: `event` and `impulse` may come to different ones.
     """
 
     name: ClassVar[str] = "event"
