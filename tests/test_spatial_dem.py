@@ -1,4 +1,4 @@
-"""`dem` in space: planar scenes, the contract, drops on corners and edges, flight, slides, order."""
+"""`dem` in space: planar scenes, the contract, drops on corners and edges, flight, slide, order."""
 
 from __future__ import annotations
 
