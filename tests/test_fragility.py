@@ -235,7 +235,7 @@ def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path):
     )
     assert result.exit_code == 0, result.output
     found = json.loads(result.stdout)
-    written = pd.read_csv(tmp_path / "out" / "fragility.csv")
+    written = pd.read_csv(tmp_path / "out" / "fragility.csv", converters={"median": float})
     assert [row["median"] for row in found["curves"]] == written["median"].tolist()
     # What is parted by no intensity has none; JSON has no NaN.
     assert {row["none_up_to"] for row in found["curves"]} == {None}
