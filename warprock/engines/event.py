@@ -53,9 +53,9 @@ class Event(AbstractEngine):
     slide or an edge lets go of an end: that is not located there.
 
     With friction as a box single blocks are second order through the ends of their slips, along x
-    and along y; of blocks that rock and slide errors scatter (1.4 to 2). How rigid faces share their
-    load is not determined, and where they slide along x and stick along y the yaw of a stack hangs
-    on it: `event` and `impulse` may come to different ones.
+    and along y; of blocks that rock and slide errors scatter (1.4 to 2). How rigid faces share
+    their load is not determined, and where they slide along x and stick along y the yaw of a stack
+    hangs on it: `event` and `impulse` may come to different ones.
     """
 
     name: ClassVar[str] = "event"
