@@ -142,9 +142,13 @@ def _fitness(case: Case, name: str, scene: SceneKind) -> dict[str, Any]:
     file = f"spatial_{file}" if scene.spatial else file
     packs = "`packed` on a CPU, `plain`, one lane a thread, on any other device"
     alone = name == TWO_BLOCK or (name == "impulse" and scene.spatial and scene.stacked)
-    alone = alone or (name == EVENT and (scene.spatial or scene.stacked))
+    boxed = scene.spatial and bool(settings.get("friction_box"))
+    alone = alone or (name == EVENT and (scene.stacked or boxed))
     form = "one lane a thread on any device" if alone else packs
     kernel = f"kernels/{file}_launch.py for a {scene.motion} base: {form}"
+    if name == EVENT and scene.spatial and not alone:
+        other = "on a CPU, spatial_event_launch.py, one lane a thread, on any other device"
+        kernel = f"kernels/{file}_pack_launch.py for a {scene.motion} base {other}"
     return {
         "declines": reason,
         "kernel": None if reason else kernel,
