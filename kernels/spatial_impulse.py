@@ -10,20 +10,28 @@ J the inverse inertia in the axes of the base. One step of length dt is that of 
     2. corners nearer than the collision margin are contacts. Each asks for a normal velocity of
        at least -gap / dt (it may close an open gap) or zero, and for no tangential velocity within
        Coulomb's bound |f| <= mu n;
-    3. projected Gauss-Seidel on the impulses p = (f_x, f_y, n) of the corners, started from those
-       of the last step, one corner after the other. With K the 3 x 3 matrix of velocity for impulse
+    3. where all contacts can be stopped together, their impulses p = (f_x, f_y, n) pushing and
+       with friction within the bound, they are (see `spatial_impulse_hold`): a fixed point of what
+       follows, at which it need not begin. Else
+    4. projected Gauss-Seidel on the impulses, started from those of the last step, one corner
+       after the other. With K the 3 x 3 matrix of velocity for impulse
        at the corner, p - K^-1 u stops it: if that pushes and its friction is within the bound, the
        corner sticks. Else n = max(n - u_z / K_zz, 0), and then the friction of a slip u_t: for the
        cone f - u_t / (largest eigenvalue of K_t), shortened to the bound, for the box f_x and f_y
        each within the bound. The cone's fixed points are those of Coulomb's law: a slip leaves
        f = - mu n u_t / |u_t|, in whatever direction;
-    4. v = v* + sum of p, l = l + sum of r x p (J^-1 times the change of omega), and with them
+    5. v = v* + sum of p, l = l + sum of r x p (J^-1 times the change of omega), and with them
        position and attitude, which rotates freely with the angular momentum l; the block is lifted
        by erp times its penetration but for the 2 g dt^2 that one step of falling can make.
 
 A step visits first the corner away from the side that the block leans to, along its width and along
 its depth, so that the corners of a mirrored scene are visited in mirrored order. In that order they
 are numbered: sides (-,-), (+,-), (-,+), (+,+), with + towards the lean.
+
+Step 3 is what keeps a block from turning about the vertical where sweeps are few: of two corners
+close to each other they find the difference of the frictions slowly, b^2 / I_z beside h^2 / I_y for
+each sweep (b half the way between the corners, h the height of the centre), and what they leave of
+it, the corners being visited in turn, has always the same sign.
 
 Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 """
@@ -80,19 +88,29 @@ def side_of(lean: real, rate: real, dv: real, before: real) -> real:
 
 
 @wp.func
+def hand(a: real, b: real, c: real, x: wp.ref[real], y: wp.ref[real], z: wp.ref[real]):
+    """Hands over the three parts of a vector."""
+    x = a
+    y = b
+    z = c
+
+
+@wp.func
 def set_out(
     dvx: real, dvy: real, dvz: real, knobs: Knobs,
     qx: real, qy: real, qz: real, qw: real, lx: real, ly: real, lz: real,
     ix: real, iy: real, iz: real, vx: real, vy: real, vz: real,
     ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
     ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
+    jxx: wp.ref[real], jxy: wp.ref[real], jxz: wp.ref[real],
+    jyy: wp.ref[real], jyz: wp.ref[real], jzz: wp.ref[real],
     lean_x: wp.ref[real], lean_y: wp.ref[real], swap_x: wp.ref[real], swap_y: wp.ref[real],
     lowest: wp.ref[real], lifted: wp.ref[real], landed: wp.ref[real],
 ):  # fmt: skip
     """Velocities u and omega (o) of a block without contact, and the sides it leans to, 1 or -1.
 
-    Found in `swap_x` and `swap_y` is whether each side is another than before: 1 or 0. The last
-    three are what the corners will tell of themselves; here they tell of none.
+    Found are J, too, and in `swap_x` and `swap_y` whether each side is another than before: 1 or 0.
+    The last three are what the corners will tell of themselves; here they tell of none.
     """
     one, zero = real(1.0), real(0.0)
     lowest = FAR
@@ -107,6 +125,8 @@ def set_out(
     uz = vz - dvz - knobs.time_step * knobs.gravity
     wx = xx * lx + xy * ly + xz * lz
     wy = xy * lx + yy * ly + yz * lz
+    hand(xx, xy, xz, jxx, jxy, jxz)
+    hand(yy, yz, zz, jyy, jyz, jzz)
     ox = wx
     oy = wy
     oz = xz * lx + yz * ly + zz * lz
@@ -154,46 +174,73 @@ def stop_gains(on: real, xx: real, xy: real, xz: real, yy: real, yz: real, zz: r
 
 
 @wp.func
-def hand(a: real, b: real, c: real, x: wp.ref[real], y: wp.ref[real], z: wp.ref[real]):
-    """Hands over the three parts of a vector."""
-    x = a
-    y = b
-    z = c
+def feel(
+    gap: real, knobs: Knobs, apart: wp.ref[real], lowest: wp.ref[real], lifted: wp.ref[real],
+    landed: wp.ref[real],
+):  # fmt: skip
+    """Counts a corner that does not touch, or does and did not in the last step; the lowest gap.
+
+    It touches within the margin, and what two steps of falling are: sweeps that end leave hops of
+    that order.
+    """
+    zero, one = real(0.0), real(1.0)
+    slack = real(2.0) * knobs.time_step * knobs.time_step * knobs.gravity
+    now = wp.where(gap > knobs.collision_margin + slack, one, zero)
+    landed = landed + wp.where(now < apart, one, zero)
+    lifted = lifted + now
+    apart = now
+    lowest = smaller(lowest, gap)
 
 
 @wp.func
 def approach(
-    side_x: real, side_y: real, width: real, depth: real, height: real, cx: real, cy: real,
-    z: real, knobs: Knobs, qx: real, qy: real, qz: real, qw: real, ix: real, iy: real, iz: real,
-    rx: wp.ref[real], ry: wp.ref[real], rz: wp.ref[real], gap: wp.ref[real],
-    xx: wp.ref[real], xy: wp.ref[real], xz: wp.ref[real],
-    yx: wp.ref[real], yy: wp.ref[real], yz: wp.ref[real],
-    zx: wp.ref[real], zy: wp.ref[real], zz: wp.ref[real],
+    corner: int, lean_x: real, lean_y: real, width: real, depth: real, height: real,
+    cx: real, cy: real, z: real, knobs: Knobs, qx: real, qy: real, qz: real, qw: real,
+    rx: wp.ref[real], ry: wp.ref[real], rz: wp.ref[real], aim: wp.ref[real], on: wp.ref[real],
+    fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real], apart: wp.ref[real],
+    lowest: wp.ref[real], lifted: wp.ref[real], landed: wp.ref[real],
+):  # fmt: skip
+    """Finds a corner, and whether it is a contact; if not, it keeps no impulse.
+
+    Found are its lever (rx, ry, rz) [m], the normal velocity that it aims at if it is a contact
+    [m/s], and 1 in `on` if it is, else 0; what it tells of itself, see `feel`.
+    """
+    zero = real(0.0)
+    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
+    ax = real(2 * (corner % 2) - 1) * lean_x * width - cx
+    ay = real(2 * (corner // 2) - 1) * lean_y * depth - cy
+    h = r31 * ax + r32 * ay - r33 * height
+    rx = r11 * ax + r12 * ay - r13 * height
+    ry = r21 * ax + r22 * ay - r23 * height
+    rz = h
+    g = z + h
+    contact = g <= knobs.collision_margin
+    feel(g, knobs, apart, lowest, lifted, landed)
+    aim = -larger(g, zero) * knobs.rate
+    on = wp.where(contact, real(1.0), zero)
+    fx = wp.where(contact, fx, zero)
+    fy = wp.where(contact, fy, zero)
+    n = wp.where(contact, n, zero)
+
+
+@wp.func
+def prepare(
+    on: real, x: real, y: real, h: real, fx: real, fy: real, n: real,
+    jxx: real, jxy: real, jxz: real, jyy: real, jyz: real, jzz: real,
+    kx: wp.ref[real], ky: wp.ref[real],
     pn: wp.ref[real], p1: wp.ref[real], p2: wp.ref[real], p3: wp.ref[real],
     h11: wp.ref[real], h12: wp.ref[real], h13: wp.ref[real],
     h22: wp.ref[real], h23: wp.ref[real], h33: wp.ref[real],
-    fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real],
     ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
     ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
 ):  # fmt: skip
-    """Finds a corner, what impulses there do, and starts it from its last impulses.
+    """What impulses at a corner do that the sweeps visit, and starts it from its last ones.
 
-    Found are its lever (rx, ry, rz) [m] and gap [m]; the angular velocities for impulses along x
-    (xx, xy, xz), y and z [1/m]; the impulses for velocities, zero where the gap is wider than the
-    margin: pn, along z, p1 to p3 of `slip_gains`, h11 to h33 of `stop_gains`.
+    Found are kx and ky, slip for a normal impulse; and the impulses for velocities, zero where `on`
+    is, for corners that need no sweep: pn, along z, p1 to p3 of `slip_gains`, h11 to h33 of
+    `stop_gains`.
     """
     one = real(1.0)
-    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
-    jxx, jxy, jxz, jyy, jyz, jzz = inverse_inertia(
-        r11, r12, r13, r21, r22, r23, r31, r32, r33, ix, iy, iz
-    )
-    ax = side_x * width - cx
-    ay = side_y * depth - cy
-    x = r11 * ax + r12 * ay - r13 * height
-    y = r21 * ax + r22 * ay - r23 * height
-    h = r31 * ax + r32 * ay - r33 * height
-    g = z + h
-    on = wp.where(g <= knobs.collision_margin, one, real(0.0))
     # J (r x e) for e along x, y, z: r x e is (0, h, -y), (-h, 0, x), (y, -x, 0).
     a1, a2, a3 = jxy * h - jxz * y, jyy * h - jyz * y, jyz * h - jzz * y
     b1, b2, b3 = jxz * x - jxx * h, jyz * x - jxy * h, jzz * x - jxz * h
@@ -205,21 +252,16 @@ def approach(
     g1, g2, g3, g4, g5, g6 = stop_gains(on, kxx, kxy, kxz, kyy, kyz, kzz)
     hand(g1, g2, g3, h11, h12, h13)
     hand(g4, g5, g6, h22, h23, h33)
+    kx = kxz
+    ky = kyz
     pn = on / kzz
-    fx = on * fx
-    fy = on * fy
-    n = on * n
-    hand(x, y, h, rx, ry, rz)
-    hand(a1, a2, a3, xx, xy, xz)
-    hand(b1, b2, b3, yx, yy, yz)
-    hand(c1, c2, c3, zx, zy, zz)
-    gap = g
-    ux = ux + fx
-    uy = uy + fy
-    uz = uz + n
-    ox = ox + a1 * fx + b1 * fy + c1 * n
-    oy = oy + a2 * fx + b2 * fy + c2 * n
-    oz = oz + a3 * fx + b3 * fy + c3 * n
+    px, py, pz = on * fx, on * fy, on * n
+    ux = ux + px
+    uy = uy + py
+    uz = uz + pz
+    ox = ox + a1 * px + b1 * py + c1 * pz
+    oy = oy + a2 * px + b2 * py + c2 * pz
+    oz = oz + a3 * px + b3 * py + c3 * pz
 
 
 @wp.func
@@ -249,8 +291,8 @@ def holds(fx: real, fy: real, n: real, mu: real) -> bool:
 
 @wp.func
 def press(
-    mu: real, gap: real, rate: real, rx: real, ry: real, rz: real,
-    xx: real, xy: real, xz: real, yx: real, yy: real, yz: real, zx: real, zy: real, zz: real,
+    mu: real, aim: real, rx: real, ry: real, rz: real,
+    jxx: real, jxy: real, jxz: real, jyy: real, jyz: real, jzz: real, kx: real, ky: real,
     pn: real, p1: real, p2: real, p3: real,
     h11: real, h12: real, h13: real, h22: real, h23: real, h33: real,
     fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real],
@@ -261,15 +303,15 @@ def press(
     zero = real(0.0)
     slip_x = ux + oy * rz - oz * ry
     slip_y = uy + oz * rx - ox * rz
-    normal = uz + ox * ry - oy * rx + larger(gap, zero) * rate
+    normal = uz + ox * ry - oy * rx - aim
     stop_x = fx - h11 * slip_x - h12 * slip_y - h13 * normal
     stop_y = fy - h12 * slip_x - h22 * slip_y - h23 * normal
     stop_z = n - h13 * slip_x - h23 * slip_y - h33 * normal
     push = larger(n - pn * normal, zero)
     dn = push - n
     # The slip that the normal impulse leaves.
-    slip_x = slip_x + dn * (zy * rz - zz * ry)
-    slip_y = slip_y + dn * (zz * rx - zx * rz)
+    slip_x = slip_x + dn * kx
+    slip_y = slip_y + dn * ky
     new_x, new_y = drag(mu * push, fx, fy, slip_x, slip_y, p1, p2, p3)
     sticks = holds(stop_x, stop_y, stop_z, mu)
     dx = wp.where(sticks, stop_x, new_x) - fx
@@ -281,9 +323,10 @@ def press(
     ux = ux + dx
     uy = uy + dy
     uz = uz + dz
-    ox = ox + xx * dx + yx * dy + zx * dz
-    oy = oy + xy * dx + yy * dy + zy * dz
-    oz = oz + xz * dx + yz * dy + zz * dz
+    x, y, z = ry * dz - rz * dy, rz * dx - rx * dz, rx * dy - ry * dx
+    ox = ox + jxx * x + jxy * y + jxz * z
+    oy = oy + jxy * x + jyy * y + jyz * z
+    oz = oz + jxz * x + jyz * y + jzz * z
 
 
 @wp.func

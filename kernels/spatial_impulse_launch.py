@@ -3,9 +3,11 @@
 The values of LANES lanes lie side by side in vectors and matrices, one row a corner, so that the
 compiler turns them into vector code; with one lane a thread the same text is the plain form for
 any device. A func takes the entries, and what it finds it leaves in those that it takes as
-`wp.ref`.
+`wp.ref`. A corner that no lane of the thread leaves to the sweeps is left out: they would change
+nothing there, to the last bit.
 
-A block rocks while a corner does not touch the base, see `feel`; it lands once one touches again.
+A block rocks while a corner does not touch the base, see `feel` of `spatial_impulse`; it lands once
+one touches again.
 """
 
 # A func leaves what it finds in the names that it takes by reference.
@@ -39,7 +41,8 @@ sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Knobs, set_out, exchange, approach = (
     impulse.Knobs, impulse.set_out, impulse.exchange, impulse.approach,
 )  # fmt: skip
-press, advance = impulse.press, impulse.advance
+prepare, press, advance = impulse.prepare, impulse.press, impulse.advance
+hold = kernel_module("spatial_impulse_hold", precision=PRECISION, friction=FRICTION).hold
 
 HALF = real(0.5)
 NEVER = real(1.0e30)
@@ -51,6 +54,8 @@ Lane = wp.types.vector(length=LANES, dtype=real)
 LaneInt = wp.types.vector(length=LANES, dtype=int)
 Three = wp.types.matrix(shape=(3, LANES), dtype=real)
 Corner = wp.types.matrix(shape=(4, LANES), dtype=real)
+Attitude = wp.types.vector(length=4, dtype=real)
+Counts = wp.types.vector(length=4, dtype=int)
 
 
 @wp.func
@@ -118,22 +123,38 @@ def reorder(
 
 
 @wp.func
-def feel(
-    gap: real, knobs: Knobs, apart: wp.ref[real], lowest: wp.ref[real], lifted: wp.ref[real],
-    landed: wp.ref[real],
-):  # fmt: skip
-    """Counts a corner that does not touch, or does and did not in the last step; the lowest gap.
+def ride(v: real, base: wp.ref[real], dv: wp.ref[real]):
+    """Change of the base velocity to v [m/s]."""
+    dv = v - base
+    base = v
 
-    It touches within the margin, and what two steps of falling are: sweeps that end leave hops of
-    that order.
-    """
-    zero, one = real(0.0), real(1.0)
-    slack = real(2.0) * knobs.time_step * knobs.time_step * knobs.gravity
-    now = wp.where(gap > knobs.collision_margin + slack, one, zero)
-    landed = landed + wp.where(now < apart, one, zero)
-    lifted = lifted + now
-    apart = now
-    lowest = smaller(lowest, gap)
+
+@wp.func
+def depart(
+    dvx: real, dvy: real, dvz: real, knobs: Knobs, qx: real, qy: real, qz: real, qw: real,
+    lx: real, ly: real, lz: real, ix: real, iy: real, iz: real, vx: real, vy: real, vz: real,
+    ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
+    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
+    jxx: wp.ref[real], jxy: wp.ref[real], jxz: wp.ref[real],
+    jyy: wp.ref[real], jyz: wp.ref[real], jzz: wp.ref[real],
+    lean_x: wp.ref[real], lean_y: wp.ref[real],
+    lowest: wp.ref[real], lifted: wp.ref[real], landed: wp.ref[real],
+    fx0: wp.ref[real], fx1: wp.ref[real], fx2: wp.ref[real], fx3: wp.ref[real],
+    fy0: wp.ref[real], fy1: wp.ref[real], fy2: wp.ref[real], fy3: wp.ref[real],
+    n0: wp.ref[real], n1: wp.ref[real], n2: wp.ref[real], n3: wp.ref[real],
+    apart0: wp.ref[real], apart1: wp.ref[real], apart2: wp.ref[real], apart3: wp.ref[real],
+):  # fmt: skip
+    """Sets out on a step, see `set_out`, with the corners in the order of the lean."""
+    swap_x, swap_y = real(0.0), real(0.0)
+    set_out(
+        dvx, dvy, dvz, knobs, qx, qy, qz, qw, lx, ly, lz, ix, iy, iz, vx, vy, vz, ux, uy, uz,
+        ox, oy, oz, jxx, jxy, jxz, jyy, jyz, jzz, lean_x, lean_y, swap_x, swap_y,
+        lowest, lifted, landed,
+    )  # fmt: skip
+    reorder(swap_x, swap_y, fx0, fx1, fx2, fx3)
+    reorder(swap_x, swap_y, fy0, fy1, fy2, fy3)
+    reorder(swap_x, swap_y, n0, n1, n2, n3)
+    reorder(swap_x, swap_y, apart0, apart1, apart2, apart3)
 
 
 @wp.func
@@ -168,9 +189,7 @@ def witness(
 @wp.func
 def observe(
     live: bool, time: real, block: Block, x: real, y: real, z: real, qx: real, qy: real, qz: real,
-    qw: real, speed: real, landed: real, lowest: real, lifted: real,
-    uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int],
-    steps: wp.ref[int], slide_x: wp.ref[real], slide_y: wp.ref[real],
+    qw: real, speed: real, slide_x: wp.ref[real], slide_y: wp.ref[real],
     peak: wp.ref[real], peak_time: wp.ref[real],
     peak_across: wp.ref[real], peak_tilt: wp.ref[real], peak_yaw: wp.ref[real],
     peak_slide: wp.ref[real], mode: wp.ref[int],
@@ -179,7 +198,6 @@ def observe(
 
     `speed` is a sum of its velocities, which is finite only if they are.
     """
-    witness(live, time, landed, lowest, lifted, uplift_time, moved, deepest, impacts, steps)
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = shape.matrix_of(qx, qy, qz, qw)
     tan_x, tan_y, tilt, yaw = turns_of(block, r13, r23, r33, qz, qw)
     away_x, away_y = slide_of(block, x, y, r11, r12, r13, r21, r22, r23, r31, r32)
@@ -197,28 +215,66 @@ def observe(
     mode = wp.where(live, wp.where(total - total == real(0.0), found, BROKEN), mode)
 
 
+@wp.func
+def move(
+    mode: wp.ref[int], knobs: Knobs, time: real, block: Block, ix: real, iy: real, iz: real,
+    dvx: real, dvy: real, dvz: real, ux: real, uy: real, uz: real, ox: real, oy: real, oz: real,
+    landed: real, lowest: real, lifted: real,
+    x: wp.ref[real], y: wp.ref[real], z: wp.ref[real],
+    qx: wp.ref[real], qy: wp.ref[real], qz: wp.ref[real], qw: wp.ref[real],
+    vx: wp.ref[real], vy: wp.ref[real], vz: wp.ref[real],
+    lx: wp.ref[real], ly: wp.ref[real], lz: wp.ref[real], loss: wp.ref[real],
+    uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int],
+    steps: wp.ref[int], slide_x: wp.ref[real], slide_y: wp.ref[real],
+    peak: wp.ref[real], peak_time: wp.ref[real],
+    peak_across: wp.ref[real], peak_tilt: wp.ref[real], peak_yaw: wp.ref[real],
+    peak_slide: wp.ref[real],
+):  # fmt: skip
+    """Moves a block by a step, and looks at it; see `advance` and `observe`."""
+    live = mode == ROCKING
+    advance(
+        live, knobs, ix, iy, iz, dvx, dvy, dvz, ux, uy, uz, ox, oy, oz, lowest,
+        x, y, z, qx, qy, qz, qw, vx, vy, vz, lx, ly, lz, loss,
+    )  # fmt: skip
+    witness(live, time, landed, lowest, lifted, uplift_time, moved, deepest, impacts, steps)
+    observe(
+        live, time, block, x, y, z, qx, qy, qz, qw, vx + vy + vz + lx + ly + lz, slide_x, slide_y,
+        peak, peak_time, peak_across, peak_tilt, peak_yaw, peak_slide, mode,
+    )  # fmt: skip
+
+
+@wp.func
+def shown(
+    live: bool, past: real, qx: real, qy: real, qz: real, qw: real, lx: real, ly: real, lz: real,
+    ix: real, iy: real, iz: real,
+) -> Attitude:  # fmt: skip
+    """Attitude at a sample that a block has passed by the time -past [s], if it lives on."""
+    e, f, g, h = turn_freely(
+        qx, qy, qz, qw, lx, ly, lz, ix, iy, iz, wp.where(live, past, real(0.0))
+    )
+    return Attitude(e, f, g, h)
+
+
 @wp.kernel
 def spatial(
     blocks: wp.array2d(dtype=Block), motions: wp.array2d(dtype=Motion),
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
-    first, dt, time = wp.tid() * LANES, knobs.time_step, real(0.0)
-    x, y, z, qx, qy, qz, qw = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    vx, vy, vz, lx, ly, lz = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    ux, uy, uz, ox, oy, oz = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    width, depth, height, cx, cy, mu = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    ix, iy, iz, loss, lowest, deepest = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    lean_x, lean_y, swap_x, swap_y, landed, lifted = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    slide_x, slide_y, peak, peak_time, peak_across = Lane(), Lane(), Lane(), Lane(), Lane()
-    peak_tilt, peak_yaw, peak_slide, uplift_time, moved = Lane(), Lane(), Lane(), Lane(), Lane()
+    first, dt, zero, time = wp.tid() * LANES, knobs.time_step, real(0.0), real(0.0)
+    x, y, z, qx, qy, qz, qw, vx = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    vy, vz, lx, ly, lz, ux, uy, uz = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    ox, oy, oz, width, depth, height, cx = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    cy, mu, ix, iy, iz, loss, lowest = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    deepest, jxx, jxy, jxz, jyy, jyz, jzz = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    lean_x, lean_y, landed, lifted, slide_x = Lane(), Lane(), Lane(), Lane(), Lane()
+    slide_y, peak, peak_time, peak_across, peak_tilt = Lane(), Lane(), Lane(), Lane(), Lane()
+    peak_yaw, peak_slide, uplift_time, moved = Lane(), Lane(), Lane(), Lane()
+    fx, fy, n, on, apart, aim = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
+    rx, ry, rz, kx, ky, pn = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
+    p1, p2, p3, h11, h12, h13 = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
+    h22, h23, h33, busy = Corner(), Corner(), Corner(), Counts()
     impacts, mode, steps, base, dv = LaneInt(), LaneInt(), LaneInt(), Three(), Three()
-    fx, fy, n, apart = Corner(), Corner(), Corner(), Corner()
-    rx, ry, rz, gap, pn, p1 = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
-    xx, xy, xz, yx, yy, yz = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
-    zx, zy, zz, h11, h12, h13 = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
-    h22, h23, h33, p2, p3, apart = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
-    fx, fy, n = Corner(), Corner(), Corner()
     # A count that Warp does not know, so that it writes out none of the loops over it.
     corners, count = int(4), int(0)
     for i in range(LANES):
@@ -229,8 +285,7 @@ def spatial(
             n[2, i], n[3, i],
         )  # fmt: skip
     for sample in range(sample_times.shape[0]):
-        until = sample_times[sample]
-        while time < until:
+        while time < sample_times[sample]:
             count += 1
             time, half = real(count) * dt, (real(count) - HALF) * dt
             for i in range(LANES):
@@ -238,65 +293,71 @@ def spatial(
                     way = motions[d, first + i]
                     place = sample_index(way, sample_segment(way, half))
                     v = base_velocity(way, half, pool[2, place], pool[0, place], pool[1, place])
-                    dv[d, i] = v - base[d, i]
-                    base[d, i] = v
-                set_out(
+                    ride(v, base[d, i], dv[d, i])
+                depart(
                     dv[0, i], dv[1, i], dv[2, i], knobs, qx[i], qy[i], qz[i], qw[i], lx[i], ly[i],
                     lz[i], ix[i], iy[i], iz[i], vx[i], vy[i], vz[i], ux[i], uy[i], uz[i], ox[i],
-                    oy[i], oz[i], lean_x[i], lean_y[i], swap_x[i], swap_y[i], lowest[i], lifted[i],
-                    landed[i],
+                    oy[i], oz[i], jxx[i], jxy[i], jxz[i], jyy[i], jyz[i], jzz[i], lean_x[i],
+                    lean_y[i], lowest[i], lifted[i], landed[i], fx[0, i], fx[1, i], fx[2, i],
+                    fx[3, i], fy[0, i], fy[1, i], fy[2, i], fy[3, i], n[0, i], n[1, i], n[2, i],
+                    n[3, i], apart[0, i], apart[1, i], apart[2, i], apart[3, i],
                 )  # fmt: skip
-                reorder(swap_x[i], swap_y[i], fx[0, i], fx[1, i], fx[2, i], fx[3, i])
-                reorder(swap_x[i], swap_y[i], fy[0, i], fy[1, i], fy[2, i], fy[3, i])
-                reorder(swap_x[i], swap_y[i], n[0, i], n[1, i], n[2, i], n[3, i])
-                reorder(swap_x[i], swap_y[i], apart[0, i], apart[1, i], apart[2, i], apart[3, i])
             for c in range(corners):
-                side_x, side_y = real(2 * (c % 2) - 1), real(2 * (c // 2) - 1)
                 for i in range(LANES):
                     approach(
-                        side_x * lean_x[i], side_y * lean_y[i], width[i], depth[i], height[i],
-                        cx[i], cy[i], z[i], knobs, qx[i], qy[i], qz[i], qw[i], ix[i], iy[i], iz[i],
-                        rx[c, i], ry[c, i], rz[c, i], gap[c, i], xx[c, i], xy[c, i], xz[c, i],
-                        yx[c, i], yy[c, i], yz[c, i], zx[c, i], zy[c, i], zz[c, i], pn[c, i],
-                        p1[c, i], p2[c, i], p3[c, i], h11[c, i], h12[c, i], h13[c, i], h22[c, i],
-                        h23[c, i], h33[c, i], fx[c, i], fy[c, i], n[c, i], ux[i], uy[i], uz[i],
-                        ox[i], oy[i], oz[i],
+                        c, lean_x[i], lean_y[i], width[i], depth[i], height[i], cx[i], cy[i], z[i],
+                        knobs, qx[i], qy[i], qz[i], qw[i], rx[c, i], ry[c, i], rz[c, i], aim[c, i],
+                        on[c, i], fx[c, i], fy[c, i], n[c, i], apart[c, i], lowest[i], lifted[i],
+                        landed[i],
                     )  # fmt: skip
-                    feel(gap[c, i], knobs, apart[c, i], lowest[i], lifted[i], landed[i])
+            for i in range(LANES):
+                hold(
+                    knobs, lean_x[i], lean_y[i], width[i], depth[i], height[i], cx[i], cy[i], mu[i],
+                    qx[i], qy[i], qz[i], qw[i], ix[i], iy[i], iz[i], lx[i], ly[i], lz[i], aim[0, i],
+                    aim[1, i], aim[2, i], aim[3, i], on[0, i], on[1, i], on[2, i], on[3, i],
+                    fx[0, i], fx[1, i], fx[2, i], fx[3, i], fy[0, i], fy[1, i], fy[2, i], fy[3, i],
+                    n[0, i], n[1, i], n[2, i], n[3, i], ux[i], uy[i], uz[i], ox[i], oy[i], oz[i],
+                )  # fmt: skip
+            for c in range(corners):
+                busy[c] = 0
+                for i in range(LANES):
+                    busy[c] += wp.where(on[c, i] > zero, 1, 0)
+                if busy[c] > 0:
+                    for i in range(LANES):
+                        prepare(
+                            on[c, i], rx[c, i], ry[c, i], rz[c, i], fx[c, i], fy[c, i], n[c, i],
+                            jxx[i], jxy[i], jxz[i], jyy[i], jyz[i], jzz[i], kx[c, i], ky[c, i],
+                            pn[c, i], p1[c, i], p2[c, i], p3[c, i], h11[c, i], h12[c, i], h13[c, i],
+                            h22[c, i], h23[c, i], h33[c, i], ux[i], uy[i], uz[i], ox[i], oy[i],
+                            oz[i],
+                        )  # fmt: skip
             for step in range(knobs.sweeps * corners):
                 c = step % corners
-                for i in range(LANES):
-                    press(
-                        mu[i], gap[c, i], knobs.rate, rx[c, i], ry[c, i], rz[c, i], xx[c, i],
-                        xy[c, i], xz[c, i], yx[c, i], yy[c, i], yz[c, i], zx[c, i], zy[c, i],
-                        zz[c, i], pn[c, i], p1[c, i], p2[c, i], p3[c, i], h11[c, i], h12[c, i],
-                        h13[c, i], h22[c, i], h23[c, i], h33[c, i], fx[c, i], fy[c, i], n[c, i],
-                        ux[i], uy[i], uz[i], ox[i], oy[i], oz[i],
-                    )  # fmt: skip
+                if busy[c] > 0:
+                    for i in range(LANES):
+                        press(
+                            mu[i], aim[c, i], rx[c, i], ry[c, i], rz[c, i], jxx[i], jxy[i], jxz[i],
+                            jyy[i], jyz[i], jzz[i], kx[c, i], ky[c, i], pn[c, i], p1[c, i],
+                            p2[c, i], p3[c, i], h11[c, i], h12[c, i], h13[c, i], h22[c, i],
+                            h23[c, i], h33[c, i], fx[c, i], fy[c, i], n[c, i], ux[i], uy[i], uz[i],
+                            ox[i], oy[i], oz[i],
+                        )  # fmt: skip
             for i in range(LANES):
-                live = mode[i] == ROCKING
-                advance(
-                    live, knobs, ix[i], iy[i], iz[i], dv[0, i], dv[1, i], dv[2, i], ux[i], uy[i],
-                    uz[i], ox[i], oy[i], oz[i], lowest[i], x[i], y[i], z[i], qx[i], qy[i], qz[i],
-                    qw[i], vx[i], vy[i], vz[i], lx[i], ly[i], lz[i], loss[i],
+                move(
+                    mode[i], knobs, time, blocks[0, first + i], ix[i], iy[i], iz[i], dv[0, i],
+                    dv[1, i], dv[2, i], ux[i], uy[i], uz[i], ox[i], oy[i], oz[i], landed[i],
+                    lowest[i], lifted[i], x[i], y[i], z[i], qx[i], qy[i], qz[i], qw[i], vx[i],
+                    vy[i], vz[i], lx[i], ly[i], lz[i], loss[i], uplift_time[i], moved[i],
+                    deepest[i], impacts[i], steps[i], slide_x[i], slide_y[i], peak[i], peak_time[i],
+                    peak_across[i], peak_tilt[i], peak_yaw[i], peak_slide[i],
                 )  # fmt: skip
-                observe(
-                    live, time, blocks[0, first + i], x[i], y[i], z[i], qx[i], qy[i], qz[i], qw[i],
-                    vx[i] + vy[i] + vz[i] + lx[i] + ly[i] + lz[i], landed[i], lowest[i], lifted[i],
-                    uplift_time[i], moved[i], deepest[i], impacts[i], steps[i], slide_x[i],
-                    slide_y[i], peak[i], peak_time[i], peak_across[i], peak_tilt[i], peak_yaw[i],
-                    peak_slide[i], mode[i],
-                )  # fmt: skip
-        if found.attitudes.shape[0] > 0:
-            for i in range(LANES):
-                e, f, g, h = turn_freely(
-                    qx[i], qy[i], qz[i], qw[i], lx[i], ly[i], lz[i], ix[i], iy[i], iz[i],
-                    wp.where(mode[i] == ROCKING, until - time, real(0.0)),
-                )  # fmt: skip
-                found.attitudes[sample, 0, 0, first + i] = e
-                found.attitudes[sample, 0, 1, first + i] = f
-                found.attitudes[sample, 0, 2, first + i] = g
-                found.attitudes[sample, 0, 3, first + i] = h
+        for i in range(wp.where(found.attitudes.shape[0] > 0, LANES, 0)):
+            q = shown(
+                mode[i] == ROCKING, sample_times[sample] - time, qx[i], qy[i], qz[i], qw[i], lx[i],
+                ly[i], lz[i], ix[i], iy[i], iz[i],
+            )  # fmt: skip
+            for d in range(4):
+                found.attitudes[sample, 0, d, first + i] = q[d]
     for i in range(LANES):
         found.results[first + i] = Result(
             uplift_time[i], moved[i], loss[i], deepest[i], impacts[i], mode[i], steps[i]
