@@ -10,7 +10,7 @@ import pytest
 from tests.blocks import free_lanes, make_lanes, sines, single_block_engines
 from warprock import rocking
 from warprock.batch import run_batch
-from warprock.engines.launching import Form
+from warprock.engines.launching import Form, Target
 from warprock.engines.settings import DemSettings
 from warprock.lanes import Lanes
 from warprock.motion import Control, GroundMotions, HarmonicMotions, StillBase
@@ -155,6 +155,12 @@ def test_bad_lane_harms_no_neighbour(engine: str) -> None:
     assert np.all(response["status"][others] == Status.OK)
     for name in LANE_FIELDS:
         np.testing.assert_array_equal(response[name][others], good[name][others], err_msg=name)
+
+
+def test_a_form_by_its_name_is_that_form() -> None:
+    assert Target(form="plain").kernel_form is Form.PLAIN
+    with pytest.raises(ValueError, match="fast"):
+        Target(form="fast")
 
 
 @every_engine

@@ -71,6 +71,9 @@ class Target:
             raise ValueError(
                 f"precision: got {self.precision!r}, must be one of {', '.join(REALS)}"
             )
+        if self.form is not None:
+            # Its value as a string would do in a comparison and not in the next.
+            object.__setattr__(self, "form", Form(self.form))
         if self.form is Form.PACKED and not self.on_cpu:
             raise ValueError(f"device: got {self.device!r}, the packed form needs the CPU")
 
