@@ -12,6 +12,8 @@ import zipfile
 
 import pytest
 
+from warprock import doctor
+
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 FOLDERS = ("warprock", "kernels", "cases", "tests", "tools")
 
@@ -61,6 +63,14 @@ def test_every_package_is_declared():
         for path in (ROOT / "warprock").rglob("__init__.py")
     }
     assert declared == found
+
+
+def test_doctor_says_that_pyarrow_does_not_load(monkeypatch: pytest.MonkeyPatch):
+    """As pyarrow 26 beside NumPy 1.26, which the extra for Blender brings with an older pyarrow."""
+    assert not any("pyarrow" in line for line in doctor.examine()["missing"])
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    (line,) = (line for line in doctor.examine()["missing"] if "pyarrow" in line)
+    assert line.startswith("package pyarrow does not load: ")
 
 
 def test_the_licence_and_the_command_are_in_the_wheel(wheel: pathlib.Path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import pathlib
 from typing import Any
@@ -44,6 +45,7 @@ def examine() -> dict[str, Any]:
         trouble.append(str(error))
     engines = {name: _engine_trouble(name) for name in ENGINES}
     missing = [f"package {name} is not installed" for name, found in versions.items() if not found]
+    missing += _load_trouble()
     missing += [f"engine {name} does not load: {why}" for name, why in engines.items() if why]
     missing += trouble
     if not (trouble or cache["writable"]):
@@ -79,6 +81,15 @@ def _warp_state() -> tuple[list[dict[str, Any]], dict[str, Any]]:
         "built_modules": len(modules),
     }
     return devices, cache
+
+
+def _load_trouble() -> list[str]:
+    """What is there and does not load: pyarrow, from 26 on, with a NumPy before 2; pip lets it."""
+    try:
+        importlib.import_module("pyarrow")
+    except ImportError as error:
+        return [f"package pyarrow does not load: {error}"]
+    return []
 
 
 def _engine_trouble(name: str) -> str | None:

@@ -3,8 +3,8 @@
 It is Bullet in float32 with Blender's ways around it: it has frames, between which the base moves
 along straight lines and after which results exist, and sub-steps in each. bpy is a whole program
 that takes over the process it is imported into, so `peer_blender_process` runs it in another one;
-scenes go there, and poses come back, as JSON. It is no extra, as bpy asks for a NumPy that is too
-old for pyarrow; without its dependencies it is installed beside ours, and does not need them here.
+scenes go there, and poses come back, as JSON. It is the extra `blender`, for Python 3.11 alone, and
+brings NumPy 1.26; installed without its dependencies it runs beside a later NumPy, too.
 
 The collision shape is Blender's box, its convex hull, or a mesh of triangles; its body takes its
 inertia from that shape, so a block with chamfers has the inertia of a box as wide as its faces: for
@@ -38,7 +38,7 @@ from warprock.reference.peer_settings import BlenderSettings
 from warprock.units import GRAVITY
 
 PROCESS = pathlib.Path(__file__).with_name("peer_blender_process.py")
-INSTALL = 'pip install --no-deps "bpy==4.5.*"'
+INSTALL = 'pip install "warprock[blender]"'
 SHAPES = ("BOX", "CONVEX_HULL", "MESH")
 """Blender's names of the collision shapes, by their number in the settings."""
 
@@ -59,7 +59,7 @@ def run(
         Poses at the frames of each scene, and the CPU time of its frames.
 
     Raises:
-        ImportError: bpy is not installed; one line that says how to install it.
+        ImportError: bpy is not installed; one line that names the extra.
         DeclinedError: A centre of mass beside the middle of a box.
         ChildProcessError: The process failed; one line with the last that it said.
     """

@@ -2,7 +2,9 @@
 
 Settings are the best of those tried on blocks B0 to B3. Bullet's own damping is off; the bodies
 have maximal coordinates; contacts are dropped beyond 0.1 mm, as the 20 mm that it starts with end
-the rocking early; and the slop, a penetration that is left alone, is none.
+the rocking early; and the slop, a penetration that is left alone, is none, as what a velocity step
+of the base gives a block depends on it: with 0.1 mm the peaks of the paper's one-cycle sines fall
+by up to 4 %, those at 3 and 3.3 Hz to within 1.1 % of the paper's own column of Bullet.
 
 A base that moves is a body a million times as heavy as all blocks, whose place and velocity are set
 before every step, its velocity upwards being what gravity is about to take from it: a body without
@@ -83,7 +85,7 @@ def _run_scene(bullet: Any, world: int, scene: PeerScene, settings: BulletSettin
         numSubSteps=0 if moving else steps,
         numSolverIterations=settings.iterations,
         contactBreakingThreshold=settings.breaking_threshold,
-        contactSlop=0.0,
+        contactSlop=settings.contact_slop,
         physicsClientId=world,
     )
     places, velocities = scene.base_steps(steps)

@@ -65,7 +65,7 @@ PROGRAMS: dict[str, Program] = {
     "blender": Program(
         "warprock.reference.peer_blender",
         ("bpy",),
-        'pip install --no-deps "bpy==4.5.*"',
+        'pip install "warprock[blender]"',
         "Blender's rigid-body world, in a process of its own: Bullet in float32.",
     ),
     "newton-xpbd": _newton("Newton's SolverXPBD: contacts as position constraints."),

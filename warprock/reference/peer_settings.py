@@ -42,6 +42,13 @@ class BulletSettings:
         high=0.1,
         text="gap at which a contact is dropped; the 20 mm that it starts with end rocking early",
     )
+    contact_slop: float = setting(
+        0.0,
+        unit="m",
+        low=0.0,
+        high=0.1,
+        text="penetration that is left alone: a block sinks in by so much before it is held",
+    )
 
 
 @dataclasses.dataclass(frozen=True)
