@@ -194,6 +194,13 @@ def test_lanes_without_a_value_are_a_group_of_their_own():
     assert [curve.group_text for curve in curves] == ["scale nan", "scale 0.5"]
 
 
+def test_a_group_for_every_lane_is_refused(tmp_path: pathlib.Path):
+    lane_table(1001).to_parquet(tmp_path / "lanes.parquet")
+    result = run(str(tmp_path), "--by", "peak_acceleration_m_s2")
+    assert result.exit_code == 2
+    assert "'peak_acceleration_m_s2', must make at most 1,000 groups, not 1,001" in result.stderr
+
+
 def test_a_stack_reaches_a_limit_with_its_worst_block():
     table = lane_table().rename(columns={"peak_rotation_ratio": "peak_rotation_ratio_1"})
     table["peak_rotation_ratio_2"] = 2.0

@@ -212,6 +212,13 @@ def test_a_stopped_trade_goes_on_where_it_was(
     assert f"# kernel sources: sha256 other\n# kernel sources: sha256 {before}\n" in head
 
 
+def test_a_table_that_cannot_be_read_is_refused_and_kept(tmp_path: pathlib.Path) -> None:
+    (tmp_path / trade.TABLE).write_bytes(b"PAR1 cut off")
+    with pytest.raises(InputError, match=f"{trade.TABLE}: got no Parquet.*delete it"):
+        run_trade(SMALL, tmp_path)
+    assert (tmp_path / trade.TABLE).read_bytes() == b"PAR1 cut off"
+
+
 def test_levels_take_the_cheapest_that_met_them_in_every_lane() -> None:
     table = rows_of(
         ("event", {"time_step": 1e-2}, 2e-3, 1.0),

@@ -8,12 +8,15 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from warprock.errors import InputError
 from warprock.fragility_fit import Bootstrap, Fit
 
 RECORD = "record"
 """Column that says which lanes belong to one record."""
 LEAST_RECORDS = 5
 """Records below which a band over them would say nothing."""
+MOST_GROUPS = 1000
+"""Groups at most; more is a column of numbers that no two lanes share."""
 
 
 def group_text(group: Mapping[str, object]) -> str:
@@ -34,16 +37,21 @@ def lane_groups(
 
     Returns:
         For each group its values by column, and the rows of its lanes in the table.
+
+    Raises:
+        InputError: There are too many groups.
     """
     if not by:
         return [({}, np.arange(len(table), dtype=np.intp))]
     grouped = table.groupby(list(by), sort=False, observed=True, dropna=False)
     numbers = grouped.ngroup().to_numpy()
-    made = []
-    for number in dict.fromkeys(numbers.tolist()):
-        lanes = np.flatnonzero(numbers == number)
-        made.append(({name: table[name].iloc[int(lanes[0])] for name in by}, lanes))
-    return made
+    order = np.argsort(numbers, kind="stable")
+    parts = np.split(order, np.flatnonzero(np.diff(numbers[order])) + 1)
+    if len(parts) > MOST_GROUPS:
+        allowed = f"must make at most {MOST_GROUPS:,} groups, not {len(parts):,}"
+        raise InputError("--by", "", ", ".join(by), allowed)
+    parts.sort(key=lambda rows: int(rows[0]))
+    return [({name: table[name].iloc[int(rows[0])] for name in by}, rows) for rows in parts]
 
 
 def record_numbers(table: pd.DataFrame) -> npt.NDArray[np.intp]:

@@ -250,10 +250,11 @@ def measure(
 
 
 def read_part(path: pathlib.Path, mark: str) -> pd.DataFrame | None:
-    """The table that a file keeps, if it is there and holds just that part; else None."""
-    if not path.is_file():
+    """The table that a file keeps, if it is there, whole, and holds just that part; else None."""
+    try:
+        table = pq.read_table(path)
+    except (OSError, pa.ArrowException):
         return None
-    table = pq.read_table(path)
     kept = (table.schema.metadata or {}).get(FINGERPRINT, b"")
     found: pd.DataFrame = table.to_pandas()
     return found if kept == mark.encode() else None

@@ -15,12 +15,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 import pyarrow.parquet as pq
 
 from warprock import machine
 from warprock.batch import LANE_QUANTUM, run_batch
+from warprock.case_keys import Said
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.settings import build_settings
+from warprock.errors import InputError
 from warprock.files import replacing
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
@@ -152,8 +155,16 @@ def run_trade(
 
 
 def _written_rows(path: pathlib.Path) -> dict[Any, dict[str, Any]]:
-    """Rows of a table, by their keys; none where it is not there, or of another form."""
-    table = pd.read_parquet(path) if path.exists() else pd.DataFrame()
+    """Rows of a table, by their keys; none where it is not there, or of another form.
+
+    Raises:
+        InputError: It cannot be read.
+    """
+    try:
+        table = pd.read_parquet(path) if path.exists() else pd.DataFrame()
+    except (OSError, pa.ArrowException):
+        allowed = "must be a table as it was written: delete it, and all rows are measured anew"
+        raise InputError(str(path), "", Said("no Parquet"), allowed) from None
     if list(table) != list(COLUMNS):
         return {}
     rows = [{str(k): v for k, v in row.items()} for row in table.to_dict("records")]
