@@ -69,9 +69,10 @@ EDGE, FLAT, FLYING = contact.EDGE, contact.FLAT, contact.FLYING
 
 RUNNING = 0
 OVERTURNED = 1
-BROKEN = 2
-STALLED = 3
-UNSETTLED = 4
+BROKEN = 3
+STALLED = 4
+UNSETTLED = 5
+"""Modes of a lane, numbered as those of stacks, which slide off, too."""
 
 HALF = real(0.5)
 TWO = real(2.0)

@@ -120,5 +120,5 @@ def test_only_the_cone_is_packed() -> None:
         (True, Form.PACKED, "spatial_event_launch"),
     ):
         settings, target = EventSettings(friction_box=box), Target(form=form)
-        name = spatial_event_module(settings, target, shaken(1)).__name__
+        name = spatial_event_module(settings, target, crooked_lanes(1), shaken(1)).__name__
         assert name.startswith(f"warprock.kernels.{file}__")

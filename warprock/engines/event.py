@@ -20,11 +20,6 @@ from warprock.engines.spatial_event import (
     run_spatial_event,
     spatial_event_module,
 )
-from warprock.engines.spatial_event_stack import (
-    longest_stack_steps,
-    run_spatial_event_stacks,
-    spatial_event_stack_module,
-)
 from warprock.kernels.instance import kernel_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions, RecordMotions
@@ -87,10 +82,8 @@ class Event(AbstractEngine):
         wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
 
     def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
-        if lanes.spatial and lanes.stacked:
-            return spatial_event_stack_module(self.settings, self.target, lanes, motions)
         if lanes.spatial:
-            return spatial_event_module(self.settings, self.target, motions)
+            return spatial_event_module(self.settings, self.target, lanes, motions)
         if lanes.stacked:
             return event_stack_module(self.target, lanes, motions)
         module: ModuleType = kernel_module(
@@ -105,8 +98,6 @@ class Event(AbstractEngine):
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
         """Longest step that every lane may take [s]: also cut at the knots of a record."""
-        if lanes.spatial and lanes.stacked:
-            return cut_at_knots(longest_stack_steps(self.settings, lanes), motions)
         if lanes.spatial:
             return cut_at_knots(longest_steps(self.settings, lanes), motions)
         rate = rocking.frequency_parameter(lanes.width, lanes.height)
@@ -118,8 +109,6 @@ class Event(AbstractEngine):
 
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
-        if lanes.spatial and lanes.stacked:
-            return run_spatial_event_stacks(self.settings, self.target, lanes, motions, times)
         if lanes.spatial:
             return run_spatial_event(self.settings, self.target, lanes, motions, times)
         if lanes.stacked:

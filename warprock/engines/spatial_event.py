@@ -1,4 +1,4 @@
-"""The event-driven contact engine on blocks in space: what its kernel takes and leaves."""
+"""The event-driven contact engine in space, blocks and stacks: what its kernels take and leave."""
 
 from __future__ import annotations
 
@@ -28,34 +28,39 @@ from warprock.response import Outcome, Response, SampleTimes, Status
 from warprock.units import GRAVITY
 
 PHASE_STEP = 0.25
-"""Longest step as a part of 1 / p: a longer one does not follow the block's own rocking."""
+"""Longest step as a part of 1 / p of the quickest block: a longer one does not follow its own
+rocking."""
 
 PACK = 8
 """Lanes side by side: one vector of float64 with AVX-512. Steps with an event are taken one by one
 in between, so that more in flight gain nothing, and a batch smaller than a pack costs less."""
 
-OVERTURNED, BROKEN, STALLED, UNSETTLED = range(1, 5)
-"""Modes of a lane in the kernel."""
+OVERTURNED, SLID_OFF, BROKEN, STALLED, UNSETTLED = range(1, 6)
+"""Modes of a lane in the kernels."""
 
 
 def spatial_event_module(
-    settings: EventSettings, target: Target, motions: GroundMotions
+    settings: EventSettings, target: Target, lanes: Lanes, motions: GroundMotions
 ) -> ModuleType:
-    """The instance of the kernel file for a batch of blocks: packs only have the friction cone."""
-    kind = {"precision": target.precision, "motion": motions.kind.value}
-    if settings.friction_box:
-        boxed: ModuleType = kernel_module("spatial_event_launch", **kind, friction="box")
-        return boxed
-    if target.kernel_form is Form.PLAIN:
-        plain: ModuleType = kernel_module("spatial_event_launch", **kind)
-        return plain
-    packed: ModuleType = kernel_module("spatial_event_pack_launch", **kind, lanes=PACK)
-    return packed
+    """The instance of the kernel file for a batch of blocks: packed are single ones on a cone."""
+    packs = target.kernel_form is Form.PACKED and not lanes.stacked and not settings.friction_box
+    module: ModuleType = kernel_module(
+        f"spatial_event_{'stack_' * lanes.stacked}{'pack_' * packs}launch",
+        precision=target.precision,
+        motion=motions.kind.value,
+        blocks=lanes.block_count,
+        lanes=PACK if packs else 1,
+        friction="box" if settings.friction_box else "cone",
+    )
+    return module
 
 
 def longest_steps(settings: EventSettings, lanes: Lanes) -> Array:
-    """Longest step that lanes may take [s]: a part of 1 / p in the quicker of both planes."""
-    rates = [rocking.frequency_parameter(side, lanes.height) for side in (lanes.width, lanes.depth)]
+    """Longest step that lanes may take [s]: a part of 1 / p, the largest of blocks and planes."""
+    rates = [
+        rocking.frequency_parameter(side, lanes.height).reshape(lanes.lane_count, -1).max(axis=1)
+        for side in (lanes.width, lanes.depth)
+    ]
     return np.asarray(np.minimum(settings.time_step, PHASE_STEP / np.maximum(*rates)))
 
 
@@ -74,15 +79,16 @@ def run_spatial_event(
     motions: GroundMotions,
     times: SampleTimes,
 ) -> Response:
-    """Runs a batch of single blocks on the calling thread; see `AbstractEngine.run`."""
-    module: Any = spatial_event_module(settings, target, motions)
+    """Runs a batch of blocks or stacks on the calling thread; see `AbstractEngine.run`."""
+    module: Any = spatial_event_module(settings, target, lanes, motions)
     knobs = module.Knobs()
     knobs.gravity = GRAVITY
     longest_step = longest_steps(settings, lanes)
     face = np.minimum(lanes.face_width, lanes.face_depth)
+    rest_gap = settings.rest_rotation_ratio * np.arctan2(face, lanes.height) * face
     columns: dict[str, npt.NDArray[Any]] = {
         "longest_step": longest_step,
-        "rest_gap": settings.rest_rotation_ratio * np.arctan2(face, lanes.height) * face,
+        "rest_gap": rest_gap.reshape(lanes.lane_count, -1).min(axis=1),
         "step_limit": step_limit(motions, times, longest_step),
     }
     rows = struct_rows(module.Lane, columns, lanes.lane_count)
@@ -105,8 +111,8 @@ def run_spatial_event(
     fields: dict[str, npt.NDArray[Any]] = {
         **peaks,
         "outcome": np.select(
-            [mode == OVERTURNED, np.isfinite(rest_time)],
-            [Outcome.OVERTURNED, Outcome.AT_REST],
+            [mode == OVERTURNED, mode == SLID_OFF, np.isfinite(rest_time)],
+            [Outcome.OVERTURNED, Outcome.SLID_OFF, Outcome.AT_REST],
             Outcome.ROCKING,
         ),
         "status": np.select(
