@@ -19,6 +19,7 @@ scalar = kernel_module("scalar", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 block_module = kernel_module("spatial", precision=PRECISION)
 found_module = kernel_module("spatial_found", precision=PRECISION)
+lane_module = kernel_module("spatial_event_lane", precision=PRECISION)
 contact = kernel_module("spatial_event_contact", precision=PRECISION, friction=FRICTION)
 wp.set_module_options(contact.OPTIONS)
 moves = kernel_module("spatial_event_moves", precision=PRECISION, friction=FRICTION)
@@ -34,26 +35,11 @@ placed, mask_of, upright = moves.placed, contact.mask_of, moves.upright
 Limits, State, step = event.Limits, event.State, event.step
 FLAT, FLYING = contact.FLAT, contact.FLYING
 RUNNING, STALLED = event.RUNNING, event.STALLED
+Knobs, Lane = lane_module.Knobs, lane_module.Lane
 
 LANES = 1
 """Lanes of a thread: which contacts act differs from lane to lane."""
 NEVER = real(1.0e30)
-
-
-@wp.struct
-class Knobs:
-    """What the lanes have in common."""
-
-    gravity: real
-
-
-@wp.struct
-class Lane:
-    """One lane: its longest step [s], the rise it rests from [m], its largest number of steps."""
-
-    longest_step: real
-    rest_gap: real
-    step_limit: int
 
 
 @wp.struct
@@ -154,6 +140,33 @@ def seen_after(block: Block, before: Seen, s0: State, s: State) -> Seen:
     return seen
 
 
+@wp.func
+def first_seen(block: Block, s: State) -> Seen:
+    """What is observed of a lane at its start."""
+    seen = Seen()
+    seen.leaf = peaks_at(block, seen.leaf, s.q, real(0.0))
+    seen.uplift_time = wp.where(s.stance == FLAT, NEVER, real(0.0))
+    seen.rest_time = wp.where(s.stance == FLAT, real(0.0), NEVER)
+    return seen
+
+
+@wp.func
+def result_of(block: Block, steps: int, s: State, seen: Seen) -> Result:
+    """What a lane leaves behind."""
+    return Result(
+        seen.uplift_time, seen.rest_time, block.mass * s.lost, s.deepest, s.impacts, s.mode, steps
+    )
+
+
+@wp.func
+def leaf_of(s: State, seen: Seen) -> BlockResult:
+    """What its block leaves behind."""
+    leaf = seen.leaf
+    leaf.qz = s.q[2]
+    leaf.qw = s.q[3]
+    return leaf
+
+
 @wp.kernel
 def spatial(
     blocks: wp.array2d(dtype=Block),
@@ -176,10 +189,7 @@ def spatial(
     limits.rest_gap = lanes[lane].rest_gap
     s = started(block, event.TOGETHER * block.height)
     s0 = s
-    seen = Seen()
-    seen.leaf = peaks_at(block, seen.leaf, s.q, real(0.0))
-    seen.uplift_time = wp.where(s.stance == FLAT, NEVER, real(0.0))
-    seen.rest_time = wp.where(s.stance == FLAT, real(0.0), NEVER)
+    seen = first_seen(block, s)
     steps = int(0)
     end = sample_times[sample_times.shape[0] - 1]
     for sample in range(sample_times.shape[0]):
@@ -202,15 +212,5 @@ def spatial(
             q = attitude_at(block, until, s0, s)
             for part in range(4):
                 found.attitudes[sample, 0, part, lane] = q[part]
-    result = Result()
-    result.uplift_time = seen.uplift_time
-    result.moved = seen.rest_time
-    result.loss = block.mass * s.lost
-    result.deepest = s.deepest
-    result.impacts = s.impacts
-    result.mode = s.mode
-    result.steps = steps
-    found.results[lane] = result
-    seen.leaf.qz = s.q[2]
-    seen.leaf.qw = s.q[3]
-    found.blocks[0, lane] = seen.leaf
+    found.results[lane] = result_of(block, steps, s, seen)
+    found.blocks[0, lane] = leaf_of(s, seen)

@@ -21,32 +21,29 @@ motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 shape = kernel_module("spatial", precision=PRECISION)
 found_of = kernel_module("spatial_found", precision=PRECISION)
 contact = kernel_module("spatial_event_contact", precision=PRECISION)
+moves = kernel_module("spatial_event_moves", precision=PRECISION)
 trial = kernel_module("spatial_event_trial", precision=PRECISION, motion=MOTION)
 event = kernel_module("spatial_event", precision=PRECISION, motion=MOTION)
 pack = kernel_module("spatial_event_pack", precision=PRECISION, motion=MOTION)
 plain = kernel_module("spatial_event_launch", precision=PRECISION, motion=MOTION)
 kept = kernel_module("spatial_event_pack_lanes", precision=PRECISION, motion=MOTION, lanes=LANES)
 wp.set_module_options(pack.OPTIONS)
-larger = scalar.larger
-Motion, sample_index, Block = motion.Motion, motion.sample_index, shape.Block
-moves = kernel_module("spatial_event_moves", precision=PRECISION)
-slide_of, Three, Four = shape.slide_of, contact.Three, moves.Four
+larger, Motion, sample_index = scalar.larger, motion.Motion, motion.sample_index
+Block, slide_of, Three, Four = shape.Block, shape.slide_of, contact.Three, moves.Four
 BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
-Limits, State, next_step, Base = trial.Limits, trial.State, trial.next_step, trial.Base
+Limits, State, next_step = trial.Limits, trial.State, trial.next_step
 Lane, Knobs, Seen = plain.Lane, plain.Knobs, plain.Seen
 started, attitude_at, seen_after = plain.started, plain.attitude_at, plain.seen_after
-peaks_at, turning = plain.peaks_at, plain.turning
-Hinge, Rolled, hinge_of, rolled, frame, turned = (
-    pack.Hinge, pack.Rolled, pack.hinge_of, pack.rolled, pack.frame, pack.turned,
-)  # fmt: skip
-Numbers, Marks, at, mark, put, put_mark = (
-    kept.Numbers, kept.Marks, kept.at, kept.mark, kept.put, kept.put_mark,
-)  # fmt: skip
-put_three, put_four, state_of, keep = kept.put_three, kept.put_four, kept.state_of, kept.keep
-before_of, keep_before, hinge_at = kept.before_of, kept.keep_before, kept.hinge_at
-keep_hinge, seen_of, keep_leaf = kept.keep_hinge, kept.seen_of, kept.keep_leaf
-keep_seen = kept.keep_seen
-block_at, keep_block = kept.block_at, kept.keep_block
+peaks_at, turning, first_seen = plain.peaks_at, plain.turning, plain.first_seen
+result_of, leaf_of = plain.result_of, plain.leaf_of
+Rolled, hinge_of, rolled = pack.Rolled, pack.hinge_of, pack.rolled
+frame, turned = pack.frame, pack.turned
+Numbers, Marks, at, mark = kept.Numbers, kept.Marks, kept.at, kept.mark
+put, put_three, put_four, put_mark = kept.put, kept.put_three, kept.put_four, kept.put_mark
+state_of, before_of, seen_of = kept.state_of, kept.before_of, kept.seen_of
+block_at, hinge_at = kept.block_at, kept.hinge_at
+keep, keep_before, keep_seen = kept.keep, kept.keep_before, kept.keep_seen
+keep_leaf, keep_hinge, keep_block = kept.keep_leaf, kept.keep_hinge, kept.keep_block
 FLAT, FLYING = contact.FLAT, contact.FLYING
 RUNNING, STALLED = event.RUNNING, event.STALLED
 
@@ -156,40 +153,13 @@ def full_step(
 def begun(block: Block):
     """A lane at its start, and what is seen of it then."""
     s = started(block, event.TOGETHER * block.height)
-    seen = Seen()
-    seen.leaf = peaks_at(block, seen.leaf, s.q, real(0.0))
-    seen.uplift_time = wp.where(s.stance == FLAT, NEVER, real(0.0))
-    seen.rest_time = wp.where(s.stance == FLAT, real(0.0), NEVER)
-    return s, seen, hinge_of(block, s.stance)
+    return s, first_seen(block, s), hinge_of(block, s.stance)
 
 
 @wp.func(inline=False)
 def attitude_within(block: Block, until: real, s0: State, s: State) -> Four:
     """Attitude at a time inside the last step, see `attitude_at`."""
     return attitude_at(block, until, s0, s)
-
-
-@wp.func
-def result_of(block: Block, steps: int, s: State, seen: Seen) -> Result:
-    """What a lane leaves behind."""
-    result = Result()
-    result.uplift_time = seen.uplift_time
-    result.moved = seen.rest_time
-    result.loss = block.mass * s.lost
-    result.deepest = s.deepest
-    result.impacts = s.impacts
-    result.mode = s.mode
-    result.steps = steps
-    return result
-
-
-@wp.func
-def leaf_of(s: State, seen: Seen) -> BlockResult:
-    """What its block leaves behind."""
-    leaf = seen.leaf
-    leaf.qz = s.q[2]
-    leaf.qw = s.q[3]
-    return leaf
 
 
 @wp.func(inline=True)

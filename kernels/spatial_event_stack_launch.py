@@ -21,6 +21,7 @@ scalar = kernel_module("scalar", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 shape = kernel_module("spatial", precision=PRECISION)
 found_of = kernel_module("spatial_found", precision=PRECISION)
+lane_of = kernel_module("spatial_event_lane", precision=PRECISION)
 contact = kernel_module(
     "spatial_event_stack_contact", precision=PRECISION, blocks=BLOCKS, friction=FRICTION
 )
@@ -43,6 +44,7 @@ Ints, posed, rows_of, frame = contact.Ints, contact.posed, contact.rows_of, cont
 Limits, State, step, looked = event.Limits, event.State, event.step, event.looked
 momenta, turned, flown = event.momenta, event.turned, event.look_of.flown
 RUNNING, STALLED = event.RUNNING, event.STALLED
+Knobs, Lane = lane_of.Knobs, lane_of.Lane
 
 LANES = 1
 """Lanes of a thread: which contacts act differs from lane to lane."""
@@ -51,22 +53,6 @@ NEVER = real(1.0e30)
 Peaks = wp.types.matrix(shape=(BLOCKS + 1, 8), dtype=real)
 """Of each block: slide along x and y, the largest rotation and its time, rotation across, tilt and
 yaw, all as `turns_of` tells them, and the largest square of the slide."""
-
-
-@wp.struct
-class Knobs:
-    """What the lanes have in common."""
-
-    gravity: real
-
-
-@wp.struct
-class Lane:
-    """One lane: its longest step [s], the gap it rests from [m], its largest number of steps."""
-
-    longest_step: real
-    rest_gap: real
-    step_limit: int
 
 
 @wp.func

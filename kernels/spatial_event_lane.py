@@ -1,0 +1,28 @@
+"""What runs of the event step in space know of lanes, blocks or stacks, for one precision."""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import module_options
+
+real: Any
+PRECISION: str
+
+wp.set_module_options(module_options())
+
+
+@wp.struct
+class Knobs:
+    """What the lanes have in common."""
+
+    gravity: real
+
+
+@wp.struct
+class Lane:
+    """One lane: its longest step [s], the rise it rests from [m], its largest number of steps."""
+
+    longest_step: real
+    rest_gap: real
+    step_limit: int
