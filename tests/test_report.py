@@ -11,7 +11,7 @@ import pytest
 from rich.console import Console
 
 from warprock.checks import CheckRow
-from warprock.report import conflicts, plots, plots_forced, plots_study, tables
+from warprock.report import conflicts, console, plots, plots_forced, plots_study, tables
 from warprock.report.paper import (
     INFERRED_NAMES,
     PAPER_COLUMNS,
@@ -317,3 +317,29 @@ def test_a_comparison_is_printed_engine_under_engine():
     text = printed_text(tables.print_comparison, found, width=100)
     assert text.count("B1 0.2") == 1
     assert "impulse" in text
+
+
+@pytest.mark.parametrize("width", [20, 40, 80])
+def test_a_narrow_terminal_cuts_no_word_and_no_number(width: int, monkeypatch: pytest.MonkeyPatch):
+    row = {
+        "lane": 12,
+        "label": "a block of some size",
+        "peak_rotation_ratio": 0.123456,
+        "outcome": "overturned",
+        "rest_time_s": 12.3456,
+        "rotation_error_rad": 1.23e-5,
+    }
+    words = ("12", "block", "0.123456", "overturned", "12.3456", "1.23e-05")
+    table = tables.plain_table("A title", row, ["label"])
+    table.add_row(*map(str, row.values()))
+    stream = io.StringIO()
+    narrow = Console(file=stream, width=width)
+    tables.print_table(narrow, table)
+    assert narrow.width == width
+    monkeypatch.setattr(console, "_stdout", lambda: Console(file=stream, width=width))
+    console.print_rows("A title", [row, row])
+    printed = stream.getvalue()
+    assert all(printed.count(word) >= 3 for word in words), printed
+    # Headings are folded before a line is made longer than the terminal.
+    needed = sum(map(len, ("12", "block", "0.123456", "overturned", "12.3456", "1.23e-05"))) + 10
+    assert max(map(len, printed.split("A title")[2].splitlines())) <= max(width, needed)

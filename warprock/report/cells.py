@@ -13,7 +13,7 @@ from rich.console import Console
 from warprock.case import Case
 from warprock.ensemble import PEAK_RATIO, QUANTILES, cell_table
 from warprock.report.swept import SweptAxis, swept_axes
-from warprock.report.tables import plain_table, stdout
+from warprock.report.tables import plain_table, print_table, stdout
 from warprock.runner import CaseRun, has_time_step
 from warprock.units import Dimension
 
@@ -67,7 +67,7 @@ def print_cells(
             quantiles = (row[f"{PEAK_RATIO}_{q}{suffix}"] for q in QUANTILES)
             share = _share_text(row) if index == 0 else ""
             table.add_row(name if index == 0 else "", block, *map(_ratio_text, quantiles), share)
-    out.print(table)
+    print_table(out, table)
     out.print("  * share of the members, 95 % interval; a quantile among these is overturned")
     unusable = sum(round(row["members"] * (1.0 - row["usable"])) for row in rows)
     if unusable:
@@ -111,7 +111,7 @@ def print_cell_comparison(
                 row[f"meaning{suffix}"],
             )
             last = row["cell"]
-    out.print(table)
+    print_table(out, table)
     out.print(
         "  * largest difference of the two cumulative distributions (Kolmogorov-Smirnov), lanes "
         "that overturned above all others"

@@ -18,6 +18,7 @@ import numpy as np
 import rich.console
 import rich.progress
 import rich.table
+from rich.cells import cell_len
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -236,13 +237,36 @@ def _stdout() -> rich.console.Console:
 
 def print_rows(title: str, rows: Sequence[Mapping[Any, Any]]) -> None:
     """Prints rows as a table whose columns are their keys."""
+    out = _stdout()
+    names = list(dict.fromkeys(str(name) for row in rows for name in row))
+    cells = [[_text(row.get(name)) for name in names] for row in rows]
+    gaps = 2 * (len(names) - 1)
+    widths = _column_widths(names, cells, out.width - gaps)
     table = rich.table.Table(title=title, title_justify="left", box=None, pad_edge=False)
-    names = list(dict.fromkeys(name for row in rows for name in row))
-    for name in names:
-        table.add_column(name, overflow="fold")
-    for row in rows:
-        table.add_row(*(_text(row.get(name)) for name in names))
-    _stdout().print(table)
+    for name, width in zip(names, widths, strict=True):
+        table.add_column(name, overflow="fold", width=width)
+    for row in cells:
+        table.add_row(*row)
+    out.width = max(out.width, sum(widths) + gaps)
+    out.print(table)
+
+
+def _column_widths(names: Sequence[str], cells: Sequence[Sequence[str]], room: int) -> list[int]:
+    """Characters of each column: headings are folded to fit, no word and no number of a cell."""
+    columns = list(zip(*cells, strict=True))
+    needed = [
+        max(cell_len(part) for cell in column for part in ("", *cell.split())) for column in columns
+    ]
+    wanted = [
+        max(cell_len(text) for text in (name, *column))
+        for name, column in zip(names, columns, strict=True)
+    ]
+    found = wanted
+    for most in range(max(wanted, default=0), 0, -1):
+        found = [max(least, min(full, most)) for least, full in zip(needed, wanted, strict=True)]
+        if sum(found) <= room:
+            break
+    return found
 
 
 def _swept_columns(run: CaseRun) -> list[str]:

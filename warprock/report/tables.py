@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from rich import box
 from rich.console import Console
 from rich.markup import escape
+from rich.measure import Measurement
 from rich.table import Table
 
 from warprock.comparison import SLIDE_BOUND
@@ -120,6 +121,23 @@ def plain_table(title: str, headings: Iterable[str], left: Iterable[str] = ()) -
     return table
 
 
+def print_table(out: Console, table: Table) -> None:
+    """Prints a table without cutting a word or a number.
+
+    One that needs more room than the terminal has is wider: the terminal breaks its lines.
+    """
+    options, width = out.options.update(width=1000), out.width
+    needed = len(table.columns) + 1
+    for column in table.columns:
+        sizes = [Measurement.get(out, options, cell) for cell in (column.header, *column.cells)]
+        needed += max(size.maximum if column.no_wrap else size.minimum for size in sizes)
+    out.width = max(width, needed)
+    try:
+        out.print(table)
+    finally:
+        out.width = width
+
+
 class _Reasons:
     """Letters for the reasons why Housner does not hold, so that a table stays narrow."""
 
@@ -179,7 +197,7 @@ def _print_inputs(
                 *(column(key, reading) for column in columns.values()),
                 end_section=key == inputs[-1],
             )
-    out.print(table)
+    print_table(out, table)
 
 
 def _peak_columns(rows: Sequence[Row], sources: Iterable[str]) -> dict[str, _Column]:
@@ -273,7 +291,7 @@ def _print_errors(out: Console, rows: Sequence[Row], kind: str) -> None:
         if row["source"] == "impulse" and row.get("setting") is None:
             numbers = (number(row[name], form) for name, _, form in COMPARED_COLUMNS)
             table.add_row(_lane_text(row), *numbers, reasons.cell(row))
-    out.print(table)
+    print_table(out, table)
     reasons.print(out)
 
 
@@ -298,7 +316,7 @@ def print_checks(rows: Sequence[CheckRow], console: Console | None = None) -> No
             number(row.limit, ".2e"),
             verdict,
         )
-    out.print(table)
+    print_table(out, table)
     for row in rows:
         if not row.ok or "left out" in row.note:
             out.print(f"\n{row.case}, {row.engine}, {row.lanes}: {row.note}", markup=False)
@@ -336,5 +354,5 @@ def print_comparison(found: Mapping[str, Any], console: Console | None = None) -
                 *(number(row[name], form) for name, _, form in COMPARED_COLUMNS),
                 reasons.cell(row),
             )
-    out.print(table)
+    print_table(out, table)
     reasons.print(out)

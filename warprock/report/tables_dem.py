@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.console import Console
 
-from warprock.report.tables import number, plain_table
+from warprock.report.tables import number, plain_table, print_table
 
 Row = Mapping[str, Any]
 
@@ -47,7 +47,7 @@ def print_dem_study(out: Console, rows: Sequence[Row]) -> None:
             number(mine[0]["restitution"], ".3f"),
         )
         last = knob
-    out.print(table)
+    print_table(out, table)
     out.print(
         "  Table 5: five sub-contacts, 1e9 N/m^3, beta 2.25e-4 s, friction 1; the others differ\n"
         "  in what is named. The last two have friction 5: the velocity step does not slide them.",

@@ -12,7 +12,7 @@ from rich.console import Console
 
 from warprock.files import replacing
 from warprock.fragility import Curve, component_rows, curve_rows
-from warprock.report.tables import plain_table, stdout
+from warprock.report.tables import plain_table, print_table, stdout
 
 CURVES = "fragility.csv"
 COMPONENTS = "fragility-p58.csv"
@@ -63,7 +63,7 @@ def print_curves(
             *(f"{row[name]:,}" for name in ("lanes", "records", "reached")),
             *fit_cells(row),
         )
-    out.print(table)
+    print_table(out, table)
     out.print("  in brackets: 5th and 95th percentile over resampled records")
     each = rows.drop_duplicates(groups) if groups else rows.head(1)
     left_out = int(each["left_out"].sum())

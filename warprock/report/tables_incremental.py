@@ -12,7 +12,7 @@ from rich.console import Console
 from warprock.case import Case
 from warprock.incremental import Analysis
 from warprock.incremental_fit import lane_rows, run_rows
-from warprock.report.tables import plain_table, stdout
+from warprock.report.tables import plain_table, print_table, stdout
 from warprock.report.tables_fragility import fit_cells
 from warprock.results import write_results
 from warprock.store import case_facts, surroundings
@@ -77,7 +77,7 @@ def print_analysis(
             *(f"{row[name]:,}" for name in (*counted, "lanes_resurrected")),
             *fit_cells(row),
         )
-    out.print(table)
+    print_table(out, table)
     out.print("  in brackets: 5th and 95th percentile over resampled records")
     out.print(
         "  stood again: lanes that stood at a stronger motion than the first that felled them"

@@ -11,7 +11,7 @@ import pandas as pd
 from rich.console import Console
 
 from warprock.overturning import Mode, OverturningMap, modes
-from warprock.report.tables import plain_table, stdout
+from warprock.report.tables import plain_table, print_table, stdout
 from warprock.results import write_results
 from warprock.store import lane_table, provenance
 
@@ -92,7 +92,7 @@ def print_map(
         last = len(ratios) - 1
         for column in np.unique(np.linspace(0, last, min(COLUMNS_SHOWN, last + 1)).astype(int)):
             table.add_row(f"{ratios[column]:.4g}", column_text(found, number, int(column)))
-        out.print(table)
+        print_table(out, table)
     counts = ", ".join(f"{count:,} {mode}" for mode, count in facts["modes"].items() if count)
     out.print(f"grid of {facts['grid_lanes']:,} lanes: {counts}", highlight=False)
     out.print(

@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.console import Console
 
-from warprock.report.tables import number, plain_table, stdout
+from warprock.report.tables import number, plain_table, print_table, stdout
 
 
 def print_costs(found: Mapping[str, Any], console: Console | None = None) -> None:
@@ -31,4 +31,4 @@ def print_costs(found: Mapping[str, Any], console: Console | None = None) -> Non
             number(row["cpu_s_per_simulated_s"], ".3g"),
             ", ".join(f"{name} = {value:g}" for name, value in knobs.items()),
         )
-    (console or stdout()).print(table)
+    print_table(console or stdout(), table)

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from warprock.report.tables import plain_table, stdout
+from warprock.report.tables import plain_table, print_table, stdout
 from warprock.units import GRAVITY
 
 _HASH_SHOWN = 12
@@ -50,7 +50,7 @@ def print_records(rows: Sequence[Mapping[str, Any]], console: Console | None = N
             f"{row['pgv_m_s']:.3f}",
             row["sha256"][:_HASH_SHOWN],
         )
-    out.print(table)
+    print_table(out, table)
     for licence in dict.fromkeys(row["licence"] for row in rows):
         count = sum(row["licence"] == licence for row in rows)
         out.print(f"  licence of {count}: {licence or 'not stated'}", soft_wrap=True)

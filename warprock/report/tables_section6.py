@@ -8,7 +8,7 @@ from typing import Any
 from rich.console import Console
 
 from warprock.report.paper import PAPER_NAMES, REFERENCE_DEGREES
-from warprock.report.tables import number, plain_table
+from warprock.report.tables import number, plain_table, print_table
 
 Row = Mapping[str, Any]
 Input = tuple[float, float]
@@ -120,7 +120,7 @@ def _print_pulse(out: Console, target: str, found: _Found) -> None:
             *(number(found.printed(key, n)["peak_rotation_ratio"], ".3f") for n in CONTACT),
             *(found.peak(key, *which) for _, which in OURS),
         )
-    out.print(table)
+    print_table(out, table)
     numbers = {key: [found.printed(key, name) for name in CONTACT] for key in found.inputs}
     _print_ensembles(out, found, "percentile of\nBullet, Vortex, DEM", numbers)
 
@@ -149,7 +149,7 @@ def _print_sine(out: Console, target: str, found: _Found) -> None:
             *(found.peak(key, *which) for _, which in OURS),
             *(_test(row) for row in tests[key]),
         )
-    out.print(table)
+    print_table(out, table)
     _print_ensembles(out, found, "percentile of\nboth tests", tests)
 
 
@@ -172,7 +172,7 @@ def _print_ensembles(
                 for text in (found.distribution(key, geometry), _places(numbers[key], geometry))
             ),
         )
-    out.print(table)
+    print_table(out, table)
     for note in NOTES:
         out.print(f"  {note}", markup=False, highlight=False)
     out.print()
@@ -215,7 +215,7 @@ def _print_collapse(out: Console, rows: Sequence[Row]) -> None:
             f"{place[3]:g}",
             *(_share(cells[(*place, chamfer)]) for chamfer in chamfers),
         )
-    out.print(table)
+    print_table(out, table)
     members = max(row["members"] for row in rows)
     out.print(f"  {members} members a cell; in brackets the 95 % interval.", highlight=False)
     out.print()

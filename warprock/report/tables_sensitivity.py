@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from warprock.report.tables import number, plain_table, stdout
+from warprock.report.tables import number, plain_table, print_table, stdout
 from warprock.results import write_results
 from warprock.sensitivity import Sensitivity
 from warprock.store import provenance
@@ -66,7 +66,7 @@ def print_sensitivity(
                 for index in ("first_order", "total")
             ]
             table.add_row(row["input"], *cells)
-        out.print(table)
+        print_table(out, table)
         fell = f", {group['overturned']:,} overturned" if group["overturned"] else ""
         out.print(
             f"  {group['lanes']:,} lanes{fell}; mean {group['mean']:.4g}, standard deviation "

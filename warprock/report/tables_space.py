@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.console import Console
 
-from warprock.report.tables import number, plain_table
+from warprock.report.tables import number, plain_table, print_table
 
 Row = Mapping[str, Any]
 
@@ -40,7 +40,7 @@ def print_space(out: Console, rows: Sequence[Row]) -> None:
             number(row.get("peak_yaw_deg_max"), ".2f"),
         )
         last = name
-    out.print(table)
+    print_table(out, table)
     members = max(row["members"] for row in ours)
     out.print(
         f"  {members} members an input. Peaks: rotation in the plane of rocking / slenderness\n"

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from rich.console import Console
 
-from warprock.report.tables import number, plain_table, stdout
+from warprock.report.tables import number, plain_table, print_table, stdout
 from warprock.response import USABLE, Outcome
 from warprock.results import write_results
 from warprock.spectrum import Spectrum
@@ -69,7 +69,7 @@ def print_spectrum(
                 cell = FELL if fell[lane] else number(ratio[lane], ".4f")
                 cells.append(cell if usable[lane] else NOTHING)
             table.add_row(f"{periods[lanes[0, place]]:.3g}", *cells)
-        out.print(table)
+        print_table(out, table)
     outcomes = spectrum_facts(found)["outcome"]
     counts = ", ".join(f"{count:,} {word}" for word, count in outcomes.items() if count)
     out.print(f"{len(periods):,} lanes: {counts}; {found.run.wall_time:.1f} s", highlight=False)

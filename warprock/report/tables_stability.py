@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Console
 
 from warprock.files import replacing
-from warprock.report.tables import plain_table, stdout
+from warprock.report.tables import plain_table, print_table, stdout
 
 SUMMARY = "summary.md"
 
@@ -33,7 +33,7 @@ def print_atlas(
     )
     for entry in found["engines"]:
         table.add_row(entry["engine"], entry["precision"], *_counts(entry))
-    out.print(table)
+    print_table(out, table)
     for line in summary_lines(found):
         out.print(line, markup=False, highlight=False)
     for path in files:

@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.console import Console
 
-from warprock.report.tables import number, plain_table, stdout
+from warprock.report.tables import number, plain_table, print_table, stdout
 
 COLUMNS = (
     ("peak_rotation_ratio", "peak\nratio", ".4f"),
@@ -53,7 +53,7 @@ def print_stack_comparison(found: Mapping[str, Any], console: Console | None = N
                 *(number(row[name], form) for name, _, form in columns),
             )
             last_lane = lane
-    out.print(table)
+    print_table(out, table)
     out.print(f"  * largest |rotation - that of {reference}| / the block's slenderness angle")
     if found["spatial"]:
         out.print("  ** the same of the turn about the vertical over the first 5 s")
@@ -69,4 +69,4 @@ def _print_largest(found: Mapping[str, Any], out: Console) -> None:
         mine = [row for row in found["rows"] if row["engine"] == engine]
         known = ([row[name] for row in mine if row[name] is not None] for name in names)
         table.add_row(engine, *(number(max(each, default=None), ".1e") for each in known))
-    out.print(table)
+    print_table(out, table)

@@ -13,7 +13,7 @@ from warprock.case import Case, load_case
 from warprock.case_study import Study
 from warprock.comparison import EARLY_TIME
 from warprock.report.paper import PAPER_NAMES
-from warprock.report.tables import MISSING, SLIDES, number, plain_table, stdout
+from warprock.report.tables import MISSING, SLIDES, number, plain_table, print_table, stdout
 
 Row = Mapping[str, Any]
 
@@ -58,7 +58,7 @@ def print_families(out: Console, rows: Sequence[Row]) -> None:
             off = 100.0 * (ours / theirs - 1.0)
             cells += [number(theirs, ".3f"), number(ours, ".4f"), number(off, "+.1f")]
         table.add_row(*(f"{value:g}" for value in key), *cells)
-    out.print(table)
+    print_table(out, table)
     out.print("  Default settings, of dem those of Table 5; nothing is fitted.", highlight=False)
     out.print()
 
@@ -272,7 +272,7 @@ def print_times(out: Console, rows: Sequence[Row]) -> None:
                 number(row.get("step_count"), ".0f"),
                 end_section=row is mine[-1],
             )
-    out.print(table)
+    print_table(out, table)
     out.print(
         "  Ours at default settings, kernels built; a lane alone leaves most of a pack of lanes "
         "idle.",

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from warprock.report.tables import plain_table, stdout
+from warprock.report.tables import plain_table, print_table, stdout
 
 
 def print_trade(
@@ -42,7 +42,7 @@ def print_trade(
                 engine,
                 *(_cell(cells.get(level), cells.get(level) is best[level]) for level in errors),
             )
-        out.print(table)
+        print_table(out, table)
     out.print("  * the cheapest of all engines; -: no setting tried met it")
     for path in files:
         out.print(f"wrote {path}", soft_wrap=True)
