@@ -42,20 +42,24 @@ Four = wp.types.vector(length=4, dtype=real)
 
 
 @wp.func
-def turned(q: Four, turn: Three) -> Four:
-    """An attitude after a turn about an axis of the base by that axis' length [rad]."""
+def swung_by(q: Four, turn: Three) -> Four:
+    """As `turned`, but for the round-off of its length."""
     half = HALF * wp.length(turn)
     ratio = HALF * wp.where(half > TINY, sine(half) / larger(half, TINY), real(1.0))
     a = turn * ratio
     c = cosine(half)
-    return wp.normalize(
-        Four(
-            c * q[0] + a[0] * q[3] + a[1] * q[2] - a[2] * q[1],
-            c * q[1] + a[1] * q[3] + a[2] * q[0] - a[0] * q[2],
-            c * q[2] + a[2] * q[3] + a[0] * q[1] - a[1] * q[0],
-            c * q[3] - a[0] * q[0] - a[1] * q[1] - a[2] * q[2],
-        )
+    return Four(
+        c * q[0] + a[0] * q[3] + a[1] * q[2] - a[2] * q[1],
+        c * q[1] + a[1] * q[3] + a[2] * q[0] - a[0] * q[2],
+        c * q[2] + a[2] * q[3] + a[0] * q[1] - a[1] * q[0],
+        c * q[3] - a[0] * q[0] - a[1] * q[1] - a[2] * q[2],
     )
+
+
+@wp.func
+def turned(q: Four, turn: Three) -> Four:
+    """An attitude after a turn about an axis of the base by that axis' length [rad]."""
+    return wp.normalize(swung_by(q, turn))
 
 
 @wp.func

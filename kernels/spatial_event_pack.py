@@ -40,13 +40,12 @@ wp.set_module_options(OPTIONS)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 Block, matrix_of = shape.Block, shape.matrix_of
 Three, Four, Matrix = contact.Three, moves.Four, contact.Matrix
-Limits, Base, turned = trial.Limits, trial.Base, moves.turned
+Limits, Base, swung_by = trial.Limits, trial.Base, moves.swung_by
 corner_event = moves.corner_event
 EDGE, FLAT = contact.EDGE, contact.FLAT
 
 HALF = real(0.5)
 TWO = real(2.0)
-TINY = contact.TINY
 NEVER = real(1.0e30)
 SPARE = real({"float64": 1.0e-3, "float32": 1.0e-1}[PRECISION])
 """Part of its friction that an end of an edge must have left at the end of a step for it not to let
@@ -61,14 +60,16 @@ class Hinge:
 
     Lever, from the middle of what touches to the centre of mass [m]; mobility, which makes an
     angular velocity of the angular momentum about the hinge for unit mass [1/m^2], entries 11, 22
-    and 33, and mixed, its entries 12, 13 and 23; way, half the edge [m], zero for a corner and a
-    face; open, from what touches to the corners that do not, along the width and the depth [m].
+    and 33, and mixed, its entries 12, 13 and 23; way, half the edge [m], and over, one by its
+    length [1/m], both zero for a corner and a face; open, from what touches to the corners that do
+    not, along the width and the depth [m].
     """
 
     lever: Three
     mobility: Three
     mixed: Three
     way: Three
+    over: real
     open: Three
 
 
@@ -116,9 +117,11 @@ def hinge_of(block: Block, stance: int) -> Hinge:
         h.mixed = Three(m[0, 1], m[0, 2], m[1, 2])
     if wide:
         h.way = Three(block.width, zero, zero)
+        h.over = HALF / block.width
         h.mobility = Three(one / (inertia[0] + a[1] * a[1] + a[2] * a[2]), zero, zero)
     if deep:
         h.way = Three(zero, block.depth, zero)
+        h.over = HALF / block.depth
         h.mobility = Three(zero, one / (inertia[1] + a[0] * a[0] + a[2] * a[2]), zero)
     return h
 
@@ -164,16 +167,17 @@ def levelled(q: Four, rise: Three) -> Four:
 
 
 @wp.func(inline=True)
-def ends(mu: real, p: Three, twist: Three, arm: Three, e: Three, length: real):
+def ends(mu: real, p: Three, twist: Three, arm: Three, e: Three, over: real):
     """What both ends of an edge have left of their friction, see `edge_carries`.
 
-    A corner counts as two that share its impulse by halves, its `e` being zero.
+    Over is one by the edge's length [1/m]. A corner counts as two that share its impulse by halves,
+    its `e` being zero.
 
     Returns:
         The less of both, the less of what presses them, and the least that the square of what is
         left along the edge can be.
     """
-    q = wp.cross((twist + wp.cross(arm, p)) / length, e)
+    q = wp.cross((twist + wp.cross(arm, p)) * over, e)
     one = HALF * p - q
     other = HALF * p + q
     most1 = mu * one[2]
@@ -186,13 +190,13 @@ def ends(mu: real, p: Three, twist: Three, arm: Three, e: Three, length: real):
 
 @wp.func(inline=True)
 def keeps_end(
-    h: Hinge, mu: real, r: Matrix, arm: Three, e: Three, length: real, inertia: Three, w: Three,
+    h: Hinge, mu: real, r: Matrix, arm: Three, e: Three, over: real, inertia: Three, w: Three,
     pull: Three,
 ) -> bool:  # fmt: skip
     """Whether an edge keeps hold of both of its ends in the next moment, the base pulling."""
     bend = moved(h, r, wp.cross(pull, arm))
     p = wp.cross(bend, arm) + wp.cross(w, wp.cross(w, arm)) + pull
-    room, _push, _more = ends(mu, p, scaled(r, inertia, bend), arm, e, length)
+    room, _push, _more = ends(mu, p, scaled(r, inertia, bend), arm, e, over)
     return room > SPARE * mu * size(p[2])
 
 
@@ -249,20 +253,17 @@ def mean_motion(
     Returns:
         Velocity, angular velocity and angular momentum; whether friction can hold the hinge.
     """
-    zero, one = real(0.0), real(1.0)
+    zero = real(0.0)
     mu = block.friction
     arm = middle * h.lever
     w = moved(h, middle, momentum + wp.cross(arm, free))
     v = wp.cross(w, arm)
     p = v - free
     spun = scaled(middle, inertia, w)
-    half = h.way[0] + h.way[1]
-    edge = half > zero
-    e = (middle * h.way) * wp.where(edge, one / larger(half, TINY), zero)
-    length = wp.where(edge, half + half, one)
-    room, push, more = ends(mu, p, spun - momentum, arm, e, length)
+    e = (middle * h.way) * (h.over + h.over)
+    room, push, more = ends(mu, p, spun - momentum, arm, e, h.over)
     along = wp.dot(p, e)
-    sticks = edge or p[0] * p[0] + p[1] * p[1] <= mu * mu * p[2] * p[2]
+    sticks = h.over > zero or p[0] * p[0] + p[1] * p[1] <= mu * mu * p[2] * p[2]
     return v, w, spun, sticks and room >= zero and push >= zero and along * along <= more
 
 
@@ -278,7 +279,7 @@ def events(
         Whether nothing does, whether a corner lands inside before anything else, the length of the
         step to there.
     """
-    zero, one = real(0.0), real(1.0)
+    zero = real(0.0)
     near = event.NEARLY * limits.longest_step
     grain = moves.GRAIN * block.height
     x = Three(h.open[0], zero, zero)
@@ -290,11 +291,10 @@ def events(
     )  # fmt: skip
     cut = smaller(cut, smaller(cut_x, cut_y))
     inside = cut < NEVER
-    half = h.way[0] + h.way[1]
-    e = (r1 * h.way) * (one / larger(half, TINY))
+    e = (r1 * h.way) * (h.over + h.over)
     pull = b.last + Three(zero, zero, limits.gravity)
-    keeps = half == zero or keeps_end(
-        h, block.friction, r1, a1, e, half + half, inertia, w, pull
+    keeps = h.over == zero or keeps_end(
+        h, block.friction, r1, a1, e, h.over, inertia, w, pull
     )  # fmt: skip
     rolls = upright and keeps and not (inside or happens or any_x or any_y)
     rests = lies(block, limits.gravity, r0, b.first) and lies(block, limits.gravity, r0, b.last)
@@ -305,24 +305,23 @@ def events(
 
 @wp.func(inline=True)
 def rolled(
-    block: Block, limits: Limits, b: Base, h: Hinge, flat: bool, x: Three, q: Four, v: Three,
-    w: Three,
+    block: Block, inertia: Three, limits: Limits, b: Base, h: Hinge, flat: bool, x: Three, q: Four,
+    v: Three, w: Three,
 ) -> Rolled:  # fmt: skip
-    """The step of a block about a hinge."""
-    zero, one = real(0.0), real(1.0)
+    """The step of a block about a hinge, of the inertia about its own axes for unit mass [m^2]."""
+    zero = real(0.0)
     n = Rolled()
     d = b.d
     inverse = Three(block.inverse_x, block.inverse_y, block.inverse_z)
-    inertia = Three(one / inverse[0], one / inverse[1], one / inverse[2])
     r0 = frame(q)
     a0 = r0 * h.lever
     momentum = scaled(r0, inertia, w)
-    middle = frame(turned(q, w * (HALF * d)))
+    middle = frame(swung_by(q, w * (HALF * d)))
     free = v - HALF * b.change - Three(zero, zero, HALF * d * limits.gravity)
     v1, w1, spun, holds = mean_motion(block, h, inertia, free, momentum, middle)
     n.turn = d * w1
-    n.q = turned(q, n.turn)
-    rise = (frame(n.q) * h.way) * (one / larger(h.way[0] + h.way[1], TINY))
+    n.q = swung_by(q, n.turn)
+    rise = (frame(n.q) * h.way) * (h.over + h.over)
     n.q = levelled(n.q, rise)
     r = frame(n.q)
     a1 = r * h.lever

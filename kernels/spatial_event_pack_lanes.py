@@ -34,7 +34,8 @@ TIME, TIME0, CAP, LOST, DEEPEST, UNTIL, UPLIFT, REST = 41, 42, 43, 44, 45, 46, 4
 PEAK, PEAK_TIME, ACROSS, TILT, YAW, SLIDE_X, SLIDE_Y, SLIDE = 49, 50, 51, 52, 53, 54, 55, 56
 LONGEST, REST_GAP, WIDTH, DEPTH, HEIGHT, CENTRE_X, CENTRE_Y = 57, 58, 59, 60, 61, 62, 63
 INVERSE, FRICTION, FLAT_X, FLAT_Y, FLAT_C, FLAT_S, QZ, QW = 64, 67, 68, 69, 70, 71, 72, 73
-ROWS = 74
+OVER, INERTIA = 74, 75
+ROWS = 78
 """Rows of real numbers, the first of several where they are a vector: of the state and, ending in
 0, of the one before the last step; of the hinge; of what is seen; of limits and block. UNTIL is the
 time of the next sample."""
@@ -177,6 +178,7 @@ def hinge_at(m: wp.ref[Numbers], i: int) -> Hinge:
     h.mobility = three(m, MOBILITY, i)
     h.mixed = three(m, MIXED, i)
     h.way = three(m, WAY, i)
+    h.over = at(m[OVER, i])
     h.open = three(m, OPEN, i)
     return h
 
@@ -188,6 +190,7 @@ def keep_hinge(h: Hinge, m: wp.ref[Numbers], i: int):
     put_three(m, MOBILITY, i, True, h.mobility)
     put_three(m, MIXED, i, True, h.mixed)
     put_three(m, WAY, i, True, h.way)
+    m[OVER, i] = h.over
     put_three(m, OPEN, i, True, h.open)
 
 
@@ -262,6 +265,9 @@ def keep_block(b: Block, m: wp.ref[Numbers], i: int):
     m[INVERSE, i] = b.inverse_x
     m[INVERSE + 1, i] = b.inverse_y
     m[INVERSE + 2, i] = b.inverse_z
+    m[INERTIA, i] = real(1.0) / b.inverse_x
+    m[INERTIA + 1, i] = real(1.0) / b.inverse_y
+    m[INERTIA + 2, i] = real(1.0) / b.inverse_z
     m[FRICTION, i] = b.friction
     m[FLAT_X, i] = b.flat_x
     m[FLAT_Y, i] = b.flat_y

@@ -37,7 +37,7 @@ started, attitude_at, seen_after = plain.started, plain.attitude_at, plain.seen_
 peaks_at, turning, first_seen = plain.peaks_at, plain.turning, plain.first_seen
 result_of, leaf_of = plain.result_of, plain.leaf_of
 Rolled, hinge_of, rolled = pack.Rolled, pack.hinge_of, pack.rolled
-frame, turned = pack.frame, pack.turned
+frame, swung_by, three = pack.frame, pack.swung_by, kept.three
 Numbers, Marks, at, mark = kept.Numbers, kept.Marks, kept.at, kept.mark
 put, put_three, put_four, put_mark = kept.put, kept.put_three, kept.put_four, kept.put_mark
 state_of, before_of, seen_of = kept.state_of, kept.before_of, kept.seen_of
@@ -73,7 +73,7 @@ def glanced(block: Block, before: BlockResult, s: State, n: Rolled, d: real, tim
     other = turning(axis0, rate0, axis, rate, 1, d)
     tau = first + other
     part = tau / larger(d, contact.TINY)
-    q = turned(s.q, tau * s.w + part * part * (n.turn - d * s.w))
+    q = swung_by(s.q, tau * s.w + part * part * (n.turn - d * s.w))
     leaf = peaks_at(block, before, n.q, time)
     back = peaks_at(block, leaf, q, s.time + tau)
     turns = tau > zero
@@ -106,7 +106,9 @@ def quiet_step(
     s = state_of(m, k, i)
     seen = seen_of(m, i)
     b = next_step(limits, mx, my, mz, value, slope, end, s)
-    n = rolled(block, limits, b, hinge_at(m, i), s.stance == FLAT, s.x, s.q, s.v, s.w)
+    flat = s.stance == FLAT
+    inertia = three(m, kept.INERTIA, i)
+    n = rolled(block, inertia, limits, b, hinge_at(m, i), flat, s.x, s.q, s.v, s.w)
     leaf, whole = glanced(block, seen.leaf, s, n, b.d, b.time)
     total = n.x[0] + n.x[1] + n.x[2] + n.v[0] + n.v[1] + n.v[2] + b.time
     runs = s.mode == RUNNING and s.slip == 0 and s.stance < FLYING and total - total == real(0.0)
