@@ -46,19 +46,23 @@ GROUND_FACE = real(1.0e9)
 
 Matrix = wp.types.matrix(shape=(3, 3), dtype=real)
 Attitude = wp.types.vector(length=4, dtype=real)
-Gains = wp.types.vector(length=10, dtype=real)
+Gains = wp.types.vector(length=12, dtype=real)
 
 SETTLED = real(1.0e-14)
 """Change of the impulses in a sweep, over their size, that is round-off."""
 CONTACTS = 8
 """Contacts of an interface: as many as two rectangles share corners."""
+UPPER = 4
+"""Slots of the upper face's own corners, the first ones."""
+WHOLE = 15
+"""Bits of their slots, all set."""
 
 # Rows of bodies, the ground first; three rows a body; rows of contacts; rows of slots.
 Bodies = wp.types.matrix(shape=(BLOCKS + 1, 3), dtype=real)
 Numbers = wp.types.vector(length=BLOCKS + 1, dtype=real)
 Axes = wp.types.matrix(shape=(3 * (BLOCKS + 1), 3), dtype=real)
 Points = wp.types.matrix(shape=(CONTACTS * BLOCKS, 3), dtype=real)
-PointGains = wp.types.matrix(shape=(CONTACTS * BLOCKS, 10), dtype=real)
+PointGains = wp.types.matrix(shape=(CONTACTS * BLOCKS, 12), dtype=real)
 PointNumbers = wp.types.vector(length=CONTACTS * BLOCKS, dtype=real)
 PointInts = wp.types.vector(length=CONTACTS * BLOCKS, dtype=int)
 Corners = wp.types.matrix(shape=(faces.SLOTS, 3), dtype=real)
@@ -100,7 +104,7 @@ def rows_of(rows: Axes, k: int) -> Matrix:
 
 @wp.func
 def gains_of(both: real, e: Matrix, ju: Matrix, jl: Matrix, ru: Vector, rl: Vector) -> Gains:
-    """Impulses of a contact for velocities, as `spatial_impulse.approach`: pn, p1 to 3, h11 to 33.
+    """What impulses at a contact do, as `spatial_impulse.prepare`: pn, p1 to 3, h11 to 33, kx, ky.
 
     Args:
         both: Sum of the inverse masses of its bodies [1/kg].
@@ -121,7 +125,7 @@ def gains_of(both: real, e: Matrix, ju: Matrix, jl: Matrix, ru: Vector, rl: Vect
     k33 = both + wp.dot(u3, ju * u3) + wp.dot(l3, jl * l3)
     p1, p2, p3 = slip_gains(one, k11, k12, k22)
     h11, h12, h13, h22, h23, h33 = stop_gains(one, k11, k12, k13, k22, k23, k33)
-    return Gains(one / k33, p1, p2, p3, h11, h12, h13, h22, h23, h33)
+    return Gains(one / k33, p1, p2, p3, h11, h12, h13, h22, h23, h33, k13, k23)
 
 
 @wp.func
@@ -132,14 +136,13 @@ def seen(vu: Vector, ou: Vector, ru: Vector, vl: Vector, ol: Vector, rl: Vector)
 
 @wp.func
 def pressed(
-    mu: real, gap: real, rate: real, gains: Gains, e: Matrix, m: real, lm: real,
-    ru: Vector, rl: Vector, ju: Matrix, jl: Matrix, p: Vector,
+    mu: real, gap: real, rate: real, gains: Gains, e: Matrix, ru: Vector, rl: Vector, p: Vector,
     vu: Vector, ou: Vector, vl: Vector, ol: Vector,
 ) -> Vector:  # fmt: skip
     """Gauss-Seidel on the impulses p of a contact, along its directions: what they become [N s].
 
-    Arguments as in `gains_of`; m and lm are the inverse masses of the upper and the lower body,
-    v and o with u or l their velocities and angular velocities.
+    Arguments as in `gains_of`; v and o with u or l are the velocities and angular velocities of the
+    upper and the lower body.
     """
     zero, g = real(0.0), gains
     at = e * seen(vu, ou, ru, vl, ol, rl) + Vector(zero, zero, larger(gap, zero) * rate)
@@ -149,11 +152,10 @@ def pressed(
     if holds(stop_x, stop_y, stop_z, mu):
         return Vector(stop_x, stop_y, stop_z)
     push = larger(p[2] - g[0] * at[2], zero)
-    more = (push - p[2]) * e[2]
-    du = ju * wp.cross(ru, more)
-    dl = jl * wp.cross(rl, more)
-    slip = e * seen(vu + m * more, ou + du, ru, vl - lm * more, ol - dl, rl)
-    fx, fy = drag(mu * push, p[0], p[1], slip[0], slip[1], g[1], g[2], g[3])
+    # The slip that the normal impulse leaves.
+    more = push - p[2]
+    x, y = at[0] + more * g[10], at[1] + more * g[11]
+    fx, fy = drag(mu * push, p[0], p[1], x, y, g[1], g[2], g[3])
     return Vector(fx, fy, push)
 
 
@@ -196,17 +198,18 @@ def solved(
                 gains[i] = gains_of(light[k] + light[low], e, ju, jl, ru[i], rl[i])
             else:
                 new = pressed(
-                    mu[k], gap[i], rate, gains[i], e, light[k], light[low], ru[i], rl[i], ju, jl,
-                    p[i], u[k], o[k], u[low], o[low],
-                )  # fmt: skip
+                    mu[k], gap[i], rate, gains[i], e, ru[i], rl[i], p[i], u[k], o[k], u[low], o[low]
+                )
             more = wp.transpose(e) * (new - p[i])
             change += wp.dot(more, more)
             whole += wp.dot(new, new)
             p[i] = new
             u[k] = u[k] + light[k] * more
             o[k] = o[k] + ju * wp.cross(ru[i], more)
-            u[low] = u[low] - light[low] * more
-            o[low] = o[low] - jl * wp.cross(rl[i], more)
+            # The ground does not move.
+            if low > 0:
+                u[low] = u[low] - light[low] * more
+                o[low] = o[low] - jl * wp.cross(rl[i], more)
         if step >= 0 and change <= SETTLED * SETTLED * whole:
             break
     return p, u, o
@@ -242,9 +245,9 @@ def shared(block: Block, below: Block, m: Matrix, c: Vector, lean: Vector):
     middle = Vector(sx * (x - h * m[0, 2]), sy * (y - h * m[1, 2]), z - h * m[2, 2])
     d = Vector(m[0, 0], sx * sy * m[1, 0], sx * m[2, 0])
     e = Vector(sx * sy * m[0, 1], m[1, 1], sy * m[2, 1])
-    places, gaps, there = Corners(), CornerNumbers(), int(0)
-    slots = int(faces.SLOTS)
-    for s in range(slots):
+    places, gaps, there, s = Corners(), CornerNumbers(), int(0), int(0)
+    # A face whose corners all lie over the other shares them alone.
+    while s < wp.where(there == WHOLE, UPPER, int(faces.SLOTS)):
         point, exists = faces.corner(
             s, middle, d, e, block.width, block.depth, below.width, below.depth
         )
@@ -254,6 +257,7 @@ def shared(block: Block, below: Block, m: Matrix, c: Vector, lean: Vector):
         )
         gaps[t] = point[2]
         there = there | wp.where(exists, 1 << t, 0)
+        s += 1
     return places, gaps, there
 
 
@@ -275,7 +279,7 @@ def touched(gaps: CornerNumbers, there: int, lean: Vector, was: int, knobs: Knob
     zero = real(0.0)
     slack = real(2.0) * knobs.time_step * knobs.time_step * knobs.gravity
     chosen, number, wide, lands, deep = Chosen(), int(0), int(0), int(0), real(-FAR)
-    slots = int(faces.SLOTS)
+    slots = wp.where(there == WHOLE, UPPER, int(faces.SLOTS))
     for s in range(slots):
         t = visited(s, lean)
         bit = 1 << t
