@@ -31,6 +31,7 @@ found_of = kernel_module("stack_found", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 account = kernel_module("account", precision=PRECISION)
 dem = kernel_module("dem", precision=PRECISION)
+of_lanes = kernel_module("dem_lanes", precision=PRECISION)
 wp.set_module_options(dem.DEM_OPTIONS)
 larger, smaller, size, book = scalar.larger, scalar.smaller, scalar.size, account.book
 sine, cosine = scalar.sine, scalar.cosine
@@ -39,6 +40,7 @@ Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Knobs, meet = dem.Knobs, dem.meet
 press, load, advance = dem.press, dem.load, dem.advance
+passes_left, time_past, witness = of_lanes.passes_left, of_lanes.time_past, of_lanes.witness
 
 POINTS = max(ITERATIONS, 2)
 """Sub-contacts of an interface."""
@@ -51,11 +53,7 @@ GROUND_FACE = real(1.0e9)
 """Half width of the ground's face [m]: no block reaches its ends."""
 HALF_PI = real(1.5707963267948966)
 HALF = real(0.5)
-NEVER = real(1.0e30)
-ROCKING = 1
-OVERTURNED = 2
-BROKEN = 3
-SLID_OFF = 4
+ROCKING, OVERTURNED, BROKEN = of_lanes.ROCKING, of_lanes.OVERTURNED, of_lanes.BROKEN
 
 
 @wp.struct
@@ -130,20 +128,6 @@ def set_up(
 
 
 @wp.func
-def passes_left(until: real, steps: int, dt: real, mode: int) -> int:
-    """Steps that a lane has to take to a time, and at most one more."""
-    left = (until - real(steps) * dt) / dt
-    running = mode == ROCKING and left > real(0.0)
-    return wp.where(running, int(wp.ceil(wp.where(running, left, real(0.0)))) + 1, 0)
-
-
-@wp.func
-def time_past(until: real, steps: int, dt: real, mode: int) -> real:
-    """Time by which a lane that still runs has passed a sample [s]."""
-    return wp.where(mode == ROCKING, larger(real(steps) * dt - until, real(0.0)), real(0.0))
-
-
-@wp.func
 def ride(
     v: real, live: bool, steps: wp.ref[int], dt: real, dv: wp.ref[real], base: wp.ref[real],
     span: wp.ref[real], stored: wp.ref[real], at_start: wp.ref[real], loss: real,
@@ -159,27 +143,6 @@ def ride(
     stored = wp.where(live, real(0.0), stored)
     spent = wp.where(live, loss, spent)
     steps = steps + wp.where(live, 1, 0)
-
-
-@wp.func
-def witness(
-    live: bool, time: real, overlap: real, tilt: real, half: real, old: wp.ref[real],
-    uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int],
-    mode: wp.ref[int],
-):  # fmt: skip
-    """Whether an interface rocks, whether it has closed again, and whether it is still there.
-
-    `overlap` is that in the middle of the shared stretch, `old` what it was in the last step;
-    `tilt` is what it differs by at the ends, of which one is the deepest.
-    """
-    zero = real(0.0)
-    parted = live and overlap <= zero
-    uplift_time = wp.where(parted and uplift_time >= NEVER, time, uplift_time)
-    moved = wp.where(parted, time, moved)
-    impacts = impacts + wp.where(live and old <= zero and overlap > zero, 1, 0)
-    old = wp.where(live, overlap, old)
-    deepest = wp.where(live and half > zero, larger(overlap + size(tilt), deepest), deepest)
-    mode = wp.where(live and half <= zero, SLID_OFF, mode)
 
 
 @wp.func
@@ -282,8 +245,9 @@ def stacks(
                         live[i] == 1, stored[i],
                     )  # fmt: skip
                     witness(
-                        live[i] == 1, real(steps[i] - 1) * dt[i], overlap[i], tilt[i], half[i],
-                        old[k, i], uplift_time[i], moved[i], deepest[i], impacts[i], mode[i],
+                        live[i] == 1, real(steps[i] - 1) * dt[i], overlap[i],
+                        overlap[i] + size(tilt[i]), half[i], old[k, i], uplift_time[i], moved[i],
+                        deepest[i], impacts[i], mode[i],
                     )  # fmt: skip
             for k in range(1, bodies):
                 for i in range(LANES):

@@ -30,6 +30,7 @@ motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 meeting = kernel_module("spatial_dem_meet", precision=PRECISION, blocks=BLOCKS)
 dem = kernel_module("spatial_dem", precision=PRECISION, blocks=BLOCKS, friction=FRICTION)
 rows = kernel_module("spatial_dem_rows", precision=PRECISION, blocks=BLOCKS)
+of_lanes = kernel_module("dem_lanes", precision=PRECISION)
 wp.set_module_options(dem.SPATIAL_DEM_OPTIONS)
 BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
 Motion, base_velocity = motion.Motion, motion.velocity
@@ -38,8 +39,8 @@ Block = shape.Block
 Moving, Link, meet = meeting.Moving, meeting.Link, meeting.meet
 Knobs, press, load, advance = dem.Knobs, dem.press, dem.load, dem.advance
 Lane, begin, set_up, set_off, ride = rows.Lane, rows.begin, rows.set_up, rows.set_off, rows.ride
-keep, gather, witness, observe = rows.keep, rows.gather, rows.witness, rows.observe
-passes_left, time_past = rows.passes_left, rows.time_past
+keep, gather, corner_of, observe = rows.keep, rows.gather, rows.corner_of, rows.observe
+passes_left, time_past, witness = of_lanes.passes_left, of_lanes.time_past, of_lanes.witness
 attitude_before = rows.attitude_before
 
 PAIRS = max(ITERATIONS, 1)
@@ -115,8 +116,9 @@ def spatial(
                         p2[i], p3[i], d1[i], d2[i], d3[i], a1[i], a2[i], a3[i], b1[i], b2[i], b3[i],
                         v1[i], v2[i], v3[i], j1[i], j2[i], j3[i], k1[i], k2[i], k3[i], gx[k, i],
                         gy[k, i])  # fmt: skip
-                    witness(live[i] == 1, real(steps[i] - 1) * dt[i], link, old[k, i], lifted[i],
-                            moved[i], deepest[i], impacts[i], mode[i])  # fmt: skip
+                    witness(live[i] == 1, real(steps[i] - 1) * dt[i], link.o, corner_of(link),
+                            link.area, old[k, i], lifted[i], moved[i], deepest[i], impacts[i],
+                            mode[i])  # fmt: skip
                 for p in range(pairs):
                     r, q = SUMS * int(points[3, p]), 2 * (pairs * h + p)
                     for i in range(LANES):

@@ -19,6 +19,7 @@ BLOCKS: int
 wp.set_module_options(module_options())
 scalar = kernel_module("scalar", precision=PRECISION)
 shape = kernel_module("spatial", precision=PRECISION)
+of_lanes = kernel_module("dem_lanes", precision=PRECISION)
 meeting = kernel_module("spatial_dem_meet", precision=PRECISION, blocks=BLOCKS)
 larger, size = scalar.larger, scalar.size
 Block, matrix_of, turns_of = shape.Block, shape.matrix_of, shape.turns_of
@@ -27,11 +28,7 @@ Link = meeting.Link
 Attitude = wp.types.vector(length=4, dtype=real)
 
 HALF = real(0.5)
-NEVER = real(1.0e30)
-ROCKING = 1
-OVERTURNED = 2
-BROKEN = 3
-SLID_OFF = 4
+ROCKING, OVERTURNED, BROKEN = of_lanes.ROCKING, of_lanes.OVERTURNED, of_lanes.BROKEN
 
 
 @wp.struct
@@ -162,37 +159,9 @@ def observe(
 
 
 @wp.func
-def passes_left(until: real, steps: int, dt: real, mode: int) -> int:
-    """Steps that a lane has to take to a time, and at most one more."""
-    left = (until - real(steps) * dt) / dt
-    running = mode == ROCKING and left > real(0.0)
-    return wp.where(running, int(wp.ceil(wp.where(running, left, real(0.0)))) + 1, 0)
-
-
-@wp.func
-def time_past(until: real, steps: int, dt: real, mode: int) -> real:
-    """Time by which a lane that still runs has passed a sample [s]."""
-    return wp.where(mode == ROCKING, larger(real(steps) * dt - until, real(0.0)), real(0.0))
-
-
-@wp.func
-def witness(
-    live: bool, time: real, link: Link, old: wp.ref[real], uplift_time: wp.ref[real],
-    moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int], mode: wp.ref[int],
-):  # fmt: skip
-    """Whether an interface rocks, whether it has closed again, and whether it is still there.
-
-    `old` is what the overlap in the middle was in the last step; one of the ends is the deepest.
-    """
-    zero = real(0.0)
-    parted = live and link.o <= zero
-    uplift_time = wp.where(parted and uplift_time >= NEVER, time, uplift_time)
-    moved = wp.where(parted, time, moved)
-    impacts = impacts + wp.where(live and old <= zero and link.o > zero, 1, 0)
-    old = wp.where(live, link.o, old)
-    corner = link.o + size(link.a3) + size(link.b3)
-    deepest = wp.where(live and link.area > zero, larger(corner, deepest), deepest)
-    mode = wp.where(live and link.area <= zero, SLID_OFF, mode)
+def corner_of(link: Link) -> real:
+    """Overlap at the corner of an interface where it is deepest [m]."""
+    return link.o + size(link.a3) + size(link.b3)
 
 
 @wp.func
