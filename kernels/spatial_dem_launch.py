@@ -112,10 +112,10 @@ def spatial(
                         Moving(x[h, i], y[h, i], z[h, i], qx[h, i], qy[h, i], qz[h, i], qw[h, i],
                                vx[h, i], vy[h, i], vz[h, i], lx[h, i], ly[h, i],
                                lz[h, i]))  # fmt: skip
-                    keep(link, o[i], area[i], mu[i], wide[i], deep[i], cx[i], cy[i], p1[i],
-                        p2[i], p3[i], d1[i], d2[i], d3[i], a1[i], a2[i], a3[i], b1[i], b2[i], b3[i],
-                        v1[i], v2[i], v3[i], j1[i], j2[i], j3[i], k1[i], k2[i], k3[i], gx[k, i],
-                        gy[k, i])  # fmt: skip
+                    keep(link, o[i], area[i], mu[i], wide[i], deep[i], cx[i], cy[i], p1[i], p2[i],
+                        p3[i], d1[i], d2[i], d3[i], a1[i], a2[i], a3[i], b1[i], b2[i], b3[i], v1[i],
+                        v2[i], v3[i], j1[i], j2[i], j3[i], k1[i], k2[i], k3[i], gx[k, i], gy[k, i],
+                    )  # fmt: skip
                     witness(live[i] == 1, real(steps[i] - 1) * dt[i], link.o, corner_of(link),
                             link.area, old[k, i], lifted[i], moved[i], deepest[i], impacts[i],
                             mode[i])  # fmt: skip
@@ -159,8 +159,7 @@ def spatial(
                 for i in range(LANES):
                     was = attitude_before(
                         blocks[k, first + i], qx[k, i], qy[k, i], qz[k, i], qw[k, i], lx[k, i],
-                        ly[k, i], lz[k, i], time_past(until, steps[i], dt[i], mode[i]),
-                    )  # fmt: skip
+                        ly[k, i], lz[k, i], time_past(until, steps[i], dt[i], mode[i]))  # fmt: skip
                     for c in range(4):
                         found.attitudes[sample, k, c, first + i] = was[c]
     for i in range(LANES):
