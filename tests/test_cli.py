@@ -182,6 +182,11 @@ def test_windows_marks_and_line_ends_change_nothing(case: pathlib.Path):
     assert json.loads(marked.stdout)["rows"] == json.loads(plain.stdout)["rows"]
 
 
+@pytest.mark.parametrize("seconds", ["nan", "-1", "1e9"])
+def test_a_benchmark_has_a_length(seconds: str):
+    refused(invoke("bench", "--seconds", seconds), "--seconds", "must be from 0.0 to 3600")
+
+
 def test_unknown_names_are_one_line_with_what_is_allowed(tmp_path: pathlib.Path):
     refused(invoke("run", "free-bO"), "free-bO", *case_names())
     refused(invoke("explain", "free-bO"), "free-bO", *case_names())

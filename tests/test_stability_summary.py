@@ -120,7 +120,13 @@ def test_the_command_writes_maps_figures_and_a_summary(tmp_path: pathlib.Path):
 
 @pytest.mark.parametrize(
     "options",
-    [["-e", "nobody"], ["--map", "nowhere"], ["--points", "1"], ["--steps", "0"]],
+    [
+        ["-e", "nobody"],
+        ["--map", "nowhere"],
+        ["--points", "1"],
+        ["--points", "1000"],
+        ["--steps", "0"],
+    ],
 )
 def test_bad_options_are_refused(options: list[str], tmp_path: pathlib.Path):
     result = CliRunner().invoke(main, ["stability", *options, "-o", str(tmp_path / "x")])

@@ -26,6 +26,7 @@ from warprock.cli_options import (
     json_option,
     output_option,
     output_to,
+    require_within,
     run_options,
     set_option,
     workers_option,
@@ -323,6 +324,7 @@ def bench(ctx: click.Context, seconds: float, workers: int | None, as_json: bool
     from warprock.report import console
     from warprock.runner import require_workers
 
+    require_within("--seconds", seconds, 0.0, 3600.0)
     require_workers(workers)
     start_warp()
     found = run_bench(seconds=seconds, workers=workers)

@@ -123,9 +123,15 @@ def require_samples(samples: int, seed: int) -> None:
     """
     from warprock.sampling import MOST_SEED
 
-    for option, value, least, most in (
-        ("--samples", samples, LEAST_SAMPLES, MOST_SAMPLES),
-        ("--seed", seed, 0, MOST_SEED),
-    ):
-        if not least <= value <= most:
-            raise InputError(option, "", value, f"must be from {least} to {most}")
+    require_within("--samples", samples, LEAST_SAMPLES, MOST_SAMPLES)
+    require_within("--seed", seed, 0, MOST_SEED)
+
+
+def require_within(option: str, value: float, least: float, most: float) -> None:
+    """Refuses a number that is out of bounds, or none.
+
+    Raises:
+        InputError: It is.
+    """
+    if not least <= value <= most:
+        raise InputError(option, "", value, f"must be from {least} to {most}")

@@ -7,8 +7,7 @@ from typing import Any
 
 import click
 
-from warprock.cli_options import case_options
-from warprock.errors import InputError
+from warprock.cli_options import case_options, require_within
 
 
 @click.command()
@@ -41,8 +40,7 @@ def sensitivity(
     from warprock.case import load_case
     from warprock.report import console, plots_sensitivity, tables_sensitivity
 
-    if not 10 <= resamples <= 10_000:
-        raise InputError("--resamples", "", resamples, "must be from 10 to 10000")
+    require_within("--resamples", resamples, 10, 10_000)
     case = load_case(case_name, overrides)
     with console.lane_progress(case.name, None) as progress:
         found = module.run_sensitivity(

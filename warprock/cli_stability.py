@@ -7,8 +7,11 @@ from typing import Any
 
 import click
 
-from warprock.cli_options import json_option, output_to, workers_option
+from warprock.cli_options import json_option, output_to, require_within, workers_option
 from warprock.errors import InputError
+
+MOST_POINTS, MOST_STEPS = 256, 1_000_000_000
+"""Values along an axis of a map, some hundred thousand lanes, and time steps of a launch."""
 
 
 @click.command()
@@ -51,9 +54,8 @@ def stability(
     known = {each.name: each for each in MAPS}
     for name in maps:
         runner.require_choice("--map", name, tuple(known))
-    for option, value, least in (("--points", points, 2), ("--steps", steps, 1)):
-        if value < least:
-            raise InputError(option, "", value, f"must be >= {least}")
+    require_within("--points", points, 2, MOST_POINTS)
+    require_within("--steps", steps, 1, MOST_STEPS)
     runner.require_workers(workers)
     start_warp()
     chosen = [known[name] for name in maps or known]
