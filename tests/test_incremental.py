@@ -306,7 +306,7 @@ def test_the_command_writes_what_it_prints(case: Case, tmp_path: pathlib.Path):
     result = command(*arguments, "--json")
     assert result.exit_code == 0, result.output
     found = json.loads(result.stdout)
-    table = pd.read_csv(out / "fragility.csv")
+    table = pd.read_csv(out / "fragility.csv", converters={"median": float})
     assert [row["median"] for row in found["groups"]] == table["median"].tolist()
     lanes = pd.read_parquet(out / "capacities.parquet")
     assert len(lanes) == found["lanes"] == 6
