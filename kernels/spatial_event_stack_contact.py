@@ -202,13 +202,13 @@ def joined(before: Touches, pose: Pose, k: int, slot: int, law: int, gap: real, 
 
 @wp.func
 def obeyed(
-    t: Touches, i: int, mu: real, gains: stack.Gains, e: Matrix, m: real, lm: real, ju: Matrix,
-    jl: Matrix, p: Vector, vu: Vector, ou: Vector, vl: Vector, ol: Vector,
+    t: Touches, i: int, mu: real, gains: stack.Gains, e: Matrix, p: Vector,
+    vu: Vector, ou: Vector, vl: Vector, ol: Vector,
 ) -> Vector:  # fmt: skip
     """Impulses of a contact that obeys its law, all others as they are; see `stack.pressed`."""
     zero, g = real(0.0), gains
     if t.law[i] == CONE:
-        return pressed(mu, zero, zero, g, e, m, lm, t.ru[i], t.rl[i], ju, jl, p, vu, ou, vl, ol)
+        return pressed(mu, zero, zero, g, e, t.ru[i], t.rl[i], p, vu, ou, vl, ol)
     at = e * seen(vu, ou, t.ru[i], vl, ol, t.rl[i])
     if t.law[i] == HOLD:
         return Vector(
@@ -266,10 +266,7 @@ def swept(
             if step < 0:
                 gains[i] = gains_of(light[k] + light[low], e, ju, jl, t.ru[i], t.rl[i])
             else:
-                new = obeyed(
-                    t, i, mu[k], gains[i], e, light[k], light[low], ju, jl, p[i],
-                    u[k], o[k], u[low], o[low],
-                )  # fmt: skip
+                new = obeyed(t, i, mu[k], gains[i], e, p[i], u[k], o[k], u[low], o[low])
                 new = p[i] + part * (new - p[i])
             more = wp.transpose(e) * (new - p[i])
             change += wp.dot(more, more)
