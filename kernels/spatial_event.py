@@ -60,7 +60,7 @@ mask_of, stance_of, corner_velocity = contact.mask_of, contact.stance_of, contac
 settled, loose, grips, slip_after = law.settled, law.loose, law.grips, law.slip_after
 turned, body_at, flown, levelled = moves.turned, moves.body_at, moves.flown, moves.levelled
 foot, placed, upright = moves.foot, moves.placed, moves.upright
-least_spare = moves.least_spare
+least_spare, cut_to = moves.least_spare, moves.cut_to
 corner_event = moves.corner_event
 Limits, State, Base, next_step = trial.Limits, trial.State, trial.Base, trial.next_step
 kinetic_energy, directions = trial.kinetic_energy, trial.directions
@@ -152,13 +152,9 @@ def arrived(
 
 @wp.func
 def capped(s: State, cut: real, d: real, near: real) -> State:
-    """The old state where an event lies inside a step, its next step ending there.
-
-    Not shorter than what is near: what is left of the way then counts as arrived. An event at the
-    very end of the step would be met there for ever.
-    """
+    """The old state where an event lies inside a step, its next step ending there."""
     n = s
-    n.cap = larger(wp.where(cut > d - near, HALF * d, cut), HALF * near)
+    n.cap = cut_to(cut, d, near)
     n.taken = False
     return n
 

@@ -218,6 +218,16 @@ def corner_event(
 
 
 @wp.func
+def cut_to(event: real, d: real, near: real) -> real:
+    """Length of the next step where an event lies inside one, so that it ends there [s].
+
+    Not shorter than what is near: what is left of the way then counts as arrived. An event at the
+    very end of the step would be met there for ever.
+    """
+    return larger(wp.where(event > d - near, HALF * d, event), HALF * near)
+
+
+@wp.func
 def stop_event(u0: Three, u1: Three, d: real, near: real):
     """Whether a sliding corner stops in a step, from its velocities at both ends.
 

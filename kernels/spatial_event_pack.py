@@ -41,7 +41,7 @@ larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 Block, matrix_of = shape.Block, shape.matrix_of
 Three, Four, Matrix = contact.Three, moves.Four, contact.Matrix
 Limits, Base, swung_by = trial.Limits, trial.Base, moves.swung_by
-corner_event = moves.corner_event
+corner_event, cut_to = moves.corner_event, moves.cut_to
 EDGE, FLAT = contact.EDGE, contact.FLAT
 
 HALF = real(0.5)
@@ -282,25 +282,22 @@ def events(
     zero = real(0.0)
     near = event.NEARLY * limits.longest_step
     grain = moves.GRAIN * block.height
+    # Of three open corners the farthest is higher than one of the others.
     x = Three(h.open[0], zero, zero)
     y = Three(zero, h.open[1], zero)
     cut_x, any_x, closes_x = open_event(limits, b.d, grain, x, r0, a0, v0, w0, r1, a1, v1, w1)
     cut_y, any_y, closes_y = open_event(limits, b.d, grain, y, r0, a0, v0, w0, r1, a1, v1, w1)
-    cut, happens, closes = open_event(
-        limits, b.d, grain, h.open, r0, a0, v0, w0, r1, a1, v1, w1
-    )  # fmt: skip
-    cut = smaller(cut, smaller(cut_x, cut_y))
+    cut = smaller(cut_x, cut_y)
     inside = cut < NEVER
     e = (r1 * h.way) * (h.over + h.over)
     pull = b.last + Three(zero, zero, limits.gravity)
     keeps = h.over == zero or keeps_end(
         h, block.friction, r1, a1, e, h.over, inertia, w, pull
     )  # fmt: skip
-    rolls = upright and keeps and not (inside or happens or any_x or any_y)
+    rolls = upright and keeps and not (inside or any_x or any_y)
     rests = lies(block, limits.gravity, r0, b.first) and lies(block, limits.gravity, r0, b.last)
-    met = upright and inside and not (flat or closes or closes_x or closes_y)
-    cut = larger(wp.where(cut > b.d - near, HALF * b.d, cut), HALF * near)
-    return wp.where(flat, rests, rolls), met, cut
+    met = upright and inside and not (flat or closes_x or closes_y)
+    return wp.where(flat, rests, rolls), met, cut_to(cut, b.d, near)
 
 
 @wp.func(inline=True)
