@@ -24,12 +24,12 @@ LEAST_GAIN = 3.3
 between 2.1 to 2.5 without and 4.7 to 5.1 with 256-bit vectors; 7.2 to 7.5 with 512-bit ones."""
 
 
-def crooked_lanes(count: int) -> SpatialLanes:
+def crooked_lanes(count: int, friction: tuple[float, ...] = (5.0,)) -> SpatialLanes:
     """Blocks flat, on an edge and on a corner, turned, some with a centre beside the middle."""
     rng = np.random.default_rng(7)
     kind = np.arange(count) % 4
     lanes = spatial_lanes(
-        np.full(count, 0.3), 1.0, 5.0,
+        np.full(count, 0.3), 1.0, np.resize(friction, count),
         depth=rng.uniform(0.25, 0.4, count),
         rotation_start=0.06 * (kind >= 1) * rng.choice([-1.0, 1.0], count),
         rotation_across_start=rng.uniform(0.01, 0.05, count) * (kind >= 2),
@@ -48,22 +48,26 @@ def shaken(count: int) -> SpatialMotions:
     )
 
 
-def test_packed_and_plain_are_the_same_to_round_off() -> None:
-    lanes, motions, times = crooked_lanes(48), shaken(48), SampleTimes(1.2, 0.01)
+@pytest.mark.parametrize(("friction", "duration"), [((5.0,), 1.2), ((0.3, 0.5, 5.0), 0.3)])
+def test_packed_and_plain_are_the_same_to_round_off(
+    friction: tuple[float, ...], duration: float
+) -> None:
+    lanes, motions, times = crooked_lanes(48, friction), shaken(48), SampleTimes(duration, 0.01)
     packed, plain = (
         run_batch("event", lanes, motions, times, form=form) for form in (Form.PACKED, Form.PLAIN)
     )
     assert np.all(plain["status"] == Status.OK)
-    assert np.sum(plain["impact_count"] >= 3) >= 24
+    assert np.sum(plain["impact_count"] >= 1) >= 30
+    assert np.sum(plain["peak_slide"] >= 1e-4) >= (24 if min(friction) < 1.0 else 0)
     np.testing.assert_array_equal(packed["outcome"], plain["outcome"])
     # Round-off decides whether a corner that hardly leaves the base lands once more.
     for name in ("impact_count", "step_count"):
-        assert np.max(np.abs(packed[name] - plain[name])) <= 2
+        assert np.max(np.abs(packed[name] - plain[name])) <= 5
     for name in packed.fields:
         if name not in ("outcome", "impact_count", "step_count"):
-            # 2e-13 measured, after some ten impacts.
+            # Round-off, magnified by some ten impacts, or by the onset of sliding: 2e-11 measured.
             np.testing.assert_allclose(
-                packed[name], plain[name], rtol=0.0, atol=1e-11, err_msg=name
+                packed[name], plain[name], rtol=0.0, atol=1e-10, err_msg=name
             )
 
 
