@@ -28,7 +28,7 @@ from warprock.scene import scene_kind
 from warprock.units import GRAVITY
 
 LEAST_GAIN = 3.0
-"""Packed over plain rate below which a pack is no vector code; 7 to 13 with 512-bit vectors."""
+"""Packed over plain rate below which a pack is no vector code; 5 with 512-bit vectors."""
 
 
 def run(
