@@ -34,8 +34,8 @@ class Impulse(AbstractEngine):
 
     In space a block touches at its four corners, and two faces at up to eight points. There a block
     rocks while one of them is open by more than a step of falling makes, and what the base supplied
-    is the most that it can have. The contacts of a single block in space that can be stopped together
-    within the law of friction are, at once; the sweeps solve what slides or leaves.
+    is the most that it can have. Where the law of friction lets all contacts of a single block be
+    stopped together, they are, at once; the sweeps solve what slides or leaves.
     """
 
     name: ClassVar[str] = "impulse"
