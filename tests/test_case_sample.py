@@ -90,6 +90,7 @@ def test_an_override_fixes_what_was_drawn(file: pathlib.Path):
         ("uniform", "normal", [".distribution", "'normal'", "uniform, loguniform, lognormal"]),
         ('from = "0.5 m"', 'least = "0.5 m"', ["block.height.least", "unknown key"]),
         ('from = "0.5 m"', 'from = "3 m"', ["block.height.to", "'2 m'", "more than 3 m"]),
+        ('from = "0.5 m"', 'from = "2 m"', ["block.height.to", "'2 m'", "more than 2 m"]),
         ('from = "0.5 m"', 'from = "0 m"', ["block.height.from", "'0 m'", "at least 1 mm"]),
         ('from = "0.5 m"', 'from = "5 g"', ["block.height.from", "a length"]),
         ('from = "0.5 m", ', "", ["block.height.from", "got nothing", "distribution uniform"]),

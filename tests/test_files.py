@@ -6,6 +6,7 @@ import errno
 import os
 import pathlib
 import platform
+import stat
 import subprocess
 import sys
 
@@ -28,6 +29,29 @@ def test_a_file_appears_whole_or_not_at_all(tmp_path: pathlib.Path):
         write_half()
     assert path.read_text(encoding="utf-8") == "before"
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="folders are brought to the disk on POSIX systems")
+def test_bytes_are_on_the_disk_before_the_name_and_the_name_before_the_end(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+):
+    done: list[str] = []
+    sync, move = os.fsync, os.replace
+
+    def watched_sync(handle: int) -> None:
+        folder = stat.S_ISDIR(os.fstat(handle).st_mode)
+        done.append("folder" if folder else "bytes")
+        sync(handle)
+
+    def watched_move(*paths: pathlib.Path) -> None:
+        done.append("name")
+        move(*paths)
+
+    monkeypatch.setattr(files.os, "fsync", watched_sync)
+    monkeypatch.setattr(files.os, "replace", watched_move)
+    with files.replacing(tmp_path / "table") as temporary:
+        temporary.write_text("whole", encoding="utf-8")
+    assert done == ["bytes", "name", "folder"]
 
 
 def test_an_error_names_the_file_and_what_the_system_said(tmp_path: pathlib.Path):

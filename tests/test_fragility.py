@@ -22,7 +22,9 @@ from warprock.fragility import (
     fragility_curves,
     read_limits,
 )
-from warprock.fragility_fit import Verdict, bootstrap, fit_lognormal, observe
+from warprock.fragility_fit import Bootstrap, Verdict, bootstrap, fit_lognormal, observe
+from warprock.report.plots_fragility import gathered
+from warprock.report.tables_fragility import fit_cells
 
 Array = npt.NDArray[np.float64]
 
@@ -199,6 +201,51 @@ def test_a_group_for_every_lane_is_refused(tmp_path: pathlib.Path):
     result = run(str(tmp_path), "--by", "peak_acceleration_m_s2")
     assert result.exit_code == 2
     assert "'peak_acceleration_m_s2', must make at most 1,000 groups, not 1,001" in result.stderr
+
+
+def test_a_block_that_slid_off_has_reached_all_but_overturning():
+    table = lane_table(4).assign(
+        outcome=["slid_off", "rocking", "rocking", "overturned"],
+        peak_rotation_ratio=[0.1, 0.5, np.nextafter(0.5, 0.0), 9.0],
+        uplift_time_s=[np.nan, 1.0, 1.0, np.nan],
+    )
+    limits = read_limits(["uplift", "0.5", "overturning"])
+    rows = curve_rows(fragility_curves(table, source="t", limits=limits, samples=10))
+    assert rows["reached"].tolist() == [4, 3, 1]
+
+
+@pytest.mark.parametrize(("records", "banded"), [(4, False), (5, True)])
+def test_fewer_than_five_records_have_no_band(records: int, banded: bool):
+    table = lane_table()
+    table["record"] = np.arange(len(table)) % records
+    (curve,) = fragility_curves(table, source="t", limits=read_limits(["0.5"]), samples=20)
+    assert (curve.resampled is not None) == banded
+    assert np.isfinite(curve_rows([curve])["median_p05"]).item() == banded
+
+
+def test_a_band_needs_a_fit_of_every_other_sample():
+    some = np.linspace(1.0, 2.0, 50)
+    assert Bootstrap(some, some, asked=100).interval("median") == (1.05, 1.95)
+    assert np.all(np.isnan(Bootstrap(some, some, asked=101).interval("median")))
+
+
+def test_dots_are_as_many_lanes_each():
+    lanes = lane_table(1200)
+    (curve,) = fragility_curves(lanes, source="t", limits=read_limits(["0.5"]), samples=10)
+    at, share = gathered(curve)
+    assert len(at) == 12
+    assert np.all(np.diff(at) > 0.0)
+    # Of a hundred lanes each.
+    assert 100.0 * share.sum() == pytest.approx(curve.seen.reached.sum(), abs=1e-9)
+
+
+def test_a_table_says_beyond_what_a_limit_lies():
+    table = lane_table().assign(outcome="rocking")
+    limits = read_limits(["0.0001", "99"])
+    rows = curve_rows(fragility_curves(table, source="t", limits=limits, samples=10))
+    least, most = table["peak_acceleration_m_s2"].min(), table["peak_acceleration_m_s2"].max()
+    assert fit_cells(rows.iloc[0]) == (f"below {least:.4g}", "none: everything reached it")
+    assert fit_cells(rows.iloc[1]) == (f"above {most:.4g}", "none: nothing reached it")
 
 
 def test_a_stack_reaches_a_limit_with_its_worst_block():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import pathlib
 
@@ -209,6 +210,29 @@ def test_runs_without_a_number_neither_stand_nor_fall():
     assert known["verdict"].tolist() == [Verdict.BRACKETED.value, Verdict.UNKNOWN.value]
     assert known["resurrections"].tolist() == [1, 0]
     assert known["unusable"].tolist() == [2, 1]
+
+
+def test_a_bracket_with_a_run_without_a_number_stays_as_it_is():
+    known = runs((0, 1.0, "rocking", "ok"), (0, 4.0, "overturned", "ok"))
+    lanes, factors = incremental._next_stage(brackets(known, 1), LADDER)
+    assert (lanes.tolist(), factors.tolist()) == ([0], [2.0])
+    middle = runs((0, 2.0, "rocking", "nonfinite")).assign(stage=1)
+    table = pd.concat([known, middle])
+    assert brackets(table, 1)["blocked"].tolist() == [True]
+    assert len(incremental._next_stage(brackets(table, 1), LADDER)[0]) == 0
+
+
+def test_lanes_without_a_number_are_left_out_and_few_records_have_no_band(case: Case):
+    found = analyse(case)
+    curves = found.curves.copy()
+    curves.loc[curves["lane"] == 0, "status"] = "nonfinite"
+    options = {"intensity": "factor", "by": [], "samples": 20, "seed": 1}
+    (group,) = capacities(dataclasses.replace(found, curves=curves), **options)
+    assert (group.left_out, group.lanes.tolist()) == (1, [1, 2, 3, 4, 5])
+    assert group.resampled is not None
+    curves.loc[curves["lane"] == 1, "status"] = "nonfinite"
+    (group,) = capacities(dataclasses.replace(found, curves=curves), **options)
+    assert (group.left_out, group.resampled) == (2, None)
 
 
 def test_a_lane_does_not_know_which_others_run_beside_it(case: Case, tmp_path: pathlib.Path):

@@ -239,3 +239,9 @@ def test_a_file_is_read_again_only_if_it_has_changed(tmp_path: pathlib.Path) -> 
     # Of the same length, within the same tick of the clock.
     sampled(tmp_path, "m/s^2", [1.0, 2.0, 4.0])
     assert load_record(path).samples[-1] == 4.0
+
+
+def test_a_velocity_is_greatest_where_the_acceleration_crosses_zero(tmp_path: pathlib.Path) -> None:
+    # a = 1 - 2 t: v = t - t^2, 0 at both samples.
+    record = load_record(write(tmp_path, "# unit: m/s^2\n# interval: 1 s\n1\n-1\n"))
+    assert record.peak_velocity == pytest.approx(0.25, rel=1e-15)

@@ -10,10 +10,13 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
+from warprock import sensitivity
 from warprock.case import Case, load_case
 from warprock.cli import main
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
+from warprock.response import Status
+from warprock.runner import run_case
 from warprock.sampling import Sample
 from warprock.sensitivity import SaltelliSample, indices, run_sensitivity, saltelli_case
 
@@ -112,6 +115,19 @@ def test_inputs_that_play_no_part_have_no_share(case: Case):
     assert 0.0 < shares[1] < shares[0]
     energy = run_sensitivity(case, "housner", of="energy_lost_J", resamples=20).rows
     assert energy.set_index("input")["total"]["block.density"] > 0.5
+
+
+def test_a_design_with_a_lane_that_has_no_number_is_refused(
+    case: Case, monkeypatch: pytest.MonkeyPatch
+):
+    def one_bad(*arguments, **options):
+        run = run_case(*arguments, **options)
+        run.response.fields["status"][7] = Status.NONFINITE
+        return run
+
+    monkeypatch.setattr(sensitivity, "run_case", one_bad)
+    with pytest.raises(InputError, match="status: got 1 lanes without a usable number"):
+        run_sensitivity(case, "housner", resamples=10)
 
 
 def test_groups_are_those_of_the_sweep(case: Case, tmp_path: pathlib.Path):

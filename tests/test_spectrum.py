@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import pathlib
 
@@ -174,6 +175,14 @@ def test_a_spectrum_that_is_none_is_refused(change: str, words: str, tmp_path: p
     written(tmp_path)
     with pytest.raises(InputError, match=words):
         load_case(tmp_path, [change.removeprefix("-s ")])
+
+
+@pytest.mark.parametrize("name", ["sample", "ensemble", "study"])
+def test_other_tables_that_make_lanes_are_refused(name: str, tmp_path: pathlib.Path):
+    case = written(tmp_path)
+    both = dataclasses.replace(case, raw={**case.raw, name: {}})
+    with pytest.raises(InputError, match=rf"{name}: got a table, must not be given beside"):
+        run_spectrum(both, "housner")
 
 
 def test_a_case_without_a_spectrum_or_a_motion_is_refused(tmp_path: pathlib.Path):
