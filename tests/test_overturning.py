@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-from warprock import rocking
+from warprock import overturning_boundaries, rocking
 from warprock.case import Case, load_case
 from warprock.checks import run_checks
 from warprock.cli import main
@@ -271,3 +271,58 @@ def test_a_sweep_that_makes_no_map_is_refused(
         change = {'label.pulse = ["half sine", "one-cycle sine"]': 'motion.start = ["0 s", "1 s"]'}
     with pytest.raises(InputError, match=words):
         run_grid(written(tmp_path, **change), "housner")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("amplitude = {", 'amplitude = ["0.02 g", "0.02 g"]\n#', "no two of the same strength"),
+        ("[[sweep]]\nmotion.frequency", "motion.frequency", "has 3 values and"),
+        (
+            "[run]",
+            '[ensemble]\nmembers = 2\nspread.block.height = "1 %"\n[run]',
+            "has its own lanes",
+        ),
+    ],
+)
+def test_lanes_that_make_no_map_are_refused(old: str, new: str, words: str, tmp_path: pathlib.Path):
+    written(tmp_path)
+    file = tmp_path / "case.toml"
+    file.write_text(file.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
+    with pytest.raises(InputError, match=words):
+        run_grid(load_case(file), "housner")
+
+
+def test_axes_that_are_zipped_and_stacks_make_no_map(tmp_path: pathlib.Path):
+    case = written(tmp_path)
+    both = dataclasses.replace(case.axes[0], columns=case.axes[0].columns | case.axes[2].columns)
+    with pytest.raises(InputError, match="must not be zipped with motion.frequency"):
+        run_grid(dataclasses.replace(case, axes=(both, case.axes[1])), "housner")
+    with pytest.raises(InputError, match="block: got the table, must not be a stack"):
+        run_grid(load_case("stack-sine-pulse"), "event")
+
+
+def test_a_bracket_whose_middle_has_no_number_stays_as_it_is(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+):
+    grid = run_grid(written(tmp_path), "housner")
+    nothing = np.int8(Mode.NO_NUMBER)
+    monkeypatch.setattr(
+        overturning_boundaries, "modes", lambda response: np.full(response.lane_count, nothing)
+    )
+    found = refine(grid, 1e-6)
+    assert found.stages == 1
+    coarse = found.boundaries
+    step = np.diff(grid.strength[0, 0])[0]
+    width = coarse["acceleration_ratio_high"] - coarse["acceleration_ratio_low"]
+    np.testing.assert_allclose(width, step, rtol=1e-9)
+    assert "no number" not in {*coarse["below"], *coarse["above"]}
+
+
+def test_a_check_is_of_one_column(tmp_path: pathlib.Path):
+    case = written(tmp_path)
+    p = float(expand_lanes(case).inputs["frequency_parameter_rad_s"][0])
+    ratio = 2.0 * np.pi / p
+    for where, at, count in (({}, ratio, 2), ({"pulse": "half sine"}, 1.1 * ratio, 0)):
+        with pytest.raises(InputError, match=f"one column of the map; {count} have it"):
+            overturning_boundaries.boundaries_at(case, "housner", where, at, tolerance=0.1)

@@ -7,7 +7,7 @@ import pytest
 import scipy.stats
 from scipy.stats import qmc
 
-from warprock.sampling import ENDS, MOST_POINTS, SAMPLINGS, Distribution, Sample, Shape
+from warprock.sampling import END_SCORE, ENDS, MOST_POINTS, SAMPLINGS, Distribution, Sample, Shape
 from warprock.units import Dimension
 
 
@@ -92,3 +92,10 @@ def test_a_cut_lognormal_keeps_its_shape_inside():
     assert values.max() <= 4.0
     share = (whole.cdf(values) - whole.cdf(2.0)) / (whole.cdf(4.0) - whole.cdf(2.0))
     np.testing.assert_allclose(share, at, atol=1e-9)
+
+
+def test_the_outermost_score_is_just_beyond_the_ends_of_a_probability():
+    from scipy.stats import norm
+
+    # Two digits behind the point, rounded up.
+    assert END_SCORE - 0.01 < -norm.ppf(ENDS) < END_SCORE

@@ -168,6 +168,7 @@ def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path):
         ('-s spectrum.slenderness=["9 deg", "9 deg"]', "must not have a value twice"),
         ('-s spectrum.colour=["red"]', "unknown key \\(allowed: period, slenderness\\)"),
         ('-s spectrum.slenderness=["0.01 deg"]', "block.width .* at least 1 mm"),
+        ('-s spectrum.period=["1 s", "99 s"]', "block.width .* at most 1 km"),
         ("-s spectrum=1", "spectrum: got 1, must be a table"),
     ],
 )

@@ -160,3 +160,12 @@ def test_words_do_not_hide_an_unknown_code(run: CaseRun):
     response = Response(engine="housner", fields=wrong, times=run.response.times)
     with pytest.raises(ValueError, match="codes"):
         store.lane_table(run.lane_set, response)
+
+
+def test_the_summary_of_errors_is_of_lanes_that_are_ok():
+    fields = {
+        "status": np.array([Status.OK, Status.SENSITIVE, Status.OK, Status.NONFINITE]),
+        "rotation_error": np.array([1e-3, 5.0, 3e-3, np.nan]),
+    }
+    found = store.error_summary(Response(engine="event", fields=fields, times=np.empty(0)))
+    assert found == {"median": 2e-3, "largest": 3e-3}

@@ -37,7 +37,7 @@ MOST_SEED = 2**63 - 1
 ENDS = 2.0**-31
 """Least probability that is drawn, and greatest one below 1: half a step of 30 bits."""
 
-END_SCORE = 6.24
+END_SCORE = 6.13
 """Standard normal scores that `ENDS` allows are less than this in size."""
 
 _ROUNDS = 6
