@@ -37,11 +37,16 @@ def quaternion(rotation_vector: Array) -> Array:
 
 
 def rotations(attitude: Array) -> tuple[Array, Array, Array]:
-    """Rotation in the plane of rocking and across it, and yaw [rad], of attitudes [..., 4]."""
+    """Rotation in the plane of rocking and across it, and yaw [rad], of attitudes [..., 4].
+
+    NumPy 1.26 takes another arctan2, with other last bits, for components that lie apart in memory
+    where its result happens to lie right behind them: so each is put together first.
+    """
     axis = turned(attitude, np.broadcast_to((0.0, 0.0, 1.0), (*attitude.shape[:-1], 3)))
-    yaw = 2.0 * np.arctan2(attitude[..., 2], attitude[..., 3])
+    x, y, z = np.ascontiguousarray(np.moveaxis(axis, -1, 0))
+    about, real = np.ascontiguousarray(np.moveaxis(attitude[..., 2:], -1, 0))
+    yaw = 2.0 * np.arctan2(about, real)
     yaw -= 2.0 * np.pi * np.round(yaw / (2.0 * np.pi))
-    x, y, z = axis[..., 0], axis[..., 1], axis[..., 2]
     return np.arctan2(x, z), np.arctan2(y, z), yaw
 
 
