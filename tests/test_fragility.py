@@ -177,12 +177,14 @@ def test_limit_states_are_counted_as_they_are_defined():
     assert set(rows["records"]) == {10}
 
 
-def test_lanes_that_cannot_be_used_are_left_out_and_counted():
+def test_lanes_that_cannot_be_used_are_left_out_and_counted(tmp_path: pathlib.Path):
     table = lane_table()
     table.loc[::4, "status"] = "nonfinite"
     table.loc[1::4, "status"] = "sensitive"
     (curve,) = fragility_curves(table, source="t", limits=read_limits(["0.5"]), samples=20)
     assert curve.left_out == 100
+    table.to_parquet(tmp_path / "lanes.parquet")
+    assert "left out: 100 lanes" in run(str(tmp_path), "--samples", "20").stdout
     assert curve.seen.count.sum() == 300
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 import json
 import pathlib
 
@@ -10,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner, Result
+from rich.console import Console
 from scipy.optimize import minimize
 from scipy.stats import CensoredData, norm
 
@@ -20,8 +22,15 @@ from warprock.errors import InputError
 from warprock.fragility_capacity import bootstrap_capacities, fit_capacities
 from warprock.fragility_fit import Verdict as FitVerdict
 from warprock.incremental import Analysis, Ladder, Verdict, brackets, plan_analysis, run_analysis
-from warprock.incremental_fit import FRACTILES, capacities, fractile_curves, run_curves
+from warprock.incremental_fit import (
+    FRACTILES,
+    capacities,
+    capacity_rows,
+    fractile_curves,
+    run_curves,
+)
 from warprock.records import fema_p695
+from warprock.report.tables_incremental import print_analysis
 
 Array = np.ndarray
 
@@ -233,6 +242,10 @@ def test_lanes_without_a_number_are_left_out_and_few_records_have_no_band(case: 
     curves.loc[curves["lane"] == 1, "status"] = "nonfinite"
     (group,) = capacities(dataclasses.replace(found, curves=curves), **options)
     assert (group.left_out, group.resampled) == (2, None)
+    stream = io.StringIO()
+    rows = capacity_rows([group])
+    print_analysis(found, rows, "factor", [], Console(file=stream, width=120))
+    assert "left out: 2 lanes whose numbers cannot be used" in stream.getvalue()
 
 
 def test_a_lane_does_not_know_which_others_run_beside_it(case: Case, tmp_path: pathlib.Path):
@@ -367,6 +380,15 @@ def test_what_makes_no_analysis_is_refused(
     assert words in result.stderr
     assert result.stderr.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_more_runs_than_a_table_holds_are_refused(
+    case: Case, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(incremental, "MOST_RUNS", 6 * 21 - 1)
+    result = command(tmp_path)
+    assert result.exit_code == 2
+    assert "sweep: got 126 runs, must be at most 125 runs" in result.stderr
 
 
 def test_a_still_base_is_refused():

@@ -158,6 +158,9 @@ def test_the_command_writes_what_it_prints(case: Case, tmp_path: pathlib.Path):
     assert (out / "sensitivity.png").read_bytes()[:4] == b"\x89PNG"
     printed = CliRunner().invoke(main, arguments).stdout
     assert f"{table['total'].max():.3f}" in printed
+    order = table.sort_values("total", ascending=False, kind="stable")["input"]
+    places = [printed.index(f"{name} ") for name in order]
+    assert places == sorted(places)
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import io
 import json
 import pathlib
 
@@ -10,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
+from rich.console import Console
 
 from warprock import rocking
 from warprock.case import Case, load_case
@@ -17,7 +19,8 @@ from warprock.cli import main
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
 from warprock.reference.oracle import oracle_response
-from warprock.response import Outcome, SampleTimes
+from warprock.report.tables_spectrum import print_spectrum
+from warprock.response import Outcome, SampleTimes, Status
 from warprock.spectrum import Spectrum, run_spectrum
 
 Array = np.ndarray
@@ -176,6 +179,19 @@ def test_a_spectrum_that_is_none_is_refused(change: str, words: str, tmp_path: p
     written(tmp_path)
     with pytest.raises(InputError, match=words):
         load_case(tmp_path, [change.removeprefix("-s ")])
+
+
+def test_the_table_says_which_blocks_fell_and_which_have_no_number(tmp_path: pathlib.Path):
+    found = run_spectrum(written(tmp_path, '["8 deg"]'), "housner")
+    first, last = int(found.lanes[0, 0, 0]), int(found.lanes[0, 0, -1])
+    assert found.run.response["outcome"][first] == Outcome.OVERTURNED
+    found.run.response.fields["status"][last] = Status.NONFINITE
+    stream = io.StringIO()
+    print_spectrum(found, [], Console(file=stream, width=100))
+    cells = dict(line.split() for line in stream.getvalue().splitlines() if len(line.split()) == 2)
+    assert (cells["1.5"], cells["6"]) == ("fell", "-")
+    middle = int(found.lanes[0, 0, 16])
+    assert cells[f"{found.period[middle]:.3g}"] == f"{found.ratio[middle]:.4f}"
 
 
 @pytest.mark.parametrize("name", ["sample", "ensemble", "study"])
