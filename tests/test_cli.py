@@ -330,48 +330,6 @@ def test_output_that_nobody_reads_ends_quietly():
     assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")
 
 
-def test_doctor_reports_this_machine():
-    result = invoke("doctor", "--json")
-    found = json.loads(result.stdout)
-    assert result.exit_code == (1 if found["missing"] else 0)
-    assert found["cores"] >= 1
-    assert {"cpu"} <= {device["device"] for device in found["devices"]}
-    assert all(found["versions"].values())
-    assert set(found["engines"]) == set(ENGINES)
-
-
-def test_without_room_for_kernels_one_line_says_where_to_put_them(case: pathlib.Path):
-    cache = case / "cache"  # below a file
-    command = [sys.executable, "-m", "warprock"]
-    environment = {**os.environ, "WARP_CACHE_PATH": str(cache)}
-    run, doctor = (
-        subprocess.run(
-            [*command, *arguments],
-            env=environment,
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=60,
-        )
-        for arguments in (("run", str(case)), ("doctor",))
-    )
-    said = f"kernel cache: got '{cache}"
-    assert (run.returncode, doctor.returncode) == (2, 1)
-    assert run.stderr.startswith(f"error: {said}")
-    assert run.stderr.count("\n") == 1
-    assert f"missing: {said}" in doctor.stdout
-    assert all("WARP_CACHE_PATH" in text for text in (run.stderr, doctor.stdout))
-
-
-def test_doctor_exits_with_1_when_something_is_missing(monkeypatch: pytest.MonkeyPatch):
-    from warprock import doctor
-
-    monkeypatch.setattr(doctor, "PACKAGES", (*doctor.PACKAGES, "no-such-package"))
-    result = invoke("doctor")
-    assert result.exit_code == 1
-    assert "package no-such-package is not installed" in result.stdout
-
-
 def test_json_has_no_nan_and_no_infinity():
     import numpy as np
 
