@@ -60,6 +60,12 @@ def test_a_bad_file_is_refused_in_one_line(tmp_path: pathlib.Path, text: str, sa
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.skipif(not pathlib.Path("/dev/zero").exists(), reason="devices are files on POSIX")
+def test_a_device_is_no_record() -> None:
+    with pytest.raises(InputError, match="a device, must be a file"):
+        load_record("/dev/zero")
+
+
 def test_a_missing_file_names_what_is_shipped(tmp_path: pathlib.Path) -> None:
     with pytest.raises(InputError, match="did you mean ridgecrest-2019-ccc-"):
         load_record("ridgecrest-2019-ccc-180")

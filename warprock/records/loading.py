@@ -7,6 +7,7 @@ one of them named: `FILE#2`, or `FILE#N-S` by what the file calls its direction.
 from __future__ import annotations
 
 import difflib
+import errno
 import functools
 import hashlib
 import importlib.resources
@@ -126,6 +127,9 @@ def _missing(path: pathlib.Path, name: str, error: OSError) -> InputError:
 def _records(path: pathlib.Path, name: str) -> tuple[Record, ...]:
     """Every channel of a file; its text is read again only if its bytes have changed."""
     try:
+        if path.is_char_device() or path.is_block_device():
+            # Such as /dev/zero, which never ends.
+            raise OSError(errno.ENODEV, "A device")
         content = path.read_bytes()
     except OSError as error:
         raise _missing(path, name, error) from None
