@@ -318,7 +318,9 @@ def test_a_full_disk_exits_with_1_and_leaves_no_half_file(
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes and shells of POSIX systems")
-def test_output_that_nobody_reads_ends_quietly():
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_output_that_nobody_reads_ends_quietly(unbuffered: str, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("PYTHONUNBUFFERED", unbuffered)
     reader, writer = os.pipe()
     os.close(reader)
     command = [sys.executable, "-m", "warprock", "list", "--json"]

@@ -356,6 +356,12 @@ def entry() -> None:
     try:
         main()
     except SystemExit as end:
+        try:
+            sys.stdout.flush()
+        except BrokenPipeError:
+            # Nobody reads: what is left goes nowhere, or Python would say so at its end.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            raise SystemExit(1) from None
         if end.code not in (EXIT_INTERRUPTED, EXIT_RESUMABLE):
             raise
         signal.signal(signal.SIGINT, signal.SIG_IGN)
