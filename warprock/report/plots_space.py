@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pathlib
+import textwrap
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,6 +22,8 @@ Array = npt.NDArray[np.float64]
 SPACE = "space.png"
 ROWS = 4
 """Lanes that the figure shows at most, spread evenly over those of the histories."""
+LETTERS = 58
+"""Letters of a line above the widest panel: no name of a lane reaches the next one."""
 CAP = 1.5
 """Rotation / slenderness angle at which curves are cut: a fallen block would squash the others."""
 
@@ -46,11 +49,13 @@ def draw_space(
     lanes = run.lane_set.lanes
     assert isinstance(lanes, SpatialLanes)
     picked = np.unique(np.linspace(0, len(numbers) - 1, min(ROWS, len(numbers))).astype(np.intp))
+    names = [textwrap.fill(titles[at] or f"lane {numbers[at]}", LETTERS) for at in picked]
+    extra = 0.17 * sum(name.count("\n") for name in names)
     with drawing() as plt:
         figure, grid = plt.subplots(
             len(picked),
             3,
-            figsize=(10.5, 1.1 + 2.0 * len(picked)),
+            figsize=(10.5, 1.1 + 2.0 * len(picked) + extra),
             width_ratios=(2.2, 1.0, 1.4),
             sharex="col",
             squeeze=False,
@@ -58,10 +63,10 @@ def draw_space(
         )
         block = f", block {lanes.block_count} (the highest)" if lanes.stacked else ""
         figure.suptitle(f"{run.case.title}\nout of the plane of rocking{block}", **FIGURE_TITLE)
-        for row, at in zip(grid, picked, strict=True):
+        for row, name, at in zip(grid, names, picked, strict=True):
             in_plane, across, yaw = _histories(lanes, int(numbers[at]), response, int(at))
             _draw_rotations(row[0], response.times, in_plane, across)
-            row[0].set_title(titles[at] or f"lane {numbers[at]}", loc="left")
+            row[0].set_title(name, loc="left")
             row[1].plot(in_plane, across, color=BLUE, linewidth=0.7)
             row[1].set_ylabel("across the plane [-]")
             row[2].plot(response.times, yaw, color=PURPLE, linewidth=0.9)
@@ -71,8 +76,8 @@ def draw_space(
         grid[-1, 0].set_xlabel(TIME_LABEL)
         grid[-1, 1].set_xlabel("in the plane [-]")
         grid[-1, 2].set_xlabel(TIME_LABEL)
-        handles, names = grid[0, 0].get_legend_handles_labels()
-        figure.legend(handles, names, loc="outside lower left", ncols=2, frameon=False)
+        handles, labels = grid[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower left", ncols=2, frameon=False)
         return save(figure, path)
 
 
