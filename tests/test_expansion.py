@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from tests.case_texts import FREE
 from tests.shipped import RUNNABLE_CASES
 from warprock import case_keys
 from warprock.case import load_case
@@ -12,20 +13,6 @@ from warprock.case_motions import case_records
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
 from warprock.motion import HarmonicMotions, MotionKind, RickerMotions, SpatialMotions, StillBase
-
-BLOCK = """
-title = "t"
-source = "s"
-[block]
-width = "0.5 m"
-height = "1 m"
-depth = "20 cm"
-density = "2670 kg/m^3"
-[contact]
-friction = 1.0
-[run]
-duration = "5 s"
-"""
 
 ANALYTIC_CASES = [name for name in RUNNABLE_CASES if name != "record-ridgecrest"]
 
@@ -43,7 +30,7 @@ def expand(tmp_path):
 def motion(waveform, control, amplitude, *lines):
     return "\n".join(
         [
-            BLOCK,
+            FREE,
             "[motion]",
             f'waveform = "{waveform}"',
             f'control = "{control}"',
@@ -158,7 +145,7 @@ def test_grids_are_linear_or_logarithmic(expand):
         '[[sweep]]\nblock.height = { from = "1 m", to = "200 cm", count = 5 }\n'
         '[[sweep]]\ncontact.friction = { from = 0.01, to = 100, count = 5, spacing = "log" }\n'
     )
-    lane_set = expand(BLOCK + grid)
+    lane_set = expand(FREE + grid)
     assert lane_set.shape == (5, 5)
     np.testing.assert_array_equal(lane_set.lanes.height[::5], [1.0, 1.25, 1.5, 1.75, 2.0])
     # Powers of ten through logarithms: some roundings.
@@ -169,16 +156,16 @@ def test_grids_are_linear_or_logarithmic(expand):
 
 def test_one_point_grids_and_no_sweep_at_all(expand):
     point = '[[sweep]]\nblock.height = { from = "2 m", to = "3 m", count = 1 }\n'
-    assert list(expand(BLOCK + point).lanes.height) == [2.0]
-    assert expand(BLOCK).lanes.lane_count == 1
+    assert list(expand(FREE + point).lanes.height) == [2.0]
+    assert expand(FREE).lanes.lane_count == 1
 
 
 def test_restitution_is_housners_unless_given(expand):
-    lane_set = expand(BLOCK)
+    lane_set = expand(FREE)
     # sin^2 = b^2 / (b^2 + h^2) = 0.2 for 0.5 x 1: 1 - 1.5 x 0.2.
     assert lane_set.lanes.angular_restitution[0] == pytest.approx(0.7, rel=1e-15)
     assert not lane_set.scene.restitution_given
-    lane_set = expand(BLOCK, "contact.angular_restitution=0.9")
+    lane_set = expand(FREE, "contact.angular_restitution=0.9")
     assert lane_set.lanes.angular_restitution[0] == 0.9
     assert lane_set.scene.restitution_given
 
@@ -257,17 +244,17 @@ REFUSED = [
         "got 5 s, must be before the end of the run, 5 s",
     ),
     (
-        BLOCK + '[start]\nrotation = "27 deg"\n',
+        FREE + '[start]\nrotation = "27 deg"\n',
         "start.rotation",
         "got 27 deg, must be less than the block's slenderness angle, 26.5651 deg",
     ),
     (
-        BLOCK + '[start]\nrotation = "-27 deg"\n',
+        FREE + '[start]\nrotation = "-27 deg"\n',
         "start.rotation",
         "got -27 deg, must be less than the block's slenderness angle, 26.5651 deg",
     ),
     (
-        BLOCK + '[[sweep]]\nblock.width = ["1.4 m", "1.5 m"]\n',
+        FREE + '[[sweep]]\nblock.width = ["1.4 m", "1.5 m"]\n',
         "block.width",
         "got 1.5 m, must be less than 1.41 times block.height",
     ),
@@ -277,10 +264,10 @@ REFUSED = [
         "motion.waveform",
         "got ricker, sine, must be of one family in a case",
     ),
-    (BLOCK + '[[sweep]]\nlabel.width_m = ["a"]\n', "sweep.label.width_m", "must not be the name"),
-    (BLOCK + '[[sweep]]\nlabel.status = ["a"]\n', "sweep.label.status", "must not be the name"),
+    (FREE + '[[sweep]]\nlabel.width_m = ["a"]\n', "sweep.label.width_m", "must not be the name"),
+    (FREE + '[[sweep]]\nlabel.status = ["a"]\n', "sweep.label.status", "must not be the name"),
     (
-        BLOCK
+        FREE
         + '[[check]]\nkind = "peaks"\nengine = "housner"\nbecause = "b"\nvalues = [0.1, 0.2]\n'
         + "tolerance = 1e-3\n",
         "check[0].values",
@@ -301,7 +288,7 @@ def test_values_that_do_not_fit_together_are_refused(text, key, words, expand, t
 def test_the_first_bad_lane_is_named(expand):
     sweep = '[[sweep]]\nstart.rotation = ["1 deg", "30 deg", "40 deg"]\n'
     with pytest.raises(InputError, match=r"got 30 deg, .* \(lane 1\)"):
-        expand(BLOCK + sweep)
+        expand(FREE + sweep)
 
 
 def test_no_lanes_at_all_are_refused():
@@ -311,9 +298,9 @@ def test_no_lanes_at_all_are_refused():
 
 
 def test_a_rotation_is_given_by_angle_or_by_ratio(expand):
-    by_angle = expand(BLOCK, "start.rotation=10 deg")
+    by_angle = expand(FREE, "start.rotation=10 deg")
     assert by_angle.lanes.rotation_start[0] == pytest.approx(math.radians(10.0), rel=4.5e-16)
-    by_ratio = expand(BLOCK, "start.rotation_ratio=-0.5")
+    by_ratio = expand(FREE, "start.rotation_ratio=-0.5")
     start = by_ratio.lanes.rotation_start[0]
     assert start == pytest.approx(-0.5 * math.atan(0.5), rel=4.5e-16)
 
@@ -339,7 +326,7 @@ RECORD = "# unit: {unit}\n# interval: 0.5 s\n0\n1\n-2\n0\n"
 def record_case(*names):
     listed = ", ".join(f'"{name}"' for name in names)
     return (
-        f'{BLOCK}[motion]\nwaveform = "record"\n[[sweep]]\nmotion.record = [{listed}]\n'
+        f'{FREE}[motion]\nwaveform = "record"\n[[sweep]]\nmotion.record = [{listed}]\n'
         "[[sweep]]\nmotion.scale = [1.0, 3.0]\n"
     )
 
