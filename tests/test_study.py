@@ -130,7 +130,7 @@ REFUSED = [
     ),
     (f"{VARY}substeps = 2", "study.vary.substeps", 2, "must be a list of at least 2 values"),
     (f"{VARY}substeps = [20]", "study.vary.substeps", [20], "must be a list of at least 2 values"),
-    (f"{VARY}substeps = [20, -1]", "study.vary.substeps[1]", -1, "from 0 to 10000 - (direct)"),
+    (f"{VARY}substeps = [20, -1]", "study.vary.substeps[1]", -1, "from 0 to 10000 (direct)"),
     (f"{VARY}substeps = [20, 2.5]", "study.vary.substeps[1]", 2.5, "a whole number (direct)"),
     (f"{VARY}substeps = [20, 20]", "study.vary.substeps[1]", 20, "must not be there twice"),
     (

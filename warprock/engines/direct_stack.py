@@ -12,6 +12,8 @@ from warprock.engines.settings import DirectSettings
 from warprock.engines.soundness import account_of, contacts_hold, unstable
 from warprock.engines.stack_launching import (
     Array,
+    body_columns,
+    carried,
     launch_stacks,
     one_by_one,
     stack_columns,
@@ -78,11 +80,8 @@ def _blocks(lanes: Lanes, settings: DirectSettings) -> dict[str, Array]:
     eccentric weight tilt it is left to the first moments of the run, as is the sinking of a turned
     block.
     """
-    mass = lanes.mass
     x, z, left, right = start_on_corners(lanes)
-    # What stands on each interface, and where its centre is: sums from the top down.
-    above = np.cumsum(mass[:, ::-1], axis=1)[:, ::-1]
-    centre = np.cumsum((mass * x)[:, ::-1], axis=1)[:, ::-1] / above
+    above, centre = carried(lanes, x)
     share = np.clip((centre - left) / np.maximum(right - left, 1e-12), 0.0, 1.0)
     turn = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
     on_right = np.select([turn > 0.0, turn < 0.0], [1.0, 0.0], share)
@@ -90,15 +89,9 @@ def _blocks(lanes: Lanes, settings: DirectSettings) -> dict[str, Array]:
     sunk = np.where(flat, 0.5 * GRAVITY * above / settings.contact_stiffness, 0.0)
     weight = GRAVITY * settings.time_step * above
     return {
-        "face": 0.5 * lanes.face_width,
-        "high": 0.5 * lanes.height,
-        "inverse_mass": 1.0 / mass,
-        "inverse_inertia": 12.0 / (mass * (lanes.width**2 + lanes.height**2)),
-        "friction": lanes.friction,
-        "offset": lanes.offset,
+        **body_columns(lanes),
         "x": x,
         "z": z - np.cumsum(sunk, axis=1),
-        "theta": lanes.rotation_start,
         "left": weight * (1.0 - on_right),
         "right": weight * on_right,
     }

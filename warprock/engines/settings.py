@@ -332,7 +332,8 @@ def judged_settings(
             hint = f"; did you mean {near[0]}?" if near else ""
             raise InputError(source, key, got, f"unknown key{hint} (allowed: {', '.join(fields)})")
         meta, whole = fields[name].metadata, isinstance(fields[name].default, int)
-        bound = f"must be from {meta['low']:g} to {meta['high']:g} {meta['unit']}"
+        unit = "" if meta["unit"] == "-" else f" {meta['unit']}"
+        bound = f"must be from {meta['low']:g} to {meta['high']:g}{unit}"
         if isinstance(got, bool) or not isinstance(got, int if whole else (int, float)):
             raise InputError(source, key, got, f"{bound}, a {'whole ' if whole else ''}number")
         if not (math.isfinite(got) and meta["low"] <= got <= meta["high"]):

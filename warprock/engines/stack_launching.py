@@ -168,6 +168,30 @@ def stack_columns(lanes: Lanes) -> dict[str, Array]:
     }
 
 
+def carried(lanes: Lanes, x: Array) -> tuple[Array, Array]:
+    """What stands on each interface [kg] and where its centre is [m], shape [lane, block] each.
+
+    Args:
+        lanes: The stacks.
+        x: Where the centres of mass of the blocks are [m], shape [lane, block].
+    """
+    above = np.cumsum(lanes.mass[:, ::-1], axis=1)[:, ::-1]
+    return above, np.cumsum((lanes.mass * x)[:, ::-1], axis=1)[:, ::-1] / above
+
+
+def body_columns(lanes: Lanes) -> dict[str, Array]:
+    """Fields of the struct `Block` that are read off the lanes, shape [lane, block] each."""
+    return {
+        "face": 0.5 * lanes.face_width,
+        "high": 0.5 * lanes.height,
+        "inverse_mass": 1.0 / lanes.mass,
+        "inverse_inertia": 12.0 / (lanes.mass * (lanes.width**2 + lanes.height**2)),
+        "friction": lanes.friction,
+        "offset": lanes.offset,
+        "theta": lanes.rotation_start,
+    }
+
+
 def block_columns(lanes: Lanes, fall: float) -> dict[str, Array]:
     """Fields of the struct `Block`, shape [lane, block] each.
 
@@ -176,11 +200,8 @@ def block_columns(lanes: Lanes, fall: float) -> dict[str, Array]:
         fall: Velocity that gravity adds in a step [m/s], or that times the step [m], for
             multipliers that are impulses times the step.
     """
-    mass = lanes.mass
     x, z, left, right = start_on_corners(lanes)
-    # What stands on each interface, and where its centre is: sums from the top down.
-    above = np.cumsum(mass[:, ::-1], axis=1)[:, ::-1]
-    centre = np.cumsum((mass * x)[:, ::-1], axis=1)[:, ::-1] / above
+    above, centre = carried(lanes, x)
     # By statics where an interface is closed; else the end that touches carries everything.
     width = right - left
     width = np.where(width > 0.0, width, np.inf)
@@ -190,15 +211,9 @@ def block_columns(lanes: Lanes, fall: float) -> dict[str, Array]:
         for side, arm in ((-1.0, right - centre), (1.0, centre - left))
     )
     return {
-        "face": 0.5 * lanes.face_width,
-        "high": 0.5 * lanes.height,
-        "inverse_mass": 1.0 / mass,
-        "inverse_inertia": 12.0 / (mass * (lanes.width**2 + lanes.height**2)),
-        "friction": lanes.friction,
-        "offset": lanes.offset,
+        **body_columns(lanes),
         "x": x,
         "z": z,
-        "theta": lanes.rotation_start,
         "left": fall * above * on_left,
         "right": fall * above * on_right,
     }
