@@ -22,7 +22,13 @@ from warprock.engines.launching import NEVER, Target, respond
 from warprock.engines.settings import DemSettings
 from warprock.engines.soundness import account_of, unstable
 from warprock.engines.spatial_dem import dem_module, longest_steps, run_dem
-from warprock.engines.stack_launching import Array, as_stacks, launch_stacks, stack_module
+from warprock.engines.stack_launching import (
+    Array,
+    as_stacks,
+    body_columns,
+    launch_stacks,
+    stack_module,
+)
 from warprock.engines.stepping import lane_fields, planar_fields
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions, StillBase
@@ -173,13 +179,8 @@ def _blocks(stacks: Lanes, settings: DemSettings) -> dict[str, Array]:
     """Fields of the struct `Block`, shape [lane, block] each."""
     start = start_at_rest(stacks, settings)
     return {
-        "face": 0.5 * stacks.face_width,
-        "high": 0.5 * stacks.height,
-        "inverse_mass": 1.0 / stacks.mass,
-        "inverse_inertia": 12.0 / (stacks.mass * (stacks.width**2 + stacks.height**2)),
-        "friction": stacks.friction,
+        **body_columns(stacks),
         "depth": interface_depth(stacks),
-        "offset": stacks.offset,
         "x": start.x,
         "z": start.settlement,
         "theta": start.rotation,
