@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.case_texts import FREE, PULSE, refusal
-from warprock.case import case_names, load_case, template_kinds, template_text
+from warprock.case import load_case
 from warprock.case_keys import KEYS, SWEEP_KEYS, did_you_mean
 from warprock.case_tables import CaseTables
+from warprock.case_text import case_names, template_kinds, template_text
 from warprock.engines.settings import ImpulseSettings
 from warprock.errors import InputError
 from warprock.response import SampleTimes

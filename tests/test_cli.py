@@ -19,7 +19,7 @@ from click.testing import CliRunner, Result
 
 from tests.blocks import single_block_engines
 from tests.shipped import RUNNABLE_CASES
-from warprock.case import case_names, template_kinds
+from warprock.case_text import case_names, template_kinds
 from warprock.cli import main
 from warprock.engines import ENGINES
 

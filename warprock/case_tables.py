@@ -12,9 +12,10 @@ from typing import Annotated, Any, Literal, Self
 
 import pydantic
 
-from warprock.case_keys import KEYS, MOST_BLOCKS, NOTHING, NumberKey, Said, TextKey
+from warprock.case_keys import KEYS, NOTHING, NumberKey, Said, TextKey
 from warprock.engines.settings import SETTINGS
 from warprock.motion import Control, Waveform
+from warprock.runnable import MOST_BLOCKS
 from warprock.units import Quantity
 
 
@@ -191,6 +192,10 @@ class Motion(Direction):
     z: Direction | None = None
 
 
+MOST_SAMPLES = 1_000_000
+"""Samples of a history that a case may ask for: more than a figure shows or a table is read for."""
+
+
 class Run(Table):
     """Length of the run and time between samples of its histories [s]."""
 
@@ -201,6 +206,16 @@ class Run(Table):
     def _interval_inside(self) -> Self:
         if self.sample_interval is not None and self.sample_interval > self.duration:
             allowed = f"must be at most run.duration, {self.duration:g} s"
+            raise KeyedError("sample_interval", f"{self.sample_interval:g} s", allowed)
+        if (
+            self.sample_interval is not None
+            and self.duration >= MOST_SAMPLES * self.sample_interval
+        ):
+            count = self.duration / self.sample_interval
+            allowed = (
+                f"must make less than {MOST_SAMPLES:,} samples of {self.duration:g} s, not "
+                f"{count:.3g}: a history of {8e-9 * count:.3g} GB"
+            )
             raise KeyedError("sample_interval", f"{self.sample_interval:g} s", allowed)
         return self
 
@@ -276,6 +291,9 @@ class BoundariesCheck(Check):
 CheckSpec = PeaksCheck | HousnerCheck | BoundariesCheck
 
 
+TITLE = TextKey("one line that says what the case is")
+
+
 class CaseTables(Table):
     """A case file without its sweep.
 
@@ -287,7 +305,7 @@ class CaseTables(Table):
         peers: Settings by program beside the engines; `case_settings.read_settings` judges them.
     """
 
-    title: Annotated[str, pydantic.Field(min_length=1)]
+    title: Annotated[str, pydantic.BeforeValidator(TITLE.read)]
     source: Annotated[str, pydantic.Field(min_length=1)]
     model: Annotated[str, pydantic.BeforeValidator(KEYS["model"].read)] | None = None
     block: Annotated[

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from warprock.case import Case
 from warprock.case_settings import ENGINES, PEERS
 from warprock.engines.settings import SETTINGS, judged_settings
-from warprock.errors import InputError
+from warprock.errors import InputError, listed
 from warprock.reference.peer_settings import PEER_SETTINGS
 
 OPTION = "--engine"
@@ -35,7 +35,7 @@ def require_known(asked: Iterable[str], known: Iterable[str]) -> None:
     """
     for each in asked:
         if plain_name(each) not in known:
-            raise InputError(OPTION, "", each, f"allowed: {', '.join(known)}")
+            raise InputError(OPTION, "", each, f"allowed: {listed(plain_name(each), known)}")
 
 
 def case_asked(case: Case, asked: str) -> Case:

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from warprock.errors import InputError
+from warprock.errors import InputError, listed
 from warprock.fragility_fit import Bootstrap, Fit, Observations, bootstrap, fit_lognormal, observe
 from warprock.fragility_groups import (
     LEAST_RECORDS,
@@ -190,7 +190,9 @@ def _require_columns(table: pd.DataFrame, source: str, intensity: str, by: Seque
     ):
         for name in names:
             if name not in known:
-                raise InputError(option, "", name, f"must be a column of {source}: {_list(known)}")
+                raise InputError(
+                    option, "", name, f"must be a column of {source}: {listed(name, known)}"
+                )
     for name in ("status", "outcome", "uplift_time_s"):
         if name not in table:
             raise InputError(source, name, "nothing", "must be a column: this is no lane table")
@@ -200,10 +202,6 @@ def _require_columns(table: pd.DataFrame, source: str, intensity: str, by: Seque
         at = int(np.argmax(bad))
         allowed = f"must be above 0 in every lane (row {at}): it is the intensity measure"
         raise InputError(source, intensity, float(values[at]), allowed)
-
-
-def _list(names: Sequence[str]) -> str:
-    return ", ".join(names)
 
 
 def _reached(lanes: pd.DataFrame, limit: Limit) -> npt.NDArray[np.bool_]:
