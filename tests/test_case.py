@@ -117,7 +117,7 @@ def test_a_case_is_found_by_folder_and_by_file(write, tmp_path):
 def test_no_such_case():
     error = refusal("free-b2")
     assert str(error).startswith(
-        "CASE: got 'free-b2', must be a shipped case (fragility-fema-p695, "
+        "CASE: got 'free-b2', must be a shipped case (free-b0, free-b1-b3, "
     )
     assert "did you mean free-b0?" in str(error)
 

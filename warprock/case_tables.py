@@ -77,16 +77,31 @@ class Stack(pydantic.RootModel[dict[str, StackedBlock]]):
 
     model_config = pydantic.ConfigDict(frozen=True)
 
-    @pydantic.model_validator(mode="after")
-    def _numbered(self) -> Self:
-        for number in range(1, len(self.root) + 1):
-            if str(number) not in self.root:
-                allowed = f"must be given: blocks are numbered from 1, the lowest, to {MOST_BLOCKS}"
-                raise KeyedError(str(number), NOTHING, allowed)
-        if len(self.root) > MOST_BLOCKS:
-            last = str(len(self.root))
-            raise KeyedError(last, Said("a block"), f"must not be: at most {MOST_BLOCKS} blocks")
-        return self
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _numbered(cls, blocks: Any) -> Any:
+        """Judges the numbers of the blocks before what is in them."""
+        known = [str(number) for number in range(1, MOST_BLOCKS + 1)]
+        numbered = "blocks are numbered from 1, the lowest"
+        words = [name for name in blocks if not str(name).isdecimal()]
+        if words:
+            odd = next(iter(blocks.keys() - words)) if words[0] in Block.model_fields else words[0]
+            allowed = (
+                f"must not be beside block.{next(k for k in blocks if k != odd)}: a block has "
+            )
+            raise KeyedError(odd, blocks[odd], f"{allowed}its own keys, and of a stack {numbered}")
+        for name in blocks:
+            if name not in known:
+                allowed = (
+                    f"must be from 1 to {MOST_BLOCKS}, at most {MOST_BLOCKS} blocks: {numbered}"
+                )
+                raise KeyedError(name, Said("a block of that number"), allowed)
+        highest = max(blocks, key=known.index)
+        for number in known[: known.index(highest)]:
+            if number not in blocks:
+                allowed = f"must be given below block.{highest}: {numbered}"
+                raise KeyedError(number, NOTHING, allowed)
+        return blocks
 
 
 def _single_or_stack(block: object) -> str:
@@ -291,7 +306,7 @@ class BoundariesCheck(Check):
 CheckSpec = PeaksCheck | HousnerCheck | BoundariesCheck
 
 
-TITLE = TextKey("one line that says what the case is")
+TITLE = TextKey("text that says what the case is")
 
 
 class CaseTables(Table):

@@ -93,7 +93,7 @@ def find_case(text: str) -> CaseText:
         raise InputError("CASE", "", str(path), allowed) from None
     except UnicodeDecodeError as error:
         got = Said(f"byte {error.start}: not UTF-8")
-        raise InputError(str(path), "", got, "must be a UTF-8 text file") from None
+        raise InputError(str(path), "", got, "must be a readable UTF-8 file") from None
     folder = path.resolve().parent
     name = folder.name if path.name == CASE_FILE else path.stem
     return CaseText(name, str(path), folder, content)

@@ -55,7 +55,12 @@ def case_asked(case: Case, asked: str) -> Case:
     known = (PEER_SETTINGS if kind == PEERS else SETTINGS).get(name)
     if known is None:
         raise InputError(OPTION, "", asked, f"must be {name} alone: it has no settings")
-    given = dict(_setting(asked, part) for part in text.split(","))
+    given: dict[str, int | float] = {}
+    for part in text.split(","):
+        key, value = _setting(asked, part)
+        if key in given:
+            raise InputError(OPTION, key, part, f"must be given once in {asked}")
+        given[key] = value
     judged_settings(known, name, given, OPTION)
     tables = getattr(case.tables, kind)
     changed = {**tables, name: {**tables.get(name, {}), **given}}

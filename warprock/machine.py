@@ -44,7 +44,7 @@ def require_workers(workers: int | None) -> None:
         InputError: It is.
     """
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise InputError("--workers", "", workers, f"must be from 1 to {MOST_WORKERS}")
+        raise InputError("--workers", "", workers, f"must be at least 1 and at most {MOST_WORKERS}")
 
 
 def package_versions(names: tuple[str, ...]) -> dict[str, str | None]:
