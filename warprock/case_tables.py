@@ -83,13 +83,13 @@ class Stack(pydantic.RootModel[dict[str, StackedBlock]]):
         """Judges the numbers of the blocks before what is in them."""
         known = [str(number) for number in range(1, MOST_BLOCKS + 1)]
         numbered = "blocks are numbered from 1, the lowest"
-        words = [name for name in blocks if not str(name).isdecimal()]
-        if words:
-            odd = next(iter(blocks.keys() - words)) if words[0] in Block.model_fields else words[0]
-            allowed = (
-                f"must not be beside block.{next(k for k in blocks if k != odd)}: a block has "
-            )
-            raise KeyedError(odd, blocks[odd], f"{allowed}its own keys, and of a stack {numbered}")
+        first = next(iter(blocks))
+        for name in blocks:
+            if str(name).isdecimal() != str(first).isdecimal():
+                allowed = (
+                    f"must not be beside block.{first}: a block has its own keys, and of a stack "
+                )
+                raise KeyedError(name, blocks[name], allowed + numbered)
         for name in blocks:
             if name not in known:
                 allowed = (
