@@ -35,6 +35,8 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
             "warprock/pose.py",
             "warprock/stacking.py",
             "warprock/machine.py",
+            "warprock/reading.py",
+            "warprock/runnable.py",
         ),
         "errors",
         "numpy",

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from warprock import pose
-from warprock.case import load_case, template_text
+from warprock.case import load_case
+from warprock.case_text import template_text
 from warprock.errors import InputError
 from warprock.expansion import LaneSet, expand_lanes
 from warprock.lanes import SpatialLanes

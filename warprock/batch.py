@@ -13,10 +13,12 @@ from typing import Any
 from warprock.devices import keeping_kernels
 from warprock.engines import engine_class
 from warprock.engines.launching import Form, Target
+from warprock.errors import InputError
 from warprock.lanes import Lanes
-from warprock.machine import core_count
+from warprock.machine import core_count, require_workers
 from warprock.motion import GroundMotions
 from warprock.response import Response, SampleTimes, join_responses
+from warprock.runnable import require_runnable
 
 CHUNK_STEPS = 2.0e7
 """Steps aimed at in a chunk: a second or so of work, so that Ctrl-C and progress are prompt."""
@@ -29,6 +31,29 @@ _WARMING_UP = threading.Lock()
 
 LANE_QUANTUM = 32
 """Chunks are a multiple of the lanes of a pack."""
+
+MOST_HISTORY = 500_000_000
+"""Numbers in the histories of a batch: 4 GB."""
+
+
+def require_room(blocks: int, times: SampleTimes, source: str = "run_batch") -> None:
+    """Refuses histories that are too large to be held in memory.
+
+    Args:
+        blocks: Blocks of all lanes together.
+        times: Duration and sampling.
+        source: What errors name as their source.
+
+    Raises:
+        InputError: They are.
+    """
+    if times.interval is None or blocks * times.count <= MOST_HISTORY:
+        return
+    allowed = (
+        f"must make at most {MOST_HISTORY:,} numbers, 4 GB, in the histories of all blocks: "
+        f"{blocks:,} blocks x {times.count:,} samples are {blocks * times.count:,}"
+    )
+    raise InputError(source, "run.sample_interval", f"{times.interval:g} s", allowed)
 
 
 def default_chunk_size(lane_count: int, steps_per_lane: float, workers: int) -> int:
@@ -71,13 +96,17 @@ def run_batch(
         The response of all lanes, in their order.
 
     Raises:
-        ValueError: No lanes.
         KeyError: Unknown engine.
-        InputError: Its kernel is not built yet, and the folder of the kernels cannot be written to.
+        InputError: No lanes, lanes or motions that cannot be run (see `require_runnable`), fewer
+            than one worker or lane of a chunk, histories that are too large to be held, or a
+            kernel that is not built yet while its folder cannot be written to.
     """
+    require_runnable(lanes, motions)
+    require_workers(workers)
+    if chunk_size is not None and chunk_size < 1:
+        raise InputError("run_batch", "chunk_size", chunk_size, "must be at least 1")
     count = lanes.lane_count
-    if count == 0:
-        raise ValueError("lanes: got 0, must be > 0")
+    require_room(count * lanes.block_count, times)
     built = engine_class(engine)(settings, Target(precision, device, form))
     if built.target.on_cpu:
         threads = workers or core_count()

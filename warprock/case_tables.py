@@ -12,9 +12,10 @@ from typing import Annotated, Any, Literal, Self
 
 import pydantic
 
-from warprock.case_keys import KEYS, MOST_BLOCKS, NOTHING, NumberKey, Said, TextKey
+from warprock.case_keys import KEYS, NOTHING, NumberKey, Said, TextKey
 from warprock.engines.settings import SETTINGS
 from warprock.motion import Control, Waveform
+from warprock.runnable import MOST_BLOCKS
 from warprock.units import Quantity
 
 
@@ -76,16 +77,31 @@ class Stack(pydantic.RootModel[dict[str, StackedBlock]]):
 
     model_config = pydantic.ConfigDict(frozen=True)
 
-    @pydantic.model_validator(mode="after")
-    def _numbered(self) -> Self:
-        for number in range(1, len(self.root) + 1):
-            if str(number) not in self.root:
-                allowed = f"must be given: blocks are numbered from 1, the lowest, to {MOST_BLOCKS}"
-                raise KeyedError(str(number), NOTHING, allowed)
-        if len(self.root) > MOST_BLOCKS:
-            last = str(len(self.root))
-            raise KeyedError(last, Said("a block"), f"must not be: at most {MOST_BLOCKS} blocks")
-        return self
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _numbered(cls, blocks: Any) -> Any:
+        """Judges the numbers of the blocks before what is in them."""
+        known = [str(number) for number in range(1, MOST_BLOCKS + 1)]
+        numbered = "blocks are numbered from 1, the lowest"
+        first = next(iter(blocks))
+        for name in blocks:
+            if str(name).isdecimal() != str(first).isdecimal():
+                allowed = (
+                    f"must not be beside block.{first}: a block has its own keys, and of a stack "
+                )
+                raise KeyedError(name, blocks[name], allowed + numbered)
+        for name in blocks:
+            if name not in known:
+                allowed = (
+                    f"must be from 1 to {MOST_BLOCKS}, at most {MOST_BLOCKS} blocks: {numbered}"
+                )
+                raise KeyedError(name, Said("a block of that number"), allowed)
+        highest = max(blocks, key=known.index)
+        for number in known[: known.index(highest)]:
+            if number not in blocks:
+                allowed = f"must be given below block.{highest}: {numbered}"
+                raise KeyedError(number, NOTHING, allowed)
+        return blocks
 
 
 def _single_or_stack(block: object) -> str:
@@ -191,6 +207,10 @@ class Motion(Direction):
     z: Direction | None = None
 
 
+MOST_SAMPLES = 1_000_000
+"""Samples of a history that a case may ask for: more than a figure shows or a table is read for."""
+
+
 class Run(Table):
     """Length of the run and time between samples of its histories [s]."""
 
@@ -201,6 +221,16 @@ class Run(Table):
     def _interval_inside(self) -> Self:
         if self.sample_interval is not None and self.sample_interval > self.duration:
             allowed = f"must be at most run.duration, {self.duration:g} s"
+            raise KeyedError("sample_interval", f"{self.sample_interval:g} s", allowed)
+        if (
+            self.sample_interval is not None
+            and self.duration >= MOST_SAMPLES * self.sample_interval
+        ):
+            count = self.duration / self.sample_interval
+            allowed = (
+                f"must make less than {MOST_SAMPLES:,} samples of {self.duration:g} s, not "
+                f"{count:.3g}: a history of {8e-9 * count:.3g} GB"
+            )
             raise KeyedError("sample_interval", f"{self.sample_interval:g} s", allowed)
         return self
 
@@ -276,6 +306,9 @@ class BoundariesCheck(Check):
 CheckSpec = PeaksCheck | HousnerCheck | BoundariesCheck
 
 
+TITLE = TextKey("text that says what the case is")
+
+
 class CaseTables(Table):
     """A case file without its sweep.
 
@@ -287,7 +320,7 @@ class CaseTables(Table):
         peers: Settings by program beside the engines; `case_settings.read_settings` judges them.
     """
 
-    title: Annotated[str, pydantic.Field(min_length=1)]
+    title: Annotated[str, pydantic.BeforeValidator(TITLE.read)]
     source: Annotated[str, pydantic.Field(min_length=1)]
     model: Annotated[str, pydantic.BeforeValidator(KEYS["model"].read)] | None = None
     block: Annotated[

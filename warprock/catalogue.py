@@ -8,12 +8,13 @@ from typing import Any
 
 import pandas as pd
 
-from warprock.case import Case, case_names, load_case, template_text
+from warprock.case import Case, load_case
+from warprock.case_text import case_names, template_text
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.settings import SETTINGS
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
-from warprock.files import replacing, require_writable
+from warprock.files import replacing, require_writable_file
 from warprock.reference.peer_programs import PROGRAMS
 from warprock.scene import SceneKind
 
@@ -27,6 +28,9 @@ ONE_TEXT = ("dem", "xpbd")
 
 VALUES_SHOWN = 12
 """Distinct values of an input up to which all of them are listed."""
+
+LANES_SHOWN = 100_000
+"""Lanes whose inputs are looked through; of more, the first ones."""
 
 ESTIMATE = (
     "`run` adds an estimate of every lane's rotation error, from runs at a half and, where it "
@@ -55,7 +59,8 @@ def explain_case(case: Case) -> dict[str, Any]:
         The scene, the axes of the sweep, the values of every input, and for each engine the reason
         why it declines, or the kernel that would run.
     """
-    lane_set = expand_lanes(case)
+    many = case.lane_count > LANES_SHOWN
+    lane_set = expand_lanes(case, range(LANES_SHOWN) if many else None)
     scene = lane_set.scene
     inputs = lane_set.inputs
     return {
@@ -67,7 +72,8 @@ def explain_case(case: Case) -> dict[str, Any]:
         },
         "scene": dataclasses.asdict(scene)
         | {"why": _scene_text(scene), "left_out": list(scene.left_out)},
-        "lanes": lane_set.lanes.lane_count,
+        "lanes": case.lane_count,
+        "inputs_of_lanes": lane_set.lanes.lane_count,
         "duration_s": lane_set.times.duration,
         "sample_interval_s": lane_set.times.interval,
         "sweep": [{"keys": list(axis.columns), "length": axis.length} for axis in case.axes]
@@ -82,7 +88,7 @@ def write_template(kind: str, path: pathlib.Path) -> pathlib.Path:
     """Writes a commented case file to start from.
 
     Args:
-        kind: One of `case.template_kinds()`.
+        kind: One of `case_text.template_kinds()`.
         path: File to write, or a folder to write `case.toml` into.
 
     Returns:
@@ -95,7 +101,7 @@ def write_template(kind: str, path: pathlib.Path) -> pathlib.Path:
     file = path / "case.toml" if path.is_dir() or path.suffix != ".toml" else path
     if file.exists():
         raise InputError("PATH", "", str(file), "must not exist already")
-    require_writable(file.parent, "PATH")
+    require_writable_file(file, "PATH")
     file.parent.mkdir(parents=True, exist_ok=True)
     with replacing(file) as temporary:
         temporary.write_text(text, encoding="utf-8")

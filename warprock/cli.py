@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from warprock import __version__
+from warprock.cli_exits import EXIT_CHECK, EXIT_FAILED, EXIT_INTERRUPTED, ExitCodes
 from warprock.cli_fragility import fragility
 from warprock.cli_incremental import ida
 from warprock.cli_map import overturning_map
@@ -43,29 +44,6 @@ from warprock.errors import InputError
 if TYPE_CHECKING:
     from warprock.runner import CaseRun
     from warprock.trade_choice import Choice
-
-EXIT_FAILED, EXIT_INPUT, EXIT_CHECK, EXIT_INTERRUPTED = 1, 2, 3, 130
-
-
-class ExitCodes(click.Group):
-    """A group of commands that turns errors into the exit codes of the command line."""
-
-    def invoke(self, ctx: click.Context) -> Any:
-        """Runs a command; bad input exits with 2, Ctrl-C with 130, a full disk with 1."""
-        try:
-            return super().invoke(ctx)
-        except InputError as error:
-            click.echo(f"error: {error}", err=True)
-            ctx.exit(EXIT_INPUT)
-        except KeyboardInterrupt:
-            click.echo("interrupted", err=True)
-            ctx.exit(EXIT_INTERRUPTED)
-        except BrokenPipeError:
-            # Whoever read the output has enough of it: Click ends quietly.
-            raise
-        except OSError as error:
-            click.echo(f"error: {error}", err=True)
-            ctx.exit(EXIT_FAILED)
 
 
 @click.group(cls=ExitCodes, context_settings={"help_option_names": ["-h", "--help"]})
@@ -234,7 +212,6 @@ def reproduce(target: str, folder: pathlib.Path, workers: int | None, as_json: b
     from warprock.report import console, tables
 
     runner.require_choice("reproduce", target, tuple(module.TARGETS))
-    runner.require_workers(workers)
     with console.lane_progress(f"reproduce {target}", None) as progress:
         found = module.reproduce(target, folder, workers=workers, progress=progress)
     console.print_json(found) if as_json else tables.print_reproduction(found)
@@ -247,7 +224,8 @@ def reproduce(target: str, folder: pathlib.Path, workers: int | None, as_json: b
 def check(ctx: click.Context, case_name: str | None, as_json: bool) -> None:
     """Run the checks that a CASE holds, or those of all shipped cases; exit 3 if one fails."""
     from warprock import checks
-    from warprock.case import case_names, load_case
+    from warprock.case import load_case
+    from warprock.case_text import case_names
     from warprock.report import console, tables
 
     rows = []
@@ -322,10 +300,8 @@ def bench(ctx: click.Context, seconds: float, workers: int | None, as_json: bool
     from warprock.bench import run_bench
     from warprock.devices import start_warp
     from warprock.report import console
-    from warprock.runner import require_workers
 
     require_within("--seconds", seconds, 0.0, 3600.0)
-    require_workers(workers)
     start_warp()
     found = run_bench(seconds=seconds, workers=workers)
     found["peers"] = peers.compare(found["accuracy"], seconds)

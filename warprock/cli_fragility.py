@@ -45,11 +45,12 @@ def fragility(
     band from resampled records, or why there is none.
     """
     from warprock import fragility as module
+    from warprock.fragility_table import read_lanes
     from warprock.report import console, plots_fragility, tables_fragility
 
     require_samples(samples, seed)
     chosen = module.read_limits(limits or module.DEFAULT_LIMITS)
-    lanes = module.read_lanes(table)
+    lanes = read_lanes(table)
     curves = module.fragility_curves(
         lanes,
         source=str(table),

@@ -35,9 +35,20 @@ def set_option(command: Command) -> Command:
 
 def workers_option(command: Command) -> Command:
     """`--workers`."""
-    return click.option("--workers", type=int, help="Worker threads; the cores at hand without.")(
-        command
-    )
+    return click.option(
+        "--workers",
+        type=int,
+        callback=_workers,
+        help="Worker threads; the cores at hand without.",
+    )(command)
+
+
+def _workers(_context: click.Context, _option: click.Parameter, workers: int | None) -> int | None:
+    """A number of worker threads, refused where it is out of bounds."""
+    from warprock.machine import require_workers
+
+    require_workers(workers)
+    return workers
 
 
 def device_options(command: Command) -> Command:

@@ -103,10 +103,8 @@ def run(
     from warprock import sweep_plan, sweep_run
     from warprock.files import require_writable
     from warprock.report import console, sweeps
-    from warprock.runner import require_workers
 
     part = sweep_run.read_shard(shard)
-    require_workers(workers)
     if max_bad is not None and not 0.0 <= max_bad <= 1.0:
         raise InputError("--max-bad", "", max_bad, "must be a share of the lanes, from 0 to 1")
     found = sweep_plan.read_plan(folder)
@@ -161,18 +159,18 @@ def status(folder: pathlib.Path, as_json: bool) -> None:
     "-o",
     "--output",
     "file",
-    type=click.Path(path_type=pathlib.Path, dir_okay=False),
+    type=click.Path(path_type=pathlib.Path),
     help="Parquet file to write; lanes.parquet in DIR without.",
 )
 @json_option
 def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> None:
     """Join the chunks of a sweep that is done in one Parquet file, all lanes in order."""
     from warprock import sweep_chunks, sweep_plan
-    from warprock.files import require_writable
+    from warprock.files import require_writable, require_writable_file
     from warprock.report import console
 
     found = sweep_plan.read_plan(folder)
-    require_writable(folder if file is None else file.resolve().parent)
+    require_writable(folder, "DIR") if file is None else require_writable_file(file)
     with console.lane_progress("merge", found.lane_count) as progress:
         written = sweep_chunks.merge(found, folder, file, progress)
     facts = {"plan": found.id, "lanes": found.lane_count, "file": str(written)}
@@ -196,7 +194,6 @@ def bench_sweep(
     from warprock.engines.settings import SETTINGS
     from warprock.report import console, sweeps
 
-    runner.require_workers(workers)
     for engine in engines:
         runner.require_choice("--engine", engine, tuple(SETTINGS))
     rows = sweep_bench.run_sweep_bench(

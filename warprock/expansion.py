@@ -36,6 +36,13 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
+MOST_BLOCKS_AT_ONCE = 5_000_000
+"""Blocks of all lanes of a case together that are held in memory at once."""
+BYTES_OF_A_BLOCK = 1000
+"""Memory that a run takes for each, measured over a million lanes, the table it writes included."""
+LANES_A_SECOND = 5000.0
+"""Lanes of 20 s of a record that `event` runs in a second on two cores."""
+
 
 @dataclasses.dataclass(frozen=True)
 class LaneSet:
@@ -103,6 +110,8 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
     """
     import pandas as pd
 
+    if lanes is None:
+        _require_room(case)
     values = LaneValues(case, range(case.lane_count) if lanes is None else lanes)
     if not values.lanes:
         raise InputError(case.file, "sweep", Said("0 lanes"), "must make at least 1 lane")
@@ -140,6 +149,25 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
     if lanes is None and not case.overridden:
         _refuse_checks(case, lane_set)
     return lane_set
+
+
+def _require_room(case: Case) -> None:
+    """Refuses more lanes than are held in memory at once.
+
+    Raises:
+        InputError: There are more.
+    """
+    count, blocks = case.lane_count, case.tables.block_count
+    if count * blocks <= MOST_BLOCKS_AT_ONCE:
+        return
+    of_blocks = "" if blocks == 1 else f" of {blocks} blocks"
+    need, hours = BYTES_OF_A_BLOCK * blocks * count / 1e9, count / LANES_A_SECOND / 3600.0
+    allowed = (
+        f"must make at most {MOST_BLOCKS_AT_ONCE // blocks:,} lanes{of_blocks} in one run, which "
+        f"holds them all in memory (these: some {need:,.0f} GB, {hours:,.1f} h): warprock sweep "
+        "plan runs any number in chunks"
+    )
+    raise InputError(case.file, "sweep", Said(f"{count:,} lanes"), allowed)
 
 
 def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions, dict[str, object]]:

@@ -11,8 +11,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import pathlib
-import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -28,8 +26,8 @@ from warprock.fragility_groups import (
     lane_groups,
     record_numbers,
 )
+from warprock.fragility_table import PEAK_RATIO, require_lane_table
 from warprock.response import USABLE
-from warprock.store import LANE_TABLE
 
 Array = npt.NDArray[np.float64]
 
@@ -39,8 +37,6 @@ DEFAULT_LIMITS = (UPLIFT, "0.15", "0.35", OVERTURNING)
 
 INTENSITY = "peak_acceleration_m_s2"
 """Intensity measure where none is asked for: the peak ground acceleration."""
-
-_PEAK_RATIO = re.compile(r"peak_rotation_ratio(_[1-9])?$")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -115,23 +111,6 @@ def read_limits(texts: Sequence[str]) -> list[Limit]:
     return limits
 
 
-def read_lanes(path: pathlib.Path) -> pd.DataFrame:
-    """A lane table, from its Parquet file or from the folder of a run or of a sweep.
-
-    Raises:
-        InputError: There is no such file, or it cannot be read.
-    """
-    file = path / LANE_TABLE if path.is_dir() else path
-    if not file.is_file():
-        allowed = f"must be a Parquet file, or a folder that holds {LANE_TABLE}"
-        raise InputError("TABLE", "", str(path), allowed)
-    try:
-        return pd.read_parquet(file)
-    except (OSError, ValueError) as error:
-        first = str(error).splitlines()[0]
-        raise InputError("TABLE", "", str(file), f"must be a Parquet file: {first}") from None
-
-
 def fragility_curves(
     table: pd.DataFrame,
     *,
@@ -160,7 +139,7 @@ def fragility_curves(
         InputError: A column that the table does not have, an intensity that is not above zero, or
             a group without a lane that can be used.
     """
-    _require_columns(table, source, intensity, by)
+    require_lane_table(table, source, intensity, by)
     curves = []
     for group, rows in lane_groups(table, by):
         lanes = table.iloc[rows]
@@ -181,31 +160,6 @@ def fragility_curves(
     return curves
 
 
-def _require_columns(table: pd.DataFrame, source: str, intensity: str, by: Sequence[str]) -> None:
-    """Refuses a table that is no lane table, and columns that it does not have."""
-    numbers = [str(name) for name in table.select_dtypes("number").columns]
-    for option, names, known in (
-        ("--by", by, [str(name) for name in table.columns]),
-        ("--im", [intensity], numbers),
-    ):
-        for name in names:
-            if name not in known:
-                raise InputError(option, "", name, f"must be a column of {source}: {_list(known)}")
-    for name in ("status", "outcome", "uplift_time_s"):
-        if name not in table:
-            raise InputError(source, name, "nothing", "must be a column: this is no lane table")
-    values = table[intensity].to_numpy(dtype=np.float64)
-    bad = ~(np.isfinite(values) & (values > 0.0))
-    if bad.any():
-        at = int(np.argmax(bad))
-        allowed = f"must be above 0 in every lane (row {at}): it is the intensity measure"
-        raise InputError(source, intensity, float(values[at]), allowed)
-
-
-def _list(names: Sequence[str]) -> str:
-    return ", ".join(names)
-
-
 def _reached(lanes: pd.DataFrame, limit: Limit) -> npt.NDArray[np.bool_]:
     """Whether every lane reached a limit state, shape [lane]."""
     fell = np.asarray(lanes["outcome"].isin(["overturned", "slid_off"]), dtype=np.bool_)
@@ -213,7 +167,7 @@ def _reached(lanes: pd.DataFrame, limit: Limit) -> npt.NDArray[np.bool_]:
         return np.asarray(lanes["outcome"] == "overturned", dtype=np.bool_)
     if limit.ratio is None:
         return np.asarray(np.isfinite(lanes["uplift_time_s"]) | fell, dtype=np.bool_)
-    names = [str(name) for name in lanes.columns if _PEAK_RATIO.match(str(name))]
+    names = [str(name) for name in lanes.columns if PEAK_RATIO.match(str(name))]
     peak = lanes[names].to_numpy(dtype=np.float64).max(axis=1)
     return np.asarray((peak >= limit.ratio) | fell, dtype=np.bool_)
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.case import Case
-from warprock.errors import InputError
+from warprock.errors import InputError, listed
 from warprock.expansion import expand_lanes
 from warprock.fragility import INTENSITY
 from warprock.fragility_capacity import bootstrap_capacities, fit_capacities
@@ -110,7 +110,7 @@ def _require(inputs: pd.DataFrame, intensity: str, by: Sequence[str]) -> None:
         raise InputError("--im", "", intensity, allowed)
     for name in by:
         if name not in inputs:
-            columns = ", ".join(map(str, inputs.columns))
+            columns = listed(name, map(str, inputs.columns))
             raise InputError("--by", "", name, f"must be an input of the lanes: {columns}")
 
 

@@ -181,6 +181,10 @@ HISTORIES: tuple[str, ...] = tuple(n for n, f in FIELDS.items() if f.dims == ("l
 INTEGER_FIELDS: tuple[str, ...] = ("outcome", "status", "impact_count", "step_count")
 
 
+MOST_SAMPLES = 2**27
+"""Samples of one history: 1 GB."""
+
+
 @dataclasses.dataclass(frozen=True)
 class SampleTimes:
     """How long a run lasts and when its histories are sampled.
@@ -201,6 +205,18 @@ class SampleTimes:
                 f"sample interval: got {self.interval} s, must be > 0 s and at most the duration, "
                 f"{self.duration} s"
             )
+        if self.count > MOST_SAMPLES:
+            raise ValueError(
+                f"sample interval: got {self.interval} s, which makes {self.count:,} samples, "
+                f"{8 * self.count / 1e9:,.1f} GB a history; must make at most {MOST_SAMPLES:,}"
+            )
+
+    @property
+    def count(self) -> int:
+        """Number of samples."""
+        if self.interval is None:
+            return 1
+        return 1 + int(np.floor(self.duration / self.interval * (1.0 + 1e-12)))
 
     @property
     def times(self) -> npt.NDArray[np.float64]:
@@ -210,8 +226,7 @@ class SampleTimes:
         """
         if self.interval is None:
             return np.array([self.duration])
-        count = int(np.floor(self.duration / self.interval * (1.0 + 1e-12)))
-        samples = self.interval * np.arange(count + 1, dtype=np.float64)
+        samples = self.interval * np.arange(self.count, dtype=np.float64)
         # 140 x 0.005 s is more than 0.7 s by round-off: a time that a run would not come to.
         return np.minimum(samples, self.duration)
 

@@ -13,16 +13,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from warprock.batch import run_batch
+from warprock.batch import require_room, run_batch
 from warprock.case import Case
 from warprock.case_keys import NOTHING
 from warprock.case_spatial import spatial_because
 from warprock.case_values import LaneValues
 from warprock.devices import require_device
 from warprock.engines import ENGINES, engine_class
-from warprock.errors import InputError
+from warprock.errors import InputError, listed
 from warprock.estimate import run_with_estimate
 from warprock.expansion import LaneSet, expand_lanes
+from warprock.machine import require_workers
 from warprock.response import Response, SampleTimes, join_responses, take_lanes
 
 PRECISIONS = ("float64", "float32")
@@ -90,6 +91,8 @@ def run_case(
     lane_set = expand_lanes(case)
     require_support(case, lane_set, engine)
     times = _sample_times(case, histories)
+    blocks = lane_set.lanes.lane_count * lane_set.lanes.block_count
+    require_room(blocks, times, case.source_of("run.sample_interval"))
     started = time.perf_counter()
     settings = case.engine_settings(engine)
     response = run_lane_set(
@@ -236,7 +239,7 @@ def require_options(
     """Refuses options of a run that are not among those allowed.
 
     Raises:
-        InputError: Unknown engine, precision or device, or fewer than one worker.
+        InputError: Unknown engine, precision or device, or a number of workers out of bounds.
     """
     require_choice("--engine", engine, tuple(ENGINES))
     require_choice("--precision", precision, PRECISIONS)
@@ -251,17 +254,7 @@ def require_choice(source: str, got: str, allowed: tuple[str, ...]) -> None:
         InputError: It is not.
     """
     if got not in allowed:
-        raise InputError(source, "", got, f"allowed: {', '.join(allowed)}")
-
-
-def require_workers(workers: int | None) -> None:
-    """Refuses a number of worker threads below one.
-
-    Raises:
-        InputError: It is below one.
-    """
-    if workers is not None and workers < 1:
-        raise InputError("--workers", "", workers, "must be at least 1")
+        raise InputError(source, "", got, f"allowed: {listed(got, allowed)}")
 
 
 def require_support(case: Case, lane_set: LaneSet, engine: str) -> None:

@@ -38,6 +38,7 @@ from warprock.engines.launching import Target
 from warprock.engines.soundness import energy_gained, exploded
 from warprock.files import replacing
 from warprock.machine import kernel_hash
+from warprock.reading import require_plain
 from warprock.response import USABLE, Outcome, Response, SampleTimes, Status
 from warprock.runner import PRECISIONS
 from warprock.scene import scene_kind
@@ -252,6 +253,7 @@ def measure(
 def read_part(path: pathlib.Path, mark: str) -> pd.DataFrame | None:
     """The table that a file keeps, if it is there, whole, and holds just that part; else None."""
     try:
+        require_plain(path)
         table = pq.read_table(path)
     except (OSError, pa.ArrowException):
         return None

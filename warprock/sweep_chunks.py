@@ -14,6 +14,7 @@ from __future__ import annotations
 import collections
 import dataclasses
 import enum
+import errno
 import json
 import pathlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -26,6 +27,7 @@ from warprock.case_keys import Said
 from warprock.errors import InputError
 from warprock.expansion import LaneSet
 from warprock.files import replacing
+from warprock.reading import reason, require_plain
 from warprock.response import Response
 from warprock.store import LANE_TABLE, arrow_table, count_words, lane_table
 from warprock.sweep_plan import Plan
@@ -82,6 +84,7 @@ def find_chunk(plan: Plan, folder: pathlib.Path, number: int) -> Chunk:
     """What is in the place of a chunk."""
     path, lanes = chunk_path(folder, number), plan.lanes_of(number)
     try:
+        require_plain(path)
         found = pq.read_metadata(path)
     except FileNotFoundError:
         return Chunk(number, ChunkState.MISSING)
@@ -166,9 +169,10 @@ def _writer(path: pathlib.Path, schema: pa.Schema, footer: Mapping[str, Any]) ->
 
 
 def _unwritten(error: OSError, what: str) -> OSError:
+    mend = "make room" if error.errno in (errno.ENOSPC, errno.EDQUOT) else "mend that"
     return OSError(
-        f"{what} could not be written: {error.strerror or error}; nothing else is lost: make room, "
-        "then run the same command again"
+        f"{what} could not be written: {reason(error)}; nothing else is lost: {mend}, then run the "
+        "same command again"
     )
 
 

@@ -27,6 +27,7 @@ from warprock.errors import InputError
 from warprock.files import replacing
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
+from warprock.reading import require_plain
 from warprock.response import Response, SampleTimes, Status
 from warprock.runner import require_choice
 from warprock.scene import scene_kind
@@ -161,6 +162,8 @@ def _written_rows(path: pathlib.Path) -> dict[Any, dict[str, Any]]:
         InputError: It cannot be read.
     """
     try:
+        if path.exists():
+            require_plain(path)
         table = pd.read_parquet(path) if path.exists() else pd.DataFrame()
     except (OSError, pa.ArrowException):
         allowed = "must be a table as it was written: delete it, and all rows are measured anew"

@@ -137,7 +137,9 @@ def print_explanation(found: Mapping[str, Any]) -> None:
         out.print(f"  {text}")
     if found["study"]:
         _print_study_plan(out, found["study"])
-    out.print("\nInputs:")
+    part = found["inputs_of_lanes"] < found["lanes"]
+    first = f" (of the first {found['inputs_of_lanes']:,} lanes)" if part else ""
+    out.print(f"\nInputs{first}:")
     for name, spread in found["inputs"].items():
         out.print(f"  {name}: {_spread_text(spread)}")
     out.print("\nEngines:")
