@@ -48,7 +48,11 @@ INPUTS: dict[str, tuple[str, str]] = {
     "density_kg_m3": ("kg/m^3", "Density"),
     "friction": ("-", "Coulomb friction coefficient"),
     "angular_restitution": ("-", "Angular velocity after / before an impact"),
-    "slenderness_angle_rad": ("rad", "Slenderness (critical) angle"),
+    "slenderness_angle_rad": (
+        "rad",
+        "Slenderness (critical) angle; of an eccentric block that of its weaker side",
+    ),
+    "slenderness_angle_across_rad": ("rad", "The same about the edges at the ends of its depth"),
     "half_diagonal_m": ("m", "Half diagonal"),
     "frequency_parameter_rad_s": ("rad/s", "Frequency parameter"),
     "rotation_start_rad": ("rad", "Rotation at the start"),
@@ -79,7 +83,11 @@ INPUTS: dict[str, tuple[str, str]] = {
     "time_step_factor": ("-", "Factor on the engine's time step"),
     "peak_velocity_m_s": ("m/s", "Largest velocity of the base, PGV"),
     "normalised_velocity": ("-", "Frequency parameter x PGV / (g tan(slenderness angle))"),
-    "normalised_acceleration": ("-", "Largest acceleration / (g tan(slenderness angle))"),
+    "normalised_acceleration": (
+        "-",
+        "Largest acceleration / that which lifts the block to its weaker side, g tan(slenderness "
+        "angle); in space with its yaw",
+    ),
 }
 """Unit and meaning of the columns that a lane's inputs may have; any other is a label."""
 
