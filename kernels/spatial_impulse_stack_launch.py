@@ -6,8 +6,8 @@ acceleration that they leave lie the velocities that the first step starts from:
 to half steps.
 
 An interface rocks while a corner of what its faces share does not touch; it lands once one touches
-again. It moves while it rocks or slides, see `slips` of `spatial_impulse`. A stack ends when two faces share nothing, or a block leans by a right angle, also against
-what it stands on.
+again. A stack moves while an interface rocks or slides, see `slips` of `spatial_impulse`. It ends
+when two faces share nothing, or a block leans by a right angle, also against what it stands on.
 """
 
 from typing import Any

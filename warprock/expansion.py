@@ -29,6 +29,7 @@ from warprock.lanes import Lanes, SpatialLanes
 from warprock.motion import GroundMotions
 from warprock.response import FIELDS, SampleTimes
 from warprock.scene import SceneKind, scene_kind
+from warprock.undecided import UNDECIDED
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -220,7 +221,7 @@ def _refuse_labels(case: Case, columns: Mapping[str, object]) -> None:
         for block in range(1, case.tables.block_count + 1)
     }
     for label in case.labels:
-        if label in {"lane", *CELL_COLUMNS, *columns} | results:
+        if label in {"lane", UNDECIDED, *CELL_COLUMNS, *columns} | results:
             allowed = "must not be the name of an input or of a result"
             raise InputError(case.file, f"sweep.{LABEL}{label}", label, allowed)
 
