@@ -309,7 +309,7 @@ def test_a_bracket_whose_middle_has_no_number_stays_as_it_is(
     grid = run_grid(written(tmp_path), "housner")
     nothing = np.int8(Mode.NO_NUMBER)
     monkeypatch.setattr(
-        overturning_boundaries, "modes", lambda response: np.full(response.lane_count, nothing)
+        overturning_boundaries, "modes", lambda response, *_: np.full(response.lane_count, nothing)
     )
     found = refine(grid, 1e-6)
     assert found.stages == 1
