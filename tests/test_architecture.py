@@ -34,6 +34,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
             "warprock/rocking.py",
             "warprock/pose.py",
             "warprock/stacking.py",
+            "warprock/undecided.py",
             "warprock/machine.py",
             "warprock/reading.py",
             "warprock/runnable.py",

@@ -17,6 +17,7 @@ from warprock.expansion import expand_lanes
 from warprock.files import replacing, require_writable_file
 from warprock.reference.peer_programs import PROGRAMS
 from warprock.scene import SceneKind
+from warprock.undecided import cut_text
 
 TWO_BLOCK = "two-block"
 """Engine that runs one lane a thread on any device."""
@@ -75,6 +76,7 @@ def explain_case(case: Case) -> dict[str, Any]:
         "lanes": case.lane_count,
         "inputs_of_lanes": lane_set.lanes.lane_count,
         "duration_s": lane_set.times.duration,
+        "motion_cut_short": cut_text(lane_set.motions, lane_set.times.duration) or None,
         "sample_interval_s": lane_set.times.interval,
         "sweep": [{"keys": list(axis.columns), "length": axis.length} for axis in case.axes]
         + ([{"keys": ["member"], "length": case.members}] if case.ensemble else []),

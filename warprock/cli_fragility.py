@@ -69,9 +69,11 @@ def fragility(
         found = {
             "table": str(table),
             "intensity": intensity,
+            "undecided": tables_fragility.undecided_lanes(lanes),
             "curves": rows.to_dict("records"),
             "files": files,
         }
         console.print_json(found)
     else:
         tables_fragility.print_curves(rows, intensity, files)
+        tables_fragility.print_undecided(lanes)

@@ -20,15 +20,16 @@ from warprock.case import Case
 from warprock.case_ensemble import CELL_COLUMNS
 from warprock.case_keys import Said
 from warprock.case_motions import lane_motions
-from warprock.case_spatial import spatial_because, spatial_columns, spatial_lanes
+from warprock.case_spatial import optional, spatial_because, spatial_columns, spatial_lanes
 from warprock.case_stacks import stack_columns, stack_lanes
 from warprock.case_tables import PeaksCheck
 from warprock.case_values import LaneValues
 from warprock.errors import InputError
-from warprock.lanes import Lanes
+from warprock.lanes import Lanes, SpatialLanes
 from warprock.motion import GroundMotions
 from warprock.response import FIELDS, SampleTimes
 from warprock.scene import SceneKind, scene_kind
+from warprock.undecided import UNDECIDED
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -174,9 +175,10 @@ def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions,
     """Blocks, ground motions, and the columns of both in the table of inputs."""
     stacked = values.case.tables.stacked
     blocks = stack_lanes(values) if stacked else _blocks(values, in_space=in_space)
-    columns = stack_columns(blocks) if stacked else _block_columns(blocks)
     if in_space:
         blocks = spatial_lanes(values, blocks)
+    columns = stack_columns(blocks) if stacked else _block_columns(blocks)
+    if isinstance(blocks, SpatialLanes):
         columns |= spatial_columns(blocks)
     motions, more = lane_motions(values, blocks)
     return blocks, motions, columns | more
@@ -188,10 +190,12 @@ def _blocks(values: LaneValues, *, in_space: bool) -> Lanes:
     angle = np.arctan2(width, height)
     rotation_start = np.zeros_like(width)
     if values.given("start.rotation_ratio"):
-        rotation_start = angle * values.numbers("start.rotation_ratio")
+        aside = optional(values, "block.centre_offset_x") if in_space else 0.0
+        nearer = np.arctan2(width - 2.0 * np.abs(aside), height)
+        rotation_start = nearer * values.numbers("start.rotation_ratio")
     elif values.given("start.rotation"):
         rotation_start = values.numbers("start.rotation")
-        beyond = np.abs(rotation_start) >= angle
+        beyond = (np.abs(rotation_start) >= angle) & (not in_space)
         if beyond.any():
             limit = np.rad2deg(angle[int(np.argmax(beyond))])
             allowed = f"must be less than the block's slenderness angle, {limit:.6g} deg"
@@ -245,7 +249,7 @@ def _refuse_labels(case: Case, columns: Mapping[str, object]) -> None:
         for block in range(1, case.tables.block_count + 1)
     }
     for label in case.labels:
-        if label in {"lane", *CELL_COLUMNS, *columns} | results:
+        if label in {"lane", UNDECIDED, *CELL_COLUMNS, *columns} | results:
             allowed = "must not be the name of an input or of a result"
             raise InputError(case.file, f"sweep.{LABEL}{label}", label, allowed)
 

@@ -23,8 +23,9 @@ from warprock.fragility_groups import (
     record_numbers,
 )
 from warprock.incremental import FALLEN, Analysis, Verdict
-from warprock.response import USABLE
+from warprock.response import USABLE, Outcome, Response, Status
 from warprock.store import input_meaning
+from warprock.undecided import undecided
 
 Array = npt.NDArray[np.float64]
 
@@ -199,6 +200,19 @@ def lane_rows(found: Analysis, intensity: str) -> pd.DataFrame:
     table.insert(0, "lane", np.arange(len(table)))
     table.attrs["columns"] = _meanings(table, set(inputs.columns) | {"lane"}, intensity)
     return table
+
+
+def undecided_runs(found: Analysis) -> int:
+    """Runs whose end left open if the block stands, see `undecided`; they count as standing."""
+    curves, lane_set = found.curves, found.lane_set
+    lanes = curves["lane"].to_numpy()
+    codes = {
+        "outcome": [Outcome[word.upper()] for word in curves["outcome"]],
+        "status": [Status[word.upper()] for word in curves["status"]],
+    }
+    response = Response("", {name: np.array(each) for name, each in codes.items()}, np.empty(0))
+    blocks, motions = lane_set.lanes.take(lanes), lane_set.motions.take(lanes)
+    return int(undecided(response, blocks, motions, lane_set.times.duration).sum())
 
 
 def run_rows(found: Analysis, intensity: str) -> pd.DataFrame:

@@ -159,9 +159,16 @@ FIELDS: dict[str, Field] = {
 """Every field by name.
 
 In space the rotation is that of the block's axis in the plane of rocking, atan2(x, z) of the axis
-(x, y, z), the rotation across atan2(y, z), the yaw the twist of its attitude about the vertical;
-the slide is that of the corner which touches, from where it stood at the start: `residual_slide`
-along x, `residual_slide_across` along y, `peak_slide` the length of both.
+(x, y, z), the rotation across atan2(y, z), each until the block falls: from z = 1/2 on, a lean of
+60 degrees, both go over to the angles of an axis that lies on the ground, atan2(x, |y|) and
+atan2(y, |x|). A block that fell along x has a rotation of 90 degrees and none across, one that
+fell across has the opposite, one that fell over a corner in the direction (cos a, sin a) has
+90 degrees - a and a (see `pose.rotations`). Peaks are the largest of these over the run, the fall
+included; a lane's run ends with its fall, and its histories stay where they are then.
+
+The yaw is the twist of the attitude about the vertical; the slide is that of the corner which
+touches, from where it stood at the start: `residual_slide` along x, `residual_slide_across` along
+y, `peak_slide` the length of both.
 """
 
 ESTIMATE_FIELDS: tuple[str, ...] = ("peak_rotation_error", "rotation_error")

@@ -31,6 +31,7 @@ from warprock.response import (
     Status,
 )
 from warprock.runner import CaseRun
+from warprock.undecided import UNDECIDED, UNDECIDED_TEXT, cut_short, undecided
 
 LANE_TABLE = "lanes.parquet"
 CELL_TABLE = "cells.csv"
@@ -48,7 +49,11 @@ INPUTS: dict[str, tuple[str, str]] = {
     "density_kg_m3": ("kg/m^3", "Density"),
     "friction": ("-", "Coulomb friction coefficient"),
     "angular_restitution": ("-", "Angular velocity after / before an impact"),
-    "slenderness_angle_rad": ("rad", "Slenderness (critical) angle"),
+    "slenderness_angle_rad": (
+        "rad",
+        "Slenderness (critical) angle; of an eccentric block that of its weaker side",
+    ),
+    "slenderness_angle_across_rad": ("rad", "The same about the edges at the ends of its depth"),
     "half_diagonal_m": ("m", "Half diagonal"),
     "frequency_parameter_rad_s": ("rad/s", "Frequency parameter"),
     "rotation_start_rad": ("rad", "Rotation at the start"),
@@ -79,7 +84,11 @@ INPUTS: dict[str, tuple[str, str]] = {
     "time_step_factor": ("-", "Factor on the engine's time step"),
     "peak_velocity_m_s": ("m/s", "Largest velocity of the base, PGV"),
     "normalised_velocity": ("-", "Frequency parameter x PGV / (g tan(slenderness angle))"),
-    "normalised_acceleration": ("-", "Largest acceleration / (g tan(slenderness angle))"),
+    "normalised_acceleration": (
+        "-",
+        "Largest acceleration / that which lifts the block to its weaker side, g tan(slenderness "
+        "angle); in space with its yaw",
+    ),
 }
 """Unit and meaning of the columns that a lane's inputs may have; any other is a label."""
 
@@ -123,6 +132,10 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
             of_field = {field.block_column(k): v for k, v in enumerate(values.T, 1)}
         columns |= of_field
         meaning |= dict.fromkeys(of_field, (field.unit, field.text))
+    columns[UNDECIDED] = undecided(
+        response, lane_set.lanes, lane_set.motions, lane_set.times.duration
+    )
+    meaning[UNDECIDED] = ("-", UNDECIDED_TEXT)
     ratio = response["peak_rotation"] / lane_set.lanes.slenderness_angle
     ratios = dict(zip(peak_ratio_columns(lane_set), np.atleast_2d(ratio.T), strict=True))
     columns |= ratios
@@ -197,6 +210,7 @@ def provenance(run: CaseRun) -> dict[str, Any]:
         "lanes": response.lane_count,
         "status": count_words(response, "status"),
         "outcome": count_words(response, "outcome"),
+        **undecided_counts(run.lane_set, response),
         "rotation_error_rad": error_summary(response),
         "duration_s": run.lane_set.times.duration,
         "wall_time_s": run.wall_time,
@@ -250,6 +264,15 @@ def count_words(response: Response, name: str) -> dict[str, int]:
     words = _words(field)
     counts = np.bincount(response[name], minlength=len(words))
     return dict(zip(words, counts.tolist(), strict=True))
+
+
+def undecided_counts(lane_set: LaneSet, response: Response) -> dict[str, int]:
+    """How many lanes a run left undecided, and of how many it cut the ground motion short."""
+    motions, duration = lane_set.motions, lane_set.times.duration
+    return {
+        UNDECIDED: int(undecided(response, lane_set.lanes, motions, duration).sum()),
+        "motion_cut_short": int(cut_short(motions, duration).sum()),
+    }
 
 
 def error_summary(response: Response) -> dict[str, float] | None:

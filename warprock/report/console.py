@@ -129,6 +129,8 @@ def print_explanation(found: Mapping[str, Any]) -> None:
     ]
     for name, value in facts:
         out.print(f"  {name}: {_text(value)}")
+    if found["motion_cut_short"]:
+        out.print(f"  {found['motion_cut_short']}", soft_wrap=True)
     for axis in found["sweep"]:
         keys = ", ".join(axis["keys"])
         out.print(f"  sweep: {keys} ({axis['length']} values)")
@@ -150,6 +152,7 @@ def print_explanation(found: Mapping[str, Any]) -> None:
 def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
     """Prints a run: every lane of a small one, counts and ranges of a large one."""
     from warprock.store import count_words, error_summary, lane_table, peak_ratio_columns
+    from warprock.undecided import cut_text
 
     out = _stdout()
     response = run.response
@@ -174,6 +177,9 @@ def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
         counts = count_words(response, name)
         words = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
         out.print(f"{name}: {words}")
+    cut = cut_text(run.lane_set.motions, run.lane_set.times.duration)
+    if cut:
+        out.print(cut, soft_wrap=True)
     error = error_summary(response)
     if error is not None:
         out.print(

@@ -18,12 +18,14 @@ COLORS: dict[Mode, str] = {
     Mode.WITH_IMPACT: "#E69F00",
     Mode.WITHOUT_IMPACT: "#56B4E9",
     Mode.NO_NUMBER: "#BBBBBB",
+    Mode.UNDECIDED: "#CC79A7",
 }
 NAMES: dict[Mode, str] = {
     Mode.SAFE: "does not overturn",
     Mode.WITH_IMPACT: "overturns after one or more impacts (mode 1)",
     Mode.WITHOUT_IMPACT: "overturns without an impact (mode 2)",
     Mode.NO_NUMBER: "no usable number",
+    Mode.UNDECIDED: "undecided: the run is too short",
 }
 ROWS = 600
 """Cells up a panel: finer than what is printed."""
