@@ -13,6 +13,7 @@ from typing import Any
 from warprock.devices import keeping_kernels
 from warprock.engines import engine_class
 from warprock.engines.launching import Form, Target
+from warprock.engines.workload import MOST_STEPS, require_workload
 from warprock.lanes import Lanes
 from warprock.machine import core_count
 from warprock.motion import GroundMotions
@@ -50,6 +51,7 @@ def run_batch(
     form: Form | None = None,
     workers: int | None = None,
     chunk_size: int | None = None,
+    most_steps: float = MOST_STEPS,
     progress: Callable[[int], None] | None = None,
 ) -> Response:
     """Runs all lanes of a batch with one engine.
@@ -65,6 +67,7 @@ def run_batch(
         form: Form of the kernel; the fast one for the device where None.
         workers: Worker threads on the CPU; as many as there are cores where None.
         chunk_size: Lanes in a chunk; chosen from the work where None.
+        most_steps: Steps that a lane may need, at most.
         progress: Called with the lanes finished so far.
 
     Returns:
@@ -73,12 +76,14 @@ def run_batch(
     Raises:
         ValueError: No lanes.
         KeyError: Unknown engine.
-        InputError: Its kernel is not built yet, and the folder of the kernels cannot be written to.
+        InputError: Its kernel is not built yet, and the folder of the kernels cannot be written to,
+            or a lane that the engine cannot model or that needs too many steps.
     """
     count = lanes.lane_count
     if count == 0:
         raise ValueError("lanes: got 0, must be > 0")
     built = engine_class(engine)(settings, Target(precision, device, form))
+    require_workload(built, lanes, motions, times, most_steps=most_steps)
     if built.target.on_cpu:
         threads = workers or core_count()
         time_step = getattr(built.settings, "time_step", 1.0 / STEPS_PER_SECOND_OF_MOTION)
