@@ -50,17 +50,16 @@ class AbstractEngine(abc.ABC):
         """Longest step that every lane may take [s], shape [lane], of an engine with an order."""
         return np.full(lanes.lane_count, self.settings.time_step)
 
-    def require_lanes(self, lanes: Lanes, source: str, first: int = 0) -> None:
-        """Refuses lanes whose blocks the engine cannot model, which few engines have.
+    def refused_lane(self, lanes: Lanes) -> tuple[int, float, str] | None:
+        """The first lane whose blocks the engine cannot model; None where there is none.
 
         Args:
             lanes: The lanes.
-            source: What errors name as their source.
-            first: Number of the first lane.
 
-        Raises:
-            InputError: There is one: its number, the value, and the bound.
+        Returns:
+            Its number, the value that cannot be, and what would be allowed.
         """
+        return None
 
     @abc.abstractmethod
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:

@@ -36,7 +36,6 @@ from warprock.engines.stack_launching import (
     stack_module,
 )
 from warprock.engines.stepping import lane_fields, planar_fields
-from warprock.errors import InputError
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions, StillBase
 from warprock.response import FIELDS, Response, SampleTimes, Status
@@ -101,22 +100,22 @@ class Dem(AbstractEngine):
         limit = stable_step(stiffest_frequency(as_stacks(lanes), self.settings), self.settings)
         return np.asarray(np.minimum(self.settings.time_step, self.settings.step_safety * limit))
 
-    def require_lanes(self, lanes: Lanes, source: str, first: int = 0) -> None:
-        """Refuses blocks that buckle on their springs; see `AbstractEngine.require_lanes`."""
+    def refused_lane(self, lanes: Lanes) -> tuple[int, float, str] | None:
+        """Blocks that buckle on their springs; see `AbstractEngine.refused_lane`."""
         if lanes.spatial:
             ratio = standing_ratio_in_space(lanes, self.settings)
         else:
             ratio = standing_ratio(as_stacks(lanes), self.settings)
         soft = ratio <= 1.0
         if not soft.any():
-            return
+            return None
         lane, block = np.argwhere(soft)[0]
         allowed = (
-            f"must be above 1: in dem the springs below block {block + 1} are softer against "
-            "rocking than the weight on them needs (k_n I / (W h), engines.dem.normal_stiffness), "
-            "so that it could not stand"
+            f"must be above 1: in dem the springs below block {block + 1} resist rocking by this "
+            "part of what the weight on them needs (k_n I / (W h)), so that it could not stand; "
+            "raise engines.dem.normal_stiffness"
         )
-        raise InputError(source, f"lane {first + lane}", float(ratio[lane, block]), allowed)
+        return int(lane), float(ratio[lane, block]), allowed
 
     def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
         if lanes.spatial:

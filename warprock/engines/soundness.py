@@ -228,9 +228,9 @@ def unstable(
     Rigid ones hold nothing, and a rotation takes no more energy than there was. Where contacts
     give back more than `EXPLOSION_BOUND` times what there was at all, or rotations tell of that,
     it is the step's; an account that is complete, with what springs hold in it, may be wrong by no
-    more than `COMPLETE_BOUND`. Where soft contacts let blocks sink below their flat state, or a block falls,
-    what they give back for a while counts from there. Besides, see `moved_by_nothing`: what has
-    once begun to rock takes energy from a base that could not have moved it. And see
+    more than `COMPLETE_BOUND`. Where soft contacts let blocks sink below their flat state, or a
+    block falls, what they give back for a while counts from there. Besides, see `moved_by_nothing`:
+    what has once begun to rock takes energy from a base that could not have moved it. And see
     `gone_through`.
 
     Args:

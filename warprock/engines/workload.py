@@ -42,7 +42,9 @@ def require_workload(
     Raises:
         InputError: There is such a lane: its number, the value, and the bound.
     """
-    engine.require_lanes(lanes, source, first)
+    refused = engine.refused_lane(lanes)
+    if refused is not None:
+        raise InputError(source, f"lane {first + refused[0]}", refused[1], refused[2])
     if engine.order is None:
         return
     step = engine.longest_step(lanes, motions)
