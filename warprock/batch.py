@@ -13,6 +13,7 @@ from typing import Any
 from warprock.devices import keeping_kernels
 from warprock.engines import engine_class
 from warprock.engines.launching import Form, Target
+from warprock.engines.workload import MOST_STEPS, require_workload
 from warprock.errors import InputError
 from warprock.lanes import Lanes
 from warprock.machine import core_count, require_workers
@@ -75,6 +76,7 @@ def run_batch(
     form: Form | None = None,
     workers: int | None = None,
     chunk_size: int | None = None,
+    most_steps: float = MOST_STEPS,
     progress: Callable[[int], None] | None = None,
 ) -> Response:
     """Runs all lanes of a batch with one engine.
@@ -90,6 +92,7 @@ def run_batch(
         form: Form of the kernel; the fast one for the device where None.
         workers: Worker threads on the CPU; as many as there are cores where None.
         chunk_size: Lanes in a chunk; chosen from the work where None.
+        most_steps: Steps that a lane may need, at most.
         progress: Called with the lanes finished so far.
 
     Returns:
@@ -97,8 +100,8 @@ def run_batch(
 
     Raises:
         KeyError: Unknown engine.
-        InputError: No lanes, lanes or motions that cannot be run (see `require_runnable`), fewer
-            than one worker or lane of a chunk, histories that are too large to be held, or a
+        InputError: No lanes, lanes that cannot be run (see `require_runnable`) or need too many
+            steps, fewer than one worker or lane of a chunk, histories too large to be held, or a
             kernel that is not built yet while its folder cannot be written to.
     """
     require_runnable(lanes, motions)
@@ -108,13 +111,13 @@ def run_batch(
     count = lanes.lane_count
     require_room(count * lanes.block_count, times)
     built = engine_class(engine)(settings, Target(precision, device, form))
+    require_workload(built, lanes, motions, times, most_steps=most_steps)
+    # A launch on a GPU is parallel in itself: one worker, one chunk.
+    threads, size = 1, chunk_size or count
     if built.target.on_cpu:
         threads = workers or core_count()
         time_step = getattr(built.settings, "time_step", 1.0 / STEPS_PER_SECOND_OF_MOTION)
         size = chunk_size or default_chunk_size(count, times.duration / time_step, threads)
-    else:
-        # A launch on a GPU is parallel in itself: one worker, one chunk.
-        threads, size = 1, chunk_size or count
     with _WARMING_UP, keeping_kernels():
         built.warm_up(lanes, motions)
     slices = [slice(low, min(low + size, count)) for low in range(0, count, size)]

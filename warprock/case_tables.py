@@ -8,12 +8,13 @@ from __future__ import annotations
 import types
 import typing
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 import pydantic
 
+from warprock.case_checks import Check, CheckSpec
 from warprock.case_keys import KEYS, NOTHING, NumberKey, Said, TextKey
-from warprock.engines.settings import SETTINGS
+from warprock.case_table import KeyedError, Table
 from warprock.motion import Control, Waveform
 from warprock.runnable import MOST_BLOCKS
 from warprock.units import Quantity
@@ -23,25 +24,6 @@ def _number(key: str) -> pydantic.BeforeValidator:
     reader = KEYS[key]
     assert isinstance(reader, NumberKey)
     return pydantic.BeforeValidator(reader.read_number)
-
-
-class KeyedError(ValueError):
-    """An error about one key of a table, found when the whole table is looked at.
-
-    Attributes:
-        name: The key, without its table.
-        got: Its value.
-    """
-
-    def __init__(self, name: str, got: object, allowed: str) -> None:
-        super().__init__(allowed)
-        self.name, self.got = name, got
-
-
-class Table(pydantic.BaseModel):
-    """A table that refuses keys it does not know."""
-
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
 
 
 class Block(Table):
@@ -235,77 +217,6 @@ class Run(Table):
         return self
 
 
-_Positive = Annotated[float, pydantic.Field(gt=0.0, allow_inf_nan=False)]
-
-
-class Check(Table):
-    """What every check has.
-
-    Attributes:
-        engine: Engine that is checked.
-        because: Why the numbers are right and where the tolerance comes from.
-        where: Label -> value that selects lanes; empty selects all.
-    """
-
-    engine: str
-    because: Annotated[str, pydantic.Field(min_length=1)]
-    where: dict[str, str] = {}
-
-    @pydantic.field_validator("engine")
-    @classmethod
-    def _known_engine(cls, engine: str) -> str:
-        return TextKey("an engine", tuple(SETTINGS)).read(engine)
-
-
-class PeaksCheck(Check):
-    """Peak rotations / slenderness angle of the selected lanes, in lane order.
-
-    Attributes:
-        block: Number of the block in a stack, whose own slenderness angle counts.
-        values: Expected ratios.
-        tolerance: Largest absolute difference of a ratio.
-    """
-
-    kind: Literal["peaks"]
-    block: Annotated[int, pydantic.Field(ge=1)] | None = None
-    values: Annotated[
-        tuple[Annotated[float, pydantic.Field(ge=0.0, allow_inf_nan=False)], ...],
-        pydantic.Field(min_length=1),
-    ]
-    tolerance: _Positive
-
-
-class HousnerCheck(Check):
-    """Rotation histories against the engine `housner`, where Housner's assumptions hold.
-
-    Attributes:
-        limit_5s: Largest |rotation - reference| / slenderness angle over the first 5 s.
-        limit_run: The same over the whole run; None does not check it.
-    """
-
-    kind: Literal["housner"]
-    limit_5s: _Positive
-    limit_run: _Positive | None = None
-
-
-class BoundariesCheck(Check):
-    """Strengths of a pulse at which a map of overturning changes its mode, weakest first.
-
-    Attributes:
-        frequency_ratio: Angular frequency of the pulse / frequency parameter of the block.
-        values: Peak accelerations / (g tan(slenderness angle)).
-        tolerance: Largest absolute difference of a value.
-    """
-
-    kind: Literal["boundaries"]
-    frequency_ratio: _Positive
-    values: Annotated[tuple[_Positive, ...], pydantic.Field(min_length=1)]
-    tolerance: _Positive
-
-
-CheckSpec = PeaksCheck | HousnerCheck | BoundariesCheck
-
-
 TITLE = TextKey("text that says what the case is")
 
 
@@ -331,8 +242,8 @@ class CaseTables(Table):
     start: Start = Start()
     motion: Motion | None = None
     run: Run
-    engines: dict[str, dict[str, Any]] = {}
-    peers: dict[str, dict[str, Any]] = {}
+    engines: dict[str, dict[str, Any]] = pydantic.Field(default_factory=dict)
+    peers: dict[str, dict[str, Any]] = pydantic.Field(default_factory=dict)
     check: tuple[Annotated[CheckSpec, pydantic.Field(discriminator="kind")], ...] = ()
 
     @pydantic.model_validator(mode="after")

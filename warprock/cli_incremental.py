@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from warprock.cli_options import case_options, fit_options, require_samples
+from warprock.cli_options import by_option, case_options
 
 if TYPE_CHECKING:
     from warprock.case import Case
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     metavar="COLUMN",
     help="Intensity measure; or normalised_acceleration, scale, factor.",
 )
-@fit_options
+@by_option
 def ida(
     case_name: str,
     engine: str | None,
@@ -37,8 +37,6 @@ def ida(
     folder: pathlib.Path | None,
     intensity: str,
     by: tuple[str, ...],
-    samples: int,
-    seed: int,
     precision: str,
     device: str,
     workers: int | None,
@@ -54,7 +52,6 @@ def ida(
     from warprock.case import load_case
     from warprock.report import console
 
-    require_samples(samples, seed)
     case = load_case(case_name, overrides)
     ladder = incremental.Ladder(**factors)
     chosen = engine or runner.default_engine(case)
@@ -64,9 +61,7 @@ def ida(
         found = incremental.run_analysis(
             case, plan, ladder, folder, workers=workers, progress=progress
         )
-    groups = incremental_fit.capacities(
-        found, intensity=intensity, by=by, samples=samples, seed=seed
-    )
+    groups = incremental_fit.capacities(found, intensity=intensity, by=by)
     _show(found, case, groups, intensity, folder, as_json=as_json)
 
 

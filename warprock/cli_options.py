@@ -10,9 +10,6 @@ import click
 
 from warprock.errors import InputError
 
-LEAST_SAMPLES, MOST_SAMPLES = 10, 100_000
-"""Bootstrap samples that may be asked for."""
-
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
@@ -112,30 +109,11 @@ def case_options(command: Command) -> Command:
     return click.argument("case_name", metavar="CASE")(command)
 
 
-def fit_options(command: Command) -> Command:
-    """`--by`, `--samples` and `--seed` of fits and their bands over records."""
-    options = (
-        click.option("--by", multiple=True, metavar="COLUMN", help="Column of groups; repeat."),
-        click.option(
-            "--samples", default=1000, show_default=True, help="Bootstrap samples, over records."
-        ),
-        click.option("--seed", default=1, show_default=True, help="Seed of the samples."),
+def by_option(command: Command) -> Command:
+    """`--by`, of fits."""
+    return click.option("--by", multiple=True, metavar="COLUMN", help="Column of groups; repeat.")(
+        command
     )
-    for option in reversed(options):
-        command = option(command)
-    return command
-
-
-def require_samples(samples: int, seed: int) -> None:
-    """Refuses bootstrap samples and a seed that are out of bounds.
-
-    Raises:
-        InputError: One of them is.
-    """
-    from warprock.sampling import MOST_SEED
-
-    require_within("--samples", samples, LEAST_SAMPLES, MOST_SAMPLES)
-    require_within("--seed", seed, 0, MOST_SEED)
 
 
 def require_within(option: str, value: float, least: float, most: float) -> None:

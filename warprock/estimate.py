@@ -36,6 +36,7 @@ import numpy.typing as npt
 from warprock.batch import run_batch
 from warprock.engines import engine_class
 from warprock.engines.launching import Target
+from warprock.engines.workload import FINEST_STEPS
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
 from warprock.response import Outcome, Response, SampleTimes, Status, join_responses, take_lanes
@@ -122,7 +123,9 @@ class _Case:
             settings = self.settings
             for _ in range(count):
                 settings = settings.halved()
-            parts.append(dataclasses.replace(self.take(places[-1]), settings=settings).run())
+            options = {**self.options, "most_steps": FINEST_STEPS}
+            finer = dataclasses.replace(self.take(places[-1]), settings=settings, options=options)
+            parts.append(finer.run())
         return take_lanes(join_responses(parts), np.argsort(np.concatenate(places)))
 
 

@@ -17,12 +17,12 @@ import numpy.typing as npt
 from warprock import rocking
 from warprock.axes import LABEL
 from warprock.case import Case
+from warprock.case_checks import PeaksCheck
 from warprock.case_ensemble import CELL_COLUMNS
 from warprock.case_keys import Said
 from warprock.case_motions import lane_motions
 from warprock.case_spatial import optional, spatial_because, spatial_columns, spatial_lanes
 from warprock.case_stacks import stack_columns, stack_lanes
-from warprock.case_tables import PeaksCheck
 from warprock.case_values import LaneValues
 from warprock.errors import InputError
 from warprock.lanes import Lanes, SpatialLanes

@@ -13,10 +13,10 @@ from warprock.case import Case
 from warprock.errors import InputError, listed
 from warprock.expansion import expand_lanes
 from warprock.fragility import INTENSITY
-from warprock.fragility_capacity import bootstrap_capacities, fit_capacities
-from warprock.fragility_fit import Bootstrap, Fit
+from warprock.fragility_bands import LEAST_RECORDS, Band
+from warprock.fragility_capacity import capacity_band, fit_capacities
+from warprock.fragility_fit import Fit
 from warprock.fragility_groups import (
-    LEAST_RECORDS,
     fit_columns,
     group_text,
     lane_groups,
@@ -55,7 +55,7 @@ class Capacities:
         resurrections: Runs of each above its first fall in which it stood, shape [lane].
         records: Records among them.
         fit: The lognormal distribution, or why there is none.
-        resampled: Fits of resampled records; None without a fit or with too few records.
+        band: Its band over records; None without a fit or with too few records.
         left_out: Lanes of the group without any usable run.
     """
 
@@ -67,7 +67,7 @@ class Capacities:
     resurrections: npt.NDArray[np.intp]
     records: int
     fit: Fit
-    resampled: Bootstrap | None
+    band: Band | None
     left_out: int
 
     @property
@@ -115,17 +115,13 @@ def _require(inputs: pd.DataFrame, intensity: str, by: Sequence[str]) -> None:
             raise InputError("--by", "", name, f"must be an input of the lanes: {columns}")
 
 
-def capacities(
-    found: Analysis, *, intensity: str, by: Sequence[str], samples: int, seed: int
-) -> list[Capacities]:
+def capacities(found: Analysis, *, intensity: str, by: Sequence[str]) -> list[Capacities]:
     """Capacities of every group of lanes, in the order of the lanes.
 
     Args:
         found: The analysis.
         intensity: One of `INTENSITIES`.
         by: Input columns that make groups.
-        samples: Bootstrap samples over the records.
-        seed: Seed of the samples.
 
     Raises:
         InputError: A column that the lanes do not have.
@@ -147,7 +143,7 @@ def capacities(
         records = int(record.max()) + 1
         fit, drawn = fit_capacities(low, high), None
         if records >= LEAST_RECORDS and fit.dispersion > 0.0:
-            drawn = bootstrap_capacities(low, high, record, samples, seed)
+            drawn = capacity_band(low, high, record, fit)
         made.append(
             Capacities(
                 group=group,
@@ -158,7 +154,7 @@ def capacities(
                 resurrections=known["resurrections"].to_numpy(dtype=np.intp)[mine],
                 records=records,
                 fit=fit,
-                resampled=drawn,
+                band=drawn,
                 left_out=len(lanes) - len(mine),
             )
         )
@@ -181,7 +177,7 @@ def capacity_rows(groups: Sequence[Capacities]) -> pd.DataFrame:
                 "overturned_at_once": counts[Verdict.BELOW.value],
                 "lanes_resurrected": int((each.resurrections > 0).sum()),
                 "resurrections": int(each.resurrections.sum()),
-                **fit_columns(each.fit, each.resampled),
+                **fit_columns(each.fit, each.band),
             }
         )
     return pd.DataFrame(rows)

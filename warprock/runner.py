@@ -20,6 +20,7 @@ from warprock.case_spatial import spatial_because
 from warprock.case_values import LaneValues
 from warprock.devices import require_device
 from warprock.engines import ENGINES, engine_class
+from warprock.engines.workload import require_workload
 from warprock.errors import InputError, listed
 from warprock.estimate import run_with_estimate
 from warprock.expansion import LaneSet, expand_lanes
@@ -257,8 +258,14 @@ def require_choice(source: str, got: str, allowed: tuple[str, ...]) -> None:
         raise InputError(source, "", got, f"allowed: {listed(got, allowed)}")
 
 
-def require_support(case: Case, lane_set: LaneSet, engine: str) -> None:
-    """Refuses a scene that the engine cannot do.
+def require_support(case: Case, lane_set: LaneSet, engine: str, first: int = 0) -> None:
+    """Refuses a scene that the engine cannot do, and lanes that it cannot run to their end.
+
+    Args:
+        case: The case.
+        lane_set: Its lanes, or some that follow one another.
+        engine: Name of the engine, which runs with the settings of the case.
+        first: Number of the first of the lanes.
 
     Raises:
         InputError: It cannot, with the engine's reason.
@@ -266,6 +273,14 @@ def require_support(case: Case, lane_set: LaneSet, engine: str) -> None:
     reason = engine_class(engine).supports(lane_set.scene)
     if reason is not None:
         raise InputError(case.file, "--engine", engine, f"cannot do this scene: {reason}")
+    require_workload(
+        engine_class(engine)(case.engine_settings(engine)),
+        lane_set.lanes,
+        lane_set.motions,
+        case.sample_times,
+        source=case.file,
+        first=first,
+    )
 
 
 def require_histories(case: Case, lanes: Sequence[int]) -> None:

@@ -144,7 +144,7 @@ def make_plan(
     plan = Plan(content, chunk_lanes, folder)
     for chunk in range(plan.chunk_count):
         lanes = plan.lanes_of(chunk)
-        require_support(case, expand_lanes(case, lanes), engine)
+        require_support(case, expand_lanes(case, lanes), engine, lanes.start)
         if progress is not None:
             progress(lanes.stop)
     return plan

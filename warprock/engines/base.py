@@ -50,6 +50,17 @@ class AbstractEngine(abc.ABC):
         """Longest step that every lane may take [s], shape [lane], of an engine with an order."""
         return np.full(lanes.lane_count, self.settings.time_step)
 
+    def refused_lane(self, lanes: Lanes) -> tuple[int, float, str] | None:
+        """The first lane whose blocks the engine cannot model; None where there is none.
+
+        Args:
+            lanes: The lanes.
+
+        Returns:
+            Its number, the value that cannot be, and what would be allowed.
+        """
+        return None
+
     @abc.abstractmethod
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         """Runs a batch of lanes on the calling thread.

@@ -15,13 +15,19 @@ from warprock.engines.base import AbstractEngine
 from warprock.engines.dem_springs import (
     interface_depth,
     stable_step,
+    standing_ratio,
     start_at_rest,
     stiffest_frequency,
 )
 from warprock.engines.launching import NEVER, Target, respond
 from warprock.engines.settings import DemSettings
 from warprock.engines.soundness import account_of, unstable
-from warprock.engines.spatial_dem import dem_module, longest_steps, run_dem
+from warprock.engines.spatial_dem import (
+    dem_module,
+    longest_steps,
+    run_dem,
+    standing_ratio_in_space,
+)
 from warprock.engines.stack_launching import (
     Array,
     as_stacks,
@@ -93,6 +99,23 @@ class Dem(AbstractEngine):
             return longest_steps(self.settings, lanes)
         limit = stable_step(stiffest_frequency(as_stacks(lanes), self.settings), self.settings)
         return np.asarray(np.minimum(self.settings.time_step, self.settings.step_safety * limit))
+
+    def refused_lane(self, lanes: Lanes) -> tuple[int, float, str] | None:
+        """Blocks that buckle on their springs; see `AbstractEngine.refused_lane`."""
+        if lanes.spatial:
+            ratio = standing_ratio_in_space(lanes, self.settings)
+        else:
+            ratio = standing_ratio(as_stacks(lanes), self.settings)
+        soft = ratio <= 1.0
+        if not soft.any():
+            return None
+        lane, block = np.argwhere(soft)[0]
+        allowed = (
+            f"must be above 1: in dem the springs below block {block + 1} resist rocking by this "
+            "part of what the weight on them needs (k_n I / (W h)), so that it could not stand; "
+            "raise engines.dem.normal_stiffness"
+        )
+        return int(lane), float(ratio[lane, block]), allowed
 
     def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
         if lanes.spatial:

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
-from warprock.engines.dem_springs import stable_step
+from warprock.engines.dem_springs import stable_step, standing_on
 from warprock.engines.launching import (
     NEVER,
     Form,
@@ -20,6 +20,7 @@ from warprock.engines.launching import (
 from warprock.engines.settings import DemSettings
 from warprock.engines.spatial_dem_springs import (
     ENDLESS,
+    SpatialSprings,
     point_pairs,
     spatial_frequencies,
     start_in_space,
@@ -65,6 +66,16 @@ def longest_steps(settings: DemSettings, lanes: Lanes) -> Array:
     """Longest step of every lane [s], from its stiffest mode and the damping, shape [lane]."""
     limit = stable_step(spatial_frequencies(lanes, settings)[:, -1], settings)
     return np.asarray(np.minimum(settings.time_step, settings.step_safety * limit))
+
+
+def standing_ratio_in_space(lanes: Lanes, settings: DemSettings) -> Array:
+    """`dem_springs.standing_ratio` about the weaker of both axes of a face, [lane, block]."""
+    springs = SpatialSprings.of(lanes, settings)
+    stacks, stiffness = as_stacks(lanes), settings.normal_stiffness
+    ratios = [
+        standing_on(stacks, stiffness, springs.place[..., axis], springs.area) for axis in (0, 1)
+    ]
+    return np.minimum(*ratios)
 
 
 def run_dem(

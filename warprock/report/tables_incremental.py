@@ -79,7 +79,7 @@ def print_analysis(
             *fit_cells(row),
         )
     print_table(out, table)
-    out.print("  in brackets: 5th and 95th percentile over resampled records")
+    out.print("  in brackets: 5th and 95th percentile over records")
     out.print(
         "  stood again: lanes that stood at a stronger motion than the first that felled them"
     )
