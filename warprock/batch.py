@@ -105,11 +105,9 @@ def run_batch(
             kernel that is not built yet while its folder cannot be written to.
     """
     require_runnable(lanes, motions)
-    require_workers(workers)
-    if chunk_size is not None and chunk_size < 1:
-        raise InputError("run_batch", "chunk_size", chunk_size, "must be at least 1")
     count = lanes.lane_count
     require_room(count * lanes.block_count, times)
+    _require_spread(workers, chunk_size)
     built = engine_class(engine)(settings, Target(precision, device, form))
     require_workload(built, lanes, motions, times, most_steps=most_steps)
     # A launch on a GPU is parallel in itself: one worker, one chunk.
@@ -126,6 +124,13 @@ def run_batch(
         return built.run(lanes.take(part), motions.take(part), times)
 
     return join_responses(_run_all(run_chunk, slices, threads, progress))
+
+
+def _require_spread(workers: int | None, chunk_size: int | None) -> None:
+    """Refuses fewer than one worker, or than one lane of a chunk."""
+    require_workers(workers)
+    if chunk_size is not None and chunk_size < 1:
+        raise InputError("run_batch", "chunk_size", chunk_size, "must be at least 1")
 
 
 def _run_all(
