@@ -157,7 +157,7 @@ def plain(
     rest_time = real(wp.where(flat, real(0.0), NEVER))
     loss = real(0.0)
     impacts = int(0)
-    cap = real(NEVER)
+    cap = NEVER
     steps = int(0)
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
