@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.launching import Target
+from warprock.engines.launching import Kernel, Target
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
 from warprock.response import Response, SampleTimes
@@ -41,6 +41,13 @@ class AbstractEngine(abc.ABC):
     @abc.abstractmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the engine cannot run a scene; None if it can."""
+
+    @abc.abstractmethod
+    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
+        """The kernel that runs a scene, or the lanes of one, with these settings and this target.
+
+        `warm_up` and `run` ask here, and so does `warprock explain`.
+        """
 
     @abc.abstractmethod
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:

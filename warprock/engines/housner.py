@@ -11,7 +11,14 @@ import warp as wp
 
 from warprock import rocking
 from warprock.engines.base import AbstractEngine
-from warprock.engines.launching import Target, fastest_rate, launch, respond, time_or_nan
+from warprock.engines.launching import (
+    Kernel,
+    Target,
+    fastest_rate,
+    launch,
+    respond,
+    time_or_nan,
+)
 from warprock.engines.settings import HousnerSettings
 from warprock.kernels.instance import kernel_module
 from warprock.lanes import Lanes
@@ -75,13 +82,17 @@ class Housner(AbstractEngine):
             )
         return None
 
+    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
+        """The kernel that runs a scene; see `AbstractEngine.kernel`."""
+        return Kernel("housner_launch", self.target.kernel_form)
+
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
-        wp.load_module(self._module(motions).__name__, device=self.target.device)
+        wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
 
-    def _module(self, motions: GroundMotions) -> ModuleType:
+    def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
         module: ModuleType = kernel_module(
-            "housner_launch", precision=self.target.precision, motion=motions.kind.value
+            self.kernel(lanes).file, precision=self.target.precision, motion=motions.kind.value
         )
         return module
 
@@ -103,7 +114,15 @@ class Housner(AbstractEngine):
             "step_length": step_length,
             "step_limit": _step_limit(motions, times, step_length),
         }
-        rows, rotations = launch(self._module(motions), self.target, lanes, motions, times, blocks)
+        rows, rotations = launch(
+            self._module(lanes, motions),
+            self.kernel(lanes),
+            self.target,
+            lanes,
+            motions,
+            times,
+            blocks,
+        )
         mode = rows["mode"]
         inertia = 4.0 / 3.0 * lanes.mass * radius**2
         still = np.zeros(lanes.lane_count)
