@@ -32,6 +32,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
             "warprock/scene.py",
             "warprock/units.py",
             "warprock/rocking.py",
+            "warprock/painleve.py",
             "warprock/pose.py",
             "warprock/stacking.py",
             "warprock/machine.py",

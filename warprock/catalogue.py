@@ -59,7 +59,11 @@ def explain_case(case: Case) -> dict[str, Any]:
             "file": case.file,
         },
         "scene": dataclasses.asdict(scene)
-        | {"why": _scene_text(scene), "left_out": list(scene.left_out)},
+        | {
+            "why": _scene_text(scene),
+            "left_out": list(scene.left_out),
+            "friction_note": scene.friction_note,
+        },
         "lanes": lane_set.lanes.lane_count,
         "duration_s": lane_set.times.duration,
         "sample_interval_s": lane_set.times.interval,

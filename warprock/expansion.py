@@ -145,7 +145,7 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
 def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions, dict[str, object]]:
     """Blocks, ground motions, and the columns of both in the table of inputs."""
     stacked = values.case.tables.stacked
-    blocks = stack_lanes(values) if stacked else _blocks(values, in_space=in_space)
+    blocks = stack_lanes(values) if stacked else _blocks(values)
     columns = stack_columns(blocks) if stacked else _block_columns(blocks)
     if in_space:
         blocks = spatial_lanes(values, blocks)
@@ -154,7 +154,7 @@ def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions,
     return blocks, motions, columns | more
 
 
-def _blocks(values: LaneValues, *, in_space: bool) -> Lanes:
+def _blocks(values: LaneValues) -> Lanes:
     """Blocks and their starts."""
     width, height = values.numbers("block.width"), values.numbers("block.height")
     angle = np.arctan2(width, height)
@@ -172,13 +172,6 @@ def _blocks(values: LaneValues, *, in_space: bool) -> Lanes:
         restitution = values.numbers("contact.angular_restitution")
     else:
         restitution = rocking.angular_restitution(angle)
-        # Only the plane of rocking follows it.
-        values.refuse(
-            (restitution <= 0.0) & (not in_space),
-            "block.width",
-            "must be less than 1.41 times block.height: a wider block keeps no angular velocity "
-            "at an impact (give contact.angular_restitution to run it all the same)",
-        )
     return Lanes(
         width=width,
         height=height,

@@ -26,6 +26,8 @@ class AbstractEngine(abc.ABC):
     """Key in `ENGINES`."""
     order: ClassVar[int | None]
     """Order in the time step of the error after impacts; None if the step is not the knob."""
+    slides: ClassVar[bool] = True
+    """Whether its blocks can slide, so that its law of contact may have several solutions."""
     settings_type: ClassVar[type[Any]]
     """Frozen dataclass of the engine's settings."""
     settings: Any

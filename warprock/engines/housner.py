@@ -27,6 +27,9 @@ from warprock.response import Outcome, Response, SampleTimes, Status
 from warprock.scene import SceneKind
 from warprock.units import GRAVITY
 
+WIDEST = np.sqrt(2.0)
+"""Width over height at which Housner's angular restitution is 0: sin^2(slenderness angle) = 2/3."""
+
 PHASE_STEP = {"float64": 0.4, "float32": 0.8}
 """Longest step as a part of 1 / (fastest rate of the lane): the first term that the series
 leaves out is about this to the power 11 over 11!, 1e-12 (float64) or 2e-9 (float32)."""
@@ -54,6 +57,7 @@ class Housner(AbstractEngine):
 
     name: ClassVar[str] = "housner"
     order: ClassVar[int | None] = None
+    slides: ClassVar[bool] = False
     settings_type = HousnerSettings
 
     def __init__(
@@ -75,6 +79,12 @@ class Housner(AbstractEngine):
             return scene.beyond_the_plane
         if scene.stacked:
             return "housner runs single blocks, and the case has a stack"
+        if scene.angular_restitution <= 0.0:
+            return (
+                "housner needs an angular restitution above 0 in every lane, a width below "
+                f"{WIDEST:.4g} times the height: the smallest is {scene.angular_restitution:.3g}, "
+                "and that block does not rock over to its other corner"
+            )
         if scene.friction_ratio < 1.0:
             return (
                 "housner needs friction >= tan(slenderness angle) in every lane, the smallest "

@@ -59,6 +59,7 @@ class TwoBlock(AbstractEngine):
 
     name: ClassVar[str] = "two-block"
     order: ClassVar[int | None] = None
+    slides: ClassVar[bool] = False
     settings_type = TwoBlockSettings
 
     def __init__(

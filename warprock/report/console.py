@@ -129,6 +129,8 @@ def print_explanation(found: Mapping[str, Any]) -> None:
     ]
     for name, value in facts:
         out.print(f"  {name}: {_text(value)}")
+    if scene["friction_note"]:
+        out.print(f"  friction: {scene['friction_note']}")
     for axis in found["sweep"]:
         keys = ", ".join(axis["keys"])
         out.print(f"  sweep: {keys} ({axis['length']} values)")
@@ -172,6 +174,8 @@ def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
         counts = count_words(response, name)
         words = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
         out.print(f"{name}: {words}")
+    if run.lane_set.scene.friction_note and response.engine not in ("housner", "two-block"):
+        out.print(f"friction: {run.lane_set.scene.friction_note}")
     error = error_summary(response)
     if error is not None:
         out.print(
