@@ -66,7 +66,7 @@ def lanes_of(scene: str, *, started: bool = False) -> Lanes:
     """
     ratio = np.array([0.2, 0.3, 0.5, 0.6]) if started else np.array([0.0, 0.3, 0.0, -0.4])
     block = make_lanes(
-        np.array([0.3, 0.2, 0.25, 0.35]), 1.0, ratio, friction=np.array([0.7, 0.9, 2.0, 0.6])
+        np.array([0.3, 0.2, 0.25, 0.35]), 1.0, ratio, friction=np.array([0.7, 0.9, 1.2, 0.6])
     )
     lanes = {
         "block": lambda: block,
