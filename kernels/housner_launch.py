@@ -95,21 +95,23 @@ def packed(
                     peak[i], peak_time[i], uplift_time[i], rest_time[i], loss[i], impacts[i],
                     cap[i],
                 )  # fmt: skip
-                theta[i] = th
-                omega[i] = om
-                side[i] = si
-                time[i] = ti
-                segment[i] = se
-                mode[i] = wp.where(
+                # A lane that waits for others takes no step, not even one of length zero.
+                theta[i] = wp.where(going, th, theta[i])
+                omega[i] = wp.where(going, om, omega[i])
+                side[i] = wp.where(going, si, side[i])
+                time[i] = wp.where(going, ti, time[i])
+                segment[i] = wp.where(going, se, segment[i])
+                mo = wp.where(
                     steps[i] >= blocks[first + i].step_limit and mo < OVERTURNED, STALLED, mo
                 )
-                peak[i] = pk
-                peak_time[i] = pt
-                uplift_time[i] = ut
-                rest_time[i] = rt
-                loss[i] = lo
-                impacts[i] = im
-                cap[i] = ca
+                mode[i] = wp.where(going, mo, mode[i])
+                peak[i] = wp.where(going, pk, peak[i])
+                peak_time[i] = wp.where(going, pt, peak_time[i])
+                uplift_time[i] = wp.where(going, ut, uplift_time[i])
+                rest_time[i] = wp.where(going, rt, rest_time[i])
+                loss[i] = wp.where(going, lo, loss[i])
+                impacts[i] = wp.where(going, im, impacts[i])
+                cap[i] = wp.where(going, ca, cap[i])
             for i in range(LANE_WIDTH):
                 busy = busy + wp.where(mode[i] < OVERTURNED and time[i] < until, 1, 0)
         if rotations.shape[0] > 0:
@@ -157,7 +159,7 @@ def plain(
     rest_time = real(wp.where(flat, real(0.0), NEVER))
     loss = real(0.0)
     impacts = int(0)
-    cap = real(NEVER)
+    cap = NEVER
     steps = int(0)
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]

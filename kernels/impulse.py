@@ -143,7 +143,9 @@ def solve(
     f2 = f2 * on2
     if ENDS_EARLY:
         for _ in range(ITERATIONS):
-            old_f1, old_n2, old_f2 = f1, n2, f2
+            old_f1 = f1
+            old_n2 = n2
+            old_f2 = f2
             n1, f1, n2, f2 = sweep(
                 mu, a1, a2, a3, b1, b2, b3, c1, c2, c3, g1, g2, g3, u1, s1, u2, s2, f1, n2, f2
             )

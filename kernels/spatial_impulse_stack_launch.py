@@ -186,7 +186,8 @@ def spatial(
     ru, rl, p, kept = Points(), Points(), Points(), Kept()
     gap, body, key = PointNumbers(), PointInts(), PointInts()
     bodies, count, steps, mode, impacts = int(BLOCKS + 1), int(-1), int(0), int(ROCKING), int(0)
-    time, uplift_time, moved, loss, deepest = -dt, real(NEVER), real(0.0), real(0.0), real(0.0)
+    uplift_time = NEVER
+    time, moved, loss, deepest = -dt, real(0.0), real(0.0), real(0.0)
     for i in range(3):
         axes[i, i] = real(1.0)
     attitude[0, 3] = real(1.0)

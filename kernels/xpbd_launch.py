@@ -136,7 +136,8 @@ def stacks(
                 j[k, i], mu[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
                 peak[k, i], lean[k, i], n[2 * k - 2, i], n[2 * k - 1, i],
             )  # fmt: skip
-    count, time = int(-SETTLING), -real(SETTLING) * dt
+    count = int(-SETTLING)
+    time = dt * real(count)
     for sample in range(sample_times.shape[0]):
         while time < sample_times[sample]:
             count += 1

@@ -18,6 +18,7 @@ from warprock.errors import InputError
 from warprock.lanes import Lanes
 from warprock.machine import core_count, require_workers
 from warprock.motion import GroundMotions
+from warprock.painleve import mark_ambiguous
 from warprock.response import Response, SampleTimes, join_responses
 from warprock.runnable import require_runnable
 
@@ -121,7 +122,9 @@ def run_batch(
     slices = [slice(low, min(low + size, count)) for low in range(0, count, size)]
 
     def run_chunk(part: slice) -> Response:
-        return built.run(lanes.take(part), motions.take(part), times)
+        some = lanes.take(part)
+        response = built.run(some, motions.take(part), times)
+        return mark_ambiguous(some, response) if built.slides else response
 
     return join_responses(_run_all(run_chunk, slices, threads, progress))
 

@@ -167,7 +167,9 @@ KEYS: dict[str, NumberKey | TextKey] = {
     "block.centre_offset_x": _shift("of the centre of mass from the middle, along the width"),
     "block.centre_offset_y": _shift("of the centre of mass from the middle, along the depth"),
     "contact.friction": FrictionKey(
-        _FRICTION_BOUNDS, "the friction coefficient or the friction angle"
+        _FRICTION_BOUNDS,
+        "the friction coefficient or the friction angle; above 4/3 a block that slides may have no "
+        "unique answer",
     ),
     "contact.angular_restitution": _ratio(
         "0", "1", "the ratio of angular velocities after and before an impact", low_open=True

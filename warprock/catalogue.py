@@ -11,6 +11,7 @@ import pandas as pd
 from warprock.case import Case, load_case
 from warprock.case_text import case_names, template_text
 from warprock.engines import ENGINES, engine_class
+from warprock.engines.launching import Target
 from warprock.engines.settings import SETTINGS
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
@@ -18,14 +19,6 @@ from warprock.files import replacing, require_writable_file
 from warprock.reference.peer_programs import PROGRAMS
 from warprock.scene import SceneKind
 from warprock.undecided import cut_text
-
-TWO_BLOCK = "two-block"
-"""Engine that runs one lane a thread on any device."""
-EVENT = "event"
-"""Engine that does so with stacks and with blocks in space."""
-
-ONE_TEXT = ("dem", "xpbd")
-"""Engines whose kernels take a single block as a stack of one."""
 
 VALUES_SHOWN = 12
 """Distinct values of an input up to which all of them are listed."""
@@ -72,7 +65,11 @@ def explain_case(case: Case) -> dict[str, Any]:
             "file": case.file,
         },
         "scene": dataclasses.asdict(scene)
-        | {"why": _scene_text(scene), "left_out": list(scene.left_out)},
+        | {
+            "why": _scene_text(scene),
+            "left_out": list(scene.left_out),
+            "friction_note": scene.friction_note,
+        },
         "lanes": case.lane_count,
         "inputs_of_lanes": lane_set.lanes.lane_count,
         "duration_s": lane_set.times.duration,
@@ -146,24 +143,28 @@ def _fitness(case: Case, name: str, scene: SceneKind) -> dict[str, Any]:
     reason = engine_class(name).supports(scene)
     settings = dataclasses.asdict(case.engine_settings(name))
     units = {field.name: field.metadata["unit"] for field in dataclasses.fields(SETTINGS[name])}
-    file = name.replace("-", "_") + ("_stack" if scene.stacked and name not in ONE_TEXT else "")
-    file = f"spatial_{file}" if scene.spatial else file
-    packs = "`packed` on a CPU, `plain`, one lane a thread, on any other device"
-    alone = name == TWO_BLOCK or (name == "impulse" and scene.spatial and scene.stacked)
-    boxed = scene.spatial and bool(settings.get("friction_box"))
-    alone = alone or (name == EVENT and (scene.stacked or boxed))
-    form = "one lane a thread on any device" if alone else packs
-    kernel = f"kernels/{file}_launch.py for a {scene.motion} base: {form}"
-    if name == EVENT and scene.spatial and not alone:
-        other = "on a CPU, spatial_event_launch.py, one lane a thread, on any other device"
-        kernel = f"kernels/{file}_pack_launch.py for a {scene.motion} base {other}"
     return {
         "declines": reason,
-        "kernel": None if reason else kernel,
+        "kernel": None if reason else _kernel_text(case, name, scene),
         "estimate": None if reason or engine_class(name).order is None else ESTIMATE,
         "settings": settings,
         "units": units,
     }
+
+
+def _kernel_text(case: Case, name: str, scene: SceneKind) -> str:
+    """The kernel that an engine runs a case with, on a CPU and on any other device."""
+    settings = case.engine_settings(name)
+    here, there = (
+        engine_class(name)(settings, Target(device=device)).kernel(scene)
+        for device in ("cpu", "cuda:0")
+    )
+    found = f"kernels/{here.file}.py for a {scene.motion} base"
+    if here == there:
+        return f"{found}: one lane a thread on any device"
+    if here.file == there.file:
+        return f"{found}: `packed` on a CPU, `plain`, one lane a thread, on any other device"
+    return f"{found}: `packed` on a CPU; {there.file}.py, one lane a thread, on any other device"
 
 
 def _spread(values: pd.Series[Any]) -> dict[str, Any]:

@@ -39,7 +39,15 @@ from warprock.engines.launching import Target
 from warprock.engines.workload import FINEST_STEPS
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
-from warprock.response import Outcome, Response, SampleTimes, Status, join_responses, take_lanes
+from warprock.response import (
+    SOUND,
+    Outcome,
+    Response,
+    SampleTimes,
+    Status,
+    join_responses,
+    take_lanes,
+)
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -220,7 +228,7 @@ def _estimated(case: _Case) -> Response:
         slow[chosen] = shrunk > 2.0 ** (1 - order)
     ratio = _largest(error / alpha)
     sensitive |= (slow & (ratio > SENSITIVE_ABOVE)) | (ratio > CHAOTIC_ABOVE)
-    ok = first["status"] == Status.OK
+    ok = np.isin(first["status"], SOUND)
     sensitive &= ok
     floor = getattr(case.settings, "rest_rotation_ratio", 0.0) * alpha
     columns = _as_columns(ok, error)
@@ -242,7 +250,7 @@ def _fallen(response: Response) -> Mask:
 
 def _stood_in_one(one: Response, other: Response) -> Mask:
     """Lanes that stand in one run and not in the other, or that the other could not run."""
-    return np.asarray((_fallen(one) != _fallen(other)) | (other["status"] != Status.OK))
+    return np.asarray((_fallen(one) != _fallen(other)) | ~np.isin(other["status"], SOUND))
 
 
 def _gap(one: Response, other: Response, alpha: Array) -> Array:
@@ -258,7 +266,7 @@ def _peak_gap(one: Response, other: Response) -> Array:
 
 
 def _where_run(values: Array, other: Response) -> Array:
-    return np.where(_as_columns(other["status"] == Status.OK, values), values, np.inf)
+    return np.where(_as_columns(np.isin(other["status"], SOUND), values), values, np.inf)
 
 
 def _largest(values: Array) -> Array:

@@ -204,13 +204,6 @@ def _blocks(values: LaneValues, *, in_space: bool) -> Lanes:
         restitution = values.numbers("contact.angular_restitution")
     else:
         restitution = rocking.angular_restitution(angle)
-        # Only the plane of rocking follows it.
-        values.refuse(
-            (restitution <= 0.0) & (not in_space),
-            "block.width",
-            "must be less than 1.41 times block.height: a wider block keeps no angular velocity "
-            "at an impact (give contact.angular_restitution to run it all the same)",
-        )
     return Lanes(
         width=width,
         height=height,

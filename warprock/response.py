@@ -37,7 +37,9 @@ class Status(enum.IntEnum):
     had to pull; its numbers are what the engine's equations give. At the iteration limit a contact
     solve has not settled; the lane's run ends there. Unstable is a lane that
     gained more energy than it held and its base supplied: its step is too long for it, its sweeps
-    too few, or float32 too coarse.
+    too few, or float32 too coarse. Ambiguous is a block that slid with friction above the limit up
+    to which the law of contact has one solution (see `warprock.painleve`): its numbers are one
+    answer, and another engine may find another one.
     """
 
     OK = 0
@@ -47,9 +49,12 @@ class Status(enum.IntEnum):
     SENSITIVE = 4
     OUTSIDE_MODEL = 5
     UNSTABLE = 6
+    AMBIGUOUS = 7
 
 
-USABLE: tuple[Status, ...] = (Status.OK, Status.SENSITIVE, Status.OUTSIDE_MODEL)
+SOUND: tuple[Status, ...] = (Status.OK, Status.AMBIGUOUS)
+"""Statuses of lanes whose run is as good as its engine: nothing speaks against its step."""
+USABLE: tuple[Status, ...] = (*SOUND, Status.SENSITIVE, Status.OUTSIDE_MODEL)
 """Statuses whose numbers are the engine's answer, if with a reservation; the others have none."""
 
 

@@ -39,7 +39,7 @@ from warprock.engines.soundness import energy_gained, exploded
 from warprock.files import replacing
 from warprock.machine import kernel_hash
 from warprock.reading import require_plain
-from warprock.response import USABLE, Outcome, Response, SampleTimes, Status
+from warprock.response import SOUND, USABLE, Outcome, Response, SampleTimes, Status
 from warprock.runner import PRECISIONS
 from warprock.scene import scene_kind
 from warprock.stability_lanes import AtlasSize, LaneGrid
@@ -348,7 +348,7 @@ def _errors(
     standing = (np.cumsum(beyond, axis=1) == 0)[:, None, :]
     difference = np.where(standing, np.abs(ours - theirs), 0.0) / angle
     holds = _reference_holds(part, response["peak_slide"][compared])
-    holds &= reference["status"] == Status.OK
+    holds &= np.isin(reference["status"], SOUND)
     # A released block that has not come down yet has tried no contact.
     holds &= ~part.free | (reference["impact_count"] > 0) | reference_fell
     error[compared] = np.where(holds, difference.max(axis=(1, 2)), np.nan)

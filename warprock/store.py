@@ -25,10 +25,10 @@ from warprock.response import (
     ESTIMATE_FIELDS,
     FIELDS,
     LANE_FIELDS,
+    SOUND,
     SPATIAL_FIELDS,
     Field,
     Response,
-    Status,
 )
 from warprock.runner import CaseRun
 from warprock.undecided import UNDECIDED, UNDECIDED_TEXT, cut_short, undecided
@@ -276,11 +276,11 @@ def undecided_counts(lane_set: LaneSet, response: Response) -> dict[str, int]:
 
 
 def error_summary(response: Response) -> dict[str, float] | None:
-    """Median and largest estimated rotation error [rad] of the lanes whose status is OK.
+    """Median and largest estimated rotation error [rad] of the lanes whose run is sound.
 
     A lane of a stack counts with its largest. None without an estimate, or without such lanes.
     """
-    usable = response["status"] == Status.OK
+    usable = np.isin(response["status"], SOUND)
     if "rotation_error" not in response.fields or not np.any(usable):
         return None
     errors = response["rotation_error"][usable].reshape(int(usable.sum()), -1).max(axis=1)

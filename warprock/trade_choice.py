@@ -25,7 +25,7 @@ from warprock.engines.settings import SETTINGS, build_settings
 from warprock.errors import InputError
 from warprock.estimate import run_with_estimate
 from warprock.expansion import LaneSet, expand_lanes
-from warprock.response import Outcome, SampleTimes, Status
+from warprock.response import SOUND, Outcome, SampleTimes
 from warprock.trade import CSV, cheapest, settings_text
 from warprock.trade_scenes import SAMPLE_INTERVAL, TRADE_SCENES, scene_class
 
@@ -261,7 +261,7 @@ def _errors_against(
         )
         for each in (row, judge)
     )
-    sound = (one["status"] == Status.OK) & (other["status"] == Status.OK)
+    sound = np.isin(one["status"], SOUND) & np.isin(other["status"], SOUND)
     # Of a fall in both, what comes after the slenderness angle is not compared.
     fallen = np.isin(one["outcome"], FALLEN) & np.isin(other["outcome"], FALLEN)
     bound = np.where(fallen.reshape(-1, *[1] * (alpha.ndim - 1)), alpha, np.inf)

@@ -19,7 +19,7 @@ from warprock.engines.dem_springs import (
     start_at_rest,
     stiffest_frequency,
 )
-from warprock.engines.launching import NEVER, Target, respond
+from warprock.engines.launching import NEVER, Kernel, Target, respond
 from warprock.engines.settings import DemSettings
 from warprock.engines.soundness import account_of, unstable
 from warprock.engines.spatial_dem import (
@@ -89,6 +89,11 @@ class Dem(AbstractEngine):
             )
         return None
 
+    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
+        """The kernel that runs a scene: the same text for a single block and for a stack."""
+        file = "spatial_dem_launch" if scene.spatial else "dem_launch"
+        return Kernel(file, self.target.kernel_form)
+
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
         wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
@@ -119,8 +124,10 @@ class Dem(AbstractEngine):
 
     def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
         if lanes.spatial:
-            return dem_module(self.settings, self.target, lanes, motions)
-        return stack_module("dem_launch", self.target, motions, lanes, self.settings.subcontacts)
+            return dem_module(self.kernel(lanes), self.settings, self.target, lanes, motions)
+        return stack_module(
+            self.kernel(lanes), self.target, motions, lanes, self.settings.subcontacts
+        )
 
     def _knobs(self, module: Any) -> Any:
         knobs = module.Knobs()
@@ -139,7 +146,8 @@ class Dem(AbstractEngine):
         """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
         module = self._module(lanes, motions)
         if lanes.spatial:
-            return run_dem(self.settings, self._knobs(module), self.target, lanes, motions, times)
+            knobs = self._knobs(module)
+            return run_dem(module, self.settings, knobs, self.target, lanes, motions, times)
         stacks = as_stacks(lanes)
         step = self.longest_step(lanes, motions)
         turned = np.diff(stacks.rotation_start, axis=1, prepend=0.0).any(axis=1)

@@ -10,8 +10,8 @@ import numpy.typing as npt
 import warp as wp
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.direct_stack import direct_stack_module, run_direct_stacks
-from warprock.engines.launching import Target, launch, respond
+from warprock.engines.direct_stack import DIRECT_STACK, direct_stack_module, run_direct_stacks
+from warprock.engines.launching import Kernel, Target, launch, respond
 from warprock.engines.settings import DirectSettings
 from warprock.engines.soundness import account_of, contacts_hold, unstable
 from warprock.engines.stepping import UNSOLVED, lane_fields, planar_fields
@@ -65,6 +65,10 @@ class Direct(AbstractEngine):
             )
         return None
 
+    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
+        """The kernel that runs a scene; see `AbstractEngine.kernel`."""
+        return DIRECT_STACK if scene.stacked else Kernel("direct_launch", self.target.kernel_form)
+
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
         wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
@@ -73,7 +77,7 @@ class Direct(AbstractEngine):
         if lanes.stacked:
             return direct_stack_module(self.target, lanes, motions)
         module: ModuleType = kernel_module(
-            "direct_launch", precision=self.target.precision, motion=motions.kind.value
+            self.kernel(lanes).file, precision=self.target.precision, motion=motions.kind.value
         )
         return module
 
@@ -93,6 +97,7 @@ class Direct(AbstractEngine):
         module = self._module(lanes, motions)
         rows, rotations = launch(
             module,
+            self.kernel(lanes),
             self.target,
             lanes,
             motions,

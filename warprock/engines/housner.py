@@ -11,7 +11,14 @@ import warp as wp
 
 from warprock import rocking
 from warprock.engines.base import AbstractEngine
-from warprock.engines.launching import Target, fastest_rate, launch, respond, time_or_nan
+from warprock.engines.launching import (
+    Kernel,
+    Target,
+    fastest_rate,
+    launch,
+    respond,
+    time_or_nan,
+)
 from warprock.engines.settings import HousnerSettings
 from warprock.kernels.instance import kernel_module
 from warprock.lanes import Lanes
@@ -19,6 +26,9 @@ from warprock.motion import GroundMotions, RecordMotions
 from warprock.response import Outcome, Response, SampleTimes, Status
 from warprock.scene import SceneKind
 from warprock.units import GRAVITY
+
+WIDEST = np.sqrt(2.0)
+"""Width over height at which Housner's angular restitution is 0: sin^2(slenderness angle) = 2/3."""
 
 PHASE_STEP = {"float64": 0.4, "float32": 0.8}
 """Longest step as a part of 1 / (fastest rate of the lane): the first term that the series
@@ -47,6 +57,7 @@ class Housner(AbstractEngine):
 
     name: ClassVar[str] = "housner"
     order: ClassVar[int | None] = None
+    slides: ClassVar[bool] = False
     settings_type = HousnerSettings
 
     def __init__(
@@ -68,6 +79,12 @@ class Housner(AbstractEngine):
             return scene.beyond_the_plane
         if scene.stacked:
             return "housner runs single blocks, and the case has a stack"
+        if scene.angular_restitution <= 0.0:
+            return (
+                "housner needs an angular restitution above 0 in every lane, a width below "
+                f"{WIDEST:.4g} times the height: the smallest is {scene.angular_restitution:.3g}, "
+                "and that block does not rock over to its other corner"
+            )
         if scene.friction_ratio < 1.0:
             return (
                 "housner needs friction >= tan(slenderness angle) in every lane, the smallest "
@@ -75,13 +92,17 @@ class Housner(AbstractEngine):
             )
         return None
 
+    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
+        """The kernel that runs a scene; see `AbstractEngine.kernel`."""
+        return Kernel("housner_launch", self.target.kernel_form)
+
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
-        wp.load_module(self._module(motions).__name__, device=self.target.device)
+        wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
 
-    def _module(self, motions: GroundMotions) -> ModuleType:
+    def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
         module: ModuleType = kernel_module(
-            "housner_launch", precision=self.target.precision, motion=motions.kind.value
+            self.kernel(lanes).file, precision=self.target.precision, motion=motions.kind.value
         )
         return module
 
@@ -103,7 +124,15 @@ class Housner(AbstractEngine):
             "step_length": step_length,
             "step_limit": _step_limit(motions, times, step_length),
         }
-        rows, rotations = launch(self._module(motions), self.target, lanes, motions, times, blocks)
+        rows, rotations = launch(
+            self._module(lanes, motions),
+            self.kernel(lanes),
+            self.target,
+            lanes,
+            motions,
+            times,
+            blocks,
+        )
         mode = rows["mode"]
         inertia = 4.0 / 3.0 * lanes.mass * radius**2
         still = np.zeros(lanes.lane_count)

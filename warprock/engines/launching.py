@@ -88,6 +88,24 @@ class Target:
         return self.form or (Form.PACKED if self.on_cpu else Form.PLAIN)
 
 
+@dataclasses.dataclass(frozen=True)
+class Kernel:
+    """The kernel that an engine runs a scene with.
+
+    Attributes:
+        file: Stem of its file in the folder of kernels.
+        form: Whether a thread runs a pack of lanes or one lane.
+    """
+
+    file: str
+    form: Form
+
+    @property
+    def packed(self) -> bool:
+        """Whether a thread runs a pack of lanes side by side."""
+        return self.form is Form.PACKED
+
+
 def padded_count(lane_count: int) -> int:
     """Lanes rounded up to whole packs."""
     width = int(LANE_WIDTH)
@@ -145,6 +163,7 @@ def step_limit(
 
 def launch(
     module: ModuleType,
+    kernel: Kernel,
     target: Target,
     lanes: Lanes,
     motions: GroundMotions,
@@ -156,7 +175,8 @@ def launch(
 
     Args:
         module: Instance of a `*_launch` kernel file.
-        target: Where and how it runs.
+        kernel: Which of its kernels runs.
+        target: Where it runs.
         lanes: The lanes.
         motions: Their ground motions.
         times: Duration and sampling.
@@ -168,7 +188,7 @@ def launch(
         asked for.
     """
     real = REALS[target.precision]
-    packs = target.kernel_form is Form.PACKED
+    packs = kernel.packed
     count = padded_count(lanes.lane_count) if packs else lanes.lane_count
     samples = times.times
     with wp.ScopedDevice(target.device):
@@ -179,7 +199,7 @@ def launch(
         block_rows = struct_rows(module.Block, blocks, count)
         motion_rows = struct_rows(module.Motion, motion_columns(module.Motion, motions), count)
         wp.launch(
-            getattr(module, target.kernel_form),
+            getattr(module, kernel.form),
             dim=count // LANE_WIDTH if packs else count,
             inputs=[
                 wp.array(block_rows, dtype=module.Block),

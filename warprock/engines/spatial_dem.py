@@ -12,7 +12,7 @@ import warp as wp
 from warprock.engines.dem_springs import stable_step, standing_on
 from warprock.engines.launching import (
     NEVER,
-    Form,
+    Kernel,
     Target,
     respond,
     struct_rows,
@@ -47,16 +47,16 @@ LEAST_CREEP = 1e-9
 
 
 def dem_module(
-    settings: DemSettings, target: Target, lanes: Lanes, motions: GroundMotions
+    kernel: Kernel, settings: DemSettings, target: Target, lanes: Lanes, motions: GroundMotions
 ) -> ModuleType:
     """The instance of the kernel for a grid of points, a target, a motion and a block count."""
     module: ModuleType = kernel_module(
-        "spatial_dem_launch",
+        kernel.file,
         precision=target.precision,
         motion=motions.kind.value,
         iterations=point_pairs(settings.subcontacts, settings.subcontacts_across).shape[1],
         blocks=lanes.block_count,
-        lanes=LANE_WIDTH if target.kernel_form is Form.PACKED else 1,
+        lanes=LANE_WIDTH if kernel.packed else 1,
         friction="box" if settings.friction_box else "cone",
     )
     return module
@@ -79,6 +79,7 @@ def standing_ratio_in_space(lanes: Lanes, settings: DemSettings) -> Array:
 
 
 def run_dem(
+    module: ModuleType,
     settings: DemSettings,
     knobs: Any,
     target: Target,
@@ -89,14 +90,14 @@ def run_dem(
     """Runs blocks in space; see `AbstractEngine.run`.
 
     Args:
+        module: The instance of the kernel.
         settings: Of the springs.
         knobs: The same as the struct `Knobs` of the module.
-        target: Precision, device and form.
+        target: Precision and device.
         lanes: Blocks and starts.
         motions: Their ground motions.
         times: Duration and sampling.
     """
-    module = dem_module(settings, target, lanes, motions)
     step = longest_steps(settings, lanes)
     count = -(-lanes.lane_count // module.LANES) * module.LANES
     columns = lane_columns(lanes, motions, times, step) | {"creep": creep_speed(lanes, settings)}

@@ -9,7 +9,7 @@ import numpy as np
 import warp as wp
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.launching import Target, respond
+from warprock.engines.launching import Kernel, Target, respond
 from warprock.engines.settings import XpbdSettings
 from warprock.engines.soundness import account_of, contacts_hold, unstable
 from warprock.engines.stack_launching import (
@@ -65,12 +65,18 @@ class Xpbd(AbstractEngine):
             )
         return None
 
+    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
+        """The kernel that runs a scene: the same text for a single block and for a stack."""
+        return Kernel("xpbd_launch", self.target.kernel_form)
+
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
         wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
 
     def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
-        return stack_module("xpbd_launch", self.target, motions, lanes, self.settings.iterations)
+        return stack_module(
+            self.kernel(lanes), self.target, motions, lanes, self.settings.iterations
+        )
 
     def _knobs(self, module: Any) -> Any:
         step = self.settings.time_step

@@ -131,6 +131,8 @@ def print_explanation(found: Mapping[str, Any]) -> None:
         out.print(f"  {name}: {_text(value)}")
     if found["motion_cut_short"]:
         out.print(f"  {found['motion_cut_short']}", soft_wrap=True)
+    if scene["friction_note"]:
+        out.print(f"  friction: {scene['friction_note']}")
     for axis in found["sweep"]:
         keys = ", ".join(axis["keys"])
         out.print(f"  sweep: {keys} ({axis['length']} values)")
@@ -180,6 +182,8 @@ def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
     cut = cut_text(run.lane_set.motions, run.lane_set.times.duration)
     if cut:
         out.print(cut, soft_wrap=True)
+    if run.lane_set.scene.friction_note and response.engine not in ("housner", "two-block"):
+        out.print(f"friction: {run.lane_set.scene.friction_note}")
     error = error_summary(response)
     if error is not None:
         out.print(
