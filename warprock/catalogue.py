@@ -9,6 +9,7 @@ from typing import Any
 import pandas as pd
 
 from warprock.case import Case, case_names, load_case, template_text
+from warprock.engine_choice import choose_engine
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.settings import SETTINGS
 from warprock.errors import InputError
@@ -52,8 +53,9 @@ def explain_case(case: Case) -> dict[str, Any]:
         case: The case.
 
     Returns:
-        The scene, the axes of the sweep, the values of every input, and for each engine the reason
-        why it declines, or the kernel that would run.
+        The scene, the axes of the sweep, the values of every input, `engine`, the one that runs
+        where none is named and why (`EngineChoice`), and for each engine the reason why it
+        declines, or the kernel that would run.
     """
     lane_set = expand_lanes(case)
     scene = lane_set.scene
@@ -74,6 +76,7 @@ def explain_case(case: Case) -> dict[str, Any]:
         + ([{"keys": ["member"], "length": case.members}] if case.ensemble else []),
         "study": [case.study.plan(name) for name in case.study.engines] if case.study else None,
         "inputs": {str(name): _spread(inputs[name]) for name in inputs.columns},
+        "engine": dataclasses.asdict(choose_engine(case)),
         "engines": [_engine_row(name) | _fitness(case, name, scene) for name in ENGINES],
     }
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from warprock.case import Case
 from warprock.comparison import compare_with_housner
@@ -26,7 +27,7 @@ from warprock.errors import InputError
 from warprock.expansion import LaneSet, expand_lanes
 from warprock.overturning_boundaries import boundaries_at
 from warprock.reference.peer_programs import PROGRAMS, PeerAnswer
-from warprock.response import Response
+from warprock.response import Response, Status
 from warprock.runner import run_case
 
 __all__ = ["CHECKS", "ORACLE", "CheckRow", "compare", "compare_with_housner", "run_checks"]
@@ -49,6 +50,8 @@ class CheckRow:
         ok: Whether it passes.
         because: Why the limit is right, as the case says it.
         note: Lanes left out and why, or the worst lane.
+        outside: Lanes selected that are outside the model: of the engine, or of Housner where the
+            engine is held against him.
     """
 
     case: str
@@ -60,6 +63,7 @@ class CheckRow:
     ok: bool
     because: str
     note: str
+    outside: int
 
 
 class CaseResponses:
@@ -155,6 +159,11 @@ _NAMING_COLUMNS = {
 """Input columns that name a lane when they vary, and their units."""
 
 
+def _outside(response: Response, lanes: npt.NDArray[np.intp]) -> int:
+    """How many lanes are outside the engine's model."""
+    return int(np.count_nonzero(response["status"][lanes] == Status.OUTSIDE_MODEL))
+
+
 def _selection_text(where: Mapping[str, str]) -> str:
     return ", ".join(f"{label} = {value}" for label, value in where.items()) or "all"
 
@@ -193,6 +202,7 @@ def _check_peaks(check: Any, responses: CaseResponses) -> list[CheckRow]:
             ok=bool(difference[worst] <= check.tolerance),
             because=check.because,
             note=note,
+            outside=_outside(response, lanes),
         )
     ]
 
@@ -234,6 +244,7 @@ def _check_housner(check: Any, responses: CaseResponses) -> list[CheckRow]:
                 ok=bool(len(errors) and value <= limit),
                 because=check.because,
                 note="; ".join(note),
+                outside=_outside(responses[REFERENCE], lanes),
             )
         )
     return rows
@@ -257,6 +268,7 @@ def _check_boundaries(check: Any, responses: CaseResponses) -> list[CheckRow]:
             ok=value <= check.tolerance,
             because=check.because,
             note=f"found {', '.join(f'{each:.4f}' for each in found) or 'none'}",
+            outside=0,
         )
     ]
 
