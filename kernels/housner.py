@@ -45,8 +45,8 @@ motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 contact = kernel_module("housner_contact", precision=PRECISION)
 larger, smaller, sign_of, size = scalar.larger, scalar.smaller, scalar.sign_of, scalar.size
 sine, cosine = scalar.sine, scalar.cosine
-rocking_series, needed_along = contact.rocking_series, contact.needed_along
-judged_span, needed_at_step = contact.judged_span, contact.needed_at_step
+rocking_series, needed_in_step = contact.rocking_series, contact.needed_in_step
+needed_at_step = contact.needed_at_step
 value_at, slope_at, root = taylor.value_at, taylor.slope_at, taylor.root
 Motion, series = motion.Motion, motion.series
 knot_time, knot_step = motion.knot_time, motion.knot_step
@@ -172,12 +172,12 @@ def next_event(
 
 @wp.func
 def first_event(
-    limit: real, resting: bool, rocking: bool, side: real, theta: real, omega: real,
+    uplift: real, resting: bool, rocking: bool, side: real, theta: real, omega: real,
     t2: real, t3: real, t4: real, t5: real, t6: real, t7: real, t8: real, t9: real, t10: real,
     a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, a7: real, a8: real,
     h: real,
 ):  # fmt: skip
-    """First event of a block within a step of length h; `limit` is its uplift acceleration.
+    """First event of a block within a step of length h; `uplift` is its uplift acceleration.
 
     Watched is the lean while rocking, and what |a| lacks to uplift while at rest.
 
@@ -185,6 +185,7 @@ def first_event(
         As `next_event`, and the sign of the acceleration that may lift the block.
     """
     zero = real(0.0)
+    limit = uplift * (real(1.0) + real(2.0) * ROUND_OFF)
     a_end = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, h)
     pull = sign_of(wp.where(size(a_end) > size(a0), a_end, a0))
     e0 = wp.where(resting, limit - pull * a0, side * theta)
@@ -218,6 +219,7 @@ def first_event(
 def event_step(
     block: Block, impact: bool, uplift: bool, pull: real, acceleration: real, time: real,
     omega: real, side: real, mode: int, uplift_time: real, rest_time: real, loss: real,
+    needed: real,
 ):  # fmt: skip
     """What an impact or an uplift does to a block; `pull` is the sign of the acceleration."""
     zero = real(0.0)
@@ -232,6 +234,7 @@ def event_step(
         wp.where(uplift, smaller(uplift_time, time), uplift_time),
         wp.where(rests, time + tail, wp.where(uplift, NEVER, rest_time)),
         loss + wp.where(impact, omega * omega - after * after, zero),
+        wp.where(impact, larger(block.impact_friction, needed), needed),
     )
 
 
@@ -260,6 +263,22 @@ def motion_step(
         wp.where(lifts, smaller(uplift_time, time), uplift_time),
         wp.where(lifts, NEVER, rest_time),
         wp.where(counts and not falls and asked > needed, asked, needed),
+    )
+
+
+@wp.func
+def overshot(live: bool, rocking: bool, theta: real, omega: real, tau: real, cap: real):
+    """Whether a block falls past pi/2 in a step: it repeats it up to there (Newton's method).
+
+    Returns:
+        That, the length of the step (0 if it is repeated), the longest step allowed next time.
+    """
+    excess = size(theta) - HALF_PI
+    past = rocking and excess > NEARLY
+    return (
+        past,
+        wp.where(past or not live, real(0.0), tau),
+        wp.where(past, larger(tau - excess / size(omega), real(0.5) * tau), cap),
     )
 
 
@@ -311,33 +330,26 @@ def step(
         a0, a1, a2, a3, a4, a5, a6, a7, a8,
     )  # fmt: skip
     tau, turned, crossed, cap1, pull = first_event(
-        block.uplift_acceleration * (real(1.0) + real(2.0) * ROUND_OFF), resting, rocking,
-        side, theta, omega,
+        block.uplift_acceleration, resting, rocking, side, theta, omega,
         t2, t3, t4, t5, t6, t7, t8, t9, t10, a0, a1, a2, a3, a4, a5, a6, a7, a8, h,
     )  # fmt: skip
     theta1 = value_at(theta, omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
     omega1 = slope_at(omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
-    # A block that falls past pi/2 repeats the step up to there (Newton's method).
-    excess = size(theta1) - HALF_PI
-    past = rocking and excess > NEARLY
-    cap1 = wp.where(past, larger(tau - excess / size(omega1), real(0.5) * tau), cap1)
-    tau = wp.where(past or not live, zero, tau)
-    uplift = resting and crossed
-    impact = rocking and crossed and not past
-    lean, speed = side * theta, side * omega
-    span = judged_span(block.fall_angle, lean, speed, real(0.5) * (speed + side * omega1), tau)
-    asked = needed_along(needed, span, n0, n1, n2, n3, n4, n5, n6, f0, f1, f2, f3, f4, f5, f6)
-    needed1 = wp.where(rocking and span >= zero, asked, needed)
-    needed1 = wp.where(impact, larger(block.impact_friction, needed1), needed1)
+    past, tau, cap1 = overshot(live, rocking, theta1, omega1, tau, cap1)
+    uplift, impact = resting and crossed, rocking and crossed and not past
+    needed1 = needed_in_step(
+        needed, rocking, block.fall_angle, side * theta, side * omega, side * omega1, tau,
+        n0, n1, n2, n3, n4, n5, n6, f0, f1, f2, f3, f4, f5, f6,
+    )  # fmt: skip
 
     # The state there; a turning point, an impact, an uplift.
     theta1 = wp.where(impact or uplift, zero, wp.where(rocking and not past, theta1, theta))
     omega1 = wp.where(past, omega, wp.where(rocking and not turned, omega1, zero))
     time1 = wp.where(live and tau >= room - TICK * target, target, time + tau)
     a_now = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, tau)
-    omega1, side1, mode1, uplift_time1, rest_time1, loss1 = event_step(
+    omega1, side1, mode1, uplift_time1, rest_time1, loss1, needed1 = event_step(
         block, impact, uplift, pull, a_now, time1,
-        omega1, side, mode, uplift_time, rest_time, loss,
+        omega1, side, mode, uplift_time, rest_time, loss, needed1,
     )  # fmt: skip
     passed = time1 >= knot and live
     omega1, side1, mode1, uplift_time1, rest_time1, needed1 = motion_step(
@@ -346,7 +358,6 @@ def step(
     )  # fmt: skip
     mode1, theta1, peak1, peak_time1 = end_of_step(mode1, theta1, omega1, time1, peak, peak_time)
     return (
-        theta1, omega1, side1, time1, segment + wp.where(passed, 1, 0), mode1,
-        peak1, peak_time1, uplift_time1, rest_time1, loss1, impacts + wp.where(impact, 1, 0), cap1,
-        needed1,
+        theta1, omega1, side1, time1, segment + wp.where(passed, 1, 0), mode1, peak1, peak_time1,
+        uplift_time1, rest_time1, loss1, impacts + wp.where(impact, 1, 0), cap1, needed1,
     )  # fmt: skip

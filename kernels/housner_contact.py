@@ -147,21 +147,34 @@ def needed_along(
 
 
 @wp.func
-def judged_span(fall_angle: real, lean: real, speed: real, mean_speed: real, tau: real) -> real:
-    """The part of a step of length tau in which the contact is judged; below 0 if none is.
+def needed_in_step(
+    needed: real, rocking: bool, fall_angle: real, lean: real, speed: real, end_speed: real,
+    tau: real,
+    n0: real, n1: real, n2: real, n3: real, n4: real, n5: real, n6: real,
+    f0: real, f1: real, f2: real, f3: real, f4: real, f5: real, f6: real,
+) -> real:  # fmt: skip
+    """The larger of a friction and what a step of length tau needs, up to where the block falls.
 
     Args:
+        needed: The friction.
+        rocking: Whether the block rocks; at rest its contact asks for less than an uplift does.
         fall_angle: Rotation from which a block that turns outwards falls.
         lean: Rotation at the start of the step, positive towards the side that it leans to.
         speed: Its rate there.
-        mean_speed: Mean of the rates at both ends: a lean that grows faster and faster comes to
-            the fall angle later than this says.
+        end_speed: Its rate at the end of the step.
         tau: Length of the step.
+        n0 to n6: Series of the force upwards.
+        f0 to f6: Series of the force along.
     """
+    zero = real(0.0)
     left = fall_angle - lean
-    leaves = mean_speed > real(0.0) and left < mean_speed * tau
-    span = wp.where(leaves, left / mean_speed, tau)
-    return wp.where(left <= real(0.0) and speed >= real(0.0), real(-1.0), span)
+    # A lean that grows faster and faster comes to the fall angle later than at its mean rate.
+    mean_speed = real(0.5) * (speed + end_speed)
+    falls = mean_speed > zero and left < mean_speed * tau
+    span = wp.where(falls, left / mean_speed, tau)
+    asked = needed_along(needed, span, n0, n1, n2, n3, n4, n5, n6, f0, f1, f2, f3, f4, f5, f6)
+    fallen = left <= zero and speed >= zero
+    return wp.where(rocking and not fallen, asked, needed)
 
 
 @wp.func

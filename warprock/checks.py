@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from warprock.case import Case
 from warprock.comparison import compare_with_housner
@@ -51,7 +50,7 @@ class CheckRow:
         because: Why the limit is right, as the case says it.
         note: Lanes left out and why, or the worst lane.
         outside: Lanes selected that are outside the model: of the engine, or of Housner where the
-            engine is held against him.
+            engine is held against him; None where lanes are found by halving.
     """
 
     case: str
@@ -63,7 +62,7 @@ class CheckRow:
     ok: bool
     because: str
     note: str
-    outside: int
+    outside: int | None
 
 
 class CaseResponses:
@@ -159,11 +158,6 @@ _NAMING_COLUMNS = {
 """Input columns that name a lane when they vary, and their units."""
 
 
-def _outside(response: Response, lanes: npt.NDArray[np.intp]) -> int:
-    """How many lanes are outside the engine's model."""
-    return int(np.count_nonzero(response["status"][lanes] == Status.OUTSIDE_MODEL))
-
-
 def _selection_text(where: Mapping[str, str]) -> str:
     return ", ".join(f"{label} = {value}" for label, value in where.items()) or "all"
 
@@ -202,7 +196,7 @@ def _check_peaks(check: Any, responses: CaseResponses) -> list[CheckRow]:
             ok=bool(difference[worst] <= check.tolerance),
             because=check.because,
             note=note,
-            outside=_outside(response, lanes),
+            outside=response.count(Status.OUTSIDE_MODEL, lanes),
         )
     ]
 
@@ -244,7 +238,7 @@ def _check_housner(check: Any, responses: CaseResponses) -> list[CheckRow]:
                 ok=bool(len(errors) and value <= limit),
                 because=check.because,
                 note="; ".join(note),
-                outside=_outside(responses[REFERENCE], lanes),
+                outside=responses[REFERENCE].count(Status.OUTSIDE_MODEL, lanes),
             )
         )
     return rows
@@ -268,7 +262,7 @@ def _check_boundaries(check: Any, responses: CaseResponses) -> list[CheckRow]:
             ok=value <= check.tolerance,
             because=check.because,
             note=f"found {', '.join(f'{each:.4f}' for each in found) or 'none'}",
-            outside=0,
+            outside=None,
         )
     ]
 

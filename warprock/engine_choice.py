@@ -101,7 +101,7 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
 def outside_model(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> int:
     """How many single blocks would slide or have to be pulled, were they to move as Housner's."""
     response = run_batch(ANALYTICAL, lanes, motions, SampleTimes(times.duration))
-    return int(np.count_nonzero(response["status"] == Status.OUTSIDE_MODEL))
+    return response.count(Status.OUTSIDE_MODEL)
 
 
 def judged_lanes(count: int) -> range:

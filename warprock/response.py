@@ -249,6 +249,11 @@ class Response:
         """Number of lanes."""
         return len(self.fields["status"])
 
+    def count(self, status: Status, lanes: npt.NDArray[np.intp] | None = None) -> int:
+        """Lanes with a status, of all or of some by number."""
+        found = self.fields["status"] == status
+        return int(np.count_nonzero(found if lanes is None else found[lanes]))
+
 
 def join_responses(parts: Sequence[Response]) -> Response:
     """Joins the responses of consecutive chunks, in lane order."""

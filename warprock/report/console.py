@@ -192,7 +192,7 @@ def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
         counts = count_words(response, name)
         words = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
         out.print(f"{name}: {words}")
-    if response.engine == "housner" and (response["status"] == Status.OUTSIDE_MODEL).any():
+    if "friction_needed" in response.fields and response.count(Status.OUTSIDE_MODEL):
         out.print(OUTSIDE)
     error = error_summary(response)
     if error is not None:

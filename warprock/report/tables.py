@@ -321,7 +321,7 @@ def print_checks(rows: Sequence[CheckRow], console: Console | None = None) -> No
             row.name,
             row.engine,
             row.lanes,
-            str(row.outside),
+            MISSING if row.outside is None else str(row.outside),
             number(row.value, ".2e"),
             number(row.limit, ".2e"),
             verdict,
