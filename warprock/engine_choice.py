@@ -21,6 +21,7 @@ import numpy as np
 
 from warprock.batch import run_batch
 from warprock.case import Case
+from warprock.devices import start_warp
 from warprock.engines import engine_class
 from warprock.expansion import expand_lanes
 from warprock.lanes import Lanes
@@ -100,6 +101,7 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
 
 def outside_model(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> int:
     """How many single blocks would slide or have to be pulled, were they to move as Housner's."""
+    start_warp()
     response = run_batch(ANALYTICAL, lanes, motions, SampleTimes(times.duration))
     return response.count(Status.OUTSIDE_MODEL)
 

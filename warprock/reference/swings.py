@@ -131,22 +131,27 @@ class BlockRun:
         """Whether the block falls whatever its contact does: that is not judged."""
         return tilt >= self.fall_tilt and rate >= 0.0
 
-    def _judge(self, dense: Callable[[float], Array], begin: float, end: float) -> None:
+    def _judge(self, dense: Callable[[Any], Array], begin: float, end: float) -> None:
         """Notes the friction that the contact needs in a part of a step."""
 
-        def needed(time: float) -> float:
-            tilt, rate = map(float, dense(time))
+        def needed(time: float, tilt: float, rate: float) -> float:
             if self._falls(tilt, rate):
                 return 0.0
             base = self.acceleration(time)
             return friction_for(self.block.contact_force(self.side, tilt, rate, base))
 
-        grid = np.linspace(begin, end, FORCE_LOOKS + 1)
-        found = [needed(time) for time in grid]
+        grid = np.linspace(begin, end, FORCE_LOOKS + 1).tolist()
+        found = [
+            needed(time, *state) for time, state in zip(grid, dense(grid).T.tolist(), strict=True)
+        ]
         top = int(np.argmax(found))
-        if found[top] > 0.5 * self.friction_needed and math.isfinite(found[top]):
+        if found[top] > 0.9 * self.friction_needed and math.isfinite(found[top]):
             low, high = grid[max(top - 1, 0)], grid[min(top + 1, FORCE_LOOKS)]
-            best = minimize_scalar(lambda time: -needed(time), bounds=(low, high), method="bounded")
+            best = minimize_scalar(
+                lambda time: -needed(time, *dense(time).tolist()),
+                bounds=(low, high),
+                method="bounded",
+            )
             self._need(-float(best.fun))
         self._need(found[top])
 
