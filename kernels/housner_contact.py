@@ -15,9 +15,9 @@ An impulse of the base, over m, is what the velocity of the centre gains, so
     at a velocity step dv of the base    along dv (1 - (3/4) C^2), upwards (3/4) S C dv,
     at an impact                         |along / upwards| = (1 - eta) / (1 + eta) / tan(alpha).
 
-Where the block falls, its contact is not judged: leaning further beyond its balance than the
-friction angle and turning outwards, it is turned further outwards by every force that friction
-allows, and by none less. Above a friction of 1 that counts from 45 degrees on.
+Where the block falls, its contact is not judged. It falls for certain once it turns outwards and
+leans beyond its balance by more than the friction angle: every force that friction allows then
+turns it further outwards. With a friction above 1 it counts as falling from 45 degrees on.
 """
 
 from typing import Any
