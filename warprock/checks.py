@@ -50,7 +50,7 @@ class CheckRow:
         because: Why the limit is right, as the case says it.
         note: Lanes left out and why, or the worst lane.
         outside: Lanes selected that are outside the model: of the engine, or of Housner where the
-            engine is held against him; None where lanes are found by halving.
+            engine is held against him; None where that is not known.
     """
 
     case: str
@@ -62,7 +62,7 @@ class CheckRow:
     ok: bool
     because: str
     note: str
-    outside: int | None
+    outside: int | None = None
 
 
 class CaseResponses:
@@ -262,7 +262,6 @@ def _check_boundaries(check: Any, responses: CaseResponses) -> list[CheckRow]:
             ok=value <= check.tolerance,
             because=check.because,
             note=f"found {', '.join(f'{each:.4f}' for each in found) or 'none'}",
-            outside=None,
         )
     ]
 

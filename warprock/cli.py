@@ -163,11 +163,10 @@ def run(
             case_name, overrides, accuracy, engine=given, precision=fixed, workers=workers
         )
         engine, precision = choice.engine, choice.precision
-    else:
-        engine = engine_for(case, engine)
     runner.require_histories(case, lanes)
     if lanes and folder is None:
         raise InputError("--history", "", list(lanes), "needs -o/--output, the folder to write to")
+    engine = engine_for(case, engine)
     with console.lane_progress(case.name, case.lane_count) as progress:
         case_run = runner.run_case(
             case,

@@ -100,7 +100,9 @@ def engine_option(command: Command) -> Command:
 
 
 def engine_for(case: Case, engine: str | None, factors: Sequence[float] = (1.0,)) -> str:
-    """The engine named, or the one that the rule of `engine_choice` gives; says which on stderr.
+    """The engine named, or the one that the rule of `engine_choice` gives.
+
+    A line on stderr says so where it is not the one that a single block has as a rule.
 
     Args:
         case: The case.
@@ -112,7 +114,8 @@ def engine_for(case: Case, engine: str | None, factors: Sequence[float] = (1.0,)
     from warprock.engine_choice import choose_engine
 
     choice = choose_engine(case, factors)
-    click.echo(choice.text, err=True)
+    if choice.surprises:
+        click.echo(choice.text, err=True)
     return choice.engine
 
 

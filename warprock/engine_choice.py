@@ -45,12 +45,19 @@ class EngineChoice:
         why: Why, in words.
         judged: Runs of `housner` that were judged; 0 where the rule needed none.
         outside: Those outside its model.
+        planar_block: Whether it is for one block in the plane, which `housner` might run.
     """
 
     engine: str
     why: str
     judged: int = 0
     outside: int = 0
+    planar_block: bool = True
+
+    @property
+    def surprises(self) -> bool:
+        """Whether a single block goes to another engine than `housner`."""
+        return self.planar_block and self.engine != ANALYTICAL
 
     @property
     def text(self) -> str:
@@ -72,9 +79,9 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
     lane_set = expand_lanes(case, lanes)
     scene = lane_set.scene
     if scene.spatial:
-        return EngineChoice(CONTACT, "the blocks move in space")
+        return EngineChoice(CONTACT, "the blocks move in space", planar_block=False)
     if scene.stacked:
-        return EngineChoice(CONTACT, "blocks of a stack slide")
+        return EngineChoice(CONTACT, "it is a stack", planar_block=False)
     declined = engine_class(ANALYTICAL).supports(scene)
     if declined is not None:
         return EngineChoice(CONTACT, declined)

@@ -30,7 +30,7 @@ FIRST_STEP = 0.1
 """Longest first step of a swing [s]; DOP853 chooses the others itself."""
 SHORTEST_STEP = 1e-9
 """A first step this short [s] that does not lift the block shows that it has not lifted."""
-FORCE_LOOKS = 16
+FORCE_LOOKS = 6
 """Looks at the contact force in a step of DOP853; the largest one is then refined."""
 ROOT_TOLERANCE = 4.0 * float(np.finfo(np.float64).eps)
 """Relative tolerance of a root, the smallest that `brentq` takes."""
@@ -145,7 +145,7 @@ class BlockRun:
             needed(time, *state) for time, state in zip(grid, dense(grid).T.tolist(), strict=True)
         ]
         top = int(np.argmax(found))
-        if found[top] > 0.9 * self.friction_needed and math.isfinite(found[top]):
+        if found[top] > 0.98 * self.friction_needed and math.isfinite(found[top]):
             low, high = grid[max(top - 1, 0)], grid[min(top + 1, FORCE_LOOKS)]
             best = minimize_scalar(
                 lambda time: -needed(time, *dense(time).tolist()),

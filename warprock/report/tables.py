@@ -29,9 +29,9 @@ COMPARED_COLUMNS = (
     ("peak_error", "peak\nerror", "+.2%"),
     ("rest_time_error_s", "rest time\nerror [s]", "+.3f"),
     ("peak_slide_mm", "slide\n[mm]", ".2g"),
-    ("friction_needed", "friction\nneeded", ".3g"),
 )
 """Column of a comparison with Housner, its heading and its format."""
+NEEDED = "friction\nneeded"
 HOLDS = "Housner\nholds?"
 SLIDES = f"slides by more than {SLIDE_BOUND:g} of its width"
 DIFFERENCE = "  * largest |rotation - Housner's| / slenderness angle"
@@ -348,6 +348,7 @@ def print_comparison(found: Mapping[str, Any], console: Console | None = None) -
         [
             *("lane", "engine", "peak\nratio", "outcome"),
             *(heading for _, heading, _ in COMPARED_COLUMNS),
+            NEEDED,
             HOLDS,
         ],
         ("lane", "engine", "outcome", HOLDS),
@@ -362,6 +363,7 @@ def print_comparison(found: Mapping[str, Any], console: Console | None = None) -
                 number(row["peak_rotation_ratio"], ".4f"),
                 row["outcome"],
                 *(number(row[name], form) for name, _, form in COMPARED_COLUMNS),
+                number(row["friction_needed"], ".3g"),
                 letters.cell(row),
             )
     print_table(out, table)
