@@ -78,6 +78,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "runs": (
         (
             "warprock/runner.py",
+            "warprock/engine_choice.py",
             "warprock/files.py",
             "warprock/store.py",
             "warprock/results.py",

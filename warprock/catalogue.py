@@ -10,6 +10,7 @@ import pandas as pd
 
 from warprock.case import Case, load_case
 from warprock.case_text import case_names, template_text
+from warprock.engine_choice import choose_engine
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Target
 from warprock.engines.settings import SETTINGS
@@ -50,8 +51,9 @@ def explain_case(case: Case) -> dict[str, Any]:
         case: The case.
 
     Returns:
-        The scene, the axes of the sweep, the values of every input, and for each engine the reason
-        why it declines, or the kernel that would run.
+        The scene, the axes of the sweep, the values of every input, `engine`, the one that runs
+        where none is named and why (`EngineChoice`), and for each engine the reason why it
+        declines, or the kernel that would run.
     """
     many = case.lane_count > LANES_SHOWN
     lane_set = expand_lanes(case, range(LANES_SHOWN) if many else None)
@@ -79,6 +81,7 @@ def explain_case(case: Case) -> dict[str, Any]:
         + ([{"keys": ["member"], "length": case.members}] if case.ensemble else []),
         "study": [case.study.plan(name) for name in case.study.engines] if case.study else None,
         "inputs": {str(name): _spread(inputs[name]) for name in inputs.columns},
+        "engine": dataclasses.asdict(choose_engine(case)),
         "engines": [_engine_row(name) | _fitness(case, name, scene) for name in ENGINES],
     }
 

@@ -23,6 +23,7 @@ from warprock.cli_fragility import fragility
 from warprock.cli_incremental import ida
 from warprock.cli_map import overturning_map
 from warprock.cli_options import (
+    engine_for,
     engine_option,
     json_option,
     output_option,
@@ -133,8 +134,7 @@ def run(
         refused = {"--history": lanes or None, "--estimate": estimate, "--accuracy": accuracy}
         options: dict[str, Any] = {"precision": precision, "device": device, "workers": workers}
         return run_study_of(case, engine, folder, refused, **options, as_json=as_json)
-    engine = engine or runner.default_engine(case)
-    runner.require_options(engine, precision=precision, device=device, workers=workers)
+    runner.require_options(engine or "event", precision=precision, device=device, workers=workers)
     if accuracy is not None:
         fixed = None if _is_default("precision") else precision
         case, choice = choose_for(
@@ -144,6 +144,7 @@ def run(
     runner.require_histories(case, lanes)
     if lanes and folder is None:
         raise InputError("--history", "", list(lanes), "needs -o/--output, the folder to write to")
+    engine = engine_for(case, engine)
     with console.lane_progress(case.name, case.lane_count) as progress:
         case_run = runner.run_case(
             case,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from warprock.cli_options import by_option, case_options
+from warprock.cli_options import by_option, case_options, engine_for
 
 if TYPE_CHECKING:
     from warprock.case import Case
@@ -48,13 +48,14 @@ def ida(
     All lanes run at a ladder of factors; the bracket of each one's first fall is then halved. With
     -o every finished stage is kept, and the same command goes on behind the last one.
     """
-    from warprock import incremental, incremental_fit, runner
+    from warprock import incremental, incremental_fit
     from warprock.case import load_case
     from warprock.report import console
 
     case = load_case(case_name, overrides)
     ladder = incremental.Ladder(**factors)
-    chosen = engine or runner.default_engine(case)
+    ladder.judge()
+    chosen = engine_for(case, engine, ladder.factors.tolist())
     plan = incremental.plan_analysis(case, chosen, ladder, precision=precision, device=device)
     incremental_fit.require_columns(case, intensity, by)
     with console.lane_progress(case.name, None) as progress:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Callable
-from typing import Any, TypeVar
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from warprock.errors import InputError
+
+if TYPE_CHECKING:
+    from warprock.case import Case
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -98,8 +101,30 @@ output_option = output_to("Folder for the results; made if it does not exist.")
 def engine_option(command: Command) -> Command:
     """`-e`, None where none is named."""
     return click.option(
-        "-e", "--engine", help="Engine; without, housner for one block, event for a stack."
+        "-e",
+        "--engine",
+        help="Engine; without, housner for one block that it can follow, else event.",
     )(command)
+
+
+def engine_for(case: Case, engine: str | None, factors: Sequence[float] = (1.0,)) -> str:
+    """The engine named, or the one that the rule of `engine_choice` gives.
+
+    A line on stderr says so where it is not the one that a single block has as a rule.
+
+    Args:
+        case: The case.
+        engine: Name of the engine; None where none is named.
+        factors: On the motion of the case: those at which it will run.
+    """
+    if engine is not None:
+        return engine
+    from warprock.engine_choice import choose_engine
+
+    choice = choose_engine(case, factors)
+    if choice.surprises:
+        click.echo(choice.text, err=True)
+    return choice.engine
 
 
 def case_options(command: Command) -> Command:

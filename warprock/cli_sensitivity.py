@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from warprock.cli_options import case_options, require_within
+from warprock.cli_options import case_options, engine_for, require_within
 
 
 @click.command()
@@ -35,7 +35,6 @@ def sensitivity(
     sample.lanes, a power of 2, is the size of the two samples that are compared; with d inputs
     (d + 2) times as many lanes run. Axes of the sweep, each with a label, make panels.
     """
-    from warprock import runner
     from warprock import sensitivity as module
     from warprock.case import load_case
     from warprock.report import console, plots_sensitivity, tables_sensitivity
@@ -45,7 +44,7 @@ def sensitivity(
     with console.lane_progress(case.name, None) as progress:
         found = module.run_sensitivity(
             case,
-            engine or runner.default_engine(case),
+            engine_for(case, engine),
             of=of,
             resamples=resamples,
             progress=progress,

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from warprock.cli_options import case_options
+from warprock.cli_options import case_options, engine_for
 
 
 @click.command()
@@ -25,7 +25,6 @@ def spectrum(
     CASE has a [spectrum] table with the periods 2 pi / p and the slenderness angles; axes of its
     sweep, each with a label, make panels.
     """
-    from warprock import runner
     from warprock import spectrum as module
     from warprock.case import load_case
     from warprock.report import console, plots_spectrum, tables_spectrum
@@ -34,7 +33,7 @@ def spectrum(
     with console.lane_progress(case.name, case.lane_count) as progress:
         found = module.run_spectrum(
             case,
-            engine or runner.default_engine(case),
+            engine_for(case, engine),
             progress=progress,
             **options,
         )

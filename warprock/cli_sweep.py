@@ -11,6 +11,7 @@ import click
 
 from warprock.cli_options import (
     device_options,
+    engine_for,
     engine_option,
     json_option,
     output_to,
@@ -58,7 +59,7 @@ def plan(
     as_json: bool,
 ) -> None:
     """Write the plan of a sweep over the lanes of a CASE, after a look at every one of them."""
-    from warprock import runner, sweep_plan
+    from warprock import sweep_plan
     from warprock.case import load_case
     from warprock.report import console, sweeps
 
@@ -66,7 +67,7 @@ def plan(
     with console.lane_progress("look at every lane", case.lane_count) as progress:
         made = sweep_plan.make_plan(
             case,
-            engine or runner.default_engine(case),
+            engine_for(case, engine),
             precision=precision,
             device=device,
             estimate=estimate,

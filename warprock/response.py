@@ -33,13 +33,13 @@ class Status(enum.IntEnum):
 
     The numbers of a sensitive lane depend on the step: chaos or closeness to overturning. An
     engine never says so; `warprock.estimate` does, by running the lane at finer steps. Outside its
-    model is a lane in which something happened that its engine leaves out, such as a contact that
-    had to pull; its numbers are what the engine's equations give. At the iteration limit a contact
-    solve has not settled; the lane's run ends there. Unstable is a lane that
-    gained more energy than it held and its base supplied: its step is too long for it, its sweeps
-    too few, or float32 too coarse. Ambiguous is a block that slid with friction above the limit up
-    to which the law of contact has one solution (see `warprock.painleve`): its numbers are one
-    answer, and another engine may find another one.
+    model is a lane in which something happened that its engine leaves out: a contact that had to
+    pull, or a block that would have slid; its numbers are what the engine's equations give. At the
+    iteration limit a contact solve has not settled; the lane's run ends there. Unstable is a lane
+    that gained more energy than it held and its base supplied: its step is too long for it, its
+    sweeps too few, or float32 too coarse. Ambiguous is a block that slid with friction above the
+    limit up to which the law of contact has one solution (see `warprock.painleve`): its numbers are
+    one answer, and another engine may find another one.
     """
 
     OK = 0
@@ -138,6 +138,13 @@ FIELDS: dict[str, Field] = {
         Field("energy_lost", ("lane",), "J", "Energy lost in impacts and friction"),
         Field("step_count", ("lane",), "-", "Time steps taken"),
         Field(
+            "friction_needed",
+            ("lane",),
+            "-",
+            "Friction without which the block would slide; infinite where its base would have to "
+            "pull",
+        ),
+        Field(
             "peak_rotation_error",
             ("lane",),
             "rad",
@@ -178,10 +185,12 @@ y, `peak_slide` the length of both.
 
 ESTIMATE_FIELDS: tuple[str, ...] = ("peak_rotation_error", "rotation_error")
 """Fields that no engine answers: `warprock.estimate` adds them."""
+MODEL_FIELDS: tuple[str, ...] = ("friction_needed",)
+"""Fields that `housner` and its reference answer besides: their block cannot slide."""
 LANE_FIELDS: tuple[str, ...] = tuple(
     n
     for n, f in FIELDS.items()
-    if f.dims == ("lane",) and n not in ESTIMATE_FIELDS and not f.spatial
+    if f.dims == ("lane",) and n not in (*ESTIMATE_FIELDS, *MODEL_FIELDS) and not f.spatial
 )
 """Fields that every engine answers."""
 SPATIAL_FIELDS: tuple[str, ...] = tuple(
@@ -266,6 +275,11 @@ class Response:
     def lane_count(self) -> int:
         """Number of lanes."""
         return len(self.fields["status"])
+
+    def count(self, status: Status, lanes: npt.NDArray[np.intp] | None = None) -> int:
+        """Lanes with a status, of all or of some by number."""
+        found = self.fields["status"] == status
+        return int(np.count_nonzero(found if lanes is None else found[lanes]))
 
 
 def join_responses(parts: Sequence[Response]) -> Response:

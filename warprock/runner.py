@@ -16,8 +16,6 @@ import numpy.typing as npt
 from warprock.batch import require_room, run_batch
 from warprock.case import Case
 from warprock.case_keys import NOTHING
-from warprock.case_spatial import spatial_because
-from warprock.case_values import LaneValues
 from warprock.devices import require_device
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.workload import require_workload
@@ -226,12 +224,6 @@ def _counted_from(progress: Progress, before: int) -> Progress:
 def has_time_step(settings: Any) -> bool:
     """Whether an engine with these settings has a time step that an ensemble can spread."""
     return hasattr(settings, "with_step_scaled")
-
-
-def default_engine(case: Case) -> str:
-    """The engine that a case is run with where none is named: the most accurate for its blocks."""
-    in_space = bool(spatial_because(LaneValues(case, range(1))))
-    return "event" if case.tables.stacked or in_space else "housner"
 
 
 def require_options(

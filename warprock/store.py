@@ -25,6 +25,7 @@ from warprock.response import (
     ESTIMATE_FIELDS,
     FIELDS,
     LANE_FIELDS,
+    MODEL_FIELDS,
     SOUND,
     SPATIAL_FIELDS,
     Field,
@@ -121,9 +122,9 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
     columns: dict[str, Any] = {"lane": lane_set.first + np.arange(response.lane_count)}
     columns |= {str(name): lane_set.inputs[name].array for name in lane_set.inputs.columns}
     meaning = {name: input_meaning(name) for name in columns}
-    estimates = [name for name in ESTIMATE_FIELDS if name in response.fields]
-    in_space = [name for name in SPATIAL_FIELDS if name in response.fields]
-    for field in (FIELDS[name] for name in (*LANE_FIELDS, *in_space, *estimates)):
+    optional = (*SPATIAL_FIELDS, *MODEL_FIELDS, *ESTIMATE_FIELDS)
+    besides = [name for name in optional if name in response.fields]
+    for field in (FIELDS[name] for name in (*LANE_FIELDS, *besides)):
         values = response[field.name]
         of_field: dict[str, Any] = {field.column: values}
         if field.enum is not None:

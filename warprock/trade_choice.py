@@ -19,7 +19,7 @@ import pandas as pd
 
 from warprock.batch import run_batch
 from warprock.case import Case
-from warprock.comparison import friction_for_velocity_step, velocity_step_at_start
+from warprock.engine_choice import judged_lanes, outside_model
 from warprock.engines import engine_class
 from warprock.engines.settings import SETTINGS, build_settings
 from warprock.errors import InputError
@@ -146,16 +146,12 @@ def _usable_rows(table: pd.DataFrame, name: str, lane_set: LaneSet) -> pd.DataFr
 
 
 def _sticks(lane_set: LaneSet) -> bool:
-    """Whether friction is enough for a velocity step at the start.
-
-    It is for the impacts of a block that lifts before it slides. Of a velocity step under a stack
-    no closed form says so; there the test on the sample does.
-    """
+    """Whether no single block would slide, as `housner` finds; of stacks the test says so."""
     lanes = lane_set.lanes
     if lanes.stacked:
         return True
-    stepped = velocity_step_at_start(lane_set.motions) != 0.0
-    return bool(np.all(~stepped | (lanes.friction >= friction_for_velocity_step(lanes))))
+    chosen = np.array(judged_lanes(lanes.lane_count))
+    return not outside_model(lanes.take(chosen), lane_set.motions.take(chosen), lane_set.times)
 
 
 def _nothing(rows: pd.DataFrame, name: str, who: str) -> str:

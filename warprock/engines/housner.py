@@ -12,6 +12,7 @@ import warp as wp
 from warprock import rocking
 from warprock.engines.base import AbstractEngine
 from warprock.engines.launching import (
+    NEVER,
     Kernel,
     Target,
     fastest_rate,
@@ -41,6 +42,10 @@ STEPS_SPARE = 50
 """Steps allowed for every step that a run without events would take; an impact takes some five
 steps, so this is far above any rocking motion and ends only a lane that makes no headway."""
 
+FRICTION_SLACK = {"float64": 1e-6, "float32": 1e-4}
+"""Part by which a lane's friction may fall short before the lane counts as outside the model: the
+series of the contact force leave out some 1e-7 of the weight, float32 rounds to about 1e-5."""
+
 RESTING, ROCKING, OVERTURNED, BROKEN, STALLED = range(5)
 """Modes of a lane in the kernel."""
 
@@ -53,6 +58,13 @@ class Housner(AbstractEngine):
     impact a block rests if its next swing would stay below `rest_rotation_ratio` times the
     slenderness angle on either side; it lifts again when |base acceleration| exceeds
     g tan(slenderness angle) or the base velocity steps.
+
+    A lane has the status OUTSIDE_MODEL where the block would have slid, its friction being less
+    than |force along| / (force upwards) of its contact at some moment, or where the base would have
+    had to pull it; impulses at impacts and velocity steps count as forces do. Its numbers are those
+    of Housner's equation all the same. Not judged is the end of a fall: once a block leans beyond
+    its balance by more than the friction angle (at most 45 degrees) and turns outwards, it falls
+    whatever its contact does.
     """
 
     name: ClassVar[str] = "housner"
@@ -119,6 +131,10 @@ class Housner(AbstractEngine):
             "coupling": frequency_squared / GRAVITY,
             "uplift_acceleration": GRAVITY * np.tan(alpha),
             "angular_restitution": lanes.angular_restitution,
+            "impact_friction": rocking.impact_friction(
+                lanes.width, lanes.height, lanes.angular_restitution
+            ),
+            "fall_angle": alpha + np.arctan(np.minimum(lanes.friction, 1.0)),
             "rest_rotation": alpha
             * max(self.settings.rest_rotation_ratio, REST_RATIO_LEAST[self.target.precision]),
             "step_length": step_length,
@@ -134,6 +150,9 @@ class Housner(AbstractEngine):
             blocks,
         )
         mode = rows["mode"]
+        needed = np.asarray(rows["needed"], dtype=np.float64)
+        needed[needed >= NEVER] = np.inf
+        slack = 1.0 + FRICTION_SLACK[self.target.precision]
         inertia = 4.0 / 3.0 * lanes.mass * radius**2
         still = np.zeros(lanes.lane_count)
         columns = {
@@ -145,7 +164,9 @@ class Housner(AbstractEngine):
                 Outcome.ROCKING,
             ),
             "status": np.select(
-                [mode == BROKEN, mode == STALLED], [Status.NONFINITE, Status.EVENT_LIMIT], Status.OK
+                [mode == BROKEN, mode == STALLED, needed > slack * lanes.friction],
+                [Status.NONFINITE, Status.EVENT_LIMIT, Status.OUTSIDE_MODEL],
+                Status.OK,
             ),
             "impact_count": rows["impacts"],
             "uplift_time": time_or_nan(rows["uplift_time"]),
@@ -155,6 +176,7 @@ class Housner(AbstractEngine):
             "peak_penetration": still,
             "energy_lost": 0.5 * inertia * rows["loss"],
             "step_count": rows["steps"],
+            "friction_needed": needed,
         }
         return respond(self.name, columns, rotations, times)
 

@@ -29,6 +29,7 @@ from warprock.motion import (
 from warprock.response import (
     INTEGER_FIELDS,
     LANE_FIELDS,
+    MODEL_FIELDS,
     SPATIAL_FIELDS,
     USABLE,
     Response,
@@ -241,7 +242,7 @@ def respond(
     times: SampleTimes,
     others: Mapping[str, npt.NDArray[np.float64]] | None = None,
 ) -> Response:
-    """A response from its lane fields; every one must be there, of blocks in space those besides.
+    """A response from its lane fields; every one must be there, others that an engine has may be.
 
     `others` are their histories besides the rotations, by field.
     A lane of which a number is not finite gets the status NONFINITE if its status would let that
@@ -249,7 +250,7 @@ def respond(
     """
     fields: dict[str, npt.NDArray[Any]] = {
         name: np.asarray(columns[name], np.int64 if name in INTEGER_FIELDS else np.float64)
-        for name in (*LANE_FIELDS, *(n for n in SPATIAL_FIELDS if n in columns))
+        for name in (*LANE_FIELDS, *(n for n in (*SPATIAL_FIELDS, *MODEL_FIELDS) if n in columns))
     }
     status = fields["status"]
     numbers = [fields[name] for name in FINITE_FIELDS]

@@ -20,6 +20,8 @@ import rich.progress
 import rich.table
 from rich.cells import cell_len
 
+from warprock.response import Status
+
 if TYPE_CHECKING:
     import pandas as pd
 
@@ -41,6 +43,16 @@ RESULT_COLUMNS = (
     "rest_time_s",
 )
 """Columns of the lane table that `run` prints behind the inputs and the peaks."""
+
+
+MODEL_COLUMNS = ("friction_needed",)
+"""Columns behind those, of engines whose blocks cannot slide."""
+
+OUTSIDE = (
+    "outside_model: there the block needs more friction than it has, and would slide, or its base "
+    "would have to pull it (inf); with -e event it may slide and leave its base"
+)
+"""What is said of lanes outside Housner's model."""
 
 
 def plain(value: Any) -> Any:
@@ -146,6 +158,8 @@ def print_explanation(found: Mapping[str, Any]) -> None:
     out.print(f"\nInputs{first}:")
     for name, spread in found["inputs"].items():
         out.print(f"  {name}: {_spread_text(spread)}")
+    engine = found["engine"]
+    out.print(f"\nWhere no engine is named, {engine['engine']} runs: {engine['why']}.")
     out.print("\nEngines:")
     for engine in found["engines"]:
         _print_engine(out, engine)
@@ -165,11 +179,17 @@ def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
         shown = ["lane", *_swept_columns(run), *peaks]
         if "peak_time_s" in table:
             shown.append("peak_time_s")
+        slides = [column for column in map(str, table) if column.startswith("peak_slide_")]
+        in_mm = {column: f"{column.removesuffix('_m')}_mm" for column in slides}
+        table = table.assign(**{mm: 1e3 * table[column] for column, mm in in_mm.items()})
+        shown += in_mm.values()
         shown += [column for column in OUT_OF_PLANE if column in table]
         errors = [column for column in map(str, table) if column.startswith("rotation_error_")]
         for column in errors:
             table[column] = table[column].map("{:.1e}".format)
-        print_rows(title, table[[*shown, *RESULT_COLUMNS, *errors]].to_dict("records"))
+        needed = [column for column in MODEL_COLUMNS if column in table]
+        columns = [*shown, *RESULT_COLUMNS, *needed, *errors]
+        print_rows(title, table[columns].to_dict("records"))
     else:
         out.print(title, style="bold")
         for name in peaks:
@@ -184,6 +204,8 @@ def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
         out.print(cut, soft_wrap=True)
     if run.lane_set.scene.friction_note and response.engine not in ("housner", "two-block"):
         out.print(f"friction: {run.lane_set.scene.friction_note}")
+    if "friction_needed" in response.fields and response.count(Status.OUTSIDE_MODEL):
+        out.print(OUTSIDE)
     error = error_summary(response)
     if error is not None:
         out.print(
