@@ -57,6 +57,7 @@ Motion, series, velocity = motion.Motion, motion.series, motion.velocity
 knot_time, knot_step = motion.knot_time, motion.knot_step
 Block, may_rest = contact.Block, contact.may_rest
 mean_velocity, held_velocity = contact.mean_velocity, contact.held_velocity
+hold_reserve = contact.hold_reserve
 struck_velocity, lower_corner = contact.struck_velocity, contact.lower_corner
 
 FLYING = 0
@@ -221,29 +222,35 @@ def advance(
     theta1 = theta + d * mo
     s1, c1 = sine(theta1), cosine(theta1)
     x1, z1 = lower_corner(block, s1, c1)
-    raw_vx = TWO * mx - vx
-    raw_omega = TWO * mo - omega
-    vx1, vz1, omega1 = held_velocity(block, mode1, slip1, s1, c1, raw_vx, TWO * mz - vz, raw_omega)
     flying = mode1 == FLYING
     glide = wp.where(flying or slip1 != zero, d * mx + (x1 - x0), zero)
-    raw_gap = gap + d * mz + (z1 - z0)
-    gap1 = wp.where(flying, raw_gap, zero)
-    gap1 = wp.where(mode != FLYING, larger(gap1, zero), gap1)
-    rise1 = vz1 - omega1 * x1
-    lack, lack1 = uplift_lack(block.hold_acceleration, TWO * dv / d - a, a)
-    resting = mode == FLAT and slip == zero
+    raw_vx = TWO * mx - vx
+    raw_omega = TWO * mo - omega
     along = vx + omega * z0
     # Not projected: where friction nearly jams the block, that would hide how far it overshot.
     along1 = raw_vx + raw_omega * z1
     near = NEARLY * block.longest_step
-    grain = GRAIN * block.half_height
-    missed, cut = missed_event(
-        flying, theta, omega, theta1, omega1, gap, vz - omega * x0, gap1, rise1,
-        slip, along, along1, resting, lack, lack1, d, near, grain,
-    )  # fmt: skip
     # Sliding ends where it would turn round.
     turned = slip1 * along1 <= wp.where(slip * along > zero, near * size(along1 - along) / d, zero)
     slip1 = wp.where(turned and not idle, zero, slip1)
+    vx1, vz1, omega1 = held_velocity(block, mode1, slip1, s1, c1, raw_vx, TWO * mz - vz, raw_omega)
+    # Nor does it go on where its own friction turned it round in the projection.
+    slip1 = wp.where(slip1 * (vx1 + omega1 * z1) <= zero and not idle, zero, slip1)
+    raw_gap = gap + d * mz + (z1 - z0)
+    gap1 = wp.where(flying, raw_gap, zero)
+    gap1 = wp.where(mode != FLYING, larger(gap1, zero), gap1)
+    rise1 = vz1 - omega1 * x1
+    a0 = TWO * dv / d - a
+    lack, lack1 = uplift_lack(block.hold_acceleration, a0, a)
+    resting = mode == FLAT and slip == zero
+    pivots = mode == PIVOTING
+    lack = wp.where(pivots, hold_reserve(block, knobs.gravity, slip, x0, z0, omega, a0), lack)
+    lack1 = wp.where(pivots, hold_reserve(block, knobs.gravity, slip, x1, z1, omega1, a), lack1)
+    grain = GRAIN * block.half_height
+    missed, cut = missed_event(
+        flying, theta, omega, theta1, omega1, gap, vz - omega * x0, gap1, rise1,
+        slip, along, along1, resting or pivots, lack, lack1, d, near, grain,
+    )  # fmt: skip
     falls = mode1 != FLAT and omega1 < zero and theta1 <= -near * omega1
     lands = flying and rise1 < zero and gap1 <= grain - near * rise1
     return (

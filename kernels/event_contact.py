@@ -95,6 +95,35 @@ def corner_impulse(
 
 
 @wp.func
+def hold_reserve(
+    block: Block, gravity: real, slip: real, x: real, z: real, omega: real, a: real
+) -> real:
+    """What the force of a pivoting corner has left until it slides, or leaves where it slides.
+
+    From the accelerations of the corner without contact: it falls at g and is flung out by the
+    rotation. The force that holds it there stays inside its cone of friction while the reserve is
+    positive; one that slides leaves where nothing presses it on the base any more.
+
+    Args:
+        block: The block.
+        gravity: [m/s^2].
+        slip: Direction of sliding, 0 where the corner sticks.
+        x: Corner from the centre of mass [m]; z likewise.
+        z: See x.
+        omega: Angular velocity [rad/s].
+        a: Acceleration of the base [m/s^2].
+    """
+    w = block.inverse_inertia
+    one = real(1.0)
+    u = -gravity - omega * omega * z
+    s = -a - omega * omega * x
+    k = -w * x * z
+    n = k * s - (one + w * z * z) * u
+    f = k * u - (one + w * x * x) * s
+    return wp.where(slip == real(0.0), block.friction * n - size(f), -u)
+
+
+@wp.func
 def mean_velocity(block: Block, mode: int, slip: real, theta: real, ux: real, uz: real, uo: real):
     """Mean velocity of a step and the contact that makes it.
 
