@@ -112,7 +112,7 @@ def uplift_lack(limit: real, a0: real, a1: real):
 def missed_event(
     flying: bool, theta: real, omega: real, theta1: real, omega1: real,
     gap: real, rise: real, gap1: real, rise1: real,
-    slip: real, along: real, along1: real, resting: bool, lack: real, lack1: real,
+    slip: real, along: real, along1: real, holds: bool, lack: real, lack1: real,
     d: real, near: real, grain: real,
 ):  # fmt: skip
     """Whether an event lies inside a step, and the length of the step that ends there.
@@ -131,7 +131,7 @@ def missed_event(
         slip: Direction of sliding in the step.
         along: See theta.
         along1: See theta.
-        resting: Whether the block rests at the start.
+        holds: Whether at the start a force holds the block where it lies or a corner where it is.
         lack: See theta.
         lack1: See theta.
         d: Length of the step [s].
@@ -143,7 +143,7 @@ def missed_event(
     below = theta1 < -near * size(omega1)
     sinks = flying and gap1 < -near * size(rise1) - grain
     stops = slip * along > zero and slip * along1 < -near * size(along1 - along) / d
-    lifts = resting and lack1 < -SOON * lack and lack > -SOON * lack1
+    lifts = holds and lack1 < -SOON * lack and d > near
     e0 = wp.where(stops, slip * along, lack)
     e1 = wp.where(stops, slip * along1, lack1)
     slope = (e1 - e0) / d
@@ -207,8 +207,11 @@ def advance(
     zero = real(0.0)
     ux = vx - HALF * dv
     uz = vz - HALF * d * knobs.gravity
+    x0, z0 = lower_corner(block, sine(theta), cosine(theta))
+    a0 = TWO * dv / d - a
+    reserve, holds = hold_reserve(block, knobs.gravity, slip, x0, z0, omega, a0)
     mx, mz, mo, mode1, slip1, lost = mean_velocity(
-        block, mode, slip, theta + HALF * d * omega, ux, uz, omega
+        block, mode, slip, holds, theta + HALF * d * omega, ux, uz, omega
     )
     # A step without length, to a knot at the present time, changes nothing.
     idle = d <= zero
@@ -218,7 +221,6 @@ def advance(
     mz = wp.where(idle, vz, mz)
     mo = wp.where(idle, omega, mo)
     lost = wp.where(idle, zero, lost)
-    x0, z0 = lower_corner(block, sine(theta), cosine(theta))
     theta1 = theta + d * mo
     s1, c1 = sine(theta1), cosine(theta1)
     x1, z1 = lower_corner(block, s1, c1)
@@ -236,20 +238,21 @@ def advance(
     vx1, vz1, omega1 = held_velocity(block, mode1, slip1, s1, c1, raw_vx, TWO * mz - vz, raw_omega)
     # Nor does it go on where its own friction turned it round in the projection.
     slip1 = wp.where(slip1 * (vx1 + omega1 * z1) <= zero and not idle, zero, slip1)
+    glide = wp.where(slip == zero and slip1 == zero and not flying, zero, glide)
     raw_gap = gap + d * mz + (z1 - z0)
     gap1 = wp.where(flying, raw_gap, zero)
     gap1 = wp.where(mode != FLYING, larger(gap1, zero), gap1)
     rise1 = vz1 - omega1 * x1
-    a0 = TWO * dv / d - a
     lack, lack1 = uplift_lack(block.hold_acceleration, a0, a)
-    resting = mode == FLAT and slip == zero
-    pivots = mode == PIVOTING
-    lack = wp.where(pivots, hold_reserve(block, knobs.gravity, slip, x0, z0, omega, a0), lack)
-    lack1 = wp.where(pivots, hold_reserve(block, knobs.gravity, slip, x1, z1, omega1, a), lack1)
+    rests = mode == FLAT and slip == zero and lack > -SOON * lack1
+    holds = holds and not rests and (mode == PIVOTING or mode1 == PIVOTING)
+    reserve1, _holds = hold_reserve(block, knobs.gravity, slip, x1, z1, omega1, a)
+    lack = wp.where(holds, reserve, lack)
+    lack1 = wp.where(holds, reserve1, lack1)
     grain = GRAIN * block.half_height
     missed, cut = missed_event(
         flying, theta, omega, theta1, omega1, gap, vz - omega * x0, gap1, rise1,
-        slip, along, along1, resting or pivots, lack, lack1, d, near, grain,
+        slip, along, along1, holds or rests, lack, lack1, d, near, grain,
     )  # fmt: skip
     falls = mode1 != FLAT and omega1 < zero and theta1 <= -near * omega1
     lands = flying and rise1 < zero and gap1 <= grain - near * rise1

@@ -31,6 +31,8 @@ FLYING = 0
 PIVOTING = 1
 FLAT = 2
 HALF = real(0.5)
+SURELY = real(1.0e-3)
+"""Part of what friction can carry below which a force counts as at its bound."""
 
 
 @wp.struct
@@ -59,8 +61,9 @@ def lower_corner(block: Block, s: real, c: real):
 
 @wp.func
 def corner_impulse(
-    mu: real, w: real, x: real, z: real, u: real, s: real, hold: bool, slides: bool, drag: real
-):
+    mu: real, w: real, x: real, z: real, u: real, s: real,
+    hold: bool, lets: bool, slides: bool, drag: real,
+):  # fmt: skip
     """Impulses of one corner on a block of mass 1.
 
     Args:
@@ -71,6 +74,7 @@ def corner_impulse(
         u: Normal velocity of the corner without contact [m/s].
         s: Tangential velocity of the corner without contact [m/s].
         hold: Whether the corner sticks whatever force it takes.
+        lets: Whether it slides whatever force it would take to stick.
         slides: Whether it slides, with friction in the direction `drag` (-1 or 1).
         drag: See slides.
 
@@ -88,7 +92,7 @@ def corner_impulse(
     # Painleve's paradox: no normal force can carry this sliding. What slides jams.
     jams = kn + sign * mu * k <= real(0.0)
     sign = wp.where(jams, -sign, sign)
-    sticks = hold or wp.where(slides, jams, fits)
+    sticks = hold or wp.where(slides or lets, jams, fits)
     scale = one / wp.where(sticks, one + w * (x * x + z * z), kn + sign * mu * k)
     n = wp.where(sticks, n, -u) * scale
     return n, wp.where(sticks, f * scale, sign * mu * n), sticks, sign
@@ -97,7 +101,7 @@ def corner_impulse(
 @wp.func
 def hold_reserve(
     block: Block, gravity: real, slip: real, x: real, z: real, omega: real, a: real
-) -> real:
+):
     """What the force of a pivoting corner has left until it slides, or leaves where it slides.
 
     From the accelerations of the corner without contact: it falls at g and is flung out by the
@@ -112,6 +116,9 @@ def hold_reserve(
         z: See x.
         omega: Angular velocity [rad/s].
         a: Acceleration of the base [m/s^2].
+
+    Returns:
+        The reserve; whether it is surely positive.
     """
     w = block.inverse_inertia
     one = real(1.0)
@@ -120,17 +127,23 @@ def hold_reserve(
     k = -w * x * z
     n = k * s - (one + w * z * z) * u
     f = k * u - (one + w * x * x) * s
-    return wp.where(slip == real(0.0), block.friction * n - size(f), -u)
+    slides = slip != real(0.0)
+    grip = block.friction * n
+    reserve = wp.where(slides, -u, grip - size(f))
+    return reserve, reserve > SURELY * wp.where(slides, gravity, grip)
 
 
 @wp.func
-def mean_velocity(block: Block, mode: int, slip: real, theta: real, ux: real, uz: real, uo: real):
+def mean_velocity(
+    block: Block, mode: int, slip: real, hold: bool, theta: real, ux: real, uz: real, uo: real
+):
     """Mean velocity of a step and the contact that makes it.
 
     Args:
         block: The block.
         mode: FLYING, PIVOTING or FLAT.
         slip: Direction of sliding at the start, 0 where the corner sticks.
+        hold: Whether a pivoting corner keeps what it does: it sticks, or slides on the base.
         theta: Rotation at the middle of the step [rad].
         ux: Mean velocity along the base without contact [m/s].
         uz: Mean velocity across the base without contact [m/s].
@@ -145,9 +158,10 @@ def mean_velocity(block: Block, mode: int, slip: real, theta: real, ux: real, uz
     x, z = lower_corner(block, sine(theta), cosine(theta))
     slides = slip != zero
     n, f, sticks, drag = corner_impulse(
-        block.friction, w, x, z, uz - uo * x, ux + uo * z, False, slides, -slip
-    )
-    on = mode != FLYING and (n > zero or (sticks and n >= zero))
+        block.friction, w, x, z, uz - uo * x, ux + uo * z, hold and not slides, not hold, slides,
+        -slip,
+    )  # fmt: skip
+    on = mode != FLYING and (hold or n > zero or (sticks and n >= zero))
     n = wp.where(on, n, zero)
     f = wp.where(on, f, zero)
     # Flat on the base: the share of the trailing corner is what is left by the friction's moment.
@@ -192,7 +206,7 @@ def held_velocity(
     x, z = lower_corner(block, s, c)
     sticks = slip == zero
     n, f, _sticks, _drag = corner_impulse(
-        block.friction, w, x, z, uz - uo * x, ux + uo * z, sticks, not sticks, -slip
+        block.friction, w, x, z, uz - uo * x, ux + uo * z, sticks, False, not sticks, -slip
     )
     pivots = mode == PIVOTING
     return (
@@ -222,7 +236,7 @@ def struck_velocity(block: Block, flat: bool, s: real, c: real, ux: real, uz: re
     w = block.inverse_inertia
     x, z = lower_corner(block, s, c)
     n, f, sticks, _drag = corner_impulse(
-        block.friction, w, x, z, uz - uo * x, ux + uo * z, False, False, zero
+        block.friction, w, x, z, uz - uo * x, ux + uo * z, False, False, False, zero
     )
     vx = ux + f
     vz = uz + n
