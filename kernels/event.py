@@ -211,7 +211,7 @@ def advance(
     a0 = TWO * dv / d - a
     reserve, holds = hold_reserve(block, knobs.gravity, slip, x0, z0, omega, a0)
     mx, mz, mo, mode1, slip1, lost = mean_velocity(
-        block, mode, slip, holds, theta + HALF * d * omega, ux, uz, omega
+        block, mode, slip, holds and slip == zero, theta + HALF * d * omega, ux, uz, omega
     )
     # A step without length, to a knot at the present time, changes nothing.
     idle = d <= zero

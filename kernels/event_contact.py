@@ -61,9 +61,8 @@ def lower_corner(block: Block, s: real, c: real):
 
 @wp.func
 def corner_impulse(
-    mu: real, w: real, x: real, z: real, u: real, s: real,
-    hold: bool, lets: bool, slides: bool, drag: real,
-):  # fmt: skip
+    mu: real, w: real, x: real, z: real, u: real, s: real, hold: bool, slides: bool, drag: real
+):
     """Impulses of one corner on a block of mass 1.
 
     Args:
@@ -74,7 +73,6 @@ def corner_impulse(
         u: Normal velocity of the corner without contact [m/s].
         s: Tangential velocity of the corner without contact [m/s].
         hold: Whether the corner sticks whatever force it takes.
-        lets: Whether it slides whatever force it would take to stick.
         slides: Whether it slides, with friction in the direction `drag` (-1 or 1).
         drag: See slides.
 
@@ -92,7 +90,7 @@ def corner_impulse(
     # Painleve's paradox: no normal force can carry this sliding. What slides jams.
     jams = kn + sign * mu * k <= real(0.0)
     sign = wp.where(jams, -sign, sign)
-    sticks = hold or wp.where(slides or lets, jams, fits)
+    sticks = hold or wp.where(slides, jams, fits)
     scale = one / wp.where(sticks, one + w * (x * x + z * z), kn + sign * mu * k)
     n = wp.where(sticks, n, -u) * scale
     return n, wp.where(sticks, f * scale, sign * mu * n), sticks, sign
@@ -143,7 +141,7 @@ def mean_velocity(
         block: The block.
         mode: FLYING, PIVOTING or FLAT.
         slip: Direction of sliding at the start, 0 where the corner sticks.
-        hold: Whether a pivoting corner keeps what it does: it sticks, or slides on the base.
+        hold: Whether a pivoting corner sticks whatever force it takes.
         theta: Rotation at the middle of the step [rad].
         ux: Mean velocity along the base without contact [m/s].
         uz: Mean velocity across the base without contact [m/s].
@@ -158,10 +156,9 @@ def mean_velocity(
     x, z = lower_corner(block, sine(theta), cosine(theta))
     slides = slip != zero
     n, f, sticks, drag = corner_impulse(
-        block.friction, w, x, z, uz - uo * x, ux + uo * z, hold and not slides, not hold, slides,
-        -slip,
-    )  # fmt: skip
-    on = mode != FLYING and (hold or n > zero or (sticks and n >= zero))
+        block.friction, w, x, z, uz - uo * x, ux + uo * z, hold, slides, -slip
+    )
+    on = mode != FLYING and (n > zero or hold or (sticks and n >= zero))
     n = wp.where(on, n, zero)
     f = wp.where(on, f, zero)
     # Flat on the base: the share of the trailing corner is what is left by the friction's moment.
@@ -206,7 +203,7 @@ def held_velocity(
     x, z = lower_corner(block, s, c)
     sticks = slip == zero
     n, f, _sticks, _drag = corner_impulse(
-        block.friction, w, x, z, uz - uo * x, ux + uo * z, sticks, False, not sticks, -slip
+        block.friction, w, x, z, uz - uo * x, ux + uo * z, sticks, not sticks, -slip
     )
     pivots = mode == PIVOTING
     return (
@@ -236,7 +233,7 @@ def struck_velocity(block: Block, flat: bool, s: real, c: real, ux: real, uz: re
     w = block.inverse_inertia
     x, z = lower_corner(block, s, c)
     n, f, sticks, _drag = corner_impulse(
-        block.friction, w, x, z, uz - uo * x, ux + uo * z, False, False, False, zero
+        block.friction, w, x, z, uz - uo * x, ux + uo * z, False, False, zero
     )
     vx = ux + f
     vz = uz + n
