@@ -76,6 +76,9 @@ GRAIN = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
 """Round-off of a gap, as a part of the half height."""
 SOON = real(1.0e-3)
 """Part of a step by which an uplift may be missed: the error is of its square."""
+LEAST = real(0.125)
+"""Least part of a step to which one in which a force reaches its bound is cut at once: the force
+at the end of a step that is far too long says little of when."""
 REACH = real(0.125)
 """Largest rotation in one step [rad]: keeps fast overturning inside the polynomials' range."""
 
@@ -157,7 +160,8 @@ def missed_event(
     e1 = wp.where(past, HALF_PI - theta1, e1)
     slope = wp.where(past, -omega, slope)
     # Not shorter than what is near: what is left of the way then counts as arrived.
-    cut = larger(first_root(e0, slope, e1, d), HALF * near)
+    least = wp.where(past or below or sinks or stops, HALF * near, larger(LEAST * d, HALF * near))
+    cut = larger(first_root(e0, slope, e1, d), least)
     return past or below or sinks or stops or lifts, cut
 
 
