@@ -166,7 +166,8 @@ def step(
     """One step of one lane, in which the base velocity changes by dv [m/s].
 
     The arguments from `x` on are the lane's state, see the head of this file; the step returns
-    it in the same order, and the gap of the lower corner at its start [m].
+    it in the same order, the gap of the lower corner at its start [m], and the gaps after it of the
+    -x and of the +x corner, along their velocities [m].
     """
     zero = real(0.0)
     half = real(0.5)
@@ -206,6 +207,8 @@ def step(
     work = p1 * (mz - mo * x1) + t1 * (mx + mo * z1) + p2 * (mz - mo * x2) + t2 * (mx + mo * z2)
     lowest = smaller(gap1, gap2)
     lift = -knobs.erp * smaller(lowest + real(2.0) * dt * dt * knobs.gravity, zero)
+    ahead1 = gap1 + dt * (vz1 - vo1 * x1)
+    ahead2 = gap2 + dt * (vz1 - vo1 * x2)
     vx1 = m * vx1
     vo1 = m * vo1
     return (
@@ -213,6 +216,7 @@ def step(
         wp.where(m < zero, p2, p1), m * wp.where(m < zero, t2, t1),
         wp.where(m < zero, p1, p2), m * wp.where(m < zero, t1, t2),
         loss - work - knobs.gravity * lift, lowest,
+        wp.where(m < zero, ahead2, ahead1), wp.where(m < zero, ahead1, ahead2),
     )  # fmt: skip
 
 

@@ -171,22 +171,21 @@ def approach(
     nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real],
     al: wp.ref[real], bl: wp.ref[real], gap: wp.ref[real],
     pn: wp.ref[real], pt: wp.ref[real], nt: wp.ref[real],
-    was: wp.ref[real], n: wp.ref[real], t: wp.ref[real],
+    n: wp.ref[real], t: wp.ref[real],
     ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
     """Finds a point (see `meet`), what impulses do to it, and starts it from its last impulses.
 
     Found are pn, normal impulse for a normal velocity [kg], and pt, tangential impulse for a slip
-    [kg], both zero where the gap is wider than the margin [m]; nt, slip for a normal impulse
-    [1/kg]; and `was`, the last normal impulse.
+    [kg], both zero where the gap is wider than the margin [m]; and nt, slip for a normal impulse
+    [1/kg].
     """
     meet(side, face, high, s, c, lface, lhigh, ls, lc, dx, dz, nx, nz, au, bu, al, bl, gap)
     on = wp.where(gap <= margin, real(1.0), real(0.0))
     pn = on / (m + lm + j * au * au + lj * al * al)
     pt = on / (m + lm + j * bu * bu + lj * bl * bl)
     nt = -(j * au * bu + lj * al * bl)
-    was = n
     n = on * n
     t = on * t
     kick(m, j, lm, lj, nx, nz, au, bu, al, bl, n, t, ux, uz, uo, lx, lz, lo)

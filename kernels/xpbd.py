@@ -211,7 +211,7 @@ def approach(
     nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real], al: wp.ref[real],
     bl: wp.ref[real], grown: wp.ref[real], slip: wp.ref[real], dn: wp.ref[real],
     gap: wp.ref[real], creep: wp.ref[real], soft: wp.ref[real], dt: wp.ref[real],
-    anchor: wp.ref[real], was: wp.ref[real], n: wp.ref[real], t: wp.ref[real],
+    anchor: wp.ref[real], n: wp.ref[real], t: wp.ref[real],
     qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
@@ -222,8 +222,7 @@ def approach(
     velocity pass: by how much the gap would grow and the place change (`slip`) [m], and dn, the
     normal multiplier for a metre of gap [kg], nothing of an open end. For the pose pass: the gap,
     how far the place would be from its anchor (`creep`), and `soft` like dn. For both: dt, the
-    tangential multiplier for a metre; and `was`, the last normal multiplier. The lower body's
-    correction is (lx, lz, lo).
+    tangential multiplier for a metre. The lower body's correction is (lx, lz, lo).
     """
     dx, dz = x - below_x, z - below_z
     px = dx + knobs.time_step * (vx - below_vx)
@@ -251,7 +250,6 @@ def approach(
     dn = on / normal
     soft = on / (normal + knobs.softness)
     dt = on / (m + lm + j * du * du + lj * dl * dl)
-    was = n
     n = on * n
     t = on * settled(t)
     kick(m, j, lm, lj, fx, fz, eu, du, el, dl, n, t, qx, qz, qo, lx, lz, lo)
