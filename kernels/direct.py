@@ -212,6 +212,14 @@ def solve(
 
 
 @wp.func
+def corners(block: Block, s: real, c: real):
+    """Where the -x and the +x corner are from the centre of mass: x, z, x, z [m]."""
+    wide, deep = block.half_width * s, block.half_height * c
+    far, aside = block.half_width * c, block.half_height * s
+    return -far - aside, wide - deep, far - aside, -wide - deep
+
+
+@wp.func
 def step(
     block: Block, knobs: Knobs, dv: real,
     x: real, z: real, theta: real, vx: real, vz: real, omega: real,
@@ -230,10 +238,7 @@ def step(
     m = sign_of(lean)
     s = sine(m * theta)
     c = cosine(theta)
-    x1 = -block.half_width * c - block.half_height * s
-    z1 = block.half_width * s - block.half_height * c
-    x2 = block.half_width * c - block.half_height * s
-    z2 = -block.half_width * s - block.half_height * c
+    x1, z1, x2, z2 = corners(block, s, c)
     gap1 = z + z1
     gap2 = z + z2
     ux = m * (vx - dv)

@@ -16,7 +16,6 @@ would end within a few steps.
 """
 
 # A func leaves what it finds in the names that it takes by reference.
-# ruff: noqa: F841
 
 from typing import Any
 

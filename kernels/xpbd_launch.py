@@ -118,11 +118,10 @@ def stacks(
     face, high, m, j, mu, offset, far = Body(), Body(), Body(), Body(), Body(), Body(), Body()
     x, z, theta, s, c, ps, pc = Body(), Body(), Body(), Body(), Body(), Body(), Body(LEVEL)
     vx, vz, omega, lean, peak, when, slide = Body(), Body(), Body(), Body(), Body(), Body(), Body()
-    since, left, right = Body(), BodyInt(), BodyInt()
     # Rows of points, two an interface; then of bodies and points in the one and the other pass.
     nx, nz, au, bu, al, bl, ds = Point(), Point(), Point(), Point(), Point(), Point(), Point()
-    anchor, qx, qz, qo = Point(LOOSE), Move(), Move(), Move()
-    need, slip, dn, n, t = Pass(), Pass(), Pass(), Pass(), Pass()
+    anchor, qx, qz, qo, left, right = Point(LOOSE), Move(), Move(), Move(), BodyInt(), BodyInt()
+    need, slip, dn, n, t, since = Pass(), Pass(), Pass(), Pass(), Pass(), Body()
     base, dv, hint, loss, lift, last, deep = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     given, jolt, most, taken, back = Lane(), Lane(), Lane(), Lane(), Lane()
     hit, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
