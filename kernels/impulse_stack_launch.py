@@ -141,11 +141,12 @@ def stacks(
                     )  # fmt: skip
             for step in range(sweeps * points):
                 p, low, k = step % points, step % points // 2, step % points // 2 + 1
+                q = 2 * low + 1 - p % 2
                 for i in range(LANES):
                     press(
                         mu[k, i], gap[p, i], knobs.rate, m[k, i], j[k, i], m[low, i], j[low, i],
                         nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i],
-                        pn[p, i], pt[p, i], nt[p, i], n[p, i], t[p, i],
+                        pn[p, i], pt[p, i], nt[p, i], pn[q, i], n[p, i], t[p, i],
                         ux[k, i], uz[k, i], uo[k, i], ux[low, i], uz[low, i], uo[low, i],
                     )  # fmt: skip
             for k in range(1, bodies):

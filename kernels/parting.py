@@ -3,10 +3,10 @@
 An end is a corner of a block that stands on the ground, or one end of what two faces share. A step
 shows whether it carries something, how wide it gapes after the step, and how fast it slips. What a
 step makes of a block that stands still is none of its motion: sweeps that end before they have
-settled let ends hop by parts of g dt^2, and a corner that a block turns about rises by what the
-arc differs from its chord. So
+settled let ends hop by parts of g dt^2, and a corner that a block turns about hops by parts of
+R (omega dt)^2, what its arc differs from the chord that the step follows. So
 
-    an end has *parted* once it gapes by more than `FALLS` g dt^2 and twice that arc's rise;
+    an end has *parted* once it gapes by more than `FALLS` g dt^2 + `ARCS` R (omega dt)^2;
     it has *landed*, an impact, once it carries again after it had parted;
     a block has *lifted* when an end parts, since the step from which on an end carried nothing;
     it *moves* while an end is parted, or slips faster than `CREEP` g dt.
@@ -33,8 +33,12 @@ smaller, size = scalar.smaller, scalar.size
 FALLS = real(2.0)
 """Gap of an end that may still stand, over g dt^2: what one step of falling makes of it, and what
 the one before left. Sweeps that end early leave less than half of g dt^2."""
+ARCS = real(8.0)
+"""Gap of an end that a block turns about, over the square of its step along the arc and its
+radius: the arc's chord rises by half of that, and falls back slowly where the block turns so fast
+that it is about to leave the ground."""
 CREEP = real(0.1)
-"""Speed of an end that may still stick, over g dt."""
+"""Speed of an end that may still stick, over g dt: sweeps that end early leave less."""
 GRAIN = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
 """Gap that is round-off, over the lengths that it is a difference of."""
 NEVER = real(1.0e30)
@@ -51,7 +55,7 @@ def slack(dt: real, gravity: real, reach: real, square: real, length: real) -> r
         square: Square of the angular velocity [rad^2/s^2], of both bodies the sum.
         length: Lengths that a gap is a difference of [m].
     """
-    return dt * dt * (FALLS * gravity + reach * square) + GRAIN * length
+    return dt * dt * (FALLS * gravity + ARCS * reach * square) + GRAIN * length
 
 
 @wp.func
