@@ -112,9 +112,9 @@ FIELDS: dict[str, Field] = {
         Field("peak_time", ("lane",), "s", "Time of the largest rotation", per_block=True),
         Field("outcome", ("lane",), "-", "Where the block is at the end", Outcome),
         Field("status", ("lane",), "-", "Whether the lane's numbers may be used", Status),
-        Field("impact_count", ("lane",), "-", "Impacts on the base"),
+        Field("impact_count", ("lane",), "-", "Landings of ends that had parted"),
         Field("uplift_time", ("lane",), "s", "Time at which the block first leaves its flat state"),
-        Field("rest_time", ("lane",), "s", "Time from which the block stays at rest"),
+        Field("rest_time", ("lane",), "s", "Time from which the block neither rocks nor slides"),
         Field(
             "residual_slide",
             ("lane",),

@@ -53,10 +53,11 @@ class Dem(AbstractEngine):
     First order in the step, whose dashpots are half a step late. Every lane has its own step: the
     `time_step` of the settings, or `step_safety` of what its stiffest mode allows.
 
-    A lane has lifted once the faces of an interface have parted in the middle, and is at rest
-    while none has; an impact is an interface that closes there again, bounces counted. On springs
-    that comes before a rigid block would lift: when the resultant has moved two thirds (of many
-    sub-contacts) or three quarters (of five) of the way to an end. What a lane lost went into
+    A lane has lifted once the springs of an eighth of an interface, at one end, carry all: of five
+    sub-contacts only the last, which is when a rigid block lifts; its time is when that interface
+    began to gape in the middle. It is at rest while no interface has parted so and none slides; an
+    impact is an interface that closes in the middle again, bounces counted. A block that swings on
+    its springs can lift under less than a rigid one. What a lane lost went into
     dashpots, slip and springs that opened under load. A lane that by this account gains more than
     it held and its base supplied has the status UNSTABLE, as at a `step_safety` beyond 1.
 
@@ -168,7 +169,7 @@ class Dem(AbstractEngine):
         gained = unstable(
             stacks, account_of(rows, step), per_block["peak"], rigid=False, complete=True
         )
-        # In the last step of the run every interface was closed.
+        # In the last step of the run every interface was closed and held.
         marks = [(gained, Status.UNSTABLE)]
         columns = lane_fields(rows, times.times[-1] - 1.5 * step, marks) | planar_fields(per_block)
         if not lanes.stacked:

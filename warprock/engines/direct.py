@@ -31,10 +31,11 @@ class Direct(AbstractEngine):
 
     The time step is that of Eq. 9 of the paper, stiffness and damping act as CFM and ERP (Eq. 13).
     First order in the step; at the default stiffness the contacts are rigid, as Housner's. A block
-    is at rest while both corners carry an impulse; it rocks while one carries none. The run of a
-    lane whose contacts are not solved to round-off ends there, with the status ITERATION_LIMIT.
-    What is lost is what the contacts take; what a spring holds counts as lost until it gives it
-    back. A lane that gains more energy than it held and its base supplied has the status UNSTABLE.
+    rocks while a corner has parted from the base, by more than a step of falling makes; it is at
+    rest while none has and it does not slide. The run of a lane whose contacts are not solved to
+    round-off ends there, with the status ITERATION_LIMIT. What is lost is what the contacts take;
+    what a spring holds counts as lost until it gives it back. A lane that gains more energy than it
+    held and its base supplied has the status UNSTABLE.
     """
 
     name: ClassVar[str] = "direct"
@@ -107,7 +108,7 @@ class Direct(AbstractEngine):
         )
         step, hold = self.settings.time_step, contacts_hold(lanes, self.settings.contact_stiffness)
         gained = unstable(lanes, account_of(rows, step, lanes.mass), rows["peak"], rigid=hold)
-        # In the last step of the run both corners carried the block.
+        # In the last step of the run no corner had parted, and nothing slid.
         marks = [(rows["mode"] == UNSOLVED, Status.ITERATION_LIMIT), (gained, Status.UNSTABLE)]
         columns = lane_fields(rows, times.times[-1] - 0.5 * step, marks) | planar_fields(rows)
         columns["energy_lost"] = lanes.mass * rows["loss"]

@@ -55,7 +55,7 @@ def run_direct_stacks(
     step, mode = settings.time_step, rows["mode"]
     hold = contacts_hold(lanes, settings.contact_stiffness)
     gained = unstable(lanes, account_of(rows, step), per_block["peak"], rigid=hold)
-    # In the last step of the run both ends of every interface carried something.
+    # In the last step of the run no end had parted, and nothing slid.
     marks = [(mode == UNSOLVED, Status.ITERATION_LIMIT), (gained, Status.UNSTABLE)]
     columns = lane_fields(rows, times.times[-1] - 0.5 * step, marks) | planar_fields(per_block)
     return respond("direct", columns, rotations, times)

@@ -34,9 +34,10 @@ from warprock.units import GRAVITY
 class Impulse(AbstractEngine):
     """Hard contacts at two corners, Coulomb friction, warm-started projected Gauss-Seidel.
 
-    Semi-implicit Euler at the time step of Eq. 9 of the paper, first order in it. A block is at
-    rest while both corners carry an impulse; it rocks while one carries none. In a stack the same
-    holds at the two ends of what two faces share. A lane that gains more energy than it held and
+    Semi-implicit Euler at the time step of Eq. 9 of the paper, first order in it. A block rocks
+    while a corner has parted from the base, by more than a step of falling makes; it is at rest
+    while none has and it does not slide. In a stack the same holds at the two ends of what two
+    faces share. A lane that gains more energy than it held and
     its base supplied has the status UNSTABLE. What erp lifts counts as a gain.
 
     In space a block touches at its four corners, and two faces at up to eight points. There a block
@@ -134,7 +135,7 @@ class Impulse(AbstractEngine):
         )
         step = self.settings.time_step
         gained = unstable(lanes, account_of(rows, step, lanes.mass), rows["peak"])
-        # In the last step of the run both corners carried the block.
+        # In the last step of the run no corner had parted, and nothing slid.
         marks = [(gained, Status.UNSTABLE)]
         columns = lane_fields(rows, times.times[-1] - 0.5 * step, marks) | planar_fields(rows)
         columns["energy_lost"] = lanes.mass * rows["loss"]

@@ -54,7 +54,7 @@ def run_impulse_stacks(
     )
     step = settings.time_step
     gained = unstable(lanes, account_of(rows, step), per_block["peak"])
-    # In the last step of the run both ends of every interface carried something.
+    # In the last step of the run no end had parted, and nothing slid.
     marks = [(gained, Status.UNSTABLE)]
     columns = lane_fields(rows, times.times[-1] - 0.5 * step, marks) | planar_fields(per_block)
     return respond("impulse", columns, rotations, times)
