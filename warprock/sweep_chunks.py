@@ -29,8 +29,9 @@ from warprock.expansion import LaneSet
 from warprock.files import replacing
 from warprock.reading import reason, require_plain
 from warprock.response import Response
-from warprock.store import LANE_TABLE, arrow_table, count_words, lane_table
+from warprock.store import LANE_TABLE, arrow_table, count_words, lane_table, undecided_counts
 from warprock.sweep_plan import Plan
+from warprock.undecided import UNDECIDED
 
 CHUNKS = "chunks"
 """Folder of the chunks in that of the sweep."""
@@ -41,8 +42,10 @@ ROW_GROUP = 2**17
 FOOTER = b"warprock"
 """Key of the footer in the metadata of a chunk, and of the plan's content in the merged table."""
 
-COUNTED = ("status", "outcome")
-"""Fields whose words a footer counts, so that the state of a sweep needs no table read."""
+WORDS = ("status", "outcome")
+COUNTED = (*WORDS, UNDECIDED)
+"""What a footer counts, so that the state of a sweep needs no table read: words of fields, and the
+lanes that are undecided."""
 
 COMPRESSION = "zstd"
 NAMED = 5
@@ -143,7 +146,8 @@ def write_chunk(
         OSError: The file could not be written; there is none, or the one that was there before.
     """
     lanes = plan.lanes_of(number)
-    counts = {field: count_words(response, field) for field in COUNTED}
+    counts = {field: count_words(response, field) for field in WORDS}
+    counts[UNDECIDED] = {"lanes": undecided_counts(lane_set, response)[UNDECIDED]}
     footer = {"plan": plan.id, "chunk": number, "first": lanes.start, "end": lanes.stop, **counts}
     table = arrow_table(lane_table(lane_set, response))
     path = chunk_path(folder, number)
