@@ -6,7 +6,13 @@ import pathlib
 
 import click
 
-from warprock.cli_options import fit_options, json_option, output_option, require_samples
+from warprock.cli_options import (
+    fit_options,
+    json_option,
+    list_written,
+    output_option,
+    require_samples,
+)
 
 
 @click.command()
@@ -65,6 +71,7 @@ def fragility(
     if folder is not None:
         files = tables_fragility.write_tables(curves, intensity, folder)
         files.append(plots_fragility.draw_curves(folder / "fragility.png", curves, intensity))
+        list_written(folder, files, beside=True)
     if as_json:
         found = {
             "table": str(table),
