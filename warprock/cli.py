@@ -26,6 +26,7 @@ from warprock.cli_options import (
     engine_for,
     engine_option,
     json_option,
+    list_written,
     output_option,
     output_to,
     require_within,
@@ -164,6 +165,7 @@ def run(
         files += store.write_run(case_run, folder, histories)
         figures = plots_run if case.ensemble is None else plots_ensemble
         files += figures.write_figures(case_run, folder)
+        list_written(folder, files)
     _show_run(case_run, files, choice, as_json)
 
 
@@ -230,7 +232,7 @@ def check(ctx: click.Context, case_name: str | None, as_json: bool) -> None:
     from warprock.report import console, tables
 
     rows = []
-    for name in [case_name] if case_name else case_names():
+    for name in case_names() if case_name is None else [case_name]:
         rows += checks.run_checks(load_case(name))
     if as_json:
         console.print_json({"rows": [dataclasses.asdict(row) for row in rows]})

@@ -13,8 +13,7 @@ from typing import Any
 
 import click
 
-from warprock.errors import InputError, one_line
-from warprock.reading import reason
+from warprock.errors import InputError, one_line, shortened
 
 EXIT_FAILED, EXIT_INPUT, EXIT_CHECK, EXIT_INTERRUPTED = 1, 2, 3, 130
 
@@ -59,7 +58,8 @@ class ExitCodes(click.Group):
             raise
         except OSError as error:
             place = "" if error.filename is None else f"{error.filename}: "
-            click.echo(one_line(f"error: {place}{reason(error)}"), err=True)
+            why = error.strerror or str(error)
+            click.echo(one_line(f"error: {place}{why}"), err=True)
             ctx.exit(EXIT_FAILED)
         except MemoryError as error:
             mend = "fewer lanes or samples at once need less: warprock sweep runs lanes in chunks"
@@ -69,7 +69,7 @@ class ExitCodes(click.Group):
 
 def _usage(error: click.UsageError) -> str:
     """What Click says of options and arguments, in one line, and where to read more."""
-    said = one_line(" ".join(error.format_message().split()))
+    said = shortened(" ".join(error.format_message().split()))
     path = error.ctx.command_path if error.ctx is not None else "warprock"
     return f"{said} See {path} --help"
 

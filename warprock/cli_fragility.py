@@ -6,7 +6,13 @@ import pathlib
 
 import click
 
-from warprock.cli_options import by_option, json_option, output_option, require_within
+from warprock.cli_options import (
+    by_option,
+    json_option,
+    list_written,
+    output_option,
+    require_within,
+)
 
 
 @click.command()
@@ -86,6 +92,7 @@ def fragility(
     if folder is not None:
         files = tables_fragility.write_tables(curves, intensity, folder)
         files.append(plots_fragility.draw_curves(folder / "fragility.png", curves, intensity))
+        list_written(folder, files, beside=True)
     if as_json:
         found = {
             "table": str(table),

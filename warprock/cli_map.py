@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from warprock.cli_options import case_options, engine_for
+from warprock.cli_options import case_options, engine_for, list_written
 
 
 @click.command("map")
@@ -49,6 +49,7 @@ def overturning_map(
     if folder is not None:
         files = tables_map.write_map(found, folder)
         files.append(plots_map.draw_map(folder / "map.png", found))
+        list_written(folder, files)
     if as_json:
         console.print_rows_json(tables_map.map_facts(found), found.boundaries, files)
     else:

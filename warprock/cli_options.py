@@ -94,6 +94,22 @@ def _writable(
     return folder
 
 
+def list_written(folder: pathlib.Path, files: list[pathlib.Path], *, beside: bool = False) -> None:
+    """Lists what a command wrote, and says what it removed of commands before.
+
+    Args:
+        folder: Where it wrote to.
+        files: What it wrote.
+        beside: Whether that was made from the results in the folder, which stay.
+    """
+    from warprock.results import list_results
+
+    removed = list_results(folder, files, beside=beside)
+    if removed:
+        text = f"removed from {folder}, where an earlier command wrote them: {', '.join(removed)}"
+        click.echo(text, err=True)
+
+
 output_option = output_to("Folder for the results; made if it does not exist.")
 """`-o`, as `folder`, None where none is given."""
 

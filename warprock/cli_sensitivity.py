@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from warprock.cli_options import case_options, engine_for, require_within
+from warprock.cli_options import case_options, engine_for, list_written, require_within
 
 
 @click.command()
@@ -54,6 +54,7 @@ def sensitivity(
     if folder is not None:
         files = tables_sensitivity.write_sensitivity(found, folder)
         files.append(plots_sensitivity.draw_sensitivity(folder / "sensitivity.png", found))
+        list_written(folder, files)
     if as_json:
         facts = tables_sensitivity.sensitivity_facts(found)
         console.print_rows_json(facts, found.rows, files)

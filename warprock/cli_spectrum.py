@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from warprock.cli_options import case_options, engine_for
+from warprock.cli_options import case_options, engine_for, list_written
 
 
 @click.command()
@@ -41,6 +41,7 @@ def spectrum(
     if folder is not None:
         files = tables_spectrum.write_spectrum(found, folder)
         files.append(plots_spectrum.draw_spectrum(folder / "spectrum.png", found))
+        list_written(folder, files)
     if as_json:
         facts = tables_spectrum.spectrum_facts(found)
         console.print_rows_json(facts, tables_spectrum.spectrum_table(found), files)

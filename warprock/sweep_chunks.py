@@ -27,7 +27,7 @@ from warprock.case_keys import Said
 from warprock.errors import InputError
 from warprock.expansion import LaneSet
 from warprock.files import replacing
-from warprock.reading import reason, require_plain
+from warprock.reading import require_plain
 from warprock.response import Response
 from warprock.store import LANE_TABLE, arrow_table, count_words, lane_table, undecided_counts
 from warprock.sweep_plan import Plan
@@ -173,10 +173,11 @@ def _writer(path: pathlib.Path, schema: pa.Schema, footer: Mapping[str, Any]) ->
 
 
 def _unwritten(error: OSError, what: str) -> OSError:
+    why = error.strerror or error
     mend = "make room" if error.errno in (errno.ENOSPC, errno.EDQUOT) else "mend that"
     return OSError(
-        f"{what} could not be written: {reason(error)}; nothing else is lost: {mend}, then run the "
-        "same command again"
+        f"{what} could not be written: {why}; nothing else is lost: {mend}, then run the same "
+        "command again"
     )
 
 

@@ -165,7 +165,9 @@ def parse_any(text: object, dimensions: Iterable[Dimension]) -> Quantity:
     near = difflib.get_close_matches(unit, known, 1) or [
         u for u in known if u.casefold() == unit.casefold()
     ]
-    raise ValueError(f'{allowed}; did you mean "{number} {near[0]}"?' if near else allowed)
+    raise ValueError(
+        f'{allowed}; did you mean "{number} {near[0]}"?' if near and len(number) < 40 else allowed
+    )
 
 
 def _scaled(number: str, size: str) -> decimal.Decimal | float:
