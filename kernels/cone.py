@@ -2,7 +2,8 @@
 
 Impulses n >= 0 and |f| <= mu n change the normal velocity by nn n + nt f and the slip by
 nt n + tt f. Sweeps that find n from f and f from n in turn do not settle where the contact slides
-and mu |nt| > nn: n jumps from nothing to too much, and a corner that slides with high friction hops.
+and mu |nt| > nn: n jumps from nothing to too much, and a corner that slides with high friction
+hops.
 """
 
 from typing import Any

@@ -22,10 +22,11 @@ and the impulses n (normal) and t (tangential) [N s]. One step of length dt is t
 (see `impulse`), body by body: the velocity without contact; contacts where the gap is within the
 collision margin, each of which wants a normal velocity of at least -gap / dt or zero and no slip
 within Coulomb's bound; projected Gauss-Seidel from the impulses of the last step, an end that is
-alone at its interface by `cone`; semi-implicit Euler; erp. Here the sweeps work on the velocities, from the ground up. In an interface they visit
-first the end away from the side it leans to, so that a mirrored scene is visited in mirrored
-order. What an interface gives back of its penetration moves all that stands on it along the
-normal there, but for the 2 g dt^2 that one step of falling can make.
+alone at its interface by `cone`; semi-implicit Euler; erp. Here the sweeps work on the velocities,
+from the ground up. In an interface they visit first the end away from the side it leans to, so that
+a mirrored scene is visited in mirrored order. What an interface gives back of its penetration moves
+all that stands on it along the normal there, but for the 2 g dt^2 that one step of falling can
+make.
 
 Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 """

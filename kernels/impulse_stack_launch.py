@@ -86,7 +86,7 @@ def stacks(
     x, z, theta, s, c, lean = Body(), Body(), Body(), Body(), Body(), Body()
     vx, vz, omega, ux, uz, uo = Body(), Body(), Body(), Body(), Body(), Body()
     peak, peak_time, slide, peak_slide, since = Body(), Body(), Body(), Body(), Body()
-    left, right = BodyInt(), BodyInt()
+    left, right, crept = BodyInt(), BodyInt(), Body()
     # Rows of points: the first and the second end of interface 1, of interface 2, ...
     nx, nz, au, bu, al, bl = Point(), Point(), Point(), Point(), Point(), Point()
     gap, pn, pt, nt, n, t = Point(), Point(), Point(), Point(), Point(), Point()
@@ -167,7 +167,7 @@ def stacks(
                         s[low, i], c[low, i], x[k, i] - x[low, i], z[k, i] - z[low, i], z[k, i],
                         since[k, i], left[k, i], right[k, i], uplift_time[i], moved[i], deepest[i],
                         impacts[i], peak[k, i], peak_time[k, i], slide[k, i], peak_slide[k, i],
-                        mode[i],
+                        crept[k, i], mode[i],
                     )  # fmt: skip
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):

@@ -153,7 +153,8 @@ def witness(
     offset: real, lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real, z: real,
     since: wp.ref[real], left: wp.ref[int], right: wp.ref[int], uplift_time: wp.ref[real],
     moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int], peak: wp.ref[real],
-    peak_time: wp.ref[real], slide: wp.ref[real], peak_slide: wp.ref[real], mode: wp.ref[int],
+    peak_time: wp.ref[real], slide: wp.ref[real], peak_slide: wp.ref[real], crept: wp.ref[real],
+    mode: wp.ref[int],
 ):  # fmt: skip
     """What a step shows of a block and of the interface below it, and whether its lane lives on.
 
@@ -183,6 +184,8 @@ def witness(
         peak_time: See peak.
         slide: Slide along what the block stands on [m], peak_slide the largest so far.
         peak_slide: See slide.
+        crept: Way by which it slipped in the step [m]. What slides goes on in the next; sweeps that
+            end early can let a block that sticks shuttle.
         mode: How the lane goes on.
     """
     zero = real(0.0)
@@ -192,9 +195,12 @@ def witness(
     gap2 = gape(real(1.0), face, high, s, c, lface, lhigh, ls, lc, dx, dz)
     limit = slack(dt, gravity, face + high, uo * uo + lo * lo, high + size(z))
     forward = lean > zero
+    way = slid - slide
+    glides = slides(way, dt, gravity) and slides(crept, dt, gravity) and way * crept > zero
+    crept = way
     watch(
         live, time, limit, wp.where(forward, n1, n2), gap1, wp.where(forward, n2, n1), gap2,
-        slides(slid - slide, dt, gravity), since, left, right, uplift_time, moved, impacts,
+        glides, since, left, right, uplift_time, moved, impacts,
     )  # fmt: skip
     deepest = wp.where(live, larger(-smaller(gap1, gap2), deepest), deepest)
     higher = live and size(theta) > peak

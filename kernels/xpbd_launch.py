@@ -85,7 +85,7 @@ def finish(
     moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int], below: real, lomega: real,
     face: real, high: real, lface: real, lhigh: real, ls: real, lc: real, lx: real, lz: real,
     offset: real, peak: wp.ref[real], peak_time: wp.ref[real], slide: wp.ref[real],
-    peak_slide: wp.ref[real], mode: wp.ref[int],
+    peak_slide: wp.ref[real], crept: wp.ref[real], mode: wp.ref[int],
 ):  # fmt: skip
     """Ends a step of a block, see `travel`; it keeps a part of its velocity (`kept`).
 
@@ -104,7 +104,8 @@ def finish(
     witness(
         live, time, knobs.time_step, knobs.gravity, lean, n1, n2, theta, below, vx, vz, omega,
         lomega, face, high, s, c, offset, lface, lhigh, ls, lc, x - lx, z - lz, z, since, left,
-        right, uplift_time, moved, deepest, impacts, peak, peak_time, slide, peak_slide, mode,
+        right, uplift_time, moved, deepest, impacts, peak, peak_time, slide, peak_slide,
+        crept, mode,
     )  # fmt: skip
 
 
@@ -121,7 +122,7 @@ def stacks(
     # Rows of points, two an interface; then of bodies and points in the one and the other pass.
     nx, nz, au, bu, al, bl, ds = Point(), Point(), Point(), Point(), Point(), Point(), Point()
     anchor, qx, qz, qo, left, right = Point(LOOSE), Move(), Move(), Move(), BodyInt(), BodyInt()
-    need, slip, dn, n, t, since = Pass(), Pass(), Pass(), Pass(), Pass(), Body()
+    need, slip, dn, n, t, since, crept = Pass(), Pass(), Pass(), Pass(), Pass(), Body(), Body()
     base, dv, hint, loss, lift, last, deep = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     given, jolt, most, taken, back = Lane(), Lane(), Lane(), Lane(), Lane()
     hit, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
@@ -205,7 +206,7 @@ def stacks(
                         right[k, i], lift[i], last[i], deep[i], hit[i], theta[low, i],
                         omega[low, i], face[k, i], high[k, i], face[low, i], high[low, i],
                         s[low, i], c[low, i], x[low, i], z[low, i], offset[k, i], peak[k, i],
-                        when[k, i], slide[k, i], far[k, i], mode[i],
+                        when[k, i], slide[k, i], far[k, i], crept[k, i], mode[i],
                     )  # fmt: skip
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):

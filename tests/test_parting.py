@@ -1,4 +1,4 @@
-"""What planar engines that step through time say of uplift, impacts and rest, single and stacked."""
+"""What planar engines that step through time say of uplift, impacts and rest."""
 
 from __future__ import annotations
 

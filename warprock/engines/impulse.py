@@ -37,8 +37,9 @@ class Impulse(AbstractEngine):
     Semi-implicit Euler at the time step of Eq. 9 of the paper, first order in it. A block rocks
     while a corner has parted from the base, by more than a step of falling makes; it is at rest
     while none has and it does not slide. In a stack the same holds at the two ends of what two
-    faces share. A lane that gains more energy than it held and
-    its base supplied has the status UNSTABLE. What erp lifts counts as a gain.
+    faces share. A contact that has no other beside it is solved exactly. A lane that gains more
+    energy than it held and its base supplied has the status UNSTABLE. What erp lifts counts as a
+    gain.
 
     In space a block touches at its four corners, and two faces at up to eight points. There a block
     rocks while one of them is open by more than a step of falling makes, and what the base supplied
