@@ -26,6 +26,8 @@ class AbstractEngine(abc.ABC):
     """Key in `ENGINES`."""
     order: ClassVar[int | None]
     """Order in the time step of the error after impacts; None if the step is not the knob."""
+    rests_exactly: ClassVar[bool] = False
+    """Whether a block at rest does not move at all, until its base lifts it or makes it slide."""
     settings_type: ClassVar[type[Any]]
     """Frozen dataclass of the engine's settings."""
     settings: Any
