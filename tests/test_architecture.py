@@ -62,7 +62,14 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         "numpy warp",
     ),
     "batch": (
-        ("warprock/batch.py", "warprock/bench.py", "warprock/devices.py", "warprock/estimate.py"),
+        (
+            "warprock/batch.py",
+            "warprock/bench.py",
+            "warprock/devices.py",
+            "warprock/companions.py",
+            "warprock/estimate.py",
+            "warprock/tolerance.py",
+        ),
         "errors foundation settings engines kernels",
         "numpy warp",
     ),
@@ -74,6 +81,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
     "runs": (
         (
             "warprock/runner.py",
+            "warprock/accuracy.py",
             "warprock/files.py",
             "warprock/store.py",
             "warprock/results.py",

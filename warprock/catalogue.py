@@ -29,8 +29,8 @@ VALUES_SHOWN = 12
 """Distinct values of an input up to which all of them are listed."""
 
 ESTIMATE = (
-    "`run` adds an estimate of every lane's rotation error, from runs at a half and, where it "
-    "matters, a quarter of the step; --no-estimate leaves it out"
+    "`run` estimates every lane's rotation error and halves the step, of the lanes that need it, "
+    "until it is within --tolerance; --no-estimate runs every lane once"
 )
 """What `explain` says of an engine whose error has an order in the step."""
 

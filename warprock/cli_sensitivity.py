@@ -7,11 +7,12 @@ from typing import Any
 
 import click
 
-from warprock.cli_options import case_options, require_within
+from warprock.cli_options import asked_tolerance, case_options, estimate_options, require_within
 
 
 @click.command()
 @case_options
+@estimate_options
 @click.option(
     "--of",
     default="peak_rotation_ratio",
@@ -25,6 +26,8 @@ def sensitivity(
     engine: str | None,
     overrides: tuple[str, ...],
     folder: pathlib.Path | None,
+    tolerance: float | None,
+    estimate: bool,
     of: str,
     resamples: int,
     as_json: bool,
@@ -48,6 +51,8 @@ def sensitivity(
             engine or runner.default_engine(case),
             of=of,
             resamples=resamples,
+            estimate=estimate,
+            tolerance=asked_tolerance(tolerance, estimate=estimate),
             progress=progress,
             **options,
         )

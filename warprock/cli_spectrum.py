@@ -7,16 +7,19 @@ from typing import Any
 
 import click
 
-from warprock.cli_options import case_options
+from warprock.cli_options import asked_tolerance, case_options, estimate_options
 
 
 @click.command()
 @case_options
+@estimate_options
 def spectrum(
     case_name: str,
     engine: str | None,
     overrides: tuple[str, ...],
     folder: pathlib.Path | None,
+    tolerance: float | None,
+    estimate: bool,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -35,6 +38,8 @@ def spectrum(
         found = module.run_spectrum(
             case,
             engine or runner.default_engine(case),
+            estimate=estimate,
+            tolerance=asked_tolerance(tolerance, estimate=estimate),
             progress=progress,
             **options,
         )

@@ -1,26 +1,27 @@
 """Runs every lane until its rotations are within a tolerance, or says that they are not.
 
-All lanes run at the step asked for. A lane then runs at half of it, and by what its two runs lie
-apart its error is estimated: with an error of order p in the step, an r-th of it is left after a
-halving, r = 2^p, and the finer run errs by the difference over r - 1 (Richardson 1911). The numbers
-are those of the finest run. A lane whose estimate misses the tolerance goes on to the next half,
-those lanes only, at most `HALVINGS` times. Once there are three runs, r is what was seen of them,
-never better than the order; of two it is 2, as of a first order. So the estimate covers a block
-that converges slowly, and is two to three times too large for one that converges well.
+Every lane runs at the step asked for, and a companion at twice the step tells how far it errs. With
+an error of order p in the step, halving it leaves an r-th of the error, r = 2^p, and the finer of
+two runs errs by their difference over r - 1 (Richardson 1911). A lane whose estimate misses the
+tolerance runs again at half of the step, those lanes only, at most `HALVINGS` times, and its
+numbers are those of its finest run. Once there are three runs, r is what was seen of them, never
+better than the order; of two it is 2, as of a first order. So the estimate covers a block that
+converges slowly, and of two runs it is three times too large for one that converges well. A lane
+for which twice the step changes nothing, for something else cuts it, starts with its half.
 
 A lane ends early where its error, shrinking as it did so far (at first, as the order says), would
-miss the tolerance at the finest step, too: more runs would cost the most where they help the least.
+miss the tolerance at the finest step, too, and under a record where its `BUDGET` is spent: more
+runs would cost the most where they help the least.
 
 Of a lane that missed the tolerance two things may be true. Its runs approach one another: it keeps
-its status, its estimate says how far it may be off, and a smaller step will do. Or they do not
-(`Status.SENSITIVE`): it stands in one and falls in the other, or it magnifies small differences. Its
-estimate then says how far its runs lie apart, not how far the truth may be; an ensemble is what can
-be said of it.
+its status, its estimate says how far it may be off, and a smaller step will do. Or they do not: it
+stands in one and falls in the other, or it magnifies small differences (`Status.SENSITIVE`). Then
+its estimate says how far its runs lie apart, not how far the truth may be; what can be said of it
+an ensemble says.
 
-Two things keep the cost down. Under a record a lane's companions end soon after it rests for good,
-if its engine holds a block at rest exactly: nothing in what is left depends on the step. Where a
-companion does not rest there, it runs to the end. Engines of another kind have first order and a
-short step: their first companion is at twice the step, half the price.
+Under a record a lane's companions end soon after it rests for good, if its engine holds a block at
+rest exactly: nothing in what is left depends on the step. Where a companion does not rest there, it
+runs on.
 
 L. F. Richardson (1911), The approximate arithmetical solution by finite differences of physical
 problems involving differential equations, *Philosophical Transactions of the Royal Society A* 210,
@@ -30,12 +31,14 @@ problems involving differential equations, *Philosophical Transactions of the Ro
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from warprock.batch import run_batch
 from warprock.companions import (
     Companions,
     as_columns,
@@ -163,14 +166,35 @@ def run_to_tolerance(
     return found if times.interval is None else _with_histories(asked, found)
 
 
-def halvings_of(settings: Any, time_step: Array) -> Numbers:
-    """How often settings were halved to come to a time step [s], shape [lane]."""
-    return np.rint(np.log2(settings.time_step / time_step)).astype(np.intp)
+def run_at_step(
+    engine: str,
+    lanes: Lanes,
+    motions: GroundMotions,
+    times: SampleTimes,
+    *,
+    step: float,
+    settings: Any,
+    **options: Any,
+) -> Response:
+    """Runs lanes once, at a step that `run_to_tolerance` came to with the same settings.
+
+    Args:
+        engine: Name in `ENGINES`, of an engine with an order in the step.
+        lanes: The lanes.
+        motions: Their ground motions.
+        times: Duration and sampling.
+        step: Their `time_step` [s].
+        settings: Settings of the engine, with the coarsest step.
+        options: Other arguments of `run_batch`.
+    """
+    count = round(math.log2(settings.time_step / step))
+    return run_batch(engine, lanes, motions, times, settings=halved(settings, count), **options)
 
 
 def _with_histories(case: Companions, found: Response) -> Response:
     """The response of the same lanes at the same steps, with histories."""
-    history = case.run_halved(halvings_of(case.settings, found["time_step"]))
+    halvings = np.rint(np.log2(case.settings.time_step / found["time_step"])).astype(np.intp)
+    history = case.run_halved(halvings)
     added = {name: found[name] for name in ("status", *ESTIMATE_FIELDS)}
     return dataclasses.replace(history, fields={**history.fields, **added})
 
