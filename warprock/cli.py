@@ -204,8 +204,8 @@ def _write_run(
 
     histories = {lane: runner.run_lane(case_run, lane) for lane in lanes}
     figures = plots_run if case_run.case.ensemble is None else plots_ensemble
-    files = store.write_run(case_run, folder, histories)
-    return files + figures.write_figures(case_run, folder)
+    files: list[pathlib.Path] = store.write_run(case_run, folder, histories)
+    return [*files, *figures.write_figures(case_run, folder)]
 
 
 def _is_default(option: str) -> bool:

@@ -99,28 +99,19 @@ def run_case(
     times = _sample_times(case, histories)
     started = time.perf_counter()
     settings = case.engine_settings(engine)
+    options: dict[str, Any] = {"precision": precision, "device": device, "workers": workers}
+    refinement: dict[str, Any] = {"estimate": estimate, "tolerance": tolerance}
     response = run_lane_set(
-        engine,
-        lane_set,
-        times,
-        settings=settings,
-        precision=precision,
-        device=device,
-        workers=workers,
-        estimate=estimate,
-        tolerance=tolerance,
-        progress=progress,
+        engine, lane_set, times, settings=settings, progress=progress, **options, **refinement
     )
     return CaseRun(
         case=case,
         lane_set=lane_set,
         response=response,
-        precision=precision,
-        device=device,
-        workers=workers,
         settings=settings,
         wall_time=time.perf_counter() - started,
         tolerance=tolerance if estimate else None,
+        **options,
     )
 
 
