@@ -9,9 +9,10 @@ better than the order; of two it is 2, as of a first order. So the estimate cove
 converges slowly, and of two runs it is three times too large for one that converges well. A lane
 for which twice the step changes nothing, for something else cuts it, starts with its half.
 
-A lane ends early where its error, shrinking as it did so far (at first, as the order says), would
-miss the tolerance at the finest step, too, and under a record where its `BUDGET` is spent: more
-runs would cost the most where they help the least.
+Under a record, where lanes are costly and many are chaotic, a lane ends early where its error,
+shrinking as it did so far (at first, as the order says), would miss the tolerance at the finest
+step, too, and where its `BUDGET` is spent. Under any other motion it does where its runs lie far
+apart and do not approach one another. More runs would cost the most where they help the least.
 
 Of a lane that missed the tolerance two things may be true. Its runs approach one another: it keeps
 its status, its estimate says how far it may be off, and a smaller step will do. Or they do not: it
@@ -352,7 +353,8 @@ class _Known:
         # At best the error goes on to shrink as it did, at least as of a first order.
         hope = np.where(np.isfinite(shrunk), np.maximum(rate, 2.0), 2.0**self.order)
         best = apart / (2.0**self.order - 1.0) / hope**left
-        hopeless = usable(before) & (best > self.tolerance)
+        wild = ~(ratio <= CHAOTIC_ABOVE) & np.isfinite(shrunk) & (rate < 2.0)
+        hopeless = usable(before) & (best > self.tolerance if self.budget < np.inf else wild)
         good = np.isfinite(shrunk) & (shrunk >= 2.0 ** (self.order - 0.5))
         self.steady[lanes] = np.where(good, self.steady[lanes] + 1, 0)
         doubtful = (ratio > SENSITIVE_ABOVE) & (self.steady[lanes] < STEADY)
