@@ -66,7 +66,14 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         "numpy warp",
     ),
     "batch": (
-        ("warprock/batch.py", "warprock/bench.py", "warprock/devices.py", "warprock/estimate.py"),
+        (
+            "warprock/batch.py",
+            "warprock/bench.py",
+            "warprock/devices.py",
+            "warprock/companions.py",
+            "warprock/estimate.py",
+            "warprock/tolerance.py",
+        ),
         "errors foundation settings engines kernels",
         "numpy warp",
     ),
@@ -79,6 +86,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         (
             "warprock/runner.py",
             "warprock/engine_choice.py",
+            "warprock/accuracy.py",
             "warprock/files.py",
             "warprock/store.py",
             "warprock/results.py",

@@ -28,8 +28,8 @@ LANES_SHOWN = 100_000
 """Lanes whose inputs are looked through; of more, the first ones."""
 
 ESTIMATE = (
-    "`run` adds an estimate of every lane's rotation error, from runs at a half and, where it "
-    "matters, a quarter of the step; --no-estimate leaves it out"
+    "`run` estimates every lane's rotation error and halves the step, of the lanes that need it, "
+    "until it is within --tolerance; --no-estimate runs every lane once"
 )
 """What `explain` says of an engine whose error has an order in the step."""
 

@@ -114,7 +114,8 @@ class CaseResponses:
             return self.answers[engine].response
         # An ensemble has too many lanes to hold the histories of.
         histories = None if self.case.ensemble is None else False
-        run = run_case(case, name, workers=self._workers, histories=histories)
+        # Engines are compared at the step asked for, not at the finer one that a lane may need.
+        run = run_case(case, name, workers=self._workers, histories=histories, estimate=False)
         return run.response
 
 

@@ -23,10 +23,13 @@ from warprock.cli_fragility import fragility
 from warprock.cli_incremental import ida
 from warprock.cli_map import overturning_map
 from warprock.cli_options import (
+    EXIT_BAD_LANES,
+    asked_tolerance,
     engine_for,
     engine_option,
+    estimate_options,
     json_option,
-    list_written,
+    max_bad_option,
     output_option,
     output_to,
     require_within,
@@ -40,7 +43,7 @@ from warprock.cli_spectrum import spectrum
 from warprock.cli_stability import stability
 from warprock.cli_study import run_study_of
 from warprock.cli_sweep import EXIT_RESUMABLE, bench_sweep, sweep
-from warprock.cli_trade import choose_for, trade
+from warprock.cli_trade import choose_for, tolerance_of_accuracy, trade
 from warprock.errors import InputError
 
 if TYPE_CHECKING:
@@ -100,19 +103,18 @@ def init(kind: str, path: pathlib.Path | None) -> None:
 @output_option
 @run_options
 @click.option("--history", "lanes", type=int, multiple=True, help="Lane whose history to write.")
-@click.option(
-    "--estimate/--no-estimate",
-    default=None,
-    help="Estimate every lane's error from runs at finer steps; without, all but ensembles do.",
-)
+@estimate_options
 @click.option(
     "--accuracy",
     type=float,
-    help="Largest error wanted, over the slenderness angle: picks the cheapest engine and settings "
-    "that met it in `warprock trade`, of --engine and --precision where given, and tests them.",
+    help="A --tolerance that also picks the cheapest engine and settings that met it in `warprock "
+    "trade`, of --engine and --precision where given, and tests them.",
 )
+@max_bad_option
 @json_option
+@click.pass_context
 def run(
+    ctx: click.Context,
     case_name: str,
     engine: str | None,
     overrides: tuple[str, ...],
@@ -121,22 +123,30 @@ def run(
     device: str,
     workers: int | None,
     lanes: tuple[int, ...],
-    estimate: bool | None,
+    tolerance: float | None,
+    estimate: bool,
     accuracy: float | None,
+    max_bad: float | None,
     as_json: bool,
 ) -> None:
-    """Run every lane of a CASE with one engine; a study, with all of its engines and settings."""
+    """Run every lane of a CASE with one engine; a study, with all of its engines and settings.
+
+    Every lane runs at half the step, and again, until its rotations are within the tolerance by
+    their estimate; lanes that do not get there say so.
+    """
     from warprock import runner, store
     from warprock.case import load_case
     from warprock.report import console
 
     case, choice, given = load_case(case_name, overrides), None, engine
     if case.study is not None:
-        refused = {"--history": lanes or None, "--estimate": estimate, "--accuracy": accuracy}
+        refused = {"--history": lanes or None, "--accuracy": accuracy, "--tolerance": tolerance}
+        refused["--max-bad"] = max_bad
         options: dict[str, Any] = {"precision": precision, "device": device, "workers": workers}
         return run_study_of(case, engine, folder, refused, **options, as_json=as_json)
     runner.require_options(engine or "event", precision=precision, device=device, workers=workers)
     if accuracy is not None:
+        tolerance = tolerance_of_accuracy(accuracy, tolerance, estimate=estimate)
         fixed = None if _is_default("precision") else precision
         case, choice = choose_for(
             case_name, overrides, accuracy, engine=given, precision=fixed, workers=workers
@@ -154,19 +164,29 @@ def run(
             device=device,
             workers=workers,
             histories=False,
-            estimate=case.ensemble is None if estimate is None else estimate,
+            estimate=estimate,
+            tolerance=asked_tolerance(tolerance, estimate=estimate),
             progress=progress,
         )
-    histories = {lane: runner.run_lane(case_run, lane) for lane in lanes}
-    files = []
-    if folder is not None:
-        from warprock.report import plots_ensemble, plots_run
-
-        files += store.write_run(case_run, folder, histories)
-        figures = plots_run if case.ensemble is None else plots_ensemble
-        files += figures.write_figures(case_run, folder)
-        list_written(folder, files)
+    files = [] if folder is None else _write_run(case_run, folder, lanes)
     _show_run(case_run, files, choice, as_json)
+    if max_bad is not None and store.bad_lanes(case_run) > max_bad * case.lane_count:
+        ctx.exit(EXIT_BAD_LANES)
+
+
+def _write_run(
+    case_run: CaseRun, folder: pathlib.Path, lanes: tuple[int, ...]
+) -> list[pathlib.Path]:
+    """Writes a run, with histories of some lanes, and its figures."""
+    from warprock import runner, store
+    from warprock.report import plots_ensemble, plots_run
+
+    histories = {lane: runner.run_lane(case_run, lane) for lane in lanes}
+    figures = plots_run if case_run.case.ensemble is None else plots_ensemble
+    files: list[pathlib.Path] = store.write_run(case_run, folder, histories)
+    files += figures.write_figures(case_run, folder)
+    list_written(folder, files)
+    return files
 
 
 def _is_default(option: str) -> bool:
@@ -193,7 +213,7 @@ def _show_run(
     else:
         show = console.print_run if case.ensemble is None else cells.print_cells
         if choice is not None:
-            click.echo(f"{choice.why}\n{choice.test}\n")
+            click.echo(f"{choice.why}\n{choice.test}\n{choice.advice}")
         show(case_run, files)
 
 

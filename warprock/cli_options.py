@@ -13,6 +13,9 @@ from warprock.errors import InputError
 if TYPE_CHECKING:
     from warprock.case import Case
 
+EXIT_BAD_LANES = 4
+"""Exit code where more lanes are bad than `--max-bad` allows."""
+
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
@@ -63,6 +66,58 @@ def device_options(command: Command) -> Command:
 def run_options(command: Command) -> Command:
     """`--precision`, `--device` and `--workers`."""
     return device_options(workers_option(command))
+
+
+def estimate_options(command: Command) -> Command:
+    """`--tolerance`, None where it is left out, and `--no-estimate`, as `estimate`."""
+    tolerance = click.option(
+        "--tolerance",
+        type=float,
+        help="Largest error of a rotation over the slenderness angle, 0.01 without: lanes that "
+        "miss it by their estimate run again at half the step, and again.",
+    )
+    estimate = click.option(
+        "--estimate/--no-estimate",
+        default=True,
+        help="--no-estimate: every lane once, at the step of the case; nothing says how far off.",
+    )
+    return tolerance(estimate(command))
+
+
+def asked_tolerance(tolerance: float | None, *, estimate: bool) -> float:
+    """The tolerance asked for, or the one that holds without.
+
+    Raises:
+        InputError: It is out of bounds, or given where no error is to be estimated.
+    """
+    from warprock.runner import require_tolerance
+    from warprock.tolerance import TOLERANCE
+
+    if tolerance is None:
+        return TOLERANCE
+    if not estimate:
+        allowed = "must not be given with --no-estimate: it is held against the estimate"
+        raise InputError("--tolerance", "", tolerance, allowed)
+    require_tolerance(tolerance)
+    return tolerance
+
+
+def max_bad_option(command: Command) -> Command:
+    """`--max-bad`, None where none is given."""
+    return click.option(
+        "--max-bad",
+        type=float,
+        callback=_share,
+        help="Share of the lanes, 0 to 1, whose numbers may be unusable or miss the tolerance: "
+        "beyond it the exit code is 4.",
+    )(command)
+
+
+def _share(_context: click.Context, _option: click.Parameter, share: float | None) -> float | None:
+    """A share, refused where it is none."""
+    if share is not None and not 0.0 <= share <= 1.0:
+        raise InputError("--max-bad", "", share, "must be a share of the lanes, from 0 to 1")
+    return share
 
 
 def output_to(meaning: str, **more: Any) -> Callable[[Command], Command]:

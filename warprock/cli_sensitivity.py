@@ -7,11 +7,19 @@ from typing import Any
 
 import click
 
-from warprock.cli_options import case_options, engine_for, list_written, require_within
+from warprock.cli_options import (
+    asked_tolerance,
+    case_options,
+    engine_for,
+    estimate_options,
+    list_written,
+    require_within,
+)
 
 
 @click.command()
 @case_options
+@estimate_options
 @click.option(
     "--of",
     default="peak_rotation_ratio",
@@ -25,6 +33,8 @@ def sensitivity(
     engine: str | None,
     overrides: tuple[str, ...],
     folder: pathlib.Path | None,
+    tolerance: float | None,
+    estimate: bool,
     of: str,
     resamples: int,
     as_json: bool,
@@ -47,6 +57,8 @@ def sensitivity(
             engine_for(case, engine),
             of=of,
             resamples=resamples,
+            estimate=estimate,
+            tolerance=asked_tolerance(tolerance, estimate=estimate),
             progress=progress,
             **options,
         )

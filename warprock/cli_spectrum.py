@@ -7,16 +7,25 @@ from typing import Any
 
 import click
 
-from warprock.cli_options import case_options, engine_for, list_written
+from warprock.cli_options import (
+    asked_tolerance,
+    case_options,
+    engine_for,
+    estimate_options,
+    list_written,
+)
 
 
 @click.command()
 @case_options
+@estimate_options
 def spectrum(
     case_name: str,
     engine: str | None,
     overrides: tuple[str, ...],
     folder: pathlib.Path | None,
+    tolerance: float | None,
+    estimate: bool,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -34,6 +43,8 @@ def spectrum(
         found = module.run_spectrum(
             case,
             engine_for(case, engine),
+            estimate=estimate,
+            tolerance=asked_tolerance(tolerance, estimate=estimate),
             progress=progress,
             **options,
         )

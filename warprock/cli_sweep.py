@@ -10,17 +10,20 @@ from typing import Any, TypeVar
 import click
 
 from warprock.cli_options import (
+    EXIT_BAD_LANES,
+    asked_tolerance,
     device_options,
     engine_for,
     engine_option,
+    estimate_options,
     json_option,
+    max_bad_option,
     output_to,
     set_option,
     workers_option,
 )
-from warprock.errors import InputError
 
-EXIT_BAD_LANES, EXIT_RESUMABLE = 4, 75
+EXIT_RESUMABLE = 75
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -45,7 +48,7 @@ def _folder_argument(command: Command) -> Command:
 @output_to("Folder of the sweep; made if it does not exist.", required=True)
 @click.option("--chunk", "chunk_lanes", type=int, help="Lanes in a chunk; 50,000 without.")
 @device_options
-@click.option("--estimate", is_flag=True, help="Estimate every lane's error; ten times the time.")
+@estimate_options
 @json_option
 def plan(
     case_name: str,
@@ -55,6 +58,7 @@ def plan(
     chunk_lanes: int | None,
     precision: str,
     device: str,
+    tolerance: float | None,
     estimate: bool,
     as_json: bool,
 ) -> None:
@@ -71,6 +75,7 @@ def plan(
             precision=precision,
             device=device,
             estimate=estimate,
+            tolerance=asked_tolerance(tolerance, estimate=estimate),
             chunk_lanes=sweep_plan.CHUNK_LANES if chunk_lanes is None else chunk_lanes,
             progress=progress,
         )
@@ -84,7 +89,7 @@ def plan(
 @workers_option
 @click.option("--shard", default="1/1", help="Part i/n of the chunks: every n-th, i from 1 to n.")
 @click.option("--scheduler", help="Address of a Dask scheduler, or local; needs the extra [dask].")
-@click.option("--max-bad", type=float, help="Share of bad lanes, 0 to 1, above which to exit 4.")
+@max_bad_option
 @json_option
 @click.pass_context
 def run(
@@ -106,8 +111,6 @@ def run(
     from warprock.report import console, sweeps
 
     part = sweep_run.read_shard(shard)
-    if max_bad is not None and not 0.0 <= max_bad <= 1.0:
-        raise InputError("--max-bad", "", max_bad, "must be a share of the lanes, from 0 to 1")
     found = sweep_plan.read_plan(folder)
     require_writable(folder, "DIR")
     run_chunks = sweep_run.run_here(found, folder, workers)
@@ -128,7 +131,11 @@ def run(
         _say_left("Ctrl-C", folder)
         raise
     counts = sweep_run.shard_counts(found, folder, part) | {"folder": str(folder)}
-    console.print_json(counts) if as_json else sweeps.print_counts(counts)
+    settings = found.case.engine_settings(found.engine)
+    if as_json:
+        console.print_json(counts)
+    else:
+        sweeps.print_counts(counts, found.engine, settings)
     if max_bad is not None and counts["bad"] > max_bad * counts["lanes_done"]:
         ctx.exit(EXIT_BAD_LANES)
 

@@ -29,6 +29,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from warprock.accuracy import missed_tolerance
 from warprock.case import Case
 from warprock.case_keys import Said
 from warprock.errors import InputError
@@ -41,6 +42,7 @@ from warprock.response import USABLE, Outcome, Response, SampleTimes, Status
 from warprock.runner import run_lane_set
 from warprock.store import count_words
 from warprock.sweep_plan import PLAN, Plan, make_plan, read_plan, write_plan
+from warprock.tolerance import TOLERANCE
 
 Array = npt.NDArray[np.float64]
 
@@ -116,7 +118,7 @@ class Analysis:
         lane_set: Lanes of the case, at factor 1.
         ladder: Factors asked for.
         curves: One row a run, by lane and factor: `lane`, `factor`, `stage`, `outcome`, `status`,
-            `peak_rotation_ratio` (of a stack the largest of its blocks).
+            `peak_rotation_ratio` (of a stack the largest of its blocks), `missed_tolerance`.
         stages: Stages that were needed.
         kept: Stages that were there already.
     """
@@ -135,9 +137,25 @@ class Analysis:
 
 
 def plan_analysis(
-    case: Case, engine: str, ladder: Ladder, *, precision: str = "float64", device: str = "cpu"
+    case: Case,
+    engine: str,
+    ladder: Ladder,
+    *,
+    precision: str = "float64",
+    device: str = "cpu",
+    estimate: bool = True,
+    tolerance: float = TOLERANCE,
 ) -> Plan:
     """Plans an analysis, and refuses it if one of its lanes could not be run.
+
+    Args:
+        case: The case.
+        engine: Name of the engine.
+        ladder: Factors on the motion.
+        precision: "float64" or "float32".
+        device: Warp device.
+        estimate: Whether to estimate the error of every run, and to refine its step.
+        tolerance: Largest error of a rotation over the slenderness angle.
 
     Raises:
         InputError: The ladder is out of bounds, the case has no motion, or `make_plan` refuses it.
@@ -149,7 +167,9 @@ def plan_analysis(
     if runs > MOST_RUNS:
         allowed = f"must be at most {MOST_RUNS:,} runs: fewer lanes, or a smaller --count"
         raise InputError(case.file, "sweep", Said(f"{runs:,} runs"), allowed)
-    plan = make_plan(case, engine, precision=precision, device=device)
+    plan = make_plan(
+        case, engine, precision=precision, device=device, estimate=estimate, tolerance=tolerance
+    )
     content = {**plan.content, "incremental": dataclasses.asdict(ladder)}
     return dataclasses.replace(plan, content=content)
 
@@ -230,7 +250,8 @@ def _run_stage(
         precision=plan.content["precision"],
         device=plan.content["device"],
         workers=workers,
-        estimate=False,
+        estimate=plan.tolerance is not None,
+        tolerance=plan.tolerance or TOLERANCE,
         progress=progress,
     )
     ratio = response["peak_rotation"] / chosen.lanes.slenderness_angle
@@ -241,6 +262,7 @@ def _run_stage(
             "outcome": _words(response, "outcome"),
             "status": _words(response, "status"),
             "peak_rotation_ratio": ratio.reshape(len(lanes), -1).max(axis=1),
+            "missed_tolerance": missed_tolerance(response, chosen, plan.tolerance),
         }
     )
 

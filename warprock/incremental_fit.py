@@ -226,6 +226,7 @@ _RESULTS = {
     "outcome": "Where the block is at the end",
     "status": "Whether the numbers may be used",
     "peak_rotation_ratio": "Largest rotation / slenderness angle",
+    "missed_tolerance": "Whether the run is not within the tolerance by its estimate",
     "standing_factor": "Largest factor below the first fall at which the block stood; 0 without",
     "overturning_factor": "Factor of the first fall; infinite where there is none",
     "verdict": "What is known of the capacity",

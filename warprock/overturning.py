@@ -176,8 +176,15 @@ def run_grid(
     if not (np.all(strength > 0.0) and np.all(np.diff(strength[lanes], axis=2) > 0.0)):
         allowed = "must move the base, and no two of the same strength, in every lane of a column"
         raise InputError(case.source_of("sweep"), AMPLITUDE, Said("the grid"), allowed)
+    # Near a boundary every lane is sensitive: how far a step moves it is seen with half of it.
     run = run_case(
-        case, engine, precision=precision, device=device, workers=workers, histories=False
+        case,
+        engine,
+        precision=precision,
+        device=device,
+        workers=workers,
+        histories=False,
+        estimate=False,
     )
     return OverturningMap(
         run=run,

@@ -32,7 +32,7 @@ class Status(enum.IntEnum):
     """Whether a lane's numbers may be used.
 
     The numbers of a sensitive lane depend on the step: chaos or closeness to overturning. An
-    engine never says so; `warprock.estimate` does, by running the lane at finer steps. Outside its
+    engine never says so; `warprock.tolerance` does, by running the lane at finer steps. Outside its
     model is a lane in which something happened that its engine leaves out: a contact that had to
     pull, or a block that would have slid; its numbers are what the engine's equations give. At the
     iteration limit a contact solve has not settled; the lane's run ends there. Unstable is a lane
@@ -158,6 +158,16 @@ FIELDS: dict[str, Field] = {
             "Estimated largest error of the rotation over the run",
             per_block=True,
         ),
+        Field(
+            "peak_slide_error",
+            ("lane",),
+            "m",
+            "Estimated error of the slide, the largest and the one at the end",
+            per_block=True,
+        ),
+        Field("time_step", ("lane",), "s", "Setting of the time step that the numbers are from"),
+        Field("first_step_count", ("lane",), "-", "Time steps of one run at the step asked for"),
+        Field("total_step_count", ("lane",), "-", "Time steps of all runs of the lane"),
         Field("rotation", ("lane", "sample"), "rad", "Rotation", per_block=True),
         _in_space("peak_tilt", "rad", "Largest angle between the block's axis and the vertical"),
         _in_space("peak_rotation_across", "rad", "Largest rotation across the plane of rocking"),
@@ -183,8 +193,15 @@ touches, from where it stood at the start: `residual_slide` along x, `residual_s
 y, `peak_slide` the length of both.
 """
 
-ESTIMATE_FIELDS: tuple[str, ...] = ("peak_rotation_error", "rotation_error")
-"""Fields that no engine answers: `warprock.estimate` adds them."""
+ERROR_FIELDS: tuple[str, ...] = ("peak_rotation_error", "rotation_error", "peak_slide_error")
+"""Estimated errors, which no engine answers: `warprock.estimate` adds them."""
+ESTIMATE_FIELDS: tuple[str, ...] = (
+    *ERROR_FIELDS,
+    "time_step",
+    "first_step_count",
+    "total_step_count",
+)
+"""Errors, and what runs they took: `warprock.tolerance` adds these."""
 MODEL_FIELDS: tuple[str, ...] = ("friction_needed",)
 """Fields that `housner` and its reference answer besides: their block cannot slide."""
 LANE_FIELDS: tuple[str, ...] = tuple(

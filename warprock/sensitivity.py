@@ -24,6 +24,7 @@ from warprock.response import USABLE, Outcome
 from warprock.runner import CaseRun, run_case
 from warprock.sampling import Sample
 from warprock.store import lane_table
+from warprock.tolerance import TOLERANCE
 
 Array = npt.NDArray[np.float64]
 
@@ -110,6 +111,8 @@ def run_sensitivity(
     precision: str = "float64",
     device: str = "cpu",
     workers: int | None = None,
+    estimate: bool = True,
+    tolerance: float = TOLERANCE,
     progress: Callable[[int], None] | None = None,
 ) -> Sensitivity:
     """Runs the lanes of the design and explains the variance of a result.
@@ -122,6 +125,8 @@ def run_sensitivity(
         precision: "float64" or "float32".
         device: Warp device.
         workers: Worker threads; None uses the cores at hand.
+        estimate: Whether to estimate the error of every lane, and to refine its step.
+        tolerance: Largest error of a rotation over the slenderness angle.
         progress: Called with the number of lanes finished so far.
 
     Raises:
@@ -137,6 +142,8 @@ def run_sensitivity(
         device=device,
         workers=workers,
         histories=False,
+        estimate=estimate,
+        tolerance=tolerance,
         progress=progress,
     )
     inputs = list(design.axes[-1].columns)

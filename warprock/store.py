@@ -16,6 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from warprock import machine
+from warprock.accuracy import accuracy_counts, count_bad
 from warprock.case import Case
 from warprock.case_motions import case_records
 from warprock.ensemble import cell_table
@@ -38,6 +39,9 @@ LANE_TABLE = "lanes.parquet"
 CELL_TABLE = "cells.csv"
 PROVENANCE = "run.json"
 HISTORY = "history-lane-{lane}.csv"
+
+FOOTER = b"warprock"
+"""Key in the metadata of a lane table of what made it: `engine`, `estimate` and `tolerance`."""
 
 PACKAGES = ("warp-lang", "numpy", "scipy")
 """Distributions whose version can change a number."""
@@ -212,6 +216,9 @@ def provenance(run: CaseRun) -> dict[str, Any]:
         "status": count_words(response, "status"),
         "outcome": count_words(response, "outcome"),
         **undecided_counts(run.lane_set, response),
+        "estimate": run.tolerance is not None,
+        "tolerance": run.tolerance,
+        "accuracy": accuracy_counts(response, run.lane_set, run.settings, run.tolerance),
         "rotation_error_rad": error_summary(response),
         "duration_s": run.lane_set.times.duration,
         "wall_time_s": run.wall_time,
@@ -276,6 +283,12 @@ def undecided_counts(lane_set: LaneSet, response: Response) -> dict[str, int]:
     }
 
 
+def bad_lanes(run: CaseRun) -> int:
+    """Lanes of a run whose numbers may not be used, or that missed the tolerance."""
+    counts = accuracy_counts(run.response, run.lane_set, run.settings, run.tolerance)
+    return count_bad(count_words(run.response, "status"), counts)
+
+
 def error_summary(response: Response) -> dict[str, float] | None:
     """Median and largest estimated rotation error [rad] of the lanes whose run is sound.
 
@@ -306,10 +319,13 @@ def write_run(
     """
     require_writable(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    written = []
+    written, facts = [], provenance(run)
     path = folder / LANE_TABLE
     with replacing(path) as temporary:
-        pq.write_table(arrow_table(lane_table(run.lane_set, run.response)), temporary)
+        table = arrow_table(lane_table(run.lane_set, run.response))
+        footer = json.dumps({name: facts[name] for name in ("engine", "estimate", "tolerance")})
+        meaning = {**(table.schema.metadata or {}), FOOTER: footer.encode()}
+        pq.write_table(table.replace_schema_metadata(meaning), temporary)
     written.append(path)
     if run.case.ensemble is not None:
         path = folder / CELL_TABLE
@@ -323,7 +339,7 @@ def write_run(
         written.append(path)
     path = folder / PROVENANCE
     with replacing(path) as temporary:
-        text = json.dumps(provenance(run), indent=2, ensure_ascii=False)
+        text = json.dumps(facts, indent=2, ensure_ascii=False)
         temporary.write_text(text + "\n", encoding="utf-8")
     written.append(path)
     return written

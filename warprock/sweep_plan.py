@@ -24,11 +24,12 @@ from warprock.errors import InputError
 from warprock.expansion import expand_lanes
 from warprock.files import replacing, require_writable
 from warprock.reading import read_bytes, reason
-from warprock.runner import require_options, require_support
+from warprock.runner import require_options, require_support, require_tolerance
 from warprock.store import PACKAGES, record_rows
+from warprock.tolerance import TOLERANCE
 
 PLAN = "plan.json"
-FORMAT = 1
+FORMAT = 2
 
 CHUNK_LANES = 50_000
 """Lanes of a chunk: seconds of work, a few tens of megabytes."""
@@ -88,6 +89,12 @@ class Plan:
         """Name of the engine."""
         return str(self.content["engine"]["name"])
 
+    @property
+    def tolerance(self) -> float | None:
+        """Largest error over the slenderness angle; None where no error is estimated."""
+        tolerance = self.content.get("tolerance")
+        return None if tolerance is None else float(tolerance)
+
     @functools.cached_property
     def case(self) -> Case:
         """The case, read from the plan alone.
@@ -106,7 +113,8 @@ def make_plan(
     *,
     precision: str = "float64",
     device: str = "cpu",
-    estimate: bool = False,
+    estimate: bool = True,
+    tolerance: float = TOLERANCE,
     chunk_lanes: int = CHUNK_LANES,
     progress: Callable[[int], None] | None = None,
 ) -> Plan:
@@ -117,7 +125,8 @@ def make_plan(
         engine: Name of the engine.
         precision: "float64" or "float32".
         device: Warp device.
-        estimate: Whether to estimate the error of every lane.
+        estimate: Whether to estimate the error of every lane, and to refine its step.
+        tolerance: Largest error of a rotation over the slenderness angle, > 0 and < 1.
         chunk_lanes: Lanes in a chunk.
         progress: Called with the number of lanes looked at so far.
 
@@ -126,6 +135,7 @@ def make_plan(
             engine cannot do.
     """
     require_options(engine, precision=precision, device=device)
+    require_tolerance(tolerance)
     if not 1 <= chunk_lanes <= MOST_CHUNK_LANES:
         allowed = f"must be a number of lanes from 1 to {MOST_CHUNK_LANES}"
         raise InputError("--chunk", "", chunk_lanes, allowed)
@@ -139,7 +149,7 @@ def make_plan(
         least = -(-case.lane_count // MOST_CHUNKS)
         allowed = f"must be at least {least:,} lanes: a sweep has at most {MOST_CHUNKS:,} chunks"
         raise InputError("--chunk", "", chunk_lanes, allowed)
-    content = _content(case, engine, precision, device, estimate)
+    content = _content(case, engine, precision, device, tolerance if estimate else None)
     folder = None if case.folder is None else str(case.folder)
     plan = Plan(content, chunk_lanes, folder)
     for chunk in range(plan.chunk_count):
@@ -151,7 +161,7 @@ def make_plan(
 
 
 def _content(
-    case: Case, engine: str, precision: str, device: str, estimate: bool
+    case: Case, engine: str, precision: str, device: str, tolerance: float | None
 ) -> dict[str, Any]:
     versions = machine.package_versions(PACKAGES_OF_BYTES)
     # Python itself computes nothing here.
@@ -172,7 +182,8 @@ def _content(
         },
         "precision": precision,
         "device": device,
-        "estimate": estimate,
+        "estimate": tolerance is not None,
+        "tolerance": tolerance,
         "records": record_rows(case),
         "versions": versions,
         "kernel_sha256": machine.kernel_hash(),
@@ -300,9 +311,7 @@ def require_same_software(plan: Plan) -> None:
         InputError: A record, the kernels, a version, or a default of the engine is another one.
     """
     planned = plan.content
-    here = _content(
-        plan.case, plan.engine, planned["precision"], planned["device"], planned["estimate"]
-    )
+    here = _content(plan.case, plan.engine, planned["precision"], planned["device"], plan.tolerance)
     require_options(plan.engine, precision=planned["precision"], device=planned["device"])
     wanted, found = dict(_leaves(planned)), dict(_leaves(here))
     for key in wanted | found:
@@ -338,6 +347,7 @@ def plan_facts(plan: Plan) -> dict[str, Any]:
         "precision": content["precision"],
         "device": content["device"],
         "estimate": content["estimate"],
+        "tolerance": content["tolerance"],
         "lanes": plan.lane_count,
         "chunks": plan.chunk_count,
         "chunk_lanes": plan.chunk_lanes,

@@ -74,6 +74,18 @@ class Choice:
         """The settings as overrides of a case."""
         return tuple(f"engines.{self.engine}.{k}={v!r}" for k, v in self.settings.items())
 
+    @property
+    def advice(self) -> str:
+        """What to do where the sample did not bear the accuracy out; empty where it did."""
+        if self.lanes_met == self.lanes:
+            return ""
+        if engine_class(self.engine).order is None:
+            return f"next: {self.engine} has no step to refine; name another engine with -e"
+        return (
+            "next: the lanes that miss it run again at finer steps, see below; --max-bad 0 ends "
+            "with exit code 4 where some still do"
+        )
+
 
 def shipped_trade() -> pd.DataFrame:
     """The shipped table of `warprock trade`."""

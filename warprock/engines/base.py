@@ -28,6 +28,8 @@ class AbstractEngine(abc.ABC):
     """Order in the time step of the error after impacts; None if the step is not the knob."""
     slides: ClassVar[bool] = True
     """Whether its blocks can slide, so that its law of contact may have several solutions."""
+    rests_exactly: ClassVar[bool] = False
+    """Whether a block at rest does not move at all, until its base lifts it or makes it slide."""
     settings_type: ClassVar[type[Any]]
     """Frozen dataclass of the engine's settings."""
     settings: Any

@@ -63,6 +63,7 @@ class Event(AbstractEngine):
 
     name: ClassVar[str] = "event"
     order: ClassVar[int | None] = 2
+    rests_exactly: ClassVar[bool] = True
     settings_type = EventSettings
 
     def __init__(self, settings: EventSettings | None = None, target: Target | None = None) -> None:

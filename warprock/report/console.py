@@ -20,6 +20,7 @@ import rich.progress
 import rich.table
 from rich.cells import cell_len
 
+from warprock.report.accuracy import run_accuracy_lines
 from warprock.response import Status
 
 if TYPE_CHECKING:
@@ -212,6 +213,8 @@ def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
             f"estimated error of the rotations, lanes that are ok: median {error['median']:.2g} "
             f"rad, largest {error['largest']:.2g} rad"
         )
+    for line in run_accuracy_lines(run):
+        out.print(line, soft_wrap=True)
     out.print(f"wall time: {run.wall_time:.3g} s")
     for path in files:
         out.print(f"wrote {path}", soft_wrap=True)

@@ -28,7 +28,10 @@ def analysis_facts(found: Analysis) -> dict[str, Any]:
         "device": content["device"],
         "incremental": content["incremental"],
         "lanes": found.lane_set.lanes.lane_count,
+        "estimate": content["estimate"],
+        "tolerance": content["tolerance"],
         "runs": len(found.curves),
+        "runs_missed_tolerance": int(found.curves["missed_tolerance"].sum()),
         "stages": found.stages,
         "stages_kept": found.kept,
         "undecided_runs": undecided_runs(found),
@@ -96,6 +99,16 @@ def print_analysis(
             f"end, {found.lane_set.times.duration:g} s, but still rocked or was still shaken; they "
             "count as standing",
             highlight=False,
+        )
+    if facts["tolerance"] is None:
+        out.print("errors were not estimated (--no-estimate)")
+    elif facts["runs_missed_tolerance"]:
+        out.print(
+            f"not within {facts['tolerance']:g} of the slenderness angle, the finest step tried: "
+            f"{facts['runs_missed_tolerance']:,} runs; close to a fall nearly all are sensitive. "
+            "What that does to the capacities is seen with a smaller time step (-s engines. ...)",
+            highlight=False,
+            soft_wrap=True,
         )
     left_out = int(rows["left_out"].sum())
     if left_out:

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 from rich.console import Console
 
+from warprock.report.accuracy import run_accuracy_lines
 from warprock.report.tables import number, plain_table, print_table, stdout
 from warprock.response import USABLE, Outcome
 from warprock.results import write_results
@@ -80,5 +81,7 @@ def print_spectrum(
             f"of the run, {facts['duration_s']:g} s, but still rocked or was still shaken",
             highlight=False,
         )
+    for line in run_accuracy_lines(found.run):
+        out.print(line, highlight=False, soft_wrap=True)
     for path in files:
         out.print(f"wrote {path}", soft_wrap=True)
