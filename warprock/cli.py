@@ -29,6 +29,7 @@ from warprock.cli_options import (
     engine_option,
     estimate_options,
     json_option,
+    list_written,
     max_bad_option,
     output_option,
     output_to,
