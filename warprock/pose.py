@@ -61,8 +61,10 @@ def rotations(attitude: Array) -> tuple[Array, Array, Array]:
     yaw -= 2.0 * np.pi * np.round(yaw / (2.0 * np.pi))
     up = np.maximum(z, 0.0)
     part = np.maximum(1.0 - (up / FALLS) ** 2, 0.0)
-    run_x, run_y = (np.where(part > 0.0, np.sqrt(up**2 + (part * side) ** 2), up) for side in (y, x))
-    return np.arctan2(x, run_x), np.arctan2(y, run_y), yaw
+    beside_x, beside_y = (
+        np.where(part > 0.0, np.sqrt(up**2 + (part * side) ** 2), up) for side in (y, x)
+    )
+    return np.arctan2(x, beside_x), np.arctan2(y, beside_y), yaw
 
 
 def bottom_corners(lanes: SpatialLanes) -> Array:
