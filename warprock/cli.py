@@ -29,6 +29,7 @@ from warprock.cli_options import (
     output_to,
     require_within,
     run_options,
+    say_engine,
     set_option,
     workers_option,
 )
@@ -166,11 +167,11 @@ def run(
     runner.require_histories(case, lanes)
     if lanes and folder is None:
         raise InputError("--history", "", list(lanes), "needs -o/--output, the folder to write to")
-    engine = engine_for(case, engine)
+    taken = engine_for(case, engine)
     with console.lane_progress(case.name, case.lane_count) as progress:
         case_run = runner.run_case(
             case,
-            engine,
+            taken.engine,
             precision=precision,
             device=device,
             workers=workers,
@@ -178,6 +179,7 @@ def run(
             estimate=case.ensemble is None if estimate is None else estimate,
             progress=progress,
         )
+    say_engine(taken)
     histories = {lane: runner.run_lane(case_run, lane) for lane in lanes}
     files = []
     if folder is not None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from warprock.cli_options import case_options, engine_for, fit_options, require_samples
+from warprock.cli_options import case_options, engine_for, fit_options, require_samples, say_engine
 
 if TYPE_CHECKING:
     from warprock.case import Case
@@ -58,8 +58,10 @@ def ida(
     case = load_case(case_name, overrides)
     ladder = incremental.Ladder(**factors)
     ladder.judge()
-    chosen = engine_for(case, engine, ladder.factors.tolist())
-    plan = incremental.plan_analysis(case, chosen, ladder, precision=precision, device=device)
+    choice = engine_for(case, engine, ladder.factors.tolist())
+    plan = incremental.plan_analysis(
+        case, choice.engine, ladder, precision=precision, device=device
+    )
     incremental_fit.require_columns(case, intensity, by)
     with console.lane_progress(case.name, None) as progress:
         found = incremental.run_analysis(
@@ -68,6 +70,7 @@ def ida(
     groups = incremental_fit.capacities(
         found, intensity=intensity, by=by, samples=samples, seed=seed
     )
+    say_engine(choice)
     _show(found, case, groups, intensity, folder, as_json=as_json)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from warprock.cli_options import case_options, engine_for, require_within
+from warprock.cli_options import case_options, engine_for, require_within, say_engine
 
 
 @click.command()
@@ -41,15 +41,17 @@ def sensitivity(
 
     require_within("--resamples", resamples, 10, 10_000)
     case = load_case(case_name, overrides)
+    choice = engine_for(case, engine)
     with console.lane_progress(case.name, None) as progress:
         found = module.run_sensitivity(
             case,
-            engine_for(case, engine),
+            choice.engine,
             of=of,
             resamples=resamples,
             progress=progress,
             **options,
         )
+    say_engine(choice)
     files: list[pathlib.Path] = []
     if folder is not None:
         files = tables_sensitivity.write_sensitivity(found, folder)

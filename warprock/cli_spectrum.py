@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from warprock.cli_options import case_options, engine_for
+from warprock.cli_options import case_options, engine_for, say_engine
 
 
 @click.command()
@@ -30,13 +30,15 @@ def spectrum(
     from warprock.report import console, plots_spectrum, tables_spectrum
 
     case = load_case(case_name, overrides)
+    choice = engine_for(case, engine)
     with console.lane_progress(case.name, case.lane_count) as progress:
         found = module.run_spectrum(
             case,
-            engine_for(case, engine),
+            choice.engine,
             progress=progress,
             **options,
         )
+    say_engine(choice)
     files: list[pathlib.Path] = []
     if folder is not None:
         files = tables_spectrum.write_spectrum(found, folder)
