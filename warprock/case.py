@@ -19,20 +19,19 @@ from typing import Any
 import pydantic
 
 from warprock.axes import LABEL, Axis, axis_shape, fix_keys, read_axes
+from warprock.case_blocks import SINGLE, STACK
 from warprock.case_ensemble import Ensemble, read_ensemble
 from warprock.case_keys import EXCLUSIVE, KEYS, NOTHING, SourceOf, did_you_mean, general_key
 from warprock.case_sample import read_sample
 from warprock.case_settings import ENGINES, PEERS, read_settings
 from warprock.case_spectrum import read_spectrum
 from warprock.case_study import Study, read_study
+from warprock.case_table import KeyedError
 from warprock.case_tables import (
     APART,
-    SINGLE,
-    STACK,
     CaseTables,
     CheckSpec,
     HousnerCheck,
-    KeyedError,
     PeaksCheck,
     known_keys,
 )
