@@ -143,7 +143,7 @@ def run(
     case, choice, given = load_case(case_name, overrides), None, engine
     if case.study is not None:
         refused = {"--history": lanes or None, "--accuracy": accuracy, "--tolerance": tolerance}
-        refused["--max-bad"] = max_bad
+        refused |= {"--max-bad": max_bad, "--estimate": estimate and not _is_default("estimate")}
         options: dict[str, Any] = {"precision": precision, "device": device, "workers": workers}
         return run_study_of(case, engine, folder, refused, **options, as_json=as_json)
     runner.require_options(engine or "event", precision=precision, device=device, workers=workers)
