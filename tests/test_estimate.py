@@ -13,7 +13,7 @@ import pytest
 from click.testing import CliRunner
 
 from tests.blocks import Array, free_lanes, make_lanes, sines
-from warprock import estimate, rocking, store
+from warprock import companions, estimate, rocking, store
 from warprock.batch import run_batch
 from warprock.case import load_case
 from warprock.cli import main
@@ -23,7 +23,15 @@ from warprock.estimate import run_with_estimate
 from warprock.expansion import expand_lanes
 from warprock.lanes import Lanes
 from warprock.motion import Control, GroundMotions, StillBase
-from warprock.response import ESTIMATE_FIELDS, LANE_FIELDS, Outcome, Response, SampleTimes, Status
+from warprock.response import (
+    ERROR_FIELDS,
+    ESTIMATE_FIELDS,
+    LANE_FIELDS,
+    Outcome,
+    Response,
+    SampleTimes,
+    Status,
+)
 from warprock.runner import run_case
 from warprock.units import GRAVITY
 
@@ -239,12 +247,12 @@ def test_the_response_is_that_of_the_engine_to_the_last_bit(engine: str) -> None
     times = SampleTimes(3.1)
     plain = run_batch(engine, lanes, motions, times)
     found = run_with_estimate(engine, lanes, motions, times)
-    assert set(found.fields) == {*LANE_FIELDS, *ESTIMATE_FIELDS}
+    assert set(found.fields) == {*LANE_FIELDS, *ERROR_FIELDS}
     for name in set(LANE_FIELDS) - {"status"}:
         np.testing.assert_array_equal(plain[name], found[name], err_msg=name)
     sampled = run_with_estimate(engine, lanes, motions, SampleTimes(3.1, 0.1))
     assert sampled["rotation"].shape == (40, 32)
-    for name in ESTIMATE_FIELDS:
+    for name in ERROR_FIELDS:
         np.testing.assert_array_equal(sampled[name], found[name], err_msg=name)
 
 
@@ -259,7 +267,7 @@ def test_a_lane_does_not_depend_on_its_company(monkeypatch: pytest.MonkeyPatch) 
     assert len(seen) > 20
     order = np.random.default_rng(0).permutation(70)
     shuffled = run_with_estimate("event", lanes.take(order), motions.take(order), times)
-    for name in ("status", *ESTIMATE_FIELDS):
+    for name in ("status", *ERROR_FIELDS):
         np.testing.assert_array_equal(whole[name], parts[name], err_msg=name)
         np.testing.assert_array_equal(whole[name][order], shuffled[name], err_msg=name)
 
@@ -286,7 +294,7 @@ def test_the_companion_steps_finer_where_something_else_cuts_the_step() -> None:
 
 
 @pytest.mark.parametrize("engine", ["event", "impulse"])
-def test_a_bad_lane_harms_no_neighbour(engine: str) -> None:
+def test_a_bad_lane_harms_no_neighbour(engine: str, unjudged: None) -> None:
     lanes, motions, _ = bursts(40)
     times = SampleTimes(2.0)
     good = run_with_estimate(engine, lanes, motions, times)
@@ -295,7 +303,7 @@ def test_a_bad_lane_harms_no_neighbour(engine: str) -> None:
     found = run_with_estimate(engine, dataclasses.replace(lanes, height=height), motions, times)
     assert found["status"][5] == Status.NONFINITE
     others = np.arange(40) != 5
-    for name in ESTIMATE_FIELDS:
+    for name in ERROR_FIELDS:
         assert np.isnan(found[name][5])
         np.testing.assert_array_equal(found[name][others], good[name][others])
 
@@ -311,7 +319,7 @@ def test_a_failed_companion_leaves_no_bound(monkeypatch: pytest.MonkeyPatch) -> 
         return found
 
     blocks = lanes
-    monkeypatch.setattr(estimate, "run_batch", run_part)
+    monkeypatch.setattr(companions, "run_batch", run_part)
     found = run_with_estimate("event", lanes, motions, SampleTimes(2.0))
     assert found["status"][7] == Status.SENSITIVE
     assert found["rotation_error"][7] == found["peak_rotation_error"][7] == np.inf
@@ -346,10 +354,11 @@ FREE_ENGINES = [
 def test_engines_answer_no_estimates_and_the_run_adds_them_where_there_is_an_order(
     engine: str,
 ) -> None:
-    assert not set(ESTIMATE_FIELDS) & set(run_case(FREE, engine, histories=False).response.fields)
-    run = run_case(FREE, engine, histories=False, estimate=True)
+    bare = run_case(FREE, engine, histories=False, estimate=False)
+    assert not set(ESTIMATE_FIELDS) & set(bare.response.fields)
+    run = run_case(FREE, engine, histories=False)
     table = store.lane_table(run.lane_set, run.response)
-    columns = {"rotation_error_rad", "peak_rotation_error_rad"}
+    columns = {"rotation_error_rad", "peak_rotation_error_rad", "peak_slide_error_m"}
     if engine_class(engine).order is None:
         assert not columns & set(table)
         assert store.error_summary(run.response) is None

@@ -15,8 +15,8 @@ from warprock.fragility_fit import fit_lognormal, fragility_band, observe
 
 @pytest.mark.parametrize(("records", "spread"), [(6, 0.6), (10, 1.0)])
 def test_bands_hold_the_truth_as_often_as_they_say(records: int, spread: float):
-    # `python -m tests.fragility_studies` prints the shares of more studies. Of 150 they have a
-    # standard error of 2.5 %, three of them below. Percentiles of resampled records, which were
+    # `python -m tests.fragility_studies` has the shares of more studies. The standard error of 150
+    # is 2.5 %; the bound lies three of these below. Percentiles of resampled records, which were
     # the bands once, held 59 to 82 % of the dispersions of six to ten records.
     fitted, *shares = coverage(records, 150, spread)
     assert fitted >= 140

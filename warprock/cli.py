@@ -18,12 +18,19 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from warprock import __version__
+from warprock.cli_exits import EXIT_CHECK, EXIT_FAILED, EXIT_INTERRUPTED, ExitCodes
 from warprock.cli_fragility import fragility
 from warprock.cli_incremental import ida
 from warprock.cli_map import overturning_map
 from warprock.cli_options import (
+    EXIT_BAD_LANES,
+    asked_tolerance,
+    engine_for,
     engine_option,
+    estimate_options,
     json_option,
+    list_written,
+    max_bad_option,
     output_option,
     output_to,
     require_within,
@@ -37,35 +44,12 @@ from warprock.cli_spectrum import spectrum
 from warprock.cli_stability import stability
 from warprock.cli_study import run_study_of
 from warprock.cli_sweep import EXIT_RESUMABLE, bench_sweep, sweep
-from warprock.cli_trade import choose_for, trade
+from warprock.cli_trade import choose_for, tolerance_of_accuracy, trade
 from warprock.errors import InputError
 
 if TYPE_CHECKING:
     from warprock.runner import CaseRun
     from warprock.trade_choice import Choice
-
-EXIT_FAILED, EXIT_INPUT, EXIT_CHECK, EXIT_INTERRUPTED = 1, 2, 3, 130
-
-
-class ExitCodes(click.Group):
-    """A group of commands that turns errors into the exit codes of the command line."""
-
-    def invoke(self, ctx: click.Context) -> Any:
-        """Runs a command; bad input exits with 2, Ctrl-C with 130, a full disk with 1."""
-        try:
-            return super().invoke(ctx)
-        except InputError as error:
-            click.echo(f"error: {error}", err=True)
-            ctx.exit(EXIT_INPUT)
-        except KeyboardInterrupt:
-            click.echo("interrupted", err=True)
-            ctx.exit(EXIT_INTERRUPTED)
-        except BrokenPipeError:
-            # Whoever read the output has enough of it: Click ends quietly.
-            raise
-        except OSError as error:
-            click.echo(f"error: {error}", err=True)
-            ctx.exit(EXIT_FAILED)
 
 
 @click.group(cls=ExitCodes, context_settings={"help_option_names": ["-h", "--help"]})
@@ -120,19 +104,18 @@ def init(kind: str, path: pathlib.Path | None) -> None:
 @output_option
 @run_options
 @click.option("--history", "lanes", type=int, multiple=True, help="Lane whose history to write.")
-@click.option(
-    "--estimate/--no-estimate",
-    default=None,
-    help="Estimate every lane's error from runs at finer steps; without, all but ensembles do.",
-)
+@estimate_options
 @click.option(
     "--accuracy",
     type=float,
-    help="Largest error wanted, over the slenderness angle: picks the cheapest engine and settings "
-    "that met it in `warprock trade`, of --engine and --precision where given, and tests them.",
+    help="A --tolerance that also picks the cheapest engine and settings that met it in `warprock "
+    "trade`, of --engine and --precision where given, and tests them.",
 )
+@max_bad_option
 @json_option
+@click.pass_context
 def run(
+    ctx: click.Context,
     case_name: str,
     engine: str | None,
     overrides: tuple[str, ...],
@@ -141,23 +124,30 @@ def run(
     device: str,
     workers: int | None,
     lanes: tuple[int, ...],
-    estimate: bool | None,
+    tolerance: float | None,
+    estimate: bool,
     accuracy: float | None,
+    max_bad: float | None,
     as_json: bool,
 ) -> None:
-    """Run every lane of a CASE with one engine; a study, with all of its engines and settings."""
+    """Run every lane of a CASE with one engine; a study, with all of its engines and settings.
+
+    Every lane runs at half the step, and again, until its rotations are within the tolerance by
+    their estimate; lanes that do not get there say so.
+    """
     from warprock import runner, store
     from warprock.case import load_case
     from warprock.report import console
 
     case, choice, given = load_case(case_name, overrides), None, engine
     if case.study is not None:
-        refused = {"--history": lanes or None, "--estimate": estimate, "--accuracy": accuracy}
+        refused = {"--history": lanes or None, "--accuracy": accuracy, "--tolerance": tolerance}
+        refused["--max-bad"] = max_bad
         options: dict[str, Any] = {"precision": precision, "device": device, "workers": workers}
         return run_study_of(case, engine, folder, refused, **options, as_json=as_json)
-    engine = engine or runner.default_engine(case)
-    runner.require_options(engine, precision=precision, device=device, workers=workers)
+    runner.require_options(engine or "event", precision=precision, device=device, workers=workers)
     if accuracy is not None:
+        tolerance = tolerance_of_accuracy(accuracy, tolerance, estimate=estimate)
         fixed = None if _is_default("precision") else precision
         case, choice = choose_for(
             case_name, overrides, accuracy, engine=given, precision=fixed, workers=workers
@@ -166,6 +156,7 @@ def run(
     runner.require_histories(case, lanes)
     if lanes and folder is None:
         raise InputError("--history", "", list(lanes), "needs -o/--output, the folder to write to")
+    engine = engine_for(case, engine)
     with console.lane_progress(case.name, case.lane_count) as progress:
         case_run = runner.run_case(
             case,
@@ -174,18 +165,29 @@ def run(
             device=device,
             workers=workers,
             histories=False,
-            estimate=case.ensemble is None if estimate is None else estimate,
+            estimate=estimate,
+            tolerance=asked_tolerance(tolerance, estimate=estimate),
             progress=progress,
         )
-    histories = {lane: runner.run_lane(case_run, lane) for lane in lanes}
-    files = []
-    if folder is not None:
-        from warprock.report import plots_ensemble, plots_run
-
-        files += store.write_run(case_run, folder, histories)
-        figures = plots_run if case.ensemble is None else plots_ensemble
-        files += figures.write_figures(case_run, folder)
+    files = [] if folder is None else _write_run(case_run, folder, lanes)
     _show_run(case_run, files, choice, as_json)
+    if max_bad is not None and store.bad_lanes(case_run) > max_bad * case.lane_count:
+        ctx.exit(EXIT_BAD_LANES)
+
+
+def _write_run(
+    case_run: CaseRun, folder: pathlib.Path, lanes: tuple[int, ...]
+) -> list[pathlib.Path]:
+    """Writes a run, with histories of some lanes, and its figures."""
+    from warprock import runner, store
+    from warprock.report import plots_ensemble, plots_run
+
+    histories = {lane: runner.run_lane(case_run, lane) for lane in lanes}
+    figures = plots_run if case_run.case.ensemble is None else plots_ensemble
+    files: list[pathlib.Path] = store.write_run(case_run, folder, histories)
+    files += figures.write_figures(case_run, folder)
+    list_written(folder, files)
+    return files
 
 
 def _is_default(option: str) -> bool:
@@ -212,7 +214,7 @@ def _show_run(
     else:
         show = console.print_run if case.ensemble is None else cells.print_cells
         if choice is not None:
-            click.echo(f"{choice.why}\n{choice.test}\n")
+            click.echo(f"{choice.why}\n{choice.test}\n{choice.advice}")
         show(case_run, files)
 
 
@@ -234,7 +236,6 @@ def reproduce(target: str, folder: pathlib.Path, workers: int | None, as_json: b
     from warprock.report import console, tables
 
     runner.require_choice("reproduce", target, tuple(module.TARGETS))
-    runner.require_workers(workers)
     with console.lane_progress(f"reproduce {target}", None) as progress:
         found = module.reproduce(target, folder, workers=workers, progress=progress)
     console.print_json(found) if as_json else tables.print_reproduction(found)
@@ -247,11 +248,12 @@ def reproduce(target: str, folder: pathlib.Path, workers: int | None, as_json: b
 def check(ctx: click.Context, case_name: str | None, as_json: bool) -> None:
     """Run the checks that a CASE holds, or those of all shipped cases; exit 3 if one fails."""
     from warprock import checks
-    from warprock.case import case_names, load_case
+    from warprock.case import load_case
+    from warprock.case_text import case_names
     from warprock.report import console, tables
 
     rows = []
-    for name in [case_name] if case_name else case_names():
+    for name in case_names() if case_name is None else [case_name]:
         rows += checks.run_checks(load_case(name))
     if as_json:
         console.print_json({"rows": [dataclasses.asdict(row) for row in rows]})
@@ -322,10 +324,8 @@ def bench(ctx: click.Context, seconds: float, workers: int | None, as_json: bool
     from warprock.bench import run_bench
     from warprock.devices import start_warp
     from warprock.report import console
-    from warprock.runner import require_workers
 
     require_within("--seconds", seconds, 0.0, 3600.0)
-    require_workers(workers)
     start_warp()
     found = run_bench(seconds=seconds, workers=workers)
     found["peers"] = peers.compare(found["accuracy"], seconds)

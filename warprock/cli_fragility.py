@@ -6,7 +6,13 @@ import pathlib
 
 import click
 
-from warprock.cli_options import by_option, json_option, output_option, require_within
+from warprock.cli_options import (
+    by_option,
+    json_option,
+    list_written,
+    output_option,
+    require_within,
+)
 
 
 @click.command()
@@ -67,11 +73,12 @@ def fragility(
     """
     from warprock import fragility as module
     from warprock.fragility_limits import DEFAULT_LIMITS, read_limits
+    from warprock.fragility_table import read_lanes
     from warprock.report import console, plots_fragility, tables_fragility
 
     require_within("--max-doubt", most_doubt, 0.0, 1.0)
     chosen = read_limits(limits or (() if slides else DEFAULT_LIMITS), slides)
-    lanes = module.read_lanes(table)
+    lanes = read_lanes(table)
     curves = module.fragility_curves(
         lanes,
         source=str(table),
@@ -85,10 +92,12 @@ def fragility(
     if folder is not None:
         files = tables_fragility.write_tables(curves, intensity, folder)
         files.append(plots_fragility.draw_curves(folder / "fragility.png", curves, intensity))
+        list_written(folder, files, beside=True)
     if as_json:
         found = {
             "table": str(table),
             "intensity": intensity,
+            "undecided": tables_fragility.undecided_lanes(lanes),
             "rule": module.RULE,
             "warnings": said,
             "curves": rows.to_dict("records"),
@@ -97,3 +106,4 @@ def fragility(
         console.print_json(found)
     else:
         tables_fragility.print_curves(rows, intensity, files, said)
+        tables_fragility.print_undecided(lanes)

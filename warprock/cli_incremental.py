@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from warprock.cli_options import by_option, case_options
+from warprock.cli_options import (
+    asked_tolerance,
+    by_option,
+    case_options,
+    engine_for,
+    estimate_options,
+)
 
 if TYPE_CHECKING:
     from warprock.case import Case
@@ -17,6 +23,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @case_options
+@estimate_options
 @click.option("--from", "lowest", default=0.1, show_default=True, help="Least factor on a motion.")
 @click.option("--to", "highest", default=10.0, show_default=True, help="Greatest factor.")
 @click.option("--count", default=21, show_default=True, help="Factors of the first stage.")
@@ -35,6 +42,8 @@ def ida(
     engine: str | None,
     overrides: tuple[str, ...],
     folder: pathlib.Path | None,
+    tolerance: float | None,
+    estimate: bool,
     intensity: str,
     by: tuple[str, ...],
     precision: str,
@@ -48,14 +57,23 @@ def ida(
     All lanes run at a ladder of factors; the bracket of each one's first fall is then halved. With
     -o every finished stage is kept, and the same command goes on behind the last one.
     """
-    from warprock import incremental, incremental_fit, runner
+    from warprock import incremental, incremental_fit
     from warprock.case import load_case
     from warprock.report import console
 
     case = load_case(case_name, overrides)
     ladder = incremental.Ladder(**factors)
-    chosen = engine or runner.default_engine(case)
-    plan = incremental.plan_analysis(case, chosen, ladder, precision=precision, device=device)
+    ladder.judge()
+    chosen = engine_for(case, engine, ladder.factors.tolist())
+    plan = incremental.plan_analysis(
+        case,
+        chosen,
+        ladder,
+        precision=precision,
+        device=device,
+        estimate=estimate,
+        tolerance=asked_tolerance(tolerance, estimate=estimate),
+    )
     incremental_fit.require_columns(case, intensity, by)
     with console.lane_progress(case.name, None) as progress:
         found = incremental.run_analysis(

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Callable
-from typing import Any, TypeVar
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from warprock.errors import InputError
+
+if TYPE_CHECKING:
+    from warprock.case import Case
+
+EXIT_BAD_LANES = 4
+"""Exit code where more lanes are bad than `--max-bad` allows."""
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -32,9 +38,20 @@ def set_option(command: Command) -> Command:
 
 def workers_option(command: Command) -> Command:
     """`--workers`."""
-    return click.option("--workers", type=int, help="Worker threads; the cores at hand without.")(
-        command
-    )
+    return click.option(
+        "--workers",
+        type=int,
+        callback=_workers,
+        help="Worker threads; the cores at hand without.",
+    )(command)
+
+
+def _workers(_context: click.Context, _option: click.Parameter, workers: int | None) -> int | None:
+    """A number of worker threads, refused where it is out of bounds."""
+    from warprock.machine import require_workers
+
+    require_workers(workers)
+    return workers
 
 
 def device_options(command: Command) -> Command:
@@ -49,6 +66,58 @@ def device_options(command: Command) -> Command:
 def run_options(command: Command) -> Command:
     """`--precision`, `--device` and `--workers`."""
     return device_options(workers_option(command))
+
+
+def estimate_options(command: Command) -> Command:
+    """`--tolerance`, None where it is left out, and `--no-estimate`, as `estimate`."""
+    tolerance = click.option(
+        "--tolerance",
+        type=float,
+        help="Largest error of a rotation over the slenderness angle, 0.01 without: lanes that "
+        "miss it by their estimate run again at half the step, and again.",
+    )
+    estimate = click.option(
+        "--estimate/--no-estimate",
+        default=True,
+        help="--no-estimate: every lane once, at the step of the case; nothing says how far off.",
+    )
+    return tolerance(estimate(command))
+
+
+def asked_tolerance(tolerance: float | None, *, estimate: bool) -> float:
+    """The tolerance asked for, or the one that holds without.
+
+    Raises:
+        InputError: It is out of bounds, or given where no error is to be estimated.
+    """
+    from warprock.runner import require_tolerance
+    from warprock.tolerance import TOLERANCE
+
+    if tolerance is None:
+        return TOLERANCE
+    if not estimate:
+        allowed = "must not be given with --no-estimate: it is held against the estimate"
+        raise InputError("--tolerance", "", tolerance, allowed)
+    require_tolerance(tolerance)
+    return tolerance
+
+
+def max_bad_option(command: Command) -> Command:
+    """`--max-bad`, None where none is given."""
+    return click.option(
+        "--max-bad",
+        type=float,
+        callback=_share,
+        help="Share of the lanes, 0 to 1, whose numbers may be unusable or miss the tolerance: "
+        "beyond it the exit code is 4.",
+    )(command)
+
+
+def _share(_context: click.Context, _option: click.Parameter, share: float | None) -> float | None:
+    """A share, refused where it is none."""
+    if share is not None and not 0.0 <= share <= 1.0:
+        raise InputError("--max-bad", "", share, "must be a share of the lanes, from 0 to 1")
+    return share
 
 
 def output_to(meaning: str, **more: Any) -> Callable[[Command], Command]:
@@ -80,6 +149,22 @@ def _writable(
     return folder
 
 
+def list_written(folder: pathlib.Path, files: list[pathlib.Path], *, beside: bool = False) -> None:
+    """Lists what a command wrote, and says what it removed of commands before.
+
+    Args:
+        folder: Where it wrote to.
+        files: What it wrote.
+        beside: Whether that was made from the results in the folder, which stay.
+    """
+    from warprock.results import list_results
+
+    removed = list_results(folder, files, beside=beside)
+    if removed:
+        text = f"removed from {folder}, where an earlier command wrote them: {', '.join(removed)}"
+        click.echo(text, err=True)
+
+
 output_option = output_to("Folder for the results; made if it does not exist.")
 """`-o`, as `folder`, None where none is given."""
 
@@ -87,8 +172,30 @@ output_option = output_to("Folder for the results; made if it does not exist.")
 def engine_option(command: Command) -> Command:
     """`-e`, None where none is named."""
     return click.option(
-        "-e", "--engine", help="Engine; without, housner for one block, event for a stack."
+        "-e",
+        "--engine",
+        help="Engine; without, housner for one block that it can follow, else event.",
     )(command)
+
+
+def engine_for(case: Case, engine: str | None, factors: Sequence[float] = (1.0,)) -> str:
+    """The engine named, or the one that the rule of `engine_choice` gives.
+
+    A line on stderr says so where it is not the one that a single block has as a rule.
+
+    Args:
+        case: The case.
+        engine: Name of the engine; None where none is named.
+        factors: On the motion of the case: those at which it will run.
+    """
+    if engine is not None:
+        return engine
+    from warprock.engine_choice import choose_engine
+
+    choice = choose_engine(case, factors)
+    if choice.surprises:
+        click.echo(choice.text, err=True)
+    return choice.engine
 
 
 def case_options(command: Command) -> Command:

@@ -10,16 +10,20 @@ from typing import Any, TypeVar
 import click
 
 from warprock.cli_options import (
+    EXIT_BAD_LANES,
+    asked_tolerance,
     device_options,
+    engine_for,
     engine_option,
+    estimate_options,
     json_option,
+    max_bad_option,
     output_to,
     set_option,
     workers_option,
 )
-from warprock.errors import InputError
 
-EXIT_BAD_LANES, EXIT_RESUMABLE = 4, 75
+EXIT_RESUMABLE = 75
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -44,7 +48,7 @@ def _folder_argument(command: Command) -> Command:
 @output_to("Folder of the sweep; made if it does not exist.", required=True)
 @click.option("--chunk", "chunk_lanes", type=int, help="Lanes in a chunk; 50,000 without.")
 @device_options
-@click.option("--estimate", is_flag=True, help="Estimate every lane's error; ten times the time.")
+@estimate_options
 @json_option
 def plan(
     case_name: str,
@@ -54,11 +58,12 @@ def plan(
     chunk_lanes: int | None,
     precision: str,
     device: str,
+    tolerance: float | None,
     estimate: bool,
     as_json: bool,
 ) -> None:
     """Write the plan of a sweep over the lanes of a CASE, after a look at every one of them."""
-    from warprock import runner, sweep_plan
+    from warprock import sweep_plan
     from warprock.case import load_case
     from warprock.report import console, sweeps
 
@@ -66,10 +71,11 @@ def plan(
     with console.lane_progress("look at every lane", case.lane_count) as progress:
         made = sweep_plan.make_plan(
             case,
-            engine or runner.default_engine(case),
+            engine_for(case, engine),
             precision=precision,
             device=device,
             estimate=estimate,
+            tolerance=asked_tolerance(tolerance, estimate=estimate),
             chunk_lanes=sweep_plan.CHUNK_LANES if chunk_lanes is None else chunk_lanes,
             progress=progress,
         )
@@ -83,7 +89,7 @@ def plan(
 @workers_option
 @click.option("--shard", default="1/1", help="Part i/n of the chunks: every n-th, i from 1 to n.")
 @click.option("--scheduler", help="Address of a Dask scheduler, or local; needs the extra [dask].")
-@click.option("--max-bad", type=float, help="Share of bad lanes, 0 to 1, above which to exit 4.")
+@max_bad_option
 @json_option
 @click.pass_context
 def run(
@@ -103,12 +109,8 @@ def run(
     from warprock import sweep_plan, sweep_run
     from warprock.files import require_writable
     from warprock.report import console, sweeps
-    from warprock.runner import require_workers
 
     part = sweep_run.read_shard(shard)
-    require_workers(workers)
-    if max_bad is not None and not 0.0 <= max_bad <= 1.0:
-        raise InputError("--max-bad", "", max_bad, "must be a share of the lanes, from 0 to 1")
     found = sweep_plan.read_plan(folder)
     require_writable(folder, "DIR")
     run_chunks = sweep_run.run_here(found, folder, workers)
@@ -129,7 +131,11 @@ def run(
         _say_left("Ctrl-C", folder)
         raise
     counts = sweep_run.shard_counts(found, folder, part) | {"folder": str(folder)}
-    console.print_json(counts) if as_json else sweeps.print_counts(counts)
+    settings = found.case.engine_settings(found.engine)
+    if as_json:
+        console.print_json(counts)
+    else:
+        sweeps.print_counts(counts, found.engine, settings)
     if max_bad is not None and counts["bad"] > max_bad * counts["lanes_done"]:
         ctx.exit(EXIT_BAD_LANES)
 
@@ -161,18 +167,18 @@ def status(folder: pathlib.Path, as_json: bool) -> None:
     "-o",
     "--output",
     "file",
-    type=click.Path(path_type=pathlib.Path, dir_okay=False),
+    type=click.Path(path_type=pathlib.Path),
     help="Parquet file to write; lanes.parquet in DIR without.",
 )
 @json_option
 def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> None:
     """Join the chunks of a sweep that is done in one Parquet file, all lanes in order."""
     from warprock import sweep_chunks, sweep_plan
-    from warprock.files import require_writable
+    from warprock.files import require_writable, require_writable_file
     from warprock.report import console
 
     found = sweep_plan.read_plan(folder)
-    require_writable(folder if file is None else file.resolve().parent)
+    require_writable(folder, "DIR") if file is None else require_writable_file(file)
     with console.lane_progress("merge", found.lane_count) as progress:
         written = sweep_chunks.merge(found, folder, file, progress)
     facts = {"plan": found.id, "lanes": found.lane_count, "file": str(written)}
@@ -196,7 +202,6 @@ def bench_sweep(
     from warprock.engines.settings import SETTINGS
     from warprock.report import console, sweeps
 
-    runner.require_workers(workers)
     for engine in engines:
         runner.require_choice("--engine", engine, tuple(SETTINGS))
     rows = sweep_bench.run_sweep_bench(

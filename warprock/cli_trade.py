@@ -51,6 +51,21 @@ def trade(
         tables_trade.print_trade(levels, texts, files)
 
 
+def tolerance_of_accuracy(accuracy: float, tolerance: float | None, *, estimate: bool) -> float:
+    """The tolerance of a run whose accuracy was asked for: the same number.
+
+    Raises:
+        InputError: A tolerance was asked for as well, or no estimate was wanted to hold it against.
+    """
+    from warprock.trade_choice import OPTION
+
+    if tolerance is not None:
+        raise InputError("--tolerance", "", tolerance, f"must be left out: {OPTION} sets it, too")
+    if not estimate:
+        raise InputError("--no-estimate", "", "given", f"must be left out with {OPTION}")
+    return accuracy
+
+
 def choose_for(
     case_name: str,
     overrides: tuple[str, ...],

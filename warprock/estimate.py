@@ -26,24 +26,38 @@ problems involving differential equations, *Philosophical Transactions of the Ro
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from warprock.batch import run_batch
+from warprock.companions import (
+    Companions,
+    as_columns,
+    gap,
+    largest,
+    parted,
+    peak_gap,
+    sample_times,
+    slide_gap,
+    usable,
+)
 from warprock.engines import engine_class
-from warprock.engines.launching import Target
-from warprock.engines.workload import FINEST_STEPS
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
-from warprock.response import Outcome, Response, SampleTimes, Status, join_responses, take_lanes
+from warprock.response import (
+    ERROR_FIELDS,
+    HISTORIES,
+    SOUND,
+    Response,
+    SampleTimes,
+    Status,
+    join_responses,
+    take_lanes,
+)
 
 Array = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
-Numbers = npt.NDArray[np.intp]
 
 SAFETY = 1.5
 """Factor on the extrapolated difference. With it, of some 700 lanes that stand (free rocking,
@@ -67,66 +81,6 @@ adds less than 3 % to the largest difference, and twice of it takes less than 13
 
 CHUNK_VALUES = 4_000_000
 """Values in the histories of one run that are held at a time."""
-
-
-@dataclasses.dataclass(frozen=True)
-class _Case:
-    """Lanes with what they run with, but for the step."""
-
-    engine: str
-    lanes: Lanes
-    motions: GroundMotions
-    times: SampleTimes
-    settings: Any
-    options: dict[str, Any]
-
-    @property
-    def order(self) -> int:
-        """Order of the engine."""
-        order = engine_class(self.engine).order
-        assert order is not None
-        return order
-
-    def take(self, lanes: slice | Numbers) -> _Case:
-        """Some of the lanes."""
-        return dataclasses.replace(
-            self, lanes=self.lanes.take(lanes), motions=self.motions.take(lanes)
-        )
-
-    def run(self) -> Response:
-        """The lanes at the step of the settings."""
-        return run_batch(
-            self.engine,
-            self.lanes,
-            self.motions,
-            self.times,
-            settings=self.settings,
-            **self.options,
-        )
-
-    def run_finer(self, power: int) -> Response:
-        """The lanes at a step at most 2^-power of the longest one that they take.
-
-        Lanes whose step is cut by something else (the block's own frequency, the knots of a
-        record) need the setting halved more than once before the runs differ at all.
-        """
-        target = Target(self.options["precision"], self.options["device"])
-        longest = engine_class(self.engine)(self.settings, target).longest_step(
-            self.lanes, self.motions
-        )
-        # Round-off apart; a lane whose sizes are not finite takes part as it is.
-        cuts = np.ceil(np.log2(self.settings.time_step / longest) - 1e-9)
-        halvings = power + np.where(np.isfinite(cuts), cuts, 0.0).astype(np.intp)
-        parts, places = [], []
-        for count in np.unique(halvings):
-            places.append(np.flatnonzero(halvings == count))
-            settings = self.settings
-            for _ in range(count):
-                settings = settings.halved()
-            options = {**self.options, "most_steps": FINEST_STEPS}
-            finer = dataclasses.replace(self.take(places[-1]), settings=settings, options=options)
-            parts.append(finer.run())
-        return take_lanes(join_responses(parts), np.argsort(np.concatenate(places)))
 
 
 def run_with_estimate(
@@ -155,9 +109,9 @@ def run_with_estimate(
         progress: Called with the lanes finished so far.
 
     Returns:
-        The response that `run_batch` gives, with `rotation_error` and `peak_rotation_error` [rad],
-        shape [lane], or [lane, block] of stacks: infinite where a companion run failed, NaN where
-        the lane itself did. A lane that was OK may be `Status.SENSITIVE`.
+        The response that `run_batch` gives, with `rotation_error`, `peak_rotation_error` [rad] and
+        `peak_slide_error` [m], shape [lane], or [lane, block] of stacks: infinite where a companion
+        run failed, NaN where the lane itself did. A lane that was OK may be `Status.SENSITIVE`.
 
     Raises:
         ValueError: No lanes.
@@ -166,10 +120,10 @@ def run_with_estimate(
     built = engine_class(engine)
     options = {"precision": precision, "device": device, "workers": workers}
     settings = settings or built.settings_type()
-    asked = _Case(engine, lanes, motions, times, settings, options)
+    asked = Companions(engine, lanes, motions, times, settings, options)
     if built.order is None or lanes.lane_count == 0:
         return dataclasses.replace(asked, options={**options, "progress": progress}).run()
-    case = dataclasses.replace(asked, times=_dense_times(times))
+    case = dataclasses.replace(asked, times=sample_times(float(times.times[-1]), SAMPLE_INTERVAL))
     size = max(1, CHUNK_VALUES // (len(case.times.times) * lanes.block_count))
     parts = []
     for low in range(0, lanes.lane_count, size):
@@ -181,91 +135,49 @@ def run_with_estimate(
     if times.interval is None:
         return found
     history = asked.run()
-    added = {name: found[name] for name in ("status", "rotation_error", "peak_rotation_error")}
+    added = {name: found[name] for name in ("status", *ERROR_FIELDS)}
     return dataclasses.replace(history, fields={**history.fields, **added})
 
 
-def _dense_times(times: SampleTimes) -> SampleTimes:
-    """Sample times for comparing runs; they end exactly where the run does.
-
-    Samples are a power of two in number, so that the last one is the duration to the last bit.
-    """
-    duration = float(times.times[-1])
-    power = max(0, math.ceil(math.log2(duration / SAMPLE_INTERVAL)))
-    return SampleTimes(duration, duration / 2.0**power)
-
-
-def _estimated(case: _Case) -> Response:
+def _estimated(case: Companions) -> Response:
     """The response of a chunk of lanes without histories, with the estimates."""
     order = case.order
-    first, second = case.run(), case.run_finer(1)
+    first, second = case.run(), case.run_halved(case.halvings(1))
     alpha = case.lanes.slenderness_angle
     near = 2.0**order / (2.0**order - 1.0)
     far = 4.0**order / (4.0**order - 1.0)
-    gap = _gap(first, second, alpha)
-    error = near * gap
-    peak_error = near * _peak_gap(first, second)
-    sensitive = _stood_in_one(first, second)
+    apart = gap(first, second, alpha)
+    error = near * apart
+    peak_error = near * peak_gap(first, second)
+    slide_error = near * slide_gap(first, second)
+    sensitive = parted(first, second)
     slow = np.zeros_like(sensitive)
-    chosen = np.flatnonzero(_largest(error / alpha) > REFINED_ABOVE)
-    chosen = chosen[np.isfinite(_largest(error))[chosen]]
+    chosen = np.flatnonzero(largest(error / alpha) > REFINED_ABOVE)
+    chosen = chosen[np.isfinite(largest(error))[chosen]]
     if len(chosen) > 0:
-        third = case.take(chosen).run_finer(2)
+        part = case.take(chosen)
+        third = part.run_halved(part.halvings(2))
         one, two, angle = take_lanes(first, chosen), take_lanes(second, chosen), alpha[chosen]
-        error[chosen] = np.maximum(error[chosen], far * _gap(one, third, angle))
-        peak_error[chosen] = np.maximum(peak_error[chosen], far * _peak_gap(one, third))
-        sensitive[chosen] |= _stood_in_one(one, third)
-        shrunk = _largest(_gap(two, third, angle) / angle) / _largest(gap[chosen] / angle)
+        error[chosen] = np.maximum(error[chosen], far * gap(one, third, angle))
+        peak_error[chosen] = np.maximum(peak_error[chosen], far * peak_gap(one, third))
+        slide_error[chosen] = np.maximum(slide_error[chosen], far * slide_gap(one, third))
+        sensitive[chosen] |= parted(one, third)
+        shrunk = largest(gap(two, third, angle) / angle) / largest(apart[chosen] / angle)
         # Half as fast as the order says is slow; a failed companion shrinks to infinity.
         slow[chosen] = shrunk > 2.0 ** (1 - order)
-    ratio = _largest(error / alpha)
+    ratio = largest(error / alpha)
     sensitive |= (slow & (ratio > SENSITIVE_ABOVE)) | (ratio > CHAOTIC_ABOVE)
-    ok = first["status"] == Status.OK
-    sensitive &= ok
+    answered = usable(first)
+    sensitive &= np.isin(first["status"], SOUND)
     floor = getattr(case.settings, "rest_rotation_ratio", 0.0) * alpha
-    columns = _as_columns(ok, error)
+    columns = as_columns(answered, error)
     error = np.where(columns, SAFETY * error + floor, np.nan)
     # Two peaks may lie close to one another by chance.
     peak_error = np.where(
-        _as_columns(sensitive, error), error, np.where(columns, SAFETY * peak_error + floor, np.nan)
+        as_columns(sensitive, error), error, np.where(columns, SAFETY * peak_error + floor, np.nan)
     )
-    fields = {name: first[name] for name in first.fields if name != "rotation"}
+    fields = {name: first[name] for name in first.fields if name not in HISTORIES}
     fields["status"] = np.where(sensitive, int(Status.SENSITIVE), first["status"])
     fields["peak_rotation_error"], fields["rotation_error"] = peak_error, error
+    fields["peak_slide_error"] = np.where(columns, SAFETY * slide_error, np.nan)
     return Response(engine=first.engine, fields=fields, times=np.empty(0))
-
-
-def _fallen(response: Response) -> Mask:
-    """Lanes whose blocks no longer stand on one another, shape [lane]."""
-    return np.asarray(np.isin(response["outcome"], (Outcome.OVERTURNED, Outcome.SLID_OFF)))
-
-
-def _stood_in_one(one: Response, other: Response) -> Mask:
-    """Lanes that stand in one run and not in the other, or that the other could not run."""
-    return np.asarray((_fallen(one) != _fallen(other)) | (other["status"] != Status.OK))
-
-
-def _gap(one: Response, other: Response, alpha: Array) -> Array:
-    """Largest |rotation difference| of two runs [rad]; infinite where the other run failed."""
-    bound = np.where(_as_columns(_fallen(one) & _fallen(other), alpha), alpha, np.inf)[..., None]
-    ours, theirs = (np.clip(each["rotation"], -bound, bound) for each in (one, other))
-    return _where_run(np.abs(ours - theirs).max(axis=-1), other)
-
-
-def _peak_gap(one: Response, other: Response) -> Array:
-    """|Difference of the peak rotations| of two runs [rad]; infinite where the other run failed."""
-    return _where_run(np.abs(one["peak_rotation"] - other["peak_rotation"]), other)
-
-
-def _where_run(values: Array, other: Response) -> Array:
-    return np.where(_as_columns(other["status"] == Status.OK, values), values, np.inf)
-
-
-def _largest(values: Array) -> Array:
-    """Largest value of a lane's blocks, shape [lane]."""
-    return np.asarray(values.reshape(len(values), -1).max(axis=1))
-
-
-def _as_columns(lanes: Mask, like: Array) -> Mask:
-    """What belongs to a lane, in a shape that goes with what belongs to its blocks."""
-    return lanes.reshape(-1, *[1] * (like.ndim - 1))

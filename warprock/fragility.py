@@ -16,7 +16,6 @@ the lanes there is no fit, for they are not a random part of them.
 from __future__ import annotations
 
 import dataclasses
-import pathlib
 from collections.abc import Sequence
 
 import numpy as np
@@ -32,11 +31,11 @@ from warprock.fragility_limits import (
     in_doubt,
     ratio_errors,
     reached,
-    require_columns,
+    require_slides,
     slide_errors,
 )
+from warprock.fragility_table import require_lane_table
 from warprock.response import USABLE
-from warprock.store import LANE_TABLE
 
 Array = npt.NDArray[np.float64]
 
@@ -86,23 +85,6 @@ class Curve:
         return group_text(self.group)
 
 
-def read_lanes(path: pathlib.Path) -> pd.DataFrame:
-    """A lane table, from its Parquet file or from the folder of a run or of a sweep.
-
-    Raises:
-        InputError: There is no such file, or it cannot be read.
-    """
-    file = path / LANE_TABLE if path.is_dir() else path
-    if not file.is_file():
-        allowed = f"must be a Parquet file, or a folder that holds {LANE_TABLE}"
-        raise InputError("TABLE", "", str(path), allowed)
-    try:
-        return pd.read_parquet(file)
-    except (OSError, ValueError) as error:
-        first = str(error).splitlines()[0]
-        raise InputError("TABLE", "", str(file), f"must be a Parquet file: {first}") from None
-
-
 def fragility_curves(
     table: pd.DataFrame,
     *,
@@ -129,8 +111,8 @@ def fragility_curves(
         InputError: A column that the table does not have, an intensity that is not above zero, a
             group without a lane that can be used, or too many that cannot or are in doubt.
     """
-    _require_columns(table, source, intensity, by)
-    require_columns(table, source, limits)
+    require_lane_table(table, source, intensity, by)
+    require_slides(table, source, limits)
     curves = []
     for group, rows in lane_groups(table, by):
         lanes = table.iloc[rows]
@@ -230,28 +212,6 @@ def warnings(table: pd.DataFrame, curves: Sequence[Curve]) -> list[str]:
             "is to be relied upon"
         )
     return found
-
-
-def _require_columns(table: pd.DataFrame, source: str, intensity: str, by: Sequence[str]) -> None:
-    """Refuses columns that a table does not have, and intensities that are none."""
-    numbers = [str(name) for name in table.select_dtypes("number").columns]
-    for option, names, known in (
-        ("--by", by, [str(name) for name in table.columns]),
-        ("--im", [intensity], numbers),
-    ):
-        for name in names:
-            if name not in known:
-                raise InputError(option, "", name, f"must be a column of {source}: {_list(known)}")
-    values = table[intensity].to_numpy(dtype=np.float64)
-    bad = ~(np.isfinite(values) & (values > 0.0))
-    if bad.any():
-        at = int(np.argmax(bad))
-        allowed = f"must be above 0 in every lane (row {at}): it is the intensity measure"
-        raise InputError(source, intensity, float(values[at]), allowed)
-
-
-def _list(names: Sequence[str]) -> str:
-    return ", ".join(names)
 
 
 def curve_rows(curves: Sequence[Curve]) -> pd.DataFrame:

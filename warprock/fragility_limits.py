@@ -105,25 +105,21 @@ def _read_slide(text: str) -> Limit:
     return Limit(f"slide {' '.join(text.split())}", slide=slide)
 
 
-def require_columns(table: pd.DataFrame, source: str, limits: Sequence[Limit]) -> None:
-    """Refuses a table without the columns that limit states need.
+def require_slides(table: pd.DataFrame, source: str, limits: Sequence[Limit]) -> None:
+    """Refuses a table without the slides that limit states need.
 
     Raises:
-        InputError: One is missing, or holds something else than numbers.
+        InputError: They are missing, or hold something else than numbers.
     """
-    needed: list[tuple[str, re.Pattern[str] | None]]
-    needed = [("status", None), ("outcome", None), ("uplift_time_s", None)]
-    needed += [("peak_rotation_ratio", _RATIO)] * any(lim.ratio is not None for lim in limits)
-    needed += [("peak_slide_m", _SLIDE)] * any(lim.slide is not None for lim in limits)
-    for name, pattern in needed:
-        there = [name] if pattern is None else _columns(table, pattern)
-        if not there or there[0] not in table:
-            raise InputError(source, name, "nothing", "must be a column: this is no lane table")
-        if pattern is not None or name == "uplift_time_s":
-            for each in there:
-                if not pd.api.types.is_numeric_dtype(table[each]):
-                    got = str(table[each].dtype)
-                    raise InputError(source, each, got, "must be a column of numbers")
+    if all(limit.slide is None for limit in limits):
+        return
+    there = _columns(table, _SLIDE)
+    if not there:
+        allowed = "must be a column: a limit state is a slide"
+        raise InputError(source, "peak_slide_m", "nothing", allowed)
+    for name in there:
+        if not pd.api.types.is_numeric_dtype(table[name]):
+            raise InputError(source, name, str(table[name].dtype), "must be a column of numbers")
 
 
 def reached(lanes: pd.DataFrame, limit: Limit) -> Mask:

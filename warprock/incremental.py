@@ -29,16 +29,20 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from warprock.accuracy import missed_tolerance
 from warprock.case import Case
 from warprock.case_keys import Said
 from warprock.errors import InputError
 from warprock.expansion import LaneSet, expand_lanes
 from warprock.files import replacing, require_writable
+from warprock.machine import require_workers
 from warprock.motion import scaled
+from warprock.reading import require_plain
 from warprock.response import USABLE, Outcome, Response, SampleTimes, Status
-from warprock.runner import require_workers, run_lane_set
+from warprock.runner import run_lane_set
 from warprock.store import count_words
 from warprock.sweep_plan import PLAN, Plan, make_plan, read_plan, write_plan
+from warprock.tolerance import TOLERANCE
 
 Array = npt.NDArray[np.float64]
 
@@ -114,7 +118,7 @@ class Analysis:
         lane_set: Lanes of the case, at factor 1.
         ladder: Factors asked for.
         curves: One row a run, by lane and factor: `lane`, `factor`, `stage`, `outcome`, `status`,
-            `peak_rotation_ratio` (of a stack the largest of its blocks).
+            `peak_rotation_ratio` (of a stack the largest of its blocks), `missed_tolerance`.
         stages: Stages that were needed.
         kept: Stages that were there already.
     """
@@ -133,9 +137,25 @@ class Analysis:
 
 
 def plan_analysis(
-    case: Case, engine: str, ladder: Ladder, *, precision: str = "float64", device: str = "cpu"
+    case: Case,
+    engine: str,
+    ladder: Ladder,
+    *,
+    precision: str = "float64",
+    device: str = "cpu",
+    estimate: bool = True,
+    tolerance: float = TOLERANCE,
 ) -> Plan:
     """Plans an analysis, and refuses it if one of its lanes could not be run.
+
+    Args:
+        case: The case.
+        engine: Name of the engine.
+        ladder: Factors on the motion.
+        precision: "float64" or "float32".
+        device: Warp device.
+        estimate: Whether to estimate the error of every run, and to refine its step.
+        tolerance: Largest error of a rotation over the slenderness angle.
 
     Raises:
         InputError: The ladder is out of bounds, the case has no motion, or `make_plan` refuses it.
@@ -147,7 +167,9 @@ def plan_analysis(
     if runs > MOST_RUNS:
         allowed = f"must be at most {MOST_RUNS:,} runs: fewer lanes, or a smaller --count"
         raise InputError(case.file, "sweep", Said(f"{runs:,} runs"), allowed)
-    plan = make_plan(case, engine, precision=precision, device=device)
+    plan = make_plan(
+        case, engine, precision=precision, device=device, estimate=estimate, tolerance=tolerance
+    )
     content = {**plan.content, "incremental": dataclasses.asdict(ladder)}
     return dataclasses.replace(plan, content=content)
 
@@ -228,7 +250,8 @@ def _run_stage(
         precision=plan.content["precision"],
         device=plan.content["device"],
         workers=workers,
-        estimate=False,
+        estimate=plan.tolerance is not None,
+        tolerance=plan.tolerance or TOLERANCE,
         progress=progress,
     )
     ratio = response["peak_rotation"] / chosen.lanes.slenderness_angle
@@ -239,6 +262,7 @@ def _run_stage(
             "outcome": _words(response, "outcome"),
             "status": _words(response, "status"),
             "peak_rotation_ratio": ratio.reshape(len(lanes), -1).max(axis=1),
+            "missed_tolerance": missed_tolerance(response, chosen, plan.tolerance),
         }
     )
 
@@ -352,8 +376,10 @@ def _read_stage(
     """
     path = _stage_path(folder, stage)
     try:
+        require_plain(path)
         table = pq.read_table(path)
-        footer: Mapping[str, Any] = json.loads((table.schema.metadata or {}).get(FOOTER, b"{}"))
+        footer: Any = json.loads((table.schema.metadata or {}).get(FOOTER, b"{}"))
+        footer = footer if isinstance(footer, Mapping) else {}
         runs: pd.DataFrame = table.to_pandas()
     except FileNotFoundError:
         return None
@@ -361,7 +387,9 @@ def _read_stage(
         return None
     same = footer.get("plan") == plan.id and footer.get("stage") == stage
     if not same or not (
-        np.array_equal(runs["lane"], lanes) and np.array_equal(runs["factor"], factors)
+        {"lane", "factor", "outcome", "status", "peak_rotation_ratio"} <= set(runs)
+        and np.array_equal(runs["lane"], lanes)
+        and np.array_equal(runs["factor"], factors)
     ):
         got = Said(f"stage {footer.get('stage')} of {str(footer.get('plan'))[:12]}")
         allowed = f"must be stage {stage} of the plan {plan.id[:12]}: delete it, or use another -o"

@@ -10,7 +10,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.case import Case
-from warprock.errors import InputError
+from warprock.errors import InputError, listed
 from warprock.expansion import expand_lanes
 from warprock.fragility import INTENSITY
 from warprock.fragility_bands import LEAST_RECORDS, Band
@@ -23,8 +23,9 @@ from warprock.fragility_groups import (
     record_numbers,
 )
 from warprock.incremental import FALLEN, Analysis, Verdict
-from warprock.response import USABLE
+from warprock.response import USABLE, Outcome, Response, Status
 from warprock.store import input_meaning
+from warprock.undecided import undecided
 
 Array = npt.NDArray[np.float64]
 
@@ -110,7 +111,7 @@ def _require(inputs: pd.DataFrame, intensity: str, by: Sequence[str]) -> None:
         raise InputError("--im", "", intensity, allowed)
     for name in by:
         if name not in inputs:
-            columns = ", ".join(map(str, inputs.columns))
+            columns = listed(name, map(str, inputs.columns))
             raise InputError("--by", "", name, f"must be an input of the lanes: {columns}")
 
 
@@ -197,6 +198,19 @@ def lane_rows(found: Analysis, intensity: str) -> pd.DataFrame:
     return table
 
 
+def undecided_runs(found: Analysis) -> int:
+    """Runs whose end left open if the block stands, see `undecided`; they count as standing."""
+    curves, lane_set = found.curves, found.lane_set
+    lanes = curves["lane"].to_numpy()
+    codes = {
+        "outcome": [Outcome[word.upper()] for word in curves["outcome"]],
+        "status": [Status[word.upper()] for word in curves["status"]],
+    }
+    response = Response("", {name: np.array(each) for name, each in codes.items()}, np.empty(0))
+    blocks, motions = lane_set.lanes.take(lanes), lane_set.motions.take(lanes)
+    return int(undecided(response, blocks, motions, lane_set.times.duration).sum())
+
+
 def run_rows(found: Analysis, intensity: str) -> pd.DataFrame:
     """One row a run: the lane, its factor and intensity, and what became of the block."""
     curves = found.curves
@@ -212,6 +226,7 @@ _RESULTS = {
     "outcome": "Where the block is at the end",
     "status": "Whether the numbers may be used",
     "peak_rotation_ratio": "Largest rotation / slenderness angle",
+    "missed_tolerance": "Whether the run is not within the tolerance by its estimate",
     "standing_factor": "Largest factor below the first fall at which the block stood; 0 without",
     "overturning_factor": "Factor of the first fall; infinite where there is none",
     "verdict": "What is known of the capacity",

@@ -6,6 +6,7 @@ Everything that can be refused is refused here, before a kernel is built.
 from __future__ import annotations
 
 import dataclasses
+import functools
 import time
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -13,18 +14,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from warprock.batch import run_batch
+from warprock.batch import require_room, run_batch
 from warprock.case import Case
 from warprock.case_keys import NOTHING
-from warprock.case_spatial import spatial_because
-from warprock.case_values import LaneValues
 from warprock.devices import require_device
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.workload import require_workload
-from warprock.errors import InputError
-from warprock.estimate import run_with_estimate
+from warprock.errors import InputError, listed
 from warprock.expansion import LaneSet, expand_lanes
+from warprock.machine import require_workers
 from warprock.response import Response, SampleTimes, join_responses, take_lanes
+from warprock.tolerance import TOLERANCE, run_at_step, run_to_tolerance
 
 PRECISIONS = ("float64", "float32")
 
@@ -43,8 +43,10 @@ class CaseRun:
         precision: "float64" or "float32".
         device: Warp device.
         workers: Worker threads asked for; None leaves the choice to the batch.
-        settings: Settings dataclass of the engine.
+        settings: Settings dataclass of the engine, with the step asked for.
         wall_time: Time that the batch took [s], kernel build included.
+        tolerance: Largest error of a rotation over the slenderness angle that was asked for; None
+            where no error was estimated.
     """
 
     case: Case
@@ -55,6 +57,7 @@ class CaseRun:
     workers: int | None
     settings: Any
     wall_time: float
+    tolerance: float | None = None
 
 
 def run_case(
@@ -65,7 +68,8 @@ def run_case(
     device: str = "cpu",
     workers: int | None = None,
     histories: bool | None = None,
-    estimate: bool = False,
+    estimate: bool = True,
+    tolerance: float = TOLERANCE,
     progress: Progress | None = None,
 ) -> CaseRun:
     """Runs every lane of a case with one engine.
@@ -77,8 +81,9 @@ def run_case(
         device: Warp device, such as "cpu" or "cuda:0".
         workers: Worker threads; None uses the cores at hand.
         histories: Whether to keep sampled histories; None does as the case says.
-        estimate: Whether to estimate the error of every lane from runs at finer steps, which
-            take some ten times as long as the run itself.
+        estimate: Whether to estimate the error of every lane, and to run it at finer steps until
+            it is within the tolerance; without, every lane runs once, at the step of the case.
+        tolerance: Largest error of a rotation over the slenderness angle, > 0 and < 1.
         progress: Called with the number of lanes finished so far.
 
     Returns:
@@ -88,36 +93,38 @@ def run_case(
         InputError: An option is not one of those allowed, or the engine cannot do the scene.
     """
     require_options(engine, precision=precision, device=device, workers=workers)
+    require_tolerance(tolerance)
     lane_set = expand_lanes(case)
     require_support(case, lane_set, engine)
     times = _sample_times(case, histories)
+    blocks = lane_set.lanes.lane_count * lane_set.lanes.block_count
+    require_room(blocks, times, case.source_of("run.sample_interval"))
     started = time.perf_counter()
     settings = case.engine_settings(engine)
+    options: dict[str, Any] = {"precision": precision, "device": device, "workers": workers}
+    refinement: dict[str, Any] = {"estimate": estimate, "tolerance": tolerance}
     response = run_lane_set(
-        engine,
-        lane_set,
-        times,
-        settings=settings,
-        precision=precision,
-        device=device,
-        workers=workers,
-        estimate=estimate,
-        progress=progress,
+        engine, lane_set, times, settings=settings, progress=progress, **options, **refinement
     )
     return CaseRun(
         case=case,
         lane_set=lane_set,
         response=response,
-        precision=precision,
-        device=device,
-        workers=workers,
         settings=settings,
         wall_time=time.perf_counter() - started,
+        tolerance=tolerance if estimate else None,
+        **options,
     )
 
 
 def run_lane_set(
-    engine: str, lane_set: LaneSet, times: SampleTimes, *, estimate: bool, **options: Any
+    engine: str,
+    lane_set: LaneSet,
+    times: SampleTimes,
+    *,
+    estimate: bool,
+    tolerance: float = TOLERANCE,
+    **options: Any,
 ) -> Response:
     """Runs lanes of a case with one engine.
 
@@ -125,10 +132,12 @@ def run_lane_set(
         engine: Name of the engine.
         lane_set: The lanes, all of a case or some.
         times: Length of the run and sampling of its histories.
-        estimate: Whether to estimate the error of every lane.
+        estimate: Whether to estimate the error of every lane, and to refine its step.
+        tolerance: Largest error of a rotation over the slenderness angle.
         options: `settings` of the engine, and what `run_batch` takes besides.
     """
-    run = run_with_estimate if estimate else run_batch
+    refine = functools.partial(run_to_tolerance, tolerance=tolerance)
+    run = refine if estimate else run_batch
     return _run_members(run, engine, lane_set, None, times, **options)
 
 
@@ -138,7 +147,7 @@ def run_lane(run: CaseRun, lane: int) -> Response:
 
 
 def run_lanes(run: CaseRun, lanes: Sequence[int]) -> Response:
-    """Runs some lanes of a finished run again, with histories.
+    """Runs some lanes of a finished run again, with histories, each at the step of its numbers.
 
     A lane's numbers do not depend on the batch around it, so these are the same lanes.
 
@@ -151,17 +160,26 @@ def run_lanes(run: CaseRun, lanes: Sequence[int]) -> Response:
     """
     require_histories(run.case, lanes)
     chosen = np.asarray(lanes, dtype=np.intp)
-    return _run_members(
-        run_batch,
-        run.response.engine,
-        run.lane_set,
-        chosen,
-        run.case.sample_times,
-        settings=run.settings,
-        precision=run.precision,
-        device=run.device,
-        workers=run.workers,
-    )
+    fields = run.response.fields
+    # Without an estimate all lanes ran at the step of the settings.
+    steps = fields["time_step"][chosen] if "time_step" in fields else np.zeros(len(chosen))
+    parts, places = [], []
+    for step in np.unique(steps):
+        places.append(np.flatnonzero(steps == step))
+        parts.append(
+            _run_members(
+                functools.partial(run_at_step, step=float(step)) if step > 0.0 else run_batch,
+                run.response.engine,
+                run.lane_set,
+                chosen[places[-1]],
+                run.case.sample_times,
+                settings=run.settings,
+                precision=run.precision,
+                device=run.device,
+                workers=run.workers,
+            )
+        )
+    return take_lanes(join_responses(parts), np.argsort(np.concatenate(places)))
 
 
 def _run_members(
@@ -225,24 +243,29 @@ def has_time_step(settings: Any) -> bool:
     return hasattr(settings, "with_step_scaled")
 
 
-def default_engine(case: Case) -> str:
-    """The engine that a case is run with where none is named: the most accurate for its blocks."""
-    in_space = bool(spatial_because(LaneValues(case, range(1))))
-    return "event" if case.tables.stacked or in_space else "housner"
-
-
 def require_options(
     engine: str, *, precision: str = "float64", device: str = "cpu", workers: int | None = None
 ) -> None:
     """Refuses options of a run that are not among those allowed.
 
     Raises:
-        InputError: Unknown engine, precision or device, or fewer than one worker.
+        InputError: Unknown engine, precision or device, or a number of workers out of bounds.
     """
     require_choice("--engine", engine, tuple(ENGINES))
     require_choice("--precision", precision, PRECISIONS)
     require_workers(workers)
     require_device(device)
+
+
+def require_tolerance(tolerance: float) -> None:
+    """Refuses a tolerance that is none.
+
+    Raises:
+        InputError: It is not above 0 and below 1.
+    """
+    if not 0.0 < tolerance < 1.0:
+        allowed = "must be > 0 and < 1, an error of the rotation over the slenderness angle"
+        raise InputError("--tolerance", "", tolerance, allowed)
 
 
 def require_choice(source: str, got: str, allowed: tuple[str, ...]) -> None:
@@ -252,17 +275,7 @@ def require_choice(source: str, got: str, allowed: tuple[str, ...]) -> None:
         InputError: It is not.
     """
     if got not in allowed:
-        raise InputError(source, "", got, f"allowed: {', '.join(allowed)}")
-
-
-def require_workers(workers: int | None) -> None:
-    """Refuses a number of worker threads below one.
-
-    Raises:
-        InputError: It is below one.
-    """
-    if workers is not None and workers < 1:
-        raise InputError("--workers", "", workers, "must be at least 1")
+        raise InputError(source, "", got, f"allowed: {listed(got, allowed)}")
 
 
 def require_support(case: Case, lane_set: LaneSet, engine: str, first: int = 0) -> None:

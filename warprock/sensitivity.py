@@ -19,11 +19,12 @@ import pandas as pd
 from warprock.axes import Axis, crossed_labels
 from warprock.case import Case
 from warprock.case_keys import NOTHING, Said
-from warprock.errors import InputError
+from warprock.errors import InputError, listed
 from warprock.response import USABLE, Outcome
 from warprock.runner import CaseRun, run_case
 from warprock.sampling import Sample
 from warprock.store import lane_table
+from warprock.tolerance import TOLERANCE
 
 Array = npt.NDArray[np.float64]
 
@@ -110,6 +111,8 @@ def run_sensitivity(
     precision: str = "float64",
     device: str = "cpu",
     workers: int | None = None,
+    estimate: bool = True,
+    tolerance: float = TOLERANCE,
     progress: Callable[[int], None] | None = None,
 ) -> Sensitivity:
     """Runs the lanes of the design and explains the variance of a result.
@@ -122,6 +125,8 @@ def run_sensitivity(
         precision: "float64" or "float32".
         device: Warp device.
         workers: Worker threads; None uses the cores at hand.
+        estimate: Whether to estimate the error of every lane, and to refine its step.
+        tolerance: Largest error of a rotation over the slenderness angle.
         progress: Called with the number of lanes finished so far.
 
     Raises:
@@ -137,6 +142,8 @@ def run_sensitivity(
         device=device,
         workers=workers,
         histories=False,
+        estimate=estimate,
+        tolerance=tolerance,
         progress=progress,
     )
     inputs = list(design.axes[-1].columns)
@@ -187,7 +194,7 @@ def _values(run: CaseRun, of: str) -> Array:
     known = [str(name) for name in table.select_dtypes("number").columns]
     known = [name for name in known if name not in {"lane", *map(str, lane_set.inputs.columns)}]
     if of not in known:
-        raise InputError("--of", "", of, f"must be {OVERTURNED} or one of {', '.join(known)}")
+        raise InputError("--of", "", of, f"must be {OVERTURNED} or one of {listed(of, known)}")
     values = table[of].to_numpy(dtype=np.float64)
     if not np.all(np.isfinite(values)):
         got = Said(f"{np.sum(~np.isfinite(values))} lanes without a number")

@@ -20,6 +20,7 @@ from warprock.case_keys import NOTHING, Said
 from warprock.case_spectrum import SLENDERNESS, SPECTRUM
 from warprock.errors import InputError
 from warprock.runner import CaseRun, run_case
+from warprock.tolerance import TOLERANCE
 
 Array = npt.NDArray[np.float64]
 
@@ -61,6 +62,8 @@ def run_spectrum(
     precision: str = "float64",
     device: str = "cpu",
     workers: int | None = None,
+    estimate: bool = True,
+    tolerance: float = TOLERANCE,
     progress: Callable[[int], None] | None = None,
 ) -> Spectrum:
     """Runs all blocks of all curves, in one batch.
@@ -71,6 +74,8 @@ def run_spectrum(
         precision: "float64" or "float32".
         device: Warp device.
         workers: Worker threads; None uses the cores at hand.
+        estimate: Whether to estimate the error of every lane, and to refine its step.
+        tolerance: Largest error of a rotation over the slenderness angle.
         progress: Called with the number of lanes finished so far.
 
     Raises:
@@ -85,6 +90,8 @@ def run_spectrum(
         device=device,
         workers=workers,
         histories=False,
+        estimate=estimate,
+        tolerance=tolerance,
         progress=progress,
     )
     return Spectrum(run, groups, curves, lanes)

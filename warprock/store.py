@@ -16,6 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from warprock import machine
+from warprock.accuracy import accuracy_counts, count_bad
 from warprock.case import Case
 from warprock.case_motions import case_records
 from warprock.ensemble import cell_table
@@ -25,17 +26,22 @@ from warprock.response import (
     ESTIMATE_FIELDS,
     FIELDS,
     LANE_FIELDS,
+    MODEL_FIELDS,
+    SOUND,
     SPATIAL_FIELDS,
     Field,
     Response,
-    Status,
 )
 from warprock.runner import CaseRun
+from warprock.undecided import UNDECIDED, UNDECIDED_TEXT, cut_short, undecided
 
 LANE_TABLE = "lanes.parquet"
 CELL_TABLE = "cells.csv"
 PROVENANCE = "run.json"
 HISTORY = "history-lane-{lane}.csv"
+
+FOOTER = b"warprock"
+"""Key in the metadata of a lane table of what made it: `engine`, `estimate` and `tolerance`."""
 
 PACKAGES = ("warp-lang", "numpy", "scipy")
 """Distributions whose version can change a number."""
@@ -48,7 +54,11 @@ INPUTS: dict[str, tuple[str, str]] = {
     "density_kg_m3": ("kg/m^3", "Density"),
     "friction": ("-", "Coulomb friction coefficient"),
     "angular_restitution": ("-", "Angular velocity after / before an impact"),
-    "slenderness_angle_rad": ("rad", "Slenderness (critical) angle"),
+    "slenderness_angle_rad": (
+        "rad",
+        "Slenderness (critical) angle; of an eccentric block that of its weaker side",
+    ),
+    "slenderness_angle_across_rad": ("rad", "The same about the edges at the ends of its depth"),
     "half_diagonal_m": ("m", "Half diagonal"),
     "frequency_parameter_rad_s": ("rad/s", "Frequency parameter"),
     "rotation_start_rad": ("rad", "Rotation at the start"),
@@ -79,7 +89,11 @@ INPUTS: dict[str, tuple[str, str]] = {
     "time_step_factor": ("-", "Factor on the engine's time step"),
     "peak_velocity_m_s": ("m/s", "Largest velocity of the base, PGV"),
     "normalised_velocity": ("-", "Frequency parameter x PGV / (g tan(slenderness angle))"),
-    "normalised_acceleration": ("-", "Largest acceleration / (g tan(slenderness angle))"),
+    "normalised_acceleration": (
+        "-",
+        "Largest acceleration / that which lifts the block to its weaker side, g tan(slenderness "
+        "angle); in space with its yaw",
+    ),
 }
 """Unit and meaning of the columns that a lane's inputs may have; any other is a label."""
 
@@ -112,9 +126,9 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
     columns: dict[str, Any] = {"lane": lane_set.first + np.arange(response.lane_count)}
     columns |= {str(name): lane_set.inputs[name].array for name in lane_set.inputs.columns}
     meaning = {name: input_meaning(name) for name in columns}
-    estimates = [name for name in ESTIMATE_FIELDS if name in response.fields]
-    in_space = [name for name in SPATIAL_FIELDS if name in response.fields]
-    for field in (FIELDS[name] for name in (*LANE_FIELDS, *in_space, *estimates)):
+    optional = (*SPATIAL_FIELDS, *MODEL_FIELDS, *ESTIMATE_FIELDS)
+    besides = [name for name in optional if name in response.fields]
+    for field in (FIELDS[name] for name in (*LANE_FIELDS, *besides)):
         values = response[field.name]
         of_field: dict[str, Any] = {field.column: values}
         if field.enum is not None:
@@ -123,6 +137,10 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
             of_field = {field.block_column(k): v for k, v in enumerate(values.T, 1)}
         columns |= of_field
         meaning |= dict.fromkeys(of_field, (field.unit, field.text))
+    columns[UNDECIDED] = undecided(
+        response, lane_set.lanes, lane_set.motions, lane_set.times.duration
+    )
+    meaning[UNDECIDED] = ("-", UNDECIDED_TEXT)
     ratio = response["peak_rotation"] / lane_set.lanes.slenderness_angle
     ratios = dict(zip(peak_ratio_columns(lane_set), np.atleast_2d(ratio.T), strict=True))
     columns |= ratios
@@ -197,6 +215,10 @@ def provenance(run: CaseRun) -> dict[str, Any]:
         "lanes": response.lane_count,
         "status": count_words(response, "status"),
         "outcome": count_words(response, "outcome"),
+        **undecided_counts(run.lane_set, response),
+        "estimate": run.tolerance is not None,
+        "tolerance": run.tolerance,
+        "accuracy": accuracy_counts(response, run.lane_set, run.settings, run.tolerance),
         "rotation_error_rad": error_summary(response),
         "duration_s": run.lane_set.times.duration,
         "wall_time_s": run.wall_time,
@@ -252,12 +274,27 @@ def count_words(response: Response, name: str) -> dict[str, int]:
     return dict(zip(words, counts.tolist(), strict=True))
 
 
+def undecided_counts(lane_set: LaneSet, response: Response) -> dict[str, int]:
+    """How many lanes a run left undecided, and of how many it cut the ground motion short."""
+    motions, duration = lane_set.motions, lane_set.times.duration
+    return {
+        UNDECIDED: int(undecided(response, lane_set.lanes, motions, duration).sum()),
+        "motion_cut_short": int(cut_short(motions, duration).sum()),
+    }
+
+
+def bad_lanes(run: CaseRun) -> int:
+    """Lanes of a run whose numbers may not be used, or that missed the tolerance."""
+    counts = accuracy_counts(run.response, run.lane_set, run.settings, run.tolerance)
+    return count_bad(count_words(run.response, "status"), counts)
+
+
 def error_summary(response: Response) -> dict[str, float] | None:
-    """Median and largest estimated rotation error [rad] of the lanes whose status is OK.
+    """Median and largest estimated rotation error [rad] of the lanes whose run is sound.
 
     A lane of a stack counts with its largest. None without an estimate, or without such lanes.
     """
-    usable = response["status"] == Status.OK
+    usable = np.isin(response["status"], SOUND)
     if "rotation_error" not in response.fields or not np.any(usable):
         return None
     errors = response["rotation_error"][usable].reshape(int(usable.sum()), -1).max(axis=1)
@@ -282,10 +319,13 @@ def write_run(
     """
     require_writable(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    written = []
+    written, facts = [], provenance(run)
     path = folder / LANE_TABLE
     with replacing(path) as temporary:
-        pq.write_table(arrow_table(lane_table(run.lane_set, run.response)), temporary)
+        table = arrow_table(lane_table(run.lane_set, run.response))
+        footer = json.dumps({name: facts[name] for name in ("engine", "estimate", "tolerance")})
+        meaning = {**(table.schema.metadata or {}), FOOTER: footer.encode()}
+        pq.write_table(table.replace_schema_metadata(meaning), temporary)
     written.append(path)
     if run.case.ensemble is not None:
         path = folder / CELL_TABLE
@@ -299,7 +339,7 @@ def write_run(
         written.append(path)
     path = folder / PROVENANCE
     with replacing(path) as temporary:
-        text = json.dumps(provenance(run), indent=2, ensure_ascii=False)
+        text = json.dumps(facts, indent=2, ensure_ascii=False)
         temporary.write_text(text + "\n", encoding="utf-8")
     written.append(path)
     return written

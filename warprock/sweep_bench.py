@@ -78,7 +78,7 @@ def _measure(engine: str, lanes: int, workers: int | None) -> dict[str, Any]:
         folder = str(pathlib.Path(place) / "sweep")
         begin = time.perf_counter()
         used = [
-            _command("plan", CASE, "-e", engine, *drawn, "-o", folder),
+            _command("plan", CASE, "-e", engine, *drawn, "--no-estimate", "-o", folder),
             _command("run", folder, *threads),
             _command("merge", folder),
         ]

@@ -14,6 +14,7 @@ from __future__ import annotations
 import collections
 import dataclasses
 import enum
+import errno
 import json
 import pathlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -22,13 +23,23 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from warprock.accuracy import accuracy_counts
 from warprock.case_keys import Said
 from warprock.errors import InputError
 from warprock.expansion import LaneSet
 from warprock.files import replacing
+from warprock.reading import require_plain
 from warprock.response import Response
-from warprock.store import LANE_TABLE, arrow_table, count_words, lane_table
+from warprock.store import (
+    FOOTER,
+    LANE_TABLE,
+    arrow_table,
+    count_words,
+    lane_table,
+    undecided_counts,
+)
 from warprock.sweep_plan import Plan
+from warprock.undecided import UNDECIDED
 
 CHUNKS = "chunks"
 """Folder of the chunks in that of the sweep."""
@@ -36,11 +47,11 @@ CHUNKS = "chunks"
 ROW_GROUP = 2**17
 """Lanes in a row group of the merged table: some 30 MB at a time, whatever the chunks are."""
 
-FOOTER = b"warprock"
-"""Key of the footer in the metadata of a chunk, and of the plan's content in the merged table."""
-
-COUNTED = ("status", "outcome")
-"""Fields whose words a footer counts, so that the state of a sweep needs no table read."""
+WORDS = ("status", "outcome")
+ACCURACY = "accuracy"
+COUNTED = (*WORDS, ACCURACY, UNDECIDED)
+"""What a footer counts, so that the state of a sweep needs no table read: words of fields, what
+`accuracy_counts` found, and the lanes that are undecided."""
 
 COMPRESSION = "zstd"
 NAMED = 5
@@ -64,7 +75,7 @@ class Chunk:
         number: Its number.
         state: What is in its place.
         why: What is wrong with it; empty where it is done or missing.
-        counts: Lanes by word of every field in `COUNTED`, where it is done.
+        counts: Lanes by word of everything in `COUNTED`, where it is done.
     """
 
     number: int
@@ -82,6 +93,7 @@ def find_chunk(plan: Plan, folder: pathlib.Path, number: int) -> Chunk:
     """What is in the place of a chunk."""
     path, lanes = chunk_path(folder, number), plan.lanes_of(number)
     try:
+        require_plain(path)
         found = pq.read_metadata(path)
     except FileNotFoundError:
         return Chunk(number, ChunkState.MISSING)
@@ -134,13 +146,16 @@ def write_chunk(
         response: The engine's answer for them.
 
     Returns:
-        Lanes by word of every field in `COUNTED`.
+        Lanes by word of everything in `COUNTED`.
 
     Raises:
         OSError: The file could not be written; there is none, or the one that was there before.
     """
     lanes = plan.lanes_of(number)
-    counts = {field: count_words(response, field) for field in COUNTED}
+    counts = {field: count_words(response, field) for field in WORDS}
+    settings = plan.case.engine_settings(plan.engine)
+    counts[ACCURACY] = accuracy_counts(response, lane_set, settings, plan.tolerance)
+    counts[UNDECIDED] = {"lanes": undecided_counts(lane_set, response)[UNDECIDED]}
     footer = {"plan": plan.id, "chunk": number, "first": lanes.start, "end": lanes.stop, **counts}
     table = arrow_table(lane_table(lane_set, response))
     path = chunk_path(folder, number)
@@ -166,9 +181,11 @@ def _writer(path: pathlib.Path, schema: pa.Schema, footer: Mapping[str, Any]) ->
 
 
 def _unwritten(error: OSError, what: str) -> OSError:
+    why = error.strerror or error
+    mend = "make room" if error.errno in (errno.ENOSPC, errno.EDQUOT) else "mend that"
     return OSError(
-        f"{what} could not be written: {error.strerror or error}; nothing else is lost: make room, "
-        "then run the same command again"
+        f"{what} could not be written: {why}; nothing else is lost: {mend}, then run the same "
+        "command again"
     )
 
 
@@ -182,7 +199,8 @@ def sweep_state(plan: Plan, folder: pathlib.Path) -> dict[str, Any]:
     Returns:
         plan, engine, case, lanes (total and done), chunks (total, how many of them are done, and
         the numbers of those missing, broken and foreign, with what is wrong), status and outcome
-        (lanes done by word), and strangers: other files among the chunks.
+        (lanes done by word), accuracy (see `accuracy_counts`) and the tolerance, and strangers:
+        other files among the chunks.
     """
     chunks = find_chunks(plan, folder, range(plan.chunk_count))
     done = [chunk for chunk in chunks if chunk.state is ChunkState.DONE]
@@ -208,13 +226,14 @@ def sweep_state(plan: Plan, folder: pathlib.Path) -> dict[str, Any]:
         },
         "strangers": sorted(str(path) for path in there if path.name not in places),
         **summed_counts(chunk.counts for chunk in done),
+        "tolerance": plan.tolerance,
     }
 
 
 def summed_counts(
     counts: Iterable[Mapping[str, Mapping[str, int]]],
 ) -> dict[str, dict[str, int]]:
-    """Lanes by word of every field in `COUNTED`, of some chunks together."""
+    """Lanes by word of everything in `COUNTED`, of some chunks together."""
     totals: dict[str, collections.Counter[str]] = {name: collections.Counter() for name in COUNTED}
     for each in counts:
         for name, words in each.items():

@@ -19,18 +19,25 @@ from typing import Any
 from warprock import machine
 from warprock.case import Case, build_case
 from warprock.case_keys import NOTHING, Said
+from warprock.case_text import MOST_CASE_BYTES, require_shallow
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
 from warprock.files import replacing, require_writable
-from warprock.runner import require_options, require_support
+from warprock.reading import read_bytes, reason
+from warprock.runner import require_options, require_support, require_tolerance
 from warprock.store import PACKAGES, record_rows
+from warprock.tolerance import TOLERANCE
 
 PLAN = "plan.json"
-FORMAT = 1
+FORMAT = 2
 
 CHUNK_LANES = 50_000
 """Lanes of a chunk: seconds of work, a few tens of megabytes."""
 MOST_CHUNK_LANES = 10_000_000
+MOST_CHUNKS = 1_000_000
+"""Chunks of a plan: each is a file."""
+MOST_LANES = 10**10
+"""Lanes of a plan, at most: at a million lanes a minute they take a week."""
 
 PACKAGES_OF_BYTES = (*PACKAGES, "pyarrow")
 """Distributions that the bytes of a result depend on."""
@@ -82,6 +89,12 @@ class Plan:
         """Name of the engine."""
         return str(self.content["engine"]["name"])
 
+    @property
+    def tolerance(self) -> float | None:
+        """Largest error over the slenderness angle; None where no error is estimated."""
+        tolerance = self.content.get("tolerance")
+        return None if tolerance is None else float(tolerance)
+
     @functools.cached_property
     def case(self) -> Case:
         """The case, read from the plan alone.
@@ -100,7 +113,8 @@ def make_plan(
     *,
     precision: str = "float64",
     device: str = "cpu",
-    estimate: bool = False,
+    estimate: bool = True,
+    tolerance: float = TOLERANCE,
     chunk_lanes: int = CHUNK_LANES,
     progress: Callable[[int], None] | None = None,
 ) -> Plan:
@@ -111,7 +125,8 @@ def make_plan(
         engine: Name of the engine.
         precision: "float64" or "float32".
         device: Warp device.
-        estimate: Whether to estimate the error of every lane.
+        estimate: Whether to estimate the error of every lane, and to refine its step.
+        tolerance: Largest error of a rotation over the slenderness angle, > 0 and < 1.
         chunk_lanes: Lanes in a chunk.
         progress: Called with the number of lanes looked at so far.
 
@@ -120,15 +135,21 @@ def make_plan(
             engine cannot do.
     """
     require_options(engine, precision=precision, device=device)
+    require_tolerance(tolerance)
     if not 1 <= chunk_lanes <= MOST_CHUNK_LANES:
         allowed = f"must be a number of lanes from 1 to {MOST_CHUNK_LANES}"
         raise InputError("--chunk", "", chunk_lanes, allowed)
     if case.study is not None:
         allowed = "must not be given: a study compares settings, and a sweep has one set of them"
         raise InputError(case.source_of("study"), "study", Said("a table"), allowed)
-    if case.lane_count < 1:
-        raise InputError(case.file, "sweep", Said("0 lanes"), "must make at least 1 lane")
-    content = _content(case, engine, precision, device, estimate)
+    if not 1 <= case.lane_count <= MOST_LANES:
+        allowed = f"must make 1 to {MOST_LANES:,} lanes"
+        raise InputError(case.file, "sweep", Said(f"{case.lane_count:,} lanes"), allowed)
+    if case.lane_count > MOST_CHUNKS * chunk_lanes:
+        least = -(-case.lane_count // MOST_CHUNKS)
+        allowed = f"must be at least {least:,} lanes: a sweep has at most {MOST_CHUNKS:,} chunks"
+        raise InputError("--chunk", "", chunk_lanes, allowed)
+    content = _content(case, engine, precision, device, tolerance if estimate else None)
     folder = None if case.folder is None else str(case.folder)
     plan = Plan(content, chunk_lanes, folder)
     for chunk in range(plan.chunk_count):
@@ -140,7 +161,7 @@ def make_plan(
 
 
 def _content(
-    case: Case, engine: str, precision: str, device: str, estimate: bool
+    case: Case, engine: str, precision: str, device: str, tolerance: float | None
 ) -> dict[str, Any]:
     versions = machine.package_versions(PACKAGES_OF_BYTES)
     # Python itself computes nothing here.
@@ -161,7 +182,8 @@ def _content(
         },
         "precision": precision,
         "device": device,
-        "estimate": estimate,
+        "estimate": tolerance is not None,
+        "tolerance": tolerance,
         "records": record_rows(case),
         "versions": versions,
         "kernel_sha256": machine.kernel_hash(),
@@ -215,23 +237,71 @@ def read_plan(folder: pathlib.Path) -> Plan:
     """
     path = folder / PLAN
     try:
-        text = json.loads(path.read_text(encoding="utf-8"))
+        text = json.loads(read_bytes(path, MOST_CASE_BYTES))
     except OSError as error:
-        reason = Said((error.strerror or type(error).__name__).lower())
         allowed = "must be the plan of a sweep: write one with warprock sweep plan CASE -o DIR"
-        raise InputError(str(path), "", reason, allowed) from None
+        raise InputError(str(path), "", Said(reason(error)), allowed) from None
     except ValueError as error:
         raise InputError(str(path), "", Said(error), "must be JSON, as it was written") from None
-    try:
-        plan = Plan(text["content"], int(text["chunk_lanes"]), text["case_folder"], str(path))
-        found, wanted, counted = plan.id, text["id"], plan.lane_count
-    except (KeyError, TypeError, ValueError) as error:
-        got = Said(f"{type(error).__name__} {error}")
+    except RecursionError:
+        got = Said("lists or tables inside one another without end")
         raise InputError(str(path), "", got, "must be a plan as it was written") from None
-    if found != wanted or counted < 1 or not 1 <= plan.chunk_lanes <= MOST_CHUNK_LANES:
-        allowed = f"must be {found}, that of the content: the file was changed after it was written"
-        raise InputError(str(path), "id", wanted, allowed)
+    _require_form(text, str(path))
+    plan = Plan(text["content"], text["chunk_lanes"], text["case_folder"], str(path))
+    if plan.id != text["id"]:
+        allowed = (
+            f"must be {plan.id}, that of the content: the file was changed after it was written"
+        )
+        raise InputError(str(path), "id", text["id"], allowed)
     return plan
+
+
+_FORM: dict[str, tuple[type, ...]] = {
+    "": (dict,),
+    "id": (str,),
+    "chunk_lanes": (int,),
+    "case_folder": (str, type(None)),
+    "content": (dict,),
+    "content.format": (int,),
+    "content.case": (dict,),
+    "content.case.name": (str,),
+    "content.case.resolved": (dict,),
+    "content.lanes": (int,),
+    "content.engine": (dict,),
+    "content.engine.name": (str,),
+    "content.engine.settings": (dict,),
+    "content.precision": (str,),
+    "content.device": (str,),
+    "content.estimate": (bool,),
+    "content.records": (list,),
+    "content.versions": (dict,),
+    "content.kernel_sha256": (str,),
+}
+"""Dotted keys of a plan's file, outer ones first, and what they hold."""
+
+_SAID = {dict: "a table", str: "text", int: "a whole number", bool: "true or false", list: "a list"}
+
+
+def _require_form(text: Any, file: str) -> None:
+    """Refuses what cannot be the text of a plan.
+
+    Raises:
+        InputError: Too deep, a key is missing or of another kind, or a number is out of bounds.
+    """
+    require_shallow({"plan": text}, file)
+    for key, kinds in _FORM.items():
+        found: Any = text
+        for name in key.split(".") if key else ():
+            found = found.get(name, NOTHING)
+        if type(found) not in kinds:
+            words = " or ".join(_SAID.get(kind, "null") for kind in kinds)
+            raise InputError(file, key, found, f"must be {words}, as it was written")
+    for key, number, most in (
+        ("content.lanes", text["content"]["lanes"], MOST_LANES),
+        ("chunk_lanes", text["chunk_lanes"], MOST_CHUNK_LANES),
+    ):
+        if not 1 <= number <= most:
+            raise InputError(file, key, number, f"must be from 1 to {most}, as it was written")
 
 
 def require_same_software(plan: Plan) -> None:
@@ -241,9 +311,7 @@ def require_same_software(plan: Plan) -> None:
         InputError: A record, the kernels, a version, or a default of the engine is another one.
     """
     planned = plan.content
-    here = _content(
-        plan.case, plan.engine, planned["precision"], planned["device"], planned["estimate"]
-    )
+    here = _content(plan.case, plan.engine, planned["precision"], planned["device"], plan.tolerance)
     require_options(plan.engine, precision=planned["precision"], device=planned["device"])
     wanted, found = dict(_leaves(planned)), dict(_leaves(here))
     for key in wanted | found:
@@ -279,6 +347,7 @@ def plan_facts(plan: Plan) -> dict[str, Any]:
         "precision": content["precision"],
         "device": content["device"],
         "estimate": content["estimate"],
+        "tolerance": content["tolerance"],
         "lanes": plan.lane_count,
         "chunks": plan.chunk_count,
         "chunk_lanes": plan.chunk_lanes,

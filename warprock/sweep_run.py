@@ -11,17 +11,19 @@ import dataclasses
 import pathlib
 import re
 import signal
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any
 
+from warprock.accuracy import count_bad, unusable_lanes
 from warprock.devices import start_warp
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
 from warprock.files import remove_dead_temporaries
-from warprock.response import USABLE, SampleTimes
+from warprock.response import SampleTimes
 from warprock.runner import run_lane_set
 from warprock.sweep_chunks import (
+    ACCURACY,
     CHUNKS,
     Chunk,
     ChunkState,
@@ -32,6 +34,7 @@ from warprock.sweep_chunks import (
     write_chunk,
 )
 from warprock.sweep_plan import Plan, require_same_software
+from warprock.tolerance import TOLERANCE
 
 Progress = Callable[[int], None]
 """Called with the number of lanes finished so far."""
@@ -131,7 +134,8 @@ def run_chunk(
         precision=content["precision"],
         device=content["device"],
         workers=workers,
-        estimate=content["estimate"],
+        estimate=plan.tolerance is not None,
+        tolerance=plan.tolerance or TOLERANCE,
         progress=progress,
     )
     write_chunk(plan, folder, number, lane_set, response)
@@ -174,8 +178,9 @@ def shard_counts(plan: Plan, folder: pathlib.Path, shard: Shard) -> dict[str, An
     """What became of the lanes of a shard, ready for JSON.
 
     Returns:
-        lanes and lanes_done of the shard, status and outcome (lanes done by word), bad (lanes done
-        whose numbers may not be used).
+        lanes and lanes_done of the shard, status and outcome (lanes done by word), accuracy (see
+        `accuracy_counts`) and the tolerance, unusable (lanes done whose numbers may not be used)
+        and bad (these, and those that missed the tolerance).
     """
     found: list[Chunk] = find_chunks(plan, folder, shard.chunks(plan))
     done = [chunk for chunk in found if chunk.state is ChunkState.DONE]
@@ -184,11 +189,7 @@ def shard_counts(plan: Plan, folder: pathlib.Path, shard: Shard) -> dict[str, An
         "lanes": sum(len(plan.lanes_of(chunk.number)) for chunk in found),
         "lanes_done": sum(len(plan.lanes_of(chunk.number)) for chunk in done),
         **counts,
-        "bad": bad_lanes(counts["status"]),
+        "tolerance": plan.tolerance,
+        "unusable": unusable_lanes(counts["status"]),
+        "bad": count_bad(counts["status"], counts[ACCURACY]),
     }
-
-
-def bad_lanes(status: Mapping[str, int]) -> int:
-    """Lanes whose numbers may not be used, from the counts of their statuses."""
-    usable = {each.name.lower() for each in USABLE}
-    return sum(count for word, count in status.items() if word not in usable)

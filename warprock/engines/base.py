@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.launching import Target
+from warprock.engines.launching import Kernel, Target
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
 from warprock.response import Response, SampleTimes
@@ -26,6 +26,10 @@ class AbstractEngine(abc.ABC):
     """Key in `ENGINES`."""
     order: ClassVar[int | None]
     """Order in the time step of the error after impacts; None if the step is not the knob."""
+    slides: ClassVar[bool] = True
+    """Whether its blocks can slide, so that its law of contact may have several solutions."""
+    rests_exactly: ClassVar[bool] = False
+    """Whether a block at rest does not move at all, until its base lifts it or makes it slide."""
     settings_type: ClassVar[type[Any]]
     """Frozen dataclass of the engine's settings."""
     settings: Any
@@ -41,6 +45,13 @@ class AbstractEngine(abc.ABC):
     @abc.abstractmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the engine cannot run a scene; None if it can."""
+
+    @abc.abstractmethod
+    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
+        """The kernel that runs a scene, or the lanes of one, with these settings and this target.
+
+        `warm_up` and `run` ask here, and so does `warprock explain`.
+        """
 
     @abc.abstractmethod
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:

@@ -80,7 +80,7 @@ def _axis_label(intensity: str) -> str:
     if text == input_meaning("")[1]:
         return intensity
     name = text.split(",")[0]
-    return name if unit == "-" else f"{name} [{unit.replace('^2', '$^2$')}]"
+    return name if unit == "-" else f"{name} [{unit.replace('^2', '²')}]"
 
 
 def _explained(curves: Sequence[Curve]) -> str:

@@ -120,7 +120,7 @@ def _label(intensity: str) -> str:
         "normalised_acceleration": "peak base acceleration\n/ (g tan(slenderness angle))",
         "scale": "factor on the record",
     }.get(intensity, text)
-    return f"{name} [{unit.replace('^2', '$^2$')}]"
+    return f"{name} [{unit.replace('^2', '²')}]"
 
 
 def _draw_curves(axes: Axes, runs: Sequence[tuple[Array, Array]]) -> None:

@@ -12,6 +12,9 @@ from typing import TYPE_CHECKING, Any
 import rich.console
 import rich.progress
 
+from warprock.report.accuracy import accuracy_lines, smaller_step
+from warprock.undecided import UNDECIDED
+
 if TYPE_CHECKING:
     import pathlib
 
@@ -86,17 +89,21 @@ def print_plan(found: Mapping[str, Any]) -> None:
     _print(f"  lanes: {found['lanes']}, in {found['chunks']} chunks of {found['chunk_lanes']}")
     values = ", ".join(f"{name} = {value}" for name, value in settings.items())
     _print(f"  engine: {found['engine']} in {found['precision']} on {found['device']}; {values}")
-    _print(f"  error of every lane: {'estimated' if found['estimate'] else 'not estimated'}")
+    wanted = f"estimated, and refined until it is within {found['tolerance']} of the slenderness"
+    _print(f"  error of every lane: {f'{wanted} angle' if found['estimate'] else 'not estimated'}")
     for record in found["records"]:
         _print(f"  record: {record['name']}, SHA-256 {record['sha256'][:12]}")
     _print(f"next: warprock sweep run {folder}; warprock sweep merge {folder}")
 
 
-def print_counts(found: Mapping[str, Any]) -> None:
-    """Prints what `sweep_run.shard_counts` found."""
+def print_counts(found: Mapping[str, Any], engine: str, settings: Any) -> None:
+    """Prints what `sweep_run.shard_counts` found of an engine with its settings."""
     _print(f"{found['lanes_done']} of {found['lanes']} lanes done in {found['folder']}")
     _print_words(found)
-    _print(f"  lanes whose numbers may not be used: {found['bad']}")
+    _print(f"  lanes whose numbers may not be used: {found['unusable']}")
+    advice = f"plan anew with {smaller_step(engine, settings)}" if found["accuracy"] else ""
+    for line in accuracy_lines(found["accuracy"], found["tolerance"], found["lanes_done"], advice):
+        _print(f"  {line}")
 
 
 def print_state(found: Mapping[str, Any], folder: pathlib.Path) -> None:
@@ -124,9 +131,17 @@ def print_sweep_bench(rows: Sequence[Mapping[str, Any]]) -> None:
 
 
 def _print_words(found: Mapping[str, Any]) -> None:
-    for name in ("outcome", "status"):
+    for name in ("outcome", "status", "accuracy"):
+        if name == "accuracy" and not found[name]:
+            continue
         words = ", ".join(f"{word} {count}" for word, count in found[name].items() if count)
         _print(f"  {name}: {words or '-'}")
+    lanes = found[UNDECIDED].get("lanes", 0)
+    if lanes:
+        _print(
+            f"  undecided: {lanes} lanes had not fallen when their run ended, but still rocked or "
+            "were still shaken"
+        )
 
 
 def _first(items: Sequence[object]) -> str:

@@ -13,6 +13,7 @@ from rich.console import Console
 from warprock.files import replacing
 from warprock.fragility import Curve, component_rows, curve_rows
 from warprock.report.tables import plain_table, print_table, stdout
+from warprock.undecided import UNDECIDED
 
 CURVES = "fragility.csv"
 COMPONENTS = "fragility-p58.csv"
@@ -86,6 +87,31 @@ def print_curves(
         out.print(f"  note: {text}", soft_wrap=True)
     for path in files:
         out.print(f"wrote {path}", soft_wrap=True)
+
+
+def undecided_lanes(table: pd.DataFrame) -> int:
+    """Lanes of a lane table that had neither fallen nor come to stand when their run ended.
+
+    0 for a table that does not say so, such as one of an earlier version.
+    """
+    return int(table[UNDECIDED].sum()) if UNDECIDED in table else 0
+
+
+def print_undecided(table: pd.DataFrame, console: Console | None = None) -> None:
+    """Says how many lanes of a table are undecided, if any are.
+
+    Args:
+        table: The lane table.
+        console: Where to; the terminal if not given.
+    """
+    count = undecided_lanes(table)
+    if count:
+        out = console or stdout()
+        out.print(
+            f"  undecided: {count:,} of {len(table):,} lanes had not fallen when their run ended, "
+            "but still rocked or were still shaken; they count as standing, with the peaks so far",
+            highlight=False,
+        )
 
 
 def fit_cells(row: pd.Series[Any]) -> tuple[str, str]:

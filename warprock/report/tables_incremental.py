@@ -11,7 +11,7 @@ from rich.console import Console
 
 from warprock.case import Case
 from warprock.incremental import Analysis
-from warprock.incremental_fit import lane_rows, run_rows
+from warprock.incremental_fit import lane_rows, run_rows, undecided_runs
 from warprock.report.tables import plain_table, print_table, stdout
 from warprock.report.tables_fragility import fit_cells
 from warprock.results import write_results
@@ -28,9 +28,13 @@ def analysis_facts(found: Analysis) -> dict[str, Any]:
         "device": content["device"],
         "incremental": content["incremental"],
         "lanes": found.lane_set.lanes.lane_count,
+        "estimate": content["estimate"],
+        "tolerance": content["tolerance"],
         "runs": len(found.curves),
+        "runs_missed_tolerance": int(found.curves["missed_tolerance"].sum()),
         "stages": found.stages,
         "stages_kept": found.kept,
+        "undecided_runs": undecided_runs(found),
     }
 
 
@@ -89,6 +93,23 @@ def print_analysis(
         f"{found.stages} stages, {found.kept} of them kept from before",
         highlight=False,
     )
+    if facts["undecided_runs"]:
+        out.print(
+            f"undecided: {facts['undecided_runs']:,} runs in which the block had not fallen by the "
+            f"end, {found.lane_set.times.duration:g} s, but still rocked or was still shaken; they "
+            "count as standing",
+            highlight=False,
+        )
+    if facts["tolerance"] is None:
+        out.print("errors were not estimated (--no-estimate)")
+    elif facts["runs_missed_tolerance"]:
+        out.print(
+            f"not within {facts['tolerance']:g} of the slenderness angle, the finest step tried: "
+            f"{facts['runs_missed_tolerance']:,} runs; close to a fall nearly all are sensitive. "
+            "What that does to the capacities is seen with a smaller time step (-s engines. ...)",
+            highlight=False,
+            soft_wrap=True,
+        )
     left_out = int(rows["left_out"].sum())
     if left_out:
         out.print(f"left out: {left_out:,} lanes whose numbers cannot be used")

@@ -8,6 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
+from warprock.report.accuracy import run_accuracy_lines
 from warprock.report.tables import number, plain_table, print_table, stdout
 from warprock.results import write_results
 from warprock.sensitivity import Sensitivity
@@ -74,5 +75,7 @@ def print_sensitivity(
             highlight=False,
         )
     out.print("  in brackets: 5th and 95th percentile over resampled rows of the design")
+    for line in run_accuracy_lines(found.run):
+        out.print(line, highlight=False, soft_wrap=True)
     for path in files:
         out.print(f"wrote {path}", soft_wrap=True)
