@@ -50,6 +50,17 @@ def shipped(name: str, duration: float) -> Problem:
     return dataclasses.replace(lanes, friction=high), lane_set.motions, duration
 
 
+def pulses() -> Problem:
+    """Those of Table 6 that Housner's block can follow.
+
+    In lane 1 the pivot would have to pull the block down at the end velocity step. There it slides
+    and parts from Housner at any step, which no estimate of the step's error can tell.
+    """
+    lanes, motions, duration = shipped("single-sine-pulse", 10.0)
+    kept = np.flatnonzero(np.arange(lanes.lane_count) != 1)
+    return lanes.take(kept), motions.take(kept), duration
+
+
 def random_blocks(count: int, rng: np.random.Generator, rotation_ratio: Any = 0.0) -> Lanes:
     """Blocks 0.3 to 4 m high and 0.1 to 0.45 times as wide."""
     height = rng.uniform(0.3, 4.0, count)
@@ -88,7 +99,7 @@ PROBLEMS = {
     "free B1 to B3": lambda: (dataclasses.replace(free_lanes(), friction=np.full(9, FRICTION)),
                               StillBase(9), 10.0),
     "free B0": lambda: shipped("free-b0", 20.0),
-    "pulses of Table 6": lambda: shipped("single-sine-pulse", 10.0),
+    "pulses of Table 6": pulses,
     "bursts": bursts,
     "record": shaken,
     "released": released,
