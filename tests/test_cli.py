@@ -218,6 +218,7 @@ def test_run_writes_a_table_that_the_screen_agrees_with(engine: str, case: pathl
     result = invoke("run", case, "-e", engine, "-o", folder, "--history", 0)
     assert result.exit_code == 0, result.output
     assert sorted(path.name for path in folder.iterdir()) == [
+        ".warprock.json",
         "histories.png",
         "history-lane-0.csv",
         "lanes.parquet",

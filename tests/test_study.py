@@ -255,6 +255,7 @@ def test_run_writes_the_table_with_units_where_from_and_figures(file, folder):
     found = json.loads(result.stdout)
     names = ["study.parquet", "study.csv", "run.json", "study.png", "histories.png"]
     assert found["files"] == [str(folder / "out" / name) for name in names]
+    names.append(".warprock.json")
     assert sorted(path.name for path in (folder / "out").iterdir()) == sorted(names)
     table = pd.read_csv(folder / "out" / "study.csv")
     assert len(found["rows"]) == len(table) == 2 * (4 + 2)
