@@ -51,7 +51,7 @@ def test_springs_overturn_a_block_below_g_tan_alpha_by_what_they_lend_it(
         stiffness_damping=0.0,
     )
     part = np.array([0.0, 0.5, 0.92, 1.08, 1.5, 2.0])
-    lanes = make_lanes(np.full(6, width), height, friction=10.0)
+    lanes = make_lanes(np.full(6, width), height, friction=1.0)
     pull = GRAVITY * (width / height - part * lent(height, stiffness, 2))
     # Of so slow a cosine a run sees the sudden start alone.
     motions = sines(Control.ACCELERATION, pull, 0.005, 1.0, Waveform.COSINE)
