@@ -116,13 +116,12 @@ def hold_reserve(block: Block, gravity: real, slip: real, x: real, z: real, omeg
     Returns:
         The reserve; whether it is surely positive.
     """
-    w = block.inverse_inertia
-    one = real(1.0)
     u = -gravity - omega * omega * z
     s = -a - omega * omega * x
-    k = -w * x * z
-    n = k * s - (one + w * z * z) * u
-    f = k * u - (one + w * x * x) * s
+    # The impulses that take both to zero, times 1 + w (x^2 + z^2).
+    q = block.inverse_inertia * (x * s + z * u)
+    n = -u - z * q
+    f = -s - x * q
     slides = slip != real(0.0)
     grip = block.friction * n
     reserve = wp.where(slides, -u, grip - size(f))

@@ -232,8 +232,9 @@ def turns_of(block: Block, r13: real, r23: real, r33: real, qz: real, qw: real):
     up = larger(r33, zero)
     part = larger(real(1.0) - up * up * (real(1.0) / (FALLS * FALLS)), zero)
     falls = part > zero
-    run_x = wp.where(falls, wp.sqrt(up * up + part * r23 * r23), up)
-    run_y = wp.where(falls, wp.sqrt(up * up + part * r13 * r13), up)
+    part_x, part_y = part * r13, part * r23
+    run_x = wp.where(falls, wp.sqrt(up * up + part_y * part_y), up)
+    run_y = wp.where(falls, wp.sqrt(up * up + part_x * part_x), up)
     tan_x = size_x / larger(run_x, real(1.0e-30))
     tan_y = size_y / larger(run_y, real(1.0e-30))
     tan_tilt = (size_x * size_x + size_y * size_y) / larger(up * up, real(1.0e-30))

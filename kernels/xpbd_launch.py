@@ -47,6 +47,7 @@ LEVEL = real(1.0)
 """Cosine of the ground's rotation, as predicted, too."""
 SETTLING = 40 * BLOCKS
 """Solves before the run. A stack that stands flat starts from its statics, and needs none."""
+BEFORE = real(SETTLING)
 
 Lane = wp.types.vector(length=LANES, dtype=real)
 LaneInt = wp.types.vector(length=LANES, dtype=int)
@@ -137,8 +138,7 @@ def stacks(
                 j[k, i], mu[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
                 peak[k, i], lean[k, i], n[2 * k - 2, i], n[2 * k - 1, i],
             )  # fmt: skip
-    count = int(-SETTLING)
-    time = dt * real(count)
+    count, time = int(-SETTLING), -BEFORE * dt
     for sample in range(sample_times.shape[0]):
         while time < sample_times[sample]:
             count += 1

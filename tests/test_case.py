@@ -322,7 +322,8 @@ def test_engine_settings_of_a_case_and_defaults(write):
 
 
 def test_the_table_of_keys_and_the_models_are_the_same_keys():
-    from warprock.case_tables import Block, Direction, StackedBlock
+    from warprock.case_blocks import Block, StackedBlock
+    from warprock.case_tables import Direction
 
     models = {
         f"{table}.{name}"

@@ -295,7 +295,7 @@ def test_ctrl_c_exits_with_130_and_leaves_nothing(
     def interrupted(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(runner, "run_with_estimate", interrupted)
+    monkeypatch.setattr(runner, "run_to_tolerance", interrupted)
     result = invoke("run", case, "-o", case.parent / "results")
     assert result.exit_code == 130
     assert [path.name for path in case.parent.iterdir()] == ["case.toml"]

@@ -59,8 +59,11 @@ def answered(lane_set: LaneSet, ratios: np.ndarray, **fields: np.ndarray) -> Res
 
 def test_a_lane_alone_is_the_same_lane(write):
     case = load_case(write(members=12, more='time_step = "50 %"'))
-    whole = run_case(case, "event")
+    whole = run_case(case, "event", estimate=False)
     again = run_lanes(whole, [17, 3])
+    refined = run_case(case, "event", tolerance=1e-4)
+    assert len(np.unique(refined.response["time_step"] / whole.lane_set.step_factors)) > 1
+    finer = run_lanes(refined, [17, 3])
     for place, lane in enumerate((17, 3)):
         alone = expand_lanes(case, range(lane, lane + 1))
         assert alone.inputs.iloc[0].equals(whole.lane_set.inputs.iloc[lane])
@@ -73,6 +76,8 @@ def test_a_lane_alone_is_the_same_lane(write):
         for name, values in whole.response.fields.items():
             assert values[lane].tobytes() == single[name][0].tobytes(), name
             assert values[lane].tobytes() == again[name][place].tobytes(), name
+        same = refined.response["rotation"][lane], finer["rotation"][place]
+        assert same[0].tobytes() == same[1].tobytes()
         assert wrong["rotation"][0].tobytes() != single["rotation"][0].tobytes()
 
 

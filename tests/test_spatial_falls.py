@@ -85,8 +85,10 @@ def test_rotations_change_smoothly_from_those_of_a_standing_block_to_those_of_a_
         np.testing.assert_allclose(found[:, lies], np.broadcast_to(
             np.arctan2(side, np.sqrt(1.0 - np.minimum(side**2, 1.0))), found[:, lies].shape
         ), atol=1e-7)  # fmt: skip
-        # The steepest way there, where y goes into the angle at a lean of 60 degrees.
+        # No jump and no kink: steps and their changes are of the order of the tilt's.
         assert np.max(np.abs(np.diff(found, axis=1))) <= 3.0 * tilt[1]
+        falls = np.abs(np.diff(found[:, ~lies], 2, axis=1))
+        assert np.max(falls) <= 20.0 * tilt[1] ** 2
 
 
 @pytest.mark.parametrize("engine", ["impulse", "dem"])

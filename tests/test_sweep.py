@@ -128,7 +128,9 @@ def test_the_state_of_a_sweep_counts_lanes_by_word(case_file, tmp_path):
     found = json.loads(result.stdout)
     counted = done.value_counts()
     assert found["outcome"] == {word: counted.get(word, 0) for word in found["outcome"]}
-    assert found["status"]["ok"] == len(done) == found["lanes_done"]
+    # Of some lanes `housner` says that their block would slide or be pulled.
+    usable = found["status"]["ok"] + found["status"]["outside_model"]
+    assert usable == len(done) == found["lanes_done"]
     # The record is over after 1 s, but 2 s later blocks still rock.
     assert found["undecided"]["lanes"] == int(some["undecided"].sum()) > 0
     printed = invoke("sweep", "status", tmp_path).stdout
@@ -144,7 +146,7 @@ def test_the_commands_make_a_table(case_file, undisturbed, tmp_path):
     )
     facts = json.loads(plan.stdout)
     assert (facts["lanes"], facts["chunks"], facts["written"]) == (LANES, 3, True)
-    again = invoke("sweep", "plan", case_file, "--chunk", 100, "-o", folder)
+    again = invoke("sweep", "plan", case_file, "-e", "housner", "--chunk", 100, "-o", folder)
     assert "there already" in again.stdout
     for shard, done in (("2/2", 100), ("1/2", 300)):
         result = invoke("sweep", "run", folder, "--shard", shard, "--workers", 1)
@@ -220,7 +222,7 @@ def test_a_plan_is_enough_to_run_by(case_file, undisturbed, tmp_path):
         (("--precision", "float16"), ["--precision", "'float16'"]),
         (("-s", "block.width=3 m"), ["--engine", "'housner'", "1.414 times the height"]),
         # Only lanes drawn near the end of the height's range slide before they rock.
-        (("-s", "contact.friction=0.101"), ["--engine", "slides before it rocks"]),
+        (("-e", "housner", "-s", "contact.friction=0.101"), ["--engine", "slides before it rocks"]),
         (("-s", 'motion.start="5 s"'), ["motion.start", "before the end of the run"]),
     ],
 )
@@ -325,7 +327,8 @@ def test_lanes_far_into_a_long_sample_cost_no_more_memory(case_file):
 def test_the_benchmark_measures_whole_sweeps():
     result = invoke("bench", "sweep", "--lanes", 40, "-e", "housner", "--json")
     (row,) = json.loads(result.stdout)["rows"]
-    assert (row["engine"], row["lanes"], row["ok"]) == ("housner", 40, 40)
+    # One of the blocks would slide.
+    assert (row["engine"], row["lanes"], row["ok"]) == ("housner", 40, 39)
     assert row["lanes_per_s"] == pytest.approx(40 / row["seconds"])
     assert row["cpu_us_per_lane"] == pytest.approx(1e6 * row["cpu_s"] / 40)
     # More than an interpreter with NumPy, and far below what is promised.

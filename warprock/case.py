@@ -19,6 +19,7 @@ from typing import Any
 import pydantic
 
 from warprock.axes import LABEL, Axis, axis_shape, fix_keys, read_axes
+from warprock.case_blocks import SINGLE, STACK
 from warprock.case_checks import CheckSpec, HousnerCheck, PeaksCheck
 from warprock.case_ensemble import Ensemble, read_ensemble
 from warprock.case_keys import EXCLUSIVE, KEYS, NOTHING, SourceOf, did_you_mean, general_key
@@ -27,7 +28,7 @@ from warprock.case_settings import ENGINES, PEERS, read_settings
 from warprock.case_spectrum import read_spectrum
 from warprock.case_study import Study, read_study
 from warprock.case_table import KeyedError
-from warprock.case_tables import APART, SINGLE, STACK, CaseTables, known_keys
+from warprock.case_tables import APART, CaseTables, known_keys
 from warprock.case_text import OVERRIDE, find_case, override, parse_case
 from warprock.errors import InputError, listed
 from warprock.response import SampleTimes

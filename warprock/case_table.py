@@ -1,8 +1,17 @@
-"""What every table of a case file is: a model that refuses keys it does not know."""
+"""What every table of a case file has: no unknown keys, and errors that name one of its keys."""
 
 from __future__ import annotations
 
 import pydantic
+
+from warprock.case_keys import KEYS, NumberKey
+
+
+def number(key: str) -> pydantic.BeforeValidator:
+    """Reads the number of a key as `KEYS` says, in SI units or rad."""
+    reader = KEYS[key]
+    assert isinstance(reader, NumberKey)
+    return pydantic.BeforeValidator(reader.read_number)
 
 
 class KeyedError(ValueError):

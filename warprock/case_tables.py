@@ -7,103 +7,27 @@ from __future__ import annotations
 
 import types
 import typing
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Annotated, Any, Self
 
 import pydantic
 
+from warprock.case_blocks import SINGLE, STACK, Block, Stack, StackedBlock, single_or_stack
 from warprock.case_checks import Check, CheckSpec
-from warprock.case_keys import KEYS, NOTHING, NumberKey, Said, TextKey
-from warprock.case_table import KeyedError, Table
+from warprock.case_keys import KEYS, NOTHING, Said, TextKey
+from warprock.case_table import KeyedError, Table, number
 from warprock.motion import Control, Waveform
-from warprock.runnable import MOST_BLOCKS
 from warprock.units import Quantity
-
-
-def _number(key: str) -> pydantic.BeforeValidator:
-    reader = KEYS[key]
-    assert isinstance(reader, NumberKey)
-    return pydantic.BeforeValidator(reader.read_number)
-
-
-class Block(Table):
-    """The block: full dimensions [m] and density [kg/m^3]."""
-
-    width: Annotated[float, _number("block.width")]
-    height: Annotated[float, _number("block.height")]
-    depth: Annotated[float, _number("block.depth")]
-    density: Annotated[float, _number("block.density")]
-    centre_offset_x: Annotated[float, _number("block.centre_offset_x")] | None = None
-    centre_offset_y: Annotated[float, _number("block.centre_offset_y")] | None = None
-
-
-class StackedBlock(Table):
-    """One block of a stack: full dimensions [m], density, and how it starts [m, rad]."""
-
-    width: Annotated[float, _number("block.N.width")]
-    height: Annotated[float, _number("block.N.height")]
-    depth: Annotated[float, _number("block.N.depth")]
-    density: Annotated[float, _number("block.N.density")]
-    chamfer: Annotated[float, _number("block.N.chamfer")] = 0.0
-    offset: Annotated[float, _number("block.N.offset")] = 0.0
-    friction: Annotated[float, _number("block.N.friction")] | None = None
-    rotation: Annotated[float, _number("block.N.rotation")] = 0.0
-    offset_across: Annotated[float, _number("block.N.offset_across")] | None = None
-    yaw: Annotated[float, _number("block.N.yaw")] | None = None
-    centre_offset_x: Annotated[float, _number("block.N.centre_offset_x")] | None = None
-    centre_offset_y: Annotated[float, _number("block.N.centre_offset_y")] | None = None
-
-
-class Stack(pydantic.RootModel[dict[str, StackedBlock]]):
-    """The blocks of a stack by number, 1 the lowest."""
-
-    model_config = pydantic.ConfigDict(frozen=True)
-
-    @pydantic.model_validator(mode="before")
-    @classmethod
-    def _numbered(cls, blocks: Any) -> Any:
-        """Judges the numbers of the blocks before what is in them."""
-        known = [str(number) for number in range(1, MOST_BLOCKS + 1)]
-        numbered = "blocks are numbered from 1, the lowest"
-        first = next(iter(blocks))
-        for name in blocks:
-            if str(name).isdecimal() != str(first).isdecimal():
-                allowed = (
-                    f"must not be beside block.{first}: a block has its own keys, and of a stack "
-                )
-                raise KeyedError(name, blocks[name], allowed + numbered)
-        for name in blocks:
-            if name not in known:
-                allowed = (
-                    f"must be from 1 to {MOST_BLOCKS}, at most {MOST_BLOCKS} blocks: {numbered}"
-                )
-                raise KeyedError(name, Said("a block of that number"), allowed)
-        highest = max(blocks, key=known.index)
-        for number in known[: known.index(highest)]:
-            if number not in blocks:
-                allowed = f"must be given below block.{highest}: {numbered}"
-                raise KeyedError(number, NOTHING, allowed)
-        return blocks
-
-
-def _single_or_stack(block: object) -> str:
-    """Whether [block] is a block or holds [block.1], [block.2] and so on."""
-    numbered = isinstance(block, Mapping) and any(str(name).isdecimal() for name in block)
-    return STACK if numbered or isinstance(block, Stack) else SINGLE
-
 
 APART = ("sweep", "spectrum", "sample", "ensemble", "study")
 """Tables of a case that have readers of their own."""
-
-SINGLE, STACK = "single", "stack"
-"""What pydantic's place of an error says behind `block`."""
 
 
 class Contact(Table):
     """What happens between block and base."""
 
-    friction: Annotated[float, _number("contact.friction")]
-    angular_restitution: Annotated[float, _number("contact.angular_restitution")] | None = None
+    friction: Annotated[float, number("contact.friction")]
+    angular_restitution: Annotated[float, number("contact.angular_restitution")] | None = None
 
 
 class Start(Table):
@@ -112,11 +36,11 @@ class Start(Table):
     The rotation may be given as a part of the slenderness angle.
     """
 
-    rotation: Annotated[float, _number("start.rotation")] | None = None
-    rotation_ratio: Annotated[float, _number("start.rotation_ratio")] | None = None
-    rotation_across: Annotated[float, _number("start.rotation_across")] | None = None
-    yaw: Annotated[float, _number("start.yaw")] | None = None
-    gap: Annotated[float, _number("start.gap")] | None = None
+    rotation: Annotated[float, number("start.rotation")] | None = None
+    rotation_ratio: Annotated[float, number("start.rotation_ratio")] | None = None
+    rotation_across: Annotated[float, number("start.rotation_across")] | None = None
+    yaw: Annotated[float, number("start.yaw")] | None = None
+    gap: Annotated[float, number("start.gap")] | None = None
 
     @pydantic.model_validator(mode="after")
     def _one_rotation(self) -> Self:
@@ -146,16 +70,16 @@ class Direction(Table):
 
     waveform: Annotated[Waveform, pydantic.BeforeValidator(KEYS["motion.waveform"].read)]
     control: Annotated[Control, pydantic.BeforeValidator(KEYS["motion.control"].read)] | None = None
-    frequency: Annotated[float, _number("motion.frequency")] | None = None
+    frequency: Annotated[float, number("motion.frequency")] | None = None
     amplitude: (
         Annotated[Quantity, pydantic.PlainValidator(KEYS["motion.amplitude"].read)] | None
     ) = None
-    start: Annotated[float, _number("motion.start")] = 0.0
-    cycles: Annotated[float, _number("motion.cycles")] | None = None
-    duration: Annotated[float, _number("motion.duration")] | None = None
-    phase: Annotated[float, _number("motion.phase")] = 0.0
+    start: Annotated[float, number("motion.start")] = 0.0
+    cycles: Annotated[float, number("motion.cycles")] | None = None
+    duration: Annotated[float, number("motion.duration")] | None = None
+    phase: Annotated[float, number("motion.phase")] = 0.0
     record: Annotated[str, pydantic.BeforeValidator(KEYS["motion.record"].read)] | None = None
-    scale: Annotated[float, _number("motion.scale")] = 1.0
+    scale: Annotated[float, number("motion.scale")] = 1.0
 
     def takes(self, name: str) -> bool:
         """Whether the waveform has a use for a key of this table."""
@@ -196,8 +120,8 @@ MOST_SAMPLES = 1_000_000
 class Run(Table):
     """Length of the run and time between samples of its histories [s]."""
 
-    duration: Annotated[float, _number("run.duration")]
-    sample_interval: Annotated[float, _number("run.sample_interval")] | None = None
+    duration: Annotated[float, number("run.duration")]
+    sample_interval: Annotated[float, number("run.sample_interval")] | None = None
 
     @pydantic.model_validator(mode="after")
     def _interval_inside(self) -> Self:
@@ -236,7 +160,7 @@ class CaseTables(Table):
     model: Annotated[str, pydantic.BeforeValidator(KEYS["model"].read)] | None = None
     block: Annotated[
         Annotated[Block, pydantic.Tag(SINGLE)] | Annotated[Stack, pydantic.Tag(STACK)],
-        pydantic.Discriminator(_single_or_stack),
+        pydantic.Discriminator(single_or_stack),
     ]
     contact: Contact
     start: Start = Start()

@@ -22,6 +22,12 @@ MOST_DEPTH = 16
 MOST_CASE_BYTES = 2**26
 """Bytes of a case file: a sweep that lists some million values."""
 
+_KEY_PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*"""
+_LONG_KEY = re.compile(
+    rf"(?:^|[{{,])[ \t]*(?:\[{{1,2}}[ \t]*)?(?:{_KEY_PART}){{{MOST_DEPTH}}}", re.MULTILINE
+)
+"""A dotted key of so many parts that it would take long to be read."""
+
 _TOO_DEEP = f"must have at most {MOST_DEPTH} tables or lists inside one another"
 
 
@@ -109,6 +115,11 @@ def parse_case(text: str, file: str) -> dict[str, Any]:
     if bare is not None:
         got = Said(f"a carriage return alone (character {bare.start()})")
         raise InputError(file, "", got, "must end its lines as TOML says: with LF or CRLF")
+    deep = _LONG_KEY.search(text)
+    if deep is not None:
+        raise InputError(
+            file, deep[0].strip(" \n[{,."), Said("a key of that many parts"), _TOO_DEEP
+        )
     try:
         tables = tomllib.loads(text)
     except ValueError as error:

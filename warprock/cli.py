@@ -35,6 +35,7 @@ from warprock.cli_options import (
     output_to,
     require_within,
     run_options,
+    say_engine,
     set_option,
     workers_option,
 )
@@ -142,7 +143,7 @@ def run(
     case, choice, given = load_case(case_name, overrides), None, engine
     if case.study is not None:
         refused = {"--history": lanes or None, "--accuracy": accuracy, "--tolerance": tolerance}
-        refused["--max-bad"] = max_bad
+        refused |= {"--max-bad": max_bad, "--estimate": estimate and not _is_default("estimate")}
         options: dict[str, Any] = {"precision": precision, "device": device, "workers": workers}
         return run_study_of(case, engine, folder, refused, **options, as_json=as_json)
     runner.require_options(engine or "event", precision=precision, device=device, workers=workers)
@@ -156,11 +157,11 @@ def run(
     runner.require_histories(case, lanes)
     if lanes and folder is None:
         raise InputError("--history", "", list(lanes), "needs -o/--output, the folder to write to")
-    engine = engine_for(case, engine)
+    taken = engine_for(case, engine)
     with console.lane_progress(case.name, case.lane_count) as progress:
         case_run = runner.run_case(
             case,
-            engine,
+            taken.engine,
             precision=precision,
             device=device,
             workers=workers,
@@ -169,6 +170,7 @@ def run(
             tolerance=asked_tolerance(tolerance, estimate=estimate),
             progress=progress,
         )
+    say_engine(taken)
     files = [] if folder is None else _write_run(case_run, folder, lanes)
     _show_run(case_run, files, choice, as_json)
     if max_bad is not None and store.bad_lanes(case_run) > max_bad * case.lane_count:

@@ -67,8 +67,8 @@ def fragility(
 
     A lane without usable numbers (nonfinite, unstable, a limit reached in its engine) is left out
     and counted by its status. A lane is in doubt where its estimated error reaches over the limit,
-    where it is sensitive and has no estimate, or where its status is outside_model or ambiguous: it
-    counts as half a lane that reached the limit and half one that did not, and bands reach
+    or where its status is sensitive and it fell or nearly did, or says outside_model or ambiguous:
+    it counts as half a lane that reached the limit and half one that did not, and bands reach
     around those of both extremes.
     """
     from warprock import fragility as module

@@ -13,6 +13,7 @@ from warprock.cli_options import (
     case_options,
     engine_for,
     estimate_options,
+    say_engine,
 )
 
 if TYPE_CHECKING:
@@ -64,10 +65,10 @@ def ida(
     case = load_case(case_name, overrides)
     ladder = incremental.Ladder(**factors)
     ladder.judge()
-    chosen = engine_for(case, engine, ladder.factors.tolist())
+    choice = engine_for(case, engine, ladder.factors.tolist())
     plan = incremental.plan_analysis(
         case,
-        chosen,
+        choice.engine,
         ladder,
         precision=precision,
         device=device,
@@ -80,6 +81,7 @@ def ida(
             case, plan, ladder, folder, workers=workers, progress=progress
         )
     groups = incremental_fit.capacities(found, intensity=intensity, by=by)
+    say_engine(choice)
     _show(found, case, groups, intensity, folder, as_json=as_json)
 
 

@@ -7,7 +7,12 @@ from typing import Any
 
 import click
 
-from warprock.cli_options import case_options, engine_for, list_written
+from warprock.cli_options import (
+    case_options,
+    engine_for,
+    list_written,
+    say_engine,
+)
 
 
 @click.command("map")
@@ -38,13 +43,15 @@ def overturning_map(
 
     case = load_case(case_name, overrides)
     overturning_boundaries.require_tolerance(tolerance)
+    choice = engine_for(case, engine)
     with console.lane_progress(case.name, None) as progress:
         grid = overturning.run_grid(
             case,
-            engine_for(case, engine),
+            choice.engine,
             **options,
         )
         found = overturning_boundaries.refine(grid, tolerance, progress=progress)
+    say_engine(choice)
     files: list[pathlib.Path] = []
     if folder is not None:
         files = tables_map.write_map(found, folder)

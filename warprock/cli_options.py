@@ -12,6 +12,7 @@ from warprock.errors import InputError
 
 if TYPE_CHECKING:
     from warprock.case import Case
+    from warprock.engine_choice import EngineChoice
 
 EXIT_BAD_LANES = 4
 """Exit code where more lanes are bad than `--max-bad` allows."""
@@ -178,24 +179,26 @@ def engine_option(command: Command) -> Command:
     )(command)
 
 
-def engine_for(case: Case, engine: str | None, factors: Sequence[float] = (1.0,)) -> str:
+def engine_for(case: Case, engine: str | None, factors: Sequence[float] = (1.0,)) -> EngineChoice:
     """The engine named, or the one that the rule of `engine_choice` gives.
-
-    A line on stderr says so where it is not the one that a single block has as a rule.
 
     Args:
         case: The case.
         engine: Name of the engine; None where none is named.
         factors: On the motion of the case: those at which it will run.
     """
-    if engine is not None:
-        return engine
-    from warprock.engine_choice import choose_engine
+    from warprock.engine_choice import EngineChoice, choose_engine
 
-    choice = choose_engine(case, factors)
+    return choose_engine(case, factors) if engine is None else EngineChoice(engine, named=True)
+
+
+def say_engine(choice: EngineChoice) -> None:
+    """Says on stderr where a single block was not run by the engine that it has as a rule.
+
+    Called when the work is done, so that a command that is refused ends in one line.
+    """
     if choice.surprises:
         click.echo(choice.text, err=True)
-    return choice.engine
 
 
 def case_options(command: Command) -> Command:

@@ -14,6 +14,7 @@ from warprock.cli_options import (
     estimate_options,
     list_written,
     require_within,
+    say_engine,
 )
 
 
@@ -51,10 +52,11 @@ def sensitivity(
 
     require_within("--resamples", resamples, 10, 10_000)
     case = load_case(case_name, overrides)
+    choice = engine_for(case, engine)
     with console.lane_progress(case.name, None) as progress:
         found = module.run_sensitivity(
             case,
-            engine_for(case, engine),
+            choice.engine,
             of=of,
             resamples=resamples,
             estimate=estimate,
@@ -62,6 +64,7 @@ def sensitivity(
             progress=progress,
             **options,
         )
+    say_engine(choice)
     files: list[pathlib.Path] = []
     if folder is not None:
         files = tables_sensitivity.write_sensitivity(found, folder)

@@ -13,6 +13,7 @@ from warprock.cli_options import (
     engine_for,
     estimate_options,
     list_written,
+    say_engine,
 )
 
 
@@ -39,15 +40,17 @@ def spectrum(
     from warprock.report import console, plots_spectrum, tables_spectrum
 
     case = load_case(case_name, overrides)
+    choice = engine_for(case, engine)
     with console.lane_progress(case.name, case.lane_count) as progress:
         found = module.run_spectrum(
             case,
-            engine_for(case, engine),
+            choice.engine,
             estimate=estimate,
             tolerance=asked_tolerance(tolerance, estimate=estimate),
             progress=progress,
             **options,
         )
+    say_engine(choice)
     files: list[pathlib.Path] = []
     if folder is not None:
         files = tables_spectrum.write_spectrum(found, folder)

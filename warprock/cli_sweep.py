@@ -19,6 +19,7 @@ from warprock.cli_options import (
     json_option,
     max_bad_option,
     output_to,
+    say_engine,
     set_option,
     workers_option,
 )
@@ -68,10 +69,11 @@ def plan(
     from warprock.report import console, sweeps
 
     case = load_case(case_name, overrides)
+    choice = engine_for(case, engine)
     with console.lane_progress("look at every lane", case.lane_count) as progress:
         made = sweep_plan.make_plan(
             case,
-            engine_for(case, engine),
+            choice.engine,
             precision=precision,
             device=device,
             estimate=estimate,
@@ -80,6 +82,7 @@ def plan(
             progress=progress,
         )
     written = sweep_plan.write_plan(made, folder)
+    say_engine(choice)
     found = sweep_plan.plan_facts(made) | {"folder": str(folder), "written": written}
     console.print_json(found) if as_json else sweeps.print_plan(found)
 

@@ -42,22 +42,24 @@ class EngineChoice:
 
     Attributes:
         engine: Its name.
-        why: Why, in words.
+        why: Why, in words; empty where it was named.
         judged: Runs of `housner` that were judged; 0 where the rule needed none.
         outside: Those outside its model.
         planar_block: Whether it is for one block in the plane, which `housner` might run.
+        named: Whether it was named, not chosen.
     """
 
     engine: str
-    why: str
+    why: str = ""
     judged: int = 0
     outside: int = 0
     planar_block: bool = True
+    named: bool = False
 
     @property
     def surprises(self) -> bool:
-        """Whether a single block goes to another engine than `housner`."""
-        return self.planar_block and self.engine != ANALYTICAL
+        """Whether a single block goes to another engine than `housner`, and nobody asked for it."""
+        return self.planar_block and not self.named and self.engine != ANALYTICAL
 
     @property
     def text(self) -> str:

@@ -47,7 +47,7 @@ def rotations(attitude: Array) -> tuple[Array, Array, Array]:
     With the block's axis (x, y, z) the rotation is atan2(x, z) and the rotation across atan2(y, z).
     These say nothing once z is zero. Of a block that falls, z < 1/2, they go over to the angles of
     an axis that lies on the ground, atan2(x, |y|) and atan2(y, |x|): 90 degrees and 0 after a fall
-    along x, 0 and 90 after one across. In between they are atan2(x, sqrt(z^2 + (1 - 4 z^2) y^2))
+    along x, 0 and 90 after one across. In between they are atan2(x, sqrt(z^2 + (1 - 4 z^2)^2 y^2))
     and the same with x and y in each other's place; z < 0 counts as 0. In the plane y is zero and
     nothing changes.
 
@@ -61,8 +61,10 @@ def rotations(attitude: Array) -> tuple[Array, Array, Array]:
     yaw -= 2.0 * np.pi * np.round(yaw / (2.0 * np.pi))
     up = np.maximum(z, 0.0)
     part = np.maximum(1.0 - (up / FALLS) ** 2, 0.0)
-    run_x, run_y = (np.where(part > 0.0, np.sqrt(up**2 + part * side**2), up) for side in (y, x))
-    return np.arctan2(x, run_x), np.arctan2(y, run_y), yaw
+    beside_x, beside_y = (
+        np.where(part > 0.0, np.sqrt(up**2 + (part * side) ** 2), up) for side in (y, x)
+    )
+    return np.arctan2(x, beside_x), np.arctan2(y, beside_y), yaw
 
 
 def bottom_corners(lanes: SpatialLanes) -> Array:

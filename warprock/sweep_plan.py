@@ -296,6 +296,9 @@ def _require_form(text: Any, file: str) -> None:
         if type(found) not in kinds:
             words = " or ".join(_SAID.get(kind, "null") for kind in kinds)
             raise InputError(file, key, found, f"must be {words}, as it was written")
+    if text["content"]["format"] != FORMAT:
+        found, allowed = text["content"]["format"], f"must be {FORMAT}, that of this version"
+        raise InputError(file, "content.format", found, allowed)
     for key, number, most in (
         ("content.lanes", text["content"]["lanes"], MOST_LANES),
         ("chunk_lanes", text["chunk_lanes"], MOST_CHUNK_LANES),
