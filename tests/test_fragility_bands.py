@@ -13,7 +13,7 @@ from warprock.fragility_bands import MOST_PARTS, Band, without_one
 from warprock.fragility_fit import fit_lognormal, fragility_band, observe
 
 
-@pytest.mark.parametrize(("records", "spread"), [(6, 0.6), (10, 0.6), (10, 1.0), (20, 0.0)])
+@pytest.mark.parametrize(("records", "spread"), [(6, 0.6), (10, 1.0)])
 def test_bands_hold_the_truth_as_often_as_they_say(records: int, spread: float):
     # `python -m tests.fragility_studies` has the shares of more studies. The standard error of 150
     # is 2.5 %; the bound lies three of these below. Percentiles of resampled records, which were
@@ -25,7 +25,7 @@ def test_bands_hold_the_truth_as_often_as_they_say(records: int, spread: float):
 
 def test_a_band_of_many_capacities_known_well_is_that_of_a_mean():
     # Capacities of one draw a record, seen on a fine grid: ln(median) is their mean.
-    intensity, reached, record = stripes(40, seed=4, spread=1.0, levels=400)
+    intensity, reached, record = stripes(40, seed=4, spread=1.0, levels=100)
     seen = observe(intensity, reached, record)
     fit = fit_lognormal(seen)
     low, high = np.log(fragility_band(seen, fit).interval("median"))

@@ -59,7 +59,12 @@ def lanes_like(**columns: object) -> pd.DataFrame:
                          "peak_rotation_error_rad": 0.3 * ALPHA}, False),
         ("overturning", {"status": "sensitive", "peak_rotation_ratio": 0.8,
                          "peak_rotation_error_rad": 0.3 * ALPHA}, True),
-        ("overturning", {"status": "sensitive", "outcome": "overturned"}, True),
+        ("overturning", {"status": "sensitive", "outcome": "overturned",
+                         "peak_rotation_ratio": 7.9, "peak_rotation_error_rad": 7.5 * ALPHA}, True),
+        ("overturning", {"status": "sensitive", "outcome": "overturned", "peak_rotation_ratio": 7.9,
+                         "peak_rotation_error_rad": 4.0 * ALPHA}, False),
+        ("overturning", {"status": "sensitive", "outcome": "overturned",
+                         "peak_rotation_error_rad": np.nan}, True),
         ("overturning", {"status": "ok", "outcome": "overturned"}, False),
         ("uplift", {"status": "sensitive", "peak_rotation_ratio": 0.4,
                     "peak_rotation_error_rad": 0.3 * ALPHA}, False),
@@ -88,6 +93,7 @@ def test_lanes_in_doubt_count_half_and_bands_reach_around_both_extremes():
     plain = curve_rows(fragility_curves(table, source="t", limits=read_limits(["overturning"])))
     near = (table["outcome"] == "overturned") & (np.arange(400) % 5 == 0)
     table.loc[near, "status"] = "sensitive"
+    table.loc[near, "peak_rotation_error_rad"] = np.inf
     (curve,) = fragility_curves(table, source="t", limits=read_limits(["overturning"]))
     row = curve_rows([curve]).iloc[0]
     assert row["in_doubt"] == near.sum() > 10
@@ -95,7 +101,7 @@ def test_lanes_in_doubt_count_half_and_bands_reach_around_both_extremes():
     # All of them had overturned: as if none was in doubt, and as if none had.
     assert row["median_if_reached"] == pytest.approx(plain["median"][0], rel=1e-9)
     table.loc[near, "outcome"] = "rocking"
-    table.loc[near, "status"] = "ok"
+    table.loc[near, ["status", "peak_rotation_error_rad"]] = ["ok", 1e-4 * ALPHA]
     other = curve_rows(fragility_curves(table, source="t", limits=read_limits(["overturning"])))
     assert row["median_if_not"] == pytest.approx(other["median"][0], rel=1e-9)
     assert plain["median"][0] < row["median"] < other["median"][0]
@@ -121,7 +127,7 @@ def test_lanes_that_cannot_be_used_are_left_out_and_counted_by_status(tmp_path: 
 def test_too_many_lanes_in_doubt_are_refused_unless_asked_for(tmp_path: pathlib.Path):
     table = lane_table()
     table.loc[::4, "status"] = "sensitive"
-    table["peak_rotation_error_rad"] = np.where(table["status"] == "sensitive", 1.0, 1e-5)
+    table["peak_rotation_error_rad"] = np.where(table["status"] == "sensitive", 2.0, 1e-5)
     table.to_parquet(tmp_path / "lanes.parquet")
     result = run(str(tmp_path), "--limit", "overturning")
     assert result.exit_code == 2

@@ -4,8 +4,8 @@ A lane is in doubt where its own numbers do not tell on which side of the limit 
 
 - its estimated error reaches over the limit: |peak rotation / slenderness angle - limit|, or
   |slide - limit|, is not above the estimate of its error;
-- it is `sensitive` (its numbers depend on the time step) and fell, or stands so near to overturning
-  that its error reaches 1, or lifted by no more than its error;
+- it is `sensitive` (its numbers depend on the time step), and its error reaches over a ratio of 1
+  where the limit is overturning, over zero where it is uplift;
 - it is `sensitive`, and the table has no estimate of what the limit asks for;
 - it has another reservation (`outside_model`, `ambiguous`): its engine left out something that may
   have changed what became of it. Whether it lifted is not in doubt then.
@@ -152,8 +152,8 @@ def in_doubt(lanes: pd.DataFrame, limit: Limit) -> Mask:
         small = ~(value.max(axis=1, initial=0.0) > error.max(axis=1, initial=0.0))
         return np.asarray(sensitive & lifted & ~fell & small)
     if limit.name == OVERTURNING:
-        near = ~((value + error).max(axis=1, initial=0.0) < 1.0)
-        return np.asarray((sensitive & (fell | near)) | other)
+        sure = np.where(fell, (value - error > 1.0).any(1), (value + error < 1.0).all(1))
+        return np.asarray((sensitive & ~sure) | other)
     assert limit.ratio is not None
     return _over(value, error, limit.ratio, sensitive, fell) | other
 

@@ -275,17 +275,21 @@ def _batches(
 ) -> list[tuple[float, Numbers]]:
     """Durations [s] and the numbers of the lanes that run for them.
 
-    No lane takes more than the steps of the size by its step. Lanes whose steps differ by more
+    Lanes that the engine refuses do not run. No lane takes more than the steps of the size by its
+    step. Lanes whose steps differ by more
     than `STEP_SPAN` run apart, so that the quick ones do not end the runs of the others.
     """
     longest = min(size.duration, part.map.longest)
     found = engine_class(part.engine)
     if found.order is None:
         return [(longest, np.arange(grid.lanes.lane_count))]
-    step = found(launch.settings, Target(part.precision)).longest_step(grid.lanes, grid.motions)
+    engine = found(launch.settings, Target(part.precision))
+    step = engine.longest_step(grid.lanes, grid.motions)
     most = np.minimum(longest, part.map.runs_longer * size.steps * step)
     kind = np.floor(np.log(longest / most) / np.log(STEP_SPAN)).astype(np.intp)
-    groups = [np.flatnonzero(kind == each) for each in np.unique(kind)]
+    reserve = engine.reserve(grid.lanes)
+    able = np.ones(len(kind), dtype=bool) if reserve is None else reserve[0] > 1.0
+    groups = [np.flatnonzero(able & (kind == each)) for each in np.unique(kind[able])]
     return [(float(most[numbers].min()), numbers) for numbers in groups]
 
 

@@ -61,14 +61,14 @@ class AbstractEngine(abc.ABC):
         """Longest step that every lane may take [s], shape [lane], of an engine with an order."""
         return np.full(lanes.lane_count, self.settings.time_step)
 
-    def refused_lane(self, lanes: Lanes) -> tuple[int, float, str] | None:
-        """The first lane whose blocks the engine cannot model; None where there is none.
+    def reserve(self, lanes: Lanes) -> tuple[npt.NDArray[np.float64], str] | None:
+        """What lanes must have to be run, over what they need; None where there is no such bound.
 
         Args:
             lanes: The lanes.
 
         Returns:
-            Its number, the value that cannot be, and what would be allowed.
+            A number that must be above 1, shape [lane], and what it is.
         """
         return None
 

@@ -118,22 +118,16 @@ class Dem(AbstractEngine):
         limit = stable_step(stiffest_frequency(as_stacks(lanes), self.settings), self.settings)
         return np.asarray(np.minimum(self.settings.time_step, self.settings.step_safety * limit))
 
-    def refused_lane(self, lanes: Lanes) -> tuple[int, float, str] | None:
-        """Blocks that buckle on their springs; see `AbstractEngine.refused_lane`."""
+    def reserve(self, lanes: Lanes) -> tuple[Array, str]:
+        """Whether blocks can stand on their springs; see `AbstractEngine.reserve`."""
         if lanes.spatial:
             ratio = standing_ratio_in_space(lanes, self.settings)
         else:
             ratio = standing_ratio(as_stacks(lanes), self.settings)
-        soft = ratio <= 1.0
-        if not soft.any():
-            return None
-        lane, block = np.argwhere(soft)[0]
-        allowed = (
-            f"must be above 1: in dem the springs below block {block + 1} resist rocking by this "
-            "part of what the weight on them needs (k_n I / (W h)), so that it could not stand; "
-            "raise engines.dem.normal_stiffness"
+        return ratio.min(axis=1), (
+            "in dem the stiffness against rocking of the springs below a block over what the "
+            "weight on them needs to stand, k_n I / (W h); raise engines.dem.normal_stiffness"
         )
-        return int(lane), float(ratio[lane, block]), allowed
 
     def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
         if lanes.spatial:

@@ -18,7 +18,7 @@ from typing import cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.soundness import BARRIER_SHARE, exploded, gone_through
+from warprock.engines.soundness import BARRIER_SHARE, COMPLETE_BOUND, exploded, gone_through
 from warprock.engines.stack_launching import as_stacks
 from warprock.lanes import Lanes, SpatialLanes
 from warprock.motion import (
@@ -191,8 +191,9 @@ def unstable_in_space(
     """Where blocks have energy that nothing gave, shape [lane], on a base that moves or not.
 
     Where contacts gave more than `exploded` puts down to small errors, beside the most energy that
-    a lane can have. Where contacts are rigid also single blocks that leaned further than that or
-    a base too weak to lift them can bring about, and corners that went through the ground.
+    a lane can have, and where single blocks leaned further than that can bring about. Where
+    contacts are rigid also those that leaned on a base too weak to lift them, and corners that went
+    through the ground.
 
     Args:
         lanes: Single blocks or stacks.
@@ -206,7 +207,12 @@ def unstable_in_space(
     most = most_energy(lanes, motions, duration)
     found = exploded(lanes, most, -np.asarray(energy_lost, dtype=np.float64))
     if not rigid:
-        return found
+        if not lanes.stacked:
+            # Springs let a centre sink below where a rigid corner would hold it.
+            weight = GRAVITY * lanes.mass
+            least = energy_to_tilt(lanes, peak_tilt) - weight * np.asarray(deepest)
+            found |= exploded(lanes, most, least - most, COMPLETE_BOUND)
+        return np.asarray(found)
     if not lanes.stacked:
         found |= exploded(lanes, most, energy_to_tilt(lanes, peak_tilt) - most)
         found |= tilted_by_nothing(lanes, motions, peak_tilt)

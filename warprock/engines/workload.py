@@ -42,9 +42,11 @@ def require_workload(
     Raises:
         InputError: There is such a lane: its number, the value, and the bound.
     """
-    refused = engine.refused_lane(lanes)
-    if refused is not None:
-        raise InputError(source, f"lane {first + refused[0]}", refused[1], refused[2])
+    reserve = engine.reserve(lanes)
+    if reserve is not None and (reserve[0] <= 1.0).any():
+        lane = int(np.argmax(reserve[0] <= 1.0))
+        allowed = f"must be above 1: {reserve[1]}"
+        raise InputError(source, f"lane {first + lane}", float(reserve[0][lane]), allowed)
     if engine.order is None:
         return
     step = engine.longest_step(lanes, motions)
