@@ -56,6 +56,7 @@ from warprock.companions import (
     usable,
 )
 from warprock.engines import engine_class
+from warprock.engines.workload import FINEST_STEPS
 from warprock.estimate import CHAOTIC_ABOVE, CHUNK_VALUES, SAFETY, SENSITIVE_ABOVE
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
@@ -190,6 +191,7 @@ def run_at_step(
         options: Other arguments of `run_batch`.
     """
     count = round(math.log2(settings.time_step / step))
+    options["most_steps"] = FINEST_STEPS
     return run_batch(engine, lanes, motions, times, settings=halved(settings, count), **options)
 
 
