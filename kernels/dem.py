@@ -252,6 +252,7 @@ def press(
     overlap: real, tilt: real, vn: real, parting: real, vt: real, sliding: real,
     u1: wp.ref[real], slip1: wp.ref[real], u2: wp.ref[real], slip2: wp.ref[real],
     n: wp.ref[real], nq: wp.ref[real], t: wp.ref[real], tq: wp.ref[real], e: wp.ref[real],
+    held: wp.ref[int],
 ):  # fmt: skip
     """Adds a pair of points, -away and +away half lengths from the middle, to an interface.
 
@@ -263,8 +264,11 @@ def press(
             parting, vt and sliding likewise.
         u1: State of the first point, see `spring`, slip1 likewise; u2, slip2 of the second.
         n: Mean of N so far [N/m^2], nq its first moment over the half length, t and tq of T,
-            e the mean of twice the energy [J/m^2]; all are added to.
+            e the mean of twice the energy [J/m^2], held the points that are pressed and do not
+            slip; all are added to.
     """
+    before1 = real(slip1)
+    before2 = real(slip2)
     n1, t1, e1 = spring(
         knobs, live, mu, dt, overlap - away * tilt, vn - away * parting, vt - away * sliding,
         u1, slip1,
@@ -278,6 +282,8 @@ def press(
     nq = nq + share * away * (n2 - n1)
     tq = tq + share * away * (t2 - t1)
     e = e + share * (e1 + e2)
+    held = held + wp.where(n1 > real(0.0) and slip1 == before1, 1, 0)
+    held = held + wp.where(n2 > real(0.0) and slip2 == before2, 1, 0)
 
 
 @wp.func

@@ -7,7 +7,10 @@ Loops over the lanes are innermost and work on local matrices, one row a body or
 the compiler turns them into vector code; with one lane a thread the same text is the plain form
 for any device. A func takes the entries of the matrices and changes those it takes as `wp.ref`.
 
-An interface rocks while its faces have parted in the middle; that needs no tolerance.
+An interface has parted once its faces gape from the middle to three quarters of the way to an end
+(`PIVOT`): the springs of an eighth of the face carry all, and the block turns about that end, where
+before it leaned on its springs. It has landed, an impact, once it is closed in the middle again. It
+slides while all of its springs that carry slip, faster than `parting.slides` tells.
 """
 
 # A func changes what it takes by reference, which the linter takes for unused assignments.
@@ -32,6 +35,7 @@ motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 account = kernel_module("account", precision=PRECISION)
 dem = kernel_module("dem", precision=PRECISION)
 of_lanes = kernel_module("dem_lanes", precision=PRECISION)
+parting = kernel_module("parting", precision=PRECISION)
 wp.set_module_options(dem.DEM_OPTIONS)
 larger, smaller, size, book = scalar.larger, scalar.smaller, scalar.size, account.book
 sine, cosine = scalar.sine, scalar.cosine
@@ -40,7 +44,7 @@ Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Knobs, meet = dem.Knobs, dem.meet
 press, load, advance = dem.press, dem.load, dem.advance
-passes_left, time_past, witness = of_lanes.passes_left, of_lanes.time_past, of_lanes.witness
+passes_left, time_past, slides = of_lanes.passes_left, of_lanes.time_past, parting.slides
 
 POINTS = max(ITERATIONS, 2)
 """Sub-contacts of an interface."""
@@ -54,6 +58,13 @@ GROUND_FACE = real(1.0e9)
 HALF_PI = real(1.5707963267948966)
 HALF = real(0.5)
 ROCKING, OVERTURNED, BROKEN = of_lanes.ROCKING, of_lanes.OVERTURNED, of_lanes.BROKEN
+SLID_OFF, NEVER = of_lanes.SLID_OFF, of_lanes.NEVER
+PIVOT = real(0.75)
+"""Place up to which faces that have parted gape, from the middle, over the way to the end. Of five
+sub-contacts only the last one then carries, which is when a rigid block lifts; of many, the
+resultant has moved by 0.92 of the way."""
+APART = real(-1.0)
+"""What an interface that has parted keeps for the time since which it gapes."""
 
 
 @wp.struct
@@ -108,9 +119,9 @@ def set_up(
     block: Block, face: wp.ref[real], high: wp.ref[real], m: wp.ref[real], j: wp.ref[real],
     mu: wp.ref[real], depth: wp.ref[real], offset: wp.ref[real], x: wp.ref[real],
     z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
-    old: wp.ref[real], peak: wp.ref[real],
+    since: wp.ref[real], peak: wp.ref[real],
 ):  # fmt: skip
-    """Puts a block where it starts; one that has not begun has not parted."""
+    """Puts a block where it starts; one that has not begun does not gape."""
     face = block.face
     high = block.high
     m = block.inverse_mass
@@ -123,7 +134,7 @@ def set_up(
     theta = block.theta
     s = sine(block.theta)
     c = cosine(block.theta)
-    old = real(1.0)
+    since = NEVER
     peak = size(block.theta)
 
 
@@ -143,6 +154,47 @@ def ride(
     stored = wp.where(live, real(0.0), stored)
     spent = wp.where(live, loss, spent)
     steps = steps + wp.where(live, 1, 0)
+
+
+@wp.func
+def witness(
+    live: bool, time: real, gravity: real, dt: real, overlap: real, tilt: real, shared: real,
+    slip: real, held: wp.ref[int], since: wp.ref[real], uplift_time: wp.ref[real],
+    moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int], mode: wp.ref[int],
+):  # fmt: skip
+    """Whether an interface rocks or slides, whether it has landed, and whether it is still there.
+
+    Args:
+        live: Whether the lane still runs.
+        time: Time [s].
+        gravity: Acceleration of gravity [m/s^2].
+        dt: Time step [s].
+        overlap: Depth to which the faces overlap in the middle of what they share [m].
+        tilt: By how much it is deeper or less deep at the ends of what they share [m].
+        shared: How much they share.
+        slip: Speed at which they slip [m/s].
+        held: Springs that carry and do not slip; set to none for the next interface.
+        since: Time since which the middle gapes [s]: APART once it has parted, NEVER if closed.
+        uplift_time: Time at which the lane first lifted [s], or NEVER.
+        moved: Last time at which it moved [s].
+        deepest: Deepest overlap so far [m].
+        impacts: Interfaces that have landed.
+        mode: How the lane goes on.
+    """
+    zero = real(0.0)
+    gapes = overlap <= zero
+    was = since < zero
+    apart = gapes and (was or overlap + PIVOT * size(tilt) <= zero)
+    opened = wp.where(gapes, smaller(since, time), NEVER)
+    lifts = live and apart and not was
+    uplift_time = wp.where(lifts, smaller(uplift_time, opened), uplift_time)
+    glides = not gapes and held == 0 and slides(dt * slip, dt, gravity)
+    moved = wp.where(live and (apart or glides), time, moved)
+    impacts = impacts + wp.where(live and was and not gapes, 1, 0)
+    since = wp.where(live, wp.where(apart, APART, opened), since)
+    held = 0
+    deepest = wp.where(live and shared > zero, larger(overlap + size(tilt), deepest), deepest)
+    mode = wp.where(live and shared <= zero, SLID_OFF, mode)
 
 
 @wp.func
@@ -175,7 +227,7 @@ def stacks(
     # Rows of bodies, the ground first: what they are, where, how fast, and what is kept of them.
     face, high, m, j, mu, depth, offset = Body(), Body(), Body(), Body(), Body(), Body(), Body()
     x, z, theta, s, c, vx, vz = Body(), Body(), Body(), Body(), Body(), Body(), Body()
-    omega, fx, fz, moment, old, slid = Body(), Body(), Body(), Body(), Body(), Body()
+    omega, fx, fz, moment, since, slid = Body(), Body(), Body(), Body(), Body(), Body()
     peak, peak_time, slide, peak_slide = Body(), Body(), Body(), Body()
     # Rows of points, pair by pair from the middle outwards: the one at -x, the one at +x.
     u, slip = Point(), Point()
@@ -186,7 +238,7 @@ def stacks(
     dt, span, base, dv, loss, spent, stored = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     at_start, given, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
     uplift_time, moved, deepest, jolt = Lane(), Lane(), Lane(), Lane()
-    live, impacts, mode, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
+    live, impacts, mode, steps, held = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
     # Counts that Warp does not know, so that it writes out none of the loops over them.
     bodies, pairs, first = int(BLOCKS + 1), int(PAIRS), wp.tid() * LANES
     for i in range(LANES):
@@ -195,7 +247,7 @@ def stacks(
             set_up(
                 blocks[k - 1, first + i], face[k, i], high[k, i], m[k, i], j[k, i], mu[k, i],
                 depth[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
-                old[k, i], peak[k, i],
+                since[k, i], peak[k, i],
             )  # fmt: skip
             for p in range(2 * pairs):
                 u[2 * pairs * (k - 1) + p, i] = blocks[k - 1, first + i].stretch
@@ -235,7 +287,7 @@ def stacks(
                             knobs, live[i] == 1, mu[k, i], dt[i], share, away, overlap[i], tilt[i],
                             vn[i], parting[i], vt[i], sliding[i], u[row + 2 * p, i],
                             slip[row + 2 * p, i], u[row + 2 * p + 1, i], slip[row + 2 * p + 1, i],
-                            n[i], nq[i], t[i], tq[i], e[i],
+                            n[i], nq[i], t[i], tq[i], e[i], held[i],
                         )  # fmt: skip
                 for i in range(LANES):
                     load(
@@ -245,8 +297,8 @@ def stacks(
                         live[i] == 1, stored[i],
                     )  # fmt: skip
                     witness(
-                        live[i] == 1, real(steps[i] - 1) * dt[i], overlap[i],
-                        overlap[i] + size(tilt[i]), half[i], old[k, i], uplift_time[i], moved[i],
+                        live[i] == 1, real(steps[i] - 1) * dt[i], knobs.gravity, dt[i], overlap[i],
+                        tilt[i], half[i], vt[i], held[i], since[k, i], uplift_time[i], moved[i],
                         deepest[i], impacts[i], mode[i],
                     )  # fmt: skip
             for k in range(1, bodies):

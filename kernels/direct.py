@@ -212,6 +212,14 @@ def solve(
 
 
 @wp.func
+def corners(block: Block, s: real, c: real):
+    """Where the -x and the +x corner are from the centre of mass: x, z, x, z [m]."""
+    wide, deep = block.half_width * s, block.half_height * c
+    far, aside = block.half_width * c, block.half_height * s
+    return -far - aside, wide - deep, far - aside, -wide - deep
+
+
+@wp.func
 def step(
     block: Block, knobs: Knobs, dv: real,
     x: real, z: real, theta: real, vx: real, vz: real, omega: real,
@@ -220,7 +228,8 @@ def step(
     """One step of one lane, in which the base velocity changes by dv [m/s].
 
     The arguments from `x` on are the lane's state, see the head of this file; the step returns
-    it in the same order, what `solve` missed, and the gap of the lower corner at its start [m].
+    it in the same order, what `solve` missed, the gap of the lower corner at its start [m], and the
+    gaps after it of the -x and of the +x corner, along their velocities [m].
     """
     zero, one = real(0.0), real(1.0)
     w, dt = block.inverse_inertia, knobs.time_step
@@ -229,10 +238,7 @@ def step(
     m = sign_of(lean)
     s = sine(m * theta)
     c = cosine(theta)
-    x1 = -block.half_width * c - block.half_height * s
-    z1 = block.half_width * s - block.half_height * c
-    x2 = block.half_width * c - block.half_height * s
-    z2 = -block.half_width * s - block.half_height * c
+    x1, z1, x2, z2 = corners(block, s, c)
     gap1 = z + z1
     gap2 = z + z2
     ux = m * (vx - dv)
@@ -265,12 +271,14 @@ def step(
     # won its weight; without round-off this is nothing.
     risen = z + dt * vz1
     work += knobs.gravity * ((risen - z) - dt * vz1)
+    ahead1 = gap1 + dt * (vz1 - vo1 * x1)
+    ahead2 = gap2 + dt * (vz1 - vo1 * x2)
     vx1 = m * vx1
     vo1 = m * vo1
     return (
         x + dt * vx1, risen, theta + dt * vo1, vx1, vz1, vo1,
         wp.where(m < zero, p2, p1), wp.where(m < zero, p1, p2), loss - work, miss,
-        lowest,
+        lowest, wp.where(m < zero, ahead2, ahead1), wp.where(m < zero, ahead1, ahead2),
     )  # fmt: skip
 
 

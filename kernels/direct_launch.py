@@ -1,6 +1,6 @@
 """Runs of the direct step over lanes: packed for the CPU, plain for any device.
 
-A block rocks while one of its corners carries no impulse; that needs no tolerance. A flat one
+A block rocks while one of its corners has parted from the base, see `parting`. A flat one
 starts at rest on its springs, a leaning one with its corner at the base.
 """
 
@@ -18,12 +18,14 @@ wp.set_module_options(module_options())
 scalar = kernel_module("scalar", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 account = kernel_module("account", precision=PRECISION)
+parting = kernel_module("parting", precision=PRECISION)
 direct = kernel_module("direct", precision=PRECISION)
 larger, smaller, size, book = scalar.larger, scalar.smaller, scalar.size, account.book
 Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Block, Knobs, step = direct.Block, direct.Knobs, direct.step
 slide_of, height_of = direct.slide_of, direct.height_of
+slack, slides, watch = parting.slack, parting.slides, parting.watch
 
 HALF_PI = real(1.5707963267948966)
 HALF = real(0.5)
@@ -36,11 +38,10 @@ UNSOLVED = 5
 
 @wp.func
 def observe(
-    mode: int, time: real, theta: real, omega: real, slide: real,
-    miss: real, n1: real, n2: real, old1: real, old2: real,
-    peak: real, peak_time: real, peak_slide: real, uplift_time: real, moved: real, impacts: int,
+    mode: int, time: real, theta: real, omega: real, slide: real, miss: real,
+    peak: real, peak_time: real, peak_slide: real,
 ):  # fmt: skip
-    """What a step adds to the response of one lane.
+    """What a step adds to the response of one lane; what its ends tell is left to `watch`.
 
     Args:
         mode: ROCKING (not at its end), OVERTURNED, BROKEN or UNSOLVED.
@@ -49,25 +50,15 @@ def observe(
         omega: Angular velocity [rad/s].
         slide: Slide along the base [m].
         miss: What the solve missed, beyond round-off.
-        n1: Normal impulse of the -x corner in this step; old1 in the step before.
-        n2: Normal impulse of the +x corner in this step; old2 in the step before.
-        old1: See n1.
-        old2: See n2.
         peak: Largest |theta| so far [rad], peak_time its time [s].
         peak_time: See peak.
         peak_slide: Largest |slide| so far [m].
-        uplift_time: First time at which a corner carries nothing [s].
-        moved: Last time at which a corner carries nothing [s].
-        impacts: Times at which a corner that carried nothing is loaded again.
 
     Returns:
-        mode, peak, peak_time, peak_slide, uplift_time, moved, impacts.
+        mode, peak, peak_time, peak_slide.
     """
     zero = real(0.0)
     higher = size(theta) > peak
-    lifted = n1 <= zero or n2 <= zero
-    landed1 = wp.where(old1 <= zero and n1 > zero, 1, 0)
-    landed2 = wp.where(old2 <= zero and n2 > zero, 1, 0)
     over = size(theta) >= HALF_PI
     found = wp.where(miss > zero, UNSOLVED, wp.where(over, OVERTURNED, mode))
     sound = theta - theta == zero and omega - omega == zero and slide - slide == zero
@@ -76,10 +67,21 @@ def observe(
         wp.where(higher, smaller(size(theta), HALF_PI), peak),
         wp.where(higher, time, peak_time),
         larger(size(slide), peak_slide),
-        wp.where(lifted and uplift_time >= NEVER, time, uplift_time),
-        wp.where(lifted, time, moved),
-        impacts + landed1 + landed2,
     )
+
+
+@wp.func
+def limit_of(block: Block, knobs: Knobs, omega: real) -> real:
+    """Gap beyond which a corner has parted from the base [m]."""
+    reach = block.half_width + block.half_height
+    return slack(knobs.time_step, knobs.gravity, reach, omega * omega, reach)
+
+
+@wp.func
+def glides(block: Block, knobs: Knobs, vx: real, omega: real) -> bool:
+    """Whether a block that stands flat slides."""
+    way = knobs.time_step * (vx - block.half_height * omega)
+    return slides(way, knobs.time_step, knobs.gravity)
 
 
 @wp.func
@@ -153,8 +155,8 @@ def packed(
     n1, n2, loss, base = Lane(), Lane(), Lane(), Lane()
     given, jolt, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
     peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
-    uplift_time, moved = Lane(), Lane()
-    impacts, mode, steps = LaneInt(), LaneInt(), LaneInt()
+    uplift_time, moved, since = Lane(), Lane(), Lane()
+    impacts, mode, steps, apart1, apart2 = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
     for i in range(LANE_WIDTH):
         block = blocks[first + i]
         th = starts[first + i]
@@ -189,15 +191,20 @@ def packed(
                 block.erp = blocks[first + i].erp
                 place = sample_index(m, sample_segment(m, half))
                 moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
-                qx, qz, qt, ux, uz, uo, p1, p2, lo, mi, gap = step(
+                qx, qz, qt, ux, uz, uo, p1, p2, lo, mi, gap, gap1, gap2 = step(
                     block, knobs, moving - base[i], x[i], z[i], theta[i], vx[i], vz[i], omega[i],
                     n1[i], n2[i], loss[i],
                 )  # fmt: skip
-                mo, pk, pt, ps, ut, mv, im = observe(
-                    mode[i], time, qt, uo, slide_of(block, qx, qt), mi, p1, p2, n1[i], n2[i],
-                    peak[i], peak_time[i], peak_slide[i], uplift_time[i], moved[i], impacts[i],
+                mo, pk, pt, ps = observe(
+                    mode[i], time, qt, uo, slide_of(block, qx, qt), mi, peak[i], peak_time[i],
+                    peak_slide[i],
                 )  # fmt: skip
                 live = mode[i] == ROCKING
+                watch(
+                    live, time, limit_of(block, knobs, uo), p1, gap1, p2, gap2,
+                    glides(block, knobs, ux, uo), since[i], apart1[i], apart2[i], uplift_time[i],
+                    moved[i], impacts[i],
+                )  # fmt: skip
                 x[i] = wp.where(live, qx, x[i])
                 z[i] = wp.where(live, qz, z[i])
                 theta[i] = wp.where(live, qt, theta[i])
@@ -215,9 +222,6 @@ def packed(
                 peak_time[i] = wp.where(live, pt, peak_time[i])
                 peak_slide[i] = wp.where(live, ps, peak_slide[i])
                 deepest[i] = wp.where(live, larger(-gap, deepest[i]), deepest[i])
-                uplift_time[i] = wp.where(live, ut, uplift_time[i])
-                moved[i] = wp.where(live, mv, moved[i])
-                impacts[i] = wp.where(live, im, impacts[i])
                 steps[i] = steps[i] + wp.where(live, 1, 0)
                 mode[i] = wp.where(live, mo, mode[i])
         if rotations.shape[0] > 0:
@@ -271,8 +275,8 @@ def plain(
     peak_time = real(0.0)
     peak_slide = real(0.0)
     uplift_time = real(wp.where(theta == real(0.0), NEVER, real(0.0)))
-    moved = real(0.0)
-    impacts = int(0)
+    moved, since = real(0.0), real(0.0)
+    impacts, apart1, apart2 = int(0), int(0), int(0)
     mode = int(ROCKING)
     k = int(0)
     time = real(0.0)
@@ -285,12 +289,15 @@ def plain(
             early = before_start(k)
             place = sample_index(m, sample_segment(m, half))
             moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
-            qx, qz, qt, ux, uz, uo, p1, p2, lo, mi, gap = step(
+            qx, qz, qt, ux, uz, uo, p1, p2, lo, mi, gap, gap1, gap2 = step(
                 block, knobs, moving - base, x, z, theta, vx, vz, omega, n1, n2, loss
             )
-            mo, pk, pt, ps, ut, mv, im = observe(
-                mode, time, qt, uo, slide_of(block, qx, qt), mi, p1, p2, n1, n2,
-                peak, peak_time, peak_slide, uplift_time, moved, impacts,
+            mo, pk, pt, ps = observe(
+                mode, time, qt, uo, slide_of(block, qx, qt), mi, peak, peak_time, peak_slide
+            )
+            watch(
+                True, time, limit_of(block, knobs, uo), p1, gap1, p2, gap2,
+                glides(block, knobs, ux, uo), since, apart1, apart2, uplift_time, moved, impacts,
             )  # fmt: skip
             x = qx
             z = qz
@@ -310,9 +317,6 @@ def plain(
             peak_time = pt
             peak_slide = ps
             deepest = larger(-gap, deepest)
-            uplift_time = ut
-            moved = mv
-            impacts = im
         if rotations.shape[0] > 0:
             back = wp.where(mode == ROCKING, time - until, real(0.0))
             rotations[sample, lane] = theta - back * omega

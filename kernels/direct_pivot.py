@@ -121,7 +121,7 @@ def exchanged(table: Table, row: int, column: int) -> Table:
 def leaving(table: Table, basic: Names, column: int) -> int:
     """Row whose variable reaches zero first as that of a column grows, z first; -1 without one."""
     row = int(-1)
-    least = real(FAR)
+    least = FAR
     for i in range(COUNT):
         slope = table[i, column]
         if slope < real(0.0):

@@ -2,7 +2,7 @@
 
 A run begins with a solve at the start, from velocities of zero; half a step back from the
 acceleration that it finds lie the velocities that the first step starts from, for velocities
-belong to half steps. An interface rocks while one of its ends carries no impulse.
+belong to half steps. An interface rocks while one of its ends has parted, see `parting`.
 """
 
 from typing import Any
@@ -26,6 +26,7 @@ account = kernel_module("account", precision=PRECISION)
 direct = kernel_module("direct", precision=PRECISION)
 impulse_stack = kernel_module("impulse_stack", precision=PRECISION)
 run = kernel_module("stack_run", precision=PRECISION)
+parting = kernel_module("parting", precision=PRECISION)
 contact = kernel_module("direct_stack", precision=PRECISION, blocks=BLOCKS)
 larger, smaller, size, book = scalar.larger, scalar.smaller, scalar.size, account.book
 sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
@@ -34,6 +35,7 @@ BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Fou
 Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Values, Triples, Rows, Three = stack.Values, stack.Triples, stack.Rows, stack.Three
+Counts = stack.Counts
 three_of, matrix_of = stack.three_of, stack.matrix_of
 Shapes, Pose, Equations = contact.Shapes, contact.Pose, contact.Equations
 interface_rows, weighted, solve_stack = (
@@ -42,7 +44,8 @@ interface_rows, weighted, solve_stack = (
     contact.solve_stack,
 )
 with_rows, with_three = contact.with_rows, contact.with_three
-stand, Block, Stack = impulse_stack.stand, run.Block, run.Stack
+stand, gape, Block, Stack = impulse_stack.stand, run.gape, run.Block, run.Stack
+slack, slides, watch = parting.slack, parting.slides, parting.watch
 HALF_PI, HALF = run.HALF_PI, run.HALF
 ROCKING, OVERTURNED, BROKEN, SLID_OFF = run.ROCKING, run.OVERTURNED, run.BROKEN, run.SLID_OFF
 UNSOLVED = 5
@@ -222,7 +225,12 @@ def unrisen(shapes: Shapes, before: Pose, pose: Pose, state: State, knobs: Knobs
 
 @wp.func
 def placed(shapes: Shapes, pose: Pose, theta: Values, k: int, offset: real):
-    """Slide of a block along what it stands on, width of the overlap, and rotation against it."""
+    """Where a block is on what it stands on, whose slide was `offset` at the start [m].
+
+    Returns:
+        Slide along that, width of the overlap, rotation against it, and how wide the ends of the
+        overlap at -x and at +x gape.
+    """
     lface = real(impulse_stack.GROUND_FACE)
     lhigh = real(0.0)
     ls = real(0.0)
@@ -242,7 +250,26 @@ def placed(shapes: Shapes, pose: Pose, theta: Values, k: int, offset: real):
         shapes.face[k], shapes.high[k], pose.sine[k], pose.cosine[k], offset,
         lface, lhigh, ls, lc, dx, dz, turn,
     )  # fmt: skip
-    return slid, overlap, turn
+    gap1 = gape(
+        real(-1.0), shapes.face[k], shapes.high[k], pose.sine[k], pose.cosine[k],
+        lface, lhigh, ls, lc, dx, dz,
+    )  # fmt: skip
+    gap2 = gape(
+        real(1.0), shapes.face[k], shapes.high[k], pose.sine[k], pose.cosine[k],
+        lface, lhigh, ls, lc, dx, dz,
+    )  # fmt: skip
+    return slid, overlap, turn, gap1, gap2
+
+
+@wp.func
+def limit_of(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, k: int) -> real:
+    """Gap beyond which an end of interface k has parted [m]."""
+    square = state.velocity[3 * k + 2] * state.velocity[3 * k + 2]
+    if k > 0:
+        square += state.velocity[3 * k - 1] * state.velocity[3 * k - 1]
+    reach = shapes.face[k] + shapes.high[k]
+    length = shapes.high[k] + size(pose.z[k])
+    return slack(knobs.time_step, knobs.gravity, reach, square, length)
 
 
 @wp.func
@@ -271,6 +298,7 @@ def stacks(
     pose = Pose()
     state = State()
     peak, peak_time, slide, peak_slide = Values(), Values(), Values(), Values()
+    since, left, right = Values(), Counts(), Counts()
     for k in range(BLOCKS):
         block = blocks[k, lane]
         shapes.face[k] = block.face
@@ -323,13 +351,14 @@ def stacks(
                 book(dv, given, loss, jolt, supplied, taken, returned)
                 mode = mode_of(state, solved)
                 for k in range(BLOCKS):
-                    n1, n2 = state.left[k], state.right[k]
-                    if n1 <= zero or n2 <= zero:
-                        uplift_time = smaller(uplift_time, time)
-                        moved = time
-                    impacts += wp.where(old.left[k] <= zero and n1 > zero, 1, 0)
-                    impacts += wp.where(old.right[k] <= zero and n2 > zero, 1, 0)
-                    slid, overlap, turn = placed(shapes, pose, theta, k, blocks[k, lane].offset)
+                    slid, overlap, turn, gap1, gap2 = placed(
+                        shapes, pose, theta, k, blocks[k, lane].offset
+                    )
+                    watch(
+                        True, time, limit_of(shapes, pose, state, knobs, k), state.left[k], gap1,
+                        state.right[k], gap2, slides(slid - slide[k], dt, knobs.gravity),
+                        since[k], left[k], right[k], uplift_time, moved, impacts,
+                    )  # fmt: skip
                     if size(theta[k]) > peak[k]:
                         peak[k] = smaller(size(theta[k]), HALF_PI)
                         peak_time[k] = time

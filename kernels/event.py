@@ -15,12 +15,16 @@ One step of length d (Moreau 1988, Jean 1999; at the midpoint second order in d)
     2. q = q + d v_m and v = 2 v_m - v; the lower corner of a block in contact is put back on the
        base, and where it sticks also along it (this removes the drift);
     3. if an event lies inside the step (the other corner or a flying one lands, a sliding corner
-       stops, a resting block lifts, the block has overturned), nothing is taken: the next step
-       ends there, by the parabola through both ends and the first velocity;
+       stops, a resting block lifts, a sticking corner slips, a sliding one leaves, the block has
+       overturned), nothing is taken: the next step ends there, by the parabola through both ends
+       and the first velocity. Whether a corner slips or leaves says the force that holds it, from
+       the accelerations at both ends (`hold_reserve` in event_contact.py); as long as the one at
+       the start is surely inside its bound, the corner does in the step what it did before;
     4. v is projected on the contacts at the end of the step, along their force. Where a corner
        lands or the base steps its velocity this is the inelastic impact with Coulomb friction,
        one contact or both at once, whichever obeys the contact law. The base's velocity steps
-       fall on ends of steps. Where sticking and leaving both obey it, the corner sticks.
+       fall on ends of steps. Where sticking and leaving both obey it, the corner sticks. Sliding
+       that has turned round by now ends.
 
 A corner that leaves and lands, or a swing that dips through zero and turns back, inside one step
 is not seen; what they would do is of the order of d^2.
@@ -56,7 +60,8 @@ sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
 Motion, series, velocity = motion.Motion, motion.series, motion.velocity
 knot_time, knot_step = motion.knot_time, motion.knot_step
 Block, may_rest = contact.Block, contact.may_rest
-mean_velocity, held_velocity = contact.mean_velocity, contact.held_velocity
+step_velocity, held_velocity = contact.step_velocity, contact.held_velocity
+hold_reserve, held_lack, SOON = contact.hold_reserve, contact.held_lack, contact.SOON
 struck_velocity, lower_corner = contact.struck_velocity, contact.lower_corner
 
 FLYING = 0
@@ -73,8 +78,9 @@ NEARLY = real({"float64": 1.0e-6, "float32": 1.0e-4}[PRECISION])
 """Part of the longest step by which the time of an event may be missed."""
 GRAIN = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
 """Round-off of a gap, as a part of the half height."""
-SOON = real(1.0e-3)
-"""Part of a step by which an uplift may be missed: the error is of its square."""
+LEAST = real(0.125)
+"""Least part of a step to which one in which a force reaches its bound is cut at once: the force
+at the end of a step that is far too long says little of when."""
 REACH = real(0.125)
 """Largest rotation in one step [rad]: keeps fast overturning inside the polynomials' range."""
 
@@ -101,25 +107,18 @@ def first_root(e0: real, slope: real, e1: real, d: real) -> real:
 
 
 @wp.func
-def uplift_lack(limit: real, a0: real, a1: real):
-    """What the acceleration lacks to set a resting block in motion, at both ends of a step."""
-    pull = sign_of(wp.where(size(a1) > size(a0), a1, a0))
-    return limit - pull * a0, limit - pull * a1
-
-
-@wp.func
 def missed_event(
     flying: bool, theta: real, omega: real, theta1: real, omega1: real,
     gap: real, rise: real, gap1: real, rise1: real,
-    slip: real, along: real, along1: real, resting: bool, lack: real, lack1: real,
-    d: real, near: real, grain: real,
+    slip: real, along: real, along1: real, reach: real, holds: bool, lack: real, lack1: real,
+    d: real, per: real, near: real, grain: real,
 ):  # fmt: skip
     """Whether an event lies inside a step, and the length of the step that ends there.
 
     Args:
         flying: Whether no corner touches the base in the step.
         theta: Rotation at the start [rad]; with 1 at the end. So are omega, gap (of the lower
-            corner), rise (its rate), along (its velocity along the base), lack (`uplift_lack`).
+            corner), rise (its rate), along (its velocity along the base), lack (`held_lack`).
         omega: See theta.
         theta1: See theta.
         omega1: See theta.
@@ -130,10 +129,12 @@ def missed_event(
         slip: Direction of sliding in the step.
         along: See theta.
         along1: See theta.
-        resting: Whether the block rests at the start.
+        reach: How far a stop may be missed [m/s].
+        holds: Whether at the start a force holds the block where it lies or a corner where it is.
         lack: See theta.
         lack1: See theta.
-        d: Length of the step [s].
+        d: Length of the step [s]; per its reciprocal.
+        per: See d.
         near: Time by which an event may be missed [s].
         grain: Gap that is round-off [m].
     """
@@ -141,11 +142,11 @@ def missed_event(
     past = theta1 > HALF_PI + near * size(omega1)
     below = theta1 < -near * size(omega1)
     sinks = flying and gap1 < -near * size(rise1) - grain
-    stops = slip * along > zero and slip * along1 < -near * size(along1 - along) / d
-    lifts = resting and lack1 < -SOON * lack and lack > -SOON * lack1
+    stops = slip * along > zero and slip * along1 < -reach
+    lifts = holds and lack1 < -SOON * lack and d > near
     e0 = wp.where(stops, slip * along, lack)
     e1 = wp.where(stops, slip * along1, lack1)
-    slope = (e1 - e0) / d
+    slope = (e1 - e0) * per
     e0 = wp.where(sinks, gap, e0)
     e1 = wp.where(sinks, gap1, e1)
     slope = wp.where(sinks, rise, slope)
@@ -156,7 +157,8 @@ def missed_event(
     e1 = wp.where(past, HALF_PI - theta1, e1)
     slope = wp.where(past, -omega, slope)
     # Not shorter than what is near: what is left of the way then counts as arrived.
-    cut = larger(first_root(e0, slope, e1, d), HALF * near)
+    least = wp.where(past or below or sinks or stops, HALF * near, larger(LEAST * d, HALF * near))
+    cut = larger(first_root(e0, slope, e1, d), least)
     return past or below or sinks or stops or lifts, cut
 
 
@@ -204,46 +206,44 @@ def advance(
         lower corner lands; sine and cosine of the rotation; how deep a corner is [m].
     """
     zero = real(0.0)
-    ux = vx - HALF * dv
-    uz = vz - HALF * d * knobs.gravity
-    mx, mz, mo, mode1, slip1, lost = mean_velocity(
-        block, mode, slip, theta + HALF * d * omega, ux, uz, omega
-    )
-    # A step without length, to a knot at the present time, changes nothing.
-    idle = d <= zero
-    mode1 = wp.where(idle, mode, mode1)
-    slip1 = wp.where(idle, slip, slip1)
-    mx = wp.where(idle, vx, mx)
-    mz = wp.where(idle, vz, mz)
-    mo = wp.where(idle, omega, mo)
-    lost = wp.where(idle, zero, lost)
+    per = real(1.0) / d
     x0, z0 = lower_corner(block, sine(theta), cosine(theta))
+    a0 = TWO * dv * per - a
+    reserve, surely = hold_reserve(block, knobs.gravity, slip, x0, z0, omega, a0)
+    mx, mz, mo, mode1, slip1, lost = step_velocity(
+        block, mode, slip, surely, theta, vx, vz, omega, dv, d, d * knobs.gravity
+    )
+    idle = d <= zero
     theta1 = theta + d * mo
     s1, c1 = sine(theta1), cosine(theta1)
     x1, z1 = lower_corner(block, s1, c1)
-    raw_vx = TWO * mx - vx
-    raw_omega = TWO * mo - omega
-    vx1, vz1, omega1 = held_velocity(block, mode1, slip1, s1, c1, raw_vx, TWO * mz - vz, raw_omega)
     flying = mode1 == FLYING
     glide = wp.where(flying or slip1 != zero, d * mx + (x1 - x0), zero)
-    raw_gap = gap + d * mz + (z1 - z0)
-    gap1 = wp.where(flying, raw_gap, zero)
-    gap1 = wp.where(mode != FLYING, larger(gap1, zero), gap1)
-    rise1 = vz1 - omega1 * x1
-    lack, lack1 = uplift_lack(block.hold_acceleration, TWO * dv / d - a, a)
-    resting = mode == FLAT and slip == zero
+    raw_vx = TWO * mx - vx
+    raw_omega = TWO * mo - omega
     along = vx + omega * z0
     # Not projected: where friction nearly jams the block, that would hide how far it overshot.
     along1 = raw_vx + raw_omega * z1
     near = NEARLY * block.longest_step
+    reach = near * size(along1 - along) * per
+    # Sliding ends where it would turn round.
+    turned = slip1 * along1 <= wp.where(slip * along > zero, reach, zero)
+    slip1 = wp.where(turned and not idle, zero, slip1)
+    vx1, vz1, omega1 = held_velocity(block, mode1, slip1, s1, c1, raw_vx, TWO * mz - vz, raw_omega)
+    # Nor does it go on where its own friction turned it round in the projection.
+    slip1 = wp.where(slip1 * (vx1 + omega1 * z1) <= zero and not idle, zero, slip1)
+    glide = wp.where(slip == zero and slip1 == zero and not flying, zero, glide)
+    raw_gap = gap + d * mz + (z1 - z0)
+    gap1 = wp.where(flying, raw_gap, zero)
+    gap1 = wp.where(mode != FLYING, larger(gap1, zero), gap1)
+    rise1 = vz1 - omega1 * x1
+    reserve1, _surely = hold_reserve(block, knobs.gravity, slip, x1, z1, omega1, a)
+    holds, lack, lack1 = held_lack(block, mode, mode1, slip, surely, reserve, reserve1, a0, a)
     grain = GRAIN * block.half_height
     missed, cut = missed_event(
         flying, theta, omega, theta1, omega1, gap, vz - omega * x0, gap1, rise1,
-        slip, along, along1, resting, lack, lack1, d, near, grain,
+        slip, along, along1, reach, holds, lack, lack1, d, per, near, grain,
     )  # fmt: skip
-    # Sliding ends where it would turn round.
-    turned = slip1 * along1 <= wp.where(slip * along > zero, near * size(along1 - along) / d, zero)
-    slip1 = wp.where(turned and not idle, zero, slip1)
     falls = mode1 != FLAT and omega1 < zero and theta1 <= -near * omega1
     lands = flying and rise1 < zero and gap1 <= grain - near * rise1
     return (

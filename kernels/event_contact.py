@@ -31,6 +31,8 @@ FLYING = 0
 PIVOTING = 1
 FLAT = 2
 HALF = real(0.5)
+SOON = real(1.0e-3)
+"""Part by which a force may miss its bound: the error in velocity is of its square."""
 
 
 @wp.struct
@@ -95,13 +97,83 @@ def corner_impulse(
 
 
 @wp.func
-def mean_velocity(block: Block, mode: int, slip: real, theta: real, ux: real, uz: real, uo: real):
+def hold_reserve(block: Block, gravity: real, slip: real, x: real, z: real, omega: real, a: real):
+    """What the force of a pivoting corner has left until it slides, or leaves where it slides.
+
+    From the accelerations of the corner without contact: it falls at g and is flung out by the
+    rotation. The force that holds it there stays inside its cone of friction while the reserve is
+    positive; one that slides leaves where nothing presses it on the base any more.
+
+    Args:
+        block: The block.
+        gravity: [m/s^2].
+        slip: Direction of sliding, 0 where the corner sticks.
+        x: Corner from the centre of mass [m]; z likewise.
+        z: See x.
+        omega: Angular velocity [rad/s].
+        a: Acceleration of the base [m/s^2].
+
+    Returns:
+        The reserve; whether it is surely positive.
+    """
+    w = block.inverse_inertia
+    one = real(1.0)
+    u = -gravity - omega * omega * z
+    s = -a - omega * omega * x
+    k = -w * x * z
+    n = k * s - (one + w * z * z) * u
+    f = k * u - (one + w * x * x) * s
+    slides = slip != real(0.0)
+    grip = block.friction * n
+    reserve = wp.where(slides, -u, grip - size(f))
+    return reserve, reserve > SOON * wp.where(slides, gravity, grip)
+
+
+@wp.func
+def uplift_lack(limit: real, a0: real, a1: real):
+    """What the acceleration lacks to set a resting block in motion, at both ends of a step."""
+    pull = sign_of(wp.where(size(a1) > size(a0), a1, a0))
+    return limit - pull * a0, limit - pull * a1
+
+
+@wp.func
+def held_lack(
+    block: Block, mode: int, mode1: int, slip: real, surely: bool, reserve: real, reserve1: real,
+    a0: real, a1: real,
+):  # fmt: skip
+    """What the force lacks that would set free what a block does, at both ends of a step.
+
+    Args:
+        block: The block.
+        mode: FLYING, PIVOTING or FLAT at the start; mode1 in the step.
+        mode1: See mode.
+        slip: Direction of sliding at the start, 0 where the block sticks.
+        surely: Whether the reserve at the start is surely positive.
+        reserve: `hold_reserve` at the start; reserve1 at the end.
+        reserve1: See reserve.
+        a0: Acceleration of the base at the start [m/s^2]; a1 at the end.
+        a1: See a0.
+
+    Returns:
+        Whether the start of the step holds it; the lack at the start and at the end.
+    """
+    lack, lack1 = uplift_lack(block.hold_acceleration, a0, a1)
+    rests = mode == FLAT and slip == real(0.0) and lack > -SOON * lack1
+    corner = surely and not rests and (mode == PIVOTING or mode1 == PIVOTING)
+    return rests or corner, wp.where(corner, reserve, lack), wp.where(corner, reserve1, lack1)
+
+
+@wp.func
+def mean_velocity(
+    block: Block, mode: int, slip: real, hold: bool, theta: real, ux: real, uz: real, uo: real
+):
     """Mean velocity of a step and the contact that makes it.
 
     Args:
         block: The block.
         mode: FLYING, PIVOTING or FLAT.
         slip: Direction of sliding at the start, 0 where the corner sticks.
+        hold: Whether a pivoting corner sticks whatever force it takes.
         theta: Rotation at the middle of the step [rad].
         ux: Mean velocity along the base without contact [m/s].
         uz: Mean velocity across the base without contact [m/s].
@@ -116,9 +188,9 @@ def mean_velocity(block: Block, mode: int, slip: real, theta: real, ux: real, uz
     x, z = lower_corner(block, sine(theta), cosine(theta))
     slides = slip != zero
     n, f, sticks, drag = corner_impulse(
-        block.friction, w, x, z, uz - uo * x, ux + uo * z, False, slides, -slip
+        block.friction, w, x, z, uz - uo * x, ux + uo * z, hold, slides, -slip
     )
-    on = mode != FLYING and (n > zero or (sticks and n >= zero))
+    on = mode != FLYING and (n > zero or hold or (sticks and n >= zero))
     n = wp.where(on, n, zero)
     f = wp.where(on, f, zero)
     # Flat on the base: the share of the trailing corner is what is left by the friction's moment.
@@ -139,6 +211,41 @@ def mean_velocity(block: Block, mode: int, slip: real, theta: real, ux: real, uz
         wp.where(stays, FLAT, wp.where(on, PIVOTING, FLYING)),
         wp.where(stays, flat_slip, pivot_slip),
         real(2.0) * lost,
+    )
+
+
+@wp.func
+def step_velocity(
+    block: Block, mode: int, slip: real, hold: bool, theta: real, vx: real, vz: real, omega: real,
+    dv: real, d: real, fall: real,
+):  # fmt: skip
+    """`mean_velocity` of a step of a length, which without length changes nothing.
+
+    Args:
+        block: The block.
+        mode: See `mean_velocity`; so is slip.
+        slip: See mode.
+        hold: Whether a pivoting corner that sticks does so in the whole step.
+        theta: Rotation at the start [rad].
+        vx: Velocity along the base at the start [m/s]; vz across it.
+        vz: See vx.
+        omega: Angular velocity at the start [rad/s].
+        dv: Change of the base velocity in the step [m/s].
+        d: Length of the step [s].
+        fall: What gravity makes of a velocity in it [m/s].
+    """
+    mx, mz, mo, mode1, slip1, lost = mean_velocity(
+        block, mode, slip, hold and slip == real(0.0), theta + HALF * d * omega,
+        vx - HALF * dv, vz - HALF * fall, omega,
+    )  # fmt: skip
+    idle = d <= real(0.0)
+    return (
+        wp.where(idle, vx, mx),
+        wp.where(idle, vz, mz),
+        wp.where(idle, omega, mo),
+        wp.where(idle, mode, mode1),
+        wp.where(idle, slip, slip1),
+        wp.where(idle, real(0.0), lost),
     )
 
 

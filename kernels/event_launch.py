@@ -247,7 +247,7 @@ def plain(
     time = real(0.0)
     segment = int(0)
     base = real(0.0)
-    cap = real(NEVER)
+    cap = NEVER
     begun = real(0.0)
     theta0 = real(0.0)
     omega0 = real(0.0)

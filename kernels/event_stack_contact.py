@@ -132,7 +132,7 @@ def local_law(d: Matrix, u: Three, touch: int, glide: int, mu: real, grain: real
     Returns:
         Impulses, held ends, direction of sliding.
     """
-    best = real(IMPOSSIBLE)
+    best = IMPOSSIBLE
     found = Three()
     found_hold = int(0)
     found_slip = int(0)
@@ -322,7 +322,7 @@ def improved(
 @wp.func
 def spare(blocks: Blocks, hold: Counts, slip: Counts, impulse: Triples) -> real:
     """What the weakest held end, or sticking contact, has left before it opens or slides."""
-    least = real(IMPOSSIBLE)
+    least = IMPOSSIBLE
     for k in range(BLOCKS):
         p = three_of(impulse, k)
         if (hold[k] & PLUS) != 0:
@@ -364,7 +364,7 @@ def settle(
     held = hold
     slips = slip
     left = real(0.0)
-    worst = real(IMPOSSIBLE)
+    worst = IMPOSSIBLE
     tries = int(0)
     dice = int(1)
     while worst > real(1.0) and tries < TRIES:

@@ -138,7 +138,7 @@ def pivot_event(
     """
     zero = real(0.0)
     reach = near * size(r1) + GRAIN
-    cut = real(NEVER)
+    cut = NEVER
     falls = bool(False)
     rests = bool(False)
     if e1 < -reach and d > near:
@@ -169,7 +169,7 @@ def flight_event(
         u0 = u0 + low0 * three_of(v0, k - 1)
         u1 = u1 + low1 * three_of(v1, k - 1)
     grain = GRAIN * blocks.half_height[k]
-    cut = real(NEVER)
+    cut = NEVER
     lands = int(OPEN)
     for end in range(2):
         g0 = wp.where(end == 0, plus0, minus0)

@@ -267,7 +267,7 @@ def stopping(slip: int, before: int, rate: real, along: real, d: real, near: rea
     zero = real(0.0)
     e0 = wp.where(slip == before, real(slip) * rate, zero)
     e1 = real(slip) * along
-    cut = real(NEVER)
+    cut = NEVER
     after = slip
     if slip != 0 and d > zero:
         reach = near * size(e1 - e0) / d

@@ -18,8 +18,9 @@ theta' changes by -q cos(alpha - |theta|) dv, and a block at rest lifts with -q 
 A lane's state: theta [rad], omega = theta' [rad/s], side that it leans to or last left for (-1 or
 1), time [s], segment (knots of the motion passed), mode (RESTING, ...), peak of |theta| [rad] and
 its time [s], time of the first uplift [s], time since when it rests [s] (both NEVER before),
-loss = sum of omega^2 (1 - eta^2) over the impacts [rad^2/s^2], impacts, and cap, the longest step
-allowed next time [s].
+loss = sum of omega^2 (1 - eta^2) over the impacts [rad^2/s^2], impacts, cap, the longest step
+allowed next time [s], and needed, the friction that the block has needed so far (head of
+housner_contact.py), which changes nothing of its motion.
 
 Rest rule: after an impact the block rests if, under the acceleration of that moment, its next
 swing would stay below `rest_rotation` on either side. The infinitely many impacts that it leaves
@@ -41,11 +42,11 @@ wp.set_module_options(module_options())
 scalar = kernel_module("scalar", precision=PRECISION)
 taylor = kernel_module("taylor", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+contact = kernel_module("housner_contact", precision=PRECISION)
 larger, smaller, sign_of, size = scalar.larger, scalar.smaller, scalar.sign_of, scalar.size
 sine, cosine = scalar.sine, scalar.cosine
-OVER_2, OVER_3, OVER_4 = scalar.OVER_2, scalar.OVER_3, scalar.OVER_4
-OVER_5, OVER_6, OVER_7 = scalar.OVER_5, scalar.OVER_6, scalar.OVER_7
-OVER_8, OVER_9, OVER_10 = scalar.OVER_8, scalar.OVER_9, scalar.OVER_10
+rocking_series, needed_in_step = contact.rocking_series, contact.needed_in_step
+needed_at_step = contact.needed_at_step
 value_at, slope_at, root = taylor.value_at, taylor.slope_at, taylor.root
 Motion, series = motion.Motion, motion.series
 knot_time, knot_step = motion.knot_time, motion.knot_step
@@ -76,57 +77,11 @@ class Block:
     coupling: real
     uplift_acceleration: real
     angular_restitution: real
+    impact_friction: real
+    fall_angle: real
     rest_rotation: real
     step_length: real
     step_limit: int
-
-
-@wp.func
-def rocking_series(
-    p2: real, q: real, phi: real, x1: real,
-    a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, a7: real, a8: real,
-):  # fmt: skip
-    """Taylor coefficients 2 to 10 of theta; xk = k theta_k, b = a cos(phi)."""
-    s0 = sine(phi)
-    c0 = cosine(phi)
-    x2 = p2 * s0 - q * (a0 * c0)
-    s1 = x1 * c0
-    c1 = -x1 * s0
-    x3 = OVER_2 * (p2 * s1 - q * (a0 * c1 + a1 * c0))
-    s2 = OVER_2 * (x1 * c1 + x2 * c0)
-    c2 = -OVER_2 * (x1 * s1 + x2 * s0)
-    b2 = a0 * c2 + a1 * c1 + a2 * c0
-    x4 = OVER_3 * (p2 * s2 - q * b2)
-    s3 = OVER_3 * (x1 * c2 + x2 * c1 + x3 * c0)
-    c3 = -OVER_3 * (x1 * s2 + x2 * s1 + x3 * s0)
-    b3 = a0 * c3 + a1 * c2 + a2 * c1 + a3 * c0
-    x5 = OVER_4 * (p2 * s3 - q * b3)
-    s4 = OVER_4 * (x1 * c3 + x2 * c2 + x3 * c1 + x4 * c0)
-    c4 = -OVER_4 * (x1 * s3 + x2 * s2 + x3 * s1 + x4 * s0)
-    b4 = a0 * c4 + a1 * c3 + a2 * c2 + a3 * c1 + a4 * c0
-    x6 = OVER_5 * (p2 * s4 - q * b4)
-    s5 = OVER_5 * (x1 * c4 + x2 * c3 + x3 * c2 + x4 * c1 + x5 * c0)
-    c5 = -OVER_5 * (x1 * s4 + x2 * s3 + x3 * s2 + x4 * s1 + x5 * s0)
-    b5 = a0 * c5 + a1 * c4 + a2 * c3 + a3 * c2 + a4 * c1 + a5 * c0
-    x7 = OVER_6 * (p2 * s5 - q * b5)
-    s6 = OVER_6 * (x1 * c5 + x2 * c4 + x3 * c3 + x4 * c2 + x5 * c1 + x6 * c0)
-    c6 = -OVER_6 * (x1 * s5 + x2 * s4 + x3 * s3 + x4 * s2 + x5 * s1 + x6 * s0)
-    b6 = a0 * c6 + a1 * c5 + a2 * c4 + a3 * c3 + a4 * c2 + a5 * c1 + a6 * c0
-    x8 = OVER_7 * (p2 * s6 - q * b6)
-    s7 = OVER_7 * (x1 * c6 + x2 * c5 + x3 * c4 + x4 * c3 + x5 * c2 + x6 * c1 + x7 * c0)
-    c7 = -OVER_7 * (x1 * s6 + x2 * s5 + x3 * s4 + x4 * s3 + x5 * s2 + x6 * s1 + x7 * s0)
-    b7 = a0 * c7 + a1 * c6 + a2 * c5 + a3 * c4 + a4 * c3 + a5 * c2 + a6 * c1 + a7 * c0
-    x9 = OVER_8 * (p2 * s7 - q * b7)
-    s8 = x1 * c7 + x2 * c6 + x3 * c5 + x4 * c4 + x5 * c3 + x6 * c2 + x7 * c1 + x8 * c0
-    c8 = -(x1 * s7 + x2 * s6 + x3 * s5 + x4 * s4 + x5 * s3 + x6 * s2 + x7 * s1 + x8 * s0)
-    b8 = real(0.125) * a0 * c8 + a1 * c7 + a2 * c6 + a3 * c5 + a4 * c4
-    b8 = b8 + a5 * c3 + a6 * c2 + a7 * c1 + a8 * c0
-    x10 = OVER_9 * (p2 * real(0.125) * s8 - q * b8)
-    return (
-        x2 * OVER_2, x3 * OVER_3, x4 * OVER_4,
-        x5 * OVER_5, x6 * OVER_6, x7 * OVER_7,
-        x8 * OVER_8, x9 * OVER_9, x10 * OVER_10,
-    )  # fmt: skip
 
 
 @wp.func
@@ -217,12 +172,12 @@ def next_event(
 
 @wp.func
 def first_event(
-    limit: real, resting: bool, rocking: bool, side: real, theta: real, omega: real,
+    uplift: real, resting: bool, rocking: bool, side: real, theta: real, omega: real,
     t2: real, t3: real, t4: real, t5: real, t6: real, t7: real, t8: real, t9: real, t10: real,
     a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, a7: real, a8: real,
     h: real,
 ):  # fmt: skip
-    """First event of a block within a step of length h; `limit` is its uplift acceleration.
+    """First event of a block within a step of length h; `uplift` is its uplift acceleration.
 
     Watched is the lean while rocking, and what |a| lacks to uplift while at rest.
 
@@ -230,6 +185,7 @@ def first_event(
         As `next_event`, and the sign of the acceleration that may lift the block.
     """
     zero = real(0.0)
+    limit = uplift * (real(1.0) + real(2.0) * ROUND_OFF)
     a_end = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, h)
     pull = sign_of(wp.where(size(a_end) > size(a0), a_end, a0))
     e0 = wp.where(resting, limit - pull * a0, side * theta)
@@ -263,6 +219,7 @@ def first_event(
 def event_step(
     block: Block, impact: bool, uplift: bool, pull: real, acceleration: real, time: real,
     omega: real, side: real, mode: int, uplift_time: real, rest_time: real, loss: real,
+    needed: real,
 ):  # fmt: skip
     """What an impact or an uplift does to a block; `pull` is the sign of the acceleration."""
     zero = real(0.0)
@@ -277,6 +234,7 @@ def event_step(
         wp.where(uplift, smaller(uplift_time, time), uplift_time),
         wp.where(rests, time + tail, wp.where(uplift, NEVER, rest_time)),
         loss + wp.where(impact, omega * omega - after * after, zero),
+        wp.where(impact, larger(block.impact_friction, needed), needed),
     )
 
 
@@ -284,6 +242,7 @@ def event_step(
 def motion_step(
     block: Block, passed: bool, dv: real, time: real,
     theta: real, omega: real, side: real, mode: int, uplift_time: real, rest_time: real,
+    needed: real,
 ):  # fmt: skip
     """What a velocity step dv of the base at a knot does to a block, if it is passed."""
     zero = real(0.0)
@@ -292,12 +251,34 @@ def motion_step(
     rests, _tail = may_rest(block, kick, zero)
     lifts = steps and mode == RESTING and not rests
     omega1 = wp.where(steps and (mode == ROCKING or lifts), omega + kick, omega)
+    side1 = wp.where(steps and theta == zero, sign_of(omega1), side)
+    # A step that would leave a block at rest where it is needs no friction to speak of.
+    counts = steps and (mode == ROCKING or lifts) and not rests
+    falls = side * theta >= block.fall_angle and side * omega >= zero
+    asked = needed_at_step(size(theta), side1, dv, block.slenderness_angle)
     return (
         omega1,
-        wp.where(steps and theta == zero, sign_of(omega1), side),
+        side1,
         wp.where(lifts, ROCKING, mode),
         wp.where(lifts, smaller(uplift_time, time), uplift_time),
         wp.where(lifts, NEVER, rest_time),
+        wp.where(counts and not falls and asked > needed, asked, needed),
+    )
+
+
+@wp.func
+def overshot(live: bool, rocking: bool, theta: real, omega: real, tau: real, cap: real):
+    """Whether a block falls past pi/2 in a step: it repeats it up to there (Newton's method).
+
+    Returns:
+        That, the length of the step (0 if it is repeated), the longest step allowed next time.
+    """
+    excess = size(theta) - HALF_PI
+    past = rocking and excess > NEARLY
+    return (
+        past,
+        wp.where(past or not live, real(0.0), tau),
+        wp.where(past, larger(tau - excess / size(omega), real(0.5) * tau), cap),
     )
 
 
@@ -324,7 +305,7 @@ def step(
     block: Block, m: Motion, sample: real, sample_slope: real, until: real,
     theta: real, omega: real, side: real, time: real, segment: int, mode: int,
     peak: real, peak_time: real, uplift_time: real, rest_time: real, loss: real, impacts: int,
-    cap: real,
+    cap: real, needed: real,
 ):  # fmt: skip
     """One step of one lane, to its next event or at most to `until`.
 
@@ -341,41 +322,42 @@ def step(
 
     # Expansion about the present time.
     a0, a1, a2, a3, a4, a5, a6, a7, a8 = series(m, segment, time, sample, sample_slope)
-    t2, t3, t4, t5, t6, t7, t8, t9, t10 = rocking_series(
+    (
+        t2, t3, t4, t5, t6, t7, t8, t9, t10,
+        n0, n1, n2, n3, n4, n5, n6, f0, f1, f2, f3, f4, f5, f6,
+    ) = rocking_series(
         block.frequency_squared, block.coupling, theta - side * block.slenderness_angle, omega,
         a0, a1, a2, a3, a4, a5, a6, a7, a8,
     )  # fmt: skip
     tau, turned, crossed, cap1, pull = first_event(
-        block.uplift_acceleration * (real(1.0) + real(2.0) * ROUND_OFF), resting, rocking,
-        side, theta, omega,
+        block.uplift_acceleration, resting, rocking, side, theta, omega,
         t2, t3, t4, t5, t6, t7, t8, t9, t10, a0, a1, a2, a3, a4, a5, a6, a7, a8, h,
     )  # fmt: skip
     theta1 = value_at(theta, omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
     omega1 = slope_at(omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
-    # A block that falls past pi/2 repeats the step up to there (Newton's method).
-    excess = size(theta1) - HALF_PI
-    past = rocking and excess > NEARLY
-    cap1 = wp.where(past, larger(tau - excess / size(omega1), real(0.5) * tau), cap1)
-    tau = wp.where(past or not live, zero, tau)
-    uplift = resting and crossed
-    impact = rocking and crossed and not past
+    past, tau, cap1 = overshot(live, rocking, theta1, omega1, tau, cap1)
+    uplift, impact = resting and crossed, rocking and crossed and not past
+    needed1 = needed_in_step(
+        needed, rocking, block.fall_angle, side * theta, side * omega, side * omega1, tau,
+        n0, n1, n2, n3, n4, n5, n6, f0, f1, f2, f3, f4, f5, f6,
+    )  # fmt: skip
 
     # The state there; a turning point, an impact, an uplift.
     theta1 = wp.where(impact or uplift, zero, wp.where(rocking and not past, theta1, theta))
     omega1 = wp.where(past, omega, wp.where(rocking and not turned, omega1, zero))
     time1 = wp.where(live and tau >= room - TICK * target, target, time + tau)
     a_now = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, tau)
-    omega1, side1, mode1, uplift_time1, rest_time1, loss1 = event_step(
+    omega1, side1, mode1, uplift_time1, rest_time1, loss1, needed1 = event_step(
         block, impact, uplift, pull, a_now, time1,
-        omega1, side, mode, uplift_time, rest_time, loss,
+        omega1, side, mode, uplift_time, rest_time, loss, needed1,
     )  # fmt: skip
     passed = time1 >= knot and live
-    omega1, side1, mode1, uplift_time1, rest_time1 = motion_step(
+    omega1, side1, mode1, uplift_time1, rest_time1, needed1 = motion_step(
         block, passed, knot_step(m, segment), time1,
-        theta1, omega1, side1, mode1, uplift_time1, rest_time1,
+        theta1, omega1, side1, mode1, uplift_time1, rest_time1, needed1,
     )  # fmt: skip
     mode1, theta1, peak1, peak_time1 = end_of_step(mode1, theta1, omega1, time1, peak, peak_time)
     return (
-        theta1, omega1, side1, time1, segment + wp.where(passed, 1, 0), mode1,
-        peak1, peak_time1, uplift_time1, rest_time1, loss1, impacts + wp.where(impact, 1, 0), cap1,
+        theta1, omega1, side1, time1, segment + wp.where(passed, 1, 0), mode1, peak1, peak_time1,
+        uplift_time1, rest_time1, loss1, impacts + wp.where(impact, 1, 0), cap1, needed1,
     )  # fmt: skip

@@ -36,6 +36,7 @@ class Result:
     uplift_time: real
     rest_time: real
     loss: real
+    needed: real
     impacts: int
     mode: int
     steps: int
@@ -70,6 +71,7 @@ def packed(
     loss = Lane()
     impacts = LaneInt()
     cap = Lane()
+    needed = Lane()
     steps = LaneInt()
     for i in range(LANE_WIDTH):
         theta[i] = starts[first + i]
@@ -89,27 +91,30 @@ def packed(
                 place = sample_index(m, segment[i])
                 going = mode[i] < OVERTURNED and time[i] < until
                 steps[i] = steps[i] + wp.where(going, 1, 0)
-                th, om, si, ti, se, mo, pk, pt, ut, rt, lo, im, ca = step(
+                th, om, si, ti, se, mo, pk, pt, ut, rt, lo, im, ca, ne = step(
                     blocks[first + i], m, pool[0, place], pool[1, place], until,
                     theta[i], omega[i], side[i], time[i], segment[i], mode[i],
                     peak[i], peak_time[i], uplift_time[i], rest_time[i], loss[i], impacts[i],
-                    cap[i],
+                    cap[i], needed[i],
                 )  # fmt: skip
-                theta[i] = th
-                omega[i] = om
-                side[i] = si
-                time[i] = ti
-                segment[i] = se
-                mode[i] = wp.where(
+                # A lane that waits for others takes no step, not even one of length zero.
+                theta[i] = wp.where(going, th, theta[i])
+                omega[i] = wp.where(going, om, omega[i])
+                side[i] = wp.where(going, si, side[i])
+                time[i] = wp.where(going, ti, time[i])
+                segment[i] = wp.where(going, se, segment[i])
+                mo = wp.where(
                     steps[i] >= blocks[first + i].step_limit and mo < OVERTURNED, STALLED, mo
                 )
-                peak[i] = pk
-                peak_time[i] = pt
-                uplift_time[i] = ut
-                rest_time[i] = rt
-                loss[i] = lo
-                impacts[i] = im
-                cap[i] = ca
+                mode[i] = wp.where(going, mo, mode[i])
+                peak[i] = wp.where(going, pk, peak[i])
+                peak_time[i] = wp.where(going, pt, peak_time[i])
+                uplift_time[i] = wp.where(going, ut, uplift_time[i])
+                rest_time[i] = wp.where(going, rt, rest_time[i])
+                loss[i] = wp.where(going, lo, loss[i])
+                impacts[i] = wp.where(going, im, impacts[i])
+                cap[i] = wp.where(going, ca, cap[i])
+                needed[i] = wp.where(going, ne, needed[i])
             for i in range(LANE_WIDTH):
                 busy = busy + wp.where(mode[i] < OVERTURNED and time[i] < until, 1, 0)
         if rotations.shape[0] > 0:
@@ -124,6 +129,7 @@ def packed(
         result.uplift_time = uplift_time[i]
         result.rest_time = rest_time[i]
         result.loss = loss[i]
+        result.needed = needed[i]
         result.impacts = impacts[i]
         result.mode = mode[i]
         result.steps = steps[i]
@@ -157,17 +163,18 @@ def plain(
     rest_time = real(wp.where(flat, real(0.0), NEVER))
     loss = real(0.0)
     impacts = int(0)
-    cap = real(NEVER)
+    cap = NEVER
+    needed = real(0.0)
     steps = int(0)
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
         while mode < OVERTURNED and time < until:
             steps += 1
             place = sample_index(m, segment)
-            th, om, si, ti, se, mo, pk, pt, ut, rt, lo, im, ca = step(
+            th, om, si, ti, se, mo, pk, pt, ut, rt, lo, im, ca, ne = step(
                 block, m, pool[0, place], pool[1, place], until,
                 theta, omega, side, time, segment, mode,
-                peak, peak_time, uplift_time, rest_time, loss, impacts, cap,
+                peak, peak_time, uplift_time, rest_time, loss, impacts, cap, needed,
             )  # fmt: skip
             theta = th
             omega = om
@@ -182,6 +189,7 @@ def plain(
             loss = lo
             impacts = im
             cap = ca
+            needed = ne
         if rotations.shape[0] > 0:
             rotations[sample, lane] = theta
     result = Result()
@@ -192,6 +200,7 @@ def plain(
     result.uplift_time = uplift_time
     result.rest_time = rest_time
     result.loss = loss
+    result.needed = needed
     result.impacts = impacts
     result.mode = mode
     result.steps = steps

@@ -12,7 +12,8 @@ velocities at half steps (so the release at t = 0 begins with half a step of gra
        within Coulomb's bound |f| <= mu n;
     3. projected Gauss-Seidel on the four impulses l = (n1, f1, n2, f2), started from those of
        the last step: l_i = clamp(-(u_i + sum over j != i of K_ij l_j) / K_ii), where
-       K = J M^-1 J^T and u is what v* misses of the wish of each row;
+       K = J M^-1 J^T and u is what v* misses of the wish of each row. One contact alone is
+       solved exactly, see `cone`;
     4. v = v* + M^-1 J^T l, q = q + dt v; the block is lifted by erp times its penetration, but
        for the 2 g dt^2 that one step of falling can make, else a resting block would never be
        still. (A penetration given back through the velocity would add energy that does not
@@ -38,6 +39,7 @@ ITERATIONS: int
 
 wp.set_module_options(module_options())
 scalar = kernel_module("scalar", precision=PRECISION)
+alone = kernel_module("cone", precision=PRECISION).alone
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 sign_of, in_range = scalar.sign_of, scalar.in_range
 sine, cosine = scalar.sine, scalar.cosine
@@ -98,11 +100,36 @@ def sweep(
 
 
 @wp.func
+def sweeps(
+    mu: real, a1: real, a2: real, a3: real, b1: real, b2: real, b3: real,
+    c1: real, c2: real, c3: real, g1: real, g2: real, g3: real,
+    u1: real, s1: real, u2: real, s2: real, n1: real, f1: real, n2: real, f2: real,
+):  # fmt: skip
+    """All sweeps from the impulses n1, f1, n2, f2; arguments as in `sweep`."""
+    if ENDS_EARLY:
+        for _ in range(ITERATIONS):
+            old_f1 = f1
+            old_n2 = n2
+            old_f2 = f2
+            n1, f1, n2, f2 = sweep(
+                mu, a1, a2, a3, b1, b2, b3, c1, c2, c3, g1, g2, g3, u1, s1, u2, s2, f1, n2, f2
+            )
+            if f1 == old_f1 and n2 == old_n2 and f2 == old_f2:
+                break
+    else:
+        for _ in range(ITERATIONS):
+            n1, f1, n2, f2 = sweep(
+                mu, a1, a2, a3, b1, b2, b3, c1, c2, c3, g1, g2, g3, u1, s1, u2, s2, f1, n2, f2
+            )
+    return n1, f1, n2, f2
+
+
+@wp.func
 def solve(
     mu: real, w: real, x1: real, z1: real, x2: real, z2: real, on1: real, on2: real,
     u1: real, s1: real, u2: real, s2: real, n1: real, f1: real, n2: real, f2: real,
 ):  # fmt: skip
-    """Impulses of the two corners by projected Gauss-Seidel.
+    """Impulses of the two corners by projected Gauss-Seidel; of one alone, exactly.
 
     Args:
         mu: Friction coefficient.
@@ -137,24 +164,22 @@ def solve(
     g3 = e2 * n2f2
     u1, s1 = -d1 * u1, -e1 * s1
     u2, s2 = -d2 * u2, -e2 * s2
+    first, second = on1 > on2, on2 > on1
+    n, f = alone(
+        mu, wp.where(first, a1, c3), wp.where(first, b1, g3), wp.where(first, u1, u2),
+        wp.where(first, s1, s2),
+    )  # fmt: skip
     n1 = n1 * on1
     f1 = f1 * on1
     n2 = n2 * on2
     f2 = f2 * on2
-    if ENDS_EARLY:
-        for _ in range(ITERATIONS):
-            old_f1, old_n2, old_f2 = f1, n2, f2
-            n1, f1, n2, f2 = sweep(
-                mu, a1, a2, a3, b1, b2, b3, c1, c2, c3, g1, g2, g3, u1, s1, u2, s2, f1, n2, f2
-            )
-            if f1 == old_f1 and n2 == old_n2 and f2 == old_f2:
-                break
-    else:
-        for _ in range(ITERATIONS):
-            n1, f1, n2, f2 = sweep(
-                mu, a1, a2, a3, b1, b2, b3, c1, c2, c3, g1, g2, g3, u1, s1, u2, s2, f1, n2, f2
-            )
-    return n1, f1, n2, f2
+    n1, f1, n2, f2 = sweeps(
+        mu, a1, a2, a3, b1, b2, b3, c1, c2, c3, g1, g2, g3, u1, s1, u2, s2, n1, f1, n2, f2
+    )
+    return (
+        wp.where(first, n, n1), wp.where(first, f, f1), wp.where(second, n, n2),
+        wp.where(second, f, f2),
+    )  # fmt: skip
 
 
 @wp.func
@@ -166,7 +191,8 @@ def step(
     """One step of one lane, in which the base velocity changes by dv [m/s].
 
     The arguments from `x` on are the lane's state, see the head of this file; the step returns
-    it in the same order, and the gap of the lower corner at its start [m].
+    it in the same order, the gap of the lower corner at its start [m], and the gaps after it of the
+    -x and of the +x corner, along their velocities [m].
     """
     zero = real(0.0)
     half = real(0.5)
@@ -206,6 +232,8 @@ def step(
     work = p1 * (mz - mo * x1) + t1 * (mx + mo * z1) + p2 * (mz - mo * x2) + t2 * (mx + mo * z2)
     lowest = smaller(gap1, gap2)
     lift = -knobs.erp * smaller(lowest + real(2.0) * dt * dt * knobs.gravity, zero)
+    ahead1 = gap1 + dt * (vz1 - vo1 * x1)
+    ahead2 = gap2 + dt * (vz1 - vo1 * x2)
     vx1 = m * vx1
     vo1 = m * vo1
     return (
@@ -213,6 +241,7 @@ def step(
         wp.where(m < zero, p2, p1), m * wp.where(m < zero, t2, t1),
         wp.where(m < zero, p1, p2), m * wp.where(m < zero, t1, t2),
         loss - work - knobs.gravity * lift, lowest,
+        wp.where(m < zero, ahead2, ahead1), wp.where(m < zero, ahead1, ahead2),
     )  # fmt: skip
 
 

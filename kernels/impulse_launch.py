@@ -1,6 +1,6 @@
 """Runs of the impulse step over lanes: packed for the CPU, plain for any device.
 
-A block rocks while one of its corners carries no impulse; that needs no tolerance.
+A block rocks while one of its corners has parted from the base, see `parting`.
 """
 
 from typing import Any
@@ -18,12 +18,14 @@ wp.set_module_options(module_options())
 scalar = kernel_module("scalar", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 account = kernel_module("account", precision=PRECISION)
+parting = kernel_module("parting", precision=PRECISION)
 impulse = kernel_module("impulse", precision=PRECISION, iterations=ITERATIONS)
 larger, smaller, size, book = scalar.larger, scalar.smaller, scalar.size, account.book
 Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Block, Knobs, step = impulse.Block, impulse.Knobs, impulse.step
 slide_of, height_of = impulse.slide_of, impulse.height_of
+slack, slides, watch = parting.slack, parting.slides, parting.watch
 
 HALF_PI = real(1.5707963267948966)
 HALF = real(0.5)
@@ -36,10 +38,9 @@ BROKEN = 3
 @wp.func
 def observe(
     mode: int, time: real, theta: real, omega: real, slide: real,
-    n1: real, n2: real, old1: real, old2: real,
-    peak: real, peak_time: real, peak_slide: real, uplift_time: real, moved: real, impacts: int,
+    peak: real, peak_time: real, peak_slide: real,
 ):  # fmt: skip
-    """What a step adds to the response of one lane.
+    """What a step adds to the response of one lane; what its ends tell is left to `watch`.
 
     Args:
         mode: ROCKING (not at its end), OVERTURNED or BROKEN.
@@ -47,25 +48,15 @@ def observe(
         theta: Rotation [rad], omega its rate [rad/s].
         omega: Angular velocity [rad/s].
         slide: Slide along the base [m].
-        n1: Normal impulse of the -x corner in this step; old1 in the step before.
-        n2: Normal impulse of the +x corner in this step; old2 in the step before.
-        old1: See n1.
-        old2: See n2.
         peak: Largest |theta| so far [rad], peak_time its time [s].
         peak_time: See peak.
         peak_slide: Largest |slide| so far [m].
-        uplift_time: First time at which a corner carries nothing [s].
-        moved: Last time at which a corner carries nothing [s].
-        impacts: Times at which a corner that carried nothing is loaded again.
 
     Returns:
-        mode, peak, peak_time, peak_slide, uplift_time, moved, impacts.
+        mode, peak, peak_time, peak_slide.
     """
     zero = real(0.0)
     higher = size(theta) > peak
-    lifted = n1 <= zero or n2 <= zero
-    landed1 = wp.where(old1 <= zero and n1 > zero, 1, 0)
-    landed2 = wp.where(old2 <= zero and n2 > zero, 1, 0)
     over = size(theta) >= HALF_PI
     sound = theta - theta == zero and omega - omega == zero and slide - slide == zero
     return (
@@ -73,10 +64,21 @@ def observe(
         wp.where(higher, smaller(size(theta), HALF_PI), peak),
         wp.where(higher, time, peak_time),
         larger(size(slide), peak_slide),
-        wp.where(lifted and uplift_time >= NEVER, time, uplift_time),
-        wp.where(lifted, time, moved),
-        impacts + landed1 + landed2,
     )
+
+
+@wp.func
+def limit_of(block: Block, knobs: Knobs, omega: real) -> real:
+    """Gap beyond which a corner has parted from the base [m]."""
+    reach = block.half_width + block.half_height
+    return slack(knobs.time_step, knobs.gravity, reach, omega * omega, reach)
+
+
+@wp.func
+def glides(block: Block, knobs: Knobs, vx: real, omega: real) -> bool:
+    """Whether a block that stands flat slides."""
+    way = knobs.time_step * (vx - block.half_height * omega)
+    return slides(way, knobs.time_step, knobs.gravity)
 
 
 @wp.func
@@ -128,8 +130,8 @@ def packed(
     n1, f1, n2, f2, loss, base = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     given, jolt, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
     peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
-    uplift_time, moved = Lane(), Lane()
-    impacts, mode, steps = LaneInt(), LaneInt(), LaneInt()
+    uplift_time, moved, since = Lane(), Lane(), Lane()
+    impacts, mode, steps, apart1, apart2 = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
     for i in range(LANE_WIDTH):
         block = blocks[first + i]
         th = starts[first + i]
@@ -160,15 +162,20 @@ def packed(
                 block.friction = blocks[first + i].friction
                 place = sample_index(m, sample_segment(m, half))
                 moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
-                qx, qz, qt, ux, uz, uo, p1, t1, p2, t2, lo, gap = step(
+                qx, qz, qt, ux, uz, uo, p1, t1, p2, t2, lo, gap, gap1, gap2 = step(
                     block, knobs, moving - base[i], x[i], z[i], theta[i], vx[i], vz[i], omega[i],
                     n1[i], f1[i], n2[i], f2[i], loss[i],
                 )  # fmt: skip
-                mo, pk, pt, ps, ut, mv, im = observe(
-                    mode[i], time, qt, uo, slide_of(block, qx, qt), p1, p2, n1[i], n2[i],
-                    peak[i], peak_time[i], peak_slide[i], uplift_time[i], moved[i], impacts[i],
+                mo, pk, pt, ps = observe(
+                    mode[i], time, qt, uo, slide_of(block, qx, qt), peak[i], peak_time[i],
+                    peak_slide[i],
                 )  # fmt: skip
                 live = mode[i] == ROCKING
+                watch(
+                    live, time, limit_of(block, knobs, uo), p1, gap1, p2, gap2,
+                    glides(block, knobs, ux, uo), since[i], apart1[i], apart2[i], uplift_time[i],
+                    moved[i], impacts[i],
+                )  # fmt: skip
                 x[i] = wp.where(live, qx, x[i])
                 z[i] = wp.where(live, qz, z[i])
                 theta[i] = wp.where(live, qt, theta[i])
@@ -188,9 +195,6 @@ def packed(
                 peak_time[i] = wp.where(live, pt, peak_time[i])
                 peak_slide[i] = wp.where(live, ps, peak_slide[i])
                 deepest[i] = wp.where(live, larger(-gap, deepest[i]), deepest[i])
-                uplift_time[i] = wp.where(live, ut, uplift_time[i])
-                moved[i] = wp.where(live, mv, moved[i])
-                impacts[i] = wp.where(live, im, impacts[i])
                 steps[i] = steps[i] + wp.where(live, 1, 0)
                 mode[i] = wp.where(live, mo, mode[i])
         if rotations.shape[0] > 0:
@@ -250,8 +254,8 @@ def plain(
     peak_time = real(0.0)
     peak_slide = real(0.0)
     uplift_time = real(wp.where(theta == real(0.0), NEVER, real(0.0)))
-    moved = real(0.0)
-    impacts = int(0)
+    moved, since = real(0.0), real(0.0)
+    impacts, apart1, apart2 = int(0), int(0), int(0)
     mode = int(ROCKING)
     k = int(0)
     time = real(0.0)
@@ -263,12 +267,15 @@ def plain(
             half = time - HALF * knobs.time_step
             place = sample_index(m, sample_segment(m, half))
             moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
-            qx, qz, qt, ux, uz, uo, p1, t1, p2, t2, lo, gap = step(
+            qx, qz, qt, ux, uz, uo, p1, t1, p2, t2, lo, gap, gap1, gap2 = step(
                 block, knobs, moving - base, x, z, theta, vx, vz, omega, n1, f1, n2, f2, loss
             )
-            mo, pk, pt, ps, ut, mv, im = observe(
-                mode, time, qt, uo, slide_of(block, qx, qt), p1, p2, n1, n2,
-                peak, peak_time, peak_slide, uplift_time, moved, impacts,
+            mo, pk, pt, ps = observe(
+                mode, time, qt, uo, slide_of(block, qx, qt), peak, peak_time, peak_slide
+            )
+            watch(
+                True, time, limit_of(block, knobs, uo), p1, gap1, p2, gap2,
+                glides(block, knobs, ux, uo), since, apart1, apart2, uplift_time, moved, impacts,
             )  # fmt: skip
             x = qx
             z = qz
@@ -290,9 +297,6 @@ def plain(
             peak_time = pt
             peak_slide = ps
             deepest = larger(-gap, deepest)
-            uplift_time = ut
-            moved = mv
-            impacts = im
         if rotations.shape[0] > 0:
             back = wp.where(mode == ROCKING, time - until, real(0.0))
             rotations[sample, lane] = theta - back * omega

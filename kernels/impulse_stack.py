@@ -21,11 +21,12 @@ with a = r.e and b = r.n of each [m], the relative velocities
 and the impulses n (normal) and t (tangential) [N s]. One step of length dt is the single block's
 (see `impulse`), body by body: the velocity without contact; contacts where the gap is within the
 collision margin, each of which wants a normal velocity of at least -gap / dt or zero and no slip
-within Coulomb's bound; projected Gauss-Seidel from the impulses of the last step; semi-implicit
-Euler; erp. Here the sweeps work on the velocities, from the ground up. In an interface they visit
-first the end away from the side it leans to, so that a mirrored scene is visited in mirrored
-order. What an interface gives back of its penetration moves all that stands on it along the
-normal there, but for the 2 g dt^2 that one step of falling can make.
+within Coulomb's bound; projected Gauss-Seidel from the impulses of the last step, an end that is
+alone at its interface by `cone`; semi-implicit Euler; erp. Here the sweeps work on the velocities,
+from the ground up. In an interface they visit first the end away from the side it leans to, so that
+a mirrored scene is visited in mirrored order. What an interface gives back of its penetration moves
+all that stands on it along the normal there, but for the 2 g dt^2 that one step of falling can
+make.
 
 Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 """
@@ -47,6 +48,7 @@ STACK_OPTIONS = module_options(interleave=1)
 
 wp.set_module_options(STACK_OPTIONS)
 scalar = kernel_module("scalar", precision=PRECISION)
+alone = kernel_module("cone", precision=PRECISION).alone
 larger, smaller = scalar.larger, scalar.smaller
 sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
 in_range = scalar.in_range
@@ -171,22 +173,21 @@ def approach(
     nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real],
     al: wp.ref[real], bl: wp.ref[real], gap: wp.ref[real],
     pn: wp.ref[real], pt: wp.ref[real], nt: wp.ref[real],
-    was: wp.ref[real], n: wp.ref[real], t: wp.ref[real],
+    n: wp.ref[real], t: wp.ref[real],
     ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
     """Finds a point (see `meet`), what impulses do to it, and starts it from its last impulses.
 
     Found are pn, normal impulse for a normal velocity [kg], and pt, tangential impulse for a slip
-    [kg], both zero where the gap is wider than the margin [m]; nt, slip for a normal impulse
-    [1/kg]; and `was`, the last normal impulse.
+    [kg], both zero where the gap is wider than the margin [m]; and nt, slip for a normal impulse
+    [1/kg].
     """
     meet(side, face, high, s, c, lface, lhigh, ls, lc, dx, dz, nx, nz, au, bu, al, bl, gap)
     on = wp.where(gap <= margin, real(1.0), real(0.0))
     pn = on / (m + lm + j * au * au + lj * al * al)
     pt = on / (m + lm + j * bu * bu + lj * bl * bl)
     nt = -(j * au * bu + lj * al * bl)
-    was = n
     n = on * n
     t = on * t
     kick(m, j, lm, lj, nx, nz, au, bu, al, bl, n, t, ux, uz, uo, lx, lz, lo)
@@ -196,11 +197,14 @@ def approach(
 def press(
     mu: real, gap: real, rate: real, m: real, j: real, lm: real, lj: real,
     nx: real, nz: real, au: real, bu: real, al: real, bl: real, pn: real, pt: real, nt: real,
-    n: wp.ref[real], t: wp.ref[real],
+    other: real, n: wp.ref[real], t: wp.ref[real],
     ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
-    """Gauss-Seidel on the two impulses of a point; mu is the friction coefficient."""
+    """Gauss-Seidel on the two impulses of a point; mu is the friction coefficient.
+
+    `other` is pn of the other end of the interface: without it both impulses are found at once.
+    """
     zero = real(0.0)
     wx = ux - lx
     wz = uz - lz
@@ -208,8 +212,14 @@ def press(
     push = larger(n - pn * normal, zero)
     dn = push - n
     bound = mu * push
-    slip = nz * wx - nx * wz + bu * uo - bl * lo + nt * dn
-    drag = larger(smaller(t - pt * slip, bound), -bound)
+    slip = nz * wx - nx * wz + bu * uo - bl * lo
+    drag = larger(smaller(t - pt * (slip + nt * dn), bound), -bound)
+    r, q = pn * nt, pt * nt
+    both_n, both_t = alone(mu, r, q, n + r * t - pn * normal, t + q * n - pt * slip)
+    lone = other <= zero and pn > zero
+    push = wp.where(lone, both_n, push)
+    drag = wp.where(lone, both_t, drag)
+    dn = push - n
     dt = drag - t
     n = push
     t = drag

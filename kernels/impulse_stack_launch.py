@@ -36,7 +36,7 @@ sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Knobs, set_out, approach, press = impulse.Knobs, impulse.set_out, impulse.approach, impulse.press
 give_back, travel, work = impulse.give_back, impulse.travel, impulse.work
 Block, Stack, begin, set_up, kept_of = run.Block, run.Stack, run.begin, run.set_up, run.kept_of
-ride, witness, observe, shown = run.ride, run.witness, run.observe, run.shown
+ride, witness, shown = run.ride, run.witness, run.shown
 
 HALF = real(0.5)
 SETTLING = 200
@@ -45,6 +45,7 @@ SETTLING = 200
 Lane = wp.types.vector(length=LANES, dtype=real)
 LaneInt = wp.types.vector(length=LANES, dtype=int)
 Body = wp.types.matrix(shape=(BLOCKS + 1, LANES), dtype=real)
+BodyInt = wp.types.matrix(shape=(BLOCKS + 1, LANES), dtype=int)
 Point = wp.types.matrix(shape=(2 * BLOCKS, LANES), dtype=real)
 
 
@@ -84,10 +85,11 @@ def stacks(
     face, high, m, j, mu, offset = Body(), Body(), Body(), Body(), Body(), Body()
     x, z, theta, s, c, lean = Body(), Body(), Body(), Body(), Body(), Body()
     vx, vz, omega, ux, uz, uo = Body(), Body(), Body(), Body(), Body(), Body()
-    peak, peak_time, slide, peak_slide = Body(), Body(), Body(), Body()
+    peak, peak_time, slide, peak_slide, since = Body(), Body(), Body(), Body(), Body()
+    left, right, crept = BodyInt(), BodyInt(), Body()
     # Rows of points: the first and the second end of interface 1, of interface 2, ...
     nx, nz, au, bu, al, bl = Point(), Point(), Point(), Point(), Point(), Point()
-    gap, pn, pt, nt, n, t, was = Point(), Point(), Point(), Point(), Point(), Point(), Point()
+    gap, pn, pt, nt, n, t = Point(), Point(), Point(), Point(), Point(), Point()
     base, dv, hint, loss, jolt = Lane(), Lane(), Lane(), Lane(), Lane()
     given, supplied, taken, returned = Lane(), Lane(), Lane(), Lane()
     shift_x, shift_z, uplift_time, moved, deepest = Lane(), Lane(), Lane(), Lane(), Lane()
@@ -134,16 +136,17 @@ def stacks(
                         j[k, i], face[low, i], high[low, i], s[low, i], c[low, i], m[low, i],
                         j[low, i], x[k, i] - x[low, i], z[k, i] - z[low, i], knobs.collision_margin,
                         nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], gap[p, i],
-                        pn[p, i], pt[p, i], nt[p, i], was[p, i], n[p, i], t[p, i],
+                        pn[p, i], pt[p, i], nt[p, i], n[p, i], t[p, i],
                         ux[k, i], uz[k, i], uo[k, i], ux[low, i], uz[low, i], uo[low, i],
                     )  # fmt: skip
             for step in range(sweeps * points):
                 p, low, k = step % points, step % points // 2, step % points // 2 + 1
+                q = 2 * low + 1 - p % 2
                 for i in range(LANES):
                     press(
                         mu[k, i], gap[p, i], knobs.rate, m[k, i], j[k, i], m[low, i], j[low, i],
                         nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i],
-                        pn[p, i], pt[p, i], nt[p, i], n[p, i], t[p, i],
+                        pn[p, i], pt[p, i], nt[p, i], pn[q, i], n[p, i], t[p, i],
                         ux[k, i], uz[k, i], uo[k, i], ux[low, i], uz[low, i], uo[low, i],
                     )  # fmt: skip
             for k in range(1, bodies):
@@ -158,15 +161,13 @@ def stacks(
                         given[i],
                     )  # fmt: skip
                     witness(
-                        live, time, n[p, i], was[p, i], gap[p, i], n[q, i], was[q, i], gap[q, i],
-                        uplift_time[i], moved[i], deepest[i], impacts[i],
-                    )  # fmt: skip
-                    observe(
-                        live, time, theta[k, i], theta[low, i], ux[k, i], uz[k, i], uo[k, i],
-                        face[k, i], high[k, i], s[k, i], c[k, i], offset[k, i], face[low, i],
-                        high[low, i], s[low, i], c[low, i], x[k, i] - x[low, i],
-                        z[k, i] - z[low, i], peak[k, i], peak_time[k, i], slide[k, i],
-                        peak_slide[k, i], mode[i],
+                        live, time, dt, knobs.gravity, lean[k, i], n[p, i], n[q, i], theta[k, i],
+                        theta[low, i], ux[k, i], uz[k, i], uo[k, i], uo[low, i], face[k, i],
+                        high[k, i], s[k, i], c[k, i], offset[k, i], face[low, i], high[low, i],
+                        s[low, i], c[low, i], x[k, i] - x[low, i], z[k, i] - z[low, i], z[k, i],
+                        since[k, i], left[k, i], right[k, i], uplift_time[i], moved[i], deepest[i],
+                        impacts[i], peak[k, i], peak_time[k, i], slide[k, i], peak_slide[k, i],
+                        crept[k, i], mode[i],
                     )  # fmt: skip
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):

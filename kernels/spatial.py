@@ -3,7 +3,7 @@
 An attitude is a unit quaternion (x, y, z, w); its rotation matrix, row by row r11 to r33, turns
 body axes (width, depth, height) into those of the base (x in the plane of rocking, y across it,
 z upwards). Its third column is the block's axis: rotation = atan2(r13, r33), rotation across =
-atan2(r23, r33).
+atan2(r23, r33), but for blocks that fall, see `turns_of`.
 
 Free rotation keeps the angular momentum in the axes of the base, to the last bit, for it is the
 state; what changes is the attitude. A step turns the block about its own axes one after the other,
@@ -31,6 +31,9 @@ TOUCH = real(1.0e-4)
 """Corners that lie this part of the half width above the lowest one count as touching, where a
 slide is told: a face that leans by less touches with all of its corners."""
 NEVER = real(1.0e30)
+FALLS = real(0.5)
+"""Height of the top of a block's axis, as a part of its length, below which the block falls: it
+leans by more than 60 degrees."""
 
 
 @wp.struct
@@ -217,23 +220,29 @@ def slide_of(
 def turns_of(block: Block, r13: real, r23: real, r33: real, qz: real, qw: real):
     """What tells how far a block has turned, each without a trigonometric function.
 
+    The two rotations are those of `rotations` in warprock/pose.py, of the axis (r13, r23, r33).
+
     Returns:
         Tangents of the rotation in the plane and across it (0 to infinity), the square of that of
         the tilt, and the tangent of half the yaw since the start; NEVER beyond a right angle.
     """
     zero = real(0.0)
-    over = real(1.0) / wp.where(r33 > zero, r33, real(1.0))
-    tan_x = wp.where(r13 < zero, -r13, r13) * over
-    tan_y = wp.where(r23 < zero, -r23, r23) * over
+    size_x = wp.where(r13 < zero, -r13, r13)
+    size_y = wp.where(r23 < zero, -r23, r23)
+    up = larger(r33, zero)
+    part = larger(real(1.0) - up * up * (real(1.0) / (FALLS * FALLS)), zero)
+    falls = part > zero
+    run_x = wp.where(falls, wp.sqrt(up * up + part * r23 * r23), up)
+    run_y = wp.where(falls, wp.sqrt(up * up + part * r13 * r13), up)
+    tan_x = size_x / larger(run_x, real(1.0e-30))
+    tan_y = size_y / larger(run_y, real(1.0e-30))
+    tan_tilt = (size_x * size_x + size_y * size_y) / larger(up * up, real(1.0e-30))
     # The attitude's twist about the vertical against that of the start, as complex numbers.
     along = qw * block.qw + qz * block.qz
     across = qz * block.qw - qw * block.qz
     along = wp.where(along < zero, -along, along)
     across = wp.where(across < zero, -across, across)
-    upright = r33 > zero
     return (
-        wp.where(upright, tan_x, wp.where(r13 == zero, zero, NEVER)),
-        wp.where(upright, tan_y, wp.where(r23 == zero, zero, NEVER)),
-        wp.where(upright, tan_x * tan_x + tan_y * tan_y, NEVER),
+        smaller(tan_x, NEVER), smaller(tan_y, NEVER), smaller(tan_tilt, NEVER),
         across / larger(along, real(1.0e-30)),
-    )
+    )  # fmt: skip

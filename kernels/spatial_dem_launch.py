@@ -7,7 +7,8 @@ Loops over the lanes are innermost and work on local matrices, one row a number 
 point, so that the compiler turns them into vector code; with one lane a thread the same text is the
 plain form for any device.
 
-An interface rocks while its faces have parted in the middle; that needs no tolerance.
+An interface rocks while its faces have parted in the middle; that needs no tolerance. It moves
+while it rocks, and while it slides faster than springs swing that stick.
 """
 
 from typing import Any
@@ -39,9 +40,9 @@ Block = shape.Block
 Moving, Link, meet = meeting.Moving, meeting.Link, meeting.meet
 Knobs, press, load, advance = dem.Knobs, dem.press, dem.load, dem.advance
 Lane, begin, set_up, set_off, ride = rows.Lane, rows.begin, rows.set_up, rows.set_off, rows.ride
-keep, gather, corner_of, observe = rows.keep, rows.gather, rows.corner_of, rows.observe
-passes_left, time_past, witness = of_lanes.passes_left, of_lanes.time_past, of_lanes.witness
-attitude_before = rows.attitude_before
+keep, gather, observe = rows.keep, rows.gather, rows.observe
+passes_left, time_past = of_lanes.passes_left, of_lanes.time_past
+attitude_before, witness = rows.attitude_before, rows.witness
 
 PAIRS = max(ITERATIONS, 1)
 """Pairs of points of an interface; one in the middle counts as a pair of two halves."""
@@ -116,9 +117,9 @@ def spatial(
                         p3[i], d1[i], d2[i], d3[i], a1[i], a2[i], a3[i], b1[i], b2[i], b3[i], v1[i],
                         v2[i], v3[i], j1[i], j2[i], j3[i], k1[i], k2[i], k3[i], gx[k, i], gy[k, i],
                     )  # fmt: skip
-                    witness(live[i] == 1, real(steps[i] - 1) * dt[i], link.o, corner_of(link),
-                            link.area, old[k, i], lifted[i], moved[i], deepest[i], impacts[i],
-                            mode[i])  # fmt: skip
+                    witness(live[i] == 1, real(steps[i] - 1) * dt[i], link,
+                            lanes[first + i].creep, old[k, i], lifted[i], moved[i], deepest[i],
+                            impacts[i], mode[i])  # fmt: skip
                 for p in range(pairs):
                     r, q = SUMS * int(points[3, p]), 2 * (pairs * h + p)
                     for i in range(LANES):

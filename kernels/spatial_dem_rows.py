@@ -35,10 +35,12 @@ ROCKING, OVERTURNED, BROKEN = of_lanes.ROCKING, of_lanes.OVERTURNED, of_lanes.BR
 class Lane:
     """One lane: its time step [s], when it is first uplifted [s], 0 or NEVER, and where it moves.
 
-    `moves` is the sum of 1 where its base moves along x, 2 along y and 4 along z.
+    `moves` is the sum of 1 where its base moves along x, 2 along y and 4 along z; `creep` is the
+    speed up to which faces may slip back and forth on their springs and not slide [m/s].
     """
 
     time_step: real
+    creep: real
     uplift_time: real
     moves: int
 
@@ -162,6 +164,26 @@ def observe(
 def corner_of(link: Link) -> real:
     """Overlap at the corner of an interface where it is deepest [m]."""
     return link.o + size(link.a3) + size(link.b3)
+
+
+@wp.func
+def witness(
+    live: bool, time: real, link: Link, creep: real, old: wp.ref[real], uplift_time: wp.ref[real],
+    moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int], mode: wp.ref[int],
+):  # fmt: skip
+    """What a step shows of an interface, see `of_lanes.witness`; it moves while it slides, too.
+
+    What its faces share slides where its fastest point slips by more than `creep`, see `Lane`.
+    """
+    zero = real(0.0)
+    of_lanes.witness(
+        live, time, link.o, corner_of(link), link.area, old, uplift_time, moved, deepest, impacts,
+        mode,
+    )  # fmt: skip
+    x = size(link.v1) + size(link.j1) + size(link.k1)
+    y = size(link.v2) + size(link.j2) + size(link.k2)
+    touches = link.o + size(link.a3) + size(link.b3) > zero
+    moved = wp.where(live and touches and x * x + y * y > creep * creep, time, moved)
 
 
 @wp.func

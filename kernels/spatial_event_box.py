@@ -190,7 +190,7 @@ def slip_after(
     Slip along x or y that was there and is none in the mean of the step ends inside, nobody knows
     where: half of the step is tried.
     """
-    cut = real(NEVER)
+    cut = NEVER
     slip = n
     for axis in range(2):
         bit = (1 << k) << (4 * axis)

@@ -266,7 +266,7 @@ def slip_after(
     Returns:
         Length of the step to where the corner stops, if that lies inside, else NEVER; slip after.
     """
-    cut = real(NEVER)
+    cut = NEVER
     slip = n
     bit = 1 << k
     if (n & s & bit) != 0:

@@ -202,7 +202,7 @@ def corner_event(
     """
     zero = real(0.0)
     reach = near * size(r1) + grain
-    cut = real(NEVER)
+    cut = NEVER
     lands = bool(False)
     closes = bool(False)
     start = larger(g0, zero)
@@ -240,7 +240,7 @@ def stop_event(u0: Three, u1: Three, d: real, near: real):
     e1 = d0[0] * u1[0] + d0[1] * u1[1]
     wide = u1 - u0
     reach = near * wp.sqrt(wide[0] * wide[0] + wide[1] * wide[1]) / larger(d, TINY)
-    cut = real(NEVER)
+    cut = NEVER
     if e0 > real(0.0) and e1 < -reach and d > near:
         cut = first_root(e0, (e1 - e0) / d, e1, d)
     speed = wp.sqrt(u1[0] * u1[0] + u1[1] * u1[1])

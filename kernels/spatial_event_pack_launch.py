@@ -213,7 +213,8 @@ def spatial(
     if wp.tid() > 0:
         return
     m, k = Numbers(), Marks()
-    waiting, count, samples = int(0), blocks.shape[1], found.attitudes.shape[0]
+    waiting, count = int(0), blocks.shape[1]
+    samples = found.attitudes.shape[0]
     end = sample_times[sample_times.shape[0] - 1]
     for i in range(PLACES):
         k[kept.MODE, i] = GONE

@@ -85,7 +85,8 @@ def arrived(
     s: State, reached: State, pose: Pose, look: Look, b: Base, held: Ints, stuck: Ints,
 ) -> State:  # fmt: skip
     """The state at the end of a step: gaps closed, velocities projected, after its impact."""
-    n, zero = reached, Bodies()
+    n = reached
+    zero = Bodies()
     bodies = int(BLOCKS + 1)
     gravity = limits.gravity
     t = touching(own, pose, look, held, stuck, True)
@@ -186,7 +187,8 @@ def reached_by(
     pose0: Pose, pose: Pose, spin: Bodies, vm: Bodies, wm: Bodies, held: Ints, stuck: Ints,
 ) -> State:  # fmt: skip
     """Where a step's mean motion vm, wm leads: the state after it, or the old one at an event."""
-    n, d = begun, b.d
+    n = begun
+    d = b.d
     bodies = int(BLOCKS + 1)
     work, whole = real(0.0), energy(own, limits.gravity, s.x, s.q, s.v, s.w)
     n.q = attitudes_after(own, s, spin, wm, d)

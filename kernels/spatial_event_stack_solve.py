@@ -230,7 +230,8 @@ def matrix(
 @wp.func
 def eliminated(system: Wide, right: Long) -> Long:
     """The solution of the banded system."""
-    a, x = system, right
+    a = system
+    x = right
     rows = int(ROWS)
     for j in range(rows):
         last = wp.min(j + BAND, rows)
@@ -298,7 +299,8 @@ def settled(
     asks, u, o, good = swept(FIRST, t, pose, mu, light, first, v, w)
     if t.total == 0 or good:
         return asks, u, o, True
-    c, stiff, size, done = t, PointNumbers(), real(0.0), bool(False)
+    c = t
+    stiff, size, done = PointNumbers(), real(0.0), bool(False)
     for i in range(t.total):
         stiff[i] = STIFF * contact.effective(t, pose, light, i)
         c.gap[i] = lift_of(t, pose, mu, u, o, i)

@@ -63,6 +63,8 @@ CONE = FRICTION == "cone"
 """Whether friction is bound as a cone, else as a box along x and y."""
 HALF = real(0.5)
 FAR = real(1.0e30)
+CREEP = real(0.1)
+"""Speed of a corner that may still stick, over g dt: sweeps that end early leave less."""
 TINY = real(1.0e-30)
 """Square of an impulse [m^2/s^2] below which it has no direction."""
 
@@ -77,6 +79,13 @@ class Knobs:
     collision_margin: real
     erp: real
     sweeps: int
+
+
+@wp.func
+def slips(square: real, knobs: Knobs) -> bool:
+    """Whether what touches slides, from the square of its speed [m^2/s^2]."""
+    creep = CREEP * knobs.time_step * knobs.gravity
+    return square > creep * creep
 
 
 @wp.func

@@ -7,7 +7,7 @@ any device. A func takes the entries, and what it finds it leaves in those that 
 nothing there, to the last bit.
 
 A block rocks while a corner does not touch the base, see `feel` of `spatial_impulse`; it lands once
-one touches again.
+one touches again. It moves while it rocks or slides, see `slips`.
 """
 
 # A func leaves what it finds in the names that it takes by reference.
@@ -42,6 +42,7 @@ Knobs, set_out, exchange, approach = (
     impulse.Knobs, impulse.set_out, impulse.exchange, impulse.approach,
 )  # fmt: skip
 prepare, press, advance = impulse.prepare, impulse.press, impulse.advance
+slips = impulse.slips
 hold = kernel_module("spatial_impulse_hold", precision=PRECISION, friction=FRICTION).hold
 
 HALF = real(0.5)
@@ -158,12 +159,20 @@ def depart(
 
 
 @wp.func
+def glides(block: Block, knobs: Knobs, ux: real, uy: real, ox: real, oy: real, oz: real) -> bool:
+    """Whether a block that stands flat slides, with the velocities u and o after a step."""
+    x, y = ux - block.height * oy, uy + block.height * ox
+    turn = oz * (block.width + block.depth)
+    return slips(x * x + y * y + turn * turn, knobs)
+
+
+@wp.func
 def witness(
-    live: bool, time: real, landed: real, lowest: real, lifted: real,
+    live: bool, time: real, landed: real, lowest: real, lifted: real, slides: bool,
     uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int],
     steps: wp.ref[int],
 ):  # fmt: skip
-    """Whether a block rocks, whether it lands, and how deep it is.
+    """Whether a block moves, whether it lands, and how deep it is.
 
     Args:
         live: Whether the lane lives on.
@@ -171,8 +180,9 @@ def witness(
         landed: Corners that touch now and did not in the last step.
         lowest: Lowest gap [m].
         lifted: Corners that do not touch.
-        uplift_time: First time at which a corner does not [s].
-        moved: Last such time [s].
+        slides: Whether it slides if it stands flat.
+        uplift_time: First time at which a corner does not touch [s].
+        moved: Last time at which one does not, or the block slides [s].
         deepest: Deepest penetration [m].
         impacts: Landings.
         steps: Steps of a lane that lived on.
@@ -180,7 +190,7 @@ def witness(
     zero = real(0.0)
     rocks = live and lifted > zero
     uplift_time = wp.where(rocks and uplift_time >= NEVER, time, uplift_time)
-    moved = wp.where(rocks, time, moved)
+    moved = wp.where(rocks or (live and slides), time, moved)
     impacts = impacts + wp.where(live and landed > zero, 1, 0)
     steps = steps + wp.where(live, 1, 0)
     deepest = wp.where(live, larger(-lowest, deepest), deepest)
@@ -236,7 +246,10 @@ def move(
         live, knobs, ix, iy, iz, dvx, dvy, dvz, ux, uy, uz, ox, oy, oz, lowest,
         x, y, z, qx, qy, qz, qw, vx, vy, vz, lx, ly, lz, loss,
     )  # fmt: skip
-    witness(live, time, landed, lowest, lifted, uplift_time, moved, deepest, impacts, steps)
+    witness(
+        live, time, landed, lowest, lifted, glides(block, knobs, ux, uy, ox, oy, oz), uplift_time,
+        moved, deepest, impacts, steps,
+    )  # fmt: skip
     observe(
         live, time, block, x, y, z, qx, qy, qz, qw, vx + vy + vz + lx + ly + lz, slide_x, slide_y,
         peak, peak_time, peak_across, peak_tilt, peak_yaw, peak_slide, mode,

@@ -216,6 +216,19 @@ def solved(
 
 
 @wp.func
+def fastest_slip(
+    total: int, axes: Axes, body: PointInts, ru: Points, rl: Points, u: Bodies, o: Bodies
+) -> real:
+    """Square of the speed at which the fastest contact slides [m^2/s^2]; see `solved`."""
+    most = real(0.0)
+    for i in range(total):
+        k = body[i]
+        at = rows_of(axes, k - 1) * seen(u[k], o[k], ru[i], u[k - 1], o[k - 1], rl[i])
+        most = larger(most, at[0] * at[0] + at[1] * at[1])
+    return most
+
+
+@wp.func
 def visited(slot: int, lean: Vector) -> int:
     """Slot that is visited in the turn of another, where a block leans to the sides given."""
     zero = real(0.0)

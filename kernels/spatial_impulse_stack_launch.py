@@ -6,8 +6,8 @@ acceleration that they leave lie the velocities that the first step starts from:
 to half steps.
 
 An interface rocks while a corner of what its faces share does not touch; it lands once one touches
-again. A stack ends when two faces share nothing, or a block leans by a right angle, also against
-what it stands on.
+again. A stack moves while an interface rocks or slides, see `slips` of `spatial_impulse`. It ends
+when two faces share nothing, or a block leans by a right angle, also against what it stands on.
 """
 
 from typing import Any
@@ -43,7 +43,7 @@ Bodies, Numbers, Axes, Points = stack.Bodies, stack.Numbers, stack.Axes, stack.P
 PointNumbers, PointInts = stack.PointNumbers, stack.PointInts
 Knobs, frame, weighted, axis_of = stack.Knobs, stack.frame, stack.weighted, stack.axis_of
 rows_of, solved, shared, touched = stack.rows_of, stack.solved, stack.shared, stack.touched
-side_of = stack.side_of
+side_of, slips, fastest_slip = stack.side_of, stack.impulse.slips, stack.fastest_slip
 GROUND_FACE = stack.GROUND_FACE
 
 HALF = real(0.5)
@@ -186,7 +186,8 @@ def spatial(
     ru, rl, p, kept = Points(), Points(), Points(), Kept()
     gap, body, key = PointNumbers(), PointInts(), PointInts()
     bodies, count, steps, mode, impacts = int(BLOCKS + 1), int(-1), int(0), int(ROCKING), int(0)
-    time, uplift_time, moved, loss, deepest = -dt, real(NEVER), real(0.0), real(0.0), real(0.0)
+    uplift_time = NEVER
+    time, moved, loss, deepest = -dt, real(0.0), real(0.0), real(0.0)
     for i in range(3):
         axes[i, i] = real(1.0)
     attitude[0, 3] = real(1.0)
@@ -268,7 +269,8 @@ def spatial(
                 sums = place[0] + speed[0] + speed[1] + speed[2] + turns[0] + turns[1] + turns[2]
                 mode = became(mode, sums, there[k], r, m)
             steps, impacts = steps + wp.where(count > 0, 1, 0), impacts + landed
-            moved = wp.where(lifted != 0, time, moved)
+            slides = slips(fastest_slip(total, axes, body, ru, rl, u, o), knobs)
+            moved = wp.where(lifted != 0 or (count > 0 and slides), time, moved)
             uplift_time = wp.where(lifted != 0, smaller(uplift_time, time), uplift_time)
         if found.attitudes.shape[0] > 0:
             past = wp.where(mode == ROCKING, smaller(until - time, zero), zero)

@@ -111,7 +111,7 @@ def between(pose: Pose, k: int):
 @wp.func
 def lower_face(blocks: Blocks, k: int):
     """Half width of the face that block k stands on and half height of what has it [m]."""
-    half_face = real(ENDLESS)
+    half_face = ENDLESS
     half_height = real(0.0)
     if k > 0:
         half_face = blocks.half_face[k - 1]

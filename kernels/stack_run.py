@@ -3,8 +3,8 @@
 These are the stacks whose interfaces touch at the two ends of an overlap, see `impulse_stack`. A
 run begins with solves at the start, from velocities of zero, so that what contacts carry becomes
 that of the rest or of the release. Half a step back from the acceleration that they leave lie the
-velocities that the first step starts from: velocities belong to half steps. An interface rocks
-while one of its ends carries nothing; that needs no tolerance.
+velocities that the first step starts from: velocities belong to half steps. An interface
+rocks while one of its ends has parted, see `parting`.
 
 A func takes the entries of the matrices of a run, and what it finds it leaves in those that it
 takes as `wp.ref`.
@@ -24,10 +24,12 @@ PRECISION: str
 
 scalar = kernel_module("scalar", precision=PRECISION)
 impulse = kernel_module("impulse_stack", precision=PRECISION)
+parting = kernel_module("parting", precision=PRECISION)
 wp.set_module_options(impulse.STACK_OPTIONS)
 larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 sine, cosine = scalar.sine, scalar.cosine
-stand, GROUND_FACE = impulse.stand, impulse.GROUND_FACE
+meet, stand, GROUND_FACE = impulse.meet, impulse.stand, impulse.GROUND_FACE
+slack, slides, watch = parting.slack, parting.slides, parting.watch
 
 HALF_PI = real(1.5707963267948966)
 HALF = real(0.5)
@@ -133,41 +135,74 @@ def ride(
 
 
 @wp.func
-def witness(
-    live: bool, time: real, n1: real, was1: real, gap1: real, n2: real, was2: real, gap2: real,
-    uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int],
-):  # fmt: skip
-    """Whether an interface rocks, and which of its ends have landed: what carried nothing does.
-
-    The gaps are those at the start of the step.
-    """
-    zero = real(0.0)
-    lifted = live and (n1 <= zero or n2 <= zero)
-    landed1 = wp.where(live and was1 <= zero and n1 > zero, 1, 0)
-    landed2 = wp.where(live and was2 <= zero and n2 > zero, 1, 0)
-    uplift_time = wp.where(lifted and uplift_time >= NEVER, time, uplift_time)
-    moved = wp.where(lifted, time, moved)
-    impacts = impacts + landed1 + landed2
-    deepest = wp.where(live, larger(-smaller(gap1, gap2), deepest), deepest)
+def gape(
+    side: real, face: real, high: real, s: real, c: real,
+    lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real,
+) -> real:  # fmt: skip
+    """How wide an end of an interface gapes [m]; arguments as in `impulse_stack.meet`."""
+    nx, nz, au, bu = real(0.0), real(0.0), real(0.0), real(0.0)
+    al, bl, gap = real(0.0), real(0.0), real(0.0)
+    meet(side, face, high, s, c, lface, lhigh, ls, lc, dx, dz, nx, nz, au, bu, al, bl, gap)
+    return gap
 
 
 @wp.func
-def observe(
-    live: bool, time: real, theta: real, below: real, ux: real, uz: real, uo: real,
-    face: real, high: real, s: real, c: real, offset: real,
-    lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real,
-    peak: wp.ref[real], peak_time: wp.ref[real], slide: wp.ref[real], peak_slide: wp.ref[real],
+def witness(
+    live: bool, time: real, dt: real, gravity: real, lean: real, n1: real, n2: real, theta: real,
+    below: real, ux: real, uz: real, uo: real, lo: real, face: real, high: real, s: real, c: real,
+    offset: real, lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real, z: real,
+    since: wp.ref[real], left: wp.ref[int], right: wp.ref[int], uplift_time: wp.ref[real],
+    moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int], peak: wp.ref[real],
+    peak_time: wp.ref[real], slide: wp.ref[real], peak_slide: wp.ref[real], crept: wp.ref[real],
     mode: wp.ref[int],
 ):  # fmt: skip
-    """Peaks and slide of a block after a step, and whether its lane lives on.
+    """What a step shows of a block and of the interface below it, and whether its lane lives on.
 
-    `below` is the rotation of what it stands on [rad]: a block has overturned, too, once it has
-    turned by a right angle against that. Its velocities u must be finite; they come one by one,
-    for their sum as one argument costs pairs of `impulse` a sixth of their speed.
+    A block has overturned, too, once it has turned by a right angle against what it stands on.
+
+    Args:
+        live: Whether the lane still runs.
+        time: End of the step [s].
+        dt: Time step [s].
+        gravity: Acceleration of gravity [m/s^2].
+        lean: Side to which the interface leaned in the step, 1 or -1.
+        n1: What the end away from there carried, n2 the other.
+        n2: See n1.
+        theta: Rotation of the block [rad], below that of what it stands on; all after the step.
+        below: See theta.
+        ux: Velocity of the block, uz likewise, uo its angular one; they must be finite. They come
+            one by one, for their sum as one argument costs pairs of `impulse` a sixth of their
+            speed.
+        uz: See ux.
+        uo: See ux.
+        lo: Angular velocity of what it stands on [rad/s].
+        face: See `impulse_stack.stand`, as all up to dz.
+        z: Height of the block's centre [m].
+        since: See `parting.watch`, as all up to impacts; left is the end at -x, right that at +x.
+        deepest: Deepest penetration so far [m].
+        peak: Largest |theta| so far [rad], peak_time its time [s].
+        peak_time: See peak.
+        slide: Slide along what the block stands on [m], peak_slide the largest so far.
+        peak_slide: See slide.
+        crept: Way by which it slipped in the step [m]. What slides goes on in the next; sweeps that
+            end early can let a block that sticks shuttle.
+        mode: How the lane goes on.
     """
     zero = real(0.0)
     turn = theta - below
     slid, overlap = stand(face, high, s, c, offset, lface, lhigh, ls, lc, dx, dz, turn)
+    gap1 = gape(real(-1.0), face, high, s, c, lface, lhigh, ls, lc, dx, dz)
+    gap2 = gape(real(1.0), face, high, s, c, lface, lhigh, ls, lc, dx, dz)
+    limit = slack(dt, gravity, face + high, uo * uo + lo * lo, high + size(z))
+    forward = lean > zero
+    way = slid - slide
+    glides = slides(way, dt, gravity) and slides(crept, dt, gravity) and way * crept > zero
+    crept = way
+    watch(
+        live, time, limit, wp.where(forward, n1, n2), gap1, wp.where(forward, n2, n1), gap2,
+        glides, since, left, right, uplift_time, moved, impacts,
+    )  # fmt: skip
+    deepest = wp.where(live, larger(-smaller(gap1, gap2), deepest), deepest)
     higher = live and size(theta) > peak
     peak_time = wp.where(higher, time, peak_time)
     peak = wp.where(higher, smaller(size(theta), HALF_PI), peak)

@@ -202,7 +202,7 @@ def first_opening(
 ) -> real:  # fmt: skip
     """First time in a step at which the resultant of a closed contact leaves its width."""
     zero = real(0.0)
-    found = real(NEVER)
+    found = NEVER
     s1 = state.ground
     s2 = state.interface
     if s1 == zero or s2 == zero:
@@ -226,7 +226,7 @@ def first_opening(
 @wp.func
 def first_fall(x: Series, h: real) -> real:
     """First time in a step at which |rotation| reaches pi/2."""
-    found = real(NEVER)
+    found = NEVER
     end = value(x, h)
     if size(end) >= HALF_PI:
         left = -sign_of(end) * x

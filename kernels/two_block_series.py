@@ -30,6 +30,7 @@ NEVER = real(1.0e30)
 TINY = real(1.0e-30)
 LOOKS = 4
 """Parts of a step in each of which a watched quantity turns at most once."""
+PART = real(1.0 / LOOKS)
 ROOT_STEPS = 60
 """Most steps towards a root; Newton's method takes some four, halving alone 53."""
 RESOLVED = real({"float64": 4.0e-16, "float32": 2.0e-7}[PRECISION])
@@ -235,11 +236,11 @@ def first_crossing(p: Series, h: real) -> real:
     """
     zero = real(0.0)
     slope = derived(p)
-    part = h / real(LOOKS)
+    part = PART * h
     low = real(0.0)
     at_low = real(p[0])
     down = real(p[1])
-    found = real(NEVER)
+    found = NEVER
     look = int(1)
     while look <= LOOKS:
         high = wp.where(look == LOOKS, h, real(look) * part)

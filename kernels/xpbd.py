@@ -73,6 +73,7 @@ larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
 in_range = scalar.in_range
 ground = kernel_module("xpbd_ground", precision=PRECISION, iterations=ITERATIONS)
+alone = kernel_module("cone", precision=PRECISION).alone
 
 TINY = real(1.0e-30)
 """What a decaying speed or multiplier is taken for nothing at: subnormal numbers are slow."""
@@ -211,7 +212,7 @@ def approach(
     nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real], al: wp.ref[real],
     bl: wp.ref[real], grown: wp.ref[real], slip: wp.ref[real], dn: wp.ref[real],
     gap: wp.ref[real], creep: wp.ref[real], soft: wp.ref[real], dt: wp.ref[real],
-    anchor: wp.ref[real], was: wp.ref[real], n: wp.ref[real], t: wp.ref[real],
+    anchor: wp.ref[real], n: wp.ref[real], t: wp.ref[real],
     qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
@@ -222,8 +223,7 @@ def approach(
     velocity pass: by how much the gap would grow and the place change (`slip`) [m], and dn, the
     normal multiplier for a metre of gap [kg], nothing of an open end. For the pose pass: the gap,
     how far the place would be from its anchor (`creep`), and `soft` like dn. For both: dt, the
-    tangential multiplier for a metre; and `was`, the last normal multiplier. The lower body's
-    correction is (lx, lz, lo).
+    tangential multiplier for a metre. The lower body's correction is (lx, lz, lo).
     """
     dx, dz = x - below_x, z - below_z
     px = dx + knobs.time_step * (vx - below_vx)
@@ -251,7 +251,6 @@ def approach(
     dn = on / normal
     soft = on / (normal + knobs.softness)
     dt = on / (m + lm + j * du * du + lj * dl * dl)
-    was = n
     n = on * n
     t = on * settled(t)
     kick(m, j, lm, lj, fx, fz, eu, du, el, dl, n, t, qx, qz, qo, lx, lz, lo)
@@ -267,6 +266,34 @@ def apart(
 
 
 @wp.func
+def coupling(
+    m: real, j: real, lm: real, lj: real,
+    nx1: real, nz1: real, au1: real, bu1: real, al1: real, bl1: real,
+    nx2: real, nz2: real, au2: real, bu2: real, al2: real, bl2: real,
+):  # fmt: skip
+    """What multipliers do to the gaps and slips of both ends [1/kg].
+
+    Returns:
+        On the diagonal n1, t1, n2, t2; then n1 t1, n2 t2, n1 n2, t1 t2, n1 t2, t1 n2.
+    """
+    both = m + lm
+    along = both * (nx1 * nx2 + nz1 * nz2)
+    across = both * (nx1 * nz2 - nz1 * nx2)
+    return (
+        both + j * au1 * au1 + lj * al1 * al1,
+        both + j * bu1 * bu1 + lj * bl1 * bl1,
+        both + j * au2 * au2 + lj * al2 * al2,
+        both + j * bu2 * bu2 + lj * bl2 * bl2,
+        -j * au1 * bu1 - lj * al1 * bl1,
+        -j * au2 * bu2 - lj * al2 * bl2,
+        along + j * au1 * au2 + lj * al1 * al2,
+        along + j * bu1 * bu2 + lj * bl1 * bl2,
+        across - j * au1 * bu2 - lj * al1 * bl2,
+        -across - j * bu1 * au2 - lj * bl1 * al2,
+    )
+
+
+@wp.func
 def sweep_any(
     mu: real, m: real, j: real, lm: real, lj: real,
     nx1: real, nz1: real, au1: real, bu1: real, al1: real, bl1: real,
@@ -277,21 +304,13 @@ def sweep_any(
     qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
-    """A sweep over the four multipliers of an interface; mu is the friction coefficient."""
-    # What multipliers do to the gaps and slips of both ends [1/kg].
-    both = m + lm
-    along = both * (nx1 * nx2 + nz1 * nz2)
-    across = both * (nx1 * nz2 - nz1 * nx2)
-    n1n1 = both + j * au1 * au1 + lj * al1 * al1
-    t1t1 = both + j * bu1 * bu1 + lj * bl1 * bl1
-    n2n2 = both + j * au2 * au2 + lj * al2 * al2
-    t2t2 = both + j * bu2 * bu2 + lj * bl2 * bl2
-    n1t1 = -j * au1 * bu1 - lj * al1 * bl1
-    n2t2 = -j * au2 * bu2 - lj * al2 * bl2
-    n1n2 = along + j * au1 * au2 + lj * al1 * al2
-    t1t2 = along + j * bu1 * bu2 + lj * bl1 * bl2
-    n1t2 = across - j * au1 * bu2 - lj * al1 * bl2
-    t1n2 = -across - j * bu1 * au2 - lj * bl1 * al2
+    """A sweep over the four multipliers of an interface; those of an end alone are found exactly.
+
+    mu is the friction coefficient.
+    """
+    n1n1, t1t1, n2n2, t2t2, n1t1, n2t2, n1n2, t1t2, n1t2, t1n2 = coupling(
+        m, j, lm, lj, nx1, nz1, au1, bu1, al1, bl1, nx2, nz2, au2, bu2, al2, bl2
+    )
     # Gaps and slips as they would be without these four, over what one of them does.
     u1, s1 = apart(gap1, slip1, nx1, nz1, au1, bu1, al1, bl1, qx - lx, qz - lz, qo, lo)
     u2, s2 = apart(gap2, slip2, nx2, nz2, au2, bu2, al2, bl2, qx - lx, qz - lz, qo, lo)
@@ -315,11 +334,18 @@ def sweep_any(
     d1 = dt2 * n1t2
     d2 = dt2 * t1t2
     d3 = dt2 * n2t2
+    first, second = dn2 <= real(0.0), dn1 <= real(0.0)
+    n, t = alone(
+        mu, wp.where(first, a1, c3), wp.where(first, b1, d3), wp.where(first, u1, u2),
+        wp.where(first, s1, s2),
+    )  # fmt: skip
     # Last in each row comes what was found last, for which the others need not wait.
     a = larger(u1 - a1 * b - a2 * e - a3 * f, real(0.0))
     b = larger(smaller(s1 - b2 * e - b3 * f - b1 * a, mu * a), -mu * a)
     e = larger(u2 - c3 * f - c1 * a - c2 * b, real(0.0))
     f = larger(smaller(s2 - d1 * a - d2 * b - d3 * e, mu * e), -mu * e)
+    a, b = wp.where(first, n, a), wp.where(first, t, b)
+    e, f = wp.where(second, n, e), wp.where(second, t, f)
     kick(m, j, lm, lj, nx1, nz1, au1, bu1, al1, bl1, a - n1, b - t1, qx, qz, qo, lx, lz, lo)
     kick(m, j, lm, lj, nx2, nz2, au2, bu2, al2, bl2, e - n2, f - t2, qx, qz, qo, lx, lz, lo)
     n1 = a

@@ -19,6 +19,7 @@ scalar = kernel_module("scalar", precision=PRECISION)
 impulse = kernel_module("impulse_stack", precision=PRECISION)
 wp.set_module_options(impulse.STACK_OPTIONS)
 larger, smaller = scalar.larger, scalar.smaller
+alone = kernel_module("cone", precision=PRECISION).alone
 
 TURNS = max(n for n in range(1, MAX_UNROLL + 1) if max(ITERATIONS, 1) % n == 0)
 """Sweeps in one call, written out: there is no other interface to visit."""
@@ -61,7 +62,7 @@ def sweep(
     qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
-    """See `xpbd.sweep`."""
+    """See `xpbd.sweep`; an end alone is solved exactly."""
     a = real(n1)
     b = real(t1)
     e = real(n2)
@@ -80,12 +81,19 @@ def sweep(
     b1, b2, b3 = dt1 * n1t1, dt1 * t1n2, dt1 * t1t2
     c1, c2, c3 = dn2 * n1n2, dn2 * t1n2, dn2 * n2t2
     d1, d2, d3 = dt2 * n1t2, dt2 * t1t2, dt2 * n2t2
+    first, second = dn2 <= real(0.0), dn1 <= real(0.0)
+    n, t = alone(
+        mu, wp.where(first, a1, c3), wp.where(first, b1, d3), wp.where(first, u1, u2),
+        wp.where(first, s1, s2),
+    )  # fmt: skip
     # Last in each row comes what was found last, for which the others need not wait.
     for _ in range(TURNS):
         a = larger(u1 - a1 * b - a2 * e - a3 * f, real(0.0))
         b = larger(smaller(s1 - b2 * e - b3 * f - b1 * a, mu * a), -mu * a)
         e = larger(u2 - c3 * f - c1 * a - c2 * b, real(0.0))
         f = larger(smaller(s2 - d1 * a - d2 * b - d3 * e, mu * e), -mu * e)
+    a, b = wp.where(first, n, a), wp.where(first, t, b)
+    e, f = wp.where(second, n, e), wp.where(second, t, f)
     along = b - t1 + f - t2
     qx = qx + m * along
     qz = qz + m * (a - n1 + e - n2)

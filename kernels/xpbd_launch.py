@@ -40,7 +40,7 @@ sample_index, sample_segment = motion.sample_index, motion.sample_segment
 Knobs, predict, approach, sweep = xpbd.Knobs, xpbd.predict, xpbd.approach, xpbd.sweep
 travel, held, TURNS, LOOSE = xpbd.travel, xpbd.held, xpbd.TURNS, xpbd.LOOSE
 Block, Stack, begin, set_up, kept_of = run.Block, run.Stack, run.begin, run.set_up, run.kept_of
-ride, witness, observe, shown = run.ride, run.witness, run.observe, run.shown
+ride, witness, shown = run.ride, run.witness, run.shown
 
 HALF = real(0.5)
 LEVEL = real(1.0)
@@ -51,6 +51,7 @@ SETTLING = 40 * BLOCKS
 Lane = wp.types.vector(length=LANES, dtype=real)
 LaneInt = wp.types.vector(length=LANES, dtype=int)
 Body = wp.types.matrix(shape=(BLOCKS + 1, LANES), dtype=real)
+BodyInt = wp.types.matrix(shape=(BLOCKS + 1, LANES), dtype=int)
 Point = wp.types.matrix(shape=(2 * BLOCKS, LANES), dtype=real)
 Move = wp.types.matrix(shape=(2 * BLOCKS + 2, LANES), dtype=real)
 Pass = wp.types.matrix(shape=(4 * BLOCKS, LANES), dtype=real)
@@ -75,22 +76,21 @@ def start_poses(
 @wp.func
 def finish(
     live: bool, time: real, kept: real, dv: real, knobs: Knobs, m: real, j: real, mu: real,
-    qx: real, qz: real, qo: real, rx: real, rz: real, ro: real,
-    n1: real, was1: real, gap1: real, pose_n1: real, pose_t1: real,
-    n2: real, was2: real, gap2: real, pose_n2: real, pose_t2: real,
+    qx: real, qz: real, qo: real, rx: real, rz: real, ro: real, lean: real,
+    n1: real, pose_n1: real, pose_t1: real, n2: real, pose_n2: real, pose_t2: real,
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
     vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real],
     anchor1: wp.ref[real], anchor2: wp.ref[real], loss: wp.ref[real], given: wp.ref[real],
-    mode: wp.ref[int], uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real],
-    impacts: wp.ref[int], below: real, face: real, high: real, lface: real, lhigh: real, ls: real,
-    lc: real, lx: real, lz: real, offset: real, peak: wp.ref[real], peak_time: wp.ref[real],
-    slide: wp.ref[real], peak_slide: wp.ref[real],
+    since: wp.ref[real], left: wp.ref[int], right: wp.ref[int], uplift_time: wp.ref[real],
+    moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int], below: real, lomega: real,
+    face: real, high: real, lface: real, lhigh: real, ls: real, lc: real, lx: real, lz: real,
+    offset: real, peak: wp.ref[real], peak_time: wp.ref[real], slide: wp.ref[real],
+    peak_slide: wp.ref[real], crept: wp.ref[real], mode: wp.ref[int],
 ):  # fmt: skip
-    """Ends a step of a block, see `travel`; whether that is finite, and its interface rocks.
+    """Ends a step of a block, see `travel`; it keeps a part of its velocity (`kept`).
 
-    It keeps a part of its velocity (`kept`). Ends have landed whose multiplier was nothing in the
-    last step; their gaps are those at the start of the step. From `below` on, see `observe`;
-    (lx, lz) is the centre of the body below.
+    For what is seen of it and of its interface see `stack_run.witness`; (lx, lz) is the centre of
+    the body below.
     """
     travel(
         live, dv, knobs, m, j, qx, qz, qo, rx, rz, ro, x, z, theta, s, c, vx, vz, omega, loss,
@@ -101,10 +101,11 @@ def finish(
     omega = kept * omega
     anchor1 = held(mu, pose_n1, pose_t1, anchor1)
     anchor2 = held(mu, pose_n2, pose_t2, anchor2)
-    witness(live, time, n1, was1, gap1, n2, was2, gap2, uplift_time, moved, deepest, impacts)
-    observe(
-        live, time, theta, below, vx, vz, omega, face, high, s, c, offset, lface, lhigh, ls, lc,
-        x - lx, z - lz, peak, peak_time, slide, peak_slide, mode,
+    witness(
+        live, time, knobs.time_step, knobs.gravity, lean, n1, n2, theta, below, vx, vz, omega,
+        lomega, face, high, s, c, offset, lface, lhigh, ls, lc, x - lx, z - lz, z, since, left,
+        right, uplift_time, moved, deepest, impacts, peak, peak_time, slide, peak_slide,
+        crept, mode,
     )  # fmt: skip
 
 
@@ -120,8 +121,8 @@ def stacks(
     vx, vz, omega, lean, peak, when, slide = Body(), Body(), Body(), Body(), Body(), Body(), Body()
     # Rows of points, two an interface; then of bodies and points in the one and the other pass.
     nx, nz, au, bu, al, bl, ds = Point(), Point(), Point(), Point(), Point(), Point(), Point()
-    was, anchor, qx, qz, qo = Point(), Point(LOOSE), Move(), Move(), Move()
-    need, slip, dn, n, t = Pass(), Pass(), Pass(), Pass(), Pass()
+    anchor, qx, qz, qo, left, right = Point(LOOSE), Move(), Move(), Move(), BodyInt(), BodyInt()
+    need, slip, dn, n, t, since, crept = Pass(), Pass(), Pass(), Pass(), Pass(), Body(), Body()
     base, dv, hint, loss, lift, last, deep = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     given, jolt, most, taken, back = Lane(), Lane(), Lane(), Lane(), Lane()
     hit, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
@@ -136,7 +137,8 @@ def stacks(
                 j[k, i], mu[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
                 peak[k, i], lean[k, i], n[2 * k - 2, i], n[2 * k - 1, i],
             )  # fmt: skip
-    count, time = int(-SETTLING), -real(SETTLING) * dt
+    count = int(-SETTLING)
+    time = dt * real(count)
     for sample in range(sample_times.shape[0]):
         while time < sample_times[sample]:
             count += 1
@@ -167,7 +169,7 @@ def stacks(
                         vx[k, i], vz[k, i], x[low, i], z[low, i], vx[low, i], vz[low, i], knobs,
                         nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], need[p, i],
                         slip[p, i], dn[p, i], need[r, i], slip[r, i], dn[r, i], ds[p, i],
-                        anchor[p, i], was[p, i], n[p, i], t[p, i], qx[k, i], qz[k, i], qo[k, i],
+                        anchor[p, i], n[p, i], t[p, i], qx[k, i], qz[k, i], qo[k, i],
                         qx[low, i], qz[low, i], qo[low, i],
                     )  # fmt: skip
             for part in range(2):  # Velocities, then poses, which start from what those took.
@@ -197,14 +199,14 @@ def stacks(
                 for i in range(LANES):
                     finish(
                         lives[i] > 0, time, kept, dv[i], knobs, m[k, i], j[k, i], mu[k, i],
-                        qx[k, i], qz[k, i], qo[k, i], qx[u, i], qz[u, i], qo[u, i], n[p, i],
-                        was[p, i], need[r, i] - need[p, i], n[r, i], t[r, i], n[q, i], was[q, i],
-                        need[w, i] - need[q, i], n[w, i], t[w, i], x[k, i], z[k, i], theta[k, i],
-                        s[k, i], c[k, i], vx[k, i], vz[k, i], omega[k, i], anchor[p, i],
-                        anchor[q, i], loss[i], given[i], mode[i], lift[i], last[i], deep[i],
-                        hit[i], theta[low, i], face[k, i], high[k, i], face[low, i],
-                        high[low, i], s[low, i], c[low, i], x[low, i], z[low, i], offset[k, i],
-                        peak[k, i], when[k, i], slide[k, i], far[k, i],
+                        qx[k, i], qz[k, i], qo[k, i], qx[u, i], qz[u, i], qo[u, i], lean[k, i],
+                        n[p, i], n[r, i], t[r, i], n[q, i], n[w, i], t[w, i], x[k, i], z[k, i],
+                        theta[k, i], s[k, i], c[k, i], vx[k, i], vz[k, i], omega[k, i],
+                        anchor[p, i], anchor[q, i], loss[i], given[i], since[k, i], left[k, i],
+                        right[k, i], lift[i], last[i], deep[i], hit[i], theta[low, i],
+                        omega[low, i], face[k, i], high[k, i], face[low, i], high[low, i],
+                        s[low, i], c[low, i], x[low, i], z[low, i], offset[k, i], peak[k, i],
+                        when[k, i], slide[k, i], far[k, i], crept[k, i], mode[i],
                     )  # fmt: skip
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):

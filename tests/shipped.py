@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 
-from warprock.case import case_names, load_case
+from warprock.case import load_case
+from warprock.case_text import case_names
 from warprock.records import fema_p695
 
 

@@ -32,9 +32,13 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
             "warprock/scene.py",
             "warprock/units.py",
             "warprock/rocking.py",
+            "warprock/painleve.py",
             "warprock/pose.py",
             "warprock/stacking.py",
+            "warprock/undecided.py",
             "warprock/machine.py",
+            "warprock/reading.py",
+            "warprock/runnable.py",
         ),
         "errors",
         "numpy",
@@ -82,6 +86,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         (
             "warprock/runner.py",
             "warprock/accuracy.py",
+            "warprock/engine_choice.py",
             "warprock/files.py",
             "warprock/store.py",
             "warprock/results.py",
@@ -342,3 +347,117 @@ def test_no_kernel_divides_literals(file: str):
                     names = [node for node in ast.walk(part) if isinstance(node, ast.Name)]
                     plain = isinstance(part, ast.BinOp) and not names
                     assert not plain, f"{file}: real({ast.unparse(part)}) is a float32 quotient"
+
+
+def _constants(tree: ast.Module) -> set[str]:
+    """Names that a file binds at its top level, by assignment or import."""
+    names: set[str] = set()
+    for statement in tree.body:
+        if isinstance(statement, ast.Assign):
+            stored = [node for target in statement.targets for node in ast.walk(target)]
+            names |= {node.id for node in stored if isinstance(node, ast.Name)}
+        elif isinstance(statement, ast.Import | ast.ImportFrom):
+            names |= {alias.asname or alias.name for alias in statement.names}
+    return names
+
+
+def _counted(loop: ast.For) -> bool:
+    """Whether Warp may write a loop out, with a constant for its index: its range is constant."""
+    call = loop.iter
+    if not isinstance(call, ast.Call) or ast.unparse(call.func) != "range":
+        return False
+    names = [node for part in call.args for node in ast.walk(part) if isinstance(node, ast.Name)]
+    return all(name.id.isupper() for name in names)
+
+
+def _writes(function: ast.FunctionDef) -> dict[str, int]:
+    """How often each name is written in a function, or a part of what it holds."""
+    count: dict[str, int] = {}
+    for node in ast.walk(function):
+        if not isinstance(getattr(node, "ctx", None), ast.Store):
+            continue
+        while isinstance(node, ast.Attribute | ast.Subscript):
+            node = node.value
+        if isinstance(node, ast.Name):
+            count[node.id] = count.get(node.id, 0) + 1
+    return count
+
+
+def _aliases(tree: ast.Module) -> Iterator[tuple[int, str]]:
+    """Assignments that give one variable of Warp's code two names: line and text.
+
+    Warp 1.19 copies in `a = b`, and nowhere else. A cast of a constant to a 64-bit type turns the
+    constant itself into the variable that the cast returns: one that is not set before the cast,
+    and that changes with every later write. A tuple is taken apart without a copy: `a, b = c, d.e`
+    makes `a` another name of `c` and `b` a pointer into `d`. Of a conditional expression with a
+    constant condition its chosen side is all that is left.
+    """
+    known = _constants(tree)
+    for function in _functions(tree):
+        if not {"wp.func", "wp.kernel"} & set(_decorators(function)):
+            continue
+        writes, arguments = _writes(function), {each.arg for each in function.args.args}
+        fixed = known - set(writes) - arguments
+        for node in ast.walk(function):
+            if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant):
+                fixed |= {each.id for each in node.targets if isinstance(each, ast.Name)}
+            elif isinstance(node, ast.For) and _counted(node):
+                fixed.add(ast.unparse(node.target))
+        for node in ast.walk(function):
+            if isinstance(node, ast.IfExp):
+                yield node.lineno, ast.unparse(node)
+            elif isinstance(node, ast.Call) and len(node.args) == 1:
+                wide = ast.unparse(node.func) in ("real", "wp.float64", "wp.int64", "wp.uint64")
+                if wide and isinstance(node.args[0], ast.Name) and node.args[0].id in fixed:
+                    yield node.lineno, ast.unparse(node)
+            elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Tuple):
+                assert isinstance(node.targets[0], ast.Tuple)
+                for target, value in zip(node.targets[0].elts, node.value.elts, strict=True):
+                    source = value
+                    while isinstance(source, ast.Attribute | ast.Subscript):
+                        source = source.value
+                    if not isinstance(target, ast.Name) or not isinstance(source, ast.Name):
+                        continue
+                    # What an argument holds is there before the function; a local has one write.
+                    settled = 0 if source.id in arguments else 1
+                    # An element of a local vector is a value, not a pointer.
+                    value_of_local = isinstance(value, ast.Subscript) and settled
+                    moves = writes.get(source.id, 0) > settled and not value_of_local
+                    whole = isinstance(value, ast.Name | ast.Attribute)
+                    if moves or (whole and writes[target.id] > 1):
+                        yield node.lineno, f"{target.id} = {ast.unparse(value)}"
+
+
+@pytest.mark.parametrize("file", KERNEL_FILES)
+def test_no_kernel_gives_a_variable_two_names(file: str):
+    found = [f"{file}:{line}: {text}" for line, text in _aliases(_tree(file))]
+    assert not found, found
+
+
+@pytest.mark.parametrize(
+    ("body", "alias"),
+    [
+        ("cap = real(NEVER)", "real(NEVER)"),
+        ("x = y * wp.float64(COUNT)", "wp.float64(COUNT)"),
+        ("n = 3\n    x = real(n)", "real(n)"),
+        ("for k in range(3):\n        x = real(k)", "real(k)"),
+        ("x = y if MOVES else y * y", "y if MOVES else y * y"),
+        ("a, b = y, y * y\n    a = a + b", "a = y"),
+        ("n, d = s, y * y\n    n.x = d", "n = s"),
+        ("a, b = s.x, y * y\n    s.x = b", "a = s.x"),
+        ("a, b = out[0], y * y\n    out[0] = b", "a = out[0]"),
+        ("cap = NEVER", None),
+        ("for k in range(n):\n        x = real(k)", None),
+        ("a, b = y, s.x", None),
+        ("v = Lane()\n    a, b = v[0], v[1]\n    v[0] = a + b", None),
+        ("first, second = int(COUNT), real(COUNT + 1)", None),
+    ],
+)
+def test_the_rule_on_names_finds_every_form(body: str, alias: str | None):
+    text = f"""
+MOVES, NEVER, COUNT = True, real(1e30), 3
+@wp.kernel
+def kernel(y: real, s: Shape, n: int, out: wp.array(dtype=real)):
+    {body}
+"""
+    assert [text for _, text in _aliases(ast.parse(text))] == ([] if alias is None else [alias])

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 from scipy.stats import CensoredData, norm
+from scipy.stats import t as student
 
-from warprock.fragility_capacity import bootstrap_capacities, fit_capacities
+from warprock.fragility_capacity import capacity_band, fit_capacities
 from warprock.fragility_fit import Verdict as FitVerdict
 
 Array = np.ndarray
@@ -83,12 +84,36 @@ def test_capacities_without_a_distribution_say_so(
     np.testing.assert_equal([fit.low, fit.high], [low, high])
 
 
-def test_bands_are_over_records_and_of_one_seed():
+def test_bands_are_over_records():
     low, high = bracketed(60, 7, np.geomspace(0.3, 3.0, 20))
     record = np.repeat(np.arange(12), 5)
     same = np.repeat(low[::5], 5), np.repeat(high[::5], 5)
-    first, again = (bootstrap_capacities(low, high, record, 100, 4) for _ in range(2))
-    np.testing.assert_array_equal(first.median, again.median)
-    wide = bootstrap_capacities(*same, record, 200, 4).interval("median")
-    alone = bootstrap_capacities(*same, np.arange(60), 200, 4).interval("median")
+    fit = fit_capacities(*same)
+    wide = capacity_band(*same, record, fit).interval("median")
+    alone = capacity_band(*same, np.arange(60), fit).interval("median")
     assert wide[1] - wide[0] > 1.5 * (alone[1] - alone[0])
+
+
+def test_a_band_of_narrow_brackets_is_that_of_a_normal_sample():
+    draws = MEDIAN * np.exp(DISPERSION * np.random.default_rng(2).standard_normal(12))
+    low, high = draws * (1.0 - 1e-4), draws * (1.0 + 1e-4)
+    band = capacity_band(low, high, np.arange(12), fit_capacities(low, high))
+    logs = np.log(draws)
+    half = student.ppf(0.95, 11) * logs.std(ddof=1) / np.sqrt(12.0)
+    # A mean without one value each has exactly this spread, and no bias.
+    np.testing.assert_allclose(
+        np.log(band.interval("median")), logs.mean() + np.array([-half, half]), rtol=1e-5
+    )
+    assert band.text == "ok"
+
+
+def test_bands_of_few_capacities_hold_the_truth():
+    inside, studies = np.zeros(2), 200
+    for seed in range(studies):
+        low, high = bracketed(10, seed, np.geomspace(0.1, 8.0, 60))
+        band = capacity_band(low, high, np.arange(10), fit_capacities(low, high))
+        for k, (name, truth) in enumerate((("median", MEDIAN), ("dispersion", DISPERSION))):
+            ends = band.interval(name)
+            inside[k] += ends[0] <= truth <= ends[1]
+    # The standard error of the share is 2 %; three of them either way.
+    assert np.all(np.abs(inside / studies - 0.90) <= 0.06)

@@ -8,9 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.case_texts import FREE, PULSE, refusal
-from warprock.case import case_names, load_case, template_kinds, template_text
+from warprock.case import load_case
 from warprock.case_keys import KEYS, SWEEP_KEYS, did_you_mean
 from warprock.case_tables import CaseTables
+from warprock.case_text import case_names, template_kinds, template_text
 from warprock.engines.settings import ImpulseSettings
 from warprock.errors import InputError
 from warprock.response import SampleTimes
@@ -116,7 +117,7 @@ def test_a_case_is_found_by_folder_and_by_file(write, tmp_path):
 def test_no_such_case():
     error = refusal("free-b2")
     assert str(error).startswith(
-        "CASE: got 'free-b2', must be a shipped case (fragility-fema-p695, "
+        "CASE: got 'free-b2', must be a shipped case (free-b0, free-b1-b3, "
     )
     assert "did you mean free-b0?" in str(error)
 

@@ -10,11 +10,14 @@ import numpy as np
 import pytest
 
 from warprock import pose
-from warprock.case import load_case, template_text
+from warprock.batch import run_batch
+from warprock.case import load_case
+from warprock.case_text import template_text
 from warprock.errors import InputError
 from warprock.expansion import LaneSet, expand_lanes
 from warprock.lanes import SpatialLanes
-from warprock.motion import HarmonicMotions, RecordMotions, SpatialMotions, StillBase
+from warprock.motion import HarmonicMotions, RecordMotions, SpatialMotions, StillBase, scaled
+from warprock.response import SampleTimes
 
 PLANAR = """
 title = "t"
@@ -230,3 +233,56 @@ def test_a_sweep_may_follow_a_second_direction(tmp_path: pathlib.Path):
     found = expanded(text, tmp_path)
     assert found.inputs["amplitude_mm_y"].tolist() == [1.0, 2.0]
     assert found.inputs["yaw_start_rad"].tolist() == pytest.approx([0.0, np.deg2rad(1.0)])
+
+
+ECCENTRIC = ("block.centre_offset_x='30 mm'", "block.centre_offset_y='-40 mm'")
+
+
+def test_the_slenderness_of_an_eccentric_block_is_that_of_its_weaker_side(tmp_path: pathlib.Path):
+    found = expanded(PLANAR, tmp_path, *ECCENTRIC, "start.rotation_ratio=0.5")
+    # Half sizes 0.1, 0.25 and 0.5 m; the centre of mass is 30 and 40 mm off the middle.
+    along, across = np.arctan(0.07 / 0.5), np.arctan(0.21 / 0.5)
+    row = found.inputs.iloc[0]
+    assert row["slenderness_angle_rad"] == pytest.approx(along, rel=1e-15)
+    assert row["slenderness_angle_across_rad"] == pytest.approx(across, rel=1e-15)
+    np.testing.assert_allclose(found.lanes.slenderness_angle, along, rtol=1e-15)
+    np.testing.assert_allclose(found.lanes.rotation_start, 0.5 * along, rtol=1e-15)
+    assert row["rotation_ratio_start"] == pytest.approx(0.5, rel=1e-15)
+    stack = expanded(STACK, tmp_path, "block.2.centre_offset_x='-20 mm'").inputs.iloc[0]
+    assert stack["slenderness_angle_1_rad"] == pytest.approx(np.arctan(0.4 / 0.5), rel=1e-15)
+    assert stack["slenderness_angle_2_rad"] == pytest.approx(np.arctan(0.12 / 0.35), rel=1e-15)
+
+
+def test_a_start_beyond_the_edge_that_it_leans_over_is_refused(tmp_path: pathlib.Path):
+    # 7.97 deg to the side of the centre of mass, 14.57 deg to the other.
+    for rotation in ("8.1 deg", "-14.7 deg"):
+        with pytest.raises(InputError, match=r"start\.rotation: .* slenderness angle"):
+            in_space(PLANAR, tmp_path, ECCENTRIC[0], f"start.rotation='{rotation}'")
+    for rotation in ("7.8 deg", "-14.4 deg"):
+        in_space(PLANAR, tmp_path, ECCENTRIC[0], f"start.rotation='{rotation}'")
+
+
+def test_normalised_accelerations_are_those_at_which_eccentric_blocks_lift(tmp_path: pathlib.Path):
+    rng = np.random.default_rng(3)
+    offsets = rng.uniform(-0.06, 0.06, (2, 16))
+    yaw = rng.uniform(0.0, 0.5 * np.pi, 16) * (np.arange(16) % 3 > 0)
+    lists = {
+        "block.centre_offset_x": [f"{v} m" for v in offsets[0]],
+        "block.centre_offset_y": [f"{v} m" for v in offsets[1]],
+        "start.yaw": [f"{v} rad" for v in yaw],
+    }
+    sweep = "\n[[sweep]]\n" + "".join(f"{key} = {values}\n" for key, values in lists.items())
+    pulse = (PULSE[0], 'control = "acceleration"', *PULSE[2:])
+    for direction in ("x", "y"):
+        moves = ("0.1 g", "0 g") if direction == "x" else ("0 g", "0.1 g")
+        motion = "".join(
+            "\n".join((f"\n[{table}]", *pulse, f'amplitude = "{size}"', ""))
+            for table, size in zip(("motion", "motion.y"), moves, strict=True)
+        )
+        found = expanded(PLANAR.replace("0.7", "3.0") + motion + sweep, tmp_path)
+        column = "normalised_acceleration" + ("_y" if direction == "y" else "")
+        unit = 1.0 / found.inputs[column].to_numpy()
+        for part, lifts in ((0.99, False), (1.01, True)):
+            motions = scaled(found.motions, part * unit)
+            response = run_batch("event", found.lanes, motions, SampleTimes(0.15))
+            np.testing.assert_array_equal(np.isfinite(response["uplift_time"]), lifts)

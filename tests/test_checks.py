@@ -8,7 +8,7 @@ import json
 import numpy as np
 import pytest
 
-from warprock import checks, comparison
+from warprock import checks, comparison, rocking
 from warprock.case import load_case
 from warprock.checks import CaseResponses, run_checks
 from warprock.comparison import compare_with_housner
@@ -16,7 +16,7 @@ from warprock.engines import ENGINES
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
 from warprock.reference.mechanics import PivotingBlock
-from warprock.response import INTEGER_FIELDS, LANE_FIELDS, Outcome, Response, Status
+from warprock.response import INTEGER_FIELDS, LANE_FIELDS, MODEL_FIELDS, Outcome, Response, Status
 
 ROUND_OFF = 1e-12
 
@@ -28,7 +28,7 @@ def swinging(lane_set, engine: str = "housner") -> Response:
     history = 0.5 * angle[:, None] * np.cos(7.0 * times) * np.exp(-times)
     fields = {
         name: np.zeros(lane_count, dtype=np.int64 if name in INTEGER_FIELDS else np.float64)
-        for name in LANE_FIELDS
+        for name in (*LANE_FIELDS, *MODEL_FIELDS)
     }
     fields |= {"peak_rotation": 0.5 * angle, "rest_time": np.full(lane_count, 4.0)}
     return Response(engine, fields | {"rotation": history}, times)
@@ -91,7 +91,7 @@ def test_peak_and_rest_errors_have_a_sign(free):
 
 def test_what_does_not_exist_is_nan(free):
     reference = swinging(free)
-    bare = {name: reference[name] for name in LANE_FIELDS}
+    bare = {name: reference[name] for name in (*LANE_FIELDS, *MODEL_FIELDS)}
     still = bare | {"peak_rotation": np.zeros(9), "rest_time": np.full(9, np.nan)}
     table = compare_with_housner(
         free,
@@ -127,8 +127,10 @@ def test_histories_at_other_times_are_refused(free):
 def test_a_slide_beyond_the_bound_is_a_reason(free):
     reference = swinging(free)
     slide = comparison.SLIDE_BOUND * free.lanes.width
-    assert not any(comparison.where_housner_holds(free, changed(reference, peak_slide=slide)))
-    why = comparison.where_housner_holds(free, changed(reference, peak_slide=4.0 * slide))
+    sliding = changed(reference, peak_slide=slide)
+    assert not any(comparison.where_housner_holds(free, sliding, reference))
+    sliding = changed(reference, peak_slide=4.0 * slide)
+    why = comparison.where_housner_holds(free, sliding, reference)
     assert why[0] == "slides 2 mm"
 
 
@@ -136,31 +138,33 @@ def test_a_status_is_a_reason(free):
     reference = swinging(free)
     status = np.full(9, Status.OK)
     status[3] = Status.EVENT_LIMIT
-    why = comparison.where_housner_holds(free, changed(reference, status=status))
+    why = comparison.where_housner_holds(free, changed(reference, status=status), reference)
     assert [bool(text) for text in why] == [lane == 3 for lane in range(9)]
     assert why[3] == "status event_limit"
 
 
-def test_friction_below_slenderness_is_a_reason():
-    slippery = expand_lanes(load_case("free-b1-b3", ["contact.friction=0.3"]))
-    why = comparison.where_housner_holds(slippery, swinging(slippery))
-    assert all("slides before it rocks" in text for text in why)
-
-
-def test_the_velocity_step_of_the_displacement_drive_is_a_reason_unless_friction_bears_it(pulse):
-    displacement = pulse.select({"reading": "displacement"})
-    why = comparison.where_housner_holds(pulse, swinging(pulse))
-    assert {lane for lane, text in enumerate(why) if text} == set(displacement)
-    assert all("the velocity step at the start needs friction 2.19" in why[i] for i in displacement)
-    rough = expand_lanes(load_case("single-sine-pulse", ["contact.friction=5.0"]))
-    assert not any(comparison.where_housner_holds(rough, swinging(rough)))
+def test_friction_that_housners_block_lacks_is_a_reason(free):
+    """As Housner's own response says: its status decides, the friction it needs is the reason."""
+    needed = np.array([0.2, 0.9, 1.3, np.inf, 0.5, 0.5, 0.5, 0.5, 0.5])
+    status = np.where(needed > 1.0, Status.OUTSIDE_MODEL, Status.OK)
+    fields = {**swinging(free).fields, "friction_needed": needed, "status": status}
+    reference = Response("housner", fields, free.times.times)
+    impulse = changed(reference, status=np.zeros(9, np.int64))
+    for response in (reference, impulse):
+        why = comparison.where_housner_holds(free, response, reference)
+        assert [lane for lane, text in enumerate(why) if text] == [2, 3]
+        assert why[2] == "the block needs more friction than it has: 1.3 for 1"
+        assert why[3] == "the base would have to pull the block"
+        table = compare_with_housner(free, response, reference)
+        np.testing.assert_array_equal(table["holds"], status == Status.OK)
+        np.testing.assert_array_equal(table["friction_needed"], needed)
 
 
 def test_a_prescribed_restitution_is_a_reason_for_other_engines():
     prescribed = expand_lanes(load_case("free-b1-b3", ["contact.angular_restitution=0.8"]))
     housner = swinging(prescribed)
-    assert not any(comparison.where_housner_holds(prescribed, housner))
-    assert all(comparison.where_housner_holds(prescribed, changed(housner)))
+    assert not any(comparison.where_housner_holds(prescribed, housner, housner))
+    assert all(comparison.where_housner_holds(prescribed, changed(housner), housner))
 
 
 def _blocks(lanes):
@@ -179,7 +183,7 @@ def test_friction_of_a_velocity_step_follows_from_its_impulses(pulse):
         rate = abs(block.rate_step(-1, 0.0, 1.0))
         along = 1.0 - 0.5 * lanes.height[lane] * rate
         across = 0.5 * lanes.width[lane] * rate
-        needed = comparison.friction_for_velocity_step(lanes)[lane]
+        needed = rocking.velocity_step_friction(lanes.width[lane], lanes.height[lane])
         assert needed == pytest.approx(along / across, rel=ROUND_OFF)
 
 
@@ -189,7 +193,7 @@ def test_friction_of_an_impact_follows_from_its_impulses(free):
         after = block.rate_after_impact(1, -1.0)
         along = 0.5 * lanes.height[lane] * (1.0 - after)
         across = 0.5 * lanes.width[lane] * (1.0 + after)
-        needed = comparison.friction_for_impact(lanes)[lane]
+        needed = rocking.impact_friction(lanes.width[lane], lanes.height[lane])
         assert needed == pytest.approx(along / across, rel=ROUND_OFF)
 
 
@@ -283,7 +287,7 @@ def test_compare_refuses_an_unknown_engine():
 
 def test_every_kind_of_check_has_a_function():
     """Kinds as the case files' own model knows them."""
-    from warprock.case_tables import BoundariesCheck, HousnerCheck, PeaksCheck
+    from warprock.case_checks import BoundariesCheck, HousnerCheck, PeaksCheck
 
     kinds = {
         model.model_fields["kind"].annotation.__args__[0]

@@ -44,7 +44,7 @@ def test_settings_come_behind_the_name() -> None:
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        ("evnt@time_step=1e-3", "allowed: housner"),
+        ("evnt@time_step=1e-3", "allowed: event"),
         ("event@timestep=1e-3", "did you mean time_step?"),
         ("event@time_step=1", "must be from 1e-06 to 0.1 s"),
         ("event@time_step=fine", "must be NAME@SETTING=NUMBER"),

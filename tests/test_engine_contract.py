@@ -144,7 +144,7 @@ def test_block_rests_below_the_uplift_acceleration_and_lifts_above(engine: str) 
 
 
 @every_engine
-def test_bad_lane_harms_no_neighbour(engine: str) -> None:
+def test_bad_lane_harms_no_neighbour(engine: str, unjudged: None) -> None:
     lanes, motions = mixed_batch()
     good = run_batch(engine, lanes, motions, TIMES)
     height = lanes.height.copy()

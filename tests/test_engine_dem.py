@@ -235,7 +235,7 @@ def test_error_is_of_first_order_in_the_step() -> None:
     assert 0.75 <= slope <= 1.3
 
 
-def test_unlike_lanes_keep_their_own_steps() -> None:
+def test_unlike_lanes_keep_their_own_steps(unjudged: None) -> None:
     # A pack with steps that differ tenfold, stacks of two that rock, slide and fall, and a lane
     # that is no number: each lane gives what it gives alone.
     k = np.arange(40)

@@ -53,7 +53,7 @@ def fall(block: direct.Block, knobs: direct.Knobs, speed: wp.float64, path: Numb
     n1 = wp.float64(0.0)
     n2 = wp.float64(0.0)
     for k in range(path.shape[0]):
-        _x, qz, _theta, _vx, uz, _omega, p1, p2, _loss, _miss, _gap = direct.step(
+        _x, qz, _theta, _vx, uz, _omega, p1, p2, _loss, _miss, _gap, _gap1, _gap2 = direct.step(
             block, knobs, zero, zero, z, zero, zero, vz, zero, n1, n2, zero
         )
         z = qz

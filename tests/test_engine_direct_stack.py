@@ -269,7 +269,7 @@ def test_mirrored_stacks_give_mirrored_responses() -> None:
     np.testing.assert_array_equal(there["residual_slide"], -back["residual_slide"])
 
 
-def test_bad_lane_harms_no_neighbour() -> None:
+def test_bad_lane_harms_no_neighbour(unjudged: None) -> None:
     lanes, times = random_pairs(12), SampleTimes(0.3)
     good = run(lanes, StillBase(12), times)
     height = lanes.height.copy()

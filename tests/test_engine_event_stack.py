@@ -313,7 +313,7 @@ def test_uplift_follows_chamfer_and_offset(
     assert response["peak_rotation"][1, 0] == 0.0
 
 
-def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody() -> None:
+def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(unjudged: None) -> None:
     lanes, motions = shaken(3)
     times = SampleTimes(1.0, 0.05)
     together = run_batch("event", lanes, motions, times, workers=1)

@@ -26,6 +26,9 @@ from warprock.waveforms import ricker_motions
 AGREEMENT = 1e-9
 """What is left between `housner` and the oracle, in slenderness angles."""
 
+NEVER_SLIDES = 1e9
+"""Friction of the slender blocks of closed forms, which leave sliding out."""
+
 CLOSED_FORM = 1e-6
 """What `housner` promises against closed forms."""
 
@@ -88,7 +91,10 @@ def test_ricker_pulses_follow_the_oracle(control: Control) -> None:
     # Long enough to leave the pulse far behind.
     times = SampleTimes(12.0, 0.02)
     response = run_batch("housner", lanes, motions, times)
-    assert np.all(response["status"] == Status.OK)
+    # The base would have to pull the block that overturns.
+    pulled = control is Control.DISPLACEMENT
+    first = Status.OUTSIDE_MODEL if pulled else Status.OK
+    assert response["status"].tolist() == [first, Status.OK]
     assert np.all(response["peak_rotation"] > 0.01 * lanes.slenderness_angle)
     assert_follows_oracle(lanes, motions, times, response, AGREEMENT)
 
@@ -179,7 +185,7 @@ def overturns(lanes: Lanes, motions: GroundMotions, duration: float) -> Array:
 def test_single_velocity_step_overturns_at_its_limit() -> None:
     limit = rocking.overturning_velocity_step(0.3, 1.0)
     first = limit * np.array([1.0 - CLOSED_FORM, 1.0 + CLOSED_FORM, -1.0 - CLOSED_FORM])
-    lanes = make_lanes(np.full(3, 0.3), 1.0)
+    lanes = make_lanes(np.full(3, 0.3), 1.0, friction=NEVER_SLIDES)
     motions = velocity_steps(first, np.zeros(3), np.full(3, 50.0))
     np.testing.assert_array_equal(overturns(lanes, motions, 20.0), [False, True, True])
 
@@ -196,7 +202,7 @@ def test_second_velocity_step_after_the_impact_overturns_at_its_limit() -> None:
     back = 2.0 * rocking.quarter_period(0.3, 1.0, peak)
     # A hundred-millionth after the impact, which shifts the limit by less than 1e-6.
     motions = velocity_steps(size, -size, back * (1.0 + 1e-8))
-    lanes = make_lanes(np.full(2, 0.3), 1.0)
+    lanes = make_lanes(np.full(2, 0.3), 1.0, friction=NEVER_SLIDES)
     np.testing.assert_array_equal(overturns(lanes, motions, 20.0), [False, True])
 
 
@@ -216,7 +222,7 @@ def test_slender_block_overturns_under_pulses_at_their_limit(cycles: float, limi
         amplitude = factor * limit(ratio) * GRAVITY * width
         motions = sines(Control.ACCELERATION, amplitude, frequency, cycles)
         # Without impact: a restitution of zero leaves a block that came back at rest.
-        lanes = make_lanes(np.full(2, width), 1.0, angular_restitution=1e-6)
+        lanes = make_lanes(np.full(2, width), 1.0, friction=NEVER_SLIDES, angular_restitution=1e-6)
         np.testing.assert_array_equal(overturns(lanes, motions, 12.0), falls)
 
 
@@ -229,7 +235,7 @@ def test_safe_gap_between_the_overturning_modes() -> None:
     slack = np.array([-1e-4, 1e-4])
     amplitude = (limits[:, None] + slack).ravel() * GRAVITY * width
     frequency = 5.0 * float(rocking.frequency_parameter(width, 1.0)) / (2.0 * np.pi)
-    lanes = make_lanes(np.full(6, width), 1.0, angular_restitution=0.9)
+    lanes = make_lanes(np.full(6, width), 1.0, friction=NEVER_SLIDES, angular_restitution=0.9)
     motions = sines(Control.ACCELERATION, amplitude, frequency, 1.0)
     fell = overturns(lanes, motions, 15.0)
     np.testing.assert_array_equal(fell, [False, True, True, False, False, True])
@@ -324,7 +330,7 @@ def test_no_lane_stalls_at_the_extremes(control: Control) -> None:
     response = run_batch(
         "housner", lanes, sines(control, size, frequency, 3.0, start=0.2), SampleTimes(5.0)
     )
-    assert np.all(response["status"] == Status.OK)
+    assert np.all(np.isin(response["status"], [Status.OK, Status.OUTSIDE_MODEL]))
     assert np.count_nonzero(response["outcome"] == Outcome.OVERTURNED) > 50
 
 

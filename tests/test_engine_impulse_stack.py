@@ -250,7 +250,7 @@ def test_a_stack_does_not_depend_on_batch_chunk_workers_or_place() -> None:
         np.testing.assert_array_equal(values[order], shuffled[name], err_msg=name)
 
 
-def test_a_bad_stack_harms_no_neighbour() -> None:
+def test_a_bad_stack_harms_no_neighbour(unjudged: None) -> None:
     lanes, motions = mixed()
     good = run_batch("impulse", lanes, motions, MIXED_TIMES)
     height = lanes.height.copy()

@@ -282,7 +282,7 @@ def test_mirrored_scene_gives_mirrored_response() -> None:
         np.testing.assert_array_equal(response[name], there[name], err_msg=name)
 
 
-def test_bad_lane_harms_no_neighbour() -> None:
+def test_bad_lane_harms_no_neighbour(unjudged: None) -> None:
     lanes, motions = mixed()
     good = run(lanes, motions, MIXED_TIMES)
     bad = np.array([3, 20, 41])

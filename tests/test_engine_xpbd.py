@@ -343,7 +343,7 @@ def test_a_mirrored_stack_responds_mirrored() -> None:
     np.testing.assert_array_equal(there["outcome"], response["outcome"])
 
 
-def test_a_stack_depends_on_no_other() -> None:
+def test_a_stack_depends_on_no_other(unjudged: None) -> None:
     lanes, motions = mixed()
     whole = run_batch("xpbd", lanes, motions, MIXED_TIMES, workers=1, chunk_size=64)
     order = np.random.default_rng(0).permutation(64)

@@ -294,7 +294,7 @@ def test_the_companion_steps_finer_where_something_else_cuts_the_step() -> None:
 
 
 @pytest.mark.parametrize("engine", ["event", "impulse"])
-def test_a_bad_lane_harms_no_neighbour(engine: str) -> None:
+def test_a_bad_lane_harms_no_neighbour(engine: str, unjudged: None) -> None:
     lanes, motions, _ = bursts(40)
     times = SampleTimes(2.0)
     good = run_with_estimate(engine, lanes, motions, times)

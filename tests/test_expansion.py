@@ -254,11 +254,6 @@ REFUSED = [
         "got -27 deg, must be less than the block's slenderness angle, 26.5651 deg",
     ),
     (
-        FREE + '[[sweep]]\nblock.width = ["1.4 m", "1.5 m"]\n',
-        "block.width",
-        "got 1.5 m, must be less than 1.41 times block.height",
-    ),
-    (
         motion("sine", "velocity", "1 m/s", "cycles = 1")
         + '\n[[sweep]]\nmotion.waveform = ["sine", "ricker"]\n',
         "motion.waveform",

@@ -83,7 +83,7 @@ def test_a_folder_that_cannot_be_written_to_is_refused():
 
 
 def test_a_name_that_no_folder_can_have_is_refused(tmp_path: pathlib.Path):
-    with pytest.raises(InputError, match="File name too long"):
+    with pytest.raises(InputError, match="file name too long"):
         files.require_writable(tmp_path / ("a" * 300) / "results")
 
 

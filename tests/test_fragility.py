@@ -14,38 +14,20 @@ from scipy.optimize import minimize
 from scipy.special import ndtr
 from scipy.stats import norm
 
+from tests.fragility_studies import stripes
 from warprock.cli import main
 from warprock.errors import InputError
 from warprock.fragility import (
     component_rows,
     curve_rows,
     fragility_curves,
-    read_limits,
 )
-from warprock.fragility_fit import Bootstrap, Verdict, bootstrap, fit_lognormal, observe
+from warprock.fragility_fit import Verdict, fit_lognormal, observe
+from warprock.fragility_limits import read_limits
 from warprock.report.plots_fragility import gathered
 from warprock.report.tables_fragility import fit_cells
 
 Array = npt.NDArray[np.float64]
-
-MEDIAN, DISPERSION = 1.1, 0.45
-
-
-def stripes(
-    records: int, seed: int, spread: float = 0.0
-) -> tuple[Array, npt.NDArray[np.bool_], npt.NDArray[np.intp]]:
-    """Lanes of a known fragility, ten intensities a record.
-
-    The capacity of a lane is lognormal; a part `spread` of its variance is one draw a record.
-    """
-    rng = np.random.default_rng(seed)
-    levels = np.geomspace(0.2, 4.0, 10)
-    intensity = np.tile(levels, records)
-    record = np.repeat(np.arange(records), len(levels))
-    common = rng.standard_normal(records)[record]
-    own = rng.standard_normal(len(intensity))
-    capacity = np.sqrt(spread) * common + np.sqrt(1.0 - spread) * own
-    return intensity, np.log(intensity / MEDIAN) / DISPERSION >= capacity, record
 
 
 def test_the_fit_is_the_greatest_likelihood():
@@ -111,41 +93,6 @@ def test_a_scale_of_the_intensity_scales_the_median_alone():
     assert large.dispersion == pytest.approx(small.dispersion, rel=1e-9)
 
 
-def test_bands_cover_the_truth_at_their_rate():
-    """Of synthetic studies the 90 % bands hold the true median and dispersion as often as said.
-
-    Of 400 studies of 30 records 86 % of the medians and 85 % of the dispersions lay inside, of 600
-    studies of 60 records 88 % and 86 %: percentile bands of few records are a little narrow. The
-    share of the 80 studies here has a standard error of 4 %; three of them below and above.
-    """
-    inside = {"median": 0, "dispersion": 0}
-    studies = 80
-    for seed in range(studies):
-        drawn = bootstrap(observe(*stripes(30, seed)), samples=200, seed=seed)
-        for name, truth in (("median", MEDIAN), ("dispersion", DISPERSION)):
-            low, high = drawn.interval(name)
-            inside[name] += low <= truth <= high
-    for count in inside.values():
-        assert 0.73 <= count / studies <= 0.99
-
-
-def test_bands_of_lanes_that_records_share_are_wider():
-    """With most of the variance one draw a record, lanes drawn alone would make a narrow band."""
-    intensity, reached, record = stripes(40, seed=11, spread=0.9)
-    by_record = bootstrap(observe(intensity, reached, record), 400, 1).interval("median")
-    by_lane = bootstrap(observe(intensity, reached, np.arange(len(record))), 400, 1)
-    alone = by_lane.interval("median")
-    assert by_record[1] - by_record[0] > 1.5 * (alone[1] - alone[0])
-
-
-def test_a_seed_gives_the_same_band():
-    seen = observe(*stripes(20, seed=2))
-    first, again = (bootstrap(seen, 50, seed=4) for _ in range(2))
-    np.testing.assert_array_equal(first.median, again.median)
-    low, high = first.band(np.array([0.5, 1.0]))
-    assert np.all((low >= 0.0) & (low < high) & (high <= 1.0))
-
-
 def lane_table(lanes: int = 400) -> pd.DataFrame:
     rng = np.random.default_rng(0)
     scale = rng.uniform(0.2, 3.0, lanes)
@@ -167,7 +114,7 @@ def lane_table(lanes: int = 400) -> pd.DataFrame:
 def test_limit_states_are_counted_as_they_are_defined():
     table = lane_table()
     limits = read_limits(["uplift", "0.5", "overturning"])
-    curves = fragility_curves(table, source="t", limits=limits, by=["size"], samples=20)
+    curves = fragility_curves(table, source="t", limits=limits, by=["size"])
     rows = curve_rows(curves).set_index(["size", "limit_state"])
     for size, lanes in table.groupby("size"):
         counts = rows.loc[size]["reached"]
@@ -177,23 +124,10 @@ def test_limit_states_are_counted_as_they_are_defined():
     assert set(rows["records"]) == {10}
 
 
-def test_lanes_that_cannot_be_used_are_left_out_and_counted(tmp_path: pathlib.Path):
-    table = lane_table()
-    table.loc[::4, "status"] = "nonfinite"
-    table.loc[1::4, "status"] = "sensitive"
-    (curve,) = fragility_curves(table, source="t", limits=read_limits(["0.5"]), samples=20)
-    assert curve.left_out == 100
-    table.to_parquet(tmp_path / "lanes.parquet")
-    assert "left out: 100 lanes" in run(str(tmp_path), "--samples", "20").stdout
-    assert curve.seen.count.sum() == 300
-
-
 def test_lanes_without_a_value_are_a_group_of_their_own():
     table = lane_table()
     table["scale"] = np.where(np.arange(len(table)) % 2, 0.5, np.nan)
-    curves = fragility_curves(
-        table, source="t", limits=read_limits(["0.5"]), by=["scale"], samples=20
-    )
+    curves = fragility_curves(table, source="t", limits=read_limits(["0.5"]), by=["scale"])
     assert [curve.seen.count.sum() for curve in curves] == [200, 200]
     assert [curve.group_text for curve in curves] == ["scale nan", "scale 0.5"]
 
@@ -212,7 +146,7 @@ def test_a_block_that_slid_off_has_reached_all_but_overturning():
         uplift_time_s=[np.nan, 1.0, 1.0, np.nan],
     )
     limits = read_limits(["uplift", "0.5", "overturning"])
-    rows = curve_rows(fragility_curves(table, source="t", limits=limits, samples=10))
+    rows = curve_rows(fragility_curves(table, source="t", limits=limits))
     assert rows["reached"].tolist() == [4, 3, 1]
 
 
@@ -220,20 +154,14 @@ def test_a_block_that_slid_off_has_reached_all_but_overturning():
 def test_fewer_than_five_records_have_no_band(records: int, banded: bool):
     table = lane_table()
     table["record"] = np.arange(len(table)) % records
-    (curve,) = fragility_curves(table, source="t", limits=read_limits(["0.5"]), samples=20)
-    assert (curve.resampled is not None) == banded
+    (curve,) = fragility_curves(table, source="t", limits=read_limits(["0.5"]))
+    assert (curve.band is not None) == banded
     assert np.isfinite(curve_rows([curve])["median_p05"]).item() == banded
-
-
-def test_a_band_needs_a_fit_of_every_other_sample():
-    some = np.linspace(1.0, 2.0, 50)
-    assert Bootstrap(some, some, asked=100).interval("median") == (1.05, 1.95)
-    assert np.all(np.isnan(Bootstrap(some, some, asked=101).interval("median")))
 
 
 def test_dots_are_as_many_lanes_each():
     lanes = lane_table(1200)
-    (curve,) = fragility_curves(lanes, source="t", limits=read_limits(["0.5"]), samples=10)
+    (curve,) = fragility_curves(lanes, source="t", limits=read_limits(["0.5"]))
     at, share = gathered(curve)
     assert len(at) == 12
     assert np.all(np.diff(at) > 0.0)
@@ -244,7 +172,7 @@ def test_dots_are_as_many_lanes_each():
 def test_a_table_says_beyond_what_a_limit_lies():
     table = lane_table().assign(outcome="rocking")
     limits = read_limits(["0.0001", "99"])
-    rows = curve_rows(fragility_curves(table, source="t", limits=limits, samples=10))
+    rows = curve_rows(fragility_curves(table, source="t", limits=limits))
     least, most = table["peak_acceleration_m_s2"].min(), table["peak_acceleration_m_s2"].max()
     assert fit_cells(rows.iloc[0]) == (f"below {least:.4g}", "none: everything reached it")
     assert fit_cells(rows.iloc[1]) == (f"above {most:.4g}", "none: nothing reached it")
@@ -253,21 +181,19 @@ def test_a_table_says_beyond_what_a_limit_lies():
 def test_a_stack_reaches_a_limit_with_its_worst_block():
     table = lane_table().rename(columns={"peak_rotation_ratio": "peak_rotation_ratio_1"})
     table["peak_rotation_ratio_2"] = 2.0
-    (curve,) = fragility_curves(table, source="t", limits=read_limits(["1.5"]), samples=20)
+    (curve,) = fragility_curves(table, source="t", limits=read_limits(["1.5"]))
     assert curve.fit.verdict is Verdict.ALL_REACHED
 
 
 def test_the_component_table_marks_what_has_no_function():
     limits = read_limits(["50", "0.5"])
-    curves = fragility_curves(lane_table(), source="t", limits=limits, samples=20)
+    curves = fragility_curves(lane_table(), source="t", limits=limits)
     row = component_rows(curves, "peak_acceleration_m_s2").iloc[0]
     # Only blocks that overturned reach 50, and here none of them stands above it.
     assert row["LS2-Family"] == "lognormal"
     assert row["LS2-Theta_0"] == pytest.approx(curves[1].fit.median)
     assert row["Incomplete"] == 0
-    none = fragility_curves(
-        lane_table().assign(outcome="rocking"), source="t", limits=limits, samples=20
-    )
+    none = fragility_curves(lane_table().assign(outcome="rocking"), source="t", limits=limits)
     assert component_rows(none, "x").iloc[0]["Incomplete"] == 1
 
 
@@ -286,9 +212,7 @@ def run(*arguments: str) -> Result:
 
 def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path):
     lane_table().to_parquet(tmp_path / "lanes.parquet")
-    result = run(
-        str(tmp_path), "--by", "size", "-o", str(tmp_path / "out"), "--samples", "20", "--json"
-    )
+    result = run(str(tmp_path), "--by", "size", "-o", str(tmp_path / "out"), "--json")
     assert result.exit_code == 0, result.output
     found = json.loads(result.stdout)
     written = pd.read_csv(tmp_path / "out" / "fragility.csv", converters={"median": float})
@@ -297,7 +221,7 @@ def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path):
     assert {row["none_up_to"] for row in found["curves"]} == {None}
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert names == {"fragility.csv", "fragility-p58.csv", "fragility.png"}
-    printed = run(str(tmp_path), "--by", "size", "--samples", "20").stdout
+    printed = run(str(tmp_path), "--by", "size").stdout
     assert f"{written['median'][1]:.4g}" in printed
 
 
@@ -308,7 +232,7 @@ def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path):
         ({}, ("--by", "colour"), "size"),
         ({"peak_acceleration_m_s2": 0.0}, (), "above 0"),
         ({"status": "nonfinite"}, (), "can be used"),
-        ({}, ("--samples", "1"), "from 10"),
+        ({}, ("--max-doubt", "1.5"), "from 0"),
     ],
 )
 def test_a_table_or_an_option_that_cannot_be_used_is_refused(

@@ -149,13 +149,13 @@ def test_lanes_without_a_number_are_left_out_and_few_records_have_no_band(case: 
     found = analyse(case)
     curves = found.curves.copy()
     curves.loc[curves["lane"] == 0, "status"] = "nonfinite"
-    options = {"intensity": "factor", "by": [], "samples": 20, "seed": 1}
+    options = {"intensity": "factor", "by": []}
     (group,) = capacities(dataclasses.replace(found, curves=curves), **options)
     assert (group.left_out, group.lanes.tolist()) == (1, [1, 2, 3, 4, 5])
-    assert group.resampled is not None
+    assert group.band is not None
     curves.loc[curves["lane"] == 1, "status"] = "nonfinite"
     (group,) = capacities(dataclasses.replace(found, curves=curves), **options)
-    assert (group.left_out, group.resampled) == (2, None)
+    assert (group.left_out, group.band) == (2, None)
     stream = io.StringIO()
     rows = capacity_rows([group])
     print_analysis(found, rows, "factor", [], Console(file=stream, width=120))
@@ -231,7 +231,7 @@ def test_fractiles_are_of_the_lanes_and_a_fall_is_above_all():
 
 def test_groups_and_curves_hold_every_lane(case: Case):
     found = analyse(case)
-    options = {"intensity": "normalised_acceleration", "samples": 20, "seed": 1}
+    options = {"intensity": "normalised_acceleration"}
     (everything,) = capacities(found, by=[], **options)
     groups = capacities(found, by=["pulse"], **options)
     assert [group.group for group in groups] == [{"pulse": "half"}, {"pulse": "one"}]
@@ -281,7 +281,6 @@ def test_the_command_writes_what_it_prints(case: Case, tmp_path: pathlib.Path):
         (("--accuracy", "0"), "--accuracy"),
         (("--im", "frequency_hz"), "must grow as the factor"),
         (("--by", "colour"), "must be an input"),
-        (("--samples", "1"), "from 10"),
         (("-e", "hous"), "allowed"),
         (("--workers", "0"), "at least 1"),
     ],

@@ -308,6 +308,7 @@ def test_a_comparison_is_printed_engine_under_engine():
         "peak_slide_mm": 0.0,
         "holds": True,
         "why": "",
+        "friction_needed": 0.314,
     }
     found = {
         "case": "free",
@@ -317,6 +318,7 @@ def test_a_comparison_is_printed_engine_under_engine():
     text = printed_text(tables.print_comparison, found, width=100)
     assert text.count("B1 0.2") == 1
     assert "impulse" in text
+    assert text.count("0.314") == 2
 
 
 @pytest.mark.parametrize("width", [20, 40, 80])

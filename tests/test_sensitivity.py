@@ -169,7 +169,7 @@ def test_the_command_writes_what_it_prints(case: Case, tmp_path: pathlib.Path):
         (["-s", "sample.lanes=100"], "sample.lanes: got 100, must be a power of 2"),
         (["-s", "sample.lanes=8"], "at least 16"),
         (["-s", "sample.lanes=16777216"], "at most 20,000,000 lanes"),
-        (["--of", "colour"], "must be overturned or one of peak_rotation_rad"),
+        (["--of", "colour"], "must be overturned or one of "),
         (["--resamples", "1"], "from 10 to 10000"),
     ],
 )

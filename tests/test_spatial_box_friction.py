@@ -294,7 +294,9 @@ def test_mirror_images_and_quarter_turns_have_the_same_answer() -> None:
 
 
 @pytest.mark.parametrize("engine", ["event", "dem"])
-def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(engine: str) -> None:
+def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(
+    engine: str, unjudged: None
+) -> None:
     lanes, times = leaning(5, 0.3), SampleTimes(0.3, 0.05)
     motions = shaken(np.linspace(0.2, 0.6, 5), np.linspace(0.5, 0.3, 5))
     settings = EventSettings(friction_box=1) if engine == "event" else springs(1e9)

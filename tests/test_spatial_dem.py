@@ -92,7 +92,7 @@ def test_planar_stacks_are_near_those_of_the_planar_engine() -> None:
     assert np.all(gap <= 2e-3 * np.abs(there["rotation"]).max(axis=(1, 2)))
 
 
-def test_lane_does_not_depend_on_batch_chunk_workers_or_place() -> None:
+def test_lane_does_not_depend_on_batch_chunk_workers_or_place(unjudged: None) -> None:
     lanes, motions = mixed_batch()
     times = SampleTimes(0.6, 0.05)
     whole = run_batch("dem", lanes, motions, times, workers=1, chunk_size=LANES)

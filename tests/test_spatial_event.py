@@ -348,7 +348,7 @@ def scenes() -> tuple[SpatialLanes, GroundMotions, SampleTimes]:
     return lanes, along(x, y, z), SampleTimes(1.0, 0.02)
 
 
-def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody() -> None:
+def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(unjudged: None) -> None:
     lanes, motions, times = scenes()
     together = run_batch("event", lanes, motions, times, workers=1)
     split = run_batch("event", lanes, motions, times, workers=2, chunk_size=2)

@@ -134,7 +134,7 @@ def test_a_mirrored_scene_has_the_mirrored_answer() -> None:
     np.testing.assert_allclose(image["rotation_across"], across, rtol=0.0, atol=1e-9)
 
 
-def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody() -> None:
+def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(unjudged: None) -> None:
     lanes, motions, times = dropped(5), pulses(5), SampleTimes(0.3, 0.05)
     together = run_batch("event", lanes, motions, times, chunk_size=5, workers=1)
     split = run_batch("event", lanes, motions, times, chunk_size=2, workers=2)

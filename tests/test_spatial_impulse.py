@@ -80,7 +80,7 @@ def test_a_lane_does_not_depend_on_its_neighbours() -> None:
         np.testing.assert_array_equal(values, whole[name][some], err_msg=name)
 
 
-def test_a_bad_lane_harms_no_other() -> None:
+def test_a_bad_lane_harms_no_other(unjudged: None) -> None:
     lanes, motions, times = crooked_lanes(5), shaken_sideways(5), SampleTimes(0.5, 0.05)
     broken = dataclasses.replace(lanes, height=np.where(np.arange(5) == 2, np.nan, 1.0))
     found = run_batch("impulse", broken, motions, times)

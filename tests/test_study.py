@@ -13,7 +13,8 @@ from click.testing import CliRunner
 from rich.console import Console
 
 from warprock.batch import run_batch
-from warprock.case import case_names, load_case
+from warprock.case import load_case
+from warprock.case_text import case_names
 from warprock.checks import compare, run_checks
 from warprock.cli import main
 from warprock.comparison import compare_with_housner

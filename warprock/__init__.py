@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from warprock.batch import run_batch
-    from warprock.case import Case, case_names, load_case
+    from warprock.case import Case, load_case
+    from warprock.case_text import case_names
     from warprock.engines import ENGINES
     from warprock.errors import InputError
     from warprock.expansion import LaneSet, expand_lanes
@@ -55,7 +56,7 @@ _HOME = {
     "Response": "warprock.response",
     "SampleTimes": "warprock.response",
     "Status": "warprock.response",
-    "case_names": "warprock.case",
+    "case_names": "warprock.case_text",
     "expand_lanes": "warprock.expansion",
     "lane_table": "warprock.store",
     "load_case": "warprock.case",

@@ -25,7 +25,7 @@ from warprock.case_keys import (
     did_you_mean,
     general_key,
 )
-from warprock.errors import InputError
+from warprock.errors import InputError, listed
 from warprock.sampling import Distribution, Sample
 from warprock.units import Dimension
 
@@ -33,7 +33,7 @@ LABEL = "label."
 """Prefix of an axis key that names lanes and changes nothing in them."""
 
 _LABEL_NAME = re.compile(r"[a-z][a-z0-9_]*")
-_LABEL_KEY = TextKey("text that names lanes")
+_LABEL_KEY = TextKey("text that names lanes", most=100)
 _GRID_KEYS = ("from", "to", "count", "spacing")
 _MOST_VALUES = 100_000_000
 
@@ -211,7 +211,7 @@ def _read_column(key: str, value: object, source: str, place: str) -> Numbers | 
     else:
         near = did_you_mean(key, SWEEP_KEYS)
         raise InputError(
-            source, place, key, f"must be label.NAME or one of {', '.join(SWEEP_KEYS)}{near}"
+            source, place, key, f"must be label.NAME or one of {listed(key, SWEEP_KEYS)}{near}"
         )
     return read_values(reader, value, source, place)
 

@@ -13,10 +13,14 @@ from typing import Any
 from warprock.devices import keeping_kernels
 from warprock.engines import engine_class
 from warprock.engines.launching import Form, Target
+from warprock.engines.workload import MOST_STEPS, require_workload
+from warprock.errors import InputError
 from warprock.lanes import Lanes
-from warprock.machine import core_count
+from warprock.machine import core_count, require_workers
 from warprock.motion import GroundMotions
+from warprock.painleve import mark_ambiguous
 from warprock.response import Response, SampleTimes, join_responses
+from warprock.runnable import require_runnable
 
 CHUNK_STEPS = 2.0e7
 """Steps aimed at in a chunk: a second or so of work, so that Ctrl-C and progress are prompt."""
@@ -29,6 +33,29 @@ _WARMING_UP = threading.Lock()
 
 LANE_QUANTUM = 32
 """Chunks are a multiple of the lanes of a pack."""
+
+MOST_HISTORY = 500_000_000
+"""Numbers in the histories of a batch: 4 GB."""
+
+
+def require_room(blocks: int, times: SampleTimes, source: str = "run_batch") -> None:
+    """Refuses histories that are too large to be held in memory.
+
+    Args:
+        blocks: Blocks of all lanes together.
+        times: Duration and sampling.
+        source: What errors name as their source.
+
+    Raises:
+        InputError: They are.
+    """
+    if times.interval is None or blocks * times.count <= MOST_HISTORY:
+        return
+    allowed = (
+        f"must make at most {MOST_HISTORY:,} numbers, 4 GB, in the histories of all blocks: "
+        f"{blocks:,} blocks x {times.count:,} samples are {blocks * times.count:,}"
+    )
+    raise InputError(source, "run.sample_interval", f"{times.interval:g} s", allowed)
 
 
 def default_chunk_size(lane_count: int, steps_per_lane: float, workers: int) -> int:
@@ -50,6 +77,7 @@ def run_batch(
     form: Form | None = None,
     workers: int | None = None,
     chunk_size: int | None = None,
+    most_steps: float = MOST_STEPS,
     progress: Callable[[int], None] | None = None,
 ) -> Response:
     """Runs all lanes of a batch with one engine.
@@ -65,35 +93,47 @@ def run_batch(
         form: Form of the kernel; the fast one for the device where None.
         workers: Worker threads on the CPU; as many as there are cores where None.
         chunk_size: Lanes in a chunk; chosen from the work where None.
+        most_steps: Steps that a lane may need, at most.
         progress: Called with the lanes finished so far.
 
     Returns:
         The response of all lanes, in their order.
 
     Raises:
-        ValueError: No lanes.
         KeyError: Unknown engine.
-        InputError: Its kernel is not built yet, and the folder of the kernels cannot be written to.
+        InputError: No lanes, lanes that cannot be run (see `require_runnable`) or need too many
+            steps, fewer than one worker or lane of a chunk, histories too large to be held, or a
+            kernel that is not built yet while its folder cannot be written to.
     """
+    require_runnable(lanes, motions)
     count = lanes.lane_count
-    if count == 0:
-        raise ValueError("lanes: got 0, must be > 0")
+    require_room(count * lanes.block_count, times)
+    _require_spread(workers, chunk_size)
     built = engine_class(engine)(settings, Target(precision, device, form))
+    require_workload(built, lanes, motions, times, most_steps=most_steps)
+    # A launch on a GPU is parallel in itself: one worker, one chunk.
+    threads, size = 1, chunk_size or count
     if built.target.on_cpu:
         threads = workers or core_count()
         time_step = getattr(built.settings, "time_step", 1.0 / STEPS_PER_SECOND_OF_MOTION)
         size = chunk_size or default_chunk_size(count, times.duration / time_step, threads)
-    else:
-        # A launch on a GPU is parallel in itself: one worker, one chunk.
-        threads, size = 1, chunk_size or count
     with _WARMING_UP, keeping_kernels():
         built.warm_up(lanes, motions)
     slices = [slice(low, min(low + size, count)) for low in range(0, count, size)]
 
     def run_chunk(part: slice) -> Response:
-        return built.run(lanes.take(part), motions.take(part), times)
+        some = lanes.take(part)
+        response = built.run(some, motions.take(part), times)
+        return mark_ambiguous(some, response) if built.slides else response
 
     return join_responses(_run_all(run_chunk, slices, threads, progress))
+
+
+def _require_spread(workers: int | None, chunk_size: int | None) -> None:
+    """Refuses fewer than one worker, or than one lane of a chunk."""
+    require_workers(workers)
+    if chunk_size is not None and chunk_size < 1:
+        raise InputError("run_batch", "chunk_size", chunk_size, "must be at least 1")
 
 
 def _run_all(

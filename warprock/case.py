@@ -9,42 +9,28 @@ from __future__ import annotations
 import copy
 import dataclasses
 import functools
-import importlib.resources
 import math
 import os
 import pathlib
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
-from importlib.resources.abc import Traversable
 from typing import Any
 
 import pydantic
 
 from warprock.axes import LABEL, Axis, axis_shape, fix_keys, read_axes
+from warprock.case_checks import CheckSpec, HousnerCheck, PeaksCheck
 from warprock.case_ensemble import Ensemble, read_ensemble
-from warprock.case_keys import EXCLUSIVE, KEYS, NOTHING, Said, SourceOf, did_you_mean, general_key
+from warprock.case_keys import EXCLUSIVE, KEYS, NOTHING, SourceOf, did_you_mean, general_key
 from warprock.case_sample import read_sample
 from warprock.case_settings import ENGINES, PEERS, read_settings
 from warprock.case_spectrum import read_spectrum
 from warprock.case_study import Study, read_study
-from warprock.case_tables import (
-    APART,
-    SINGLE,
-    STACK,
-    CaseTables,
-    CheckSpec,
-    HousnerCheck,
-    KeyedError,
-    PeaksCheck,
-    known_keys,
-)
-from warprock.errors import InputError
+from warprock.case_table import KeyedError
+from warprock.case_tables import APART, SINGLE, STACK, CaseTables, known_keys
+from warprock.case_text import OVERRIDE, find_case, override, parse_case
+from warprock.errors import InputError, listed
 from warprock.response import SampleTimes
-
-CASE_FILE = "case.toml"
-OVERRIDE = "-s"
-"""What errors name as the source of an override."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -137,36 +123,6 @@ class Case:
         return _source_of(key, self.file, self.overridden)
 
 
-def case_names() -> list[str]:
-    """Names of the shipped cases, sorted."""
-    return sorted(
-        entry.name for entry in _shipped().iterdir() if entry.joinpath(CASE_FILE).is_file()
-    )
-
-
-def template_kinds() -> list[str]:
-    """Kinds of commented case files that `template_text` knows, sorted."""
-    names = (entry.name for entry in _shipped().joinpath("templates").iterdir())
-    return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
-
-
-def template_text(kind: str) -> str:
-    """A commented case file to start from.
-
-    Args:
-        kind: One of `template_kinds()`.
-
-    Raises:
-        InputError: There is no such kind.
-    """
-    kinds = template_kinds()
-    if kind not in kinds:
-        raise InputError(
-            "KIND", "", kind, f"must be one of {', '.join(kinds)}{did_you_mean(kind, kinds)}"
-        )
-    return _shipped().joinpath("templates", f"{kind}.toml").read_text(encoding="utf-8")
-
-
 def load_case(name_or_path: str | os.PathLike[str], overrides: Sequence[str] = ()) -> Case:
     """Reads a case and judges every value in it.
 
@@ -178,9 +134,9 @@ def load_case(name_or_path: str | os.PathLike[str], overrides: Sequence[str] = (
     Raises:
         InputError: No such case, or something in it cannot be used.
     """
-    name, file, folder, text = _find(os.fspath(name_or_path))
-    raw = _parse(text, file)
-    overridden = frozenset(_override(raw, override) for override in overrides)
+    name, file, folder, text = find_case(os.fspath(name_or_path))
+    raw = parse_case(text, file)
+    overridden = frozenset(override(raw, text) for text in overrides)
     fix_keys(raw, overridden | {EXCLUSIVE[key] for key in overridden if key in EXCLUSIVE})
     return build_case(name, file, folder, raw, overridden)
 
@@ -211,73 +167,11 @@ def build_case(
     return case
 
 
-def _shipped() -> Traversable:
-    return importlib.resources.files("warprock.cases")
-
-
-def _find(text: str) -> tuple[str, str, pathlib.Path | None, str]:
-    """Name, file as errors name it, folder and text of a case."""
-    names = case_names()
-    if text in names:
-        file = _shipped().joinpath(text, CASE_FILE)
-        return text, f"{text}/{CASE_FILE}", None, file.read_text(encoding="utf-8")
-    path = pathlib.Path(text)
-    path = path / CASE_FILE if path.is_dir() else path
-    if not path.is_file():
-        known = f"a shipped case ({', '.join(names)}) or the path of a case file"
-        raise InputError("CASE", "", text, f"must be {known}{did_you_mean(text, names)}")
-    try:
-        content = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(str(path), "", Said(error), "must be a readable UTF-8 file") from None
-    folder = path.resolve().parent
-    return (folder.name if path.name == CASE_FILE else path.stem), str(path), folder, content
-
-
-def _parse(text: str, file: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        reason = str(error)
-        line = re.search(r"at line (\d+)", reason)
-        lines = text.splitlines()
-        got = lines[int(line[1]) - 1].strip() if line and int(line[1]) <= len(lines) else ""
-        raise InputError(file, "", got or Said("the text"), f"must be TOML: {reason}") from None
-
-
 def _source_of(key: str, file: str, overridden: frozenset[str]) -> str:
     """The file, or -s where an override gave the key, a table above it or a part of it."""
     plain = re.sub(r"\[\d+\]", "", key)
     given = any(f"{plain}.".startswith(f"{o}.") or o.startswith(f"{plain}.") for o in overridden)
     return OVERRIDE if given else file
-
-
-def _override(raw: dict[str, Any], override: str) -> str:
-    """Puts one `key=value` into a case; the key it changed."""
-    key, equals, text = override.partition("=")
-    key, text = key.strip(), text.strip()
-    if not (key and equals and text):
-        raise InputError(OVERRIDE, "", override, 'must be KEY=VALUE, such as block.height="5.5 m"')
-    *path, last = key.split(".")
-    table: Any = raw
-    for name in path:
-        table = table.setdefault(name, {})
-        if not isinstance(table, dict):
-            allowed = f"must not lie below {name}, which is not a table"
-            raise InputError(OVERRIDE, key, text, allowed)
-    table[last] = _override_value(text)
-    if key in EXCLUSIVE:
-        table.pop(EXCLUSIVE[key].rpartition(".")[2], None)
-    return key
-
-
-def _override_value(text: str) -> Any:
-    """A TOML value, or the text itself where it is none, such as 5.5 m without quotes."""
-    try:
-        parsed = tomllib.loads(f"value = {text}")
-    except tomllib.TOMLDecodeError:
-        return text
-    return parsed["value"] if len(parsed) == 1 else text
 
 
 def _read_tables(raw: Mapping[str, Any], axes: Sequence[Axis], source_of: SourceOf) -> CaseTables:
@@ -346,7 +240,7 @@ def _unknown_key(location: Sequence[int | str], path: Sequence[int | str]) -> st
     plain = _dotted([part for part in path if not isinstance(part, int)])
     names = [key.rpartition(".")[2] for key in known]
     near = did_you_mean(plain.rpartition(".")[2], names) or did_you_mean(plain, KEYS)
-    return f"unknown key (allowed: {', '.join(names)}){near}"
+    return f"unknown key (allowed: {listed(plain, names)}){near}"
 
 
 def _dotted(path: Sequence[int | str]) -> str:

@@ -29,7 +29,7 @@ from warprock.case_keys import (
     read_whole,
 )
 from warprock.case_tables import CaseTables
-from warprock.errors import InputError
+from warprock.errors import InputError, listed
 from warprock.sampling import MOST_SEED, SAMPLINGS, Sample
 from warprock.units import Dimension, Quantity, allowed_text, format_quantity, parse_any
 
@@ -175,7 +175,7 @@ def _read_spread(
         reader = KEYS.get(general_key(key))
         if general_key(key) not in SWEEP_KEYS or not isinstance(reader, NumberKey):
             numbers = [k for k in SWEEP_KEYS if isinstance(KEYS[k], NumberKey)]
-            allowed = f"unknown key (allowed: {', '.join(numbers)}){did_you_mean(key, numbers)}"
+            allowed = f"unknown key (allowed: {listed(key, numbers)}){did_you_mean(key, numbers)}"
             raise InputError(source_of(place), place, got, allowed)
         column, constant = columns.get(key), tables.constant(key)
         table_name, _, name = key.rpartition(".")

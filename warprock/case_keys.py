@@ -13,7 +13,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from warprock.errors import InputError
+from warprock.errors import InputError, is_plain, listed
 from warprock.motion import Control, Waveform
 from warprock.units import Dimension, Quantity, allowed_text, parse_any, parse_quantity
 
@@ -98,10 +98,17 @@ class FrictionKey(NumberKey):
 
 @dataclasses.dataclass(frozen=True)
 class TextKey:
-    """A key whose value is text, one of some choices if it has any."""
+    """A key whose value is one line of text, one of some choices if it has any.
+
+    Attributes:
+        text: Meaning.
+        choices: What it may be; anything where there are none.
+        most: Characters that it may have.
+    """
 
     text: str
     choices: tuple[str, ...] = ()
+    most: int = 300
 
     @property
     def allowed(self) -> str:
@@ -114,9 +121,18 @@ class TextKey:
         Raises:
             ValueError: Not text, empty, or not one of the choices.
         """
-        if isinstance(got, str) and got.strip() and (not self.choices or got in self.choices):
-            return got
-        raise ValueError(self.allowed + did_you_mean(got, self.choices))
+        if (
+            not isinstance(got, str)
+            or not got.strip()
+            or (self.choices and got not in self.choices)
+        ):
+            raise ValueError(self.allowed + did_you_mean(got, self.choices))
+        if len(got) > self.most or not is_plain(got):
+            raise ValueError(
+                f"{self.allowed}, one line of at most {self.most} characters without control "
+                "characters"
+            )
+        return got
 
 
 _FRICTION_BOUNDS = {Dimension.DIMENSIONLESS: ("0", "100"), Dimension.ANGLE: ("0 deg", "89 deg")}
@@ -151,7 +167,9 @@ KEYS: dict[str, NumberKey | TextKey] = {
     "block.centre_offset_x": _shift("of the centre of mass from the middle, along the width"),
     "block.centre_offset_y": _shift("of the centre of mass from the middle, along the depth"),
     "contact.friction": FrictionKey(
-        _FRICTION_BOUNDS, "the friction coefficient or the friction angle"
+        _FRICTION_BOUNDS,
+        "the friction coefficient or the friction angle; above 4/3 a block that slides may have no "
+        "unique answer",
     ),
     "contact.angular_restitution": _ratio(
         "0", "1", "the ratio of angular velocities after and before an impact", low_open=True
@@ -203,7 +221,7 @@ KEYS: dict[str, NumberKey | TextKey] = {
     "motion.duration": NumberKey(
         {Dimension.TIME: ("0 s", "1e5 s")}, "the time from start to stop", low_open=True
     ),
-    "motion.record": TextKey("the name of a record or the path of a file"),
+    "motion.record": TextKey("the name of a record or the path of a file", most=4096),
     "motion.scale": _ratio("-1000", "1000", "the factor on the record"),
     "run.duration": NumberKey(
         {Dimension.TIME: ("0 s", "1e5 s")}, "the length of the run", low_open=True
@@ -242,9 +260,6 @@ KEYS: dict[str, NumberKey | TextKey] = {
     ),
 }
 """Dotted key -> how its value is read; N stands for the number of a block in a stack."""
-
-MOST_BLOCKS = 6
-"""Blocks in the highest stack."""
 
 _BLOCK_NUMBER = re.compile(r"^block\.[1-9][0-9]*\.")
 _DIRECTION = re.compile(r"^motion\.[yz]\.")
@@ -319,7 +334,7 @@ def refuse_unknown(
     for name in table:
         if name not in known:
             key = f"{place}.{name}"
-            allowed = f"unknown key (allowed: {', '.join(known)}){did_you_mean(name, known)}"
+            allowed = f"unknown key (allowed: {listed(name, known)}){did_you_mean(name, known)}"
             raise InputError(source_of(key), key, table[name], allowed)
 
 

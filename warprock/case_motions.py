@@ -13,7 +13,7 @@ from warprock.case import Case
 from warprock.case_keys import Said
 from warprock.case_values import LaneValues
 from warprock.errors import InputError
-from warprock.lanes import Lanes
+from warprock.lanes import Lanes, SpatialLanes
 from warprock.motion import (
     Control,
     GroundMotions,
@@ -82,7 +82,7 @@ def lane_motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[
     _refuse_families(values, tables)
     found = {table: _component(values, table) for table in tables}
     along, columns, peak = found[ALONG]
-    uplift = uplift_ratio(lanes).min(axis=1) if lanes.stacked else lanes.width / lanes.height
+    uplift = _uplift(lanes, ALONG)
     columns |= {"normalised_acceleration": peak / (GRAVITY * uplift)}
     if _PEAK_VELOCITY in columns and not lanes.stacked:
         p = rocking.frequency_parameter(lanes.width, lanes.height)
@@ -91,12 +91,34 @@ def lane_motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[
         )
     if not lanes.spatial:
         return along, columns
-    for table, (_, more, _) in found.items():
+    for table, (_, more, peak) in found.items():
+        if table == ACROSS and not lanes.stacked:
+            more |= {"normalised_acceleration": peak / (GRAVITY * _uplift(lanes, ACROSS))}
         if table != ALONG:
             columns |= {f"{name}_{table[-1]}": column for name, column in more.items()}
     rest = no_motion(along)
     across, upwards = (found[t][0] if t in found else rest for t in (ACROSS, UPWARDS))
     return SpatialMotions(along, across, upwards), columns
+
+
+def _uplift(lanes: Lanes, table: str) -> Array:
+    """Base acceleration / g along a direction, x or y, from which on a lane begins to rock [-].
+
+    There the resultant of weight and inertia leaves the face on which a block stands. In space that
+    is over whichever edge is met first, to either side, from below an eccentric centre of mass and
+    across a face that is turned by the yaw.
+    """
+    if lanes.stacked:
+        return np.asarray(uplift_ratio(lanes).min(axis=1))
+    if not isinstance(lanes, SpatialLanes):
+        return np.asarray(lanes.width / lanes.height)
+    along, across = np.abs([np.cos(lanes.yaw_start), np.sin(lanes.yaw_start)])
+    if table == ACROSS:
+        along, across = across, along
+    with np.errstate(divide="ignore"):
+        width = (0.5 * lanes.face_width - np.abs(lanes.centre_offset_x)) / along
+        depth = (0.5 * lanes.face_depth - np.abs(lanes.centre_offset_y)) / across
+    return np.asarray(np.minimum(width, depth) / (0.5 * lanes.height))
 
 
 def _tables(values: LaneValues) -> list[str]:

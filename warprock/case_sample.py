@@ -26,7 +26,7 @@ from warprock.case_keys import (
     read_whole,
     refuse_unknown,
 )
-from warprock.errors import InputError
+from warprock.errors import InputError, listed
 from warprock.sampling import (
     END_SCORE,
     MOST_POINTS,
@@ -89,7 +89,7 @@ def _read_over(over: object, swept: set[str], source_of: SourceOf) -> Iterator[t
         place = f"sample.over.{key}"
         source = source_of(place)
         if general_key(key) not in SWEEP_KEYS:
-            allowed = f"unknown key (allowed: {', '.join(SWEEP_KEYS)})"
+            allowed = f"unknown key (allowed: {listed(key, SWEEP_KEYS)})"
             raise InputError(source, place, got, allowed + did_you_mean(key, SWEEP_KEYS))
         if key in swept:
             raise InputError(source, place, got, "must be in [[sweep]] or in [sample], not in both")

@@ -7,7 +7,7 @@ from typing import Any
 
 from warprock.case_keys import SourceOf, did_you_mean
 from warprock.engines.settings import SETTINGS, judged_settings
-from warprock.errors import InputError
+from warprock.errors import InputError, listed
 from warprock.reference.peer_settings import PEER_SETTINGS
 
 ENGINES, PEERS = "engines", "peers"
@@ -38,6 +38,6 @@ def read_settings(
     """
     known, place = _TYPES[kind], f"{kind}.{name}"
     if name not in known:
-        allowed = f"must be one of {', '.join(known)}{did_you_mean(name, known)}"
+        allowed = f"must be one of {listed(name, known)}{did_you_mean(name, known)}"
         raise InputError(source_of(place), kind, name, allowed)
     return judged_settings(known[name], place, tables.get(name, {}), source_of(place))

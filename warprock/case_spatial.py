@@ -77,21 +77,22 @@ def spatial_lanes(values: LaneValues, planar: Lanes) -> SpatialLanes:
     return lanes
 
 
-def _optional(values: LaneValues, key: str) -> Array:
+def optional(values: LaneValues, key: str) -> Array:
+    """Values of a key that may be left out, zero there, shape [lane]."""
     return values.numbers(key) if values.given(key) else np.zeros(len(values.lanes))
 
 
 def _of_blocks(values: LaneValues, planar: Lanes) -> dict[str, Array]:
     keys = _START | {name: f"block.{name}" for name in ("centre_offset_x", "centre_offset_y")}
-    found = {name: _optional(values, key) for name, key in keys.items()}
-    found["gap_start"] = _optional(values, "start.gap")
+    found = {name: optional(values, key) for name, key in keys.items()}
+    found["gap_start"] = optional(values, "start.gap")
     return found | {"offset_across": np.zeros_like(planar.width)}
 
 
 def _of_stacks(values: LaneValues, planar: Lanes) -> dict[str, Array]:
     numbers = range(1, planar.block_count + 1)
     found = {
-        name: np.stack([_optional(values, f"block.{k}.{key}") for k in numbers], axis=1)
+        name: np.stack([optional(values, f"block.{k}.{key}") for k in numbers], axis=1)
         for name, key in _NAMES_OF_A_BLOCK.items()
     }
     return found | dict.fromkeys(
@@ -101,12 +102,6 @@ def _of_stacks(values: LaneValues, planar: Lanes) -> dict[str, Array]:
 
 def _refuse(values: LaneValues, lanes: SpatialLanes) -> None:
     """Refuses blocks that do not start above what they stand on."""
-    if not lanes.stacked:
-        angle = np.arctan2(lanes.depth, lanes.height)
-        beyond = np.abs(lanes.rotation_across_start) >= angle
-        limit = np.rad2deg(angle[int(np.argmax(beyond))])
-        allowed = f"must be less than the block's slenderness angle across, {limit:.6g} deg"
-        values.refuse(beyond, "start.rotation_across", allowed)
     for block in range(lanes.block_count):
         table = f"block.{block + 1}" if lanes.stacked else "block"
         one = _block(lanes, block)
@@ -117,6 +112,22 @@ def _refuse(values: LaneValues, lanes: SpatialLanes) -> None:
             values.refuse(np.abs(offset) >= 0.5 * face, key, allowed)
         if lanes.stacked:
             _refuse_in_stack(values, lanes, block, table)
+    if not lanes.stacked:
+        _refuse_fallen(values, lanes)
+
+
+def _refuse_fallen(values: LaneValues, lanes: SpatialLanes) -> None:
+    """Refuses blocks whose centre of mass is at the start beyond the edge that they lean over."""
+    for key, start, face, offset, name in (
+        ("rotation", lanes.rotation_start, lanes.face_width, lanes.centre_offset_x, ""),
+        ("rotation_across", lanes.rotation_across_start, lanes.face_depth,
+         lanes.centre_offset_y, " across"),
+    ):  # fmt: skip
+        angle = np.arctan2(face - 2.0 * np.sign(start) * offset, lanes.height)
+        beyond = np.abs(start) >= angle
+        limit = np.rad2deg(angle[int(np.argmax(beyond))])
+        allowed = f"must be less than the block's slenderness angle{name}, {limit:.6g} deg"
+        values.refuse(beyond & (start != 0.0), f"start.{key}", allowed)
 
 
 def _refuse_in_stack(values: LaneValues, lanes: SpatialLanes, block: int, table: str) -> None:
@@ -147,6 +158,7 @@ def spatial_columns(lanes: SpatialLanes) -> dict[str, object]:
     columns: dict[str, object] = {}
     for block in range(lanes.block_count):
         one, number = _block(lanes, block), f"_{block + 1}" if lanes.stacked else ""
+        columns[f"slenderness_angle_across{number}_rad"] = one.slenderness_angle_across
         columns[f"yaw_start{number}_rad"] = one.yaw_start
         for axis in ("x", "y"):
             offset = getattr(one, f"centre_offset_{axis}")

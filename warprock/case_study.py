@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from warprock.case_keys import NOTHING, Said, did_you_mean, read_table
 from warprock.engines.settings import SETTINGS, build_settings
-from warprock.errors import InputError
+from warprock.errors import InputError, listed
 
 if TYPE_CHECKING:
     from warprock.case import Case
@@ -188,7 +188,7 @@ def _refuse_setting(case: Case, engines: tuple[str, ...], name: str, got: object
         others = [engine for engine in SETTINGS if name in _fields(engine)]
         verb = "has" if len(others) == 1 else "have"
         hint = f"; {', '.join(others)} {verb} it" if others else did_you_mean(name, known)
-        allowed = f"must be a setting of {' or '.join(engines)} ({', '.join(known)}){hint}"
+        allowed = f"must be a setting of {' or '.join(engines)} ({listed(name, known)}){hint}"
         raise _refused(case, key, got, allowed)
     if not isinstance(got, list) or len(got) < _FEWEST:
         raise _refused(case, key, got, f"must be a list of at least {_FEWEST} values")

@@ -8,13 +8,15 @@ from __future__ import annotations
 import types
 import typing
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 import pydantic
 
-from warprock.case_keys import KEYS, MOST_BLOCKS, NOTHING, NumberKey, Said, TextKey
-from warprock.engines.settings import SETTINGS
+from warprock.case_checks import Check, CheckSpec
+from warprock.case_keys import KEYS, NOTHING, NumberKey, Said, TextKey
+from warprock.case_table import KeyedError, Table
 from warprock.motion import Control, Waveform
+from warprock.runnable import MOST_BLOCKS
 from warprock.units import Quantity
 
 
@@ -22,25 +24,6 @@ def _number(key: str) -> pydantic.BeforeValidator:
     reader = KEYS[key]
     assert isinstance(reader, NumberKey)
     return pydantic.BeforeValidator(reader.read_number)
-
-
-class KeyedError(ValueError):
-    """An error about one key of a table, found when the whole table is looked at.
-
-    Attributes:
-        name: The key, without its table.
-        got: Its value.
-    """
-
-    def __init__(self, name: str, got: object, allowed: str) -> None:
-        super().__init__(allowed)
-        self.name, self.got = name, got
-
-
-class Table(pydantic.BaseModel):
-    """A table that refuses keys it does not know."""
-
-    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
 
 
 class Block(Table):
@@ -76,16 +59,31 @@ class Stack(pydantic.RootModel[dict[str, StackedBlock]]):
 
     model_config = pydantic.ConfigDict(frozen=True)
 
-    @pydantic.model_validator(mode="after")
-    def _numbered(self) -> Self:
-        for number in range(1, len(self.root) + 1):
-            if str(number) not in self.root:
-                allowed = f"must be given: blocks are numbered from 1, the lowest, to {MOST_BLOCKS}"
-                raise KeyedError(str(number), NOTHING, allowed)
-        if len(self.root) > MOST_BLOCKS:
-            last = str(len(self.root))
-            raise KeyedError(last, Said("a block"), f"must not be: at most {MOST_BLOCKS} blocks")
-        return self
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _numbered(cls, blocks: Any) -> Any:
+        """Judges the numbers of the blocks before what is in them."""
+        known = [str(number) for number in range(1, MOST_BLOCKS + 1)]
+        numbered = "blocks are numbered from 1, the lowest"
+        first = next(iter(blocks))
+        for name in blocks:
+            if str(name).isdecimal() != str(first).isdecimal():
+                allowed = (
+                    f"must not be beside block.{first}: a block has its own keys, and of a stack "
+                )
+                raise KeyedError(name, blocks[name], allowed + numbered)
+        for name in blocks:
+            if name not in known:
+                allowed = (
+                    f"must be from 1 to {MOST_BLOCKS}, at most {MOST_BLOCKS} blocks: {numbered}"
+                )
+                raise KeyedError(name, Said("a block of that number"), allowed)
+        highest = max(blocks, key=known.index)
+        for number in known[: known.index(highest)]:
+            if number not in blocks:
+                allowed = f"must be given below block.{highest}: {numbered}"
+                raise KeyedError(number, NOTHING, allowed)
+        return blocks
 
 
 def _single_or_stack(block: object) -> str:
@@ -191,6 +189,10 @@ class Motion(Direction):
     z: Direction | None = None
 
 
+MOST_SAMPLES = 1_000_000
+"""Samples of a history that a case may ask for: more than a figure shows or a table is read for."""
+
+
 class Run(Table):
     """Length of the run and time between samples of its histories [s]."""
 
@@ -202,78 +204,20 @@ class Run(Table):
         if self.sample_interval is not None and self.sample_interval > self.duration:
             allowed = f"must be at most run.duration, {self.duration:g} s"
             raise KeyedError("sample_interval", f"{self.sample_interval:g} s", allowed)
+        if (
+            self.sample_interval is not None
+            and self.duration >= MOST_SAMPLES * self.sample_interval
+        ):
+            count = self.duration / self.sample_interval
+            allowed = (
+                f"must make less than {MOST_SAMPLES:,} samples of {self.duration:g} s, not "
+                f"{count:.3g}: a history of {8e-9 * count:.3g} GB"
+            )
+            raise KeyedError("sample_interval", f"{self.sample_interval:g} s", allowed)
         return self
 
 
-_Positive = Annotated[float, pydantic.Field(gt=0.0, allow_inf_nan=False)]
-
-
-class Check(Table):
-    """What every check has.
-
-    Attributes:
-        engine: Engine that is checked.
-        because: Why the numbers are right and where the tolerance comes from.
-        where: Label -> value that selects lanes; empty selects all.
-    """
-
-    engine: str
-    because: Annotated[str, pydantic.Field(min_length=1)]
-    where: dict[str, str] = {}
-
-    @pydantic.field_validator("engine")
-    @classmethod
-    def _known_engine(cls, engine: str) -> str:
-        return TextKey("an engine", tuple(SETTINGS)).read(engine)
-
-
-class PeaksCheck(Check):
-    """Peak rotations / slenderness angle of the selected lanes, in lane order.
-
-    Attributes:
-        block: Number of the block in a stack, whose own slenderness angle counts.
-        values: Expected ratios.
-        tolerance: Largest absolute difference of a ratio.
-    """
-
-    kind: Literal["peaks"]
-    block: Annotated[int, pydantic.Field(ge=1)] | None = None
-    values: Annotated[
-        tuple[Annotated[float, pydantic.Field(ge=0.0, allow_inf_nan=False)], ...],
-        pydantic.Field(min_length=1),
-    ]
-    tolerance: _Positive
-
-
-class HousnerCheck(Check):
-    """Rotation histories against the engine `housner`, where Housner's assumptions hold.
-
-    Attributes:
-        limit_5s: Largest |rotation - reference| / slenderness angle over the first 5 s.
-        limit_run: The same over the whole run; None does not check it.
-    """
-
-    kind: Literal["housner"]
-    limit_5s: _Positive
-    limit_run: _Positive | None = None
-
-
-class BoundariesCheck(Check):
-    """Strengths of a pulse at which a map of overturning changes its mode, weakest first.
-
-    Attributes:
-        frequency_ratio: Angular frequency of the pulse / frequency parameter of the block.
-        values: Peak accelerations / (g tan(slenderness angle)).
-        tolerance: Largest absolute difference of a value.
-    """
-
-    kind: Literal["boundaries"]
-    frequency_ratio: _Positive
-    values: Annotated[tuple[_Positive, ...], pydantic.Field(min_length=1)]
-    tolerance: _Positive
-
-
-CheckSpec = PeaksCheck | HousnerCheck | BoundariesCheck
+TITLE = TextKey("text that says what the case is")
 
 
 class CaseTables(Table):
@@ -287,7 +231,7 @@ class CaseTables(Table):
         peers: Settings by program beside the engines; `case_settings.read_settings` judges them.
     """
 
-    title: Annotated[str, pydantic.Field(min_length=1)]
+    title: Annotated[str, pydantic.BeforeValidator(TITLE.read)]
     source: Annotated[str, pydantic.Field(min_length=1)]
     model: Annotated[str, pydantic.BeforeValidator(KEYS["model"].read)] | None = None
     block: Annotated[
@@ -298,8 +242,8 @@ class CaseTables(Table):
     start: Start = Start()
     motion: Motion | None = None
     run: Run
-    engines: dict[str, dict[str, Any]] = {}
-    peers: dict[str, dict[str, Any]] = {}
+    engines: dict[str, dict[str, Any]] = pydantic.Field(default_factory=dict)
+    peers: dict[str, dict[str, Any]] = pydantic.Field(default_factory=dict)
     check: tuple[Annotated[CheckSpec, pydantic.Field(discriminator="kind")], ...] = ()
 
     @pydantic.model_validator(mode="after")

@@ -8,25 +8,24 @@ from typing import Any
 
 import pandas as pd
 
-from warprock.case import Case, case_names, load_case, template_text
+from warprock.case import Case, load_case
+from warprock.case_text import case_names, template_text
+from warprock.engine_choice import choose_engine
 from warprock.engines import ENGINES, engine_class
+from warprock.engines.launching import Target
 from warprock.engines.settings import SETTINGS
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
-from warprock.files import replacing, require_writable
+from warprock.files import replacing, require_writable_file
 from warprock.reference.peer_programs import PROGRAMS
 from warprock.scene import SceneKind
-
-TWO_BLOCK = "two-block"
-"""Engine that runs one lane a thread on any device."""
-EVENT = "event"
-"""Engine that does so with stacks and with blocks in space."""
-
-ONE_TEXT = ("dem", "xpbd")
-"""Engines whose kernels take a single block as a stack of one."""
+from warprock.undecided import cut_text
 
 VALUES_SHOWN = 12
 """Distinct values of an input up to which all of them are listed."""
+
+LANES_SHOWN = 100_000
+"""Lanes whose inputs are looked through; of more, the first ones."""
 
 ESTIMATE = (
     "`run` estimates every lane's rotation error and halves the step, of the lanes that need it, "
@@ -52,10 +51,12 @@ def explain_case(case: Case) -> dict[str, Any]:
         case: The case.
 
     Returns:
-        The scene, the axes of the sweep, the values of every input, and for each engine the reason
-        why it declines, or the kernel that would run.
+        The scene, the axes of the sweep, the values of every input, `engine`, the one that runs
+        where none is named and why (`EngineChoice`), and for each engine the reason why it
+        declines, or the kernel that would run.
     """
-    lane_set = expand_lanes(case)
+    many = case.lane_count > LANES_SHOWN
+    lane_set = expand_lanes(case, range(LANES_SHOWN) if many else None)
     scene = lane_set.scene
     inputs = lane_set.inputs
     return {
@@ -66,14 +67,21 @@ def explain_case(case: Case) -> dict[str, Any]:
             "file": case.file,
         },
         "scene": dataclasses.asdict(scene)
-        | {"why": _scene_text(scene), "left_out": list(scene.left_out)},
-        "lanes": lane_set.lanes.lane_count,
+        | {
+            "why": _scene_text(scene),
+            "left_out": list(scene.left_out),
+            "friction_note": scene.friction_note,
+        },
+        "lanes": case.lane_count,
+        "inputs_of_lanes": lane_set.lanes.lane_count,
         "duration_s": lane_set.times.duration,
+        "motion_cut_short": cut_text(lane_set.motions, lane_set.times.duration) or None,
         "sample_interval_s": lane_set.times.interval,
         "sweep": [{"keys": list(axis.columns), "length": axis.length} for axis in case.axes]
         + ([{"keys": ["member"], "length": case.members}] if case.ensemble else []),
         "study": [case.study.plan(name) for name in case.study.engines] if case.study else None,
         "inputs": {str(name): _spread(inputs[name]) for name in inputs.columns},
+        "engine": dataclasses.asdict(choose_engine(case)),
         "engines": [_engine_row(name) | _fitness(case, name, scene) for name in ENGINES],
     }
 
@@ -82,7 +90,7 @@ def write_template(kind: str, path: pathlib.Path) -> pathlib.Path:
     """Writes a commented case file to start from.
 
     Args:
-        kind: One of `case.template_kinds()`.
+        kind: One of `case_text.template_kinds()`.
         path: File to write, or a folder to write `case.toml` into.
 
     Returns:
@@ -95,7 +103,7 @@ def write_template(kind: str, path: pathlib.Path) -> pathlib.Path:
     file = path / "case.toml" if path.is_dir() or path.suffix != ".toml" else path
     if file.exists():
         raise InputError("PATH", "", str(file), "must not exist already")
-    require_writable(file.parent, "PATH")
+    require_writable_file(file, "PATH")
     file.parent.mkdir(parents=True, exist_ok=True)
     with replacing(file) as temporary:
         temporary.write_text(text, encoding="utf-8")
@@ -138,24 +146,28 @@ def _fitness(case: Case, name: str, scene: SceneKind) -> dict[str, Any]:
     reason = engine_class(name).supports(scene)
     settings = dataclasses.asdict(case.engine_settings(name))
     units = {field.name: field.metadata["unit"] for field in dataclasses.fields(SETTINGS[name])}
-    file = name.replace("-", "_") + ("_stack" if scene.stacked and name not in ONE_TEXT else "")
-    file = f"spatial_{file}" if scene.spatial else file
-    packs = "`packed` on a CPU, `plain`, one lane a thread, on any other device"
-    alone = name == TWO_BLOCK or (name == "impulse" and scene.spatial and scene.stacked)
-    boxed = scene.spatial and bool(settings.get("friction_box"))
-    alone = alone or (name == EVENT and (scene.stacked or boxed))
-    form = "one lane a thread on any device" if alone else packs
-    kernel = f"kernels/{file}_launch.py for a {scene.motion} base: {form}"
-    if name == EVENT and scene.spatial and not alone:
-        other = "on a CPU, spatial_event_launch.py, one lane a thread, on any other device"
-        kernel = f"kernels/{file}_pack_launch.py for a {scene.motion} base {other}"
     return {
         "declines": reason,
-        "kernel": None if reason else kernel,
+        "kernel": None if reason else _kernel_text(case, name, scene),
         "estimate": None if reason or engine_class(name).order is None else ESTIMATE,
         "settings": settings,
         "units": units,
     }
+
+
+def _kernel_text(case: Case, name: str, scene: SceneKind) -> str:
+    """The kernel that an engine runs a case with, on a CPU and on any other device."""
+    settings = case.engine_settings(name)
+    here, there = (
+        engine_class(name)(settings, Target(device=device)).kernel(scene)
+        for device in ("cpu", "cuda:0")
+    )
+    found = f"kernels/{here.file}.py for a {scene.motion} base"
+    if here == there:
+        return f"{found}: one lane a thread on any device"
+    if here.file == there.file:
+        return f"{found}: `packed` on a CPU, `plain`, one lane a thread, on any other device"
+    return f"{found}: `packed` on a CPU; {there.file}.py, one lane a thread, on any other device"
 
 
 def _spread(values: pd.Series[Any]) -> dict[str, Any]:

@@ -26,7 +26,7 @@ from warprock.errors import InputError
 from warprock.expansion import LaneSet, expand_lanes
 from warprock.overturning_boundaries import boundaries_at
 from warprock.reference.peer_programs import PROGRAMS, PeerAnswer
-from warprock.response import Response
+from warprock.response import Response, Status
 from warprock.runner import run_case
 
 __all__ = ["CHECKS", "ORACLE", "CheckRow", "compare", "compare_with_housner", "run_checks"]
@@ -49,6 +49,8 @@ class CheckRow:
         ok: Whether it passes.
         because: Why the limit is right, as the case says it.
         note: Lanes left out and why, or the worst lane.
+        outside: Lanes selected that are outside the model: of the engine, or of Housner where the
+            engine is held against him; None where that is not known.
     """
 
     case: str
@@ -60,6 +62,7 @@ class CheckRow:
     ok: bool
     because: str
     note: str
+    outside: int | None = None
 
 
 class CaseResponses:
@@ -194,6 +197,7 @@ def _check_peaks(check: Any, responses: CaseResponses) -> list[CheckRow]:
             ok=bool(difference[worst] <= check.tolerance),
             because=check.because,
             note=note,
+            outside=response.count(Status.OUTSIDE_MODEL, lanes),
         )
     ]
 
@@ -235,6 +239,7 @@ def _check_housner(check: Any, responses: CaseResponses) -> list[CheckRow]:
                 ok=bool(len(errors) and value <= limit),
                 because=check.because,
                 note="; ".join(note),
+                outside=responses[REFERENCE].count(Status.OUTSIDE_MODEL, lanes),
             )
         )
     return rows

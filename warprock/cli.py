@@ -18,15 +18,18 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from warprock import __version__
+from warprock.cli_exits import EXIT_CHECK, EXIT_FAILED, EXIT_INTERRUPTED, ExitCodes
 from warprock.cli_fragility import fragility
 from warprock.cli_incremental import ida
 from warprock.cli_map import overturning_map
 from warprock.cli_options import (
     EXIT_BAD_LANES,
     asked_tolerance,
+    engine_for,
     engine_option,
     estimate_options,
     json_option,
+    list_written,
     max_bad_option,
     output_option,
     output_to,
@@ -47,29 +50,6 @@ from warprock.errors import InputError
 if TYPE_CHECKING:
     from warprock.runner import CaseRun
     from warprock.trade_choice import Choice
-
-EXIT_FAILED, EXIT_INPUT, EXIT_CHECK, EXIT_INTERRUPTED = 1, 2, 3, 130
-
-
-class ExitCodes(click.Group):
-    """A group of commands that turns errors into the exit codes of the command line."""
-
-    def invoke(self, ctx: click.Context) -> Any:
-        """Runs a command; bad input exits with 2, Ctrl-C with 130, a full disk with 1."""
-        try:
-            return super().invoke(ctx)
-        except InputError as error:
-            click.echo(f"error: {error}", err=True)
-            ctx.exit(EXIT_INPUT)
-        except KeyboardInterrupt:
-            click.echo("interrupted", err=True)
-            ctx.exit(EXIT_INTERRUPTED)
-        except BrokenPipeError:
-            # Whoever read the output has enough of it: Click ends quietly.
-            raise
-        except OSError as error:
-            click.echo(f"error: {error}", err=True)
-            ctx.exit(EXIT_FAILED)
 
 
 @click.group(cls=ExitCodes, context_settings={"help_option_names": ["-h", "--help"]})
@@ -165,8 +145,7 @@ def run(
         refused |= {"--max-bad": max_bad, "--estimate": estimate and not _is_default("estimate")}
         options: dict[str, Any] = {"precision": precision, "device": device, "workers": workers}
         return run_study_of(case, engine, folder, refused, **options, as_json=as_json)
-    engine = engine or runner.default_engine(case)
-    runner.require_options(engine, precision=precision, device=device, workers=workers)
+    runner.require_options(engine or "event", precision=precision, device=device, workers=workers)
     if accuracy is not None:
         tolerance = tolerance_of_accuracy(accuracy, tolerance, estimate=estimate)
         fixed = None if _is_default("precision") else precision
@@ -177,6 +156,7 @@ def run(
     runner.require_histories(case, lanes)
     if lanes and folder is None:
         raise InputError("--history", "", list(lanes), "needs -o/--output, the folder to write to")
+    engine = engine_for(case, engine)
     with console.lane_progress(case.name, case.lane_count) as progress:
         case_run = runner.run_case(
             case,
@@ -205,7 +185,9 @@ def _write_run(
     histories = {lane: runner.run_lane(case_run, lane) for lane in lanes}
     figures = plots_run if case_run.case.ensemble is None else plots_ensemble
     files: list[pathlib.Path] = store.write_run(case_run, folder, histories)
-    return [*files, *figures.write_figures(case_run, folder)]
+    files += figures.write_figures(case_run, folder)
+    list_written(folder, files)
+    return files
 
 
 def _is_default(option: str) -> bool:
@@ -254,7 +236,6 @@ def reproduce(target: str, folder: pathlib.Path, workers: int | None, as_json: b
     from warprock.report import console, tables
 
     runner.require_choice("reproduce", target, tuple(module.TARGETS))
-    runner.require_workers(workers)
     with console.lane_progress(f"reproduce {target}", None) as progress:
         found = module.reproduce(target, folder, workers=workers, progress=progress)
     console.print_json(found) if as_json else tables.print_reproduction(found)
@@ -267,11 +248,12 @@ def reproduce(target: str, folder: pathlib.Path, workers: int | None, as_json: b
 def check(ctx: click.Context, case_name: str | None, as_json: bool) -> None:
     """Run the checks that a CASE holds, or those of all shipped cases; exit 3 if one fails."""
     from warprock import checks
-    from warprock.case import case_names, load_case
+    from warprock.case import load_case
+    from warprock.case_text import case_names
     from warprock.report import console, tables
 
     rows = []
-    for name in [case_name] if case_name else case_names():
+    for name in case_names() if case_name is None else [case_name]:
         rows += checks.run_checks(load_case(name))
     if as_json:
         console.print_json({"rows": [dataclasses.asdict(row) for row in rows]})
@@ -342,10 +324,8 @@ def bench(ctx: click.Context, seconds: float, workers: int | None, as_json: bool
     from warprock.bench import run_bench
     from warprock.devices import start_warp
     from warprock.report import console
-    from warprock.runner import require_workers
 
     require_within("--seconds", seconds, 0.0, 3600.0)
-    require_workers(workers)
     start_warp()
     found = run_bench(seconds=seconds, workers=workers)
     found["peers"] = peers.compare(found["accuracy"], seconds)

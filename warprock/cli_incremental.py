@@ -9,10 +9,10 @@ import click
 
 from warprock.cli_options import (
     asked_tolerance,
+    by_option,
     case_options,
+    engine_for,
     estimate_options,
-    fit_options,
-    require_samples,
 )
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     metavar="COLUMN",
     help="Intensity measure; or normalised_acceleration, scale, factor.",
 )
-@fit_options
+@by_option
 def ida(
     case_name: str,
     engine: str | None,
@@ -46,8 +46,6 @@ def ida(
     estimate: bool,
     intensity: str,
     by: tuple[str, ...],
-    samples: int,
-    seed: int,
     precision: str,
     device: str,
     workers: int | None,
@@ -59,14 +57,14 @@ def ida(
     All lanes run at a ladder of factors; the bracket of each one's first fall is then halved. With
     -o every finished stage is kept, and the same command goes on behind the last one.
     """
-    from warprock import incremental, incremental_fit, runner
+    from warprock import incremental, incremental_fit
     from warprock.case import load_case
     from warprock.report import console
 
-    require_samples(samples, seed)
     case = load_case(case_name, overrides)
     ladder = incremental.Ladder(**factors)
-    chosen = engine or runner.default_engine(case)
+    ladder.judge()
+    chosen = engine_for(case, engine, ladder.factors.tolist())
     plan = incremental.plan_analysis(
         case,
         chosen,
@@ -81,9 +79,7 @@ def ida(
         found = incremental.run_analysis(
             case, plan, ladder, folder, workers=workers, progress=progress
         )
-    groups = incremental_fit.capacities(
-        found, intensity=intensity, by=by, samples=samples, seed=seed
-    )
+    groups = incremental_fit.capacities(found, intensity=intensity, by=by)
     _show(found, case, groups, intensity, folder, as_json=as_json)
 
 

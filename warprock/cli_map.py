@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from warprock.cli_options import case_options
+from warprock.cli_options import case_options, engine_for, list_written
 
 
 @click.command("map")
@@ -32,7 +32,7 @@ def overturning_map(
     CASE sweeps motion.frequency and motion.amplitude, the grid of the map; further axes, each with
     a label, make panels. Every change of the mode in a column is halved down to the tolerance.
     """
-    from warprock import overturning, overturning_boundaries, runner
+    from warprock import overturning, overturning_boundaries
     from warprock.case import load_case
     from warprock.report import console, plots_map, tables_map
 
@@ -41,7 +41,7 @@ def overturning_map(
     with console.lane_progress(case.name, None) as progress:
         grid = overturning.run_grid(
             case,
-            engine or runner.default_engine(case),
+            engine_for(case, engine),
             **options,
         )
         found = overturning_boundaries.refine(grid, tolerance, progress=progress)
@@ -49,6 +49,7 @@ def overturning_map(
     if folder is not None:
         files = tables_map.write_map(found, folder)
         files.append(plots_map.draw_map(folder / "map.png", found))
+        list_written(folder, files)
     if as_json:
         console.print_rows_json(tables_map.map_facts(found), found.boundaries, files)
     else:

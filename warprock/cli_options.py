@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Callable
-from typing import Any, TypeVar
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from warprock.errors import InputError
 
+if TYPE_CHECKING:
+    from warprock.case import Case
+
 EXIT_BAD_LANES = 4
 """Exit code where more lanes are bad than `--max-bad` allows."""
-
-LEAST_SAMPLES, MOST_SAMPLES = 10, 100_000
-"""Bootstrap samples that may be asked for."""
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -38,9 +38,20 @@ def set_option(command: Command) -> Command:
 
 def workers_option(command: Command) -> Command:
     """`--workers`."""
-    return click.option("--workers", type=int, help="Worker threads; the cores at hand without.")(
-        command
-    )
+    return click.option(
+        "--workers",
+        type=int,
+        callback=_workers,
+        help="Worker threads; the cores at hand without.",
+    )(command)
+
+
+def _workers(_context: click.Context, _option: click.Parameter, workers: int | None) -> int | None:
+    """A number of worker threads, refused where it is out of bounds."""
+    from warprock.machine import require_workers
+
+    require_workers(workers)
+    return workers
 
 
 def device_options(command: Command) -> Command:
@@ -138,6 +149,22 @@ def _writable(
     return folder
 
 
+def list_written(folder: pathlib.Path, files: list[pathlib.Path], *, beside: bool = False) -> None:
+    """Lists what a command wrote, and says what it removed of commands before.
+
+    Args:
+        folder: Where it wrote to.
+        files: What it wrote.
+        beside: Whether that was made from the results in the folder, which stay.
+    """
+    from warprock.results import list_results
+
+    removed = list_results(folder, files, beside=beside)
+    if removed:
+        text = f"removed from {folder}, where an earlier command wrote them: {', '.join(removed)}"
+        click.echo(text, err=True)
+
+
 output_option = output_to("Folder for the results; made if it does not exist.")
 """`-o`, as `folder`, None where none is given."""
 
@@ -145,8 +172,30 @@ output_option = output_to("Folder for the results; made if it does not exist.")
 def engine_option(command: Command) -> Command:
     """`-e`, None where none is named."""
     return click.option(
-        "-e", "--engine", help="Engine; without, housner for one block, event for a stack."
+        "-e",
+        "--engine",
+        help="Engine; without, housner for one block that it can follow, else event.",
     )(command)
+
+
+def engine_for(case: Case, engine: str | None, factors: Sequence[float] = (1.0,)) -> str:
+    """The engine named, or the one that the rule of `engine_choice` gives.
+
+    A line on stderr says so where it is not the one that a single block has as a rule.
+
+    Args:
+        case: The case.
+        engine: Name of the engine; None where none is named.
+        factors: On the motion of the case: those at which it will run.
+    """
+    if engine is not None:
+        return engine
+    from warprock.engine_choice import choose_engine
+
+    choice = choose_engine(case, factors)
+    if choice.surprises:
+        click.echo(choice.text, err=True)
+    return choice.engine
 
 
 def case_options(command: Command) -> Command:
@@ -156,30 +205,11 @@ def case_options(command: Command) -> Command:
     return click.argument("case_name", metavar="CASE")(command)
 
 
-def fit_options(command: Command) -> Command:
-    """`--by`, `--samples` and `--seed` of fits and their bands over records."""
-    options = (
-        click.option("--by", multiple=True, metavar="COLUMN", help="Column of groups; repeat."),
-        click.option(
-            "--samples", default=1000, show_default=True, help="Bootstrap samples, over records."
-        ),
-        click.option("--seed", default=1, show_default=True, help="Seed of the samples."),
+def by_option(command: Command) -> Command:
+    """`--by`, of fits."""
+    return click.option("--by", multiple=True, metavar="COLUMN", help="Column of groups; repeat.")(
+        command
     )
-    for option in reversed(options):
-        command = option(command)
-    return command
-
-
-def require_samples(samples: int, seed: int) -> None:
-    """Refuses bootstrap samples and a seed that are out of bounds.
-
-    Raises:
-        InputError: One of them is.
-    """
-    from warprock.sampling import MOST_SEED
-
-    require_within("--samples", samples, LEAST_SAMPLES, MOST_SAMPLES)
-    require_within("--seed", seed, 0, MOST_SEED)
 
 
 def require_within(option: str, value: float, least: float, most: float) -> None:

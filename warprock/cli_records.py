@@ -166,11 +166,11 @@ def _positive(option: str, text: str, dimension: str) -> float:
 
 def _write(output: pathlib.Path, content: bytes, as_json: bool) -> None:
     """Writes a CSV file and says what is in it."""
-    from warprock.files import replacing, require_writable
+    from warprock.files import replacing, require_writable_file
     from warprock.records.summary import record_facts
     from warprock.report import console, tables_records
 
-    require_writable(output.parent)
+    require_writable_file(output)
     output.parent.mkdir(parents=True, exist_ok=True)
     with replacing(output) as temporary:
         temporary.write_bytes(content)

@@ -7,7 +7,14 @@ from typing import Any
 
 import click
 
-from warprock.cli_options import asked_tolerance, case_options, estimate_options, require_within
+from warprock.cli_options import (
+    asked_tolerance,
+    case_options,
+    engine_for,
+    estimate_options,
+    list_written,
+    require_within,
+)
 
 
 @click.command()
@@ -38,7 +45,6 @@ def sensitivity(
     sample.lanes, a power of 2, is the size of the two samples that are compared; with d inputs
     (d + 2) times as many lanes run. Axes of the sweep, each with a label, make panels.
     """
-    from warprock import runner
     from warprock import sensitivity as module
     from warprock.case import load_case
     from warprock.report import console, plots_sensitivity, tables_sensitivity
@@ -48,7 +54,7 @@ def sensitivity(
     with console.lane_progress(case.name, None) as progress:
         found = module.run_sensitivity(
             case,
-            engine or runner.default_engine(case),
+            engine_for(case, engine),
             of=of,
             resamples=resamples,
             estimate=estimate,
@@ -60,6 +66,7 @@ def sensitivity(
     if folder is not None:
         files = tables_sensitivity.write_sensitivity(found, folder)
         files.append(plots_sensitivity.draw_sensitivity(folder / "sensitivity.png", found))
+        list_written(folder, files)
     if as_json:
         facts = tables_sensitivity.sensitivity_facts(found)
         console.print_rows_json(facts, found.rows, files)

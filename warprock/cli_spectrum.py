@@ -7,7 +7,13 @@ from typing import Any
 
 import click
 
-from warprock.cli_options import asked_tolerance, case_options, estimate_options
+from warprock.cli_options import (
+    asked_tolerance,
+    case_options,
+    engine_for,
+    estimate_options,
+    list_written,
+)
 
 
 @click.command()
@@ -28,7 +34,6 @@ def spectrum(
     CASE has a [spectrum] table with the periods 2 pi / p and the slenderness angles; axes of its
     sweep, each with a label, make panels.
     """
-    from warprock import runner
     from warprock import spectrum as module
     from warprock.case import load_case
     from warprock.report import console, plots_spectrum, tables_spectrum
@@ -37,7 +42,7 @@ def spectrum(
     with console.lane_progress(case.name, case.lane_count) as progress:
         found = module.run_spectrum(
             case,
-            engine or runner.default_engine(case),
+            engine_for(case, engine),
             estimate=estimate,
             tolerance=asked_tolerance(tolerance, estimate=estimate),
             progress=progress,
@@ -47,6 +52,7 @@ def spectrum(
     if folder is not None:
         files = tables_spectrum.write_spectrum(found, folder)
         files.append(plots_spectrum.draw_spectrum(folder / "spectrum.png", found))
+        list_written(folder, files)
     if as_json:
         facts = tables_spectrum.spectrum_facts(found)
         console.print_rows_json(facts, tables_spectrum.spectrum_table(found), files)

@@ -56,7 +56,6 @@ def stability(
         runner.require_choice("--map", name, tuple(known))
     require_within("--points", points, 2, MOST_POINTS)
     require_within("--steps", steps, 1, MOST_STEPS)
-    runner.require_workers(workers)
     start_warp()
     chosen = [known[name] for name in maps or known]
     with console.lane_progress("stability", len(atlas.all_parts(engines or None, chosen))) as done:

@@ -6,6 +6,7 @@ import pathlib
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from warprock.cli_options import list_written
 from warprock.errors import InputError
 
 if TYPE_CHECKING:
@@ -59,6 +60,8 @@ def run_study_of(
             case, engine, precision=precision, device=device, workers=workers, finished=finished
         )
     files = [] if folder is None else _write(found, folder)
+    if folder is not None:
+        list_written(folder, files)
     if as_json:
         summary = study.study_provenance(found) | {"rows": found.rows}
         console.print_json(summary | {"files": files})

@@ -13,6 +13,7 @@ from warprock.cli_options import (
     EXIT_BAD_LANES,
     asked_tolerance,
     device_options,
+    engine_for,
     engine_option,
     estimate_options,
     json_option,
@@ -62,7 +63,7 @@ def plan(
     as_json: bool,
 ) -> None:
     """Write the plan of a sweep over the lanes of a CASE, after a look at every one of them."""
-    from warprock import runner, sweep_plan
+    from warprock import sweep_plan
     from warprock.case import load_case
     from warprock.report import console, sweeps
 
@@ -70,7 +71,7 @@ def plan(
     with console.lane_progress("look at every lane", case.lane_count) as progress:
         made = sweep_plan.make_plan(
             case,
-            engine or runner.default_engine(case),
+            engine_for(case, engine),
             precision=precision,
             device=device,
             estimate=estimate,
@@ -108,10 +109,8 @@ def run(
     from warprock import sweep_plan, sweep_run
     from warprock.files import require_writable
     from warprock.report import console, sweeps
-    from warprock.runner import require_workers
 
     part = sweep_run.read_shard(shard)
-    require_workers(workers)
     found = sweep_plan.read_plan(folder)
     require_writable(folder, "DIR")
     run_chunks = sweep_run.run_here(found, folder, workers)
@@ -168,18 +167,18 @@ def status(folder: pathlib.Path, as_json: bool) -> None:
     "-o",
     "--output",
     "file",
-    type=click.Path(path_type=pathlib.Path, dir_okay=False),
+    type=click.Path(path_type=pathlib.Path),
     help="Parquet file to write; lanes.parquet in DIR without.",
 )
 @json_option
 def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> None:
     """Join the chunks of a sweep that is done in one Parquet file, all lanes in order."""
     from warprock import sweep_chunks, sweep_plan
-    from warprock.files import require_writable
+    from warprock.files import require_writable, require_writable_file
     from warprock.report import console
 
     found = sweep_plan.read_plan(folder)
-    require_writable(folder if file is None else file.resolve().parent)
+    require_writable(folder, "DIR") if file is None else require_writable_file(file)
     with console.lane_progress("merge", found.lane_count) as progress:
         written = sweep_chunks.merge(found, folder, file, progress)
     facts = {"plan": found.id, "lanes": found.lane_count, "file": str(written)}
@@ -203,7 +202,6 @@ def bench_sweep(
     from warprock.engines.settings import SETTINGS
     from warprock.report import console, sweeps
 
-    runner.require_workers(workers)
     for engine in engines:
         runner.require_choice("--engine", engine, tuple(SETTINGS))
     rows = sweep_bench.run_sweep_bench(

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from warprock.batch import run_batch
 from warprock.engines import engine_class
 from warprock.engines.launching import Target
+from warprock.engines.workload import FINEST_STEPS
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions, RecordMotions, SpatialMotions
 from warprock.response import (
@@ -172,7 +173,9 @@ class Companions:
             if work is not None:
                 lanes = lanes[np.argsort(work[lanes], kind="stable")]
             settings = halved(self.settings, int(count))
-            found.append(dataclasses.replace(self.take(lanes), settings=settings).run())
+            options = {**self.options, "most_steps": FINEST_STEPS}
+            finer = dataclasses.replace(self.take(lanes), settings=settings, options=options)
+            found.append(finer.run())
             places.append(lanes)
         return take_lanes(join_responses(found), np.argsort(np.concatenate(places)))
 

@@ -1,8 +1,9 @@
 """An engine's response held against Housner's, lane by lane, and where Housner holds at all.
 
 Housner's block (Housner 1963) is planar, does not slide and loses energy in impacts alone. Where
-an engine's block slides, or is asked for more friction than it has, a difference from Housner is
-no error of the engine; such a lane is compared all the same, with the reason beside it.
+it needs more friction than there is, as `housner` itself finds, or an engine's block slides, a
+difference from Housner is no error of the engine; such a lane is compared all the same, with the
+reason beside it.
 """
 
 from __future__ import annotations
@@ -12,14 +13,6 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.expansion import LaneSet
-from warprock.lanes import Lanes
-from warprock.motion import (
-    GroundMotions,
-    HarmonicMotions,
-    ModulatedMotions,
-    RecordMotions,
-    RickerMotions,
-)
 from warprock.response import Outcome, Response, Status
 
 Array = npt.NDArray[np.float64]
@@ -30,54 +23,28 @@ EARLY_TIME = 5.0
 """Time [s] that the early error covers: the stretch that the paper's figures enlarge."""
 RESTITUTION_BOUND = 1e-9
 """Difference from Housner's angular restitution above which a case prescribes its own."""
+PULLS = "the base would have to pull the block"
+"""Why Housner does not hold where no friction is enough."""
+NEEDS = "the block needs more friction than it has"
+"""Why Housner does not hold where the block would slide; the two numbers come behind it."""
 SMALL_ROTATION_RATIO = 1e-9
 """Peak rotation / slenderness angle below which a relative peak error has no meaning."""
 
 
-def friction_for_uplift(lanes: Lanes) -> Array:
-    """Friction below which a block slides before it rocks, shape [lane]: b/h."""
-    return lanes.width / lanes.height
+def where_housner_holds(
+    lane_set: LaneSet, response: Response, reference_response: Response
+) -> list[str]:
+    """Why Housner does not hold, one text a lane; an empty text where it does.
 
-
-def friction_for_impact(lanes: Lanes) -> Array:
-    """Friction that a Housner impact needs, shape [lane].
-
-    The block comes in at w about the old corner and leaves at e w about the new one, e its
-    angular restitution: the base gives its centre the impulses m h w (1 - e) along and
-    m b w (1 + e) across. With e = 1 - 1.5 sin(a)^2 their ratio is
-    3 sin(a) cos(a) / (4 - 3 sin(a)^2), a the slenderness angle.
+    Args:
+        lane_set: The lanes.
+        response: Response of the engine under test.
+        reference_response: Housner's (`housner` or the oracle), which says what friction its block
+            needs along the way, at impacts and at velocity steps.
     """
-    sine = np.sin(lanes.slenderness_angle)
-    cosine = np.cos(lanes.slenderness_angle)
-    return np.asarray(3.0 * sine * cosine / (4.0 - 3.0 * sine**2))
-
-
-def friction_for_velocity_step(lanes: Lanes) -> Array:
-    """Friction that a velocity step v of the base needs at a resting block, shape [lane].
-
-    Without slip the block turns about a corner at w = 3 h v / (4 R^2) (half sizes b, h). Its
-    centre then moves at h w against the base and b w upwards, so the base gives it the impulses
-    m (v - h w) along and m b w across; their ratio is (4 b^2 + h^2) / (3 b h).
-    """
-    return np.asarray((4.0 * lanes.width**2 + lanes.height**2) / (3.0 * lanes.width * lanes.height))
-
-
-def velocity_step_at_start(motions: GroundMotions) -> Array:
-    """Velocity step of every lane's base at the start of its motion [m/s], shape [lane]."""
-    if isinstance(motions, (HarmonicMotions, RickerMotions, ModulatedMotions)):
-        return np.asarray(motions.velocity_step_start)
-    if isinstance(motions, RecordMotions):
-        return np.asarray(motions.scale * motions.velocity_step_start)
-    return np.zeros(motions.lane_count)
-
-
-def where_housner_holds(lane_set: LaneSet, response: Response) -> list[str]:
-    """Why Housner does not hold, one text a lane; an empty text where it does."""
     lanes = lane_set.lanes
-    friction = lanes.friction
-    uplift, impact = friction_for_uplift(lanes), friction_for_impact(lanes)
-    at_step = friction_for_velocity_step(lanes)
-    stepped = velocity_step_at_start(lane_set.motions) != 0.0
+    friction, needed = lanes.friction, reference_response["friction_needed"]
+    leaves = reference_response["status"] == Status.OUTSIDE_MODEL
     closed_form = 1.0 - 1.5 * np.sin(lanes.slenderness_angle) ** 2
     prescribed = np.abs(lanes.angular_restitution - closed_form) > RESTITUTION_BOUND
     slide = response["peak_slide"]
@@ -85,20 +52,12 @@ def where_housner_holds(lane_set: LaneSet, response: Response) -> list[str]:
     for lane in range(lanes.lane_count):
         why: list[str] = []
         status = Status(int(response["status"][lane]))
-        if status is not Status.OK:
+        if status not in (Status.OK, Status.OUTSIDE_MODEL):
             why.append(f"status {status.name.lower()}")
-        if friction[lane] < uplift[lane]:
-            why.append(
-                f"uplift needs friction {uplift[lane]:.2f}, it has {friction[lane]:.2f}: "
-                "it slides before it rocks"
-            )
-        elif stepped[lane] and friction[lane] < at_step[lane]:
-            why.append(
-                f"the velocity step at the start needs friction {at_step[lane]:.2f}, it has "
-                f"{friction[lane]:.2f}"
-            )
-        if friction[lane] < impact[lane]:
-            why.append(f"an impact needs friction {impact[lane]:.2f}, it has {friction[lane]:.2f}")
+        if leaves[lane] and np.isinf(needed[lane]):
+            why.append(PULLS)
+        elif leaves[lane]:
+            why.append(f"{NEEDS}: {needed[lane]:.3g} for {friction[lane]:.3g}")
         if slide[lane] > SLIDE_BOUND * lanes.width[lane]:
             why.append(f"slides {1e3 * slide[lane]:.2g} mm")
         if prescribed[lane] and response.engine != "housner":
@@ -137,7 +96,8 @@ def compare_with_housner(
         reference_response: Housner's response (`housner` or the oracle) of the same lanes.
 
     Returns:
-        The lanes' inputs, then `engine`, `holds`, `why`, `outcome`, `reference_outcome`,
+        The lanes' inputs, then `engine`, `holds`, `why`, `friction_needed` (of Housner's block; inf
+        where its base would have to pull), `outcome`, `reference_outcome`,
         `peak_rotation_ratio`, `reference_peak_rotation_ratio`, `error_5s_ratio` and
         `error_run_ratio` (max |rotation difference| / slenderness angle over the first 5 s and
         over the run; NaN without histories), `peak_error` (relative; NaN where the reference
@@ -145,7 +105,7 @@ def compare_with_housner(
         where either never rests).
     """
     slenderness = lane_set.lanes.slenderness_angle
-    reasons = where_housner_holds(lane_set, response)
+    reasons = where_housner_holds(lane_set, response, reference_response)
     lane_count = len(reasons)
     early = run = np.full(lane_count, np.nan)
     if "rotation" in response.fields and "rotation" in reference_response.fields:
@@ -160,6 +120,7 @@ def compare_with_housner(
         engine=response.engine,
         holds=[not why for why in reasons],
         why=reasons,
+        friction_needed=reference_response["friction_needed"],
         outcome=[Outcome(int(code)).name.lower() for code in response["outcome"]],
         reference_outcome=[
             Outcome(int(code)).name.lower() for code in reference_response["outcome"]

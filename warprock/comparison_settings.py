@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from warprock.case import Case
 from warprock.case_settings import ENGINES, PEERS
 from warprock.engines.settings import SETTINGS, judged_settings
-from warprock.errors import InputError
+from warprock.errors import InputError, listed
 from warprock.reference.peer_settings import PEER_SETTINGS
 
 OPTION = "--engine"
@@ -35,7 +35,7 @@ def require_known(asked: Iterable[str], known: Iterable[str]) -> None:
     """
     for each in asked:
         if plain_name(each) not in known:
-            raise InputError(OPTION, "", each, f"allowed: {', '.join(known)}")
+            raise InputError(OPTION, "", each, f"allowed: {listed(plain_name(each), known)}")
 
 
 def case_asked(case: Case, asked: str) -> Case:
@@ -55,7 +55,12 @@ def case_asked(case: Case, asked: str) -> Case:
     known = (PEER_SETTINGS if kind == PEERS else SETTINGS).get(name)
     if known is None:
         raise InputError(OPTION, "", asked, f"must be {name} alone: it has no settings")
-    given = dict(_setting(asked, part) for part in text.split(","))
+    given: dict[str, int | float] = {}
+    for part in text.split(","):
+        key, value = _setting(asked, part)
+        if key in given:
+            raise InputError(OPTION, key, part, f"must be given once in {asked}")
+        given[key] = value
     judged_settings(known, name, given, OPTION)
     tables = getattr(case.tables, kind)
     changed = {**tables, name: {**tables.get(name, {}), **given}}

@@ -1,6 +1,18 @@
-"""Errors that a user can mend."""
+"""Errors that a user can mend, each said in one line."""
 
 from __future__ import annotations
+
+import difflib
+import unicodedata
+from collections.abc import Iterable
+
+MOST_LISTED, NEAREST = 8, 5
+"""Names that an error lists in full; of more than those, the nearest to what was written."""
+MOST_SHOWN = 160
+"""Characters of a key, a value or a source that an error shows."""
+
+_UNSHOWN = ("Cc", "Cs", "Zl", "Zp")
+"""Unicode's categories of control characters, surrogates and ends of lines."""
 
 
 class InputError(ValueError):
@@ -19,9 +31,59 @@ class InputError(ValueError):
             allowed: What would be allowed, with its unit.
         """
         self.source, self.key, self.got, self.allowed = source, key, got, allowed
-        place = f"{source}: {key}" if key else source
-        super().__init__(f"{place}: got {got!r}, {allowed}")
+        place = f"{shortened(source)}: {shortened(key)}" if key else shortened(source)
+        super().__init__(f"{place}: got {_written(got)}, {one_line(allowed)}")
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, str, object, str]]:
         """How a process hands the error to another one: by what it was made of."""
         return type(self), (self.source, self.key, self.got, self.allowed)
+
+
+def one_line(text: str) -> str:
+    """Text without line breaks and other characters that no screen shows: they are escaped."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def is_plain(text: str) -> bool:
+    """Whether text is one line without control characters, which a figure or a screen cannot show.
+
+    Half of a surrogate pair, which no file of text can hold, is none either.
+    """
+    return not any(unicodedata.category(character) in _UNSHOWN for character in text)
+
+
+def shortened(text: str) -> str:
+    """Text in one line, its middle left out where it is long."""
+    text = one_line(text[: MOST_SHOWN * 10]) + text[MOST_SHOWN * 10 :]
+    if len(text) <= MOST_SHOWN:
+        return text
+    half = (MOST_SHOWN - 5) // 2
+    return f"{text[:half]} ... {one_line(text[-half:])}"
+
+
+def _written(got: object) -> str:
+    """A value as it was written, shortened."""
+    try:
+        return shortened(repr(got))
+    except (RecursionError, ValueError):
+        # Nested too deep, or a whole number of too many digits, to be written out.
+        return f"a {type(got).__name__} that cannot be shown"
+
+
+def listed(got: object, known: Iterable[str]) -> str:
+    """Names that are allowed: all if they are few, else those nearest to what was written."""
+    names = list(dict.fromkeys(known))
+    if len(names) <= MOST_LISTED:
+        return ", ".join(names)
+    wanted = str(got)[:MOST_SHOWN].lower()
+    likeness = difflib.SequenceMatcher(b=wanted.rpartition(".")[2])
+
+    def distance(name: str) -> float:
+        likeness.set_seq1(name.rpartition(".")[2].lower())
+        same_table = name.rpartition(".")[0] == wanted.rpartition(".")[0]
+        return -likeness.ratio() - 0.1 * same_table
+
+    near = sorted(names, key=distance)[:NEAREST]
+    return f"{', '.join(near)} and {len(names) - len(near)} more"

@@ -49,6 +49,7 @@ from warprock.motion import GroundMotions
 from warprock.response import (
     ERROR_FIELDS,
     HISTORIES,
+    SOUND,
     Response,
     SampleTimes,
     Status,
@@ -167,7 +168,7 @@ def _estimated(case: Companions) -> Response:
     ratio = largest(error / alpha)
     sensitive |= (slow & (ratio > SENSITIVE_ABOVE)) | (ratio > CHAOTIC_ABOVE)
     answered = usable(first)
-    sensitive &= first["status"] == Status.OK
+    sensitive &= np.isin(first["status"], SOUND)
     floor = getattr(case.settings, "rest_rotation_ratio", 0.0) * alpha
     columns = as_columns(answered, error)
     error = np.where(columns, SAFETY * error + floor, np.nan)

@@ -17,24 +17,32 @@ import numpy.typing as npt
 from warprock import rocking
 from warprock.axes import LABEL
 from warprock.case import Case
+from warprock.case_checks import PeaksCheck
 from warprock.case_ensemble import CELL_COLUMNS
 from warprock.case_keys import Said
 from warprock.case_motions import lane_motions
-from warprock.case_spatial import spatial_because, spatial_columns, spatial_lanes
+from warprock.case_spatial import optional, spatial_because, spatial_columns, spatial_lanes
 from warprock.case_stacks import stack_columns, stack_lanes
-from warprock.case_tables import PeaksCheck
 from warprock.case_values import LaneValues
 from warprock.errors import InputError
-from warprock.lanes import Lanes
+from warprock.lanes import Lanes, SpatialLanes
 from warprock.motion import GroundMotions
 from warprock.response import FIELDS, SampleTimes
 from warprock.scene import SceneKind, scene_kind
+from warprock.undecided import UNDECIDED
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
 Array = npt.NDArray[np.float64]
+
+MOST_BLOCKS_AT_ONCE = 5_000_000
+"""Blocks of all lanes of a case together that are held in memory at once."""
+BYTES_OF_A_BLOCK = 1000
+"""Memory that a run takes for each, measured over a million lanes, the table it writes included."""
+LANES_A_SECOND = 5000.0
+"""Lanes of 20 s of a record that `event` runs in a second on two cores."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -103,6 +111,8 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
     """
     import pandas as pd
 
+    if lanes is None:
+        _require_room(case)
     values = LaneValues(case, range(case.lane_count) if lanes is None else lanes)
     if not values.lanes:
         raise InputError(case.file, "sweep", Said("0 lanes"), "must make at least 1 lane")
@@ -142,13 +152,33 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
     return lane_set
 
 
+def _require_room(case: Case) -> None:
+    """Refuses more lanes than are held in memory at once.
+
+    Raises:
+        InputError: There are more.
+    """
+    count, blocks = case.lane_count, case.tables.block_count
+    if count * blocks <= MOST_BLOCKS_AT_ONCE:
+        return
+    of_blocks = "" if blocks == 1 else f" of {blocks} blocks"
+    need, hours = BYTES_OF_A_BLOCK * blocks * count / 1e9, count / LANES_A_SECOND / 3600.0
+    allowed = (
+        f"must make at most {MOST_BLOCKS_AT_ONCE // blocks:,} lanes{of_blocks} in one run, which "
+        f"holds them all in memory (these: some {need:,.0f} GB, {hours:,.1f} h): warprock sweep "
+        "plan runs any number in chunks"
+    )
+    raise InputError(case.file, "sweep", Said(f"{count:,} lanes"), allowed)
+
+
 def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions, dict[str, object]]:
     """Blocks, ground motions, and the columns of both in the table of inputs."""
     stacked = values.case.tables.stacked
     blocks = stack_lanes(values) if stacked else _blocks(values, in_space=in_space)
-    columns = stack_columns(blocks) if stacked else _block_columns(blocks)
     if in_space:
         blocks = spatial_lanes(values, blocks)
+    columns = stack_columns(blocks) if stacked else _block_columns(blocks)
+    if isinstance(blocks, SpatialLanes):
         columns |= spatial_columns(blocks)
     motions, more = lane_motions(values, blocks)
     return blocks, motions, columns | more
@@ -160,10 +190,12 @@ def _blocks(values: LaneValues, *, in_space: bool) -> Lanes:
     angle = np.arctan2(width, height)
     rotation_start = np.zeros_like(width)
     if values.given("start.rotation_ratio"):
-        rotation_start = angle * values.numbers("start.rotation_ratio")
+        aside = optional(values, "block.centre_offset_x") if in_space else 0.0
+        nearer = np.arctan2(width - 2.0 * np.abs(aside), height)
+        rotation_start = nearer * values.numbers("start.rotation_ratio")
     elif values.given("start.rotation"):
         rotation_start = values.numbers("start.rotation")
-        beyond = np.abs(rotation_start) >= angle
+        beyond = (np.abs(rotation_start) >= angle) & (not in_space)
         if beyond.any():
             limit = np.rad2deg(angle[int(np.argmax(beyond))])
             allowed = f"must be less than the block's slenderness angle, {limit:.6g} deg"
@@ -172,13 +204,6 @@ def _blocks(values: LaneValues, *, in_space: bool) -> Lanes:
         restitution = values.numbers("contact.angular_restitution")
     else:
         restitution = rocking.angular_restitution(angle)
-        # Only the plane of rocking follows it.
-        values.refuse(
-            (restitution <= 0.0) & (not in_space),
-            "block.width",
-            "must be less than 1.41 times block.height: a wider block keeps no angular velocity "
-            "at an impact (give contact.angular_restitution to run it all the same)",
-        )
     return Lanes(
         width=width,
         height=height,
@@ -217,7 +242,7 @@ def _refuse_labels(case: Case, columns: Mapping[str, object]) -> None:
         for block in range(1, case.tables.block_count + 1)
     }
     for label in case.labels:
-        if label in {"lane", *CELL_COLUMNS, *columns} | results:
+        if label in {"lane", UNDECIDED, *CELL_COLUMNS, *columns} | results:
             allowed = "must not be the name of an input or of a result"
             raise InputError(case.file, f"sweep.{LABEL}{label}", label, allowed)
 

@@ -16,6 +16,10 @@ import tempfile
 from collections.abc import Iterator
 
 from warprock.errors import InputError
+from warprock.reading import reason
+
+RESULTS = (".csv", ".json", ".md", ".parquet", ".png")
+"""How the names of results end."""
 
 
 def require_writable(folder: pathlib.Path, source: str = "--output") -> None:
@@ -33,8 +37,33 @@ def require_writable(folder: pathlib.Path, source: str = "--output") -> None:
             raise InputError(source, "", str(folder), f"{allowed}; {nearest} is no folder")
         with tempfile.TemporaryFile(dir=nearest):
             pass
+        in_the_way = [each for each in _files_of(folder) if each.is_dir()]
     except OSError as error:
-        raise InputError(source, "", str(folder), f"{allowed}; {error.strerror}") from error
+        raise InputError(source, "", str(folder), f"{allowed}; {reason(error)}") from error
+    if in_the_way:
+        allowed = f"must not hold a folder named {min(in_the_way).name}, which is a file's name"
+        raise InputError(source, "", str(folder), allowed)
+
+
+def require_writable_file(file: pathlib.Path, source: str = "--output") -> None:
+    """Refuses a file that results cannot be written to, leaving nothing behind.
+
+    Raises:
+        InputError: It is a folder, or in no folder that can be written to.
+    """
+    try:
+        if file.is_dir():
+            raise InputError(source, "", str(file), "must be a file to write, not a folder")
+    except OSError as error:
+        allowed = f"must be a file to write; {reason(error)}"
+        raise InputError(source, "", str(file), allowed) from error
+    require_writable(file.absolute().parent, source)
+
+
+def _files_of(folder: pathlib.Path) -> Iterator[pathlib.Path]:
+    """What has the name of a result in a folder, be it a file or not."""
+    if folder.is_dir():
+        yield from (path for path in folder.iterdir() if path.suffix in RESULTS)
 
 
 def _is_there(path: pathlib.Path) -> bool:

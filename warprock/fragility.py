@@ -1,18 +1,21 @@
 """Fragility of blocks from the lane table of a run or of a sweep.
 
-The demand is the largest |rotation| / slenderness angle of a lane, of a stack the largest of its
-blocks; a block that overturned has reached every limit state. Lanes whose status says that their
-numbers cannot be used are left out and counted. Rocking is not monotonic in the intensity: a block
-may stand at a stronger motion than the one that overturned it, so lanes are counted at the
-intensity at which they ran, never from the first exceedance on.
+The demand is the largest |rotation| / slenderness angle of a lane, or its largest slide, of a stack
+the largest of its blocks; a block that overturned has reached every limit state. Rocking is not
+monotonic in the intensity: a block may stand at a stronger motion than the one that overturned it,
+so lanes are counted at the intensity at which they ran, never from the first exceedance on.
+
+Which lanes count (`RULE`): one whose status says that it has no numbers is left out and counted by
+its status. One whose numbers leave open whether it reached a limit state (`fragility_limits`) is in
+doubt; it counts as half a lane that did and half a lane that did not, and bands reach around those
+of the two fits in which all lanes in doubt did, or none. Leaving them out would take away lanes
+near the limit, and with them the dispersion. Where both together are more than a stated share of
+the lanes there is no fit, for they are not a random part of them.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import math
-import pathlib
-import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -20,45 +23,36 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.errors import InputError
-from warprock.fragility_fit import Bootstrap, Fit, Observations, bootstrap, fit_lognormal, observe
-from warprock.fragility_groups import (
-    LEAST_RECORDS,
-    fit_columns,
-    group_text,
-    lane_groups,
-    record_numbers,
+from warprock.fragility_bands import FEW_RECORDS, LEAST_RECORDS, Band
+from warprock.fragility_fit import Fit, Observations, fit_lognormal, fragility_band, observe
+from warprock.fragility_groups import fit_columns, group_text, lane_groups, record_numbers
+from warprock.fragility_limits import (
+    Limit,
+    in_doubt,
+    ratio_errors,
+    reached,
+    require_slides,
+    slide_errors,
 )
+from warprock.fragility_table import require_lane_table
 from warprock.response import USABLE
-from warprock.store import LANE_TABLE
 
 Array = npt.NDArray[np.float64]
-
-UPLIFT, OVERTURNING = "uplift", "overturning"
-DEFAULT_LIMITS = (UPLIFT, "0.15", "0.35", OVERTURNING)
-"""Limit states of a block: it has lifted, its peak rotation / slenderness angle, it has fallen."""
 
 INTENSITY = "peak_acceleration_m_s2"
 """Intensity measure where none is asked for: the peak ground acceleration."""
 
-_PEAK_RATIO = re.compile(r"peak_rotation_ratio(_[1-9])?$")
+MOST_DOUBT = 0.2
+"""Share of the lanes left out or in doubt above which there is no fit, unless asked for."""
 
+RULE = (
+    "a lane without usable numbers is left out; one whose numbers leave a limit state in doubt "
+    "counts as half a lane that reached it and half one that did not, and bands reach around those "
+    "of both extremes"
+)
+"""The rule in a sentence."""
 
-@dataclasses.dataclass(frozen=True)
-class Limit:
-    """A limit state.
-
-    Attributes:
-        name: As asked for: uplift, overturning, or the ratio.
-        ratio: Peak rotation / slenderness angle that reaches it; None for the two others.
-    """
-
-    name: str
-    ratio: float | None = None
-
-    @property
-    def text(self) -> str:
-        """The limit state in words."""
-        return self.name if self.ratio is None else f"rotation ratio {self.name}"
+_USABLE = [status.name.lower() for status in USABLE]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -70,66 +64,25 @@ class Curve:
         limit: The limit state.
         seen: The lanes, by record and intensity.
         fit: The fragility function, or why there is none.
-        resampled: Fits of resampled records; None without a fit or with too few records.
-        left_out: Lanes of the group whose status keeps them out.
+        band: Its band over records; None without a fit or with too few records.
+        in_doubt: Lanes that the limit state is in doubt of.
+        extremes: The fits in which all lanes in doubt reached it, and in which none did.
+        left_out: Lanes of the group that are left out, by status.
     """
 
     group: dict[str, object]
     limit: Limit
     seen: Observations
     fit: Fit
-    resampled: Bootstrap | None
-    left_out: int
+    band: Band | None
+    in_doubt: int
+    extremes: tuple[Fit, Fit]
+    left_out: dict[str, int]
 
     @property
     def group_text(self) -> str:
         """The group in words; empty where there is only one."""
         return group_text(self.group)
-
-
-def read_limits(texts: Sequence[str]) -> list[Limit]:
-    """Limit states as they were asked for.
-
-    Raises:
-        InputError: One that is none, or asked for twice.
-    """
-    limits: list[Limit] = []
-    for text in texts:
-        name = text.strip().lower()
-        limit = Limit(name)
-        if name not in (UPLIFT, OVERTURNING):
-            try:
-                ratio = float(name)
-            except ValueError:
-                ratio = math.nan
-            if not 0.0 < ratio < 100.0:
-                allowed = (
-                    f"must be {UPLIFT}, {OVERTURNING} or a peak rotation / slenderness angle above "
-                    "0 and below 100"
-                )
-                raise InputError("--limit", "", text, allowed)
-            limit = Limit(name, ratio)
-        if limit in limits:
-            raise InputError("--limit", "", text, "must be asked for once")
-        limits.append(limit)
-    return limits
-
-
-def read_lanes(path: pathlib.Path) -> pd.DataFrame:
-    """A lane table, from its Parquet file or from the folder of a run or of a sweep.
-
-    Raises:
-        InputError: There is no such file, or it cannot be read.
-    """
-    file = path / LANE_TABLE if path.is_dir() else path
-    if not file.is_file():
-        allowed = f"must be a Parquet file, or a folder that holds {LANE_TABLE}"
-        raise InputError("TABLE", "", str(path), allowed)
-    try:
-        return pd.read_parquet(file)
-    except (OSError, ValueError) as error:
-        first = str(error).splitlines()[0]
-        raise InputError("TABLE", "", str(file), f"must be a Parquet file: {first}") from None
 
 
 def fragility_curves(
@@ -139,8 +92,7 @@ def fragility_curves(
     intensity: str = INTENSITY,
     limits: Sequence[Limit],
     by: Sequence[str] = (),
-    samples: int = 1000,
-    seed: int = 1,
+    most_doubt: float = MOST_DOUBT,
 ) -> list[Curve]:
     """Fragility functions of every group and limit state.
 
@@ -150,81 +102,128 @@ def fragility_curves(
         intensity: Column of the intensity measure.
         limits: Limit states.
         by: Columns that make groups of lanes: each combination of their values is one.
-        samples: Bootstrap samples over the records.
-        seed: Seed of the samples.
+        most_doubt: Share of a group's lanes that may be left out or in doubt.
 
     Returns:
         The groups in the order of the table, each with its limit states in the order given.
 
     Raises:
-        InputError: A column that the table does not have, an intensity that is not above zero, or
-            a group without a lane that can be used.
+        InputError: A column that the table does not have, an intensity that is not above zero, a
+            group without a lane that can be used, or too many that cannot or are in doubt.
     """
-    _require_columns(table, source, intensity, by)
+    require_lane_table(table, source, intensity, by)
+    require_slides(table, source, limits)
     curves = []
     for group, rows in lane_groups(table, by):
         lanes = table.iloc[rows]
-        usable = lanes[lanes["status"].isin([s.name.lower() for s in USABLE])]
+        usable = lanes[lanes["status"].isin(_USABLE)]
+        text = group_text(group) or "all lanes"
         if usable.empty:
-            text = group_text(group) or "all lanes"
             raise InputError(source, "status", text, "must have a lane whose numbers can be used")
         for limit in limits:
-            seen = observe(
-                usable[intensity].to_numpy(dtype=np.float64),
-                _reached(usable, limit),
-                record_numbers(usable),
-            )
-            fit = fit_lognormal(seen)
-            enough = seen.cluster_count >= LEAST_RECORDS and math.isfinite(fit.median)
-            drawn = bootstrap(seen, samples, seed) if enough and fit.dispersion > 0.0 else None
-            curves.append(Curve(group, limit, seen, fit, drawn, len(lanes) - len(usable)))
+            curve = _curve(group, lanes, usable, limit, intensity)
+            bad = curve.in_doubt + sum(curve.left_out.values())
+            if bad > most_doubt * len(lanes):
+                raise _too_many(curve, lanes, usable, source, most_doubt, bad)
+            curves.append(curve)
     return curves
 
 
-def _require_columns(table: pd.DataFrame, source: str, intensity: str, by: Sequence[str]) -> None:
-    """Refuses a table that is no lane table, and columns that it does not have."""
-    numbers = [str(name) for name in table.select_dtypes("number").columns]
-    for option, names, known in (
-        ("--by", by, [str(name) for name in table.columns]),
-        ("--im", [intensity], numbers),
+def _curve(
+    group: dict[str, object],
+    lanes: pd.DataFrame,
+    usable: pd.DataFrame,
+    limit: Limit,
+    intensity: str,
+) -> Curve:
+    """One limit state of a group: its lanes, and those of them that can be used."""
+    at = usable[intensity].to_numpy(dtype=np.float64)
+    record = record_numbers(usable)
+    hit, doubt = reached(usable, limit), in_doubt(usable, limit)
+    # In doubt half, or all or nothing.
+    seen, most, least = (
+        observe(at, np.where(doubt, part, hit.astype(np.float64)), record)
+        for part in (0.5, 1.0, 0.0)
+    )
+    fits = [fit_lognormal(each) for each in (seen, most, least)]
+    band = None
+    if seen.cluster_count >= LEAST_RECORDS and fits[0].dispersion > 0.0:
+        band = fragility_band(seen, fits[0])
+        if doubt.any():
+            others = [
+                fragility_band(each, fit)
+                for each, fit in zip((most, least), fits[1:], strict=True)
+                if fit.dispersion > 0.0
+            ]
+            band = dataclasses.replace(band, others=tuple(others))
+    left = lanes["status"][~lanes["status"].isin(_USABLE)].astype(str).value_counts()
+    left_out = {str(name): int(count) for name, count in left.items() if count}
+    return Curve(group, limit, seen, fits[0], band, int(doubt.sum()), (fits[1], fits[2]), left_out)
+
+
+def _too_many(
+    curve: Curve,
+    lanes: pd.DataFrame,
+    usable: pd.DataFrame,
+    source: str,
+    most_doubt: float,
+    bad: int,
+) -> InputError:
+    """Why there is no fit: how many lanes, of which statuses, and what to do."""
+    doubted = usable["status"][in_doubt(usable, curve.limit)].astype(str).value_counts()
+    counts = {str(name): int(count) for name, count in doubted.items() if count}
+    parts = [f"in doubt: {_counted(counts)}"] if counts else []
+    parts += [f"left out: {_counted(curve.left_out)}"] if curve.left_out else []
+    where = f" of {curve.group_text}" if curve.group else ""
+    got = f"{bad} of {len(lanes)} lanes{where} ({'; '.join(parts)})"
+    allowed = (
+        f"must be at most {100.0 * most_doubt:g} % for limit state {curve.limit.name}: run them "
+        "at a smaller step, or with an engine that holds there; --max-doubt 1 takes them all"
+    )
+    return InputError(source, "status", got, allowed)
+
+
+def _counted(counts: dict[str, int]) -> str:
+    """Statuses and how many lanes have them, in words."""
+    return ", ".join(f"{name} {count:,}" for name, count in counts.items())
+
+
+def warnings(table: pd.DataFrame, curves: Sequence[Curve]) -> list[str]:
+    """What is to be known of the curves of a table before they are used; may be empty."""
+    found = []
+    if not np.isfinite(ratio_errors(table)).any():
+        found.append(
+            "the table has no estimate of errors, so that nobody looked whether its lanes have "
+            "converged (housner and two-block need none)"
+        )
+    elif (
+        any(c.limit.slide is not None for c in curves)
+        and not np.isfinite(slide_errors(table)).any()
     ):
-        for name in names:
-            if name not in known:
-                raise InputError(option, "", name, f"must be a column of {source}: {_list(known)}")
-    for name in ("status", "outcome", "uplift_time_s"):
-        if name not in table:
-            raise InputError(source, name, "nothing", "must be a column: this is no lane table")
-    values = table[intensity].to_numpy(dtype=np.float64)
-    bad = ~(np.isfinite(values) & (values > 0.0))
-    if bad.any():
-        at = int(np.argmax(bad))
-        allowed = f"must be above 0 in every lane (row {at}): it is the intensity measure"
-        raise InputError(source, intensity, float(values[at]), allowed)
-
-
-def _list(names: Sequence[str]) -> str:
-    return ", ".join(names)
-
-
-def _reached(lanes: pd.DataFrame, limit: Limit) -> npt.NDArray[np.bool_]:
-    """Whether every lane reached a limit state, shape [lane]."""
-    fell = np.asarray(lanes["outcome"].isin(["overturned", "slid_off"]), dtype=np.bool_)
-    if limit.name == OVERTURNING:
-        return np.asarray(lanes["outcome"] == "overturned", dtype=np.bool_)
-    if limit.ratio is None:
-        return np.asarray(np.isfinite(lanes["uplift_time_s"]) | fell, dtype=np.bool_)
-    names = [str(name) for name in lanes.columns if _PEAK_RATIO.match(str(name))]
-    peak = lanes[names].to_numpy(dtype=np.float64).max(axis=1)
-    return np.asarray((peak >= limit.ratio) | fell, dtype=np.bool_)
+        found.append("the table has no estimate of the error of the slide")
+    if any(c.limit.slide is not None and not c.seen.reached.any() for c in curves):
+        found.append("no lane reached a limit on the slide: housner and two-block do not slide")
+    fewest = min(curve.seen.cluster_count for curve in curves)
+    if fewest < LEAST_RECORDS:
+        found.append(f"{fewest} records: no band over fewer than {LEAST_RECORDS} records")
+    elif fewest < FEW_RECORDS:
+        found.append(
+            f"{fewest} records: from fewer than {FEW_RECORDS} neither a dispersion nor its band "
+            "is to be relied upon"
+        )
+    return found
 
 
 def curve_rows(curves: Sequence[Curve]) -> pd.DataFrame:
     """One row a curve: its group, what was counted, the fit and its band over records.
 
     Returns:
-        The group's columns, then `limit_state`, `lanes`, `left_out`, `records`, `reached`,
-        `verdict`, `median`, `dispersion` and their 5th and 95th percentiles, and for data that
-        one intensity parts (or that all or none reached) `none_up_to` and `all_from`.
+        The group's columns, then `limit_state`, `lanes` (that count), `left_out`, their statuses
+        `left_out_as`, `in_doubt`, `records`, `reached` (lanes in doubt count half), `verdict`,
+        `median`, `dispersion`, their 5th and 95th percentiles, what is to be said of that `band`,
+        for data that one intensity parts (or that all or none reached) `none_up_to` and
+        `all_from`, and the fits in which all lanes in doubt reached the limit state (`_if_reached`)
+        and in which none did (`_if_not`).
     """
     rows = []
     for curve in curves:
@@ -233,13 +232,25 @@ def curve_rows(curves: Sequence[Curve]) -> pd.DataFrame:
                 **curve.group,
                 "limit_state": curve.limit.name,
                 "lanes": int(curve.seen.count.sum()),
-                "left_out": curve.left_out,
+                "left_out": sum(curve.left_out.values()),
+                "left_out_as": _counted(curve.left_out),
+                "in_doubt": curve.in_doubt,
                 "records": curve.seen.cluster_count,
-                "reached": int(curve.seen.reached.sum()),
-                **fit_columns(curve.fit, curve.resampled),
+                "reached": _whole(float(curve.seen.reached.sum())),
+                **fit_columns(curve.fit, curve.band),
+                **{
+                    f"{name}_{end}": getattr(fit, name)
+                    for end, fit in zip(("if_reached", "if_not"), curve.extremes, strict=True)
+                    for name in ("median", "dispersion")
+                },
             }
         )
     return pd.DataFrame(rows)
+
+
+def _whole(count: float) -> int | float:
+    """A count of lanes, an integer unless half a lane is in it."""
+    return int(count) if count == int(count) else count
 
 
 def component_rows(curves: Sequence[Curve], intensity: str) -> pd.DataFrame:

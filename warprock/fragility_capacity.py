@@ -14,7 +14,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from warprock.fragility_fit import Bootstrap, Fit, Verdict
+from warprock.fragility_bands import Band, band_of, without_one
+from warprock.fragility_fit import Fit, Verdict
 
 Array = npt.NDArray[np.float64]
 
@@ -25,7 +26,7 @@ _CONVERGED = 1e-12
 _MOST_DISPERSION = 1e3
 """Dispersions above this are none: 68 % of all capacities would lie within 870 decades."""
 _AT_ONCE = 4_000_000
-"""Numbers in the arrays of a bootstrap, at most."""
+"""Numbers in the arrays of several fits, at most."""
 
 
 def fit_capacities(low: Array, high: Array) -> Fit:
@@ -57,32 +58,33 @@ def fit_capacities(low: Array, high: Array) -> Fit:
     return Fit(Verdict.FITTED, float(median[0]), float(dispersion[0]))
 
 
-def bootstrap_capacities(
-    low: Array, high: Array, record: npt.NDArray[np.intp], samples: int, seed: int
-) -> Bootstrap:
-    """Fits of records drawn with replacement, all lanes of a record together.
+def capacity_band(low: Array, high: Array, record: npt.NDArray[np.intp], fit: Fit) -> Band:
+    """The band over records of a fit, all lanes of a record together.
 
     Args:
         low: As in `fit_capacities`.
         high: As in `fit_capacities`.
         record: Number of each lane's record, from 0, shape [lane].
-        samples: Samples to draw.
-        seed: Seed of the draw.
+        fit: The fit to all of them, which has a dispersion above 0.
     """
     records = int(record.max()) + 1
-    rng = np.random.default_rng(seed)
-    weights = rng.multinomial(records, np.full(records, 1.0 / records), size=samples)[:, record]
-    drawn = weights > 0
-    last_low = np.where(drawn, low, 0.0).max(axis=1)
-    first_high = np.where(drawn, high, np.inf).min(axis=1)
-    weights = weights[last_low >= first_high].astype(np.float64)
+    weights = without_one(records)[:, record]
+    drawn = weights > 0.0
+    parted = np.where(drawn, low, 0.0).max(axis=1) < np.where(drawn, high, np.inf).min(axis=1)
+    medians, dispersions, da, db = np.full((4, len(weights)), np.nan)
+    with np.errstate(divide="ignore"):
+        ends = np.log(low), np.log(high)
+    b = np.full(len(weights), 1.0 / fit.dispersion)
+    a = -np.log(fit.median) * b
     size = max(1, _AT_ONCE // len(low))
-    parts = [_maximise(low, high, weights[at : at + size]) for at in range(0, len(weights), size)]
-    median, dispersion = (
-        np.concatenate([np.empty(0), *(part[k] for part in parts)]) for k in (0, 1)
-    )
-    rising = _sound(median, dispersion)
-    return Bootstrap(median[rising], dispersion[rising], samples)
+    for at in range(0, len(weights), size):
+        part = np.arange(at, min(at + size, len(weights)))
+        da[part], db[part] = _newton_step(a[part], b[part], *ends, weights[part])
+        some = part[~parted[part]]
+        if len(some):
+            medians[some], dispersions[some] = _maximise(low, high, weights[some])
+    dispersions = np.where(_sound(medians, dispersions), dispersions, np.nan)
+    return band_of(fit.median, fit.dispersion, records, (medians, dispersions), (da, db))
 
 
 def _sound(median: Array, dispersion: Array) -> npt.NDArray[np.bool_]:

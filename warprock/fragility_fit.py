@@ -18,6 +18,8 @@ import enum
 import numpy as np
 import numpy.typing as npt
 
+from warprock.fragility_bands import Band, band_of, without_one
+
 Array = npt.NDArray[np.float64]
 
 _SWEEPS = 60
@@ -25,9 +27,7 @@ _SWEEPS = 60
 _CONVERGED = 1e-13
 """Largest change of (a, b) in the last step, relative to their size."""
 _AT_ONCE = 4_000_000
-"""Numbers in the arrays of a bootstrap, at most."""
-BAND = (5.0, 95.0)
-"""Percentiles that bound the bands."""
+"""Numbers in the arrays of several fits, at most."""
 
 
 class Verdict(enum.StrEnum):
@@ -46,7 +46,7 @@ class Observations:
 
     Attributes:
         intensity: Intensity measure, > 0, shape [row].
-        reached: Lanes of the row that reached the limit state, shape [row].
+        reached: Lanes of the row that reached the limit state, shape [row]; one in doubt is half.
         count: Lanes of the row, shape [row].
         cluster: Number of the record that the row belongs to, shape [row].
     """
@@ -89,13 +89,14 @@ class Fit:
 
 
 def observe(
-    intensity: Array, reached: npt.NDArray[np.bool_], record: npt.NDArray[np.intp]
+    intensity: Array, reached: npt.NDArray[np.bool_] | Array, record: npt.NDArray[np.intp]
 ) -> Observations:
     """Lanes gathered by record and intensity.
 
     Args:
         intensity: Of every lane, > 0, shape [lane].
-        reached: Whether the limit state was reached, shape [lane].
+        reached: Whether the limit state was reached, or the part of a lane that counts as one that
+            did, shape [lane].
         record: Number of each lane's record, shape [lane].
 
     Raises:
@@ -133,61 +134,31 @@ def fit_lognormal(seen: Observations) -> Fit:
     return Fit(verdict, low=low, high=high)
 
 
-@dataclasses.dataclass(frozen=True)
-class Bootstrap:
-    """Fits of resampled records.
-
-    Attributes:
-        median: Medians of the samples that have a fit, shape [sample].
-        dispersion: Their dispersions, shape [sample].
-        asked: Samples drawn; fewer have a fit.
-    """
-
-    median: Array
-    dispersion: Array
-    asked: int
-
-    def interval(self, name: str) -> tuple[float, float]:
-        """Percentiles `BAND` of `median` or `dispersion`; NaN where fewer than half have a fit."""
-        values = getattr(self, name)
-        if 2 * len(values) < self.asked:
-            return np.nan, np.nan
-        low, high = np.percentile(values, BAND)
-        return float(low), float(high)
-
-    def band(self, intensity: Array) -> tuple[Array, Array]:
-        """Percentiles `BAND` of the probability at some intensities, shape of `intensity`."""
-        from scipy.special import ndtr
-
-        turned = np.log(intensity[:, None] / self.median) / self.dispersion
-        low, high = np.percentile(ndtr(turned), BAND, axis=1)
-        return low, high
-
-
-def bootstrap(seen: Observations, samples: int, seed: int) -> Bootstrap:
-    """Fits of records drawn with replacement, all lanes of a record together.
-
-    Lanes of one record are alike, so lanes drawn one by one would make the band too narrow
-    (Davison and Hinkley 1997, *Bootstrap Methods*, section 3.8).
+def fragility_band(seen: Observations, fit: Fit) -> Band:
+    """The band over records of a fit, all lanes of a record together.
 
     Args:
-        seen: The lanes.
-        samples: Samples to draw.
-        seed: Seed of the draw.
+        seen: The lanes, under two records or more.
+        fit: The fit to all of them, which has a dispersion above 0.
     """
-    clusters = seen.cluster_count
-    rng = np.random.default_rng(seed)
-    even = np.full(clusters, 1.0 / clusters)
-    weights = rng.multinomial(clusters, even, size=samples).astype(np.float64)
-    verdicts = _verdicts(seen, weights)
-    weights = weights[[v is Verdict.FITTED for v in verdicts]]
-    size = max(1, _AT_ONCE // len(seen.intensity))
-    parts = [_maximise(seen, weights[at : at + size]) for at in range(0, len(weights), size)]
-    median, dispersion = (
-        np.concatenate([np.empty(0), *(part[k] for part in parts)]) for k in (0, 1)
-    )
-    rising = np.isfinite(median) & (dispersion > 0.0)
-    return Bootstrap(median[rising], dispersion[rising], samples)
+    weights = without_one(seen.cluster_count)
+    medians, dispersions, da, db = np.full((4, len(weights)), np.nan)
+    fitted = np.array([v is Verdict.FITTED for v in _verdicts(seen, weights)])
+    x = np.log(seen.intensity)
+    a, b = np.full((2, len(weights)), 1.0 / fit.dispersion)
+    a = -np.log(fit.median) * b
+    size = max(1, _AT_ONCE // len(x))
+    for chosen, found in ((fitted, True), (~fitted, False)):
+        rows = np.flatnonzero(chosen)
+        for part in (rows[at : at + size] for at in range(0, len(rows), size)):
+            if found:
+                medians[part], dispersions[part] = _maximise(seen, weights[part])
+                continue
+            w = weights[part][:, seen.cluster]
+            hits, misses = w * seen.reached, w * (seen.count - seen.reached)
+            da[part], db[part] = _newton_step(a[part], b[part], x, hits, misses)
+    found_fits = (medians, dispersions)
+    return band_of(fit.median, fit.dispersion, seen.cluster_count, found_fits, (da, db))
 
 
 def _verdicts(seen: Observations, weights: Array) -> list[Verdict]:
@@ -292,4 +263,5 @@ def _newton_step(a: Array, b: Array, x: Array, hits: Array, misses: Array) -> tu
     g0, g1 = slope.sum(axis=1), (slope * x).sum(axis=1)
     h00, h01, h11 = bend.sum(axis=1), (bend * x).sum(axis=1), (bend * x * x).sum(axis=1)
     determinant = h00 * h11 - h01 * h01
-    return (h11 * g0 - h01 * g1) / determinant, (h00 * g1 - h01 * g0) / determinant
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return (h11 * g0 - h01 * g1) / determinant, (h00 * g1 - h01 * g0) / determinant

@@ -9,12 +9,11 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.errors import InputError
-from warprock.fragility_fit import Bootstrap, Fit
+from warprock.fragility_bands import LEAST_RECORDS, Band
+from warprock.fragility_fit import Fit
 
 RECORD = "record"
 """Column that says which lanes belong to one record."""
-LEAST_RECORDS = 5
-"""Records below which a band over them would say nothing."""
 MOST_GROUPS = 1000
 """Groups at most; more is a column of numbers that no two lanes share."""
 
@@ -61,20 +60,25 @@ def record_numbers(table: pd.DataFrame) -> npt.NDArray[np.intp]:
     return np.asarray(pd.factorize(table[RECORD])[0], dtype=np.intp)
 
 
-def fit_columns(fit: Fit, resampled: Bootstrap | None) -> dict[str, object]:
-    """Columns of a fit: its verdict and numbers, their band over records, what parts the data."""
+def fit_columns(fit: Fit, band: Band | None) -> dict[str, object]:
+    """Columns of a fit: its verdict and numbers, their band over records, what parts the data.
+
+    `band` says what is to be known of the band: that records are few, or why there is none.
+    """
     bands = {
         f"{name}_{end}": value
         for name in ("median", "dispersion")
         for end, value in zip(
-            ("p05", "p95"), resampled.interval(name) if resampled else (np.nan, np.nan), strict=True
+            ("p05", "p95"), band.interval(name) if band else (np.nan, np.nan), strict=True
         )
     }
+    none = f"none: fewer than {LEAST_RECORDS} records" if fit.dispersion > 0.0 else "none: no fit"
     return {
         "verdict": fit.verdict.value,
         "median": fit.median,
         "dispersion": fit.dispersion,
         **bands,
+        "band": none if band is None else band.text,
         "none_up_to": fit.low,
         "all_from": fit.high,
     }

@@ -35,9 +35,11 @@ from warprock.case_keys import Said
 from warprock.errors import InputError
 from warprock.expansion import LaneSet, expand_lanes
 from warprock.files import replacing, require_writable
+from warprock.machine import require_workers
 from warprock.motion import scaled
+from warprock.reading import require_plain
 from warprock.response import USABLE, Outcome, Response, SampleTimes, Status
-from warprock.runner import require_workers, run_lane_set
+from warprock.runner import run_lane_set
 from warprock.store import count_words
 from warprock.sweep_plan import PLAN, Plan, make_plan, read_plan, write_plan
 from warprock.tolerance import TOLERANCE
@@ -374,8 +376,10 @@ def _read_stage(
     """
     path = _stage_path(folder, stage)
     try:
+        require_plain(path)
         table = pq.read_table(path)
-        footer: Mapping[str, Any] = json.loads((table.schema.metadata or {}).get(FOOTER, b"{}"))
+        footer: Any = json.loads((table.schema.metadata or {}).get(FOOTER, b"{}"))
+        footer = footer if isinstance(footer, Mapping) else {}
         runs: pd.DataFrame = table.to_pandas()
     except FileNotFoundError:
         return None
@@ -383,7 +387,9 @@ def _read_stage(
         return None
     same = footer.get("plan") == plan.id and footer.get("stage") == stage
     if not same or not (
-        np.array_equal(runs["lane"], lanes) and np.array_equal(runs["factor"], factors)
+        {"lane", "factor", "outcome", "status", "peak_rotation_ratio"} <= set(runs)
+        and np.array_equal(runs["lane"], lanes)
+        and np.array_equal(runs["factor"], factors)
     ):
         got = Said(f"stage {footer.get('stage')} of {str(footer.get('plan'))[:12]}")
         allowed = f"must be stage {stage} of the plan {plan.id[:12]}: delete it, or use another -o"

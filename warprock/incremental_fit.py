@@ -10,21 +10,22 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.case import Case
-from warprock.errors import InputError
+from warprock.errors import InputError, listed
 from warprock.expansion import expand_lanes
 from warprock.fragility import INTENSITY
-from warprock.fragility_capacity import bootstrap_capacities, fit_capacities
-from warprock.fragility_fit import Bootstrap, Fit
+from warprock.fragility_bands import LEAST_RECORDS, Band
+from warprock.fragility_capacity import capacity_band, fit_capacities
+from warprock.fragility_fit import Fit
 from warprock.fragility_groups import (
-    LEAST_RECORDS,
     fit_columns,
     group_text,
     lane_groups,
     record_numbers,
 )
 from warprock.incremental import FALLEN, Analysis, Verdict
-from warprock.response import USABLE
+from warprock.response import USABLE, Outcome, Response, Status
 from warprock.store import input_meaning
+from warprock.undecided import undecided
 
 Array = npt.NDArray[np.float64]
 
@@ -54,7 +55,7 @@ class Capacities:
         resurrections: Runs of each above its first fall in which it stood, shape [lane].
         records: Records among them.
         fit: The lognormal distribution, or why there is none.
-        resampled: Fits of resampled records; None without a fit or with too few records.
+        band: Its band over records; None without a fit or with too few records.
         left_out: Lanes of the group without any usable run.
     """
 
@@ -66,7 +67,7 @@ class Capacities:
     resurrections: npt.NDArray[np.intp]
     records: int
     fit: Fit
-    resampled: Bootstrap | None
+    band: Band | None
     left_out: int
 
     @property
@@ -110,21 +111,17 @@ def _require(inputs: pd.DataFrame, intensity: str, by: Sequence[str]) -> None:
         raise InputError("--im", "", intensity, allowed)
     for name in by:
         if name not in inputs:
-            columns = ", ".join(map(str, inputs.columns))
+            columns = listed(name, map(str, inputs.columns))
             raise InputError("--by", "", name, f"must be an input of the lanes: {columns}")
 
 
-def capacities(
-    found: Analysis, *, intensity: str, by: Sequence[str], samples: int, seed: int
-) -> list[Capacities]:
+def capacities(found: Analysis, *, intensity: str, by: Sequence[str]) -> list[Capacities]:
     """Capacities of every group of lanes, in the order of the lanes.
 
     Args:
         found: The analysis.
         intensity: One of `INTENSITIES`.
         by: Input columns that make groups.
-        samples: Bootstrap samples over the records.
-        seed: Seed of the samples.
 
     Raises:
         InputError: A column that the lanes do not have.
@@ -146,7 +143,7 @@ def capacities(
         records = int(record.max()) + 1
         fit, drawn = fit_capacities(low, high), None
         if records >= LEAST_RECORDS and fit.dispersion > 0.0:
-            drawn = bootstrap_capacities(low, high, record, samples, seed)
+            drawn = capacity_band(low, high, record, fit)
         made.append(
             Capacities(
                 group=group,
@@ -157,7 +154,7 @@ def capacities(
                 resurrections=known["resurrections"].to_numpy(dtype=np.intp)[mine],
                 records=records,
                 fit=fit,
-                resampled=drawn,
+                band=drawn,
                 left_out=len(lanes) - len(mine),
             )
         )
@@ -180,7 +177,7 @@ def capacity_rows(groups: Sequence[Capacities]) -> pd.DataFrame:
                 "overturned_at_once": counts[Verdict.BELOW.value],
                 "lanes_resurrected": int((each.resurrections > 0).sum()),
                 "resurrections": int(each.resurrections.sum()),
-                **fit_columns(each.fit, each.resampled),
+                **fit_columns(each.fit, each.band),
             }
         )
     return pd.DataFrame(rows)
@@ -199,6 +196,19 @@ def lane_rows(found: Analysis, intensity: str) -> pd.DataFrame:
     table.insert(0, "lane", np.arange(len(table)))
     table.attrs["columns"] = _meanings(table, set(inputs.columns) | {"lane"}, intensity)
     return table
+
+
+def undecided_runs(found: Analysis) -> int:
+    """Runs whose end left open if the block stands, see `undecided`; they count as standing."""
+    curves, lane_set = found.curves, found.lane_set
+    lanes = curves["lane"].to_numpy()
+    codes = {
+        "outcome": [Outcome[word.upper()] for word in curves["outcome"]],
+        "status": [Status[word.upper()] for word in curves["status"]],
+    }
+    response = Response("", {name: np.array(each) for name, each in codes.items()}, np.empty(0))
+    blocks, motions = lane_set.lanes.take(lanes), lane_set.motions.take(lanes)
+    return int(undecided(response, blocks, motions, lane_set.times.duration).sum())
 
 
 def run_rows(found: Analysis, intensity: str) -> pd.DataFrame:

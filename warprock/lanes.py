@@ -99,7 +99,8 @@ class SpatialLanes(Lanes):
     flat. Stacks start flat.
 
     A centre of mass beside the middle of the box moves the corners as seen from it; the moments of
-    inertia about it remain those of the uniform box.
+    inertia about it remain those of the uniform box. Slenderness angles are those of the weaker
+    side, to whose edge the centre of mass is nearer.
 
     Attributes:
         rotation_across_start: Rotation towards +y at the start [rad].
@@ -117,3 +118,13 @@ class SpatialLanes(Lanes):
     centre_offset_x: Array
     centre_offset_y: Array
     offset_across: Array
+
+    @property
+    def slenderness_angle(self) -> Array:
+        """Critical angle of every block about the nearer edge at the ends of its width [rad]."""
+        return np.arctan2(self.face_width - 2.0 * np.abs(self.centre_offset_x), self.height)
+
+    @property
+    def slenderness_angle_across(self) -> Array:
+        """The same about the nearer edge at the ends of its depth [rad]."""
+        return np.arctan2(self.face_depth - 2.0 * np.abs(self.centre_offset_y), self.height)

@@ -10,10 +10,13 @@ import pathlib
 import platform
 
 import warprock
+from warprock.errors import InputError
 
 CPU_INFO = pathlib.Path("/proc/cpuinfo")
 VECTOR_FLAGS = ("sse4_2", "neon", "asimd", "avx", "avx2", "fma", "avx512f", "avx512dq")
 """Instruction sets that decide how wide the packed kernels run, as Linux names them."""
+MOST_WORKERS = 1024
+"""Worker threads: more than any machine has cores."""
 
 
 def cpu_name() -> str:
@@ -32,6 +35,16 @@ def core_count() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def require_workers(workers: int | None) -> None:
+    """Refuses a number of worker threads that is out of bounds.
+
+    Raises:
+        InputError: It is.
+    """
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise InputError("--workers", "", workers, f"must be at least 1 and at most {MOST_WORKERS}")
 
 
 def package_versions(names: tuple[str, ...]) -> dict[str, str | None]:

@@ -25,9 +25,11 @@ from warprock.case import Case
 from warprock.case_keys import Said
 from warprock.errors import InputError
 from warprock.expansion import LaneSet, expand_lanes
-from warprock.motion import Control, Waveform
+from warprock.lanes import Lanes
+from warprock.motion import Control, GroundMotions, Waveform
 from warprock.response import USABLE, Outcome, Response
 from warprock.runner import CaseRun, require_options, run_case
+from warprock.undecided import undecided
 
 Array = npt.NDArray[np.float64]
 Codes = npt.NDArray[np.int8]
@@ -44,6 +46,7 @@ class Mode(enum.IntEnum):
     WITH_IMPACT = 1
     WITHOUT_IMPACT = 2
     NO_NUMBER = 3
+    UNDECIDED = 4
 
     @property
     def text(self) -> str:
@@ -51,11 +54,26 @@ class Mode(enum.IntEnum):
         return self.name.lower().replace("_", " ")
 
 
-def modes(response: Response) -> Codes:
-    """Mode of every lane by `Mode`, shape [lane]; no number where the status has none."""
+def modes(response: Response, lanes: Lanes, motions: GroundMotions, duration: float) -> Codes:
+    """Mode of every lane by `Mode`, shape [lane].
+
+    No number where the status has none; undecided where a block that has not fallen may yet do so
+    when its run ends, see `undecided`.
+
+    Args:
+        response: What became of the lanes.
+        lanes: Their blocks.
+        motions: Their ground motions.
+        duration: Of the run [s].
+    """
     fell = response["outcome"] == Outcome.OVERTURNED
     hit = response["impact_count"] > 0
-    found = np.select([fell & hit, fell], [Mode.WITH_IMPACT, Mode.WITHOUT_IMPACT], Mode.SAFE)
+    unknown = undecided(response, lanes, motions, duration)
+    found = np.select(
+        [fell & hit, fell, unknown],
+        [Mode.WITH_IMPACT, Mode.WITHOUT_IMPACT, Mode.UNDECIDED],
+        Mode.SAFE,
+    )
     usable = np.isin(response["status"], USABLE)
     return np.where(usable, found, Mode.NO_NUMBER).astype(np.int8)
 
@@ -99,7 +117,13 @@ class OverturningMap:
     @property
     def mode(self) -> Codes:
         """Modes of the grid, same shape."""
-        return modes(self.run.response)[self.lanes]
+        return self.lane_mode[self.lanes]
+
+    @property
+    def lane_mode(self) -> Codes:
+        """Mode of every lane of the grid, shape [lane]."""
+        found, duration = self.run.lane_set, self.run.lane_set.times.duration
+        return modes(self.run.response, found.lanes, found.motions, duration)
 
     def closed_form(self, group: int) -> tuple[str, Array] | None:
         """The strength from which a slender block falls without an impact, where there is a form.

@@ -22,7 +22,7 @@ from warprock.case import Case
 from warprock.errors import InputError
 from warprock.motion import scaled
 from warprock.overturning import Array, Codes, Mode, OverturningMap, modes, run_grid, strengths
-from warprock.response import Response, SampleTimes
+from warprock.response import SampleTimes
 
 TOLERANCE = 1e-4
 """Width of a boundary's bracket over its strength, where none is asked for."""
@@ -84,9 +84,8 @@ def refine(
         if not len(brackets.lane):
             break
         middle = 0.5 * (brackets.low + brackets.high)
-        response = _run_middles(found, brackets, middle)
+        given_up, brackets = _halved(brackets, middle, _middle_modes(found, brackets, middle))
         stages, lanes_run = stages + 1, lanes_run + len(middle)
-        given_up, brackets = _halved(brackets, middle, modes(response))
         ready.append(given_up)
         if progress is not None:
             progress(lanes_run)
@@ -100,19 +99,24 @@ def refine(
     )
 
 
-def _run_middles(found: OverturningMap, brackets: _Brackets, middle: Array) -> Response:
+def _middle_modes(found: OverturningMap, brackets: _Brackets, middle: Array) -> Codes:
+    """Modes of the lanes in the middle of some brackets, which are run."""
     run, lanes = found.run, brackets.lane
     factors = middle / strengths(run.lane_set)[lanes]
-    return run_batch(
+    blocks = run.lane_set.lanes.take(lanes)
+    motions = scaled(run.lane_set.motions.take(lanes), factors)
+    duration = run.lane_set.times.duration
+    response = run_batch(
         run.response.engine,
-        run.lane_set.lanes.take(lanes),
-        scaled(run.lane_set.motions.take(lanes), factors),
-        SampleTimes(run.lane_set.times.duration),
+        blocks,
+        motions,
+        SampleTimes(duration),
         settings=run.settings,
         precision=run.precision,
         device=run.device,
         workers=run.workers,
     )
+    return modes(response, blocks, motions, duration)
 
 
 def require_tolerance(tolerance: float) -> None:

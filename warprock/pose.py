@@ -36,8 +36,20 @@ def quaternion(rotation_vector: Array) -> Array:
     return np.concatenate([0.5 * np.sinc(half / np.pi) * rotation_vector, np.cos(half)], axis=-1)
 
 
+FALLS = 0.5
+"""Height of the top of a block's axis, as a part of its length, below which the block falls: it
+leans by more than 60 degrees."""
+
+
 def rotations(attitude: Array) -> tuple[Array, Array, Array]:
     """Rotation in the plane of rocking and across it, and yaw [rad], of attitudes [..., 4].
+
+    With the block's axis (x, y, z) the rotation is atan2(x, z) and the rotation across atan2(y, z).
+    These say nothing once z is zero. Of a block that falls, z < 1/2, they go over to the angles of
+    an axis that lies on the ground, atan2(x, |y|) and atan2(y, |x|): 90 degrees and 0 after a fall
+    along x, 0 and 90 after one across. In between they are atan2(x, sqrt(z^2 + (1 - 4 z^2) y^2))
+    and the same with x and y in each other's place; z < 0 counts as 0. In the plane y is zero and
+    nothing changes.
 
     NumPy 1.26 takes another arctan2, with other last bits, for components that lie apart in memory
     where its result happens to lie right behind them: so each is put together first.
@@ -47,7 +59,10 @@ def rotations(attitude: Array) -> tuple[Array, Array, Array]:
     about, real = np.ascontiguousarray(np.moveaxis(attitude[..., 2:], -1, 0))
     yaw = 2.0 * np.arctan2(about, real)
     yaw -= 2.0 * np.pi * np.round(yaw / (2.0 * np.pi))
-    return np.arctan2(x, z), np.arctan2(y, z), yaw
+    up = np.maximum(z, 0.0)
+    part = np.maximum(1.0 - (up / FALLS) ** 2, 0.0)
+    run_x, run_y = (np.where(part > 0.0, np.sqrt(up**2 + part * side**2), up) for side in (y, x))
+    return np.arctan2(x, run_x), np.arctan2(y, run_y), yaw
 
 
 def bottom_corners(lanes: SpatialLanes) -> Array:

@@ -71,6 +71,7 @@ ERROR_COLUMNS = (
     "peak_slide_mm",
     "holds",
     "why",
+    "friction_needed",
 )
 """Columns of `compare_with_housner` that the rows of an engine carry."""
 

@@ -21,7 +21,7 @@ from warprock.report.conflicts_stack import (
 )
 from warprock.report.paper import BLOCKS, REFERENCE_DEGREES, paper_table
 from warprock.reproduce_runs import PaperRuns
-from warprock.response import Outcome, Status
+from warprock.response import SOUND, Outcome, Status
 
 Array = npt.NDArray[np.float64]
 
@@ -144,7 +144,7 @@ def cells_of(runs: PaperRuns, name: str) -> Cells:
     inputs = lane_set.cells.reset_index(drop=True)
     inputs = inputs.assign(**{name: inputs[name].astype(str) for name in lane_set.labels})
     shape = (len(inputs), lane_set.members)
-    usable = np.isin(response["status"], (Status.OK, Status.SENSITIVE))
+    usable = np.isin(response["status"], (*SOUND, Status.SENSITIVE))
     ratio = np.where(usable[:, None], response["peak_rotation"] / REFERENCE_ANGLE, np.nan)
     return Cells(inputs, ratio.reshape(*shape, -1), response["outcome"].reshape(shape))
 

@@ -33,11 +33,13 @@ class Status(enum.IntEnum):
 
     The numbers of a sensitive lane depend on the step: chaos or closeness to overturning. An
     engine never says so; `warprock.tolerance` does, by running the lane at finer steps. Outside its
-    model is a lane in which something happened that its engine leaves out, such as a contact that
-    had to pull; its numbers are what the engine's equations give. At the iteration limit a contact
-    solve has not settled; the lane's run ends there. Unstable is a lane that
-    gained more energy than it held and its base supplied: its step is too long for it, its sweeps
-    too few, or float32 too coarse.
+    model is a lane in which something happened that its engine leaves out: a contact that had to
+    pull, or a block that would have slid; its numbers are what the engine's equations give. At the
+    iteration limit a contact solve has not settled; the lane's run ends there. Unstable is a lane
+    that gained more energy than it held and its base supplied: its step is too long for it, its
+    sweeps too few, or float32 too coarse. Ambiguous is a block that slid with friction above the
+    limit up to which the law of contact has one solution (see `warprock.painleve`): its numbers are
+    one answer, and another engine may find another one.
     """
 
     OK = 0
@@ -47,9 +49,12 @@ class Status(enum.IntEnum):
     SENSITIVE = 4
     OUTSIDE_MODEL = 5
     UNSTABLE = 6
+    AMBIGUOUS = 7
 
 
-USABLE: tuple[Status, ...] = (Status.OK, Status.SENSITIVE, Status.OUTSIDE_MODEL)
+SOUND: tuple[Status, ...] = (Status.OK, Status.AMBIGUOUS)
+"""Statuses of lanes whose run is as good as its engine: nothing speaks against its step."""
+USABLE: tuple[Status, ...] = (*SOUND, Status.SENSITIVE, Status.OUTSIDE_MODEL)
 """Statuses whose numbers are the engine's answer, if with a reservation; the others have none."""
 
 
@@ -107,9 +112,9 @@ FIELDS: dict[str, Field] = {
         Field("peak_time", ("lane",), "s", "Time of the largest rotation", per_block=True),
         Field("outcome", ("lane",), "-", "Where the block is at the end", Outcome),
         Field("status", ("lane",), "-", "Whether the lane's numbers may be used", Status),
-        Field("impact_count", ("lane",), "-", "Impacts on the base"),
+        Field("impact_count", ("lane",), "-", "Landings of ends that had parted"),
         Field("uplift_time", ("lane",), "s", "Time at which the block first leaves its flat state"),
-        Field("rest_time", ("lane",), "s", "Time from which the block stays at rest"),
+        Field("rest_time", ("lane",), "s", "Time from which the block neither rocks nor slides"),
         Field(
             "residual_slide",
             ("lane",),
@@ -132,6 +137,13 @@ FIELDS: dict[str, Field] = {
         ),
         Field("energy_lost", ("lane",), "J", "Energy lost in impacts and friction"),
         Field("step_count", ("lane",), "-", "Time steps taken"),
+        Field(
+            "friction_needed",
+            ("lane",),
+            "-",
+            "Friction without which the block would slide; infinite where its base would have to "
+            "pull",
+        ),
         Field(
             "peak_rotation_error",
             ("lane",),
@@ -169,9 +181,16 @@ FIELDS: dict[str, Field] = {
 """Every field by name.
 
 In space the rotation is that of the block's axis in the plane of rocking, atan2(x, z) of the axis
-(x, y, z), the rotation across atan2(y, z), the yaw the twist of its attitude about the vertical;
-the slide is that of the corner which touches, from where it stood at the start: `residual_slide`
-along x, `residual_slide_across` along y, `peak_slide` the length of both.
+(x, y, z), the rotation across atan2(y, z), each until the block falls: from z = 1/2 on, a lean of
+60 degrees, both go over to the angles of an axis that lies on the ground, atan2(x, |y|) and
+atan2(y, |x|). A block that fell along x has a rotation of 90 degrees and none across, one that
+fell across has the opposite, one that fell over a corner in the direction (cos a, sin a) has
+90 degrees - a and a (see `pose.rotations`). Peaks are the largest of these over the run, the fall
+included; a lane's run ends with its fall, and its histories stay where they are then.
+
+The yaw is the twist of the attitude about the vertical; the slide is that of the corner which
+touches, from where it stood at the start: `residual_slide` along x, `residual_slide_across` along
+y, `peak_slide` the length of both.
 """
 
 ERROR_FIELDS: tuple[str, ...] = ("peak_rotation_error", "rotation_error", "peak_slide_error")
@@ -183,10 +202,12 @@ ESTIMATE_FIELDS: tuple[str, ...] = (
     "total_step_count",
 )
 """Errors, and what runs they took: `warprock.tolerance` adds these."""
+MODEL_FIELDS: tuple[str, ...] = ("friction_needed",)
+"""Fields that `housner` and its reference answer besides: their block cannot slide."""
 LANE_FIELDS: tuple[str, ...] = tuple(
     n
     for n, f in FIELDS.items()
-    if f.dims == ("lane",) and n not in ESTIMATE_FIELDS and not f.spatial
+    if f.dims == ("lane",) and n not in (*ESTIMATE_FIELDS, *MODEL_FIELDS) and not f.spatial
 )
 """Fields that every engine answers."""
 SPATIAL_FIELDS: tuple[str, ...] = tuple(
@@ -196,6 +217,10 @@ SPATIAL_FIELDS: tuple[str, ...] = tuple(
 HISTORIES: tuple[str, ...] = tuple(n for n, f in FIELDS.items() if f.dims == ("lane", "sample"))
 """Fields with the dimension sample: those in space only for blocks in space."""
 INTEGER_FIELDS: tuple[str, ...] = ("outcome", "status", "impact_count", "step_count")
+
+
+MOST_SAMPLES = 2**27
+"""Samples of one history: 1 GB."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -218,6 +243,18 @@ class SampleTimes:
                 f"sample interval: got {self.interval} s, must be > 0 s and at most the duration, "
                 f"{self.duration} s"
             )
+        if self.count > MOST_SAMPLES:
+            raise ValueError(
+                f"sample interval: got {self.interval} s, which makes {self.count:,} samples, "
+                f"{8 * self.count / 1e9:,.1f} GB a history; must make at most {MOST_SAMPLES:,}"
+            )
+
+    @property
+    def count(self) -> int:
+        """Number of samples."""
+        if self.interval is None:
+            return 1
+        return 1 + int(np.floor(self.duration / self.interval * (1.0 + 1e-12)))
 
     @property
     def times(self) -> npt.NDArray[np.float64]:
@@ -227,8 +264,7 @@ class SampleTimes:
         """
         if self.interval is None:
             return np.array([self.duration])
-        count = int(np.floor(self.duration / self.interval * (1.0 + 1e-12)))
-        samples = self.interval * np.arange(count + 1, dtype=np.float64)
+        samples = self.interval * np.arange(self.count, dtype=np.float64)
         # 140 x 0.005 s is more than 0.7 s by round-off: a time that a run would not come to.
         return np.minimum(samples, self.duration)
 
@@ -256,6 +292,11 @@ class Response:
     def lane_count(self) -> int:
         """Number of lanes."""
         return len(self.fields["status"])
+
+    def count(self, status: Status, lanes: npt.NDArray[np.intp] | None = None) -> int:
+        """Lanes with a status, of all or of some by number."""
+        found = self.fields["status"] == status
+        return int(np.count_nonzero(found if lanes is None else found[lanes]))
 
 
 def join_responses(parts: Sequence[Response]) -> Response:

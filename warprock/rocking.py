@@ -222,16 +222,40 @@ def uplift_friction(width: Numbers, height: Numbers) -> Array:
     return np.asarray(_array(width) / _array(height))
 
 
-def impact_friction(width: Numbers, height: Numbers) -> Array:
+def impact_friction(
+    width: Numbers, height: Numbers, angular_restitution: Numbers | None = None
+) -> Array:
     """Friction coefficient that an impact without slip needs [-].
 
-    Ratio of the horizontal and the vertical impulse that turn the motion about the old corner
-    into eta times the motion about the new one:
-    3 sin(alpha) cos(alpha) / (4 - 3 sin^2(alpha)).
+    The block comes in at w about the old corner and leaves at eta w about the new one: the base
+    gives its centre the impulses m h w (1 - eta) along and m b w (1 + eta) upwards. With Housner's
+    eta their ratio is 3 sin(alpha) cos(alpha) / (4 - 3 sin^2(alpha)), less than tan(alpha).
+
+    Args:
+        width: Full width [m].
+        height: Full height [m].
+        angular_restitution: Ratio eta [-]; Housner's closed form by default.
     """
     angle = slenderness_angle(width, height)
-    sine = np.sin(angle)
-    return np.asarray(3.0 * sine * np.cos(angle) / (4.0 - 3.0 * sine**2))
+    eta = 1.0 - 1.5 * np.sin(angle) ** 2
+    if angular_restitution is not None:
+        eta = _array(angular_restitution)
+    return np.asarray(np.abs(1.0 - eta) / ((1.0 + eta) * np.tan(angle)))
+
+
+def velocity_step_friction(width: Numbers, height: Numbers) -> Array:
+    """Friction coefficient that a velocity step of the base needs under a flat block [-].
+
+    Without slip the block turns about a corner at w = 3 h V / (4 R^2). Its centre then moves at
+    h w against the base and b w upwards, so the base gives it the impulses m (V - h w) along and
+    m b w upwards; their ratio is (4 b^2 + h^2) / (3 b h), never below 4/3.
+
+    Args:
+        width: Full width [m].
+        height: Full height [m].
+    """
+    b, h = _array(width), _array(height)
+    return np.asarray((4.0 * b**2 + h**2) / (3.0 * b * h))
 
 
 def angular_velocity_step(

@@ -14,15 +14,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from warprock.batch import run_batch
+from warprock.batch import require_room, run_batch
 from warprock.case import Case
 from warprock.case_keys import NOTHING
-from warprock.case_spatial import spatial_because
-from warprock.case_values import LaneValues
 from warprock.devices import require_device
 from warprock.engines import ENGINES, engine_class
-from warprock.errors import InputError
+from warprock.engines.workload import require_workload
+from warprock.errors import InputError, listed
 from warprock.expansion import LaneSet, expand_lanes
+from warprock.machine import require_workers
 from warprock.response import Response, SampleTimes, join_responses, take_lanes
 from warprock.tolerance import TOLERANCE, run_at_step, run_to_tolerance
 
@@ -97,6 +97,8 @@ def run_case(
     lane_set = expand_lanes(case)
     require_support(case, lane_set, engine)
     times = _sample_times(case, histories)
+    blocks = lane_set.lanes.lane_count * lane_set.lanes.block_count
+    require_room(blocks, times, case.source_of("run.sample_interval"))
     started = time.perf_counter()
     settings = case.engine_settings(engine)
     options: dict[str, Any] = {"precision": precision, "device": device, "workers": workers}
@@ -241,19 +243,13 @@ def has_time_step(settings: Any) -> bool:
     return hasattr(settings, "with_step_scaled")
 
 
-def default_engine(case: Case) -> str:
-    """The engine that a case is run with where none is named: the most accurate for its blocks."""
-    in_space = bool(spatial_because(LaneValues(case, range(1))))
-    return "event" if case.tables.stacked or in_space else "housner"
-
-
 def require_options(
     engine: str, *, precision: str = "float64", device: str = "cpu", workers: int | None = None
 ) -> None:
     """Refuses options of a run that are not among those allowed.
 
     Raises:
-        InputError: Unknown engine, precision or device, or fewer than one worker.
+        InputError: Unknown engine, precision or device, or a number of workers out of bounds.
     """
     require_choice("--engine", engine, tuple(ENGINES))
     require_choice("--precision", precision, PRECISIONS)
@@ -279,21 +275,17 @@ def require_choice(source: str, got: str, allowed: tuple[str, ...]) -> None:
         InputError: It is not.
     """
     if got not in allowed:
-        raise InputError(source, "", got, f"allowed: {', '.join(allowed)}")
+        raise InputError(source, "", got, f"allowed: {listed(got, allowed)}")
 
 
-def require_workers(workers: int | None) -> None:
-    """Refuses a number of worker threads below one.
+def require_support(case: Case, lane_set: LaneSet, engine: str, first: int = 0) -> None:
+    """Refuses a scene that the engine cannot do, and lanes that it cannot run to their end.
 
-    Raises:
-        InputError: It is below one.
-    """
-    if workers is not None and workers < 1:
-        raise InputError("--workers", "", workers, "must be at least 1")
-
-
-def require_support(case: Case, lane_set: LaneSet, engine: str) -> None:
-    """Refuses a scene that the engine cannot do.
+    Args:
+        case: The case.
+        lane_set: Its lanes, or some that follow one another.
+        engine: Name of the engine, which runs with the settings of the case.
+        first: Number of the first of the lanes.
 
     Raises:
         InputError: It cannot, with the engine's reason.
@@ -301,6 +293,14 @@ def require_support(case: Case, lane_set: LaneSet, engine: str) -> None:
     reason = engine_class(engine).supports(lane_set.scene)
     if reason is not None:
         raise InputError(case.file, "--engine", engine, f"cannot do this scene: {reason}")
+    require_workload(
+        engine_class(engine)(case.engine_settings(engine)),
+        lane_set.lanes,
+        lane_set.motions,
+        case.sample_times,
+        source=case.file,
+        first=first,
+    )
 
 
 def require_histories(case: Case, lanes: Sequence[int]) -> None:

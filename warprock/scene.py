@@ -8,6 +8,7 @@ import numpy as np
 
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions, MotionKind
+from warprock.painleve import above_limit
 from warprock.stacking import uplift_ratio
 
 
@@ -26,6 +27,11 @@ class SceneKind:
         spatial_because: What makes a planar model fall short; empty where the scene is planar.
         friction_ratio: Smallest friction coefficient / base acceleration in g that makes the block
             rock, tan(slenderness angle) of a single one; below 1 a block slides before it rocks.
+        angular_restitution: Smallest ratio of the angular velocities after and before an impact of
+            a single block, prescribed or Housner's; at 0 or below the block does not rock over.
+        above_friction_limit: Lanes with friction above the `friction_limit`: a contact law may have
+            several solutions there.
+        friction_limit: The least limit of their blocks; infinite without such lanes.
     """
 
     motion: MotionKind
@@ -36,6 +42,9 @@ class SceneKind:
     restitution_given: bool
     spatial_because: str
     friction_ratio: float
+    angular_restitution: float
+    above_friction_limit: int
+    friction_limit: float
 
     @property
     def spatial(self) -> bool:
@@ -62,6 +71,18 @@ class SceneKind:
         return tuple(parts)
 
     @property
+    def friction_note(self) -> str:
+        """What is to be said of friction at which contact has no unique answer; else empty."""
+        if not self.above_friction_limit:
+            return ""
+        some = "lane has" if self.above_friction_limit == 1 else "lanes have"
+        return (
+            f"{self.above_friction_limit} {some} friction above the limit of the block, "
+            f"{self.friction_limit:.3g} at least, up to which rigid contact has one solution "
+            "(Painleve); where such a block slides its status is ambiguous"
+        )
+
+    @property
     def beyond_the_plane(self) -> str | None:
         """Why an engine of the plane of rocking cannot run the scene; None if it can."""
         if self.spatial:
@@ -84,6 +105,7 @@ def scene_kind(
         restitution_given: Whether the case prescribes the angular restitution.
         spatial_because: What asks for space, of lanes that are spatial.
     """
+    above, limit = above_limit(lanes)
     uplift = uplift_ratio(lanes) if lanes.stacked else lanes.face_width / lanes.height
     return SceneKind(
         motion=motions.kind,
@@ -94,6 +116,9 @@ def scene_kind(
         restitution_given=restitution_given,
         spatial_because=spatial_because if lanes.spatial else "",
         friction_ratio=float(np.min(lanes.friction / uplift)),
+        angular_restitution=float(np.min(lanes.angular_restitution)),
+        above_friction_limit=int(np.sum(above)),
+        friction_limit=float(limit[above].min()) if above.any() else np.inf,
     )
 
 

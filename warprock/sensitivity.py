@@ -19,7 +19,7 @@ import pandas as pd
 from warprock.axes import Axis, crossed_labels
 from warprock.case import Case
 from warprock.case_keys import NOTHING, Said
-from warprock.errors import InputError
+from warprock.errors import InputError, listed
 from warprock.response import USABLE, Outcome
 from warprock.runner import CaseRun, run_case
 from warprock.sampling import Sample
@@ -194,7 +194,7 @@ def _values(run: CaseRun, of: str) -> Array:
     known = [str(name) for name in table.select_dtypes("number").columns]
     known = [name for name in known if name not in {"lane", *map(str, lane_set.inputs.columns)}]
     if of not in known:
-        raise InputError("--of", "", of, f"must be {OVERTURNED} or one of {', '.join(known)}")
+        raise InputError("--of", "", of, f"must be {OVERTURNED} or one of {listed(of, known)}")
     values = table[of].to_numpy(dtype=np.float64)
     if not np.all(np.isfinite(values)):
         got = Said(f"{np.sum(~np.isfinite(values))} lanes without a number")

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from warprock.lanes import Lanes
+from warprock.lanes import Lanes, SpatialLanes
 
 Array = npt.NDArray[np.float64]
 
@@ -34,6 +34,7 @@ def uplift_ratio(lanes: Lanes) -> Array:
     They turn about an end of the face below once the resultant of weight and inertia leaves it:
     at the distance of their common centre of mass from that end over its height above the face.
     Of the two ends the nearer one counts; <= 0 where the centre of mass does not lie above it.
+    In space that is about edges across x, as if no block were turned about the vertical.
 
     Args:
         lanes: Stacks, all blocks upright.
@@ -50,6 +51,8 @@ def uplift_ratio(lanes: Lanes) -> Array:
         base = np.cumsum(height[:, block:], axis=1) - height[:, block:]
         centre = base + 0.5 * height[:, block:]
         aside = np.cumsum(lanes.offset[:, block:], axis=1) - lanes.offset[:, block : block + 1]
+        if isinstance(lanes, SpatialLanes):
+            aside = aside + lanes.centre_offset_x[:, block:]
         x = (above * aside).sum(axis=1) / total
         z = (above * centre).sum(axis=1) / total
         ratio[:, block] = np.minimum(high[:, block] - x, x - low[:, block]) / z

@@ -26,12 +26,14 @@ from warprock.response import (
     ESTIMATE_FIELDS,
     FIELDS,
     LANE_FIELDS,
+    MODEL_FIELDS,
+    SOUND,
     SPATIAL_FIELDS,
     Field,
     Response,
-    Status,
 )
 from warprock.runner import CaseRun
+from warprock.undecided import UNDECIDED, UNDECIDED_TEXT, cut_short, undecided
 
 LANE_TABLE = "lanes.parquet"
 CELL_TABLE = "cells.csv"
@@ -52,7 +54,11 @@ INPUTS: dict[str, tuple[str, str]] = {
     "density_kg_m3": ("kg/m^3", "Density"),
     "friction": ("-", "Coulomb friction coefficient"),
     "angular_restitution": ("-", "Angular velocity after / before an impact"),
-    "slenderness_angle_rad": ("rad", "Slenderness (critical) angle"),
+    "slenderness_angle_rad": (
+        "rad",
+        "Slenderness (critical) angle; of an eccentric block that of its weaker side",
+    ),
+    "slenderness_angle_across_rad": ("rad", "The same about the edges at the ends of its depth"),
     "half_diagonal_m": ("m", "Half diagonal"),
     "frequency_parameter_rad_s": ("rad/s", "Frequency parameter"),
     "rotation_start_rad": ("rad", "Rotation at the start"),
@@ -83,7 +89,11 @@ INPUTS: dict[str, tuple[str, str]] = {
     "time_step_factor": ("-", "Factor on the engine's time step"),
     "peak_velocity_m_s": ("m/s", "Largest velocity of the base, PGV"),
     "normalised_velocity": ("-", "Frequency parameter x PGV / (g tan(slenderness angle))"),
-    "normalised_acceleration": ("-", "Largest acceleration / (g tan(slenderness angle))"),
+    "normalised_acceleration": (
+        "-",
+        "Largest acceleration / that which lifts the block to its weaker side, g tan(slenderness "
+        "angle); in space with its yaw",
+    ),
 }
 """Unit and meaning of the columns that a lane's inputs may have; any other is a label."""
 
@@ -116,9 +126,9 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
     columns: dict[str, Any] = {"lane": lane_set.first + np.arange(response.lane_count)}
     columns |= {str(name): lane_set.inputs[name].array for name in lane_set.inputs.columns}
     meaning = {name: input_meaning(name) for name in columns}
-    estimates = [name for name in ESTIMATE_FIELDS if name in response.fields]
-    in_space = [name for name in SPATIAL_FIELDS if name in response.fields]
-    for field in (FIELDS[name] for name in (*LANE_FIELDS, *in_space, *estimates)):
+    optional = (*SPATIAL_FIELDS, *MODEL_FIELDS, *ESTIMATE_FIELDS)
+    besides = [name for name in optional if name in response.fields]
+    for field in (FIELDS[name] for name in (*LANE_FIELDS, *besides)):
         values = response[field.name]
         of_field: dict[str, Any] = {field.column: values}
         if field.enum is not None:
@@ -127,6 +137,10 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
             of_field = {field.block_column(k): v for k, v in enumerate(values.T, 1)}
         columns |= of_field
         meaning |= dict.fromkeys(of_field, (field.unit, field.text))
+    columns[UNDECIDED] = undecided(
+        response, lane_set.lanes, lane_set.motions, lane_set.times.duration
+    )
+    meaning[UNDECIDED] = ("-", UNDECIDED_TEXT)
     ratio = response["peak_rotation"] / lane_set.lanes.slenderness_angle
     ratios = dict(zip(peak_ratio_columns(lane_set), np.atleast_2d(ratio.T), strict=True))
     columns |= ratios
@@ -204,6 +218,7 @@ def provenance(run: CaseRun) -> dict[str, Any]:
         "estimate": run.tolerance is not None,
         "tolerance": run.tolerance,
         "accuracy": accuracy_counts(response, run.lane_set, run.settings, run.tolerance),
+        **undecided_counts(run.lane_set, response),
         "rotation_error_rad": error_summary(response),
         "duration_s": run.lane_set.times.duration,
         "wall_time_s": run.wall_time,
@@ -265,12 +280,21 @@ def bad_lanes(run: CaseRun) -> int:
     return count_bad(count_words(run.response, "status"), counts)
 
 
+def undecided_counts(lane_set: LaneSet, response: Response) -> dict[str, int]:
+    """How many lanes a run left undecided, and of how many it cut the ground motion short."""
+    motions, duration = lane_set.motions, lane_set.times.duration
+    return {
+        UNDECIDED: int(undecided(response, lane_set.lanes, motions, duration).sum()),
+        "motion_cut_short": int(cut_short(motions, duration).sum()),
+    }
+
+
 def error_summary(response: Response) -> dict[str, float] | None:
-    """Median and largest estimated rotation error [rad] of the lanes whose status is OK.
+    """Median and largest estimated rotation error [rad] of the lanes whose run is sound.
 
     A lane of a stack counts with its largest. None without an estimate, or without such lanes.
     """
-    usable = response["status"] == Status.OK
+    usable = np.isin(response["status"], SOUND)
     if "rotation_error" not in response.fields or not np.any(usable):
         return None
     errors = response["rotation_error"][usable].reshape(int(usable.sum()), -1).max(axis=1)

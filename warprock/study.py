@@ -46,6 +46,7 @@ COLUMNS: dict[str, tuple[str, str]] = {
     "time_step_s": ("s", "Time step that the settings ask for; none for an engine without one"),
     "holds": ("-", "Whether Housner holds in this lane"),
     "why": ("-", "Why he does not"),
+    "friction_needed": ("-", "Friction that Housner's block needs; infinite where it is pulled"),
     "outcome": ("-", "What became of the block"),
     "status": ("-", "Whether the numbers may be used"),
     "peak_rotation_ratio": ("-", "Largest rotation / slenderness angle"),

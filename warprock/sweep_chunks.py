@@ -14,6 +14,7 @@ from __future__ import annotations
 import collections
 import dataclasses
 import enum
+import errno
 import json
 import pathlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -27,9 +28,18 @@ from warprock.case_keys import Said
 from warprock.errors import InputError
 from warprock.expansion import LaneSet
 from warprock.files import replacing
+from warprock.reading import require_plain
 from warprock.response import Response
-from warprock.store import FOOTER, LANE_TABLE, arrow_table, count_words, lane_table
+from warprock.store import (
+    FOOTER,
+    LANE_TABLE,
+    arrow_table,
+    count_words,
+    lane_table,
+    undecided_counts,
+)
 from warprock.sweep_plan import Plan
+from warprock.undecided import UNDECIDED
 
 CHUNKS = "chunks"
 """Folder of the chunks in that of the sweep."""
@@ -37,10 +47,11 @@ CHUNKS = "chunks"
 ROW_GROUP = 2**17
 """Lanes in a row group of the merged table: some 30 MB at a time, whatever the chunks are."""
 
+WORDS = ("status", "outcome")
 ACCURACY = "accuracy"
-COUNTED = ("status", "outcome", ACCURACY)
-"""What a footer counts, so that the state of a sweep needs no table read: words of two fields, and
-what `accuracy_counts` found."""
+COUNTED = (*WORDS, UNDECIDED, ACCURACY)
+"""What a footer counts, so that the state of a sweep needs no table read: words of fields, the
+lanes that are undecided, and what `accuracy_counts` found."""
 
 COMPRESSION = "zstd"
 NAMED = 5
@@ -82,6 +93,7 @@ def find_chunk(plan: Plan, folder: pathlib.Path, number: int) -> Chunk:
     """What is in the place of a chunk."""
     path, lanes = chunk_path(folder, number), plan.lanes_of(number)
     try:
+        require_plain(path)
         found = pq.read_metadata(path)
     except FileNotFoundError:
         return Chunk(number, ChunkState.MISSING)
@@ -140,7 +152,8 @@ def write_chunk(
         OSError: The file could not be written; there is none, or the one that was there before.
     """
     lanes = plan.lanes_of(number)
-    counts = {field: count_words(response, field) for field in ("status", "outcome")}
+    counts = {field: count_words(response, field) for field in WORDS}
+    counts[UNDECIDED] = {"lanes": undecided_counts(lane_set, response)[UNDECIDED]}
     settings = plan.case.engine_settings(plan.engine)
     counts[ACCURACY] = accuracy_counts(response, lane_set, settings, plan.tolerance)
     footer = {"plan": plan.id, "chunk": number, "first": lanes.start, "end": lanes.stop, **counts}
@@ -168,9 +181,11 @@ def _writer(path: pathlib.Path, schema: pa.Schema, footer: Mapping[str, Any]) ->
 
 
 def _unwritten(error: OSError, what: str) -> OSError:
+    why = error.strerror or error
+    mend = "make room" if error.errno in (errno.ENOSPC, errno.EDQUOT) else "mend that"
     return OSError(
-        f"{what} could not be written: {error.strerror or error}; nothing else is lost: make room, "
-        "then run the same command again"
+        f"{what} could not be written: {why}; nothing else is lost: {mend}, then run the same "
+        "command again"
     )
 
 

@@ -19,9 +19,11 @@ from typing import Any
 from warprock import machine
 from warprock.case import Case, build_case
 from warprock.case_keys import NOTHING, Said
+from warprock.case_text import MOST_CASE_BYTES, require_shallow
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
 from warprock.files import replacing, require_writable
+from warprock.reading import read_bytes, reason
 from warprock.runner import require_options, require_support, require_tolerance
 from warprock.store import PACKAGES, record_rows
 from warprock.tolerance import TOLERANCE
@@ -32,6 +34,10 @@ FORMAT = 2
 CHUNK_LANES = 50_000
 """Lanes of a chunk: seconds of work, a few tens of megabytes."""
 MOST_CHUNK_LANES = 10_000_000
+MOST_CHUNKS = 1_000_000
+"""Chunks of a plan: each is a file."""
+MOST_LANES = 10**10
+"""Lanes of a plan, at most: at a million lanes a minute they take a week."""
 
 PACKAGES_OF_BYTES = (*PACKAGES, "pyarrow")
 """Distributions that the bytes of a result depend on."""
@@ -136,14 +142,19 @@ def make_plan(
     if case.study is not None:
         allowed = "must not be given: a study compares settings, and a sweep has one set of them"
         raise InputError(case.source_of("study"), "study", Said("a table"), allowed)
-    if case.lane_count < 1:
-        raise InputError(case.file, "sweep", Said("0 lanes"), "must make at least 1 lane")
+    if not 1 <= case.lane_count <= MOST_LANES:
+        allowed = f"must make 1 to {MOST_LANES:,} lanes"
+        raise InputError(case.file, "sweep", Said(f"{case.lane_count:,} lanes"), allowed)
+    if case.lane_count > MOST_CHUNKS * chunk_lanes:
+        least = -(-case.lane_count // MOST_CHUNKS)
+        allowed = f"must be at least {least:,} lanes: a sweep has at most {MOST_CHUNKS:,} chunks"
+        raise InputError("--chunk", "", chunk_lanes, allowed)
     content = _content(case, engine, precision, device, tolerance if estimate else None)
     folder = None if case.folder is None else str(case.folder)
     plan = Plan(content, chunk_lanes, folder)
     for chunk in range(plan.chunk_count):
         lanes = plan.lanes_of(chunk)
-        require_support(case, expand_lanes(case, lanes), engine)
+        require_support(case, expand_lanes(case, lanes), engine, lanes.start)
         if progress is not None:
             progress(lanes.stop)
     return plan
@@ -226,23 +237,71 @@ def read_plan(folder: pathlib.Path) -> Plan:
     """
     path = folder / PLAN
     try:
-        text = json.loads(path.read_text(encoding="utf-8"))
+        text = json.loads(read_bytes(path, MOST_CASE_BYTES))
     except OSError as error:
-        reason = Said((error.strerror or type(error).__name__).lower())
         allowed = "must be the plan of a sweep: write one with warprock sweep plan CASE -o DIR"
-        raise InputError(str(path), "", reason, allowed) from None
+        raise InputError(str(path), "", Said(reason(error)), allowed) from None
     except ValueError as error:
         raise InputError(str(path), "", Said(error), "must be JSON, as it was written") from None
-    try:
-        plan = Plan(text["content"], int(text["chunk_lanes"]), text["case_folder"], str(path))
-        found, wanted, counted = plan.id, text["id"], plan.lane_count
-    except (KeyError, TypeError, ValueError) as error:
-        got = Said(f"{type(error).__name__} {error}")
+    except RecursionError:
+        got = Said("lists or tables inside one another without end")
         raise InputError(str(path), "", got, "must be a plan as it was written") from None
-    if found != wanted or counted < 1 or not 1 <= plan.chunk_lanes <= MOST_CHUNK_LANES:
-        allowed = f"must be {found}, that of the content: the file was changed after it was written"
-        raise InputError(str(path), "id", wanted, allowed)
+    _require_form(text, str(path))
+    plan = Plan(text["content"], text["chunk_lanes"], text["case_folder"], str(path))
+    if plan.id != text["id"]:
+        allowed = (
+            f"must be {plan.id}, that of the content: the file was changed after it was written"
+        )
+        raise InputError(str(path), "id", text["id"], allowed)
     return plan
+
+
+_FORM: dict[str, tuple[type, ...]] = {
+    "": (dict,),
+    "id": (str,),
+    "chunk_lanes": (int,),
+    "case_folder": (str, type(None)),
+    "content": (dict,),
+    "content.format": (int,),
+    "content.case": (dict,),
+    "content.case.name": (str,),
+    "content.case.resolved": (dict,),
+    "content.lanes": (int,),
+    "content.engine": (dict,),
+    "content.engine.name": (str,),
+    "content.engine.settings": (dict,),
+    "content.precision": (str,),
+    "content.device": (str,),
+    "content.estimate": (bool,),
+    "content.records": (list,),
+    "content.versions": (dict,),
+    "content.kernel_sha256": (str,),
+}
+"""Dotted keys of a plan's file, outer ones first, and what they hold."""
+
+_SAID = {dict: "a table", str: "text", int: "a whole number", bool: "true or false", list: "a list"}
+
+
+def _require_form(text: Any, file: str) -> None:
+    """Refuses what cannot be the text of a plan.
+
+    Raises:
+        InputError: Too deep, a key is missing or of another kind, or a number is out of bounds.
+    """
+    require_shallow({"plan": text}, file)
+    for key, kinds in _FORM.items():
+        found: Any = text
+        for name in key.split(".") if key else ():
+            found = found.get(name, NOTHING)
+        if type(found) not in kinds:
+            words = " or ".join(_SAID.get(kind, "null") for kind in kinds)
+            raise InputError(file, key, found, f"must be {words}, as it was written")
+    for key, number, most in (
+        ("content.lanes", text["content"]["lanes"], MOST_LANES),
+        ("chunk_lanes", text["chunk_lanes"], MOST_CHUNK_LANES),
+    ):
+        if not 1 <= number <= most:
+            raise InputError(file, key, number, f"must be from 1 to {most}, as it was written")
 
 
 def require_same_software(plan: Plan) -> None:

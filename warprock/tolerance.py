@@ -56,12 +56,14 @@ from warprock.companions import (
     usable,
 )
 from warprock.engines import engine_class
+from warprock.engines.workload import FINEST_STEPS
 from warprock.estimate import CHAOTIC_ABOVE, CHUNK_VALUES, SAFETY, SENSITIVE_ABOVE
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
 from warprock.response import (
     ESTIMATE_FIELDS,
     HISTORIES,
+    SOUND,
     USABLE,
     Outcome,
     Response,
@@ -189,6 +191,7 @@ def run_at_step(
         options: Other arguments of `run_batch`.
     """
     count = round(math.log2(settings.time_step / step))
+    options["most_steps"] = FINEST_STEPS
     return run_batch(engine, lanes, motions, times, settings=halved(settings, count), **options)
 
 
@@ -367,7 +370,7 @@ class _Known:
         """The finest numbers, with the estimates."""
         fields = dict(self.fields)
         answered = np.isin(fields["status"], USABLE)
-        sensitive = self.unlike & ~self.met & (fields["status"] == Status.OK)
+        sensitive = self.unlike & ~self.met & np.isin(fields["status"], SOUND)
         fields["status"] = np.where(sensitive, int(Status.SENSITIVE), fields["status"])
         columns = as_columns(answered, self.alpha)
         sensitive = as_columns(sensitive, self.alpha)

@@ -27,7 +27,8 @@ from warprock.errors import InputError
 from warprock.files import replacing
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
-from warprock.response import Response, SampleTimes, Status
+from warprock.reading import require_plain
+from warprock.response import SOUND, Response, SampleTimes
 from warprock.runner import require_choice
 from warprock.scene import scene_kind
 from warprock.store import PACKAGES, arrow_table
@@ -161,6 +162,8 @@ def _written_rows(path: pathlib.Path) -> dict[Any, dict[str, Any]]:
         InputError: It cannot be read.
     """
     try:
+        if path.exists():
+            require_plain(path)
         table = pd.read_parquet(path) if path.exists() else pd.DataFrame()
     except (OSError, pa.ArrowException):
         allowed = "must be a table as it was written: delete it, and all rows are measured anew"
@@ -252,7 +255,7 @@ def measure(
     return {
         "error_max": float(errors.max()),
         "error_median": float(np.median(errors)),
-        "ok_share": float(np.mean(response["status"] == Status.OK)),
+        "ok_share": float(np.mean(np.isin(response["status"], SOUND))),
         "cpu_s_per_simulated_s": cost,
         "steps_per_simulated_s": steps,
         "block_steps_per_cpu_s": steps / cost,

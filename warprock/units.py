@@ -12,6 +12,7 @@ import difflib
 import enum
 import math
 import re
+import sys
 from collections.abc import Iterable
 from typing import NamedTuple
 
@@ -101,6 +102,9 @@ EXAMPLES: dict[Dimension, str] = {
 
 _ARTICLE = {Dimension.ANGLE: "an", Dimension.ACCELERATION: "an"}
 
+MOST_CHARACTERS = 1000
+"""Characters of a quantity, blanks included."""
+
 _QUANTITY = re.compile(
     r"\s*(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>[^\s\d.+-].*?)?\s*",
     re.ASCII,
@@ -137,11 +141,15 @@ def parse_any(text: object, dimensions: Iterable[Dimension]) -> Quantity:
     wanted = tuple(dimensions)
     allowed = f"must be {allowed_text(wanted)}"
     if isinstance(text, (int, float)) and not isinstance(text, bool):
-        if Dimension.DIMENSIONLESS in wanted and math.isfinite(text):
+        # A whole number of TOML may be too large for a float, or even to be written out.
+        if not abs(text) <= sys.float_info.max:
+            raise ValueError(f"{allowed}, and finite")
+        if Dimension.DIMENSIONLESS in wanted:
             return Quantity(float(text), Dimension.DIMENSIONLESS)
         number, unit = str(text), ""
     else:
-        match = _QUANTITY.fullmatch(text) if isinstance(text, str) else None
+        short = isinstance(text, str) and len(text) <= MOST_CHARACTERS
+        match = _QUANTITY.fullmatch(str(text)) if short else None
         if match is None:
             raise ValueError(allowed)
         number, unit = match["number"], match["unit"] or ""
@@ -157,7 +165,9 @@ def parse_any(text: object, dimensions: Iterable[Dimension]) -> Quantity:
     near = difflib.get_close_matches(unit, known, 1) or [
         u for u in known if u.casefold() == unit.casefold()
     ]
-    raise ValueError(f'{allowed}; did you mean "{number} {near[0]}"?' if near else allowed)
+    raise ValueError(
+        f'{allowed}; did you mean "{number} {near[0]}"?' if near and len(number) < 40 else allowed
+    )
 
 
 def _scaled(number: str, size: str) -> decimal.Decimal | float:

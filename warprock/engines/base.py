@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.launching import Target
+from warprock.engines.launching import Kernel, Target
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
 from warprock.response import Response, SampleTimes
@@ -28,6 +28,8 @@ class AbstractEngine(abc.ABC):
     """Order in the time step of the error after impacts; None if the step is not the knob."""
     rests_exactly: ClassVar[bool] = False
     """Whether a block at rest does not move at all, until its base lifts it or makes it slide."""
+    slides: ClassVar[bool] = True
+    """Whether its blocks can slide, so that its law of contact may have several solutions."""
     settings_type: ClassVar[type[Any]]
     """Frozen dataclass of the engine's settings."""
     settings: Any
@@ -45,12 +47,30 @@ class AbstractEngine(abc.ABC):
         """Why the engine cannot run a scene; None if it can."""
 
     @abc.abstractmethod
+    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
+        """The kernel that runs a scene, or the lanes of one, with these settings and this target.
+
+        `warm_up` and `run` ask here, and so does `warprock explain`.
+        """
+
+    @abc.abstractmethod
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels for lanes and motions, once, on the calling thread."""
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
         """Longest step that every lane may take [s], shape [lane], of an engine with an order."""
         return np.full(lanes.lane_count, self.settings.time_step)
+
+    def refused_lane(self, lanes: Lanes) -> tuple[int, float, str] | None:
+        """The first lane whose blocks the engine cannot model; None where there is none.
+
+        Args:
+            lanes: The lanes.
+
+        Returns:
+            Its number, the value that cannot be, and what would be allowed.
+        """
+        return None
 
     @abc.abstractmethod
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:

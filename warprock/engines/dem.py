@@ -15,13 +15,19 @@ from warprock.engines.base import AbstractEngine
 from warprock.engines.dem_springs import (
     interface_depth,
     stable_step,
+    standing_ratio,
     start_at_rest,
     stiffest_frequency,
 )
-from warprock.engines.launching import NEVER, Target, respond
+from warprock.engines.launching import NEVER, Kernel, Target, respond
 from warprock.engines.settings import DemSettings
 from warprock.engines.soundness import account_of, unstable
-from warprock.engines.spatial_dem import dem_module, longest_steps, run_dem
+from warprock.engines.spatial_dem import (
+    dem_module,
+    longest_steps,
+    run_dem,
+    standing_ratio_in_space,
+)
 from warprock.engines.stack_launching import (
     Array,
     as_stacks,
@@ -47,10 +53,11 @@ class Dem(AbstractEngine):
     First order in the step, whose dashpots are half a step late. Every lane has its own step: the
     `time_step` of the settings, or `step_safety` of what its stiffest mode allows.
 
-    A lane has lifted once the faces of an interface have parted in the middle, and is at rest
-    while none has; an impact is an interface that closes there again, bounces counted. On springs
-    that comes before a rigid block would lift: when the resultant has moved two thirds (of many
-    sub-contacts) or three quarters (of five) of the way to an end. What a lane lost went into
+    A lane has lifted once the springs of an eighth of an interface, at one end, carry all: of five
+    sub-contacts only the last, which is when a rigid block lifts; its time is when that interface
+    began to gape in the middle. It is at rest while no interface has parted so and none slides; an
+    impact is an interface that closes in the middle again, bounces counted. A block that swings on
+    its springs can lift under less than a rigid one. What a lane lost went into
     dashpots, slip and springs that opened under load. A lane that by this account gains more than
     it held and its base supplied has the status UNSTABLE, as at a `step_safety` beyond 1.
 
@@ -83,6 +90,11 @@ class Dem(AbstractEngine):
             )
         return None
 
+    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
+        """The kernel that runs a scene: the same text for a single block and for a stack."""
+        file = "spatial_dem_launch" if scene.spatial else "dem_launch"
+        return Kernel(file, self.target.kernel_form)
+
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
         wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
@@ -94,10 +106,29 @@ class Dem(AbstractEngine):
         limit = stable_step(stiffest_frequency(as_stacks(lanes), self.settings), self.settings)
         return np.asarray(np.minimum(self.settings.time_step, self.settings.step_safety * limit))
 
+    def refused_lane(self, lanes: Lanes) -> tuple[int, float, str] | None:
+        """Blocks that buckle on their springs; see `AbstractEngine.refused_lane`."""
+        if lanes.spatial:
+            ratio = standing_ratio_in_space(lanes, self.settings)
+        else:
+            ratio = standing_ratio(as_stacks(lanes), self.settings)
+        soft = ratio <= 1.0
+        if not soft.any():
+            return None
+        lane, block = np.argwhere(soft)[0]
+        allowed = (
+            f"must be above 1: in dem the springs below block {block + 1} resist rocking by this "
+            "part of what the weight on them needs (k_n I / (W h)), so that it could not stand; "
+            "raise engines.dem.normal_stiffness"
+        )
+        return int(lane), float(ratio[lane, block]), allowed
+
     def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
         if lanes.spatial:
-            return dem_module(self.settings, self.target, lanes, motions)
-        return stack_module("dem_launch", self.target, motions, lanes, self.settings.subcontacts)
+            return dem_module(self.kernel(lanes), self.settings, self.target, lanes, motions)
+        return stack_module(
+            self.kernel(lanes), self.target, motions, lanes, self.settings.subcontacts
+        )
 
     def _knobs(self, module: Any) -> Any:
         knobs = module.Knobs()
@@ -116,7 +147,8 @@ class Dem(AbstractEngine):
         """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
         module = self._module(lanes, motions)
         if lanes.spatial:
-            return run_dem(self.settings, self._knobs(module), self.target, lanes, motions, times)
+            knobs = self._knobs(module)
+            return run_dem(module, self.settings, knobs, self.target, lanes, motions, times)
         stacks = as_stacks(lanes)
         step = self.longest_step(lanes, motions)
         turned = np.diff(stacks.rotation_start, axis=1, prepend=0.0).any(axis=1)
@@ -137,7 +169,7 @@ class Dem(AbstractEngine):
         gained = unstable(
             stacks, account_of(rows, step), per_block["peak"], rigid=False, complete=True
         )
-        # In the last step of the run every interface was closed.
+        # In the last step of the run every interface was closed and held.
         marks = [(gained, Status.UNSTABLE)]
         columns = lane_fields(rows, times.times[-1] - 1.5 * step, marks) | planar_fields(per_block)
         if not lanes.stacked:

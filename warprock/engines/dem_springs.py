@@ -100,6 +100,29 @@ def stiffest_frequency(lanes: Lanes, settings: DemSettings) -> Array:
     return np.where(sound, np.ldexp(np.round(part * 2.0**30) / 2.0**30, power), np.nan)
 
 
+def standing_ratio(lanes: Lanes, settings: DemSettings) -> Array:
+    """How much stiffer springs are against rocking than what they bear needs [-], [lane, block].
+
+    All that stands on an interface turns on its springs like one rigid body: they resist by
+    k_n I, I the second moment of their area, its weight drives by W times the height of its centre
+    above them. A stack of which one ratio is not above 1 buckles on its springs (Euler 1744).
+    """
+    springs = Springs.of(lanes, settings.subcontacts)
+    return standing_on(lanes, settings.normal_stiffness, springs.place, springs.area)
+
+
+def standing_on(lanes: Lanes, stiffness: float, place: Array, area: Array) -> Array:
+    """The same from springs of which places and areas are known, see `Springs`, about one axis."""
+    whole = area.sum(axis=-1)
+    middle = (area * place).sum(axis=-1) / np.where(whole > 0.0, whole, 1.0)
+    second = (area * (place - middle[..., None]) ** 2).sum(axis=-1)
+    mass, top = lanes.mass, np.cumsum(lanes.height, axis=1)
+    above = np.cumsum(mass[:, ::-1], axis=1)[:, ::-1]
+    centres = np.cumsum((mass * (top - 0.5 * lanes.height))[:, ::-1], axis=1)[:, ::-1] / above
+    driven = GRAVITY * above * (centres - (top - lanes.height))
+    return np.asarray(stiffness * second / driven)
+
+
 def stable_step(frequency: Array, settings: DemSettings) -> Array:
     """Largest stable step of central differences with dashpots one half step late [s].
 

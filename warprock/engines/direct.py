@@ -10,8 +10,8 @@ import numpy.typing as npt
 import warp as wp
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.direct_stack import direct_stack_module, run_direct_stacks
-from warprock.engines.launching import Target, launch, respond
+from warprock.engines.direct_stack import DIRECT_STACK, direct_stack_module, run_direct_stacks
+from warprock.engines.launching import Kernel, Target, launch, respond
 from warprock.engines.settings import DirectSettings
 from warprock.engines.soundness import account_of, contacts_hold, unstable
 from warprock.engines.stepping import UNSOLVED, lane_fields, planar_fields
@@ -31,10 +31,11 @@ class Direct(AbstractEngine):
 
     The time step is that of Eq. 9 of the paper, stiffness and damping act as CFM and ERP (Eq. 13).
     First order in the step; at the default stiffness the contacts are rigid, as Housner's. A block
-    is at rest while both corners carry an impulse; it rocks while one carries none. The run of a
-    lane whose contacts are not solved to round-off ends there, with the status ITERATION_LIMIT.
-    What is lost is what the contacts take; what a spring holds counts as lost until it gives it
-    back. A lane that gains more energy than it held and its base supplied has the status UNSTABLE.
+    rocks while a corner has parted from the base, by more than a step of falling makes; it is at
+    rest while none has and it does not slide. The run of a lane whose contacts are not solved to
+    round-off ends there, with the status ITERATION_LIMIT. What is lost is what the contacts take;
+    what a spring holds counts as lost until it gives it back. A lane that gains more energy than it
+    held and its base supplied has the status UNSTABLE.
     """
 
     name: ClassVar[str] = "direct"
@@ -65,6 +66,10 @@ class Direct(AbstractEngine):
             )
         return None
 
+    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
+        """The kernel that runs a scene; see `AbstractEngine.kernel`."""
+        return DIRECT_STACK if scene.stacked else Kernel("direct_launch", self.target.kernel_form)
+
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
         wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
@@ -73,7 +78,7 @@ class Direct(AbstractEngine):
         if lanes.stacked:
             return direct_stack_module(self.target, lanes, motions)
         module: ModuleType = kernel_module(
-            "direct_launch", precision=self.target.precision, motion=motions.kind.value
+            self.kernel(lanes).file, precision=self.target.precision, motion=motions.kind.value
         )
         return module
 
@@ -93,6 +98,7 @@ class Direct(AbstractEngine):
         module = self._module(lanes, motions)
         rows, rotations = launch(
             module,
+            self.kernel(lanes),
             self.target,
             lanes,
             motions,
@@ -102,7 +108,7 @@ class Direct(AbstractEngine):
         )
         step, hold = self.settings.time_step, contacts_hold(lanes, self.settings.contact_stiffness)
         gained = unstable(lanes, account_of(rows, step, lanes.mass), rows["peak"], rigid=hold)
-        # In the last step of the run both corners carried the block.
+        # In the last step of the run no corner had parted, and nothing slid.
         marks = [(rows["mode"] == UNSOLVED, Status.ITERATION_LIMIT), (gained, Status.UNSTABLE)]
         columns = lane_fields(rows, times.times[-1] - 0.5 * step, marks) | planar_fields(rows)
         columns["energy_lost"] = lanes.mass * rows["loss"]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from warprock.engines.launching import Target, respond
+from warprock.engines.launching import Form, Kernel, Target, respond
 from warprock.engines.settings import DirectSettings
 from warprock.engines.soundness import account_of, contacts_hold, unstable
 from warprock.engines.stack_launching import (
@@ -15,7 +15,6 @@ from warprock.engines.stack_launching import (
     body_columns,
     carried,
     launch_stacks,
-    one_by_one,
     stack_columns,
     stack_module,
     start_on_corners,
@@ -26,10 +25,13 @@ from warprock.motion import GroundMotions
 from warprock.response import Response, SampleTimes, Status
 from warprock.units import GRAVITY
 
+DIRECT_STACK = Kernel("direct_stack_launch", Form.PLAIN)
+"""The kernel of stacks: one lane a thread on any device."""
+
 
 def direct_stack_module(target: Target, lanes: Lanes, motions: GroundMotions) -> ModuleType:
-    """The instance of the kernel file for a batch of stacks: one lane a thread on any device."""
-    return stack_module("direct_stack_launch", one_by_one(target), motions, lanes)
+    """The instance of the kernel file for a batch of stacks."""
+    return stack_module(DIRECT_STACK, target, motions, lanes)
 
 
 def run_direct_stacks(
@@ -53,7 +55,7 @@ def run_direct_stacks(
     step, mode = settings.time_step, rows["mode"]
     hold = contacts_hold(lanes, settings.contact_stiffness)
     gained = unstable(lanes, account_of(rows, step), per_block["peak"], rigid=hold)
-    # In the last step of the run both ends of every interface carried something.
+    # In the last step of the run no end had parted, and nothing slid.
     marks = [(mode == UNSOLVED, Status.ITERATION_LIMIT), (gained, Status.UNSTABLE)]
     columns = lane_fields(rows, times.times[-1] - 0.5 * step, marks) | planar_fields(per_block)
     return respond("direct", columns, rotations, times)

@@ -11,13 +11,21 @@ import warp as wp
 
 from warprock import rocking
 from warprock.engines.base import AbstractEngine
-from warprock.engines.event_stack import event_stack_module, run_event_stacks
-from warprock.engines.launching import Target, launch, respond, step_limit, time_or_nan
+from warprock.engines.event_stack import EVENT_STACK, event_stack_module, run_event_stacks
+from warprock.engines.launching import (
+    Kernel,
+    Target,
+    launch,
+    respond,
+    step_limit,
+    time_or_nan,
+)
 from warprock.engines.settings import EventSettings
 from warprock.engines.spatial_event import (
     cut_at_knots,
     longest_steps,
     run_spatial_event,
+    spatial_event_kernel,
     spatial_event_module,
 )
 from warprock.kernels.instance import kernel_module
@@ -78,6 +86,12 @@ class Event(AbstractEngine):
             )
         return None
 
+    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
+        """The kernel that runs a scene; see `AbstractEngine.kernel`."""
+        if scene.spatial:
+            return spatial_event_kernel(self.settings, self.target, scene)
+        return EVENT_STACK if scene.stacked else Kernel("event_launch", self.target.kernel_form)
+
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
         wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
@@ -88,7 +102,7 @@ class Event(AbstractEngine):
         if lanes.stacked:
             return event_stack_module(self.target, lanes, motions)
         module: ModuleType = kernel_module(
-            "event_launch", precision=self.target.precision, motion=motions.kind.value
+            self.kernel(lanes).file, precision=self.target.precision, motion=motions.kind.value
         )
         return module
 
@@ -131,7 +145,14 @@ class Event(AbstractEngine):
         }
         module = self._module(lanes, motions)
         rows, rotations = launch(
-            module, self.target, lanes, motions, times, blocks, self._knobs(module)
+            module,
+            self.kernel(lanes),
+            self.target,
+            lanes,
+            motions,
+            times,
+            blocks,
+            self._knobs(module),
         )
         mode = rows["mode"]
         rest_time = time_or_nan(rows["rest_time"])

@@ -9,9 +9,16 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock import rocking
-from warprock.engines.launching import Target, respond, step_limit, time_or_nan
+from warprock.engines.launching import (
+    Form,
+    Kernel,
+    Target,
+    respond,
+    step_limit,
+    time_or_nan,
+)
 from warprock.engines.settings import EventSettings
-from warprock.engines.stack_launching import Array, launch_stacks, one_by_one, stack_module
+from warprock.engines.stack_launching import Array, launch_stacks, stack_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
 from warprock.response import Outcome, Response, SampleTimes, Status
@@ -21,13 +28,16 @@ PHASE_STEP = 0.25
 """Longest step as a part of 1 / p of the quickest block: a longer one does not follow its own
 rocking."""
 
+EVENT_STACK = Kernel("event_stack_launch", Form.PLAIN)
+"""The kernel of stacks: one lane a thread on any device."""
+
 OVERTURNED, SLID_OFF, BROKEN, STALLED, UNSETTLED = range(1, 6)
 """Modes of a lane in the kernel."""
 
 
 def event_stack_module(target: Target, lanes: Lanes, motions: GroundMotions) -> ModuleType:
-    """The instance of the kernel file for a batch of stacks: one lane a thread on any device."""
-    return stack_module("event_stack_launch", one_by_one(target), motions, lanes)
+    """The instance of the kernel file for a batch of stacks."""
+    return stack_module(EVENT_STACK, target, motions, lanes)
 
 
 def run_event_stacks(

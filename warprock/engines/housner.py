@@ -11,7 +11,15 @@ import warp as wp
 
 from warprock import rocking
 from warprock.engines.base import AbstractEngine
-from warprock.engines.launching import Target, fastest_rate, launch, respond, time_or_nan
+from warprock.engines.launching import (
+    NEVER,
+    Kernel,
+    Target,
+    fastest_rate,
+    launch,
+    respond,
+    time_or_nan,
+)
 from warprock.engines.settings import HousnerSettings
 from warprock.kernels.instance import kernel_module
 from warprock.lanes import Lanes
@@ -19,6 +27,9 @@ from warprock.motion import GroundMotions, RecordMotions
 from warprock.response import Outcome, Response, SampleTimes, Status
 from warprock.scene import SceneKind
 from warprock.units import GRAVITY
+
+WIDEST = np.sqrt(2.0)
+"""Width over height at which Housner's angular restitution is 0: sin^2(slenderness angle) = 2/3."""
 
 PHASE_STEP = {"float64": 0.4, "float32": 0.8}
 """Longest step as a part of 1 / (fastest rate of the lane): the first term that the series
@@ -30,6 +41,10 @@ REST_RATIO_LEAST = {"float64": 0.0, "float32": 1e-6}
 STEPS_SPARE = 50
 """Steps allowed for every step that a run without events would take; an impact takes some five
 steps, so this is far above any rocking motion and ends only a lane that makes no headway."""
+
+FRICTION_SLACK = {"float64": 1e-6, "float32": 1e-4}
+"""Part by which a lane's friction may fall short before the lane counts as outside the model: the
+series of the contact force leave out some 1e-7 of the weight, float32 rounds to about 1e-5."""
 
 RESTING, ROCKING, OVERTURNED, BROKEN, STALLED = range(5)
 """Modes of a lane in the kernel."""
@@ -43,10 +58,18 @@ class Housner(AbstractEngine):
     impact a block rests if its next swing would stay below `rest_rotation_ratio` times the
     slenderness angle on either side; it lifts again when |base acceleration| exceeds
     g tan(slenderness angle) or the base velocity steps.
+
+    A lane has the status OUTSIDE_MODEL where the block would have slid, its friction being less
+    than |force along| / (force upwards) of its contact at some moment, or where the base would have
+    had to pull it; impulses at impacts and velocity steps count as forces do. Its numbers are those
+    of Housner's equation all the same. Not judged is the end of a fall: once a block leans beyond
+    its balance by more than the friction angle (at most 45 degrees) and turns outwards, it falls
+    whatever its contact does.
     """
 
     name: ClassVar[str] = "housner"
     order: ClassVar[int | None] = None
+    slides: ClassVar[bool] = False
     settings_type = HousnerSettings
 
     def __init__(
@@ -68,6 +91,12 @@ class Housner(AbstractEngine):
             return scene.beyond_the_plane
         if scene.stacked:
             return "housner runs single blocks, and the case has a stack"
+        if scene.angular_restitution <= 0.0:
+            return (
+                "housner needs an angular restitution above 0 in every lane, a width below "
+                f"{WIDEST:.4g} times the height: the smallest is {scene.angular_restitution:.3g}, "
+                "and that block does not rock over to its other corner"
+            )
         if scene.friction_ratio < 1.0:
             return (
                 "housner needs friction >= tan(slenderness angle) in every lane, the smallest "
@@ -75,13 +104,17 @@ class Housner(AbstractEngine):
             )
         return None
 
+    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
+        """The kernel that runs a scene; see `AbstractEngine.kernel`."""
+        return Kernel("housner_launch", self.target.kernel_form)
+
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
-        wp.load_module(self._module(motions).__name__, device=self.target.device)
+        wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
 
-    def _module(self, motions: GroundMotions) -> ModuleType:
+    def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
         module: ModuleType = kernel_module(
-            "housner_launch", precision=self.target.precision, motion=motions.kind.value
+            self.kernel(lanes).file, precision=self.target.precision, motion=motions.kind.value
         )
         return module
 
@@ -98,13 +131,28 @@ class Housner(AbstractEngine):
             "coupling": frequency_squared / GRAVITY,
             "uplift_acceleration": GRAVITY * np.tan(alpha),
             "angular_restitution": lanes.angular_restitution,
+            "impact_friction": rocking.impact_friction(
+                lanes.width, lanes.height, lanes.angular_restitution
+            ),
+            "fall_angle": alpha + np.arctan(np.minimum(lanes.friction, 1.0)),
             "rest_rotation": alpha
             * max(self.settings.rest_rotation_ratio, REST_RATIO_LEAST[self.target.precision]),
             "step_length": step_length,
             "step_limit": _step_limit(motions, times, step_length),
         }
-        rows, rotations = launch(self._module(motions), self.target, lanes, motions, times, blocks)
+        rows, rotations = launch(
+            self._module(lanes, motions),
+            self.kernel(lanes),
+            self.target,
+            lanes,
+            motions,
+            times,
+            blocks,
+        )
         mode = rows["mode"]
+        needed = np.asarray(rows["needed"], dtype=np.float64)
+        needed[needed >= NEVER] = np.inf
+        slack = 1.0 + FRICTION_SLACK[self.target.precision]
         inertia = 4.0 / 3.0 * lanes.mass * radius**2
         still = np.zeros(lanes.lane_count)
         columns = {
@@ -116,7 +164,9 @@ class Housner(AbstractEngine):
                 Outcome.ROCKING,
             ),
             "status": np.select(
-                [mode == BROKEN, mode == STALLED], [Status.NONFINITE, Status.EVENT_LIMIT], Status.OK
+                [mode == BROKEN, mode == STALLED, needed > slack * lanes.friction],
+                [Status.NONFINITE, Status.EVENT_LIMIT, Status.OUTSIDE_MODEL],
+                Status.OK,
             ),
             "impact_count": rows["impacts"],
             "uplift_time": time_or_nan(rows["uplift_time"]),
@@ -126,6 +176,7 @@ class Housner(AbstractEngine):
             "peak_penetration": still,
             "energy_lost": 0.5 * inertia * rows["loss"],
             "step_count": rows["steps"],
+            "friction_needed": needed,
         }
         return respond(self.name, columns, rotations, times)
 

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-import dataclasses
 from types import ModuleType
 from typing import Any, ClassVar, final
 
 import warp as wp
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.impulse_stack import impulse_stack_module, run_impulse_stacks
-from warprock.engines.launching import Form, Target, launch, respond
+from warprock.engines.impulse_stack import (
+    impulse_stack,
+    impulse_stack_module,
+    run_impulse_stacks,
+)
+from warprock.engines.launching import Form, Kernel, Target, launch, respond
 from warprock.engines.settings import ImpulseSettings
 from warprock.engines.soundness import account_of, unstable
-from warprock.engines.spatial_impulse import run_spatial_impulse, spatial_impulse_module
+from warprock.engines.spatial_impulse import (
+    run_spatial_impulse,
+    spatial_impulse_kernel,
+    spatial_impulse_module,
+)
 from warprock.engines.stepping import lane_fields, planar_fields
 from warprock.kernels.instance import MAX_UNROLL, kernel_module
 from warprock.lanes import Lanes
@@ -27,10 +34,12 @@ from warprock.units import GRAVITY
 class Impulse(AbstractEngine):
     """Hard contacts at two corners, Coulomb friction, warm-started projected Gauss-Seidel.
 
-    Semi-implicit Euler at the time step of Eq. 9 of the paper, first order in it. A block is at
-    rest while both corners carry an impulse; it rocks while one carries none. In a stack the same
-    holds at the two ends of what two faces share. A lane that gains more energy than it held and
-    its base supplied has the status UNSTABLE. What erp lifts counts as a gain.
+    Semi-implicit Euler at the time step of Eq. 9 of the paper, first order in it. A block rocks
+    while a corner has parted from the base, by more than a step of falling makes; it is at rest
+    while none has and it does not slide. In a stack the same holds at the two ends of what two
+    faces share. A contact that has no other beside it is solved exactly. A lane that gains more
+    energy than it held and its base supplied has the status UNSTABLE. What erp lifts counts as a
+    gain.
 
     In space a block touches at its four corners, and two faces at up to eight points. There a block
     rocks while one of them is open by more than a step of falling makes, and what the base supplied
@@ -64,6 +73,19 @@ class Impulse(AbstractEngine):
             )
         return None
 
+    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
+        """The kernel that runs a scene; see `AbstractEngine.kernel`.
+
+        More sweeps than are written out would keep the packed loop over lanes of single blocks in
+        scalar code, many times slower than the plain form.
+        """
+        if scene.spatial:
+            return spatial_impulse_kernel(self.target, scene)
+        if scene.stacked:
+            return impulse_stack(self.target)
+        slow = self.target.form is None and self.settings.iterations > MAX_UNROLL
+        return Kernel("impulse_launch", Form.PLAIN if slow else self.target.kernel_form)
+
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
         wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
@@ -74,23 +96,12 @@ class Impulse(AbstractEngine):
         if lanes.stacked:
             return impulse_stack_module(self.settings, self.target, lanes, motions)
         module: ModuleType = kernel_module(
-            "impulse_launch",
+            self.kernel(lanes).file,
             precision=self.target.precision,
             motion=motions.kind.value,
             iterations=self.settings.iterations,
         )
         return module
-
-    @property
-    def _block_target(self) -> Target:
-        """Target of single blocks.
-
-        More sweeps than are written out would keep the packed loop over lanes in scalar code, many
-        times slower than the plain form.
-        """
-        if self.target.form is None and self.settings.iterations > MAX_UNROLL:
-            return dataclasses.replace(self.target, form=Form.PLAIN)
-        return self.target
 
     def _knobs(self, module: Any) -> Any:
         knobs = module.Knobs()
@@ -114,11 +125,18 @@ class Impulse(AbstractEngine):
         }
         module = self._module(lanes, motions)
         rows, rotations = launch(
-            module, self._block_target, lanes, motions, times, blocks, self._knobs(module)
+            module,
+            self.kernel(lanes),
+            self.target,
+            lanes,
+            motions,
+            times,
+            blocks,
+            self._knobs(module),
         )
         step = self.settings.time_step
         gained = unstable(lanes, account_of(rows, step, lanes.mass), rows["peak"])
-        # In the last step of the run both corners carried the block.
+        # In the last step of the run no corner had parted, and nothing slid.
         marks = [(gained, Status.UNSTABLE)]
         columns = lane_fields(rows, times.times[-1] - 0.5 * step, marks) | planar_fields(rows)
         columns["energy_lost"] = lanes.mass * rows["loss"]

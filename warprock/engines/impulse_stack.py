@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from types import ModuleType
 
-from warprock.engines.launching import Target, respond
+from warprock.engines.launching import Kernel, Target, respond
 from warprock.engines.settings import ImpulseSettings
 from warprock.engines.soundness import account_of, unstable
 from warprock.engines.stack_launching import (
@@ -20,11 +20,16 @@ from warprock.response import Response, SampleTimes, Status
 from warprock.units import GRAVITY
 
 
+def impulse_stack(target: Target) -> Kernel:
+    """The kernel of stacks."""
+    return Kernel("impulse_stack_launch", target.kernel_form)
+
+
 def impulse_stack_module(
     settings: ImpulseSettings, target: Target, lanes: Lanes, motions: GroundMotions
 ) -> ModuleType:
     """The instance of the kernel file for a batch of stacks."""
-    return stack_module("impulse_stack_launch", target, motions, lanes, settings.iterations)
+    return stack_module(impulse_stack(target), target, motions, lanes, settings.iterations)
 
 
 def run_impulse_stacks(
@@ -49,7 +54,7 @@ def run_impulse_stacks(
     )
     step = settings.time_step
     gained = unstable(lanes, account_of(rows, step), per_block["peak"])
-    # In the last step of the run both ends of every interface carried something.
+    # In the last step of the run no end had parted, and nothing slid.
     marks = [(gained, Status.UNSTABLE)]
     columns = lane_fields(rows, times.times[-1] - 0.5 * step, marks) | planar_fields(per_block)
     return respond("impulse", columns, rotations, times)

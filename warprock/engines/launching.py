@@ -29,6 +29,7 @@ from warprock.motion import (
 from warprock.response import (
     INTEGER_FIELDS,
     LANE_FIELDS,
+    MODEL_FIELDS,
     SPATIAL_FIELDS,
     USABLE,
     Response,
@@ -88,6 +89,24 @@ class Target:
         return self.form or (Form.PACKED if self.on_cpu else Form.PLAIN)
 
 
+@dataclasses.dataclass(frozen=True)
+class Kernel:
+    """The kernel that an engine runs a scene with.
+
+    Attributes:
+        file: Stem of its file in the folder of kernels.
+        form: Whether a thread runs a pack of lanes or one lane.
+    """
+
+    file: str
+    form: Form
+
+    @property
+    def packed(self) -> bool:
+        """Whether a thread runs a pack of lanes side by side."""
+        return self.form is Form.PACKED
+
+
 def padded_count(lane_count: int) -> int:
     """Lanes rounded up to whole packs."""
     width = int(LANE_WIDTH)
@@ -145,6 +164,7 @@ def step_limit(
 
 def launch(
     module: ModuleType,
+    kernel: Kernel,
     target: Target,
     lanes: Lanes,
     motions: GroundMotions,
@@ -156,7 +176,8 @@ def launch(
 
     Args:
         module: Instance of a `*_launch` kernel file.
-        target: Where and how it runs.
+        kernel: Which of its kernels runs.
+        target: Where it runs.
         lanes: The lanes.
         motions: Their ground motions.
         times: Duration and sampling.
@@ -168,7 +189,7 @@ def launch(
         asked for.
     """
     real = REALS[target.precision]
-    packs = target.kernel_form is Form.PACKED
+    packs = kernel.packed
     count = padded_count(lanes.lane_count) if packs else lanes.lane_count
     samples = times.times
     with wp.ScopedDevice(target.device):
@@ -179,7 +200,7 @@ def launch(
         block_rows = struct_rows(module.Block, blocks, count)
         motion_rows = struct_rows(module.Motion, motion_columns(module.Motion, motions), count)
         wp.launch(
-            getattr(module, target.kernel_form),
+            getattr(module, kernel.form),
             dim=count // LANE_WIDTH if packs else count,
             inputs=[
                 wp.array(block_rows, dtype=module.Block),
@@ -221,7 +242,7 @@ def respond(
     times: SampleTimes,
     others: Mapping[str, npt.NDArray[np.float64]] | None = None,
 ) -> Response:
-    """A response from its lane fields; every one must be there, of blocks in space those besides.
+    """A response from its lane fields; every one must be there, others that an engine has may be.
 
     `others` are their histories besides the rotations, by field.
     A lane of which a number is not finite gets the status NONFINITE if its status would let that
@@ -229,7 +250,7 @@ def respond(
     """
     fields: dict[str, npt.NDArray[Any]] = {
         name: np.asarray(columns[name], np.int64 if name in INTEGER_FIELDS else np.float64)
-        for name in (*LANE_FIELDS, *(n for n in SPATIAL_FIELDS if n in columns))
+        for name in (*LANE_FIELDS, *(n for n in (*SPATIAL_FIELDS, *MODEL_FIELDS) if n in columns))
     }
     status = fields["status"]
     numbers = [fields[name] for name in FINITE_FIELDS]

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
-import math
 from collections.abc import Mapping
 from typing import Any, Self
 
-from warprock.errors import InputError
+from warprock.errors import InputError, listed
 
 
 def setting(default: float | int, *, unit: str, low: float, high: float, text: str) -> Any:
@@ -330,13 +329,15 @@ def judged_settings(
         if name not in fields:
             near = difflib.get_close_matches(name, fields, 1)
             hint = f"; did you mean {near[0]}?" if near else ""
-            raise InputError(source, key, got, f"unknown key{hint} (allowed: {', '.join(fields)})")
+            raise InputError(
+                source, key, got, f"unknown key{hint} (allowed: {listed(name, fields)})"
+            )
         meta, whole = fields[name].metadata, isinstance(fields[name].default, int)
         unit = "" if meta["unit"] == "-" else f" {meta['unit']}"
         bound = f"must be from {meta['low']:g} to {meta['high']:g}{unit}"
         if isinstance(got, bool) or not isinstance(got, int if whole else (int, float)):
             raise InputError(source, key, got, f"{bound}, a {'whole ' if whole else ''}number")
-        if not (math.isfinite(got) and meta["low"] <= got <= meta["high"]):
+        if not meta["low"] <= got <= meta["high"]:
             raise InputError(source, key, got, bound)
         values[name] = int(got) if whole else float(got)
     return settings_type(**values)

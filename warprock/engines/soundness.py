@@ -25,6 +25,9 @@ Mask = npt.NDArray[np.bool_]
 
 EXPLOSION_BOUND = 1.0
 """Energy gained over energy held and supplied above which a lane's numbers are absurd..."""
+COMPLETE_BOUND = 0.1
+"""The same bound of an account that knows what springs hold. Nothing that they hold for a while
+hides in what was gained then, so that no lane overturns unnoticed on much less than it takes."""
 BARRIER_SHARE = 0.1
 """...if what was gained is also this part of the energy that overturns the blocks (a twentieth of
 the slenderness angle): a block that holds next to nothing may gain much of that, and move by
@@ -52,17 +55,18 @@ def energy_gained(lanes: Lanes, energy_lost: Array, peak_rotation: Array) -> Arr
     return np.fmax(-np.asarray(energy_lost, dtype=np.float64), reached)
 
 
-def exploded(lanes: Lanes, held: Array, gained: Array) -> Mask:
+def exploded(lanes: Lanes, held: Array, gained: Array, bound: float = EXPLOSION_BOUND) -> Mask:
     """Where more energy was gained than can be put down to small errors, shape [lane].
 
     Args:
         lanes: Single blocks or stacks.
         held: Energy at the start above the flat state, and what the base supplied [J], [lane].
         gained: Energy gained from nowhere [J], shape [lane].
+        bound: Energy gained over energy held and supplied up to which an error counts as small.
     """
     rise = 0.5 * (np.hypot(lanes.width, lanes.height) - lanes.height)
     barrier = (GRAVITY * lanes.mass * rise).reshape(lanes.lane_count, -1).sum(axis=1)
-    return np.asarray((gained > EXPLOSION_BOUND * held) & (gained > BARRIER_SHARE * barrier))
+    return np.asarray((gained > bound * held) & (gained > BARRIER_SHARE * barrier))
 
 
 def stack_energy_held(lanes: Lanes) -> Array:
@@ -223,9 +227,10 @@ def unstable(
     taken more, and can give back no more, than was held and the most that the base had supplied.
     Rigid ones hold nothing, and a rotation takes no more energy than there was. Where contacts
     give back more than `EXPLOSION_BOUND` times what there was at all, or rotations tell of that,
-    it is the step's. Where soft contacts let blocks sink below their flat state, or a block falls,
-    what they give back for a while counts from there. Besides, see `moved_by_nothing`: what has
-    once begun to rock takes energy from a base that could not have moved it. And see
+    it is the step's; an account that is complete, with what springs hold in it, may be wrong by no
+    more than `COMPLETE_BOUND`. Where soft contacts let blocks sink below their flat state, or a
+    block falls, what they give back for a while counts from there. Besides, see `moved_by_nothing`:
+    what has once begun to rock takes energy from a base that could not have moved it. And see
     `gone_through`.
 
     Args:
@@ -246,8 +251,9 @@ def unstable(
     weight = (GRAVITY * lanes.mass).reshape(lanes.lane_count, -1).sum(axis=1)
     sunk = np.where(rigid | complete, 0.0, weight * account.deepest)
     fell = np.zeros_like(sunk) if complete else fallen(lanes, held, peak_rotation)
-    found = exploded(lanes, held + sunk, -account.lost)
-    found |= exploded(lanes, held + sunk + fell, account.returned)
+    bound = COMPLETE_BOUND if complete else EXPLOSION_BOUND
+    found = exploded(lanes, held + sunk, -account.lost, bound)
+    found |= exploded(lanes, held + sunk + fell, account.returned, bound)
     if lanes.stacked:
         found |= rigid & toppled_from_nothing(lanes, held, peak_rotation)
     else:

@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
-from warprock.engines.dem_springs import stable_step
+from warprock.engines.dem_springs import stable_step, standing_on
 from warprock.engines.launching import (
     NEVER,
-    Form,
+    Kernel,
     Target,
     respond,
     struct_rows,
@@ -20,6 +20,7 @@ from warprock.engines.launching import (
 from warprock.engines.settings import DemSettings
 from warprock.engines.spatial_dem_springs import (
     ENDLESS,
+    SpatialSprings,
     point_pairs,
     spatial_frequencies,
     start_in_space,
@@ -37,21 +38,25 @@ from warprock.kernels.instance import LANE_WIDTH, REALS, kernel_module
 from warprock.lanes import Lanes, SpatialLanes
 from warprock.motion import GroundMotions, PlanarMotions, StillBase
 from warprock.response import Response, SampleTimes, Status
+from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 
+LEAST_CREEP = 1e-9
+"""Speed that is round-off of a block that nothing holds [m/s]."""
+
 
 def dem_module(
-    settings: DemSettings, target: Target, lanes: Lanes, motions: GroundMotions
+    kernel: Kernel, settings: DemSettings, target: Target, lanes: Lanes, motions: GroundMotions
 ) -> ModuleType:
     """The instance of the kernel for a grid of points, a target, a motion and a block count."""
     module: ModuleType = kernel_module(
-        "spatial_dem_launch",
+        kernel.file,
         precision=target.precision,
         motion=motions.kind.value,
         iterations=point_pairs(settings.subcontacts, settings.subcontacts_across).shape[1],
         blocks=lanes.block_count,
-        lanes=LANE_WIDTH if target.kernel_form is Form.PACKED else 1,
+        lanes=LANE_WIDTH if kernel.packed else 1,
         friction="box" if settings.friction_box else "cone",
     )
     return module
@@ -63,7 +68,18 @@ def longest_steps(settings: DemSettings, lanes: Lanes) -> Array:
     return np.asarray(np.minimum(settings.time_step, settings.step_safety * limit))
 
 
+def standing_ratio_in_space(lanes: Lanes, settings: DemSettings) -> Array:
+    """`dem_springs.standing_ratio` about the weaker of both axes of a face, [lane, block]."""
+    springs = SpatialSprings.of(lanes, settings)
+    stacks, stiffness = as_stacks(lanes), settings.normal_stiffness
+    ratios = [
+        standing_on(stacks, stiffness, springs.place[..., axis], springs.area) for axis in (0, 1)
+    ]
+    return np.minimum(*ratios)
+
+
 def run_dem(
+    module: ModuleType,
     settings: DemSettings,
     knobs: Any,
     target: Target,
@@ -74,17 +90,18 @@ def run_dem(
     """Runs blocks in space; see `AbstractEngine.run`.
 
     Args:
+        module: The instance of the kernel.
         settings: Of the springs.
         knobs: The same as the struct `Knobs` of the module.
-        target: Precision, device and form.
+        target: Precision and device.
         lanes: Blocks and starts.
         motions: Their ground motions.
         times: Duration and sampling.
     """
-    module = dem_module(settings, target, lanes, motions)
     step = longest_steps(settings, lanes)
     count = -(-lanes.lane_count // module.LANES) * module.LANES
-    per_lane = struct_rows(module.Lane, lane_columns(lanes, motions, times, step), count)
+    columns = lane_columns(lanes, motions, times, step) | {"creep": creep_speed(lanes, settings)}
+    per_lane = struct_rows(module.Lane, columns, count)
     points = point_pairs(settings.subcontacts, settings.subcontacts_across)
     with wp.ScopedDevice(target.device):
         rows, per_block, attitudes = launch_spatial(
@@ -114,8 +131,8 @@ def run_dem(
     rotations, others = histories(lanes, attitudes)
     # In the last step of the run every interface was closed.
     marks = [(gained, Status.UNSTABLE)]
-    columns = fields | lane_fields(rows, times.times[-1] - 1.5 * step, marks)
-    return respond("dem", columns, rotations, times, others)
+    found = fields | lane_fields(rows, times.times[-1] - 1.5 * step, marks)
+    return respond("dem", found, rotations, times, others)
 
 
 def lane_columns(
@@ -132,6 +149,21 @@ def lane_columns(
         "uplift_time": np.where(away, 0.0, NEVER),
         "moves": x + 2 * y + 4 * z,
     }
+
+
+def creep_speed(lanes: Lanes, settings: DemSettings) -> Array:
+    """Speed up to which faces that stick may slip back and forth on their springs [m/s], [lane].
+
+    A mass M on a shear spring K that holds at most a force F swings by at most F / K, at the speed
+    F / sqrt(K M). What slides faster has left that; what slides slower sticks within a quarter of a
+    swing. The loosest interface counts.
+    """
+    stacks = cast(SpatialLanes, as_stacks(lanes))
+    mass = np.cumsum(stacks.mass[:, ::-1], axis=1)[:, ::-1]
+    area = stacks.face_width * stacks.face_depth
+    bound = stacks.friction * GRAVITY * mass + settings.cohesion * area
+    swing = bound / np.sqrt(settings.shear_stiffness * area * mass)
+    return np.asarray(np.maximum(swing.max(axis=1), LEAST_CREEP))
 
 
 def with_ground(columns: dict[str, Array]) -> dict[str, Array]:

@@ -10,7 +10,15 @@ import numpy.typing as npt
 import warp as wp
 
 from warprock import rocking
-from warprock.engines.launching import Form, Target, respond, step_limit, struct_rows, time_or_nan
+from warprock.engines.launching import (
+    Form,
+    Kernel,
+    Target,
+    respond,
+    step_limit,
+    struct_rows,
+    time_or_nan,
+)
 from warprock.engines.settings import EventSettings
 from warprock.engines.spatial_launching import (
     Array,
@@ -25,6 +33,7 @@ from warprock.kernels.instance import kernel_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions, RecordMotions
 from warprock.response import Outcome, Response, SampleTimes, Status
+from warprock.scene import SceneKind
 from warprock.units import GRAVITY
 
 PHASE_STEP = 0.25
@@ -39,17 +48,28 @@ OVERTURNED, SLID_OFF, BROKEN, STALLED, UNSETTLED = range(1, 6)
 """Modes of a lane in the kernels."""
 
 
+def spatial_event_kernel(
+    settings: EventSettings, target: Target, scene: SceneKind | Lanes
+) -> Kernel:
+    """The kernel of blocks in space: packed are single ones on a cone alone."""
+    if scene.stacked:
+        return Kernel("spatial_event_stack_launch", Form.PLAIN)
+    if target.kernel_form is Form.PACKED and not settings.friction_box:
+        return Kernel("spatial_event_pack_launch", Form.PACKED)
+    return Kernel("spatial_event_launch", Form.PLAIN)
+
+
 def spatial_event_module(
     settings: EventSettings, target: Target, lanes: Lanes, motions: GroundMotions
 ) -> ModuleType:
-    """The instance of the kernel file for a batch of blocks: packed are single ones on a cone."""
-    packs = target.kernel_form is Form.PACKED and not lanes.stacked and not settings.friction_box
+    """The instance of the kernel file for a batch of blocks."""
+    kernel = spatial_event_kernel(settings, target, lanes)
     module: ModuleType = kernel_module(
-        f"spatial_event_{'stack_' * lanes.stacked}{'pack_' * packs}launch",
+        kernel.file,
         precision=target.precision,
         motion=motions.kind.value,
         blocks=lanes.block_count,
-        lanes=PACK if packs else 1,
+        lanes=PACK if kernel.packed else 1,
         friction="box" if settings.friction_box else "cone",
     )
     return module

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from types import ModuleType
 
-from warprock.engines.launching import Form, Target, respond
+from warprock.engines.launching import Form, Kernel, Target, respond
 from warprock.engines.settings import ImpulseSettings
 from warprock.engines.spatial_launching import (
     block_columns,
@@ -18,20 +18,28 @@ from warprock.kernels.instance import LANE_WIDTH, kernel_module
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
 from warprock.response import Response, SampleTimes, Status
+from warprock.scene import SceneKind
 from warprock.units import GRAVITY
+
+
+def spatial_impulse_kernel(target: Target, scene: SceneKind | Lanes) -> Kernel:
+    """The kernel of blocks in space: stacks run one lane a thread on any device."""
+    if scene.stacked:
+        return Kernel("spatial_impulse_stack_launch", Form.PLAIN)
+    return Kernel("spatial_impulse_launch", target.kernel_form)
 
 
 def spatial_impulse_module(
     settings: ImpulseSettings, target: Target, lanes: Lanes, motions: GroundMotions
 ) -> ModuleType:
     """The instance of the kernel file for a batch of blocks in space."""
-    packs = target.kernel_form is Form.PACKED and not lanes.stacked
+    kernel = spatial_impulse_kernel(target, lanes)
     module: ModuleType = kernel_module(
-        "spatial_impulse_stack_launch" if lanes.stacked else "spatial_impulse_launch",
+        kernel.file,
         precision=target.precision,
         motion=motions.kind.value,
         blocks=lanes.block_count,
-        lanes=LANE_WIDTH if packs else 1,
+        lanes=LANE_WIDTH if kernel.packed else 1,
         friction="box" if settings.friction_box else "cone",
     )
     return module

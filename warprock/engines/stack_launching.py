@@ -16,7 +16,7 @@ import warp as wp
 
 from warprock.engines.launching import (
     NEVER,
-    Form,
+    Kernel,
     Target,
     motion_columns,
     padded,
@@ -32,24 +32,18 @@ Array = npt.NDArray[np.float64]
 
 
 def stack_module(
-    file: str, target: Target, motions: GroundMotions, lanes: Lanes, iterations: int = 0
+    kernel: Kernel, target: Target, motions: GroundMotions, lanes: Lanes, iterations: int = 0
 ) -> ModuleType:
     """The instance of a stack's kernel file for a target, a kind of motion and a block count."""
-    packs = target.kernel_form is Form.PACKED
     module: ModuleType = kernel_module(
-        file,
+        kernel.file,
         precision=target.precision,
         motion=motions.kind.value,
         iterations=iterations,
         blocks=lanes.block_count,
-        lanes=LANE_WIDTH if packs else 1,
+        lanes=LANE_WIDTH if kernel.packed else 1,
     )
     return module
-
-
-def one_by_one(target: Target) -> Target:
-    """The target of a kernel that runs one lane a thread on any device."""
-    return dataclasses.replace(target, form=Form.PLAIN)
 
 
 def as_stacks(lanes: Lanes) -> Lanes:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from types import ModuleType
 from typing import Any, ClassVar, final
 
@@ -12,7 +11,14 @@ import warp as wp
 
 from warprock import rocking
 from warprock.engines.base import AbstractEngine
-from warprock.engines.launching import Form, Target, fastest_rate, respond, time_or_nan
+from warprock.engines.launching import (
+    Form,
+    Kernel,
+    Target,
+    fastest_rate,
+    respond,
+    time_or_nan,
+)
 from warprock.engines.settings import TwoBlockSettings
 from warprock.engines.stack_launching import launch_stacks, stack_module
 from warprock.lanes import Lanes
@@ -53,6 +59,7 @@ class TwoBlock(AbstractEngine):
 
     name: ClassVar[str] = "two-block"
     order: ClassVar[int | None] = None
+    slides: ClassVar[bool] = False
     settings_type = TwoBlockSettings
 
     def __init__(
@@ -65,7 +72,7 @@ class TwoBlock(AbstractEngine):
             target: Precision and device; every form of the kernel runs one lane a thread.
         """
         self.settings = settings or TwoBlockSettings()
-        self.target = dataclasses.replace(target or Target(), form=Form.PLAIN)
+        self.target = target or Target()
 
     @classmethod
     def supports(cls, scene: SceneKind) -> str | None:
@@ -89,12 +96,16 @@ class TwoBlock(AbstractEngine):
             )
         return None
 
+    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
+        """The kernel that runs a scene: one lane a thread on any device."""
+        return Kernel("two_block_stack_launch", Form.PLAIN)
+
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
         wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
 
     def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
-        return stack_module("two_block_stack_launch", self.target, motions, lanes)
+        return stack_module(self.kernel(lanes), self.target, motions, lanes)
 
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         """Runs a batch of stacks on the calling thread; see `AbstractEngine.run`."""

@@ -9,7 +9,7 @@ import numpy as np
 import warp as wp
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.launching import Target, respond
+from warprock.engines.launching import Kernel, Target, respond
 from warprock.engines.settings import XpbdSettings
 from warprock.engines.soundness import account_of, contacts_hold, unstable
 from warprock.engines.stack_launching import (
@@ -31,12 +31,12 @@ from warprock.units import GRAVITY
 class Xpbd(AbstractEngine):
     """Contacts at the ends of every interface as position constraints with compliance (XPBD).
 
-    First order in the time step of Eq. 9 of the paper. A stack is at rest while every end of its
-    interfaces carries; it rocks while one carries nothing. With compliance it starts as it would
-    stand rigidly and sinks by the compliance times the force of each end, within a time of about
-    compliance x mass / time step; what that stores counts as lost. Sweeps do not carry a block
-    that is thousands of times as heavy as the one it stands on: there energy can grow. A
-    lane that gains more than it held and its base supplied has the status UNSTABLE.
+    First order in the time step of Eq. 9 of the paper. A stack is at rest while no end of its
+    interfaces has parted, by more than a step of falling makes, and none slides. With compliance it
+    starts as it would stand rigidly and sinks by the compliance times the force of each end, within
+    a time of about compliance x mass / time step; what that stores counts as lost. Sweeps do not
+    carry a block that is thousands of times as heavy as the one it stands on: there energy can
+    grow. A lane that gains more than it held and its base supplied has the status UNSTABLE.
     """
 
     name: ClassVar[str] = "xpbd"
@@ -65,12 +65,18 @@ class Xpbd(AbstractEngine):
             )
         return None
 
+    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
+        """The kernel that runs a scene: the same text for a single block and for a stack."""
+        return Kernel("xpbd_launch", self.target.kernel_form)
+
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
         wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
 
     def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
-        return stack_module("xpbd_launch", self.target, motions, lanes, self.settings.iterations)
+        return stack_module(
+            self.kernel(lanes), self.target, motions, lanes, self.settings.iterations
+        )
 
     def _knobs(self, module: Any) -> Any:
         step = self.settings.time_step
@@ -100,7 +106,7 @@ class Xpbd(AbstractEngine):
         softness = self.settings.compliance
         hold = contacts_hold(stacks, 1.0 / softness if softness else np.inf)
         gained = unstable(stacks, account_of(rows, step), per_block["peak"], rigid=hold)
-        # In the last step of the run both ends of every interface carried something.
+        # In the last step of the run no end had parted, and nothing slid.
         marks = [(gained, Status.UNSTABLE)]
         columns = lane_fields(rows, times.times[-1] - 0.5 * step, marks) | planar_fields(per_block)
         if not lanes.stacked:

@@ -81,13 +81,16 @@ def _channel(text: TextFile, begin: int, at: int, found: re.Match[str]) -> Chann
         interval = text.interval(at, found["interval"])
     chan = _last(head, r"\bCHAN\s+(\d+):\s+(.*\S)")
     direction = f"{chan[1]}: {_words(chan[2])}" if chan else ""
+    count = int(found["count"])
+    samples = text.fixed(at + 1, count, width, PER_LINE)
+    text.require_end(at + 1, count, PER_LINE)
     note = "raw (Volume 1)" if raw else "Volume 2, as the network has it"
     unit = f"; g = {NETWORK_GRAVITY} m/s^2" if found["unit"].lower() == "g" else ""
     return Channel(
         label=direction.partition(": ")[2],
         quantity=Control.ACCELERATION,
         interval=interval,
-        samples=size * text.fixed(at + 1, int(found["count"]), width, PER_LINE),
+        samples=size * samples,
         source=f"CSMIP: {_source(head)}, channel {direction}",
         processing=note + unit,
     )

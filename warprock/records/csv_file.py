@@ -26,6 +26,18 @@ from warprock.units import Dimension, parse_any, parse_quantity
 
 Array = npt.NDArray[np.float64]
 
+KEYS = (
+    "unit",
+    "interval",
+    "name",
+    "source",
+    "licence",
+    "processing",
+    "original-sha256",
+    "raw-sha256",
+)
+"""Keys of the header that are read."""
+
 
 def recognises(text: TextFile) -> bool:
     """Whether a file begins as one of these does: with a # line or with a number."""
@@ -46,8 +58,14 @@ def read(text: TextFile) -> list[Channel]:
     """
     lines = text.lines
     first = next((at for at, line in enumerate(lines) if not line.startswith("#")), len(lines))
-    entries = [line[1:].partition(":") for line in lines[:first] if ":" in line]
-    head = {key.strip().lower(): value.strip() for key, _, value in entries}
+    head: dict[str, str] = {}
+    for at, line in enumerate(lines[:first]):
+        key, colon, value = line[1:].partition(":")
+        key = key.strip().lower()
+        if colon and key in head and key in KEYS:
+            raise text.refusal(at, f"must not give {key} a second time")
+        if colon:
+            head[key] = value.strip()
     quantity, size = _unit(text.file, head)
     return [
         Channel(

@@ -7,10 +7,10 @@ one of them named: `FILE#2`, or `FILE#N-S` by what the file calls its direction.
 from __future__ import annotations
 
 import difflib
-import errno
 import functools
 import hashlib
 import importlib.resources
+import os
 import pathlib
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -18,7 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from warprock.case_keys import KEYS, NumberKey, Said
-from warprock.errors import InputError
+from warprock.errors import InputError, listed
+from warprock.reading import read_bytes, reason
 from warprock.records import csmip, csv_file, esm, fema_p695, geonet, knet, peer
 from warprock.records.record import CONTROL_OF, Record
 from warprock.records.text_file import Channel, TextFile
@@ -97,7 +98,7 @@ def load_channels(name_or_path: str) -> list[Record]:
         InputError: As `load_record`.
     """
     path, channel = _place(name_or_path, None)
-    if channel or fema_p695.is_name(name_or_path) or not path.is_file():
+    if channel or fema_p695.is_name(name_or_path) or not os.path.isfile(path):
         return [load_record(name_or_path)]
     return list(_records(path, name_or_path))
 
@@ -110,27 +111,25 @@ def _place(name_or_path: str, relative_to: pathlib.Path | None) -> tuple[pathlib
     folder = pathlib.Path() if relative_to is None else relative_to
     path = folder / name_or_path
     name, mark, channel = name_or_path.rpartition(CHANNEL)
-    if mark and name and not path.exists():
+    if mark and name and not os.path.exists(path):
         return folder / name, channel
     return path, ""
 
 
 def _missing(path: pathlib.Path, name: str, error: OSError) -> InputError:
+    if not isinstance(error, (FileNotFoundError, NotADirectoryError)):
+        return InputError(str(path), "record", name, f"must be a file to read ({reason(error)})")
     shipped = _shipped()
     near = difflib.get_close_matches(name, shipped, 1)
     hint = f"; did you mean {near[0]}?" if near else ""
-    allowed = f"must be a file or the name of a shipped record ({', '.join(shipped)}){hint}"
-    reason = error.strerror or type(error).__name__
-    return InputError(str(path), "record", Said(reason.lower()), allowed)
+    allowed = f"must be a file or the name of a shipped record ({listed(name, shipped)}){hint}"
+    return InputError(str(path), "record", Said(reason(error)), allowed)
 
 
 def _records(path: pathlib.Path, name: str) -> tuple[Record, ...]:
     """Every channel of a file; its text is read again only if its bytes have changed."""
     try:
-        if path.is_char_device() or path.is_block_device():
-            # Such as /dev/zero, which never ends.
-            raise OSError(errno.ENODEV, "A device")
-        content = path.read_bytes()
+        content = read_bytes(path)
     except OSError as error:
         raise _missing(path, name, error) from None
     key = str(path), hashlib.sha256(content).hexdigest()

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 import re
 from collections.abc import Iterator, Sequence
+from typing import NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -126,9 +128,27 @@ class TextFile:
             per_line: Fields of a line.
 
         Raises:
-            InputError: A field is no number, or the file ends too early.
+            InputError: A field is no number, the file ends too early, or the last line has more.
         """
-        return self._counted(self._fields(first, width, per_line), first, count)
+        fields = self._fields(first, width, per_line)
+        values = self._counted(fields, first, count)
+        last = first + (count - 1) // per_line
+        for at, text in fields:
+            if at > last or _is_no_number(text):
+                break
+            self._refuse_more(at, text, count)
+        return values
+
+    def require_end(self, first: int, count: int, per_line: int) -> None:
+        """Refuses a line of numbers behind those of `fixed`.
+
+        Raises:
+            InputError: There is one.
+        """
+        at = first + -(-count // per_line)
+        words = self.lines[at].split() if at < len(self.lines) else []
+        if words and not any(_is_no_number(word) for word in words):
+            self._refuse_more(at, words[0], count)
 
     def free(self, first: int, count: int) -> Array:
         """Numbers with blanks between them, or stuck together by a sign.
@@ -138,9 +158,17 @@ class TextFile:
             count: How many.
 
         Raises:
-            InputError: One is no number, or the file ends too early.
+            InputError: One is no number, the file ends too early, or has more of them.
         """
-        return self._counted(self._words(first), first, count)
+        words = self._words(first)
+        values = self._counted(words, first, count)
+        for at, word in words:
+            self._refuse_more(at, word, count)
+        return values
+
+    def _refuse_more(self, at: int, text: str, count: int) -> NoReturn:
+        expected = f"must not follow the {count} samples of the header"
+        raise self.refusal(at, expected, text.strip()[:SHOWN])
 
     def _fields(self, first: int, width: int, per_line: int) -> Iterator[tuple[int, str]]:
         for at in range(first, len(self.lines)):
@@ -155,15 +183,21 @@ class TextFile:
 
     def _counted(self, fields: Iterator[tuple[int, str]], first: int, count: int) -> Array:
         values: list[float] = []
-        for at, text in fields:
-            if len(values) == count:
-                break
+        for at, text in itertools.islice(fields, count):
             values.append(self.number(at, text))
         if len(values) < max(count, 2):
             got = Said(f"{len(values)} samples")
             allowed = f"must be followed by the {count} samples of its header, at least 2"
             raise self.refusal(max(first - 1, 0), allowed, got)
         return np.array(values)
+
+
+def _is_no_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return True
+    return False
 
 
 _STUCK = re.compile(r"(\d)(?=-\.?\d)")

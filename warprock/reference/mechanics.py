@@ -108,6 +108,37 @@ class PivotingBlock:
         momentum = self.central_inertia * spin + self.mass * cross(new, velocity)
         return side * momentum / self.corner_inertia
 
+    def contact_force(
+        self, side: int, tilt: float, rate: float, base_acceleration: float
+    ) -> Vector:
+        """Force of the base on the pivoting block along and upwards [N], by Newton's law.
+
+        Mass times the acceleration of its centre, the base's and that of turning, less its weight.
+        """
+        lever = turned(self.levers[side], -side * tilt)
+        bend = -side * self.tilt_acceleration(side, tilt, base_acceleration)
+        along = base_acceleration - bend * lever[1] - rate**2 * lever[0]
+        return self.mass * along, self.mass * (GRAVITY + bend * lever[0] - rate**2 * lever[1])
+
+    def step_impulse(self, side: int, tilt: float, velocity_step: float) -> Vector:
+        """Impulse of the base on the block along and upwards [N s] at a velocity step [m/s]."""
+        lever = turned(self.levers[side], -side * tilt)
+        spin = -side * self.rate_step(side, tilt, velocity_step)
+        return self.mass * (velocity_step - spin * lever[1]), self.mass * spin * lever[0]
+
+    def impact_impulse(self, side: int, before: float, after: float) -> Vector:
+        """Impulse of the base along and upwards [N s] at an impact of the free corner.
+
+        Args:
+            side: Corner before the impact.
+            before: Tilt rate before it, < 0 [rad/s].
+            after: Tilt rate about the other corner after it [rad/s].
+        """
+        old, new = self.levers[side], self.levers[-side]
+        spin, spin_after = -side * before, side * after
+        along = -spin_after * new[1] + spin * old[1]
+        return self.mass * along, self.mass * (spin_after * new[0] - spin * old[0])
+
     def kinetic_energy(self, rate: float) -> float:
         """Kinetic energy of the rotation about a corner [J]."""
         return 0.5 * self.corner_inertia * rate * rate

@@ -46,6 +46,7 @@ from warprock.response import (
     FIELDS,
     INTEGER_FIELDS,
     LANE_FIELDS,
+    MODEL_FIELDS,
     Outcome,
     Response,
     SampleTimes,
@@ -56,6 +57,9 @@ Array = npt.NDArray[np.float64]
 
 RELATIVE_TOLERANCE = 1e-12
 """Relative tolerance of DOP853; SciPy raises anything below 100 x round-off = 2.2e-14."""
+FRICTION_SLACK = 1e-6
+"""Part by which friction may fall short before a block counts as one that slides: what the refined
+looks at the contact force may miss."""
 SCANS_PER_PERIOD = 64
 """Looks at the overturning moment in a period of the motion while the block rests."""
 
@@ -77,6 +81,8 @@ class OracleResponse:
         status: Whether the numbers may be used.
         energy_lost: Energy lost in impacts [J].
         evaluation_count: Evaluations of the equation of motion.
+        friction_needed: Largest |along| / upwards of the contact force and of the impulses at
+            impacts and velocity steps; infinite where the base would have to pull.
     """
 
     rotation: Array
@@ -90,10 +96,14 @@ class OracleResponse:
     status: Status
     energy_lost: float
     evaluation_count: int
+    friction_needed: float
 
 
-def _answer(run: BlockRun) -> OracleResponse:
-    """What a finished run came to."""
+def _answer(run: BlockRun, friction: float) -> OracleResponse:
+    """What a finished run came to, of a block with a friction."""
+    status = run.status
+    if status is Status.OK and run.friction_needed > (1.0 + FRICTION_SLACK) * friction:
+        status = Status.OUTSIDE_MODEL
     standing = Outcome.AT_REST if run.flat else Outcome.ROCKING
     return OracleResponse(
         rotation=run.rotation,
@@ -104,9 +114,10 @@ def _answer(run: BlockRun) -> OracleResponse:
         uplift_time=run.uplift_time,
         rest_time=run.rest_time,
         outcome=Outcome.OVERTURNED if run.overturned else standing,
-        status=run.status,
+        status=status,
         energy_lost=run.energy_lost,
         evaluation_count=run.evaluations,
+        friction_needed=run.friction_needed,
     )
 
 
@@ -154,14 +165,15 @@ def rock(
         rtol: Relative tolerance of the integrator.
     """
     assert not isinstance(motions, SpatialMotions)
-    run = BlockRun(_block(lanes, lane), times, rtol)
+    friction = float(lanes.friction[lane])
+    run = BlockRun(_block(lanes, lane), times, rtol, friction)
     run.start(float(lanes.rotation_start[lane]))
     scan = _scan_interval(motions, lane)
     for segment in motions.segments(lane):
         if segment.start < times.duration and not run.overturned:
             run.follow(segment, scan)
     run.finish()
-    return _answer(run)
+    return _answer(run, friction)
 
 
 def _rock_all(
@@ -211,7 +223,7 @@ def oracle_response(
         "peak_penetration": [0.0] * len(answers),
     }
     fields: dict[str, npt.NDArray[np.generic]] = {}
-    for name in LANE_FIELDS:
+    for name in (*LANE_FIELDS, *MODEL_FIELDS):
         values = rows[name] if name in rows else [getattr(a, name) for a in answers]
         fields[name] = np.array(values, np.int64 if name in INTEGER_FIELDS else np.float64)
     if times.interval is None:

@@ -53,7 +53,9 @@ class _Seen:
         slide: Slide along what it stands on, from the start [m], shape [frame, block, 2].
         depth: Depth of its lowest corner in what it stands on [m].
         last: Frame at which a block has overturned, and the run ends; the last one if none has.
-        side: Side to which each block has overturned (+1, -1) by then, 0 if it has not, [block].
+        down: Whether each block has overturned by then, [block].
+        lying: Rotation and rotation across of the blocks where they would come to lie, on the side
+            to which they lean by then [rad], shape [2, block].
     """
 
     rotation: Array
@@ -64,7 +66,8 @@ class _Seen:
     slide: Array
     depth: Array
     last: int
-    side: Array
+    down: npt.NDArray[np.bool_]
+    lying: Array
 
 
 def peer_response(
@@ -104,11 +107,15 @@ def peer_response(
 
 def _lane(lanes: Lanes, lane: int, scene: PeerScene, run: PeerRun) -> dict[str, object]:
     """Every field of one lane; blocks first where the lane is a stack."""
-    seen = _look(scene, run)
+    seen = _look(scene, run, spatial=lanes.spatial)
     slenderness = np.atleast_1d(lanes.slenderness_angle[lane])
     peaks = [_peak(seen.rotation[: seen.last + 1, k], scene.frame) for k in range(len(slenderness))]
     peak, peak_time = (np.array(part) for part in zip(*peaks, strict=True))
-    peak = np.where(seen.side != 0.0, np.maximum(peak, 0.5 * np.pi), peak)
+    across = np.abs(seen.across[: seen.last + 1]).max(axis=0)
+    peak, across = (
+        np.where(seen.down, np.maximum(most, np.abs(lying)), most)
+        for most, lying in zip((peak, across), seen.lying, strict=True)
+    )
     until = slice(0, seen.last + 1)
     finite = bool(np.isfinite(run.position).all() and np.isfinite(run.attitude).all())
     slide = np.linalg.norm(seen.slide[until], axis=-1).max(axis=0)
@@ -117,21 +124,21 @@ def _lane(lanes: Lanes, lane: int, scene: PeerScene, run: PeerRun) -> dict[str, 
         "peak_time": peak_time,
         "residual_slide": seen.slide[seen.last, :, 0],
         "peak_slide": slide,
-        "peak_tilt": np.where(seen.side != 0.0, 0.5 * np.pi, seen.tilt[until].max(axis=0)),
-        "peak_rotation_across": np.abs(seen.across[until]).max(axis=0),
+        "peak_tilt": np.where(seen.down, 0.5 * np.pi, seen.tilt[until].max(axis=0)),
+        "peak_rotation_across": across,
         "peak_yaw": np.abs(seen.yaw[until] - seen.yaw[0]).max(axis=0),
         "residual_yaw": seen.yaw[seen.last] - seen.yaw[0],
         "residual_slide_across": seen.slide[seen.last, :, 1],
-        "history_rotation": _held(seen.rotation, seen),
-        "history_rotation_across": _held(seen.across, seen, fallen=False),
-        "history_yaw": _held(seen.yaw, seen, fallen=False),
+        "history_rotation": _held(seen.rotation, seen, seen.lying[0]),
+        "history_rotation_across": _held(seen.across, seen, seen.lying[1]),
+        "history_yaw": _held(seen.yaw, seen, seen.yaw[seen.last]),
     }
     if not lanes.stacked:
         blocks = {key: value[..., 0] for key, value in blocks.items()}
     moved = np.any(np.abs(seen.lean[until]) > FLAT_RATIO * slenderness, axis=1)
     return {
         **blocks,
-        **_times(np.asarray(moved), scene.frame, fallen=bool(seen.side.any())),
+        **_times(np.asarray(moved), scene.frame, fallen=bool(seen.down.any())),
         "status": Status.OK if finite else Status.NONFINITE,
         "impact_count": sum(
             _side_changes(seen.lean[until, k], FLAT_RATIO * angle)
@@ -143,8 +150,11 @@ def _lane(lanes: Lanes, lane: int, scene: PeerScene, run: PeerRun) -> dict[str, 
     }
 
 
-def _look(scene: PeerScene, run: PeerRun) -> _Seen:
-    """Rotations and places of the blocks of one lane against what is below them."""
+def _look(scene: PeerScene, run: PeerRun, *, spatial: bool) -> _Seen:
+    """Rotations and places of the blocks of one lane against what is below them.
+
+    In the plane a block lies flat on its side, however little the program let it leave the plane.
+    """
     attitude, position = run.attitude, run.position
     base = scene.base.displacement(scene.times) if scene.base else np.zeros((len(scene.times), 3))
     rotation, across, yaw = rotations(attitude)
@@ -185,7 +195,8 @@ def _look(scene: PeerScene, run: PeerRun) -> _Seen:
         slide=np.stack(slides, axis=1),
         depth=np.stack(depths, axis=1),
         last=last,
-        side=np.where(down, np.where(rotation[last] < 0.0, -1.0, 1.0), 0.0),
+        down=down,
+        lying=_lying(axis[last], spatial=spatial),
     )
 
 
@@ -217,12 +228,17 @@ def _turned_by(angle: float, vectors: Array) -> Array:
     return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
 
 
-def _held(history: Array, seen: _Seen, *, fallen: bool = True) -> Array:
-    """A history that stays where it was once the run has ended, a fallen block on its side."""
+def _lying(axis: Array, *, spatial: bool) -> Array:
+    """Rotation and rotation across of axes [block, 3] that lie level in their direction [rad]."""
+    x, y = axis[:, 0], axis[:, 1] if spatial else np.zeros(len(axis))
+    return np.arctan2([x, y], np.abs([y, x]))
+
+
+def _held(history: Array, seen: _Seen, lying: Array) -> Array:
+    """A history that stays where it was once the run has ended, a fallen block where it lies."""
     held = history.copy()
     held[seen.last + 1 :] = held[seen.last]
-    if fallen:
-        held[seen.last :, seen.side != 0.0] = (0.5 * np.pi * seen.side)[seen.side != 0.0]
+    held[seen.last :, seen.down] = lying[seen.down]
     return held
 
 

@@ -15,7 +15,7 @@ from scipy.integrate import DOP853
 from scipy.optimize import brentq, minimize_scalar
 
 from warprock.motion import Segment
-from warprock.reference.mechanics import PivotingBlock
+from warprock.reference.mechanics import PivotingBlock, Vector
 from warprock.response import SampleTimes, Status
 
 Array = npt.NDArray[np.float64]
@@ -30,8 +30,16 @@ FIRST_STEP = 0.1
 """Longest first step of a swing [s]; DOP853 chooses the others itself."""
 SHORTEST_STEP = 1e-9
 """A first step this short [s] that does not lift the block shows that it has not lifted."""
+FORCE_LOOKS = 6
+"""Looks at the contact force in a step of DOP853; the largest one is then refined."""
 ROOT_TOLERANCE = 4.0 * float(np.finfo(np.float64).eps)
 """Relative tolerance of a root, the smallest that `brentq` takes."""
+
+
+def friction_for(force: Vector) -> float:
+    """Friction that a force or an impulse of the base needs; infinite where it pulls."""
+    along, upwards = force
+    return abs(along) / upwards if upwards > 0.0 else math.inf
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:
@@ -46,14 +54,19 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float:
 class BlockRun:
     """One lane's run: the state and what has happened so far."""
 
-    def __init__(self, block: PivotingBlock, times: SampleTimes, rtol: float) -> None:
+    def __init__(
+        self, block: PivotingBlock, times: SampleTimes, rtol: float, friction: float
+    ) -> None:
         """Puts the block flat on the base.
 
         Args:
             block: The block's mechanics.
             times: Duration and sampling.
             rtol: Relative tolerance of DOP853.
+            friction: Of the contact, which only says from where on a fall is not judged.
         """
+        self.friction_needed = 0.0
+        self.fall_tilt = block.critical_tilt + math.atan(min(friction, 1.0))
         self.block, self.rtol, self.duration = block, rtol, times.duration
         self.times = times.times
         self.rotation = np.full(len(self.times), np.nan)
@@ -84,6 +97,9 @@ class BlockRun:
             change = self.block.rate_step(side, self.tilt, segment.velocity_step)
             if self.flat and not self._settles(self.time, change):
                 self._leave(self.time, side, 0.0)
+            if not self.flat and not self._falls(self.tilt, self.rate):
+                impulse = self.block.step_impulse(self.side, self.tilt, segment.velocity_step)
+                self._need(friction_for(impulse))
             self.rate += 0.0 if self.flat else change
         while self.time < stop and not self.overturned and self.status == Status.OK:
             if self.flat:
@@ -107,6 +123,37 @@ class BlockRun:
         self.rest_time = math.nan
         if math.isnan(self.uplift_time):
             self.uplift_time = time
+
+    def _need(self, friction: float) -> None:
+        self.friction_needed = max(self.friction_needed, friction)
+
+    def _falls(self, tilt: float, rate: float) -> bool:
+        """Whether the block falls whatever its contact does: that is not judged."""
+        return tilt >= self.fall_tilt and rate >= 0.0
+
+    def _judge(self, dense: Callable[[Any], Array], begin: float, end: float) -> None:
+        """Notes the friction that the contact needs in a part of a step."""
+
+        def needed(time: float, tilt: float, rate: float) -> float:
+            if self._falls(tilt, rate):
+                return 0.0
+            base = self.acceleration(time)
+            return friction_for(self.block.contact_force(self.side, tilt, rate, base))
+
+        grid = np.linspace(begin, end, FORCE_LOOKS + 1).tolist()
+        found = [
+            needed(time, *state) for time, state in zip(grid, dense(grid).T.tolist(), strict=True)
+        ]
+        top = int(np.argmax(found))
+        if found[top] > 0.98 * self.friction_needed and math.isfinite(found[top]):
+            low, high = grid[max(top - 1, 0)], grid[min(top + 1, FORCE_LOOKS)]
+            best = minimize_scalar(
+                lambda time: -needed(time, *dense(time).tolist()),
+                bounds=(low, high),
+                method="bounded",
+            )
+            self._need(-float(best.fun))
+        self._need(found[top])
 
     def _note_peak(self, time: float, tilt: float) -> None:
         if tilt > self.peak:
@@ -227,9 +274,6 @@ class BlockRun:
         """Handles what happened in a step; True if the swing is over."""
         end, after = solver.t, solver.y
         turned = before[1] * after[1] < 0.0 or (before[1] == 0.0 and after[1] < 0.0)
-        wanted = self.filled < len(self.times) and self.times[self.filled] <= end
-        if not (turned or wanted or after[0] <= 0.0 or after[0] >= 0.5 * math.pi):
-            return False
         dense = solver.dense_output()
         turn = begin
         extreme = before[0]
@@ -241,6 +285,7 @@ class BlockRun:
         if over or after[0] >= 0.5 * math.pi:
             top = turn if over else end
             fall = _root(lambda time: float(dense(time)[0]) - 0.5 * math.pi, begin, top)
+            self._judge(dense, begin, fall)
             self._fill_swing(fall, dense)
             self._overturn(fall)
             return True
@@ -249,9 +294,11 @@ class BlockRun:
         if low or after[0] <= 0.0:
             first, last = (begin, turn) if low else (turn, end)
             time, rate = self._touch(dense, (begin, before), first, last)
+            self._judge(dense, begin, time)
             self._fill_swing(time, dense)
             self._impact(time, rate)
             return True
+        self._judge(dense, begin, end)
         self._fill_swing(end, dense)
         return False
 
@@ -283,6 +330,8 @@ class BlockRun:
         self.time, self.tilt = time, 0.0
         self.impacts.append(time)
         after = self.block.rate_after_impact(self.side, min(rate, 0.0))
+        if rate < 0.0:
+            self._need(friction_for(self.block.impact_impulse(self.side, rate, after)))
         if self._settles(time, after):
             self.flat, self.rest_time = True, time + self._tail(time, rate, after)
             after = 0.0

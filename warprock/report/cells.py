@@ -16,6 +16,7 @@ from warprock.report.accuracy import run_accuracy_lines
 from warprock.report.swept import SweptAxis, swept_axes
 from warprock.report.tables import plain_table, print_table, stdout
 from warprock.runner import CaseRun, has_time_step
+from warprock.undecided import cut_text
 from warprock.units import Dimension
 
 OVERTURNED = "overturned"
@@ -79,6 +80,9 @@ def print_cells(
         )
     for line in run_accuracy_lines(run):
         out.print(line, markup=False, highlight=False, soft_wrap=True)
+    cut = cut_text(run.lane_set.motions, run.lane_set.times.duration)
+    if cut:
+        out.print(cut, highlight=False)
     out.print(f"wall time: {run.wall_time:.3g} s")
     for path in files:
         out.print(f"wrote {path}", markup=False, highlight=False, soft_wrap=True)

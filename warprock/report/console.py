@@ -21,6 +21,7 @@ import rich.table
 from rich.cells import cell_len
 
 from warprock.report.accuracy import run_accuracy_lines
+from warprock.response import Status
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -43,6 +44,16 @@ RESULT_COLUMNS = (
     "rest_time_s",
 )
 """Columns of the lane table that `run` prints behind the inputs and the peaks."""
+
+
+MODEL_COLUMNS = ("friction_needed",)
+"""Columns behind those, of engines whose blocks cannot slide."""
+
+OUTSIDE = (
+    "outside_model: there the block needs more friction than it has, and would slide, or its base "
+    "would have to pull it (inf); with -e event it may slide and leave its base"
+)
+"""What is said of lanes outside Housner's model."""
 
 
 def plain(value: Any) -> Any:
@@ -131,6 +142,10 @@ def print_explanation(found: Mapping[str, Any]) -> None:
     ]
     for name, value in facts:
         out.print(f"  {name}: {_text(value)}")
+    if found["motion_cut_short"]:
+        out.print(f"  {found['motion_cut_short']}", soft_wrap=True)
+    if scene["friction_note"]:
+        out.print(f"  friction: {scene['friction_note']}")
     for axis in found["sweep"]:
         keys = ", ".join(axis["keys"])
         out.print(f"  sweep: {keys} ({axis['length']} values)")
@@ -139,9 +154,13 @@ def print_explanation(found: Mapping[str, Any]) -> None:
         out.print(f"  {text}")
     if found["study"]:
         _print_study_plan(out, found["study"])
-    out.print("\nInputs:")
+    part = found["inputs_of_lanes"] < found["lanes"]
+    first = f" (of the first {found['inputs_of_lanes']:,} lanes)" if part else ""
+    out.print(f"\nInputs{first}:")
     for name, spread in found["inputs"].items():
         out.print(f"  {name}: {_spread_text(spread)}")
+    engine = found["engine"]
+    out.print(f"\nWhere no engine is named, {engine['engine']} runs: {engine['why']}.")
     out.print("\nEngines:")
     for engine in found["engines"]:
         _print_engine(out, engine)
@@ -150,6 +169,7 @@ def print_explanation(found: Mapping[str, Any]) -> None:
 def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
     """Prints a run: every lane of a small one, counts and ranges of a large one."""
     from warprock.store import count_words, error_summary, lane_table, peak_ratio_columns
+    from warprock.undecided import cut_text
 
     out = _stdout()
     response = run.response
@@ -160,11 +180,17 @@ def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
         shown = ["lane", *_swept_columns(run), *peaks]
         if "peak_time_s" in table:
             shown.append("peak_time_s")
+        slides = [column for column in map(str, table) if column.startswith("peak_slide_")]
+        in_mm = {column: f"{column.removesuffix('_m')}_mm" for column in slides}
+        table = table.assign(**{mm: 1e3 * table[column] for column, mm in in_mm.items()})
+        shown += in_mm.values()
         shown += [column for column in OUT_OF_PLANE if column in table]
         errors = [column for column in map(str, table) if column.startswith("rotation_error_")]
         for column in errors:
             table[column] = table[column].map("{:.1e}".format)
-        print_rows(title, table[[*shown, *RESULT_COLUMNS, *errors]].to_dict("records"))
+        needed = [column for column in MODEL_COLUMNS if column in table]
+        columns = [*shown, *RESULT_COLUMNS, *needed, *errors]
+        print_rows(title, table[columns].to_dict("records"))
     else:
         out.print(title, style="bold")
         for name in peaks:
@@ -174,6 +200,13 @@ def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
         counts = count_words(response, name)
         words = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
         out.print(f"{name}: {words}")
+    cut = cut_text(run.lane_set.motions, run.lane_set.times.duration)
+    if cut:
+        out.print(cut, soft_wrap=True)
+    if run.lane_set.scene.friction_note and response.engine not in ("housner", "two-block"):
+        out.print(f"friction: {run.lane_set.scene.friction_note}")
+    if "friction_needed" in response.fields and response.count(Status.OUTSIDE_MODEL):
+        out.print(OUTSIDE)
     error = error_summary(response)
     if error is not None:
         out.print(

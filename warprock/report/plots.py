@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import pathlib
+import re
 import textwrap
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -53,13 +56,31 @@ PAPER_STYLES: dict[str, dict[str, Any]] = {
 }
 
 
+_NUMBER = re.compile(r"\$\\mathdefault\{[^$a-zA-Z\\]*(\\times)?[^$a-zA-Z\\]*\}\$")
+"""A number as Matplotlib writes it on a logarithmic axis, such as $\\mathdefault{10^{-3}}$."""
+
+
+def _pyplot() -> Any:
+    """Matplotlib's pyplot, drawing to files whatever screen it was set up for.
+
+    A notebook names a screen in MPLBACKEND that Matplotlib may refuse where it is imported.
+    """
+    named = os.environ.pop("MPLBACKEND", None)
+    try:
+        import matplotlib
+
+        matplotlib.use("Agg")
+        import matplotlib.pyplot as plt
+    finally:
+        if named is not None:
+            os.environ["MPLBACKEND"] = named
+    return plt
+
+
 @contextmanager
 def drawing() -> Iterator[Any]:
     """Matplotlib's pyplot with a style that is legible in print, for the block's duration."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
+    plt = _pyplot()
 
     style: Any = {
         "font.size": 9.0,
@@ -82,12 +103,22 @@ def drawing() -> Iterator[Any]:
 
 
 def save(figure: Figure, path: pathlib.Path) -> pathlib.Path:
-    """Writes a figure as PNG, whole or not at all, and closes it."""
-    import matplotlib.pyplot as plt
+    """Writes a figure as PNG, whole or not at all, and closes it.
 
-    with replacing(path) as temporary:
+    Texts are drawn as they are written: a label with two dollar signs is no formula. Only the
+    numbers of a logarithmic axis, which Matplotlib writes itself, are.
+    """
+    from matplotlib.text import Text
+
+    for text in figure.findobj(Text):
+        assert isinstance(text, Text)
+        if text.get_text() and not _NUMBER.fullmatch(text.get_text()):
+            text.set_parse_math(False)
+    with replacing(path) as temporary, warnings.catch_warnings():
+        # A letter that the font lacks is drawn as an empty box.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
         figure.savefig(temporary, format="png", dpi=DPI)
-    plt.close(figure)
+    _pyplot().close(figure)
     return path
 
 
@@ -249,7 +280,7 @@ def draw_free_panels(
             response.set_title(title, loc="left")
             if column == 0:
                 response.set_ylabel(SHORT_ROTATION_LABEL)
-                residual.set_ylabel("residual\n[10$^{-3}$]")
+                residual.set_ylabel("residual\n[10⁻³]")
             if row == rows - 1:
                 residual.set_xlabel(TIME_LABEL)
         grid[0, 0].set_xlim(0.0, duration)

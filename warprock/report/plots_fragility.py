@@ -80,7 +80,7 @@ def _axis_label(intensity: str) -> str:
     if text == input_meaning("")[1]:
         return intensity
     name = text.split(",")[0]
-    return name if unit == "-" else f"{name} [{unit.replace('^2', '$^2$')}]"
+    return name if unit == "-" else f"{name} [{unit.replace('^2', '²')}]"
 
 
 def _explained(curves: Sequence[Curve]) -> str:
@@ -91,12 +91,21 @@ def _explained(curves: Sequence[Curve]) -> str:
     size = f"{lanes:,} lanes under {records:,} records" if records < lanes else f"{lanes:,} lanes"
     size += " in each panel" if same else " or more"
     what = "records" if records < lanes else "lanes"
-    band = f"; band: 5th to 95th percentile over resampled {what}" if _banded(curves) else ""
-    return f"line: lognormal function{band}\ndots: share of lanes; {size}"
+    band = f"; band: 5th to 95th percentile over {what}" if _banded(curves) else ""
+    return f"line: lognormal function{band}\ndots: share of lanes; {size}{_not_counted(curves)}"
+
+
+def _not_counted(curves: Sequence[Curve]) -> str:
+    """How many lanes are in doubt or left out; empty where none is."""
+    most = max(curve.in_doubt for curve in curves)
+    groups = {curve.group_text: sum(curve.left_out.values()) for curve in curves}
+    doubt = f"\nin doubt, counted half: up to {most:,} lanes" if most else ""
+    left = sum(groups.values())
+    return doubt + (f"{', ' if doubt else chr(10)}left out: {left:,} lanes" if left else "")
 
 
 def _banded(curves: Sequence[Curve]) -> bool:
-    return any(curve.resampled is not None for curve in curves)
+    return any(curve.band is not None for curve in curves)
 
 
 def _draw_group(axes: Axes, curves: Sequence[Curve]) -> None:
@@ -108,9 +117,13 @@ def _draw_group(axes: Axes, curves: Sequence[Curve]) -> None:
         color = COLORS[number % len(COLORS)]
         at, share = gathered(curve)
         axes.plot(at, share, "o", color=color, markersize=3.0, alpha=0.8)
-        if curve.resampled is not None and len(curve.resampled.median):
+        if curve.band is not None:
             axes.fill_between(
-                intensity, *curve.resampled.band(intensity), color=color, alpha=0.2, linewidth=0.0
+                intensity,
+                *curve.band.probabilities(intensity),
+                color=color,
+                alpha=0.2,
+                linewidth=0.0,
             )
         if curve.fit.dispersion > 0.0:
             probability = curve.fit.probability(intensity)

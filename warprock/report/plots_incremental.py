@@ -120,7 +120,7 @@ def _label(intensity: str) -> str:
         "normalised_acceleration": "peak base acceleration\n/ (g tan(slenderness angle))",
         "scale": "factor on the record",
     }.get(intensity, text)
-    return f"{name} [{unit.replace('^2', '$^2$')}]"
+    return f"{name} [{unit.replace('^2', '²')}]"
 
 
 def _draw_curves(axes: Axes, runs: Sequence[tuple[Array, Array]]) -> None:
@@ -159,14 +159,14 @@ def _draw_capacities(axes: Axes, group: Capacities) -> None:
     low = float(np.min(np.where(group.low > 0.0, group.low, np.inf)))
     ends = np.concatenate([known, group.low[group.low > 0.0]])
     levels = np.geomspace(min(low, ends.min()), ends.max(), POINTS)
-    if group.resampled is not None and len(group.resampled.median):
+    if group.band is not None:
         axes.fill_betweenx(
             levels,
-            *group.resampled.band(levels),
+            *group.band.probabilities(levels),
             color=ORANGE,
             alpha=0.3,
             linewidth=0.0,
-            label="5th to 95th percentile over resampled records",
+            label="5th to 95th percentile over records",
         )
     if group.fit.dispersion > 0.0:
         axes.plot(

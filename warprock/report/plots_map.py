@@ -18,12 +18,14 @@ COLORS: dict[Mode, str] = {
     Mode.WITH_IMPACT: "#E69F00",
     Mode.WITHOUT_IMPACT: "#56B4E9",
     Mode.NO_NUMBER: "#BBBBBB",
+    Mode.UNDECIDED: "#CC79A7",
 }
 NAMES: dict[Mode, str] = {
     Mode.SAFE: "does not overturn",
     Mode.WITH_IMPACT: "overturns after one or more impacts (mode 1)",
     Mode.WITHOUT_IMPACT: "overturns without an impact (mode 2)",
     Mode.NO_NUMBER: "no usable number",
+    Mode.UNDECIDED: "undecided: the run is too short",
 }
 ROWS = 600
 """Cells up a panel: finer than what is printed."""
@@ -51,7 +53,7 @@ def draw_map(path: pathlib.Path, found: OverturningMap) -> pathlib.Path:
             width=(1.0, 3.4),
             height=(1.9, 3.3),
             least_width=5.6,
-            labels=(r"$\omega_p$ / $p$ [-]", r"$a_p$ / ($g$ tan $\alpha$) [-]"),
+            labels=("ωₚ / p [-]", "aₚ / (g tan \N{GREEK SMALL LETTER ALPHA}) [-]"),
         )
         for number, axes in enumerate(panels.flat[:count]):
             _draw_group(axes, found, number)
@@ -77,9 +79,9 @@ def _titles(found: OverturningMap) -> tuple[str, str]:
     lanes = found.run.lane_set.inputs
     eta = sorted({f"{value:.3g}" for value in lanes["angular_restitution"]})
     tangents = sorted({f"{np.tan(value):.3g}" for value in lanes["slenderness_angle_rad"]})
-    of_pulse = "across: pulse frequency $\\omega_p$ over the block's $p$; up: its peak acceleration"
+    of_pulse = "across: pulse frequency ωₚ over the block's p; up: its peak acceleration"
     return (
-        f"{found.run.case.title}; {found.run.response.engine}, tan $\\alpha$ = "
+        f"{found.run.case.title}; {found.run.response.engine}, tan \N{GREEK SMALL LETTER ALPHA} = "
         f"{', '.join(tangents)}, angular velocity kept at an impact: {', '.join(eta)}",
         f"{of_pulse}; grid of {len(lanes):,} lanes, {len(found.boundaries):,} boundaries to "
         f"{found.tolerance:g} of their height",

@@ -369,7 +369,7 @@ def _draw_base(axes: Axes, run: CaseRun, lane: int, window: Window) -> None:
         step = float(factor * motions.velocity_step_start[lane])
         with_step = f", after a velocity step of {step:.3g} m/s" if step else ""
         axes.set_title(f"base acceleration of lane {lane}{with_step}", loc="left")
-        axes.set_ylabel("acceleration\n[m/s$^2$]")
+        axes.set_ylabel("acceleration\n[m/s²]")
 
 
 def _add_legend(figure: Figure, axes: Axes, shown: ShownLanes, curves: _Curves) -> None:

@@ -54,7 +54,7 @@ def draw_spectrum(path: pathlib.Path, found: Spectrum) -> pathlib.Path:
             width=(1.4, 5.2),
             height=(1.7, 3.0),
             labels=(
-                r"2$\pi$ / $p$ [s]: larger blocks to the right",
+                "2π / p [s]: larger blocks to the right",
                 "peak rotation / slenderness angle [-]",
             ),
         )

@@ -13,6 +13,7 @@ import rich.console
 import rich.progress
 
 from warprock.report.accuracy import accuracy_lines, smaller_step
+from warprock.undecided import UNDECIDED
 
 if TYPE_CHECKING:
     import pathlib
@@ -135,6 +136,12 @@ def _print_words(found: Mapping[str, Any]) -> None:
             continue
         words = ", ".join(f"{word} {count}" for word, count in found[name].items() if count)
         _print(f"  {name}: {words or '-'}")
+    lanes = found[UNDECIDED].get("lanes", 0)
+    if lanes:
+        _print(
+            f"  undecided: {lanes} lanes had not fallen when their run ended, but still rocked or "
+            "were still shaken"
+        )
 
 
 def _first(items: Sequence[object]) -> str:

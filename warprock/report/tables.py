@@ -11,7 +11,7 @@ from rich.markup import escape
 from rich.measure import Measurement
 from rich.table import Table
 
-from warprock.comparison import SLIDE_BOUND
+from warprock.comparison import NEEDS, SLIDE_BOUND
 from warprock.report.paper import PAPER_NAMES, READING_NAMES
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ COMPARED_COLUMNS = (
     ("peak_slide_mm", "slide\n[mm]", ".2g"),
 )
 """Column of a comparison with Housner, its heading and its format."""
+NEEDED = "friction\nneeded"
 HOLDS = "Housner\nholds?"
 SLIDES = f"slides by more than {SLIDE_BOUND:g} of its width"
 DIFFERENCE = "  * largest |rotation - Housner's| / slenderness angle"
@@ -138,6 +139,14 @@ def print_table(out: Console, table: Table) -> None:
         out.width = width
 
 
+def reasons(why: str) -> list[str]:
+    """Why Housner does not hold, clause by clause, without the numbers of one lane."""
+    return [
+        SLIDES if clause.startswith("slides") else NEEDS if clause.startswith(NEEDS) else clause
+        for clause in why.split("; ")
+    ]
+
+
 class _Reasons:
     """Letters for the reasons why Housner does not hold, so that a table stays narrow."""
 
@@ -148,9 +157,7 @@ class _Reasons:
         """`yes`, or `no` with the letters of the reasons."""
         if row["holds"]:
             return "yes"
-        clauses = [
-            SLIDES if clause.startswith("slides") else clause for clause in row["why"].split("; ")
-        ]
+        clauses = reasons(row["why"])
         for clause in clauses:
             self._letters.setdefault(clause, chr(ord("a") + len(self._letters)))
         return "no: " + ", ".join(self._letters[clause] for clause in clauses)
@@ -286,13 +293,13 @@ def _print_errors(out: Console, rows: Sequence[Row], kind: str) -> None:
         ["lane", *(heading for _, heading, _ in COMPARED_COLUMNS), HOLDS],
         ("lane", HOLDS),
     )
-    reasons = _Reasons()
+    letters = _Reasons()
     for row in rows:
         if row["source"] == "impulse" and row.get("setting") is None:
             numbers = (number(row[name], form) for name, _, form in COMPARED_COLUMNS)
-            table.add_row(_lane_text(row), *numbers, reasons.cell(row))
+            table.add_row(_lane_text(row), *numbers, letters.cell(row))
     print_table(out, table)
-    reasons.print(out)
+    letters.print(out)
 
 
 def print_checks(rows: Sequence[CheckRow], console: Console | None = None) -> None:
@@ -304,7 +311,9 @@ def print_checks(rows: Sequence[CheckRow], console: Console | None = None) -> No
     """
     out = console or stdout()
     left = ("case", "check", "engine", "lanes", "")
-    table = plain_table("Checks", ["case", "check", "engine", "lanes", "value", "limit", ""], left)
+    table = plain_table(
+        "Checks", ["case", "check", "engine", "lanes", "outside\nmodel", "value", "limit", ""], left
+    )
     for row in rows:
         verdict = "[green]ok[/green]" if row.ok else "[bold red]FAILED[/bold red]"
         table.add_row(
@@ -312,6 +321,7 @@ def print_checks(rows: Sequence[CheckRow], console: Console | None = None) -> No
             row.name,
             row.engine,
             row.lanes,
+            MISSING if row.outside is None else str(row.outside),
             number(row.value, ".2e"),
             number(row.limit, ".2e"),
             verdict,
@@ -338,12 +348,13 @@ def print_comparison(found: Mapping[str, Any], console: Console | None = None) -
         [
             *("lane", "engine", "peak\nratio", "outcome"),
             *(heading for _, heading, _ in COMPARED_COLUMNS),
+            NEEDED,
             HOLDS,
         ],
         ("lane", "engine", "outcome", HOLDS),
     )
     rows: Sequence[Row] = found["rows"]
-    reasons = _Reasons()
+    letters = _Reasons()
     for lane in dict.fromkeys(row["lane"] for row in rows):
         for index, row in enumerate(row for row in rows if row["lane"] == lane):
             table.add_row(
@@ -352,7 +363,8 @@ def print_comparison(found: Mapping[str, Any], console: Console | None = None) -
                 number(row["peak_rotation_ratio"], ".4f"),
                 row["outcome"],
                 *(number(row[name], form) for name, _, form in COMPARED_COLUMNS),
-                reasons.cell(row),
+                number(row["friction_needed"], ".3g"),
+                letters.cell(row),
             )
     print_table(out, table)
-    reasons.print(out)
+    letters.print(out)

@@ -13,6 +13,7 @@ from rich.console import Console
 from warprock.files import replacing
 from warprock.fragility import Curve, component_rows, curve_rows
 from warprock.report.tables import plain_table, print_table, stdout
+from warprock.undecided import UNDECIDED
 
 CURVES = "fragility.csv"
 COMPONENTS = "fragility-p58.csv"
@@ -42,6 +43,7 @@ def print_curves(
     rows: pd.DataFrame,
     intensity: str,
     files: Sequence[pathlib.Path],
+    said: Sequence[str] = (),
     console: Console | None = None,
 ) -> None:
     """Prints the fits.
@@ -50,27 +52,66 @@ def print_curves(
         rows: What `curve_rows` returned.
         intensity: Column of the intensity measure.
         files: Files that were written.
+        said: What `warnings` returned.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
     groups = [str(name) for name in rows.columns[: list(rows.columns).index("limit_state")]]
-    headings = [*groups, "limit state", "lanes", "records", "reached", "median", "dispersion"]
+    counts = ["lanes", "in_doubt", "records", "reached"]
+    named = ["limit state", "lanes", "in\ndoubt", "records", "reached", "median", "dispersion"]
+    headings = [*groups, *named]
     table = plain_table(f"Fragility over {intensity}", headings, headings[len(groups) + 1 :])
     for _, row in rows.iterrows():
         table.add_row(
             *(str(row[name]) for name in groups),
             row["limit_state"],
-            *(f"{row[name]:,}" for name in ("lanes", "records", "reached")),
+            *(f"{row[name]:,}" for name in counts),
             *fit_cells(row),
         )
     print_table(out, table)
-    out.print("  in brackets: 5th and 95th percentile over resampled records")
+    out.print("  in brackets: 5th and 95th percentile over records")
     each = rows.drop_duplicates(groups) if groups else rows.head(1)
-    left_out = int(each["left_out"].sum())
-    if left_out:
-        out.print(f"  left out: {left_out:,} lanes whose numbers cannot be used")
+    for _, row in each[each["left_out"] > 0].iterrows():
+        where = "".join(f" of {name} {row[name]}" for name in groups)
+        out.print(
+            f"  left out: {row['left_out']:,} lanes{where} whose numbers cannot be used "
+            f"({row['left_out_as']})"
+        )
+    if rows["in_doubt"].any():
+        out.print(
+            "  in doubt: counted as half a lane that reached the limit state and half one that did "
+            "not; bands reach around both extremes",
+            soft_wrap=True,
+        )
+    for text in said:
+        out.print(f"  note: {text}", soft_wrap=True)
     for path in files:
         out.print(f"wrote {path}", soft_wrap=True)
+
+
+def undecided_lanes(table: pd.DataFrame) -> int:
+    """Lanes of a lane table that had neither fallen nor come to stand when their run ended.
+
+    0 for a table that does not say so, such as one of an earlier version.
+    """
+    return int(table[UNDECIDED].sum()) if UNDECIDED in table else 0
+
+
+def print_undecided(table: pd.DataFrame, console: Console | None = None) -> None:
+    """Says how many lanes of a table are undecided, if any are.
+
+    Args:
+        table: The lane table.
+        console: Where to; the terminal if not given.
+    """
+    count = undecided_lanes(table)
+    if count:
+        out = console or stdout()
+        out.print(
+            f"  undecided: {count:,} of {len(table):,} lanes had not fallen when their run ended, "
+            "but still rocked or were still shaken; they count as standing, with the peaks so far",
+            highlight=False,
+        )
 
 
 def fit_cells(row: pd.Series[Any]) -> tuple[str, str]:

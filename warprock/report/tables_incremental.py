@@ -11,7 +11,7 @@ from rich.console import Console
 
 from warprock.case import Case
 from warprock.incremental import Analysis
-from warprock.incremental_fit import lane_rows, run_rows
+from warprock.incremental_fit import lane_rows, run_rows, undecided_runs
 from warprock.report.tables import plain_table, print_table, stdout
 from warprock.report.tables_fragility import fit_cells
 from warprock.results import write_results
@@ -34,6 +34,7 @@ def analysis_facts(found: Analysis) -> dict[str, Any]:
         "runs_missed_tolerance": int(found.curves["missed_tolerance"].sum()),
         "stages": found.stages,
         "stages_kept": found.kept,
+        "undecided_runs": undecided_runs(found),
     }
 
 
@@ -81,7 +82,7 @@ def print_analysis(
             *fit_cells(row),
         )
     print_table(out, table)
-    out.print("  in brackets: 5th and 95th percentile over resampled records")
+    out.print("  in brackets: 5th and 95th percentile over records")
     out.print(
         "  stood again: lanes that stood at a stronger motion than the first that felled them"
     )
@@ -101,6 +102,13 @@ def print_analysis(
             "What that does to the capacities is seen with a smaller time step (-s engines. ...)",
             highlight=False,
             soft_wrap=True,
+        )
+    if facts["undecided_runs"]:
+        out.print(
+            f"undecided: {facts['undecided_runs']:,} runs in which the block had not fallen by the "
+            f"end, {found.lane_set.times.duration:g} s, but still rocked or was still shaken; they "
+            "count as standing",
+            highlight=False,
         )
     left_out = int(rows["left_out"].sum())
     if left_out:

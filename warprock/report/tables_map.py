@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from rich.console import Console
 
-from warprock.overturning import Mode, OverturningMap, modes
+from warprock.overturning import Mode, OverturningMap
 from warprock.report.tables import plain_table, print_table, stdout
 from warprock.results import write_results
 from warprock.store import lane_table, provenance
@@ -36,7 +36,7 @@ def grid_table(found: OverturningMap) -> pd.DataFrame:
     table = lane_table(found.run.lane_set, found.run.response)
     rate = 2.0 * np.pi * table["frequency_hz"] / table["frequency_parameter_rad_s"]
     words = pd.Index([mode.text for mode in Mode])
-    mode = pd.Categorical.from_codes(modes(found.run.response), words)
+    mode = pd.Categorical.from_codes(found.lane_mode, words)
     named = table.assign(frequency_ratio=rate, mode=mode)
     named.attrs["columns"] = table.attrs["columns"] | {
         "frequency_ratio": {"unit": "-", "text": BOUNDARY_COLUMNS["frequency_ratio"][1]},
@@ -101,6 +101,14 @@ def print_map(
         f"batches; {found.wall_time:.1f} s",
         highlight=False,
     )
+    unknown = facts["modes"][Mode.UNDECIDED.text]
+    if unknown:
+        out.print(
+            f"undecided: {unknown:,} lanes in which the block had not fallen by the end of the "
+            f"run, {facts['duration_s']:g} s, but still rocked or was still shaken: give "
+            "run.duration more",
+            highlight=False,
+        )
     for path in files:
         out.print(f"wrote {path}", soft_wrap=True)
 

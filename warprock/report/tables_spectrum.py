@@ -16,6 +16,7 @@ from warprock.response import USABLE, Outcome
 from warprock.results import write_results
 from warprock.spectrum import Spectrum
 from warprock.store import lane_table, provenance
+from warprock.undecided import UNDECIDED
 
 PERIODS_SHOWN = 16
 """Periods that are printed, an even selection."""
@@ -71,10 +72,16 @@ def print_spectrum(
                 cells.append(cell if usable[lane] else NOTHING)
             table.add_row(f"{periods[lanes[0, place]]:.3g}", *cells)
         print_table(out, table)
-    outcomes = spectrum_facts(found)["outcome"]
-    counts = ", ".join(f"{count:,} {word}" for word, count in outcomes.items() if count)
+    facts = spectrum_facts(found)
+    counts = ", ".join(f"{count:,} {word}" for word, count in facts["outcome"].items() if count)
     out.print(f"{len(periods):,} lanes: {counts}; {found.run.wall_time:.1f} s", highlight=False)
     for line in run_accuracy_lines(found.run):
         out.print(line, highlight=False, soft_wrap=True)
+    if facts[UNDECIDED]:
+        out.print(
+            f"undecided: {facts[UNDECIDED]:,} lanes in which the block had not fallen by the end "
+            f"of the run, {facts['duration_s']:g} s, but still rocked or was still shaken",
+            highlight=False,
+        )
     for path in files:
         out.print(f"wrote {path}", soft_wrap=True)

@@ -10,6 +10,7 @@ from rich.console import Console
 
 from warprock.files import replacing
 from warprock.report.tables import plain_table, print_table, stdout
+from warprock.response import USABLE
 
 SUMMARY = "summary.md"
 
@@ -61,7 +62,7 @@ def write_summary(found: Mapping[str, Any], folder: pathlib.Path) -> pathlib.Pat
 
 
 def _counts(entry: Mapping[str, Any]) -> list[str]:
-    passed = ("ok", "sensitive", "outside_model")
+    passed = tuple(status.name.lower() for status in USABLE)
     refused = sum(count for name, count in entry["status"].items() if name not in passed)
     whole = [entry["lanes"], refused, entry["grew"], entry["absurd"], entry["compared"]]
     shares = [entry[name] for name in ("within_0.001", "within_0.01")]

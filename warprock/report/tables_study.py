@@ -13,7 +13,7 @@ from warprock.case import Case, load_case
 from warprock.case_study import Study
 from warprock.comparison import EARLY_TIME
 from warprock.report.paper import PAPER_NAMES
-from warprock.report.tables import MISSING, SLIDES, number, plain_table, print_table, stdout
+from warprock.report.tables import MISSING, number, plain_table, print_table, reasons, stdout
 
 Row = Mapping[str, Any]
 
@@ -229,11 +229,7 @@ def _where_housner_fails(rows: Sequence[Row]) -> list[str]:
     for engine in dict.fromkeys(row["engine"] for row in rows):
         failing = [row for row in rows if row["engine"] == engine and not row["holds"]]
         lanes = {row["lane"] for row in failing}
-        clauses = dict.fromkeys(
-            SLIDES if clause.startswith("slides") else clause
-            for row in failing
-            for clause in row["why"].split("; ")
-        )
+        clauses = dict.fromkeys(clause for row in failing for clause in reasons(row["why"]))
         if lanes:
             where = f"{len(lanes)} of {lane_count} lanes"
             lines.append(f"{engine}: Housner does not hold in {where}: {'; '.join(clauses)}")

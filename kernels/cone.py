@@ -1,0 +1,46 @@
+"""Coulomb's law at a contact that has no other beside it, solved exactly, for one precision.
+
+Impulses n >= 0 and |f| <= mu n change the normal velocity by nn n + nt f and the slip by
+nt n + tt f. Sweeps that find n from f and f from n in turn do not settle where the contact slides
+and mu |nt| > nn: n jumps from nothing to too much, and a corner that slides with high friction
+hops.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module, module_options
+
+real: Any
+PRECISION: str
+
+wp.set_module_options(module_options())
+scalar = kernel_module("scalar", precision=PRECISION)
+larger, size, sign_of = scalar.larger, scalar.size, scalar.sign_of
+
+
+@wp.func
+def alone(mu: real, r: real, q: real, u: real, s: real):
+    """Impulses n and f of the contact. Where sticking and leaving both obey the law, it sticks.
+
+    With un and us the normal velocity above what is wanted and the slip, without contact:
+
+    Args:
+        mu: Friction coefficient.
+        r: nt / nn.
+        q: nt / tt.
+        u: -un / nn, the normal impulse that would do without friction.
+        s: -us / tt, the friction that would do without a normal impulse.
+    """
+    one = real(1.0)
+    # Both at once, times 1 - r q > 0.
+    n = u - r * s
+    f = s - q * u
+    sticks = size(f) <= mu * n
+    side = sign_of(f)
+    # Friction that lifts the contact by more than its normal impulse presses is none of a slide.
+    side = wp.where(one + side * mu * r > real(0.0), side, -side)
+    over = one / wp.where(sticks, one - r * q, one + side * mu * r)
+    n = over * larger(wp.where(sticks, n, u), real(0.0))
+    return n, wp.where(sticks, over * f, side * mu * n)

@@ -1,0 +1,103 @@
+"""When the ends of an interface have parted, landed or slid, for one precision.
+
+An end is a corner of a block that stands on the ground, or one end of what two faces share. A step
+shows whether it carries something, how wide it gapes after the step, and how fast it slips. What a
+step makes of a block that stands still is none of its motion: sweeps that end before they have
+settled let ends hop by parts of g dt^2, and a corner that a block turns about hops by parts of
+R (omega dt)^2, what its arc differs from the chord that the step follows. So
+
+    an end has *parted* once it gapes by more than `FALLS` g dt^2 + `ARCS` R (omega dt)^2;
+    it has *landed*, an impact, once it carries again after it had parted;
+    a block has *lifted* when an end parts, since the step from which on an end carried nothing;
+    it *moves* while an end is parted, or slips faster than `CREEP` g dt.
+
+All of these vanish with the step. A swing whose corners move slower than FALLS g dt is none: it
+would end within a few steps.
+"""
+
+# A func leaves what it finds in the names that it takes by reference.
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module, module_options
+
+real: Any
+PRECISION: str
+
+wp.set_module_options(module_options())
+scalar = kernel_module("scalar", precision=PRECISION)
+smaller, size = scalar.smaller, scalar.size
+
+FALLS = real(2.0)
+"""Gap of an end that may still stand, over g dt^2: what one step of falling makes of it, and what
+the one before left. Sweeps that end early leave less than half of g dt^2."""
+ARCS = real(8.0)
+"""Gap of an end that a block turns about, over the square of its step along the arc and its
+radius: the arc's chord rises by half of that, and falls back slowly where the block turns so fast
+that it is about to leave the ground."""
+CREEP = real(0.1)
+"""Speed of an end that may still stick, over g dt: sweeps that end early leave less."""
+GRAIN = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
+"""Gap that is round-off, over the lengths that it is a difference of."""
+NEVER = real(1.0e30)
+
+
+@wp.func
+def slack(dt: real, gravity: real, reach: real, square: real, length: real) -> real:
+    """Gap that an end may have and not have parted [m].
+
+    Args:
+        dt: Time step [s].
+        gravity: Acceleration of gravity [m/s^2].
+        reach: At least the distance of an end from the centre of the block [m].
+        square: Square of the angular velocity [rad^2/s^2], of both bodies the sum.
+        length: Lengths that a gap is a difference of [m].
+    """
+    return dt * dt * (FALLS * gravity + ARCS * reach * square) + GRAIN * length
+
+
+@wp.func
+def watch(
+    live: bool, time: real, limit: real, n1: real, gap1: real, n2: real, gap2: real,
+    slips: bool, since: wp.ref[real], apart1: wp.ref[int], apart2: wp.ref[int],
+    uplift_time: wp.ref[real], moved: wp.ref[real], impacts: wp.ref[int],
+):  # fmt: skip
+    """What a step shows of the two ends of an interface.
+
+    Args:
+        live: Whether the lane still runs.
+        time: End of the step [s].
+        limit: Gap beyond which an end has parted [m], see `slack`.
+        n1: What the one end carries in this step, n2 the other.
+        gap1: How wide the one gapes after it [m], gap2 the other.
+        n2: See n1.
+        gap2: See gap1.
+        slips: Whether the interface slides, see `slides`.
+        since: Time since which the one or the other has carried nothing [s], or NEVER; 0 at first.
+        apart1: 1 where the one has parted and not landed since, else 0; apart2 the other.
+        apart2: See apart1.
+        uplift_time: Time at which the lane first lifted [s], or NEVER.
+        moved: Last time at which it moved [s].
+        impacts: Ends that have landed.
+    """
+    zero = real(0.0)
+    waits = wp.where(n1 <= zero or n2 <= zero, smaller(since, time), NEVER)
+    lands1 = wp.where(live and apart1 > 0 and n1 > zero, 1, 0)
+    lands2 = wp.where(live and apart2 > 0 and n2 > zero, 1, 0)
+    now1 = wp.where(gap1 > limit or (apart1 > 0 and n1 <= zero), 1, 0)
+    now2 = wp.where(gap2 > limit or (apart2 > 0 and n2 <= zero), 1, 0)
+    gapes = live and now1 + now2 > 0
+    uplift_time = wp.where(gapes, smaller(uplift_time, smaller(waits, time)), uplift_time)
+    moved = wp.where(gapes or (live and slips), time, moved)
+    impacts = impacts + lands1 + lands2
+    since = waits
+    apart1 = now1
+    apart2 = now2
+
+
+@wp.func
+def slides(way: real, dt: real, gravity: real) -> bool:
+    """Whether an interface that slips by a way [m] in a step slides."""
+    return size(way) > CREEP * gravity * dt * dt
