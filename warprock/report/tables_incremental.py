@@ -93,16 +93,7 @@ def print_analysis(
         f"{found.stages} stages, {found.kept} of them kept from before",
         highlight=False,
     )
-    if facts["tolerance"] is None:
-        out.print("errors were not estimated (--no-estimate)")
-    elif facts["runs_missed_tolerance"]:
-        out.print(
-            f"not within {facts['tolerance']:g} of the slenderness angle, the finest step tried: "
-            f"{facts['runs_missed_tolerance']:,} runs; close to a fall nearly all are sensitive. "
-            "What that does to the capacities is seen with a smaller time step (-s engines. ...)",
-            highlight=False,
-            soft_wrap=True,
-        )
+    _print_accuracy(out, facts)
     if facts["undecided_runs"]:
         out.print(
             f"undecided: {facts['undecided_runs']:,} runs in which the block had not fallen by the "
@@ -115,3 +106,17 @@ def print_analysis(
         out.print(f"left out: {left_out:,} lanes whose numbers cannot be used")
     for path in files:
         out.print(f"wrote {path}", soft_wrap=True)
+
+
+def _print_accuracy(out: Console, facts: dict[str, Any]) -> None:
+    """How many runs missed the tolerance, and what to do."""
+    if facts["tolerance"] is None:
+        out.print("errors were not estimated (--no-estimate)")
+    elif facts["runs_missed_tolerance"]:
+        out.print(
+            f"not within {facts['tolerance']:g} of the slenderness angle at the finest step tried: "
+            f"{facts['runs_missed_tolerance']:,} runs; close to a fall nearly all are sensitive. "
+            "What that does to the capacities is seen with a smaller time step (-s engines. ...)",
+            highlight=False,
+            soft_wrap=True,
+        )
