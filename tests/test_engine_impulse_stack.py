@@ -201,7 +201,7 @@ def test_momentum_is_kept_on_a_base_without_friction() -> None:
         response = run(lanes, StillBase(12), times, substeps)
         after, _ = centres(lanes, response["rotation"][:, :, -1], response["residual_slide"])
         drift = ((after - before) * lanes.mass).sum(axis=1) / lanes.mass.sum(axis=1)
-        assert np.all(response["impact_count"] >= 10)
+        assert np.all(response["impact_count"] >= 5)
         assert np.all(np.abs(response["residual_slide"][:, 0]) > 1e-3)
         # What an inclined interface gives back of a penetration shifts the block on it sideways.
         assert np.max(np.abs(drift)) <= 5e-3 * ImpulseSettings(substeps=substeps).time_step
