@@ -152,7 +152,7 @@ def test_bad_lane_harms_no_neighbour(engine: str, unjudged: None) -> None:
     response = run_batch(engine, dataclasses.replace(lanes, height=height), motions, TIMES)
     others = np.arange(LANES) != 5
     assert response["status"][5] == Status.NONFINITE
-    assert np.all(response["status"][others] == Status.OK)
+    assert np.all(np.isin(response["status"][others], [Status.OK, Status.OUTSIDE_MODEL]))
     for name in LANE_FIELDS:
         np.testing.assert_array_equal(response[name][others], good[name][others], err_msg=name)
 
