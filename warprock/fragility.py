@@ -217,10 +217,10 @@ def curve_rows(curves: Sequence[Curve]) -> pd.DataFrame:
 
     Returns:
         The group's columns, then `limit_state`, `lanes` (that count), `left_out`, their statuses
-        `left_out_as`, `in_doubt`, `records`, `reached`, `verdict`, `median`, `dispersion`, their 5th
-        and 95th percentiles and what is to be said of that `band`, for data that one intensity parts
-        (or that all or none reached) `none_up_to` and `all_from`, and the fits in which all lanes in
-        doubt reached the limit state (`_if_reached`) and in which none did (`_if_not`).
+        `left_out_as`, `in_doubt`, `records`, `reached`, `verdict`, `median`, `dispersion`, their
+        5th and 95th percentiles and what is to be said of that `band`, for data that one intensity
+        parts (or that all or none reached) `none_up_to` and `all_from`, and the fits in which all
+        lanes in doubt reached the limit state (`_if_reached`) and in which none did (`_if_not`).
     """
     rows = []
     for curve in curves:
