@@ -12,6 +12,7 @@ from typing import Any
 
 from warprock.devices import keeping_kernels
 from warprock.engines import engine_class
+from warprock.engines.base import AbstractEngine
 from warprock.engines.launching import Form, Target
 from warprock.engines.workload import MOST_STEPS, require_workload
 from warprock.errors import InputError
@@ -120,13 +121,21 @@ def run_batch(
     with _WARMING_UP, keeping_kernels():
         built.warm_up(lanes, motions)
     slices = [slice(low, min(low + size, count)) for low in range(0, count, size)]
+    run_chunk = _chunk_runner(built, lanes, motions, times)
+    return join_responses(_run_all(run_chunk, slices, threads, progress))
+
+
+def _chunk_runner(
+    built: AbstractEngine, lanes: Lanes, motions: GroundMotions, times: SampleTimes
+) -> Callable[[slice], Response]:
+    """What runs a chunk of the lanes."""
 
     def run_chunk(part: slice) -> Response:
         some = lanes.take(part)
         response = built.run(some, motions.take(part), times)
         return mark_ambiguous(some, response) if built.slides else response
 
-    return join_responses(_run_all(run_chunk, slices, threads, progress))
+    return run_chunk
 
 
 def _require_spread(workers: int | None, chunk_size: int | None) -> None:

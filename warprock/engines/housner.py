@@ -118,14 +118,14 @@ class Housner(AbstractEngine):
         )
         return module
 
-    def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
-        """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
+    def _blocks(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> dict[str, Any]:
+        """Fields of the kernel's struct `Block`, shape [lane] each."""
         alpha = lanes.slenderness_angle
         radius = rocking.half_diagonal(lanes.width, lanes.height)
         frequency_squared = 3.0 * GRAVITY / (4.0 * radius)
         rate = np.maximum(np.sqrt(frequency_squared), fastest_rate(motions))
         step_length = PHASE_STEP[self.target.precision] / rate
-        blocks = {
+        return {
             "slenderness_angle": alpha,
             "frequency_squared": frequency_squared,
             "coupling": frequency_squared / GRAVITY,
@@ -140,6 +140,9 @@ class Housner(AbstractEngine):
             "step_length": step_length,
             "step_limit": _step_limit(motions, times, step_length),
         }
+
+    def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
+        """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
         rows, rotations = launch(
             self._module(lanes, motions),
             self.kernel(lanes),
@@ -147,13 +150,13 @@ class Housner(AbstractEngine):
             lanes,
             motions,
             times,
-            blocks,
+            self._blocks(lanes, motions, times),
         )
         mode = rows["mode"]
         needed = np.asarray(rows["needed"], dtype=np.float64)
         needed[needed >= NEVER] = np.inf
         slack = 1.0 + FRICTION_SLACK[self.target.precision]
-        inertia = 4.0 / 3.0 * lanes.mass * radius**2
+        inertia = 4.0 / 3.0 * lanes.mass * rocking.half_diagonal(lanes.width, lanes.height) ** 2
         still = np.zeros(lanes.lane_count)
         columns = {
             "peak_rotation": rows["peak"],
