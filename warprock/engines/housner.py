@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from types import ModuleType
-from typing import Any
-from typing import ClassVar, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 import numpy.typing as npt
