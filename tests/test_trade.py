@@ -28,7 +28,14 @@ from warprock.response import Outcome, Response, SampleTimes, Status
 from warprock.trade import Entry, all_entries, run_trade
 from warprock.trade_choice import WITHOUT_SLIDING, Choice, choose, shipped_trade
 from warprock.trade_knobs import TRADE_KNOBS
-from warprock.trade_scenes import TRADE_SCENES, lane_errors, scene_class
+from warprock.trade_scenes import (
+    FINE_STEP,
+    SINES,
+    TRADE_SCENES,
+    fine_response,
+    lane_errors,
+    scene_class,
+)
 
 SMALL = [
     Entry("free", "housner", {}, "float64"),
@@ -89,8 +96,13 @@ def test_scenes_stay_within_what_their_references_know(name: str) -> None:
     scene = TRADE_SCENES[name]
     lanes, motions = scene.build()
     assert scene_class(lanes, motions) == name
-    # two-block says itself where its model does not hold; of single blocks the friction does.
+    assert np.all(lanes.friction == 1.0)
+    # two-block says itself where its model does not hold, and so does housner.
     engine = "two-block" if lanes.stacked else "housner"
+    if scene.solve is fine_response:
+        response = run_batch(engine, lanes, motions, scene.times)
+        assert np.all(response["status"] == Status.OUTSIDE_MODEL)
+        engine = "event"
     response = run_batch(engine, lanes, motions, scene.times)
     assert np.all(response["status"] == Status.OK)
     assert np.all(np.isin(response["outcome"], (Outcome.AT_REST, Outcome.ROCKING)))
@@ -98,15 +110,25 @@ def test_scenes_stay_within_what_their_references_know(name: str) -> None:
     assert np.all((rotation > 1e-3) & (rotation < 0.5 * np.pi))
 
 
-def test_a_block_that_is_pulled_is_no_pulse_of_the_trade() -> None:
-    """Where a pulse stops, the base slows down: that presses a block that leans to +x alone."""
+def test_where_blocks_slide_the_reference_has_converged_and_other_engines_come_to_it() -> None:
     scene = TRADE_SCENES["pulse"]
     lanes, motions = scene.build()
-    response = run_batch("housner", lanes, motions, SampleTimes(1.0, 1e-3))
-    for lane in range(lanes.lane_count):
-        stop = np.searchsorted(response.times, motions.segments(lane)[0].stop) - 1
-        assert motions.segments(lane)[1].velocity_step < 0.0
-        assert response["rotation"][lane, stop] > 0.0
+    assert lanes.lane_count == len(set(SINES)) == 6
+    reference = scene.solve(lanes, motions, scene.times)
+    assert np.all(reference["peak_slide"] > 1e-4)
+    # Second order: at four times the step sixteen times the error, all of it less than a hundredth
+    # of the least error that the trade tells the price of.
+    coarser = build_settings("event", {"time_step": 4.0 * FINE_STEP}, "reference")
+    found = run_batch("event", lanes, motions, scene.times, settings=coarser)
+    assert lane_errors(found, reference, lanes).max() < 1e-2 * trade.LEVELS[-1]
+    # impulse shares neither the scheme nor the contact solver; measured: 5.8e-3 and 5.1e-4.
+    errors = []
+    for substeps in (63, 630):
+        settings = build_settings("impulse", {"substeps": substeps}, "reference")
+        found = run_batch("impulse", lanes, motions, scene.times, settings=settings)
+        errors.append(lane_errors(found, reference, lanes).max())
+    assert errors[1] < 0.3 * errors[0]
+    assert errors[1] < 1e-3
 
 
 @pytest.mark.parametrize(
@@ -324,7 +346,10 @@ def test_shipped_table_is_that_of_the_engines() -> None:
         assert len(trade.cheapest(sliding[sliding["scene"] == name], 1e-3)) > 0, name
     references = table[table["engine"].isin(WITHOUT_SLIDING) & (table["precision"] == "float64")]
     assert set(references["scene"]) == set(TRADE_SCENES)
-    assert np.all(references["error_max"] < 1e-8)
+    # Where blocks slide neither of them holds, and says so.
+    slides = [TRADE_SCENES[name].solve is fine_response for name in references["scene"]]
+    assert np.all(references["ok_share"] == np.where(slides, 0.0, 1.0))
+    assert np.all(references["error_max"][~np.array(slides)] < 1e-8)
 
 
 @pytest.mark.parametrize("engine", ["event", "impulse"])

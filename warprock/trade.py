@@ -54,7 +54,10 @@ COLUMNS: dict[str, tuple[str, str]] = {
     "engine": ("-", "Engine"),
     "settings": ("-", "Settings that differ from the defaults, as JSON"),
     "precision": ("-", "Precision"),
-    "error_max": ("-", "Largest |rotation - oracle| / slenderness angle over run, blocks, lanes"),
+    "error_max": (
+        "-",
+        "Largest |rotation - right one| / slenderness angle over run, blocks, lanes",
+    ),
     "error_median": ("-", "Median over the lanes of that error of a lane"),
     "ok_share": ("-", "Share of lanes with the status ok"),
     "cpu_s_per_simulated_s": ("-", "CPU time of a simulated second of one block of many"),
