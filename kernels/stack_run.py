@@ -198,8 +198,10 @@ def witness(
     way = slid - slide
     glides = slides(way, dt, gravity) and slides(crept, dt, gravity) and way * crept > zero
     crept = way
+    # While contacts settle the time is negative: the run begins at 0 s.
+    now = larger(time, zero)
     watch(
-        live, time, limit, wp.where(forward, n1, n2), gap1, wp.where(forward, n2, n1), gap2,
+        live, now, limit, wp.where(forward, n1, n2), gap1, wp.where(forward, n2, n1), gap2,
         glides, since, left, right, uplift_time, moved, impacts,
     )  # fmt: skip
     deepest = wp.where(live, larger(-smaller(gap1, gap2), deepest), deepest)
