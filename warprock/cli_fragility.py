@@ -67,9 +67,9 @@ def fragility(
 
     A lane without usable numbers (nonfinite, unstable, a limit reached in its engine) is left out
     and counted by its status. A lane is in doubt where its estimated error reaches over the limit,
-    or where its status is sensitive and it fell or nearly did, or says outside_model or ambiguous:
-    it counts as half a lane that reached the limit and half one that did not, and bands reach
-    around those of both extremes.
+    where its status says outside_model or ambiguous, or where its run ended before it had decided:
+    it counts by its finest run, and bands reach around those in which all such lanes reached the
+    limit, or none.
     """
     from warprock import fragility as module
     from warprock.fragility_limits import DEFAULT_LIMITS, read_limits

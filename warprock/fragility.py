@@ -7,10 +7,11 @@ so lanes are counted at the intensity at which they ran, never from the first ex
 
 Which lanes count (`RULE`): one whose status says that it has no numbers is left out and counted by
 its status. One whose numbers leave open whether it reached a limit state (`fragility_limits`) is in
-doubt; it counts as half a lane that did and half a lane that did not, and bands reach around those
-of the two fits in which all lanes in doubt did, or none. Leaving them out would take away lanes
-near the limit, and with them the dispersion. Where both together are more than a stated share of
-the lanes there is no fit, for they are not a random part of them.
+doubt; it counts by what became of it in its finest run, and bands reach around those of the two
+fits in which all lanes in doubt reached the limit, or none. Leaving them out would take away lanes
+near the limit, and with them the dispersion; counting half of each would add to it. Where both
+together are more than a stated share of the lanes there is no fit, for they are not a random part
+of them.
 """
 
 from __future__ import annotations
@@ -47,8 +48,8 @@ MOST_DOUBT = 0.2
 
 RULE = (
     "a lane without usable numbers is left out; one whose numbers leave a limit state in doubt "
-    "counts as half a lane that reached it and half one that did not, and bands reach around those "
-    "of both extremes"
+    "counts by its finest run, and bands reach around those in which all such lanes reached it, or "
+    "none"
 )
 """The rule in a sentence."""
 
@@ -140,11 +141,8 @@ def _curve(
     at = usable[intensity].to_numpy(dtype=np.float64)
     record = record_numbers(usable)
     hit, doubt = reached(usable, limit), in_doubt(usable, limit)
-    # In doubt half, or all or nothing.
-    seen, most, least = (
-        observe(at, np.where(doubt, part, hit.astype(np.float64)), record)
-        for part in (0.5, 1.0, 0.0)
-    )
+    # Of those in doubt as they are, all, or none.
+    seen, most, least = (observe(at, each, record) for each in (hit, hit | doubt, hit & ~doubt))
     fits = [fit_lognormal(each) for each in (seen, most, least)]
     band = None
     if seen.cluster_count >= LEAST_RECORDS and fits[0].dispersion > 0.0:
@@ -219,11 +217,10 @@ def curve_rows(curves: Sequence[Curve]) -> pd.DataFrame:
 
     Returns:
         The group's columns, then `limit_state`, `lanes` (that count), `left_out`, their statuses
-        `left_out_as`, `in_doubt`, `records`, `reached` (lanes in doubt count half), `verdict`,
-        `median`, `dispersion`, their 5th and 95th percentiles, what is to be said of that `band`,
-        for data that one intensity parts (or that all or none reached) `none_up_to` and
-        `all_from`, and the fits in which all lanes in doubt reached the limit state (`_if_reached`)
-        and in which none did (`_if_not`).
+        `left_out_as`, `in_doubt`, `records`, `reached`, `verdict`, `median`, `dispersion`, their
+        5th and 95th percentiles and what is to be said of that `band`, for data that one intensity
+        parts (or that all or none reached) `none_up_to` and `all_from`, and the fits in which all
+        lanes in doubt reached the limit state (`_if_reached`) and in which none did (`_if_not`).
     """
     rows = []
     for curve in curves:
@@ -236,7 +233,7 @@ def curve_rows(curves: Sequence[Curve]) -> pd.DataFrame:
                 "left_out_as": _counted(curve.left_out),
                 "in_doubt": curve.in_doubt,
                 "records": curve.seen.cluster_count,
-                "reached": _whole(float(curve.seen.reached.sum())),
+                "reached": int(curve.seen.reached.sum()),
                 **fit_columns(curve.fit, curve.band),
                 **{
                     f"{name}_{end}": getattr(fit, name)
@@ -246,11 +243,6 @@ def curve_rows(curves: Sequence[Curve]) -> pd.DataFrame:
             }
         )
     return pd.DataFrame(rows)
-
-
-def _whole(count: float) -> int | float:
-    """A count of lanes, an integer unless half a lane is in it."""
-    return int(count) if count == int(count) else count
 
 
 def component_rows(curves: Sequence[Curve], intensity: str) -> pd.DataFrame:

@@ -46,7 +46,7 @@ class Observations:
 
     Attributes:
         intensity: Intensity measure, > 0, shape [row].
-        reached: Lanes of the row that reached the limit state, shape [row]; one in doubt is half.
+        reached: Lanes of the row that reached the limit state, shape [row].
         count: Lanes of the row, shape [row].
         cluster: Number of the record that the row belongs to, shape [row].
     """

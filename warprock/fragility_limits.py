@@ -8,7 +8,9 @@ A lane is in doubt where its own numbers do not tell on which side of the limit 
   where the limit is overturning, over zero where it is uplift;
 - it is `sensitive`, and the table has no estimate of what the limit asks for;
 - it has another reservation (`outside_model`, `ambiguous`): its engine left out something that may
-  have changed what became of it. Whether it lifted is not in doubt then.
+  have changed what became of it. Whether it lifted is not in doubt then;
+- it had not reached the limit, and its run ended before it had decided (`undecided`): it still
+  rocked, or its motion went on.
 """
 
 from __future__ import annotations
@@ -140,6 +142,14 @@ def in_doubt(lanes: pd.DataFrame, limit: Limit) -> Mask:
 
     See the head of this file.
     """
+    doubt = _unsure(lanes, limit)
+    if "undecided" in lanes:
+        doubt = doubt | (lanes["undecided"].to_numpy(dtype=np.bool_) & ~reached(lanes, limit))
+    return np.asarray(doubt)
+
+
+def _unsure(lanes: pd.DataFrame, limit: Limit) -> Mask:
+    """Whether a lane's errors and status leave open if it reached a limit state, shape [lane]."""
     fell = np.asarray(lanes["outcome"].isin(["overturned", "slid_off"]), dtype=np.bool_)
     sensitive = np.asarray(lanes["status"] == _SENSITIVE, dtype=np.bool_)
     other = np.asarray(~lanes["status"].isin([_OK, _SENSITIVE]), dtype=np.bool_)

@@ -18,7 +18,8 @@ Of a lane that missed the tolerance two things may be true. Its runs approach on
 its status, its estimate says how far it may be off, and a smaller step will do. Or they do not: it
 stands in one and falls in the other, or it magnifies small differences (`Status.SENSITIVE`). Then
 its estimate says how far its runs lie apart, not how far the truth may be; what can be said of it
-an ensemble says.
+an ensemble says. A sensitive lane that fell in every run has an uncertain time of its fall; that it
+falls is not in doubt, and the estimate of its peak says so.
 
 Under a record a lane's companions end soon after it rests for good, if its engine holds a block at
 rest exactly: nothing in what is left depends on the step. Where a companion does not rest there, it
@@ -294,6 +295,7 @@ class _Known:
         self.going = usable(asked)
         self.met = np.zeros_like(self.going)
         self.unlike = np.zeros_like(self.going)
+        self.falls = fallen(asked)
         self.halvings, self.steady = np.zeros((2, len(self.going)), dtype=np.intp)
         self.first_steps = self.fields["step_count"].copy()
         self.total_steps = self.first_steps.copy()
@@ -362,6 +364,7 @@ class _Known:
         self.steady[lanes] = np.where(good, self.steady[lanes] + 1, 0)
         doubtful = (ratio > SENSITIVE_ABOVE) & (self.steady[lanes] < STEADY)
         self.met[lanes] = met
+        self.falls[lanes] &= fallen(before) & fallen(after)
         self.going[lanes] = usable(after) & ~met & ~hopeless
         self.unlike[lanes] = differ | doubtful | ~(ratio <= CHAOTIC_ABOVE)
         self.apart[lanes] = np.where(usable(before), apart, np.nan)
@@ -373,7 +376,8 @@ class _Known:
         sensitive = self.unlike & ~self.met & np.isin(fields["status"], SOUND)
         fields["status"] = np.where(sensitive, int(Status.SENSITIVE), fields["status"])
         columns = as_columns(answered, self.alpha)
-        sensitive = as_columns(sensitive, self.alpha)
+        # That it falls, a lane that fell in every run leaves in no doubt, only when.
+        sensitive = as_columns(sensitive & ~self.falls, self.alpha)
         error = np.maximum(self.error, self.floor)
         peak_error = np.minimum(np.maximum(self.peak_error, self.floor), error)
         fields["peak_rotation_error"] = np.where(

@@ -99,7 +99,7 @@ def _not_counted(curves: Sequence[Curve]) -> str:
     """How many lanes are in doubt or left out; empty where none is."""
     most = max(curve.in_doubt for curve in curves)
     groups = {curve.group_text: sum(curve.left_out.values()) for curve in curves}
-    doubt = f"\nin doubt, counted half: up to {most:,} lanes" if most else ""
+    doubt = f"\nin doubt: up to {most:,} lanes" if most else ""
     left = sum(groups.values())
     return doubt + (f"{', ' if doubt else chr(10)}left out: {left:,} lanes" if left else "")
 

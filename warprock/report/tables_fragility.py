@@ -79,8 +79,8 @@ def print_curves(
         )
     if rows["in_doubt"].any():
         out.print(
-            "  in doubt: counted as half a lane that reached the limit state and half one that did "
-            "not; bands reach around both extremes",
+            "  in doubt: counted by their finest run; bands reach around those in which all of "
+            "them reached the limit state, or none",
             soft_wrap=True,
         )
     for text in said:
