@@ -182,46 +182,45 @@ def stop_gains(on: real, xx: real, xy: real, xz: real, yy: real, yz: real, zz: r
 
 @wp.func
 def feel(
-    knobs: Knobs, reach: real, gap: real, rx: real, ry: real, uz: real, ox: real, oy: real,
-    oz: real, n: real, apart: wp.ref[real], lifted: wp.ref[real], landed: wp.ref[real],
+    knobs: Knobs, gap: real, reach: real, ox: real, oy: real, oz: real, n: real,
+    apart: wp.ref[real], lifted: wp.ref[real], landed: wp.ref[real],
 ):  # fmt: skip
     """Counts a corner that has parted, or that has landed after it had; see `parting`.
 
     Args:
         knobs: Settings.
-        reach: At least the distance of a corner from the centre of mass [m].
-        gap: Gap before the step [m].
-        rx: Lever of the corner [m], ry likewise.
-        ry: See rx.
-        uz: Upward velocity after the step [m/s], ox to oz the angular one.
-        ox: See uz.
-        oy: See uz.
-        oz: See uz.
-        n: What the corner carries in the step.
+        gap: How wide it gapes after the last step [m].
+        reach: At least its distance from the centre of mass [m].
+        ox: Angular velocity [rad/s], to oz.
+        oy: See ox.
+        oz: See ox.
+        n: What it carried in the last step.
         apart: 1 where it has parted and not landed since, else 0.
         lifted: Corners that have parted.
         landed: Corners that land.
     """
-    zero, one, dt = real(0.0), real(1.0), knobs.time_step
-    limit = slack(dt, knobs.gravity, reach, ox * ox + oy * oy + oz * oz, reach)
+    zero, one, square = real(0.0), real(1.0), ox * ox + oy * oy + oz * oz
     was = apart > zero
-    now = gap + dt * (uz + ox * ry - oy * rx) > limit or (was and n <= zero)
+    limit = slack(knobs.time_step, knobs.gravity, reach, square, reach)
     landed = landed + wp.where(was and n > zero, one, zero)
-    lifted = lifted + wp.where(now, one, zero)
-    apart = wp.where(now, one, zero)
+    now = wp.where(gap > limit or (was and n <= zero), one, zero)
+    lifted = lifted + now
+    apart = now
 
 
 @wp.func
 def approach(
     corner: int, lean_x: real, lean_y: real, width: real, depth: real, height: real,
     cx: real, cy: real, z: real, knobs: Knobs, qx: real, qy: real, qz: real, qw: real,
+    ox: real, oy: real, oz: real,
     rx: wp.ref[real], ry: wp.ref[real], rz: wp.ref[real], aim: wp.ref[real], on: wp.ref[real],
-    fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real], lowest: wp.ref[real],
+    fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real], apart: wp.ref[real],
+    lowest: wp.ref[real], lifted: wp.ref[real], landed: wp.ref[real],
 ):  # fmt: skip
     """Finds a corner, and whether it is a contact; if not, it keeps no impulse.
 
     Found are its lever (rx, ry, rz) [m], the normal velocity that it aims at if it is a contact
-    [m/s], and 1 in `on` if it is, else 0; the lowest gap [m].
+    [m/s], and 1 in `on` if it is, else 0; what the last step made of it, see `feel`.
     """
     zero = real(0.0)
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
@@ -234,6 +233,7 @@ def approach(
     g = z + h
     contact = g <= knobs.collision_margin
     lowest = smaller(lowest, g)
+    feel(knobs, g, width + depth + height, ox, oy, oz, n, apart, lifted, landed)
     aim = -larger(g, zero) * knobs.rate
     on = wp.where(contact, real(1.0), zero)
     fx = wp.where(contact, fx, zero)

@@ -39,7 +39,6 @@ Knobs, set_out, exchange, approach = (
     impulse.Knobs, impulse.set_out, impulse.exchange, impulse.approach,
 )  # fmt: skip
 prepare, press, advance = impulse.prepare, impulse.press, impulse.advance
-feel = impulse.feel
 hold = kernel_module("spatial_impulse_hold", precision=PRECISION, friction=FRICTION).hold
 seen = kernel_module("spatial_impulse_seen", precision=PRECISION, friction=FRICTION)
 glides, stands, witness, observe = seen.glides, seen.stands, seen.witness, seen.observe
@@ -141,8 +140,14 @@ def depart(
     fy0: wp.ref[real], fy1: wp.ref[real], fy2: wp.ref[real], fy3: wp.ref[real],
     n0: wp.ref[real], n1: wp.ref[real], n2: wp.ref[real], n3: wp.ref[real],
     apart0: wp.ref[real], apart1: wp.ref[real], apart2: wp.ref[real], apart3: wp.ref[real],
+    before: real, since: wp.ref[real],
 ):  # fmt: skip
-    """Sets out on a step, see `set_out`, with the corners in the order of the lean."""
+    """Sets out on a step, see `set_out`, with the corners in the order of the lean.
+
+    `before` is when the last step ended [s], `since` the time since which it has not stood flat, or
+    NEVER.
+    """
+    since = wp.where(stands(n0, n1, n2, n3), NEVER, smaller(since, before))
     swap_x, swap_y = real(0.0), real(0.0)
     set_out(
         dvx, dvy, dvz, knobs, qx, qy, qz, qw, lx, ly, lz, ix, iy, iz, vx, vy, vz, ux, uy, uz,
@@ -161,12 +166,12 @@ def depart(
 def move(
     mode: wp.ref[int], knobs: Knobs, time: real, block: Block, ix: real, iy: real, iz: real,
     dvx: real, dvy: real, dvz: real, ux: real, uy: real, uz: real, ox: real, oy: real, oz: real,
-    landed: real, lowest: real, lifted: real, flat: bool,
+    landed: real, lowest: real, lifted: real,
     x: wp.ref[real], y: wp.ref[real], z: wp.ref[real],
     qx: wp.ref[real], qy: wp.ref[real], qz: wp.ref[real], qw: wp.ref[real],
     vx: wp.ref[real], vy: wp.ref[real], vz: wp.ref[real],
     lx: wp.ref[real], ly: wp.ref[real], lz: wp.ref[real], loss: wp.ref[real],
-    since: wp.ref[real], uplift_time: wp.ref[real], moved: wp.ref[real],
+    since: real, uplift_time: wp.ref[real], moved: wp.ref[real],
     deepest: wp.ref[real], impacts: wp.ref[int], steps: wp.ref[int],
     slide_x: wp.ref[real], slide_y: wp.ref[real],
     peak: wp.ref[real], peak_time: wp.ref[real],
@@ -180,7 +185,7 @@ def move(
         x, y, z, qx, qy, qz, qw, vx, vy, vz, lx, ly, lz, loss,
     )  # fmt: skip
     witness(
-        live, time, landed, lowest, lifted, flat, glides(block, knobs, ux, uy, ox, oy, oz), since,
+        live, time, landed, lowest, lifted, glides(block, knobs, ux, uy, ox, oy, oz), since,
         uplift_time, moved, deepest, impacts, steps,
     )  # fmt: skip
     observe(
@@ -243,16 +248,17 @@ def spatial(
                     dv[0, i], dv[1, i], dv[2, i], knobs, qx[i], qy[i], qz[i], qw[i], lx[i], ly[i],
                     lz[i], ix[i], iy[i], iz[i], vx[i], vy[i], vz[i], ux[i], uy[i], uz[i], ox[i],
                     oy[i], oz[i], jxx[i], jxy[i], jxz[i], jyy[i], jyz[i], jzz[i], lean_x[i],
-                    lean_y[i], lowest[i], lifted[i], landed[i], fx[0, i], fx[1, i], fx[2, i],
-                    fx[3, i], fy[0, i], fy[1, i], fy[2, i], fy[3, i], n[0, i], n[1, i], n[2, i],
-                    n[3, i], apart[0, i], apart[1, i], apart[2, i], apart[3, i],
+                    lean_y[i], lowest[i], lifted[i], landed[i], fx[0, i], fx[1, i], fx[2, i], fx[3,
+                    i], fy[0, i], fy[1, i], fy[2, i], fy[3, i], n[0, i], n[1, i], n[2, i], n[3, i],
+                    apart[0, i], apart[1, i], apart[2, i], apart[3, i], time - dt, since[i],
                 )  # fmt: skip
             for c in range(corners):
                 for i in range(LANES):
                     approach(
                         c, lean_x[i], lean_y[i], width[i], depth[i], height[i], cx[i], cy[i], z[i],
-                        knobs, qx[i], qy[i], qz[i], qw[i], rx[c, i], ry[c, i], rz[c, i], aim[c, i],
-                        on[c, i], fx[c, i], fy[c, i], n[c, i], lowest[i],
+                        knobs, qx[i], qy[i], qz[i], qw[i], ox[i], oy[i], oz[i], rx[c, i], ry[c, i],
+                        rz[c, i], aim[c, i], on[c, i], fx[c, i], fy[c, i], n[c, i], apart[c, i],
+                        lowest[i], lifted[i], landed[i],
                     )  # fmt: skip
             for i in range(LANES):
                 hold(
@@ -286,17 +292,11 @@ def spatial(
                             h23[c, i], h33[c, i], fx[c, i], fy[c, i], n[c, i], ux[i], uy[i], uz[i],
                             ox[i], oy[i], oz[i],
                         )  # fmt: skip
-            for c in range(corners):
-                for i in range(LANES):
-                    feel(
-                        knobs, width[i] + depth[i] + height[i], z[i] + rz[c, i], rx[c, i], ry[c, i],
-                        uz[i], ox[i], oy[i], oz[i], n[c, i], apart[c, i], lifted[i], landed[i],
-                    )  # fmt: skip
             for i in range(LANES):
                 move(
                     mode[i], knobs, time, blocks[0, first + i], ix[i], iy[i], iz[i], dv[0, i], dv[1,
                     i], dv[2, i], ux[i], uy[i], uz[i], ox[i], oy[i], oz[i], landed[i], lowest[i],
-                    lifted[i], stands(n[0, i], n[1, i], n[2, i], n[3, i]), x[i], y[i], z[i], qx[i],
+                    lifted[i], x[i], y[i], z[i], qx[i],
                     qy[i], qz[i], qw[i], vx[i], vy[i], vz[i], lx[i], ly[i], lz[i], loss[i],
                     since[i], uplift_time[i], moved[i], deepest[i], impacts[i], steps[i],
                     slide_x[i], slide_y[i], peak[i], peak_time[i], peak_across[i], peak_tilt[i],

@@ -47,8 +47,8 @@ def stands(n0: real, n1: real, n2: real, n3: real) -> bool:
 
 @wp.func
 def witness(
-    live: bool, time: real, landed: real, lowest: real, lifted: real, flat: bool, slides: bool,
-    since: wp.ref[real], uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real],
+    live: bool, time: real, landed: real, lowest: real, lifted: real, slides: bool,
+    since: real, uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real],
     impacts: wp.ref[int], steps: wp.ref[int],
 ):  # fmt: skip
     """Whether a block moves, whether it lands, and how deep it is.
@@ -59,9 +59,8 @@ def witness(
         landed: Corners that land.
         lowest: Lowest gap [m].
         lifted: Corners that have parted.
-        flat: Whether it stands on two opposite corners.
         slides: Whether it slides if it stands flat.
-        since: Time since which it has not stood flat [s], or NEVER; 0 at first.
+        since: Time since which it has not stood flat [s], or NEVER.
         uplift_time: Time at which it first lifted [s], or NEVER.
         moved: Last time at which a corner has parted, or the block slides [s].
         deepest: Deepest penetration [m].
@@ -70,7 +69,6 @@ def witness(
     """
     zero = real(0.0)
     rocks = live and lifted > zero
-    since = wp.where(flat, NEVER, smaller(since, time))
     uplift_time = wp.where(rocks, smaller(uplift_time, smaller(since, time)), uplift_time)
     moved = wp.where(rocks or (live and slides), time, moved)
     impacts = impacts + wp.where(live and landed > zero, 1, 0)

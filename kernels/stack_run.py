@@ -209,8 +209,7 @@ def witness(
     crept = way
     watch(
         live, larger(time, real(0.0)), limit, wp.where(forward, n1, n2), gap1,
-        wp.where(forward, n2, n1), gap2, glides, since, left, right, uplift_time, moved,
-        impacts,
+        wp.where(forward, n2, n1), gap2, glides, since, left, right, uplift_time, moved, impacts,
     )  # fmt: skip
     deepest = wp.where(live, larger(-smaller(gap1, gap2), deepest), deepest)
     higher = live and size(theta) > peak
