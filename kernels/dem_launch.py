@@ -8,9 +8,10 @@ the compiler turns them into vector code; with one lane a thread the same text i
 for any device. A func takes the entries of the matrices and changes those it takes as `wp.ref`.
 
 An interface has parted once its faces gape from the middle to three quarters of the way to an end
-(`PIVOT`): the springs of an eighth of the face carry all, and the block turns about that end, where
-before it leaned on its springs. It has landed, an impact, once it is closed in the middle again. It
-slides while all of its springs that carry slip, faster than `parting.slides` tells.
+(`PIVOT` of `dem_lanes`): the springs of an eighth of the face carry all, and the block turns about
+that end, where before it leaned on its springs. It has landed, an impact, once it is closed in the
+middle again. It slides while all of its springs that carry slip, faster than `parting.slides`
+tells.
 """
 
 # A func changes what it takes by reference, which the linter takes for unused assignments.
@@ -58,13 +59,7 @@ GROUND_FACE = real(1.0e9)
 HALF_PI = real(1.5707963267948966)
 HALF = real(0.5)
 ROCKING, OVERTURNED, BROKEN = of_lanes.ROCKING, of_lanes.OVERTURNED, of_lanes.BROKEN
-SLID_OFF, NEVER = of_lanes.SLID_OFF, of_lanes.NEVER
-PIVOT = real(0.75)
-"""Place up to which faces that have parted gape, from the middle, over the way to the end. Of five
-sub-contacts only the last one then carries, which is when a rigid block lifts; of many, the
-resultant has moved by 0.92 of the way."""
-APART = real(-1.0)
-"""What an interface that has parted keeps for the time since which it gapes."""
+NEVER = of_lanes.NEVER
 
 
 @wp.struct
@@ -162,39 +157,24 @@ def witness(
     slip: real, held: wp.ref[int], since: wp.ref[real], uplift_time: wp.ref[real],
     moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int], mode: wp.ref[int],
 ):  # fmt: skip
-    """Whether an interface rocks or slides, whether it has landed, and whether it is still there.
+    """What a step shows of an interface, see `of_lanes.witness`; it slides as told at the head.
 
     Args:
         live: Whether the lane still runs.
         time: Time [s].
         gravity: Acceleration of gravity [m/s^2].
         dt: Time step [s].
-        overlap: Depth to which the faces overlap in the middle of what they share [m].
+        overlap: See `of_lanes.witness`, as all that is not told here.
         tilt: By how much it is deeper or less deep at the ends of what they share [m].
-        shared: How much they share.
         slip: Speed at which they slip [m/s].
         held: Springs that carry and do not slip; set to none for the next interface.
-        since: Time since which the middle gapes [s]: APART once it has parted, NEVER if closed.
-        uplift_time: Time at which the lane first lifted [s], or NEVER.
-        moved: Last time at which it moved [s].
-        deepest: Deepest overlap so far [m].
-        impacts: Interfaces that have landed.
-        mode: How the lane goes on.
     """
-    zero = real(0.0)
-    gapes = overlap <= zero
-    was = since < zero
-    apart = gapes and (was or overlap + PIVOT * size(tilt) <= zero)
-    opened = wp.where(gapes, smaller(since, time), NEVER)
-    lifts = live and apart and not was
-    uplift_time = wp.where(lifts, smaller(uplift_time, opened), uplift_time)
-    glides = not gapes and held == 0 and slides(dt * slip, dt, gravity)
-    moved = wp.where(live and (apart or glides), time, moved)
-    impacts = impacts + wp.where(live and was and not gapes, 1, 0)
-    since = wp.where(live, wp.where(apart, APART, opened), since)
+    slips = held == 0 and slides(dt * slip, dt, gravity)
+    of_lanes.witness(
+        live, time, overlap, size(tilt), shared, slips, since, uplift_time, moved, deepest,
+        impacts, mode,
+    )  # fmt: skip
     held = 0
-    deepest = wp.where(live and shared > zero, larger(overlap + size(tilt), deepest), deepest)
-    mode = wp.where(live and shared <= zero, SLID_OFF, mode)
 
 
 @wp.func

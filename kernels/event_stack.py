@@ -52,7 +52,7 @@ settle, bound_velocity = contact.settle, contact.bound_velocity
 relative_velocity = contact.relative_velocity
 Limits, State, Trial, tried = trial.Limits, trial.State, trial.Trial, trial.tried
 fastest, at_rest, stopping = trial.fastest, trial.at_rest, trial.stopping
-kinetic_energy = trial.kinetic_energy
+lost_between = trial.lost_between
 OPEN, PLUS, MINUS, CLOSED = stack.OPEN, stack.PLUS, stack.MINUS, stack.CLOSED
 
 RUNNING = 0
@@ -184,7 +184,7 @@ def projected(
             smooth = blocks
             smooth.friction = Values()
             v, _impulse, _sound = bound_velocity(smooth, upper, lower, hold, slip, free)
-        n.lost = s.lost + kinetic_energy(blocks, free) - kinetic_energy(blocks, v)
+        n.lost = s.lost + lost_between(blocks, t.kick, free, v)
     n.pose.touch = kept(blocks, limits, upper, lower, n.pose.touch, hold, v)
     for k in range(BLOCKS):
         n.slip[k] = wp.where(n.pose.touch[k] == OPEN, 0, slip[k])

@@ -150,6 +150,24 @@ def kinetic_energy(blocks: Blocks, velocity: Triples) -> real:
 
 
 @wp.func
+def lost_between(blocks: Blocks, kick: real, free: Triples, velocity: Triples) -> real:
+    """Energy that contacts take in an impact [J].
+
+    The base's work on the blocks is at the mean of the velocities before and after, see `account`.
+
+    Args:
+        blocks: The blocks.
+        kick: Velocity step of the base [m/s].
+        free: Velocities after it without contact; velocity with it.
+        velocity: See free.
+    """
+    lost = kinetic_energy(blocks, free) - kinetic_energy(blocks, velocity)
+    for k in range(BLOCKS):
+        lost -= HALF * kick * (velocity[3 * k] - free[3 * k]) / blocks.inverse_mass[k]
+    return lost
+
+
+@wp.func
 def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
     """The trial step with the events at its interfaces and the overturning of its blocks."""
     t = trial

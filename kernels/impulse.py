@@ -61,9 +61,10 @@ class Block:
 
 @wp.struct
 class Knobs:
-    """What a step needs to know of the settings."""
+    """What a step needs to know of the settings; `rate` is the inverse of the time step [1/s]."""
 
     time_step: real
+    rate: real
     gravity: real
     collision_margin: real
     erp: real
@@ -72,7 +73,7 @@ class Knobs:
 @wp.func
 def wish(gap: real, knobs: Knobs) -> real:
     """Least normal velocity of a corner after the step: an open gap may close."""
-    return wp.where(gap > real(0.0), -gap / knobs.time_step, real(0.0))
+    return -larger(gap, real(0.0)) * knobs.rate
 
 
 @wp.func
@@ -125,6 +126,17 @@ def sweeps(
 
 
 @wp.func
+def inverses(a: real, b: real, c: real, d: real):
+    """Inverses of four numbers by one division, which takes as long as ten products."""
+    ab = a * b
+    cd = c * d
+    over = real(1.0) / (ab * cd)
+    left = over * cd
+    right = over * ab
+    return left * b, left * a, right * d, right * c
+
+
+@wp.func
 def solve(
     mu: real, w: real, x1: real, z1: real, x2: real, z2: real, on1: real, on2: real,
     u1: real, s1: real, u2: real, s2: real, n1: real, f1: real, n2: real, f2: real,
@@ -142,10 +154,13 @@ def solve(
     """
     one = real(1.0)
     # Rows of K over their diagonal; rows of an inactive corner vanish.
-    d1 = on1 / (one + w * x1 * x1)
-    e1 = on1 / (one + w * z1 * z1)
-    d2 = on2 / (one + w * x2 * x2)
-    e2 = on2 / (one + w * z2 * z2)
+    d1, e1, d2, e2 = inverses(
+        one + w * x1 * x1, one + w * z1 * z1, one + w * x2 * x2, one + w * z2 * z2
+    )
+    d1 = on1 * d1
+    e1 = on1 * e1
+    d2 = on2 * d2
+    e2 = on2 * e2
     n1n2 = one + w * x1 * x2
     f1f2 = one + w * z1 * z2
     n1f1 = -w * x1 * z1

@@ -7,8 +7,9 @@ Loops over the lanes are innermost and work on local matrices, one row a number 
 point, so that the compiler turns them into vector code; with one lane a thread the same text is the
 plain form for any device.
 
-An interface rocks while its faces have parted in the middle; that needs no tolerance. It moves
-while it rocks, and while it slides faster than springs swing that stick.
+An interface has parted once its faces gape from the middle to three quarters of the way to the
+corner that is pressed most, see `PIVOT` of `dem_lanes`; in the plane that is an end. It slides
+while it is closed in the middle and slips faster than springs swing that stick.
 """
 
 from typing import Any
@@ -71,7 +72,7 @@ def spatial(
     # Rows of bodies, the ground first: where, how fast, and what is kept of them.
     x, y, z, qx, qy, qz, qw, vx, vy, vz = B(), B(), B(), B(), B(), B(), B(), B(), B(), B()
     lx, ly, lz, fx, fy, fz, mx, my, mz, at = B(), B(), B(), B(), B(), B(), B(), B(), B(), B()
-    old, gx, gy, slide, peak, across, tilt, yaw = B(), B(), B(), B(), B(), B(), B(), B()
+    since, gx, gy, slide, peak, across, tilt, yaw = B(), B(), B(), B(), B(), B(), B(), B()
     # Rows of points, pair by pair: the one at -(a, b), the one at (a, b). The link looked at.
     ux, uy, slip, sums, t, base, dv = Point(), Point(), Point(), Sums(), Total(), Three(), Three()
     o, area, mu, wide, deep, cx, cy, p1, p2, p3 = R(), R(), R(), R(), R(), R(), R(), R(), R(), R()
@@ -86,7 +87,7 @@ def spatial(
         moves = moves | lanes[first + i].moves
         for k in range(1, bodies):
             set_up(blocks[k, first + i], x[k, i], y[k, i], z[k, i], qx[k, i], qy[k, i], qz[k, i],
-                   qw[k, i], old[k, i], peak[k, i], across[k, i], tilt[k, i])  # fmt: skip
+                   qw[k, i], since[k, i], peak[k, i], across[k, i], tilt[k, i])  # fmt: skip
     for sample in range(times.shape[0]):
         passes, until = int(0), times[sample]
         for i in range(LANES):
@@ -118,7 +119,7 @@ def spatial(
                         v2[i], v3[i], j1[i], j2[i], j3[i], k1[i], k2[i], k3[i], gx[k, i], gy[k, i],
                     )  # fmt: skip
                     witness(live[i] == 1, real(steps[i] - 1) * dt[i], link,
-                            lanes[first + i].creep, old[k, i], lifted[i], moved[i], deepest[i],
+                            lanes[first + i].creep, since[k, i], lifted[i], moved[i], deepest[i],
                             impacts[i], mode[i])  # fmt: skip
                 for p in range(pairs):
                     r, q = SUMS * int(points[3, p]), 2 * (pairs * h + p)

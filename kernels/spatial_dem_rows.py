@@ -29,6 +29,7 @@ Attitude = wp.types.vector(length=4, dtype=real)
 
 HALF = real(0.5)
 ROCKING, OVERTURNED, BROKEN = of_lanes.ROCKING, of_lanes.OVERTURNED, of_lanes.BROKEN
+NEVER = of_lanes.NEVER
 
 
 @wp.struct
@@ -48,10 +49,10 @@ class Lane:
 @wp.func
 def set_up(
     block: Block, x: wp.ref[real], y: wp.ref[real], z: wp.ref[real], qx: wp.ref[real],
-    qy: wp.ref[real], qz: wp.ref[real], qw: wp.ref[real], old: wp.ref[real], peak: wp.ref[real],
+    qy: wp.ref[real], qz: wp.ref[real], qw: wp.ref[real], since: wp.ref[real], peak: wp.ref[real],
     across: wp.ref[real], tilt: wp.ref[real],
 ):  # fmt: skip
-    """Puts a block where it starts; one that has not begun has not parted."""
+    """Puts a block where it starts; one that has not begun does not gape."""
     x = block.x
     y = block.y
     z = block.z
@@ -59,7 +60,7 @@ def set_up(
     qy = block.qy
     qz = block.qz
     qw = block.qw
-    old = real(1.0)
+    since = NEVER
     _a, _b, r13, _c, _d, r23, _e, _f, r33 = matrix_of(block.qx, block.qy, block.qz, block.qw)
     now, side, lean, _g = turns_of(block, r13, r23, r33, block.qz, block.qw)
     peak = now
@@ -161,29 +162,21 @@ def observe(
 
 
 @wp.func
-def corner_of(link: Link) -> real:
-    """Overlap at the corner of an interface where it is deepest [m]."""
-    return link.o + size(link.a3) + size(link.b3)
-
-
-@wp.func
 def witness(
-    live: bool, time: real, link: Link, creep: real, old: wp.ref[real], uplift_time: wp.ref[real],
-    moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int], mode: wp.ref[int],
+    live: bool, time: real, link: Link, creep: real, since: wp.ref[real],
+    uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int],
+    mode: wp.ref[int],
 ):  # fmt: skip
-    """What a step shows of an interface, see `of_lanes.witness`; it moves while it slides, too.
+    """What a step shows of an interface, see `of_lanes.witness`.
 
     What its faces share slides where its fastest point slips by more than `creep`, see `Lane`.
     """
-    zero = real(0.0)
-    of_lanes.witness(
-        live, time, link.o, corner_of(link), link.area, old, uplift_time, moved, deepest, impacts,
-        mode,
-    )  # fmt: skip
     x = size(link.v1) + size(link.j1) + size(link.k1)
     y = size(link.v2) + size(link.j2) + size(link.k2)
-    touches = link.o + size(link.a3) + size(link.b3) > zero
-    moved = wp.where(live and touches and x * x + y * y > creep * creep, time, moved)
+    of_lanes.witness(
+        live, time, link.o, size(link.a3) + size(link.b3), link.area,
+        x * x + y * y > creep * creep, since, uplift_time, moved, deepest, impacts, mode,
+    )  # fmt: skip
 
 
 @wp.func

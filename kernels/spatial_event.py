@@ -141,6 +141,8 @@ def arrived(
         n.x = placed(now, mask_of(touch), n.x + foot(body, pinned) - foot(now, pinned))
         h = settled(now, touch, 0, Corners(), v, n.w, grain)
         n.lost = n.lost + kinetic_energy(now, v, n.w) - kinetic_energy(now, h.v, h.w)
+        # The base's work on the block is at the mean of both velocities: see `account`.
+        n.lost = n.lost - HALF * wp.dot(base.kick, h.v - v)
         n.v = h.v
         n.w = h.w
         n.stance = h.stance

@@ -109,6 +109,9 @@ def arrived(
             t.law[i] = CONE
         _r, v1, w1, fits = settled(ROUNDS, t, pose, mu, light, Points(), v, w)
         n.lost = n.lost + before - energy(own, gravity, n.x, n.q, v1, w1)
+        # The base's work on the blocks is at the mean of both velocities: see `account`.
+        for k in range(1, bodies):
+            n.lost = n.lost - HALF * block_of(own, k).mass * wp.dot(b.kick, v1[k] - v[k])
         v = v1
         w = w1
     n.v = v

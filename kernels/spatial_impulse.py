@@ -56,6 +56,8 @@ wp.set_module_options(OPTIONS)
 scalar = kernel_module("scalar", precision=PRECISION)
 larger, smaller, sign_of = scalar.larger, scalar.smaller, scalar.sign_of
 shape = kernel_module("spatial", precision=PRECISION)
+parting = kernel_module("parting", precision=PRECISION)
+slack, CREEP = parting.slack, parting.CREEP
 matrix_of, inverse_inertia = shape.matrix_of, shape.inverse_inertia
 turn_freely = shape.turn_freely
 
@@ -63,8 +65,6 @@ CONE = FRICTION == "cone"
 """Whether friction is bound as a cone, else as a box along x and y."""
 HALF = real(0.5)
 FAR = real(1.0e30)
-CREEP = real(0.1)
-"""Speed of a corner that may still stick, over g dt: sweeps that end early leave less."""
 TINY = real(1.0e-30)
 """Square of an impulse [m^2/s^2] below which it has no direction."""
 
@@ -114,17 +114,15 @@ def set_out(
     jxx: wp.ref[real], jxy: wp.ref[real], jxz: wp.ref[real],
     jyy: wp.ref[real], jyz: wp.ref[real], jzz: wp.ref[real],
     lean_x: wp.ref[real], lean_y: wp.ref[real], swap_x: wp.ref[real], swap_y: wp.ref[real],
-    lowest: wp.ref[real], lifted: wp.ref[real], landed: wp.ref[real],
+    lowest: wp.ref[real],
 ):  # fmt: skip
     """Velocities u and omega (o) of a block without contact, and the sides it leans to, 1 or -1.
 
     Found are J, too, and in `swap_x` and `swap_y` whether each side is another than before: 1 or 0.
-    The last three are what the corners will tell of themselves; here they tell of none.
+    The last is the lowest gap that the corners will tell of; here there is none.
     """
     one, zero = real(1.0), real(0.0)
     lowest = FAR
-    lifted = zero
-    landed = zero
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
     xx, xy, xz, yy, yz, zz = inverse_inertia(
         r11, r12, r13, r21, r22, r23, r31, r32, r33, ix, iy, iz
@@ -184,27 +182,37 @@ def stop_gains(on: real, xx: real, xy: real, xz: real, yy: real, yz: real, zz: r
 
 @wp.func
 def feel(
-    gap: real, knobs: Knobs, apart: wp.ref[real], lowest: wp.ref[real], lifted: wp.ref[real],
-    landed: wp.ref[real],
+    knobs: Knobs, gap: real, reach: real, ox: real, oy: real, oz: real, n: real,
+    apart: wp.ref[real], lifted: wp.ref[real], landed: wp.ref[real],
 ):  # fmt: skip
-    """Counts a corner that does not touch, or does and did not in the last step; the lowest gap.
+    """Counts a corner that has parted, or that has landed after it had; see `parting`.
 
-    It touches within the margin, and what two steps of falling are: sweeps that end leave hops of
-    that order.
+    Args:
+        knobs: Settings.
+        gap: How wide it gapes after the last step [m].
+        reach: At least its distance from the centre of mass [m].
+        ox: Angular velocity [rad/s], to oz.
+        oy: See ox.
+        oz: See ox.
+        n: What it carried in the last step.
+        apart: 1 where it has parted and not landed since, else 0.
+        lifted: Corners that have parted.
+        landed: Corners that land.
     """
-    zero, one = real(0.0), real(1.0)
-    slack = real(2.0) * knobs.time_step * knobs.time_step * knobs.gravity
-    now = wp.where(gap > knobs.collision_margin + slack, one, zero)
-    landed = landed + wp.where(now < apart, one, zero)
+    zero, one, square = real(0.0), real(1.0), ox * ox + oy * oy + oz * oz
+    was = apart > zero
+    limit = slack(knobs.time_step, knobs.gravity, reach, square, reach)
+    landed = landed + wp.where(was and n > zero, one, zero)
+    now = wp.where(gap > limit or (was and n <= zero), one, zero)
     lifted = lifted + now
     apart = now
-    lowest = smaller(lowest, gap)
 
 
 @wp.func
 def approach(
     corner: int, lean_x: real, lean_y: real, width: real, depth: real, height: real,
     cx: real, cy: real, z: real, knobs: Knobs, qx: real, qy: real, qz: real, qw: real,
+    ox: real, oy: real, oz: real,
     rx: wp.ref[real], ry: wp.ref[real], rz: wp.ref[real], aim: wp.ref[real], on: wp.ref[real],
     fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real], apart: wp.ref[real],
     lowest: wp.ref[real], lifted: wp.ref[real], landed: wp.ref[real],
@@ -212,7 +220,7 @@ def approach(
     """Finds a corner, and whether it is a contact; if not, it keeps no impulse.
 
     Found are its lever (rx, ry, rz) [m], the normal velocity that it aims at if it is a contact
-    [m/s], and 1 in `on` if it is, else 0; what it tells of itself, see `feel`.
+    [m/s], and 1 in `on` if it is, else 0; what the last step made of it, see `feel`.
     """
     zero = real(0.0)
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
@@ -224,7 +232,8 @@ def approach(
     rz = h
     g = z + h
     contact = g <= knobs.collision_margin
-    feel(g, knobs, apart, lowest, lifted, landed)
+    lowest = smaller(lowest, g)
+    feel(knobs, g, width + depth + height, ox, oy, oz, n, apart, lifted, landed)
     aim = -larger(g, zero) * knobs.rate
     on = wp.where(contact, real(1.0), zero)
     fx = wp.where(contact, fx, zero)

@@ -6,8 +6,7 @@ any device. A func takes the entries, and what it finds it leaves in those that 
 `wp.ref`. A corner that no lane of the thread leaves to the sweeps is left out: they would change
 nothing there, to the last bit.
 
-A block rocks while a corner does not touch the base, see `feel` of `spatial_impulse`; it lands once
-one touches again. It moves while it rocks or slides, see `slips`.
+When a block rocks, lands and lifts says `spatial_impulse_seen`.
 """
 
 # A func leaves what it finds in the names that it takes by reference.
@@ -32,9 +31,7 @@ shape = kernel_module("spatial", precision=PRECISION)
 motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
 found_of = kernel_module("spatial_found", precision=PRECISION)
 larger, smaller, size, sign_of = scalar.larger, scalar.smaller, scalar.size, scalar.sign_of
-Block, slide_of, turns_of, turn_freely = (
-    shape.Block, shape.slide_of, shape.turns_of, shape.turn_freely,
-)  # fmt: skip
+Block, turns_of, turn_freely = shape.Block, shape.turns_of, shape.turn_freely
 BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
 Motion, base_velocity = motion.Motion, motion.velocity
 sample_index, sample_segment = motion.sample_index, motion.sample_segment
@@ -42,16 +39,15 @@ Knobs, set_out, exchange, approach = (
     impulse.Knobs, impulse.set_out, impulse.exchange, impulse.approach,
 )  # fmt: skip
 prepare, press, advance = impulse.prepare, impulse.press, impulse.advance
-slips = impulse.slips
 hold = kernel_module("spatial_impulse_hold", precision=PRECISION, friction=FRICTION).hold
+seen = kernel_module("spatial_impulse_seen", precision=PRECISION, friction=FRICTION)
+glides, stands, witness, observe = seen.glides, seen.stands, seen.witness, seen.observe
 
 HALF = real(0.5)
-NEVER = real(1.0e30)
-ROCKING = 1
-OVERTURNED = 2
-BROKEN = 3
+NEVER, ROCKING = seen.NEVER, seen.ROCKING
 
-Lane = wp.types.vector(length=LANES, dtype=real)
+R = wp.types.vector(length=LANES, dtype=real)
+"""A number a lane."""
 LaneInt = wp.types.vector(length=LANES, dtype=int)
 Three = wp.types.matrix(shape=(3, LANES), dtype=real)
 Corner = wp.types.matrix(shape=(4, LANES), dtype=real)
@@ -144,85 +140,26 @@ def depart(
     fy0: wp.ref[real], fy1: wp.ref[real], fy2: wp.ref[real], fy3: wp.ref[real],
     n0: wp.ref[real], n1: wp.ref[real], n2: wp.ref[real], n3: wp.ref[real],
     apart0: wp.ref[real], apart1: wp.ref[real], apart2: wp.ref[real], apart3: wp.ref[real],
+    before: real, since: wp.ref[real],
 ):  # fmt: skip
-    """Sets out on a step, see `set_out`, with the corners in the order of the lean."""
+    """Sets out on a step, see `set_out`, with the corners in the order of the lean.
+
+    `before` is when the last step ended [s], `since` the time since which it has not stood flat, or
+    NEVER.
+    """
+    since = wp.where(stands(n0, n1, n2, n3), NEVER, smaller(since, before))
     swap_x, swap_y = real(0.0), real(0.0)
     set_out(
         dvx, dvy, dvz, knobs, qx, qy, qz, qw, lx, ly, lz, ix, iy, iz, vx, vy, vz, ux, uy, uz,
         ox, oy, oz, jxx, jxy, jxz, jyy, jyz, jzz, lean_x, lean_y, swap_x, swap_y,
-        lowest, lifted, landed,
+        lowest,
     )  # fmt: skip
+    lifted = real(0.0)
+    landed = real(0.0)
     reorder(swap_x, swap_y, fx0, fx1, fx2, fx3)
     reorder(swap_x, swap_y, fy0, fy1, fy2, fy3)
     reorder(swap_x, swap_y, n0, n1, n2, n3)
     reorder(swap_x, swap_y, apart0, apart1, apart2, apart3)
-
-
-@wp.func
-def glides(block: Block, knobs: Knobs, ux: real, uy: real, ox: real, oy: real, oz: real) -> bool:
-    """Whether a block that stands flat slides, with the velocities u and o after a step."""
-    x, y = ux - block.height * oy, uy + block.height * ox
-    turn = oz * (block.width + block.depth)
-    return slips(x * x + y * y + turn * turn, knobs)
-
-
-@wp.func
-def witness(
-    live: bool, time: real, landed: real, lowest: real, lifted: real, slides: bool,
-    uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int],
-    steps: wp.ref[int],
-):  # fmt: skip
-    """Whether a block moves, whether it lands, and how deep it is.
-
-    Args:
-        live: Whether the lane lives on.
-        time: End of the step [s].
-        landed: Corners that touch now and did not in the last step.
-        lowest: Lowest gap [m].
-        lifted: Corners that do not touch.
-        slides: Whether it slides if it stands flat.
-        uplift_time: First time at which a corner does not touch [s].
-        moved: Last time at which one does not, or the block slides [s].
-        deepest: Deepest penetration [m].
-        impacts: Landings.
-        steps: Steps of a lane that lived on.
-    """
-    zero = real(0.0)
-    rocks = live and lifted > zero
-    uplift_time = wp.where(rocks and uplift_time >= NEVER, time, uplift_time)
-    moved = wp.where(rocks or (live and slides), time, moved)
-    impacts = impacts + wp.where(live and landed > zero, 1, 0)
-    steps = steps + wp.where(live, 1, 0)
-    deepest = wp.where(live, larger(-lowest, deepest), deepest)
-
-
-@wp.func
-def observe(
-    live: bool, time: real, block: Block, x: real, y: real, z: real, qx: real, qy: real, qz: real,
-    qw: real, speed: real, slide_x: wp.ref[real], slide_y: wp.ref[real],
-    peak: wp.ref[real], peak_time: wp.ref[real],
-    peak_across: wp.ref[real], peak_tilt: wp.ref[real], peak_yaw: wp.ref[real],
-    peak_slide: wp.ref[real], mode: wp.ref[int],
-):  # fmt: skip
-    """Peaks and slide of a block after a step, and whether its lane lives on.
-
-    `speed` is a sum of its velocities, which is finite only if they are.
-    """
-    r11, r12, r13, r21, r22, r23, r31, r32, r33 = shape.matrix_of(qx, qy, qz, qw)
-    tan_x, tan_y, tilt, yaw = turns_of(block, r13, r23, r33, qz, qw)
-    away_x, away_y = slide_of(block, x, y, r11, r12, r13, r21, r22, r23, r31, r32)
-    higher = live and tan_x > peak
-    peak_time = wp.where(higher, time, peak_time)
-    peak = wp.where(higher, tan_x, peak)
-    peak_across = wp.where(live, larger(tan_y, peak_across), peak_across)
-    peak_tilt = wp.where(live, larger(tilt, peak_tilt), peak_tilt)
-    peak_yaw = wp.where(live, larger(yaw, peak_yaw), peak_yaw)
-    slide_x = wp.where(live, away_x, slide_x)
-    slide_y = wp.where(live, away_y, slide_y)
-    peak_slide = wp.where(live, larger(away_x * away_x + away_y * away_y, peak_slide), peak_slide)
-    total = x + y + z + r33 + qw + speed
-    found = wp.where(r33 <= real(0.0), OVERTURNED, ROCKING)
-    mode = wp.where(live, wp.where(total - total == real(0.0), found, BROKEN), mode)
 
 
 @wp.func
@@ -234,8 +171,9 @@ def move(
     qx: wp.ref[real], qy: wp.ref[real], qz: wp.ref[real], qw: wp.ref[real],
     vx: wp.ref[real], vy: wp.ref[real], vz: wp.ref[real],
     lx: wp.ref[real], ly: wp.ref[real], lz: wp.ref[real], loss: wp.ref[real],
-    uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int],
-    steps: wp.ref[int], slide_x: wp.ref[real], slide_y: wp.ref[real],
+    since: real, uplift_time: wp.ref[real], moved: wp.ref[real],
+    deepest: wp.ref[real], impacts: wp.ref[int], steps: wp.ref[int],
+    slide_x: wp.ref[real], slide_y: wp.ref[real],
     peak: wp.ref[real], peak_time: wp.ref[real],
     peak_across: wp.ref[real], peak_tilt: wp.ref[real], peak_yaw: wp.ref[real],
     peak_slide: wp.ref[real],
@@ -247,8 +185,8 @@ def move(
         x, y, z, qx, qy, qz, qw, vx, vy, vz, lx, ly, lz, loss,
     )  # fmt: skip
     witness(
-        live, time, landed, lowest, lifted, glides(block, knobs, ux, uy, ox, oy, oz), uplift_time,
-        moved, deepest, impacts, steps,
+        live, time, landed, lowest, lifted, glides(block, knobs, ux, uy, ox, oy, oz), since,
+        uplift_time, moved, deepest, impacts, steps,
     )  # fmt: skip
     observe(
         live, time, block, x, y, z, qx, qy, qz, qw, vx + vy + vz + lx + ly + lz, slide_x, slide_y,
@@ -275,14 +213,13 @@ def spatial(
 ):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
     first, dt, zero, time = wp.tid() * LANES, knobs.time_step, real(0.0), real(0.0)
-    x, y, z, qx, qy, qz, qw, vx = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    vy, vz, lx, ly, lz, ux, uy, uz = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    ox, oy, oz, width, depth, height, cx = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    cy, mu, ix, iy, iz, loss, lowest = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    deepest, jxx, jxy, jxz, jyy, jyz, jzz = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    lean_x, lean_y, landed, lifted, slide_x = Lane(), Lane(), Lane(), Lane(), Lane()
-    slide_y, peak, peak_time, peak_across, peak_tilt = Lane(), Lane(), Lane(), Lane(), Lane()
-    peak_yaw, peak_slide, uplift_time, moved = Lane(), Lane(), Lane(), Lane()
+    x, y, z, qx, qy, qz, qw, vx, vy, vz, lx = R(), R(), R(), R(), R(), R(), R(), R(), R(), R(), R()
+    ly, lz, ux, uy, uz, ox, oy, oz, width, depth = R(), R(), R(), R(), R(), R(), R(), R(), R(), R()
+    height, cx, cy, mu, ix, iy, iz, loss, lowest = R(), R(), R(), R(), R(), R(), R(), R(), R()
+    deepest, jxx, jxy, jxz, jyy, jyz, jzz, lean_x = R(), R(), R(), R(), R(), R(), R(), R()
+    lean_y, landed, lifted, slide_x, slide_y, peak, peak_time = R(), R(), R(), R(), R(), R(), R()
+    peak_across, peak_tilt, peak_yaw, peak_slide, uplift_time, moved = R(), R(), R(), R(), R(), R()
+    since = R()
     fx, fy, n, on, apart, aim = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     rx, ry, rz, kx, ky, pn = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     p1, p2, p3, h11, h12, h13 = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
@@ -311,17 +248,17 @@ def spatial(
                     dv[0, i], dv[1, i], dv[2, i], knobs, qx[i], qy[i], qz[i], qw[i], lx[i], ly[i],
                     lz[i], ix[i], iy[i], iz[i], vx[i], vy[i], vz[i], ux[i], uy[i], uz[i], ox[i],
                     oy[i], oz[i], jxx[i], jxy[i], jxz[i], jyy[i], jyz[i], jzz[i], lean_x[i],
-                    lean_y[i], lowest[i], lifted[i], landed[i], fx[0, i], fx[1, i], fx[2, i],
-                    fx[3, i], fy[0, i], fy[1, i], fy[2, i], fy[3, i], n[0, i], n[1, i], n[2, i],
-                    n[3, i], apart[0, i], apart[1, i], apart[2, i], apart[3, i],
+                    lean_y[i], lowest[i], lifted[i], landed[i], fx[0, i], fx[1, i], fx[2, i], fx[3,
+                    i], fy[0, i], fy[1, i], fy[2, i], fy[3, i], n[0, i], n[1, i], n[2, i], n[3, i],
+                    apart[0, i], apart[1, i], apart[2, i], apart[3, i], time - dt, since[i],
                 )  # fmt: skip
             for c in range(corners):
                 for i in range(LANES):
                     approach(
                         c, lean_x[i], lean_y[i], width[i], depth[i], height[i], cx[i], cy[i], z[i],
-                        knobs, qx[i], qy[i], qz[i], qw[i], rx[c, i], ry[c, i], rz[c, i], aim[c, i],
-                        on[c, i], fx[c, i], fy[c, i], n[c, i], apart[c, i], lowest[i], lifted[i],
-                        landed[i],
+                        knobs, qx[i], qy[i], qz[i], qw[i], ox[i], oy[i], oz[i], rx[c, i], ry[c, i],
+                        rz[c, i], aim[c, i], on[c, i], fx[c, i], fy[c, i], n[c, i], apart[c, i],
+                        lowest[i], lifted[i], landed[i],
                     )  # fmt: skip
             for i in range(LANES):
                 hold(
@@ -357,12 +294,13 @@ def spatial(
                         )  # fmt: skip
             for i in range(LANES):
                 move(
-                    mode[i], knobs, time, blocks[0, first + i], ix[i], iy[i], iz[i], dv[0, i],
-                    dv[1, i], dv[2, i], ux[i], uy[i], uz[i], ox[i], oy[i], oz[i], landed[i],
-                    lowest[i], lifted[i], x[i], y[i], z[i], qx[i], qy[i], qz[i], qw[i], vx[i],
-                    vy[i], vz[i], lx[i], ly[i], lz[i], loss[i], uplift_time[i], moved[i],
-                    deepest[i], impacts[i], steps[i], slide_x[i], slide_y[i], peak[i], peak_time[i],
-                    peak_across[i], peak_tilt[i], peak_yaw[i], peak_slide[i],
+                    mode[i], knobs, time, blocks[0, first + i], ix[i], iy[i], iz[i], dv[0, i], dv[1,
+                    i], dv[2, i], ux[i], uy[i], uz[i], ox[i], oy[i], oz[i], landed[i], lowest[i],
+                    lifted[i], x[i], y[i], z[i], qx[i],
+                    qy[i], qz[i], qw[i], vx[i], vy[i], vz[i], lx[i], ly[i], lz[i], loss[i],
+                    since[i], uplift_time[i], moved[i], deepest[i], impacts[i], steps[i],
+                    slide_x[i], slide_y[i], peak[i], peak_time[i], peak_across[i], peak_tilt[i],
+                    peak_yaw[i], peak_slide[i],
                 )  # fmt: skip
         for i in range(wp.where(found.attitudes.shape[0] > 0, LANES, 0)):
             q = shown(

@@ -182,9 +182,8 @@ def spatial(
     at, v, spin, u, o, lean = Bodies(), Bodies(), Bodies(), Bodies(), Bodies(), Bodies()
     attitude, seen, axes, ease, lift = Attitudes(), AllSeen(), Axes(), Axes(), Bodies()
     mu, light, load, apart, there = Numbers(), Numbers(), Numbers(), Ints(), Ints()
-    base, dv, hint = Vector(), Vector(), Vector()
-    ru, rl, p, kept = Points(), Points(), Points(), Kept()
-    gap, body, key = PointNumbers(), PointInts(), PointInts()
+    base, dv, hint, ru, rl, p = Vector(), Vector(), Vector(), Points(), Points(), Points()
+    gap, body, key, kept = PointNumbers(), PointInts(), PointInts(), Kept()
     bodies, count, steps, mode, impacts = int(BLOCKS + 1), int(-1), int(0), int(ROCKING), int(0)
     uplift_time = NEVER
     time, moved, loss, deepest = -dt, real(0.0), real(0.0), real(0.0)

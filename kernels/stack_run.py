@@ -147,6 +147,18 @@ def gape(
 
 
 @wp.func
+def became(theta: real, turn: real, overlap: real, total: real) -> int:
+    """How a lane goes on with one of its blocks; `total` is finite only if its numbers are.
+
+    A block has overturned, too, once it has turned by a right angle against what it stands on.
+    """
+    zero = real(0.0)
+    stands = wp.where(overlap <= zero, SLID_OFF, ROCKING)
+    over = larger(size(theta), size(turn)) >= HALF_PI
+    return wp.where(total - total == zero, wp.where(over, OVERTURNED, stands), BROKEN)
+
+
+@wp.func
 def witness(
     live: bool, time: real, dt: real, gravity: real, lean: real, n1: real, n2: real, theta: real,
     below: real, ux: real, uz: real, uo: real, lo: real, face: real, high: real, s: real, c: real,
@@ -158,11 +170,9 @@ def witness(
 ):  # fmt: skip
     """What a step shows of a block and of the interface below it, and whether its lane lives on.
 
-    A block has overturned, too, once it has turned by a right angle against what it stands on.
-
     Args:
         live: Whether the lane still runs.
-        time: End of the step [s].
+        time: End of the step [s], before 0 while contacts settle.
         dt: Time step [s].
         gravity: Acceleration of gravity [m/s^2].
         lean: Side to which the interface leaned in the step, 1 or -1.
@@ -188,19 +198,18 @@ def witness(
             end early can let a block that sticks shuttle.
         mode: How the lane goes on.
     """
-    zero = real(0.0)
     turn = theta - below
     slid, overlap = stand(face, high, s, c, offset, lface, lhigh, ls, lc, dx, dz, turn)
     gap1 = gape(real(-1.0), face, high, s, c, lface, lhigh, ls, lc, dx, dz)
     gap2 = gape(real(1.0), face, high, s, c, lface, lhigh, ls, lc, dx, dz)
     limit = slack(dt, gravity, face + high, uo * uo + lo * lo, high + size(z))
-    forward = lean > zero
+    forward = lean > real(0.0)
     way = slid - slide
-    glides = slides(way, dt, gravity) and slides(crept, dt, gravity) and way * crept > zero
+    glides = slides(way, dt, gravity) and slides(crept, dt, gravity) and way * crept > real(0.0)
     crept = way
     watch(
-        live, time, limit, wp.where(forward, n1, n2), gap1, wp.where(forward, n2, n1), gap2,
-        glides, since, left, right, uplift_time, moved, impacts,
+        live, larger(time, real(0.0)), limit, wp.where(forward, n1, n2), gap1,
+        wp.where(forward, n2, n1), gap2, glides, since, left, right, uplift_time, moved, impacts,
     )  # fmt: skip
     deepest = wp.where(live, larger(-smaller(gap1, gap2), deepest), deepest)
     higher = live and size(theta) > peak
@@ -208,11 +217,8 @@ def witness(
     peak = wp.where(higher, smaller(size(theta), HALF_PI), peak)
     slide = slid
     peak_slide = wp.where(live, larger(size(slid), peak_slide), peak_slide)
-    total = theta + ux + uz + uo + overlap
-    stands = wp.where(overlap <= zero, SLID_OFF, ROCKING)
-    over = larger(size(theta), size(turn)) >= HALF_PI
-    found = wp.where(over, OVERTURNED, stands)
-    mode = wp.where(live and mode == ROCKING, wp.where(total - total == zero, found, BROKEN), mode)
+    found = became(theta, turn, overlap, theta + ux + uz + uo + overlap)
+    mode = wp.where(live and mode == ROCKING, found, mode)
 
 
 @wp.func

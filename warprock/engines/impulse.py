@@ -106,6 +106,7 @@ class Impulse(AbstractEngine):
     def _knobs(self, module: Any) -> Any:
         knobs = module.Knobs()
         knobs.time_step = self.settings.time_step
+        knobs.rate = 1.0 / self.settings.time_step
         knobs.gravity = GRAVITY
         knobs.collision_margin = self.settings.collision_margin
         knobs.erp = self.settings.erp
