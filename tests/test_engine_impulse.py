@@ -205,14 +205,18 @@ def test_packed_kernel_is_vectorised(precision: str) -> None:
     expected = (
         {"float64": 8.0, "float32": 8.0} if _has_avx512() else {"float64": 3.0, "float32": 4.0}
     )
-    found = 0.0
-    for _ in range(3):
-        plain = bench.measure("impulse", 0.6, precision=precision, form=Form.PLAIN)
-        packed = bench.measure("impulse", 0.6, precision=precision, form=Form.PACKED)
-        found = max(found, packed.block_steps_per_s / plain.block_steps_per_s)
-        if found >= expected[precision]:
+    # The least CPU times of several rounds: others on the machine add to some. Without vector code
+    # (-fno-vectorize) they are 1.0 (float32) and 1.1 (float64).
+    plain, packed, found = np.inf, np.inf, 0.0
+    for rounds in range(8):
+        one = bench.measure("impulse", 0.6, precision=precision, form=Form.PLAIN)
+        other = bench.measure("impulse", 0.6, precision=precision, form=Form.PACKED)
+        plain = min(plain, one.cpu_s_per_simulated_s)
+        packed = min(packed, other.cpu_s_per_simulated_s)
+        found = plain / packed
+        if rounds > 0 and found >= expected[precision]:
             return
-    pytest.fail(f"packed / plain = {found:.2f}, expected {expected[precision]}")
+    pytest.fail(f"plain / packed = {found:.2f}, expected {expected[precision]}")
 
 
 def _has_avx512() -> bool:

@@ -125,7 +125,7 @@ class Judged:
 
     @property
     def ok(self) -> Array:
-        """Lanes whose estimate holds; at this friction those that slide as they fall are AMBIGUOUS."""
+        """Lanes whose estimate holds. At this friction what slides, as in a fall, is AMBIGUOUS."""
         return np.isin(self.response["status"], SOUND)
 
     @property

@@ -16,12 +16,17 @@ from warprock.motion import Control, GroundMotions
 from warprock.records import load_record, record_motions
 from warprock.response import SampleTimes
 
-LANES = 9 * 64
+LANES = 9 * 256
+"""So many that what a run costs besides its kernel does not count."""
 TIMES = SampleTimes(2.0)
+FEWEST, MOST = 3, 8
+"""Rounds of both forms, whose least CPU times are compared: others on the machine add to some."""
 
-# About midway, as a ratio, between scalar code (0.9, measured for housner) and the least of 256-bit
-# vectors: housner 2.0 to 3.8, impulse 4.5 to 5.1, event 3.2 to 3.6. 512-bit ones give more.
-LEAST = {"housner": 1.4, "impulse": 2.5, "event": 1.7}
+# About midway, as a ratio, between scalar code (0.88 to 1.02, measured with -fno-vectorize) and the
+# least of 256-bit vectors: housner 2.0 to 3.8, impulse 4.5 to 5.1, event 3.2 to 3.6; on another
+# processor, with twice as many busy processes as cores, event 1.6 to 2.1, now as in the versions
+# before it located slips. 512-bit ones give more.
+LEAST = {"housner": 1.4, "impulse": 2.5, "event": 1.3}
 
 
 def motions_of(kind: str) -> GroundMotions:
@@ -46,10 +51,11 @@ def test_packed_kernels_are_vectorised(engine: str, kind: str) -> None:
     motions = motions_of(kind)
     for form in (Form.PLAIN, Form.PACKED):
         cpu_time(engine, motions, form)
-    found = 0.0
-    for _ in range(6):
-        plain = cpu_time(engine, motions, Form.PLAIN)
-        found = max(found, plain / cpu_time(engine, motions, Form.PACKED))
-        if found >= LEAST[engine]:
+    plain, packed = [], []
+    while len(plain) < MOST:
+        plain.append(cpu_time(engine, motions, Form.PLAIN))
+        packed.append(cpu_time(engine, motions, Form.PACKED))
+        found = min(plain) / min(packed)
+        if len(plain) >= FEWEST and found >= LEAST[engine]:
             return
     pytest.fail(f"plain / packed = {found:.2f}, expected {LEAST[engine]}")
