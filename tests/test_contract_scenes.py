@@ -56,12 +56,15 @@ FIRST_ORDER = Bounds(
     "a few g dt / velocity = 1e-3 at the step of 0.2 ms; a last hop; a slow uplift is seen once "
     "the gap is what falls in a step, (6 g dt^2 / width / (p^2 x rate of a / g))^(1/3) = 7 ms late",
 )
+SAME_RULE = dataclasses.replace(
+    FIRST_ORDER, time=1e-3, impacts=0, reason="the same rule of what parts and lands; a few steps"
+)
 SPRINGS = Bounds(1e-3, 1e-3, 1e-2, 5e-3, 1, "the same springs; what chatters at rest is round-off")
 BOUNDS = {
     ("event", "stack of one"): SECOND_ORDER,
     ("event", "block in space"): SECOND_ORDER,
     ("impulse", "stack of one"): FIRST_ORDER,
-    ("impulse", "block in space"): FIRST_ORDER,
+    ("impulse", "block in space"): SAME_RULE,
     ("direct", "stack of one"): FIRST_ORDER,
     ("xpbd", "stack of one"): ONE_TEXT,
     ("dem", "stack of one"): ONE_TEXT,
