@@ -206,7 +206,9 @@ def witness(
         live, larger(time, real(0.0)), limit, wp.where(forward, n1, n2), gap1,
         wp.where(forward, n2, n1), gap2, glides, since, left, right, uplift_time, moved, impacts,
     )  # fmt: skip
-    deepest = wp.where(live, larger(-smaller(gap1, gap2), deepest), deepest)
+    # The pose past a right angle in which a block has overturned is not an answer.
+    stands = live and size(theta) < HALF_PI
+    deepest = wp.where(stands, larger(-smaller(gap1, gap2), deepest), deepest)
     higher = live and size(theta) > peak
     peak_time = wp.where(higher, time, peak_time)
     peak = wp.where(higher, smaller(size(theta), HALF_PI), peak)
