@@ -130,8 +130,10 @@ def seen_after(block: Block, before: Seen, s0: State, s: State) -> Seen:
         seen.leaf.slide_y = slide_y
         seen.leaf.peak_slide = larger(square, seen.leaf.peak_slide)
     # A velocity step of the base lifts at the end of a step, an acceleration from its start.
+    # The first step after an uplift turns by so little that the cosine of the tilt may stay at 1.
     if s0.stance == FLAT and s.stance != FLAT and seen.uplift_time >= NEVER:
-        seen.uplift_time = wp.where(axis1[2] == axis0[2], s.time, s0.time)
+        upright_still = axis1[0] == axis0[0] and axis1[1] == axis0[1]
+        seen.uplift_time = wp.where(upright_still, s.time, s0.time)
     rested = s0.stance == FLAT and s0.slip == 0
     if s.stance != FLAT or s.slip != 0:
         seen.rest_time = NEVER

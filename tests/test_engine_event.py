@@ -18,7 +18,7 @@ from warprock.expansion import expand_lanes
 from warprock.lanes import Lanes
 from warprock.motion import Control, GroundMotions, StillBase
 from warprock.records import load_record, record_motions
-from warprock.response import Outcome, Response, SampleTimes, Status
+from warprock.response import SOUND, Outcome, Response, SampleTimes, Status
 from warprock.units import GRAVITY
 from warprock.waveforms import ricker_motions
 
@@ -32,7 +32,7 @@ def respond(
     response = run_batch(
         "event", lanes, motions, times, settings=EventSettings(time_step=step, **settings)
     )
-    assert np.all(response["status"] == Status.OK)
+    assert np.all(np.isin(response["status"], SOUND))
     return response
 
 
@@ -257,9 +257,8 @@ def test_energy_never_grows_at_the_extremes() -> None:
 def test_flat_block_rests_for_a_minute_without_drift() -> None:
     lanes = make_lanes(np.full(2, 0.5), 1.0)
     flat = respond(lanes, StillBase(2), SampleTimes(60.0, 1.0), 5e-3)
-    shaken = respond(
-        lanes, sines(Control.ACCELERATION, 0.3 * GRAVITY, 2.0, 120.0), SampleTimes(60.0, 1.0), 5e-3
-    )
+    motions = sines(Control.ACCELERATION, np.full(2, 0.3 * GRAVITY), 2.0, 120.0)
+    shaken = respond(lanes, motions, SampleTimes(60.0, 1.0), 5e-3)
     for response in (flat, shaken):
         assert np.all(response["rotation"] == 0.0)
         assert np.all(response["peak_slide"] == 0.0)

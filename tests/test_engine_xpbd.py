@@ -18,7 +18,7 @@ from warprock.machine import cpu_vector_flags
 from warprock.motion import Control, GroundMotions, StillBase
 from warprock.reference.two_block import rock_two_blocks
 from warprock.reference.two_block_mechanics import TwoBlocks
-from warprock.response import LANE_FIELDS, Outcome, Response, SampleTimes, Status
+from warprock.response import LANE_FIELDS, SOUND, Outcome, Response, SampleTimes, Status
 from warprock.units import GRAVITY
 
 STICKING = 10.0
@@ -61,7 +61,7 @@ def run(
 ) -> Response:
     """A run in which no lane fails."""
     response = run_batch("xpbd", lanes, motions, times, settings=settings)
-    assert np.all(response["status"] == Status.OK)
+    assert np.all(np.isin(response["status"], SOUND))
     return response
 
 

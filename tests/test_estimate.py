@@ -125,7 +125,7 @@ class Judged:
 
     @property
     def ok(self) -> Array:
-        """Lanes whose estimate holds. At this friction what slides, as in a fall, is AMBIGUOUS."""
+        """Lanes whose estimate holds; some slide as they fall at this friction: AMBIGUOUS."""
         return np.isin(self.response["status"], SOUND)
 
     @property

@@ -14,7 +14,7 @@ from warprock.engines.settings import EventSettings
 from warprock.expansion import expand_lanes
 from warprock.lanes import Lanes
 from warprock.motion import Control, HarmonicMotions
-from warprock.response import Response, SampleTimes, Status
+from warprock.response import SOUND, Response, SampleTimes
 from warprock.units import GRAVITY
 
 DEFAULT = EventSettings().time_step
@@ -28,7 +28,7 @@ def respond(
 ) -> Response:
     settings = EventSettings(time_step=step)
     response = run_batch("event", lanes, motions, TIMES, settings=settings, form=form)
-    assert np.all(response["status"] == Status.OK)
+    assert np.all(np.isin(response["status"], SOUND))
     return response
 
 

@@ -76,7 +76,7 @@ def swept(problem: Array, sweeps: int) -> Array:
 
 
 def lawful(problem: Array) -> list[tuple[float, float]]:
-    """All impulses n, f that obey Coulomb's law at the only contact: it sticks, slides or leaves."""
+    """All impulses n and f that obey Coulomb at the only contact: it sticks, slides, leaves."""
     matrix, active, velocities = contacts(problem)
     own = np.flatnonzero(active)
     matrix, velocities, mu = matrix[np.ix_(own, own)], velocities[own], problem[0]

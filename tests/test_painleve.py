@@ -15,9 +15,11 @@ from warprock.engines.settings import EventSettings, ImpulseSettings
 from warprock.engines.stack_launching import as_stacks
 from warprock.estimate import run_with_estimate
 from warprock.expansion import expand_lanes
+from warprock.lanes import Lanes
 from warprock.motion import Control, HarmonicMotions, StillBase
 from warprock.painleve import ambiguous, friction_limit, mark_ambiguous
 from warprock.response import SOUND, USABLE, SampleTimes, Status
+from warprock.units import GRAVITY
 
 TIMES = SampleTimes(1.5, 0.01)
 FINE = {"event": EventSettings(time_step=1e-3), "impulse": ImpulseSettings(substeps=200)}
@@ -56,7 +58,56 @@ def pulses(seed: int = 1):
     return lanes, sines(Control.DISPLACEMENT, amplitude, frequency, cycles=1.0)
 
 
-def test_lanes_in_which_engines_part_are_marked_and_most_others_are_not():
+def shakes(count: int, friction: tuple[float, float], seed: int = 5):
+    """Random blocks under two cycles of a sine of 1.5 to 8 g, the velocity of which is given."""
+    rng = np.random.default_rng(seed)
+    height = 10.0 ** rng.uniform(-0.3, 0.5, count)
+    width = height / rng.uniform(1.0, 6.0, count)
+    lanes = make_lanes(width, height, friction=rng.uniform(*friction, count))
+    rate = rocking.frequency_parameter(width, height)
+    w = rate * 10.0 ** rng.uniform(0.0, 1.0, count)
+    size = GRAVITY * rng.uniform(1.5, 8.0, count) * rng.choice([-1.0, 1.0], count)
+    return lanes, sines(Control.VELOCITY, size / w, w / (2.0 * np.pi), cycles=2.0)
+
+
+def settled_apart(lanes: Lanes, motions: HarmonicMotions):
+    """Lanes to which two kernels of `event` come to different answers, and what is marked.
+
+    A block runs alone and as a stack of one. Of the lanes that part only those count in which each
+    kernel has come to its answer: half the step changes it by less than 1e-2.
+    """
+    steps = [EventSettings(time_step=1e-3), EventSettings(time_step=5e-4)]
+    kinds = (lanes, as_stacks(lanes))
+    runs = [
+        run_batch("event", kind, motions, TIMES, settings=step) for kind in kinds for step in steps
+    ]
+    turns = [
+        np.clip(run["rotation"].reshape(lanes.lane_count, -1), -0.5 * np.pi, 0.5 * np.pi)
+        for run in runs
+    ]
+    own, other, gap = (
+        np.abs(turns[i] - turns[j]).max(axis=1) / lanes.slenderness_angle
+        for i, j in ((0, 1), (2, 3), (1, 3))
+    )
+    settled = np.maximum(own, other) < 0.01
+    marked = (runs[1]["status"] == Status.AMBIGUOUS) & (runs[3]["status"] == Status.AMBIGUOUS)
+    return settled & (gap > 0.05), settled, marked
+
+
+def test_lanes_with_two_answers_are_marked():
+    parted, _settled, marked = settled_apart(*shakes(320, (1.34, 10.0)))
+    assert parted.sum() >= 3
+    assert np.all(marked[parted])
+    # Below the limit the law has one solution, to which both come.
+    parted, settled, marked = settled_apart(*shakes(320, (0.3, 1.3)))
+    assert settled.sum() >= 250
+    assert not np.any(parted)
+    assert not np.any(marked)
+
+
+def test_engines_that_stick_where_they_may_agree_above_the_limit_and_mark_alike():
+    # At a velocity step of the base "sticks" and "slides without impulse" both obey the law; all
+    # these engines stick. The mark says that another answer is one, too, not that they part.
     lanes, motions = pulses()
     runs = [
         run_batch("event", lanes, motions, TIMES, settings=FINE["event"]),
@@ -66,11 +117,9 @@ def test_lanes_in_which_engines_part_are_marked_and_most_others_are_not():
     history = np.array([run["rotation"].reshape(LANES, -1) for run in runs])
     apart = np.ptp(history, axis=0).max(axis=1) / lanes.slenderness_angle
     marked = np.array([run["status"] == Status.AMBIGUOUS for run in runs])
-    parted, agreed = apart > 0.05, apart < 0.01
-    assert parted.sum() >= 5
-    assert agreed.sum() >= 10
-    assert np.all(marked[:, parted])
-    assert marked[:, agreed].mean() <= 0.4
+    # Impulse at 1/12000 s is of first order.
+    assert np.all(apart < 0.01)
+    assert 10 <= marked[0].sum() <= 30
     # The rule sees the lane, not the engine: only a slide of about its least size differs.
     assert np.sum(marked.any(axis=0) != marked.all(axis=0)) <= 1
     assert np.all(np.isin([run["status"] for run in runs], SOUND))

@@ -22,7 +22,7 @@ from warprock.engines.soundness import (
 from warprock.engines.stack_launching import as_stacks
 from warprock.lanes import Lanes
 from warprock.motion import StillBase
-from warprock.response import LANE_FIELDS, USABLE, Outcome, Response, SampleTimes, Status
+from warprock.response import LANE_FIELDS, SOUND, USABLE, Outcome, Response, SampleTimes, Status
 from warprock.stability_lanes import AtlasSize, stack_energy, stacked
 from warprock.stability_maps import at_step, at_stiffness
 from warprock.units import GRAVITY
@@ -70,7 +70,8 @@ def test_an_overturned_block_stays_at_a_right_angle(
     np.testing.assert_array_equal(rotation[fallen:], 0.5 * np.pi)
     assert np.all(rotation[:fallen] < 0.5 * np.pi)
     # What it is let go from nearly overturns the second, which may well fall.
-    assert response["status"][0] == (Status.UNSTABLE if start < 0.9 else Status.OK)
+    # Its friction of 10 may slip in the fall, where the law of contact has several solutions.
+    assert response["status"][0] in ((Status.UNSTABLE,) if start < 0.9 else SOUND)
 
 
 @pytest.mark.parametrize("engine", ["impulse", "xpbd"])
@@ -128,7 +129,8 @@ def test_the_account_of_direct_is_bounded_by_what_was_held(start: float, step: f
     lost = response["energy_lost"] / held
     if response["outcome"][0] == Outcome.AT_REST:
         # All of it, but for the way of a step, which may be longer than the way down.
-        assert response["status"][0] == Status.OK
+        # Where it slips its friction of 10 leaves the law of contact several solutions.
+        assert response["status"][0] in SOUND
         assert abs(lost[0] - 1.0) < (0.02 if step < 0.01 and start > 0.01 else 0.6)
     else:
         assert response["status"][0] == Status.UNSTABLE

@@ -16,7 +16,7 @@ from warprock.engines.settings import EventSettings
 from warprock.engines.spatial_event import spatial_event_module
 from warprock.lanes import SpatialLanes
 from warprock.motion import Control, SpatialMotions
-from warprock.response import SampleTimes, Status
+from warprock.response import SOUND, SampleTimes
 from warprock.units import GRAVITY
 
 LEAST_GAIN = 3.3
@@ -56,7 +56,8 @@ def test_packed_and_plain_are_the_same_to_round_off(
     packed, plain = (
         run_batch("event", lanes, motions, times, form=form) for form in (Form.PACKED, Form.PLAIN)
     )
-    assert np.all(plain["status"] == Status.OK)
+    # Friction of 5 is above the limit of these blocks.
+    assert np.all(np.isin(plain["status"], SOUND))
     assert np.sum(plain["impact_count"] >= 1) >= 30
     assert np.sum(plain["peak_slide"] >= 1e-4) >= (24 if min(friction) < 1.0 else 0)
     np.testing.assert_array_equal(packed["outcome"], plain["outcome"])
