@@ -176,24 +176,19 @@ def witness(
         dt: Time step [s].
         gravity: Acceleration of gravity [m/s^2].
         lean: Side to which the interface leaned in the step, 1 or -1.
-        n1: What the end away from there carried, n2 the other.
-        n2: See n1.
-        theta: Rotation of the block [rad], below that of what it stands on; all after the step.
-        below: See theta.
-        ux: Velocity of the block, uz likewise, uo its angular one; they must be finite. They come
-            one by one, for their sum as one argument costs pairs of `impulse` a sixth of their
-            speed.
-        uz: See ux.
-        uo: See ux.
+        n1, n2: What the end away from there carried, n2 the other.
+        theta, below: Rotation of the block [rad], below that of what it stands on; all after the
+            step.
+        ux, uz, uo: Velocity of the block, uz likewise, uo its angular one; they must be finite.
+            They come one by one, for their sum as one argument costs pairs of `impulse` a sixth of
+            their speed.
         lo: Angular velocity of what it stands on [rad/s].
         face: See `impulse_stack.stand`, as all up to dz.
         z: Height of the block's centre [m].
         since: See `parting.watch`, as all up to impacts; left is the end at -x, right that at +x.
         deepest: Deepest penetration so far [m].
-        peak: Largest |theta| so far [rad], peak_time its time [s].
-        peak_time: See peak.
-        slide: Slide along what the block stands on [m], peak_slide the largest so far.
-        peak_slide: See slide.
+        peak, peak_time: Largest |theta| so far [rad], peak_time its time [s].
+        slide, peak_slide: Slide along what the block stands on [m], peak_slide the largest so far.
         crept: Way by which it slipped in the step [m]. What slides goes on in the next; sweeps that
             end early can let a block that sticks shuttle.
         mode: How the lane goes on.

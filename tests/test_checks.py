@@ -12,7 +12,6 @@ from warprock import checks, comparison, rocking
 from warprock.case import load_case
 from warprock.checks import CaseResponses, run_checks
 from warprock.comparison import compare_with_housner
-from warprock.engines import ENGINES
 from warprock.errors import InputError
 from warprock.expansion import expand_lanes
 from warprock.reference.mechanics import PivotingBlock
@@ -281,7 +280,7 @@ def test_compare_gives_rows_that_json_can_hold(free, answered):
 
 
 def test_compare_refuses_an_unknown_engine():
-    with pytest.raises(InputError, match=f"got 'bulllet'.*{', '.join(ENGINES)}, oracle"):
+    with pytest.raises(InputError, match=r"got 'bulllet', allowed: bullet, .* and 13 more"):
         checks.compare(load_case("free-b1-b3"), ["bulllet"])
 
 

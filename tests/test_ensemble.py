@@ -267,7 +267,7 @@ ENSEMBLE = ("-s", "ensemble.members=40", "-s", 'ensemble.spread.contact.friction
 
 
 def test_a_run_prints_and_writes_cells(tmp_path: pathlib.Path):
-    options = (*ENSEMBLE, "-s", 'ensemble.time_step="10 %"')
+    options = (*ENSEMBLE, "-s", 'ensemble.time_step="10 %"', "-e", "housner")
     done = invoke("run", "single-sine-pulse", *options, "-o", tmp_path)
     assert done.exit_code == 0, done.output
     assert "18 cells of 40 members" in done.stdout

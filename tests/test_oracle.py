@@ -19,7 +19,14 @@ from warprock.motion import (
     Waveform,
 )
 from warprock.reference.oracle import OracleResponse, oracle_response, rock
-from warprock.response import INTEGER_FIELDS, LANE_FIELDS, Outcome, SampleTimes, Status
+from warprock.response import (
+    INTEGER_FIELDS,
+    LANE_FIELDS,
+    MODEL_FIELDS,
+    Outcome,
+    SampleTimes,
+    Status,
+)
 from warprock.waveforms import harmonic_motions, ricker_motions
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -383,14 +390,16 @@ def test_every_lane_field_is_filled_and_workers_change_nothing() -> None:
     times = SampleTimes(1.0, 0.05)
     alone = oracle_response(lanes, motions, times)
     assert alone.engine == "oracle"
-    assert set(alone.fields) == {*LANE_FIELDS, "rotation"}
+    assert set(alone.fields) == {*LANE_FIELDS, *MODEL_FIELDS, "rotation"}
     assert alone["rotation"].shape == (3, 21)
     assert np.all(np.isfinite(alone["rotation"]))
     assert np.array_equal(alone.times, times.times)
     for name in LANE_FIELDS:
         assert alone[name].shape == (3,)
         assert np.issubdtype(alone[name].dtype, np.integer) == (name in INTEGER_FIELDS)
-    assert np.all(alone["status"] == Status.OK)
+    # Their velocity steps need friction 2.19 at the least, and they have 1.
+    assert np.all(alone["status"] == Status.OUTSIDE_MODEL)
+    assert np.all(alone["friction_needed"] > 2.18)
     assert np.all(alone["outcome"] == Outcome.ROCKING)
     assert np.all(alone["residual_slide"] == 0.0)
     assert np.all(alone["step_count"] > 0)

@@ -16,7 +16,14 @@ from warprock.errors import InputError
 from warprock.report.conflicts import slip_deceleration
 from warprock.report.paper import PAPER_COLUMNS, paper_table
 from warprock.reproduce import CASES_OF, TARGETS, reproduce
-from warprock.response import FIELDS, INTEGER_FIELDS, LANE_FIELDS, SPATIAL_FIELDS, Response
+from warprock.response import (
+    FIELDS,
+    INTEGER_FIELDS,
+    LANE_FIELDS,
+    MODEL_FIELDS,
+    SPATIAL_FIELDS,
+    Response,
+)
 
 KEYS = {"target", "frequency_hz", "amplitude_mm", "reading", "source", "peak_rotation_ratio"}
 DISPLACEMENT_PEAKS = (0.1864, 0.1366, 0.1858, 0.0903, 0.1079, 0.1228)
@@ -72,7 +79,9 @@ def test_table_6_says_where_housner_does_not_hold(table6):
     found, _ = table6
     for row in rows_of(found, source="impulse"):
         assert row["holds"] is (row["reading"] != "displacement")
-        assert ("velocity step" in row["why"]) is (row["reading"] == "displacement")
+        # The velocity step at the start needs 2.19, that at the end more, or pulls at the block.
+        told = "needs more friction" in row["why"] or "have to pull" in row["why"]
+        assert told is (row["reading"] == "displacement")
 
 
 def test_impulse_slips_as_far_as_a_slipping_corner_does(table6):
@@ -158,7 +167,7 @@ def _answer(responses: CaseResponses, engine: str) -> Response:
             size.shape if FIELDS[name].per_block else lanes.lane_count,
             np.int64 if name in INTEGER_FIELDS else np.float64,
         )
-        for name in (*LANE_FIELDS, *(SPATIAL_FIELDS if lanes.spatial else ()))
+        for name in (*LANE_FIELDS, *MODEL_FIELDS, *(SPATIAL_FIELDS if lanes.spatial else ()))
     }
     history = size[..., None] * np.cos(6.0 * times) * np.exp(-0.3 * times)
     return Response(engine, fields | {"peak_rotation": size, "rotation": history}, times)

@@ -94,11 +94,14 @@ def test_margins_wider_than_a_corner_moves_in_a_step_are_one(study, table):
     travel = width * step * np.max(np.abs(np.gradient(rotation, study.times)))
     assert 1e-6 < travel < 1e-5
     wide, middle = (study.histories["impulse", "collision_margin", m] for m in (1e-3, 1e-5))
-    np.testing.assert_array_equal(wide, middle)
+    # To round-off: within a wide margin both corners are contacts more often, which sweeps solve; a
+    # corner that is alone is solved at once. Measured: 2e-16.
+    np.testing.assert_allclose(wide, middle, rtol=1e-10, atol=1e-13)
     rows = table.loc["impulse", "collision_margin"]
     for lane in (0, 1):
         errors = rows["error_5s_ratio"].xs(lane, level="lane")
-        assert errors[1e-6] < 0.5 * errors[1e-3] == 0.5 * errors[1e-5]
+        assert errors[1e-3] == pytest.approx(errors[1e-5], rel=1e-9)
+        assert errors[1e-6] < 0.5 * errors[1e-3]
 
 
 def test_a_hundred_sweeps_are_as_good_as_a_thousand(table):

@@ -18,7 +18,7 @@ from warprock.engines.soundness import Account, contacts_hold, moved_by_nothing,
 from warprock.engines.stack_launching import as_stacks
 from warprock.lanes import Lanes
 from warprock.motion import Control, HarmonicMotions
-from warprock.response import USABLE, Response, SampleTimes, Status
+from warprock.response import SOUND, USABLE, Response, SampleTimes, Status
 from warprock.stability_maps import at_step, at_stiffness
 from warprock.units import GRAVITY
 
@@ -158,4 +158,5 @@ def test_dem_beyond_its_stable_step_says_so_on_a_moving_base():
         for safety in (2.0, 0.2)
     )  # fmt: skip
     assert (wild["status"] == Status.UNSTABLE).sum() > 100
-    assert np.all(calm["status"] == Status.OK)
+    # Half of the lanes have friction 10, above Painleve's limit, and slide on their springs.
+    assert np.all(np.isin(calm["status"], SOUND))

@@ -220,7 +220,7 @@ def test_a_plan_is_enough_to_run_by(case_file, undisturbed, tmp_path):
         (("-e", "hausner"), ["--engine", "'hausner'"]),
         (("-e", "two-block"), ["--engine", "'two-block'", "cannot do this scene"]),
         (("--precision", "float16"), ["--precision", "'float16'"]),
-        (("-s", "block.width=3 m"), ["--engine", "'housner'", "1.414 times the height"]),
+        (("-e", "housner", "-s", "block.width=3 m"), ["'housner'", "1.414 times the height"]),
         # Only lanes drawn near the end of the height's range slide before they rock.
         (("-e", "housner", "-s", "contact.friction=0.101"), ["--engine", "slides before it rocks"]),
         (("-s", 'motion.start="5 s"'), ["motion.start", "before the end of the run"]),

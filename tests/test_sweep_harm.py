@@ -82,7 +82,9 @@ def test_a_sweep_that_is_killed_twenty_times_loses_nothing(case_file, undisturbe
     ("number", "code"),
     [(signal.SIGTERM, 75), (signal.SIGUSR1, 75), (signal.SIGINT, 130)],
 )
-def test_signals_drop_the_chunk_in_hand(plan: Plan, tmp_path, monkeypatch, number, code):
+def test_signals_drop_the_chunk_in_hand(
+    plan: Plan, tmp_path, monkeypatch, interruptible, number, code
+):
     honest = sweep_run.run_lane_set
 
     def run_and_signal(engine, lane_set, *arguments, **options):

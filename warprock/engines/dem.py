@@ -75,6 +75,8 @@ class Dem(AbstractEngine):
 
     In space the springs are a grid, `subcontacts` along the width times `subcontacts_across` along
     the depth, under the face of the upper block; they press along the normal of the lower face. A
+    lane has lifted there once an interface gapes from the middle to three quarters of the way to
+    the corner that is pressed most: about an edge that is when it does in the plane. A
     block that rocks over corners chatters on weakly damped springs: there no order shows.
     """
 

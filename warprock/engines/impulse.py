@@ -41,10 +41,11 @@ class Impulse(AbstractEngine):
     energy than it held and its base supplied has the status UNSTABLE. What erp lifts counts as a
     gain.
 
-    In space a block touches at its four corners, and two faces at up to eight points. There a block
-    rocks while one of them is open by more than a step of falling makes, and what the base supplied
-    is the most that it can have. Where the law of friction lets all contacts of a single block be
-    stopped together, they are, at once; the sweeps solve what slides or leaves.
+    In space a block touches at its four corners, and two faces at up to eight points. A single
+    block rocks and lands there by the same rule, and has lifted since no two opposite corners
+    carried; a stack rocks while a point is open by more than a step of falling makes. What the base
+    supplied is the most that a lane can have there. Where the law of friction lets all contacts of
+    a single block be stopped together, they are, at once; the sweeps solve what slides or leaves.
     """
 
     name: ClassVar[str] = "impulse"
