@@ -69,14 +69,26 @@ def test_planar_scenes_are_those_of_the_planar_engine(scene: str) -> None:
     times = SampleTimes(2.0, 0.01)
     plane = respond(lanes, motions, times)
     space = respond(in_space(lanes), along(motions), times)
+    fine_plane = respond(lanes, motions, times, 1e-4)
+    fine_space = respond(in_space(lanes), along(motions), times, 1e-4)
     angle = lanes.slenderness_angle
-    # The same step in other coordinates: what differs is how closely events are located.
-    assert np.all(np.abs(space["rotation"] - plane["rotation"]).max(axis=1) <= 1e-6 * angle)
-    np.testing.assert_array_equal(space["outcome"], plane["outcome"])
-    np.testing.assert_allclose(space["uplift_time"], plane["uplift_time"], atol=1e-9)
-    # The plane's rest rule looks ahead: it leaves out one impact more, and what that slides.
-    np.testing.assert_allclose(space["residual_slide"], plane["residual_slide"], atol=1e-5)
-    np.testing.assert_allclose(space["energy_lost"], plane["energy_lost"], rtol=1e-5)
+
+    def gap(one: Response, other: Response) -> Array:
+        return np.asarray(np.abs(one["rotation"] - other["rotation"]).max(axis=1) / angle)
+
+    # Events inside a step are located by either kernel in its own way. So they differ by part of
+    # the error of the step, here a quarter, and at a short one by as little as events are missed.
+    error = gap(plane, fine_plane)
+    assert np.all(gap(space, plane) <= 1e-6 + 0.25 * error)
+    assert np.all(gap(fine_space, fine_plane) <= 1e-7)
+    # Of order 2 likewise: 7e-5 s and 1e-4 of the energy at 5e-3 s, where a slip follows an uplift.
+    pairs = ((space, plane, 1e-4, 2e-4), (fine_space, fine_plane, 1e-7, 1e-6))
+    for one, other, late, lost in pairs:
+        np.testing.assert_array_equal(one["outcome"], other["outcome"])
+        np.testing.assert_allclose(one["uplift_time"], other["uplift_time"], atol=late)
+        np.testing.assert_allclose(one["energy_lost"], other["energy_lost"], rtol=lost)
+        # The plane's rest rule looks ahead: it leaves out one impact more, and what that slides.
+        np.testing.assert_allclose(one["residual_slide"], other["residual_slide"], atol=1e-5)
     # Round-off, magnified by impacts.
     assert np.all(np.abs(space["rotation_across"]) <= 1e-9)
     assert np.all(space["peak_yaw"] <= 1e-9)
