@@ -68,7 +68,7 @@ def coverage(engine: str) -> dict[str, float]:
         "peak_slide_error": (np.abs(found["peak_slide"] - right["peak_slide"]), lanes.width),
     }
     return {
-        name: float(np.mean(((error <= found[name]) | (error <= 1e-6 * size))[chosen]))
+        name: float(np.mean(((error <= found[name]) | (error <= 1e-7 * size))[chosen]))
         for name, (error, size) in errors.items()
     }
 
@@ -78,7 +78,7 @@ def test_nineteen_lanes_of_twenty_err_by_less_than_their_estimates(
     engine: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = coverage(engine)
-    # One quantile in three of lanes that are covered at 95 % falls below .93, if there are 80.
+    # Measured: 0.953 or more of some 86 lanes; two more may err with another compiler.
     assert min(found.values()) >= 0.93, found
     # With the factor that all engines had, no floor, too few are.
     monkeypatch.setattr(calibration, "shipped_factors", dict)
