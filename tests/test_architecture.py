@@ -69,6 +69,7 @@ ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
         (
             "warprock/batch.py",
             "warprock/bench.py",
+            "warprock/calibration.py",
             "warprock/devices.py",
             "warprock/companions.py",
             "warprock/estimate.py",

@@ -6,8 +6,9 @@ two runs errs by their difference over r - 1 (Richardson 1911). A lane whose est
 tolerance runs again at half of the step, those lanes only, at most `HALVINGS` times, and its
 numbers are those of its finest run. Once there are three runs, r is what was seen of them, never
 better than the order; of two it is 2, as of a first order. So the estimate covers a block that
-converges slowly, and of two runs it is three times too large for one that converges well. A lane
-for which twice the step changes nothing, for something else cuts it, starts with its half.
+converges slowly, and of two runs it is three times too large for one that converges well. On top
+come the factors and floors of `warprock.calibration`. A lane for which twice the step changes
+nothing, for something else cuts it, starts with its half.
 
 Under a record, where lanes are costly and many are chaotic, a lane ends early where its error,
 shrinking as it did so far (at first, as the order says), would miss the tolerance at the finest
@@ -41,6 +42,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.batch import run_batch
+from warprock.calibration import estimate_factors
 from warprock.companions import (
     Companions,
     as_columns,
@@ -58,7 +60,7 @@ from warprock.companions import (
 )
 from warprock.engines import engine_class
 from warprock.engines.workload import FINEST_STEPS
-from warprock.estimate import CHAOTIC_ABOVE, CHUNK_VALUES, SAFETY, SENSITIVE_ABOVE
+from warprock.estimate import CHAOTIC_ABOVE, CHUNK_VALUES, SENSITIVE_ABOVE
 from warprock.lanes import Lanes
 from warprock.motion import GroundMotions
 from warprock.response import (
@@ -287,7 +289,9 @@ class _Known:
         """Starts with the run at the step asked for."""
         self.case, self.tolerance, self.order = case, tolerance, case.order
         self.engine = asked.engine
-        self.budget = BUDGET if record_alone(case.motions) else np.inf
+        records = record_alone(case.motions)
+        self.budget = BUDGET if records else np.inf
+        self.factors = estimate_factors(case.engine, records=records)
         self.lasted = np.where(fallen(asked), largest(asked["peak_time"]), case.times.duration)
         self.fields = {n: v.copy() for n, v in asked.fields.items() if n not in HISTORIES}
         self.alpha = case.lanes.slenderness_angle
@@ -301,8 +305,8 @@ class _Known:
         self.total_steps = self.first_steps.copy()
         # Of the last two runs; r is only known once there were three.
         self.apart = np.full(len(self.going), np.nan)
-        self.error, self.peak, self.peak_error, self.slide, self.slide_error = (
-            np.zeros_like(self.alpha) for _ in range(5)
+        self.gap, self.peak, self.slide, self.error, self.peak_error, self.slide_error = (
+            np.zeros_like(self.alpha) for _ in range(6)
         )
 
     def hold(self, lanes: Numbers) -> None:
@@ -345,13 +349,18 @@ class _Known:
             shrunk = self.apart[lanes] / apart
         rate = np.where(np.isfinite(shrunk), np.clip(shrunk, SLOWEST, 2.0**self.order), UNKNOWN)
         rates = as_columns(rate, angle)
-        factor = SAFETY / (rates - 1.0)
-        self.error[lanes] = factor * gaps + self.floor[lanes]
-        # Peaks and slides of two runs may lie close to one another by chance.
+        parts, share = self.factors, 1.0 / (rates - 1.0)
+        # Under a record two runs may lie closer by chance than those before let expect.
+        before_that = self.gap[lanes] / rates if self.budget < np.inf else 0.0
+        self.gap[lanes] = np.maximum(gaps, before_that)
         self.peak[lanes] = np.maximum(peak_gap(before, after), self.peak[lanes] / rates)
         self.slide[lanes] = np.maximum(slide_gap(before, after), self.slide[lanes] / rates)
-        self.peak_error[lanes] = factor * self.peak[lanes] + self.floor[lanes]
-        self.slide_error[lanes] = factor * self.slide[lanes]
+        floor = self.floor[lanes] + parts.rotation.floor * angle
+        self.error[lanes] = parts.rotation.factor * share * self.gap[lanes] + floor
+        floor = self.floor[lanes] + parts.peak.floor * angle
+        self.peak_error[lanes] = parts.peak.factor * share * self.peak[lanes] + floor
+        floor = parts.slide.floor * np.abs(after["peak_slide"])
+        self.slide_error[lanes] = parts.slide.factor * share * self.slide[lanes] + floor
         ratio = largest(self.error[lanes] / angle)
         differ = parted(before, after)
         met = ~differ & (ratio <= self.tolerance)
