@@ -25,7 +25,6 @@ import dataclasses
 import datetime
 import pathlib
 from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -303,7 +302,7 @@ def plain_table() -> dict[Key, Factor]:
     }
 
 
-def fitted(found: Mapping[tuple[str, str], Judged], table: dict[Key, Factor]) -> Any:
+def fitted(found: Mapping[tuple[str, str], Judged], table: dict[Key, Factor]) -> dict[Key, Factor]:
     """The table with the least factors that cover what they have to."""
     new = {}
     for name, engine, quantity in table:
@@ -326,8 +325,8 @@ def as_rows(found: Mapping[tuple[str, str], Judged], table: Mapping[Key, Factor]
     for (name, engine, quantity), used in table.items():
         judged = found[name, engine]
         response, truth = judged.response, judged.truth
-        with np.errstate(divide="ignore", invalid="ignore"):
-            excess = (response[quantity] / judged.error(quantity))[judged.ok]
+        erring = judged.ok & (judged.error(quantity) > 0.0)
+        excess = pd.Series(response[quantity][erring] / judged.error(quantity)[erring])
         alpha = truth.problem.lanes.slenderness_angle
         met = judged.ok & (response["rotation_error"] <= TOLERANCE * alpha)
         off = judged.error("rotation_error") > TOLERANCE * alpha
@@ -342,9 +341,7 @@ def as_rows(found: Mapping[tuple[str, str], Judged], table: Mapping[Key, Factor]
                 "floor": used.floor,
                 "lanes": int(judged.ok.sum()),
                 "covered": judged.covered(quantity, used, used),
-                "excess": float(np.median(excess[np.isfinite(excess)], keepdims=False))
-                if np.any(np.isfinite(excess))
-                else np.nan,
+                "excess": excess.median(),
                 "met": int(met.sum()),
                 "met_but_off": int((met & off).sum()),
                 "wrong_outcome": int((wrong & (response["status"] == Status.OK)).sum()),
@@ -374,16 +371,13 @@ def write(path: pathlib.Path, table: pd.DataFrame) -> None:
     """Writes the table as it is shipped."""
     today = datetime.datetime.now(datetime.UTC).date().isoformat()
     head = [
-        f"Factors of the error estimates: tools/calibrate_estimates.py -o {TABLE_PATH}, {today}.",
+        f"Factors of the error estimates: tools/calibrate_estimates.py -o {path}, {today}.",
         f"Fitted to lanes of seed {SEEDS[0]}; what is said of coverage is of lanes of {SEEDS[1]}.",
         *(f"{name}: {text}" for name, text in COLUMNS.items()),
     ]
     path.parent.mkdir(parents=True, exist_ok=True)
     rows = table.to_csv(index=False, float_format="%.4g")
     path.write_text("".join(f"# {line}\n" for line in head) + rows, encoding="utf-8")
-
-
-TABLE_PATH = f"cases/estimate/{calibration.TABLE}"
 
 
 def main() -> None:
