@@ -326,6 +326,7 @@ def test_centre_of_a_block_without_friction_falls_straight_down() -> None:
     np.testing.assert_allclose(moved, begun, atol=0.5 * 3.0 * 5e-4)
 
 
+@pytest.mark.speed
 def test_packed_kernel_is_vectorised() -> None:
     # A ratio within one run: without vector code the packed form is no faster than the plain one.
     expected = 4.0 if any(flag.startswith("avx512f") for flag in cpu_vector_flags()) else 2.5

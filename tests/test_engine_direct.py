@@ -363,6 +363,7 @@ def test_overturning_velocity_step_at_its_limit() -> None:
     np.testing.assert_array_equal(response["outcome"] == Outcome.OVERTURNED, [False, True])
 
 
+@pytest.mark.speed
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 def test_packed_kernel_is_vectorised(precision: str) -> None:
     # A ratio within one run: without vector code the packed form is no faster than the plain one.

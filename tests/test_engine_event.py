@@ -336,6 +336,7 @@ def steps_per_second(precision: str, form: Form) -> float:
     return float(np.sum(response["step_count"])) / (time.perf_counter() - begin)
 
 
+@pytest.mark.speed
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 def test_packed_kernel_is_vectorised(precision: str) -> None:
     # A ratio within one run: without vector code the packed form is no faster than the plain one.

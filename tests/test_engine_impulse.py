@@ -199,6 +199,7 @@ def test_collision_margin_and_erp_are_felt() -> None:
         assert np.max(gap) > 0.0
 
 
+@pytest.mark.speed
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 def test_packed_kernel_is_vectorised(precision: str) -> None:
     # A ratio within one run: without vector code the packed form is no faster than the plain one.
@@ -223,6 +224,7 @@ def _has_avx512() -> bool:
     return any(flag.startswith("avx512f") for flag in cpu_vector_flags())
 
 
+@pytest.mark.speed
 @pytest.mark.skipif(core_count() < 2, reason="one core has no second worker to gain from")
 def test_two_workers_share_the_work() -> None:
     found = 0.0

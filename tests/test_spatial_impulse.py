@@ -270,6 +270,7 @@ def test_errors_in_space_shrink_as_the_step_does() -> None:
     assert errors[-1] <= 1e-3
 
 
+@pytest.mark.speed
 def test_packed_kernel_in_space_is_vectorised() -> None:
     lanes = in_space(free_lanes()).take(np.arange(576) % 9)
     times, settings = SampleTimes(0.25), ImpulseSettings()

@@ -99,7 +99,7 @@ def test_a_run_that_cuts_its_motion_says_so(write: Write, tmp_path: pathlib.Path
     assert table["undecided"].tolist() == [True]
     facts = json.loads((tmp_path / "o" / "run.json").read_text(encoding="utf-8"))
     assert (facts["undecided"], facts["motion_cut_short"]) == (1, 1)
-    fits = invoke("fragility", tmp_path / "o", "--limit", "overturning")
+    fits = invoke("fragility", tmp_path / "o", "--limit", "overturning", "--max-doubt", 1)
     assert "undecided: 1 of 1 lanes" in flat(fits.output)
     whole = invoke("run", file, "-e", "housner", "-s", "run.duration=75 s", "--json")
     found = json.loads(whole.output)

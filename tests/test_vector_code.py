@@ -45,6 +45,7 @@ def cpu_time(engine: str, motions: GroundMotions, form: Form) -> float:
     return time.process_time() - started
 
 
+@pytest.mark.speed
 @pytest.mark.parametrize("kind", ["harmonic", "record"])
 @pytest.mark.parametrize("engine", LEAST)
 def test_packed_kernels_are_vectorised(engine: str, kind: str) -> None:

@@ -168,7 +168,10 @@ def _too_many(
     bad: int,
 ) -> InputError:
     """Why there is no fit: how many lanes, of which statuses, and what to do."""
-    doubted = usable["status"][in_doubt(usable, curve.limit)].astype(str).value_counts()
+    why = usable["status"].astype(str)
+    if "undecided" in usable:
+        why = why.mask(usable["undecided"].astype(bool) & (why == "ok"), "undecided")
+    doubted = why[in_doubt(usable, curve.limit)].value_counts()
     counts = {str(name): int(count) for name, count in doubted.items() if count}
     parts = [f"in doubt: {_counted(counts)}"] if counts else []
     parts += [f"left out: {_counted(curve.left_out)}"] if curve.left_out else []
@@ -176,7 +179,7 @@ def _too_many(
     got = f"{bad} of {len(lanes)} lanes{where} ({'; '.join(parts)})"
     allowed = (
         f"must be at most {100.0 * most_doubt:g} % for limit state {curve.limit.name}: run them "
-        "at a smaller step, or with an engine that holds there; --max-doubt 1 takes them all"
+        "at a smaller step, longer, or with an engine that holds there; --max-doubt 1 takes all"
     )
     return InputError(source, "status", got, allowed)
 

@@ -19,8 +19,7 @@ Of a lane that missed the tolerance two things may be true. Its runs approach on
 its status, its estimate says how far it may be off, and a smaller step will do. Or they do not: it
 stands in one and falls in the other, or it magnifies small differences (`Status.SENSITIVE`). Then
 its estimate says how far its runs lie apart, not how far the truth may be; what can be said of it
-an ensemble says. A sensitive lane that fell in every run has an uncertain time of its fall; that it
-falls is not in doubt, and the estimate of its peak says so.
+an ensemble says. Of one that fell in every run only the time of the fall is in doubt.
 
 Under a record a lane's companions end soon after it rests for good, if its engine holds a block at
 rest exactly: nothing in what is left depends on the step. Where a companion does not rest there, it
@@ -385,7 +384,7 @@ class _Known:
         sensitive = self.unlike & ~self.met & np.isin(fields["status"], SOUND)
         fields["status"] = np.where(sensitive, int(Status.SENSITIVE), fields["status"])
         columns = as_columns(answered, self.alpha)
-        # That it falls, a lane that fell in every run leaves in no doubt, only when.
+        # A lane that fell in every run is in doubt of the time of its fall alone.
         sensitive = as_columns(sensitive & ~self.falls, self.alpha)
         error = np.maximum(self.error, self.floor)
         peak_error = np.minimum(np.maximum(self.peak_error, self.floor), error)
