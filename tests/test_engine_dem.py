@@ -329,7 +329,8 @@ def test_centre_of_a_block_without_friction_falls_straight_down() -> None:
 @pytest.mark.speed
 def test_packed_kernel_is_vectorised() -> None:
     # A ratio within one run: without vector code the packed form is no faster than the plain one.
-    expected = 4.0 if any(flag.startswith("avx512f") for flag in cpu_vector_flags()) else 2.5
+    # Scalar code gives about 1, vector code 2 and more; the bound lies between, for the ratio varies.
+    expected = 2.0 if any(flag.startswith("avx512f") for flag in cpu_vector_flags()) else 1.6
     found = 0.0
     for _ in range(8):
         plain = bench.measure("dem", 0.5, form=Form.PLAIN)
