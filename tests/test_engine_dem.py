@@ -329,7 +329,7 @@ def test_centre_of_a_block_without_friction_falls_straight_down() -> None:
 @pytest.mark.speed
 def test_packed_kernel_is_vectorised() -> None:
     # A ratio within one run: without vector code the packed form is no faster than the plain one.
-    # Scalar code gives about 1, vector code 2 and more; the bound lies between, for the ratio varies.
+    # Scalar code gives about 1, vector code 2 and more; the bound lies between: ratios vary.
     expected = 2.0 if any(flag.startswith("avx512f") for flag in cpu_vector_flags()) else 1.6
     found = 0.0
     for _ in range(8):

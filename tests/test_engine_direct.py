@@ -368,7 +368,7 @@ def test_overturning_velocity_step_at_its_limit() -> None:
 def test_packed_kernel_is_vectorised(precision: str) -> None:
     # A ratio within one run: without vector code the packed form is no faster than the plain one.
     wide = any(flag.startswith("avx512f") for flag in cpu_vector_flags())
-    # Scalar code gives about 1, vector code 2 and more; the bound lies between, for the ratio varies.
+    # Scalar code gives about 1, vector code 2 and more; the bound lies between: ratios vary.
     expected = {"float64": 2.0, "float32": 2.8} if wide else {"float64": 1.4, "float32": 2.0}
     found = 0.0
     for _ in range(8):
