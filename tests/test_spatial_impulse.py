@@ -28,7 +28,7 @@ from warprock.scene import scene_kind
 from warprock.units import GRAVITY
 
 LEAST_GAIN = 1.8
-"""Packed over plain rate below which a pack is no vector code, which gives 1; 2.8 and more if it is."""
+"""Packed over plain rate below which a pack is no vector code; that gives 1, vector code 2.8."""
 
 
 def run(
