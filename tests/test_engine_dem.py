@@ -329,13 +329,15 @@ def test_centre_of_a_block_without_friction_falls_straight_down() -> None:
 @pytest.mark.speed
 def test_packed_kernel_is_vectorised() -> None:
     # A ratio within one run: without vector code the packed form is no faster than the plain one.
-    # Scalar code gives about 1, vector code 2 and more; the bound lies between: ratios vary.
-    expected = 2.0 if any(flag.startswith("avx512f") for flag in cpu_vector_flags()) else 1.6
-    found = 0.0
-    for _ in range(8):
-        plain = bench.measure("dem", 0.5, form=Form.PLAIN)
-        packed = bench.measure("dem", 0.5, form=Form.PACKED)
-        found = max(found, packed.block_steps_per_s / plain.block_steps_per_s)
-        if found >= expected:
+    expected = 4.0 if any(flag.startswith("avx512f") for flag in cpu_vector_flags()) else 2.5
+    # The least CPU times of several rounds: others on the machine add to some.
+    plain, packed, found = np.inf, np.inf, 0.0
+    for rounds in range(12):
+        one = bench.measure("dem", 0.5, form=Form.PLAIN)
+        other = bench.measure("dem", 0.5, form=Form.PACKED)
+        plain = min(plain, one.cpu_s_per_simulated_s)
+        packed = min(packed, other.cpu_s_per_simulated_s)
+        found = plain / packed
+        if rounds > 0 and found >= expected:
             return
     pytest.fail(f"packed / plain = {found:.2f}, expected {expected}")

@@ -368,13 +368,15 @@ def test_overturning_velocity_step_at_its_limit() -> None:
 def test_packed_kernel_is_vectorised(precision: str) -> None:
     # A ratio within one run: without vector code the packed form is no faster than the plain one.
     wide = any(flag.startswith("avx512f") for flag in cpu_vector_flags())
-    # Scalar code gives about 1, vector code 2 and more; the bound lies between: ratios vary.
-    expected = {"float64": 2.0, "float32": 2.8} if wide else {"float64": 1.4, "float32": 2.0}
-    found = 0.0
-    for _ in range(8):
-        plain = bench.measure("direct", 0.4, precision=precision, form=Form.PLAIN)
-        packed = bench.measure("direct", 0.4, precision=precision, form=Form.PACKED)
-        found = max(found, packed.block_steps_per_s / plain.block_steps_per_s)
-        if found >= expected[precision]:
+    expected = {"float64": 4.0, "float32": 8.0} if wide else {"float64": 2.0, "float32": 4.0}
+    # The least CPU times of several rounds: others on the machine add to some.
+    plain, packed, found = np.inf, np.inf, 0.0
+    for rounds in range(12):
+        one = bench.measure("direct", 0.4, precision=precision, form=Form.PLAIN)
+        other = bench.measure("direct", 0.4, precision=precision, form=Form.PACKED)
+        plain = min(plain, one.cpu_s_per_simulated_s)
+        packed = min(packed, other.cpu_s_per_simulated_s)
+        found = plain / packed
+        if rounds > 0 and found >= expected[precision]:
             return
     pytest.fail(f"packed / plain = {found:.2f}, expected {expected[precision]}")
