@@ -274,9 +274,9 @@ def test_errors_in_space_shrink_as_the_step_does() -> None:
 def test_packed_kernel_in_space_is_vectorised() -> None:
     lanes = in_space(free_lanes()).take(np.arange(576) % 9)
     times, settings = SampleTimes(0.25), ImpulseSettings()
-    found = 0.0
-    for _ in range(4):
-        rates = {}
+    # The highest rate of each form, by CPU time: others on the machine add to some rounds.
+    rates = {Form.PLAIN: 0.0, Form.PACKED: 0.0}
+    for _ in range(12):
         for form, count in ((Form.PLAIN, 64), (Form.PACKED, 576)):
             some = lanes.take(np.arange(count))
             run_batch("impulse", some, still(count), SampleTimes(0.01), form=form, workers=1)
@@ -284,8 +284,9 @@ def test_packed_kernel_in_space_is_vectorised() -> None:
             answer = run_batch(
                 "impulse", some, still(count), times, settings=settings, form=form, workers=1
             )
-            rates[form] = answer["step_count"].sum() / (time.process_time() - started)
-        found = max(found, rates[Form.PACKED] / rates[Form.PLAIN])
+            rate = answer["step_count"].sum() / (time.process_time() - started)
+            rates[form] = max(rate, rates[form])
+        found = rates[Form.PACKED] / rates[Form.PLAIN]
         if found >= LEAST_GAIN:
             return
     pytest.fail(f"packed / plain = {found:.2f}, expected {LEAST_GAIN}")
