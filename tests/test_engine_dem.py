@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.blocks import Array, free_lanes, make_lanes, make_stacks, sines, velocity_steps
+from tests.speed import require_gain
 from warprock import bench, rocking
 from warprock.batch import run_batch
 from warprock.case import load_case
@@ -330,14 +331,9 @@ def test_centre_of_a_block_without_friction_falls_straight_down() -> None:
 def test_packed_kernel_is_vectorised() -> None:
     # A ratio within one run: without vector code the packed form is no faster than the plain one.
     expected = 4.0 if any(flag.startswith("avx512f") for flag in cpu_vector_flags()) else 2.5
-    # The least CPU times of several rounds: others on the machine add to some.
-    plain, packed, found = np.inf, np.inf, 0.0
-    for rounds in range(12):
-        one = bench.measure("dem", 0.5, form=Form.PLAIN)
-        other = bench.measure("dem", 0.5, form=Form.PACKED)
-        plain = min(plain, one.cpu_s_per_simulated_s)
-        packed = min(packed, other.cpu_s_per_simulated_s)
-        found = plain / packed
-        if rounds > 0 and found >= expected:
-            return
-    pytest.fail(f"packed / plain = {found:.2f}, expected {expected}")
+
+    def cost(form: Form) -> float:
+        measured = bench.measure("dem", 0.5, form=form)
+        return measured.cpu_s_per_simulated_s
+
+    require_gain(lambda: cost(Form.PLAIN), lambda: cost(Form.PACKED), expected)

@@ -11,6 +11,7 @@ import pytest
 import warp as wp
 
 from tests.blocks import Array, free_lanes, make_lanes, sines, velocity_steps
+from tests.speed import require_gain
 from warprock import bench, rocking
 from warprock.batch import run_batch
 from warprock.engines.launching import Form
@@ -369,14 +370,9 @@ def test_packed_kernel_is_vectorised(precision: str) -> None:
     # A ratio within one run: without vector code the packed form is no faster than the plain one.
     wide = any(flag.startswith("avx512f") for flag in cpu_vector_flags())
     expected = {"float64": 4.0, "float32": 8.0} if wide else {"float64": 2.0, "float32": 4.0}
-    # The least CPU times of several rounds: others on the machine add to some.
-    plain, packed, found = np.inf, np.inf, 0.0
-    for rounds in range(12):
-        one = bench.measure("direct", 0.4, precision=precision, form=Form.PLAIN)
-        other = bench.measure("direct", 0.4, precision=precision, form=Form.PACKED)
-        plain = min(plain, one.cpu_s_per_simulated_s)
-        packed = min(packed, other.cpu_s_per_simulated_s)
-        found = plain / packed
-        if rounds > 0 and found >= expected[precision]:
-            return
-    pytest.fail(f"packed / plain = {found:.2f}, expected {expected[precision]}")
+
+    def cost(form: Form) -> float:
+        measured = bench.measure("direct", 0.4, precision=precision, form=form)
+        return measured.cpu_s_per_simulated_s
+
+    require_gain(lambda: cost(Form.PLAIN), lambda: cost(Form.PACKED), expected[precision])

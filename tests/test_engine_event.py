@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.blocks import Array, free_lanes, make_lanes, sines, velocity_steps
+from tests.speed import require_gain
 from warprock import rocking
 from warprock.batch import run_batch
 from warprock.case import load_case
@@ -343,11 +344,8 @@ def test_packed_kernel_is_vectorised(precision: str) -> None:
     expected = {"float64": 1.4, "float32": 2.0}[precision]
     steps_per_second(precision, Form.PLAIN)
     steps_per_second(precision, Form.PACKED)
-    found = 0.0
-    for _ in range(6):
-        plain = max(steps_per_second(precision, Form.PLAIN) for _ in range(2))
-        packed = max(steps_per_second(precision, Form.PACKED) for _ in range(2))
-        found = max(found, packed / plain)
-        if found >= expected:
-            return
-    pytest.fail(f"packed / plain = {found:.2f}, expected {expected}")
+    require_gain(
+        lambda: 1.0 / max(steps_per_second(precision, Form.PLAIN) for _ in range(2)),
+        lambda: 1.0 / max(steps_per_second(precision, Form.PACKED) for _ in range(2)),
+        expected,
+    )

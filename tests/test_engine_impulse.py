@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.blocks import Array, free_lanes, make_lanes, sines, velocity_steps
+from tests.speed import require_gain
 from warprock import bench, rocking
 from warprock.batch import run_batch
 from warprock.case import load_case
@@ -206,18 +207,12 @@ def test_packed_kernel_is_vectorised(precision: str) -> None:
     expected = (
         {"float64": 8.0, "float32": 8.0} if _has_avx512() else {"float64": 3.0, "float32": 4.0}
     )
-    # The least CPU times of several rounds: others on the machine add to some. Without vector code
-    # (-fno-vectorize) they are 1.0 (float32) and 1.1 (float64).
-    plain, packed, found = np.inf, np.inf, 0.0
-    for rounds in range(8):
-        one = bench.measure("impulse", 0.6, precision=precision, form=Form.PLAIN)
-        other = bench.measure("impulse", 0.6, precision=precision, form=Form.PACKED)
-        plain = min(plain, one.cpu_s_per_simulated_s)
-        packed = min(packed, other.cpu_s_per_simulated_s)
-        found = plain / packed
-        if rounds > 0 and found >= expected[precision]:
-            return
-    pytest.fail(f"plain / packed = {found:.2f}, expected {expected[precision]}")
+
+    def cost(form: Form) -> float:
+        measured = bench.measure("impulse", 0.6, precision=precision, form=form)
+        return measured.cpu_s_per_simulated_s
+
+    require_gain(lambda: cost(Form.PLAIN), lambda: cost(Form.PACKED), expected[precision])
 
 
 def _has_avx512() -> bool:
