@@ -49,6 +49,9 @@ MAX_UNROLL = 15
 REALS = {"float64": wp.float64, "float32": wp.float32}
 """Scalar type by the name of the precision."""
 
+FOLDER = pathlib.Path(__file__).resolve().parent
+"""Folder of the kernel files, which is read and never written to."""
+
 _LOCK = threading.Lock()
 
 
@@ -79,7 +82,7 @@ def kernel_module(
     with _LOCK:
         if name in sys.modules:
             return sys.modules[name]
-    path = pathlib.Path(__file__).with_name(f"{file}.py")
+    path = FOLDER / f"{file}.py"
     spec = importlib.util.spec_from_file_location(name, path)
     assert spec is not None
     assert spec.loader is not None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import pathlib
@@ -12,7 +13,10 @@ import pytest
 from click.testing import CliRunner, Result
 
 from warprock.cli import main
+from warprock.devices import keeping_kernels
 from warprock.engines import ENGINES
+from warprock.errors import InputError
+from warprock.kernels.instance import kernel_module
 
 
 def invoke(*arguments: object) -> Result:
@@ -52,6 +56,15 @@ def test_without_room_for_kernels_one_line_says_where_to_put_them(tmp_path: path
     assert run.stderr.count("\n") == 1
     assert f"missing: {said}" in doctor.stdout
     assert all("WARP_CACHE_PATH" in text for text in (run.stderr, doctor.stdout))
+
+
+def test_what_the_cache_of_kernels_is_not_to_blame_for_says_what_it_is():
+    with pytest.raises(FileNotFoundError, match="no_such_kernel"), keeping_kernels():
+        kernel_module("no_such_kernel", precision="float64")
+    with pytest.raises(BrokenPipeError), keeping_kernels():
+        raise BrokenPipeError(errno.EPIPE, "Broken pipe")
+    with pytest.raises(InputError, match="No space left on device"), keeping_kernels():
+        raise OSError(errno.ENOSPC, "No space left on device")
 
 
 def test_doctor_exits_with_1_when_something_is_missing(monkeypatch: pytest.MonkeyPatch):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import pathlib
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -22,7 +23,14 @@ from warprock.motion import Control, StillBase, scaled
 from warprock.overturning import Mode, run_grid
 from warprock.response import Outcome, SampleTimes
 from warprock.rocking import frequency_parameter
-from warprock.undecided import SWUNG, cut_short, cut_text, motion_end, undecided
+from warprock.undecided import (
+    SWUNG,
+    cut_short,
+    cut_text,
+    left_acceleration,
+    motion_end,
+    undecided,
+)
 
 Write = Callable[[str], pathlib.Path]
 
@@ -87,6 +95,33 @@ def test_a_rocking_block_is_undecided_until_it_has_swung_back():
         assert undecided(response, in_space(lanes), motions, float(duration)).all()
     long = run_batch("housner", lanes, motions, SampleTimes(20.0 * float(end)))
     assert np.all(long["outcome"] != Outcome.OVERTURNED)
+
+
+def test_a_block_at_rest_stays_where_the_rest_of_its_record_cannot_lift_it(write: Write):
+    scales = ", ".join(f"{scale:g}" for scale in np.geomspace(0.05, 2.0, 24))
+    swept = RECORD + f"[[sweep]]\nmotion.scale = [{scales}]\n"
+    short = expand_lanes(
+        load_case(write(swept.replace("scale = 1.0\n", "")), ["run.duration='12 s'"])
+    )
+    lanes, motions = short.lanes, short.motions
+    found = run_batch("housner", lanes, motions, SampleTimes(12.0))
+    at_rest = found["outcome"] == Outcome.AT_REST
+    open_end = undecided(found, lanes, motions, 12.0)
+    lifts = left_acceleration(motions, 12.0) >= 9.81 * lanes.width / lanes.height
+    np.testing.assert_array_equal(open_end[at_rest], lifts[at_rest])
+    # Both kinds are there, and the whole record leaves those that are decided where they stood.
+    assert (at_rest & open_end).any()
+    assert (at_rest & ~open_end).any()
+    whole = run_batch("housner", lanes, motions, SampleTimes(75.0))
+    decided = at_rest & ~open_end
+    np.testing.assert_array_equal(whole["outcome"][decided], Outcome.AT_REST)
+    same = whole["peak_rotation"][decided] == found["peak_rotation"][decided]
+    assert same.all()
+    # Springs let a block lift below that, and a later step may throw it.
+    springs = replace(found, engine="dem")
+    assert undecided(springs, lanes, motions, 12.0)[at_rest].all()
+    motions.velocity_step_stop[:] = 0.1
+    assert undecided(found, lanes, motions, 12.0)[at_rest].all()
 
 
 def test_a_run_that_cuts_its_motion_says_so(write: Write, tmp_path: pathlib.Path):

@@ -30,19 +30,18 @@ from typing import Any
 
 import click
 import numpy as np
-import warp as wp
 from click.testing import CliRunner
 
 from warprock.batch import run_batch
-from warprock.case import case_names, load_case
+from warprock.case import load_case
+from warprock.case_text import case_names
 from warprock.cli import main as warprock
+from warprock.devices import start_warp
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Form
 from warprock.errors import InputError
 from warprock.expansion import LaneSet, expand_lanes
 from warprock.response import SampleTimes
-
-wp.config.quiet = True
 
 SAMPLES = 40
 """Samples of each history."""
@@ -140,6 +139,7 @@ def main() -> None:
     ask.add_argument("--seconds", type=float, default=0.6, help="length of each run (0.6)")
     ask.add_argument("--precisions", nargs="+", default=["float64", "float32"])
     asked = ask.parse_args()
+    start_warp()
     for line in lines(asked):
         print(line, flush=True)
 

@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import functools
 import os
+import pathlib
 import sys
 from collections.abc import Iterator
 
 import warp as wp
 
 from warprock.errors import InputError
+from warprock.kernels.instance import FOLDER
+
+FULL = (errno.ENOSPC, errno.EDQUOT)
+"""What the system says of a disk that is full; it names no file then."""
 
 STDERR = 2
 """File descriptor that the native library writes to."""
@@ -22,10 +28,14 @@ def keeping_kernels() -> Iterator[None]:
 
     Raises:
         InputError: The folder of the kernels cannot be written to.
+        OSError: Anything else that the system refused, such as a kernel file that is missing.
     """
     try:
         yield
     except OSError as error:
+        place = error.filename and pathlib.Path(str(error.filename)).resolve()
+        if error.errno not in FULL and (not place or place.is_relative_to(FOLDER)):
+            raise
         allowed = f"must be in a folder that can be written to ({error.strerror}): name another one"
         raise InputError(
             "kernel cache", "", error.filename, f"{allowed} with WARP_CACHE_PATH"

@@ -2,10 +2,12 @@
 
 A block that has not fallen may still do so while its base moves, and while it rocks: it is known to
 stand once it has come to rest on a base whose motion is over. A single block in the plane is known
-to stand earlier. On a base that is still it loses energy in every impact, so that one which has
-swung back stays up; it falls within its first two swings or not at all. A swing takes long only
-where it comes close to the point of balance, about 2 ln(2 / e) / p where it misses that by a part
-e: `SWUNG` / p leaves a part of 1e-6.
+to stand earlier. At rest it stays where what is left of its record is too weak to lift a rigid
+block, below g tan(slenderness angle) (Housner 1963; not in `dem`, whose springs can lift it). On a
+base that is still it loses energy in every impact, so that one which has swung back stays up; it
+falls within its first two swings or not at all. A swing takes long only where it comes close to the
+point of balance, about 2 ln(2 / e) / p where it misses that by a part e: `SWUNG` / p leaves a part
+of 1e-6.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from warprock.motion import (
     StillBase,
 )
 from warprock.response import USABLE, Outcome, Response
-from warprock.rocking import frequency_parameter
+from warprock.rocking import frequency_parameter, uplift_acceleration
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -31,11 +33,14 @@ SWUNG = 30.0
 """Time on a base that is still, times the frequency parameter p, after which a single block in the
 plane that rocks stays up."""
 
+SPRINGS = "dem"
+"""Engine whose blocks stand on springs, on which they lift below g tan(slenderness angle)."""
+
 UNDECIDED = "undecided"
 """Column of the lane table that says so."""
 UNDECIDED_TEXT = (
     "Whether the run ended before it was known if the blocks stand: they still moved, or their "
-    "ground motion was not over"
+    "ground motion was not over and strong enough to lift them"
 )
 
 _MOVING = (
@@ -72,6 +77,24 @@ def cut_short(motions: GroundMotions, duration: float) -> Mask:
     return np.asarray(motion_end(motions) > duration * (1.0 + _ROUND_OFF))
 
 
+def left_acceleration(motions: RecordMotions, duration: float) -> Array:
+    """Largest acceleration of the base that a run leaves out [m/s^2], shape [lane].
+
+    Infinite where a velocity step is left out.
+    """
+    passed = np.floor((duration - motions.start) / motions.interval).astype(np.intp)
+    first = motions.offset + np.clip(passed, 0, motions.count - 1)
+    ends, end = np.unique(
+        np.stack([first, motions.offset + motions.count], axis=1), axis=0, return_inverse=True
+    )
+    largest = np.array([np.abs(motions.pool_acceleration[a:b]).max() for a, b in ends])
+    left = np.abs(motions.scale) * largest[end.reshape(-1)]
+    steps = (motions.velocity_step_stop != 0.0) | (
+        (motions.velocity_step_start != 0.0) & (motions.start > duration)
+    )
+    return np.where(cut_short(motions, duration) & steps, np.inf, left)
+
+
 def undecided(response: Response, lanes: Lanes, motions: GroundMotions, duration: float) -> Mask:
     """Which lanes have neither fallen nor come to stand, shape [lane].
 
@@ -83,12 +106,16 @@ def undecided(response: Response, lanes: Lanes, motions: GroundMotions, duration
     """
     outcome = response["outcome"]
     upright = np.isin(outcome, [Outcome.AT_REST, Outcome.ROCKING])
-    may_fall = outcome == Outcome.ROCKING
+    rocks, cut = outcome == Outcome.ROCKING, cut_short(motions, duration)
+    may_fall = rocks | cut
     if not (lanes.stacked or lanes.spatial):
         free = (duration - motion_end(motions)) * frequency_parameter(lanes.width, lanes.height)
-        may_fall &= free < SWUNG
+        may_fall = cut | (rocks & (free < SWUNG))
+        if cut.any() and isinstance(motions, RecordMotions) and response.engine != SPRINGS:
+            lifts = uplift_acceleration(lanes.width, lanes.height)
+            may_fall &= rocks | (left_acceleration(motions, duration) >= lifts)
     usable = np.isin(response["status"], USABLE)
-    return np.asarray(usable & upright & (cut_short(motions, duration) | may_fall))
+    return np.asarray(usable & upright & may_fall)
 
 
 def cut_text(motions: GroundMotions, duration: float) -> str:
