@@ -68,7 +68,7 @@ def kernel_module(
     """The instance of a kernel file for a precision, a kind of ground motion and a stack.
 
     Args:
-        file: Stem of the file in this folder, such as `housner`.
+        file: Path of the file in this folder without its ending, such as `housner/block`.
         precision: Key of `REALS`.
         motion: Kind of ground motion: still, harmonic, ricker, modulated or record.
         iterations: Sweeps of an iterative contact solver; as a constant the compiler unrolls
@@ -77,7 +77,8 @@ def kernel_module(
         lanes: Lanes that a thread of a stack's kernel runs side by side.
         friction: Law of friction where a block slides in two directions: cone or box.
     """
-    name = f"{__package__}.{file}__{precision}__{motion}__{iterations}__{blocks}__{lanes}"
+    name = f"{__package__}.{file.replace('/', '.')}__{precision}__{motion}"
+    name += f"__{iterations}__{blocks}__{lanes}"
     name += "" if friction == "cone" else f"__{friction}"
     with _LOCK:
         if name in sys.modules:

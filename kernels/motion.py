@@ -3,7 +3,8 @@
 Each kind brings the same functions: `knot_time` and `knot_step` (when the motion changes its
 formula, and the velocity step there), `series` (Taylor coefficients of the acceleration) and
 `velocity`. `segment` counts the knots passed: 0 before the motion starts. The struct `Motion`
-holds one lane; its fields are the attributes of the class of the same kind in warprock/motion.py.
+holds one lane; its fields are the attributes of the class of the same kind in
+warprock/model/motion.py.
 The last arguments of `series` and `velocity` are the sample of a record (velocity, acceleration
 and its slope) that the kernel has looked up at `sample_index`; the other kinds ignore them.
 """

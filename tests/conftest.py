@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from tests.sweeps import LANES, merged_bytes, write_case
+from tests.shared.sweeps import LANES, merged_bytes, write_case
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
@@ -53,7 +53,7 @@ def interruptible() -> Iterator[None]:
 @pytest.fixture
 def unjudged(monkeypatch: pytest.MonkeyPatch) -> None:
     """Lets lanes through to the kernels that `run_batch` refuses: they, too, must hold them."""
-    monkeypatch.setattr("warprock.batch.require_runnable", lambda *_: None)
+    monkeypatch.setattr("warprock.run.batch.require_runnable", lambda *_: None)
 
 
 @pytest.fixture

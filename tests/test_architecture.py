@@ -3,167 +3,25 @@
 from __future__ import annotations
 
 import ast
+import graphlib
 import pathlib
 import sys
 from collections.abc import Iterator
 
 import pytest
 
+from tools.house import MAPPED, MODULES, ROOMS, floors, readme_map
 from warprock.engines import ENGINES
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+FLOORS, TOP_MODULES = 12, 12
+FRONT = ("warprock/__init__.py", "warprock/__main__.py")
+"""Where users come in: names for `import warprock`, each brought from its room when it is first
+asked for, and `python -m warprock`."""
 FILE_LINES, FUNCTION_LINES, KERNEL_ARGUMENTS = 400, 60, 8
 KERNEL_LINES = 110
 """A kernel is a loop; every state variable must be a local vector of its own to be vectorised,
 which takes a line each to declare, to start, to write back and to hand over."""
-
-# Room: (its files, the rooms it may import besides itself, the packages it may import).
-# A file belongs to the first room that names it. Rooms are in the direction of the data:
-# case -> lanes -> engine -> response -> check -> report.
-ROOMS: dict[str, tuple[tuple[str, ...], str, str]] = {
-    "errors": (("warprock/errors.py", "warprock/__init__.py"), "all", ""),
-    "kernels": (("kernels/*.py",), "", "warp"),
-    "foundation": (
-        (
-            "warprock/response.py",
-            "warprock/motion.py",
-            "warprock/waveforms.py",
-            "warprock/lanes.py",
-            "warprock/scene.py",
-            "warprock/units.py",
-            "warprock/rocking.py",
-            "warprock/painleve.py",
-            "warprock/pose.py",
-            "warprock/stacking.py",
-            "warprock/undecided.py",
-            "warprock/machine.py",
-            "warprock/reading.py",
-            "warprock/runnable.py",
-        ),
-        "errors",
-        "numpy",
-    ),
-    "settings": (
-        ("warprock/engines/settings.py", "warprock/reference/peer_settings.py"),
-        "errors",
-        "",
-    ),
-    "cases": (
-        (
-            "warprock/axes.py",
-            "warprock/sampling.py",
-            "warprock/case*.py",
-            "warprock/expansion.py",
-            "warprock/records/*.py",
-            "cases/__init__.py",
-        ),
-        "errors foundation settings",
-        "numpy pandas pydantic scipy tables",
-    ),
-    "engines": (
-        ("warprock/engines/*.py",),
-        "errors foundation settings kernels",
-        "numpy warp",
-    ),
-    "batch": (
-        (
-            "warprock/batch.py",
-            "warprock/bench.py",
-            "warprock/calibration.py",
-            "warprock/devices.py",
-            "warprock/companions.py",
-            "warprock/estimate.py",
-            "warprock/tolerance.py",
-        ),
-        "errors foundation settings engines kernels",
-        "numpy warp",
-    ),
-    "reference": (
-        ("warprock/reference/*.py",),
-        "errors foundation settings",
-        "numpy scipy newton warp mujoco pybullet bpy",
-    ),
-    "runs": (
-        (
-            "warprock/runner.py",
-            "warprock/engine_choice.py",
-            "warprock/accuracy.py",
-            "warprock/files.py",
-            "warprock/store.py",
-            "warprock/results.py",
-            "warprock/ensemble.py",
-        ),
-        "errors foundation settings cases engines batch",
-        "numpy pandas pyarrow scipy",
-    ),
-    "maps": (
-        ("warprock/overturning*.py", "warprock/spectrum.py", "warprock/sensitivity.py"),
-        "errors foundation settings cases batch runs",
-        "numpy pandas scipy",
-    ),
-    "checks": (
-        ("warprock/checks.py", "warprock/comparison*.py"),
-        "errors foundation settings cases engines runs maps reference",
-        "numpy pandas",
-    ),
-    "study": (
-        ("warprock/study.py",),
-        "errors foundation settings cases engines batch runs checks",
-        "numpy pandas pyarrow",
-    ),
-    "stability": (
-        ("warprock/stability*.py",),
-        "errors foundation settings engines batch runs checks",
-        "numpy pandas pyarrow",
-    ),
-    "trade": (
-        ("warprock/trade*.py",),
-        "errors foundation settings cases engines batch runs checks reference",
-        "numpy pandas pyarrow",
-    ),
-    "sweeps": (
-        ("warprock/sweep*.py",),
-        "errors foundation settings cases batch runs",
-        "pyarrow distributed",
-    ),
-    "fragility": (
-        ("warprock/fragility*.py",),
-        "errors foundation runs",
-        "numpy pandas scipy",
-    ),
-    "incremental": (
-        ("warprock/incremental*.py",),
-        "errors foundation settings cases batch runs sweeps fragility",
-        "numpy pandas pyarrow",
-    ),
-    "plots": (
-        ("warprock/report/plots*.py",),
-        "errors foundation settings cases runs maps checks fragility incremental report",
-        "numpy pandas matplotlib",
-    ),
-    "report": (
-        ("warprock/report/*.py",),
-        "errors foundation settings cases runs maps checks fragility incremental",
-        "numpy pandas rich",
-    ),
-    "reproduction": (
-        ("warprock/reproduce*.py",),
-        "errors foundation settings cases engines runs checks study reference report plots",
-        "numpy pandas",
-    ),
-    "desk": (
-        ("warprock/catalogue.py", "warprock/doctor.py", "warprock/peers.py"),
-        "errors foundation settings cases engines batch runs reference",
-        "numpy pandas warp",
-    ),
-    "cli": (
-        ("warprock/cli*.py", "warprock/__main__.py"),
-        "errors foundation settings cases batch runs maps checks study stability trade sweeps "
-        "fragility incremental report "
-        "plots reproduction desk",
-        "click",
-    ),
-}
 
 SOURCES = sorted(
     path.relative_to(ROOT).as_posix()
@@ -173,10 +31,9 @@ SOURCES = sorted(
 
 
 def _room_of(file: str) -> str:
-    path = pathlib.PurePosixPath(file)
-    return next(
-        room for room, (files, _, _) in ROOMS.items() if any(path.match(each) for each in files)
-    )
+    """The room of a source file: its folder, or its own name at the top of `warprock/`."""
+    top, *inner = pathlib.PurePosixPath(file).with_suffix("").parts
+    return top if top in MAPPED else inner[0]
 
 
 def _tree(file: str) -> ast.Module:
@@ -218,24 +75,55 @@ def _decorators(function: ast.FunctionDef) -> list[str]:
 
 
 def test_there_are_sources():
-    assert {"kernels/impulse.py", "warprock/cli.py", "warprock/engines/housner.py"} <= set(SOURCES)
+    assert {
+        "kernels/impulse/block.py",
+        "warprock/cli/main.py",
+        "warprock/engines/housner.py",
+    } <= set(SOURCES)
 
 
-@pytest.mark.parametrize("file", [file for file in SOURCES if not file.startswith("tools/")])
-def test_a_room_imports_only_what_its_row_allows(file: str):
-    room = _room_of(file)
-    _, rooms, packages = ROOMS[room]
+def test_rooms_are_listed_from_the_ground_up():
+    names = [room.name for room in ROOMS]
+    for index, room in enumerate(ROOMS):
+        assert set(room.imports) <= set(names[:index]), f"{room.name} imports what is above it"
+    assert max(floors().values()) <= FLOORS
+    modules = {path.stem for path in (ROOT / "warprock").glob("*.py")} - {"__init__", "__main__"}
+    folders = {path.parent.name for path in (ROOT / "warprock").glob("*/__init__.py")}
+    assert modules == set(MODULES)
+    assert modules | folders | set(MAPPED) == set(names)
+    assert len(modules) <= TOP_MODULES
+    assert all(room.holds for room in ROOMS)
+
+
+def test_the_readme_shows_the_plan():
+    assert f"```\n{readme_map()}\n```" in (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+HELD = [file for file in SOURCES if not file.startswith("tools/") and file not in FRONT]
+
+
+@pytest.mark.parametrize("file", HELD)
+def test_a_room_imports_only_what_the_plan_allows(file: str):
+    room = next(room for room in ROOMS if room.name == _room_of(file))
     for module in _imports(_tree(file), file):
         top = module.split(".")[0]
         if top != "warprock":
-            allowed = top in sys.stdlib_module_names or top in packages.split()
-            assert allowed, f"{file} ({room}) imports {module}"
+            allowed = top in sys.stdlib_module_names or top in room.packages
+            assert allowed, f"{file} ({room.name}) imports {module}"
             continue
         target = _file_of(module)
         assert target is not None, f"{file} imports {module}, which is no file of ours"
-        if rooms == "all" or target == "warprock/__init__.py":
-            continue
-        assert _room_of(target) in (room, *rooms.split()), f"{file} ({room}) imports {module}"
+        if target not in FRONT:
+            own = _room_of(target)
+            assert own in (room.name, *room.imports), f"{file} ({room.name}) imports {module}"
+
+
+def test_no_module_imports_itself_by_way_of_others():
+    graph = {}
+    for file in HELD:
+        targets = {_file_of(module) for module in _imports(_tree(file), file)}
+        graph[file] = {each for each in targets if each is not None} - {file, *FRONT}
+    assert tuple(graphlib.TopologicalSorter(graph).static_order())
 
 
 def test_no_engine_imports_another_engine():
@@ -250,21 +138,21 @@ def test_no_engine_imports_another_engine():
 @pytest.mark.parametrize(
     ("package", "only_in"),
     [
-        ("matplotlib", ("warprock/report/plots",)),
-        ("newton", ("warprock/reference/newton_",)),
-        ("mujoco", ("warprock/reference/peer_",)),
-        ("pybullet", ("warprock/reference/peer_",)),
-        ("bpy", ("warprock/reference/peer_",)),
+        ("matplotlib", ("warprock/figures/",)),
+        ("newton", ("warprock/programs/newton",)),
+        ("mujoco", ("warprock/programs/mujoco",)),
+        ("pybullet", ("warprock/programs/bullet",)),
+        ("bpy", ("warprock/programs/blender",)),
         (
             "scipy",
             (
-                *("warprock/reference/", "warprock/records"),
-                *("warprock/sampling", "warprock/ensemble", "warprock/fragility"),
-                "warprock/sensitivity",
+                *("warprock/oracle/", "warprock/records/", "warprock/programs/"),
+                *("warprock/case/sampling", "warprock/run/cells"),
+                *("warprock/analysis/",),
             ),
         ),
         ("tables", ("warprock/records/fema_p695",)),
-        ("click", ("warprock/cli",)),
+        ("click", ("warprock/cli/",)),
     ],
 )
 def test_a_heavy_package_is_imported_in_one_room(package: str, only_in: tuple[str, ...]):
@@ -331,7 +219,7 @@ def test_every_kernel_module_is_built_without_its_adjoint():
         if not kernels:
             continue
         module = kernel_module(
-            pathlib.PurePosixPath(file).stem, precision="float64", motion="still"
+            file.removeprefix("kernels/").removesuffix(".py"), precision="float64", motion="still"
         )
         for name in kernels:
             options = getattr(module, name).module.options

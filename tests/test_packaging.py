@@ -12,7 +12,7 @@ import zipfile
 
 import pytest
 
-from warprock import doctor
+from warprock.measure import doctor
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 FOLDERS = ("warprock", "kernels", "cases", "tests", "tools")
@@ -58,9 +58,10 @@ def test_the_wheel_holds_the_tree_and_nothing_else(wheel: pathlib.Path):
 def test_every_package_is_declared():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     declared = set(project["tool"]["setuptools"]["packages"])
-    found = {"warprock.kernels", "warprock.cases"} | {
-        ".".join(path.parent.relative_to(ROOT).parts)
-        for path in (ROOT / "warprock").rglob("__init__.py")
+    found = {"warprock.cases"} | {
+        ".".join(("warprock", *path.parent.relative_to(ROOT / above).parts))
+        for above, folder in (("warprock", "warprock"), (".", "kernels"))
+        for path in (ROOT / folder).rglob("__init__.py")
     }
     assert declared == found
 
@@ -80,7 +81,7 @@ def test_the_licence_and_the_command_are_in_the_wheel(wheel: pathlib.Path):
         text = archive.read(entry_points).decode()
         licence = next(name for name in names if name.endswith("licenses/LICENSE"))
         assert archive.read(licence) == (ROOT / "LICENSE").read_bytes()
-    assert "warprock = warprock.cli:entry" in text
+    assert "warprock = warprock.cli.main:entry" in text
 
 
 def test_the_wheel_works_away_from_the_checkout(wheel: pathlib.Path, tmp_path: pathlib.Path):

@@ -29,25 +29,24 @@ from collections.abc import Callable, Mapping
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-import warp as wp
 
-from warprock import calibration, rocking
-from warprock.batch import run_batch
-from warprock.calibration import PLAIN, QUANTITIES, Factor
-from warprock.case import load_case
-from warprock.companions import halved
+from warprock.case.lanes import expand_lanes
+from warprock.case.load import load_case
 from warprock.engines import ENGINES, engine_class
-from warprock.engines.settings import SETTINGS, EventSettings
 from warprock.engines.workload import FINEST_STEPS
-from warprock.expansion import expand_lanes
-from warprock.lanes import Lanes
-from warprock.motion import Control, GroundMotions, RecordMotions, StillBase, Waveform
-from warprock.response import Outcome, Response, SampleTimes, Status
-from warprock.tolerance import TOLERANCE, run_to_tolerance
+from warprock.model import rocking
+from warprock.model.lanes import Lanes
+from warprock.model.motion import Control, GroundMotions, RecordMotions, StillBase, Waveform
+from warprock.model.response import Outcome, Response, SampleTimes, Status
+from warprock.model.waveforms import harmonic_motions
+from warprock.run import calibration
+from warprock.run.batch import run_batch
+from warprock.run.calibration import PLAIN, QUANTITIES, Factor
+from warprock.run.companions import halved
+from warprock.run.devices import start_warp
+from warprock.run.tolerance import TOLERANCE, run_to_tolerance
+from warprock.settings.engines import SETTINGS, EventSettings
 from warprock.units import GRAVITY
-from warprock.waveforms import harmonic_motions
-
-wp.config.quiet = True
 
 Array = npt.NDArray[np.float64]
 
@@ -385,6 +384,7 @@ def main() -> None:
     ask = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     ask.add_argument("-o", dest="path", type=pathlib.Path)
     asked = ask.parse_args()
+    start_warp()
     known = truths(SEEDS[0])
     table = plain_table()
     found = judge(known, table)

@@ -32,16 +32,16 @@ import click
 import numpy as np
 from click.testing import CliRunner
 
-from warprock.batch import run_batch
-from warprock.case import load_case
-from warprock.case_text import case_names
-from warprock.cli import main as warprock
-from warprock.devices import start_warp
+from warprock.case.lanes import LaneSet, expand_lanes
+from warprock.case.load import load_case
+from warprock.case.text import case_names
+from warprock.cli.main import main as warprock
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Form
 from warprock.errors import InputError
-from warprock.expansion import LaneSet, expand_lanes
-from warprock.response import SampleTimes
+from warprock.model.response import SampleTimes
+from warprock.run.batch import run_batch
+from warprock.run.devices import start_warp
 
 SAMPLES = 40
 """Samples of each history."""

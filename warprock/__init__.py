@@ -10,16 +10,17 @@ import pathlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from warprock.batch import run_batch
-    from warprock.case import Case, load_case
-    from warprock.case_text import case_names
+    from warprock.case.case import Case
+    from warprock.case.lanes import LaneSet, expand_lanes
+    from warprock.case.load import load_case
+    from warprock.case.text import case_names
     from warprock.engines import ENGINES
     from warprock.errors import InputError
-    from warprock.expansion import LaneSet, expand_lanes
-    from warprock.lanes import Lanes
-    from warprock.response import FIELDS, Outcome, Response, SampleTimes, Status
-    from warprock.runner import CaseRun, run_case
-    from warprock.store import lane_table, write_run
+    from warprock.model.lanes import Lanes
+    from warprock.model.response import FIELDS, Outcome, Response, SampleTimes, Status
+    from warprock.run.batch import run_batch
+    from warprock.run.case_run import CaseRun, run_case
+    from warprock.run.lane_table import lane_table, write_run
 
 __version__ = "0.1.0"
 
@@ -46,23 +47,23 @@ __all__ = [
 
 _HOME = {
     "ENGINES": "warprock.engines",
-    "FIELDS": "warprock.response",
-    "Case": "warprock.case",
-    "CaseRun": "warprock.runner",
+    "FIELDS": "warprock.model.response",
+    "Case": "warprock.case.case",
+    "CaseRun": "warprock.run.case_run",
     "InputError": "warprock.errors",
-    "LaneSet": "warprock.expansion",
-    "Lanes": "warprock.lanes",
-    "Outcome": "warprock.response",
-    "Response": "warprock.response",
-    "SampleTimes": "warprock.response",
-    "Status": "warprock.response",
-    "case_names": "warprock.case_text",
-    "expand_lanes": "warprock.expansion",
-    "lane_table": "warprock.store",
-    "load_case": "warprock.case",
-    "run_batch": "warprock.batch",
-    "run_case": "warprock.runner",
-    "write_run": "warprock.store",
+    "LaneSet": "warprock.case.lanes",
+    "Lanes": "warprock.model.lanes",
+    "Outcome": "warprock.model.response",
+    "Response": "warprock.model.response",
+    "SampleTimes": "warprock.model.response",
+    "Status": "warprock.model.response",
+    "case_names": "warprock.case.text",
+    "expand_lanes": "warprock.case.lanes",
+    "lane_table": "warprock.run.lane_table",
+    "load_case": "warprock.case.case",
+    "run_batch": "warprock.run.batch",
+    "run_case": "warprock.run.case_run",
+    "write_run": "warprock.run.lane_table",
 }
 
 # The checkout bridge: an installed package holds kernels/ and cases/; a checkout keeps them next

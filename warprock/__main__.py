@@ -1,6 +1,6 @@
 """`python -m warprock`."""
 
-from warprock.cli import entry
+from warprock.cli.main import entry
 
 if __name__ == "__main__":
     entry()

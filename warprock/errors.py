@@ -87,3 +87,14 @@ def listed(got: object, known: Iterable[str]) -> str:
 
     near = sorted(names, key=distance)[:NEAREST]
     return f"{', '.join(near)} and {len(names) - len(near)} more"
+
+
+def did_you_mean(got: object, known: Iterable[str]) -> str:
+    """A suggestion for the end of an error message; empty if nothing is near.
+
+    The last part of a dotted key counts more than the table in front of it.
+    """
+    known = tuple(known)
+    tails = {key.rpartition(".")[2]: key for key in reversed(known)}
+    near = difflib.get_close_matches(str(got).rpartition(".")[2], tails, 1)
+    return f"; did you mean {tails[near[0]]}?" if near else ""

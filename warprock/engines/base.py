@@ -9,10 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.launching import Kernel, Target
-from warprock.lanes import Lanes
-from warprock.motion import GroundMotions
-from warprock.response import Response, SampleTimes
-from warprock.scene import SceneKind
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions
+from warprock.model.response import Response, SampleTimes
+from warprock.model.scene import SceneKind
 
 
 class AbstractEngine(abc.ABC):

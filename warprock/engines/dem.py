@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
-from warprock import rocking
 from warprock.engines.base import AbstractEngine
+from warprock.engines.decoding import lane_fields, planar_fields
 from warprock.engines.dem_springs import (
     interface_depth,
     stable_step,
@@ -20,7 +20,6 @@ from warprock.engines.dem_springs import (
     stiffest_frequency,
 )
 from warprock.engines.launching import NEVER, Kernel, Target, respond
-from warprock.engines.settings import DemSettings
 from warprock.engines.soundness import account_of, unstable
 from warprock.engines.spatial_dem import (
     dem_module,
@@ -35,11 +34,12 @@ from warprock.engines.stack_launching import (
     launch_stacks,
     stack_module,
 )
-from warprock.engines.stepping import lane_fields, planar_fields
-from warprock.lanes import Lanes
-from warprock.motion import GroundMotions, StillBase
-from warprock.response import FIELDS, Response, SampleTimes, Status
-from warprock.scene import SceneKind
+from warprock.model import rocking
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions, StillBase
+from warprock.model.response import FIELDS, Response, SampleTimes, Status
+from warprock.model.scene import SceneKind
+from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 
 TURN_SAMPLES = 2000
@@ -106,7 +106,7 @@ class Dem(AbstractEngine):
 
     def kernel(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: the same text for a single block and for a stack."""
-        file = "spatial_dem_launch" if scene.spatial else "dem_launch"
+        file = "dem/space_stack_run" if scene.spatial else "dem/stack_run"
         return Kernel(file, self.target.kernel_form)
 
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:

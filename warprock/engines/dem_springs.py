@@ -11,8 +11,8 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.settings import DemSettings
-from warprock.lanes import Lanes
+from warprock.model.lanes import Lanes
+from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]

@@ -10,16 +10,16 @@ import numpy.typing as npt
 import warp as wp
 
 from warprock.engines.base import AbstractEngine
+from warprock.engines.decoding import UNSOLVED, lane_fields, planar_fields
 from warprock.engines.direct_stack import DIRECT_STACK, direct_stack_module, run_direct_stacks
 from warprock.engines.launching import Kernel, Target, launch, respond
-from warprock.engines.settings import DirectSettings
 from warprock.engines.soundness import account_of, contacts_hold, unstable
-from warprock.engines.stepping import UNSOLVED, lane_fields, planar_fields
 from warprock.kernels.instance import kernel_module
-from warprock.lanes import Lanes
-from warprock.motion import GroundMotions
-from warprock.response import Response, SampleTimes, Status
-from warprock.scene import SceneKind
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions
+from warprock.model.response import Response, SampleTimes, Status
+from warprock.model.scene import SceneKind
+from warprock.settings.engines import DirectSettings
 from warprock.units import GRAVITY
 
 
@@ -68,7 +68,9 @@ class Direct(AbstractEngine):
 
     def kernel(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene; see `AbstractEngine.kernel`."""
-        return DIRECT_STACK if scene.stacked else Kernel("direct_launch", self.target.kernel_form)
+        return (
+            DIRECT_STACK if scene.stacked else Kernel("direct/block_run", self.target.kernel_form)
+        )
 
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""

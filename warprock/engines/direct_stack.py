@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from warprock.engines.decoding import UNSOLVED, lane_fields, planar_fields
 from warprock.engines.launching import Form, Kernel, Target, respond
-from warprock.engines.settings import DirectSettings
 from warprock.engines.soundness import account_of, contacts_hold, unstable
 from warprock.engines.stack_launching import (
     Array,
@@ -19,13 +19,13 @@ from warprock.engines.stack_launching import (
     stack_module,
     start_on_corners,
 )
-from warprock.engines.stepping import UNSOLVED, lane_fields, planar_fields
-from warprock.lanes import Lanes
-from warprock.motion import GroundMotions
-from warprock.response import Response, SampleTimes, Status
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions
+from warprock.model.response import Response, SampleTimes, Status
+from warprock.settings.engines import DirectSettings
 from warprock.units import GRAVITY
 
-DIRECT_STACK = Kernel("direct_stack_launch", Form.PLAIN)
+DIRECT_STACK = Kernel("direct/stack_run", Form.PLAIN)
 """The kernel of stacks: one lane a thread on any device."""
 
 

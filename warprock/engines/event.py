@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
-from warprock import rocking
 from warprock.engines.base import AbstractEngine
 from warprock.engines.event_stack import EVENT_STACK, event_stack_module, run_event_stacks
 from warprock.engines.launching import (
@@ -20,7 +19,6 @@ from warprock.engines.launching import (
     step_limit,
     time_or_nan,
 )
-from warprock.engines.settings import EventSettings
 from warprock.engines.spatial_event import (
     cut_at_knots,
     longest_steps,
@@ -29,10 +27,12 @@ from warprock.engines.spatial_event import (
     spatial_event_module,
 )
 from warprock.kernels.instance import kernel_module
-from warprock.lanes import Lanes
-from warprock.motion import GroundMotions, RecordMotions
-from warprock.response import Outcome, Response, SampleTimes, Status
-from warprock.scene import SceneKind
+from warprock.model import rocking
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions, RecordMotions
+from warprock.model.response import Outcome, Response, SampleTimes, Status
+from warprock.model.scene import SceneKind
+from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY
 
 PHASE_STEP = 0.25
@@ -51,8 +51,9 @@ class Event(AbstractEngine):
     angle on either side; at rest it lifts or slides as the contact law says. Its penetration is
     what the end of a step puts back on the base: drift, of third order in the step, and landings
     that it misses by a part of the step. Single blocks in space have four corners, and kernels of
-    their own (kernels/spatial_event.py). So have stacks in space (kernels/spatial_event_stack.py),
-    which are second order while contacts stick, through impacts, too, and first order where they
+    their own (kernels/event_space/space.py). So have stacks in space
+    (kernels/event_space/space_stack.py), which are second order while contacts stick, through
+    impacts, too, and first order where they
     slide or an edge lets go of an end: that is not located there.
 
     With friction as a box single blocks are second order through the ends of their slips, along x
@@ -90,7 +91,7 @@ class Event(AbstractEngine):
         """The kernel that runs a scene; see `AbstractEngine.kernel`."""
         if scene.spatial:
             return spatial_event_kernel(self.settings, self.target, scene)
-        return EVENT_STACK if scene.stacked else Kernel("event_launch", self.target.kernel_form)
+        return EVENT_STACK if scene.stacked else Kernel("event/block_run", self.target.kernel_form)
 
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from warprock import rocking
 from warprock.engines.launching import (
     Form,
     Kernel,
@@ -17,18 +16,19 @@ from warprock.engines.launching import (
     step_limit,
     time_or_nan,
 )
-from warprock.engines.settings import EventSettings
 from warprock.engines.stack_launching import Array, launch_stacks, stack_module
-from warprock.lanes import Lanes
-from warprock.motion import GroundMotions
-from warprock.response import Outcome, Response, SampleTimes, Status
+from warprock.model import rocking
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions
+from warprock.model.response import Outcome, Response, SampleTimes, Status
+from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY
 
 PHASE_STEP = 0.25
 """Longest step as a part of 1 / p of the quickest block: a longer one does not follow its own
 rocking."""
 
-EVENT_STACK = Kernel("event_stack_launch", Form.PLAIN)
+EVENT_STACK = Kernel("event/stack_run", Form.PLAIN)
 """The kernel of stacks: one lane a thread on any device."""
 
 OVERTURNED, SLID_OFF, BROKEN, STALLED, UNSETTLED = range(1, 6)

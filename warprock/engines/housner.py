@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
-from warprock import rocking
 from warprock.engines.base import AbstractEngine
 from warprock.engines.launching import (
     NEVER,
@@ -20,12 +19,13 @@ from warprock.engines.launching import (
     respond,
     time_or_nan,
 )
-from warprock.engines.settings import HousnerSettings
 from warprock.kernels.instance import kernel_module
-from warprock.lanes import Lanes
-from warprock.motion import GroundMotions, RecordMotions
-from warprock.response import Outcome, Response, SampleTimes, Status
-from warprock.scene import SceneKind
+from warprock.model import rocking
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions, RecordMotions
+from warprock.model.response import Outcome, Response, SampleTimes, Status
+from warprock.model.scene import SceneKind
+from warprock.settings.engines import HousnerSettings
 from warprock.units import GRAVITY
 
 WIDEST = np.sqrt(2.0)
@@ -106,7 +106,7 @@ class Housner(AbstractEngine):
 
     def kernel(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene; see `AbstractEngine.kernel`."""
-        return Kernel("housner_launch", self.target.kernel_form)
+        return Kernel("housner/block_run", self.target.kernel_form)
 
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""

@@ -8,25 +8,25 @@ from typing import Any, ClassVar, final
 import warp as wp
 
 from warprock.engines.base import AbstractEngine
+from warprock.engines.decoding import lane_fields, planar_fields
 from warprock.engines.impulse_stack import (
     impulse_stack,
     impulse_stack_module,
     run_impulse_stacks,
 )
 from warprock.engines.launching import Form, Kernel, Target, launch, respond
-from warprock.engines.settings import ImpulseSettings
 from warprock.engines.soundness import account_of, unstable
 from warprock.engines.spatial_impulse import (
     run_spatial_impulse,
     spatial_impulse_kernel,
     spatial_impulse_module,
 )
-from warprock.engines.stepping import lane_fields, planar_fields
 from warprock.kernels.instance import MAX_UNROLL, kernel_module
-from warprock.lanes import Lanes
-from warprock.motion import GroundMotions
-from warprock.response import Response, SampleTimes, Status
-from warprock.scene import SceneKind
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions
+from warprock.model.response import Response, SampleTimes, Status
+from warprock.model.scene import SceneKind
+from warprock.settings.engines import ImpulseSettings
 from warprock.units import GRAVITY
 
 
@@ -85,7 +85,7 @@ class Impulse(AbstractEngine):
         if scene.stacked:
             return impulse_stack(self.target)
         slow = self.target.form is None and self.settings.iterations > MAX_UNROLL
-        return Kernel("impulse_launch", Form.PLAIN if slow else self.target.kernel_form)
+        return Kernel("impulse/block_run", Form.PLAIN if slow else self.target.kernel_form)
 
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from types import ModuleType
 
+from warprock.engines.decoding import lane_fields, planar_fields
 from warprock.engines.launching import Kernel, Target, respond
-from warprock.engines.settings import ImpulseSettings
 from warprock.engines.soundness import account_of, unstable
 from warprock.engines.stack_launching import (
     block_columns,
@@ -13,16 +13,16 @@ from warprock.engines.stack_launching import (
     stack_columns,
     stack_module,
 )
-from warprock.engines.stepping import lane_fields, planar_fields
-from warprock.lanes import Lanes
-from warprock.motion import GroundMotions
-from warprock.response import Response, SampleTimes, Status
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions
+from warprock.model.response import Response, SampleTimes, Status
+from warprock.settings.engines import ImpulseSettings
 from warprock.units import GRAVITY
 
 
 def impulse_stack(target: Target) -> Kernel:
     """The kernel of stacks."""
-    return Kernel("impulse_stack_launch", target.kernel_form)
+    return Kernel("impulse/stack_run", target.kernel_form)
 
 
 def impulse_stack_module(

@@ -17,8 +17,8 @@ import numpy.typing as npt
 import warp as wp
 
 from warprock.kernels.instance import LANE_WIDTH, REALS
-from warprock.lanes import Lanes
-from warprock.motion import (
+from warprock.model.lanes import Lanes
+from warprock.model.motion import (
     GroundMotions,
     HarmonicMotions,
     ModulatedMotions,
@@ -26,7 +26,7 @@ from warprock.motion import (
     RickerMotions,
     SpatialMotions,
 )
-from warprock.response import (
+from warprock.model.response import (
     INTEGER_FIELDS,
     LANE_FIELDS,
     MODEL_FIELDS,

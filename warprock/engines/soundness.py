@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from warprock import rocking
 from warprock.engines.stack_launching import as_stacks, start_on_corners
-from warprock.lanes import Lanes
-from warprock.stacking import uplift_ratio
+from warprock.model import rocking
+from warprock.model.lanes import Lanes
+from warprock.model.stacking import uplift_ratio
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
+from warprock.engines.decoding import lane_fields
 from warprock.engines.dem_springs import stable_step, standing_on
 from warprock.engines.launching import (
     NEVER,
@@ -17,7 +18,6 @@ from warprock.engines.launching import (
     respond,
     struct_rows,
 )
-from warprock.engines.settings import DemSettings
 from warprock.engines.spatial_dem_springs import (
     ENDLESS,
     SpatialSprings,
@@ -33,11 +33,11 @@ from warprock.engines.spatial_launching import (
 )
 from warprock.engines.spatial_soundness import unstable_in_space
 from warprock.engines.stack_launching import as_stacks
-from warprock.engines.stepping import lane_fields
 from warprock.kernels.instance import LANE_WIDTH, REALS, kernel_module
-from warprock.lanes import Lanes, SpatialLanes
-from warprock.motion import GroundMotions, PlanarMotions, StillBase
-from warprock.response import Response, SampleTimes, Status
+from warprock.model.lanes import Lanes, SpatialLanes
+from warprock.model.motion import GroundMotions, PlanarMotions, StillBase
+from warprock.model.response import Response, SampleTimes, Status
+from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]

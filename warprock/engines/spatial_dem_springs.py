@@ -12,11 +12,11 @@ from typing import Self, cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.settings import DemSettings
 from warprock.engines.spatial_launching import block_columns
 from warprock.engines.stack_launching import as_stacks
-from warprock.lanes import Lanes, SpatialLanes
-from warprock.pose import product, quaternion, turned
+from warprock.model.lanes import Lanes, SpatialLanes
+from warprock.model.pose import product, quaternion, turned
+from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -78,7 +78,7 @@ class SpatialSprings:
 
     @classmethod
     def of(cls, lanes: Lanes, settings: DemSettings) -> Self:
-        """Points spread over each interface, as kernels/spatial_dem_meet.py does."""
+        """Points spread over each interface, as kernels/dem/space_stack_meet.py does."""
         columns = block_columns(lanes)
         a, b, share, kind = point_pairs(settings.subcontacts, settings.subcontacts_across)
         a, b, share = np.r_[-a, a], np.r_[-b, b], np.r_[share, share]

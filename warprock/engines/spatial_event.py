@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
-from warprock import rocking
 from warprock.engines.launching import (
     Form,
     Kernel,
@@ -19,7 +18,6 @@ from warprock.engines.launching import (
     struct_rows,
     time_or_nan,
 )
-from warprock.engines.settings import EventSettings
 from warprock.engines.spatial_launching import (
     Array,
     block_columns,
@@ -30,10 +28,12 @@ from warprock.engines.spatial_launching import (
 )
 from warprock.engines.spatial_soundness import unstable_in_space
 from warprock.kernels.instance import kernel_module
-from warprock.lanes import Lanes
-from warprock.motion import GroundMotions, RecordMotions
-from warprock.response import Outcome, Response, SampleTimes, Status
-from warprock.scene import SceneKind
+from warprock.model import rocking
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions, RecordMotions
+from warprock.model.response import Outcome, Response, SampleTimes, Status
+from warprock.model.scene import SceneKind
+from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY
 
 PHASE_STEP = 0.25
@@ -53,10 +53,10 @@ def spatial_event_kernel(
 ) -> Kernel:
     """The kernel of blocks in space: packed are single ones on a cone alone."""
     if scene.stacked:
-        return Kernel("spatial_event_stack_launch", Form.PLAIN)
+        return Kernel("event_space/space_stack_run", Form.PLAIN)
     if target.kernel_form is Form.PACKED and not settings.friction_box:
-        return Kernel("spatial_event_pack_launch", Form.PACKED)
-    return Kernel("spatial_event_launch", Form.PLAIN)
+        return Kernel("event_space/pack_run", Form.PACKED)
+    return Kernel("event_space/space_run", Form.PLAIN)
 
 
 def spatial_event_module(

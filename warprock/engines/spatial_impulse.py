@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from types import ModuleType
 
+from warprock.engines.decoding import lane_fields
 from warprock.engines.launching import Form, Kernel, Target, respond
-from warprock.engines.settings import ImpulseSettings
 from warprock.engines.spatial_launching import (
     block_columns,
     block_fields,
@@ -13,20 +13,20 @@ from warprock.engines.spatial_launching import (
     launch_spatial,
 )
 from warprock.engines.spatial_soundness import unstable_in_space
-from warprock.engines.stepping import lane_fields
 from warprock.kernels.instance import LANE_WIDTH, kernel_module
-from warprock.lanes import Lanes
-from warprock.motion import GroundMotions
-from warprock.response import Response, SampleTimes, Status
-from warprock.scene import SceneKind
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions
+from warprock.model.response import Response, SampleTimes, Status
+from warprock.model.scene import SceneKind
+from warprock.settings.engines import ImpulseSettings
 from warprock.units import GRAVITY
 
 
 def spatial_impulse_kernel(target: Target, scene: SceneKind | Lanes) -> Kernel:
     """The kernel of blocks in space: stacks run one lane a thread on any device."""
     if scene.stacked:
-        return Kernel("spatial_impulse_stack_launch", Form.PLAIN)
-    return Kernel("spatial_impulse_launch", target.kernel_form)
+        return Kernel("impulse/space_stack_run", Form.PLAIN)
+    return Kernel("impulse/space_run", target.kernel_form)
 
 
 def spatial_impulse_module(

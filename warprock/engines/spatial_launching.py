@@ -22,10 +22,10 @@ from warprock.engines.launching import (
 )
 from warprock.engines.stack_launching import as_stacks, block_rows
 from warprock.kernels.instance import REALS
-from warprock.lanes import Lanes, SpatialLanes
-from warprock.motion import GroundMotions, PlanarMotions, RecordMotions, SpatialMotions
-from warprock.pose import bottom_corners, rotations, start_poses, turned
-from warprock.response import SampleTimes
+from warprock.model.lanes import Lanes, SpatialLanes
+from warprock.model.motion import GroundMotions, PlanarMotions, RecordMotions, SpatialMotions
+from warprock.model.pose import bottom_corners, rotations, start_poses, turned
+from warprock.model.response import SampleTimes
 
 Array = npt.NDArray[np.float64]
 Rows = npt.NDArray[Any]
@@ -35,7 +35,7 @@ TOUCHING = 1e-9
 
 
 def block_columns(lanes: Lanes) -> dict[str, Array]:
-    """Fields of the struct `Block` of kernels/spatial.py, shape [lane, block] each."""
+    """Fields of the struct `Block` of kernels/shape/space.py, shape [lane, block] each."""
     stacks = cast(SpatialLanes, as_stacks(lanes))
     width, depth, height = stacks.width, stacks.depth, stacks.height
     position, attitude = start_poses(stacks)
@@ -117,7 +117,7 @@ def launch_spatial(
 
     Args:
         module: Instance of a `spatial_*_launch` kernel file with the structs `Block`, `Motion`,
-            `BlockResult`, `Result` and `Found`, see kernels/spatial_found.py, and the constant
+            `BlockResult`, `Result` and `Found`, see kernels/shape/space_found.py, and the constant
             `LANES`, the lanes of a thread. The kernel's arguments are blocks [block, lane],
             motions [direction, lane], the pool of records [row, sample], the times of the samples,
             the settings, and the struct `Found`.

@@ -20,8 +20,8 @@ import numpy.typing as npt
 
 from warprock.engines.soundness import BARRIER_SHARE, COMPLETE_BOUND, exploded, gone_through
 from warprock.engines.stack_launching import as_stacks
-from warprock.lanes import Lanes, SpatialLanes
-from warprock.motion import (
+from warprock.model.lanes import Lanes, SpatialLanes
+from warprock.model.motion import (
     GroundMotions,
     HarmonicMotions,
     ModulatedMotions,
@@ -31,7 +31,7 @@ from warprock.motion import (
     SpatialMotions,
     StillBase,
 )
-from warprock.pose import start_poses
+from warprock.model.pose import start_poses
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]

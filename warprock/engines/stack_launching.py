@@ -24,9 +24,9 @@ from warprock.engines.launching import (
     struct_rows,
 )
 from warprock.kernels.instance import LANE_WIDTH, REALS, kernel_module
-from warprock.lanes import Lanes
-from warprock.motion import GroundMotions
-from warprock.response import SampleTimes
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions
+from warprock.model.response import SampleTimes
 
 Array = npt.NDArray[np.float64]
 

@@ -9,7 +9,6 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
-from warprock import rocking
 from warprock.engines.base import AbstractEngine
 from warprock.engines.launching import (
     Form,
@@ -19,12 +18,13 @@ from warprock.engines.launching import (
     respond,
     time_or_nan,
 )
-from warprock.engines.settings import TwoBlockSettings
 from warprock.engines.stack_launching import launch_stacks, stack_module
-from warprock.lanes import Lanes
-from warprock.motion import GroundMotions, RecordMotions
-from warprock.response import Outcome, Response, SampleTimes, Status
-from warprock.scene import SceneKind
+from warprock.model import rocking
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions, RecordMotions
+from warprock.model.response import Outcome, Response, SampleTimes, Status
+from warprock.model.scene import SceneKind
+from warprock.settings.engines import TwoBlockSettings
 from warprock.units import GRAVITY
 
 PHASE_STEP = {"float64": 0.4, "float32": 0.8}
@@ -98,7 +98,7 @@ class TwoBlock(AbstractEngine):
 
     def kernel(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: one lane a thread on any device."""
-        return Kernel("two_block_stack_launch", Form.PLAIN)
+        return Kernel("two_block/stack_run", Form.PLAIN)
 
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""

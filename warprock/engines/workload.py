@@ -6,9 +6,9 @@ import numpy as np
 
 from warprock.engines.base import AbstractEngine
 from warprock.errors import InputError
-from warprock.lanes import Lanes
-from warprock.motion import GroundMotions
-from warprock.response import SampleTimes
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions
+from warprock.model.response import SampleTimes
 
 MOST_STEPS = 100_000_000
 """Steps of a lane at the settings asked for: some ten seconds to a minute of work."""

@@ -9,8 +9,8 @@ import numpy as np
 import warp as wp
 
 from warprock.engines.base import AbstractEngine
+from warprock.engines.decoding import lane_fields, planar_fields
 from warprock.engines.launching import Kernel, Target, respond
-from warprock.engines.settings import XpbdSettings
 from warprock.engines.soundness import account_of, contacts_hold, unstable
 from warprock.engines.stack_launching import (
     as_stacks,
@@ -19,11 +19,11 @@ from warprock.engines.stack_launching import (
     stack_columns,
     stack_module,
 )
-from warprock.engines.stepping import lane_fields, planar_fields
-from warprock.lanes import Lanes
-from warprock.motion import GroundMotions
-from warprock.response import FIELDS, Response, SampleTimes, Status
-from warprock.scene import SceneKind
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions
+from warprock.model.response import FIELDS, Response, SampleTimes, Status
+from warprock.model.scene import SceneKind
+from warprock.settings.engines import XpbdSettings
 from warprock.units import GRAVITY
 
 
@@ -67,7 +67,7 @@ class Xpbd(AbstractEngine):
 
     def kernel(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: the same text for a single block and for a stack."""
-        return Kernel("xpbd_launch", self.target.kernel_form)
+        return Kernel("xpbd/stack_run", self.target.kernel_form)
 
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""

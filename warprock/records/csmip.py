@@ -23,7 +23,7 @@ import re
 from collections.abc import Sequence
 
 from warprock.errors import InputError
-from warprock.motion import Control
+from warprock.model.motion import Control
 from warprock.records.text_file import NETWORK_GRAVITY, Channel, TextFile
 
 PER_LINE = 8

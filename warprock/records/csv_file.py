@@ -17,9 +17,9 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case_keys import NOTHING, Said
 from warprock.errors import InputError
-from warprock.motion import Control
+from warprock.model.motion import Control
+from warprock.quantity import NOTHING, Said
 from warprock.records.record import CONTROL_OF
 from warprock.records.text_file import Channel, TextFile
 from warprock.units import Dimension, parse_any, parse_quantity

@@ -8,7 +8,7 @@ References:
 
 from __future__ import annotations
 
-from warprock.case_keys import NOTHING
+from warprock.quantity import NOTHING
 from warprock.records.record import CONTROL_OF
 from warprock.records.text_file import Channel, TextFile
 from warprock.units import parse_any

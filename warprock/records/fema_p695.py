@@ -21,7 +21,7 @@ import re
 import numpy as np
 
 from warprock.errors import InputError
-from warprock.motion import Control
+from warprock.model.motion import Control
 from warprock.records.record import Record
 from warprock.records.text_file import NETWORK_GRAVITY
 

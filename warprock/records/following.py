@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from warprock.motion import RecordMotions
+from warprock.model.motion import RecordMotions
 from warprock.records.record import Record
 
 Array = npt.NDArray[np.float64]

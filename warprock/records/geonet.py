@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import re
 
-from warprock.motion import Control
+from warprock.model.motion import Control
 from warprock.records.text_file import Channel, TextFile
 
 TEXT_LINES, WHOLE_LINES, REAL_LINES = 16, 4, 6

@@ -36,7 +36,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from warprock import rocking
+from warprock.model import rocking
 from warprock.records.record import Pieces, Record
 from warprock.units import GRAVITY
 

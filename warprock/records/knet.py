@@ -11,7 +11,7 @@ References:
 
 from __future__ import annotations
 
-from warprock.motion import Control
+from warprock.model.motion import Control
 from warprock.records.text_file import Channel, TextFile
 
 HEADER_LINES = 17

@@ -17,8 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from warprock.case_keys import KEYS, NumberKey, Said
 from warprock.errors import InputError, listed
+from warprock.quantity import AMPLITUDE, Said
 from warprock.reading import read_bytes, reason
 from warprock.records import csmip, csv_file, esm, fema_p695, geonet, knet, peer
 from warprock.records.record import CONTROL_OF, Record
@@ -174,15 +174,13 @@ def _judge(file: str, channel: Channel) -> None:
     Raises:
         InputError: Samples, or the time between them, out of bounds.
     """
-    amplitude = KEYS["motion.amplitude"]
-    assert isinstance(amplitude, NumberKey)
     dimension = next(d for d, control in CONTROL_OF.items() if control is channel.quantity)
     least, most = (parse_quantity(end, Dimension.TIME) for end in INTERVALS)
     if not least <= channel.interval <= most:
         got = Said(f"{channel.interval:g} s")
         allowed = f"must be from {INTERVALS[0]} to {INTERVALS[1]} between samples"
         raise InputError(file, "interval", got, allowed)
-    low, high = amplitude.bounds[dimension]
+    low, high = AMPLITUDE.bounds[dimension]
     bad = ~(np.abs(channel.samples) <= parse_quantity(high, dimension))
     if bad.any():
         at = int(np.argmax(bad))

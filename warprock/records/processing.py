@@ -34,9 +34,9 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case_keys import NOTHING, did_you_mean
-from warprock.errors import InputError
-from warprock.motion import Control
+from warprock.errors import InputError, did_you_mean
+from warprock.model.motion import Control
+from warprock.quantity import NOTHING
 from warprock.records.record import Record
 from warprock.units import Dimension, format_quantity, parse_quantity
 

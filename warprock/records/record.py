@@ -20,7 +20,7 @@ import functools
 import numpy as np
 import numpy.typing as npt
 
-from warprock.motion import Control
+from warprock.model.motion import Control
 from warprock.units import Dimension
 
 Array = npt.NDArray[np.float64]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from warprock.errors import InputError
-from warprock.motion import Control
+from warprock.model.motion import Control
 from warprock.records import fema_p695
 from warprock.records.intensity import (
     DAMPING,

@@ -12,9 +12,9 @@ from typing import NoReturn
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case_keys import NOTHING, Said
 from warprock.errors import InputError
-from warprock.motion import Control
+from warprock.model.motion import Control
+from warprock.quantity import NOTHING, Said
 
 Array = npt.NDArray[np.float64]
 

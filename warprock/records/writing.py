@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from warprock.motion import Control
+from warprock.model.motion import Control
 from warprock.records.csv_file import csv_text
 from warprock.records.processing import Step, process
 from warprock.records.record import Record

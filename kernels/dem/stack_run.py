@@ -1,0 +1,311 @@
+"""Runs of the soft-spring step over stacks of blocks: LANES stacks a thread, side by side.
+
+A single block is a stack of one. Every lane has its own time step, and with it its own number of
+steps; a pack goes on until the last of its lanes has reached the next sample.
+
+Loops over the lanes are innermost and work on local matrices, one row a body or a point, so that
+the compiler turns them into vector code; with one lane a thread the same text is the plain form
+for any device. A func takes the entries of the matrices and changes those it takes as `wp.ref`.
+
+An interface has parted once its faces gape from the middle to three quarters of the way to an end
+(`PIVOT` of `dem_lanes`): the springs of an eighth of the face carry all, and the block turns about
+that end, where before it leaned on its springs. It has landed, an impact, once it is closed in the
+middle again. It slides while all of its springs that carry slip, faster than `parting.slides`
+tells.
+"""
+
+# A func changes what it takes by reference, which the linter takes for unused assignments.
+# ruff: noqa: F841
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module
+
+real: Any
+PRECISION: str
+MOTION: str
+ITERATIONS: int
+BLOCKS: int
+LANES: int
+
+scalar = kernel_module("scalar", precision=PRECISION)
+found_of = kernel_module("shape/stack_found", precision=PRECISION)
+motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+account = kernel_module("account", precision=PRECISION)
+dem = kernel_module("dem/stack", precision=PRECISION)
+of_lanes = kernel_module("dem/stack_lanes", precision=PRECISION)
+parting = kernel_module("parting", precision=PRECISION)
+wp.set_module_options(dem.DEM_OPTIONS)
+larger, smaller, size, book = scalar.larger, scalar.smaller, scalar.size, account.book
+sine, cosine = scalar.sine, scalar.cosine
+BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
+Motion, base_velocity = motion.Motion, motion.velocity
+sample_index, sample_segment = motion.sample_index, motion.sample_segment
+Knobs, meet = dem.Knobs, dem.meet
+press, load, advance = dem.press, dem.load, dem.advance
+passes_left, time_past, slides = of_lanes.passes_left, of_lanes.time_past, parting.slides
+
+POINTS = max(ITERATIONS, 2)
+"""Sub-contacts of an interface."""
+PAIRS = (POINTS + 1) // 2
+"""Pairs of them; one in the middle counts as a pair of two halves."""
+ODD = POINTS % 2
+SPACING = real(1.0 / (POINTS - 1))
+"""Distance of two points over the length of the interface."""
+GROUND_FACE = real(1.0e9)
+"""Half width of the ground's face [m]: no block reaches its ends."""
+HALF_PI = real(1.5707963267948966)
+HALF = real(0.5)
+ROCKING, OVERTURNED, BROKEN = of_lanes.ROCKING, of_lanes.OVERTURNED, of_lanes.BROKEN
+NEVER = of_lanes.NEVER
+
+
+@wp.struct
+class Block:
+    """One block of a stack, and where it starts; z from where it would be on rigid blocks.
+
+    `stretch` is that of the shear springs below it.
+    """
+
+    face: real
+    high: real
+    inverse_mass: real
+    inverse_inertia: real
+    friction: real
+    depth: real
+    offset: real
+    x: real
+    z: real
+    theta: real
+    stretch: real
+
+
+@wp.struct
+class Stack:
+    """One lane's stack: its time step [s], when it is first uplifted [s], 0 or NEVER."""
+
+    time_step: real
+    uplift_time: real
+
+
+Lane = wp.types.vector(length=LANES, dtype=real)
+LaneInt = wp.types.vector(length=LANES, dtype=int)
+Body = wp.types.matrix(shape=(BLOCKS + 1, LANES), dtype=real)
+Point = wp.types.matrix(shape=(BLOCKS * 2 * PAIRS, LANES), dtype=real)
+
+
+@wp.func
+def begin(
+    stack: Stack, face: wp.ref[real], c: wp.ref[real], dt: wp.ref[real],
+    uplift_time: wp.ref[real], mode: wp.ref[int],
+):  # fmt: skip
+    """Lays the ground, which has a face and is level, and sets a lane going."""
+    face = GROUND_FACE
+    c = real(1.0)
+    dt = stack.time_step
+    uplift_time = stack.uplift_time
+    mode = ROCKING
+
+
+@wp.func
+def set_up(
+    block: Block, face: wp.ref[real], high: wp.ref[real], m: wp.ref[real], j: wp.ref[real],
+    mu: wp.ref[real], depth: wp.ref[real], offset: wp.ref[real], x: wp.ref[real],
+    z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
+    since: wp.ref[real], peak: wp.ref[real],
+):  # fmt: skip
+    """Puts a block where it starts; one that has not begun does not gape."""
+    face = block.face
+    high = block.high
+    m = block.inverse_mass
+    j = block.inverse_inertia
+    mu = block.friction
+    depth = block.depth
+    offset = block.offset
+    x = block.x
+    z = block.z
+    theta = block.theta
+    s = sine(block.theta)
+    c = cosine(block.theta)
+    since = NEVER
+    peak = size(block.theta)
+
+
+@wp.func
+def ride(
+    v: real, live: bool, steps: wp.ref[int], dt: real, dv: wp.ref[real], base: wp.ref[real],
+    span: wp.ref[real], stored: wp.ref[real], at_start: wp.ref[real], loss: real,
+    spent: wp.ref[real], given: real, jolt: wp.ref[real], supplied: wp.ref[real],
+    taken: wp.ref[real], returned: wp.ref[real],
+):  # fmt: skip
+    """Begins a step of a lane whose base moves at v [m/s] after it."""
+    dv = v - base
+    base = wp.where(live, v, base)
+    span = wp.where(steps == 0, HALF * dt, dt)
+    at_start = wp.where(steps == 1, stored, at_start)
+    book(dv, given, spent - (stored - at_start), jolt, supplied, taken, returned)
+    stored = wp.where(live, real(0.0), stored)
+    spent = wp.where(live, loss, spent)
+    steps = steps + wp.where(live, 1, 0)
+
+
+@wp.func
+def witness(
+    live: bool, time: real, gravity: real, dt: real, overlap: real, tilt: real, shared: real,
+    slip: real, held: wp.ref[int], since: wp.ref[real], uplift_time: wp.ref[real],
+    moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int], mode: wp.ref[int],
+):  # fmt: skip
+    """What a step shows of an interface, see `of_lanes.witness`; it slides as told at the head.
+
+    Args:
+        live: Whether the lane still runs.
+        time: Time [s].
+        gravity: Acceleration of gravity [m/s^2].
+        dt: Time step [s].
+        overlap: See `of_lanes.witness`, as all that is not told here.
+        tilt: By how much it is deeper or less deep at the ends of what they share [m].
+        slip: Speed at which they slip [m/s].
+        held: Springs that carry and do not slip; set to none for the next interface.
+    """
+    slips = held == 0 and slides(dt * slip, dt, gravity)
+    of_lanes.witness(
+        live, time, overlap, size(tilt), shared, slips, since, uplift_time, moved, deepest,
+        impacts, mode,
+    )  # fmt: skip
+    held = 0
+
+
+@wp.func
+def observe(
+    live: bool, time: real, theta: real, speed: real, slid: real,
+    peak: wp.ref[real], peak_time: wp.ref[real], slide: wp.ref[real], peak_slide: wp.ref[real],
+    mode: wp.ref[int],
+):  # fmt: skip
+    """Peaks of a block after a step, and whether its lane lives on.
+
+    `speed` is the sum of its velocities, for they must be finite.
+    """
+    zero = real(0.0)
+    higher = live and size(theta) > peak
+    peak_time = wp.where(higher, time, peak_time)
+    peak = wp.where(higher, smaller(size(theta), HALF_PI), peak)
+    slide = wp.where(live, slid, slide)
+    peak_slide = wp.where(live, larger(size(slid), peak_slide), peak_slide)
+    sound = theta - theta == zero and speed - speed == zero and slid - slid == zero
+    over = wp.where(size(theta) >= HALF_PI and mode != BROKEN, OVERTURNED, mode)
+    mode = wp.where(live, wp.where(sound, over, BROKEN), mode)
+
+
+@wp.kernel
+def stacks(
+    blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: wp.array(dtype=Motion),
+    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
+):  # fmt: skip
+    """Runs LANES lanes a thread, each at its own time."""
+    # Rows of bodies, the ground first: what they are, where, how fast, and what is kept of them.
+    face, high, m, j, mu, depth, offset = Body(), Body(), Body(), Body(), Body(), Body(), Body()
+    x, z, theta, s, c, vx, vz = Body(), Body(), Body(), Body(), Body(), Body(), Body()
+    omega, fx, fz, moment, since, slid = Body(), Body(), Body(), Body(), Body(), Body()
+    peak, peak_time, slide, peak_slide = Body(), Body(), Body(), Body()
+    # Rows of points, pair by pair from the middle outwards: the one at -x, the one at +x.
+    u, slip = Point(), Point()
+    # The interface that is being looked at, names as in `dem`.
+    ps, pc, rs, rc, side, de, dn = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    half, pe, pn, overlap, vn, vt, tilt = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    parting, sliding, n, nq, t, tq, e = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    dt, span, base, dv, loss, spent, stored = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    at_start, given, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
+    uplift_time, moved, deepest, jolt = Lane(), Lane(), Lane(), Lane()
+    live, impacts, mode, steps, held = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
+    # Counts that Warp does not know, so that it writes out none of the loops over them.
+    bodies, pairs, first = int(BLOCKS + 1), int(PAIRS), wp.tid() * LANES
+    for i in range(LANES):
+        begin(lanes[first + i], face[0, i], c[0, i], dt[i], uplift_time[i], mode[i])
+        for k in range(1, bodies):
+            set_up(
+                blocks[k - 1, first + i], face[k, i], high[k, i], m[k, i], j[k, i], mu[k, i],
+                depth[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
+                since[k, i], peak[k, i],
+            )  # fmt: skip
+            for p in range(2 * pairs):
+                u[2 * pairs * (k - 1) + p, i] = blocks[k - 1, first + i].stretch
+    for sample in range(sample_times.shape[0]):
+        until = sample_times[sample]
+        passes = int(0)
+        for i in range(LANES):
+            passes = wp.max(passes, passes_left(until, steps[i], dt[i], mode[i]))
+        for _ in range(passes):
+            for i in range(LANES):
+                live[i] = wp.where(mode[i] == ROCKING and real(steps[i]) * dt[i] < until, 1, 0)
+                mid = (real(steps[i]) + HALF) * dt[i]
+                lane = motions[first + i]
+                place = sample_index(lane, sample_segment(lane, mid))
+                v = base_velocity(lane, mid, pool[2, place], pool[0, place], pool[1, place])
+                ride(
+                    v, live[i] == 1, steps[i], dt[i], dv[i], base[i], span[i], stored[i],
+                    at_start[i], loss[i], spent[i], given[i], jolt[i], supplied[i], taken[i],
+                    returned[i],
+                )  # fmt: skip
+            for k in range(1, bodies):
+                low, row = k - 1, (k - 1) * 2 * pairs
+                for i in range(LANES):
+                    meet(
+                        dv[i], face[k, i], high[k, i], s[k, i], c[k, i], omega[k, i],
+                        face[low, i], high[low, i], s[low, i], c[low, i], omega[low, i],
+                        x[k, i] - x[low, i], z[k, i] - z[low, i],
+                        vx[k, i] - vx[low, i], vz[k, i] - vz[low, i],
+                        ps[i], pc[i], rs[i], rc[i], side[i], de[i], dn[i], half[i], slid[k, i],
+                        pe[i], pn[i], overlap[i], vn[i], vt[i], tilt[i], parting[i], sliding[i],
+                    )  # fmt: skip
+                for p in range(pairs):
+                    away = SPACING * real(2 * p + 1 - ODD)
+                    share = SPACING * wp.where(p == pairs - 1 or p < ODD, HALF, real(1.0))
+                    for i in range(LANES):
+                        press(
+                            knobs, live[i] == 1, mu[k, i], dt[i], share, away, overlap[i], tilt[i],
+                            vn[i], parting[i], vt[i], sliding[i], u[row + 2 * p, i],
+                            slip[row + 2 * p, i], u[row + 2 * p + 1, i], slip[row + 2 * p + 1, i],
+                            n[i], nq[i], t[i], tq[i], e[i], held[i],
+                        )  # fmt: skip
+                for i in range(LANES):
+                    load(
+                        depth[k, i], ps[i], pc[i], rs[i], rc[i], side[i], de[i], dn[i], half[i],
+                        pe[i], pn[i], n[i], nq[i], t[i], tq[i], e[i],
+                        fx[k, i], fz[k, i], moment[k, i], fx[low, i], fz[low, i], moment[low, i],
+                        live[i] == 1, stored[i],
+                    )  # fmt: skip
+                    witness(
+                        live[i] == 1, real(steps[i] - 1) * dt[i], knobs.gravity, dt[i], overlap[i],
+                        tilt[i], half[i], vt[i], held[i], since[k, i], uplift_time[i], moved[i],
+                        deepest[i], impacts[i], mode[i],
+                    )  # fmt: skip
+            for k in range(1, bodies):
+                for i in range(LANES):
+                    advance(
+                        live[i] == 1, dv[i], dt[i], span[i], knobs, m[k, i], j[k, i],
+                        fx[k, i], fz[k, i], moment[k, i], x[k, i], z[k, i], theta[k, i], s[k, i],
+                        c[k, i], vx[k, i], vz[k, i], omega[k, i], loss[i], given[i],
+                    )  # fmt: skip
+                    observe(
+                        live[i] == 1, real(steps[i]) * dt[i], theta[k, i],
+                        vx[k, i] + vz[k, i] + omega[k, i], slid[k, i] - offset[k, i],
+                        peak[k, i], peak_time[k, i], slide[k, i], peak_slide[k, i], mode[i],
+                    )  # fmt: skip
+        if found.rotations.shape[0] > 0:
+            for k in range(1, bodies):
+                for i in range(LANES):
+                    past = time_past(until, steps[i], dt[i], mode[i])
+                    found.rotations[sample, k - 1, first + i] = theta[k, i] - past * omega[k, i]
+    for i in range(LANES):
+        lost = spent[i] - (stored[i] - at_start[i])
+        book(dv[i], given[i], lost, jolt[i], supplied[i], taken[i], returned[i])
+        found.results[first + i] = Result(
+            uplift_time[i], moved[i], lost, jolt[i], supplied[i], returned[i], deepest[i],
+            impacts[i], mode[i], steps[i],
+        )  # fmt: skip
+        for k in range(1, bodies):
+            found.blocks[k - 1, first + i] = BlockResult(
+                slide[k, i], peak[k, i], peak_time[k, i], peak_slide[k, i]
+            )

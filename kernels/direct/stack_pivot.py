@@ -1,0 +1,201 @@
+"""Lemke's pivoting for the contacts of a stack, for one precision and block count.
+
+The laws of `direct_stack` as one linear complementarity problem y = M x + q, y >= 0, x >= 0,
+y x = 0, with five pairs an interface: the normal impulses of its ends and their velocities above
+the wish; the friction to either side, f = f+ - f-, and the slip against it above -lambda; lambda,
+the size of the slip, and what the friction leaves of its bound (Stewart and Trinkle 1996). M is
+copositive, so the path that starts from a large z on every row ends at a solution (Anitescu and
+Potra 1997). Bounds of zero would make ties, at which the path can end or go in circles, so they
+are a little wider here, each by another amount; only the states at the end are used. It is dense
+and starts from nothing: the last resort where states that are close by do not do.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module
+
+real: Any
+PRECISION: str
+BLOCKS: int
+
+stack = kernel_module("shape/stack", precision=PRECISION, blocks=BLOCKS)
+wp.set_module_options(stack.STACK_OPTIONS)
+scalar = kernel_module("scalar", precision=PRECISION)
+Values, Triples, Rows, Matrix = stack.Values, stack.Triples, stack.Rows, stack.Matrix
+matrix_of = stack.matrix_of
+
+COUNT = 5 * BLOCKS
+"""Pairs."""
+PIVOTS = 20 * COUNT
+"""Pivots before the path is given up."""
+FAR = real(1.0e30)
+TILT = real(1.0e-8 if PRECISION == "float64" else 1.0e-5)
+"""What bounds are wider by, over the friction that the velocities without contact ask for."""
+APART = real(1.25)
+"""How the bounds of one interface are wider than those of the one below it."""
+
+States = wp.types.vector(length=3 * BLOCKS, dtype=int)
+"""State of every row: an end carries (1) or not (0); a face sticks (0) or slides (-1, 1: the side
+of its friction)."""
+Names = wp.types.vector(length=COUNT + 1, dtype=int)
+"""Variables by number: i is y_i, COUNT + i is x_i, 2 COUNT is z."""
+Table = wp.types.matrix(shape=(COUNT, COUNT + 2), dtype=real)
+"""Basic variables in terms of the others, one a column, z and the constant in the last two."""
+
+
+@wp.struct
+class Equations:
+    """The problem of one step: D and E by rows, q, and the friction and bound of each face."""
+
+    own: Rows
+    above: Rows
+    free: Triples
+    bound: Values
+    friction: Values
+
+
+@wp.func
+def with_block(table: Table, k: int, other: int, m: Matrix) -> Table:
+    """The table with what the impulses of one interface do at another."""
+    found = table
+    for i in range(4):
+        low = wp.where(i == 3, 2, i)
+        sign = wp.where(i == 3, real(-1.0), real(1.0))
+        for j in range(3):
+            found[5 * k + i, 5 * other + j] = sign * m[low, j]
+        found[5 * k + i, 5 * other + 3] = -sign * m[low, 2]
+    return found
+
+
+@wp.func
+def table_of(system: Equations) -> Table:
+    """The table at the start: y in terms of x and z."""
+    one = real(1.0)
+    table = Table()
+    skew = real(0.0)
+    for i in range(3 * BLOCKS):
+        skew += TILT * scalar.size(system.free[i])
+    for k in range(BLOCKS):
+        d = matrix_of(system.own, k)
+        table = with_block(table, k, k, d)
+        if k > 0:
+            table = with_block(table, k, k - 1, wp.transpose(matrix_of(system.above, k - 1)))
+        if k < BLOCKS - 1:
+            table = with_block(table, k, k + 1, matrix_of(system.above, k))
+        last = 5 * k + 4
+        for i in range(2):
+            table[5 * k + 2 + i, last] = one
+            table[last, 5 * k + i] = system.friction[k]
+            table[last, 5 * k + 2 + i] = -one
+        for i in range(3):
+            table[5 * k + i, COUNT + 1] = system.free[3 * k + i]
+        table[5 * k + 3, COUNT + 1] = -system.free[3 * k + 2]
+        table[last, COUNT + 1] = system.bound[k] + skew / d[2, 2]
+        skew = APART * skew
+        for i in range(4):
+            table[5 * k + i, COUNT] = one
+        table[last, COUNT] = one / d[2, 2]
+    return table
+
+
+@wp.func
+def exchanged(table: Table, row: int, column: int) -> Table:
+    """The table after the basic variable of a row and the other one of a column change places."""
+    found = table
+    scale = real(1.0) / table[row, column]
+    for j in range(COUNT + 2):
+        found[row, j] = -scale * table[row, j]
+    found[row, column] = scale
+    for i in range(COUNT):
+        if i != row:
+            part = table[i, column]
+            for j in range(COUNT + 2):
+                found[i, j] = table[i, j] + part * found[row, j]
+            found[i, column] = part * scale
+    return found
+
+
+@wp.func
+def leaving(table: Table, basic: Names, column: int) -> int:
+    """Row whose variable reaches zero first as that of a column grows, z first; -1 without one."""
+    row = int(-1)
+    least = FAR
+    for i in range(COUNT):
+        slope = table[i, column]
+        if slope < real(0.0):
+            reach = table[i, COUNT + 1] / -slope
+            if reach < least or (reach == least and basic[i] == 2 * COUNT):
+                least = reach
+                row = i
+    return row
+
+
+@wp.func
+def first_row(table: Table) -> int:
+    """Row that asks for the largest z; -1 where all are content."""
+    row = int(-1)
+    most = real(0.0)
+    for i in range(COUNT):
+        ask = -table[i, COUNT + 1] / table[i, COUNT]
+        if ask > most:
+            most = ask
+            row = i
+    return row
+
+
+@wp.func
+def states_of(basic: Names) -> States:
+    """States of the rows from the variables that are not zero."""
+    used = States()
+    slips = States()
+    states = States()
+    for i in range(COUNT):
+        pair = basic[i] - COUNT
+        if pair >= 0 and pair < COUNT:
+            k = pair // 5
+            part = pair % 5
+            if part < 2:
+                states[3 * k + part] = 1
+            if part == 2:
+                used[3 * k + 1] = 1
+            if part == 3:
+                used[3 * k] = 1
+            if part == 4:
+                slips[k] = 1
+    for k in range(BLOCKS):
+        # Friction to both sides is friction below its bound; none to either, a bound of zero.
+        side = wp.where(used[3 * k] == 1, -1, 1)
+        sticks = used[3 * k] == 1 and used[3 * k + 1] == 1
+        states[3 * k + 2] = wp.where(sticks, 0, slips[k] * side)
+    return states
+
+
+@wp.func
+def lemke(system: Equations) -> States:
+    """States of a solution; those in which nothing carries where the path does not end."""
+    table = table_of(system)
+    basic = Names()
+    other = Names()
+    for i in range(COUNT):
+        basic[i] = i
+        other[i] = COUNT + i
+    other[COUNT] = 2 * COUNT
+    row = first_row(table)
+    column = int(COUNT)
+    pivots = int(0)
+    while row >= 0 and pivots < PIVOTS:
+        pivots += 1
+        table = exchanged(table, row, column)
+        left = basic[row]
+        basic[row] = other[column]
+        other[column] = left
+        row = -1
+        if left != 2 * COUNT:
+            entering = (left + COUNT) % (2 * COUNT)
+            for j in range(COUNT + 1):
+                if other[j] == entering:
+                    column = j
+            row = leaving(table, basic, column)
+    return states_of(basic)

@@ -1,0 +1,264 @@
+"""Second-order contact step of a stack of rocking blocks, for one precision, motion and count.
+
+The scheme is that of event/block.py for all blocks at once: one clock a lane, a midpoint
+Moreau-Jean step, an event inside a step ends the next one there, and at a step's end the velocity
+is projected on its contacts. In the frame of the base, with v = (vx, vz, omega) of every block:
+
+    1. mean velocity v_m = v - (dV/2, g d/2, 0) + W G^T p, G at the pose d/2 ahead, p such that
+       v_m obeys the contact law of event/stack_contact.py at all interfaces;
+    2. theta = theta + d omega_m; the place of every contact is carried along by its anchor (see
+       shape/stack.py), so that there is no drift; what flies moves by v_m; v = 2 v_m - v;
+    3. if inside the step an open end lands, a pivoting block falls flat on what it stands on, a
+       sliding contact stops or a block overturns, nothing is taken: the next step ends there;
+    4. v is projected on the contacts at the end of the step. If something landed or the base
+       stepped its velocity, this is the inelastic impact with Coulomb friction: all ends of the
+       stack that touch then take part.
+
+A closed interface shares one rotation, and while it sticks one motion, exactly; so a stack that
+nothing moves stays where it is to the last digit, and on a base at rest it waits in one step.
+
+Rest rule: an interface closes when its block, after an impact, would fall back inside the next
+step from an opening below `rest_rotation`. The impacts that this leaves out take no time.
+
+The kernel is scalar on purpose, one lane a thread on a CPU too: which contacts act differs from
+lane to lane, and packs of lanes would run all branches of all.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module
+
+real: Any
+PRECISION: str
+MOTION: str
+BLOCKS: int
+
+stack = kernel_module("shape/stack", precision=PRECISION, blocks=BLOCKS)
+wp.set_module_options(stack.STACK_OPTIONS)
+scalar = kernel_module("scalar", precision=PRECISION)
+motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+moves = kernel_module("event/stack_moves", precision=PRECISION, motion=MOTION, blocks=BLOCKS)
+contact = kernel_module("event/stack_contact", precision=PRECISION, blocks=BLOCKS)
+trial = kernel_module("event/stack_trial", precision=PRECISION, motion=MOTION, blocks=BLOCKS)
+larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+Motion = motion.Motion
+Values, Counts, Triples, Rows = stack.Values, stack.Counts, stack.Triples, stack.Rows
+Blocks, three_of, all_rows = stack.Blocks, stack.three_of, stack.all_rows
+anchored, upright_place, lower_face = stack.anchored, stack.upright_place, stack.lower_face
+flattened, glued, opening = moves.flattened, moves.glued, moves.opening
+settle, bound_velocity = contact.settle, contact.bound_velocity
+relative_velocity = contact.relative_velocity
+Limits, State, Trial, tried = trial.Limits, trial.State, trial.Trial, trial.tried
+fastest, at_rest, stopping = trial.fastest, trial.at_rest, trial.stopping
+lost_between = trial.lost_between
+OPEN, PLUS, MINUS, CLOSED = stack.OPEN, stack.PLUS, stack.MINUS, stack.CLOSED
+
+RUNNING = 0
+OVERTURNED = 1
+SLID_OFF = 2
+BROKEN = 3
+STALLED = 4
+UNSETTLED = 5
+
+STEADY = 0
+SEEKING = 1
+FOUND = 2
+
+HALF = real(0.5)
+TWO = real(2.0)
+HALF_PI = real(1.5707963267948966)
+NEVER = real(1.0e30)
+NEARLY, DUST = trial.NEARLY, trial.DUST
+SOON = real(1.0e-3)
+"""Part of the longest step by which the opening of a contact may be missed."""
+TOUCHING = real({"float64": 1.0e-8, "float32": 1.0e-5}[PRECISION])
+"""Opening [rad] below which an end takes part in an impact elsewhere."""
+
+
+@wp.func
+def sought(limits: Limits, s: State, t: Trial) -> State:
+    """The state that goes on seeking when in a step a contact opens or starts to slide.
+
+    The first trial with such a turn tells how much the contacts lack in its middle; a probe of
+    next to no length tells what they have to spare at its start; the next step ends where, on a
+    line between the two, nothing is left. A turn within `SOON` is not sought.
+    """
+    n = s
+    soon = SOON * limits.longest_step
+    n.taken = False
+    if s.seek == SEEKING:
+        n.seek = FOUND
+        n.cap = NEVER
+        if not t.turns:
+            there = HALF * s.span * t.spare / (t.spare - s.lack)
+            n.cap = wp.where(there > soon, there, NEVER)
+    elif s.seek == STEADY and t.turns and t.d > soon and t.spare < real(0.0):
+        n.seek = SEEKING
+        n.lack = t.spare
+        n.span = t.d
+        n.cap = soon
+    return n
+
+
+@wp.func
+def kept(
+    blocks: Blocks,
+    limits: Limits,
+    upper: Rows,
+    lower: Rows,
+    touch: Counts,
+    hold: Counts,
+    v: Triples,
+) -> Counts:
+    """Ends that still touch after an impact.
+
+    Those held, and of an interface that leaves those that would not rise by more than the half
+    face times `rest_rotation`.
+    """
+    ends = hold
+    for k in range(BLOCKS):
+        if hold[k] == OPEN and touch[k] != OPEN:
+            u = relative_velocity(upper, lower, v, k)
+            rise = TWO * limits.gravity * limits.rest_rotation[k] * blocks.half_face[k]
+            for end in range(2):
+                code = wp.where(end == 0, PLUS, MINUS)
+                if (touch[k] & code) != 0 and u[1 + end] * u[1 + end] <= rise:
+                    ends[k] = ends[k] + code
+    return ends
+
+
+@wp.func
+def outcome_of(blocks: Blocks, s: State, near: real) -> int:
+    """What has become of a lane at the end of a step."""
+    mode = int(RUNNING)
+    for k in range(BLOCKS):
+        low, _height = lower_face(blocks, k)
+        anchor, rate = anchored(blocks, s.pose, k, s.pose.touch[k])
+        place = upright_place(blocks, k, s.pose.touch[k], anchor, rate)
+        if size(place) >= low + blocks.half_face[k]:
+            mode = SLID_OFF
+    for k in range(BLOCKS):
+        if size(s.pose.theta[k]) >= HALF_PI - near * size(s.swing[k]):
+            mode = OVERTURNED
+    for k in range(BLOCKS):
+        v = three_of(s.velocity, k)
+        sound = s.pose.theta[k] + s.pose.along[k] + s.pose.above[k] + v[0] + v[1] + v[2] + s.time
+        mode = wp.where(sound - sound == real(0.0), mode, BROKEN)
+    return mode
+
+
+@wp.func
+def projected(
+    blocks: Blocks, limits: Limits, s: State, reached: State, t: Trial, upper: Rows, lower: Rows
+) -> State:
+    """The state at the end of a step that is taken: velocities projected, impacts included.
+
+    Args:
+        blocks: The blocks.
+        limits: The lane's limits.
+        s: State before the step.
+        reached: State with the pose and the directions of sliding at its end.
+        t: The step.
+        upper: Rows of the upper blocks at its end.
+        lower: Rows of the lower blocks at its end.
+    """
+    n = reached
+    v, _held, _sound = bound_velocity(blocks, upper, lower, t.pose.touch, n.slip, t.velocity)
+    hold = n.pose.touch
+    slip = n.slip
+    settled = bool(True)
+    if t.struck or t.resting:
+        free = v
+        for k in range(BLOCKS):
+            free[3 * k] = free[3 * k] - t.kick
+        speed, _spin = fastest(free)
+        grain = DUST * (speed + limits.gravity * limits.longest_step)
+        if t.struck:
+            v, _impulse, hold, slip, settled, _same, _left = settle(
+                blocks, upper, lower, hold, Counts(), hold, slip, free, grain, limits.mass
+            )
+        else:
+            # What closes without an impact closes without friction: no energy comes of it.
+            smooth = blocks
+            smooth.friction = Values()
+            v, _impulse, _sound = bound_velocity(smooth, upper, lower, hold, slip, free)
+        n.lost = s.lost + lost_between(blocks, t.kick, free, v)
+    n.pose.touch = kept(blocks, limits, upper, lower, n.pose.touch, hold, v)
+    for k in range(BLOCKS):
+        n.slip[k] = wp.where(n.pose.touch[k] == OPEN, 0, slip[k])
+    n.velocity = glued(blocks, n.pose, n.slip, v)
+    for k in range(BLOCKS):
+        u = relative_velocity(upper, lower, n.velocity, k)
+        for i in range(3):
+            n.rate[3 * k + i] = u[i]
+    n.lost = n.lost + t.lost
+    n.time = t.time
+    n.segment = t.segment
+    n.base = s.base + t.dv + t.kick
+    n.cap = NEVER
+    n.taken = True
+    n.seek = STEADY
+    n.calm = (
+        at_rest(s.pose.touch, s.slip) and at_rest(n.pose.touch, n.slip)
+        and t.dv == real(0.0) and t.kick == real(0.0)
+    )  # fmt: skip
+    n.mode = outcome_of(blocks, n, NEARLY * limits.longest_step)
+    for k in range(BLOCKS):
+        n.pose.theta[k] = larger(smaller(n.pose.theta[k], HALF_PI), -HALF_PI)
+    if n.mode != BROKEN and not (settled and t.settled):
+        n.mode = UNSETTLED
+    return n
+
+
+@wp.func
+def finished(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> State:
+    """The state after a trial step and its impacts, or the old one if an event lay inside."""
+    t = tentative
+    near = NEARLY * limits.longest_step
+    falls = t.falls
+    hits = int(0)
+    for k in range(BLOCKS):
+        if falls[k] != OPEN and t.struck:
+            hits += 1
+        elif t.struck and t.pose.touch[k] != OPEN and t.pose.touch[k] != CLOSED:
+            e1, _r1 = opening(t.pose, t.velocity, k, t.pose.touch[k])
+            falls[k] = wp.where(e1 <= TOUCHING, CLOSED, OPEN)
+    n = s
+    n.pose = flattened(blocks, t.pose, falls)
+    upper, lower, _plus, _minus = all_rows(blocks, n.pose)
+    n.slip = t.slip
+    for k in range(BLOCKS):
+        u = relative_velocity(upper, lower, t.velocity, k)
+        cut, after = stopping(t.slip[k], s.slip[k], s.rate[3 * k], u[0], t.d, near)
+        t.cut = smaller(t.cut, cut)
+        n.slip[k] = after
+        n.swing[k] = t.velocity[3 * k + 2]
+    if t.cut < NEVER:
+        # Not shorter than what is near: what is left of the way then counts as arrived. An event at
+        # the very end of the step would be met there for ever.
+        n = s
+        n.cap = larger(wp.where(t.cut > t.d - near, HALF * t.d, t.cut), HALF * near)
+        n.taken = False
+        n.mode = wp.where(t.settled, s.mode, UNSETTLED)
+    else:
+        n = projected(blocks, limits, s, n, t, upper, lower)
+        n.impacts = s.impacts + hits
+        n.deepest = larger(t.deep, s.deepest)
+    return n
+
+
+@wp.func
+def step(
+    blocks: Blocks, limits: Limits, m: Motion, sample: real, sample_slope: real, end: real, s: State
+) -> State:
+    """One trial step of one lane, at most to its next knot or to `end`.
+
+    The state after it, unchanged but for `cap` where an event lay inside.
+    """
+    t = tried(blocks, limits, m, sample, sample_slope, end, s)
+    n = sought(limits, s, t)
+    if n.seek == s.seek or t.resting:
+        n = finished(blocks, limits, s, t)
+    return n

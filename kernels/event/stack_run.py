@@ -1,0 +1,244 @@
+"""Runs of the event step over stacks of blocks, one lane a thread on any device; event/stack.py.
+
+Every lane has its own clock and ends its steps where its events are; a sample inside a step is
+read off the parabola that the step follows, so that histories do not change the run.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module
+
+real: Any
+PRECISION: str
+MOTION: str
+BLOCKS: int
+LANES: int
+
+stack = kernel_module("shape/stack", precision=PRECISION, blocks=BLOCKS)
+wp.set_module_options(stack.STACK_OPTIONS)
+scalar = kernel_module("scalar", precision=PRECISION)
+motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+moves = kernel_module("event/stack_moves", precision=PRECISION, motion=MOTION, blocks=BLOCKS)
+event = kernel_module("event/stack", precision=PRECISION, motion=MOTION, blocks=BLOCKS)
+larger, size = scalar.larger, scalar.size
+Motion, sample_index = motion.Motion, motion.sample_index
+Blocks, Pose, Values = stack.Blocks, stack.Pose, stack.Values
+anchored, upright_place = stack.anchored, stack.upright_place
+Limits, State, step, at_rest = event.Limits, event.State, event.step, event.at_rest
+started = moves.started
+CLOSED = stack.CLOSED
+RUNNING, STALLED = event.RUNNING, event.STALLED
+
+HALF = real(0.5)
+NEVER = real(1.0e30)
+
+
+@wp.struct
+class Knobs:
+    """What the lanes have in common."""
+
+    gravity: real
+
+
+@wp.struct
+class Block:
+    """One block: half sizes [m], inverse mass and inertia, start [m, rad]."""
+
+    half_height: real
+    half_face: real
+    inverse_mass: real
+    inverse_inertia: real
+    friction: real
+    rest_rotation: real
+    offset: real
+    rotation_start: real
+
+
+@wp.struct
+class Stack:
+    """One lane: its mass [kg], longest step [s] and largest number of steps."""
+
+    mass: real
+    longest_step: real
+    step_limit: int
+
+
+@wp.struct
+class BlockResult:
+    """What the run of one block leaves behind."""
+
+    slide: real
+    peak: real
+    peak_time: real
+    peak_slide: real
+
+
+@wp.struct
+class Result:
+    """What one lane's run leaves behind."""
+
+    uplift_time: real
+    rest_time: real
+    loss: real
+    deepest: real
+    impacts: int
+    mode: int
+    steps: int
+
+
+@wp.struct
+class Found:
+    """Where the answers go."""
+
+    results: wp.array(dtype=Result)
+    blocks: wp.array2d(dtype=BlockResult)
+    rotations: wp.array3d(dtype=real)
+
+
+@wp.struct
+class Seen:
+    """What has been observed of one lane so far."""
+
+    peak: Values
+    peak_time: Values
+    slide: Values
+    peak_slide: Values
+    uplift_time: real
+    rest_time: real
+
+
+@wp.func
+def first_seen(pose: Pose) -> Seen:
+    """What is observed at the start."""
+    seen = Seen()
+    flat = bool(True)
+    for k in range(BLOCKS):
+        seen.peak[k] = size(pose.theta[k])
+        flat = flat and pose.touch[k] == CLOSED
+    seen.uplift_time = wp.where(flat, NEVER, real(0.0))
+    seen.rest_time = wp.where(flat, real(0.0), NEVER)
+    return seen
+
+
+@wp.func
+def seen_after(blocks: Blocks, before: Seen, offset: Values, s0: State, s: State) -> Seen:
+    """What a step from one state to the next adds to what has been observed."""
+    seen = before
+    d = s.time - s0.time
+    for k in range(BLOCKS):
+        omega = s0.velocity[3 * k + 2]
+        omega1 = s.swing[k]
+        highest = size(s.pose.theta[k])
+        at = s.time
+        if omega * omega1 < real(0.0):
+            rise = omega * d / (omega - omega1)
+            apex = size(s0.pose.theta[k] + HALF * omega * rise)
+            if apex >= highest:
+                highest = apex
+                at = s0.time + rise
+        if highest > seen.peak[k]:
+            seen.peak[k] = highest
+            seen.peak_time[k] = at
+        touch = s.pose.touch[k]
+        anchor, rate = anchored(blocks, s.pose, k, touch)
+        seen.slide[k] = upright_place(blocks, k, touch, anchor, rate) - offset[k]
+        seen.peak_slide[k] = larger(size(seen.slide[k]), seen.peak_slide[k])
+        # A velocity step of the base lifts at the end of a step, an acceleration from its start.
+        if s0.pose.touch[k] == CLOSED and touch != CLOSED and seen.uplift_time >= NEVER:
+            at_end = s.pose.theta[k] == real(0.0)
+            if k > 0:
+                at_end = s.pose.theta[k] == s.pose.theta[k - 1]
+            seen.uplift_time = wp.where(at_end, s.time, s0.time)
+    rested = at_rest(s0.pose.touch, s0.slip)
+    if not at_rest(s.pose.touch, s.slip):
+        seen.rest_time = NEVER
+    elif not rested:
+        seen.rest_time = s.time
+    return seen
+
+
+@wp.func
+def rotation_at(until: real, s0: State, s: State, k: int) -> real:
+    """Rotation of a block inside the last step, from one state to the next."""
+    theta = s.pose.theta[k]
+    if until < s.time:
+        d = s.time - s0.time
+        tau = until - s0.time
+        part = tau / d
+        line = s0.pose.theta[k] + s0.velocity[3 * k + 2] * tau
+        whole = s0.pose.theta[k] + s0.velocity[3 * k + 2] * d
+        theta = line + part * part * (theta - whole)
+    return theta
+
+
+@wp.kernel
+def stacks(
+    blocks: wp.array2d(dtype=Block),
+    lanes: wp.array(dtype=Stack),
+    motions: wp.array(dtype=Motion),
+    pool: wp.array2d(dtype=real),
+    sample_times: wp.array(dtype=real),
+    knobs: Knobs,
+    found: Found,
+):
+    """Runs one lane a thread."""
+    lane = wp.tid()
+    m = motions[lane]
+    pile = Blocks()
+    limits = Limits()
+    s = State()
+    offset = Values()
+    limits.gravity = knobs.gravity
+    limits.mass = lanes[lane].mass
+    limits.longest_step = lanes[lane].longest_step
+    step_limit = lanes[lane].step_limit
+    for k in range(BLOCKS):
+        b = blocks[k, lane]
+        pile.half_height[k] = b.half_height
+        pile.half_face[k] = b.half_face
+        pile.inverse_mass[k] = b.inverse_mass
+        pile.inverse_inertia[k] = b.inverse_inertia
+        pile.friction[k] = b.friction
+        limits.rest_rotation[k] = b.rest_rotation
+        offset[k] = b.offset
+        s.pose.along[k] = b.offset
+        s.pose.theta[k] = b.rotation_start
+    s.pose = started(pile, s.pose)
+    s.cap = NEVER
+    s0 = s
+    seen = first_seen(s.pose)
+    steps = int(0)
+    end = sample_times[sample_times.shape[0] - 1]
+    for sample in range(sample_times.shape[0]):
+        until = sample_times[sample]
+        while s.mode == RUNNING and s.time < until:
+            steps += 1
+            place = sample_index(m, s.segment)
+            n = step(pile, limits, m, pool[0, place], pool[1, place], end, s)
+            if n.taken:
+                seen = seen_after(pile, seen, offset, s, n)
+                s0 = s
+            s = n
+            if steps >= step_limit and s.mode == RUNNING:
+                s.mode = STALLED
+        if found.rotations.shape[0] > 0:
+            for k in range(BLOCKS):
+                found.rotations[sample, k, lane] = rotation_at(until, s0, s, k)
+    result = Result()
+    result.uplift_time = seen.uplift_time
+    result.rest_time = seen.rest_time
+    result.loss = s.lost
+    result.deepest = s.deepest
+    result.impacts = s.impacts
+    result.mode = s.mode
+    result.steps = steps
+    found.results[lane] = result
+    for k in range(BLOCKS):
+        leaf = BlockResult()
+        leaf.slide = seen.slide[k]
+        leaf.peak = seen.peak[k]
+        leaf.peak_time = seen.peak_time[k]
+        leaf.peak_slide = seen.peak_slide[k]
+        found.blocks[k, lane] = leaf

@@ -1,0 +1,296 @@
+"""One trial step of a stack of blocks, before it is taken; see event/stack.py for the scheme."""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module
+
+real: Any
+PRECISION: str
+MOTION: str
+BLOCKS: int
+
+stack = kernel_module("shape/stack", precision=PRECISION, blocks=BLOCKS)
+wp.set_module_options(stack.STACK_OPTIONS)
+scalar = kernel_module("scalar", precision=PRECISION)
+motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+event = kernel_module("event/block", precision=PRECISION, motion=MOTION)
+moves = kernel_module("event/stack_moves", precision=PRECISION, motion=MOTION, blocks=BLOCKS)
+contact = kernel_module("event/stack_contact", precision=PRECISION, blocks=BLOCKS)
+larger, smaller, size, sine = scalar.larger, scalar.smaller, scalar.size, scalar.sine
+Motion, series = motion.Motion, motion.series
+knot_time, knot_step = motion.knot_time, motion.knot_step
+base_change, first_root = event.base_change, event.first_root
+Values, Counts, Triples = stack.Values, stack.Counts, stack.Triples
+Blocks, Pose, three_of = stack.Blocks, stack.Pose, stack.three_of
+all_rows, lower_face = stack.all_rows, stack.lower_face
+moved, opening = moves.moved, moves.opening
+pivot_event, flight_event = moves.pivot_event, moves.flight_event
+settle, relative_velocity = contact.settle, contact.relative_velocity
+OPEN, CLOSED = stack.OPEN, stack.CLOSED
+
+HALF = real(0.5)
+TWO = real(2.0)
+HALF_PI = real(1.5707963267948966)
+NEVER = real(1.0e30)
+NEARLY = real({"float64": 1.0e-6, "float32": 1.0e-4}[PRECISION])
+"""Part of the longest step by which the time of an event may be missed."""
+DUST = real({"float64": 1.0e-12, "float32": 1.0e-5}[PRECISION])
+"""Round-off of a velocity, as a part of the largest."""
+REACH = real(0.125)
+"""Largest rotation in one step [rad]: keeps the polynomials in their range."""
+SLOWEST = real(1.0e-30)
+"""Keeps a quotient by zero finite."""
+
+
+@wp.struct
+class Limits:
+    """What a step needs to know of one lane besides its blocks."""
+
+    gravity: real
+    mass: real
+    longest_step: real
+    rest_rotation: Values
+
+
+@wp.struct
+class State:
+    """State of one lane.
+
+    velocity [m/s, rad/s] relative to the base; slip, the directions in which the interfaces slide;
+    rate, relative velocities at the interfaces [m/s]; swing, angular velocities at the end of the
+    last step before its impact [rad/s]; base velocity [m/s]; cap, the longest next step [s]; lost
+    energy [J]; segment, knots passed; calm, whether the last step changed nothing; taken, whether
+    the last trial was a step; deepest, how deep an end was in a face at the end of a step, before
+    it was put back [m]; seek, lack and span, see `sought`.
+    """
+
+    pose: Pose
+    velocity: Triples
+    rate: Triples
+    slip: Counts
+    swing: Values
+    time: real
+    base: real
+    cap: real
+    lost: real
+    segment: int
+    mode: int
+    impacts: int
+    calm: bool
+    taken: bool
+    deepest: real
+    seek: int
+    lack: real
+    span: real
+
+
+@wp.struct
+class Trial:
+    """A step that has not been taken yet.
+
+    Pose and velocity at its end before impacts; slip, the directions of sliding in it; length d
+    [s]; time at its end [s]; change of the base's velocity in it and its velocity step [m/s]; lost
+    energy [J]; cut, the length of the step to the first event inside it, else NEVER; falls, the
+    ends that land; rests, the interfaces that close at its start instead; segment after it;
+    turns, whether a contact opens or starts to slide in it; spare, what the contacts would have
+    left if none did [N]; deep, how deep an end is in a face at its end [m].
+    """
+
+    pose: Pose
+    velocity: Triples
+    slip: Counts
+    d: real
+    time: real
+    dv: real
+    kick: real
+    lost: real
+    cut: real
+    falls: Counts
+    resting: bool
+    struck: bool
+    settled: bool
+    turns: bool
+    spare: real
+    segment: int
+    deep: real
+
+
+@wp.func
+def fastest(velocity: Triples):
+    """Largest velocity of a block's centre [m/s] and largest angular velocity [rad/s]."""
+    speed = real(0.0)
+    spin = real(0.0)
+    for k in range(BLOCKS):
+        speed = larger(speed, size(velocity[3 * k]))
+        speed = larger(speed, size(velocity[3 * k + 1]))
+        spin = larger(spin, size(velocity[3 * k + 2]))
+    return speed, spin
+
+
+@wp.func
+def at_rest(touch: Counts, slip: Counts) -> bool:
+    """Whether all interfaces are closed and stick."""
+    rests = bool(True)
+    for k in range(BLOCKS):
+        rests = rests and touch[k] == CLOSED and slip[k] == 0
+    return rests
+
+
+@wp.func
+def kinetic_energy(blocks: Blocks, velocity: Triples) -> real:
+    """Kinetic energy in the frame of the base [J]."""
+    energy = real(0.0)
+    for k in range(BLOCKS):
+        v = three_of(velocity, k)
+        energy += HALF * (v[0] * v[0] + v[1] * v[1]) / blocks.inverse_mass[k]
+        energy += HALF * v[2] * v[2] / blocks.inverse_inertia[k]
+    return energy
+
+
+@wp.func
+def lost_between(blocks: Blocks, kick: real, free: Triples, velocity: Triples) -> real:
+    """Energy that contacts take in an impact [J].
+
+    The base's work on the blocks is at the mean of the velocities before and after, see `account`.
+
+    Args:
+        blocks: The blocks.
+        kick: Velocity step of the base [m/s].
+        free: Velocities after it without contact; velocity with it.
+        velocity: See free.
+    """
+    lost = kinetic_energy(blocks, free) - kinetic_energy(blocks, velocity)
+    for k in range(BLOCKS):
+        lost -= HALF * kick * (velocity[3 * k] - free[3 * k]) / blocks.inverse_mass[k]
+    return lost
+
+
+@wp.func
+def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
+    """The trial step with the events at its interfaces and the overturning of its blocks."""
+    t = trial
+    near = NEARLY * limits.longest_step
+    rests = Counts()
+    for k in range(BLOCKS):
+        touch = t.pose.touch[k]
+        if touch == OPEN:
+            cut, lands, lowest = flight_event(
+                blocks, s.pose, t.pose, s.velocity, t.velocity, k, t.d, near
+            )
+            t.cut = smaller(t.cut, cut)
+            t.falls[k] = lands
+            t.deep = larger(-lowest, t.deep)
+            t.struck = t.struck or lands != OPEN
+        elif touch != CLOSED:
+            e0, r0 = opening(s.pose, s.velocity, k, touch)
+            e1, r1 = opening(t.pose, t.velocity, k, touch)
+            fresh = s.pose.touch[k] != CLOSED
+            cut, falls, quiet = pivot_event(
+                e0, r0, e1, r1, t.d, near, fresh, limits.rest_rotation[k]
+            )
+            t.cut = smaller(t.cut, cut)
+            t.resting = t.resting or quiet
+            rests[k] = wp.where(quiet, CLOSED, OPEN)
+            t.falls[k] = wp.where(falls, CLOSED, OPEN)
+            t.struck = t.struck or falls
+            # Turned past the lower face, the end that was open lies deepest.
+            low, _height = lower_face(blocks, k)
+            t.deep = larger(-TWO * smaller(low, blocks.half_face[k]) * sine(e1), t.deep)
+        side = wp.where(t.pose.theta[k] < real(0.0), real(-1.0), real(1.0))
+        left = HALF_PI - side * t.pose.theta[k]
+        if left < -near * size(t.velocity[3 * k + 2]) and t.d > near:
+            left0 = HALF_PI - side * s.pose.theta[k]
+            t.cut = smaller(t.cut, first_root(left0, -side * s.velocity[3 * k + 2], left, t.d))
+    if t.resting:
+        t.falls = rests
+        t.pose = s.pose
+        t.velocity = s.velocity
+        t.slip = s.slip
+        t.lost = real(0.0)
+        t.d = real(0.0)
+        t.dv = real(0.0)
+        t.kick = real(0.0)
+        t.time = s.time
+        t.cut = NEVER
+        t.segment = s.segment
+        t.struck = False
+        t.turns = False
+        t.deep = real(0.0)
+    return t
+
+
+@wp.func
+def tried(
+    blocks: Blocks, limits: Limits, m: Motion, sample: real, sample_slope: real, end: real, s: State
+) -> Trial:
+    """One trial step, at most to the next knot of the motion or to `end`."""
+    t = Trial()
+    knot = knot_time(m, s.segment)
+    target = smaller(knot, end)
+    room = larger(target - s.time, real(0.0))
+    speed, spin = fastest(s.velocity)
+    d = smaller(smaller(limits.longest_step, REACH / (spin + SLOWEST)), s.cap)
+    if s.calm and (s.segment == 0 or knot >= NEVER):
+        d = room
+    d = smaller(d, room)
+    t.d = d
+    t.time = wp.where(d >= room, target, s.time + d)
+    passed = t.time >= knot
+    t.segment = s.segment + wp.where(passed, 1, 0)
+    t.kick = wp.where(passed, knot_step(m, s.segment), real(0.0))
+    a, jerk, _a2, _a3, _a4, _a5, _a6, _a7, _a8 = series(m, s.segment, t.time, sample, sample_slope)
+    t.dv = base_change(m, t.time, d, a, jerk, s.base, t.kick)
+    slide = Values()
+    glide = Counts()
+    free = s.velocity
+    for k in range(BLOCKS):
+        slide[k] = wp.where(s.slip[k] != 0, s.rate[3 * k], real(0.0))
+        glide[k] = wp.where(real(s.slip[k]) * slide[k] > real(0.0), s.slip[k], 0)
+        free[3 * k] = free[3 * k] - HALF * t.dv
+        free[3 * k + 1] = free[3 * k + 1] - HALF * d * limits.gravity
+    middle = moved(blocks, s.pose, s.pose.touch, s.velocity, slide, HALF * d)
+    upper, lower, _plus, _minus = all_rows(blocks, middle)
+    grain = DUST * (speed + limits.gravity * limits.longest_step)
+    mean, impulse, hold, slip, settled, same, left = settle(
+        blocks, upper, lower, s.pose.touch, glide, s.pose.touch, s.slip, free, grain,
+        limits.mass,
+    )  # fmt: skip
+    t.settled = settled
+    t.turns = not same
+    t.spare = left / larger(d, SLOWEST)
+    for k in range(BLOCKS):
+        slide[k] = real(0.0)
+        if slip[k] != 0 and hold[k] != OPEN:
+            u = relative_velocity(upper, lower, mean, k)
+            slide[k] = u[0]
+            t.lost = t.lost - TWO * u[0] * impulse[3 * k]
+        slip[k] = wp.where(hold[k] == OPEN, 0, slip[k])
+    t.slip = slip
+    t.pose = moved(blocks, s.pose, hold, mean, slide, d)
+    t.velocity = TWO * mean - s.velocity
+    t.cut = NEVER
+    t.struck = t.kick != real(0.0)
+    return watched(blocks, limits, s, t)
+
+
+@wp.func
+def stopping(slip: int, before: int, rate: real, along: real, d: real, near: real):
+    """Where a sliding contact stops in a step, from its sliding velocities at both ends.
+
+    Returns:
+        Length of the step to there if that lies inside, else NEVER; direction of sliding after it.
+    """
+    zero = real(0.0)
+    e0 = wp.where(slip == before, real(slip) * rate, zero)
+    e1 = real(slip) * along
+    cut = NEVER
+    after = slip
+    if slip != 0 and d > zero:
+        reach = near * size(e1 - e0) / d
+        if e0 > zero and e1 < -reach and d > near:
+            cut = first_root(e0, (e1 - e0) / d, e1, d)
+        elif e1 <= wp.where(e0 > zero, reach, zero):
+            after = 0
+    return cut, after

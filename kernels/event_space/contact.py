@@ -1,0 +1,366 @@
+"""Contact of one block in space with its base, for one precision: exact for the usual states.
+
+Mass 1, inertia I about the centre of mass, velocity v, angular velocity w; corner k lies at r_k
+from the centre of mass and moves at v + w x r_k. The base is the plane z = 0. An impulse p at a
+corner, p_z = n >= 0 and |p_x, p_y| <= friction n (the cone), changes v by p and w by I^-1 (r x p).
+Of the box |p_x| and |p_y| are bound each; what slides then is found by event_space/box.py.
+
+Where the block touches is its *stance*: on corner k (0 to 3), on the edge from corner k to the
+next (4 + k), flat (8), or nowhere (9). What may hold is tried, larger stances first:
+
+    1. all that touch stick: on a corner L + a x v about it is kept (L = I w, a = -r), on an edge
+       its component along the edge, flat nothing moves. The impulses follow. Those of an edge
+       share what pushes along it as the cones allow; those of a face are spread bilinearly over
+       the rectangle, which leaves all n >= 0 as long as the centre of pressure lies in it;
+    2. one end of an edge sticks, the other slides, which it can only across the edge: what turns
+       the block about the end that sticks is kept but for the moment of the other's impulse;
+    3. all that touch slide, p = n (-friction d, 1), d the directions in which the corners end up,
+       found by Newton's method;
+    4. else corner by corner, each solved exactly, until nothing changes (block Gauss-Seidel).
+
+A corner that touches and is not held must not sink. Where several states obey the law, the first
+is taken: sticking before sliding before leaving.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module
+
+real: Any
+PRECISION: str
+FRICTION: str
+
+stack = kernel_module("shape/stack", precision=PRECISION, blocks=1)
+OPTIONS = {
+    "enable_backward": False,
+    "cpu_compiler_flags": "-march=native -ffp-contract=fast",
+    "max_unroll": 0,
+}
+"""Loops stay loops, calls stay calls where the compiler sees fit: branches, not vector code."""
+
+wp.set_module_options(OPTIONS)
+scalar = kernel_module("scalar", precision=PRECISION)
+larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+
+BOX = FRICTION == "box"
+"""Whether friction is bound as a box along x and y, else as a cone."""
+LAW = "event_space/box" if BOX else "event_space/law"
+"""File that decides what sticks and slides."""
+
+EDGE = 4
+FLAT = 8
+FLYING = 9
+ALL = 15
+
+ALIKE = real({"float64": 1.0e-8, "float32": 1.0e-4}[PRECISION])
+"""Part of an edge's friction by which its ends may differ and still let go together."""
+
+HALF = real(0.5)
+TINY = real(1.0e-30)
+"""Keeps a quotient by zero finite."""
+
+Two = wp.types.vector(length=2, dtype=real)
+Three = stack.Three
+Matrix = stack.Matrix
+Shares = wp.types.vector(length=4, dtype=real)
+"""One number a corner."""
+Corners = wp.types.matrix(shape=(4, 3), dtype=real)
+"""One vector a corner."""
+
+
+@wp.struct
+class Body:
+    """A block in one attitude: its inertia for unit mass [m^2], its inverse, its corners [m]."""
+
+    inertia: Matrix
+    inverse: Matrix
+    corners: Corners
+    friction: real
+
+
+@wp.struct
+class Held:
+    """What contacts make of a motion.
+
+    Velocity [m/s] and angular velocity [rad/s]; stance; slip, the corners that slide, as a sum of
+    2^k; work, what friction took in this motion [m^2/s^2], times the step's length if the motion is
+    a mean; fits, whether the contact law is obeyed; spare, what an end of an edge has left before
+    it slides, or opens where it slides beside one that sticks; turns, whether that is used up and
+    the edge has to let go of one end alone.
+    """
+
+    v: Three
+    w: Three
+    stance: int
+    slip: int
+    work: real
+    fits: bool
+    spare: real
+    turns: bool
+
+
+@wp.func
+def mask_of(stance: int) -> int:
+    """Corners of a stance, as a sum of 2^k."""
+    mask = int(0)
+    if stance < EDGE:
+        mask = 1 << stance
+    elif stance < FLAT:
+        mask = (1 << (stance - EDGE)) | (1 << ((stance - EDGE + 1) % 4))
+    elif stance == FLAT:
+        mask = ALL
+    return mask
+
+
+@wp.func
+def stance_of(mask: int) -> int:
+    """Stance in which some corners touch; two opposite ones, or three, make the block lie flat."""
+    stance = int(8)
+    for number in range(8):
+        if mask_of(number) == mask:
+            stance = number
+    return wp.where(mask == 0, FLYING, stance)
+
+
+@wp.func
+def corner_velocity(body: Body, v: Three, w: Three, k: int) -> Three:
+    """Velocity of a corner [m/s]."""
+    return v + wp.cross(w, body.corners[k])
+
+
+@wp.func
+def answer(body: Body, k: int, p: Three, at: int) -> Three:
+    """Velocity that an impulse at corner k gives to corner `at`."""
+    return p + wp.cross(body.inverse * wp.cross(body.corners[k], p), body.corners[at])
+
+
+@wp.func
+def corner_matrix(body: Body, k: int) -> Matrix:
+    """Velocities of corner k by unit impulses there, column by column."""
+    zero, one = real(0.0), real(1.0)
+    x = answer(body, k, Three(one, zero, zero), k)
+    y = answer(body, k, Three(zero, one, zero), k)
+    z = answer(body, k, Three(zero, zero, one), k)
+    return Matrix(x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2])
+
+
+@wp.func
+def along(u: Three) -> Two:
+    """Direction of a velocity along the base, zero where it has none."""
+    length = wp.sqrt(u[0] * u[0] + u[1] * u[1])
+    over = wp.where(length > TINY, real(1.0) / larger(length, TINY), real(0.0))
+    return Two(u[0] * over, u[1] * over)
+
+
+@wp.func
+def stuck(body: Body, stance: int, v: Three, w: Three):
+    """Velocities of a block whose stance sticks: the motion projected on those that it allows."""
+    v1 = Three()
+    w1 = Three()
+    if stance < FLAT:
+        k = stance % 4
+        a = -body.corners[k]
+        spin = body.inertia * w + wp.cross(a, v)
+        if stance < EDGE:
+            about = body.inertia + wp.dot(a, a) * wp.identity(n=3, dtype=real) - wp.outer(a, a)
+            w1 = wp.inverse(about) * spin
+        else:
+            e = wp.normalize(body.corners[(k + 1) % 4] - body.corners[k])
+            arm = wp.cross(e, a)
+            w1 = e * (wp.dot(e, spin) / (wp.dot(e, body.inertia * e) + wp.dot(arm, arm)))
+        v1 = wp.cross(w1, a)
+    return v1, w1
+
+
+@wp.func
+def drawn(x: real, y: real) -> real:
+    """Size of a friction, to be held against its bound: of the box its larger part."""
+    if BOX:
+        return larger(size(x), size(y))
+    return wp.sqrt(x * x + y * y)
+
+
+@wp.func
+def edge_shares(body: Body, k: int, p: Three, twist: Three):
+    """Impulses of both ends of an edge, from their sum and angular impulse about the centre.
+
+    They differ by 2 q across the edge; what they share along it the cones, or boxes, tell.
+
+    Returns:
+        Both impulses, along the edge by halves; the edge's direction; what the bounds of both leave
+        beside the friction across the edge.
+    """
+    first = body.corners[k]
+    way = body.corners[(k + 1) % 4] - first
+    e = wp.normalize(way)
+    middle = first + HALF * way
+    q = wp.cross((twist - wp.cross(middle, p)) / wp.length(way), e)
+    one = HALF * p - q
+    other = HALF * p + q
+    mu = body.friction
+    if BOX:
+        mu = mu * (size(e[0]) + size(e[1]))
+    room1 = mu * one[2] - size(one[1] * e[0] - one[0] * e[1])
+    room2 = mu * other[2] - size(other[1] * e[0] - other[0] * e[1])
+    return one, other, e, room1, room2
+
+
+@wp.func
+def left_along(most: real, room: real) -> real:
+    """Friction that a cone leaves along an edge, of its most and its room across the edge."""
+    return wp.sqrt(larger(room * (most + most - room), real(0.0)))
+
+
+@wp.func
+def chord(most: real, p: Three, e: Three):
+    """Least and largest friction along an edge that a box leaves beside what is across the edge."""
+    least = real(-1.0e30)
+    largest = real(1.0e30)
+    across = p[1] * e[0] - p[0] * e[1]
+    for axis in range(2):
+        aside = wp.where(axis == 0, -across * e[1], across * e[0])
+        if size(e[axis]) > TINY:
+            a = (-most - aside) / e[axis]
+            b = (most - aside) / e[axis]
+            least = larger(least, smaller(a, b))
+            largest = smaller(largest, larger(a, b))
+    return least, largest
+
+
+@wp.func
+def edge_carries(body: Body, k: int, p: Three, twist: Three):
+    """Whether an edge can take an impulse p and an angular impulse about the centre of mass.
+
+    Returns:
+        That, what the weaker end has left before it slides or opens, whether the other has more.
+    """
+    zero = real(0.0)
+    one, other, e, room1, room2 = edge_shares(body, k, p, twist)
+    along_edge = wp.dot(p, e)
+    least = real(0.0)
+    largest = real(0.0)
+    if BOX:
+        least1, largest1 = chord(body.friction * one[2], one, e)
+        least2, largest2 = chord(body.friction * other[2], other, e)
+        least = least1 + least2
+        largest = largest1 + largest2
+    else:
+        largest = left_along(body.friction * one[2], room1)
+        largest += left_along(body.friction * other[2], room2)
+        least = -largest
+    pressed = one[2] >= zero and other[2] >= zero
+    room = smaller(room1, room2)
+    uneven = size(room1 - room2) > ALIKE * body.friction * (size(one[2]) + size(other[2]))
+    shared = least <= along_edge and along_edge <= largest
+    return pressed and room >= zero and shared, room, uneven
+
+
+@wp.func
+def begun(body: Body, stance: int, v: Three, w: Three) -> Corners:
+    """Directions in which corners that cannot stick begin to slide: against what would hold them.
+
+    The ends of an edge both have all of their cones used up then.
+    """
+    zero = real(0.0)
+    dirs = Corners()
+    v1, w1 = stuck(body, stance, v, w)
+    d = along(v - v1)
+    for k in range(4):
+        dirs[k] = Three(d[0], d[1], zero)
+    if stance >= EDGE and stance < FLAT:
+        k = stance - EDGE
+        p = v1 - v
+        one, other, e, room1, room2 = edge_shares(body, k, p, body.inertia * (w1 - w))
+        way = e * wp.sign(wp.dot(p, e))
+        left1 = left_along(body.friction * one[2], room1)
+        left2 = left_along(body.friction * other[2], room2)
+        d1 = along(one + way * left1 - e * wp.dot(one, e))
+        d2 = along(other + way * left2 - e * wp.dot(other, e))
+        dirs[k] = Three(-d1[0], -d1[1], zero)
+        dirs[(k + 1) % 4] = Three(-d2[0], -d2[1], zero)
+    return dirs
+
+
+@wp.func
+def face_shares(body: Body, x: real, y: real) -> Shares:
+    """Bilinear shares of the corners in a pressure whose centre is at (x, y) [m]."""
+    one = real(1.0)
+    c0 = body.corners[0]
+    ex = body.corners[1] - c0
+    ey = body.corners[3] - c0
+    s = ((x - c0[0]) * ex[0] + (y - c0[1]) * ex[1]) / wp.dot(ex, ex)
+    t = ((x - c0[0]) * ey[0] + (y - c0[1]) * ey[1]) / wp.dot(ey, ey)
+    return Shares((one - s) * (one - t), s * (one - t), s * t, (one - s) * t)
+
+
+@wp.func
+def inside(body: Body, x: real, y: real) -> bool:
+    """Whether a point of the base lies under the bottom face."""
+    zero, one = real(0.0), real(1.0)
+    c0 = body.corners[0]
+    ex = body.corners[1] - c0
+    ey = body.corners[3] - c0
+    s = ((x - c0[0]) * ex[0] + (y - c0[1]) * ex[1]) / wp.dot(ex, ex)
+    t = ((x - c0[0]) * ey[0] + (y - c0[1]) * ey[1]) / wp.dot(ey, ey)
+    return s >= zero and s <= one and t >= zero and t <= one
+
+
+@wp.func
+def face_carries(body: Body, p: Three, twist: Three, dust: real) -> bool:
+    """Whether a flat block can take an impulse and an angular impulse about its centre of mass."""
+    fits = wp.length(p) <= dust and wp.length(twist) <= dust * size(body.corners[0, 2])
+    if p[2] > dust:
+        low = -body.corners[0, 2]
+        x = -(twist[1] + low * p[0]) / p[2]
+        y = (twist[0] - low * p[1]) / p[2]
+        shares = face_shares(body, x, y)
+        torsion = twist[2] - x * p[1] + y * p[0]
+        reach = real(0.0)
+        for k in range(4):
+            dx = body.corners[k, 0] - x
+            dy = body.corners[k, 1] - y
+            reach += shares[k] * (dx * dx + dy * dy)
+        turn = torsion / larger(reach, TINY)
+        worst = real(0.0)
+        for k in range(4):
+            fx = p[0] - turn * (body.corners[k, 1] - y)
+            fy = p[1] + turn * (body.corners[k, 0] - x)
+            worst = larger(worst, wp.where(shares[k] > real(0.0), drawn(fx, fy), real(0.0)))
+        fits = inside(body, x, y) and worst <= body.friction * p[2] + dust
+    return fits
+
+
+@wp.func
+def sinks(body: Body, v: Three, w: Three, mask: int, dust: real) -> bool:
+    """Whether one of some corners moves into the base."""
+    found = bool(False)
+    for k in range(4):
+        u = corner_velocity(body, v, w, k)
+        found = found or ((mask & (1 << k)) != 0 and u[2] < -dust)
+    return found
+
+
+@wp.func
+def sticking(body: Body, stance: int, mask: int, v: Three, w: Three, dust: real) -> Held:
+    """The motion if a stance sticks, some corners touching; whether its cones can carry that."""
+    h = Held()
+    v1, w1 = stuck(body, stance, v, w)
+    h.v = v1
+    h.w = w1
+    h.stance = stance
+    p = h.v - v
+    if stance < EDGE:
+        h.fits = p[2] >= real(0.0) and drawn(p[0], p[1]) <= body.friction * p[2]
+    else:
+        twist = body.inertia * (h.w - w)
+        if stance < FLAT:
+            fits, room, uneven = edge_carries(body, stance - EDGE, p, twist)
+            h.fits = fits
+            h.spare = room
+            h.turns = uneven and room < real(0.0)
+        else:
+            h.fits = face_carries(body, p, twist, dust)
+    h.fits = h.fits and not sinks(body, h.v, h.w, mask & ~mask_of(stance), dust)
+    return h

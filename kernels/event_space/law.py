@@ -1,0 +1,279 @@
+"""The contact law of one block in space: what holds, sticks or slides, for one precision.
+
+See event_space/contact.py for the states and the order in which they are tried.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module
+
+real: Any
+PRECISION: str
+FRICTION: str
+
+scalar = kernel_module("scalar", precision=PRECISION)
+contact = kernel_module("event_space/contact", precision=PRECISION, friction=FRICTION)
+wp.set_module_options(contact.OPTIONS)
+slide = kernel_module("event_space/slide", precision=PRECISION, friction=FRICTION)
+moves = kernel_module("event_space/moves", precision=PRECISION, friction=FRICTION)
+larger, smaller = scalar.larger, scalar.smaller
+Two, Three, Matrix, Shares = contact.Two, contact.Three, contact.Matrix, contact.Shares
+Corners, Body, Held = contact.Corners, contact.Body, contact.Held
+mask_of, stance_of, corner_velocity = contact.mask_of, contact.stance_of, contact.corner_velocity
+along, sinks, sticking, begun = contact.along, contact.sinks, contact.sticking, contact.begun
+corner_matrix, sliding_corner = contact.corner_matrix, slide.sliding_corner
+swinging, slipping = slide.swinging, slide.slipping
+slid, swung = slide.slid, slide.swung
+stuck, stop_event = contact.stuck, moves.stop_event
+EDGE, FLAT, FLYING = contact.EDGE, contact.FLAT, contact.FLYING
+
+HALF = real(0.5)
+NEVER = real(1.0e30)
+SWERVE = real(0.95)
+"""Cosine of the angle by which a sliding corner's way may turn in a step..."""
+SHORTEST = real(0.01)
+"""...that is longer than this part of the longest one."""
+SWEEPS = 5000
+"""Sweeps of the Gauss-Seidel iteration before it gives up."""
+SETTLED = real({"float64": 1.0e-13, "float32": 1.0e-6}[PRECISION])
+"""Change of the velocities in a sweep, as a part of the largest, at which it ends."""
+
+
+@wp.func
+def corner_law(m: Matrix, u: Three, mu: real, d0: Two) -> Three:
+    """Impulse of one corner that obeys the contact law, given its velocity without it."""
+    p = Three()
+    if u[2] < real(0.0):
+        p = -(wp.inverse(m) * u)
+        push = wp.sqrt(p[0] * p[0] + p[1] * p[1])
+        if p[2] < real(0.0) or push > mu * p[2]:
+            start = wp.where(d0[0] * d0[0] + d0[1] * d0[1] > real(0.0), d0, -along(p))
+            n, d, sound = sliding_corner(m, u, mu, start)
+            if not sound:
+                n, d, sound = sliding_corner(m, u, mu, -along(p))
+            # What can neither stick nor slide jams.
+            p = wp.where(sound, n * Three(-mu * d[0], -mu * d[1], real(1.0)), p)
+    return p
+
+
+@wp.func
+def swept(body: Body, mask: int, v: Three, w: Three, dust: real) -> Held:
+    """The motion that obeys the contact law at some corners, found by Gauss-Seidel sweeps."""
+    zero = real(0.0)
+    h = Held()
+    h.v = v
+    h.w = w
+    impulses = Corners()
+    dirs = Corners()
+    speed = wp.length(v) + wp.length(w) * wp.length(body.corners[0])
+    change = speed
+    tries = int(0)
+    while change > SETTLED * speed and tries < SWEEPS:
+        change = real(0.0)
+        for k in range(4):
+            if (mask & (1 << k)) != 0:
+                m = corner_matrix(body, k)
+                u = corner_velocity(body, h.v, h.w, k) - m * impulses[k]
+                p = corner_law(m, u, body.friction, Two(dirs[k, 0], dirs[k, 1]))
+                more = p - impulses[k]
+                impulses[k] = p
+                h.v = h.v + more
+                h.w = h.w + body.inverse * wp.cross(body.corners[k], more)
+                change = larger(change, wp.length(m * more))
+                d = along(corner_velocity(body, h.v, h.w, k))
+                dirs[k] = Three(d[0], d[1], zero)
+        tries += 1
+    held = int(0)
+    for k in range(4):
+        u = corner_velocity(body, h.v, h.w, k)
+        push = wp.sqrt(impulses[k, 0] * impulses[k, 0] + impulses[k, 1] * impulses[k, 1])
+        if (mask & (1 << k)) != 0 and u[2] <= dust and impulses[k, 2] > zero:
+            held = held | (1 << k)
+            if push >= body.friction * impulses[k, 2] * (real(1.0) - real(1.0e4) * SETTLED):
+                h.slip = h.slip | (1 << k)
+        h.work -= u[0] * impulses[k, 0] + u[1] * impulses[k, 1]
+    h.stance = stance_of(held)
+    h.fits = tries < SWEEPS
+    return h
+
+
+@wp.func
+def guessed(
+    body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
+) -> Held:
+    """The motion if nothing changes in what touches and slides; whether it obeys the law."""
+    mask = mask_of(stance)
+    h = Held()
+    if stance != FLYING and slip == 0:
+        h = sticking(body, stance, mask, v, w, dust)
+    if slip != 0 and slip == mask:
+        h = slipping(body, stance, mask, True, start, v, w, dust)
+    if slip != 0 and slip != mask and stance < FLAT:
+        edge = stance - EDGE
+        turn = wp.where(slip == 1 << edge, 1, 0)
+        k = (edge + turn) % 4
+        other = (edge + 1 - turn) % 4
+        way = body.corners[other] - body.corners[k]
+        if way[0] * start[other, 1] < way[1] * start[other, 0]:
+            turn = turn + 2
+        h = swinging(body, edge, turn, mask, slip, start, v, w, dust)
+    return h
+
+
+@wp.func
+def searched(
+    body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
+) -> Held:
+    """The motion that obeys the contact law, see `settled`, of all that may be."""
+    mask = mask_of(stance)
+    best = Held()
+    for number in range(9):
+        c = 8 - number
+        part = mask_of(c)
+        if not best.fits and (part & mask) == part and (part & slip) == 0:
+            best = sticking(body, c, mask, v, w, dust)
+    for number in range(16):
+        part = mask_of(EDGE + number % 4)
+        if not best.fits and (part & mask) == part:
+            best = swinging(body, number % 4, number // 4, mask, slip & part, start, v, w, dust)
+    for number in range(9):
+        c = 8 - number
+        part = mask_of(c)
+        if not best.fits and (part & mask) == part:
+            dirs = begun(body, c, v, w)
+            for k in range(4):
+                if (slip & (1 << k)) != 0:
+                    dirs[k] = start[k]
+            best = slipping(body, c, mask, (slip & part) == part, dirs, v, w, dust)
+    if not best.fits:
+        best = Held()
+        best.v = v
+        best.w = w
+        best.stance = FLYING
+        best.fits = not sinks(body, v, w, mask, real(0.0))
+    if not best.fits:
+        best = swept(body, mask, v, w, dust)
+    return best
+
+
+@wp.func
+def settled(
+    body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
+) -> Held:
+    """The motion that obeys the contact law.
+
+    Args:
+        body: The block.
+        stance: Where it touches.
+        slip: Corners that slide already, 0 where friction finds its own directions.
+        start: Directions in which they slide.
+        v: Velocity without contact [m/s].
+        w: Angular velocity without contact [rad/s].
+        dust: Velocity that is round-off [m/s].
+
+    Returns:
+        The motion, with the spare and turns of the state before.
+    """
+    first = guessed(body, stance, slip, start, v, w, dust)
+    best = first
+    if not first.fits:
+        best = searched(body, stance, slip, start, v, w, dust)
+    best.turns = first.turns
+    best.spare = first.spare
+    return best
+
+
+@wp.func
+def directions(body: Body, v: Three, w: Three) -> Corners:
+    """Directions in which the corners move along the base."""
+    dirs = Corners()
+    for k in range(4):
+        d = along(corner_velocity(body, v, w, k))
+        dirs[k] = Three(d[0], d[1], real(0.0))
+    return dirs
+
+
+@wp.func
+def bound(body: Body, stance: int, slip: int, v: Three, w: Three):
+    """Velocities projected on the contacts, along their force."""
+    v1 = v
+    w1 = w
+    mask = mask_of(stance)
+    if stance != FLYING and slip == 0:
+        v1, w1 = stuck(body, stance, v, w)
+    elif stance < FLAT and slip == mask:
+        v1, w1, _n, _sound = slid(
+            body, stance, body.friction, directions(body, v, w), Shares(), v, w
+        )
+    elif stance < FLAT:
+        k = stance % 4
+        first = slip == 1 << k
+        other = (k + 1) % 4
+        pinned = wp.where(first, other, k)
+        slides = wp.where(first, k, other)
+        u = corner_velocity(body, v, w, slides) - corner_velocity(body, v, w, pinned)
+        way = body.corners[slides] - body.corners[pinned]
+        side = wp.where(way[0] * u[1] < way[1] * u[0], real(-1.0), real(1.0))
+        v1, w1, _m, _d, _good = swung(body, pinned, slides, side, v, w)
+    elif stance == FLAT:
+        v1 = Three(v[0], v[1], real(0.0))
+        w1 = Three(real(0.0), real(0.0), w[2])
+    return v1, w1
+
+
+@wp.func
+def loose(mask: int) -> int:
+    """`slip` where all that some corners can do is slide."""
+    return mask
+
+
+@wp.func
+def grips(stance: int, slip: int) -> bool:
+    """Whether an edge holds one of its ends, or both."""
+    return slip != mask_of(stance)
+
+
+@wp.func
+def swerves(mu: real, gravity: real, longest: real, u0: Three, u1: Three, d: real) -> bool:
+    """Whether a sliding corner's way turns so sharply in a step that a shorter one pays."""
+    shortest = SHORTEST * longest
+    swift = larger(wp.length(u0), wp.length(u1)) > mu * gravity * shortest
+    return d > shortest and swift and wp.dot(along(u0), along(u1)) < SWERVE
+
+
+@wp.func
+def slip_after(
+    k: int, mu: real, gravity: real, longest: real, near: real, s: int, n: int, stance: int,
+    u0: Three, u1: Three, d: real,
+):  # fmt: skip
+    """What becomes of a touching corner's slip in a step.
+
+    Args:
+        k: The corner.
+        mu: Friction coefficient.
+        gravity: [m/s^2].
+        longest: Longest step [s].
+        near: Time by which events may be missed [s].
+        s: Slip at the start of the step; n in it.
+        n: See s.
+        stance: Stance in it.
+        u0: Velocity of the corner at the start [m/s]; u1 at the end.
+        u1: See u0.
+        d: Length of the step [s].
+
+    Returns:
+        Length of the step to where the corner stops, if that lies inside, else NEVER; slip after.
+    """
+    cut = NEVER
+    slip = n
+    bit = 1 << k
+    if (n & s & bit) != 0:
+        there, stops = stop_event(u0, u1, d, near)
+        cut = there
+        slip = n - wp.where(stops, bit, 0)
+        # Of a flat block the corner about which it turns always swerves.
+        if stance < FLAT and not stops and swerves(mu, gravity, longest, u0, u1, d):
+            cut = smaller(cut, HALF * d)
+    return cut, slip

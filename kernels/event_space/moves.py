@@ -1,0 +1,247 @@
+"""How one block in space moves in a step of the event engine, and what it meets, for one precision.
+
+An attitude is a quaternion (x, y, z, w). Corners, stances and velocities are those of
+event_space/contact.py; the gap of a corner is its height above the base.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module
+
+real: Any
+PRECISION: str
+FRICTION: str
+
+scalar = kernel_module("scalar", precision=PRECISION)
+spatial = kernel_module("shape/space", precision=PRECISION)
+event = kernel_module("event/block", precision=PRECISION)
+contact = kernel_module("event_space/contact", precision=PRECISION, friction=FRICTION)
+wp.set_module_options(contact.OPTIONS)
+larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+sine, cosine = scalar.sine, scalar.cosine
+Block, matrix_of, turn_freely = spatial.Block, spatial.matrix_of, spatial.turn_freely
+first_root = event.first_root
+Two, Three, Matrix = contact.Two, contact.Three, contact.Matrix
+Corners, Body, Held = contact.Corners, contact.Body, contact.Held
+mask_of, corner_velocity, along = contact.mask_of, contact.corner_velocity, contact.along
+EDGE, FLAT, FLYING = contact.EDGE, contact.FLAT, contact.FLYING
+BOX = contact.BOX
+SIDES = 6 if BOX else 5
+"""Ways in which a resting block may begin to move, see `spare_of`."""
+
+HALF = real(0.5)
+TINY = contact.TINY
+NEVER = real(1.0e30)
+GRAIN = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
+"""Round-off of a gap, as a part of the half height."""
+LEVEL = real({"float64": 1.0e-17, "float32": 1.0e-9}[PRECISION])
+"""Slope of an edge that is level."""
+Four = wp.types.vector(length=4, dtype=real)
+
+
+@wp.func
+def swung_by(q: Four, turn: Three) -> Four:
+    """As `turned`, but for the round-off of its length."""
+    half = HALF * wp.length(turn)
+    ratio = HALF * wp.where(half > TINY, sine(half) / larger(half, TINY), real(1.0))
+    a = turn * ratio
+    c = cosine(half)
+    return Four(
+        c * q[0] + a[0] * q[3] + a[1] * q[2] - a[2] * q[1],
+        c * q[1] + a[1] * q[3] + a[2] * q[0] - a[0] * q[2],
+        c * q[2] + a[2] * q[3] + a[0] * q[1] - a[1] * q[0],
+        c * q[3] - a[0] * q[0] - a[1] * q[1] - a[2] * q[2],
+    )
+
+
+@wp.func
+def turned(q: Four, turn: Three) -> Four:
+    """An attitude after a turn about an axis of the base by that axis' length [rad]."""
+    return wp.normalize(swung_by(q, turn))
+
+
+@wp.func
+def body_at(block: Block, q: Four) -> Body:
+    """The block in an attitude."""
+    one = real(1.0)
+    body = Body()
+    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(q[0], q[1], q[2], q[3])
+    turn = Matrix(r11, r12, r13, r21, r22, r23, r31, r32, r33)
+    back = wp.transpose(turn)
+    inverse = Three(block.inverse_x, block.inverse_y, block.inverse_z)
+    body.inverse = turn * wp.diag(inverse) * back
+    body.inertia = (
+        turn * wp.diag(Three(one / inverse[0], one / inverse[1], one / inverse[2])) * back
+    )
+    for k in range(4):
+        x = wp.where(k == 1 or k == 2, block.width, -block.width) - block.centre_x
+        y = wp.where(k >= 2, block.depth, -block.depth) - block.centre_y
+        body.corners[k] = turn * Three(x, y, -block.height)
+    body.friction = block.friction
+    return body
+
+
+@wp.func
+def flown(block: Block, q: Four, momentum: Three, d: real) -> Four:
+    """Attitude after free rotation."""
+    qx, qy, qz, qw = turn_freely(
+        q[0], q[1], q[2], q[3], momentum[0], momentum[1], momentum[2],
+        block.inverse_x, block.inverse_y, block.inverse_z, d,
+    )  # fmt: skip
+    return Four(qx, qy, qz, qw)
+
+
+@wp.func
+def upright(q: Four) -> Three:
+    """The block's axis."""
+    _11, _12, r13, _21, _22, r23, _31, _32, r33 = matrix_of(q[0], q[1], q[2], q[3])
+    return Three(r13, r23, r33)
+
+
+@wp.func
+def levelled(q: Four, stance: int) -> Four:
+    """The attitude without the round-off, or drift, by which an edge or a face is not level."""
+    zero, one = real(0.0), real(1.0)
+    new = q
+    if stance == FLAT:
+        for _again in range(2):
+            up = upright(new)
+            new = turned(new, Three(up[1], -up[0], zero))
+    elif stance >= EDGE and stance < FLAT:
+        for _again in range(2):
+            r11, r12, _13, r21, r22, _23, r31, r32, _33 = matrix_of(new[0], new[1], new[2], new[3])
+            # Edges 0 and 2 lie along the width, 1 and 3 along the depth.
+            wide = (stance - EDGE) % 2 == 0
+            way = Three(wp.where(wide, r11, r12), wp.where(wide, r21, r22), zero)
+            rise = wp.where(wide, r31, r32)
+            if size(rise) > LEVEL:
+                new = turned(new, Three(-way[1], way[0], zero) * (rise / (one - rise * rise)))
+    return new
+
+
+@wp.func
+def foot(body: Body, mask: int) -> Three:
+    """Mean of some corners, from the centre of mass [m]; of none, zero."""
+    total = Three()
+    count = real(0.0)
+    for k in range(4):
+        if (mask & (1 << k)) != 0:
+            total = total + body.corners[k]
+            count += real(1.0)
+    return total / larger(count, real(1.0))
+
+
+@wp.func
+def placed(body: Body, mask: int, x: Three) -> Three:
+    """The centre of mass at the height at which some corners touch; where it is if none does."""
+    down = foot(body, mask)
+    return Three(x[0], x[1], wp.where(mask == 0, x[2], -down[2]))
+
+
+@wp.func
+def spare_of(body: Body, side: int, pull: Two, gravity: real, a: Three) -> real:
+    """What an acceleration of the base lacks to move a resting block [m/s^2].
+
+    Args:
+        body: The block.
+        side: 0 to 3, over the edge from that corner to the next; 4 (of a box 5, too), along the
+            base.
+        pull: Direction of that.
+        gravity: [m/s^2].
+        a: Acceleration of the base [m/s^2].
+    """
+    weight = gravity + a[2]
+    found = body.friction * weight - pull[0] * a[0] - pull[1] * a[1]
+    if side < 4:
+        first = body.corners[side]
+        way = body.corners[(side + 1) % 4] - first
+        out = along(Three(way[1], -way[0], real(0.0)))
+        arm = out[0] * first[0] + out[1] * first[1]
+        found = -weight * arm / first[2] + out[0] * a[0] + out[1] * a[1]
+    return found
+
+
+@wp.func
+def least_spare(body: Body, gravity: real, a0: Three, a1: Three):
+    """`spare_of` at both ends of a step, of what moves a resting block first."""
+    larger0 = a0[0] * a0[0] + a0[1] * a0[1] > a1[0] * a1[0] + a1[1] * a1[1]
+    pull = along(a1)
+    if larger0:
+        pull = along(a0)
+    if BOX:
+        way = Two(wp.sign(pull[0]), wp.sign(pull[1]))
+    least = real(1.0e30)
+    first = real(0.0)
+    last = real(0.0)
+    for side in range(SIDES):
+        if BOX:
+            # Along x, then along y.
+            pull = Two(
+                wp.where(side == 4, way[0], real(0.0)), wp.where(side == 5, way[1], real(0.0))
+            )
+        s0 = spare_of(body, side, pull, gravity, a0)
+        s1 = spare_of(body, side, pull, gravity, a1)
+        if smaller(s0, s1) < least:
+            least = smaller(s0, s1)
+            first = s0
+            last = s1
+    return first, last
+
+
+@wp.func
+def corner_event(
+    g0: real, r0: real, g1: real, r1: real, d: real, near: real, grain: real, rest: real
+):
+    """What an open corner does in a step, from its gap and how that changes at both ends.
+
+    Returns:
+        Length of the step to its landing if that lies inside, else NEVER; whether it lands at the
+        end of the step; whether it closes at once, because it would not rise by more than `rest`.
+    """
+    zero = real(0.0)
+    reach = near * size(r1) + grain
+    cut = NEVER
+    lands = bool(False)
+    closes = bool(False)
+    start = larger(g0, zero)
+    bend = (g1 - start - r0 * d) / larger(d * d, TINY)
+    if g1 < smaller(g0, zero) - reach and d > near:
+        cut = first_root(start, r0, g1, d)
+        closes = g0 <= grain and r0 <= zero
+    elif g1 <= reach and r1 < zero:
+        lands = True
+    # Whether it comes back in this step or in a later one: that must not depend on the step.
+    hops = r0 > zero and r0 * r0 <= real(-4.0) * bend * rest
+    return cut, lands, closes or (g0 <= grain and hops and d > near)
+
+
+@wp.func
+def cut_to(event: real, d: real, near: real) -> real:
+    """Length of the next step where an event lies inside one, so that it ends there [s].
+
+    Not shorter than what is near: what is left of the way then counts as arrived. An event at the
+    very end of the step would be met there for ever.
+    """
+    return larger(wp.where(event > d - near, HALF * d, event), HALF * near)
+
+
+@wp.func
+def stop_event(u0: Three, u1: Three, d: real, near: real):
+    """Whether a sliding corner stops in a step, from its velocities at both ends.
+
+    Returns:
+        Length of the step to where it no longer moves the way it did, if that lies inside, else
+        NEVER; whether it stands still at the end. On a curved way it may not, and slides on.
+    """
+    d0 = along(u0)
+    e0 = d0[0] * u0[0] + d0[1] * u0[1]
+    e1 = d0[0] * u1[0] + d0[1] * u1[1]
+    wide = u1 - u0
+    reach = near * wp.sqrt(wide[0] * wide[0] + wide[1] * wide[1]) / larger(d, TINY)
+    cut = NEVER
+    if e0 > real(0.0) and e1 < -reach and d > near:
+        cut = first_root(e0, (e1 - e0) / d, e1, d)
+    speed = wp.sqrt(u1[0] * u1[0] + u1[1] * u1[1])
+    return cut, e1 <= reach and speed <= real(10.0) * reach

@@ -1,0 +1,343 @@
+"""The event step in space in which nothing happens, as vector code, for one precision and motion.
+
+Most steps meet no event: the block lies flat on a base that does not move it, or turns about a
+corner or an edge that stick. What touches is a hinge then, and the step of event_space/space.py has
+nothing to choose from. `rolled` takes it, and tells whether it was right to: it was not where
+something slides, lifts, lets go of one of its ends or falls over, or comes near to it. If a corner
+lands inside, it tells when. All that depends on the lane alone.
+
+Formulas are those of event_space/space.py, in the block's own axes where that is less work: both
+give the same to round-off. Friction is the cone.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import CPU_FLAGS, kernel_module
+
+real: Any
+PRECISION: str
+MOTION: str
+
+scalar = kernel_module("scalar", precision=PRECISION)
+shape = kernel_module("shape/space", precision=PRECISION)
+contact = kernel_module("event_space/contact", precision=PRECISION)
+moves = kernel_module("event_space/moves", precision=PRECISION)
+trial = kernel_module("event_space/trial", precision=PRECISION, motion=MOTION)
+event = kernel_module("event_space/space", precision=PRECISION, motion=MOTION)
+OPTIONS = contact.OPTIONS | {
+    "cpu_compiler_flags": f"{CPU_FLAGS} -mllvm=-force-vector-interleave=1"
+    " -mllvm=-capture-tracking-max-uses-to-explore=10000"
+}
+"""Vector code for the loop over the lanes of a pack; a step fills the registers by itself.
+
+The last flag lets the compiler look at all uses of the matrices that keep the lanes: where it has
+not seen that no pointer to them is handed on, it must think that arrays of the launch overlap them,
+and makes no vector code."""
+
+wp.set_module_options(OPTIONS)
+larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+Block, matrix_of = shape.Block, shape.matrix_of
+Three, Four, Matrix = contact.Three, moves.Four, contact.Matrix
+Limits, Base, swung_by = trial.Limits, trial.Base, moves.swung_by
+corner_event, cut_to = moves.corner_event, moves.cut_to
+EDGE, FLAT = contact.EDGE, contact.FLAT
+
+HALF = real(0.5)
+TWO = real(2.0)
+NEVER = real(1.0e30)
+SPARE = real({"float64": 1.0e-3, "float32": 1.0e-1}[PRECISION])
+"""Part of its friction that an end of an edge must have left at the end of a step for it not to let
+go in the next moment: ten times the part of a step by which `let_go` looks ahead."""
+LEVEL = real(1.0e-6)
+"""Slope of an edge up to which one small turn levels it to round-off."""
+
+
+@wp.struct
+class Hinge:
+    """What a block turns about while what touches sticks, in its own axes.
+
+    Lever, from the middle of what touches to the centre of mass [m]; mobility, which makes an
+    angular velocity of the angular momentum about the hinge for unit mass [1/m^2], entries 11, 22
+    and 33, and mixed, its entries 12, 13 and 23; way, half the edge [m], and over, one by its
+    length [1/m], both zero for a corner and a face; open, from what touches to the corners that do
+    not, along the width and the depth [m].
+    """
+
+    lever: Three
+    mobility: Three
+    mixed: Three
+    way: Three
+    over: real
+    open: Three
+
+
+@wp.struct
+class Rolled:
+    """Where a step about a hinge leads, as in `State`.
+
+    Deep, how deep a corner was in the base [m]; clear, whether nothing happens until its end; met,
+    whether a corner lands inside, and nothing else before; cut, the length of the step to there.
+    """
+
+    q: Four
+    x: Three
+    v: Three
+    w: Three
+    turn: Three
+    swing: Three
+    deep: real
+    clear: bool
+    met: bool
+    cut: real
+
+
+@wp.func(inline=True)
+def hinge_of(block: Block, stance: int) -> Hinge:
+    """The hinge of a stance; flat it does not turn at all."""
+    zero, one = real(0.0), real(1.0)
+    h = Hinge()
+    k = stance % 4
+    edge = stance >= EDGE and stance < FLAT
+    wide = edge and k % 2 == 0
+    deep = edge and k % 2 == 1
+    x = wp.where(k == 1 or k == 2, block.width, -block.width)
+    y = wp.where(k >= 2, block.depth, -block.depth)
+    x = wp.where(wide or stance >= FLAT, zero, x)
+    y = wp.where(deep or stance >= FLAT, zero, y)
+    a = Three(block.centre_x - x, block.centre_y - y, block.height)
+    inertia = Three(one / block.inverse_x, one / block.inverse_y, one / block.inverse_z)
+    h.lever = a
+    h.open = Three(-x - x, -y - y, zero)
+    if stance < EDGE:
+        about = wp.diag(inertia) + wp.dot(a, a) * wp.identity(n=3, dtype=real) - wp.outer(a, a)
+        m = wp.inverse(about)
+        h.mobility = Three(m[0, 0], m[1, 1], m[2, 2])
+        h.mixed = Three(m[0, 1], m[0, 2], m[1, 2])
+    if wide:
+        h.way = Three(block.width, zero, zero)
+        h.over = HALF / block.width
+        h.mobility = Three(one / (inertia[0] + a[1] * a[1] + a[2] * a[2]), zero, zero)
+    if deep:
+        h.way = Three(zero, block.depth, zero)
+        h.over = HALF / block.depth
+        h.mobility = Three(zero, one / (inertia[1] + a[0] * a[0] + a[2] * a[2]), zero)
+    return h
+
+
+@wp.func(inline=True)
+def frame(q: Four) -> Matrix:
+    """Rotation matrix of an attitude."""
+    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(q[0], q[1], q[2], q[3])
+    return Matrix(r11, r12, r13, r21, r22, r23, r31, r32, r33)
+
+
+@wp.func(inline=True)
+def scaled(r: Matrix, d: Three, v: Three) -> Three:
+    """A vector times a diagonal matrix of the body's own axes."""
+    b = wp.transpose(r) * v
+    return r * Three(d[0] * b[0], d[1] * b[1], d[2] * b[2])
+
+
+@wp.func(inline=True)
+def moved(h: Hinge, r: Matrix, spin: Three) -> Three:
+    """Angular velocity about a hinge, of the angular momentum about it."""
+    b = wp.transpose(r) * spin
+    m = h.mobility
+    n = h.mixed
+    return r * Three(
+        m[0] * b[0] + n[0] * b[1] + n[1] * b[2],
+        n[0] * b[0] + m[1] * b[1] + n[2] * b[2],
+        n[1] * b[0] + n[2] * b[1] + m[2] * b[2],
+    )
+
+
+@wp.func(inline=True)
+def levelled(q: Four, rise: Three) -> Four:
+    """An attitude in which the edge along `rise`, a unit vector, is level to round-off."""
+    a = Three(-rise[1], rise[0], real(0.0)) * (HALF * rise[2])
+    n = Four(
+        q[0] + a[0] * q[3] + a[1] * q[2],
+        q[1] + a[1] * q[3] - a[0] * q[2],
+        q[2] + a[0] * q[1] - a[1] * q[0],
+        q[3] - a[0] * q[0] - a[1] * q[1],
+    )
+    return n * (real(1.5) - HALF * wp.dot(n, n))
+
+
+@wp.func(inline=True)
+def ends(mu: real, p: Three, twist: Three, arm: Three, e: Three, over: real):
+    """What both ends of an edge have left of their friction, see `edge_carries`.
+
+    Over is one by the edge's length [1/m]. A corner counts as two that share its impulse by halves,
+    its `e` being zero.
+
+    Returns:
+        The less of both, the less of what presses them, and the least that the square of what is
+        left along the edge can be.
+    """
+    q = wp.cross((twist + wp.cross(arm, p)) * over, e)
+    one = HALF * p - q
+    other = HALF * p + q
+    most1 = mu * one[2]
+    most2 = mu * other[2]
+    room1 = most1 - size(one[1] * e[0] - one[0] * e[1])
+    room2 = most2 - size(other[1] * e[0] - other[0] * e[1])
+    more = room1 * (most1 + most1 - room1) + room2 * (most2 + most2 - room2)
+    return smaller(room1, room2), smaller(one[2], other[2]), more
+
+
+@wp.func(inline=True)
+def keeps_end(
+    h: Hinge, mu: real, r: Matrix, arm: Three, e: Three, over: real, inertia: Three, w: Three,
+    pull: Three,
+) -> bool:  # fmt: skip
+    """Whether an edge keeps hold of both of its ends in the next moment, the base pulling."""
+    bend = moved(h, r, wp.cross(pull, arm))
+    p = wp.cross(bend, arm) + wp.cross(w, wp.cross(w, arm)) + pull
+    room, _push, _more = ends(mu, p, scaled(r, inertia, bend), arm, e, over)
+    return room > SPARE * mu * size(p[2])
+
+
+@wp.func(inline=True)
+def lies(block: Block, gravity: real, r: Matrix, a: Three) -> bool:
+    """Whether a flat block at rest stays so under an acceleration of the base, see `spare_of`."""
+    weight = gravity + a[2]
+    along = r[0, 0] * a[0] + r[1, 0] * a[1]
+    across = r[0, 1] * a[0] + r[1, 1] * a[1]
+    low = weight / block.height
+    slack = block.friction * weight
+    return (
+        weight > real(0.0)
+        and a[0] * a[0] + a[1] * a[1] < slack * slack
+        and size(along - low * block.centre_x) < low * block.width
+        and size(across - low * block.centre_y) < low * block.depth
+    )
+
+
+@wp.func(inline=True)
+def rise_rate(v: Three, w: Three, c: Three) -> real:
+    """Vertical velocity of a point of the block [m/s]."""
+    return v[2] + w[0] * c[1] - w[1] * c[0]
+
+
+@wp.func(inline=True)
+def open_event(
+    limits: Limits, d: real, grain: real, away: Three, r0: Matrix, a0: Three, v0: Three, w0: Three,
+    r1: Matrix, a1: Three, v1: Three, w1: Three,
+):  # fmt: skip
+    """What a corner does in a step that lies away from those that touch, see `corner_event`.
+
+    Returns:
+        Length of the step to its landing if that lies inside, else NEVER; whether it lands at the
+        end or closes at once, whether it closes. A corner that is not away touches.
+    """
+    c0 = r0 * away
+    c1 = r1 * away
+    cut, lands, closes = corner_event(
+        c0[2], rise_rate(v0, w0, c0 - a0), c1[2], rise_rate(v1, w1, c1 - a1), d,
+        event.NEARLY * limits.longest_step, grain, limits.rest_gap,
+    )  # fmt: skip
+    touches = away[0] == real(0.0) and away[1] == real(0.0)
+    happens = (lands or closes) and not touches
+    return wp.where(touches, NEVER, cut), happens, closes and not touches
+
+
+@wp.func(inline=True)
+def mean_motion(
+    block: Block, h: Hinge, inertia: Three, free: Three, momentum: Three, middle: Matrix
+):
+    """The mean motion of a step about a hinge.
+
+    Returns:
+        Velocity, angular velocity and angular momentum; whether friction can hold the hinge.
+    """
+    zero = real(0.0)
+    mu = block.friction
+    arm = middle * h.lever
+    w = moved(h, middle, momentum + wp.cross(arm, free))
+    v = wp.cross(w, arm)
+    p = v - free
+    spun = scaled(middle, inertia, w)
+    e = (middle * h.way) * (h.over + h.over)
+    room, push, more = ends(mu, p, spun - momentum, arm, e, h.over)
+    along = wp.dot(p, e)
+    sticks = h.over > zero or p[0] * p[0] + p[1] * p[1] <= mu * mu * p[2] * p[2]
+    return v, w, spun, sticks and room >= zero and push >= zero and along * along <= more
+
+
+@wp.func(inline=True)
+def events(
+    block: Block, limits: Limits, b: Base, h: Hinge, flat: bool, upright: bool, r0: Matrix,
+    a0: Three, v0: Three, w0: Three, r1: Matrix, a1: Three, v1: Three, w1: Three, inertia: Three,
+    w: Three,
+):  # fmt: skip
+    """What happens in a step about a hinge, 0 at its start and 1 at its end, as `watched` says.
+
+    Returns:
+        Whether nothing does, whether a corner lands inside before anything else, the length of the
+        step to there.
+    """
+    zero = real(0.0)
+    near = event.NEARLY * limits.longest_step
+    grain = moves.GRAIN * block.height
+    # Of three open corners the farthest is higher than one of the others.
+    x = Three(h.open[0], zero, zero)
+    y = Three(zero, h.open[1], zero)
+    cut_x, any_x, closes_x = open_event(limits, b.d, grain, x, r0, a0, v0, w0, r1, a1, v1, w1)
+    cut_y, any_y, closes_y = open_event(limits, b.d, grain, y, r0, a0, v0, w0, r1, a1, v1, w1)
+    cut = smaller(cut_x, cut_y)
+    inside = cut < NEVER
+    e = (r1 * h.way) * (h.over + h.over)
+    pull = b.last + Three(zero, zero, limits.gravity)
+    keeps = h.over == zero or keeps_end(
+        h, block.friction, r1, a1, e, h.over, inertia, w, pull
+    )  # fmt: skip
+    rolls = upright and keeps and not (inside or any_x or any_y)
+    rests = lies(block, limits.gravity, r0, b.first) and lies(block, limits.gravity, r0, b.last)
+    met = upright and inside and not (flat or closes_x or closes_y)
+    return wp.where(flat, rests, rolls), met, cut_to(cut, b.d, near)
+
+
+@wp.func(inline=True)
+def rolled(
+    block: Block, inertia: Three, limits: Limits, b: Base, h: Hinge, flat: bool, x: Three, q: Four,
+    v: Three, w: Three,
+) -> Rolled:  # fmt: skip
+    """The step of a block about a hinge, of the inertia about its own axes for unit mass [m^2]."""
+    zero = real(0.0)
+    n = Rolled()
+    d = b.d
+    inverse = Three(block.inverse_x, block.inverse_y, block.inverse_z)
+    r0 = frame(q)
+    a0 = r0 * h.lever
+    momentum = scaled(r0, inertia, w)
+    middle = frame(swung_by(q, w * (HALF * d)))
+    free = v - HALF * b.change - Three(zero, zero, HALF * d * limits.gravity)
+    v1, w1, spun, holds = mean_motion(block, h, inertia, free, momentum, middle)
+    n.turn = d * w1
+    n.q = swung_by(q, n.turn)
+    rise = (frame(n.q) * h.way) * (h.over + h.over)
+    n.q = levelled(n.q, rise)
+    r = frame(n.q)
+    a1 = r * h.lever
+    n.deep = a1[2] - x[2] - d * v1[2]
+    n.x = Three(x[0] + a1[0] - a0[0], x[1] + a1[1] - a0[1], a1[2])
+    if flat:
+        n.q = q
+        n.x = x
+    raw = TWO * v1 - v
+    spin = TWO * spun - momentum
+    n.swing = scaled(r, inverse, spin)
+    n.w = moved(h, r, spin + wp.cross(a1, raw))
+    n.v = wp.cross(n.w, a1)
+    fall = event.NEARLY * limits.longest_step * wp.length(n.swing)
+    upright = size(rise[2]) < LEVEL and r[2, 2] > TWO * fall
+    clear, met, cut = events(
+        block, limits, b, h, flat, upright, r0, a0, v, w, r, a1, raw, n.swing, inertia, n.w
+    )
+    n.clear = holds and clear
+    n.met = holds and met
+    n.cut = cut
+    return n

@@ -1,0 +1,268 @@
+"""Runs of the event step over blocks in space, LANES lanes side by side on the CPU.
+
+Steps in which nothing happens are taken as vector code, see event_space/pack.py, all others one
+lane after the other. One thread runs all lanes of a launch: where one has come to its end, another
+takes its place. Lanes do not wait for one another, for every one has its own clock and sample.
+
+Of float64, that is: small structs of float32 the compiler hands on in pairs, and makes no vector
+code of them. A step about a hinge, which has no cases to choose from, is quicker all the same.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module
+
+real: Any
+PRECISION: str
+MOTION: str
+LANES: int
+
+scalar = kernel_module("scalar", precision=PRECISION)
+motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+shape = kernel_module("shape/space", precision=PRECISION)
+found_of = kernel_module("shape/space_found", precision=PRECISION)
+contact = kernel_module("event_space/contact", precision=PRECISION)
+moves = kernel_module("event_space/moves", precision=PRECISION)
+trial = kernel_module("event_space/trial", precision=PRECISION, motion=MOTION)
+event = kernel_module("event_space/space", precision=PRECISION, motion=MOTION)
+pack = kernel_module("event_space/pack", precision=PRECISION, motion=MOTION)
+plain = kernel_module("event_space/space_run", precision=PRECISION, motion=MOTION)
+kept = kernel_module("event_space/pack_lanes", precision=PRECISION, motion=MOTION, lanes=LANES)
+wp.set_module_options(pack.OPTIONS)
+larger, Motion, sample_index = scalar.larger, motion.Motion, motion.sample_index
+Block, slide_of, Three, Four = shape.Block, shape.slide_of, contact.Three, moves.Four
+BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
+Limits, State, next_step = trial.Limits, trial.State, trial.next_step
+Lane, Knobs, Seen = plain.Lane, plain.Knobs, plain.Seen
+started, attitude_at, seen_after = plain.started, plain.attitude_at, plain.seen_after
+peaks_at, turning, first_seen = plain.peaks_at, plain.turning, plain.first_seen
+result_of, leaf_of = plain.result_of, plain.leaf_of
+Rolled, hinge_of, rolled = pack.Rolled, pack.hinge_of, pack.rolled
+frame, swung_by, three = pack.frame, pack.swung_by, kept.three
+Numbers, Marks, at, mark = kept.Numbers, kept.Marks, kept.at, kept.mark
+put, put_three, put_four, put_mark = kept.put, kept.put_three, kept.put_four, kept.put_mark
+state_of, before_of, seen_of = kept.state_of, kept.before_of, kept.seen_of
+block_at, hinge_at = kept.block_at, kept.hinge_at
+keep, keep_before, keep_seen = kept.keep, kept.keep_before, kept.keep_seen
+keep_leaf, keep_hinge, keep_block = kept.keep_leaf, kept.keep_hinge, kept.keep_block
+FLAT, FLYING = contact.FLAT, contact.FLYING
+RUNNING, STALLED = event.RUNNING, event.STALLED
+
+PLACES = LANES
+LANES = 1
+"""A launch has a thread a lane, of which the first runs all: so none is run to fill a pack."""
+NEVER = real(1.0e30)
+GONE = -1
+"""Mode of a place without a lane."""
+
+
+@wp.func(inline=True)
+def glanced(block: Block, before: BlockResult, s: State, n: Rolled, d: real, time: real):
+    """What a step about a hinge adds to what has been seen, see `seen_after`.
+
+    Returns:
+        That, and whether it is all: not if two rotations turn back in one step.
+    """
+    zero = real(0.0)
+    r0 = frame(s.q)
+    r = frame(n.q)
+    axis0 = Three(r0[0, 2], r0[1, 2], r0[2, 2])
+    axis = Three(r[0, 2], r[1, 2], r[2, 2])
+    rate0 = wp.cross(s.w, axis0)
+    rate = wp.cross(n.swing, axis)
+    first = turning(axis0, rate0, axis, rate, 0, d)
+    other = turning(axis0, rate0, axis, rate, 1, d)
+    tau = first + other
+    part = tau / larger(d, contact.TINY)
+    q = swung_by(s.q, tau * s.w + part * part * (n.turn - d * s.w))
+    leaf = peaks_at(block, before, n.q, time)
+    back = peaks_at(block, leaf, q, s.time + tau)
+    turns = tau > zero
+    leaf.peak_time = wp.where(turns, back.peak_time, leaf.peak_time)
+    leaf.peak = wp.where(turns, back.peak, leaf.peak)
+    leaf.peak_across = wp.where(turns, back.peak_across, leaf.peak_across)
+    leaf.peak_tilt = wp.where(turns, back.peak_tilt, leaf.peak_tilt)
+    leaf.peak_yaw = wp.where(turns, back.peak_yaw, leaf.peak_yaw)
+    x, y = slide_of(
+        block, n.x[0], n.x[1], r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0],
+        r[2, 1],
+    )  # fmt: skip
+    leaf.slide_x = x
+    leaf.slide_y = y
+    leaf.peak_slide = larger(x * x + y * y, before.peak_slide)
+    return leaf, not (first > zero and other > zero)
+
+
+@wp.func(inline=True)
+def quiet_step(
+    gravity: real, mx: Motion, my: Motion, mz: Motion, value: Three, slope: Three, end: real,
+    m: wp.ref[Numbers], k: wp.ref[Marks], i: int,
+):  # fmt: skip
+    """One trial step of one lane, if nothing happens in it, or a corner lands inside.
+
+    Else it changes nothing, and marks the lane as busy.
+    """
+    block = block_at(m, i)
+    limits = Limits(gravity, at(m[kept.LONGEST, i]), at(m[kept.REST_GAP, i]))
+    s = state_of(m, k, i)
+    seen = seen_of(m, i)
+    b = next_step(limits, mx, my, mz, value, slope, end, s)
+    flat = s.stance == FLAT
+    inertia = three(m, kept.INERTIA, i)
+    n = rolled(block, inertia, limits, b, hinge_at(m, i), flat, s.x, s.q, s.v, s.w)
+    leaf, whole = glanced(block, seen.leaf, s, n, b.d, b.time)
+    total = n.x[0] + n.x[1] + n.x[2] + n.v[0] + n.v[1] + n.v[2] + b.time
+    runs = s.mode == RUNNING and s.slip == 0 and s.stance < FLYING and total - total == real(0.0)
+    lasts = b.d > contact.TINY and wp.dot(b.kick, b.kick) == real(0.0)
+    ok = runs and lasts and n.clear and whole
+    cut = runs and n.met
+    count = mark(k[kept.STEPS, i]) + wp.where(s.mode == RUNNING, 1, 0)
+    k[kept.STEPS, i] = count
+    late = ok and b.time >= at(m[kept.UNTIL, i])
+    alone = not ok and not cut
+    due = late or alone or count >= mark(k[kept.STEP_LIMIT, i])
+    k[kept.BUSY, i] = wp.where(alone, 1, 0)
+    k[kept.DUE, i] = wp.where(due and s.mode == RUNNING, 1, 0)
+    keep_leaf(leaf, ok, m, i)
+    keep_before(s, ok, m, k, i)
+    put_three(m, kept.X, i, ok, n.x)
+    put_four(m, kept.Q, i, ok, n.q)
+    put_three(m, kept.V, i, ok, n.v)
+    put_three(m, kept.W, i, ok, n.w)
+    put_three(m, kept.TURN, i, ok, n.turn)
+    put_three(m, kept.BASE, i, ok, s.base + b.change)
+    put(m, kept.TIME, i, ok, b.time)
+    put(m, kept.CAP, i, ok or cut, wp.where(ok, NEVER, n.cut))
+    put(m, kept.DEEPEST, i, ok, larger(s.deepest, n.deep))
+    put_mark(k, kept.KNOTS, i, ok, b.knots[0])
+    put_mark(k, kept.KNOTS + 1, i, ok, b.knots[1])
+    put_mark(k, kept.KNOTS + 2, i, ok, b.knots[2])
+
+
+@wp.func(inline=False)
+def full_step(
+    block: Block, limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Three, slope: Three,
+    end: real, s: State, seen: Seen,
+):  # fmt: skip
+    """One trial step of one lane, whatever happens in it."""
+    n = event.step(block, limits, mx, my, mz, value, slope, end, s)
+    after = seen
+    if n.taken:
+        after = seen_after(block, seen, s, n)
+    return n, after, hinge_of(block, n.stance)
+
+
+@wp.func(inline=False)
+def begun(block: Block):
+    """A lane at its start, and what is seen of it then."""
+    s = started(block, event.TOGETHER * block.height)
+    return s, first_seen(block, s), hinge_of(block, s.stance)
+
+
+@wp.func(inline=False)
+def attitude_within(block: Block, until: real, s0: State, s: State) -> Four:
+    """Attitude at a time inside the last step, see `attitude_at`."""
+    return attitude_at(block, until, s0, s)
+
+
+@wp.func(inline=True)
+def step_alone(
+    block: Block, gravity: real, mx: Motion, my: Motion, mz: Motion, value: Three, slope: Three,
+    end: real, m: wp.ref[Numbers], k: wp.ref[Marks], i: int,
+):  # fmt: skip
+    """One trial step of one lane, whatever happens in it."""
+    limits = Limits(gravity, at(m[kept.LONGEST, i]), at(m[kept.REST_GAP, i]))
+    s = state_of(m, k, i)
+    n, seen, h = full_step(block, limits, mx, my, mz, value, slope, end, s, seen_of(m, i))
+    keep_before(s, n.taken, m, k, i)
+    keep_seen(seen, m, i)
+    keep_hinge(h, m, i)
+    keep(n, m, k, i)
+
+
+@wp.func(inline=True)
+def enter(block: Block, limits: Lane, lane: int, m: wp.ref[Numbers], k: wp.ref[Marks], i: int):
+    """Puts a lane in a place that has none."""
+    s, seen, h = begun(block)
+    keep(s, m, k, i)
+    keep_before(s, True, m, k, i)
+    keep_seen(seen, m, i)
+    keep_hinge(h, m, i)
+    keep_block(block, m, i)
+    m[kept.LONGEST, i] = limits.longest_step
+    m[kept.REST_GAP, i] = limits.rest_gap
+    k[kept.STEP_LIMIT, i] = limits.step_limit
+    k[kept.STEPS, i] = 0
+    k[kept.LANE, i] = lane
+    k[kept.SAMPLE, i] = 0
+
+
+@wp.kernel
+def spatial(
+    blocks: wp.array2d(dtype=Block),
+    motions: wp.array2d(dtype=Motion),
+    pool: wp.array2d(dtype=real),
+    sample_times: wp.array(dtype=real),
+    lanes: wp.array(dtype=Lane),
+    knobs: Knobs,
+    found: Found,
+):
+    """Runs all lanes of a launch in its first thread, PLACES of them side by side."""
+    if wp.tid() > 0:
+        return
+    m, k = Numbers(), Marks()
+    waiting, count = int(0), blocks.shape[1]
+    samples = found.attitudes.shape[0]
+    end = sample_times[sample_times.shape[0] - 1]
+    for i in range(PLACES):
+        k[kept.MODE, i] = GONE
+    busy = int(1)
+    while busy > 0:
+        busy = int(0)
+        for i in range(PLACES):
+            if k[kept.DUE, i] != 0:
+                lane = k[kept.LANE, i]
+                if k[kept.BUSY, i] != 0:
+                    mx, my, mz = motions[0, lane], motions[1, lane], motions[2, lane]
+                    px = sample_index(mx, k[kept.KNOTS, i])
+                    py = sample_index(my, k[kept.KNOTS + 1, i])
+                    pz = sample_index(mz, k[kept.KNOTS + 2, i])
+                    value = Three(pool[0, px], pool[0, py], pool[0, pz])
+                    slope = Three(pool[1, px], pool[1, py], pool[1, pz])
+                    step_alone(
+                        blocks[0, lane], knobs.gravity, mx, my, mz, value, slope, end, m, k, i
+                    )
+                if k[kept.STEPS, i] >= k[kept.STEP_LIMIT, i] and k[kept.MODE, i] == RUNNING:
+                    k[kept.MODE, i] = STALLED
+                s, s0 = state_of(m, k, i), before_of(m, k, i)
+                ended = s.mode != RUNNING or s.time >= end
+                sample = int(k[kept.SAMPLE, i])
+                while sample < samples and (ended or s.time >= sample_times[sample]):
+                    q = attitude_within(blocks[0, lane], sample_times[sample], s0, s)
+                    for part in range(4):
+                        found.attitudes[sample, 0, part, lane] = q[part]
+                    sample += 1
+                k[kept.SAMPLE, i] = sample
+                if ended:
+                    seen = seen_of(m, i)
+                    found.results[lane] = result_of(blocks[0, lane], k[kept.STEPS, i], s, seen)
+                    found.blocks[0, lane] = leaf_of(s, seen)
+                    k[kept.MODE, i] = GONE
+            if k[kept.MODE, i] == GONE and waiting < count:
+                enter(blocks[0, waiting], lanes[waiting], waiting, m, k, i)
+                waiting += 1
+            m[kept.UNTIL, i] = end
+            if k[kept.SAMPLE, i] < samples:
+                m[kept.UNTIL, i] = sample_times[k[kept.SAMPLE, i]]
+            busy = busy + wp.where(k[kept.MODE, i] == RUNNING, 1, 0)
+        for i in range(PLACES):
+            place = k[kept.LANE, i]
+            nx, ny, nz = motions[0, place], motions[1, place], motions[2, place]
+            ix = sample_index(nx, k[kept.KNOTS, i])
+            iy = sample_index(ny, k[kept.KNOTS + 1, i])
+            iz = sample_index(nz, k[kept.KNOTS + 2, i])
+            first = Three(pool[0, ix], pool[0, iy], pool[0, iz])
+            other = Three(pool[1, ix], pool[1, iy], pool[1, iz])
+            quiet_step(knobs.gravity, nx, ny, nz, first, other, end, m, k, i)

@@ -1,0 +1,389 @@
+"""Sliding contact of one block in space, for one precision; see event_space/contact.py.
+
+A corner that slides takes p = n (-friction d, 1) with d the direction of its velocity afterwards.
+Given all d, what a stance holds is linear in the n. The directions are then sought so that they
+are those of the velocities.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module
+
+real: Any
+PRECISION: str
+FRICTION: str
+
+scalar = kernel_module("scalar", precision=PRECISION)
+contact = kernel_module("event_space/contact", precision=PRECISION, friction=FRICTION)
+wp.set_module_options(contact.OPTIONS)
+larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+Two, Three, Matrix, Shares = contact.Two, contact.Three, contact.Matrix, contact.Shares
+Corners, Body, Held = contact.Corners, contact.Body, contact.Held
+mask_of, corner_velocity, along = contact.mask_of, contact.corner_velocity, contact.along
+sinks, inside, face_shares = contact.sinks, contact.inside, contact.face_shares
+answer, EDGE, FLAT = contact.answer, contact.EDGE, contact.FLAT
+
+HALF = real(0.5)
+TINY = contact.TINY
+ALIKE = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
+"""Change of a direction [rad] that is round-off."""
+GOOD = real({"float64": 1.0e-9, "float32": 1.0e-4}[PRECISION])
+"""Change of a direction [rad] at which a search that found no end is good enough."""
+LITTLE = real({"float64": 1.0e-7, "float32": 1.0e-3}[PRECISION])
+"""Turn by which a slope is found [rad]."""
+STEEPEST = real(0.5)
+"""Largest turn of a direction in one of Newton's steps [rad]."""
+TURNS = 60
+"""Steps of Newton's method, or of the iteration for the directions of sliding."""
+
+
+@wp.func
+def sliding_corner(m: Matrix, u: Three, mu: real, start: Two):
+    """Impulse of a corner that slides, and the direction in which it ends up doing so.
+
+    Args:
+        m: `corner_matrix` of the corner.
+        u: Its velocity without contact [m/s].
+        mu: Friction coefficient.
+        start: Direction to start from.
+
+    Returns:
+        Normal impulse [m/s], direction, whether that is the direction of the velocity.
+    """
+    d = start
+    n = real(0.0)
+    turn = real(1.0)
+    ahead = real(0.0)
+    weight = real(1.0)
+    tries = int(0)
+    while size(turn) > ALIKE and tries < TURNS:
+        e = Two(-d[1], d[0])
+        f = m * Three(-mu * d[0], -mu * d[1], real(1.0))
+        rate = m * Three(-mu * e[0], -mu * e[1], real(0.0))
+        weight = f[2]
+        n = -u[2] / weight
+        change = -n * rate[2] / weight
+        tx = u[0] + n * f[0]
+        ty = u[1] + n * f[1]
+        ahead = tx * d[0] + ty * d[1]
+        beside = tx * e[0] + ty * e[1]
+        bend = -ahead + e[0] * (change * f[0] + n * rate[0]) + e[1] * (change * f[1] + n * rate[1])
+        # Never away from the direction of the velocity.
+        bend = wp.where(bend < -TINY, bend, -TINY)
+        turn = wp.where(beside == real(0.0), real(0.0), -beside / bend)
+        turn = larger(smaller(turn, STEEPEST), -STEEPEST)
+        d = wp.normalize(d + turn * e)
+        tries += 1
+    sound = n >= real(0.0) and weight > real(0.0) and ahead >= real(0.0)
+    return n, d, sound and size(turn) <= GOOD
+
+
+@wp.func
+def slid_face(body: Body, mu: real, dirs: Corners, pressed: Shares, v: Three, w: Three):
+    """What `slid` returns of a flat block."""
+    zero = real(0.0)
+    p = Three(zero, zero, -v[2])
+    torsion = real(0.0)
+    for k in range(4):
+        fx = -mu * pressed[k] * dirs[k, 0]
+        fy = -mu * pressed[k] * dirs[k, 1]
+        p = p + Three(fx, fy, zero)
+        torsion += body.corners[k, 0] * fy - body.corners[k, 1] * fx
+    spin = body.inertia * w
+    low = -body.corners[0, 2]
+    x = (spin[1] - low * p[0]) / larger(p[2], TINY)
+    y = (-spin[0] - low * p[1]) / larger(p[2], TINY)
+    n = p[2] * face_shares(body, x, y)
+    sound = p[2] >= zero and inside(body, x, y)
+    v1 = Three(v[0] + p[0], v[1] + p[1], zero)
+    w1 = Three(zero, zero, w[2] + torsion / body.inertia[2, 2])
+    return v1, w1, n, sound
+
+
+@wp.func
+def slid(body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: Three, w: Three):
+    """Velocities of a block that slides in given directions, and the normal impulses.
+
+    Args:
+        body: The block.
+        stance: Its stance.
+        mu: Friction coefficient.
+        dirs: Directions in which its corners slide.
+        pressed: Normal impulses that a flat block's friction is taken from.
+        v: Velocity without contact [m/s].
+        w: Angular velocity without contact [rad/s].
+
+    Returns:
+        Velocity, angular velocity, normal impulses, whether they can be carried at all.
+    """
+    zero = real(0.0)
+    n = Shares()
+    v1 = v
+    w1 = w
+    sound = bool(True)
+    if stance == FLAT:
+        v0, w0, n0, sound0 = slid_face(body, mu, dirs, pressed, v, w)
+        v1 = v0
+        w1 = w0
+        n = n0
+        sound = sound0
+    else:
+        i = stance % 4
+        u = corner_velocity(body, v, w, i)
+        f1 = Three(-mu * dirs[i, 0], -mu * dirs[i, 1], real(1.0))
+        a11 = answer(body, i, f1, i)[2]
+        if stance < EDGE:
+            sound = a11 > zero
+            n[i] = -u[2] / a11
+        else:
+            j = (i + 1) % 4
+            u2 = corner_velocity(body, v, w, j)
+            f2 = Three(-mu * dirs[j, 0], -mu * dirs[j, 1], real(1.0))
+            a12 = answer(body, j, f2, i)[2]
+            a21 = answer(body, i, f1, j)[2]
+            a22 = answer(body, j, f2, j)[2]
+            det = a11 * a22 - a12 * a21
+            sound = det > zero and a11 > zero
+            n[i] = (a12 * u2[2] - a22 * u[2]) / det
+            n[j] = (a21 * u[2] - a11 * u2[2]) / det
+            v1 = v1 + n[j] * f2
+            w1 = w1 + n[j] * (body.inverse * wp.cross(body.corners[j], f2))
+        v1 = v1 + n[i] * f1
+        w1 = w1 + n[i] * (body.inverse * wp.cross(body.corners[i], f1))
+        for k in range(4):
+            sound = sound and n[k] >= zero
+    return v1, w1, n, sound
+
+
+@wp.func
+def swung(body: Body, k: int, other: int, side: real, v: Three, w: Three):
+    """Velocities of a block of which corner k sticks and another one slides beside it.
+
+    Args:
+        body: The block.
+        k: The corner that sticks.
+        other: The one that slides, at the other end of an edge of the base.
+        side: 1 if it moves as the block turns from +x to +y about corner k, else -1.
+        v: Velocity without contact [m/s].
+        w: Angular velocity without contact [rad/s].
+
+    Returns:
+        Velocity, angular velocity, normal impulse and direction of the corner that slides, whether
+        that can be carried at all.
+    """
+    a = -body.corners[k]
+    way = body.corners[other] - body.corners[k]
+    d = along(Three(-way[1], way[0], real(0.0))) * side
+    force = Three(-body.friction * d[0], -body.friction * d[1], real(1.0))
+    about = body.inertia + wp.dot(a, a) * wp.identity(n=3, dtype=real) - wp.outer(a, a)
+    inverse = wp.inverse(about)
+    free = inverse * (body.inertia * w + wp.cross(a, v))
+    gain = inverse * wp.cross(way, force)
+    weight = wp.cross(gain, way)[2]
+    n = -wp.cross(free, way)[2] / weight
+    w1 = free + n * gain
+    return wp.cross(w1, a), w1, n, d, weight > real(0.0)
+
+
+@wp.func
+def swinging(
+    body: Body, edge: int, turn: int, mask: int, slip: int, start: Corners, v: Three, w: Three,
+    dust: real,
+) -> Held:  # fmt: skip
+    """The motion if one end of an edge sticks and the other slides; whether it obeys the law.
+
+    `turn`, 0 to 3, says which end and to which side. Where the end slides already (`slip`), in its
+    direction in `start`, it goes on so, see `slipping`.
+    """
+    zero = real(0.0)
+    h = Held()
+    k = (edge + turn % 2) % 4
+    other = (edge + 1 - turn % 2) % 4
+    side = wp.where(turn < 2, real(1.0), real(-1.0))
+    v1, w1, n, d, sound = swung(body, k, other, side, v, w)
+    h.v = v1
+    h.w = w1
+    h.stance = EDGE + edge
+    h.slip = 1 << other
+    u = corner_velocity(body, v1, w1, other)
+    ahead = u[0] * d[0] + u[1] * d[1]
+    forced = slip == h.slip and d[0] * start[other, 0] + d[1] * start[other, 1] > zero
+    h.work = body.friction * n * ahead
+    h.spare = body.friction * n
+    h.turns = n < zero
+    p = v1 - v - n * Three(-body.friction * d[0], -body.friction * d[1], real(1.0))
+    sticks = wp.sqrt(p[0] * p[0] + p[1] * p[1]) <= body.friction * p[2]
+    h.fits = sound and sticks and n >= zero and p[2] >= zero
+    h.fits = h.fits and (forced or (slip == 0 and ahead >= zero))
+    h.fits = h.fits and not sinks(body, v1, w1, mask & ~mask_of(h.stance), dust)
+    return h
+
+
+@wp.func
+def turned_by(d: Three, angle: real) -> Three:
+    """A direction along the base, turned by a small angle [rad]."""
+    return wp.normalize(Three(d[0] - angle * d[1], d[1] + angle * d[0], real(0.0)))
+
+
+@wp.func
+def beside(body: Body, stance: int, dirs: Corners, v: Three, w: Three) -> Two:
+    """Velocities of the ends of an edge across the directions in which they are said to slide."""
+    i = stance - EDGE
+    j = (i + 1) % 4
+    v1, w1, _n, _sound = slid(body, stance, body.friction, dirs, Shares(), v, w)
+    u = corner_velocity(body, v1, w1, i)
+    t = corner_velocity(body, v1, w1, j)
+    return Two(u[1] * dirs[i, 0] - u[0] * dirs[i, 1], t[1] * dirs[j, 0] - t[0] * dirs[j, 1])
+
+
+@wp.func
+def sliding_edge(body: Body, stance: int, start: Corners, v: Three, w: Three, dust: real):
+    """Directions in which the ends of an edge slide, by Newton's method; whether it settled.
+
+    What both ends do against each other along the edge moves nothing: it need not be settled.
+    """
+    i = stance - EDGE
+    j = (i + 1) % 4
+    dirs = start
+    change = real(1.0)
+    error = real(1.0)
+    tries = int(0)
+    while change > real(10.0) * ALIKE and tries < TURNS:
+        g = beside(body, stance, dirs, v, w)
+        other = dirs
+        other[i] = turned_by(dirs[i], LITTLE)
+        g1 = (beside(body, stance, other, v, w) - g) / LITTLE
+        other[i] = dirs[i]
+        other[j] = turned_by(dirs[j], LITTLE)
+        g2 = (beside(body, stance, other, v, w) - g) / LITTLE
+        det = g1[0] * g2[1] - g2[0] * g1[1]
+        det = wp.where(det == real(0.0), TINY, det)
+        a = (g2[0] * g[1] - g[0] * g2[1]) / det
+        b = (g1[1] * g[0] - g1[0] * g[1]) / det
+        dirs[i] = turned_by(dirs[i], larger(smaller(a, STEEPEST), -STEEPEST))
+        dirs[j] = turned_by(dirs[j], larger(smaller(b, STEEPEST), -STEEPEST))
+        change = size(a) + size(b)
+        error = size(g[0]) + size(g[1])
+        tries += 1
+    return dirs, change <= GOOD or error <= dust
+
+
+@wp.func
+def face_correction(body: Body, n: Shares, free: Three, z: Three) -> Three:
+    """Newton's step for the motion (vx, vy, wz) of a flat block that slides, pressed by n.
+
+    z = free - M^-1 sum friction n_k G_k^T d_k, d_k the direction of the velocity G_k z of corner k:
+    the least of a convex function, its slope by the turning of the directions.
+    """
+    one, zero = real(1.0), real(0.0)
+    lighter = one / body.inertia[2, 2]
+    rest = z - free
+    bend = wp.identity(n=3, dtype=real)
+    for k in range(4):
+        x = body.corners[k, 0]
+        y = body.corners[k, 1]
+        ux = z[0] - z[2] * y
+        uy = z[1] + z[2] * x
+        d = along(Three(ux, uy, zero))
+        push = body.friction * n[k]
+        rest = rest + push * Three(d[0], d[1], lighter * (x * d[1] - y * d[0]))
+        t = Three(-d[1], d[0], x * d[0] + y * d[1])
+        stiff = push / larger(wp.sqrt(ux * ux + uy * uy), TINY)
+        bend = bend + stiff * wp.outer(Three(t[0], t[1], lighter * t[2]), t)
+    return -(wp.inverse(bend) * rest)
+
+
+@wp.func
+def sliding_face(body: Body, start: Corners, v: Three, w: Three):
+    """Directions in which the corners of a flat block slide, and what presses them; if settled."""
+    zero = real(0.0)
+    dirs = start
+    for k in range(4):
+        # A block that does not spin slides as it would without friction, only slower.
+        d = along(corner_velocity(body, v, w, k))
+        if d[0] * d[0] + d[1] * d[1] > zero:
+            dirs[k] = Three(d[0], d[1], zero)
+    n = Shares(real(0.25), real(0.25), real(0.25), real(0.25)) * larger(-v[2], zero)
+    for _again in range(3):
+        v0, w0, n0, _sound = slid(body, FLAT, body.friction, dirs, n, v, w)
+        n = n0
+    free = Three(v[0], v[1], w[2])
+    z = Three(v0[0], v0[1], w0[2])
+    change = real(1.0)
+    tries = int(0)
+    while change > real(10.0) * ALIKE and tries < TURNS:
+        more = face_correction(body, n, free, z)
+        turned = bool(False)
+        for k in range(4):
+            x = body.corners[k, 0]
+            y = body.corners[k, 1]
+            ux = z[0] - z[2] * y
+            uy = z[1] + z[2] * x
+            ahead = ux * (ux + more[0] - more[2] * y) + uy * (uy + more[1] + more[2] * x)
+            turned = turned or ahead < zero
+        # Not past a standstill at once.
+        z = z + more * wp.where(turned, HALF, real(1.0))
+        for k in range(4):
+            u = Three(z[0] - z[2] * body.corners[k, 1], z[1] + z[2] * body.corners[k, 0], zero)
+            d = along(u)
+            dirs[k] = Three(d[0], d[1], zero)
+        _v, _w, n1, _s = slid(body, FLAT, body.friction, dirs, n, v, w)
+        change = wp.length(n1 - n) / larger(size(v[2]), TINY)
+        change = change + wp.length(more) / larger(wp.length(z), TINY)
+        n = n1
+        tries += 1
+    return dirs, n, change <= GOOD
+
+
+@wp.func
+def slipping(
+    body: Body, stance: int, mask: int, forced: bool, start: Corners, v: Three, w: Three, dust: real
+) -> Held:
+    """The motion if all corners of a stance slide; whether it obeys the contact law.
+
+    `forced`: they slide already, in the directions `start`. Should they come to a stop, they go on
+    as if friction kept its direction: the step is then cut where they stop.
+    """
+    zero = real(0.0)
+    h = Held()
+    h.stance = stance
+    h.slip = mask_of(stance)
+    dirs = start
+    n = Shares()
+    good = bool(True)
+    if stance < EDGE:
+        u = corner_velocity(body, v, w, stance)
+        d0 = Two(start[stance, 0], start[stance, 1])
+        _n, d, found = sliding_corner(contact.corner_matrix(body, stance), u, body.friction, d0)
+        dirs[stance] = Three(d[0], d[1], zero)
+        good = found
+    if stance >= EDGE and stance < FLAT:
+        ends, found_ends = sliding_edge(body, stance, start, v, w, dust)
+        dirs = ends
+        good = found_ends
+    if stance == FLAT:
+        face, pressed, found_face = sliding_face(body, start, v, w)
+        dirs = face
+        n = pressed
+        good = found_face
+    v1, w1, n1, sound = slid(body, stance, body.friction, dirs, n, v, w)
+    for k in range(4):
+        if (h.slip & (1 << k)) != 0:
+            u = corner_velocity(body, v1, w1, k)
+            good = good and wp.dot(u, dirs[k]) >= -dust
+            good = good and not (forced and wp.dot(start[k], dirs[k]) <= zero)
+    if forced and not good:
+        dirs = start
+        good = bool(True)
+        for _again in range(3):
+            v1, w1, n1, sound = slid(body, stance, body.friction, start, n, v, w)
+            n = n1
+    h.v = v1
+    h.w = w1
+    for k in range(4):
+        u = corner_velocity(body, v1, w1, k)
+        h.work += body.friction * n1[k] * (u[0] * dirs[k, 0] + u[1] * dirs[k, 1])
+    h.fits = sound and good and not sinks(body, v1, w1, mask & ~h.slip, dust)
+    return h

@@ -1,0 +1,202 @@
+"""What a step of the event engine in space starts from, for one precision and kind of motion.
+
+State, base and limits of a lane, and where inside a step an edge lets go of an end; the scheme is
+in event_space/space.py.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module
+
+real: Any
+PRECISION: str
+MOTION: str
+FRICTION: str
+
+scalar = kernel_module("scalar", precision=PRECISION)
+motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+event = kernel_module("event/block", precision=PRECISION, motion=MOTION)
+spatial = kernel_module("shape/space", precision=PRECISION)
+contact = kernel_module("event_space/contact", precision=PRECISION, friction=FRICTION)
+law = kernel_module(contact.LAW, precision=PRECISION, friction=FRICTION)
+moves = kernel_module("event_space/moves", precision=PRECISION, friction=FRICTION)
+wp.set_module_options(contact.OPTIONS)
+larger, smaller = scalar.larger, scalar.smaller
+Motion, series = motion.Motion, motion.series
+knot_time, knot_step = motion.knot_time, motion.knot_step
+base_change = event.base_change
+Block, Body, Held = spatial.Block, contact.Body, contact.Held
+Three, Four, Corners = contact.Three, moves.Four, contact.Corners
+guessed, bound, directions = law.guessed, law.bound, law.directions
+turned, body_at = moves.turned, moves.body_at
+FLAT, FLYING = contact.FLAT, contact.FLYING
+
+HALF = real(0.5)
+TWO = real(2.0)
+TINY = contact.TINY
+NEVER = real(1.0e30)
+SHARP = real({"float64": 1.0e-5, "float32": 1.0e-3}[PRECISION])
+"""Part of the longest step by which an edge may let go of an end late: the error is of that."""
+PROBE = real({"float64": 1.0e-4, "float32": 1.0e-2}[PRECISION])
+"""Length of a moment, as a part of the longest step."""
+REACH = real(0.125)
+"""Largest rotation in one step [rad]: keeps the polynomials in their range."""
+
+Knots = wp.types.vector(length=3, dtype=int)
+"""Knots of the motion passed, along x, y and z."""
+
+
+@wp.struct
+class Limits:
+    """What a step needs to know of one lane besides its block: see the head of this file."""
+
+    gravity: real
+    longest_step: real
+    rest_gap: real
+
+
+@wp.struct
+class State:
+    """State of one lane.
+
+    Position, attitude, velocity and angular velocity; turn in the last step [rad], and angular
+    velocity at its end before its impact, swing; stance and slip, see
+    event_space/contact.py; time [s]; knots of the motion passed; base velocity [m/s]; cap, the
+    longest next step [s]; mode; lost energy for unit mass [J/kg]; deepest, how deep a corner was
+    in the base before it was put back [m]; impacts; taken, whether the last trial was a step.
+    """
+
+    x: Three
+    q: Four
+    v: Three
+    w: Three
+    turn: Three
+    swing: Three
+    stance: int
+    slip: int
+    time: real
+    knots: Knots
+    base: Three
+    cap: real
+    mode: int
+    lost: real
+    deepest: real
+    impacts: int
+    taken: bool
+
+
+@wp.struct
+class Base:
+    """What the base does in a step.
+
+    Change of its velocity and velocity step at the end [m/s]; acceleration at both ends [m/s^2];
+    knots passed after it; length d and end of the step [s].
+    """
+
+    change: Three
+    kick: Three
+    first: Three
+    last: Three
+    knots: Knots
+    d: real
+    time: real
+
+
+@wp.func
+def kinetic_energy(body: Body, v: Three, w: Three) -> real:
+    """Kinetic energy for unit mass in the frame of the base [J/kg]."""
+    return HALF * (wp.dot(v, v) + wp.dot(w, body.inertia * w))
+
+
+@wp.func
+def next_step(
+    limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Three, slope: Three, end: real,
+    s: State,
+) -> Base:  # fmt: skip
+    """Length of the next step, to a knot or the end at most, and what the base does in it."""
+    zero = real(0.0)
+    b = Base()
+    tx = knot_time(mx, s.knots[0])
+    ty = knot_time(my, s.knots[1])
+    tz = knot_time(mz, s.knots[2])
+    target = smaller(smaller(tx, ty), smaller(tz, end))
+    room = larger(target - s.time, zero)
+    d = smaller(smaller(limits.longest_step, REACH / (wp.length(s.w) + TINY)), s.cap)
+    quiet = (
+        (s.knots[0] == 0 or tx >= NEVER)
+        and (s.knots[1] == 0 or ty >= NEVER)
+        and (s.knots[2] == 0 or tz >= NEVER)
+    )
+    # At rest on a base that will not move the block waits at once.
+    d = smaller(wp.where(s.stance == FLAT and s.slip == 0 and quiet, room, d), room)
+    b.d = d
+    b.time = wp.where(d >= room, target, s.time + d)
+    b.knots = s.knots
+    b.kick = Three()
+    if b.time >= tx:
+        b.knots[0] = s.knots[0] + 1
+        b.kick[0] = knot_step(mx, s.knots[0])
+    if b.time >= ty:
+        b.knots[1] = s.knots[1] + 1
+        b.kick[1] = knot_step(my, s.knots[1])
+    if b.time >= tz:
+        b.knots[2] = s.knots[2] + 1
+        b.kick[2] = knot_step(mz, s.knots[2])
+    ax, jx, _a2, _a3, _a4, _a5, _a6, _a7, _a8 = series(mx, s.knots[0], b.time, value[0], slope[0])
+    ay, jy, _b2, _b3, _b4, _b5, _b6, _b7, _b8 = series(my, s.knots[1], b.time, value[1], slope[1])
+    az, jz, _c2, _c3, _c4, _c5, _c6, _c7, _c8 = series(mz, s.knots[2], b.time, value[2], slope[2])
+    b.last = Three(ax, ay, az)
+    b.change = Three(
+        base_change(mx, b.time, d, ax, jx, s.base[0], b.kick[0]),
+        base_change(my, b.time, d, ay, jy, s.base[1], b.kick[1]),
+        base_change(mz, b.time, d, az, jz, s.base[2], b.kick[2]),
+    )
+    b.first = b.change * (TWO / larger(d, TINY)) - b.last
+    return b
+
+
+@wp.func
+def probed(
+    block: Block, limits: Limits, now: Body, q: Four, v: Three, w: Three, stance: int, slip: int,
+    a: Three,
+) -> Held:  # fmt: skip
+    """The motion if it goes on as it is for a moment, its `spare` for unit time."""
+    d = PROBE * limits.longest_step
+    soon = body_at(block, turned(q, w * (HALF * d)))
+    pull = a + Three(real(0.0), real(0.0), limits.gravity)
+    free = soon.inverse * (now.inertia * w)
+    dirs = Corners()
+    if slip != 0:
+        dirs = directions(now, v, w)
+    h = guessed(soon, stance, slip, dirs, v - HALF * d * pull, free, real(0.0))
+    h.spare = h.spare / d
+    return h
+
+
+@wp.func
+def let_go(
+    block: Block, limits: Limits, s: State, reached: State, base: Base, body0: Body, body: Body,
+    h: Held,
+) -> real:  # fmt: skip
+    """Length of the step to where an edge lets go of one of its ends, if that lies inside.
+
+    What pushed there across the edge ends with a jump. What the end has to spare is known in the
+    middle of the step; moments of next to no length tell it at its start or its end. A line between
+    two of them says where nothing is left.
+    """
+    d = base.d
+    sharp = SHARP * limits.longest_step
+    middle = h.spare / larger(d, TINY)
+    cut = TWO * NEVER
+    if h.turns and d > sharp:
+        first = probed(block, limits, body0, s.q, s.v, s.w, s.stance, s.slip, base.first)
+        there = HALF * d * first.spare / (first.spare - middle)
+        cut = wp.where(first.spare > real(0.0) and there > sharp, there, cut)
+    if not h.turns and d > sharp and reached.stance == s.stance and reached.slip == s.slip:
+        v, w = bound(body, reached.stance, reached.slip, reached.v, reached.w)
+        last = probed(block, limits, body, reached.q, v, w, s.stance, s.slip, base.last)
+        there = HALF * d * (real(1.0) + middle / (middle - last.spare))
+        cut = wp.where(last.turns and there < d - sharp, there, cut)
+    return cut

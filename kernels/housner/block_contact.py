@@ -1,0 +1,186 @@
+"""Housner's block between two events as Taylor series, and the friction that it needs.
+
+The contact force on the block, over m R (mass, half diagonal R), follows from the motion of its
+centre, which lies R (S, C), S = sin(phi), C = cos(phi), phi as in housner/block.py, from its
+corner:
+
+    along the base    f = a / R + S'',
+    upwards           n = g / R + C'',
+
+1 / R = (4/3) q and g / R = (4/3) p^2. Their Taylor coefficients are those of S and C, which the
+series of the rotation needs anyhow. The corner stays where it is while n > 0 and friction >=
+|f| / n; the friction that a lane needs is the largest |f| / n of its run, NEVER where n <= 0.
+
+An impulse of the base, over m, is what the velocity of the centre gains, so
+
+    at a velocity step dv of the base    along dv (1 - (3/4) C^2), upwards (3/4) S C dv,
+    at an impact                         |along / upwards| = (1 - eta) / (1 + eta) / tan(alpha).
+
+Where the block falls, its contact is not judged. It falls for certain once it turns outwards and
+leans beyond its balance by more than the friction angle: every force that friction allows then
+turns it further outwards. With a friction above 1 it counts as falling from 45 degrees on.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module, module_options
+
+real: Any
+PRECISION: str
+
+wp.set_module_options(module_options())
+scalar = kernel_module("scalar", precision=PRECISION)
+larger, sign_of, size = scalar.larger, scalar.sign_of, scalar.size
+sine, cosine = scalar.sine, scalar.cosine
+OVER_2, OVER_3, OVER_4 = scalar.OVER_2, scalar.OVER_3, scalar.OVER_4
+OVER_5, OVER_6, OVER_7 = scalar.OVER_5, scalar.OVER_6, scalar.OVER_7
+OVER_8, OVER_9, OVER_10 = scalar.OVER_8, scalar.OVER_9, scalar.OVER_10
+
+NEVER = real(1.0e30)
+FOUR_THIRDS = real(4.0 / 3.0)
+
+
+@wp.func
+def rocking_series(
+    p2: real, q: real, phi: real, x1: real,
+    a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, a7: real, a8: real,
+):  # fmt: skip
+    """Series of theta and of the contact force; xk = k theta_k, b = a cos(phi).
+
+    Returns:
+        Taylor coefficients 2 to 10 of theta; 0 to 6 of n / R, then of f / R.
+    """
+    s0 = sine(phi)
+    c0 = cosine(phi)
+    x2 = p2 * s0 - q * (a0 * c0)
+    s1 = x1 * c0
+    c1 = -x1 * s0
+    x3 = OVER_2 * (p2 * s1 - q * (a0 * c1 + a1 * c0))
+    s2 = OVER_2 * (x1 * c1 + x2 * c0)
+    c2 = -OVER_2 * (x1 * s1 + x2 * s0)
+    b2 = a0 * c2 + a1 * c1 + a2 * c0
+    x4 = OVER_3 * (p2 * s2 - q * b2)
+    s3 = OVER_3 * (x1 * c2 + x2 * c1 + x3 * c0)
+    c3 = -OVER_3 * (x1 * s2 + x2 * s1 + x3 * s0)
+    b3 = a0 * c3 + a1 * c2 + a2 * c1 + a3 * c0
+    x5 = OVER_4 * (p2 * s3 - q * b3)
+    s4 = OVER_4 * (x1 * c3 + x2 * c2 + x3 * c1 + x4 * c0)
+    c4 = -OVER_4 * (x1 * s3 + x2 * s2 + x3 * s1 + x4 * s0)
+    b4 = a0 * c4 + a1 * c3 + a2 * c2 + a3 * c1 + a4 * c0
+    x6 = OVER_5 * (p2 * s4 - q * b4)
+    s5 = OVER_5 * (x1 * c4 + x2 * c3 + x3 * c2 + x4 * c1 + x5 * c0)
+    c5 = -OVER_5 * (x1 * s4 + x2 * s3 + x3 * s2 + x4 * s1 + x5 * s0)
+    b5 = a0 * c5 + a1 * c4 + a2 * c3 + a3 * c2 + a4 * c1 + a5 * c0
+    x7 = OVER_6 * (p2 * s5 - q * b5)
+    s6 = OVER_6 * (x1 * c5 + x2 * c4 + x3 * c3 + x4 * c2 + x5 * c1 + x6 * c0)
+    c6 = -OVER_6 * (x1 * s5 + x2 * s4 + x3 * s3 + x4 * s2 + x5 * s1 + x6 * s0)
+    b6 = a0 * c6 + a1 * c5 + a2 * c4 + a3 * c3 + a4 * c2 + a5 * c1 + a6 * c0
+    x8 = OVER_7 * (p2 * s6 - q * b6)
+    s7 = OVER_7 * (x1 * c6 + x2 * c5 + x3 * c4 + x4 * c3 + x5 * c2 + x6 * c1 + x7 * c0)
+    c7 = -OVER_7 * (x1 * s6 + x2 * s5 + x3 * s4 + x4 * s3 + x5 * s2 + x6 * s1 + x7 * s0)
+    b7 = a0 * c7 + a1 * c6 + a2 * c5 + a3 * c4 + a4 * c3 + a5 * c2 + a6 * c1 + a7 * c0
+    x9 = OVER_8 * (p2 * s7 - q * b7)
+    s8 = x1 * c7 + x2 * c6 + x3 * c5 + x4 * c4 + x5 * c3 + x6 * c2 + x7 * c1 + x8 * c0
+    c8 = -(x1 * s7 + x2 * s6 + x3 * s5 + x4 * s4 + x5 * s3 + x6 * s2 + x7 * s1 + x8 * s0)
+    b8 = real(0.125) * a0 * c8 + a1 * c7 + a2 * c6 + a3 * c5 + a4 * c4
+    b8 = b8 + a5 * c3 + a6 * c2 + a7 * c1 + a8 * c0
+    x10 = OVER_9 * (p2 * real(0.125) * s8 - q * b8)
+    r = FOUR_THIRDS * q
+    return (
+        x2 * OVER_2, x3 * OVER_3, x4 * OVER_4,
+        x5 * OVER_5, x6 * OVER_6, x7 * OVER_7,
+        x8 * OVER_8, x9 * OVER_9, x10 * OVER_10,
+        FOUR_THIRDS * p2 + real(2.0) * c2, real(6.0) * c3, real(12.0) * c4, real(20.0) * c5,
+        real(30.0) * c6, real(42.0) * c7, real(7.0) * c8,
+        r * a0 + real(2.0) * s2, r * a1 + real(6.0) * s3, r * a2 + real(12.0) * s4,
+        r * a3 + real(20.0) * s5, r * a4 + real(30.0) * s6, r * a5 + real(42.0) * s7,
+        r * a6 + real(7.0) * s8,
+    )  # fmt: skip
+
+
+@wp.func
+def ratio(along: real, upwards: real) -> real:
+    """Friction that a force or an impulse needs; NEVER where it pulls."""
+    return wp.where(upwards > real(0.0), size(along) / upwards, NEVER)
+
+
+@wp.func
+def polynomial(
+    k0: real, k1: real, k2: real, k3: real, k4: real, k5: real, k6: real, x: real,
+) -> real:  # fmt: skip
+    """Value of a polynomial of degree 6."""
+    return k0 + x * (k1 + x * (k2 + x * (k3 + x * (k4 + x * (k5 + x * k6)))))
+
+
+@wp.func
+def needed_along(
+    needed: real, span: real,
+    n0: real, n1: real, n2: real, n3: real, n4: real, n5: real, n6: real,
+    f0: real, f1: real, f2: real, f3: real, f4: real, f5: real, f6: real,
+) -> real:  # fmt: skip
+    """The larger of a friction and what the force needs in a time `span` from now.
+
+    Looked at are its start and the time at which needed x n - |f| is least: there |f| / n is
+    largest once `needed` is near it (Dinkelbach 1967). That is the root of its slope, a parabola
+    through the slopes at both ends, or the end.
+    """
+    zero = real(0.0)
+    most = larger(ratio(f0, n0), needed)
+    pull = sign_of(f0)
+    g1 = most * n1 - pull * f1
+    g2 = real(2.0) * (most * n2 - pull * f2)
+    g3 = real(3.0) * (most * n3 - pull * f3)
+    g4 = real(4.0) * (most * n4 - pull * f4)
+    g5 = real(5.0) * (most * n5 - pull * f5)
+    g6 = real(6.0) * (most * n6 - pull * f6)
+    end = g1 + span * (g2 + span * (g3 + span * (g4 + span * (g5 + span * g6))))
+    bend = end - g1 - g2 * span
+    square = g2 * g2 * span * span - real(4.0) * g1 * bend
+    steep = g2 * span + wp.sqrt(wp.where(square > zero, square, zero))
+    turn = real(-2.0) * g1 * span / steep
+    inside = g1 < zero and end > zero and turn < span
+    at = wp.where(inside, turn, span)
+    n = polynomial(n0, n1, n2, n3, n4, n5, n6, at)
+    f = polynomial(f0, f1, f2, f3, f4, f5, f6, at)
+    return larger(ratio(f, n), most)
+
+
+@wp.func
+def needed_in_step(
+    needed: real, rocking: bool, fall_angle: real, lean: real, speed: real, end_speed: real,
+    tau: real,
+    n0: real, n1: real, n2: real, n3: real, n4: real, n5: real, n6: real,
+    f0: real, f1: real, f2: real, f3: real, f4: real, f5: real, f6: real,
+) -> real:  # fmt: skip
+    """The larger of a friction and what a step of length tau needs, up to where the block falls.
+
+    Args:
+        needed: The friction.
+        rocking: Whether the block rocks; at rest its contact asks for less than an uplift does.
+        fall_angle: Rotation from which a block that turns outwards falls.
+        lean: Rotation at the start of the step, positive towards the side that it leans to.
+        speed: Its rate there.
+        end_speed: Its rate at the end of the step.
+        tau: Length of the step.
+        n0 to n6: Series of the force upwards.
+        f0 to f6: Series of the force along.
+    """
+    zero = real(0.0)
+    left = fall_angle - lean
+    # A lean that grows faster and faster comes to the fall angle later than at its mean rate.
+    mean_speed = real(0.5) * (speed + end_speed)
+    falls = mean_speed > zero and left < mean_speed * tau
+    span = wp.where(falls, left / mean_speed, tau)
+    asked = needed_along(needed, span, n0, n1, n2, n3, n4, n5, n6, f0, f1, f2, f3, f4, f5, f6)
+    fallen = left <= zero and speed >= zero
+    return wp.where(rocking and not fallen, asked, needed)
+
+
+@wp.func
+def needed_at_step(lean: real, side: real, dv: real, alpha: real) -> real:
+    """Friction that a velocity step dv of the base needs of a block that leans to a side."""
+    c = cosine(alpha - lean)
+    upwards = real(-3.0) * sine(alpha - lean) * c * side * sign_of(dv)
+    return ratio(real(4.0) - real(3.0) * c * c, upwards)

@@ -1,0 +1,250 @@
+"""Attitude, free rotation and corners of blocks in space, for one precision.
+
+An attitude is a unit quaternion (x, y, z, w); its rotation matrix, row by row r11 to r33, turns
+body axes (width, depth, height) into those of the base (x in the plane of rocking, y across it,
+z upwards). Its third column is the block's axis: rotation = atan2(r13, r33), rotation across =
+atan2(r23, r33), but for blocks that fall, see `turns_of`.
+
+Free rotation keeps the angular momentum in the axes of the base, to the last bit, for it is the
+state; what changes is the attitude. A step turns the block about its own axes one after the other,
+x and y by half a step, z by a step, y and x by half a step, each by the exact rotation under the
+one term m_i^2 / (2 I_i) of the energy: second order, symmetric and symplectic, so that the error of
+the energy stays bounded. A block that turns about one of its axes alone does so exactly.
+
+Dullweber, Leimkuhler and McLachlan (1997), Eq. 13 f.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module, module_options
+
+real: Any
+PRECISION: str
+
+wp.set_module_options(module_options())
+scalar = kernel_module("scalar", precision=PRECISION)
+larger, smaller, sine, cosine = scalar.larger, scalar.smaller, scalar.sine, scalar.cosine
+
+TOUCH = real(1.0e-4)
+"""Corners that lie this part of the half width above the lowest one count as touching, where a
+slide is told: a face that leans by less touches with all of its corners."""
+NEVER = real(1.0e30)
+FALLS = real(0.5)
+"""Height of the top of a block's axis, as a part of its length, below which the block falls: it
+leans by more than 60 degrees."""
+
+
+@wp.struct
+class Block:
+    """One block of a lane, and where it starts; SI units, lengths are half lengths.
+
+    Attributes:
+        width: Half of the touching faces' width [m]; depth likewise.
+        depth: See width.
+        height: Half of the height [m].
+        centre_x: The centre of mass from the middle, along the width [m].
+        centre_y: The same along the depth [m].
+        mass: [kg].
+        inverse_x: Inverse of the moment of inertia about the body's x axis, for unit mass [1/m^2];
+            inverse_y, inverse_z likewise.
+        inverse_y: See inverse_x.
+        inverse_z: See inverse_x.
+        friction: Coulomb friction coefficient under the block.
+        x: Centre of mass at the start [m]; y, z likewise.
+        y: See x.
+        z: See x.
+        qx: Attitude at the start; qy, qz, qw likewise.
+        qy: See qx.
+        qz: See qx.
+        qw: See qx.
+        flat_x: Middle of the bottom face, were the block flat, from the centre of mass of what it
+            stands on, in its axes, at the start [m]; flat_y likewise.
+        flat_y: See flat_x.
+        flat_c: Cosine of the yaw against what it stands on at the start; flat_s is its sine.
+        flat_s: See flat_c.
+        standing: Corners that touch at the start.
+    """
+
+    width: real
+    depth: real
+    height: real
+    centre_x: real
+    centre_y: real
+    mass: real
+    inverse_x: real
+    inverse_y: real
+    inverse_z: real
+    friction: real
+    x: real
+    y: real
+    z: real
+    qx: real
+    qy: real
+    qz: real
+    qw: real
+    flat_x: real
+    flat_y: real
+    flat_c: real
+    flat_s: real
+    standing: real
+
+
+@wp.func
+def matrix_of(qx: real, qy: real, qz: real, qw: real):
+    """Rotation matrix of an attitude, row by row."""
+    one, two = real(1.0), real(2.0)
+    return (
+        one - two * (qy * qy + qz * qz), two * (qx * qy - qz * qw), two * (qx * qz + qy * qw),
+        two * (qx * qy + qz * qw), one - two * (qx * qx + qz * qz), two * (qy * qz - qx * qw),
+        two * (qx * qz - qy * qw), two * (qy * qz + qx * qw), one - two * (qx * qx + qy * qy),
+    )  # fmt: skip
+
+
+@wp.func
+def inverse_inertia(
+    r11: real, r12: real, r13: real, r21: real, r22: real, r23: real, r31: real, r32: real,
+    r33: real, ix: real, iy: real, iz: real,
+):  # fmt: skip
+    """Inverse inertia R diag(i) R^T in the axes of the base: entries 11, 12, 13, 22, 23, 33."""
+    return (
+        r11 * r11 * ix + r12 * r12 * iy + r13 * r13 * iz,
+        r11 * r21 * ix + r12 * r22 * iy + r13 * r23 * iz,
+        r11 * r31 * ix + r12 * r32 * iy + r13 * r33 * iz,
+        r21 * r21 * ix + r22 * r22 * iy + r23 * r23 * iz,
+        r21 * r31 * ix + r22 * r32 * iy + r23 * r33 * iz,
+        r31 * r31 * ix + r32 * r32 * iy + r33 * r33 * iz,
+    )  # fmt: skip
+
+
+@wp.func
+def turn_freely(
+    qx: real, qy: real, qz: real, qw: real, lx: real, ly: real, lz: real,
+    ix: real, iy: real, iz: real, dt: real,
+):  # fmt: skip
+    """Attitude after free rotation for a time dt [s], of either sign.
+
+    Args:
+        qx: Attitude; qy, qz, qw likewise.
+        qy: See qx.
+        qz: See qx.
+        qw: See qx.
+        lx: Angular momentum in the axes of the base, for unit mass [m^2/s]; ly, lz likewise.
+        ly: See lx.
+        lz: See lx.
+        ix: Inverse of the moment of inertia about the body's x axis, for unit mass [1/m^2]; iy, iz
+            likewise.
+        iy: See ix.
+        iz: See ix.
+        dt: Time [s]; no part of it may turn the block by more than 3 rad.
+    """
+    half, two, one = real(0.5), real(2.0), real(1.0)
+    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
+    mx = r11 * lx + r21 * ly + r31 * lz
+    my = r12 * lx + r22 * ly + r32 * lz
+    mz = r13 * lx + r23 * ly + r33 * lz
+    quarter = half * half * dt
+    # About x. Half angles for the quaternion, twice of them for the momentum in body axes.
+    s, c = sine(quarter * ix * mx), cosine(quarter * ix * mx)
+    s2, c2 = two * s * c, one - two * s * s
+    ax, ay, az, aw = c * qx + s * qw, c * qy + s * qz, c * qz - s * qy, c * qw - s * qx
+    ny, nz = c2 * my + s2 * mz, c2 * mz - s2 * my
+    # About y.
+    s, c = sine(quarter * iy * ny), cosine(quarter * iy * ny)
+    s2, c2 = two * s * c, one - two * s * s
+    bx, by, bz, bw = c * ax - s * az, c * ay + s * aw, c * az + s * ax, c * aw - s * ay
+    kx, kz = c2 * mx - s2 * nz, c2 * nz + s2 * mx
+    # About z, for the whole time.
+    s, c = sine(two * quarter * iz * kz), cosine(two * quarter * iz * kz)
+    s2, c2 = two * s * c, one - two * s * s
+    cx, cy, cz, cw = c * bx + s * by, c * by - s * bx, c * bz + s * bw, c * bw - s * bz
+    jx, jy = c2 * kx + s2 * ny, c2 * ny - s2 * kx
+    # About y again, and x.
+    s, c = sine(quarter * iy * jy), cosine(quarter * iy * jy)
+    s2, c2 = two * s * c, one - two * s * s
+    dx, dy, dz, dw = c * cx - s * cz, c * cy + s * cw, c * cz + s * cx, c * cw - s * cy
+    hx = c2 * jx - s2 * kz
+    s, c = sine(quarter * ix * hx), cosine(quarter * ix * hx)
+    ex, ey, ez, ew = c * dx + s * dw, c * dy + s * dz, c * dz - s * dy, c * dw - s * dx
+    # One of Newton's steps to length one: a length that round-off has moved is there.
+    back = real(1.5) - half * (ex * ex + ey * ey + ez * ez + ew * ew)
+    return back * ex, back * ey, back * ez, back * ew
+
+
+@wp.func
+def slide_of(
+    block: Block, dx: real, dy: real, r11: real, r12: real, r13: real, r21: real, r22: real,
+    r23: real, r31: real, r32: real,
+):  # fmt: skip
+    """Slide of a block along what it stands on, in the axes of that, x and y [m].
+
+    It is the mean displacement of the corners that touch, from where each stood at the start.
+
+    Args:
+        block: The block.
+        dx: Centre of mass from that of what it stands on (of the ground: its origin), in the axes
+            of that [m]; dy likewise.
+        dy: See dx.
+        r11: Rotation matrix of the block, as seen in those axes; r12 and so on likewise.
+        r12: See r11.
+        r13: See r11.
+        r21: See r11.
+        r22: See r11.
+        r23: See r11.
+        r31: See r11.
+        r32: See r11.
+    """
+    zero, one = real(0.0), real(1.0)
+    # Heights of the corners beside that of the middle: -+ along the width, -+ along the depth.
+    rise, climb = r31 * block.width, r32 * block.depth
+    lowest = -wp.where(rise < zero, -rise, rise) - wp.where(climb < zero, -climb, climb)
+    reach = lowest + TOUCH * block.width
+    on1 = wp.where(-rise - climb <= reach, one, zero)
+    on2 = wp.where(rise - climb <= reach, one, zero)
+    on3 = wp.where(rise + climb <= reach, one, zero)
+    on4 = wp.where(climb - rise <= reach, one, zero)
+    count = on1 + on2 + on3 + on4
+    along = (on2 + on3 - on1 - on4) / count * block.width
+    across = (on3 + on4 - on1 - on2) / count * block.depth
+    ax, ay = along - block.centre_x, across - block.centre_y
+    stood_x = block.flat_x + block.flat_c * along - block.flat_s * across
+    stood_y = block.flat_y + block.flat_s * along + block.flat_c * across
+    return (
+        dx + r11 * ax + r12 * ay - r13 * block.height - stood_x,
+        dy + r21 * ax + r22 * ay - r23 * block.height - stood_y,
+    )
+
+
+@wp.func
+def turns_of(block: Block, r13: real, r23: real, r33: real, qz: real, qw: real):
+    """What tells how far a block has turned, each without a trigonometric function.
+
+    The two rotations are those of `rotations` in warprock/model/pose.py, of the axis
+    (r13, r23, r33).
+
+    Returns:
+        Tangents of the rotation in the plane and across it (0 to infinity), the square of that of
+        the tilt, and the tangent of half the yaw since the start; NEVER beyond a right angle.
+    """
+    zero = real(0.0)
+    size_x = wp.where(r13 < zero, -r13, r13)
+    size_y = wp.where(r23 < zero, -r23, r23)
+    up = larger(r33, zero)
+    part = larger(real(1.0) - up * up * (real(1.0) / (FALLS * FALLS)), zero)
+    falls = part > zero
+    part_x, part_y = part * r13, part * r23
+    run_x = wp.where(falls, wp.sqrt(up * up + part_y * part_y), up)
+    run_y = wp.where(falls, wp.sqrt(up * up + part_x * part_x), up)
+    tan_x = size_x / larger(run_x, real(1.0e-30))
+    tan_y = size_y / larger(run_y, real(1.0e-30))
+    tan_tilt = (size_x * size_x + size_y * size_y) / larger(up * up, real(1.0e-30))
+    # The attitude's twist about the vertical against that of the start, as complex numbers.
+    along = qw * block.qw + qz * block.qz
+    across = qz * block.qw - qw * block.qz
+    along = wp.where(along < zero, -along, along)
+    across = wp.where(across < zero, -across, across)
+    return (
+        smaller(tan_x, NEVER), smaller(tan_y, NEVER), smaller(tan_tilt, NEVER),
+        across / larger(along, real(1.0e-30)),
+    )  # fmt: skip

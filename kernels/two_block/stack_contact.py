@@ -1,0 +1,229 @@
+"""What impulses and forces make of the contacts of two stacked blocks: one rule for all.
+
+An impulse leaves the velocities of the new pattern that are closest to those before in the norm
+of kinetic energy, q+ = (J'^T M J')^-1 J'^T M J q-: the angular momentum of the whole about the new
+ground pivot and that of the upper block about the new interface pivot stay (Psycharis 1990;
+Spanos, Roussis and Politis 2001; Kounadis 2015), and energy never grows. A new pattern is
+admissible when the corners that it lifts open, and touching contacts push, inside their width
+where they stay closed. Contacts that are open keep their pivots. If several are admissible, or
+none, the one that dissipates least is taken, of the admissible ones or of those whose lifted
+corners open. Forces choose by the same conditions, with accelerations for the velocities.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module, module_options
+
+real: Any
+PRECISION: str
+
+wp.set_module_options(module_options())
+mechanics = kernel_module("two_block/stack_mechanics", precision=PRECISION)
+Block, Stack, Pair, Places = mechanics.Block, mechanics.Stack, mechanics.Pair, mechanics.Places
+equations, solved, cross_terms = mechanics.equations, mechanics.solved, mechanics.cross_terms
+accelerations, of_centres = mechanics.accelerations, mechanics.of_centres
+reactions, least_margin = mechanics.reactions, mechanics.least_margin
+ground_pulls, interface_pulls = mechanics.ground_pulls, mechanics.interface_pulls
+kinetic_energy = mechanics.kinetic_energy
+sine, cosine = mechanics.sine, mechanics.cosine
+
+NONE, OPENED, ADMISSIBLE = 0, 1, 2
+"""Ranks of a candidate."""
+PATTERNS = 9
+
+
+@wp.struct
+class Choice:
+    """A pattern chosen: its rates or accelerations, its rank, and whether a pivot pulls."""
+
+    ground: real
+    interface: real
+    motion: Pair
+    energy: real
+    rank: int
+    pulls: bool
+
+
+@wp.func
+def corner(place: int) -> real:
+    """Corners in the order in which they are tried: 0, +1, -1."""
+    return wp.where(place == 0, real(0.0), wp.where(place == 1, real(1.0), real(-1.0)))
+
+
+@wp.func
+def projected(
+    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair,
+    momentum: Places, spin: Pair,
+) -> Pair:  # fmt: skip
+    """Rates in a pattern after the momenta of the centres [N s] and the spins [N m s]."""
+    foot = s1 * stack.ground
+    edge = s2 * stack.interface
+    across = edge - foot
+    h1 = lower.half_height
+    rise = h1 + h1
+    sin1 = sine(rotation[0])
+    cos1 = cosine(rotation[0])
+    sin2 = sine(rotation[1])
+    cos2 = cosine(rotation[1])
+    r1 = momentum[0] * (h1 * cos1 + foot * sin1) + momentum[1] * (foot * cos1 - h1 * sin1)
+    r1 = r1 + momentum[2] * (rise * cos1 - across * sin1)
+    r1 = r1 - momentum[3] * (rise * sin1 + across * cos1) + spin[0]
+    h2 = upper.half_height
+    r2 = momentum[2] * (h2 * cos2 + edge * sin2) + momentum[3] * (edge * cos2 - h2 * sin2)
+    e = equations(lower, upper, stack, s1, s2)
+    m12 = cross_terms(e, rotation)[0]
+    return solved(s1, s2, e.m11, m12, e.m22, r1, r2 + spin[1])
+
+
+@wp.func
+def momenta(
+    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair,
+    dv: real,
+) -> Places:  # fmt: skip
+    """Momenta of the centres seen from the base, after a step dv of the base's velocity."""
+    v = of_centres(lower, upper, stack, s1, s2, rotation, rate, Pair(real(0.0), real(0.0)))
+    m1 = lower.mass
+    m2 = upper.mass
+    return Places(m1 * (v[0] - dv), m1 * v[1], m2 * (v[2] - dv), m2 * v[3])
+
+
+@wp.func
+def opens(s1: real, s2: real, shut1: bool, shut2: bool, motion: Pair) -> bool:
+    """Whether the touching corners that a pattern lifts do open."""
+    zero = real(0.0)
+    stuck1 = shut1 and s1 != zero and not s1 * motion[0] > zero
+    stuck2 = shut2 and s2 != zero and not s2 * (motion[1] - motion[0]) > zero
+    return not stuck1 and not stuck2
+
+
+@wp.func
+def after_impulse(
+    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, shut1: bool, shut2: bool,
+    rotation: Pair, rate: Pair, dv: real,
+) -> Choice:  # fmt: skip
+    """Pattern and rates after an impact, or after a step dv [m/s] of the base's velocity.
+
+    Args:
+        lower: Lower block.
+        upper: Upper block.
+        stack: Both.
+        s1: Ground pivot before.
+        s2: Interface pivot before.
+        shut1: Whether the ground contact touches on its whole width.
+        shut2: Whether the interface does.
+        rotation: [rad].
+        rate: Before [rad/s].
+        dv: [m/s]; 0 for an impact.
+    """
+    before = momenta(lower, upper, stack, s1, s2, rotation, rate, dv)
+    spin = Pair(lower.inertia * rate[0], upper.inertia * rate[1])
+    best = Choice()
+    best.ground = s1
+    best.interface = s2
+    best.motion = rate
+    place = int(0)
+    while place < PATTERNS:
+        i1 = place % 3
+        i2 = place // 3
+        place += 1
+        if (shut1 or i1 == 0) and (shut2 or i2 == 0):
+            n1 = wp.where(shut1, corner(i1), s1)
+            n2 = wp.where(shut2, corner(i2), s2)
+            w = projected(lower, upper, stack, n1, n2, rotation, before, spin)
+            force = momenta(lower, upper, stack, n1, n2, rotation, w, real(0.0)) - before
+            turn = Pair(lower.inertia * (w[0] - rate[0]), upper.inertia * (w[1] - rate[1]))
+            pulls1 = ground_pulls(force)
+            pulls2 = interface_pulls(stack, rotation, force)
+            margin = least_margin(lower, upper, stack, n1, n2, rotation, force, turn)
+            energy = kinetic_energy(lower, upper, stack, n1, n2, rotation, w)
+            sound = margin >= real(0.0) and not (pulls1 and shut1) and not (pulls2 and shut2)
+            rank = wp.where(sound, ADMISSIBLE, OPENED)
+            rank = wp.where(opens(n1, n2, shut1, shut2, w), rank, NONE)
+            if rank > best.rank or (rank == best.rank and rank > NONE and energy > best.energy):
+                best.ground = n1
+                best.interface = n2
+                best.motion = w
+                best.energy = energy
+                best.rank = rank
+                best.pulls = pulls1 or pulls2
+    return best
+
+
+@wp.func
+def after_force(
+    lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair,
+    a: real,
+) -> Choice:  # fmt: skip
+    """The pattern that the forces want, of those that leave the pivots where they are.
+
+    Closed contacts stay closed, or open with an acceleration > 0. The present pattern comes
+    first; it stays if none is admissible.
+    """
+    shut1 = s1 == real(0.0)
+    shut2 = s2 == real(0.0)
+    best = Choice()
+    place = int(0)
+    while place < PATTERNS and best.rank < ADMISSIBLE:
+        i1 = place % 3
+        i2 = place // 3
+        if (shut1 or i1 == 0) and (shut2 or i2 == 0):
+            n1 = wp.where(shut1, corner(i1), s1)
+            n2 = wp.where(shut2, corner(i2), s2)
+            bend = accelerations(lower, upper, stack, n1, n2, rotation, rate, a)
+            force = reactions(lower, upper, stack, n1, n2, rotation, rate, bend, a)
+            turn = Pair(lower.inertia * bend[0], upper.inertia * bend[1])
+            margin = least_margin(lower, upper, stack, n1, n2, rotation, force, turn)
+            holds = margin >= real(0.0) and opens(n1, n2, shut1, shut2, bend)
+            if holds or place == 0:
+                best.ground = n1
+                best.interface = n2
+                best.motion = bend
+                best.rank = wp.where(holds, ADMISSIBLE, NONE)
+                best.pulls = ground_pulls(force) or interface_pulls(stack, rotation, force)
+        place += 1
+    return best
+
+
+@wp.func
+def slow(lever: real, speed: real, bend: real, rest_rotation: real) -> bool:
+    """Whether a contact that opens at a speed would close again below a rotation."""
+    falls = lever != real(0.0) and bend < real(0.0)
+    return falls and speed * speed < real(-2.0) * bend * rest_rotation
+
+
+@wp.func
+def settled(
+    lower: Block, upper: Block, stack: Stack, found: Choice, shut1: bool, shut2: bool,
+    rotation: Pair, a: real,
+) -> Choice:  # fmt: skip
+    """The rest rule: closes touching contacts that open too slowly to count.
+
+    Both if both may be closed, else the ground, else the interface; only if what is closed stays
+    closed under the acceleration of that moment.
+    """
+    zero = real(0.0)
+    s1 = found.ground
+    s2 = found.interface
+    w = found.motion
+    bend = accelerations(lower, upper, stack, s1, s2, rotation, w, a)
+    small1 = shut1 and slow(s1, w[0], s1 * bend[0], lower.rest_rotation)
+    gap = s2 * (bend[1] - bend[0])
+    small2 = shut2 and slow(s2, w[1] - w[0], gap, upper.rest_rotation)
+    momentum = momenta(lower, upper, stack, s1, s2, rotation, w, zero)
+    spin = Pair(lower.inertia * w[0], upper.inertia * w[1])
+    part = int(0)
+    while part < 3:
+        n1 = wp.where(small1 and part != 2, zero, s1)
+        n2 = wp.where(small2 and part != 1, zero, s2)
+        part += 1
+        if n1 != s1 or n2 != s2:
+            rate = projected(lower, upper, stack, n1, n2, rotation, momentum, spin)
+            kept = after_force(lower, upper, stack, n1, n2, rotation, rate, a)
+            if kept.rank == ADMISSIBLE and kept.ground == n1 and kept.interface == n2:
+                found.ground = n1
+                found.interface = n2
+                found.motion = rate
+                part = 3
+    return found

@@ -1,0 +1,145 @@
+"""Runs of two_block/stack.py, one lane a thread on any device.
+
+A sample inside a step is read off the series that the step follows, so that histories do not
+change the run.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module, module_options
+
+real: Any
+PRECISION: str
+MOTION: str
+LANES: int
+
+wp.set_module_options({**module_options(), "max_unroll": 0})
+motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+two_block = kernel_module("two_block/stack", precision=PRECISION)
+Motion, series, sample_index = motion.Motion, motion.series, motion.sample_index
+knot_time, knot_step = motion.knot_time, motion.knot_step
+Block, Stack, Series = two_block.Block, two_block.Stack, two_block.Series
+released, regripped, shocked = two_block.released, two_block.regripped, two_block.shocked
+step, checked, motion_series = two_block.step, two_block.checked, two_block.motion_series
+value, smaller = two_block.value, two_block.smaller
+LIVE, STALLED = two_block.LIVE, two_block.STALLED
+
+
+@wp.struct
+class Knobs:
+    """What the lanes have in common: the length of the run [s]."""
+
+    duration: real
+
+
+@wp.struct
+class BlockResult:
+    """What the run of one block leaves behind."""
+
+    peak: real
+    peak_time: real
+
+
+@wp.struct
+class Result:
+    """What one lane's run leaves behind."""
+
+    uplift_time: real
+    rest_time: real
+    loss: real
+    impacts: int
+    outside: int
+    resting: int
+    mode: int
+    steps: int
+
+
+@wp.struct
+class Found:
+    """Where the answers go."""
+
+    results: wp.array(dtype=Result)
+    blocks: wp.array2d(dtype=BlockResult)
+    rotations: wp.array3d(dtype=real)
+
+
+@wp.func
+def base_series(m: Motion, segment: int, time: real, sample: real, slope: real) -> Series:
+    """Taylor coefficients of the base's acceleration."""
+    a0, a1, a2, a3, a4, a5, a6, a7, a8 = series(m, segment, time, sample, slope)
+    zero = real(0.0)
+    return Series(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero)
+
+
+@wp.kernel
+def stacks(
+    blocks: wp.array2d(dtype=Block),
+    lanes: wp.array(dtype=Stack),
+    motions: wp.array(dtype=Motion),
+    pool: wp.array2d(dtype=real),
+    sample_times: wp.array(dtype=real),
+    knobs: Knobs,
+    found: Found,
+):
+    """Runs one lane a thread."""
+    lane = wp.tid()
+    m = motions[lane]
+    lower = blocks[0, lane]
+    upper = blocks[1, lane]
+    stack = lanes[lane]
+    s = released(lower, upper)
+    s = checked(lower, upper, stack, s, real(0.0))
+    samples = wp.where(found.rotations.shape[0] > 0, sample_times.shape[0], 0)
+    sample = int(0)
+    steps = int(0)
+    while s.mode == LIVE and s.time < knobs.duration:
+        place = sample_index(m, s.segment)
+        knot = knot_time(m, s.segment)
+        if s.time >= knot:
+            dv = knot_step(m, s.segment)
+            s.segment = s.segment + 1
+            s.regrip = 1
+            if dv != real(0.0):
+                place = sample_index(m, s.segment)
+                a = base_series(m, s.segment, s.time, pool[0, place], pool[1, place])
+                flat = s.ground == real(0.0)
+                glued = s.interface == real(0.0)
+                s = shocked(lower, upper, stack, s, flat, glued, dv, a[0])
+        else:
+            a = base_series(m, s.segment, s.time, pool[0, place], pool[1, place])
+            if s.regrip == 1:
+                s = regripped(lower, upper, stack, s, a[0])
+            x1, x2 = motion_series(
+                lower, upper, stack, s.ground, s.interface, s.rotation, s.rate, a
+            )
+            begin = s.time
+            s = step(lower, upper, stack, s, a, smaller(knot, knobs.duration), x1, x2)
+            while sample < samples and sample_times[sample] <= s.time:
+                tau = sample_times[sample] - begin
+                found.rotations[sample, 0, lane] = value(x1, tau)
+                found.rotations[sample, 1, lane] = value(x2, tau)
+                sample += 1
+            steps += 1
+            if steps >= stack.step_limit and s.mode == LIVE:
+                s.mode = STALLED
+    while sample < samples:
+        found.rotations[sample, 0, lane] = s.rotation[0]
+        found.rotations[sample, 1, lane] = s.rotation[1]
+        sample += 1
+    for k in range(2):
+        block = BlockResult()
+        block.peak = s.peak[k]
+        block.peak_time = s.peak_time[k]
+        found.blocks[k, lane] = block
+    result = Result()
+    result.uplift_time = s.uplift_time
+    result.rest_time = s.rest_time
+    result.loss = s.loss
+    result.impacts = s.impacts
+    result.outside = s.outside
+    result.resting = wp.where(s.ground == real(0.0) and s.interface == real(0.0), 1, 0)
+    result.mode = s.mode
+    result.steps = steps
+    found.results[lane] = result

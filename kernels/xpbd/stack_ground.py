@@ -1,0 +1,104 @@
+"""The funcs of `xpbd` for a block that stands on the ground, for one precision.
+
+The ground is level and nothing moves it, so that both of its ends are corners of the block, their
+normal is (0, 1) and the ground has no correction. The numbers are those of `xpbd`, to round-off;
+names and arguments are the same, what concerns the ground is left alone.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import MAX_UNROLL, kernel_module
+
+real: Any
+PRECISION: str
+ITERATIONS: int
+
+scalar = kernel_module("scalar", precision=PRECISION)
+impulse = kernel_module("impulse/stack", precision=PRECISION)
+wp.set_module_options(impulse.STACK_OPTIONS)
+larger, smaller = scalar.larger, scalar.smaller
+alone = kernel_module("cone", precision=PRECISION).alone
+
+TURNS = max(n for n in range(1, MAX_UNROLL + 1) if max(ITERATIONS, 1) % n == 0)
+"""Sweeps in one call, written out: there is no other interface to visit."""
+
+
+@wp.func
+def meet(
+    side: real, face: real, high: real, s: real, c: real,
+    lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real,
+):  # fmt: skip
+    """See `xpbd.meet`."""
+    px = side * face * c - high * s
+    pz = -high * c - side * face * s
+    ax = dx + px
+    az = dz + pz
+    return real(0.0), real(1.0), px, pz, ax, az, az, ax - side * face
+
+
+@wp.func
+def kick(
+    m: real, j: real, lm: real, lj: real, nx: real, nz: real,
+    au: real, bu: real, al: real, bl: real, n: real, t: real,
+    qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
+    lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
+):  # fmt: skip
+    """See `impulse_stack.kick`."""
+    qx = qx + m * t
+    qz = qz + m * n
+    qo = qo + j * (bu * t - au * n)
+
+
+@wp.func
+def sweep(
+    mu: real, m: real, j: real, lm: real, lj: real,
+    nx1: real, nz1: real, au1: real, bu1: real, al1: real, bl1: real,
+    gap1: real, slip1: real, dn1: real, dt1: real,
+    nx2: real, nz2: real, au2: real, bu2: real, al2: real, bl2: real,
+    gap2: real, slip2: real, dn2: real, dt2: real,
+    n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
+    qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
+    lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
+):  # fmt: skip
+    """See `xpbd.sweep`; an end alone is solved exactly."""
+    a = real(n1)
+    b = real(t1)
+    e = real(n2)
+    f = real(t2)
+    # What multipliers do to the gaps and slips of both ends [1/kg].
+    pu, pv, qu, qv = j * au1, j * bu1, j * au2, j * bu2
+    n1t1, n1n2, n1t2 = -pu * bu1, m + pu * au2, -pu * bu2
+    t1n2, t1t2, n2t2 = -pv * au2, m + pv * bu2, -qu * bu2
+    # Gaps and slips as they would be without these four, over what one of them does.
+    u1 = gap1 + qz - au1 * qo - (m + pu * au1) * a - n1t1 * b - n1n2 * e - n1t2 * f
+    s1 = slip1 + qx + bu1 * qo - n1t1 * a - (m + pv * bu1) * b - t1n2 * e - t1t2 * f
+    u2 = gap2 + qz - au2 * qo - n1n2 * a - t1n2 * b - (m + qu * au2) * e - n2t2 * f
+    s2 = slip2 + qx + bu2 * qo - n1t2 * a - t1t2 * b - n2t2 * e - (m + qv * bu2) * f
+    u1, s1, u2, s2 = -dn1 * u1, -dt1 * s1, -dn2 * u2, -dt2 * s2
+    a1, a2, a3 = dn1 * n1t1, dn1 * n1n2, dn1 * n1t2
+    b1, b2, b3 = dt1 * n1t1, dt1 * t1n2, dt1 * t1t2
+    c1, c2, c3 = dn2 * n1n2, dn2 * t1n2, dn2 * n2t2
+    d1, d2, d3 = dt2 * n1t2, dt2 * t1t2, dt2 * n2t2
+    first, second = dn2 <= real(0.0), dn1 <= real(0.0)
+    n, t = alone(
+        mu, wp.where(first, a1, c3), wp.where(first, b1, d3), wp.where(first, u1, u2),
+        wp.where(first, s1, s2),
+    )  # fmt: skip
+    # Last in each row comes what was found last, for which the others need not wait.
+    for _ in range(TURNS):
+        a = larger(u1 - a1 * b - a2 * e - a3 * f, real(0.0))
+        b = larger(smaller(s1 - b2 * e - b3 * f - b1 * a, mu * a), -mu * a)
+        e = larger(u2 - c3 * f - c1 * a - c2 * b, real(0.0))
+        f = larger(smaller(s2 - d1 * a - d2 * b - d3 * e, mu * e), -mu * e)
+    a, b = wp.where(first, n, a), wp.where(first, t, b)
+    e, f = wp.where(second, n, e), wp.where(second, t, f)
+    along = b - t1 + f - t2
+    qx = qx + m * along
+    qz = qz + m * (a - n1 + e - n2)
+    qo = qo + j * (bu1 * (b - t1) - au1 * (a - n1) + bu2 * (f - t2) - au2 * (e - n2))
+    n1 = a
+    t1 = b
+    n2 = e
+    t2 = f

@@ -1,0 +1,223 @@
+"""Runs of the position-level step over stacks of blocks: LANES stacks a thread, side by side.
+
+A single block is a stack of one. Loops over the lanes are innermost and work on local matrices,
+one row a body or a point, so that the compiler turns them into vector code; with one lane a thread
+the same text is the plain form for any device. A func takes the entries of the matrices, and what
+it finds it leaves in those that it takes as `wp.ref`.
+
+A run begins with SETTLING solves at the start; for what it shares with other stacks see
+`stack_run`.
+"""
+
+# A func leaves what it finds in the names that it takes by reference.
+# ruff: noqa: F841
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.instance import kernel_module
+
+real: Any
+PRECISION: str
+MOTION: str
+ITERATIONS: int
+BLOCKS: int
+LANES: int
+
+scalar = kernel_module("scalar", precision=PRECISION)
+found_of = kernel_module("shape/stack_found", precision=PRECISION)
+motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
+account = kernel_module("account", precision=PRECISION)
+xpbd = kernel_module("xpbd/stack", precision=PRECISION, iterations=ITERATIONS, blocks=BLOCKS)
+impulse = kernel_module("impulse/stack", precision=PRECISION)
+run = kernel_module("shape/stack_run", precision=PRECISION)
+wp.set_module_options(impulse.STACK_OPTIONS)
+larger, book = scalar.larger, account.book
+BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
+Motion, base_velocity = motion.Motion, motion.velocity
+sample_index, sample_segment = motion.sample_index, motion.sample_segment
+Knobs, predict, approach, sweep = xpbd.Knobs, xpbd.predict, xpbd.approach, xpbd.sweep
+travel, held, TURNS, LOOSE = xpbd.travel, xpbd.held, xpbd.TURNS, xpbd.LOOSE
+Block, Stack, begin, set_up, kept_of = run.Block, run.Stack, run.begin, run.set_up, run.kept_of
+ride, witness, shown = run.ride, run.witness, run.shown
+
+HALF = real(0.5)
+LEVEL = real(1.0)
+"""Cosine of the ground's rotation, as predicted, too."""
+SETTLING = 40 * BLOCKS
+"""Solves before the run. A stack that stands flat starts from its statics, and needs none."""
+BEFORE = real(SETTLING)
+
+Lane = wp.types.vector(length=LANES, dtype=real)
+LaneInt = wp.types.vector(length=LANES, dtype=int)
+Body = wp.types.matrix(shape=(BLOCKS + 1, LANES), dtype=real)
+BodyInt = wp.types.matrix(shape=(BLOCKS + 1, LANES), dtype=int)
+Point = wp.types.matrix(shape=(2 * BLOCKS, LANES), dtype=real)
+Move = wp.types.matrix(shape=(2 * BLOCKS + 2, LANES), dtype=real)
+Pass = wp.types.matrix(shape=(4 * BLOCKS, LANES), dtype=real)
+
+
+@wp.func
+def start_poses(
+    qx: real, qz: real, qo: real, n1: real, t1: real, n2: real, t2: real,
+    rx: wp.ref[real], rz: wp.ref[real], ro: wp.ref[real],
+    pose_n1: wp.ref[real], pose_t1: wp.ref[real], pose_n2: wp.ref[real], pose_t2: wp.ref[real],
+):  # fmt: skip
+    """Starts the pose pass of a block from what the velocity pass has found."""
+    rx = qx
+    rz = qz
+    ro = qo
+    pose_n1 = n1
+    pose_t1 = t1
+    pose_n2 = n2
+    pose_t2 = t2
+
+
+@wp.func
+def finish(
+    live: bool, time: real, kept: real, dv: real, knobs: Knobs, m: real, j: real, mu: real,
+    qx: real, qz: real, qo: real, rx: real, rz: real, ro: real, lean: real,
+    n1: real, pose_n1: real, pose_t1: real, n2: real, pose_n2: real, pose_t2: real,
+    x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
+    vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real],
+    anchor1: wp.ref[real], anchor2: wp.ref[real], loss: wp.ref[real], given: wp.ref[real],
+    since: wp.ref[real], left: wp.ref[int], right: wp.ref[int], uplift_time: wp.ref[real],
+    moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int], below: real, lomega: real,
+    face: real, high: real, lface: real, lhigh: real, ls: real, lc: real, lx: real, lz: real,
+    offset: real, peak: wp.ref[real], peak_time: wp.ref[real], slide: wp.ref[real],
+    peak_slide: wp.ref[real], crept: wp.ref[real], mode: wp.ref[int],
+):  # fmt: skip
+    """Ends a step of a block, see `travel`; it keeps a part of its velocity (`kept`).
+
+    For what is seen of it and of its interface see `stack_run.witness`; (lx, lz) is the centre of
+    the body below.
+    """
+    travel(
+        live, dv, knobs, m, j, qx, qz, qo, rx, rz, ro, x, z, theta, s, c, vx, vz, omega, loss,
+        given,
+    )  # fmt: skip
+    vx = kept * vx
+    vz = kept * vz
+    omega = kept * omega
+    anchor1 = held(mu, pose_n1, pose_t1, anchor1)
+    anchor2 = held(mu, pose_n2, pose_t2, anchor2)
+    witness(
+        live, time, knobs.time_step, knobs.gravity, lean, n1, n2, theta, below, vx, vz, omega,
+        lomega, face, high, s, c, offset, lface, lhigh, ls, lc, x - lx, z - lz, z, since, left,
+        right, uplift_time, moved, deepest, impacts, peak, peak_time, slide, peak_slide,
+        crept, mode,
+    )  # fmt: skip
+
+
+@wp.kernel
+def stacks(
+    blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: wp.array(dtype=Motion),
+    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
+):  # fmt: skip
+    """Runs LANES lanes a thread, all at the same time."""
+    # Rows of bodies, the ground first: what they are, where, how fast, and what is kept of them.
+    face, high, m, j, mu, offset, far = Body(), Body(), Body(), Body(), Body(), Body(), Body()
+    x, z, theta, s, c, ps, pc = Body(), Body(), Body(), Body(), Body(), Body(), Body(LEVEL)
+    vx, vz, omega, lean, peak, when, slide = Body(), Body(), Body(), Body(), Body(), Body(), Body()
+    # Rows of points, two an interface; then of bodies and points in the one and the other pass.
+    nx, nz, au, bu, al, bl, ds = Point(), Point(), Point(), Point(), Point(), Point(), Point()
+    anchor, qx, qz, qo, left, right = Point(LOOSE), Move(), Move(), Move(), BodyInt(), BodyInt()
+    need, slip, dn, n, t, since, crept = Pass(), Pass(), Pass(), Pass(), Pass(), Body(), Body()
+    base, dv, hint, loss, lift, last, deep = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    given, jolt, most, taken, back = Lane(), Lane(), Lane(), Lane(), Lane()
+    hit, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
+    # Counts that Warp does not know, so that it writes out none of the loops over them.
+    bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS // TURNS)
+    first, dt = wp.tid() * LANES, knobs.time_step
+    for i in range(LANES):
+        begin(lanes[first + i], face[0, i], c[0, i], lift[i], mode[i])
+        for k in range(1, bodies):
+            set_up(
+                blocks[k - 1, first + i], lanes[first + i].lean, face[k, i], high[k, i], m[k, i],
+                j[k, i], mu[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
+                peak[k, i], lean[k, i], n[2 * k - 2, i], n[2 * k - 1, i],
+            )  # fmt: skip
+    count, time = int(-SETTLING), -BEFORE * dt
+    for sample in range(sample_times.shape[0]):
+        while time < sample_times[sample]:
+            count += 1
+            time = real(count) * dt
+            half, kept = larger(time - HALF * dt, HALF * dt), kept_of(count)
+            for i in range(LANES):
+                lane = motions[first + i]
+                line = sample_index(lane, sample_segment(lane, half))
+                v = base_velocity(lane, half, pool[2, line], pool[0, line], pool[1, line])
+                ride(v, count, mode[i], lives[i], dv[i], hint[i], base[i], steps[i])
+                book(dv[i], given[i], loss[i], jolt[i], most[i], taken[i], back[i])
+            for k in range(1, bodies):
+                p, q = 2 * k - 2, 2 * k - 1
+                for i in range(LANES):
+                    predict(
+                        dv[i], hint[i], knobs, theta[k - 1, i], omega[k - 1, i], theta[k, i],
+                        omega[k, i], vx[k, i], vz[k, i], ps[k, i], pc[k, i], qx[k, i], qz[k, i],
+                        qo[k, i], lean[k, i], n[p, i], t[p, i], anchor[p, i], n[q, i], t[q, i],
+                        anchor[q, i],
+                    )  # fmt: skip
+            for p in range(points):
+                low, k, r, turn = p // 2, p // 2 + 1, points + p, real(2 * (p % 2) - 1)
+                for i in range(LANES):
+                    approach(
+                        turn * lean[k, i], face[k, i], high[k, i], s[k, i], c[k, i], ps[k, i],
+                        pc[k, i], m[k, i], j[k, i], face[low, i], high[low, i], s[low, i],
+                        c[low, i], ps[low, i], pc[low, i], m[low, i], j[low, i], x[k, i], z[k, i],
+                        vx[k, i], vz[k, i], x[low, i], z[low, i], vx[low, i], vz[low, i], knobs,
+                        nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], need[p, i],
+                        slip[p, i], dn[p, i], need[r, i], slip[r, i], dn[r, i], ds[p, i],
+                        anchor[p, i], n[p, i], t[p, i], qx[k, i], qz[k, i], qo[k, i],
+                        qx[low, i], qz[low, i], qo[low, i],
+                    )  # fmt: skip
+            for part in range(2):  # Velocities, then poses, which start from what those took.
+                for k in range(1, bodies * part):
+                    p, q, u = 2 * k - 2, 2 * k - 1, bodies + k
+                    r, w = points + p, points + q
+                    for i in range(LANES):
+                        start_poses(
+                            qx[k, i], qz[k, i], qo[k, i], n[p, i], t[p, i], n[q, i], t[q, i],
+                            qx[u, i], qz[u, i], qo[u, i], n[r, i], t[r, i], n[w, i], t[w, i],
+                        )  # fmt: skip
+                for step in range(sweeps * BLOCKS):
+                    k, p, q = step % BLOCKS + 1, step % BLOCKS * 2, step % BLOCKS * 2 + 1
+                    u, r, w = k + part * bodies, p + part * points, q + part * points
+                    for i in range(LANES):
+                        sweep(
+                            mu[k, i], m[k, i], j[k, i], m[k - 1, i], j[k - 1, i], nx[p, i],
+                            nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], need[r, i],
+                            slip[r, i], dn[r, i], ds[p, i], nx[q, i], nz[q, i], au[q, i], bu[q, i],
+                            al[q, i], bl[q, i], need[w, i], slip[w, i], dn[w, i], ds[q, i], n[r, i],
+                            t[r, i], n[w, i], t[w, i], qx[u, i], qz[u, i], qo[u, i], qx[u - 1, i],
+                            qz[u - 1, i], qo[u - 1, i],
+                        )  # fmt: skip
+            for k in range(1, bodies):
+                low, p, q, u = k - 1, 2 * k - 2, 2 * k - 1, bodies + k
+                r, w = points + p, points + q
+                for i in range(LANES):
+                    finish(
+                        lives[i] > 0, time, kept, dv[i], knobs, m[k, i], j[k, i], mu[k, i],
+                        qx[k, i], qz[k, i], qo[k, i], qx[u, i], qz[u, i], qo[u, i], lean[k, i],
+                        n[p, i], n[r, i], t[r, i], n[q, i], n[w, i], t[w, i], x[k, i], z[k, i],
+                        theta[k, i], s[k, i], c[k, i], vx[k, i], vz[k, i], omega[k, i],
+                        anchor[p, i], anchor[q, i], loss[i], given[i], since[k, i], left[k, i],
+                        right[k, i], lift[i], last[i], deep[i], hit[i], theta[low, i],
+                        omega[low, i], face[k, i], high[k, i], face[low, i], high[low, i],
+                        s[low, i], c[low, i], x[low, i], z[low, i], offset[k, i], peak[k, i],
+                        when[k, i], slide[k, i], far[k, i], crept[k, i], mode[i],
+                    )  # fmt: skip
+        if found.rotations.shape[0] > 0:
+            for k in range(1, bodies):
+                for i in range(LANES):
+                    turn = shown(mode[i], time - sample_times[sample], theta[k, i], omega[k, i])
+                    found.rotations[sample, k - 1, first + i] = turn
+    for i in range(LANES):
+        book(dv[i], given[i], loss[i], jolt[i], most[i], taken[i], back[i])
+        found.results[first + i] = Result(
+            lift[i], last[i], loss[i], jolt[i], most[i], back[i], deep[i], hit[i], mode[i], steps[i]
+        )
+        for k in range(1, bodies):
+            block = BlockResult(slide[k, i], peak[k, i], when[k, i], far[k, i])
+            found.blocks[k - 1, first + i] = block

@@ -1,0 +1,339 @@
+"""The event engine on stacks: against Housner, the two-block oracle, closed forms and balances."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from tests.shared.blocks import free_lanes, sines, velocity_steps
+from warprock.model.lanes import Lanes
+from warprock.model.motion import Control, GroundMotions, StillBase
+from warprock.model.response import Outcome, Response, SampleTimes, Status
+from warprock.oracle.pair import rock_two_blocks
+from warprock.oracle.pair_mechanics import TwoBlocks
+from warprock.run.batch import run_batch
+from warprock.settings.engines import EventSettings
+from warprock.units import GRAVITY
+
+Array = npt.NDArray[np.float64]
+
+STEPS = np.array([1e-2, 5e-3, 2e-3, 1e-3])
+PAIR = {"width": (0.2, 0.15), "height": (0.6, 0.6), "chamfer": (0.005, 0.005)}
+WIDE_TOP = {"width": (0.15, 0.2), "height": (0.5, 0.6), "chamfer": (0.0, 0.0)}
+
+
+def stacks(
+    width: npt.ArrayLike,
+    height: npt.ArrayLike,
+    *,
+    friction: npt.ArrayLike = 10.0,
+    chamfer: npt.ArrayLike = 0.0,
+    offset: npt.ArrayLike = 0.0,
+    start: npt.ArrayLike = 0.0,
+    density: npt.ArrayLike = 2000.0,
+) -> Lanes:
+    """Stacks, shape [lane, block], from values that broadcast against each other."""
+    parts = np.broadcast_arrays(
+        *(np.atleast_2d(p) for p in (width, height, 0.5, density, friction, chamfer, offset, start))
+    )
+    count = parts[0].shape[0]
+    return Lanes(*(np.array(p, dtype=np.float64) for p in parts), np.ones(count))
+
+
+def respond(
+    lanes: Lanes, motions: GroundMotions, times: SampleTimes, step: float = 5e-3
+) -> Response:
+    """Response of `event` at a time step [s], every lane sound."""
+    settings = EventSettings(time_step=step)
+    response = run_batch("event", lanes, motions, times, settings=settings)
+    assert np.all(response["status"] == Status.OK)
+    return response
+
+
+def orders(found: Array) -> Array:
+    """Slope of log(error) over log(step) of every column."""
+    return np.asarray(np.polyfit(np.log(STEPS), np.log(found), 1)[0])
+
+
+def test_stack_of_one_is_the_single_block_and_second_order() -> None:
+    single = free_lanes()
+    names = [f.name for f in dataclasses.fields(Lanes) if f.name != "angular_restitution"]
+    columns = {name: getattr(single, name)[:, None] for name in names}
+    lanes = Lanes(**columns, angular_restitution=single.angular_restitution)
+    times = SampleTimes(5.0, 0.01)
+    motions = StillBase(9)
+    reference = run_batch("housner", single, motions, times)["rotation"]
+    alpha = single.slenderness_angle
+    found = []
+    for step in STEPS:
+        response = respond(lanes, motions, times, float(step))
+        alone = run_batch(
+            "event", single, motions, times, settings=EventSettings(time_step=float(step))
+        )
+        # Two second-order schemes that locate the same impacts: their errors are 4e-4 and 1e-4 at
+        # the first two steps.
+        gap = np.abs(response["rotation"][:, 0] - alone["rotation"]).max(axis=1) / alpha
+        assert np.max(gap) <= 2.0 * 4e-4 * (step / 1e-2) ** 2
+        found.append(np.abs(response["rotation"][:, 0] - reference).max(axis=1) / alpha)
+    assert np.max(found[1]) <= 3e-4
+    assert np.min(orders(np.stack(found))) >= 1.8
+
+
+def oracle_errors(
+    blocks: dict[str, tuple[float, float]],
+    motions: GroundMotions,
+    times: SampleTimes,
+    start: tuple[float, float] = (0.0, 0.0),
+) -> Array:
+    """Largest |rotation - oracle| / smallest slenderness angle, shape [step]."""
+    two = TwoBlocks(depth=(0.5, 0.5), density=(2000.0, 2000.0), **blocks)
+    oracle = rock_two_blocks(two, motions.segments(0), times, rotation_start=start)
+    assert oracle.odd_choice_count == 0
+    assert math.isnan(oracle.pull_time)
+    assert len(oracle.impact_times) >= 3
+    lanes = stacks(**blocks, start=start)
+    found = [respond(lanes, motions, times, float(step))["rotation"][0] for step in STEPS]
+    gap = np.abs(np.stack(found) - oracle.rotation).max(axis=(1, 2))
+    return np.asarray(gap / lanes.slenderness_angle.min())
+
+
+@pytest.mark.parametrize(
+    ("blocks", "start", "duration"),
+    [
+        (PAIR, (0.01, 0.01), 0.5),
+        (PAIR, (0.03, 0.05), 0.5),
+        (PAIR, (0.03, 0.0), 0.23),
+        (PAIR, (0.0, 0.03), 0.14),
+        (WIDE_TOP, (0.02, 0.05), 0.5),
+        (WIDE_TOP, (0.03, -0.02), 0.25),
+    ],
+)
+def test_released_pairs_follow_the_oracle_at_second_order(
+    blocks: dict[str, tuple[float, float]], start: tuple[float, float], duration: float
+) -> None:
+    found = oracle_errors(blocks, StillBase(1), SampleTimes(duration, 0.005), start)
+    assert orders(found[:, None])[0] >= 1.8
+    assert found[3] <= 3e-5
+
+
+def test_pairs_under_a_sine_follow_the_oracle_at_second_order() -> None:
+    # A swing, an impact and every pattern of two blocks; the worst of some inputs, since where the
+    # impacts fall in their steps scatters the errors of a single one.
+    times = SampleTimes(0.6, 0.005)
+    found = [
+        oracle_errors(PAIR, sines(Control.ACCELERATION, size, 3.0, 2.0), times)
+        for size in (4.5, 5.0, 5.5)
+    ]
+    worst = np.max(found, axis=0)
+    assert orders(worst[:, None])[0] >= 1.8
+    assert worst[3] <= 3e-4
+
+
+@pytest.mark.parametrize("count", range(1, 7))
+def test_stack_below_uplift_stays_where_it_is(count: int) -> None:
+    # A stack of equal blocks lifts as one at g width / (count height).
+    lanes = stacks(np.full((2, count), 0.4), 0.3)
+    amplitude = np.array([0.0, 0.99 * GRAVITY * 0.4 / (count * 0.3)])
+    motions = sines(Control.ACCELERATION, amplitude, 2.0, 120.0)
+    response = respond(lanes, motions, SampleTimes(60.0, 1.0), 1e-2)
+    assert np.all(response["rotation"] == 0.0)
+    assert np.all(response["peak_slide"] == 0.0)
+    assert np.all(response["energy_lost"] == 0.0)
+    assert np.all(response["outcome"] == Outcome.AT_REST)
+    still = respond(lanes.take(slice(0, 1)), StillBase(1), SampleTimes(60.0))
+    # On a base that does not move the wait is one step, once a step has shown that nothing moves.
+    assert np.all(still["step_count"] <= 3)
+
+
+def released_energy(lanes: Lanes) -> Array:
+    """Potential energy [J] of a released stack above its upright state, shape [lane].
+
+    Blocks of one width that stand on their corners, no offset: what block k turns against the
+    one below lifts it and all above by width / 2 of it.
+    """
+    start, half = lanes.rotation_start, 0.5 * lanes.width
+    turn = np.diff(start, axis=1, prepend=0.0)
+    side = np.where(turn < 0.0, -1.0, 1.0)
+    below = np.concatenate([np.zeros((lanes.lane_count, 1)), start[:, :-1]], axis=1)
+    base = np.zeros(lanes.lane_count)
+    energy = np.zeros(lanes.lane_count)
+    for k in range(lanes.block_count):
+        # Up from the middle of the face below to the corner, and from there to the centre.
+        corner = base - side[:, k] * half[:, k] * np.sin(below[:, k])
+        foot = corner + side[:, k] * half[:, k] * np.sin(start[:, k])
+        centre = foot + 0.5 * lanes.height[:, k] * np.cos(start[:, k])
+        level = lanes.height[:, :k].sum(axis=1) + 0.5 * lanes.height[:, k]
+        energy += lanes.mass[:, k] * GRAVITY * (centre - level)
+        base = foot + lanes.height[:, k] * np.cos(start[:, k])
+    return energy
+
+
+@pytest.mark.parametrize("friction", [10.0, 0.4])
+def test_energy_lost_is_what_released_stacks_had(friction: float) -> None:
+    start = np.array([[0.02, 0.02, 0.02], [0.0, 0.05, 0.05], [0.03, 0.0, 0.02], [0.02, 0.05, 0.01]])
+    lanes = stacks(np.full((4, 3), 0.3), 0.4, friction=friction, start=start)
+    had = released_energy(lanes)
+    for duration in (0.05, 0.2, 0.5):
+        lost = respond(lanes, StillBase(4), SampleTimes(duration), 2e-3)["energy_lost"]
+        # Never negative but for round-off; never more than there was but for the error of the
+        # steps, some (p dt)^2 = 1e-4 of it.
+        assert np.all(lost >= -1e-9 * had)
+        assert np.all(lost <= had * (1.0 + 1e-3))
+    response = respond(lanes, StillBase(4), SampleTimes(20.0), 2e-3)
+    assert np.all(response["outcome"] == Outcome.AT_REST)
+    np.testing.assert_allclose(response["energy_lost"], had, rtol=1e-3)
+
+
+def test_the_centre_of_mass_stays_above_a_base_without_friction() -> None:
+    # Nothing pushes along the base, so impacts must leave the horizontal momentum at zero: the
+    # centre of mass ends above where it began. The places follow from slides, second order.
+    start = 0.08
+    lanes = stacks(np.full((1, 2), 0.4), 0.5, friction=[[0.0, 10.0]], start=start)
+    half, rise = 0.2, 0.5
+    began = half - half * math.cos(start) + rise * math.sin(start)
+    gaps = []
+    for step in (1e-2, 5e-3, 2.5e-3):
+        response = respond(lanes, StillBase(1), SampleTimes(20.0, 10.0), step)
+        assert np.all(response["rotation"][..., -1] == 0.0)
+        first, second = response["residual_slide"][0]
+        gaps.append(abs(first + 0.5 * second - began))
+    assert gaps[0] <= 1e-2 * began
+    assert gaps[2] <= 1e-3 * began
+
+
+def shaken(count: int) -> tuple[Lanes, GroundMotions]:
+    """Stacks that rock, slide and fall: seven lanes of a number of blocks."""
+    rng = np.random.default_rng(count)
+    lanes = stacks(
+        rng.uniform(0.2, 0.4, (7, count)),
+        rng.uniform(0.3, 0.6, (7, count)),
+        friction=rng.uniform(0.2, 1.0, (7, count)),
+        chamfer=0.005,
+        offset=rng.uniform(-0.02, 0.02, (7, count)) * (np.arange(count) > 0),
+    )
+    return lanes, sines(Control.DISPLACEMENT, rng.uniform(0.01, 0.05, 7), 2.5, 4.0)
+
+
+def test_mirrored_motion_mirrors_the_answer() -> None:
+    lanes, motions = shaken(2)
+    times = SampleTimes(1.0, 0.01)
+    found = respond(lanes, motions, times)
+    mirrored = dataclasses.replace(lanes, offset=-lanes.offset)
+    reverse = {
+        name: -getattr(motions, name)
+        for name in (
+            "velocity_step_start",
+            "velocity_step_stop",
+            "velocity_final",
+            "acceleration_amplitude",
+            "velocity_offset",
+        )
+    }
+    other = respond(mirrored, dataclasses.replace(motions, **reverse), times)
+    assert np.max(np.abs(found["rotation"])) > 0.1
+    # Round-off, magnified by some ten impacts.
+    np.testing.assert_allclose(other["rotation"], -found["rotation"], rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(other["residual_slide"], -found["residual_slide"], atol=1e-9)
+
+
+def test_interfaces_slide_by_the_closed_form() -> None:
+    # A velocity step v of the base leaves both blocks behind. The upper one is braked by mu2 g; the
+    # lower one by the ground, less what the upper one pulls. Squat blocks do not rock.
+    speed = np.array([0.5, -0.4, 0.3])
+    ground = np.array([0.2, 0.4, 0.3])
+    upper = np.array([0.1, 0.2, 0.05])
+    lanes = stacks(
+        np.tile([4.0, 2.0], (3, 1)),
+        [0.2, 0.4],
+        friction=np.stack([ground, upper], axis=1),
+        density=[1000.0, 3000.0],
+    )
+    response = respond(
+        lanes, velocity_steps(speed, np.zeros(3), np.full(3, 10.0)), SampleTimes(2.0)
+    )
+    first, second = lanes.mass.T
+    lower_brake = GRAVITY * (ground * (first + second) - upper * second) / first
+    lower = -np.sign(speed) * speed**2 / (2.0 * lower_brake)
+    whole = -np.sign(speed) * speed**2 / (2.0 * upper * GRAVITY)
+    # Even decelerations: the steps are exact, and so are the times at which sliding stops.
+    np.testing.assert_allclose(response["residual_slide"][:, 0], lower, rtol=1e-9)
+    np.testing.assert_allclose(response["residual_slide"][:, 1], whole - lower, rtol=1e-9)
+    np.testing.assert_allclose(response["rest_time"], np.abs(speed) / (upper * GRAVITY), rtol=1e-9)
+    np.testing.assert_allclose(
+        response["energy_lost"], 0.5 * (first + second) * speed**2, rtol=1e-9
+    )
+    assert np.all(response["peak_rotation"] == 0.0)
+    assert np.all(response["outcome"] == Outcome.AT_REST)
+
+
+def test_upper_blocks_slide_off_or_topple_over_the_edge() -> None:
+    # A slab that is thrown off a slab, and a column whose centre stands beyond the edge.
+    lanes = stacks(
+        [[1.0, 1.0], [1.0, 0.4]],
+        [[0.1, 0.01], [0.1, 0.4]],
+        friction=[[10.0, 0.01], [10.0, 10.0]],
+        density=[[50000.0, 100.0], [50000.0, 100.0]],
+        offset=[[0.0, 0.0], [0.0, 0.51]],
+    )
+    motions = velocity_steps(np.array([9.0, 0.0]), np.zeros(2), np.full(2, 10.0))
+    response = respond(lanes, motions, SampleTimes(3.0, 0.01))
+    assert response["outcome"].tolist() == [Outcome.SLID_OFF, Outcome.OVERTURNED]
+    # Left behind: towards -x, by its way to the edge and at most one step more.
+    assert -1.0 - 9.0 * 5e-3 <= response["residual_slide"][0, 1] <= -1.0
+    assert response["rotation"][1, 1, -1] == 0.5 * math.pi
+    assert response["rotation"][1, 0, -1] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("chamfer", "offset", "side", "arm"),
+    [(0.0, 0.0, 1, 0.4), (0.1, 0.0, 1, 0.3), (0.0, 0.2, 1, 0.4), (0.0, 0.2, -1, 0.3)],
+)
+def test_uplift_follows_chamfer_and_offset(
+    chamfer: float, offset: float, side: int, arm: float
+) -> None:
+    # The upper block turns about the end of the overlap, `arm` away from its middle, 1 m below its
+    # centre: its own face (0.8 m) or the end of the lower one (1 m), beyond which it hangs over.
+    lanes = stacks(
+        np.tile([1.0, 0.8], (2, 1)),
+        [0.2, 2.0],
+        chamfer=[0.0, chamfer],
+        offset=[0.0, offset],
+        density=[20000.0, 1000.0],
+    )
+    amplitude = side * np.array([0.99, 1.01]) * GRAVITY * arm
+    response = respond(lanes, sines(Control.ACCELERATION, amplitude, 0.25, 1.0), SampleTimes(1.2))
+    assert math.isnan(response["uplift_time"][0])
+    # When the sine passes the threshold, to a thousandth of a step and the curve inside one.
+    expected = math.asin(1.0 / 1.01) / (0.5 * math.pi)
+    assert response["uplift_time"][1] == pytest.approx(expected, abs=1e-4)
+    assert response["peak_rotation"][1, 0] == 0.0
+
+
+def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(unjudged: None) -> None:
+    lanes, motions = shaken(3)
+    times = SampleTimes(1.0, 0.05)
+    together = run_batch("event", lanes, motions, times, workers=1)
+    apart = run_batch("event", lanes, motions, times, workers=2, chunk_size=2)
+    order = np.arange(7)[::-1]
+    turned = run_batch("event", lanes.take(order), motions.take(order), times)
+    height = lanes.height.copy()
+    height[2, 1] = np.nan
+    broken = run_batch("event", dataclasses.replace(lanes, height=height), motions, times)
+    sound = np.arange(7) != 2
+    for name, values in together.fields.items():
+        np.testing.assert_array_equal(apart[name], values)
+        np.testing.assert_array_equal(turned[name][order], values)
+        np.testing.assert_array_equal(broken[name][sound], values[sound])
+    assert broken["status"][2] == Status.NONFINITE
+
+
+def test_histories_do_not_change_the_run() -> None:
+    lanes, motions = shaken(2)
+    with_history = respond(lanes, motions, SampleTimes(1.0, 0.01))
+    without = respond(lanes, motions, SampleTimes(1.0))
+    for name, values in without.fields.items():
+        np.testing.assert_array_equal(with_history[name], values)

@@ -1,0 +1,135 @@
+"""Both forms of a kernel give the same response, and `explain` names the one that is launched."""
+
+from __future__ import annotations
+
+import pathlib
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import warp as wp
+
+from tests.shared.case_texts import FREE
+from tests.shared.kinds import KINDS, SCENES, lanes_of, motions_of
+from warprock.case.case import Case
+from warprock.case.lanes import expand_lanes
+from warprock.case.load import load_case
+from warprock.engines import ENGINES, engine_class
+from warprock.engines.launching import Form, Target
+from warprock.model.motion import MotionKind
+from warprock.model.response import INTEGER_FIELDS, SampleTimes
+from warprock.model.scene import scene_kind
+from warprock.run.batch import run_batch
+from warprock.run.catalogue import explain_case
+
+TIMES = SampleTimes(0.6, 0.1)
+
+HOPS = ("event", "block in space")
+"""Where round-off decides whether a corner that hardly leaves the base lands once more."""
+
+
+def with_two_forms() -> list[tuple[str, str]]:
+    """Engines and scenes for which a CPU can run either form of a kernel."""
+    found = []
+    for scene in SCENES:
+        lanes = lanes_of(scene)
+        kind = scene_kind(lanes, motions_of(MotionKind.STILL, lanes), restitution_given=False)
+        for name in ENGINES:
+            engine = engine_class(name)
+            forms = {engine(None, Target(form=form)).kernel(lanes) for form in Form}
+            if scene != "stack of one" and engine.supports(kind) is None and len(forms) == 2:
+                found.append((name, scene))
+    return found
+
+
+def test_the_engines_with_two_forms_are_found():
+    assert {("housner", "block"), ("dem", "stack"), ("event", "block in space")} <= set(
+        with_two_forms()
+    )
+    assert not {("direct", "stack"), ("event", "stack"), ("impulse", "stack in space")} & set(
+        with_two_forms()
+    )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("engine", "scene"), with_two_forms())
+def test_every_field_is_the_same_in_both_forms(engine: str, scene: str, kind: MotionKind):
+    lanes = lanes_of(scene)
+    motions = motions_of(kind, lanes)
+    packed, plain = (
+        run_batch(engine, lanes, motions, TIMES, form=form, workers=1) for form in Form
+    )
+    assert set(packed.fields) == set(plain.fields)
+    for name in packed.fields:
+        if name in ("impact_count", "step_count") and (engine, scene) == HOPS:
+            assert np.max(np.abs(packed[name] - plain[name])) <= 5
+        elif name in INTEGER_FIELDS:
+            np.testing.assert_array_equal(packed[name], plain[name], err_msg=name)
+        else:
+            # Round-off, magnified by impacts and onsets of sliding.
+            np.testing.assert_allclose(packed[name], plain[name], 1e-8, 1e-10, err_msg=name)
+
+
+class LaunchedError(Exception):
+    """Ends a run where its kernel would be launched, and carries that and its threads."""
+
+
+def launched(
+    name: str, case: Case, target: Target, monkeypatch: pytest.MonkeyPatch
+) -> tuple[str, bool]:
+    """File of the kernel that a run of a case launches, and whether a thread runs many lanes."""
+
+    def stop(kernel: Any, dim: int, **_: object) -> None:
+        raise LaunchedError(kernel, dim)
+
+    monkeypatch.setattr(wp, "launch", stop)
+    lane_set, many = expand_lanes(case), np.zeros(64, np.intp)
+    lanes, motions = lane_set.lanes.take(many), lane_set.motions.take(many)
+    with pytest.raises(LaunchedError) as caught:
+        engine_class(name)(case.engine_settings(name), target).run(lanes, motions, TIMES)
+    kernel, threads = caught.value.args
+    file = sys.modules[kernel.module.name].__file__
+    assert file is not None
+    # One kernel runs all lanes of a launch in its first thread.
+    packed = threads < 64 or "PLACES" in vars(sys.modules[kernel.module.name])
+    return pathlib.Path(file).name, packed
+
+
+SECOND = FREE.split("[contact]")[0].split("[block]")[1].replace("0.5 m", "0.4 m")
+SCENE_TEXTS = {
+    "block": FREE,
+    "stack of one": FREE.replace("[block]", "[block.1]"),
+    "stack": FREE.replace("[block]", "[block.1]").replace(
+        "[contact]", f"[block.2]{SECOND}[contact]"
+    ),
+}
+SCENE_TEXTS |= {
+    f"{name} in space": f'model = "spatial"\n{text}' for name, text in SCENE_TEXTS.items()
+}
+SETTINGS_TEXTS = {
+    "block": "[engines.impulse]\niterations = 40\n",
+    "block in space": "[engines.event]\nfriction_box = 1\n",
+}
+"""Settings for which another kernel runs a scene."""
+
+
+@pytest.mark.parametrize(
+    ("scene", "settings"), [*((scene, "") for scene in SCENE_TEXTS), *SETTINGS_TEXTS.items()]
+)
+def test_explain_names_the_kernel_that_is_launched(
+    scene: str, settings: str, write: Callable[[str], pathlib.Path], monkeypatch: pytest.MonkeyPatch
+):
+    case = load_case(write(SCENE_TEXTS[scene] + settings))
+    rows = [row for row in explain_case(case)["engines"] if row["kernel"]]
+    assert {"event", "impulse", "dem"} <= {row["name"] for row in rows}
+    for row in rows:
+        here, packed = launched(row["name"], case, Target(), monkeypatch)
+        there, beside = launched(row["name"], case, Target(form=Form.PLAIN), monkeypatch)
+        assert not beside
+        words = row["kernel"]
+        assert words.startswith(f"kernels/{here} for a still base: ")
+        assert ("`packed` on a CPU" in words) == packed
+        assert ("one lane a thread on any device" in words) == (not packed)
+        assert here == there or f"{there}, one lane a thread, on any other device" in words

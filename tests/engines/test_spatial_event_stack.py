@@ -1,0 +1,155 @@
+"""`event` on stacks in space: rest, energy, order, the plane, the other engine, contract."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+
+import numpy as np
+
+from tests.shared.blocks import sines, velocity_steps
+from tests.shared.spatial_blocks import along, mirrored, spatial_stack, still
+from warprock.engines.event import Event
+from warprock.model.lanes import Lanes, SpatialLanes
+from warprock.model.motion import Control, GroundMotions, SpatialMotions
+from warprock.model.response import Outcome, Response, SampleTimes, Status
+from warprock.model.scene import scene_kind
+from warprock.run.batch import run_batch
+from warprock.settings.engines import EventSettings, ImpulseSettings
+from warprock.units import GRAVITY
+
+
+def respond(
+    lanes: Lanes, motions: GroundMotions, times: SampleTimes, step: float = 5e-3
+) -> Response:
+    return run_batch("event", lanes, motions, times, settings=EventSettings(time_step=step))
+
+
+def apart(one: Response, other: Response) -> float:
+    return float(np.max(np.abs(one["rotation"] - other["rotation"])))
+
+
+def pulses(count: int = 1, side: float = 1.0) -> SpatialMotions:
+    one, spread = np.ones(count), np.linspace(1.0, 1.2, count)
+    return along(
+        sines(Control.ACCELERATION, side * 0.5 * GRAVITY * spread, 3.0 * one, 1.0),
+        sines(Control.ACCELERATION, 0.3 * GRAVITY * one, 4.0 * one, 1.0),
+    )
+
+
+def dropped(count: int) -> SpatialLanes:
+    """Stacks of two, turned against one another; the upper block starts on a corner in the air."""
+    rng = np.random.default_rng(3)
+    one = spatial_stack([0.5, 0.4], [0.3, 0.3])
+    parts = {
+        field.name: np.repeat(getattr(one, field.name), count, axis=0)
+        for field in dataclasses.fields(one)
+    }
+    upper = np.array([0.0, 1.0])
+    parts["friction"] = 10.0 ** rng.uniform(-1.0, 0.0, (count, 2))
+    parts["yaw_start"] = rng.uniform(-0.5, 0.5, (count, 2))
+    parts["offset"] = rng.uniform(-0.03, 0.03, (count, 2))
+    parts["rotation_start"] = upper * rng.uniform(-0.1, 0.1, (count, 1))
+    parts["rotation_across_start"] = upper * rng.uniform(-0.1, 0.1, (count, 1))
+    parts["gap_start"] = upper * rng.uniform(0.0, 0.02, (count, 1))
+    return SpatialLanes(**parts)
+
+
+def test_a_tall_crooked_stack_stands_to_the_last_digit() -> None:
+    lanes = spatial_stack(
+        np.full(6, 0.4), 0.4, depth=0.5,
+        offset=[[0.0, 0.01, -0.02, 0.01, 0.0, 0.01]],
+        offset_across=[[0.0, -0.01, 0.01, 0.02, -0.01, 0.0]],
+        yaw_start=[[0.02, -0.03, 0.1, 0.0, 0.05, -0.2]],
+    )  # fmt: skip
+    found = respond(lanes, still(1), SampleTimes(60.0))
+    assert found["status"][0] == Status.OK
+    assert found["outcome"][0] == Outcome.AT_REST
+    assert np.max(found["peak_slide"]) <= 1e-12
+    assert np.max(found["peak_tilt"]) <= 1e-12
+    assert found["step_count"][0] <= 10
+
+
+def test_dropped_stacks_come_to_rest_and_lose_what_they_held() -> None:
+    lanes = dropped(8)
+    lost = [
+        respond(lanes, still(8), SampleTimes(until))["energy_lost"]
+        for until in (0.02, 0.05, 0.1, 0.2, 4.0)
+    ]
+    # A step's own error of the energy is of its third order.
+    for before, after in itertools.pairwise(lost):
+        assert np.all(after >= before - 1e-5 * lost[-1])
+    assert np.all(lost[0] >= -1e-5 * lost[-1])
+    found = respond(lanes, still(8), SampleTimes(4.0, 0.1))
+    assert np.all(found["status"] == Status.OK)
+    assert np.all(found["outcome"] == Outcome.AT_REST)
+    assert np.max(np.abs(found["rotation"][..., -1])) <= 1e-5
+    assert np.max(np.abs(found["rotation_across"][..., -1])) <= 1e-5
+
+
+def test_rocking_stacks_are_those_of_the_plane_to_second_order() -> None:
+    lanes = spatial_stack([0.3, 0.3], [0.5, 0.5], friction=0.8, rotation_start=[[0.0, 0.1]])
+    flat = Lanes(**{f.name: getattr(lanes, f.name) for f in dataclasses.fields(Lanes)})
+    times = SampleTimes(1.0, 0.02)
+    plane = respond(flat, still(1).components[0], times, 2e-4)
+    errors = [apart(respond(lanes, still(1), times, h), plane) for h in (5e-3, 2.5e-3)]
+    assert errors[0] <= 3e-5
+    assert errors[0] / errors[1] >= 3.0
+
+
+def test_biaxial_pulses_converge_and_the_other_engine_agrees() -> None:
+    lanes = spatial_stack([0.4, 0.35], [0.6, 0.5], depth=0.4, yaw_start=[[0.1, 0.3]])
+    times = SampleTimes(0.6, 0.02)
+    runs = [respond(lanes, pulses(), times, h) for h in (4e-3, 1e-3, 2.5e-4)]
+    settings = ImpulseSettings(substeps=199, iterations=60)
+    other = run_batch("impulse", lanes, pulses(), times, settings=settings)
+    assert all(run["status"][0] == Status.OK for run in runs)
+    assert np.max(runs[-1]["peak_rotation"]) >= 0.01
+    # At least first order: a quarter of the step leaves a third of the error at most.
+    assert apart(runs[1], runs[2]) <= apart(runs[0], runs[2]) / 3.0
+    assert apart(runs[2], other) <= 1e-3
+
+
+def test_a_stack_slides_as_one_by_the_closed_form() -> None:
+    lanes = spatial_stack([0.5, 0.4], [0.2, 0.2], friction=0.3, depth=0.5)
+    zero, one, long = np.zeros(1), np.ones(1), np.full(1, 50.0)
+    motions = along(velocity_steps(0.6 * one, zero, long), velocity_steps(0.8 * one, zero, long))
+    found = respond(lanes, motions, SampleTimes(2.0))
+    way = 1.0 / (2.0 * 0.3 * GRAVITY)
+    # Where it stops inside a step is missed by what friction does in one.
+    missed = 0.3 * GRAVITY * 5e-3**2
+    np.testing.assert_allclose(found["residual_slide"][0], [-0.6 * way, 0.0], atol=missed)
+    np.testing.assert_allclose(found["residual_slide_across"][0], [-0.8 * way, 0.0], atol=missed)
+    assert found["outcome"][0] == Outcome.AT_REST
+
+
+def test_a_mirrored_scene_has_the_mirrored_answer() -> None:
+    lanes = spatial_stack([0.4, 0.35], [0.6, 0.5], depth=0.4, yaw_start=[[0.1, 0.3]])
+    times = SampleTimes(0.4, 0.02)
+    found = respond(lanes, pulses(), times)
+    image = respond(mirrored(lanes, x=True, y=False), pulses(side=-1.0), times)
+    np.testing.assert_allclose(image["rotation"], -found["rotation"], rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(image["yaw"], -found["yaw"], rtol=0.0, atol=1e-9)
+    across = found["rotation_across"]
+    np.testing.assert_allclose(image["rotation_across"], across, rtol=0.0, atol=1e-9)
+
+
+def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(unjudged: None) -> None:
+    lanes, motions, times = dropped(5), pulses(5), SampleTimes(0.3, 0.05)
+    together = run_batch("event", lanes, motions, times, chunk_size=5, workers=1)
+    split = run_batch("event", lanes, motions, times, chunk_size=2, workers=2)
+    some = np.array([4, 1])
+    part = run_batch("event", lanes.take(some), motions.take(some), times)
+    bad = np.where(np.arange(5)[:, None] == 2, np.nan, lanes.height)
+    broken = run_batch("event", dataclasses.replace(lanes, height=bad), motions, times)
+    sound = np.arange(5) != 2
+    for name, values in together.fields.items():
+        np.testing.assert_array_equal(split[name], values, err_msg=name)
+        np.testing.assert_array_equal(part[name], values[some], err_msg=name)
+        np.testing.assert_array_equal(broken[name][sound], values[sound], err_msg=name)
+    assert broken["status"][2] == Status.NONFINITE
+
+
+def test_event_takes_stacks_in_space() -> None:
+    kind = scene_kind(spatial_stack([0.4], [0.5]), still(1), restitution_given=False)
+    assert Event.supports(kind) is None

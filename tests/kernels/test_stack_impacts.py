@@ -1,0 +1,97 @@
+"""Impacts between free blocks: what the contact solve of `event` conserves, and what it loses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import warp as wp
+
+from tests.shared.impact_probe import BLOCKS, Blocks, Counts, Triples, Values, strike
+
+LANES = 500
+CLOSED, PLUS, MINUS = 3, 1, 2
+
+
+@pytest.fixture(scope="module")
+def impacts() -> dict[str, np.ndarray]:
+    """Three blocks in flight that touch at corners or whole faces and fly at one another."""
+    random = np.random.default_rng(11)
+    half_width, half_height = random.uniform(0.1, 0.5, (2, LANES, BLOCKS))
+    mass = random.uniform(1.0, 100.0, (LANES, BLOCKS))
+    inertia = mass * (half_width**2 + half_height**2) / 3.0
+    touch = random.choice([CLOSED, PLUS, MINUS], (LANES, BLOCKS))
+    tilt = random.uniform(0.01, 0.6, (LANES, BLOCKS)) * np.select(
+        [touch == PLUS, touch == MINUS], [1.0, -1.0], 0.0
+    )
+    tilt[:, 0] = random.uniform(-0.5, 0.5, LANES)
+    theta = np.cumsum(tilt, axis=1)
+    # Corners of the upper block inside the lower face; whole faces one above the other.
+    anchor = np.zeros((LANES, BLOCKS))
+    anchor[:, 1:] = random.uniform(-0.9, 0.9, (LANES, 2)) * half_width[:, :2]
+    whole = touch == CLOSED
+    anchor[whole] *= 0.3
+    before = random.normal(0.0, 1.0, (LANES, 3 * BLOCKS))
+    rows = np.zeros(LANES, dtype=Blocks.numpy_dtype())
+    rows["half_height"], rows["half_face"] = half_height, half_width
+    rows["inverse_mass"], rows["inverse_inertia"] = 1.0 / mass, 1.0 / inertia
+    rows["friction"] = random.choice([0.0, 0.3, 1.0, 5.0], (LANES, BLOCKS))
+    place = wp.zeros((LANES, 2 * BLOCKS), dtype=wp.float64)
+    after = wp.zeros(LANES, dtype=Triples)
+    settled = wp.zeros(LANES, dtype=int)
+    inputs = [
+        wp.array(rows, dtype=Blocks),
+        wp.array(theta, dtype=Values),
+        wp.array(anchor, dtype=Values),
+        wp.array(touch.astype(np.int32), dtype=Counts),
+        wp.array(before, dtype=Triples),
+    ]
+    wp.launch(strike, dim=LANES, inputs=[*inputs, place, after, settled], device="cpu")
+    assert settled.numpy().mean() > 0.99
+    done = settled.numpy() == 1
+    found = {
+        "mass": mass,
+        "inertia": inertia,
+        "centre": centres(theta, half_height, place.numpy()),
+        "before": before.reshape(LANES, BLOCKS, 3),
+        "after": after.numpy().reshape(LANES, BLOCKS, 3),
+    }
+    return {name: values[done] for name, values in found.items()}
+
+
+def centres(theta: np.ndarray, half_height: np.ndarray, place: np.ndarray) -> np.ndarray:
+    """Centres of the blocks [m], shape [lane, block, 2], the lowest at the origin."""
+    along_axis = np.stack([np.cos(theta), -np.sin(theta)], axis=-1)
+    up_axis = np.stack([np.sin(theta), np.cos(theta)], axis=-1)
+    found = np.zeros((*theta.shape, 2))
+    for k in range(1, theta.shape[1]):
+        top = found[:, k - 1] + half_height[:, k - 1, None] * up_axis[:, k - 1]
+        foot = top + place[:, k, None] * along_axis[:, k - 1]
+        foot += place[:, BLOCKS + k, None] * up_axis[:, k - 1]
+        found[:, k] = foot + half_height[:, k, None] * up_axis[:, k]
+    return found
+
+
+def momenta(impacts: dict[str, np.ndarray], when: str) -> np.ndarray:
+    """Linear momentum (x, z) and clockwise angular momentum about the origin, shape [lane, 3]."""
+    vx, vz, omega = np.moveaxis(impacts[when], -1, 0)
+    x, z = np.moveaxis(impacts["centre"], -1, 0)
+    m = impacts["mass"]
+    angular = m * (z * vx - x * vz) + impacts["inertia"] * omega
+    return np.stack([(m * vx).sum(1), (m * vz).sum(1), angular.sum(1)], axis=1)
+
+
+def test_free_blocks_keep_their_momenta(impacts: dict[str, np.ndarray]) -> None:
+    """To round-off of momenta of about 100 kg m/s: impulses come in opposite pairs at one point."""
+    assert np.abs(momenta(impacts, "after") - momenta(impacts, "before")).max() < 1e-10
+    changed = np.abs(impacts["after"] - impacts["before"]).max(axis=(1, 2)) > 1e-3
+    assert changed.mean() > 0.6
+
+
+def test_an_impact_gives_no_energy(impacts: dict[str, np.ndarray]) -> None:
+    def kinetic(when: str) -> np.ndarray:
+        vx, vz, omega = np.moveaxis(impacts[when], -1, 0)
+        return 0.5 * (impacts["mass"] * (vx**2 + vz**2) + impacts["inertia"] * omega**2).sum(1)
+
+    lost = kinetic("before") - kinetic("after")
+    assert lost.min() > -1e-10 * kinetic("before").max()
+    assert np.median(lost / kinetic("before")) > 1e-3

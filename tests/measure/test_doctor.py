@@ -1,0 +1,76 @@
+"""What `doctor` says of a machine, and what commands say where kernels cannot be kept."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+import pytest
+from click.testing import CliRunner, Result
+
+from warprock.cli.main import main
+from warprock.engines import ENGINES
+from warprock.errors import InputError
+from warprock.kernels.instance import kernel_module
+from warprock.run.devices import keeping_kernels
+
+
+def invoke(*arguments: object) -> Result:
+    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def test_doctor_reports_this_machine():
+    result = invoke("doctor", "--json")
+    found = json.loads(result.stdout)
+    assert result.exit_code == (1 if found["missing"] else 0)
+    assert found["cores"] >= 1
+    assert {"cpu"} <= {device["device"] for device in found["devices"]}
+    assert all(found["versions"].values())
+    assert set(found["engines"]) == set(ENGINES)
+
+
+def test_without_room_for_kernels_one_line_says_where_to_put_them(tmp_path: pathlib.Path):
+    file = tmp_path / "file"
+    file.touch()
+    cache = file / "cache"
+    command = [sys.executable, "-m", "warprock"]
+    environment = {**os.environ, "WARP_CACHE_PATH": str(cache)}
+    run, doctor = (
+        subprocess.run(
+            [*command, *arguments],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=60,
+        )
+        for arguments in (("run", "free-b0"), ("doctor",))
+    )
+    said = f"kernel cache: got '{cache}"
+    assert (run.returncode, doctor.returncode) == (2, 1)
+    assert run.stderr.startswith(f"error: {said}")
+    assert run.stderr.count("\n") == 1
+    assert f"missing: {said}" in doctor.stdout
+    assert all("WARP_CACHE_PATH" in text for text in (run.stderr, doctor.stdout))
+
+
+def test_what_the_cache_of_kernels_is_not_to_blame_for_says_what_it_is():
+    with pytest.raises(FileNotFoundError, match="no_such_kernel"), keeping_kernels():
+        kernel_module("no_such_kernel", precision="float64")
+    with pytest.raises(BrokenPipeError), keeping_kernels():
+        raise BrokenPipeError(errno.EPIPE, "Broken pipe")
+    with pytest.raises(InputError, match="No space left on device"), keeping_kernels():
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+
+def test_doctor_exits_with_1_when_something_is_missing(monkeypatch: pytest.MonkeyPatch):
+    from warprock.measure import doctor
+
+    monkeypatch.setattr(doctor, "PACKAGES", (*doctor.PACKAGES, "no-such-package"))
+    result = invoke("doctor")
+    assert result.exit_code == 1
+    assert "package no-such-package is not installed" in result.stdout

@@ -1,0 +1,259 @@
+"""The reproduction of the paper's tables and figures, end to end and with given responses."""
+
+from __future__ import annotations
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from warprock.compare import study
+from warprock.compare.checks import CaseResponses
+from warprock.errors import InputError
+from warprock.model.response import (
+    FIELDS,
+    INTEGER_FIELDS,
+    LANE_FIELDS,
+    MODEL_FIELDS,
+    SPATIAL_FIELDS,
+    Response,
+)
+from warprock.paper import reproduce as module
+from warprock.paper import stack as reproduce_stack
+from warprock.paper.conflicts import slip_deceleration
+from warprock.paper.printed import PAPER_COLUMNS, paper_table
+from warprock.paper.reproduce import CASES_OF, TARGETS, reproduce
+
+KEYS = {"target", "frequency_hz", "amplitude_mm", "reading", "source", "peak_rotation_ratio"}
+DISPLACEMENT_PEAKS = (0.1864, 0.1366, 0.1858, 0.0903, 0.1079, 0.1228)
+"""Housner's equation with the velocity step as an impulse, integrated independently."""
+
+
+@pytest.fixture(scope="module")
+def table6(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("table6")
+    return reproduce("table6", folder), folder
+
+
+@pytest.fixture(scope="module")
+def table7(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("table7")
+    return reproduce("table7", folder), folder
+
+
+def rows_of(found, **chosen) -> list[dict]:
+    return [row for row in found["rows"] if all(row[key] == value for key, value in chosen.items())]
+
+
+def peaks_of(found, source: str, reading: str) -> np.ndarray:
+    return np.array(
+        [r["peak_rotation_ratio"] for r in rows_of(found, source=source, reading=reading)]
+    )
+
+
+def test_table_6_prints_the_digits_of_the_displacement_reading(table6):
+    found, _ = table6
+    for source in ("housner", "oracle"):
+        peaks = peaks_of(found, source, "displacement")
+        np.testing.assert_allclose(peaks, DISPLACEMENT_PEAKS, atol=0.5e-4)
+
+
+def test_table_6_holds_housner_to_the_oracle_in_every_reading(table6):
+    """Both solve one equation; 1e-6 is what the project asks of the peaks."""
+    found, _ = table6
+    for reading in ("displacement", "acceleration", "slip"):
+        ours, oracle = (peaks_of(found, source, reading) for source in ("housner", "oracle"))
+        assert len(ours) == 6
+        np.testing.assert_allclose(ours, oracle, rtol=1e-6)
+
+
+def test_table_6_keeps_the_paper_as_printed(table6):
+    found, _ = table6
+    printed = paper_table("table6")
+    for name in PAPER_COLUMNS:
+        assert list(peaks_of(found, f"paper-{name}", "as printed")) == list(printed[name])
+
+
+def test_table_6_says_where_housner_does_not_hold(table6):
+    found, _ = table6
+    for row in rows_of(found, source="impulse"):
+        assert row["holds"] is (row["reading"] != "displacement")
+        # The velocity step at the start needs 2.19, that at the end more, or pulls at the block.
+        told = "needs more friction" in row["why"] or "have to pull" in row["why"]
+        assert told is (row["reading"] == "displacement")
+
+
+def test_impulse_slips_as_far_as_a_slipping_corner_does(table6):
+    """The velocity step v slips over v^2 / (2 deceleration); a time step adds at most v dt."""
+    found, _ = table6
+    slowing = slip_deceleration(0.17, 1.0, 1.0)
+    for row in rows_of(found, source="impulse", reading="displacement"):
+        step = 2e-3 * np.pi * row["frequency_hz"] * row["amplitude_mm"]
+        slide = 1e-3 * row["peak_slide_mm"]
+        assert slide == pytest.approx(step**2 / (2.0 * slowing), abs=step / (21 * 240.0))
+
+
+def test_dem_with_the_springs_of_table_5_is_the_column_of_the_papers_dem(table6):
+    """Nothing is fitted; 3 % for a plane model of a program in space; rounding is 0.6 %."""
+    found, _ = table6
+    ours = peaks_of(found, "dem", "displacement")
+    np.testing.assert_allclose(ours, paper_table("table6")["dem"], rtol=0.03)
+
+
+def test_direct_is_the_column_of_vortex(table6):
+    """Half of the last printed digit is 0.3 to 0.6 %; its stiffness and damping are not printed."""
+    found, _ = table6
+    ours = peaks_of(found, "direct", "displacement")
+    np.testing.assert_allclose(ours, paper_table("table6")["vortex"], rtol=0.01)
+
+
+def test_table_6_is_one_json_object_of_rows_with_the_agreed_keys(table6):
+    found, _ = table6
+    json.dumps(found, allow_nan=False)
+    assert len(found["rows"]) == 5 * 18 + 4 * 6
+    assert all(row.keys() >= KEYS for row in found["rows"])
+    assert {conflict["item"] for conflict in found["conflicts"]} == {1, 2, 3, 7, 8}
+
+
+def test_table_6_is_written_as_csv(table6):
+    found, folder = table6
+    assert found["files"] == [str(folder / "table6.csv")]
+    written = pd.read_csv(folder / "table6.csv")
+    assert len(written) == len(found["rows"])
+    assert list(written["source"]) == [row["source"] for row in found["rows"]]
+
+
+def test_table_7_keeps_the_printed_errors_apart_from_peaks(table7):
+    found, _ = table7
+    printed = paper_table("table7")
+    for name in PAPER_COLUMNS:
+        rows = rows_of(found, source=f"paper-{name}")
+        assert all(row["peak_rotation_ratio"] is None for row in rows)
+        theirs = pd.to_numeric(printed[name], errors="coerce").tolist()
+        ours = [np.nan if row["abs_error_pct"] is None else row["abs_error_pct"] for row in rows]
+        np.testing.assert_array_equal(ours, theirs)
+    fell = rows_of(found, source="paper-dem")[-1]
+    assert (fell["abs_error_pct"], "collapsed" in fell["why"]) == (None, True)
+
+
+def test_the_two_routes_to_the_test_of_table_7_agree(table7):
+    """Within 4.5 %: the printed errors are rounded to 1 %, 0.5/0.57 of a point at most a route."""
+    found, _ = table7
+    routes = [peaks_of(found, "inferred-experiment", r) for r in ("slip", "displacement")]
+    assert [len(route) for route in routes] == [6, 6]
+    assert np.max(np.abs(routes[0] / routes[1] - 1.0)) < 0.045
+
+
+def test_nothing_inferred_is_called_measured(table7):
+    found, _ = table7
+    assert not any("measured" in row["source"] for row in found["rows"])
+    inferred = rows_of(found, source="inferred-experiment")
+    assert all("not measured" in row["why"] for row in inferred)
+
+
+def test_table_7_is_one_json_object(table7):
+    found, _ = table7
+    json.dumps(found, allow_nan=False)
+    assert {conflict["item"] for conflict in found["conflicts"]} == {1, 4, 7, 11}
+
+
+def _answer(responses: CaseResponses, engine: str) -> Response:
+    """A decaying swing, of every block of a stack; `impulse` is 1 % larger."""
+    lanes, times = responses.lane_set.lanes, responses.lane_set.times.times
+    size = 0.2 * lanes.slenderness_angle * (1.01 if engine == "impulse" else 1.0)
+    fields = {
+        name: np.zeros(
+            size.shape if FIELDS[name].per_block else lanes.lane_count,
+            np.int64 if name in INTEGER_FIELDS else np.float64,
+        )
+        for name in (*LANE_FIELDS, *MODEL_FIELDS, *(SPATIAL_FIELDS if lanes.spatial else ()))
+    }
+    history = size[..., None] * np.cos(6.0 * times) * np.exp(-0.3 * times)
+    return Response(engine, fields | {"peak_rotation": size, "rotation": history}, times)
+
+
+@pytest.fixture
+def answered(monkeypatch):
+    """Runs no engine and no oracle."""
+
+    def timed(self, engine, lanes, motions, times, **_more):
+        lane_set = SimpleNamespace(lanes=lanes, times=times)
+        return _answer(SimpleNamespace(lane_set=lane_set), engine), 0.25
+
+    unbuilt = SimpleNamespace(warm_up=lambda *_: None)
+    monkeypatch.setattr(CaseResponses, "_run", _answer)
+    monkeypatch.setattr(module.PaperRuns, "timed", timed)
+    monkeypatch.setattr(study, "run_batch", lambda *a, **more: timed(None, *a, **more)[0])
+    monkeypatch.setattr(study, "engine_class", lambda _name: lambda *_: unbuilt)
+    monkeypatch.setattr(
+        module.PaperRuns,
+        "oracle_peaks",
+        lambda self, name: np.full(self.case(name).lane_set.lanes.lane_count, 0.2),
+    )
+
+
+FIGURES = {
+    "fig4": {"fig4.png", "fig4-sensitivity.png", "fig4-study.png", "fig4-study.csv"},
+    "fig5": {"fig5.png"},
+    "fig7": {f"fig7{part}.png" for part in ("", "-displacement", "-acceleration", "-slip")},
+    "fig8": {"fig8.png"},
+    "fig10": {f"fig10{part}.png" for part in ("", "-displacement", "-acceleration", "-slip")},
+    "fig11": {"fig11.png"},
+}
+
+
+@pytest.mark.parametrize("target", FIGURES)
+def test_a_figure_target_writes_its_figures_and_its_numbers(target: str, tmp_path, answered):
+    found = reproduce(target, tmp_path / "new")
+    names = {path.name for path in (tmp_path / "new").iterdir()}
+    assert names == FIGURES[target] | {f"{target}.csv"}
+    assert sorted(names) == sorted(file.rsplit("/", 1)[1] for file in found["files"])
+    assert all(row.keys() >= KEYS for row in found["rows"])
+    errors = [row["peak_error"] for row in rows_of(found, source="impulse")]
+    np.testing.assert_allclose(errors, 0.01, atol=1e-12)
+    json.dumps(found, allow_nan=False)
+
+
+def test_all_makes_every_target_and_runs_a_case_once(tmp_path, answered, monkeypatch):
+    runs = []
+    monkeypatch.setattr(
+        CaseResponses,
+        "_run",
+        lambda self, engine: (
+            runs.append((self.case.name, self.case.overridden, engine)) or _answer(self, engine)
+        ),
+    )
+    for name in FIGURES:
+        monkeypatch.setitem(
+            module._MAKERS, name, module._figure(lambda _runs, _folder: [], CASES_OF[name])
+        )
+    for name in ("fig12", "fig13", "fig14", "fig15"):
+        monkeypatch.setitem(
+            module._MAKERS, name, reproduce_stack._figure(lambda _runs, _folder: [])
+        )
+    monkeypatch.setattr(reproduce_stack.figures, "collapse", lambda _runs, _folder: [])
+    done = []
+    found = reproduce("all", tmp_path, progress=done.append, members=2)
+    assert {row["target"] for row in found["rows"]} == set(TARGETS) - {"all"}
+    assert len(runs) == len(set(runs))
+    assert done == sorted(done)
+    assert {conflict["item"] for conflict in found["conflicts"]} == set(range(1, 14))
+
+
+def test_an_unknown_target_is_refused_before_anything_is_written(tmp_path):
+    with pytest.raises(InputError, match=r"got 'table8'.*table6"):
+        reproduce("table8", tmp_path / "new")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_is_a_file_is_refused_before_anything_runs(tmp_path, monkeypatch):
+    def run(_self, _engine):
+        raise AssertionError("an engine ran")
+
+    monkeypatch.setattr(CaseResponses, "_run", run)
+    file = tmp_path / "results"
+    file.write_text("")
+    with pytest.raises(InputError, match="results"):
+        reproduce("table6", file)

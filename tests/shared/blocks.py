@@ -1,0 +1,109 @@
+"""Small batches that several engine tests share."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.engines import ENGINES, engine_class
+from warprock.engines.stack_launching import as_stacks
+from warprock.model import rocking
+from warprock.model.lanes import Lanes
+from warprock.model.motion import Control, HarmonicMotions, StillBase, Waveform
+from warprock.model.scene import scene_kind
+from warprock.model.waveforms import harmonic_motions
+
+Array = npt.NDArray[np.float64]
+
+
+def make_lanes(
+    width: npt.ArrayLike,
+    height: npt.ArrayLike,
+    rotation_ratio: npt.ArrayLike = 0.0,
+    friction: npt.ArrayLike = 1.0,
+    angular_restitution: npt.ArrayLike | None = None,
+) -> Lanes:
+    """Lanes from full widths and heights [m], which broadcast against each other."""
+    angle = np.arctan2(width, height)
+    if angular_restitution is None:
+        angular_restitution = rocking.angular_restitution(angle)
+    parts = np.broadcast_arrays(
+        width, height, 0.5, 2000.0, friction, 0.0, 0.0, rotation_ratio * angle, angular_restitution
+    )
+    return Lanes(*(np.array(np.atleast_1d(part), dtype=np.float64) for part in parts))
+
+
+def make_stacks(
+    width: npt.ArrayLike,
+    height: npt.ArrayLike,
+    *,
+    rotation: npt.ArrayLike = 0.0,
+    friction: npt.ArrayLike = 10.0,
+    density: npt.ArrayLike = 2000.0,
+    offset: npt.ArrayLike = 0.0,
+) -> Lanes:
+    """Stacks from values that broadcast to [lane, block]; with this friction nothing slides."""
+    parts = np.broadcast_arrays(
+        *(np.atleast_2d(v) for v in (width, height, 0.5, density, friction, 0.0, offset, rotation))
+    )
+    arrays = [np.array(part, dtype=np.float64) for part in parts]
+    return Lanes(*arrays, angular_restitution=np.ones(len(arrays[0])))
+
+
+def two_equal(lanes: Lanes) -> Lanes:
+    """Two blocks of each lane, one on the other, let go as one."""
+    stacks = as_stacks(lanes)
+    parts = {
+        field.name: np.repeat(getattr(stacks, field.name), 2, axis=1)
+        for field in dataclasses.fields(stacks)
+        if field.name != "angular_restitution"
+    }
+    halved = 0.3 * parts.pop("rotation_start")
+    return dataclasses.replace(stacks, rotation_start=halved, **parts)
+
+
+def single_block_engines() -> list[str]:
+    """Names of the engines that run single blocks."""
+    scene = scene_kind(make_lanes(0.2, 1.0), StillBase(1), restitution_given=False)
+    return [name for name in ENGINES if engine_class(name).supports(scene) is None]
+
+
+def free_lanes() -> Lanes:
+    """B1, B2 and B3 of the paper's Table 3, each from 0.2, 0.5 and 0.99 of the critical angle."""
+    height = np.repeat([0.75, 1.0, 1.25], 3)
+    return make_lanes(np.full(9, 0.5), height, np.tile([0.2, 0.5, 0.99], 3))
+
+
+def sines(
+    control: Control,
+    amplitude: npt.ArrayLike,
+    frequency: npt.ArrayLike,
+    cycles: float,
+    waveform: Waveform = Waveform.SINE,
+    start: float = 0.0,
+) -> HarmonicMotions:
+    """Harmonic motions, one a lane; the amplitude is that of the controlled quantity, SI."""
+    a, f = np.broadcast_arrays(np.atleast_1d(amplitude), np.atleast_1d(frequency))
+    f = f.astype(np.float64)
+    count = len(f)
+    return harmonic_motions(
+        waveform, [control] * count, a.astype(np.float64), f, np.full(count, start), cycles / f
+    )
+
+
+def velocity_steps(first: Array, second: Array, interval: Array) -> HarmonicMotions:
+    """Two velocity steps [m/s] of a base that moves evenly between and stays still after."""
+    zero = np.zeros_like(first)
+    return HarmonicMotions(
+        start=zero,
+        stop=interval,
+        velocity_step_start=first,
+        velocity_step_stop=second,
+        velocity_final=first + second,
+        frequency=np.ones_like(first),
+        acceleration_amplitude=zero,
+        phase=zero,
+        velocity_offset=first,
+    )

@@ -1,0 +1,84 @@
+"""Synthetic studies of a known fragility, and how often bands hold the truth.
+
+`python -m tests.shared.fragility_studies [STUDIES]` prints the shares by number of records, by
+default of 1000 studies each, with a standard error of 1 %: studies of ten intensities a record, of
+which the records take no part, 60 % or all of the variance of the capacities.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.analysis.fit import Observations, Verdict, fit_lognormal, fragility_band, observe
+
+Array = npt.NDArray[np.float64]
+
+MEDIAN, DISPERSION = 1.1, 0.45
+RECORDS = (5, 6, 8, 10, 15, 20, 44)
+SPREADS = (0.0, 0.6, 1.0)
+
+
+def stripes(
+    records: int, seed: int, spread: float = 0.0, levels: int = 10
+) -> tuple[Array, npt.NDArray[np.bool_], npt.NDArray[np.intp]]:
+    """Lanes of a known fragility, some intensities a record.
+
+    The capacity of a lane is lognormal; a part `spread` of its variance is one draw a record.
+    """
+    rng = np.random.default_rng(seed)
+    at = np.geomspace(0.2, 4.0, levels)
+    intensity = np.tile(at, records)
+    record = np.repeat(np.arange(records), levels)
+    common = rng.standard_normal(records)[record]
+    own = rng.standard_normal(len(intensity))
+    capacity = np.sqrt(spread) * common + np.sqrt(1.0 - spread) * own
+    return intensity, np.log(intensity / MEDIAN) / DISPERSION >= capacity, record
+
+
+def study(records: int, seed: int, spread: float = 0.0, levels: int = 10) -> Observations:
+    """The lanes of one study."""
+    return observe(*stripes(records, seed, spread, levels))
+
+
+def coverage(
+    records: int, studies: int, spread: float, levels: int = 10
+) -> tuple[int, float, float, float]:
+    """Studies that have a fit, and the share of them whose bands hold the truth.
+
+    Returns:
+        Studies with a fit; shares for the median, the dispersion, and the probability at the
+        median of the studies.
+    """
+    inside, fitted = np.zeros(3), 0
+    for seed in range(studies):
+        seen = study(records, seed, spread, levels)
+        fit = fit_lognormal(seen)
+        if fit.verdict is not Verdict.FITTED:
+            continue
+        fitted += 1
+        band = fragility_band(seen, fit)
+        low, high = band.probabilities(np.array([MEDIAN]))
+        ends = [
+            (*band.interval("median"), MEDIAN),
+            (*band.interval("dispersion"), DISPERSION),
+            (low[0], high[0], 0.5),
+        ]
+        inside += [low <= truth <= high for low, high, truth in ends]
+    return fitted, *(float(share) for share in inside / fitted)
+
+
+def main(studies: int) -> None:
+    """Prints a row for each part of the variance and number of records."""
+    print("variance of records   records   studies fitted   median   dispersion   probability")
+    for spread in SPREADS:
+        for records in RECORDS:
+            fitted, *shares = coverage(records, studies, spread)
+            cells = "   ".join(f"{100.0 * share:6.1f} %" for share in shares)
+            print(f"{spread:19.1f}   {records:7d}   {fitted:14d}   {cells}", flush=True)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 1000)

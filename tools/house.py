@@ -1,0 +1,177 @@
+"""The plan of the house: what each room holds, and what it may import.
+
+A room is a folder of `warprock/`, or a module at its top. Rooms are listed from the ground up: each
+imports only rooms above it in this list. `tests/test_architecture.py` holds the sources to it, and
+the map in the README is printed by
+
+    python tools/house.py
+"""
+
+from __future__ import annotations
+
+import textwrap
+from typing import NamedTuple
+
+
+class Room(NamedTuple):
+    """One room.
+
+    Attributes:
+        name: Its folder, or its module.
+        holds: What a stranger finds there.
+        imports: Rooms that it may import besides itself.
+        packages: Packages of others that it may import.
+    """
+
+    name: str
+    holds: str
+    imports: tuple[str, ...] = ()
+    packages: tuple[str, ...] = ()
+
+
+def _room(name: str, holds: str, imports: str = "", packages: str = "") -> Room:
+    return Room(name, " ".join(holds.split()), tuple(imports.split()), tuple(packages.split()))
+
+
+_BASE = "errors units quantity reading model settings"
+
+ROOMS = (
+    _room("errors", "errors that a user can mend, each in one line, and what they suggest"),
+    _room("units", "numbers with units, read and written"),
+    _room("reading", "files as they are read, of a bounded size"),
+    _room("quantity", "kinds of values that a key may hold, with bounds", "errors units"),
+    _room("cases", "shipped cases and data, one folder a case"),
+    _room(
+        "kernels",
+        """Warp only: physics in wp.func, loops over lanes in wp.kernel; one folder a scheme,
+        `block` in the plane, `stack` of blocks, `space`, and `*_run` for the loop over lanes""",
+        "",
+        "warp",
+    ),
+    _room(
+        "model",
+        """the arrays that rooms hand one another (lanes, ground motions, scene, response), and
+        closed forms: rocking, stacking, pose, Painleve's limit, undecided lanes""",
+        "errors units",
+        "numpy",
+    ),
+    _room("settings", "settings of engines and of programs of others, with bounds", "errors"),
+    _room(
+        "records",
+        "files of ground motion: formats, processing, intensity measures, synthetic records",
+        "errors units quantity reading model",
+        "numpy scipy tables",
+    ),
+    _room(
+        "case",
+        "case.toml -> lanes and ground motions: tables, keys, sweeps, samples, ensembles, studies",
+        f"{_BASE} records",
+        "numpy pandas pydantic scipy",
+    ),
+    _room(
+        "engines",
+        "engines by name, one file a scheme: launch of its kernels, decoding, soundness of lanes",
+        "errors units model settings kernels",
+        "numpy warp",
+    ),
+    _room(
+        "oracle",
+        "references in SciPy for one and two blocks; they share no formula with the kernels",
+        "units model",
+        "numpy scipy",
+    ),
+    _room(
+        "programs",
+        "the same lanes in MuJoCo, Bullet, Blender and Newton",
+        "units model settings",
+        "bpy mujoco newton numpy pybullet scipy warp",
+    ),
+    _room(
+        "run",
+        """lanes in chunks over worker threads; lanes refined until within a tolerance; one run of a
+        case, its lane table and its files; which engine; what there is to choose from""",
+        f"{_BASE} kernels case engines programs",
+        "numpy pandas pyarrow scipy warp",
+    ),
+    _room(
+        "sweep",
+        "plans of many lanes; chunks that are resumed, spread over machines and merged",
+        f"{_BASE} case run",
+        "distributed pyarrow",
+    ),
+    _room(
+        "analysis",
+        """fragility functions, incremental dynamic analysis, overturning maps, rocking spectra,
+        Sobol' indices""",
+        f"{_BASE} case run sweep",
+        "numpy pandas pyarrow scipy",
+    ),
+    _room(
+        "compare",
+        "engines against Housner, the oracle and programs of others; checks of the cases; studies",
+        f"{_BASE} case engines run analysis oracle programs",
+        "numpy pandas pyarrow",
+    ),
+    _room(
+        "measure",
+        "what accuracy costs (trade), the atlas of extremes, speed (bench), the machine (doctor)",
+        f"{_BASE} records case engines run compare oracle programs",
+        "numpy pandas pyarrow warp",
+    ),
+    _room(
+        "tables",
+        "tables on the terminal",
+        f"{_BASE} case run analysis compare",
+        "numpy pandas rich",
+    ),
+    _room(
+        "figures",
+        "figures as PNG: one style, one file a kind",
+        f"{_BASE} case run analysis compare tables",
+        "matplotlib numpy pandas",
+    ),
+    _room(
+        "paper",
+        "all that serves only the seed paper: its printed numbers, ours beside them, its conflicts",
+        f"{_BASE} case engines run analysis compare oracle tables figures",
+        "numpy pandas rich",
+    ),
+    _room(
+        "cli",
+        "the commands, one file each, and how they end",
+        f"{_BASE} records case run sweep analysis compare measure tables figures paper",
+        "click",
+    ),
+)
+"""All rooms, from the ground up."""
+
+MODULES = ("errors", "units", "reading", "quantity")
+"""Rooms that are one module at the top of `warprock/`."""
+
+MAPPED = ("kernels", "cases")
+"""Rooms that lie beside `warprock/` in a checkout, and in it when installed."""
+
+
+def floors() -> dict[str, int]:
+    """Floor of every room: one above the highest that it may import."""
+    found: dict[str, int] = {}
+    for room in ROOMS:
+        found[room.name] = 1 + max((found[below] for below in room.imports), default=0)
+    return found
+
+
+def readme_map() -> str:
+    """The map of the house as the README shows it."""
+    width, lines = 100, []
+    for room in ROOMS:
+        folder = "" if room.name in MAPPED else "warprock/"
+        head = f"{folder + room.name + ('.py' if room.name in MODULES else '/'):<22} "
+        lines += textwrap.wrap(
+            room.holds, width, initial_indent=head, subsequent_indent=" " * len(head)
+        )
+    rest = "tests of a module by its path; tools/ for those who move walls. Nothing imports them"
+    return "\n".join([*lines, f"{'tests/ tools/':<22} {rest}"])
+
+
+if __name__ == "__main__":
+    print(readme_map())

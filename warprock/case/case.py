@@ -1,0 +1,108 @@
+"""A case as the rest of warprock takes it: judged, in SI units and rad."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import pathlib
+from collections.abc import Mapping
+from typing import Any
+
+from warprock.case.axes import LABEL, Axis, axis_shape
+from warprock.case.checks import CheckSpec
+from warprock.case.ensemble import Ensemble
+from warprock.case.settings import ENGINES, PEERS, read_settings
+from warprock.case.study import Study
+from warprock.case.tables import CaseTables
+from warprock.case.text import source_name
+from warprock.model.response import SampleTimes
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    """A case whose every value has been judged.
+
+    Attributes:
+        name: Name of the shipped case, or of the folder (or file) it was read from.
+        file: The case file, as errors name it.
+        folder: Folder that relative paths in the case start from; None for a shipped case.
+        raw: The case as written, overrides included; JSON can hold it.
+        tables: The tables of the case, in SI units and rad.
+        axes: Its sweep, first axis slowest.
+        overridden: Keys that overrides changed.
+        ensemble: What the members of every cell of the sweep differ by; None without members.
+        study: Settings that the case asks its engines to be run with; None without a study.
+    """
+
+    name: str
+    file: str
+    folder: pathlib.Path | None
+    raw: Mapping[str, Any]
+    tables: CaseTables
+    axes: tuple[Axis, ...]
+    overridden: frozenset[str] = frozenset()
+    ensemble: Ensemble | None = None
+    study: Study | None = None
+
+    @property
+    def title(self) -> str:
+        """One line that says what the case is."""
+        return self.tables.title
+
+    @property
+    def source_text(self) -> str:
+        """Where the case's numbers come from."""
+        return self.tables.source
+
+    @property
+    def checks(self) -> tuple[CheckSpec, ...]:
+        """What the case expects of its engines."""
+        return self.tables.check
+
+    @property
+    def sample_times(self) -> SampleTimes:
+        """Length of the run and sampling of its histories."""
+        return SampleTimes(self.tables.run.duration, self.tables.run.sample_interval)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Lengths of the sweep's axes, first one slowest; their product is the number of cells."""
+        return axis_shape(self.axes)
+
+    @property
+    def members(self) -> int:
+        """Lanes in a cell of the sweep: 1 without an ensemble."""
+        return 1 if self.ensemble is None else self.ensemble.members
+
+    @property
+    def lane_count(self) -> int:
+        """Number of lanes that the case expands to: its cells times their members."""
+        return math.prod(self.shape) * self.members
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Names of the label columns."""
+        keys = (key for axis in self.axes for key in axis.columns)
+        return tuple(key.removeprefix(LABEL) for key in keys if key.startswith(LABEL))
+
+    def engine_settings(self, engine: str) -> Any:
+        """Settings of an engine: the case's own, defaults otherwise.
+
+        Args:
+            engine: Name of the engine.
+
+        Returns:
+            The engine's settings dataclass.
+
+        Raises:
+            InputError: No engine has that name, or the case's table is wrong.
+        """
+        return read_settings(ENGINES, self.tables.engines, engine, self.source_of)
+
+    def peer_settings(self, program: str) -> Any:
+        """Settings of a program beside the engines, as `engine_settings` gives an engine's."""
+        return read_settings(PEERS, self.tables.peers, program, self.source_of)
+
+    def source_of(self, key: str) -> str:
+        """What an error about a key names as its source: the file, or -s for an override."""
+        return source_name(key, self.file, self.overridden)

@@ -1,0 +1,239 @@
+"""The [ensemble] table of a case: every cell of its sweep many times over, its inputs a little off.
+
+A cell is one combination of the sweep. Each of its members moves the inputs named under `spread` by
+a part of their half-width, uniform over -1 to 1, and may run with a longer or shorter time step.
+All cells use the same sample (common random numbers), so that cells differ by their own inputs.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.case.axes import Axis, Numbers, axis_keys
+from warprock.case.keys import (
+    KEYS,
+    SWEEP_KEYS,
+    SourceOf,
+    general_key,
+    read_choice,
+    read_table,
+    read_whole,
+)
+from warprock.case.sampling import MOST_SEED, SAMPLINGS, Sample
+from warprock.case.tables import CaseTables
+from warprock.errors import InputError, did_you_mean, listed
+from warprock.quantity import NOTHING, FrictionKey, NumberKey
+from warprock.units import Dimension, Quantity, allowed_text, format_quantity, parse_any
+
+Array = npt.NDArray[np.float64]
+
+STEP_GROUPS = 8
+"""Time steps that the members of an ensemble are dealt to."""
+
+CELL_COLUMNS = ("cell", "members", "usable", "overturned", "overturned_low", "overturned_high")
+"""Columns of the cell table that no label may hide."""
+
+_NAMES = ("members", "seed", "sampling", "time_step", "spread")
+_MOST_MEMBERS = 10_000_000
+_PERCENT = re.compile(r"\s*(\d+\.?\d*|\.\d+)(?:[eE]([+-]?\d+))?\s*%\s*", re.ASCII)
+
+
+@dataclasses.dataclass(frozen=True)
+class Spread:
+    """Half-width of a uniform distribution about the value that a cell has.
+
+    Attributes:
+        half_width: In the SI unit of the key or rad; as a part of the value where `relative`.
+        relative: Whether it is a part of the value; a cell whose value is 0 keeps it.
+    """
+
+    half_width: float
+    relative: bool
+
+    def of(self, values: Array) -> Array:
+        """Half-widths about some values, same shape and unit."""
+        return self.half_width * (np.abs(values) if self.relative else np.ones_like(values))
+
+
+@dataclasses.dataclass(frozen=True)
+class Ensemble:
+    """What a case says about the members of its cells.
+
+    Attributes:
+        members: Lanes in a cell, >= 2.
+        seed: Seed of the sample.
+        sampling: One of `sampling.SAMPLINGS`.
+        time_step: Half-width of the factor on an engine's time step; 0 leaves it alone.
+        spread: Half-width by dotted key, in the order of the case.
+    """
+
+    members: int
+    seed: int
+    sampling: str
+    time_step: float
+    spread: Mapping[str, Spread]
+
+    def points(self, members: npt.NDArray[np.intp]) -> Array:
+        """Where some members lie, from 0 to 1, shape [lane, dimension].
+
+        One dimension a spread key, and the last one for the time step where that is spread.
+
+        Args:
+            members: Number of every lane in its cell, shape [lane].
+        """
+        dimensions = len(self.spread) + (self.time_step > 0.0)
+        return Sample(self.sampling, self.seed, self.members, dimensions).points(members)
+
+    def moved(self, key: str, values: Array, points: Array) -> Array:
+        """Values of a key with the members' part of its spread added.
+
+        Args:
+            key: A key of `spread`.
+            values: Values that the cells have, shape [lane].
+            points: Where the lanes' members lie, as `points` says.
+        """
+        at = points[:, list(self.spread).index(key)]
+        return np.asarray(values + self.spread[key].of(values) * (2.0 * at - 1.0))
+
+    def step_factors(self, members: npt.NDArray[np.intp]) -> Array | None:
+        """Factor on the time step of every lane, shape [lane]; None where it is left alone.
+
+        The range is cut into `STEP_GROUPS` equal parts; a lane takes the middle of its own part.
+        """
+        if self.time_step == 0.0:
+            return None
+        part = np.floor(STEP_GROUPS * self.points(members)[:, -1])
+        return np.asarray(1.0 + self.time_step * ((2.0 * part + 1.0) / STEP_GROUPS - 1.0))
+
+
+def read_ensemble(
+    raw: Mapping[str, object],
+    axes: Sequence[Axis],
+    tables: CaseTables,
+    source_of: SourceOf,
+) -> Ensemble | None:
+    """The ensemble of a case; None where it has none.
+
+    Args:
+        raw: The case.
+        axes: Its sweep.
+        tables: Its other tables.
+        source_of: Dotted key -> what an error about it names as its source.
+
+    Raises:
+        InputError: Unknown key, a number out of bounds, a spread of a key that is no number, that
+            the case does not give, or that would leave its bounds, or nothing that varies.
+    """
+    if "ensemble" not in raw:
+        return None
+    table = read_table(raw, "ensemble", _NAMES, source_of)
+    members = read_whole(table, "ensemble.members", (2, _MOST_MEMBERS), source_of)
+    seed = read_whole(table, "ensemble.seed", (0, MOST_SEED), source_of, 1)
+    sampling = read_choice(table, "ensemble.sampling", SAMPLINGS, source_of)
+    time_step = _read_time_step(table["time_step"], source_of) if "time_step" in table else 0.0
+    spread = dict(_read_spread(table.get("spread", {}), axes, tables, source_of))
+    if not (spread or time_step):
+        key = "ensemble.spread"
+        allowed = "must name at least one key, where ensemble.time_step is not given"
+        raise InputError(source_of(key), key, NOTHING, allowed)
+    return Ensemble(members, seed, sampling, time_step, spread)
+
+
+def _percent(got: object) -> float | None:
+    """A percentage as a part of one; None where the value is none."""
+    match = _PERCENT.fullmatch(got) if isinstance(got, str) else None
+    return float(f"{match[1]}e{int(match[2] or 0) - 2}") if match else None
+
+
+def _read_time_step(got: object, source_of: SourceOf) -> float:
+    part = _percent(got)
+    if part is None or not 0.0 < part < 1.0:
+        key = "ensemble.time_step"
+        allowed = 'must be more than 0 % and less than 100 % of the time step, such as "10 %"'
+        raise InputError(source_of(key), key, got, allowed)
+    return part
+
+
+def _read_spread(
+    table: object, axes: Sequence[Axis], tables: CaseTables, source_of: SourceOf
+) -> Iterator[tuple[str, Spread]]:
+    """Keys and half-widths, each held against every value that a cell may have."""
+    if not isinstance(table, Mapping):
+        allowed = "must be a table of keys and half-widths"
+        raise InputError(source_of("ensemble.spread"), "ensemble.spread", table, allowed)
+    columns = {key: column for axis in axes for key, column in axis.columns.items()}
+    for key, got in axis_keys(table).items():
+        place = f"ensemble.spread.{key}"
+        reader = KEYS.get(general_key(key))
+        if general_key(key) not in SWEEP_KEYS or not isinstance(reader, NumberKey):
+            numbers = [k for k in SWEEP_KEYS if isinstance(KEYS[k], NumberKey)]
+            allowed = f"unknown key (allowed: {listed(key, numbers)}){did_you_mean(key, numbers)}"
+            raise InputError(source_of(place), place, got, allowed)
+        column, constant = columns.get(key), tables.constant(key)
+        table_name, _, name = key.rpartition(".")
+        if table_name == "motion" and tables.motion and not tables.motion.takes(name):
+            allowed = f"must not be given with waveform {tables.motion.waveform}"
+            raise InputError(source_of(place), place, got, allowed)
+        if isinstance(column, Numbers):
+            values, dimension = column.values, column.dimension
+        elif isinstance(constant, Quantity):
+            values, dimension = np.array([constant.value]), constant.dimension
+        elif isinstance(constant, float):
+            # A friction angle has become a coefficient by now.
+            friction = isinstance(reader, FrictionKey)
+            dimension = Dimension.DIMENSIONLESS if friction else next(iter(reader.bounds))
+            values = np.array([constant])
+        else:
+            allowed = f"must be the spread of a key that the case gives: give {key} too"
+            raise InputError(source_of(place), place, got, allowed)
+        try:
+            spread = _half_width(got, dimension)
+            _judge(key, reader, spread, values, dimension)
+        except ValueError as error:
+            raise InputError(source_of(place), place, got, str(error)) from None
+        yield key, spread
+
+
+def _half_width(got: object, dimension: Dimension) -> Spread:
+    """A half-width as it was written: a percentage, or a quantity of the key's dimension.
+
+    Raises:
+        ValueError: It is neither, or not above 0.
+    """
+    part = _percent(got)
+    spread = Spread(part, relative=True) if part is not None else None
+    if spread is None:
+        try:
+            spread = Spread(parse_any(got, (dimension,)).value, relative=False)
+        except ValueError:
+            allowed = f'must be "5 %" of the value or {allowed_text((dimension,))}'
+            raise ValueError(allowed) from None
+    if spread.half_width <= 0.0:
+        raise ValueError("must be more than 0")
+    return spread
+
+
+def _judge(
+    key: str, reader: NumberKey, spread: Spread, values: Array, dimension: Dimension
+) -> None:
+    """Refuses a spread that does nothing, or that takes a value out of the bounds of its key.
+
+    Raises:
+        ValueError: It does.
+    """
+    half = spread.of(values)
+    if np.all(half == 0.0):
+        allowed = allowed_text((dimension,))
+        raise ValueError(f"must be {allowed}: {key} is 0, and a part of 0 is 0")
+    for end in (float(np.min(values - half)), float(np.max(values + half))):
+        try:
+            reader.judge(Quantity(end, dimension))
+        except ValueError as error:
+            unit = "deg" if dimension is Dimension.ANGLE else None
+            reached = format_quantity(end, dimension, unit)
+            raise ValueError(f"must be less: {key} would reach {reached}, but {error}") from None

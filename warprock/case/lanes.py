@@ -1,0 +1,261 @@
+"""From a case to its lanes: blocks, starts, ground motions and the table of inputs.
+
+Lane i is a pure function of the case and i: its digits in mixed radix over the sweep's axes pick
+one value of each. All work is done on whole arrays; what can be wrong with one value alone was
+refused when the case was read, and what can be wrong with a combination is refused here.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.case.axes import LABEL
+from warprock.case.case import Case
+from warprock.case.checks import PeaksCheck
+from warprock.case.ensemble import CELL_COLUMNS
+from warprock.case.motions import lane_motions
+from warprock.case.space import optional, spatial_because, spatial_columns, spatial_lanes
+from warprock.case.stacks import stack_columns, stack_lanes
+from warprock.case.values import LaneValues
+from warprock.errors import InputError
+from warprock.model import rocking
+from warprock.model.lanes import Lanes, SpatialLanes
+from warprock.model.motion import GroundMotions
+from warprock.model.response import FIELDS, SampleTimes
+from warprock.model.scene import SceneKind, scene_kind
+from warprock.model.undecided import UNDECIDED
+from warprock.quantity import Said
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+Array = npt.NDArray[np.float64]
+
+MOST_BLOCKS_AT_ONCE = 5_000_000
+"""Blocks of all lanes of a case together that are held in memory at once."""
+BYTES_OF_A_BLOCK = 1000
+"""Memory that a run takes for each, measured over a million lanes, the table it writes included."""
+LANES_A_SECOND = 5000.0
+"""Lanes of 20 s of a record that `event` runs in a second on two cores."""
+
+
+@dataclasses.dataclass(frozen=True)
+class LaneSet:
+    """A case as lanes.
+
+    Attributes:
+        lanes: Blocks and starts, shape [lane].
+        motions: Ground motions of the same lanes.
+        times: Length of the run and sampling of its histories.
+        scene: What the case requires of an engine.
+        inputs: One row a lane: labels, then physical inputs with their units in the column names.
+        labels: Names of the label columns.
+        shape: Lengths of the case's axes, first one slowest.
+        members: Lanes in a cell of the sweep, 1 without an ensemble; cells are slower.
+        cells: Inputs of every cell without their spread; None without an ensemble, or where only
+            some lanes were asked for.
+        step_factors: Factor on the engine's time step, shape [lane]; None is 1 for all.
+        first: Number of the first lane, where only some were asked for.
+    """
+
+    lanes: Lanes
+    motions: GroundMotions
+    times: SampleTimes
+    scene: SceneKind
+    inputs: pd.DataFrame
+    labels: tuple[str, ...]
+    shape: tuple[int, ...]
+    members: int = 1
+    cells: pd.DataFrame | None = None
+    step_factors: Array | None = None
+    first: int = 0
+
+    def select(self, where: Mapping[str, str]) -> npt.NDArray[np.intp]:
+        """Lanes with certain labels, in lane order.
+
+        Args:
+            where: Label -> value; empty selects every lane.
+
+        Raises:
+            InputError: No such label, or no lane has that value.
+        """
+        chosen = np.ones(self.lanes.lane_count, dtype=bool)
+        for label, value in where.items():
+            if label not in self.labels:
+                known = ", ".join(self.labels) or "none"
+                raise InputError("where", label, value, f"must be a label of the case ({known})")
+            chosen &= np.asarray(self.inputs[label] == value)
+            if not chosen.any():
+                raise InputError("where", label, value, "must select at least one lane")
+        return np.flatnonzero(chosen)
+
+
+def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
+    """The lanes of a case.
+
+    Args:
+        case: The case.
+        lanes: Numbers of the lanes wanted; None is all of them.
+
+    Returns:
+        Lanes, motions, sampling, kind of scene and the table of inputs.
+
+    Raises:
+        InputError: A combination of values that no engine could use.
+    """
+    import pandas as pd
+
+    if lanes is None:
+        _require_room(case)
+    values = LaneValues(case, range(case.lane_count) if lanes is None else lanes)
+    if not values.lanes:
+        raise InputError(case.file, "sweep", Said("0 lanes"), "must make at least 1 lane")
+    why = spatial_because(values)
+    blocks, motions, columns = _scene(values, in_space=bool(why))
+    scene = scene_kind(
+        blocks,
+        motions,
+        restitution_given=values.given("contact.angular_restitution"),
+        spatial_because=why,
+    )
+    step_factors, cells = None, None
+    if case.ensemble is not None:
+        step_factors = case.ensemble.step_factors(values.members)
+        columns |= {"member": values.members}
+        if step_factors is not None:
+            columns |= {"time_step_factor": step_factors}
+        if lanes is None:
+            firsts = LaneValues(case, range(0, case.lane_count, case.members), spread=False)
+            cells = pd.DataFrame(firsts.labels() | _scene(firsts, in_space=bool(why))[2])
+    _refuse_labels(case, columns)
+    lane_set = LaneSet(
+        lanes=blocks,
+        motions=motions,
+        times=case.sample_times,
+        scene=scene,
+        inputs=pd.DataFrame(values.labels() | columns),
+        labels=case.labels,
+        shape=case.shape,
+        members=case.members,
+        cells=cells,
+        step_factors=step_factors,
+        first=values.lanes.start,
+    )
+    if lanes is None and not case.overridden:
+        _refuse_checks(case, lane_set)
+    return lane_set
+
+
+def _require_room(case: Case) -> None:
+    """Refuses more lanes than are held in memory at once.
+
+    Raises:
+        InputError: There are more.
+    """
+    count, blocks = case.lane_count, case.tables.block_count
+    if count * blocks <= MOST_BLOCKS_AT_ONCE:
+        return
+    of_blocks = "" if blocks == 1 else f" of {blocks} blocks"
+    need, hours = BYTES_OF_A_BLOCK * blocks * count / 1e9, count / LANES_A_SECOND / 3600.0
+    allowed = (
+        f"must make at most {MOST_BLOCKS_AT_ONCE // blocks:,} lanes{of_blocks} in one run, which "
+        f"holds them all in memory (these: some {need:,.0f} GB, {hours:,.1f} h): warprock sweep "
+        "plan runs any number in chunks"
+    )
+    raise InputError(case.file, "sweep", Said(f"{count:,} lanes"), allowed)
+
+
+def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions, dict[str, object]]:
+    """Blocks, ground motions, and the columns of both in the table of inputs."""
+    stacked = values.case.tables.stacked
+    blocks = stack_lanes(values) if stacked else _blocks(values, in_space=in_space)
+    if in_space:
+        blocks = spatial_lanes(values, blocks)
+    columns = stack_columns(blocks) if stacked else _block_columns(blocks)
+    if isinstance(blocks, SpatialLanes):
+        columns |= spatial_columns(blocks)
+    motions, more = lane_motions(values, blocks)
+    return blocks, motions, columns | more
+
+
+def _blocks(values: LaneValues, *, in_space: bool) -> Lanes:
+    """Blocks and their starts."""
+    width, height = values.numbers("block.width"), values.numbers("block.height")
+    angle = np.arctan2(width, height)
+    rotation_start = np.zeros_like(width)
+    if values.given("start.rotation_ratio"):
+        aside = optional(values, "block.centre_offset_x") if in_space else 0.0
+        nearer = np.arctan2(width - 2.0 * np.abs(aside), height)
+        rotation_start = nearer * values.numbers("start.rotation_ratio")
+    elif values.given("start.rotation"):
+        rotation_start = values.numbers("start.rotation")
+        beyond = (np.abs(rotation_start) >= angle) & (not in_space)
+        if beyond.any():
+            limit = np.rad2deg(angle[int(np.argmax(beyond))])
+            allowed = f"must be less than the block's slenderness angle, {limit:.6g} deg"
+            values.refuse(beyond, "start.rotation", allowed)
+    if values.given("contact.angular_restitution"):
+        restitution = values.numbers("contact.angular_restitution")
+    else:
+        restitution = rocking.angular_restitution(angle)
+    return Lanes(
+        width=width,
+        height=height,
+        depth=values.numbers("block.depth"),
+        density=values.numbers("block.density"),
+        friction=values.numbers("contact.friction"),
+        chamfer=np.zeros_like(width),
+        offset=np.zeros_like(width),
+        rotation_start=rotation_start,
+        angular_restitution=restitution,
+    )
+
+
+def _block_columns(lanes: Lanes) -> dict[str, object]:
+    angle = lanes.slenderness_angle
+    return {
+        "width_m": lanes.width,
+        "height_m": lanes.height,
+        "depth_m": lanes.depth,
+        "density_kg_m3": lanes.density,
+        "friction": lanes.friction,
+        "angular_restitution": lanes.angular_restitution,
+        "slenderness_angle_rad": angle,
+        "half_diagonal_m": rocking.half_diagonal(lanes.width, lanes.height),
+        "frequency_parameter_rad_s": rocking.frequency_parameter(lanes.width, lanes.height),
+        "rotation_start_rad": lanes.rotation_start,
+        "rotation_ratio_start": lanes.rotation_start / angle,
+    }
+
+
+def _refuse_labels(case: Case, columns: Mapping[str, object]) -> None:
+    """Refuses a label that would hide an input or a result in the lane table."""
+    results = (FIELDS.keys() | {field.column for field in FIELDS.values()}) | {
+        field.block_column(block)
+        for field in FIELDS.values()
+        for block in range(1, case.tables.block_count + 1)
+    }
+    for label in case.labels:
+        if label in {"lane", UNDECIDED, *CELL_COLUMNS, *columns} | results:
+            allowed = "must not be the name of an input or of a result"
+            raise InputError(case.file, f"sweep.{LABEL}{label}", label, allowed)
+
+
+def _refuse_checks(case: Case, lane_set: LaneSet) -> None:
+    """Refuses a check that has another number of values than lanes to compare them with."""
+    for number, check in enumerate(case.checks):
+        if isinstance(check, PeaksCheck):
+            count = len(lane_set.select(check.where))
+            if len(check.values) != count:
+                raise InputError(
+                    case.file,
+                    f"check[{number}].values",
+                    Said(f"{len(check.values)} values"),
+                    f"must be {count}, one for each lane selected",
+                )

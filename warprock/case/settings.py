@@ -1,0 +1,43 @@
+"""Settings that a case gives: of the engines, and of the programs that run beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from warprock.case.keys import SourceOf
+from warprock.errors import InputError, did_you_mean, listed
+from warprock.settings.engines import SETTINGS, judged_settings
+from warprock.settings.programs import PEER_SETTINGS
+
+ENGINES, PEERS = "engines", "peers"
+"""Tables of a case that hold settings, each of them by name."""
+
+_TYPES: dict[str, Mapping[str, type[Any]]] = {ENGINES: SETTINGS, PEERS: PEER_SETTINGS}
+
+
+def read_settings(
+    kind: str,
+    tables: Mapping[str, Mapping[str, object]],
+    name: str,
+    source_of: SourceOf,
+) -> Any:
+    """Settings of an engine or of a program: the case's own, defaults otherwise.
+
+    Args:
+        kind: `ENGINES` or `PEERS`.
+        tables: What the case gives, by name.
+        name: Name of the engine or the program.
+        source_of: Dotted key -> what an error about it names as its source.
+
+    Returns:
+        Its settings dataclass.
+
+    Raises:
+        InputError: Nothing has that name, or its table is wrong.
+    """
+    known, place = _TYPES[kind], f"{kind}.{name}"
+    if name not in known:
+        allowed = f"must be one of {listed(name, known)}{did_you_mean(name, known)}"
+        raise InputError(source_of(place), kind, name, allowed)
+    return judged_settings(known[name], place, tables.get(name, {}), source_of(place))

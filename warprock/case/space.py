@@ -1,0 +1,171 @@
+"""Blocks in space from the values of a case: what asks for space, starts, and input columns."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.case.keys import PLANAR, SPATIAL
+from warprock.case.values import LaneValues
+from warprock.errors import InputError
+from warprock.model.lanes import Lanes, SpatialLanes
+
+Array = npt.NDArray[np.float64]
+
+_REASONS = {
+    "start.rotation_across": "starts leaning across the plane of rocking",
+    "start.yaw": "starts turned about the vertical",
+    "start.gap": "starts above its base",
+    "block.centre_offset_x": "has a centre of mass beside the middle",
+    "block.centre_offset_y": "has a centre of mass beside the middle",
+    "motion.y": "moves its base across the plane of rocking",
+    "motion.z": "moves its base upwards",
+}
+"""Key that only a spatial model has a use for -> what the case then does."""
+
+_REASONS_OF_A_BLOCK = {
+    "offset_across": "has a block beside the plane of rocking",
+    "yaw": "has a block turned about the vertical",
+    "centre_offset_x": "has a centre of mass beside the middle",
+    "centre_offset_y": "has a centre of mass beside the middle",
+}
+
+_START = {"rotation_across_start": "start.rotation_across", "yaw_start": "start.yaw"}
+_NAMES_OF_A_BLOCK = {
+    "yaw_start": "yaw",
+    "centre_offset_x": "centre_offset_x",
+    "centre_offset_y": "centre_offset_y",
+    "offset_across": "offset_across",
+}
+
+
+def spatial_because(values: LaneValues) -> str:
+    """What makes the case one of blocks in space; empty where the plane of rocking is enough.
+
+    A base that moves along x alone under blocks that are symmetric about the plane of rocking
+    leaves them in it.
+
+    Raises:
+        InputError: The case asks for a planar model and for something that needs space.
+    """
+    tables = values.case.tables
+    reasons = dict(_REASONS)
+    for block in range(1, tables.block_count + 1):
+        reasons |= {f"block.{block}.{k}": text for k, text in _REASONS_OF_A_BLOCK.items()}
+    given = [key for key in reasons if values.given(key)]
+    if tables.model == PLANAR and given:
+        source = values.case.source_of("model")
+        allowed = f"must be {SPATIAL}, or left out: {given[0]} needs it"
+        raise InputError(source, "model", PLANAR, allowed)
+    if given:
+        return f"{reasons[given[0]]} ({given[0]})"
+    return f'asks for model = "{SPATIAL}"' if tables.model == SPATIAL else ""
+
+
+def spatial_lanes(values: LaneValues, planar: Lanes) -> SpatialLanes:
+    """Blocks in space: what the plane knows of them, and what it does not.
+
+    Raises:
+        InputError: A start or an offset that leaves a block beside what it stands on.
+    """
+    parts = {f.name: getattr(planar, f.name) for f in dataclasses.fields(planar)}
+    more = _of_stacks(values, planar) if planar.stacked else _of_blocks(values, planar)
+    lanes = SpatialLanes(**parts, **more)
+    _refuse(values, lanes)
+    return lanes
+
+
+def optional(values: LaneValues, key: str) -> Array:
+    """Values of a key that may be left out, zero there, shape [lane]."""
+    return values.numbers(key) if values.given(key) else np.zeros(len(values.lanes))
+
+
+def _of_blocks(values: LaneValues, planar: Lanes) -> dict[str, Array]:
+    keys = _START | {name: f"block.{name}" for name in ("centre_offset_x", "centre_offset_y")}
+    found = {name: optional(values, key) for name, key in keys.items()}
+    found["gap_start"] = optional(values, "start.gap")
+    return found | {"offset_across": np.zeros_like(planar.width)}
+
+
+def _of_stacks(values: LaneValues, planar: Lanes) -> dict[str, Array]:
+    numbers = range(1, planar.block_count + 1)
+    found = {
+        name: np.stack([optional(values, f"block.{k}.{key}") for k in numbers], axis=1)
+        for name, key in _NAMES_OF_A_BLOCK.items()
+    }
+    return found | dict.fromkeys(
+        ("rotation_across_start", "gap_start"), np.zeros_like(planar.width)
+    )
+
+
+def _refuse(values: LaneValues, lanes: SpatialLanes) -> None:
+    """Refuses blocks that do not start above what they stand on."""
+    for block in range(lanes.block_count):
+        table = f"block.{block + 1}" if lanes.stacked else "block"
+        one = _block(lanes, block)
+        for axis, face in (("x", one.face_width), ("y", one.face_depth)):
+            offset = getattr(one, f"centre_offset_{axis}")
+            allowed = "must be less than half of the face that the block stands on"
+            key = f"{table}.centre_offset_{axis}"
+            values.refuse(np.abs(offset) >= 0.5 * face, key, allowed)
+        if lanes.stacked:
+            _refuse_in_stack(values, lanes, block, table)
+    if not lanes.stacked:
+        _refuse_fallen(values, lanes)
+
+
+def _refuse_fallen(values: LaneValues, lanes: SpatialLanes) -> None:
+    """Refuses blocks whose centre of mass is at the start beyond the edge that they lean over."""
+    for key, start, face, offset, name in (
+        ("rotation", lanes.rotation_start, lanes.face_width, lanes.centre_offset_x, ""),
+        ("rotation_across", lanes.rotation_across_start, lanes.face_depth,
+         lanes.centre_offset_y, " across"),
+    ):  # fmt: skip
+        angle = np.arctan2(face - 2.0 * np.sign(start) * offset, lanes.height)
+        beyond = np.abs(start) >= angle
+        limit = np.rad2deg(angle[int(np.argmax(beyond))])
+        allowed = f"must be less than the block's slenderness angle{name}, {limit:.6g} deg"
+        values.refuse(beyond & (start != 0.0), f"start.{key}", allowed)
+
+
+def _refuse_in_stack(values: LaneValues, lanes: SpatialLanes, block: int, table: str) -> None:
+    allowed = "must be 0 in space: stacks start flat there"
+    values.refuse(lanes.rotation_start[:, block] != 0.0, f"{table}.rotation", allowed)
+    depth = lanes.face_depth
+    allowed = "must be less than half of the block's depth, so that a face is left"
+    values.refuse(depth[:, block] <= 0.0, f"{table}.chamfer", allowed)
+    key, across = f"{table}.offset_across", np.abs(lanes.offset_across[:, block])
+    if block == 0:
+        values.refuse(across > 0.0, key, "must be 0: the base is as deep as it needs to be")
+    else:
+        allowed = f"must leave {table} on the face of the block below"
+        values.refuse(across >= 0.5 * (depth[:, block] + depth[:, block - 1]), key, allowed)
+
+
+def _block(lanes: SpatialLanes, block: int) -> SpatialLanes:
+    """One block of stacks as single blocks; single blocks as they are."""
+    if not lanes.stacked:
+        return lanes
+    parts = {f.name: getattr(lanes, f.name) for f in dataclasses.fields(lanes)}
+    flat = {k: v[:, block] if v.ndim == 2 else v for k, v in parts.items()}
+    return dataclasses.replace(lanes, **flat)
+
+
+def spatial_columns(lanes: SpatialLanes) -> dict[str, object]:
+    """Input columns of what the plane does not know; of a stack with the block's number."""
+    columns: dict[str, object] = {}
+    for block in range(lanes.block_count):
+        one, number = _block(lanes, block), f"_{block + 1}" if lanes.stacked else ""
+        columns[f"slenderness_angle_across{number}_rad"] = one.slenderness_angle_across
+        columns[f"yaw_start{number}_rad"] = one.yaw_start
+        for axis in ("x", "y"):
+            offset = getattr(one, f"centre_offset_{axis}")
+            columns[f"centre_offset_{axis}{number}_mm"] = np.round(1e3 * offset, 12)
+        if lanes.stacked:
+            columns[f"offset_across{number}_mm"] = np.round(1e3 * one.offset_across, 12)
+        else:
+            columns["rotation_across_start_rad"] = one.rotation_across_start
+            columns["gap_start_mm"] = np.round(1e3 * one.gap_start, 12)
+    return columns

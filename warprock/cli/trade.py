@@ -1,0 +1,103 @@
+"""The command `trade`, and what `run --accuracy` makes of its table."""
+
+from __future__ import annotations
+
+import pathlib
+from typing import TYPE_CHECKING
+
+import click
+
+from warprock.cli.options import json_option, output_to
+from warprock.errors import InputError
+
+if TYPE_CHECKING:
+    from warprock.case.case import Case
+    from warprock.measure.trade_choice import Choice
+
+
+@click.command()
+@click.option("-e", "--engine", "engines", multiple=True, help="Only this engine; repeat for more.")
+@click.option("--scene", "scenes", multiple=True, help="Only free, pulse, sine, record or stack.")
+@output_to(
+    "Folder of the table; rows that it has from this machine are kept.",
+    default="results",
+    show_default=True,
+)
+@json_option
+def trade(
+    engines: tuple[str, ...], scenes: tuple[str, ...], folder: pathlib.Path, as_json: bool
+) -> None:
+    """What accuracy costs: every engine over its own knobs, on fixed scenes.
+
+    Writes trade.parquet row by row, so that a run that was stopped goes on where it was; then
+    trade.csv, in the form that `run --accuracy` reads, and the figure trade.png.
+    """
+    from warprock.figures import trade as plots_trade
+    from warprock.measure import trade as module
+    from warprock.measure.trade_scenes import TRADE_SCENES
+    from warprock.run.devices import start_warp
+    from warprock.tables import console
+    from warprock.tables import trade as tables_trade
+
+    start_warp()
+    entries = module.all_entries(scenes or tuple(TRADE_SCENES), engines or None)
+    with console.lane_progress("trade, rows", len(entries)) as progress:
+        table = module.run_trade(entries, folder, progress)
+    files = [folder / module.TABLE, module.write_csv(table, folder)]
+    texts = {name: scene.text for name, scene in TRADE_SCENES.items()}
+    files.append(plots_trade.draw_trade(folder / "trade.png", table, texts))
+    levels = module.level_rows(table)
+    if as_json:
+        console.print_rows_json({"levels": levels}, table, files)
+    else:
+        tables_trade.print_trade(levels, texts, files)
+
+
+def tolerance_of_accuracy(accuracy: float, tolerance: float | None, *, estimate: bool) -> float:
+    """The tolerance of a run whose accuracy was asked for: the same number.
+
+    Raises:
+        InputError: A tolerance was asked for as well, or no estimate was wanted to hold it against.
+    """
+    from warprock.measure.trade_choice import OPTION
+
+    if tolerance is not None:
+        raise InputError("--tolerance", "", tolerance, f"must be left out: {OPTION} sets it, too")
+    if not estimate:
+        raise InputError("--no-estimate", "", "given", f"must be left out with {OPTION}")
+    return accuracy
+
+
+def choose_for(
+    case_name: str,
+    overrides: tuple[str, ...],
+    accuracy: float,
+    *,
+    engine: str | None,
+    precision: str | None,
+    workers: int | None,
+) -> tuple[Case, Choice]:
+    """A case with the settings chosen for an accuracy, and the choice.
+
+    Args:
+        case_name: The case asked for.
+        overrides: The overrides asked for.
+        accuracy: The accuracy asked for.
+        engine: The engine asked for; None if none was.
+        precision: The precision asked for; None if none was.
+        workers: Worker threads.
+
+    Raises:
+        InputError: Settings were asked for as well, or nothing met the accuracy.
+    """
+    from warprock.case.load import load_case
+    from warprock.measure.trade_choice import OPTION, choose
+
+    for override in overrides:
+        if override.startswith("engines."):
+            raise InputError(
+                OPTION, "", accuracy, f"chooses the settings itself, without {override}"
+            )
+    case = load_case(case_name, overrides)
+    choice = choose(case, accuracy, engine=engine, precision=precision, workers=workers)
+    return load_case(case_name, (*overrides, *choice.overrides)), choice

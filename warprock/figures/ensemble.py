@@ -1,0 +1,195 @@
+"""The figure of an ensemble: the distribution of every cell, and how often its blocks fall."""
+
+from __future__ import annotations
+
+import itertools
+import pathlib
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from warprock.case.case import Case
+from warprock.figures.plots import BLACK, BLUE, FIGURE_TITLE, GREEN, ORANGE, RED, drawing, save
+from warprock.run.case_run import CaseRun
+from warprock.run.cells import PEAK_RATIO, QUANTILES, cell_table
+from warprock.tables.cells import block_suffixes, value_name
+from warprock.tables.swept import swept_axes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = npt.NDArray[np.float64]
+
+FIGURE = "ensemble.png"
+BOXES = 40
+"""Cells up to which each has a box; of more, bands are drawn."""
+HALF_BOX = 0.28
+"""Half of the width of a box, the next cell being 1 away."""
+CELL_INCHES = 0.25
+"""Width of a cell in a figure of many."""
+NAMED = 40
+"""Names that fit below the cells."""
+GROUPS = 12
+"""Outer values of the sweep up to which each has its name above its cells."""
+UPRIGHT = 56
+"""Letters of all names up to which they stand upright."""
+BLOCK_COLORS = (BLUE, ORANGE, GREEN)
+FALLEN: dict[str, Any] = {"facecolor": RED, "alpha": 0.13, "linewidth": 0.0}
+RATIO_LABEL = "peak rotation /\nslenderness angle [-]"
+
+
+def write_figures(run: CaseRun, folder: pathlib.Path) -> list[pathlib.Path]:
+    """Draws an ensemble.
+
+    Args:
+        run: The run of a case with an ensemble.
+        folder: Where to; it exists.
+
+    Returns:
+        The files written.
+    """
+    return [draw_cells(folder / FIGURE, run)]
+
+
+def draw_cells(path: pathlib.Path, run: CaseRun) -> pathlib.Path:
+    """Draws the quantiles of the peak rotation of each block, and the share that overturned.
+
+    Args:
+        path: File to write.
+        run: The run of a case with an ensemble.
+
+    Returns:
+        The file.
+    """
+    table = cell_table(run.lane_set, run.response)
+    lanes = run.lane_set.lanes
+    blocks = block_suffixes(lanes.block_count, stacked=lanes.stacked)
+    with drawing() as plt:
+        heights = [2.1] * len(blocks) + [1.4]
+        figure, panels = plt.subplots(
+            len(heights),
+            figsize=(min(max(8.0, 2.0 + CELL_INCHES * len(table)), 13.0), 1.2 + sum(heights)),
+            height_ratios=heights,
+            sharex=True,
+            squeeze=False,
+            layout="constrained",
+        )
+        shown = list(panels[:, 0])
+        for axes, (block, suffix), color in zip(
+            shown, blocks.items(), itertools.cycle(BLOCK_COLORS), strict=False
+        ):
+            _draw_quantiles(axes, table, suffix, color)
+            axes.set_ylabel(f"block {block}\n{RATIO_LABEL}" if block else RATIO_LABEL)
+        _draw_shares(shown[-1], table)
+        _name_cells(shown, run.case)
+        figure.suptitle(f"{run.case.title}\n{_explained(run, len(table))}", **FIGURE_TITLE)
+        return save(figure, path)
+
+
+def _explained(run: CaseRun, cells: int) -> str:
+    drawn = (
+        "box: quartiles, whiskers: 5 % and 95 %"
+        if cells <= BOXES
+        else "dark: quartiles, light: 5 % to 95 %"
+    )
+    return (
+        f"{run.response.engine}, {run.case.members} members a cell; line: median, {drawn}, "
+        "red: overturned"
+    )
+
+
+def _draw_quantiles(axes: Axes, table: pd.DataFrame, suffix: str, color: str) -> None:
+    """Quantiles of the cells; those among overturned members end in a red strip at the top."""
+    found = {name: table[f"{PEAK_RATIO}_{name}{suffix}"].to_numpy(float) for name in QUANTILES}
+    every = np.concatenate(list(found.values()))
+    finite = every[np.isfinite(every)]
+    top = 1.08 * max(float(finite.max()), 1e-3) if len(finite) else 1.0
+    axes.set_ylim(0.0, top)
+    if np.isinf(every).any():
+        ticks = [tick for tick in axes.get_yticks() if 0.0 <= tick <= 0.97 * top]
+        axes.axhspan(top, 1.14 * top, **FALLEN)
+        axes.set_yticks([*ticks, 1.07 * top], [*(f"{tick:.4g}" for tick in ticks), "overturned"])
+        axes.get_yticklabels()[-1].set_color(RED)
+        axes.set_ylim(0.0, 1.14 * top)
+    at = np.arange(len(table), dtype=np.float64)
+    low, first, middle, third, high = (
+        np.where(np.isinf(values), 1.07 * top, values) for values in found.values()
+    )
+    if len(table) > BOXES:
+        axes.fill_between(at, low, high, color=color, alpha=0.2, linewidth=0.0)
+        axes.fill_between(at, first, third, color=color, alpha=0.45, linewidth=0.0)
+        axes.plot(at, middle, color=BLACK, linewidth=1.2)
+        return
+    axes.vlines(at, low, high, color=color, linewidth=1.3)
+    axes.bar(
+        at,
+        third - first,
+        2.0 * HALF_BOX,
+        first,
+        color=color,
+        alpha=0.55,
+        linewidth=0.8,
+        edgecolor=color,
+    )
+    for ends in (low, high):
+        axes.hlines(ends, at - 0.5 * HALF_BOX, at + 0.5 * HALF_BOX, color=color, linewidth=1.3)
+    axes.hlines(middle, at - HALF_BOX, at + HALF_BOX, color=BLACK, linewidth=1.8)
+
+
+def _draw_shares(axes: Axes, table: pd.DataFrame) -> None:
+    """Share of the members that overturned, with its 95 % interval."""
+    at = np.arange(len(table), dtype=np.float64)
+    share, low, high = (
+        100.0 * table[name].to_numpy(float)
+        for name in ("overturned", "overturned_low", "overturned_high")
+    )
+    if len(table) > BOXES:
+        axes.fill_between(at, low, high, color=RED, alpha=0.25, linewidth=0.0)
+        axes.plot(at, share, color=RED, linewidth=1.3)
+    else:
+        axes.bar(at, share, 2.0 * HALF_BOX, color=RED, alpha=0.45, linewidth=0.0)
+        axes.vlines(at, low, high, color=RED, linewidth=1.3)
+    if not np.any(share > 0.0):
+        axes.text(0.5, 0.5, "no member overturned", transform=axes.transAxes, ha="center")
+    axes.set_ylim(0.0, 100.0)
+    axes.set_ylabel("overturned [%]\n(95 % interval)")
+
+
+def _name_cells(panels: list[Axes], case: Case) -> None:
+    """Names the cells below the last panel, and what their last axis leaves out above the first."""
+    swept = swept_axes(case)
+    bottom = panels[-1]
+    count = int(np.prod([axis.length for axis in swept]))
+    bottom.set_xlim(-0.6, count - 0.4)
+    for axes in panels:
+        axes.grid(visible=False, axis="x")
+    if not swept:
+        bottom.set_xticks([0], [case.name])
+        return
+    *outer, inner = swept
+    names = [value_name(inner, at) for at in range(inner.length)]
+    step = 1 if count <= NAMED else -(-2 * count // NAMED)
+    shown = [at for at in range(count) if (at % inner.length) % step == 0]
+    texts = [names[at % inner.length] for at in shown]
+    upright = sum(map(len, texts)) <= UPRIGHT
+    turn: dict[str, Any] = {} if upright else {"rotation": 40, "ha": "right", "va": "top"}
+    bottom.set_xticks(shown, texts, rotation_mode="anchor", **turn)
+    bottom.set_xlabel(inner.title)
+    groups = list(itertools.product(*(range(axis.length) for axis in outer)))
+    for number, place in enumerate(groups if len(groups) > 1 else []):
+        if number:
+            for axes in panels:
+                axes.axvline(number * inner.length - 0.5, color="#999999", linewidth=0.8)
+        if len(groups) <= GROUPS:
+            text = ", ".join(value_name(axis, at) for axis, at in zip(outer, place, strict=True))
+            panels[0].annotate(
+                text.replace(", ", "\n"),
+                ((number + 0.5) * inner.length - 0.5, 1.0),
+                xycoords=("data", "axes fraction"),
+                xytext=(0, 3),
+                textcoords="offset points",
+                ha="center",
+                fontsize=8.5,
+            )

@@ -1,0 +1,105 @@
+"""The figure of rocking spectra."""
+
+from __future__ import annotations
+
+import pathlib
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from warprock.analysis.spectrum import Spectrum
+from warprock.figures.plots import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    RED,
+    SKY,
+    drawing,
+    legend_below,
+    panel_grid,
+    save,
+    wrapped_title,
+)
+from warprock.model.response import USABLE, Outcome
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+COLORS = (BLUE, RED, GREEN, ORANGE, PURPLE, SKY)
+DASHES = ("-", (0, (4, 2)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)))
+FALLEN_AT = 1.2
+"""Where blocks that overturned are marked, above all that stood."""
+COLUMNS = 2
+_LETTERS = 13
+"""Letters of a title in an inch of its figure."""
+
+
+def draw_spectrum(path: pathlib.Path, found: Spectrum) -> pathlib.Path:
+    """Draws every group of curves in a panel of its own.
+
+    Args:
+        path: File to write.
+        found: The spectra.
+
+    Returns:
+        The file.
+    """
+    count = len(found.groups)
+    with drawing() as plt:
+        figure, panels = panel_grid(
+            plt,
+            count,
+            columns=COLUMNS,
+            width=(1.4, 5.2),
+            height=(1.7, 3.0),
+            labels=(
+                "2π / p [s]: larger blocks to the right",
+                "peak rotation / slenderness angle [-]",
+            ),
+        )
+        for number, axes in enumerate(panels.flat[:count]):
+            _draw_group(axes, found, number)
+        legend_below(figure, panels.flat[0], columns=3 * min(COLUMNS, count))
+        about = (
+            f"{found.run.response.engine}; {len(found.period):,} blocks, a curve a slenderness "
+            f"angle; angular velocity kept at an impact: {_restitution(found)}; crosses at the "
+            "top: blocks that overturned"
+        )
+        wrapped_title(figure, (found.run.case.title, about), _LETTERS)
+        return save(figure, path)
+
+
+def _restitution(found: Spectrum) -> str:
+    """What a case gives, or whose closed form it is."""
+    if not found.run.lane_set.scene.restitution_given:
+        return "Housner's closed form"
+    known = found.run.lane_set.inputs["angular_restitution"]
+    return ", ".join(sorted({f"{value:.3g}" for value in known}))
+
+
+def _draw_group(axes: Axes, found: Spectrum, group: int) -> None:
+    """The curves of one group; a curve is broken where its blocks overturned."""
+    fell = found.run.response["outcome"] == Outcome.OVERTURNED
+    usable = np.isin(found.run.response["status"], USABLE)
+    drawn = np.where(fell | ~usable, np.nan, found.ratio)
+    for number, (curve, lanes) in enumerate(zip(found.curves, found.lanes[group], strict=True)):
+        color = COLORS[number % len(COLORS)]
+        style = DASHES[(number // len(COLORS)) % len(DASHES)]
+        name = f"slenderness {curve}"
+        at = found.period[lanes]
+        line: dict[str, Any] = {"color": color, "linestyle": style, "linewidth": 1.3, "label": name}
+        # Dots, too: a block that stands between two that fell has no line.
+        axes.plot(at, drawn[lanes], marker=".", markersize=2.5, **line)
+        high = FALLEN_AT + 0.035 * number
+        gone = lanes[fell[lanes] & usable[lanes]]
+        if len(gone):
+            up = np.full(len(gone), high)
+            axes.plot(found.period[gone], up, "x", color=color, markersize=3.0, clip_on=False)
+    axes.axhline(1.0, color="#999999", linewidth=0.8, linestyle=":")
+    top = FALLEN_AT + 0.035 * len(found.curves)
+    largest = float(np.nanmax(drawn[found.lanes].ravel(), initial=0.0))
+    anything_fell = bool(np.any(fell[found.lanes]))
+    axes.set_ylim(0.0, top if anything_fell or largest > 0.5 else 1.15 * max(largest, 1e-3))
+    axes.set_xlim(found.period.min(), found.period.max())
+    axes.set_title(found.groups[group], loc="left")

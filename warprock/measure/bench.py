@@ -1,0 +1,356 @@
+"""Speed and error of the engines on this machine, with ratios taken within one run.
+
+Two tables: block-steps a second of every engine, precision and form of the kernel in free rocking
+of blocks B1 to B3; and what accuracy costs, the CPU time of one simulated second of block B0 at
+the coarsest setting tried at which its error is `ACCURACY`, to which `peers` adds other engines.
+
+Absolute rates belong to the machine and the moment; the ratios (packed over plain kernel, two
+workers over one) hold wherever the cores are idle.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import subprocess
+import sys
+import tempfile
+import time
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.engines import ENGINES, engine_class
+from warprock.engines.launching import Form
+from warprock.model import rocking
+from warprock.model.lanes import Lanes, SpatialLanes
+from warprock.model.motion import GroundMotions, SpatialMotions, StillBase
+from warprock.model.response import Response, SampleTimes
+from warprock.model.scene import scene_kind
+from warprock.run import machine
+from warprock.run.batch import LANE_QUANTUM, run_batch
+from warprock.settings.engines import EventSettings, HousnerSettings, ImpulseSettings
+
+Array = npt.NDArray[np.float64]
+
+LANES = 2048
+"""Enough for 64 packs, so that two workers share them evenly."""
+
+LANES_MOST = 2**18
+"""Lanes up to which a measurement that would be too short takes more of them."""
+
+FREE_HEIGHTS = (0.75, 1.0, 1.25)
+FREE_RATIOS = (0.2, 0.5, 0.99)
+"""Heights [m] of B1 to B3 of the paper's Table 3, and their starts over the critical angle."""
+
+ERROR_DURATION = 5.0
+"""Time over which the error is taken [s], as in the paper's Fig. 5."""
+
+ACCURACY = 1e-4
+"""Error over 5 s on B0, over the slenderness angle, at which engines are compared."""
+
+ACCURACY_SETTINGS: dict[str, tuple[Any, ...]] = {
+    "housner": (HousnerSettings(),),
+    "impulse": tuple(ImpulseSettings(substeps=count) for count in (199, 399, 799, 999, 1599)),
+    "event": tuple(EventSettings(time_step=step) for step in (1e-2, 8e-3, 5e-3, 2e-3, 1e-3)),
+}
+"""Settings tried for it, from coarse to fine; the error of `impulse` does not fall evenly."""
+
+B0_WIDTH, B0_HEIGHT, B0_DEPTH, B0_DENSITY, B0_FRICTION, B0_RATIO = 1.0, 5.0, 0.2, 2670.0, 1.0, 0.5
+"""Block B0 [m, kg/m^3] of the paper's Section 4, and its start over the slenderness angle."""
+
+B0_SAMPLING = 240.0
+"""Samples a second at which the error on B0 is taken."""
+
+B0_SPREAD = 0.25
+"""Half width of the starts of the lanes whose cost is measured, over the slenderness angle."""
+
+REPEATS = 3
+"""Runs of each measurement; the fastest counts, the others met other work on the machine."""
+
+
+def free_lanes(count: int) -> Lanes:
+    """Blocks B1 to B3, 0.5 m wide, from 0.2, 0.5 and 0.99 of the critical angle, in turn."""
+    place = np.arange(count)
+    height = np.asarray(FREE_HEIGHTS)[place // len(FREE_RATIOS) % len(FREE_HEIGHTS)]
+    width = np.full(count, 0.5)
+    angle = rocking.slenderness_angle(width, height)
+    return Lanes(
+        width=width,
+        height=height,
+        depth=np.full(count, 0.2),
+        density=np.full(count, 2000.0),
+        friction=np.ones(count),
+        chamfer=np.zeros(count),
+        offset=np.zeros(count),
+        rotation_start=angle * np.asarray(FREE_RATIOS)[place % len(FREE_RATIOS)],
+        angular_restitution=rocking.angular_restitution(angle),
+    )
+
+
+def in_space(lanes: Lanes) -> SpatialLanes:
+    """The same single blocks in space, without an imperfection."""
+    parts = {field.name: getattr(lanes, field.name) for field in dataclasses.fields(lanes)}
+    more = {field.name for field in dataclasses.fields(SpatialLanes)} - parts.keys()
+    return SpatialLanes(**parts, **dict.fromkeys(more, np.zeros(lanes.lane_count)))
+
+
+def b0_lanes(ratios: Array) -> Lanes:
+    """Blocks B0, let go from some ratios of the slenderness angle, shape [lane]."""
+    count = len(ratios)
+    width, height = np.full(count, B0_WIDTH), np.full(count, B0_HEIGHT)
+    angle = rocking.slenderness_angle(width, height)
+    return Lanes(
+        width=width,
+        height=height,
+        depth=np.full(count, B0_DEPTH),
+        density=np.full(count, B0_DENSITY),
+        friction=np.full(count, B0_FRICTION),
+        chamfer=np.zeros(count),
+        offset=np.zeros(count),
+        rotation_start=angle * ratios,
+        angular_restitution=rocking.angular_restitution(angle),
+    )
+
+
+def b0_error(times: Array, rotation: Array) -> float:
+    """Largest |rotation - housner| / slenderness angle of B0 over 5 s, at `B0_SAMPLING`.
+
+    Args:
+        times: Times of the samples, from 0 to 5 s in steps of 1 / `B0_SAMPLING`.
+        rotation: Rotation at those times [rad].
+
+    Raises:
+        ValueError: Other times.
+    """
+    lanes = b0_lanes(np.array([B0_RATIO]))
+    reference = run_batch("housner", lanes, StillBase(1), b0_times())
+    if times.shape != reference.times.shape or not np.allclose(times, reference.times):
+        raise ValueError(f"times: got {times}, must be {reference.times}")
+    gap = np.abs(rotation - reference["rotation"][0])
+    return float(np.max(gap) / lanes.slenderness_angle[0])
+
+
+def b0_times() -> SampleTimes:
+    """Times at which the error on B0 is taken."""
+    return SampleTimes(ERROR_DURATION, 1.0 / B0_SAMPLING)
+
+
+@dataclasses.dataclass(frozen=True)
+class Rate:
+    """One measurement: block-steps in a second of wall time, CPU time of a simulated second."""
+
+    block_steps_per_s: float
+    cpu_s_per_simulated_s: float
+
+
+def measure(
+    engine: str,
+    seconds: float,
+    *,
+    precision: str = "float64",
+    form: Form,
+    workers: int = 1,
+    spatial: bool = False,
+) -> Rate:
+    """Rate of an engine in free rocking.
+
+    Args:
+        engine: Name in `ENGINES`.
+        seconds: Wall time that the measurement takes, about [s].
+        precision: "float64" or "float32".
+        form: Form of the kernel.
+        workers: Worker threads, all of them on this machine's cores.
+        spatial: Whether the same blocks rock in space.
+    """
+
+    def run(duration: float, count: int) -> tuple[Response, float, float]:
+        lanes: Lanes = free_lanes(count)
+        still = StillBase(count)
+        motions: GroundMotions = SpatialMotions(still, still, still) if spatial else still
+        lanes = in_space(lanes) if spatial else lanes
+        begin, begin_cpu = time.perf_counter(), time.process_time()
+        response = run_batch(
+            engine,
+            lanes,
+            motions,
+            SampleTimes(duration),
+            precision=precision,
+            form=form,
+            workers=workers,
+            chunk_size=count // 16,
+        )
+        return response, time.perf_counter() - begin, time.process_time() - begin_cpu
+
+    run(0.01, LANES)
+    duration, count = 0.02, LANES
+    response, took, cpu = run(duration, count)
+    while took < 0.5 * seconds / REPEATS and count < LANES_MOST:
+        if duration < ERROR_DURATION:
+            duration = min(2.0 * duration, ERROR_DURATION)
+        else:
+            count *= 2
+        response, took, cpu = run(duration, count)
+    for _ in range(REPEATS - 1):
+        _, again, again_cpu = run(duration, count)
+        took, cpu = min(took, again), min(cpu, again_cpu)
+    steps = float(np.sum(response["step_count"]))
+    return Rate(steps / took, cpu / (count * duration))
+
+
+def rotation_error(engine: str, precision: str) -> float:
+    """Largest |rotation - housner| / slenderness angle of B1 to B3 over 5 s."""
+    lanes, times = free_lanes(9), SampleTimes(ERROR_DURATION, 0.01)
+    reference = run_batch("housner", lanes, StillBase(9), times)
+    response = run_batch(engine, lanes, StillBase(9), times, precision=precision)
+    gap = np.abs(response["rotation"] - reference["rotation"]).max(axis=1)
+    return float(np.max(gap / lanes.slenderness_angle))
+
+
+def accuracy_row(engine: str, seconds: float, accuracy: float = ACCURACY) -> dict[str, Any]:
+    """What an engine's accuracy costs: packed kernel, float64, one core, B0 over 5 s.
+
+    The error is that of the start of the paper. The cost is that of lanes with starts around it, so
+    that those of a pack do not meet their impacts together; `housner` has no error against itself.
+
+    Args:
+        engine: Name in `ENGINES`.
+        seconds: Time of the measurement, about [s].
+        accuracy: Error to reach, over the slenderness angle.
+
+    Returns:
+        engine, settings, steps_per_s (of one block; None without a time step), error, reached
+        (whether the error is `accuracy` or less), cpu_s_per_simulated_s (of one block of many),
+        cpu_s_per_simulated_s_alone.
+    """
+    one = b0_lanes(np.array([B0_RATIO]))
+    settings, error = None, math.nan
+    for settings in ACCURACY_SETTINGS.get(engine, (None,)):
+        response = run_batch(engine, one, StillBase(1), b0_times(), settings=settings)
+        if engine == "housner":
+            break
+        error = b0_error(response.times, response["rotation"][0])
+        if error <= accuracy:
+            break
+    time_step = getattr(settings, "time_step", None)
+    cost, alone = _cost(engine, settings, seconds)
+    return {
+        "engine": engine,
+        "settings": _settings_text(settings),
+        "steps_per_s": None if time_step is None else 1.0 / time_step,
+        "error": error,
+        "reached": engine == "housner" or error <= accuracy,
+        "cpu_s_per_simulated_s": cost,
+        "cpu_s_per_simulated_s_alone": alone,
+    }
+
+
+def _settings_text(settings: Any) -> str:
+    if isinstance(settings, ImpulseSettings):
+        return f"{settings.frames_per_second:g} frames x {settings.substeps + 1} steps"
+    if isinstance(settings, EventSettings):
+        return f"steps of {settings.time_step:g} s"
+    return "defaults"
+
+
+def _cost(engine: str, settings: Any, seconds: float) -> tuple[float, float]:
+    """CPU time of one simulated second of one block B0 [s]: one of many, and alone.
+
+    The fastest of some runs. A block alone pays for a whole pack and for the launch.
+    """
+
+    def run(count: int) -> float:
+        spread = B0_SPREAD if count > 1 else 0.0
+        lanes = b0_lanes(np.linspace(B0_RATIO - spread, B0_RATIO + spread, count))
+        motions, times = StillBase(count), SampleTimes(ERROR_DURATION)
+        begin = time.process_time()
+        run_batch(engine, lanes, motions, times, settings=settings, workers=1, chunk_size=count)
+        return time.process_time() - begin
+
+    def fastest(count: int, limit: float) -> float:
+        took = [run(count)]
+        while len(took) < REPEATS and sum(took) < limit:
+            took.append(run(count))
+        return min(took)
+
+    alone = fastest(1, 0.5 * seconds)
+    count = LANE_QUANTUM
+    while (took := run(count)) < 0.25 * seconds / REPEATS and count < LANES_MOST:
+        count *= 4
+    took = min(took, fastest(count, 0.5 * seconds))
+    return took / (count * ERROR_DURATION), alone / ERROR_DURATION
+
+
+def command_seconds(*arguments: str) -> float:
+    """Wall time of a warprock command in a process of its own [s], the fastest of three."""
+    times = []
+    for _ in range(REPEATS):
+        begin = time.perf_counter()
+        subprocess.run(
+            [sys.executable, "-m", "warprock", *arguments], check=True, capture_output=True
+        )
+        times.append(time.perf_counter() - begin)
+    return min(times)
+
+
+def run_bench(seconds: float, workers: int | None = None) -> dict[str, Any]:
+    """Measures every engine and the commands a user starts with.
+
+    Args:
+        seconds: Wall time of one measurement, about [s].
+        workers: Workers of the threaded measurement; as many as there are cores where None.
+
+    Engines that decline single blocks on a still base are left out.
+
+    Returns:
+        rows (one an engine, precision and form), ratios by name, accuracy (one row an engine, see
+        `accuracy_row`), commands by name [s].
+    """
+    threads = workers or machine.core_count()
+    scene = scene_kind(free_lanes(9), StillBase(9), restitution_given=False)
+    engines = [name for name in ENGINES if engine_class(name).supports(scene) is None]
+    rows: list[dict[str, Any]] = []
+    ratios: dict[str, float] = {}
+    for engine in engines:
+        for precision in ("float64", "float32"):
+            # The reference has no error against itself; its tests hold it to the oracle.
+            reference = (engine, precision) == ("housner", "float64")
+            error = float("nan") if reference else rotation_error(engine, precision)
+            rates: dict[tuple[Form, int], float] = {}
+            for form, count in ((Form.PLAIN, 1), (Form.PACKED, 1), (Form.PACKED, threads)):
+                if (form, count) in rates:
+                    continue
+                rate = measure(engine, seconds, precision=precision, form=form, workers=count)
+                rates[form, count] = rate.block_steps_per_s
+                rows.append(
+                    {
+                        "engine": engine,
+                        "precision": precision,
+                        "form": form.value,
+                        "workers": count,
+                        **dataclasses.asdict(rate),
+                        "rotation_error_5s": error,
+                    }
+                )
+            name = f"{engine} {precision}"
+            packed = rates[Form.PACKED, 1]
+            ratios[f"{name} packed / plain"] = packed / rates[Form.PLAIN, 1]
+            if threads > 1:
+                ratios[f"{name} {threads} workers / 1"] = rates[Form.PACKED, threads] / packed
+    with tempfile.TemporaryDirectory() as folder:
+        commands = {
+            "warprock --help": command_seconds("--help"),
+            "warprock reproduce table6": command_seconds("reproduce", "table6", "-o", folder),
+        }
+    return {
+        "machine": {
+            "cpu": machine.cpu_name(),
+            "vector_flags": machine.cpu_vector_flags(),
+            "cores": machine.core_count(),
+        },
+        "rows": rows,
+        "ratios": ratios,
+        "accuracy": [accuracy_row(engine, seconds) for engine in engines],
+        "commands": commands,
+    }

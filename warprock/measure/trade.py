@@ -1,0 +1,334 @@
+"""Speed traded for accuracy: every engine over its own knobs, on fixed scenes, row by row.
+
+The table is written again after every row, so that a run that ends early goes on where it ended.
+Rows that were measured with other kernels or on another processor are measured anew if asked for.
+"""
+
+from __future__ import annotations
+
+import datetime
+import json
+import pathlib
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from warprock.engines import ENGINES, engine_class
+from warprock.errors import InputError
+from warprock.measure.trade_knobs import PRECISIONS, TRADE_KNOBS, Settings
+from warprock.measure.trade_scenes import TRADE_SCENES, TradeScene, lane_errors
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions
+from warprock.model.response import SOUND, Response, SampleTimes
+from warprock.model.scene import scene_kind
+from warprock.quantity import Said
+from warprock.reading import require_plain
+from warprock.run import machine
+from warprock.run.batch import LANE_QUANTUM, run_batch
+from warprock.run.case_run import require_choice
+from warprock.run.files import replacing
+from warprock.run.lane_table import PACKAGES, arrow_table
+from warprock.settings.engines import build_settings
+
+TABLE, CSV = "trade.parquet", "trade.csv"
+
+LEVELS = (1e-2, 1e-3, 1e-4, 1e-5)
+"""Errors whose price is told."""
+
+COST_SECONDS = 0.3
+"""CPU time that a measurement of cost aims at [s]; a coarser one would be noise."""
+
+COST_LANES_MOST = 2**16
+"""Lanes up to which a measurement that would be too short takes more of them."""
+
+REPEATS = 3
+"""Measurements of a cost; the smallest counts, the others met other work on the machine."""
+
+COLUMNS: dict[str, tuple[str, str]] = {
+    "scene": ("-", "Class of scene"),
+    "engine": ("-", "Engine"),
+    "settings": ("-", "Settings that differ from the defaults, as JSON"),
+    "precision": ("-", "Precision"),
+    "error_max": (
+        "-",
+        "Largest |rotation - right one| / slenderness angle over run, blocks, lanes",
+    ),
+    "error_median": ("-", "Median over the lanes of that error of a lane"),
+    "ok_share": ("-", "Share of lanes with the status ok"),
+    "cpu_s_per_simulated_s": ("-", "CPU time of a simulated second of one block of many"),
+    "steps_per_simulated_s": ("1/s", "Time steps of a lane in a simulated second"),
+    "block_steps_per_cpu_s": ("1/s", "Time steps times blocks in a second of CPU time"),
+    "cpu": ("-", "Processor"),
+    "kernel_sha256": ("-", "Hash of the kernel sources"),
+    "measured": ("-", "Date of the measurement"),
+}
+"""Columns of the table, with their units and meanings."""
+
+KEYS = ["scene", "engine", "settings", "precision"]
+PLACE = ["cpu", "kernel_sha256"]
+
+
+class Entry(NamedTuple):
+    """What one row of the table measures."""
+
+    scene: str
+    engine: str
+    settings: Settings
+    precision: str
+
+    @property
+    def key(self) -> tuple[str, str, str, str]:
+        """Its values in the columns `KEYS`."""
+        return self.scene, self.engine, json.dumps(dict(self.settings)), self.precision
+
+
+def settings_text(settings: Mapping[str, Any]) -> str:
+    """Settings in words, such as `time_step=0.001`; `defaults` where none differs."""
+    return ", ".join(f"{k}={v:g}" for k, v in settings.items()) or "defaults"
+
+
+def all_entries(
+    scenes: Sequence[str] = tuple(TRADE_SCENES),
+    engines: Sequence[str] | None = None,
+    knobs: Mapping[str, Sequence[Settings]] = TRADE_KNOBS,
+    precisions: Sequence[str] = PRECISIONS,
+) -> list[Entry]:
+    """Every row that a trade has: engines that can run a scene, over their knobs.
+
+    Args:
+        scenes: Keys of `TRADE_SCENES`.
+        engines: Names of engines; all of them where None.
+        knobs: Settings of each engine; its defaults where it has none.
+        precisions: "float64", "float32" or both.
+
+    Raises:
+        InputError: An unknown scene or engine.
+    """
+    for scene in scenes:
+        require_choice("--scene", scene, tuple(TRADE_SCENES))
+    for engine in engines or ():
+        require_choice("--engine", engine, tuple(ENGINES))
+    entries = []
+    for scene in scenes:
+        lanes, motions = TRADE_SCENES[scene].build()
+        kind = scene_kind(lanes, motions, restitution_given=False)
+        for engine in engines or ENGINES:
+            if engine_class(engine).supports(kind) is None:
+                entries += [
+                    Entry(scene, engine, settings, precision)
+                    for settings in knobs.get(engine, ({},))
+                    for precision in precisions
+                ]
+    return entries
+
+
+def run_trade(
+    entries: Sequence[Entry],
+    folder: pathlib.Path,
+    progress: Callable[[int], None] | None = None,
+) -> pd.DataFrame:
+    """Measures what is not yet in a folder's table, and writes the table after every row.
+
+    Args:
+        entries: The rows wanted.
+        folder: Where the table lies; made if it does not exist.
+        progress: Called with the number of rows that are there.
+
+    Returns:
+        The table, by scene and engine: the rows wanted, then others that the folder had.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    here = {"cpu": machine.cpu_name(), "kernel_sha256": machine.kernel_hash()}
+    rows = _written_rows(folder / TABLE)
+    missing = [entry for entry in entries if not here.items() <= rows.get(entry.key, {}).items()]
+    done = len(entries) - len(missing)
+    for entry, row in _measure_all(missing, here):
+        rows[entry.key] = row
+        _write(_as_table(rows, entries), folder)
+        done += 1
+        if progress is not None:
+            progress(done)
+    table = _as_table(rows, entries)
+    _write(table, folder)
+    return table
+
+
+def _written_rows(path: pathlib.Path) -> dict[Any, dict[str, Any]]:
+    """Rows of a table, by their keys; none where it is not there, or of another form.
+
+    Raises:
+        InputError: It cannot be read.
+    """
+    try:
+        if path.exists():
+            require_plain(path)
+        table = pd.read_parquet(path) if path.exists() else pd.DataFrame()
+    except (OSError, pa.ArrowException):
+        allowed = "must be a table as it was written: delete it, and all rows are measured anew"
+        raise InputError(str(path), "", Said("no Parquet"), allowed) from None
+    if list(table) != list(COLUMNS):
+        return {}
+    rows = [{str(k): v for k, v in row.items()} for row in table.to_dict("records")]
+    return {tuple(row[name] for name in KEYS): row for row in rows}
+
+
+def _as_table(rows: Mapping[Any, Mapping[str, Any]], entries: Sequence[Entry]) -> pd.DataFrame:
+    """Rows as a table, by scene and engine; else in the order of the entries, then others."""
+    keys = [entry.key for entry in entries if entry.key in rows]
+    keys += [key for key in rows if key not in set(keys)]
+    scenes = {name: place for place, name in enumerate(TRADE_SCENES)}
+    engines = {name: place for place, name in enumerate(ENGINES)}
+    keys = [key for key in keys if key[0] in scenes and key[1] in engines]
+    keys.sort(key=lambda key: (scenes[key[0]], engines[key[1]]))
+    table = pd.DataFrame([rows[key] for key in keys], columns=list(COLUMNS))
+    table.attrs["columns"] = {
+        k: {"unit": unit, "text": text} for k, (unit, text) in COLUMNS.items()
+    }
+    return table
+
+
+def _write(table: pd.DataFrame, folder: pathlib.Path) -> None:
+    with replacing(folder / TABLE) as temporary:
+        pq.write_table(arrow_table(table), temporary)
+
+
+def write_csv(table: pd.DataFrame, folder: pathlib.Path) -> pathlib.Path:
+    """Writes a table in the form in which one is shipped: where it comes from, then its rows."""
+    versions = machine.package_versions(PACKAGES)
+    lines = [
+        "Error and cost of every engine's settings, measured by `warprock trade`.",
+        *(f"{name}: {text}" for name, (_, text) in COLUMNS.items() if name not in PLACE),
+        f"machine: {', '.join(table['cpu'].unique())}; one worker",
+        f"vector instructions: {' '.join(machine.cpu_vector_flags())}",
+        f"versions: {', '.join(f'{name} {version}' for name, version in versions.items())}",
+        *(f"kernel sources: sha256 {digest}" for digest in table["kernel_sha256"].unique()),
+    ]
+    path = folder / CSV
+    rounded = table.drop(columns=PLACE).round({"ok_share": 4})
+    with replacing(path) as temporary:
+        head = "".join(f"# {line}\n" for line in lines)
+        rows = rounded.to_csv(index=False, float_format="%.4g")
+        temporary.write_text(head + rows, encoding="utf-8")
+    return path
+
+
+def _measure_all(
+    entries: Sequence[Entry], here: Mapping[str, str]
+) -> Iterator[tuple[Entry, dict[str, Any]]]:
+    """Measures rows one by one; a scene and its right answer are made once."""
+    scenes: dict[str, tuple[TradeScene, Lanes, GroundMotions, Response]] = {}
+    for entry in entries:
+        if entry.scene not in scenes:
+            scene = TRADE_SCENES[entry.scene]
+            lanes, motions = scene.build()
+            scenes[entry.scene] = scene, lanes, motions, scene.solve(lanes, motions, scene.times)
+        scene, lanes, motions, reference = scenes[entry.scene]
+        numbers = measure(entry, lanes, motions, scene.times, reference)
+        today = datetime.datetime.now(datetime.UTC).date().isoformat()
+        keys = dict(zip(KEYS, entry.key, strict=True))
+        yield entry, {**keys, **numbers, **here, "measured": today}
+
+
+def measure(
+    entry: Entry, lanes: Lanes, motions: GroundMotions, times: SampleTimes, reference: Response
+) -> dict[str, Any]:
+    """Error and cost of one setting of an engine on one scene.
+
+    Args:
+        entry: What to run.
+        lanes: Lanes of the scene.
+        motions: Their ground motions.
+        times: Duration and sampling.
+        reference: The right answer for them.
+
+    Returns:
+        The columns that hold measured numbers.
+    """
+    settings = build_settings(entry.engine, entry.settings, "trade")
+    options = {"settings": settings, "precision": entry.precision}
+    response = run_batch(entry.engine, lanes, motions, times, **options)
+    errors = lane_errors(response, reference, lanes)
+    cost = cpu_cost(entry.engine, lanes, motions, times.duration, options)
+    steps = float(np.mean(response["step_count"])) / times.duration
+    return {
+        "error_max": float(errors.max()),
+        "error_median": float(np.median(errors)),
+        "ok_share": float(np.mean(np.isin(response["status"], SOUND))),
+        "cpu_s_per_simulated_s": cost,
+        "steps_per_simulated_s": steps,
+        "block_steps_per_cpu_s": steps / cost,
+    }
+
+
+def cpu_cost(
+    engine: str, lanes: Lanes, motions: GroundMotions, duration: float, options: dict[str, Any]
+) -> float:
+    """CPU time of one simulated second of one block of many, on one worker [s].
+
+    The lanes are repeated until they fill packs and take long enough; kernels are built already.
+
+    Args:
+        engine: Name in `ENGINES`.
+        lanes: Lanes of a scene.
+        motions: Their ground motions.
+        duration: Length of the run [s].
+        options: Settings and precision.
+    """
+
+    def run(count: int) -> float:
+        places = np.arange(count) % lanes.lane_count
+        many, moved = lanes.take(places), motions.take(places)
+        begin = time.process_time()
+        run_batch(
+            engine, many, moved, SampleTimes(duration), workers=1, chunk_size=count, **options
+        )
+        return time.process_time() - begin
+
+    count = LANE_QUANTUM
+    while (took := run(count)) < 0.3 * COST_SECONDS and count < COST_LANES_MOST:
+        count *= 4
+    spent, least = took, took
+    for _ in range(REPEATS - 1):
+        if spent > COST_SECONDS:
+            break
+        took = run(count)
+        spent, least = spent + took, min(least, took)
+    return least / (count * lanes.block_count * duration)
+
+
+def cheapest(table: pd.DataFrame, accuracy: float) -> pd.DataFrame:
+    """Rows of a table that meet an accuracy in every lane, the cheapest first."""
+    met = table[(table["error_max"] <= accuracy) & (table["ok_share"] == 1.0)]
+    return met.sort_values("cpu_s_per_simulated_s", kind="stable")
+
+
+def level_rows(table: pd.DataFrame) -> list[dict[str, Any]]:
+    """What each error level costs: one row a scene, engine and level that the engine met.
+
+    Returns:
+        scene, engine, error level, settings in words, precision, error_max and
+        cpu_s_per_simulated_s of the cheapest setting that met it.
+    """
+    rows = []
+    for (scene, engine), group in table.groupby(["scene", "engine"], sort=False):
+        for level in LEVELS:
+            found = cheapest(group, level)
+            if len(found):
+                best = found.iloc[0]
+                rows.append(
+                    {
+                        "scene": scene,
+                        "engine": engine,
+                        "level": level,
+                        "settings": settings_text(json.loads(best["settings"])),
+                        "precision": best["precision"],
+                        "error_max": float(best["error_max"]),
+                        "cpu_s_per_simulated_s": float(best["cpu_s_per_simulated_s"]),
+                    }
+                )
+    return rows

@@ -1,0 +1,98 @@
+"""Friction at which the law of a rigid contact has several solutions, or none: Painleve's paradox.
+
+A homogeneous rectangle of mass 1, half sizes b and h and inertia (b^2 + h^2) / 3 touches its base
+at one corner, the line from which to the centre of mass leans by phi against the vertical: by the
+slenderness angle while it stands, by less the more it is turned. Normal and tangential impulse n, f
+change the velocity of the corner by (kn n + k f, k n + kt f) with
+
+    kn = 1 + 3 sin^2 phi,   kt = 1 + 3 cos^2 phi,   |k| = 3 sin phi cos phi.
+
+While mu |k| < kn the law has one solution, whatever the load. Above
+
+    mu = (1 + 3 sin^2 phi) / (3 sin phi cos phi),   least 4/3 at tan phi = 1/2,
+
+friction can press a corner that slides towards the block harder on its base than the block itself
+does. At a velocity step of the base, which moves no corner up or down, "sticks" obeys the law then,
+and "no impulse, slides" does, too; a corner that slides that way has no solution under its weight,
+and several once the block turns so fast that the corner would rise without contact. A corner that
+slides the other way has one solution; but sweeps from contact to contact (projected Gauss-Seidel)
+do not come to it: their error grows by mu |k| / kn a sweep.
+
+So a lane has one answer only below the limit, or where no corner slides: a slide of zero is what
+sticking leaves at a velocity step, too, and the slide without impulse ends where it begins, for
+under the weight of the block nothing but an impulse that stops it can follow.
+
+References:
+    Painleve (1895), Comptes Rendus 121; Genot and Brogliato (1999), Eur. J. Mech. A/Solids 18.
+"""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.model.lanes import Lanes, SpatialLanes
+from warprock.model.response import Response, Status
+
+Array = npt.NDArray[np.float64]
+
+WORST_LEAN = float(np.arctan(0.5))
+"""Lean of the corner's lever at which the least friction is enough [rad]."""
+SLID = 1e-4
+"""Slide from which a block counts as one that slid, over its width: sweeps creep by less."""
+ROCKED = 1e-3
+"""Rotation from which a block in space has rocked across, over the angle at which it falls."""
+
+
+def friction_limit(
+    width: npt.ArrayLike, height: npt.ArrayLike, turned: npt.ArrayLike = 0.0
+) -> Array:
+    """Friction coefficient above which a contact law has several solutions, or none, [-].
+
+    Args:
+        width: Full widths [m].
+        height: Full heights [m].
+        turned: Largest rotation that the block takes [rad]: the limit is the least of all up to it.
+    """
+    angle = np.arctan2(width, height)
+    lean = np.clip(WORST_LEAN, angle - np.abs(turned), angle)
+    s, c = np.sin(lean), np.cos(lean)
+    return np.asarray((1.0 + 3.0 * s * s) / (3.0 * s * c))
+
+
+def above_limit(lanes: Lanes) -> tuple[npt.NDArray[np.bool_], Array]:
+    """Lanes with friction above the least limit of their block, and that limit, shape [lane] each.
+
+    Blocks of higher stacks are not judged: what they stand on moves, too.
+    """
+    if lanes.block_count > 1:
+        return np.zeros(lanes.lane_count, np.bool_), np.full(lanes.lane_count, np.inf)
+    limit = friction_limit(lanes.face_width, lanes.height, 0.5 * np.pi).reshape(lanes.lane_count)
+    return lanes.friction.reshape(lanes.lane_count) > limit, limit
+
+
+def ambiguous(lanes: Lanes, response: Response) -> npt.NDArray[np.bool_]:
+    """Lanes of single blocks that slid with friction above the limit, shape [lane]."""
+    count = lanes.lane_count
+    if lanes.block_count > 1:
+        return np.zeros(count, dtype=np.bool_)
+    one = {name: response[name].reshape(count) for name in ("peak_rotation", "peak_slide")}
+    width, height, friction = (
+        values.reshape(count) for values in (lanes.face_width, lanes.height, lanes.friction)
+    )
+    above = friction > friction_limit(width, height, one["peak_rotation"])
+    if lanes.spatial:
+        depth = cast(SpatialLanes, lanes).face_depth.reshape(count)
+        across = response["peak_rotation_across"].reshape(count)
+        rocked = across > ROCKED * np.arctan2(depth, height)
+        above |= rocked & (friction > friction_limit(depth, height, across))
+    return np.asarray(above & (one["peak_slide"] > SLID * width))
+
+
+def mark_ambiguous(lanes: Lanes, response: Response) -> Response:
+    """The response with the status AMBIGUOUS for lanes that have no other and are `ambiguous`."""
+    marked = (response["status"] == Status.OK) & ambiguous(lanes, response)
+    status = np.where(marked, np.int64(Status.AMBIGUOUS), response["status"])
+    return Response(response.engine, {**response.fields, "status": status}, response.times)

@@ -1,0 +1,101 @@
+"""Attitudes of blocks in space, and where blocks start.
+
+Quaternions are (x, y, z, w), as in Warp. The body axes of a block are along its width, its depth
+and its height, its origin is the centre of mass; those of the base are x in the plane of rocking,
+y across it and z upwards.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.model.lanes import SpatialLanes
+
+Array = npt.NDArray[np.float64]
+
+
+def turned(attitude: Array, vector: Array) -> Array:
+    """Vectors given in body axes, shape [..., 3], seen from the base."""
+    imaginary, real = attitude[..., :3], attitude[..., 3:]
+    twice = 2.0 * np.cross(imaginary, vector)
+    return np.asarray(vector + real * twice + np.cross(imaginary, twice))
+
+
+def product(first: Array, second: Array) -> Array:
+    """Quaternion of the turn `second` followed by the turn `first`, shape [..., 4]."""
+    a, b = first[..., :3], second[..., :3]
+    v, w = first[..., 3:], second[..., 3:]
+    imaginary = v * b + w * a + np.cross(a, b)
+    return np.concatenate([imaginary, v * w - np.sum(a * b, axis=-1, keepdims=True)], axis=-1)
+
+
+def quaternion(rotation_vector: Array) -> Array:
+    """Quaternion of a turn about an axis by the length of that axis [rad], shape [..., 3]."""
+    half = 0.5 * np.linalg.norm(rotation_vector, axis=-1, keepdims=True)
+    return np.concatenate([0.5 * np.sinc(half / np.pi) * rotation_vector, np.cos(half)], axis=-1)
+
+
+FALLS = 0.5
+"""Height of the top of a block's axis, as a part of its length, below which the block falls: it
+leans by more than 60 degrees."""
+
+
+def rotations(attitude: Array) -> tuple[Array, Array, Array]:
+    """Rotation in the plane of rocking and across it, and yaw [rad], of attitudes [..., 4].
+
+    With the block's axis (x, y, z) the rotation is atan2(x, z) and the rotation across atan2(y, z).
+    These say nothing once z is zero. Of a block that falls, z < 1/2, they go over to the angles of
+    an axis that lies on the ground, atan2(x, |y|) and atan2(y, |x|): 90 degrees and 0 after a fall
+    along x, 0 and 90 after one across. In between they are atan2(x, sqrt(z^2 + (1 - 4 z^2)^2 y^2))
+    and the same with x and y in each other's place; z < 0 counts as 0. In the plane y is zero and
+    nothing changes.
+
+    NumPy 1.26 takes another arctan2, with other last bits, for components that lie apart in memory
+    where its result happens to lie right behind them: so each is put together first.
+    """
+    axis = turned(attitude, np.broadcast_to((0.0, 0.0, 1.0), (*attitude.shape[:-1], 3)))
+    x, y, z = np.ascontiguousarray(np.moveaxis(axis, -1, 0))
+    about, real = np.ascontiguousarray(np.moveaxis(attitude[..., 2:], -1, 0))
+    yaw = 2.0 * np.arctan2(about, real)
+    yaw -= 2.0 * np.pi * np.round(yaw / (2.0 * np.pi))
+    up = np.maximum(z, 0.0)
+    part = np.maximum(1.0 - (up / FALLS) ** 2, 0.0)
+    beside_x, beside_y = (
+        np.where(part > 0.0, np.sqrt(up**2 + (part * side) ** 2), up) for side in (y, x)
+    )
+    return np.arctan2(x, beside_x), np.arctan2(y, beside_y), yaw
+
+
+def bottom_corners(lanes: SpatialLanes) -> Array:
+    """Corners of the bottom faces in body axes [m], shape [lane, 4, 3] or [lane, block, 4, 3]."""
+    half = np.stack([0.5 * lanes.face_width, 0.5 * lanes.face_depth], axis=-1)
+    signs = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    centre = np.stack([lanes.centre_offset_x, lanes.centre_offset_y], axis=-1)
+    flat = half[..., None, :] * signs - centre[..., None, :]
+    low = np.broadcast_to(-0.5 * lanes.height[..., None, None], (*flat.shape[:-1], 1))
+    return np.concatenate([flat, low], axis=-1)
+
+
+def start_poses(lanes: SpatialLanes) -> tuple[Array, Array]:
+    """Centres of mass [m] and attitudes at the start.
+
+    Returns:
+        Positions, shape [lane, 3], and quaternions, shape [lane, 4]; with a block axis after the
+        lane's for stacks. The middle of the lowest block's flat bottom is the origin.
+    """
+    nothing = np.zeros_like(lanes.width)
+    yaw = quaternion(np.stack([nothing, nothing, lanes.yaw_start], axis=-1))
+    lean = np.stack([-lanes.rotation_across_start, lanes.rotation_start, nothing], axis=-1)
+    attitude = product(yaw, quaternion(lean))
+    corners = bottom_corners(lanes)
+    seen = turned(attitude[..., None, :], corners)
+    lowest = np.argmin(seen[..., 2], axis=-1)[..., None, None]
+    touching = np.take_along_axis(seen, lowest, axis=-2)[..., 0, :]
+    centre = np.stack([lanes.centre_offset_x, lanes.centre_offset_y, 0.5 * lanes.height], axis=-1)
+    flat = np.take_along_axis(corners, lowest, axis=-2)[..., 0, :] + centre
+    stands = np.stack([lanes.offset, lanes.offset_across, lanes.gap_start], axis=-1)
+    if lanes.stacked:
+        stands[..., :2] = np.cumsum(stands[..., :2], axis=1)
+        stands[:, 1:, 2] += np.cumsum(lanes.height[:, :-1], axis=1)
+    return turned(yaw, flat) + stands - touching, attitude

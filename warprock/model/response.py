@@ -1,0 +1,313 @@
+"""What an engine answers: every field declared once, with its dimensions, unit and meaning.
+
+The registry drives allocation, the columns of the lane table, axis labels and docs. Arrays are
+lane first. A time that never came (a block that never lifted) is NaN, never zero.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+
+class Outcome(enum.IntEnum):
+    """Where a lane's blocks are when its run ends.
+
+    A stack is at rest when all of its blocks are; it has overturned once one block has, and slid
+    off once a block has left the face of the one below.
+    """
+
+    AT_REST = 0
+    ROCKING = 1
+    OVERTURNED = 2
+    SLID_OFF = 3
+
+
+class Status(enum.IntEnum):
+    """Whether a lane's numbers may be used.
+
+    The numbers of a sensitive lane depend on the step: chaos or closeness to overturning. An
+    engine never says so; `warprock.run.tolerance` does, by running the lane at finer steps.
+    Outside its model is a lane in which something happened that its engine leaves out: a
+    contact that had to pull, or a block that would have slid; its numbers are what the
+    engine's equations give. At the iteration limit a contact solve has not settled; the lane's run
+    ends there. Unstable is a lane
+    that gained more energy than it held and its base supplied: its step is too long for it, its
+    sweeps too few, or float32 too coarse. Ambiguous is a block that slid with friction above the
+    limit up to which the law of contact has one solution (see `warprock.model.painleve`): its
+    numbers are one answer, and another engine may find another one.
+    """
+
+    OK = 0
+    EVENT_LIMIT = 1
+    NONFINITE = 2
+    ITERATION_LIMIT = 3
+    SENSITIVE = 4
+    OUTSIDE_MODEL = 5
+    UNSTABLE = 6
+    AMBIGUOUS = 7
+
+
+SOUND: tuple[Status, ...] = (Status.OK, Status.AMBIGUOUS)
+"""Statuses of lanes whose run is as good as its engine: nothing speaks against its step."""
+USABLE: tuple[Status, ...] = (*SOUND, Status.SENSITIVE, Status.OUTSIDE_MODEL)
+"""Statuses whose numbers are the engine's answer, if with a reservation; the others have none."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Field:
+    """One array of a response.
+
+    Attributes:
+        name: Key in `Response.fields`; with the unit appended it is the column of the lane table.
+        dims: Dimensions, lane first.
+        unit: SI unit, "-" for a count, a code or a ratio.
+        text: Meaning, as printed on axes and in docs.
+        enum: Codes of the field, where it holds codes.
+        per_block: Whether the lanes of stacks have a value for every block: there the dimension
+            "block", lowest first, comes after "lane".
+        spatial: Whether only blocks in space have it.
+    """
+
+    name: str
+    dims: tuple[str, ...]
+    unit: str
+    text: str
+    enum: type[enum.IntEnum] | None = None
+    per_block: bool = False
+    spatial: bool = False
+
+    @property
+    def column(self) -> str:
+        """Column name with the unit in it, such as `peak_rotation_rad`."""
+        return self.name + self._suffix
+
+    def block_column(self, block: int) -> str:
+        """Column name of one block of a stack, such as `peak_rotation_2_rad`; the lowest is 1."""
+        return f"{self.name}_{block}{self._suffix}"
+
+    @property
+    def _suffix(self) -> str:
+        return {"-": "", "m/s": "_m_s", "m/s^2": "_m_s2"}.get(self.unit, f"_{self.unit}")
+
+    @property
+    def label(self) -> str:
+        """Axis label, such as `Peak rotation [rad]`."""
+        return self.text if self.unit == "-" else f"{self.text} [{self.unit}]"
+
+
+def _in_space(name: str, unit: str, text: str, *dims: str) -> Field:
+    """A field that only blocks in space have."""
+    return Field(name, ("lane", *dims), unit, text, per_block=True, spatial=True)
+
+
+FIELDS: dict[str, Field] = {
+    field.name: field
+    for field in (
+        Field("peak_rotation", ("lane",), "rad", "Largest rotation to either side", per_block=True),
+        Field("peak_time", ("lane",), "s", "Time of the largest rotation", per_block=True),
+        Field("outcome", ("lane",), "-", "Where the block is at the end", Outcome),
+        Field("status", ("lane",), "-", "Whether the lane's numbers may be used", Status),
+        Field("impact_count", ("lane",), "-", "Landings of ends that had parted"),
+        Field("uplift_time", ("lane",), "s", "Time at which the block first leaves its flat state"),
+        Field("rest_time", ("lane",), "s", "Time from which the block neither rocks nor slides"),
+        Field(
+            "residual_slide",
+            ("lane",),
+            "m",
+            "Slide along what the block stands on, at the end",
+            per_block=True,
+        ),
+        Field(
+            "peak_slide",
+            ("lane",),
+            "m",
+            "Largest slide along what the block stands on",
+            per_block=True,
+        ),
+        Field(
+            "peak_penetration",
+            ("lane",),
+            "m",
+            "Deepest penetration of a corner into what it stands on",
+        ),
+        Field("energy_lost", ("lane",), "J", "Energy lost in impacts and friction"),
+        Field("step_count", ("lane",), "-", "Time steps taken"),
+        Field(
+            "friction_needed",
+            ("lane",),
+            "-",
+            "Friction without which the block would slide; infinite where its base would have to "
+            "pull",
+        ),
+        Field(
+            "peak_rotation_error",
+            ("lane",),
+            "rad",
+            "Estimated error of the largest rotation",
+            per_block=True,
+        ),
+        Field(
+            "rotation_error",
+            ("lane",),
+            "rad",
+            "Estimated largest error of the rotation over the run",
+            per_block=True,
+        ),
+        Field(
+            "peak_slide_error",
+            ("lane",),
+            "m",
+            "Estimated error of the slide, the largest and the one at the end",
+            per_block=True,
+        ),
+        Field("time_step", ("lane",), "s", "Setting of the time step that the numbers are from"),
+        Field("first_step_count", ("lane",), "-", "Time steps of one run at the step asked for"),
+        Field("total_step_count", ("lane",), "-", "Time steps of all runs of the lane"),
+        Field("rotation", ("lane", "sample"), "rad", "Rotation", per_block=True),
+        _in_space("peak_tilt", "rad", "Largest angle between the block's axis and the vertical"),
+        _in_space("peak_rotation_across", "rad", "Largest rotation across the plane of rocking"),
+        _in_space("peak_yaw", "rad", "Largest turn about the vertical since the start"),
+        _in_space("residual_yaw", "rad", "Turn about the vertical since the start, at the end"),
+        _in_space("residual_slide_across", "m", "Slide across the plane of rocking, at the end"),
+        _in_space("rotation_across", "rad", "Rotation across the plane of rocking", "sample"),
+        _in_space("yaw", "rad", "Turn about the vertical", "sample"),
+    )
+}
+"""Every field by name.
+
+In space the rotation is that of the block's axis in the plane of rocking, atan2(x, z) of the axis
+(x, y, z), the rotation across atan2(y, z), each until the block falls: from z = 1/2 on, a lean of
+60 degrees, both go over to the angles of an axis that lies on the ground, atan2(x, |y|) and
+atan2(y, |x|). A block that fell along x has a rotation of 90 degrees and none across, one that
+fell across has the opposite, one that fell over a corner in the direction (cos a, sin a) has
+90 degrees - a and a (see `pose.rotations`). Peaks are the largest of these over the run, the fall
+included; a lane's run ends with its fall, and its histories stay where they are then.
+
+The yaw is the twist of the attitude about the vertical; the slide is that of the corner which
+touches, from where it stood at the start: `residual_slide` along x, `residual_slide_across` along
+y, `peak_slide` the length of both.
+"""
+
+ERROR_FIELDS: tuple[str, ...] = ("peak_rotation_error", "rotation_error", "peak_slide_error")
+"""Estimated errors, which no engine answers: `warprock.run.estimate` adds them."""
+ESTIMATE_FIELDS: tuple[str, ...] = (
+    *ERROR_FIELDS,
+    "time_step",
+    "first_step_count",
+    "total_step_count",
+)
+"""Errors, and what runs they took: `warprock.run.tolerance` adds these."""
+MODEL_FIELDS: tuple[str, ...] = ("friction_needed",)
+"""Fields that `housner` and its reference answer besides: their block cannot slide."""
+LANE_FIELDS: tuple[str, ...] = tuple(
+    n
+    for n, f in FIELDS.items()
+    if f.dims == ("lane",) and n not in (*ESTIMATE_FIELDS, *MODEL_FIELDS) and not f.spatial
+)
+"""Fields that every engine answers."""
+SPATIAL_FIELDS: tuple[str, ...] = tuple(
+    n for n, f in FIELDS.items() if f.dims == ("lane",) and f.spatial
+)
+"""Fields that an engine answers besides for blocks in space."""
+HISTORIES: tuple[str, ...] = tuple(n for n, f in FIELDS.items() if f.dims == ("lane", "sample"))
+"""Fields with the dimension sample: those in space only for blocks in space."""
+INTEGER_FIELDS: tuple[str, ...] = ("outcome", "status", "impact_count", "step_count")
+
+
+MOST_SAMPLES = 2**27
+"""Samples of one history: 1 GB."""
+
+
+@dataclasses.dataclass(frozen=True)
+class SampleTimes:
+    """How long a run lasts and when its histories are sampled.
+
+    Attributes:
+        duration: Length of the run [s], > 0.
+        interval: Time between samples of the histories [s]; None asks for no histories.
+    """
+
+    duration: float
+    interval: float | None = None
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.duration) and self.duration > 0.0):
+            raise ValueError(f"duration: got {self.duration} s, must be > 0 s")
+        if self.interval is not None and not 0.0 < self.interval <= self.duration:
+            raise ValueError(
+                f"sample interval: got {self.interval} s, must be > 0 s and at most the duration, "
+                f"{self.duration} s"
+            )
+        if self.count > MOST_SAMPLES:
+            raise ValueError(
+                f"sample interval: got {self.interval} s, which makes {self.count:,} samples, "
+                f"{8 * self.count / 1e9:,.1f} GB a history; must make at most {MOST_SAMPLES:,}"
+            )
+
+    @property
+    def count(self) -> int:
+        """Number of samples."""
+        if self.interval is None:
+            return 1
+        return 1 + int(np.floor(self.duration / self.interval * (1.0 + 1e-12)))
+
+    @property
+    def times(self) -> npt.NDArray[np.float64]:
+        """Sample times [s], shape [sample]; the last one is at most the duration.
+
+        Without histories it is the end of the run alone.
+        """
+        if self.interval is None:
+            return np.array([self.duration])
+        samples = self.interval * np.arange(self.count, dtype=np.float64)
+        # 140 x 0.005 s is more than 0.7 s by round-off: a time that a run would not come to.
+        return np.minimum(samples, self.duration)
+
+
+@dataclasses.dataclass(frozen=True)
+class Response:
+    """The answer of one engine for a batch of lanes.
+
+    Attributes:
+        engine: Name of the engine.
+        fields: Arrays by field name, lane first, then the block in fields of stacks that are per
+            block, then the sample; `rotation` only where histories were asked for, `rotation_error`
+            and `peak_rotation_error` only where the errors were estimated.
+        times: Sample times of the histories [s], shape [sample]; empty without histories.
+    """
+
+    engine: str
+    fields: Mapping[str, npt.NDArray[Any]]
+    times: npt.NDArray[np.float64]
+
+    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+        return self.fields[name]
+
+    @property
+    def lane_count(self) -> int:
+        """Number of lanes."""
+        return len(self.fields["status"])
+
+    def count(self, status: Status, lanes: npt.NDArray[np.intp] | None = None) -> int:
+        """Lanes with a status, of all or of some by number."""
+        found = self.fields["status"] == status
+        return int(np.count_nonzero(found if lanes is None else found[lanes]))
+
+
+def join_responses(parts: Sequence[Response]) -> Response:
+    """Joins the responses of consecutive chunks, in lane order."""
+    first = parts[0]
+    fields = {name: np.concatenate([part.fields[name] for part in parts]) for name in first.fields}
+    return Response(engine=first.engine, fields=fields, times=first.times)
+
+
+def take_lanes(response: Response, lanes: npt.NDArray[np.intp]) -> Response:
+    """Some of the lanes of a response, by number, in the order given."""
+    fields = {name: values[lanes] for name, values in response.fields.items()}
+    return dataclasses.replace(response, fields=fields)

@@ -1,0 +1,161 @@
+"""Refuses lanes and ground motions that no engine could run, before one is asked to.
+
+A case is judged where it is read, key by key. What a program hands over as arrays is judged here,
+once for all engines: shapes first, then every value.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.errors import InputError
+from warprock.model.lanes import Lanes, SpatialLanes
+from warprock.model.motion import (
+    GroundMotions,
+    PlanarMotions,
+    RecordMotions,
+    SpatialMotions,
+    StillBase,
+)
+
+MOST_BLOCKS = 6
+"""Blocks in the highest stack that kernels are written for."""
+
+RIGHT_ANGLE = 0.5 * np.pi
+_ABOVE_ZERO = ("width", "height", "depth", "density")
+_NOT_NEGATIVE = ("friction", "chamfer", "gap_start")
+_POSITIVE_OF_MOTIONS = ("frequency", "rate", "interval")
+_MAY_BE_INFINITE = ("stop",)
+_PER_LANE = ("angular_restitution",)
+"""Fields that have one value for a lane, be it a stack."""
+
+
+def require_runnable(lanes: Lanes, motions: GroundMotions, source: str = "run_batch") -> None:
+    """Refuses lanes and motions that cannot be run.
+
+    Args:
+        lanes: The lanes.
+        motions: Their ground motions.
+        source: What errors name as their source.
+
+    Raises:
+        InputError: No lanes, an array of another shape or length than the widths, a value that is
+            not finite or out of bounds, or motions of another number of lanes.
+    """
+    shape = np.shape(lanes.width)
+    if len(shape) not in (1, 2) or shape[0] < 1 or not 1 <= (*shape, 1)[1] <= MOST_BLOCKS:
+        allowed = f"must be [lane] or [lane, block], with 1 lane or more, 1 to {MOST_BLOCKS} blocks"
+        raise InputError(source, "lanes.width", list(shape), f"the shape of its array {allowed}")
+    for field in dataclasses.fields(lanes):
+        name = f"lanes.{field.name}"
+        wanted = shape[:1] if field.name in _PER_LANE else shape
+        values = _numbers(getattr(lanes, field.name), wanted, source, name)
+        # Engines that follow their own contact law have no use for it, and it may be any number.
+        if field.name not in _PER_LANE:
+            _require(values, np.isfinite(values), source, name, "must be finite")
+        if field.name in _ABOVE_ZERO:
+            _require(values, values > 0.0, source, name, "must be more than 0")
+        elif field.name in _NOT_NEGATIVE:
+            _require(values, values >= 0.0, source, name, "must be at least 0")
+    _require_faces(lanes, source)
+    _require_motions(lanes, motions, source)
+
+
+def _numbers(
+    got: object, shape: tuple[int, ...], source: str, name: str
+) -> npt.NDArray[np.float64]:
+    """An array of numbers of a shape.
+
+    Raises:
+        InputError: It has another shape, or holds no numbers.
+    """
+    values = got if isinstance(got, np.ndarray) else np.empty(0, dtype=object)
+    if values.dtype.kind not in "fiu":
+        kind = values.dtype if isinstance(got, np.ndarray) else type(got).__name__
+        raise InputError(source, name, str(kind), "must be a NumPy array of numbers")
+    if values.shape != shape:
+        allowed = f"the shape of its array must be that of the widths, {list(shape)}"
+        raise InputError(source, name, list(values.shape), allowed)
+    return values
+
+
+def _require(
+    values: npt.NDArray[np.float64],
+    good: npt.NDArray[np.bool_],
+    source: str,
+    name: str,
+    allowed: str,
+) -> None:
+    """Refuses the first value that is not good."""
+    if good.all():
+        return
+    lane, *block = (int(place[0]) for place in np.nonzero(~good))
+    where = f"lane {lane}" + "".join(f", block {number + 1}" for number in block)
+    raise InputError(source, name, float(values[lane, *block]), f"{allowed} ({where})")
+
+
+def _require_faces(lanes: Lanes, source: str) -> None:
+    """Refuses blocks that no face is left of, that lie on a side, or lie beside their base."""
+    limits: list[tuple[str, npt.NDArray[np.float64] | float, str]] = [
+        ("chamfer", 0.5 * lanes.width, "half of the width"),
+        ("rotation_start", RIGHT_ANGLE, "a right angle [rad]"),
+    ]
+    if isinstance(lanes, SpatialLanes):
+        limits += [
+            ("rotation_across_start", RIGHT_ANGLE, "a right angle [rad]"),
+            ("centre_offset_x", 0.5 * lanes.face_width, "half of the face [m]"),
+            ("centre_offset_y", 0.5 * lanes.face_depth, "half of the face [m]"),
+        ]
+    for field, limit, text in limits:
+        values = getattr(lanes, field)
+        good = np.abs(values) < limit
+        _require(values, good, source, f"lanes.{field}", f"must be less than {text}")
+
+
+def _require_motions(lanes: Lanes, motions: GroundMotions, source: str) -> None:
+    """Refuses motions that are not those of the lanes."""
+    spatial = isinstance(motions, SpatialMotions)
+    if spatial != lanes.spatial:
+        allowed = "must be SpatialMotions for blocks in space, and motions along x for others"
+        raise InputError(source, "motions", type(motions).__name__, allowed)
+    parts = motions.components if isinstance(motions, SpatialMotions) else (motions,)
+    for part, axis in zip(parts, (".x", ".y", ".z") if spatial else ("",), strict=True):
+        if not hasattr(part, "lane_count"):
+            allowed = "must be ground motions"
+            raise InputError(source, f"motions{axis}", type(part).__name__, allowed)
+        if part.lane_count != lanes.lane_count:
+            allowed = f"must be as many as the lanes, {lanes.lane_count}"
+            raise InputError(source, f"motions{axis}.lane_count", part.lane_count, allowed)
+        _require_motion(part, lanes.lane_count, source, f"motions{axis}")
+
+
+def _require_motion(motion: PlanarMotions, count: int, source: str, place: str) -> None:
+    """Refuses values of a motion that no base can follow."""
+    if isinstance(motion, StillBase):
+        return
+    for field in dataclasses.fields(motion):
+        name, values = f"{place}.{field.name}", getattr(motion, field.name)
+        pool = field.name.startswith("pool_")
+        shape = np.shape(getattr(motion, "pool_velocity", ())) if pool else (count,)
+        values = _numbers(values, shape, source, name)
+        finite = np.isfinite(values)
+        if field.name in _MAY_BE_INFINITE:
+            finite |= values == np.inf
+        _require(values, finite, source, name, "must be finite")
+        if field.name in _POSITIVE_OF_MOTIONS:
+            _require(values, values > 0.0, source, name, "must be more than 0")
+        elif field.name == "start":
+            _require(values, values >= 0.0, source, name, "must be at least 0")
+    if not isinstance(motion, RecordMotions):
+        later = motion.stop >= motion.start
+        _require(motion.stop, later, source, f"{place}.stop", "must not be before the start")
+    else:
+        size = len(motion.pool_velocity)
+        inside = (motion.offset >= 0) & (motion.count >= 1)
+        inside &= motion.offset.astype(np.int64) + motion.count <= size
+        ends = motion.offset.astype(np.float64)
+        allowed = f"must lie, with its count, inside the pool of {size} samples"
+        _require(ends, inside, source, f"{place}.offset", allowed)

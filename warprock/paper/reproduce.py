@@ -1,0 +1,238 @@
+"""The seed paper's tables and figures, recomputed beside what it prints.
+
+Every target runs shipped cases with the engines; those on single blocks hold them against Housner
+lane by lane, those on stacks put them beside ensembles. The readings of what the paper did stand
+side by side, and the paper's conflicts are named.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import pathlib
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import pandas as pd
+
+from warprock.compare import checks
+from warprock.compare.checks import compare_with_housner, plain_row
+from warprock.compare.study import COLUMNS as STUDY_COLUMNS
+from warprock.errors import InputError
+from warprock.paper import conflicts, conflicts_stack, figures
+from warprock.paper.dem import run_dem_study
+from warprock.paper.printed import PAPER_COLUMNS, paper_table
+from warprock.paper.runs import (
+    B0,
+    B123,
+    ENGINES,
+    FAMILIES,
+    ORACLE_TIME,
+    PULSE,
+    SENSITIVITY,
+    SINE,
+    PaperRuns,
+    Reproduction,
+    Row,
+    lane_evidence,
+    write_rows,
+    written_number,
+)
+from warprock.paper.space import SPACE, run_space
+from warprock.paper.stack import STACK_CASES_OF, STACK_MAKERS, stack_evidence
+from warprock.paper.study import draw_figures, study_conflict
+from warprock.paper.times import run_times
+from warprock.run.files import require_writable
+
+CASES_OF: dict[str, tuple[str, ...]] = {
+    "table6": (PULSE,),
+    "table7": (SINE,),
+    "table7-spatial": (SPACE,),
+    "fig4": (B0, SENSITIVITY),
+    "fig5": (B123,),
+    "fig7": (PULSE,),
+    "fig8": (PULSE,),
+    "fig10": (SINE,),
+    "fig11": (SINE,),
+    "dem": (),
+    "times": (),
+    **STACK_CASES_OF,
+}
+"""Target -> the shipped cases whose responses it shows; `dem` and `times` run their own lanes."""
+CASES_OF["all"] = tuple(dict.fromkeys(case for cases in CASES_OF.values() for case in cases))
+TARGETS: tuple[str, ...] = tuple(CASES_OF)
+"""What `reproduce` takes."""
+
+ERROR_COLUMNS = (
+    "error_5s_ratio",
+    "error_run_ratio",
+    "peak_error",
+    "rest_time_error_s",
+    "peak_slide_mm",
+    "holds",
+    "why",
+    "friction_needed",
+)
+"""Columns of `compare_with_housner` that the rows of an engine carry."""
+
+
+def reproduce(
+    target: str,
+    folder: pathlib.Path,
+    *,
+    workers: int | None = None,
+    progress: Callable[[int], None] | None = None,
+    members: int | None = None,
+) -> dict[str, Any]:
+    """Recomputes a table or a figure of the paper and writes its CSV and PNG files.
+
+    Args:
+        target: One of `TARGETS`.
+        folder: Where to write; made if it does not exist.
+        workers: Worker threads of a run; None leaves it to the batch runner.
+        progress: Called with the number of lanes finished so far.
+        members: Members in a cell of an ensemble; None takes those of its case.
+
+    Returns:
+        `target`; `rows`, each with `target`, `frequency_hz`, `amplitude_mm`, `reading`, `source`
+        and `peak_rotation_ratio` (None where there is none; of a stack divided by 9.85 deg), for
+        engines on single blocks their errors against Housner, for stacks the `block`, `geometry`
+        and `edges`, for the sensitivity study the `knob`, its `value` and the cost, for run times
+        the scene and what it took; `conflicts`, each with `item`, `title` and `text`; `files`.
+
+    Raises:
+        InputError: An unknown target, or a folder that cannot be written to.
+    """
+    if target not in TARGETS:
+        raise InputError("TARGET", "", target, f"must be one of {', '.join(TARGETS)}")
+    require_writable(folder)
+    runs = PaperRuns(workers, progress, members)
+    parts = [
+        _MAKERS[name](name, runs, folder) for name in (_MAKERS if target == "all" else (target,))
+    ]
+    rows = [row for part in parts for row in part.rows]
+    evidence = conflicts.Evidence(
+        pulse=lane_evidence(runs, PULSE) if PULSE in CASES_OF[target] else None,
+        sine=lane_evidence(runs, SINE) if SINE in CASES_OF[target] else None,
+    )
+    named = conflicts.conflicts_of(target, evidence)
+    named += [conflict for part in parts for conflict in part.conflicts]
+    named += conflicts_stack.stack_conflicts_of(target, stack_evidence(runs, CASES_OF[target]))
+    return {
+        "target": target,
+        "rows": [plain_row(row) for row in rows],
+        "conflicts": [dataclasses.asdict(c) for c in sorted(named, key=lambda c: c.item)],
+        "files": [str(file) for part in parts for file in part.files],
+    }
+
+
+def _engine_rows(
+    target: str, runs: PaperRuns, name: str, engines: Sequence[str] = ENGINES
+) -> list[Row]:
+    """Peaks of engines and the oracle, with the engines' errors, one row a lane and source."""
+    responses = runs.case(name)
+    lane_set = responses.lane_set
+    inputs = lane_set.inputs
+    rows: list[Row] = []
+    for engine in engines:
+        table = compare_with_housner(lane_set, responses[engine], responses[checks.REFERENCE])
+        rows += [
+            _row(target, inputs.iloc[lane], engine, found["peak_rotation_ratio"])
+            | {column: found[column] for column in ERROR_COLUMNS}
+            for lane, found in enumerate(table.to_dict("records"))
+        ]
+    if name in ORACLE_TIME:
+        rows += [
+            _row(target, inputs.iloc[lane], checks.ORACLE, peak)
+            for lane, peak in enumerate(runs.oracle_peaks(name))
+        ]
+    return rows
+
+
+def _row(target: str, inputs: Any, source: str, ratio: float | None) -> Row:
+    row: Row = {
+        "target": target,
+        "frequency_hz": written_number(inputs.get("frequency_hz")),
+        "amplitude_mm": written_number(inputs.get("amplitude_mm")),
+        "reading": str(inputs.get("reading", "")) or None,
+        "source": source,
+        "peak_rotation_ratio": ratio,
+    }
+    if "block" in inputs:
+        row["block"] = str(inputs["block"])
+        row["rotation_ratio_start"] = float(inputs["rotation_ratio_start"])
+    return row
+
+
+def _table6(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
+    rows = _engine_rows(target, runs, PULSE, FAMILIES)
+    for printed in paper_table("table6").to_dict("records"):
+        rows += [
+            _row(target, printed | {"reading": "as printed"}, f"paper-{name}", float(printed[name]))
+            for name in PAPER_COLUMNS
+        ]
+    return Reproduction(rows, [write_rows(rows, folder / "table6.csv")])
+
+
+def _table7(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
+    rows = _engine_rows(target, runs, SINE)
+    routes = conflicts.inferred_experiment(lane_evidence(runs, SINE))
+    for index, printed in enumerate(paper_table("table7").to_dict("records")):
+        as_printed = printed | {"reading": "as printed"}
+        for name in PAPER_COLUMNS:
+            number = pd.to_numeric(printed[name], errors="coerce")
+            row = _row(target, as_printed, f"paper-{name}", None)
+            row["abs_error_pct"] = None if pd.isna(number) else float(number)
+            if printed[name] == "collapsed":
+                row["why"] = "printed as collapsed: it overturned, where the test did not"
+            rows.append(row)
+        for column, reading, values in zip(
+            ("analytical", "bullet"), ("slip", "displacement"), routes, strict=True
+        ):
+            row = _row(target, printed | {"reading": reading}, "inferred-experiment", values[index])
+            row["why"] = f"`housner` / (1 - error of the paper's {column} column), not measured"
+            rows.append(row)
+    return Reproduction(rows, [write_rows(rows, folder / "table7.csv")])
+
+
+def _figure(
+    draw: Callable[[PaperRuns, pathlib.Path], list[pathlib.Path]], cases: Sequence[str]
+) -> Callable[[str, PaperRuns, pathlib.Path], Reproduction]:
+    """A maker that draws a figure and gives the rows of its cases."""
+
+    def make(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
+        folder.mkdir(parents=True, exist_ok=True)
+        rows = [row for name in cases for row in _engine_rows(target, runs, name)]
+        files = [write_rows(rows, folder / f"{target}.csv"), *draw(runs, folder)]
+        return Reproduction(rows, files)
+
+    return make
+
+
+def _figure4(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
+    """B0 free, and the paper's study of what the settings of two programs do to it."""
+    free = _figure(figures.figure4, (B0,))(target, runs, folder)
+    study = runs.study(SENSITIVITY)
+    rows = [
+        _row(target, found, str(found["engine"]), float(found["peak_rotation_ratio"]))
+        | {"case": SENSITIVITY, "lane": found["lane"]}
+        | {column: found[column] for column in STUDY_COLUMNS}
+        for found in study.table.to_dict("records")
+    ]
+    files = [*free.files, write_rows(rows, folder / "fig4-study.csv"), *draw_figures(study, folder)]
+    return Reproduction(free.rows + rows, files, (study_conflict(study),))
+
+
+_MAKERS: dict[str, Callable[[str, PaperRuns, pathlib.Path], Reproduction]] = {
+    "table6": _table6,
+    "table7": _table7,
+    "table7-spatial": run_space,
+    "fig4": _figure4,
+    "fig5": _figure(figures.figure5, CASES_OF["fig5"]),
+    "fig7": _figure(figures.figure7, CASES_OF["fig7"]),
+    "fig8": _figure(figures.figure8, CASES_OF["fig8"]),
+    "fig10": _figure(figures.figure10, CASES_OF["fig10"]),
+    "fig11": _figure(figures.figure11, CASES_OF["fig11"]),
+    "dem": run_dem_study,
+    "times": run_times,
+    **STACK_MAKERS,
+}

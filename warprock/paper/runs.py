@@ -1,0 +1,197 @@
+"""Runs of the shipped cases that the paper's tables and figures share, each done once."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import pathlib
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from warprock.case.load import load_case
+from warprock.compare.checks import CaseResponses
+from warprock.compare.study import StudyRun, run_study
+from warprock.engines import engine_class
+from warprock.engines.launching import Form, Target
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions
+from warprock.model.response import Response, SampleTimes
+from warprock.paper.conflicts import Conflict
+from warprock.run.case_run import require_options
+from warprock.run.files import replacing
+
+Array = npt.NDArray[np.float64]
+Row = dict[str, Any]
+
+ENGINES = ("housner", "impulse")
+FAMILIES = (*ENGINES, "direct", "dem")
+"""Those, and our members of the families of the paper's other programs: Vortex and 3DEC."""
+ROUGH_FRICTION = 5.0
+"""Friction that bears the velocity steps of the displacement reading without slip."""
+FIRST_SWING_TIME = 0.2
+"""Time [s] that Fig. 9a of the paper shows."""
+READINGS = ("displacement", "acceleration", "slip")
+PULSE, SINE, B0, B123, SENSITIVITY = (
+    "single-sine-pulse",
+    "single-continuous-sine",
+    "free-b0",
+    "free-b1-b3",
+    "sensitivity-b0",
+)
+"""The shipped cases that the targets run."""
+
+ORACLE_TIME = {PULSE: 3.0, SINE: 5.0}
+"""Time [s] that the oracle follows a case for its peaks.
+
+The pulses end within 0.34 s, after which the block only loses energy; under continuous sine every
+lane peaks within its first cycles. A later peak of an engine shows in the table as a difference.
+"""
+
+
+@dataclasses.dataclass(frozen=True)
+class Reproduction:
+    """What one target found.
+
+    Attributes:
+        rows: Tidy rows, ours and the paper's.
+        files: Files written.
+        conflicts: Conflicts that these rows alone can tell of.
+    """
+
+    rows: list[Row]
+    files: list[pathlib.Path]
+    conflicts: tuple[Conflict, ...] = ()
+
+
+def write_rows(rows: list[Row], path: pathlib.Path) -> pathlib.Path:
+    """Writes rows as CSV, whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(path) as temporary:
+        pd.DataFrame(rows).to_csv(temporary, index=False)
+    return path
+
+
+def written_number(value: Any) -> float | None:
+    """An input as the case file has it: 8 mm, not 8.000000000000002."""
+    return None if value is None else float(f"{value:.12g}")
+
+
+class PaperRuns:
+    """Runs of the shipped cases, each done once however many targets want it."""
+
+    def __init__(
+        self,
+        workers: int | None = None,
+        progress: Callable[[int], None] | None = None,
+        members: int | None = None,
+    ) -> None:
+        """Holds nothing yet.
+
+        Args:
+            workers: Worker threads of a run; None leaves it to the batch runner.
+            progress: Called with the number of lanes finished so far, over all runs.
+            members: Members in a cell of an ensemble; None takes those of its case.
+        """
+        self._workers, self._progress, self._members = workers, progress, members
+        self._cases: dict[tuple[str, ...], CaseResponses] = {}
+        self._oracle_peaks: dict[str, Array] = {}
+        self._lanes_done = 0
+
+    def case(self, name: str, *overrides: str) -> CaseResponses:
+        """The responses of a shipped case, run when they are asked for."""
+        key = (name, *overrides)
+        if key not in self._cases:
+            case = load_case(name, overrides)
+            if case.ensemble is not None and self._members is not None:
+                case = load_case(name, [*overrides, f"ensemble.members={self._members}"])
+            self._cases[key] = CaseResponses(case, self._workers, finished=self._note)
+        return self._cases[key]
+
+    def study(self, name: str) -> StudyRun:
+        """The study of a shipped case."""
+        return run_study(load_case(name), workers=self._workers, finished=self._note)
+
+    def oracle_peaks(self, name: str) -> Array:
+        """Peak rotation ratios of the oracle in the first `ORACLE_TIME` of a case, shape [lane]."""
+        if name not in self._oracle_peaks:
+            from warprock.oracle.block import oracle_response
+
+            lane_set = self.case(name).lane_set
+            times = SampleTimes(min(ORACLE_TIME[name], lane_set.times.duration))
+            answer = oracle_response(lane_set.lanes, lane_set.motions, times)
+            self._oracle_peaks[name] = answer["peak_rotation"] / lane_set.lanes.slenderness_angle
+            self._note(lane_set.lanes.lane_count)
+        return self._oracle_peaks[name]
+
+    def timed(
+        self,
+        engine: str,
+        lanes: Lanes,
+        motions: GroundMotions,
+        times: SampleTimes,
+        *,
+        settings: Any = None,
+        form: Form | None = None,
+        repeats: int = 1,
+    ) -> tuple[Response, float]:
+        """A response, and the CPU time that it took one core [s], kernels built and loaded before.
+
+        Args:
+            engine: Name in `ENGINES`.
+            lanes: The lanes.
+            motions: Their ground motions.
+            times: Duration and sampling.
+            settings: Settings of the engine; its defaults where None.
+            form: Form of the kernel; the fast one where None.
+            repeats: Runs, of which the quickest counts.
+
+        Raises:
+            InputError: No engine has that name.
+        """
+        require_options(engine)
+        built = engine_class(engine)(settings, Target(form=form))
+        built.warm_up(lanes, motions)
+        least = math.inf
+        for _ in range(repeats):
+            begin = time.thread_time()
+            response = built.run(lanes, motions, times)
+            least = min(least, time.thread_time() - begin)
+        self._note(lanes.lane_count)
+        return response, least
+
+    def _note(self, lane_count: int) -> None:
+        self._lanes_done += lane_count
+        if self._progress is not None:
+            self._progress(self._lanes_done)
+
+
+def lane_evidence(runs: PaperRuns, name: str) -> pd.DataFrame:
+    """The lanes of a forced case as the conflicts need them; see `conflicts.Evidence`."""
+    responses = runs.case(name)
+    lane_set, housner = responses.lane_set, responses["housner"]
+    slenderness = lane_set.lanes.slenderness_angle
+    ratio = housner["rotation"] / slenderness[:, None]
+    table = lane_set.inputs[["reading", "frequency_hz", "amplitude_mm"]].reset_index(drop=True)
+    table = table.assign(
+        housner=housner["peak_rotation"] / slenderness,
+        impulse=responses["impulse"]["peak_rotation"] / slenderness,
+        slide_mm=1e3 * responses["impulse"]["peak_slide"],
+        first_swing=_first_swing(table, ratio[:, housner.times <= FIRST_SWING_TIME + 1e-9]),
+    )
+    if name != PULSE:
+        return table
+    rough = runs.case(name, f"contact.friction={ROUGH_FRICTION}")["impulse"]
+    return table.assign(impulse_rough=rough["peak_rotation"] / slenderness)
+
+
+def _first_swing(table: pd.DataFrame, ratio: Array) -> Array:
+    """Each lane's rotation ratio when the displacement reading of its input swings furthest."""
+    inputs = list(zip(table["frequency_hz"], table["amplitude_mm"], strict=True))
+    displaced = np.flatnonzero(table["reading"].astype(str) == "displacement")
+    sample = {inputs[lane]: int(np.argmax(np.abs(ratio[lane]))) for lane in displaced}
+    return np.array([ratio[lane, sample[key]] for lane, key in enumerate(inputs)])

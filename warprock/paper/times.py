@@ -1,0 +1,152 @@
+"""The paper's run times beside ours: one lane on one core, and one of a batch of lanes.
+
+The paper's are wall times of whole programs on two workstations; ours are the CPU time of an
+engine at its default settings, on whatever machine this runs, kernels built before.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import pathlib
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from warprock.case.lanes import LaneSet
+from warprock.engines import ENGINES, engine_class
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions, HarmonicMotions
+from warprock.paper.conflicts import Conflict
+from warprock.paper.printed import PAPER_COLUMNS, paper_table
+from warprock.paper.runs import (
+    PULSE,
+    SINE,
+    PaperRuns,
+    Reproduction,
+    Row,
+    write_rows,
+    written_number,
+)
+from warprock.paper.stack_runs import STACK_PULSE, STACK_SINE
+
+SCENES: dict[tuple[str, str], tuple[str, dict[str, str]]] = {
+    ("single", "pulse"): (PULSE, {"reading": "displacement"}),
+    ("single", "sine"): (SINE, {"reading": "displacement"}),
+    ("stack", "pulse"): (
+        STACK_PULSE,
+        {"reading": "displacement", "geometry": "printed", "edges": "chamfered"},
+    ),
+    ("stack", "sine"): (
+        STACK_SINE,
+        {"reading": "displacement", "geometry": "printed", "edges": "chamfered"},
+    ),
+}
+"""System and excitation of the paper's run times -> the shipped case, and labels of its lane."""
+
+BATCH = 64
+"""Lanes of a batch: two packs."""
+SPREAD = 0.01
+"""Part by which the amplitudes of a batch differ, so that its lanes do not do the same."""
+REPEATS = 3
+"""Runs of a lane, of which the quickest counts."""
+
+
+def scene_lane(lane_set: LaneSet, labels: dict[str, str], inputs: Any) -> int:
+    """The lane of a case with certain labels, frequency [Hz] and amplitude [mm]."""
+    table = lane_set.inputs.iloc[lane_set.select(labels)]
+    same = np.isclose(table["frequency_hz"], inputs["frequency_hz"]) & np.isclose(
+        table["amplitude_mm"], inputs["amplitude_mm"]
+    )
+    (lane,) = table.index[same]
+    return int(lane)
+
+
+def spread_batch(lane_set: LaneSet, lane: int, count: int) -> tuple[Lanes, GroundMotions]:
+    """A lane many times over, with amplitudes that differ by `SPREAD` from least to largest."""
+    places = np.full(count, lane)
+    motions = lane_set.motions.take(places)
+    assert isinstance(motions, HarmonicMotions)
+    factor = 1.0 + SPREAD * np.linspace(-0.5, 0.5, count)
+    scaled = {
+        name: factor * getattr(motions, name)
+        for name in (
+            *("velocity_step_start", "velocity_step_stop", "velocity_final"),
+            *("acceleration_amplitude", "velocity_offset"),
+        )
+    }
+    return lane_set.lanes.take(places), dataclasses.replace(motions, **scaled)
+
+
+def run_times(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
+    """Times every engine that can do a scene, on the scenes whose run times the paper prints."""
+    rows: list[Row] = []
+    printed = {
+        (row["system"], row["excitation"]): row
+        for row in paper_table("run-times").to_dict("records")
+    }
+    for scene, (case, labels) in SCENES.items():
+        lane_set = runs.case(case).lane_set
+        inputs = printed[scene]
+        shared: Row = {
+            "target": target,
+            "frequency_hz": written_number(inputs["frequency_hz"]),
+            "amplitude_mm": written_number(inputs["amplitude_mm"]),
+            "reading": "displacement",
+            "system": scene[0],
+            "excitation": scene[1],
+            "duration_s": lane_set.times.duration,
+            "peak_rotation_ratio": None,
+        }
+        rows += [
+            shared
+            | {
+                "source": f"paper-{name}",
+                "reading": "as printed",
+                "duration_s": None,
+                "wall_s": float(inputs[f"{name}_s"]),
+            }
+            for name in PAPER_COLUMNS[1:]
+        ]
+        lane = scene_lane(lane_set, labels, inputs)
+        for engine in ENGINES:
+            if engine_class(engine).supports(lane_set.scene) is None:
+                rows.append(shared | {"source": engine} | _timed(runs, engine, lane_set, lane))
+    return Reproduction(
+        rows, [write_rows(rows, folder / f"{target}.csv")], (_swapped(pd.DataFrame(rows)),)
+    )
+
+
+def _timed(runs: PaperRuns, engine: str, lane_set: LaneSet, lane: int) -> Row:
+    alone = np.array([lane])
+    response, seconds = runs.timed(
+        engine,
+        lane_set.lanes.take(alone),
+        lane_set.motions.take(alone),
+        lane_set.times,
+        repeats=REPEATS,
+    )
+    _, of_all = runs.timed(engine, *spread_batch(lane_set, lane, BATCH), lane_set.times)
+    return {
+        "cpu_s": seconds,
+        "cpu_s_per_lane": of_all / BATCH,
+        "step_count": int(response["step_count"][0]),
+    }
+
+
+def _swapped(rows: pd.DataFrame) -> Conflict:
+    """The paper's times of pulse and sine against the steps that ours take."""
+    single = rows[(rows["system"] == "single")].set_index(["excitation", "source"])
+    pulse, sine = (single["duration_s"][kind, "impulse"] for kind in ("pulse", "sine"))
+    dearer = single["cpu_s"]["sine", "impulse"] / single["cpu_s"]["pulse", "impulse"]
+    wall = single["wall_s"]
+    return Conflict(
+        11,
+        "run times of pulse and sine",
+        f"The lengths of the runs are not printed with the times; ours are {pulse:g} s for the "
+        f"pulse and {sine:g} s for the sine on the single block, which the figures show. The paper "
+        f"prints {wall['pulse', 'paper-bullet']:g} s for the pulse and "
+        f"{wall['sine', 'paper-bullet']:g} s for the sine with Bullet and Vortex, less for the "
+        f"longer run, but more with 3DEC; `impulse` takes {dearer:.1f} times as long for the sine "
+        "as for the pulse. The two look swapped. Likely.",
+    )

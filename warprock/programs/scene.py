@@ -1,0 +1,240 @@
+"""A lane as programs of others are given it to run, and what they answer.
+
+A scene is boxes in space: x in the plane of rocking, y across it, z upwards, the base at z = 0 at
+the start. Everything is as a program of rigid bodies takes it: full sizes, masses and moments of
+inertia, the position of the centre of mass and the attitude as a quaternion at the start, from
+rest, one friction coefficient for each face, and a base that translates as it is told to.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.model.lanes import Lanes, SpatialLanes
+from warprock.model.motion import GroundMotions
+from warprock.model.pose import start_poses
+from warprock.model.response import SampleTimes
+from warprock.programs.base_path import BasePath, base_path
+
+Array = npt.NDArray[np.float64]
+
+FRAME_LONGEST = 0.01
+"""Longest time between two frames, at which poses are asked for [s]."""
+
+
+class DeclinedError(ValueError):
+    """A scene that a program cannot do; the text is why."""
+
+
+@dataclasses.dataclass(frozen=True)
+class PeerBlock:
+    """One box; SI units, full dimensions.
+
+    Attributes:
+        size: Width, depth and height [m].
+        face: Width and depth over which its faces touch others [m]: less than its size where its
+            edges are chamfered.
+        middle: Middle of the box as seen from its centre of mass, in body axes [m].
+        mass: [kg].
+        inertia: Moments of inertia about the centre of mass, along the body axes [kg m^2].
+        friction: Coulomb friction coefficient between it and what it stands on.
+        position: Centre of mass at the start [m].
+        attitude: Quaternion (x, y, z, w) at the start.
+        stands: Where its middle stands when all blocks are flat, x and y from the middle of the
+            lowest block [m].
+        yaw: Turn about the vertical at the start [rad].
+    """
+
+    size: Sequence[float]
+    face: Sequence[float]
+    middle: Sequence[float]
+    mass: float
+    inertia: Sequence[float]
+    friction: float
+    position: Sequence[float]
+    attitude: Sequence[float]
+    stands: Sequence[float]
+    yaw: float
+
+    @property
+    def chamfered(self) -> bool:
+        """Whether its faces are smaller than its sections."""
+        return list(self.face) != list(self.size[:2])
+
+    @property
+    def touching_size(self) -> Sequence[float]:
+        """Sizes of the box that touches as this one does: as wide as its faces [m]."""
+        return [*self.face, self.size[2]]
+
+
+@dataclasses.dataclass(frozen=True)
+class PeerScene:
+    """One lane: blocks on a base.
+
+    Attributes:
+        blocks: Lowest first; each touches the one before, the first one the base.
+        base: Where the base is at any time; None where it stands still.
+        frame: Time between two frames [s].
+        frame_count: Frames after that of the start.
+    """
+
+    blocks: tuple[PeerBlock, ...]
+    base: BasePath | None
+    frame: float
+    frame_count: int
+
+    @property
+    def times(self) -> Array:
+        """Times of the frames, the start among them [s], shape [frame]."""
+        return np.arange(self.frame_count + 1, dtype=np.float64) * self.frame
+
+    def steps_per_frame(self, steps_per_second: float) -> int:
+        """Steps in a frame, so that there are at least so many in a second."""
+        return max(1, math.ceil(steps_per_second * self.frame * (1.0 - 1e-9)))
+
+    def base_steps(self, steps_per_frame: int) -> tuple[Array, Array]:
+        """What a table has to do to be where the base is at the end of every step.
+
+        Args:
+            steps_per_frame: Steps in a frame.
+
+        Returns:
+            Its place at the start of each step [m] and its velocity over the step [m/s], shape
+            [step, 3]. A step of the base's velocity is in the mean of the step it lies in.
+        """
+        count = self.frame_count * steps_per_frame
+        if self.base is None:
+            return np.zeros((count, 3)), np.zeros((count, 3))
+        step = self.frame / steps_per_frame
+        place = self.base.displacement(np.arange(count + 1, dtype=np.float64) * step)
+        return place[:-1], np.diff(place, axis=0) / step
+
+
+@dataclasses.dataclass(frozen=True)
+class PeerRun:
+    """What a program answered for one scene.
+
+    Attributes:
+        position: Centres of mass at the frames [m], shape [frame, block, 3].
+        attitude: Quaternions (x, y, z, w), shape [frame, block, 4].
+        cpu_s: CPU time of the stepping alone [s].
+        step_count: Steps taken.
+    """
+
+    position: Array
+    attitude: Array
+    cpu_s: float
+    step_count: int
+
+
+def peer_scenes(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> list[PeerScene]:
+    """The scenes of lanes.
+
+    Frames are the samples of the histories, or lie between them where those are far apart; without
+    histories they are `FRAME_LONGEST` apart at most, the last one at the end of the run.
+    """
+    if times.interval is None:
+        frames = math.ceil(times.duration / FRAME_LONGEST)
+        frame = times.duration / frames
+    else:
+        parts = frames_per_sample(times)
+        frame, frames = times.interval / parts, parts * (len(times.times) - 1)
+    position, attitude = _starts(lanes)
+    return [
+        PeerScene(
+            tuple(_blocks(lanes, lane, position[lane], attitude[lane])),
+            base_path(motions, lane),
+            frame,
+            frames,
+        )
+        for lane in range(lanes.lane_count)
+    ]
+
+
+def frames_per_sample(times: SampleTimes) -> int:
+    """Frames from one sample of the histories to the next."""
+    return 1 if times.interval is None else math.ceil(times.interval / FRAME_LONGEST - 1e-9)
+
+
+def missing(package: str, command: str, error: Exception) -> ImportError:
+    """What to raise where a program cannot be imported: one line with the command that mends it."""
+    reason = " ".join(str(error).split())
+    return ImportError(f"{package}: {reason}; {command} installs it")
+
+
+def multiplied_frictions(scene: PeerScene) -> list[float]:
+    """Coefficients of the base and of the blocks, lowest first, whose products are the frictions.
+
+    For programs that multiply the coefficients of two bodies that touch, as Bullet does.
+    """
+    found = [1.0]
+    for block in scene.blocks:
+        found.append(block.friction / found[-1] if found[-1] > 0.0 else 0.0)
+    return found
+
+
+def _blocks(lanes: Lanes, lane: int, position: Array, attitude: Array) -> list[PeerBlock]:
+    """The blocks of one lane, from places and attitudes of shape [block, ...]."""
+
+    def of(name: str) -> Array:
+        values = getattr(lanes, name, None)
+        found = np.zeros(lanes.block_count) if values is None else values[lane]
+        return np.atleast_1d(np.asarray(found, dtype=np.float64))
+
+    size = np.stack([of("width"), of("depth"), of("height")], axis=-1)
+    mass = of("density") * size.prod(axis=-1)
+    squares = size**2
+    inertia = mass[:, None] / 12.0 * (squares.sum(axis=-1, keepdims=True) - squares)
+    # In the plane of rocking only the edges across it are chamfered.
+    depth = of("face_depth") if lanes.spatial else of("depth")
+    face = np.stack([of("face_width"), depth], axis=-1)
+    beside = np.stack([-of("centre_offset_x"), -of("centre_offset_y")], axis=-1)
+    middle = np.pad(beside, ((0, 0), (0, 1)))
+    friction = np.broadcast_to(of("friction"), mass.shape)
+    stands = np.cumsum(np.stack([of("offset"), of("offset_across")], axis=-1), axis=0)
+    yaw = of("yaw_start")
+    rows: tuple[Any, ...] = (size, face, middle, mass, inertia, friction)
+    rows += (position, attitude, stands, yaw)
+    found: Any = zip(*(part.tolist() for part in rows), strict=True)
+    return [PeerBlock(*parts) for parts in found]
+
+
+def _starts(lanes: Lanes) -> tuple[Array, Array]:
+    """Centres of mass and attitudes at the start, shape [lane, block, 3] and [lane, block, 4]."""
+    if isinstance(lanes, SpatialLanes):
+        position, attitude = start_poses(lanes)
+        if lanes.stacked:
+            return position, attitude
+        return position[:, None], attitude[:, None]
+    shape = (lanes.lane_count, lanes.block_count)
+    width, height, offset, turn = (
+        part.reshape(shape)
+        for part in (lanes.face_width, lanes.height, lanes.offset, lanes.rotation_start)
+    )
+    position, attitude = np.zeros((*shape, 3)), np.zeros((*shape, 4))
+    attitude[..., 1], attitude[..., 3] = np.sin(0.5 * turn), np.cos(0.5 * turn)
+    # Middle, turn and half width of the face below: of the endless base first.
+    face, tilt, half = np.zeros((shape[0], 2)), np.zeros(shape[0]), np.full(shape[0], np.inf)
+    for block in range(shape[1]):
+        # A block stands on the end of the common face to which it leans against what is below.
+        side = np.where(turn[:, block] >= tilt, 1.0, -1.0)
+        end = side * np.minimum(half, 0.5 * width[:, block] + side * offset[:, block])
+        foot = face + _turned(end, np.zeros_like(end), tilt)
+        to_centre = _turned(offset[:, block] - end, 0.5 * height[:, block], turn[:, block])
+        centre = foot + to_centre
+        position[:, block, ::2] = centre
+        top = _turned(np.zeros_like(end), 0.5 * height[:, block], turn[:, block])
+        face, tilt, half = centre + top, turn[:, block], 0.5 * width[:, block]
+    return position, attitude
+
+
+def _turned(x: Array, z: Array, rotation: Array) -> Array:
+    """Vectors (x, z) turned from +z towards +x, shape [lane, 2]."""
+    sine, cosine = np.sin(rotation), np.cos(rotation)
+    return np.stack([x * cosine + z * sine, z * cosine - x * sine], axis=-1)

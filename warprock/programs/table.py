@@ -1,0 +1,140 @@
+"""The programs of others by name: where each is, and a run of lanes in it.
+
+None is imported until it is asked to run. Names are those that `warprock compare` takes beside the
+engines; a program that is not installed is one line that says how to install it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import importlib.util
+from collections.abc import Callable
+from typing import Any
+
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions
+from warprock.model.response import Response, SampleTimes
+from warprock.programs.response import peer_response
+from warprock.programs.scene import PeerRun, peer_scenes
+
+
+@dataclasses.dataclass(frozen=True)
+class Program:
+    """A program that we did not write.
+
+    Attributes:
+        module: Module of its adapter, which has `run`.
+        packages: Packages that have to be there.
+        install: The command that installs them.
+        text: What it is, in one line.
+    """
+
+    module: str
+    packages: tuple[str, ...]
+    install: str
+    text: str
+
+    @property
+    def installed(self) -> bool:
+        """Whether its packages can be found; none is imported."""
+        return all(self.has(package) for package in self.packages)
+
+    def has(self, package: str) -> bool:
+        """Whether a package can be found; it is not imported."""
+        return importlib.util.find_spec(package) is not None
+
+
+def _newton(text: str) -> Program:
+    return Program("warprock.programs.newton", ("newton",), 'pip install "warprock"', text)
+
+
+PROGRAMS: dict[str, Program] = {
+    "mujoco": Program(
+        "warprock.programs.mujoco",
+        ("mujoco",),
+        'pip install "warprock[mujoco]"',
+        "MuJoCo: soft convex contacts, Newton's method, elliptic cones.",
+    ),
+    "bullet": Program(
+        "warprock.programs.bullet",
+        ("pybullet",),
+        'pip install "warprock[bullet]"',
+        "Bullet through pybullet: sequential impulses.",
+    ),
+    "blender": Program(
+        "warprock.programs.blender",
+        ("bpy",),
+        'pip install "warprock[blender]"',
+        "Blender's rigid-body world, in a process of its own: Bullet in float32.",
+    ),
+    "newton-xpbd": _newton("Newton's SolverXPBD: contacts as position constraints."),
+    "newton-mujoco": Program(
+        "warprock.programs.newton",
+        ("newton", "mujoco_warp"),
+        'pip install "newton[sim]"',
+        "Newton's SolverMuJoCo: MuJoCo's contacts on Warp.",
+    ),
+    "newton-vbd": _newton("Newton's SolverVBD: vertex block descent with an augmented Lagrangian."),
+    "newton-semi-implicit": _newton("Newton's SolverSemiImplicit: springs in contacts, explicit."),
+    "newton-featherstone": _newton(
+        "Newton's SolverFeatherstone: springs in contacts, explicit, joint coordinates."
+    ),
+    "newton-kamino": _newton("Newton's SolverKamino: contacts and friction as cones, by ADMM."),
+    "newton-steel": _newton("Newton's SolverSteel: projected Gauss-Seidel on contact impulses."),
+}
+"""Name in `warprock compare` -> program."""
+
+
+@dataclasses.dataclass(frozen=True)
+class PeerAnswer:
+    """What a program made of lanes.
+
+    Attributes:
+        response: Its response.
+        cpu_s: CPU time of its steps alone [s].
+        block_time_s: Simulated time of all blocks [s].
+        steps_per_s: Steps that a lane took in a simulated second.
+    """
+
+    response: Response
+    cpu_s: float
+    block_time_s: float
+    steps_per_s: float
+
+    @property
+    def cost(self) -> float:
+        """CPU seconds for one simulated second of one block."""
+        return self.cpu_s / self.block_time_s
+
+
+def run_program(
+    name: str,
+    lanes: Lanes,
+    motions: GroundMotions,
+    times: SampleTimes,
+    settings: Any,
+    finished: Callable[[int], None] | None = None,
+) -> PeerAnswer:
+    """Runs lanes in a program.
+
+    Args:
+        name: Name in `PROGRAMS`.
+        lanes: The lanes.
+        motions: Ground motions of the same lanes.
+        times: Length of the run and sampling of its histories.
+        settings: Settings of the program, of the type in `PEER_SETTINGS`.
+        finished: Called with the number of lanes done so far.
+
+    Raises:
+        ImportError: It is not installed; one line that says how to install it.
+        DeclinedError: It cannot do a scene.
+        ChildProcessError: It runs in a process of its own, which failed; one line that says how.
+    """
+    scenes = peer_scenes(lanes, motions, times)
+    adapter = importlib.import_module(PROGRAMS[name].module)
+    runs: list[PeerRun] = adapter.run(scenes, settings, finished)
+    response = peer_response(name, lanes, scenes, runs, times)
+    simulated = sum(len(s.blocks) * s.frame * s.frame_count for s in scenes)
+    steps = runs[0].step_count / (scenes[0].frame * scenes[0].frame_count)
+    return PeerAnswer(response, sum(run.cpu_s for run in runs), simulated, steps)

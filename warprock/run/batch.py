@@ -1,0 +1,166 @@
+"""Runs lanes in chunks on worker threads; a Warp launch on the CPU releases the interpreter lock.
+
+A lane's result does not depend on its chunk, its place or the number of workers.
+"""
+
+from __future__ import annotations
+
+import concurrent.futures
+import threading
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from warprock.engines import engine_class
+from warprock.engines.base import AbstractEngine
+from warprock.engines.launching import Form, Target
+from warprock.engines.workload import MOST_STEPS, require_workload
+from warprock.errors import InputError
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions
+from warprock.model.painleve import mark_ambiguous
+from warprock.model.response import Response, SampleTimes, join_responses
+from warprock.model.runnable import require_runnable
+from warprock.run.devices import keeping_kernels
+from warprock.run.machine import core_count, require_workers
+
+CHUNK_STEPS = 2.0e7
+"""Steps aimed at in a chunk: a second or so of work, so that Ctrl-C and progress are prompt."""
+
+STEPS_PER_SECOND_OF_MOTION = 250.0
+"""Rough steps of one lane in a second of motion where the engine has no time step of its own."""
+
+_WARMING_UP = threading.Lock()
+"""Threads that run batches of their own must not build the same kernel at once."""
+
+LANE_QUANTUM = 32
+"""Chunks are a multiple of the lanes of a pack."""
+
+MOST_HISTORY = 500_000_000
+"""Numbers in the histories of a batch: 4 GB."""
+
+
+def require_room(blocks: int, times: SampleTimes, source: str = "run_batch") -> None:
+    """Refuses histories that are too large to be held in memory.
+
+    Args:
+        blocks: Blocks of all lanes together.
+        times: Duration and sampling.
+        source: What errors name as their source.
+
+    Raises:
+        InputError: They are.
+    """
+    if times.interval is None or blocks * times.count <= MOST_HISTORY:
+        return
+    allowed = (
+        f"must make at most {MOST_HISTORY:,} numbers, 4 GB, in the histories of all blocks: "
+        f"{blocks:,} blocks x {times.count:,} samples are {blocks * times.count:,}"
+    )
+    raise InputError(source, "run.sample_interval", f"{times.interval:g} s", allowed)
+
+
+def default_chunk_size(lane_count: int, steps_per_lane: float, workers: int) -> int:
+    """Lanes in a chunk: prompt progress, and at least four chunks a worker where lanes allow."""
+    prompt = CHUNK_STEPS / max(steps_per_lane, 1.0)
+    shared = lane_count / (4 * workers)
+    return max(1, round(min(prompt, shared) / LANE_QUANTUM)) * LANE_QUANTUM
+
+
+def run_batch(
+    engine: str,
+    lanes: Lanes,
+    motions: GroundMotions,
+    times: SampleTimes,
+    *,
+    settings: Any = None,
+    precision: str = "float64",
+    device: str = "cpu",
+    form: Form | None = None,
+    workers: int | None = None,
+    chunk_size: int | None = None,
+    most_steps: float = MOST_STEPS,
+    progress: Callable[[int], None] | None = None,
+) -> Response:
+    """Runs all lanes of a batch with one engine.
+
+    Args:
+        engine: Name in `ENGINES`.
+        lanes: The lanes.
+        motions: Their ground motions.
+        times: Duration and sampling.
+        settings: Settings of the engine; its defaults where None.
+        precision: "float64" or "float32".
+        device: Name of a Warp device.
+        form: Form of the kernel; the fast one for the device where None.
+        workers: Worker threads on the CPU; as many as there are cores where None.
+        chunk_size: Lanes in a chunk; chosen from the work where None.
+        most_steps: Steps that a lane may need, at most.
+        progress: Called with the lanes finished so far.
+
+    Returns:
+        The response of all lanes, in their order.
+
+    Raises:
+        KeyError: Unknown engine.
+        InputError: No lanes, lanes that cannot be run (see `require_runnable`) or need too many
+            steps, fewer than one worker or lane of a chunk, histories too large to be held, or a
+            kernel that is not built yet while its folder cannot be written to.
+    """
+    require_runnable(lanes, motions)
+    count = lanes.lane_count
+    require_room(count * lanes.block_count, times)
+    _require_spread(workers, chunk_size)
+    built = engine_class(engine)(settings, Target(precision, device, form))
+    require_workload(built, lanes, motions, times, most_steps=most_steps)
+    # A launch on a GPU is parallel in itself: one worker, one chunk.
+    threads, size = 1, chunk_size or count
+    if built.target.on_cpu:
+        threads = workers or core_count()
+        time_step = getattr(built.settings, "time_step", 1.0 / STEPS_PER_SECOND_OF_MOTION)
+        size = chunk_size or default_chunk_size(count, times.duration / time_step, threads)
+    with _WARMING_UP, keeping_kernels():
+        built.warm_up(lanes, motions)
+    slices = [slice(low, min(low + size, count)) for low in range(0, count, size)]
+    run_chunk = _chunk_runner(built, lanes, motions, times)
+    return join_responses(_run_all(run_chunk, slices, threads, progress))
+
+
+def _chunk_runner(
+    built: AbstractEngine, lanes: Lanes, motions: GroundMotions, times: SampleTimes
+) -> Callable[[slice], Response]:
+    """What runs a chunk of the lanes."""
+
+    def run_chunk(part: slice) -> Response:
+        some = lanes.take(part)
+        response = built.run(some, motions.take(part), times)
+        return mark_ambiguous(some, response) if built.slides else response
+
+    return run_chunk
+
+
+def _require_spread(workers: int | None, chunk_size: int | None) -> None:
+    """Refuses fewer than one worker, or than one lane of a chunk."""
+    require_workers(workers)
+    if chunk_size is not None and chunk_size < 1:
+        raise InputError("run_batch", "chunk_size", chunk_size, "must be at least 1")
+
+
+def _run_all(
+    run_chunk: Callable[[slice], Response],
+    slices: Sequence[slice],
+    threads: int,
+    progress: Callable[[int], None] | None,
+) -> list[Response]:
+    """Responses of all chunks in their order; on trouble the waiting chunks are dropped."""
+    done = 0
+    pool = concurrent.futures.ThreadPoolExecutor(threads)
+    try:
+        futures = [pool.submit(run_chunk, part) for part in slices]
+        for future in concurrent.futures.as_completed(futures):
+            done += future.result().lane_count
+            if progress is not None:
+                progress(done)
+        return [future.result() for future in futures]
+    finally:
+        # A launch cannot be stopped; nobody waits for the ones in hand.
+        pool.shutdown(wait=False, cancel_futures=True)

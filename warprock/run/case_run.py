@@ -1,0 +1,328 @@
+"""Runs a case with one engine: case -> lanes -> engine -> response.
+
+Everything that can be refused is refused here, before a kernel is built.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.case.case import Case
+from warprock.case.lanes import LaneSet, expand_lanes
+from warprock.engines import ENGINES, engine_class
+from warprock.engines.workload import require_workload
+from warprock.errors import InputError, listed
+from warprock.model.response import Response, SampleTimes, join_responses, take_lanes
+from warprock.quantity import NOTHING
+from warprock.run.batch import require_room, run_batch
+from warprock.run.devices import require_device
+from warprock.run.machine import require_workers
+from warprock.run.tolerance import TOLERANCE, run_at_step, run_to_tolerance
+
+PRECISIONS = ("float64", "float32")
+
+Progress = Callable[[int], None]
+"""Called with the number of lanes finished so far."""
+
+
+@dataclasses.dataclass(frozen=True)
+class CaseRun:
+    """One case, run by one engine, with what is needed to run it again.
+
+    Attributes:
+        case: The case.
+        lane_set: Its lanes, motions and inputs.
+        response: The engine's answer.
+        precision: "float64" or "float32".
+        device: Warp device.
+        workers: Worker threads asked for; None leaves the choice to the batch.
+        settings: Settings dataclass of the engine, with the step asked for.
+        wall_time: Time that the batch took [s], kernel build included.
+        tolerance: Largest error of a rotation over the slenderness angle that was asked for; None
+            where no error was estimated.
+    """
+
+    case: Case
+    lane_set: LaneSet
+    response: Response
+    precision: str
+    device: str
+    workers: int | None
+    settings: Any
+    wall_time: float
+    tolerance: float | None = None
+
+
+def run_case(
+    case: Case,
+    engine: str,
+    *,
+    precision: str = "float64",
+    device: str = "cpu",
+    workers: int | None = None,
+    histories: bool | None = None,
+    estimate: bool = True,
+    tolerance: float = TOLERANCE,
+    progress: Progress | None = None,
+) -> CaseRun:
+    """Runs every lane of a case with one engine.
+
+    Args:
+        case: The case.
+        engine: Name of the engine.
+        precision: "float64" or "float32".
+        device: Warp device, such as "cpu" or "cuda:0".
+        workers: Worker threads; None uses the cores at hand.
+        histories: Whether to keep sampled histories; None does as the case says.
+        estimate: Whether to estimate the error of every lane, and to run it at finer steps until
+            it is within the tolerance; without, every lane runs once, at the step of the case.
+        tolerance: Largest error of a rotation over the slenderness angle, > 0 and < 1.
+        progress: Called with the number of lanes finished so far.
+
+    Returns:
+        The case, its lanes and the response.
+
+    Raises:
+        InputError: An option is not one of those allowed, or the engine cannot do the scene.
+    """
+    require_options(engine, precision=precision, device=device, workers=workers)
+    require_tolerance(tolerance)
+    lane_set = expand_lanes(case)
+    require_support(case, lane_set, engine)
+    times = _sample_times(case, histories)
+    blocks = lane_set.lanes.lane_count * lane_set.lanes.block_count
+    require_room(blocks, times, case.source_of("run.sample_interval"))
+    started = time.perf_counter()
+    settings = case.engine_settings(engine)
+    options: dict[str, Any] = {"precision": precision, "device": device, "workers": workers}
+    refinement: dict[str, Any] = {"estimate": estimate, "tolerance": tolerance}
+    response = run_lane_set(
+        engine, lane_set, times, settings=settings, progress=progress, **options, **refinement
+    )
+    return CaseRun(
+        case=case,
+        lane_set=lane_set,
+        response=response,
+        settings=settings,
+        wall_time=time.perf_counter() - started,
+        tolerance=tolerance if estimate else None,
+        **options,
+    )
+
+
+def run_lane_set(
+    engine: str,
+    lane_set: LaneSet,
+    times: SampleTimes,
+    *,
+    estimate: bool,
+    tolerance: float = TOLERANCE,
+    **options: Any,
+) -> Response:
+    """Runs lanes of a case with one engine.
+
+    Args:
+        engine: Name of the engine.
+        lane_set: The lanes, all of a case or some.
+        times: Length of the run and sampling of its histories.
+        estimate: Whether to estimate the error of every lane, and to refine its step.
+        tolerance: Largest error of a rotation over the slenderness angle.
+        options: `settings` of the engine, and what `run_batch` takes besides.
+    """
+    refine = functools.partial(run_to_tolerance, tolerance=tolerance)
+    run = refine if estimate else run_batch
+    return _run_members(run, engine, lane_set, None, times, **options)
+
+
+def run_lane(run: CaseRun, lane: int) -> Response:
+    """Runs one lane of a finished run again, alone, with histories, as `run_lanes` does."""
+    return run_lanes(run, [lane])
+
+
+def run_lanes(run: CaseRun, lanes: Sequence[int]) -> Response:
+    """Runs some lanes of a finished run again, with histories, each at the step of its numbers.
+
+    A lane's numbers do not depend on the batch around it, so these are the same lanes.
+
+    Args:
+        run: The finished run.
+        lanes: Numbers of the lanes, from 0; their order is that of the response.
+
+    Raises:
+        InputError: There is no such lane, or the case does not say how to sample histories.
+    """
+    require_histories(run.case, lanes)
+    chosen = np.asarray(lanes, dtype=np.intp)
+    fields = run.response.fields
+    # Without an estimate all lanes ran at the step of the settings.
+    steps = fields["time_step"][chosen] if "time_step" in fields else np.zeros(len(chosen))
+    parts, places = [], []
+    for step in np.unique(steps):
+        places.append(np.flatnonzero(steps == step))
+        parts.append(
+            _run_members(
+                functools.partial(run_at_step, step=float(step)) if step > 0.0 else run_batch,
+                run.response.engine,
+                run.lane_set,
+                chosen[places[-1]],
+                run.case.sample_times,
+                settings=run.settings,
+                precision=run.precision,
+                device=run.device,
+                workers=run.workers,
+            )
+        )
+    return take_lanes(join_responses(parts), np.argsort(np.concatenate(places)))
+
+
+def _run_members(
+    run_batch: Callable[..., Response],
+    engine: str,
+    lane_set: LaneSet,
+    chosen: npt.NDArray[np.intp] | None,
+    times: SampleTimes,
+    *,
+    settings: Any,
+    progress: Progress | None = None,
+    **options: Any,
+) -> Response:
+    """Runs lanes of a case, those of each time step together, and puts them in order again.
+
+    Args:
+        run_batch: What runs a batch of one time step.
+        engine: Name of the engine.
+        lane_set: Lanes of the case, and the factors on the time step that an ensemble asks for;
+            an engine without a time step has no use for them.
+        chosen: Numbers of the lanes wanted, in the order wanted; None is all.
+        times: Length of the run and sampling of its histories.
+        settings: Settings of the engine, with the time step that the factors change.
+        progress: Called with the number of lanes finished so far.
+        options: Other arguments of `run_batch`.
+    """
+    lanes, motions, factors = lane_set.lanes, lane_set.motions, lane_set.step_factors
+    if chosen is not None:
+        lanes, motions = lanes.take(chosen), motions.take(chosen)
+        factors = None if factors is None else factors[chosen]
+    if factors is None or not has_time_step(settings):
+        return run_batch(
+            engine, lanes, motions, times, settings=settings, progress=progress, **options
+        )
+    parts, numbers, before = [], [], 0
+    for factor in np.unique(factors):
+        members = np.flatnonzero(factors == factor)
+        report = None if progress is None else _counted_from(progress, before)
+        parts.append(
+            run_batch(
+                engine,
+                lanes.take(members),
+                motions.take(members),
+                times,
+                settings=settings.with_step_scaled(float(factor)),
+                progress=report,
+                **options,
+            )
+        )
+        numbers.append(members)
+        before += len(members)
+    return take_lanes(join_responses(parts), np.argsort(np.concatenate(numbers)))
+
+
+def _counted_from(progress: Progress, before: int) -> Progress:
+    return lambda done: progress(before + done)
+
+
+def has_time_step(settings: Any) -> bool:
+    """Whether an engine with these settings has a time step that an ensemble can spread."""
+    return hasattr(settings, "with_step_scaled")
+
+
+def require_options(
+    engine: str, *, precision: str = "float64", device: str = "cpu", workers: int | None = None
+) -> None:
+    """Refuses options of a run that are not among those allowed.
+
+    Raises:
+        InputError: Unknown engine, precision or device, or a number of workers out of bounds.
+    """
+    require_choice("--engine", engine, tuple(ENGINES))
+    require_choice("--precision", precision, PRECISIONS)
+    require_workers(workers)
+    require_device(device)
+
+
+def require_tolerance(tolerance: float) -> None:
+    """Refuses a tolerance that is none.
+
+    Raises:
+        InputError: It is not above 0 and below 1.
+    """
+    if not 0.0 < tolerance < 1.0:
+        allowed = "must be > 0 and < 1, an error of the rotation over the slenderness angle"
+        raise InputError("--tolerance", "", tolerance, allowed)
+
+
+def require_choice(source: str, got: str, allowed: tuple[str, ...]) -> None:
+    """Refuses a value that is not among those allowed.
+
+    Raises:
+        InputError: It is not.
+    """
+    if got not in allowed:
+        raise InputError(source, "", got, f"allowed: {listed(got, allowed)}")
+
+
+def require_support(case: Case, lane_set: LaneSet, engine: str, first: int = 0) -> None:
+    """Refuses a scene that the engine cannot do, and lanes that it cannot run to their end.
+
+    Args:
+        case: The case.
+        lane_set: Its lanes, or some that follow one another.
+        engine: Name of the engine, which runs with the settings of the case.
+        first: Number of the first of the lanes.
+
+    Raises:
+        InputError: It cannot, with the engine's reason.
+    """
+    reason = engine_class(engine).supports(lane_set.scene)
+    if reason is not None:
+        raise InputError(case.file, "--engine", engine, f"cannot do this scene: {reason}")
+    require_workload(
+        engine_class(engine)(case.engine_settings(engine)),
+        lane_set.lanes,
+        lane_set.motions,
+        case.sample_times,
+        source=case.file,
+        first=first,
+    )
+
+
+def require_histories(case: Case, lanes: Sequence[int]) -> None:
+    """Refuses histories of lanes that the case does not have, or does not say how to sample.
+
+    Raises:
+        InputError: There is no such lane, or the case has no sample interval.
+    """
+    count = case.lane_count
+    for lane in lanes:
+        if not 0 <= lane < count:
+            raise InputError("--history", "", lane, f"must be a lane from 0 to {count - 1}")
+    if lanes:
+        _sample_times(case, histories=True)
+
+
+def _sample_times(case: Case, histories: bool | None) -> SampleTimes:
+    times = case.sample_times
+    if histories is False:
+        return SampleTimes(times.duration)
+    if histories and times.interval is None:
+        raise InputError(
+            case.file, "run.sample_interval", NOTHING, "must be given where histories are wanted"
+        )
+    return times

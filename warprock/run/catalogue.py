@@ -1,0 +1,179 @@
+"""What there is to choose from (cases, engines, templates) and what a case requires."""
+
+from __future__ import annotations
+
+import dataclasses
+import pathlib
+from typing import Any
+
+import pandas as pd
+
+from warprock.case.case import Case
+from warprock.case.lanes import expand_lanes
+from warprock.case.load import load_case
+from warprock.case.text import case_names, template_text
+from warprock.engines import ENGINES, engine_class
+from warprock.engines.launching import Target
+from warprock.errors import InputError
+from warprock.model.scene import SceneKind
+from warprock.model.undecided import cut_text
+from warprock.programs.table import PROGRAMS
+from warprock.run.engine_choice import choose_engine
+from warprock.run.files import replacing, require_writable_file
+from warprock.settings.engines import SETTINGS
+
+VALUES_SHOWN = 12
+"""Distinct values of an input up to which all of them are listed."""
+
+LANES_SHOWN = 100_000
+"""Lanes whose inputs are looked through; of more, the first ones."""
+
+ESTIMATE = (
+    "`run` estimates every lane's rotation error and halves the step, of the lanes that need it, "
+    "until it is within --tolerance; --no-estimate runs every lane once"
+)
+"""What `explain` says of an engine whose error has an order in the step."""
+
+
+def list_all() -> dict[str, Any]:
+    """The shipped cases, the engines, and the programs beside them, ready for JSON."""
+    cases = [{"name": name, "title": load_case(name).title} for name in case_names()]
+    return {
+        "cases": cases,
+        "engines": [_engine_row(name) for name in ENGINES],
+        "programs": [_program_row(name) for name in PROGRAMS],
+    }
+
+
+def explain_case(case: Case) -> dict[str, Any]:
+    """What a case requires and how it would be run, ready for JSON.
+
+    Args:
+        case: The case.
+
+    Returns:
+        The scene, the axes of the sweep, the values of every input, `engine`, the one that runs
+        where none is named and why (`EngineChoice`), and for each engine the reason why it
+        declines, or the kernel that would run.
+    """
+    many = case.lane_count > LANES_SHOWN
+    lane_set = expand_lanes(case, range(LANES_SHOWN) if many else None)
+    scene = lane_set.scene
+    inputs = lane_set.inputs
+    return {
+        "case": {
+            "name": case.name,
+            "title": case.title,
+            "source": case.source_text,
+            "file": case.file,
+        },
+        "scene": dataclasses.asdict(scene)
+        | {
+            "why": _scene_text(scene),
+            "left_out": list(scene.left_out),
+            "friction_note": scene.friction_note,
+        },
+        "lanes": case.lane_count,
+        "inputs_of_lanes": lane_set.lanes.lane_count,
+        "duration_s": lane_set.times.duration,
+        "motion_cut_short": cut_text(lane_set.motions, lane_set.times.duration) or None,
+        "sample_interval_s": lane_set.times.interval,
+        "sweep": [{"keys": list(axis.columns), "length": axis.length} for axis in case.axes]
+        + ([{"keys": ["member"], "length": case.members}] if case.ensemble else []),
+        "study": [case.study.plan(name) for name in case.study.engines] if case.study else None,
+        "inputs": {str(name): _spread(inputs[name]) for name in inputs.columns},
+        "engine": dataclasses.asdict(choose_engine(case)),
+        "engines": [_engine_row(name) | _fitness(case, name, scene) for name in ENGINES],
+    }
+
+
+def write_template(kind: str, path: pathlib.Path) -> pathlib.Path:
+    """Writes a commented case file to start from.
+
+    Args:
+        kind: One of `case_text.template_kinds()`.
+        path: File to write, or a folder to write `case.toml` into.
+
+    Returns:
+        The file.
+
+    Raises:
+        InputError: Unknown kind, the file exists already, or its folder cannot be written to.
+    """
+    text = template_text(kind)
+    file = path / "case.toml" if path.is_dir() or path.suffix != ".toml" else path
+    if file.exists():
+        raise InputError("PATH", "", str(file), "must not exist already")
+    require_writable_file(file, "PATH")
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(file) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return file
+
+
+def _scene_text(scene: SceneKind) -> str:
+    """What a lane is, in words."""
+    if scene.spatial:
+        touch = "which can touch its base at four corners"
+        if scene.stacked:
+            touch = "which touch where the two faces of neighbours overlap, at eight points at most"
+        blocks = "one rectangular block" if not scene.stacked else f"{scene.block_count} blocks"
+        return f"{blocks} in space, {touch}: the case {scene.spatial_because}"
+    if not scene.stacked:
+        return "one planar rectangular block, which can touch its base at two corners"
+    return (
+        f"a planar stack of {scene.block_count} rectangular blocks on a base; each touches what it "
+        "stands on at the two ends of their common face at most"
+    )
+
+
+def _engine_row(name: str) -> dict[str, Any]:
+    engine = engine_class(name)
+    summary = (engine.__doc__ or "").strip().splitlines()[0]
+    return {"name": name, "order": engine.order, "summary": summary}
+
+
+def _program_row(name: str) -> dict[str, Any]:
+    program = PROGRAMS[name]
+    return {
+        "name": name,
+        "installed": program.installed,
+        "needs": "" if program.installed else program.install,
+        "summary": program.text,
+    }
+
+
+def _fitness(case: Case, name: str, scene: SceneKind) -> dict[str, Any]:
+    reason = engine_class(name).supports(scene)
+    settings = dataclasses.asdict(case.engine_settings(name))
+    units = {field.name: field.metadata["unit"] for field in dataclasses.fields(SETTINGS[name])}
+    return {
+        "declines": reason,
+        "kernel": None if reason else _kernel_text(case, name, scene),
+        "estimate": None if reason or engine_class(name).order is None else ESTIMATE,
+        "settings": settings,
+        "units": units,
+    }
+
+
+def _kernel_text(case: Case, name: str, scene: SceneKind) -> str:
+    """The kernel that an engine runs a case with, on a CPU and on any other device."""
+    settings = case.engine_settings(name)
+    here, there = (
+        engine_class(name)(settings, Target(device=device)).kernel(scene)
+        for device in ("cpu", "cuda:0")
+    )
+    found = f"kernels/{here.file}.py for a {scene.motion} base"
+    if here == there:
+        return f"{found}: one lane a thread on any device"
+    if here.file == there.file:
+        return f"{found}: `packed` on a CPU, `plain`, one lane a thread, on any other device"
+    return f"{found}: `packed` on a CPU; {there.file}.py, one lane a thread, on any other device"
+
+
+def _spread(values: pd.Series[Any]) -> dict[str, Any]:
+    """Distinct values in order of appearance, or least and greatest where there are many."""
+    distinct = values.drop_duplicates().tolist()
+    if len(distinct) <= VALUES_SHOWN or not pd.api.types.is_numeric_dtype(values):
+        return {"values": distinct}
+    return {"from": float(values.min()), "to": float(values.max()), "count": len(distinct)}

@@ -1,0 +1,242 @@
+"""Runs of the same lanes at other steps, and how far two such runs lie apart."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.engines import engine_class
+from warprock.engines.launching import Target
+from warprock.engines.workload import FINEST_STEPS
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions, RecordMotions, SpatialMotions
+from warprock.model.response import (
+    USABLE,
+    Outcome,
+    Response,
+    SampleTimes,
+    join_responses,
+    take_lanes,
+)
+from warprock.run.batch import run_batch
+
+Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
+Numbers = npt.NDArray[np.intp]
+
+
+def sample_times(duration: float, interval: float) -> SampleTimes:
+    """Sample times for comparing runs; they end exactly where the run does.
+
+    Samples are a power of two in number, so that the last one is the duration to the last bit.
+
+    Args:
+        duration: Length of the run [s].
+        interval: Time between samples, at most [s].
+    """
+    power = max(0, math.ceil(math.log2(duration / interval)))
+    return SampleTimes(duration, duration / 2.0**power)
+
+
+def record_alone(motions: GroundMotions) -> bool:
+    """Whether nothing but records moves the base."""
+    parts = motions.components if isinstance(motions, SpatialMotions) else (motions,)
+    return all(isinstance(part, RecordMotions) for part in parts)
+
+
+def cut_off(motions: GroundMotions, ends: Array) -> GroundMotions:
+    """Records that stop moving the base at their first sample at or after a time.
+
+    Args:
+        motions: Motions of records alone.
+        ends: The times [s], shape [lane]; infinite for all of a record.
+    """
+    if isinstance(motions, SpatialMotions):
+        x, y, z = (_cut_record(part, ends) for part in motions.components)
+        return dataclasses.replace(motions, x=x, y=y, z=z)
+    return _cut_record(motions, ends)
+
+
+def _cut_record(motions: Any, ends: Array) -> RecordMotions:
+    """The records of one direction, each cut off, with a pool of the pieces that are left."""
+    assert isinstance(motions, RecordMotions)
+    with np.errstate(invalid="ignore"):
+        samples = np.ceil((ends - motions.start) / motions.interval) + 1.0
+    count = np.clip(samples, 1, motions.count).astype(np.int32)
+    pieces, piece = np.unique(
+        np.stack([motions.offset, count, motions.count], axis=1), axis=0, return_inverse=True
+    )
+    places = [np.arange(offset, offset + kept) for offset, kept, _ in pieces]
+    where = np.concatenate(places)
+    last = np.cumsum(pieces[:, 1]) - 1
+    # The last sample of a record is an empty segment.
+    pool = {n: getattr(motions, f"pool_{n}")[where] for n in ("acceleration", "slope", "velocity")}
+    pool["acceleration"][last], pool["slope"][last] = 0.0, 0.0
+    return dataclasses.replace(
+        motions,
+        offset=(last - pieces[:, 1] + 1).astype(np.int32)[piece.reshape(-1)],
+        count=count,
+        velocity_step_stop=np.where(count < motions.count, 0.0, motions.velocity_step_stop),
+        **{f"pool_{name}": values for name, values in pool.items()},
+    )
+
+
+@dataclasses.dataclass(frozen=True)
+class Companions:
+    """Lanes with what they run with, but for the step.
+
+    Attributes:
+        engine: Name in `ENGINES`, of an engine with an order in the step.
+        lanes: The lanes.
+        motions: Their ground motions.
+        times: Duration and sampling.
+        settings: Settings of the engine, with the step asked for.
+        options: Other arguments of `run_batch`.
+    """
+
+    engine: str
+    lanes: Lanes
+    motions: GroundMotions
+    times: SampleTimes
+    settings: Any
+    options: dict[str, Any]
+
+    @property
+    def order(self) -> int:
+        """Order of the engine."""
+        order = engine_class(self.engine).order
+        assert order is not None
+        return order
+
+    @property
+    def rest_is_known(self) -> bool:
+        """Whether a lane that rests for good does so at every step.
+
+        Where a resting block moves not at all, and every step ends at the knots between which the
+        base's acceleration is linear, the next lift depends on the base alone.
+        """
+        return engine_class(self.engine).rests_exactly and record_alone(self.motions)
+
+    def take(self, lanes: slice | Numbers) -> Companions:
+        """Some of the lanes."""
+        return dataclasses.replace(
+            self, lanes=self.lanes.take(lanes), motions=self.motions.take(lanes)
+        )
+
+    def run(self) -> Response:
+        """The lanes at the step of the settings."""
+        return run_batch(
+            self.engine,
+            self.lanes,
+            self.motions,
+            self.times,
+            settings=self.settings,
+            **self.options,
+        )
+
+    @property
+    def coarser(self) -> Mask:
+        """Lanes whose steps are twice as long with twice the setting, shape [lane]."""
+        twice = self._longest_step(halved(self.settings, -1))
+        with np.errstate(invalid="ignore"):
+            return np.asarray(twice > 1.99 * self._longest_step(self.settings))
+
+    def _longest_step(self, settings: Any) -> Array:
+        target = Target(self.options["precision"], self.options["device"])
+        return engine_class(self.engine)(settings, target).longest_step(self.lanes, self.motions)
+
+    def halvings(self, power: int) -> Numbers:
+        """How often to halve the setting for steps at most 2^-power of those taken, shape [lane].
+
+        Lanes whose step is cut by something else (the block's own frequency, the knots of a
+        record) need the setting halved more than `power` times before the runs differ at all.
+        """
+        # Round-off apart; a lane whose sizes are not finite takes part as it is.
+        cuts = np.ceil(np.log2(self.settings.time_step / self._longest_step(self.settings)) - 1e-9)
+        return power + np.where(np.isfinite(cuts), cuts, 0.0).astype(np.intp)
+
+    def run_halved(self, halvings: Numbers, work: Array | None = None) -> Response:
+        """The lanes at steps that are halved.
+
+        Args:
+            halvings: How often, shape [lane]; -1 for twice the step.
+            work: How long every lane will take, about, in any unit, shape [lane]: lanes of a pack
+                wait for one another, so those that take as long run side by side.
+        """
+        found, places = [], []
+        for count in np.unique(halvings):
+            lanes = np.flatnonzero(halvings == count)
+            if work is not None:
+                lanes = lanes[np.argsort(work[lanes], kind="stable")]
+            finer = dataclasses.replace(
+                self.take(lanes),
+                settings=halved(self.settings, int(count)),
+                options={**self.options, "most_steps": FINEST_STEPS},
+            )
+            found.append(finer.run())
+            places.append(lanes)
+        return take_lanes(join_responses(found), np.argsort(np.concatenate(places)))
+
+
+def halved(settings: Any, count: int) -> Any:
+    """Settings whose time step is halved some times, or doubled where the count is -1."""
+    if count < 0:
+        return settings.with_step_scaled(2.0)
+    for _ in range(count):
+        settings = settings.halved()
+    return settings
+
+
+def fallen(response: Response) -> Mask:
+    """Lanes whose blocks no longer stand on one another, shape [lane]."""
+    return np.asarray(np.isin(response["outcome"], (Outcome.OVERTURNED, Outcome.SLID_OFF)))
+
+
+def usable(response: Response) -> Mask:
+    """Lanes that the engine has an answer for, shape [lane]."""
+    return np.asarray(np.isin(response["status"], USABLE))
+
+
+def parted(one: Response, other: Response) -> Mask:
+    """Lanes that stand in one run and not in the other, or that one of them could not run."""
+    return np.asarray((fallen(one) != fallen(other)) | ~usable(one) | ~usable(other))
+
+
+def gap(one: Response, other: Response, alpha: Array) -> Array:
+    """Largest |rotation difference| of two runs [rad]; infinite where one failed.
+
+    Where the blocks fall in both runs, up to the slenderness angle: the time of the fall counts,
+    not the end of it.
+    """
+    bound = np.where(as_columns(fallen(one) & fallen(other), alpha), alpha, np.inf)[..., None]
+    ours, theirs = (np.clip(each["rotation"], -bound, bound) for each in (one, other))
+    return _where_run(np.abs(ours - theirs).max(axis=-1), one, other)
+
+
+def peak_gap(one: Response, other: Response) -> Array:
+    """|Difference of the peak rotations| of two runs [rad]; infinite where one failed."""
+    return _where_run(np.abs(one["peak_rotation"] - other["peak_rotation"]), one, other)
+
+
+def slide_gap(one: Response, other: Response) -> Array:
+    """Largest |difference| of the slides of two runs [m], that of the peaks or that at the end."""
+    gaps = [np.abs(one[name] - other[name]) for name in ("peak_slide", "residual_slide")]
+    return _where_run(np.maximum(*gaps), one, other)
+
+
+def _where_run(values: Array, one: Response, other: Response) -> Array:
+    return np.where(as_columns(usable(one) & usable(other), values), values, np.inf)
+
+
+def largest(values: Array) -> Array:
+    """Largest value of a lane's blocks, shape [lane]."""
+    return np.asarray(values.reshape(len(values), -1).max(axis=1))
+
+
+def as_columns(lanes: npt.NDArray[Any], like: Array) -> npt.NDArray[Any]:
+    """What belongs to a lane, in a shape that goes with what belongs to its blocks."""
+    return lanes.reshape(-1, *[1] * (like.ndim - 1))

@@ -1,0 +1,127 @@
+"""The engine that a case is run with where none is named, and why.
+
+The rule, in this order:
+
+1. `event` for stacks and for blocks in space.
+2. `event` where a block slides before it rocks (friction < tan(slenderness angle)).
+3. `housner` where the case prescribes how much angular velocity an impact leaves, for no contact
+   engine can be told.
+4. `housner` runs on the lanes, on 1,000 spread evenly over a larger case. If one of them is outside
+   its model, because the block would slide or its base would have to pull it, `event`.
+5. Else `housner`: it has no error of a time step, and is the cheapest.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from warprock.case.case import Case
+from warprock.case.lanes import expand_lanes
+from warprock.engines import engine_class
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions, scaled
+from warprock.model.response import SampleTimes, Status
+from warprock.run.batch import run_batch
+from warprock.run.devices import start_warp
+
+CONTACT = "event"
+"""Engine of blocks that can slide."""
+ANALYTICAL = "housner"
+"""Engine of one block that does not."""
+LANES_JUDGED = 1000
+"""Lanes up to which all are run: a second or two of work, even of long records."""
+
+
+@dataclasses.dataclass(frozen=True)
+class EngineChoice:
+    """An engine, chosen by the rule of this file.
+
+    Attributes:
+        engine: Its name.
+        why: Why, in words; empty where it was named.
+        judged: Runs of `housner` that were judged; 0 where the rule needed none.
+        outside: Those outside its model.
+        planar_block: Whether it is for one block in the plane, which `housner` might run.
+        named: Whether it was named, not chosen.
+    """
+
+    engine: str
+    why: str = ""
+    judged: int = 0
+    outside: int = 0
+    planar_block: bool = True
+    named: bool = False
+
+    @property
+    def surprises(self) -> bool:
+        """Whether a single block goes to another engine than `housner`, and nobody asked for it."""
+        return self.planar_block and not self.named and self.engine != ANALYTICAL
+
+    @property
+    def text(self) -> str:
+        """The choice in one line."""
+        return f"engine {self.engine}: {self.why}"
+
+
+def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice:
+    """The engine of a case where none is named; see the head of this file.
+
+    Args:
+        case: The case.
+        factors: On its motion: those at which it will run.
+
+    Raises:
+        InputError: A combination of values in the case that no engine could use.
+    """
+    lanes = judged_lanes(case.lane_count)
+    lane_set = expand_lanes(case, lanes)
+    scene = lane_set.scene
+    if scene.spatial:
+        return EngineChoice(CONTACT, "the blocks move in space", planar_block=False)
+    if scene.stacked:
+        return EngineChoice(CONTACT, "it is a stack", planar_block=False)
+    declined = engine_class(ANALYTICAL).supports(scene)
+    if declined is not None:
+        return EngineChoice(CONTACT, declined)
+    declined = engine_class(CONTACT).supports(scene)
+    if declined is not None:
+        return EngineChoice(ANALYTICAL, declined)
+    runs = np.array(judged_lanes(len(lanes) * len(factors)))
+    chosen, factor = runs // len(factors), np.asarray(factors)[runs % len(factors)]
+    outside = outside_model(
+        lane_set.lanes.take(chosen),
+        scaled(lane_set.motions.take(chosen), factor),
+        lane_set.times,
+    )
+    part = f"{outside} of {len(runs)} lanes" if outside else f"none of {len(runs)} lanes"
+    whole = case.lane_count * len(factors)
+    if len(runs) < whole:
+        part += f", spread over {whole:,},"
+    if outside:
+        why = f"in {part} Housner's block would slide or its base would have to pull it"
+        return EngineChoice(CONTACT, why, len(runs), outside)
+    why = f"in {part} Housner's block would slide or be pulled"
+    return EngineChoice(ANALYTICAL, why, len(runs), outside)
+
+
+def outside_model(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> int:
+    """How many single blocks would slide or have to be pulled, were they to move as Housner's."""
+    start_warp()
+    response = run_batch(ANALYTICAL, lanes, motions, SampleTimes(times.duration))
+    return response.count(Status.OUTSIDE_MODEL)
+
+
+def judged_lanes(count: int) -> range:
+    """Numbers of the lanes that are judged: all, or `LANES_JUDGED` of them at even distances.
+
+    The distance has no divisor with the number of lanes in common, so that it meets every value of
+    every axis of a sweep.
+    """
+    step = max(1, -(-count // LANES_JUDGED))
+    while math.gcd(step, count) > 1:
+        step += 1
+    return range(0, count, step)

@@ -1,0 +1,109 @@
+"""Folders of results: tables as Parquet and CSV, what is needed to judge them, and nothing else.
+
+A folder holds one set of results, that of its `run.json`. What an earlier command left there is
+taken away, or the figures of one case would lie beside the numbers of another; a list of what was
+written, with hashes, tells it from a user's own files and from those that a user changed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import pathlib
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import pandas as pd
+import pyarrow.parquet as pq
+
+from warprock.reading import read_bytes
+from warprock.run.files import RESULTS, replacing, require_writable
+from warprock.run.lane_table import PROVENANCE, arrow_table
+
+WRITTEN = ".warprock.json"
+"""List of the results in a folder: SHA-256 by name."""
+
+
+def list_results(
+    folder: pathlib.Path, files: Iterable[pathlib.Path], *, beside: bool = False
+) -> list[str]:
+    """Lists the results that a command has just written, and removes those of commands before.
+
+    Args:
+        folder: Where they are.
+        files: The files written.
+        beside: Whether they were made from the results in the folder, which stay.
+
+    Returns:
+        Names of the files removed: those listed before, not written now, with the bytes that they
+        were written with.
+    """
+    before = _listed(folder)
+    now = {path.name: _digest(path) for path in files if path.parent == folder}
+    removed = []
+    for name, digest in before.items():
+        path = folder / name
+        if beside or name in now or path.is_symlink() or not path.is_file():
+            continue
+        if _digest(path) == digest:
+            path.unlink()
+            removed.append(name)
+    with replacing(folder / WRITTEN) as temporary:
+        text = json.dumps(before | now if beside else now, indent=2, ensure_ascii=False)
+        temporary.write_text(text + "\n", encoding="utf-8")
+    return sorted(removed)
+
+
+def _listed(folder: pathlib.Path) -> dict[str, str]:
+    """The list of results in a folder; empty where there is none, or none that can be read."""
+    try:
+        found = json.loads(read_bytes(folder / WRITTEN))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    if not isinstance(found, dict):
+        return {}
+    return {
+        name: str(digest)
+        for name, digest in found.items()
+        if pathlib.PurePath(name).name == name and pathlib.PurePath(name).suffix in RESULTS
+    }
+
+
+def _digest(path: pathlib.Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def write_results(
+    folder: pathlib.Path, tables: Mapping[str, pd.DataFrame], facts: Mapping[str, Any]
+) -> list[pathlib.Path]:
+    """Writes every table twice, NAME.parquet and NAME.csv, and `run.json`.
+
+    Args:
+        folder: Where to; made if it does not exist.
+        tables: Name -> table; `attrs["columns"]` may hold the unit and the meaning of columns.
+        facts: What ran and what came of it, ready for JSON.
+
+    Returns:
+        The files; `run.json` comes last.
+
+    Raises:
+        InputError: The folder cannot be written to.
+    """
+    require_writable(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for name, table in tables.items():
+        for ending in ("parquet", "csv"):
+            path = folder / f"{name}.{ending}"
+            with replacing(path) as temporary:
+                if ending == "csv":
+                    table.to_csv(temporary, index=False)
+                else:
+                    pq.write_table(arrow_table(table), temporary)
+            written.append(path)
+    path = folder / PROVENANCE
+    with replacing(path) as temporary:
+        text = json.dumps(facts, indent=2, ensure_ascii=False)
+        temporary.write_text(text + "\n", encoding="utf-8")
+    return [*written, path]

@@ -1,0 +1,348 @@
+"""The files of a sweep: chunks that are there whole or not at all, and the table they make up.
+
+A chunk is written under a temporary name, brought to the disk and then moved to its place, so that
+no end of a process leaves half of one. Its footer names the plan, the chunk and its lanes: a file
+is complete if it can be read and its footer is the one that the plan asks for. Nothing is locked;
+two processes that write the same chunk write the same bytes.
+
+The merged table has all lanes in order, in row groups that do not depend on the chunks, and nothing
+in it but what the plan says: its bytes are a function of the plan's content alone.
+"""
+
+from __future__ import annotations
+
+import collections
+import dataclasses
+import enum
+import errno
+import json
+import pathlib
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from warprock.case.lanes import LaneSet
+from warprock.errors import InputError
+from warprock.model.response import Response
+from warprock.model.undecided import UNDECIDED
+from warprock.quantity import Said
+from warprock.reading import require_plain
+from warprock.run.accuracy import accuracy_counts
+from warprock.run.files import replacing
+from warprock.run.lane_table import (
+    FOOTER,
+    LANE_TABLE,
+    arrow_table,
+    count_words,
+    lane_table,
+    undecided_counts,
+)
+from warprock.sweep.plan import Plan
+
+CHUNKS = "chunks"
+"""Folder of the chunks in that of the sweep."""
+
+ROW_GROUP = 2**17
+"""Lanes in a row group of the merged table: some 30 MB at a time, whatever the chunks are."""
+
+WORDS = ("status", "outcome")
+ACCURACY = "accuracy"
+COUNTED = (*WORDS, ACCURACY, UNDECIDED)
+"""What a footer counts, so that the state of a sweep needs no table read: words of fields, what
+`accuracy_counts` found, and the lanes that are undecided."""
+
+COMPRESSION = "zstd"
+NAMED = 5
+"""Chunks that an error names before it only counts them."""
+
+
+class ChunkState(enum.StrEnum):
+    """What is found in the place of a chunk."""
+
+    DONE = "done"
+    MISSING = "missing"
+    BROKEN = "broken"
+    FOREIGN = "foreign"
+
+
+@dataclasses.dataclass(frozen=True)
+class Chunk:
+    """A chunk as it was found.
+
+    Attributes:
+        number: Its number.
+        state: What is in its place.
+        why: What is wrong with it; empty where it is done or missing.
+        counts: Lanes by word of everything in `COUNTED`, where it is done.
+    """
+
+    number: int
+    state: ChunkState
+    why: str = ""
+    counts: Mapping[str, Mapping[str, int]] = dataclasses.field(default_factory=dict)
+
+
+def chunk_path(folder: pathlib.Path, number: int) -> pathlib.Path:
+    """Where a chunk of a sweep has its place."""
+    return folder / CHUNKS / f"chunk-{number:06d}.parquet"
+
+
+def find_chunk(plan: Plan, folder: pathlib.Path, number: int) -> Chunk:
+    """What is in the place of a chunk."""
+    path, lanes = chunk_path(folder, number), plan.lanes_of(number)
+    try:
+        require_plain(path)
+        found = pq.read_metadata(path)
+    except FileNotFoundError:
+        return Chunk(number, ChunkState.MISSING)
+    except (OSError, pa.ArrowException):
+        return Chunk(number, ChunkState.BROKEN, "it cannot be read: it is cut off or no Parquet")
+    try:
+        footer = json.loads((found.metadata or {})[FOOTER])
+        names = footer["plan"], footer["chunk"], footer["first"], footer["end"]
+        counts = {field: footer[field] for field in COUNTED}
+    except (KeyError, TypeError, ValueError):
+        return Chunk(number, ChunkState.FOREIGN, "it is no chunk of a sweep")
+    if names[0] != plan.id:
+        return Chunk(number, ChunkState.FOREIGN, f"it is of the plan {str(names[0])[:12]}")
+    if names[1:] != (number, lanes.start, lanes.stop):
+        why = f"it is chunk {names[1]}, lanes {names[2]} to {names[3]}"
+        return Chunk(number, ChunkState.FOREIGN, why)
+    if found.num_rows != len(lanes):
+        return Chunk(number, ChunkState.BROKEN, f"it has {found.num_rows} rows for {len(lanes)}")
+    return Chunk(number, ChunkState.DONE, counts=counts)
+
+
+def find_chunks(plan: Plan, folder: pathlib.Path, numbers: Iterable[int]) -> list[Chunk]:
+    """What is in the places of some chunks."""
+    return [find_chunk(plan, folder, number) for number in numbers]
+
+
+def refuse_foreign(folder: pathlib.Path, chunks: Iterable[Chunk]) -> None:
+    """Refuses files in the places of chunks that are not of this plan: they are not ours to lose.
+
+    Raises:
+        InputError: There is one.
+    """
+    for chunk in chunks:
+        if chunk.state is ChunkState.FOREIGN:
+            path = chunk_path(folder, chunk.number)
+            allowed = "must be a chunk of the plan beside it, or not be there: move it away"
+            raise InputError(str(path), "", Said(f"another file: {chunk.why}"), allowed)
+
+
+def write_chunk(
+    plan: Plan, folder: pathlib.Path, number: int, lane_set: LaneSet, response: Response
+) -> dict[str, dict[str, int]]:
+    """Writes a chunk to its place.
+
+    Args:
+        plan: The plan.
+        folder: Folder of the sweep.
+        number: Number of the chunk.
+        lane_set: Its lanes.
+        response: The engine's answer for them.
+
+    Returns:
+        Lanes by word of everything in `COUNTED`.
+
+    Raises:
+        OSError: The file could not be written; there is none, or the one that was there before.
+    """
+    lanes = plan.lanes_of(number)
+    counts = {field: count_words(response, field) for field in WORDS}
+    settings = plan.case.engine_settings(plan.engine)
+    counts[ACCURACY] = accuracy_counts(response, lane_set, settings, plan.tolerance)
+    counts[UNDECIDED] = {"lanes": undecided_counts(lane_set, response)[UNDECIDED]}
+    footer = {"plan": plan.id, "chunk": number, "first": lanes.start, "end": lanes.stop, **counts}
+    table = arrow_table(lane_table(lane_set, response))
+    path = chunk_path(folder, number)
+    try:
+        path.parent.mkdir(exist_ok=True)
+        with replacing(path) as temporary, _writer(temporary, table.schema, footer) as writer:
+            writer.write_table(table, row_group_size=len(lanes))
+    except OSError as error:
+        raise _unwritten(error, f"chunk {number} ({path})") from error
+    return counts
+
+
+def _writer(path: pathlib.Path, schema: pa.Schema, footer: Mapping[str, Any]) -> pq.ParquetWriter:
+    """A writer of lanes that knows their plan; numbers are written as they are, words by number."""
+    text = json.dumps(footer, ensure_ascii=False, separators=(",", ":"))
+    return pq.ParquetWriter(
+        path,
+        schema.with_metadata({FOOTER: text}),
+        compression=COMPRESSION,
+        use_dictionary=[field.name for field in schema if pa.types.is_dictionary(field.type)],
+        write_page_checksum=True,
+    )
+
+
+def _unwritten(error: OSError, what: str) -> OSError:
+    why = error.strerror or error
+    mend = "make room" if error.errno in (errno.ENOSPC, errno.EDQUOT) else "mend that"
+    return OSError(
+        f"{what} could not be written: {why}; nothing else is lost: {mend}, then run the same "
+        "command again"
+    )
+
+
+def sweep_state(plan: Plan, folder: pathlib.Path) -> dict[str, Any]:
+    """How far a sweep is, ready for JSON.
+
+    Args:
+        plan: The plan.
+        folder: Folder of the sweep.
+
+    Returns:
+        plan, engine, case, lanes (total and done), chunks (total, how many of them are done, and
+        the numbers of those missing, broken and foreign, with what is wrong), status and outcome
+        (lanes done by word), accuracy (see `accuracy_counts`) and the tolerance, and strangers:
+        other files among the chunks.
+    """
+    chunks = find_chunks(plan, folder, range(plan.chunk_count))
+    done = [chunk for chunk in chunks if chunk.state is ChunkState.DONE]
+    places = {chunk_path(folder, number).name for number in range(plan.chunk_count)}
+    there = (folder / CHUNKS).iterdir() if (folder / CHUNKS).is_dir() else ()
+    wrong = (ChunkState.BROKEN, ChunkState.FOREIGN)
+    return {
+        "plan": plan.id,
+        "case": plan.content["case"]["name"],
+        "engine": plan.engine,
+        "lanes": plan.lane_count,
+        "lanes_done": sum(len(plan.lanes_of(chunk.number)) for chunk in done),
+        "chunks": plan.chunk_count,
+        "chunks_done": len(done),
+        **{
+            state.value: [chunk.number for chunk in chunks if chunk.state is state]
+            for state in (ChunkState.MISSING, *wrong)
+        },
+        "wrong": {
+            str(chunk_path(folder, chunk.number)): chunk.why
+            for chunk in chunks
+            if chunk.state in wrong
+        },
+        "strangers": sorted(str(path) for path in there if path.name not in places),
+        **summed_counts(chunk.counts for chunk in done),
+        "tolerance": plan.tolerance,
+    }
+
+
+def summed_counts(
+    counts: Iterable[Mapping[str, Mapping[str, int]]],
+) -> dict[str, dict[str, int]]:
+    """Lanes by word of everything in `COUNTED`, of some chunks together."""
+    totals: dict[str, collections.Counter[str]] = {name: collections.Counter() for name in COUNTED}
+    for each in counts:
+        for name, words in each.items():
+            totals[name].update(words)
+    return {name: dict(total) for name, total in totals.items()}
+
+
+def merge(
+    plan: Plan,
+    folder: pathlib.Path,
+    output: pathlib.Path | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> pathlib.Path:
+    """Joins the chunks of a sweep in one Parquet file, chunk by chunk.
+
+    Args:
+        plan: The plan.
+        folder: Folder of the sweep.
+        output: File to write; `lanes.parquet` in the folder of the sweep where None.
+        progress: Called with the number of lanes written so far.
+
+    Returns:
+        The file.
+
+    Raises:
+        InputError: A chunk is missing, broken or foreign.
+        OSError: The file could not be written; there is none, or the one that was there before.
+    """
+    path = output or folder / LANE_TABLE
+    chunks = find_chunks(plan, folder, range(plan.chunk_count))
+    refuse_foreign(folder, chunks)
+    for state in (ChunkState.BROKEN, ChunkState.MISSING):
+        numbers = [chunk.number for chunk in chunks if chunk.state is state]
+        if numbers:
+            more = f" and {len(numbers) - NAMED} more" if len(numbers) > NAMED else ""
+            names = ", ".join(chunk_path(folder, number).name for number in numbers[:NAMED])
+            allowed = f"must all be complete: warprock sweep run {folder}"
+            raise InputError(str(folder), "chunks", Said(f"{state} {names}{more}"), allowed)
+    try:
+        with replacing(path) as temporary:
+            _write_merged(plan, folder, temporary, progress)
+    except OSError as error:
+        raise _unwritten(error, str(path)) from error
+    return path
+
+
+def _write_merged(
+    plan: Plan,
+    folder: pathlib.Path,
+    path: pathlib.Path,
+    progress: Callable[[int], None] | None,
+) -> None:
+    written = 0
+    writer: pq.ParquetWriter | None = None
+    try:
+        for group in _row_groups(_chunk_tables(plan, folder)):
+            writer = writer or _writer(path, group.schema, plan.content)
+            writer.write_table(group, row_group_size=ROW_GROUP)
+            written += len(group)
+            if progress is not None:
+                progress(written)
+    finally:
+        if writer is not None:
+            writer.close()
+
+
+def _chunk_tables(plan: Plan, folder: pathlib.Path) -> Iterator[pa.Table]:
+    for number in range(plan.chunk_count):
+        path = chunk_path(folder, number)
+        try:
+            with pq.ParquetFile(path, page_checksum_verification=True) as file:
+                table = file.read()
+        except (OSError, pa.ArrowException) as error:
+            allowed = "must be as it was written: delete it and run the sweep again"
+            raise InputError(str(path), "", Said(f"damaged data: {error}"), allowed) from None
+        yield table
+
+
+def _row_groups(tables: Iterable[pa.Table]) -> Iterator[pa.Table]:
+    """The rows of some tables in groups of `ROW_GROUP`, the last one smaller."""
+    waiting: pa.Table | None = None
+    for table in tables:
+        plain = _plain_words(table)
+        waiting = plain if waiting is None else pa.concat_tables([waiting, plain])
+        while len(waiting) >= ROW_GROUP:
+            yield _numbered_words(waiting.slice(0, ROW_GROUP))
+            waiting = waiting.slice(ROW_GROUP)
+    if waiting is not None and len(waiting):
+        yield _numbered_words(waiting)
+
+
+def _plain_words(table: pa.Table) -> pa.Table:
+    """Columns of words without the numbers that they have in their chunk."""
+    fields = [
+        field.with_type(pa.string()) if pa.types.is_dictionary(field.type) else field
+        for field in table.schema
+    ]
+    return table.cast(pa.schema(fields))
+
+
+def _numbered_words(table: pa.Table) -> pa.Table:
+    """Columns of words numbered in the order in which these rows have them."""
+    columns = [
+        column.combine_chunks().dictionary_encode()
+        if pa.types.is_string(column.type)
+        else column.combine_chunks()
+        for column in table.columns
+    ]
+    fields = [
+        field.with_type(column.type) for field, column in zip(table.schema, columns, strict=True)
+    ]
+    return pa.Table.from_arrays(columns, schema=pa.schema(fields))

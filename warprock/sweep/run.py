@@ -1,0 +1,195 @@
+"""Runs the chunks of a sweep that are not there yet: case -> lanes -> engine -> response -> file.
+
+What has been done is known from the files alone, so a sweep that was stopped, killed or spread over
+machines goes on by running again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import pathlib
+import re
+import signal
+from collections.abc import Callable, Iterator
+from types import FrameType
+from typing import Any
+
+from warprock.case.lanes import expand_lanes
+from warprock.errors import InputError
+from warprock.model.response import SampleTimes
+from warprock.run.accuracy import count_bad, unusable_lanes
+from warprock.run.case_run import run_lane_set
+from warprock.run.devices import start_warp
+from warprock.run.files import remove_dead_temporaries
+from warprock.run.tolerance import TOLERANCE
+from warprock.sweep.chunks import (
+    ACCURACY,
+    CHUNKS,
+    Chunk,
+    ChunkState,
+    find_chunk,
+    find_chunks,
+    refuse_foreign,
+    summed_counts,
+    write_chunk,
+)
+from warprock.sweep.plan import Plan, require_same_software
+
+Progress = Callable[[int], None]
+"""Called with the number of lanes finished so far."""
+
+RunChunks = Callable[[list[int], Progress], None]
+"""Runs chunks, and says how many of their lanes are finished."""
+
+_SHARD = re.compile(r"\s*(\d{1,9})\s*/\s*(\d{1,9})\s*", re.ASCII)
+
+STOPPING_SIGNALS = tuple(
+    getattr(signal, name) for name in ("SIGTERM", "SIGUSR1") if hasattr(signal, name)
+)
+"""What a batch system sends before it ends a job."""
+
+
+class Stopped(BaseException):
+    """A signal asked the sweep to stop; like KeyboardInterrupt, no error to be handled on the way.
+
+    The chunk in hand is dropped; what has been done stays.
+    """
+
+
+@contextlib.contextmanager
+def stopping() -> Iterator[None]:
+    """Lets the signals of a batch system end the block with `Stopped`."""
+
+    def stop(number: int, _frame: FrameType | None) -> None:
+        raise Stopped(signal.Signals(number).name)
+
+    before = {each: signal.signal(each, stop) for each in STOPPING_SIGNALS}
+    try:
+        yield
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
+
+
+@dataclasses.dataclass(frozen=True)
+class Shard:
+    """A part of a sweep's chunks: every `count`-th one.
+
+    Attributes:
+        number: From 1 to `count`.
+        count: Parts of the sweep.
+    """
+
+    number: int = 1
+    count: int = 1
+
+    def chunks(self, plan: Plan) -> range:
+        """Numbers of the chunks of a plan that are in the part."""
+        return range(self.number - 1, plan.chunk_count, self.count)
+
+
+def read_shard(text: str) -> Shard:
+    """A shard from what a user writes, such as 2/7.
+
+    Raises:
+        InputError: It is not i/n with i from 1 to n.
+    """
+    match = _SHARD.fullmatch(text)
+    if match is None or not 1 <= int(match[1]) <= int(match[2]):
+        raise InputError("--shard", "", text, "must be i/n, such as 2/7, with i from 1 to n")
+    return Shard(int(match[1]), int(match[2]))
+
+
+def run_chunk(
+    plan: Plan,
+    folder: pathlib.Path,
+    number: int,
+    *,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> None:
+    """Runs one chunk and writes it to its place, unless it is there.
+
+    Args:
+        plan: The plan.
+        folder: Folder of the sweep.
+        number: Number of the chunk.
+        workers: Worker threads; None uses the cores at hand.
+        progress: Called with the number of its lanes finished so far.
+
+    Raises:
+        OSError: It could not be written.
+    """
+    if find_chunk(plan, folder, number).state is ChunkState.DONE:
+        return
+    start_warp()
+    case, content = plan.case, plan.content
+    lane_set = expand_lanes(case, plan.lanes_of(number))
+    response = run_lane_set(
+        plan.engine,
+        lane_set,
+        SampleTimes(lane_set.times.duration),
+        settings=case.engine_settings(plan.engine),
+        precision=content["precision"],
+        device=content["device"],
+        workers=workers,
+        estimate=plan.tolerance is not None,
+        tolerance=plan.tolerance or TOLERANCE,
+        progress=progress,
+    )
+    write_chunk(plan, folder, number, lane_set, response)
+
+
+def chunks_to_run(plan: Plan, folder: pathlib.Path, shard: Shard) -> list[int]:
+    """Numbers of the chunks of a shard that are not complete.
+
+    Raises:
+        InputError: A file in the place of a chunk is of another plan, or something here differs
+            from what the plan was made with.
+    """
+    require_same_software(plan)
+    found = find_chunks(plan, folder, shard.chunks(plan))
+    refuse_foreign(folder, found)
+    return [chunk.number for chunk in found if chunk.state is not ChunkState.DONE]
+
+
+def run_here(plan: Plan, folder: pathlib.Path, workers: int | None = None) -> RunChunks:
+    """A way to run chunks: one after the other in this process, each on all of its threads."""
+
+    def run(numbers: list[int], progress: Progress) -> None:
+        remove_dead_temporaries(folder / CHUNKS, "chunk-*")
+        before = 0
+        for number in numbers:
+            run_chunk(
+                plan,
+                folder,
+                number,
+                workers=workers,
+                progress=lambda done, before=before: progress(before + done),  # type: ignore[misc]
+            )
+            before += len(plan.lanes_of(number))
+            progress(before)
+
+    return run
+
+
+def shard_counts(plan: Plan, folder: pathlib.Path, shard: Shard) -> dict[str, Any]:
+    """What became of the lanes of a shard, ready for JSON.
+
+    Returns:
+        lanes and lanes_done of the shard, status and outcome (lanes done by word), accuracy (see
+        `accuracy_counts`) and the tolerance, unusable (lanes done whose numbers may not be used)
+        and bad (these, and those that missed the tolerance).
+    """
+    found: list[Chunk] = find_chunks(plan, folder, shard.chunks(plan))
+    done = [chunk for chunk in found if chunk.state is ChunkState.DONE]
+    counts = summed_counts(chunk.counts for chunk in done)
+    return {
+        "lanes": sum(len(plan.lanes_of(chunk.number)) for chunk in found),
+        "lanes_done": sum(len(plan.lanes_of(chunk.number)) for chunk in done),
+        **counts,
+        "tolerance": plan.tolerance,
+        "unusable": unusable_lanes(counts["status"]),
+        "bad": count_bad(counts["status"], counts[ACCURACY]),
+    }

@@ -1,0 +1,135 @@
+"""Tables of checks, and of engines against Housner."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+
+from warprock.compare.housner import NEEDS, SLIDE_BOUND
+
+if TYPE_CHECKING:
+    from warprock.compare.checks import CheckRow
+
+from warprock.tables.tables import MISSING, Row, number, plain_table, print_table, stdout
+
+COMPARED_COLUMNS = (
+    ("error_5s_ratio", "diff.*\nfirst 5 s", ".1e"),
+    ("error_run_ratio", "diff.*\nwhole run", ".1e"),
+    ("peak_error", "peak\nerror", "+.2%"),
+    ("rest_time_error_s", "rest time\nerror [s]", "+.3f"),
+    ("peak_slide_mm", "slide\n[mm]", ".2g"),
+)
+"""Column of a comparison with Housner, its heading and its format."""
+
+
+NEEDED = "friction\nneeded"
+
+
+HOLDS = "Housner\nholds?"
+
+
+SLIDES = f"slides by more than {SLIDE_BOUND:g} of its width"
+
+
+DIFFERENCE = "  * largest |rotation - Housner's| / slenderness angle"
+
+
+def reasons(why: str) -> list[str]:
+    """Why Housner does not hold, clause by clause, without the numbers of one lane."""
+    return [
+        SLIDES if clause.startswith("slides") else NEEDS if clause.startswith(NEEDS) else clause
+        for clause in why.split("; ")
+    ]
+
+
+class Reasons:
+    """Letters for the reasons why Housner does not hold, so that a table stays narrow."""
+
+    def __init__(self) -> None:
+        self._letters: dict[str, str] = {}
+
+    def cell(self, row: Row) -> str:
+        """`yes`, or `no` with the letters of the reasons."""
+        if row["holds"]:
+            return "yes"
+        clauses = reasons(row["why"])
+        for clause in clauses:
+            self._letters.setdefault(clause, chr(ord("a") + len(self._letters)))
+        return "no: " + ", ".join(self._letters[clause] for clause in clauses)
+
+    def print(self, out: Console) -> None:
+        """The reasons behind the letters."""
+        out.print(DIFFERENCE, markup=False, highlight=False)
+        for clause, letter in self._letters.items():
+            out.print(f"  {letter}: {clause}", markup=False, highlight=False)
+        out.print()
+
+
+def print_checks(rows: Sequence[CheckRow], console: Console | None = None) -> None:
+    """Prints the rows of `checks.run_checks`, and what failed with its reason.
+
+    Args:
+        rows: The rows.
+        console: Where to; the terminal if not given.
+    """
+    out = console or stdout()
+    left = ("case", "check", "engine", "lanes", "")
+    table = plain_table(
+        "Checks", ["case", "check", "engine", "lanes", "outside\nmodel", "value", "limit", ""], left
+    )
+    for row in rows:
+        verdict = "[green]ok[/green]" if row.ok else "[bold red]FAILED[/bold red]"
+        table.add_row(
+            row.case,
+            row.name,
+            row.engine,
+            row.lanes,
+            MISSING if row.outside is None else str(row.outside),
+            number(row.value, ".2e"),
+            number(row.limit, ".2e"),
+            verdict,
+        )
+    print_table(out, table)
+    for row in rows:
+        if not row.ok or "left out" in row.note:
+            out.print(f"\n{row.case}, {row.engine}, {row.lanes}: {row.note}", markup=False)
+            out.print(f"because: {' '.join(row.because.split())}", markup=False)
+    failed = sum(not row.ok for row in rows)
+    out.print(f"\n{len(rows) - failed} passed, {failed} failed", highlight=False)
+
+
+def print_comparison(found: Mapping[str, Any], console: Console | None = None) -> None:
+    """Prints what `checks.compare` returned, lane by lane, engines under each other.
+
+    Args:
+        found: Its return value.
+        console: Where to; the terminal if not given.
+    """
+    out = console or stdout()
+    table = plain_table(
+        f"{found['case']}: engines against Housner",
+        [
+            *("lane", "engine", "peak\nratio", "outcome"),
+            *(heading for _, heading, _ in COMPARED_COLUMNS),
+            NEEDED,
+            HOLDS,
+        ],
+        ("lane", "engine", "outcome", HOLDS),
+    )
+    rows: Sequence[Row] = found["rows"]
+    letters = Reasons()
+    for lane in dict.fromkeys(row["lane"] for row in rows):
+        for index, row in enumerate(row for row in rows if row["lane"] == lane):
+            table.add_row(
+                lane if index == 0 else "",
+                row["engine"],
+                number(row["peak_rotation_ratio"], ".4f"),
+                row["outcome"],
+                *(number(row[name], form) for name, _, form in COMPARED_COLUMNS),
+                number(row["friction_needed"], ".3g"),
+                letters.cell(row),
+            )
+    print_table(out, table)
+    letters.print(out)

@@ -1,0 +1,135 @@
+"""Fragility functions on the terminal and as CSV files."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from rich.console import Console
+
+from warprock.analysis.fragility import Curve, component_rows, curve_rows
+from warprock.model.undecided import UNDECIDED
+from warprock.run.files import replacing
+from warprock.tables.tables import plain_table, print_table, stdout
+
+CURVES = "fragility.csv"
+COMPONENTS = "fragility-p58.csv"
+
+
+def write_tables(
+    curves: Sequence[Curve], intensity: str, folder: pathlib.Path
+) -> list[pathlib.Path]:
+    """Writes the fits, and the same as a component table after FEMA P-58.
+
+    Args:
+        curves: The curves.
+        intensity: Column of the intensity measure.
+        folder: Where to; made if it does not exist.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    tables = {CURVES: curve_rows(curves), COMPONENTS: component_rows(curves, intensity)}
+    for name, rows in tables.items():
+        with replacing(folder / name) as temporary:
+            rows.to_csv(temporary, index=False)
+        written.append(folder / name)
+    return written
+
+
+def print_curves(
+    rows: pd.DataFrame,
+    intensity: str,
+    files: Sequence[pathlib.Path],
+    said: Sequence[str] = (),
+    console: Console | None = None,
+) -> None:
+    """Prints the fits.
+
+    Args:
+        rows: What `curve_rows` returned.
+        intensity: Column of the intensity measure.
+        files: Files that were written.
+        said: What `warnings` returned.
+        console: Where to; the terminal if not given.
+    """
+    out = console or stdout()
+    groups = [str(name) for name in rows.columns[: list(rows.columns).index("limit_state")]]
+    counts = ["lanes", "in_doubt", "records", "reached"]
+    named = ["limit state", "lanes", "in\ndoubt", "records", "reached", "median", "dispersion"]
+    headings = [*groups, *named]
+    table = plain_table(f"Fragility over {intensity}", headings, headings[len(groups) + 1 :])
+    for _, row in rows.iterrows():
+        table.add_row(
+            *(str(row[name]) for name in groups),
+            row["limit_state"],
+            *(f"{row[name]:,}" for name in counts),
+            *fit_cells(row),
+        )
+    print_table(out, table)
+    out.print("  in brackets: 5th and 95th percentile over records")
+    each = rows.drop_duplicates(groups) if groups else rows.head(1)
+    for _, row in each[each["left_out"] > 0].iterrows():
+        where = "".join(f" of {name} {row[name]}" for name in groups)
+        out.print(
+            f"  left out: {row['left_out']:,} lanes{where} whose numbers cannot be used "
+            f"({row['left_out_as']})"
+        )
+    if rows["in_doubt"].any():
+        out.print(
+            "  in doubt: counted by their finest run; bands reach around those in which all of "
+            "them reached the limit state, or none",
+            soft_wrap=True,
+        )
+    for text in said:
+        out.print(f"  note: {text}", soft_wrap=True)
+    for path in files:
+        out.print(f"wrote {path}", soft_wrap=True)
+
+
+def undecided_lanes(table: pd.DataFrame) -> int:
+    """Lanes of a lane table that had neither fallen nor come to stand when their run ended.
+
+    0 for a table that does not say so, such as one of an earlier version.
+    """
+    return int(table[UNDECIDED].sum()) if UNDECIDED in table else 0
+
+
+def print_undecided(table: pd.DataFrame, console: Console | None = None) -> None:
+    """Says how many lanes of a table are undecided, if any are.
+
+    Args:
+        table: The lane table.
+        console: Where to; the terminal if not given.
+    """
+    count = undecided_lanes(table)
+    if count:
+        out = console or stdout()
+        out.print(
+            f"  undecided: {count:,} of {len(table):,} lanes had not fallen when their run ended, "
+            "but still rocked or were still shaken; they count as standing, with the peaks so far",
+            highlight=False,
+        )
+
+
+def fit_cells(row: pd.Series[Any]) -> tuple[str, str]:
+    """Median and dispersion of a row, or why there are none."""
+    if row["verdict"] == "fitted":
+        cells = [
+            f"{row[name]:.4g}{_band(row[f'{name}_p05'], row[f'{name}_p95'])}"
+            for name in ("median", "dispersion")
+        ]
+        return cells[0], cells[1]
+    if row["verdict"] == "separated":
+        return f"between {row['none_up_to']:.4g} and {row['all_from']:.4g}", "none: data are parted"
+    if row["verdict"] == "none reached":
+        return f"above {row['none_up_to']:.4g}", "none: nothing reached it"
+    if row["verdict"] == "all reached":
+        return f"below {row['all_from']:.4g}", "none: everything reached it"
+    return "none", "none: fewer reach it at a greater intensity"
+
+
+def _band(low: float, high: float) -> str:
+    return f" [{low:.4g}, {high:.4g}]" if np.isfinite(low) else ""

@@ -1,0 +1,122 @@
+"""Capacities of an incremental dynamic analysis on the terminal and as files."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Sequence
+from typing import Any
+
+import pandas as pd
+from rich.console import Console
+
+from warprock.analysis.incremental import Analysis
+from warprock.analysis.incremental_fit import lane_rows, run_rows, undecided_runs
+from warprock.case.case import Case
+from warprock.run.lane_table import case_facts, surroundings
+from warprock.run.results import write_results
+from warprock.tables.fragility import fit_cells
+from warprock.tables.tables import plain_table, print_table, stdout
+
+
+def analysis_facts(found: Analysis) -> dict[str, Any]:
+    """What ran and what came of it, ready for JSON."""
+    content = found.plan.content
+    return {
+        "plan": found.plan.id,
+        "engine": content["engine"],
+        "precision": content["precision"],
+        "device": content["device"],
+        "incremental": content["incremental"],
+        "lanes": found.lane_set.lanes.lane_count,
+        "estimate": content["estimate"],
+        "tolerance": content["tolerance"],
+        "runs": len(found.curves),
+        "runs_missed_tolerance": int(found.curves["missed_tolerance"].sum()),
+        "stages": found.stages,
+        "stages_kept": found.kept,
+        "undecided_runs": undecided_runs(found),
+    }
+
+
+def write_analysis(
+    found: Analysis, case: Case, rows: pd.DataFrame, intensity: str, folder: pathlib.Path
+) -> list[pathlib.Path]:
+    """Writes the capacities of the lanes and of their groups, every run, and what ran."""
+    tables = {
+        "capacities": lane_rows(found, intensity),
+        "curves": run_rows(found, intensity),
+        "fragility": rows,
+    }
+    facts = {"case": case_facts(case), **analysis_facts(found), "intensity": intensity}
+    return write_results(folder, tables, facts | surroundings(case))
+
+
+def print_analysis(
+    found: Analysis,
+    rows: pd.DataFrame,
+    intensity: str,
+    files: Sequence[pathlib.Path],
+    console: Console | None = None,
+) -> None:
+    """Prints the capacities of every group.
+
+    Args:
+        found: The analysis.
+        rows: What `incremental_fit.capacity_rows` returned.
+        intensity: The intensity measure.
+        files: Files that were written.
+        console: Where to; the terminal if not given.
+    """
+    out = console or stdout()
+    groups = [str(name) for name in rows.columns[: list(rows.columns).index("lanes")]]
+    counted = ["lanes", "records", "bracketed", "never_overturned", "overturned_at_once"]
+    named = ["lanes", "records", "bracketed", "never\nfell", "fell at\nonce", "stood\nagain"]
+    headings = [*groups, *named, "median", "dispersion"]
+    facts = analysis_facts(found)
+    title = f"Capacity to stand over {intensity}, {found.plan.engine}"
+    table = plain_table(title, headings, groups)
+    for _, row in rows.iterrows():
+        table.add_row(
+            *(str(row[name]) for name in groups),
+            *(f"{row[name]:,}" for name in (*counted, "lanes_resurrected")),
+            *fit_cells(row),
+        )
+    print_table(out, table)
+    out.print("  in brackets: 5th and 95th percentile over records")
+    out.print(
+        "  stood again: lanes that stood at a stronger motion than the first that felled them"
+    )
+    low, high = (facts["incremental"][name] for name in ("lowest", "highest"))
+    accuracy = facts["incremental"]["accuracy"]
+    out.print(
+        f"factors {low:g} to {high:g}, brackets to {accuracy:.3g}; {facts['runs']:,} runs in "
+        f"{found.stages} stages, {found.kept} of them kept from before",
+        highlight=False,
+    )
+    _print_accuracy(out, facts)
+    if facts["undecided_runs"]:
+        out.print(
+            f"undecided: {facts['undecided_runs']:,} runs in which the block had not fallen by the "
+            f"end, {found.lane_set.times.duration:g} s, but still rocked or was still shaken; they "
+            "count as standing",
+            highlight=False,
+        )
+    left_out = int(rows["left_out"].sum())
+    if left_out:
+        out.print(f"left out: {left_out:,} lanes whose numbers cannot be used")
+    for path in files:
+        out.print(f"wrote {path}", soft_wrap=True)
+
+
+def _print_accuracy(out: Console, facts: dict[str, Any]) -> None:
+    """How many runs missed the tolerance, and what to do."""
+    if facts["tolerance"] is None:
+        out.print("errors were not estimated (--no-estimate)")
+    elif facts["runs_missed_tolerance"]:
+        out.print(
+            f"not within {facts['tolerance']:g} of the slenderness angle at the finest step tried: "
+            f"{facts['runs_missed_tolerance']:,} runs; close to a fall nearly all are sensitive. "
+            "What that does to the capacities is seen with a smaller time step (-s engines. ...)",
+            highlight=False,
+            soft_wrap=True,
+        )

@@ -1,0 +1,81 @@
+"""Sobol' indices on the terminal and as files."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Sequence
+from typing import Any
+
+from rich.console import Console
+
+from warprock.analysis.sensitivity import Sensitivity
+from warprock.run.lane_table import provenance
+from warprock.run.results import write_results
+from warprock.tables.accuracy import run_accuracy_lines
+from warprock.tables.tables import number, plain_table, print_table, stdout
+
+_MEANINGS = {
+    "group": "Labels of the case",
+    "input": "Key of the case that is drawn",
+    "first_order": "Share of the variance that goes when the input alone is known",
+    "total": "Share of the variance that stays when all other inputs are known",
+}
+
+
+def sensitivity_facts(found: Sensitivity) -> dict[str, Any]:
+    """What ran and what came of it, ready for JSON."""
+    return provenance(found.run) | {"of": found.of, "groups": found.groups.to_dict("records")}
+
+
+def write_sensitivity(found: Sensitivity, folder: pathlib.Path) -> list[pathlib.Path]:
+    """Writes the indices, and what ran."""
+    table = found.rows.copy()
+    table.attrs["columns"] = {
+        name: {"unit": "-", "text": _text(str(name))} for name in table.columns
+    }
+    return write_results(folder, {"sensitivity": table}, sensitivity_facts(found))
+
+
+def _text(column: str) -> str:
+    if column in _MEANINGS:
+        return _MEANINGS[column]
+    name, percentile = column.rsplit("_p", 1)
+    return f"{_MEANINGS[name]}; percentile {int(percentile)} over resampled rows of the design"
+
+
+def print_sensitivity(
+    found: Sensitivity, files: Sequence[pathlib.Path], console: Console | None = None
+) -> None:
+    """Prints the indices, the most important input first.
+
+    Args:
+        found: The indices.
+        files: Files that were written.
+        console: Where to; the terminal if not given.
+    """
+    out = console or stdout()
+    for _, group in found.groups.iterrows():
+        name = f", {group['group']}" if group["group"] else ""
+        title = f"{found.run.case.name}, {found.run.response.engine}{name}"
+        title += f": Sobol' indices of {found.of}"
+        table = plain_table(title, ["input", "first order", "total"], ["input"])
+        mine = found.rows[found.rows["group"] == group["group"]]
+        for _, row in mine.sort_values("total", ascending=False, kind="stable").iterrows():
+            cells = [
+                f"{number(row[index], '.3f')} "
+                f"[{number(row[f'{index}_p05'], '.3f')}, {number(row[f'{index}_p95'], '.3f')}]"
+                for index in ("first_order", "total")
+            ]
+            table.add_row(row["input"], *cells)
+        print_table(out, table)
+        fell = f", {group['overturned']:,} overturned" if group["overturned"] else ""
+        out.print(
+            f"  {group['lanes']:,} lanes{fell}; mean {group['mean']:.4g}, standard deviation "
+            f"{group['standard_deviation']:.4g}",
+            highlight=False,
+        )
+    out.print("  in brackets: 5th and 95th percentile over resampled rows of the design")
+    for line in run_accuracy_lines(found.run):
+        out.print(line, highlight=False, soft_wrap=True)
+    for path in files:
+        out.print(f"wrote {path}", soft_wrap=True)

@@ -1,0 +1,87 @@
+"""Rocking spectra on the terminal and as files."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from rich.console import Console
+
+from warprock.analysis.spectrum import Spectrum
+from warprock.model.response import USABLE, Outcome
+from warprock.model.undecided import UNDECIDED
+from warprock.run.lane_table import lane_table, provenance
+from warprock.run.results import write_results
+from warprock.tables.accuracy import run_accuracy_lines
+from warprock.tables.tables import number, plain_table, print_table, stdout
+
+PERIODS_SHOWN = 16
+"""Periods that are printed, an even selection."""
+FELL, NOTHING = "fell", "-"
+
+
+def spectrum_table(found: Spectrum) -> pd.DataFrame:
+    """The lane table, with `period_s`, 2 pi / p."""
+    table = lane_table(found.run.lane_set, found.run.response)
+    named = table.assign(period_s=found.period)
+    meaning = {"unit": "s", "text": "2 pi / frequency parameter"}
+    named.attrs["columns"] = table.attrs["columns"] | {"period_s": meaning}
+    return named
+
+
+def spectrum_facts(found: Spectrum) -> dict[str, Any]:
+    """What ran and what came of it, ready for JSON."""
+    return provenance(found.run) | {"groups": list(found.groups), "curves": list(found.curves)}
+
+
+def write_spectrum(found: Spectrum, folder: pathlib.Path) -> list[pathlib.Path]:
+    """Writes every lane, and what ran."""
+    tables = {"spectrum": spectrum_table(found)}
+    return write_results(folder, tables, spectrum_facts(found))
+
+
+def print_spectrum(
+    found: Spectrum, files: Sequence[pathlib.Path], console: Console | None = None
+) -> None:
+    """Prints the curves beside one another, at an even selection of the periods.
+
+    Args:
+        found: The spectra.
+        files: Files that were written.
+        console: Where to; the terminal if not given.
+    """
+    out = console or stdout()
+    periods, usable = found.period, np.isin(found.run.response["status"], USABLE)
+    fell = found.run.response["outcome"] == Outcome.OVERTURNED
+    ratio = found.ratio
+    for group, lanes in zip(found.groups, found.lanes, strict=True):
+        title = "Peak rotation / slenderness angle" + (f", {group}" if group else "")
+        table = plain_table(
+            f"{found.run.case.name}, {found.run.response.engine}: {title}", ["2 pi / p [s]"]
+        )
+        for curve in found.curves:
+            table.add_column(curve, justify="right")
+        last = lanes.shape[1] - 1
+        for place in np.unique(np.linspace(0, last, min(PERIODS_SHOWN, last + 1)).astype(int)):
+            cells = []
+            for lane in lanes[:, place]:
+                cell = FELL if fell[lane] else number(ratio[lane], ".4f")
+                cells.append(cell if usable[lane] else NOTHING)
+            table.add_row(f"{periods[lanes[0, place]]:.3g}", *cells)
+        print_table(out, table)
+    facts = spectrum_facts(found)
+    counts = ", ".join(f"{count:,} {word}" for word, count in facts["outcome"].items() if count)
+    out.print(f"{len(periods):,} lanes: {counts}; {found.run.wall_time:.1f} s", highlight=False)
+    if facts[UNDECIDED]:
+        out.print(
+            f"undecided: {facts[UNDECIDED]:,} lanes in which the block had not fallen by the end "
+            f"of the run, {facts['duration_s']:g} s, but still rocked or was still shaken",
+            highlight=False,
+        )
+    for line in run_accuracy_lines(found.run):
+        out.print(line, highlight=False, soft_wrap=True)
+    for path in files:
+        out.print(f"wrote {path}", soft_wrap=True)

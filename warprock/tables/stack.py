@@ -1,0 +1,72 @@
+"""Tables on the terminal for stacks of blocks and blocks in space."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rich.console import Console
+
+from warprock.tables.tables import number, plain_table, print_table, stdout
+
+COLUMNS = (
+    ("peak_rotation_ratio", "peak\nratio", ".4f"),
+    ("difference_5s_ratio", "diff.*\nfirst 5 s", ".1e"),
+    ("difference_run_ratio", "diff.*\nwhole run", ".1e"),
+    ("peak_slide_mm", "slide\n[mm]", ".2g"),
+)
+"""Column of a comparison of stacks, its heading and its format."""
+SPATIAL_COLUMNS = (
+    ("difference_across_5s_ratio", "across*\nfirst 5 s", ".1e"),
+    ("difference_yaw_5s_rad", "yaw**\n[rad]", ".1e"),
+    ("peak_tilt_ratio", "peak\ntilt", ".4f"),
+    ("peak_yaw_rad", "peak yaw\n[rad]", ".2g"),
+)
+"""Those that a comparison in space has besides."""
+
+
+def print_stack_comparison(found: Mapping[str, Any], console: Console | None = None) -> None:
+    """Prints what `checks.compare` returned for stacks or in space: a row a lane, block, engine.
+
+    Args:
+        found: Its return value.
+        console: Where to; the terminal if not given.
+    """
+    out = console or stdout()
+    rows: Sequence[Mapping[str, Any]] = found["rows"]
+    reference = rows[0]["reference"]
+    named = ("lane", "block", "engine", "outcome", "status")
+    columns = COLUMNS + (SPATIAL_COLUMNS if found["spatial"] else ())
+    headings = [*named, *(heading for _, heading, _ in columns)]
+    table = plain_table(f"{found['case']}: engines against {reference}", headings, named)
+    places = dict.fromkeys((row["lane"], row["block"]) for row in rows)
+    last_lane = None
+    for lane, block in places:
+        mine = [row for row in rows if (row["lane"], row["block"]) == (lane, block)]
+        for index, row in enumerate(mine):
+            table.add_row(
+                "" if lane == last_lane else lane,
+                str(block) if index == 0 else "",
+                row["engine"],
+                row["outcome"],
+                row["status"],
+                *(number(row[name], form) for name, _, form in columns),
+            )
+            last_lane = lane
+    print_table(out, table)
+    out.print(f"  * largest |rotation - that of {reference}| / the block's slenderness angle")
+    if found["spatial"]:
+        out.print("  ** the same of the turn about the vertical over the first 5 s")
+        _print_largest(found, out)
+
+
+def _print_largest(found: Mapping[str, Any], out: Console) -> None:
+    """Prints what a comparison in space comes to: the largest differences of each engine."""
+    names = ("difference_5s_ratio", "difference_across_5s_ratio", "difference_yaw_5s_rad")
+    headings = ["engine", "rotation*", "across*", "yaw** [rad]"]
+    table = plain_table("largest over all lanes, first 5 s", headings, ["engine"])
+    for engine in found["engines"]:
+        mine = [row for row in found["rows"] if row["engine"] == engine]
+        known = ([row[name] for row in mine if row[name] is not None] for name in names)
+        table.add_row(engine, *(number(max(each, default=None), ".1e") for each in known))
+    print_table(out, table)

@@ -1,0 +1,196 @@
+"""A study on the terminal: errors and cost of every setting."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from warprock.case.case import Case
+from warprock.case.load import load_case
+from warprock.case.study import Study
+from warprock.compare.housner import EARLY_TIME
+from warprock.tables.compare import reasons
+from warprock.tables.tables import MISSING, number, plain_table, stdout
+
+Row = Mapping[str, Any]
+
+
+LANES_APART = 2
+"""Lanes of a study up to which each has columns of its own."""
+
+
+def print_study(out: Console, rows: Sequence[Row], case: Case) -> None:
+    """Errors and cost of every setting, a table an engine; nothing where there are no rows.
+
+    Args:
+        out: Where to.
+        rows: Rows that have a `setting` are those of `study.StudyRun.table`; others are left out.
+        case: The case of the study.
+    """
+    found = [row for row in rows if row.get("setting") is not None]
+    if not found or case.study is None:
+        return
+    for engine in dict.fromkeys(row["engine"] for row in found):
+        mine = [row for row in found if row["engine"] == engine]
+        lanes = {row["lane"]: row["lane_name"] for row in mine}
+        out.print(_study_table(mine, case))
+        for line in _baseline(case.study, engine):
+            out.print(f"  {line}", markup=False, highlight=False)
+        out.print()
+    duration = case.sample_times.duration
+    lines = [
+        f"{' and '.join(_spans(case))}: largest |rotation - Housner's| / slenderness in that time.",
+        f"CPU: for {duration:g} s of one lane on one core, one lane a thread.",
+    ]
+    if any(number(row["rest_time_error_s"], "") != MISSING for row in found):
+        lines.append("rest: time of coming to rest less Housner's [s], where both rest in time.")
+    if len(lanes) > LANES_APART:
+        lines.append("peak: largest rotation / slenderness.")
+        lines.append(f"The largest of {len(lanes)} lanes each, those where Housner holds.")
+    elif len(lanes) > 1:
+        lines.append("; ".join(f"lane {lane}: {name}" for lane, name in lanes.items()))
+    for lane, name in lanes.items():
+        peaks = {number(row["peak_rotation_ratio"], ".4f") for row in found if row["lane"] == lane}
+        if len(peaks) == 1 and len(lanes) <= LANES_APART:
+            lines.append(f"Peak rotation / slenderness angle of {name}: {peaks.pop()} in all runs.")
+    for line in lines + _where_housner_fails(found):
+        out.print(f"  {line}", markup=False, highlight=False)
+    out.print()
+
+
+def print_studies(out: Console, rows: Sequence[Row]) -> None:
+    """The studies of shipped cases that are among the rows of a reproduction.
+
+    Args:
+        out: Where to.
+        rows: Rows; those of a study have the name of its `case`.
+    """
+    for name in dict.fromkeys(row["case"] for row in rows if row.get("setting") is not None):
+        print_study(out, [row for row in rows if row.get("case") == name], load_case(name))
+
+
+def print_study_run(
+    rows: Sequence[Row],
+    case: Case,
+    wall_time: float,
+    files: Sequence[pathlib.Path],
+    console: Console | None = None,
+) -> None:
+    """Prints a study that was run.
+
+    Args:
+        rows: Rows of its table.
+        case: The case.
+        wall_time: Time that it took [s].
+        files: Files that were written.
+        console: Where to; the terminal if not given.
+    """
+    out = console or stdout()
+    out.print(f"{case.name}: {case.title}", style="bold", highlight=False)
+    out.print()
+    print_study(out, rows, case)
+    out.print(f"wall time: {wall_time:.3g} s", highlight=False)
+    for file in files:
+        out.print(f"wrote {file}", markup=False, highlight=False, soft_wrap=True)
+
+
+def setting_name(setting: str, unit: str) -> str:
+    """A setting as the case file writes it, with its unit."""
+    return setting if unit in ("-", "1/s") else f"{setting} [{unit}]"
+
+
+def _spans(case: Case) -> list[str]:
+    """Times that the errors cover: the early one, where the run is longer, and the run."""
+    duration = case.sample_times.duration
+    early = [f"{EARLY_TIME:g} s"] if duration > EARLY_TIME else []
+    return [*early, f"{duration:g} s"]
+
+
+def _study_columns(
+    rows: Sequence[Row], case: Case
+) -> list[tuple[str, Callable[[Mapping[int, Row]], str]]]:
+    """Headings of the columns of numbers, and what they say of the rows of one run."""
+    errors = ("error_5s_ratio", "error_run_ratio")[-len(_spans(case)) :]
+    measures = [(error, span, ".1e") for error, span in zip(errors, _spans(case), strict=True)]
+    measures += [("peak_rotation_ratio", "peak", ".4f"), ("rest_time_error_s", "rest", "+.2f")]
+    lanes = list(dict.fromkeys(row["lane"] for row in rows))
+    apart = len(lanes) <= LANES_APART
+    columns = []
+    for of in [[lane] for lane in lanes] if apart else [lanes]:
+        where = f"\nlane {of[0]}" if apart and len(lanes) > 1 else ""
+        for column, heading, form in measures:
+            texts = {number(row[column], form) for row in rows if row["lane"] in of}
+            same = column == "peak_rotation_ratio" and apart and len(texts) == 1
+            if texts != {MISSING} and not same:
+                columns.append((heading + where, _largest(column, form, of)))
+    return columns
+
+
+def _largest(column: str, form: str, lanes: Sequence[int]) -> Callable[[Mapping[int, Row]], str]:
+    """Text of the largest value of a column among some lanes of a run.
+
+    Of several lanes those count where Housner holds; one alone is shown whatever it is.
+    """
+
+    def cell(run: Mapping[int, Row]) -> str:
+        held = [lane for lane in lanes if run[lane]["holds"] or len(lanes) == 1]
+        values = [run[lane][column] for lane in held]
+        known = [value for value in values if number(value, "") != MISSING]
+        return number(max(known, key=abs) if known else None, form)
+
+    return cell
+
+
+def _study_table(rows: Sequence[Row], case: Case) -> Table:
+    """The table of one engine."""
+    columns = _study_columns(rows, case)
+    table = plain_table(
+        f"{rows[0]['engine']}: one setting at a time, against Housner",
+        ["setting", "value", "step\n[s]", *(heading for heading, _ in columns), "CPU\n[s]"],
+        ("setting",),
+    )
+    runs: dict[tuple[str, float], dict[int, Row]] = {}
+    for row in rows:
+        runs.setdefault((row["setting"], row["value"]), {})[row["lane"]] = row
+    last = None
+    for (setting, value), run in runs.items():
+        one = next(iter(run.values()))
+        if last is not None and last != setting:
+            table.add_section()
+        table.add_row(
+            setting_name(setting, one["unit"]) if last != setting else "",
+            f"{value:g}{'*' if one['baseline'] else ' '}",
+            number(one["time_step_s"], ".1e"),
+            *(cell(run) for _, cell in columns),
+            number(one["cpu_s"], ".2g"),
+        )
+        last = setting
+    return table
+
+
+def _baseline(study: Study, engine: str) -> list[str]:
+    """Where an engine's settings stay, and what it has not."""
+    plan = study.plan(engine)
+    own = ", ".join(f"{row['setting']} {row['baseline']:g}" for row in plan["vary"])
+    lines = [f"*: the case's own, where a setting stays while another varies: {own}"]
+    if plan["lacks"]:
+        lines.append(f"{engine} has no {' and no '.join(plan['lacks'])}.")
+    return lines
+
+
+def _where_housner_fails(rows: Sequence[Row]) -> list[str]:
+    """Lanes in whose errors Housner has a part, and why, a line an engine."""
+    lines = []
+    lane_count = len({row["lane"] for row in rows})
+    for engine in dict.fromkeys(row["engine"] for row in rows):
+        failing = [row for row in rows if row["engine"] == engine and not row["holds"]]
+        lanes = {row["lane"] for row in failing}
+        clauses = dict.fromkeys(clause for row in failing for clause in reasons(row["why"]))
+        if lanes:
+            where = f"{len(lanes)} of {lane_count} lanes"
+            lines.append(f"{engine}: Housner does not hold in {where}: {'; '.join(clauses)}")
+    return lines

@@ -1,0 +1,61 @@
+"""The trade of speed for accuracy on the terminal."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rich.console import Console
+
+from warprock.tables.tables import plain_table, print_table, stdout
+
+
+def print_trade(
+    levels: Sequence[Mapping[str, Any]],
+    scenes: Mapping[str, str],
+    files: Sequence[pathlib.Path],
+    console: Console | None = None,
+) -> None:
+    """Prints what each error costs: a table a scene, a row an engine, a column an error level.
+
+    Args:
+        levels: What `trade.level_rows` returned.
+        scenes: What each scene is.
+        files: Files that were written.
+        console: Where to; the terminal if not given.
+    """
+    out = console or stdout()
+    errors = sorted({row["level"] for row in levels}, reverse=True)
+    out.print(
+        "CPU seconds for a simulated second of one block (packed, one worker) of the cheapest "
+        "setting whose largest error was no more than:"
+    )
+    for scene in dict.fromkeys(row["scene"] for row in levels):
+        mine = [row for row in levels if row["scene"] == scene]
+        best = {level: _cheapest(mine, level) for level in errors}
+        headings = ["engine", *(f"{level:.0e}" for level in errors)]
+        table = plain_table(f"\n{scene}: {scenes[scene]}", headings, headings)
+        for engine in dict.fromkeys(row["engine"] for row in mine):
+            cells = {row["level"]: row for row in mine if row["engine"] == engine}
+            table.add_row(
+                engine,
+                *(_cell(cells.get(level), cells.get(level) is best[level]) for level in errors),
+            )
+        print_table(out, table)
+    out.print("  * the cheapest of all engines; -: no setting tried met it")
+    for path in files:
+        out.print(f"wrote {path}", soft_wrap=True)
+
+
+def _cheapest(rows: Sequence[Mapping[str, Any]], level: float) -> Mapping[str, Any] | None:
+    found = [row for row in rows if row["level"] == level]
+    return min(found, key=lambda row: row["cpu_s_per_simulated_s"], default=None)
+
+
+def _cell(row: Mapping[str, Any] | None, best: bool) -> str:
+    if row is None:
+        return "-"
+    text = row["settings"].replace(", ", "\n")
+    precision = "" if row["precision"] == "float64" else f"\n{row['precision']}"
+    return f"{row['cpu_s_per_simulated_s']:.1e}{' *' if best else ''}\n{text}{precision}"
