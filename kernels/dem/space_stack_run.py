@@ -63,9 +63,9 @@ Total = wp.types.matrix(shape=(SUMS, LANES), dtype=real)
 
 
 @wp.kernel
-def spatial(
+def run_lanes(
     blocks: wp.array2d(dtype=Block), motions: wp.array2d(dtype=Motion),
-    pool: wp.array2d(dtype=real), times: wp.array(dtype=real), lanes: wp.array(dtype=Lane),
+    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), lanes: wp.array(dtype=Lane),
     points: wp.array2d(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, each at its own time; rows of points: a, b, share, kind."""
@@ -88,8 +88,8 @@ def spatial(
         for k in range(1, bodies):
             set_up(blocks[k, first + i], x[k, i], y[k, i], z[k, i], qx[k, i], qy[k, i], qz[k, i],
                    qw[k, i], since[k, i], peak[k, i], across[k, i], tilt[k, i])  # fmt: skip
-    for sample in range(times.shape[0]):
-        passes, until = int(0), times[sample]
+    for sample in range(sample_times.shape[0]):
+        passes, until = int(0), sample_times[sample]
         for i in range(LANES):
             passes = wp.max(passes, passes_left(until, steps[i], dt[i], mode[i]))
         for _ in range(passes):

@@ -15,8 +15,8 @@ larger, smaller = scalar.larger, scalar.smaller
 
 NEVER = real(1.0e30)
 ROCKING = 1
-OVERTURNED = 2
-BROKEN = 3
+OVERTURNED = 3
+BROKEN = 5
 SLID_OFF = 4
 PIVOT = real(0.75)
 """Place up to which faces that have parted gape, from the middle, over the way to the end. Of five

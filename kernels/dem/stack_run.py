@@ -199,7 +199,7 @@ def observe(
 
 
 @wp.kernel
-def stacks(
+def run_lanes(
     blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip

@@ -48,7 +48,7 @@ stand, gape, Block, Stack = impulse_stack.stand, run.gape, run.Block, run.Stack
 slack, slides, watch = parting.slack, parting.slides, parting.watch
 HALF_PI, HALF = run.HALF_PI, run.HALF
 ROCKING, OVERTURNED, BROKEN, SLID_OFF = run.ROCKING, run.OVERTURNED, run.BROKEN, run.SLID_OFF
-UNSOLVED = 5
+UNSOLVED = 7
 
 
 @wp.struct
@@ -282,7 +282,7 @@ def mode_of(state: State, solved: bool) -> int:
 
 
 @wp.kernel
-def stacks(
+def run_lanes(
     blocks: wp.array2d(dtype=Block),
     lanes: wp.array(dtype=Stack),
     motions: wp.array(dtype=Motion),

@@ -68,7 +68,7 @@ FLYING = 0
 PIVOTING = 1
 FLAT = 2
 OVERTURNED = 3
-BROKEN = 4
+BROKEN = 5
 
 HALF = real(0.5)
 TWO = real(2.0)

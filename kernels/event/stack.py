@@ -56,11 +56,11 @@ lost_between = trial.lost_between
 OPEN, PLUS, MINUS, CLOSED = stack.OPEN, stack.PLUS, stack.MINUS, stack.CLOSED
 
 RUNNING = 0
-OVERTURNED = 1
-SLID_OFF = 2
-BROKEN = 3
-STALLED = 4
-UNSETTLED = 5
+OVERTURNED = 3
+SLID_OFF = 4
+BROKEN = 5
+STALLED = 6
+UNSETTLED = 7
 
 STEADY = 0
 SEEKING = 1

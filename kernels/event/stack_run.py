@@ -174,7 +174,7 @@ def rotation_at(until: real, s0: State, s: State, k: int) -> real:
 
 
 @wp.kernel
-def stacks(
+def run_lanes(
     blocks: wp.array2d(dtype=Block),
     lanes: wp.array(dtype=Stack),
     motions: wp.array(dtype=Motion),

@@ -200,7 +200,7 @@ def enter(block: Block, limits: Lane, lane: int, m: wp.ref[Numbers], k: wp.ref[M
 
 
 @wp.kernel
-def spatial(
+def run_lanes(
     blocks: wp.array2d(dtype=Block),
     motions: wp.array2d(dtype=Motion),
     pool: wp.array2d(dtype=real),

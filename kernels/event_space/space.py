@@ -68,10 +68,10 @@ bound, let_go = trial.bound, trial.let_go
 EDGE, FLAT, FLYING = contact.EDGE, contact.FLAT, contact.FLYING
 
 RUNNING = 0
-OVERTURNED = 1
-BROKEN = 3
-STALLED = 4
-UNSETTLED = 5
+OVERTURNED = 3
+BROKEN = 5
+STALLED = 6
+UNSETTLED = 7
 """Modes of a lane, numbered as those of stacks, which slide off, too."""
 
 HALF = real(0.5)

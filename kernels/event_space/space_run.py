@@ -170,7 +170,7 @@ def leaf_of(s: State, seen: Seen) -> BlockResult:
 
 
 @wp.kernel
-def spatial(
+def run_lanes(
     blocks: wp.array2d(dtype=Block),
     motions: wp.array2d(dtype=Motion),
     pool: wp.array2d(dtype=real),

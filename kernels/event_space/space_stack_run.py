@@ -123,7 +123,7 @@ def peaks_after(own: Own, before: Peaks, s: State) -> Peaks:
 
 
 @wp.kernel
-def spatial(
+def run_lanes(
     blocks: wp.array2d(dtype=Block),
     motions: wp.array2d(dtype=Motion),
     pool: wp.array2d(dtype=real),

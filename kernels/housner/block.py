@@ -53,8 +53,8 @@ knot_time, knot_step = motion.knot_time, motion.knot_step
 
 RESTING = 0
 ROCKING = 1
-OVERTURNED = 2
-BROKEN = 3
+OVERTURNED = 3
+BROKEN = 5
 
 HALF_PI = real(1.5707963267948966)
 NEVER = real(1.0e30)

@@ -207,7 +207,7 @@ def shown(
 
 
 @wp.kernel
-def spatial(
+def run_lanes(
     blocks: wp.array2d(dtype=Block), motions: wp.array2d(dtype=Motion),
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip

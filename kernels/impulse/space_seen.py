@@ -27,8 +27,8 @@ Knobs, slips = impulse.Knobs, impulse.slips
 
 NEVER = real(1.0e30)
 ROCKING = 1
-OVERTURNED = 2
-BROKEN = 3
+OVERTURNED = 3
+BROKEN = 5
 
 
 @wp.func

@@ -49,8 +49,8 @@ NEVER = real(1.0e30)
 SETTLING = 20000
 """Most sweeps of the solve before the run; they end once impulses are those of the rest."""
 ROCKING = 1
-OVERTURNED = 2
-BROKEN = 3
+OVERTURNED = 3
+BROKEN = 5
 SLID_OFF = 4
 
 Attitudes = wp.types.matrix(shape=(BLOCKS + 1, 4), dtype=real)
@@ -171,7 +171,7 @@ def advance(
 
 
 @wp.kernel
-def spatial(
+def run_lanes(
     blocks: wp.array2d(dtype=Block), motions: wp.array2d(dtype=Motion),
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip

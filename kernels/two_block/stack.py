@@ -39,7 +39,7 @@ bearing_series, sure_step = expansion.bearing_series, expansion.sure_step
 value, derived, root = expansion.value, expansion.derived, expansion.root
 first_crossing, closing = expansion.first_crossing, expansion.closing
 
-LIVE, OVERTURNED, BROKEN, STALLED = 0, 1, 2, 3
+LIVE, OVERTURNED, BROKEN, STALLED = 0, 3, 5, 6
 """Modes of a lane."""
 NOTHING, GROUND, INTERFACE, OPENING, FALL = 0, 1, 2, 3, 4
 """Events that end a step."""

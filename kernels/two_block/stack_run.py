@@ -74,7 +74,7 @@ def base_series(m: Motion, segment: int, time: real, sample: real, slope: real) 
 
 
 @wp.kernel
-def stacks(
+def run_lanes(
     blocks: wp.array2d(dtype=Block),
     lanes: wp.array(dtype=Stack),
     motions: wp.array(dtype=Motion),
