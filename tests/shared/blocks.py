@@ -10,9 +10,8 @@ import numpy.typing as npt
 from warprock.engines import ENGINES, engine_class
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, as_stacks
-from warprock.model.motion import Control, HarmonicMotions, StillBase, Waveform
+from warprock.model.motion import Control, HarmonicMotions, StillBase, Waveform, harmonic_motions
 from warprock.model.scene import scene_kind
-from warprock.model.waveforms import harmonic_motions
 
 Array = npt.NDArray[np.float64]
 

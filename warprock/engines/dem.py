@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.base_motion import moves
 from warprock.engines.blocks import body_columns
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
 from warprock.engines.dem_springs import (
@@ -28,7 +27,7 @@ from warprock.engines.dem_springs_space import (
     spatial_frequencies,
     start_in_space,
 )
-from warprock.engines.launching import NEVER, Found, Kernel, components
+from warprock.engines.launching import NEVER, Found, Kernel
 from warprock.engines.soundness import account_in_space, account_of, unstable
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
@@ -198,7 +197,7 @@ def _lane_columns_in_space(
     stacks = cast(SpatialLanes, as_stacks(lanes))
     away = (stacks.rotation_start != 0.0) | (stacks.rotation_across_start != 0.0)
     away = (away | (stacks.gap_start > 0.0)).any(axis=1)
-    x, y, z = (moves(part).astype(np.int32) for part in components(motions))
+    x, y, z = (part.moves.astype(np.int32) for part in motions.components)
     return {
         "uplift_time": np.where(away, 0.0, NEVER),
         "moves": x + 2 * y + 4 * z,

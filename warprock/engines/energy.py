@@ -19,11 +19,10 @@ from typing import cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.base_motion import velocity_variation
 from warprock.engines.blocks import start_on_corners
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
-from warprock.model.motion import GroundMotions, SpatialMotions
+from warprock.model.motion import GroundMotions
 from warprock.model.pose import start_poses
 from warprock.units import GRAVITY
 
@@ -86,8 +85,7 @@ def most_energy(lanes: Lanes, motions: GroundMotions, duration: float) -> Array:
     """The most energy above the flat state that a lane can have until a time [J], shape [lane]."""
     held = energy_at_start(lanes)
     mass = lanes.mass.reshape(lanes.lane_count, -1).sum(axis=1)
-    parts = cast(SpatialMotions, motions).components
-    variation = sum(velocity_variation(part, duration) for part in parts)
+    variation = sum(part.velocity_variation(duration) for part in motions.components)
     return np.asarray((np.sqrt(held) + np.sqrt(0.5 * mass) * variation) ** 2)
 
 

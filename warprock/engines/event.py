@@ -9,14 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.base_motion import step_limit
 from warprock.engines.blocks import spatial_columns
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, time_or_nan
-from warprock.engines.launching import Form, Found, Kernel, components
+from warprock.engines.launching import Form, Found, Kernel
 from warprock.engines.soundness import account_in_space, unstable
+from warprock.engines.workload import step_limit
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, as_stacks
-from warprock.model.motion import GroundMotions, RecordMotions
+from warprock.model.motion import GroundMotions
 from warprock.model.response import SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import EventSettings
@@ -80,11 +80,7 @@ class Event(AbstractEngine):
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step that every lane may take [s]: also cut at the knots of a record."""
-        longest = self._own_step(lanes)
-        for part in components(motions):
-            if isinstance(part, RecordMotions):
-                longest = np.minimum(longest, part.interval)
-        return longest
+        return np.asarray(np.minimum(self._own_step(lanes), motions.knot_interval))
 
     def _own_step(self, lanes: Lanes) -> Array:
         """Longest step [s]: a part of 1 / p, the largest of blocks, and in space of both planes."""

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.base_motion import fastest_rate, step_limit
 from warprock.engines.decoding import lane_fields, planar_fields, time_or_nan
 from warprock.engines.launching import NEVER, Found, Kernel
+from warprock.engines.workload import step_limit
 from warprock.kernels.modes import RESTING
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
@@ -93,7 +93,7 @@ class Housner(AbstractEngine):
         alpha = lanes.slenderness_angle
         radius = rocking.half_diagonal(lanes.width, lanes.height)
         frequency_squared = 3.0 * GRAVITY / (4.0 * radius)
-        rate = np.maximum(np.sqrt(frequency_squared), fastest_rate(motions))
+        rate = np.maximum(np.sqrt(frequency_squared), motions.components[0].fastest_rate)
         step_length = PHASE_STEP[self.target.precision] / rate
         blocks = {
             "slenderness_angle": alpha,

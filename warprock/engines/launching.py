@@ -18,7 +18,7 @@ import numpy.typing as npt
 import warp as wp
 
 from warprock.kernels.instance import LANE_WIDTH, REALS
-from warprock.model.motion import GroundMotions, PlanarMotions, RecordMotions, SpatialMotions
+from warprock.model.motion import GroundMotions, RecordMotions, SpatialMotions
 from warprock.model.response import SampleTimes
 
 Array = npt.NDArray[np.float64]
@@ -202,11 +202,6 @@ def padded(values: Rows, count: int) -> Rows:
     return np.concatenate([values, np.repeat(values[-1:], count - len(values))])
 
 
-def components(motions: GroundMotions) -> tuple[PlanarMotions, ...]:
-    """The motions along x, y and z; in the plane of rocking that along x alone."""
-    return motions.components if isinstance(motions, SpatialMotions) else (motions,)
-
-
 def _pool_and_rows(struct: Any, motions: GroundMotions, count: int) -> tuple[Array, Rows]:
     """Samples of the records of all directions, [row, sample], and rows of `Motion`.
 
@@ -214,14 +209,13 @@ def _pool_and_rows(struct: Any, motions: GroundMotions, count: int) -> tuple[Arr
     in the plane, [direction, lane] in space.
     """
     pools, rows, first = [], [], 0
-    for part in components(motions):
-        placed, pool = part, np.zeros((3, 1))
+    for part in motions.components:
+        placed = part
         if isinstance(part, RecordMotions):
             placed = dataclasses.replace(part, offset=(part.offset + first).astype(np.int32))
-            pool = np.stack([part.pool_acceleration, part.pool_slope, part.pool_velocity])
         names = np.dtype(struct.numpy_dtype()).names or ()
         rows.append(struct_rows(struct, {name: getattr(placed, name) for name in names}, count))
-        pools.append(pool)
-        first += pool.shape[1]
+        pools.append(part.pool)
+        first += part.pool.shape[1]
     whole = np.stack(rows) if isinstance(motions, SpatialMotions) else rows[0]
     return np.concatenate(pools, axis=1), whole

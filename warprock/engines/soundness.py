@@ -14,7 +14,6 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.base_motion import strongest_pull
 from warprock.engines.energy import (
     energy_at_start,
     energy_held,
@@ -215,16 +214,16 @@ def account_in_space(
     """
     lost, deepest = (np.asarray(rows[name], dtype=np.float64) for name in ("loss", "deepest"))
     supplied = most_energy(lanes, motions, duration) - energy_at_start(lanes)
-    pull = pull_in_space(motions)
+    pull = pull_in_space(cast(SpatialMotions, motions))
     return Account(pull, supplied, mass * lost, np.zeros_like(lost), deepest)
 
 
-def pull_in_space(motions: GroundMotions) -> Array:
+def pull_in_space(motions: SpatialMotions) -> Array:
     """Horizontal acceleration that tips a block as much as one that is also lifted, shape [lane].
 
     Infinite where the base velocity steps, or the base may fall as fast as its blocks [m/s^2].
     """
-    x, y, z = (strongest_pull(part) for part in cast(SpatialMotions, motions).components)
+    x, y, z = (part.strongest_pull() for part in motions.components)
     left = 1.0 - z / GRAVITY
     return np.where(left > 0.0, np.hypot(x, y) / np.where(left > 0.0, left, 1.0), np.inf)
 

@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.base_motion import fastest_rate, step_limit
 from warprock.engines.decoding import lane_fields, planar_fields, time_or_nan
 from warprock.engines.launching import Found, Kernel
+from warprock.engines.workload import step_limit
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
@@ -110,7 +110,7 @@ class TwoBlock(AbstractEngine):
     ) -> dict[str, npt.NDArray[Any]]:
         """Fields of the struct `Stack`, shape [lane] each."""
         p = rocking.frequency_parameter(lanes.width, lanes.height).max(axis=1)
-        rate = np.maximum(p, fastest_rate(motions))
+        rate = np.maximum(p, motions.components[0].fastest_rate)
         step_length = PHASE_STEP[self.target.precision] / rate
         face = lanes.face_width
         return {
