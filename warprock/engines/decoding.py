@@ -9,12 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.launching import time_or_nan
+from warprock.kernels.modes import BROKEN, OVERTURNED, SLID_OFF
 from warprock.model.response import Outcome, Status
 
 Mask = npt.NDArray[np.bool_]
-
-OVERTURNED, BROKEN, SLID_OFF, UNSOLVED = 2, 3, 4, 5
-"""Modes of a lane in the kernels of all of them; those below are no end."""
 
 
 def lane_fields(

@@ -10,11 +10,12 @@ import numpy.typing as npt
 import warp as wp
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.decoding import UNSOLVED, lane_fields, planar_fields
+from warprock.engines.decoding import lane_fields, planar_fields
 from warprock.engines.direct_stack import DIRECT_STACK, direct_stack_module, run_direct_stacks
 from warprock.engines.launching import Kernel, Target, launch, respond
 from warprock.engines.soundness import account_of, contacts_hold, unstable
 from warprock.kernels.instance import kernel_module
+from warprock.kernels.modes import UNSOLVED
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.response import Response, SampleTimes, Status

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from warprock.engines.decoding import UNSOLVED, lane_fields, planar_fields
+from warprock.engines.decoding import lane_fields, planar_fields
 from warprock.engines.launching import Form, Kernel, Target, respond
 from warprock.engines.soundness import account_of, contacts_hold, unstable
 from warprock.engines.stack_launching import (
@@ -19,6 +19,7 @@ from warprock.engines.stack_launching import (
     stack_module,
     start_on_corners,
 )
+from warprock.kernels.modes import UNSOLVED
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.response import Response, SampleTimes, Status

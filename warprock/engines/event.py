@@ -27,6 +27,7 @@ from warprock.engines.spatial_event import (
     spatial_event_module,
 )
 from warprock.kernels.instance import kernel_module
+from warprock.kernels.modes import BROKEN, OVERTURNED, STALLED
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, RecordMotions
@@ -37,9 +38,6 @@ from warprock.units import GRAVITY
 
 PHASE_STEP = 0.25
 """Longest step as a part of 1 / p: a longer one does not follow the block's own rocking."""
-
-OVERTURNED, BROKEN, STALLED = range(3, 6)
-"""Modes of a lane in the kernel."""
 
 
 @final

@@ -17,6 +17,7 @@ from warprock.engines.launching import (
     time_or_nan,
 )
 from warprock.engines.stack_launching import Array, launch_stacks, stack_module
+from warprock.kernels.modes import BROKEN, OVERTURNED, SLID_OFF, STALLED, UNSOLVED
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
@@ -30,9 +31,6 @@ rocking."""
 
 EVENT_STACK = Kernel("event/stack_run", Form.PLAIN)
 """The kernel of stacks: one lane a thread on any device."""
-
-OVERTURNED, SLID_OFF, BROKEN, STALLED, UNSETTLED = range(1, 6)
-"""Modes of a lane in the kernel."""
 
 
 def event_stack_module(target: Target, lanes: Lanes, motions: GroundMotions) -> ModuleType:
@@ -72,7 +70,7 @@ def run_event_stacks(
             Outcome.ROCKING,
         ),
         "status": np.select(
-            [mode == BROKEN, mode == STALLED, mode == UNSETTLED],
+            [mode == BROKEN, mode == STALLED, mode == UNSOLVED],
             [Status.NONFINITE, Status.EVENT_LIMIT, Status.ITERATION_LIMIT],
             Status.OK,
         ),

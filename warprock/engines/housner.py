@@ -20,6 +20,7 @@ from warprock.engines.launching import (
     time_or_nan,
 )
 from warprock.kernels.instance import kernel_module
+from warprock.kernels.modes import BROKEN, OVERTURNED, RESTING, STALLED
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, RecordMotions
@@ -45,9 +46,6 @@ steps, so this is far above any rocking motion and ends only a lane that makes n
 FRICTION_SLACK = {"float64": 1e-6, "float32": 1e-4}
 """Part by which a lane's friction may fall short before the lane counts as outside the model: the
 series of the contact force leave out some 1e-7 of the weight, float32 rounds to about 1e-5."""
-
-RESTING, ROCKING, OVERTURNED, BROKEN, STALLED = range(5)
-"""Modes of a lane in the kernel."""
 
 
 @final

@@ -28,6 +28,7 @@ from warprock.engines.spatial_launching import (
 )
 from warprock.engines.spatial_soundness import unstable_in_space
 from warprock.kernels.instance import kernel_module
+from warprock.kernels.modes import BROKEN, OVERTURNED, SLID_OFF, STALLED, UNSOLVED
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, RecordMotions
@@ -43,9 +44,6 @@ rocking."""
 PACK = 8
 """Lanes side by side: one vector of float64 with AVX-512. Steps with an event are taken one by one
 in between, so that more in flight gain nothing, and a batch smaller than a pack costs less."""
-
-OVERTURNED, SLID_OFF, BROKEN, STALLED, UNSETTLED = range(1, 6)
-"""Modes of a lane in the kernels."""
 
 
 def spatial_event_kernel(
@@ -136,7 +134,7 @@ def run_spatial_event(
             Outcome.ROCKING,
         ),
         "status": np.select(
-            [mode == BROKEN, mode == STALLED, mode == UNSETTLED, unstable],
+            [mode == BROKEN, mode == STALLED, mode == UNSOLVED, unstable],
             [Status.NONFINITE, Status.EVENT_LIMIT, Status.ITERATION_LIMIT, Status.UNSTABLE],
             Status.OK,
         ),

@@ -19,6 +19,7 @@ from warprock.engines.launching import (
     time_or_nan,
 )
 from warprock.engines.stack_launching import launch_stacks, stack_module
+from warprock.kernels.modes import BROKEN, OVERTURNED, STALLED
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, RecordMotions
@@ -36,9 +37,6 @@ REST_RATIO_LEAST = {"float64": 0.0, "float32": 1e-5}
 STEPS_SPARE = 100
 """Steps allowed for every step that a run without events would take: ends only a lane that makes
 no headway."""
-
-LIVE, OVERTURNED, BROKEN, STALLED = range(4)
-"""Modes of a lane in the kernel."""
 
 
 @final
