@@ -4,39 +4,14 @@ A block rocks while one of its corners has parted from the base, see `parting`. 
 starts at rest on its springs, a leaning one with its corner at the base.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-MOTION: str
-LANES: int
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-account = kernel_module("account", precision=PRECISION)
-found_of = kernel_module("shape/stack_found", precision=PRECISION)
-parting = kernel_module("parting", precision=PRECISION)
-direct = kernel_module("direct/block", precision=PRECISION)
-larger, smaller, size, book = scalar.larger, scalar.smaller, scalar.size, account.book
-BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
-Motion, base_velocity = motion.Motion, motion.velocity
-sample_index, sample_segment = motion.sample_index, motion.sample_segment
-Block, Knobs, step = direct.Block, direct.Knobs, direct.step
-slide_of, height_of = direct.slide_of, direct.height_of
-slack, slides, watch = parting.slack, parting.slides, parting.watch
-
-HALF_PI = real(1.5707963267948966)
-HALF = real(0.5)
-NEVER = real(1.0e30)
-ROCKING = 1
-OVERTURNED = 3
-BROKEN = 5
-UNSOLVED = 7
+from warprock.kernels.account import book
+from warprock.kernels.direct.block import Block, Knobs, height_of, slide_of, step
+from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, UNSOLVED
+from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.parting import slack, slides, watch
+from warprock.kernels.shape.stack_found import BlockResult, Found, Result
 
 
 @wp.func
@@ -150,7 +125,7 @@ def run_lanes(
         n2[i] = p2
         peak[i] = size(th)
         uplift_time[i] = wp.where(th == real(0.0), NEVER, real(0.0))
-        mode[i] = ROCKING
+        mode[i] = RUNNING
     k = int(0)
     time = real(0.0)
     for sample in range(sample_times.shape[0]):
@@ -180,7 +155,7 @@ def run_lanes(
                     mode[i], time, qt, uo, slide_of(block, qx, qt), mi, peak[i], peak_time[i],
                     peak_slide[i],
                 )  # fmt: skip
-                live = mode[i] == ROCKING
+                live = mode[i] == RUNNING
                 watch(
                     live, time, limit_of(block, knobs, uo), p1, gap1, p2, gap2,
                     glides(block, knobs, ux, uo), since[i], apart1[i], apart2[i], uplift_time[i],
@@ -208,7 +183,7 @@ def run_lanes(
         if found.rotations.shape[0] > 0:
             back = time - until
             for i in range(LANES):
-                at = theta[i] - wp.where(mode[i] == ROCKING, back * omega[i], real(0.0))
+                at = theta[i] - wp.where(mode[i] == RUNNING, back * omega[i], real(0.0))
                 found.rotations[sample, 0, first + i] = at
     for i in range(LANES):
         found.results[first + i] = Result(

@@ -4,30 +4,12 @@ Every lane has its own clock and ends its steps where its events are; a sample i
 read off the parabola that the step follows, so that histories do not change the run.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-MOTION: str
-LANES: int
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-event = kernel_module("event/block", precision=PRECISION, motion=MOTION)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-Motion, sample_index = motion.Motion, motion.sample_index
-Block, Knobs, step = event.Block, event.Knobs, event.step
-
-PIVOTING = 1
-FLAT = 2
-OVERTURNED = 3
-STALLED = 6
-NEVER = real(1.0e30)
+from warprock.kernels.event.block import Knobs, step
+from warprock.kernels.event.block_contact import Block
+from warprock.kernels.modes import FLAT, OVERTURNED, PIVOTING, STALLED
+from warprock.kernels.motion import Motion, sample_index
 
 
 @wp.func

@@ -1,29 +1,10 @@
 """Runs of the Housner step over lanes: packed for the CPU, plain for any device."""
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-MOTION: str
-LANES: int
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-housner = kernel_module("housner/block", precision=PRECISION, motion=MOTION)
-sign_of, size = scalar.sign_of, scalar.size
-Motion, sample_index = motion.Motion, motion.sample_index
-Block, step = housner.Block, housner.step
-
-RESTING = 0
-ROCKING = 1
-OVERTURNED = 3
-STALLED = 6
-NEVER = real(1.0e30)
+from warprock.kernels.housner.block import Block, step
+from warprock.kernels.modes import OVERTURNED, RESTING, ROCKING, STALLED
+from warprock.kernels.motion import Motion, sample_index
 
 
 @wp.struct
