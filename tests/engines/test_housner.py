@@ -15,9 +15,8 @@ from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, GroundMotions, StillBase, Waveform
+from warprock.model.motion import Control, GroundMotions, StillBase, Waveform, ricker_motions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
-from warprock.model.waveforms import ricker_motions
 from warprock.oracle.block import rock
 from warprock.records import Record, record_motions
 from warprock.run.batch import run_batch

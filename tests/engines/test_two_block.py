@@ -17,10 +17,16 @@ from tests.shared import closed_forms
 from tests.shared.blocks import make_lanes, sines, velocity_steps
 from warprock.engines import engine_class
 from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, GroundMotions, HarmonicMotions, StillBase, Waveform
+from warprock.model.motion import (
+    Control,
+    GroundMotions,
+    HarmonicMotions,
+    StillBase,
+    Waveform,
+    ricker_motions,
+)
 from warprock.model.response import LANE_FIELDS, Outcome, Response, SampleTimes, Status
 from warprock.model.scene import scene_kind
-from warprock.model.waveforms import ricker_motions
 from warprock.oracle.pair import TwoBlockResponse, rock_two_blocks
 from warprock.oracle.pair_mechanics import Pattern, StackMechanics, TwoBlocks
 from warprock.records import Record, record_motions

@@ -18,6 +18,8 @@ from warprock.model.motion import (
     Segment,
     StillBase,
     Waveform,
+    harmonic_motions,
+    ricker_motions,
 )
 from warprock.model.response import (
     INTEGER_FIELDS,
@@ -27,7 +29,6 @@ from warprock.model.response import (
     SampleTimes,
     Status,
 )
-from warprock.model.waveforms import harmonic_motions, ricker_motions
 from warprock.oracle.block import OracleResponse, oracle_response, rock
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -66,6 +67,7 @@ class Steps:
 
     def __init__(self, *steps: tuple[float, float]) -> None:
         self.steps = steps
+        self.shortest_period = np.full(100, np.inf)
 
     def segments(self, _lane: int) -> list[Segment]:
         starts = [time for time, _ in self.steps]
