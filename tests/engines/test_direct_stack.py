@@ -11,7 +11,7 @@ import pytest
 import warp as wp
 
 from tests.engines.test_impulse_stack import oracle, potential, random_pairs, stacks
-from tests.shared.blocks import Array, free_lanes, sines, velocity_steps
+from tests.shared.blocks import Array, every_height_of_stack, free_lanes, sines, velocity_steps
 from warprock.kernels.instance import kernel_module
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, StillBase
@@ -176,7 +176,7 @@ def test_driven_pairs_follow_the_oracle() -> None:
     assert np.mean(fine) <= np.mean(coarse) / 5.0
 
 
-@pytest.mark.parametrize("count", range(1, 7))
+@every_height_of_stack
 def test_a_stack_that_nothing_lifts_rests(count: int) -> None:
     lanes = stacks(np.full((3, count), 0.5), np.array([[0.25], [0.5], [1.0]]))
     for stiffness in (1e15, 1e8):

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from tests.shared.blocks import free_lanes, sines, velocity_steps
+from tests.shared.blocks import every_height_of_stack, free_lanes, sines, velocity_steps
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, StillBase
 from warprock.model.response import Outcome, Response, SampleTimes, Status
@@ -133,7 +133,7 @@ def test_pairs_under_a_sine_follow_the_oracle_at_second_order() -> None:
     assert worst[3] <= 3e-4
 
 
-@pytest.mark.parametrize("count", range(1, 7))
+@every_height_of_stack
 def test_stack_below_uplift_stays_where_it_is(count: int) -> None:
     # A stack of equal blocks lifts as one at g width / (count height).
     lanes = stacks(np.full((2, count), 0.4), 0.3)
