@@ -128,6 +128,7 @@ def run(lanes: Lanes, motions: GroundMotions, times: SampleTimes, **settings: An
     return response
 
 
+@pytest.mark.more_kernels
 def test_a_stack_of_one_is_the_single_block() -> None:
     single = free_lanes()
     names = [f.name for f in dataclasses.fields(single) if f.name != "angular_restitution"]
@@ -200,8 +201,9 @@ def test_a_stack_that_nothing_lifts_rests(count: int) -> None:
 
 def test_eccentric_stack_tilts_on_its_springs_by_statics() -> None:
     stiffness = 1e9
-    offset = np.array([[0.0, 0.05, 0.0], [0.0, 0.1, -0.05]])
-    lanes = stacks(np.tile([0.5, 0.4, 0.3], (2, 1)), 0.4, offset=offset, chamfer=0.01)
+    offset = np.array([[0.0, 0.05, 0.0, 0.0, 0.02, 0.0], [0.0, 0.05, -0.05, 0.02, 0.0, -0.01]])
+    width = np.tile([0.8, 0.7, 0.6, 0.5, 0.4, 0.3], (2, 1))
+    lanes = stacks(width, 0.2, offset=offset, chamfer=0.01)
     response = run(
         lanes,
         StillBase(2),

@@ -84,6 +84,7 @@ def oracle(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Array:
     return np.array(found)
 
 
+@pytest.mark.more_kernels
 def test_a_stack_of_one_is_the_single_block() -> None:
     single = free_lanes()
     names = [f.name for f in dataclasses.fields(single) if f.name != "angular_restitution"]
@@ -308,6 +309,7 @@ def test_packed_kernel_is_vectorised() -> None:
     require_gain(lambda: cost(Form.PLAIN), lambda: cost(Form.PACKED), 4.0 if wide else 2.0)
 
 
+@pytest.mark.more_kernels
 def test_single_precision_is_near_double() -> None:
     lanes, times = random_pairs(12), SampleTimes(0.3, 0.01)
     double, single = (

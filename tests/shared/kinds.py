@@ -27,16 +27,18 @@ KINDS = (MotionKind.STILL, MotionKind.HARMONIC, MotionKind.RECORD)
 def in_every_kind(scenes: Iterable[tuple[str, str]]) -> list[Any]:
     """Engines and scenes, each in every kind of motion, as parameters of a test.
 
-    Every kind is a kernel to compile. Single blocks run in all of them, for other tests need these
-    kernels, too; the other scenes in the analytic kind, and in the rest with `more_kernels`.
+    Every kind is a kernel to compile. Engines with a kernel of their own for single blocks run
+    these in all kinds, for other tests need that kernel, too; the rest of the engines and scenes
+    in the analytic kind, and in the others with `more_kernels`.
     """
+    own_kernel = ("housner", "event", "impulse", "direct")
     return [
         pytest.param(
             engine,
             scene,
             kind,
             marks=()
-            if scene == "block" or kind is MotionKind.HARMONIC
+            if kind is MotionKind.HARMONIC or (scene == "block" and engine in own_kernel)
             else pytest.mark.more_kernels,
         )
         for engine, scene in scenes
