@@ -128,7 +128,7 @@ def run(lanes: Lanes, motions: GroundMotions, times: SampleTimes, **settings: An
     return response
 
 
-@pytest.mark.more_kernels
+@pytest.mark.thorough
 def test_a_stack_of_one_is_the_single_block() -> None:
     single = free_lanes()
     names = [f.name for f in dataclasses.fields(single) if f.name != "angular_restitution"]

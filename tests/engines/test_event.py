@@ -123,7 +123,7 @@ def test_record_is_followed() -> None:
     assert np.all(found[1] >= 8.0 * found[3])
 
 
-@pytest.mark.more_kernels
+@pytest.mark.thorough
 def test_ricker_is_followed() -> None:
     block = make_lanes(np.full(1, 0.2), 1.0, friction=10.0)
     pulse = ricker_motions(

@@ -59,7 +59,7 @@ def orders(found: Array) -> Array:
     return np.asarray(np.polyfit(np.log(STEPS), np.log(found), 1)[0])
 
 
-@pytest.mark.more_kernels
+@pytest.mark.thorough
 def test_stack_of_one_is_the_single_block_and_second_order() -> None:
     single = free_lanes()
     names = [f.name for f in dataclasses.fields(Lanes) if f.name != "angular_restitution"]
@@ -148,7 +148,7 @@ def test_stack_below_uplift_stays_where_it_is(count: int) -> None:
 
 
 @pytest.mark.parametrize(
-    "count", [2, *(pytest.param(n, marks=pytest.mark.more_kernels) for n in (1, 3, 4, 5, 6))]
+    "count", [2, *(pytest.param(n, marks=pytest.mark.thorough) for n in (1, 3, 4, 5, 6))]
 )
 def test_stack_on_a_still_base_stays_in_one_step(count: int) -> None:
     still = respond(stacks(np.full((1, count), 0.4), 0.3), StillBase(1), SampleTimes(60.0))

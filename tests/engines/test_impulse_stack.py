@@ -84,7 +84,7 @@ def oracle(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Array:
     return np.array(found)
 
 
-@pytest.mark.more_kernels
+@pytest.mark.thorough
 def test_a_stack_of_one_is_the_single_block() -> None:
     single = free_lanes()
     names = [f.name for f in dataclasses.fields(single) if f.name != "angular_restitution"]
@@ -280,7 +280,7 @@ def test_a_mirrored_stack_responds_mirrored() -> None:
     np.testing.assert_array_equal(there["outcome"], response["outcome"])
 
 
-@pytest.mark.more_kernels
+@pytest.mark.thorough
 def test_packed_and_plain_forms_agree() -> None:
     lanes, motions = mixed(64)
     packed = run_batch("impulse", lanes, motions, MIXED_TIMES, form=Form.PACKED, workers=1)
@@ -309,7 +309,7 @@ def test_packed_kernel_is_vectorised() -> None:
     require_gain(lambda: cost(Form.PLAIN), lambda: cost(Form.PACKED), 4.0 if wide else 2.0)
 
 
-@pytest.mark.more_kernels
+@pytest.mark.thorough
 def test_single_precision_is_near_double() -> None:
     lanes, times = random_pairs(12), SampleTimes(0.3, 0.01)
     double, single = (

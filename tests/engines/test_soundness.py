@@ -98,12 +98,12 @@ def test_a_step_of_a_tenth_of_a_second_throws_a_small_block_over_and_says_so(
 @pytest.mark.parametrize(
     ("engine", "mass_ratio", "start", "turned"),
     [
-        pytest.param("xpbd", 720.0, 0.01, "against", marks=pytest.mark.more_kernels),
+        pytest.param("xpbd", 720.0, 0.01, "against", marks=pytest.mark.thorough),
         ("xpbd", 1e4, 0.1, "upper"),
         ("impulse", 720.0, 0.1, "both"),
         ("impulse", 1e4, 0.1, "both"),
         ("impulse", 1e4, 0.01, "upper"),
-        pytest.param("impulse", 1e4, 0.01, "against", marks=pytest.mark.more_kernels),
+        pytest.param("impulse", 1e4, 0.01, "against", marks=pytest.mark.thorough),
     ],
 )
 def test_a_heavy_block_on_a_light_one_is_not_thrown_over_unnoticed(
@@ -154,7 +154,7 @@ def test_a_moment_of_direct_loses_nothing():
     assert np.all(np.abs(lost) < before / 300.0)
 
 
-@pytest.mark.parametrize("stack", [False, pytest.param(True, marks=pytest.mark.more_kernels)])
+@pytest.mark.parametrize("stack", [False, pytest.param(True, marks=pytest.mark.thorough)])
 def test_a_block_of_direct_at_rest_in_float32_gains_nothing(stack: bool):
     # Heights of 0.5 m have steps of 6e-8 m, a motion of 1e-4 m/s at the step of the settings: what
     # it won was once counted in every step, in all more than overturns the block.

@@ -114,7 +114,7 @@ def beyond_the_base(lanes: Lanes, response: Response, duration: float) -> Array:
 
 
 @pytest.mark.parametrize(
-    "precision", ["float64", pytest.param("float32", marks=pytest.mark.more_kernels)]
+    "precision", ["float64", pytest.param("float32", marks=pytest.mark.thorough)]
 )
 @pytest.mark.parametrize(
     ("engine", "step", "changes", "least"),

@@ -56,7 +56,7 @@ def dropped(count: int) -> SpatialLanes:
     return SpatialLanes(**parts)
 
 
-@pytest.mark.more_kernels
+@pytest.mark.thorough
 def test_a_tall_crooked_stack_stands_to_the_last_digit() -> None:
     lanes = spatial_stack(
         np.full(6, 0.4), 0.4, depth=0.5,

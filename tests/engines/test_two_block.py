@@ -153,7 +153,7 @@ def some_ricker() -> GroundMotions:
 
 
 @pytest.mark.parametrize(
-    "make", [some_record, pytest.param(some_ricker, marks=pytest.mark.more_kernels)]
+    "make", [some_record, pytest.param(some_ricker, marks=pytest.mark.thorough)]
 )
 def test_other_motions_follow_the_oracle(make: Any) -> None:
     motions, times = make(), SampleTimes(1.0, 0.01)
@@ -321,7 +321,7 @@ def extremes(count: int) -> Lanes:
 
 
 @pytest.mark.parametrize(
-    "precision", ["float64", pytest.param("float32", marks=pytest.mark.more_kernels)]
+    "precision", ["float64", pytest.param("float32", marks=pytest.mark.thorough)]
 )
 @pytest.mark.parametrize("control", [Control.ACCELERATION, Control.DISPLACEMENT])
 def test_no_lane_stalls_at_the_extremes(control: Control, precision: str) -> None:

@@ -376,7 +376,7 @@ def in_forms(blocks: int) -> tuple[Lanes, GroundMotions]:
     return lanes, motions
 
 
-@pytest.mark.parametrize("blocks", [1, pytest.param(3, marks=pytest.mark.more_kernels)])
+@pytest.mark.parametrize("blocks", [1, pytest.param(3, marks=pytest.mark.thorough)])
 def test_forms_agree(blocks: int) -> None:
     lanes, motions = in_forms(blocks)
     packed = run_batch("xpbd", lanes, motions, MIXED_TIMES, form=Form.PACKED, workers=1)
@@ -406,7 +406,7 @@ def test_packed_kernel_is_vectorised(blocks: int) -> None:
     require_gain(lambda: cost(Form.PLAIN), lambda: cost(Form.PACKED), 4.0 if wide else 2.5)
 
 
-@pytest.mark.more_kernels
+@pytest.mark.thorough
 def test_single_precision_is_near_double() -> None:
     lanes, times = random_pairs(12), SampleTimes(0.3, 0.01)
     double, single = (

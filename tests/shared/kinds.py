@@ -29,7 +29,7 @@ def in_every_kind(scenes: Iterable[tuple[str, str]]) -> list[Any]:
 
     Every kind is a kernel to compile. Engines with a kernel of their own for single blocks run
     these in all kinds, for other tests need that kernel, too; the rest of the engines and scenes
-    in the analytic kind, and in the others with `more_kernels`.
+    in the analytic kind, and in the others with `thorough`.
     """
     own_kernel = ("housner", "event", "impulse", "direct")
     return [
@@ -39,7 +39,7 @@ def in_every_kind(scenes: Iterable[tuple[str, str]]) -> list[Any]:
             kind,
             marks=()
             if kind is MotionKind.HARMONIC or (scene == "block" and engine in own_kernel)
-            else pytest.mark.more_kernels,
+            else pytest.mark.thorough,
         )
         for engine, scene in scenes
         for kind in KINDS
