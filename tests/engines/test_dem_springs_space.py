@@ -113,6 +113,7 @@ def test_points_stand_for_the_whole_face_and_none_beyond_an_edge() -> None:
     np.testing.assert_allclose(springs.area[2].sum(axis=1), [0.16, 0.09])
 
 
+@pytest.mark.thorough
 def test_stack_of_six_stands_for_a_minute() -> None:
     settings = DemSettings(
         normal_stiffness=1e8, shear_stiffness=1e8, subcontacts=2, subcontacts_across=2,

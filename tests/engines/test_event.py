@@ -110,7 +110,7 @@ def test_uplift_is_located() -> None:
     assert np.max(np.abs(fine - expected)) <= 4e-6
 
 
-def test_record_and_ricker_are_followed() -> None:
+def test_record_is_followed() -> None:
     record = load_record("ridgecrest-2019-ccc-090")
     lanes = make_lanes(np.full(2, 0.4), 2.0, friction=2.0)
     motions: GroundMotions = record_motions(
@@ -121,6 +121,10 @@ def test_record_and_ricker_are_followed() -> None:
     # here less, because knots every 10 ms cut the steps).
     assert np.max(found[3]) <= 2e-3
     assert np.all(found[1] >= 8.0 * found[3])
+
+
+@pytest.mark.thorough
+def test_ricker_is_followed() -> None:
     block = make_lanes(np.full(1, 0.2), 1.0, friction=10.0)
     pulse = ricker_motions(
         [Control.ACCELERATION], np.array([0.35 * GRAVITY]), np.array([1.5]), np.array([0.3])

@@ -112,7 +112,9 @@ def beyond_the_base(lanes: Lanes, response: Response, duration: float) -> Array:
     return np.asarray(thrown | slid | (weak & (held > 0.1 * barrier)))
 
 
-@pytest.mark.parametrize("precision", ["float64", "float32"])
+@pytest.mark.parametrize(
+    "precision", ["float64", pytest.param("float32", marks=pytest.mark.thorough)]
+)
 @pytest.mark.parametrize(
     ("engine", "step", "changes", "least"),
     [
