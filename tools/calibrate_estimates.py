@@ -39,12 +39,12 @@ from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, RecordMotions, StillBase, Waveform
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.model.waveforms import harmonic_motions
-from warprock.run import calibration
+from warprock.run import calibration, options
 from warprock.run.batch import run_batch
 from warprock.run.calibration import PLAIN, QUANTITIES, Factor
 from warprock.run.companions import halved
 from warprock.run.devices import start_warp
-from warprock.run.tolerance import TOLERANCE, run_to_tolerance
+from warprock.run.tolerance import run_to_tolerance
 from warprock.settings.engines import SETTINGS, EventSettings
 from warprock.units import GRAVITY
 
@@ -327,8 +327,8 @@ def as_rows(found: Mapping[tuple[str, str], Judged], table: Mapping[Key, Factor]
         erring = judged.ok & (judged.error(quantity) > 0.0)
         excess = pd.Series(response[quantity][erring] / judged.error(quantity)[erring])
         alpha = truth.problem.lanes.slenderness_angle
-        met = judged.ok & (response["rotation_error"] <= TOLERANCE * alpha)
-        off = judged.error("rotation_error") > TOLERANCE * alpha
+        met = judged.ok & (response["rotation_error"] <= options.TOLERANCE * alpha)
+        off = judged.error("rotation_error") > options.TOLERANCE * alpha
         wrong = truth.decided & (stands(response) != stands(truth.response))
         steps = float(response["total_step_count"].sum() / response["first_step_count"].sum())
         rows.append(

@@ -112,7 +112,7 @@ def test_provenance_says_what_ran(run: CaseRun, folder: pathlib.Path):
 def test_provenance_names_the_records_with_their_hashes():
     rows = store.record_rows(load_case("record-ridgecrest"))
     assert len(rows) == 1
-    file = next(pathlib.Path(store.__file__).parent.parent.glob(f"cases/*/{rows[0]['name']}.csv"))
+    file = next(pathlib.Path(store.__file__).parents[2].glob(f"cases/*/{rows[0]['name']}.csv"))
     assert rows[0]["sha256"] == hashlib.sha256(file.read_bytes()).hexdigest()
     assert rows[0]["licence"]
     assert rows[0]["source"]
@@ -144,7 +144,7 @@ def test_a_run_keeps_no_histories_unless_asked(run: CaseRun):
 
 
 def test_histories_need_a_sample_interval(tmp_path: pathlib.Path):
-    text = (pathlib.Path(store.__file__).parent.parent / "cases/free-b0/case.toml").read_text()
+    text = (pathlib.Path(store.__file__).parents[2] / "cases/free-b0/case.toml").read_text()
     file = tmp_path / "case.toml"
     file.write_text(text.replace('sample_interval = "10 ms"', ""), encoding="utf-8")
     with pytest.raises(InputError, match=r"run\.sample_interval"):

@@ -20,7 +20,7 @@ import dataclasses
 import enum
 import json
 import pathlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -41,7 +41,7 @@ from warprock.run.case_run import run_lane_set
 from warprock.run.files import replacing, require_writable
 from warprock.run.lane_table import count_words
 from warprock.run.machine import require_workers
-from warprock.run.tolerance import TOLERANCE
+from warprock.run.options import DEFAULT_OPTIONS, Progress, RunOptions
 from warprock.sweep.plan import PLAN, Plan, make_plan, read_plan, write_plan
 
 Array = npt.NDArray[np.float64]
@@ -140,11 +140,7 @@ def plan_analysis(
     case: Case,
     engine: str,
     ladder: Ladder,
-    *,
-    precision: str = "float64",
-    device: str = "cpu",
-    estimate: bool = True,
-    tolerance: float = TOLERANCE,
+    options: RunOptions = DEFAULT_OPTIONS,
 ) -> Plan:
     """Plans an analysis, and refuses it if one of its lanes could not be run.
 
@@ -152,10 +148,7 @@ def plan_analysis(
         case: The case.
         engine: Name of the engine.
         ladder: Factors on the motion.
-        precision: "float64" or "float32".
-        device: Warp device.
-        estimate: Whether to estimate the error of every run, and to refine its step.
-        tolerance: Largest error of a rotation over the slenderness angle.
+        options: How the lanes are run.
 
     Raises:
         InputError: The ladder is out of bounds, the case has no motion, or `make_plan` refuses it.
@@ -167,9 +160,7 @@ def plan_analysis(
     if runs > MOST_RUNS:
         allowed = f"must be at most {MOST_RUNS:,} runs: fewer lanes, or a smaller --count"
         raise InputError(case.file, "sweep", Said(f"{runs:,} runs"), allowed)
-    plan = make_plan(
-        case, engine, precision=precision, device=device, estimate=estimate, tolerance=tolerance
-    )
+    plan = make_plan(case, engine, options.without_progress())
     content = {**plan.content, "incremental": dataclasses.asdict(ladder)}
     return dataclasses.replace(plan, content=content)
 
@@ -181,7 +172,7 @@ def run_analysis(
     folder: pathlib.Path | None = None,
     *,
     workers: int | None = None,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Analysis:
     """Runs the stages that are not there yet.
 
@@ -198,6 +189,7 @@ def run_analysis(
         OSError: A stage could not be written; those before it are kept.
     """
     require_workers(workers)
+    options = plan.options(workers, progress)
     if folder is not None:
         _claim(plan, folder)
     lane_set = expand_lanes(case)
@@ -210,8 +202,7 @@ def run_analysis(
         found = None if folder is None else _read_stage(plan, folder, stage, lanes, factors)
         kept += found is not None
         if found is None:
-            report = None if progress is None else _counted_from(progress, done)
-            found = _run_stage(plan, case, lane_set, lanes, factors, workers, report)
+            found = _run_stage(plan, case, lane_set, lanes, factors, options.counting_from(done))
             if folder is not None:
                 _write_stage(plan, folder, stage, found)
         curves = pd.concat([curves, found.assign(stage=stage)], ignore_index=True)
@@ -221,18 +212,13 @@ def run_analysis(
     return Analysis(plan, lane_set, ladder, curves, stage, kept)
 
 
-def _counted_from(progress: Callable[[int], None], before: int) -> Callable[[int], None]:
-    return lambda done: progress(before + done)
-
-
 def _run_stage(
     plan: Plan,
     case: Case,
     lane_set: LaneSet,
     lanes: npt.NDArray[np.intp],
     factors: Array,
-    workers: int | None,
-    progress: Callable[[int], None] | None,
+    options: RunOptions,
 ) -> pd.DataFrame:
     """One batch: some lanes, each at a factor."""
     steps = lane_set.step_factors
@@ -246,13 +232,8 @@ def _run_stage(
         plan.engine,
         chosen,
         SampleTimes(lane_set.times.duration),
+        options,
         settings=case.engine_settings(plan.engine),
-        precision=plan.content["precision"],
-        device=plan.content["device"],
-        workers=workers,
-        estimate=plan.tolerance is not None,
-        tolerance=plan.tolerance or TOLERANCE,
-        progress=progress,
     )
     ratio = response["peak_rotation"] / chosen.lanes.slenderness_angle
     return pd.DataFrame(

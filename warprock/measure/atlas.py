@@ -15,7 +15,7 @@ import dataclasses
 import hashlib
 import itertools
 import pathlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -38,6 +38,7 @@ from warprock.run.batch import run_batch
 from warprock.run.case_run import PRECISIONS
 from warprock.run.files import replacing
 from warprock.run.machine import kernel_hash
+from warprock.run.options import DEFAULT_OPTIONS, RunOptions
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -78,8 +79,7 @@ def run_atlas(
     engines: Sequence[str] | None = None,
     maps: Sequence[AtlasMap] = MAPS,
     precisions: Sequence[str] = PRECISIONS,
-    workers: int | None = None,
-    progress: Callable[[int], None] = lambda _done: None,
+    options: RunOptions = DEFAULT_OPTIONS,
 ) -> pd.DataFrame:
     """Runs the maps of the atlas, but for the parts that the folder holds already.
 
@@ -89,8 +89,7 @@ def run_atlas(
         engines: Names in `ENGINES`; all of them where None.
         maps: The maps to run.
         precisions: "float64", "float32" or both.
-        workers: Worker threads on the CPU.
-        progress: Called with the number of parts that are done.
+        options: How lanes are run, but for the precision; the progress counts parts.
 
     Returns:
         One row a lane and launch: `map`, `engine`, `precision`, the inputs and knobs of the map
@@ -105,10 +104,11 @@ def run_atlas(
         mark = _fingerprint(part, size)
         table = read_part(path, mark)
         if table is None:
-            table = run_part(part, size, workers)
+            table = run_part(part, size, options)
             _keep(path, table, mark)
         tables.append(table)
-        progress(done + 1)
+        if options.progress is not None:
+            options.progress(done + 1)
     filled = [table for table in tables if len(table)]
     return pd.concat(filled, ignore_index=True) if filled else pd.DataFrame()
 
@@ -123,7 +123,7 @@ def all_parts(
     return [Part(*key) for key in itertools.product(maps, names, precisions)]
 
 
-def run_part(part: Part, size: AtlasSize, workers: int | None = None) -> pd.DataFrame:
+def run_part(part: Part, size: AtlasSize, options: RunOptions = DEFAULT_OPTIONS) -> pd.DataFrame:
     """Runs one part; see `run_atlas` for the columns. Empty where the engine supports no lane."""
     launches = part.map.launches(part.engine, size)
     whole = part.map.lanes(size) if launches else None
@@ -131,6 +131,8 @@ def run_part(part: Part, size: AtlasSize, workers: int | None = None) -> pd.Data
     if whole is None or chosen is None or not len(chosen):
         return pd.DataFrame()
     grid = take_lanes(whole, chosen)
+    uncounted = options.without_progress()
+    own = dataclasses.replace(uncounted, precision=part.precision)
     references: dict[tuple[float, bytes], tuple[Numbers, Response]] = {}
     tables = []
     for launch in launches:
@@ -139,15 +141,14 @@ def run_part(part: Part, size: AtlasSize, workers: int | None = None) -> pd.Data
             times = SampleTimes(duration, duration / SAMPLES)
             key = (duration, numbers.tobytes())
             if key not in references:
-                references[key] = _reference(batch, times, workers)
+                references[key] = _reference(batch, times, uncounted)
             response = run_batch(
                 part.engine,
                 batch.lanes,
                 batch.motions,
                 times,
                 settings=launch.settings,
-                precision=part.precision,
-                workers=workers,
+                **own.of_batch,
             )
             tables.append(
                 batch.inputs.assign(
@@ -293,13 +294,13 @@ def _batches(
     return [(float(most[numbers].min()), numbers) for numbers in groups]
 
 
-def _reference(grid: LaneGrid, times: SampleTimes, workers: int | None) -> tuple[Numbers, Response]:
+def _reference(grid: LaneGrid, times: SampleTimes, options: RunOptions) -> tuple[Numbers, Response]:
     """The lanes that the reference supports, and its answer for them (for one lane at least)."""
     name = REFERENCES[int(grid.lanes.stacked)]
     chosen = supported_lanes(name, grid)
     lanes = chosen if len(chosen) else np.arange(1)
     part = take_lanes(grid, lanes)
-    return chosen, run_batch(name, part.lanes, part.motions, times, workers=workers)
+    return chosen, run_batch(name, part.lanes, part.motions, times, **options.of_batch)
 
 
 def _by_block(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
