@@ -8,7 +8,8 @@ first fall at which the block stood and that fall, until it is narrow enough. A 
 factors at which the block stood is not seen. A lane that never falls is censored at the top of the
 ladder; fits honour that and the brackets.
 
-A finished stage is a file that names its plan; a run that was killed goes on behind the last one.
+A finished stage is a part (see `warprock.run.parts`) that names its plan: an analysis that was
+killed goes on behind the last one.
 
 D. Vamvatsikos and C. A. Cornell (2002), Incremental dynamic analysis, *Earthquake Engineering and
 Structural Dynamics* 31(3).
@@ -18,16 +19,12 @@ from __future__ import annotations
 
 import dataclasses
 import enum
-import json
 import pathlib
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
@@ -35,21 +32,19 @@ from warprock.errors import InputError
 from warprock.model.motion import scaled
 from warprock.model.response import USABLE, Outcome, Response, SampleTimes, Status
 from warprock.quantity import Said
-from warprock.reading import require_plain
 from warprock.run.accuracy import missed_tolerance
 from warprock.run.case_run import run_lane_set
-from warprock.run.files import replacing, require_writable
+from warprock.run.files import require_writable
 from warprock.run.lane_table import count_words
 from warprock.run.machine import require_workers
 from warprock.run.options import DEFAULT_OPTIONS, Progress, RunOptions
+from warprock.run.parts import State, find_part, read_part, write_part
 from warprock.sweep.plan import PLAN, Plan, make_plan, read_plan, write_plan
 
 Array = npt.NDArray[np.float64]
 
 STAGES = "stages"
 """Folder of the stages in that of an analysis."""
-FOOTER = b"warprock"
-"""Key of what a stage says of itself in the metadata of its file."""
 
 FALLEN = (Outcome.OVERTURNED, Outcome.SLID_OFF)
 """Outcomes that end an analysis: a block that slid off what it stood on has fallen, too."""
@@ -334,13 +329,8 @@ def _stage_path(folder: pathlib.Path, stage: int) -> pathlib.Path:
 
 
 def _write_stage(plan: Plan, folder: pathlib.Path, stage: int, runs: pd.DataFrame) -> None:
-    path = _stage_path(folder, stage)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    footer = json.dumps({"plan": plan.id, "stage": stage})
     table = pa.Table.from_pandas(runs, preserve_index=False)
-    metadata = {**(table.schema.metadata or {}), FOOTER: footer.encode()}
-    with replacing(path) as temporary:
-        pq.write_table(table.replace_schema_metadata(metadata), temporary)
+    write_part(_stage_path(folder, stage), table, {"plan": plan.id, "stage": stage})
 
 
 def _read_stage(
@@ -356,23 +346,19 @@ def _read_stage(
         InputError: The file is of another plan or stage.
     """
     path = _stage_path(folder, stage)
+    part = find_part(path, {"plan": plan.id, "stage": stage})
+    if part.state in (State.MISSING, State.BROKEN):
+        return None
     try:
-        require_plain(path)
-        table = pq.read_table(path)
-        footer: Any = json.loads((table.schema.metadata or {}).get(FOOTER, b"{}"))
-        footer = footer if isinstance(footer, Mapping) else {}
-        runs: pd.DataFrame = table.to_pandas()
-    except FileNotFoundError:
+        runs: pd.DataFrame = read_part(path).to_pandas()
+    except OSError:
         return None
-    except (OSError, ValueError, pa.ArrowException):
-        return None
-    same = footer.get("plan") == plan.id and footer.get("stage") == stage
-    if not same or not (
+    if part.state is State.FOREIGN or not (
         {"lane", "factor", "outcome", "status", "peak_rotation_ratio"} <= set(runs)
         and np.array_equal(runs["lane"], lanes)
         and np.array_equal(runs["factor"], factors)
     ):
-        got = Said(f"stage {footer.get('stage')} of {str(footer.get('plan'))[:12]}")
+        got = Said(f"stage {part.footer.get('stage')} of {str(part.footer.get('plan'))[:12]}")
         allowed = f"must be stage {stage} of the plan {plan.id[:12]}: delete it, or use another -o"
         raise InputError(str(path), "", got, allowed)
     return runs

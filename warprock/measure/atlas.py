@@ -5,7 +5,7 @@ are sound, they are sound but energy grew, or they are absurd although the statu
 The last is a defect of the engine. A launch is cut to `AtlasSize.steps` steps: one at 1e-6 s covers
 20 ms of motion, enough for small blocks and small rotations to come down, not for tall ones.
 
-Every finished part (map, engine, precision) is kept as a file of its own; a part whose file holds
+Every finished part (map, engine, precision) is kept, see `warprock.run.parts`; one whose file holds
 what would be run again is read, not run.
 """
 
@@ -15,14 +15,13 @@ import dataclasses
 import hashlib
 import itertools
 import pathlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 import warprock
 from warprock.compare.housner import SLIDE_BOUND
@@ -33,12 +32,11 @@ from warprock.measure.atlas_lanes import AtlasSize, LaneGrid
 from warprock.measure.atlas_maps import MAPS, AtlasMap, Launch
 from warprock.model.response import SOUND, USABLE, Outcome, Response, SampleTimes, Status
 from warprock.model.scene import scene_kind
-from warprock.reading import require_plain
 from warprock.run.batch import run_batch
 from warprock.run.case_run import PRECISIONS
-from warprock.run.files import replacing
 from warprock.run.machine import kernel_hash
 from warprock.run.options import DEFAULT_OPTIONS, RunOptions
+from warprock.run.parts import State, find_part, read_part, write_part
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -54,7 +52,6 @@ SAMPLES = 100
 """Samples of a history in which errors are looked for."""
 REFERENCES = ("housner", "two-block")
 """What single blocks and stacks are held against, in float64."""
-FINGERPRINT = b"warprock_atlas"
 FOLDER = "maps"
 
 
@@ -97,15 +94,14 @@ def run_atlas(
     """
     size = size or AtlasSize()
     parts = all_parts(engines, maps, precisions)
-    (folder / FOLDER).mkdir(parents=True, exist_ok=True)
     tables = []
     for done, part in enumerate(parts):
         path = folder / FOLDER / part.file
-        mark = _fingerprint(part, size)
-        table = read_part(path, mark)
+        of = {"atlas": _fingerprint(part, size)}
+        table = _kept(path, of)
         if table is None:
             table = run_part(part, size, options)
-            _keep(path, table, mark)
+            write_part(path, pa.Table.from_pandas(table, preserve_index=False), of)
         tables.append(table)
         if options.progress is not None:
             options.progress(done + 1)
@@ -245,23 +241,15 @@ def measure(
     }
 
 
-def read_part(path: pathlib.Path, mark: str) -> pd.DataFrame | None:
-    """The table that a file keeps, if it is there, whole, and holds just that part; else None."""
-    try:
-        require_plain(path)
-        table = pq.read_table(path)
-    except (OSError, pa.ArrowException):
+def _kept(path: pathlib.Path, of: Mapping[str, str]) -> pd.DataFrame | None:
+    """The table of a part, if it is there, whole, and of just that; else None."""
+    if find_part(path, of).state is not State.DONE:
         return None
-    kept = (table.schema.metadata or {}).get(FINGERPRINT, b"")
-    found: pd.DataFrame = table.to_pandas()
-    return found if kept == mark.encode() else None
-
-
-def _keep(path: pathlib.Path, table: pd.DataFrame, mark: str) -> None:
-    arrow = pa.Table.from_pandas(table, preserve_index=False)
-    metadata = {**(arrow.schema.metadata or {}), FINGERPRINT: mark.encode()}
-    with replacing(path) as temporary:
-        pq.write_table(arrow.replace_schema_metadata(metadata), temporary)
+    try:
+        found: pd.DataFrame = read_part(path).to_pandas()
+    except OSError:
+        return None
+    return found
 
 
 def _fingerprint(part: Part, size: AtlasSize) -> str:

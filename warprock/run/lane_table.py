@@ -34,14 +34,12 @@ from warprock.run.accuracy import accuracy_counts, count_bad
 from warprock.run.case_run import CaseRun
 from warprock.run.cells import cell_table
 from warprock.run.files import replacing, require_writable
+from warprock.run.parts import FOOTER
 
 LANE_TABLE = "lanes.parquet"
 CELL_TABLE = "cells.csv"
 PROVENANCE = "run.json"
 HISTORY = "history-lane-{lane}.csv"
-
-FOOTER = b"warprock"
-"""Key in the metadata of a lane table of what made it: `engine`, `estimate` and `tolerance`."""
 
 PACKAGES = ("warp-lang", "numpy", "scipy")
 """Distributions whose version can change a number."""

@@ -23,11 +23,11 @@ from warprock.run.case_run import run_lane_set
 from warprock.run.devices import start_warp
 from warprock.run.files import remove_dead_temporaries
 from warprock.run.options import Progress, counted_from
+from warprock.run.parts import State
 from warprock.sweep.chunks import (
     ACCURACY,
     CHUNKS,
     Chunk,
-    ChunkState,
     find_chunk,
     find_chunks,
     refuse_foreign,
@@ -118,7 +118,7 @@ def run_chunk(
     Raises:
         OSError: It could not be written.
     """
-    if find_chunk(plan, folder, number).state is ChunkState.DONE:
+    if find_chunk(plan, folder, number).state is State.DONE:
         return
     start_warp()
     case = plan.case
@@ -143,7 +143,7 @@ def chunks_to_run(plan: Plan, folder: pathlib.Path, shard: Shard) -> list[int]:
     require_same_software(plan)
     found = find_chunks(plan, folder, shard.chunks(plan))
     refuse_foreign(folder, found)
-    return [chunk.number for chunk in found if chunk.state is not ChunkState.DONE]
+    return [chunk.number for chunk in found if chunk.state is not State.DONE]
 
 
 def run_here(plan: Plan, folder: pathlib.Path, workers: int | None = None) -> RunChunks:
@@ -170,7 +170,7 @@ def shard_counts(plan: Plan, folder: pathlib.Path, shard: Shard) -> dict[str, An
         and bad (these, and those that missed the tolerance).
     """
     found: list[Chunk] = find_chunks(plan, folder, shard.chunks(plan))
-    done = [chunk for chunk in found if chunk.state is ChunkState.DONE]
+    done = [chunk for chunk in found if chunk.state is State.DONE]
     counts = summed_counts(chunk.counts for chunk in done)
     return {
         "lanes": sum(len(plan.lanes_of(chunk.number)) for chunk in found),
