@@ -83,7 +83,7 @@ ROOMS = (
     _room(
         "programs",
         "the same lanes in MuJoCo, Bullet, Blender and Newton",
-        "units model settings",
+        "errors units model settings",
         "bpy mujoco newton numpy pybullet scipy warp",
     ),
     _room(
