@@ -16,9 +16,10 @@ import numpy.typing as npt
 
 from warprock.case.axes import LABEL
 from warprock.case.case import Case
-from warprock.case.checks import PeaksCheck
+from warprock.case.check import PeaksCheck
+from warprock.case.columns import computed, key_column
 from warprock.case.ensemble import CELL_COLUMNS
-from warprock.case.motions import lane_motions
+from warprock.case.ground_motions import lane_motions
 from warprock.case.space import optional, spatial_because, spatial_columns, spatial_lanes
 from warprock.case.stacks import stack_columns, stack_lanes
 from warprock.case.values import LaneValues
@@ -218,20 +219,18 @@ def _blocks(values: LaneValues, *, in_space: bool) -> Lanes:
 
 
 def _block_columns(lanes: Lanes) -> dict[str, object]:
-    angle = lanes.slenderness_angle
-    return {
-        "width_m": lanes.width,
-        "height_m": lanes.height,
-        "depth_m": lanes.depth,
-        "density_kg_m3": lanes.density,
-        "friction": lanes.friction,
-        "angular_restitution": lanes.angular_restitution,
-        "slenderness_angle_rad": angle,
-        "half_diagonal_m": rocking.half_diagonal(lanes.width, lanes.height),
-        "frequency_parameter_rad_s": rocking.frequency_parameter(lanes.width, lanes.height),
-        "rotation_start_rad": lanes.rotation_start,
-        "rotation_ratio_start": lanes.rotation_start / angle,
-    }
+    angle, size = lanes.slenderness_angle, (lanes.width, lanes.height)
+    columns: dict[str, object] = {}
+    for key in ("block.width", "block.height", "block.depth", "block.density", *_OF_CONTACT):
+        columns |= key_column(key, getattr(lanes, key.rpartition(".")[2]))
+    columns |= computed("slenderness_angle", angle)
+    columns |= computed("half_diagonal", rocking.half_diagonal(*size))
+    columns |= computed("frequency_parameter", rocking.frequency_parameter(*size))
+    columns |= key_column("start.rotation", lanes.rotation_start)
+    return columns | key_column("start.rotation_ratio", lanes.rotation_start / angle)
+
+
+_OF_CONTACT = ("contact.friction", "contact.angular_restitution")
 
 
 def _refuse_labels(case: Case, columns: Mapping[str, object]) -> None:

@@ -7,7 +7,8 @@ import dataclasses
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case.keys import PLANAR, SPATIAL
+from warprock.case.case_file import PLANAR, SPATIAL
+from warprock.case.columns import computed, key_column
 from warprock.case.values import LaneValues
 from warprock.errors import InputError
 from warprock.model.lanes import Lanes, SpatialLanes
@@ -158,14 +159,23 @@ def spatial_columns(lanes: SpatialLanes) -> dict[str, object]:
     columns: dict[str, object] = {}
     for block in range(lanes.block_count):
         one, number = _block(lanes, block), f"_{block + 1}" if lanes.stacked else ""
-        columns[f"slenderness_angle_across{number}_rad"] = one.slenderness_angle_across
-        columns[f"yaw_start{number}_rad"] = one.yaw_start
-        for axis in ("x", "y"):
-            offset = getattr(one, f"centre_offset_{axis}")
-            columns[f"centre_offset_{axis}{number}_mm"] = np.round(1e3 * offset, 12)
-        if lanes.stacked:
-            columns[f"offset_across{number}_mm"] = np.round(1e3 * one.offset_across, 12)
-        else:
-            columns["rotation_across_start_rad"] = one.rotation_across_start
-            columns["gap_start_mm"] = np.round(1e3 * one.gap_start, 12)
+        columns |= computed("slenderness_angle_across", one.slenderness_angle_across, number)
+        for key, name in (_COLUMNS_OF_A_STACK if lanes.stacked else _COLUMNS_OF_A_BLOCK).items():
+            columns |= key_column(key, getattr(one, name), number)
     return columns
+
+
+_COLUMNS_OF_A_BLOCK = {
+    "start.yaw": "yaw_start",
+    "block.centre_offset_x": "centre_offset_x",
+    "block.centre_offset_y": "centre_offset_y",
+    "start.rotation_across": "rotation_across_start",
+    "start.gap": "gap_start",
+}
+_COLUMNS_OF_A_STACK = {
+    "block.N.yaw": "yaw_start",
+    "block.N.centre_offset_x": "centre_offset_x",
+    "block.N.centre_offset_y": "centre_offset_y",
+    "block.N.offset_across": "offset_across",
+}
+"""Key -> attribute of `SpatialLanes`, in the order of the columns."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from warprock.case.columns import computed, key_column
 from warprock.case.values import LaneValues
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
@@ -12,15 +13,8 @@ from warprock.model.stacking import contact_ends, uplift_ratio
 
 Array = npt.NDArray[np.float64]
 
-_COLUMNS = {
-    "width": ("m", 1.0),
-    "height": ("m", 1.0),
-    "depth": ("m", 1.0),
-    "density": ("kg_m3", 1.0),
-    "chamfer": ("mm", 1e3),
-    "offset": ("mm", 1e3),
-}
-"""Attribute of `Lanes` -> unit of its column and factor from SI."""
+_OF_A_BLOCK = ("width", "height", "depth", "density", "chamfer", "offset")
+"""Keys of a block that are attributes of `Lanes`, in the order of their columns."""
 
 
 def stack_lanes(values: LaneValues) -> Lanes:
@@ -32,7 +26,7 @@ def stack_lanes(values: LaneValues) -> Lanes:
     count = values.case.tables.block_count
     numbers = {
         name: np.stack([values.numbers(f"block.{k}.{name}") for k in range(1, count + 1)], axis=1)
-        for name in (*_COLUMNS, "rotation")
+        for name in (*_OF_A_BLOCK, "rotation")
     }
     friction = [
         values.numbers(key if values.given(key) else "contact.friction")
@@ -72,13 +66,9 @@ def stack_columns(lanes: Lanes) -> dict[str, object]:
     """Input columns of stacks: of every block in turn, lowest first, its number in the name."""
     columns: dict[str, object] = {}
     for block in range(lanes.block_count):
-        number = block + 1
-        for name, (unit, factor) in _COLUMNS.items():
-            written = getattr(lanes, name)[:, block] * factor
-            # Written in mm, so 5 mm shall read 5 and not 5.000000000000001.
-            columns[f"{name}_{number}_{unit}"] = np.round(written, 12) if factor != 1.0 else written
-        columns[f"friction_{number}"] = lanes.friction[:, block]
-        columns[f"slenderness_angle_{number}_rad"] = lanes.slenderness_angle[:, block]
-        columns[f"rotation_start_{number}_rad"] = lanes.rotation_start[:, block]
-    columns["uplift_ratio"] = uplift_ratio(lanes).min(axis=1)
-    return columns
+        number = f"_{block + 1}"
+        for name in (*_OF_A_BLOCK, "friction"):
+            columns |= key_column(f"block.N.{name}", getattr(lanes, name)[:, block], number)
+        columns |= computed("slenderness_angle", lanes.slenderness_angle[:, block], number)
+        columns |= key_column("block.N.rotation", lanes.rotation_start[:, block], number)
+    return columns | computed("uplift_ratio", uplift_ratio(lanes).min(axis=1))

@@ -16,8 +16,8 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from warprock.case.case import Case
+from warprock.case.ground_motions import case_records
 from warprock.case.lanes import LaneSet
-from warprock.case.motions import case_records
 from warprock.model.response import (
     ESTIMATE_FIELDS,
     FIELDS,
