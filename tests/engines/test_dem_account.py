@@ -15,10 +15,9 @@ from warprock.engines.soundness import Account, unstable
 from warprock.engines.stack_launching import as_stacks
 from warprock.errors import InputError
 from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, StillBase
+from warprock.model.motion import Control, StillBase, Waveform
 from warprock.model.response import Outcome, SampleTimes, Status
 from warprock.model.stacking import uplift_ratio
-from warprock.model.waveforms import Waveform
 from warprock.run.batch import run_batch
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY

@@ -15,9 +15,8 @@ from warprock.engines import launching
 from warprock.engines.launching import Form
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, GroundMotions, StillBase
+from warprock.model.motion import Control, GroundMotions, StillBase, ricker_motions
 from warprock.model.response import SOUND, Outcome, Response, SampleTimes, Status
-from warprock.model.waveforms import ricker_motions
 from warprock.records import load_record, record_motions
 from warprock.run.batch import run_batch
 from warprock.settings.engines import EventSettings

@@ -94,7 +94,7 @@ def launched(
     assert file is not None
     # One kernel runs all lanes of a launch in its first thread.
     packed = threads < 64 or "PLACES" in vars(sys.modules[kernel.module.name])
-    return pathlib.Path(file).name, packed
+    return file.rpartition("/kernels/")[2], packed
 
 
 SECOND = FREE.split("[contact]")[0].split("[block]")[1].replace("0.5 m", "0.4 m")

@@ -15,16 +15,20 @@ from warprock.engines.soundness import BARRIER_SHARE
 from warprock.engines.spatial_soundness import (
     energy_to_tilt,
     most_energy,
-    strongest_pull,
     tilted_by_nothing,
     unstable_in_space,
-    velocity_variation,
 )
 from warprock.measure.atlas_maps import at_step
-from warprock.model.motion import Control, PlanarMotions, SpatialMotions, StillBase
+from warprock.model.motion import (
+    Control,
+    PlanarMotions,
+    SpatialMotions,
+    StillBase,
+    mavroeidis_papageorgiou_motions,
+    ricker_motions,
+)
 from warprock.model.pose import bottom_corners, start_poses, turned
 from warprock.model.response import USABLE, SampleTimes, Status
-from warprock.model.waveforms import mavroeidis_papageorgiou_motions, ricker_motions
 from warprock.records import load_record, record_motions
 from warprock.run.batch import run_batch
 from warprock.settings.engines import build_settings
@@ -69,7 +73,7 @@ def test_no_base_does_more_than_its_bounds_say(
 ):
     motions = motions_of(kind)
     times = np.linspace(0.0, duration, 120_001)
-    bound, strongest = velocity_variation(motions, duration), strongest_pull(motions)
+    bound, strongest = motions.velocity_variation(duration), motions.strongest_pull()
     for lane in range(3):
         size = np.abs(motions.acceleration(times, lane))
         stepped = [s for s in motions.segments(lane) if s.velocity_step and s.start < duration]
@@ -85,8 +89,8 @@ def test_no_base_does_more_than_its_bounds_say(
 
 
 def test_a_base_that_stands_still_does_nothing():
-    np.testing.assert_array_equal(velocity_variation(StillBase(2), 5.0), 0.0)
-    np.testing.assert_array_equal(strongest_pull(StillBase(2)), 0.0)
+    np.testing.assert_array_equal(StillBase(2).velocity_variation(5.0), 0.0)
+    np.testing.assert_array_equal(StillBase(2).strongest_pull(), 0.0)
 
 
 def test_no_way_to_lean_takes_less_energy():

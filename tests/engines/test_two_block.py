@@ -13,14 +13,20 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from tests.shared import closed_forms
 from tests.shared.blocks import make_lanes, sines, velocity_steps
 from warprock.engines import engine_class
-from warprock.model import rocking
 from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, GroundMotions, HarmonicMotions, StillBase, Waveform
+from warprock.model.motion import (
+    Control,
+    GroundMotions,
+    HarmonicMotions,
+    StillBase,
+    Waveform,
+    ricker_motions,
+)
 from warprock.model.response import LANE_FIELDS, Outcome, Response, SampleTimes, Status
 from warprock.model.scene import scene_kind
-from warprock.model.waveforms import ricker_motions
 from warprock.oracle.pair import TwoBlockResponse, rock_two_blocks
 from warprock.oracle.pair_mechanics import Pattern, StackMechanics, TwoBlocks
 from warprock.records import Record, record_motions
@@ -361,7 +367,7 @@ def test_rest_rule_is_the_stated_one() -> None:
     fine = run(lanes, StillBase(1), times)
     ratio = 1e-2
     coarse = run(lanes, StillBase(1), times, settings=TwoBlockSettings(ratio))
-    single = rocking.peak_decay(0.15, 0.6, 0.1, 200)
+    single = closed_forms.peak_decay(0.15, 0.6, 0.1, 200)
     small = np.ravel(single) < ratio * math.atan2(0.15, 0.6)
     # The rule takes the deceleration of the upright block; the swing that of sin(alpha - theta).
     assert abs(int(coarse["impact_count"][0]) - int(np.argmax(small))) <= 1

@@ -11,9 +11,8 @@ from warprock.engines import ENGINES, engine_class
 from warprock.engines.stack_launching import as_stacks
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, HarmonicMotions, StillBase, Waveform
+from warprock.model.motion import Control, HarmonicMotions, StillBase, Waveform, harmonic_motions
 from warprock.model.scene import scene_kind
-from warprock.model.waveforms import harmonic_motions
 
 Array = npt.NDArray[np.float64]
 

@@ -12,8 +12,10 @@ from typing import NamedTuple, Protocol, cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.model.motion import Control, PlanarMotions, Waveform
-from warprock.model.waveforms import (
+from warprock.model.motion import (
+    Control,
+    PlanarMotions,
+    Waveform,
     harmonic_motions,
     mavroeidis_papageorgiou_motions,
     modulated_peak_acceleration,

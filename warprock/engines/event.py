@@ -20,7 +20,6 @@ from warprock.engines.launching import (
     time_or_nan,
 )
 from warprock.engines.spatial_event import (
-    cut_at_knots,
     longest_steps,
     run_spatial_event,
     spatial_event_kernel,
@@ -29,7 +28,7 @@ from warprock.engines.spatial_event import (
 from warprock.kernels.instance import kernel_module
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions, RecordMotions
+from warprock.model.motion import GroundMotions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import EventSettings
@@ -115,13 +114,11 @@ class Event(AbstractEngine):
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
         """Longest step that every lane may take [s]: also cut at the knots of a record."""
         if lanes.spatial:
-            return cut_at_knots(longest_steps(self.settings, lanes), motions)
+            return np.minimum(longest_steps(self.settings, lanes), motions.knot_interval)
         rate = rocking.frequency_parameter(lanes.width, lanes.height)
         fastest = rate.reshape(lanes.lane_count, -1).max(axis=1)
         longest = np.minimum(self.settings.time_step, PHASE_STEP / fastest)
-        if isinstance(motions, RecordMotions):
-            longest = np.minimum(longest, motions.interval)
-        return np.asarray(longest)
+        return np.asarray(np.minimum(longest, motions.knot_interval))
 
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""

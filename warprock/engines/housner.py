@@ -14,7 +14,6 @@ from warprock.engines.launching import (
     NEVER,
     Kernel,
     Target,
-    fastest_rate,
     launch,
     respond,
     time_or_nan,
@@ -22,7 +21,7 @@ from warprock.engines.launching import (
 from warprock.kernels.instance import kernel_module
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions, RecordMotions
+from warprock.model.motion import GroundMotions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import HousnerSettings
@@ -123,7 +122,7 @@ class Housner(AbstractEngine):
         alpha = lanes.slenderness_angle
         radius = rocking.half_diagonal(lanes.width, lanes.height)
         frequency_squared = 3.0 * GRAVITY / (4.0 * radius)
-        rate = np.maximum(np.sqrt(frequency_squared), fastest_rate(motions))
+        rate = np.maximum(np.sqrt(frequency_squared), motions.components[0].fastest_rate)
         step_length = PHASE_STEP[self.target.precision] / rate
         return {
             "slenderness_angle": alpha,
@@ -188,7 +187,5 @@ def _step_limit(
     motions: GroundMotions, times: SampleTimes, step_length: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.int64]:
     """Steps after which a lane counts as stalled, shape [lane]."""
-    steps = times.duration / step_length + len(times.times)
-    if isinstance(motions, RecordMotions):
-        steps = steps + motions.count
+    steps = times.duration / step_length + len(times.times) + motions.knot_count
     return np.where(np.isfinite(steps), STEPS_SPARE * (steps + 100.0), 0.0).astype(np.int64)

@@ -20,11 +20,6 @@ from warprock.kernels.instance import LANE_WIDTH, REALS
 from warprock.model.lanes import Lanes
 from warprock.model.motion import (
     GroundMotions,
-    HarmonicMotions,
-    ModulatedMotions,
-    RecordMotions,
-    RickerMotions,
-    SpatialMotions,
 )
 from warprock.model.response import (
     INTEGER_FIELDS,
@@ -132,33 +127,11 @@ def motion_columns(struct: Any, motions: GroundMotions) -> dict[str, npt.NDArray
     return {name: getattr(motions, name) for name in names}
 
 
-def record_pool(motions: GroundMotions) -> npt.NDArray[np.float64]:
-    """Samples of the records [row, sample]: acceleration, slope, velocity; zeros without any."""
-    if isinstance(motions, RecordMotions):
-        return np.stack([motions.pool_acceleration, motions.pool_slope, motions.pool_velocity])
-    return np.zeros((3, 1))
-
-
-def fastest_rate(motions: GroundMotions) -> npt.NDArray[np.float64] | float:
-    """Rate at which a motion changes [rad/s]; a record is linear between its knots."""
-    if isinstance(motions, HarmonicMotions):
-        return 2.0 * np.pi * motions.frequency
-    if isinstance(motions, RickerMotions):
-        # The highest derivative of a Gaussian that a series keeps changes the fastest.
-        return 4.0 * motions.rate
-    if isinstance(motions, ModulatedMotions):
-        return np.asarray(2.0 * np.pi * motions.frequency * (1.0 + motions.modulation))
-    return 0.0
-
-
 def step_limit(
     motions: GroundMotions, times: SampleTimes, longest_step: npt.NDArray[np.float64]
 ) -> npt.NDArray[np.int64]:
     """Steps after which a lane of `event` counts as stalled, shape [lane]."""
-    steps = times.duration / longest_step
-    for part in motions.components if isinstance(motions, SpatialMotions) else (motions,):
-        if isinstance(part, RecordMotions):
-            steps = steps + part.count
+    steps = times.duration / longest_step + motions.knot_count
     return np.where(np.isfinite(steps), STEPS_SPARE * (steps + 100.0), 0.0).astype(np.int64)
 
 
@@ -196,7 +169,7 @@ def launch(
         results = wp.empty(count, dtype=module.Result)
         shape = (len(samples), count) if times.interval is not None else (0, 0)
         rotations = wp.full(shape, value=np.inf, dtype=real)
-        pool = wp.array(record_pool(motions), dtype=real)
+        pool = wp.array(motions.components[0].pool, dtype=real)
         block_rows = struct_rows(module.Block, blocks, count)
         motion_rows = struct_rows(module.Motion, motion_columns(module.Motion, motions), count)
         wp.launch(

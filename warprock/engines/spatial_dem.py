@@ -35,7 +35,7 @@ from warprock.engines.spatial_soundness import unstable_in_space
 from warprock.engines.stack_launching import as_stacks
 from warprock.kernels.instance import LANE_WIDTH, REALS, kernel_module
 from warprock.model.lanes import Lanes, SpatialLanes
-from warprock.model.motion import GroundMotions, PlanarMotions, StillBase
+from warprock.model.motion import GroundMotions
 from warprock.model.response import Response, SampleTimes, Status
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
@@ -142,7 +142,7 @@ def lane_columns(
     stacks = cast(SpatialLanes, as_stacks(lanes))
     away = (stacks.rotation_start != 0.0) | (stacks.rotation_across_start != 0.0)
     away = (away | (stacks.gap_start > 0.0)).any(axis=1)
-    x, y, z = (moves(part).astype(np.int32) for part in components(motions))
+    x, y, z = (part.moves.astype(np.int32) for part in components(motions))
     return {
         # A lane whose sizes are not finite takes one step to find that out.
         "time_step": np.where(np.isfinite(step), step, times.duration),
@@ -173,17 +173,3 @@ def with_ground(columns: dict[str, Array]) -> dict[str, Array]:
         name: np.concatenate([np.full((len(each), 1), endless.get(name, 0.0)), each], axis=1)
         for name, each in columns.items()
     }
-
-
-MOVING = (
-    "acceleration_amplitude", "velocity_offset", "velocity_final", "scale", "c0", "c1", "c2", "c3"
-)  # fmt: skip
-"""Attributes of motions of which one is not zero where the base moves, of one kind or another."""
-
-
-def moves(motions: PlanarMotions) -> npt.NDArray[np.bool_]:
-    """Whether the base moves along one direction, shape [lane]."""
-    if isinstance(motions, StillBase):
-        return np.zeros(motions.lane_count, dtype=bool)
-    parts = [getattr(motions, name) != 0.0 for name in MOVING if hasattr(motions, name)]
-    return np.asarray(np.any(parts, axis=0))

@@ -22,7 +22,6 @@ from warprock.engines.spatial_launching import (
     Array,
     block_columns,
     block_fields,
-    components,
     histories,
     launch_spatial,
 )
@@ -30,7 +29,7 @@ from warprock.engines.spatial_soundness import unstable_in_space
 from warprock.kernels.instance import kernel_module
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions, RecordMotions
+from warprock.model.motion import GroundMotions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import EventSettings
@@ -82,14 +81,6 @@ def longest_steps(settings: EventSettings, lanes: Lanes) -> Array:
         for side in (lanes.width, lanes.depth)
     ]
     return np.asarray(np.minimum(settings.time_step, PHASE_STEP / np.maximum(*rates)))
-
-
-def cut_at_knots(longest: Array, motions: GroundMotions) -> Array:
-    """Longest steps where the samples of records cut them [s], shape [lane]."""
-    for part in components(motions):
-        if isinstance(part, RecordMotions):
-            longest = np.minimum(longest, part.interval)
-    return longest
 
 
 def run_spatial_event(

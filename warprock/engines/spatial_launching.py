@@ -17,7 +17,6 @@ import warp as wp
 from warprock.engines.launching import (
     Target,
     motion_columns,
-    record_pool,
     struct_rows,
 )
 from warprock.engines.stack_launching import as_stacks, block_rows
@@ -94,7 +93,7 @@ def components(motions: GroundMotions) -> tuple[PlanarMotions, PlanarMotions, Pl
 def _pool_and_rows(struct: Any, motions: GroundMotions, count: int) -> tuple[Array, Rows]:
     """Samples of the records of all directions in one pool, and rows of `Motion`, [3, lane]."""
     parts = components(motions)
-    pools = [record_pool(part) for part in parts]
+    pools = [part.pool for part in parts]
     rows, first = [], 0
     for part, pool in zip(parts, pools, strict=True):
         placed = part

@@ -12,7 +12,6 @@ record shakes passes unseen up to that.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import cast
 
 import numpy as np
@@ -23,30 +22,13 @@ from warprock.engines.stack_launching import as_stacks
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import (
     GroundMotions,
-    HarmonicMotions,
-    ModulatedMotions,
-    PlanarMotions,
-    RecordMotions,
-    RickerMotions,
     SpatialMotions,
-    StillBase,
 )
 from warprock.model.pose import start_poses
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
-
-GRID = np.linspace(-6.0, 6.0, 12_001)
-"""Places x at which humps x^k exp(-x^2) are looked at: their peaks to 1e-6, nothing is beyond."""
-BELL = np.exp(-(GRID**2))
-POWERS = np.arange(4)[:, None]
-HUMP_VARIATION = np.abs(np.diff(GRID**POWERS * BELL, axis=1)).sum(axis=1)
-"""Total variation of the humps k of the velocity of a Ricker pulse, see `RickerMotions`."""
-HUMP_SLOPE = np.abs(
-    (POWERS * GRID ** np.maximum(POWERS - 1, 0) - 2.0 * GRID ** (POWERS + 1)) * BELL
-).max(axis=1)
-"""Their steepest slopes."""
 
 
 def energy_at_start(lanes: Lanes) -> Array:
@@ -57,89 +39,12 @@ def energy_at_start(lanes: Lanes) -> Array:
     return np.asarray(GRAVITY * (stacks.mass * rise).sum(axis=1))
 
 
-def velocity_variation(motions: PlanarMotions, duration: float) -> Array:
-    """At most the total variation of the base velocity until a time [m/s], shape [lane]."""
-    if isinstance(motions, StillBase):
-        return np.zeros(motions.lane_count)
-    steps = np.abs(motions.velocity_step_start) + np.abs(motions.velocity_step_stop)
-    if isinstance(motions, RecordMotions):
-        moved = np.zeros(motions.lane_count)
-        for lanes, begin, end in _records(motions):
-            interval = motions.interval[lanes]
-            sizes = np.concatenate([[0.0], np.cumsum(0.5 * (np.abs(begin) + np.abs(end)))])
-            passed = np.ceil((duration - motions.start[lanes]) / interval)
-            moved[lanes] = interval * sizes[np.clip(passed, 0, len(begin)).astype(int)]
-        return np.asarray(np.abs(motions.scale) * (moved + steps))
-    moving = np.maximum(np.minimum(motions.stop, duration) - motions.start, 0.0)
-    return np.asarray(_pulse_variation(motions, moving) + steps)
-
-
-def _pulse_variation(
-    motions: HarmonicMotions | RickerMotions | ModulatedMotions, moving: Array
-) -> Array:
-    """The same for the waveform itself, which has been moving for a time [s]."""
-    if isinstance(motions, RickerMotions):
-        parts = np.abs([motions.c0, motions.c1, motions.c2, motions.c3])
-        return np.asarray(HUMP_VARIATION @ parts)
-    if isinstance(motions, HarmonicMotions):
-        swing = motions.acceleration_amplitude / (2.0 * np.pi * motions.frequency)
-        waves = [(swing, motions.frequency)]
-    else:
-        waves = list(zip(*_harmonics(motions), strict=True))
-    # A swing up or down for every half cycle, begun ones too; but for round-off of whole ones.
-    return np.asarray(
-        sum(2.0 * np.abs(swing) * np.ceil(2.0 * f * moving - 1e-9) for swing, f in waves)
-    )
-
-
-def _harmonics(motions: ModulatedMotions) -> tuple[list[Array], list[Array]]:
-    """Swings [m/s] and frequencies [Hz] of the three harmonics of a pulse."""
-    swings = [motions.swing_1, motions.swing_2, motions.swing_3]
-    m = motions.modulation
-    return swings, [motions.frequency * part for part in (np.ones_like(m), 1.0 + m, 1.0 - m)]
-
-
-def strongest_pull(motions: PlanarMotions) -> Array:
-    """At most the largest |acceleration| of the base [m/s^2], shape [lane].
-
-    Infinite where the base velocity steps.
-    """
-    if isinstance(motions, StillBase):
-        return np.zeros(motions.lane_count)
-    if isinstance(motions, RecordMotions):
-        pull = np.zeros(motions.lane_count)
-        for lanes, begin, end in _records(motions):
-            pull[lanes] = np.maximum(np.abs(begin), np.abs(end)).max()
-        pull = pull * np.abs(motions.scale)
-    elif isinstance(motions, HarmonicMotions):
-        pull = np.abs(motions.acceleration_amplitude)
-    elif isinstance(motions, RickerMotions):
-        parts = np.abs([motions.c0, motions.c1, motions.c2, motions.c3])
-        pull = motions.rate * (HUMP_SLOPE @ parts)
-    else:
-        swings, frequencies = _harmonics(motions)
-        pull = 2.0 * np.pi * np.sum(np.abs(swings) * np.asarray(frequencies), axis=0)
-    steps = (motions.velocity_step_start != 0.0) | (motions.velocity_step_stop != 0.0)
-    return np.where(steps, np.inf, pull)
-
-
-def _records(motions: RecordMotions) -> Iterator[tuple[npt.NDArray[np.intp], Array, Array]]:
-    """The lanes of each record; accelerations at both ends of its segments, unscaled [m/s^2]."""
-    keys = np.stack([motions.offset, motions.count])
-    records, of_lane = np.unique(keys, axis=1, return_inverse=True)
-    for number, (offset, count) in enumerate(records.T):
-        lanes = np.flatnonzero(of_lane.reshape(-1) == number)
-        begin = motions.pool_acceleration[offset : offset + count]
-        slope = motions.pool_slope[offset : offset + count]
-        yield lanes, begin, begin + slope * motions.interval[lanes[0]]
-
-
 def most_energy(lanes: Lanes, motions: GroundMotions, duration: float) -> Array:
     """The most energy above the flat state that a lane can have until a time [J], shape [lane]."""
     held = np.maximum(energy_at_start(lanes), 0.0)
     mass = lanes.mass.reshape(lanes.lane_count, -1).sum(axis=1)
     parts = cast(SpatialMotions, motions).components
-    variation = sum(velocity_variation(part, duration) for part in parts)
+    variation = sum(part.velocity_variation(duration) for part in parts)
     return np.asarray((np.sqrt(held) + np.sqrt(0.5 * mass) * variation) ** 2)
 
 
@@ -169,7 +74,7 @@ def tilted_by_nothing(lanes: Lanes, motions: GroundMotions, tilt: Array) -> Mask
     how far a block has to lean.
     """
     blocks = cast(SpatialLanes, lanes)
-    x, y, z = (strongest_pull(part) for part in cast(SpatialMotions, motions).components)
+    x, y, z = (part.strongest_pull() for part in cast(SpatialMotions, motions).components)
     arm = _nearest_edge(lanes)
     weak = np.hypot(x, y) * 0.5 * lanes.height < (1.0 - BARRIER_SHARE) * (GRAVITY - z) * arm
     flat = (blocks.rotation_start == 0.0) & (blocks.rotation_across_start == 0.0)

@@ -20,7 +20,6 @@ from warprock.engines.launching import (
     Target,
     motion_columns,
     padded,
-    record_pool,
     struct_rows,
 )
 from warprock.kernels.instance import LANE_WIDTH, REALS, kernel_module
@@ -104,7 +103,7 @@ def launch_stacks(
                 wp.array(block_rows(module.Block, blocks, count), dtype=module.Block),
                 wp.array(struct_rows(module.Stack, lanes, count), dtype=module.Stack),
                 wp.array(motion_rows, dtype=module.Motion),
-                wp.array(record_pool(motions), dtype=real),
+                wp.array(motions.components[0].pool, dtype=real),
                 wp.array(samples, dtype=real),
                 knobs,
                 found,

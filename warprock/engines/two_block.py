@@ -14,14 +14,13 @@ from warprock.engines.launching import (
     Form,
     Kernel,
     Target,
-    fastest_rate,
     respond,
     time_or_nan,
 )
 from warprock.engines.stack_launching import launch_stacks, stack_module
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions, RecordMotions
+from warprock.model.motion import GroundMotions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import TwoBlockSettings
@@ -163,11 +162,9 @@ class TwoBlock(AbstractEngine):
     ) -> dict[str, npt.NDArray[Any]]:
         """Fields of the struct `Stack`, shape [lane] each."""
         p = rocking.frequency_parameter(lanes.width, lanes.height).max(axis=1)
-        rate = np.maximum(p, fastest_rate(motions))
+        rate = np.maximum(p, motions.components[0].fastest_rate)
         step_length = PHASE_STEP[self.target.precision] / rate
-        steps = times.duration / step_length
-        if isinstance(motions, RecordMotions):
-            steps = steps + motions.count
+        steps = times.duration / step_length + motions.knot_count
         limit = np.where(np.isfinite(steps), STEPS_SPARE * (steps + 100.0), 0.0)
         face = lanes.face_width
         return {
