@@ -12,11 +12,22 @@ from warprock.case.validation import KeyedError, Table, validated
 from warprock.model.runnable import MOST_BLOCKS
 from warprock.quantity import NOTHING, Column, FrictionKey, NumberKey, Said
 
-_BESIDE = "has a centre of mass beside the middle"
+
+def _centre_offset(axis: str, along: str) -> NumberKey:
+    return NumberKey(
+        f"the distance of the centre of mass from the middle, along the {along}",
+        "-1 km to 1 km",
+        swept=True,
+        column=Column(f"centre_offset_{axis}", "mm"),
+        needs_space="has a centre of mass beside the middle",
+    )
+
+
+_CENTRE_OFFSET_X, _CENTRE_OFFSET_Y = _centre_offset("x", "width"), _centre_offset("y", "depth")
 
 
 class _Box(Table):
-    """What every block has: full sizes [m], density [kg/m^3], and where its centre of mass is."""
+    """What every block has: full sizes [m] and density [kg/m^3]."""
 
     width: Annotated[
         float,
@@ -51,32 +62,15 @@ class _Box(Table):
             column=Column("density"),
         ),
     ]
-    centre_offset_x: Annotated[
-        float | None,
-        NumberKey(
-            "the distance of the centre of mass from the middle, along the width",
-            "-1 km to 1 km",
-            swept=True,
-            column=Column("centre_offset_x", "mm"),
-            needs_space=_BESIDE,
-        ),
-    ] = None
-    centre_offset_y: Annotated[
-        float | None,
-        NumberKey(
-            "the distance of the centre of mass from the middle, along the depth",
-            "-1 km to 1 km",
-            swept=True,
-            column=Column("centre_offset_y", "mm"),
-            needs_space=_BESIDE,
-        ),
-    ] = None
 
 
 class Block(_Box):
     """The block of a case with one block in a lane."""
 
     place: ClassVar[str] = "block"
+
+    centre_offset_x: Annotated[float | None, _CENTRE_OFFSET_X] = None
+    centre_offset_y: Annotated[float | None, _CENTRE_OFFSET_Y] = None
 
 
 class StackedBlock(_Box):
@@ -143,6 +137,8 @@ class StackedBlock(_Box):
             needs_space="has a block turned about the vertical",
         ),
     ] = None
+    centre_offset_x: Annotated[float | None, _CENTRE_OFFSET_X] = None
+    centre_offset_y: Annotated[float | None, _CENTRE_OFFSET_Y] = None
 
 
 class Stack(pydantic.RootModel[dict[str, StackedBlock]]):

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from warprock.case.keys import KEYS
+from warprock.model.lanes import Lanes
 from warprock.quantity import Column, NumberKey
 from warprock.units import UNITS, Dimension
 
@@ -88,6 +90,31 @@ def key_column(
     # Written in mm, so 8 mm shall read 8 and not 8.000000000000002.
     written = values if size == "1" else np.round(values * (1.0 / float(size)), 12)
     return {column.named(number): np.asarray(written)}
+
+
+def attribute(key: str) -> str:
+    """Field of `Lanes` that holds the values of a key of a block: it bears its column's name."""
+    column = KEYS[key].column
+    assert column is not None, key
+    return column.name
+
+
+def lane_columns(keys: Sequence[str], lanes: Lanes, block: int | None = None) -> dict[str, Array]:
+    """Columns of keys of a block, in the order of the keys.
+
+    Args:
+        keys: Keys of `KEYS`, each with a field of `Lanes`.
+        lanes: Blocks and starts.
+        block: Place of the block in a stack, from 0; None of single blocks.
+    """
+    found: dict[str, Array] = {}
+    for key in keys:
+        values = getattr(lanes, attribute(key))
+        if block is None:
+            found |= key_column(key, values)
+        else:
+            found |= key_column(key, values[:, block], f"_{block + 1}")
+    return found
 
 
 def input_meaning(column: str) -> tuple[str, str]:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from warprock.case.axes import LABEL
 from warprock.case.case import Case
 from warprock.case.check import PeaksCheck
-from warprock.case.columns import computed, key_column
+from warprock.case.columns import computed, key_column, lane_columns
 from warprock.case.ensemble import CELL_COLUMNS
 from warprock.case.ground_motions import lane_motions
 from warprock.case.space import optional, spatial_because, spatial_columns, spatial_lanes
@@ -37,6 +37,12 @@ if TYPE_CHECKING:
 
 
 Array = npt.NDArray[np.float64]
+
+_KEYS = (
+    *(f"block.{name}" for name in ("width", "height", "depth", "density")),
+    *(f"contact.{name}" for name in ("friction", "angular_restitution")),
+)
+"""Keys of a single block in the order of their columns; what follows from them comes behind."""
 
 MOST_BLOCKS_AT_ONCE = 5_000_000
 """Blocks of all lanes of a case together that are held in memory at once."""
@@ -220,17 +226,12 @@ def _blocks(values: LaneValues, *, in_space: bool) -> Lanes:
 
 def _block_columns(lanes: Lanes) -> dict[str, object]:
     angle, size = lanes.slenderness_angle, (lanes.width, lanes.height)
-    columns: dict[str, object] = {}
-    for key in ("block.width", "block.height", "block.depth", "block.density", *_OF_CONTACT):
-        columns |= key_column(key, getattr(lanes, key.rpartition(".")[2]))
+    columns: dict[str, object] = {**lane_columns(_KEYS, lanes)}
     columns |= computed("slenderness_angle", angle)
     columns |= computed("half_diagonal", rocking.half_diagonal(*size))
     columns |= computed("frequency_parameter", rocking.frequency_parameter(*size))
-    columns |= key_column("start.rotation", lanes.rotation_start)
+    columns |= lane_columns(["start.rotation"], lanes)
     return columns | key_column("start.rotation_ratio", lanes.rotation_start / angle)
-
-
-_OF_CONTACT = ("contact.friction", "contact.angular_restitution")
 
 
 def _refuse_labels(case: Case, columns: Mapping[str, object]) -> None:

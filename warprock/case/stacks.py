@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case.columns import computed, key_column
+from warprock.case.columns import attribute, computed, lane_columns
 from warprock.case.values import LaneValues
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
@@ -13,8 +13,11 @@ from warprock.model.stacking import contact_ends, uplift_ratio
 
 Array = npt.NDArray[np.float64]
 
-_OF_A_BLOCK = ("width", "height", "depth", "density", "chamfer", "offset")
-"""Keys of a block that are attributes of `Lanes`, in the order of their columns."""
+_KEYS = tuple(
+    f"block.N.{name}"
+    for name in ("width", "height", "depth", "density", "chamfer", "offset", "friction")
+)
+"""Keys of a block in the order of their columns; its slenderness and its rotation follow."""
 
 
 def stack_lanes(values: LaneValues) -> Lanes:
@@ -23,27 +26,24 @@ def stack_lanes(values: LaneValues) -> Lanes:
     Raises:
         InputError: A block that no face is left of, or one beside the block below.
     """
-    count = values.case.tables.block_count
-    numbers = {
-        name: np.stack([values.numbers(f"block.{k}.{name}") for k in range(1, count + 1)], axis=1)
-        for name in (*_OF_A_BLOCK, "rotation")
-    }
+    numbers = range(1, values.case.tables.block_count + 1)
     friction = [
         values.numbers(key if values.given(key) else "contact.friction")
-        for key in (f"block.{k}.friction" for k in range(1, count + 1))
+        for key in (f"block.{number}.friction" for number in numbers)
     ]
-    width, height = numbers["width"], numbers["height"]
+    found = {
+        attribute(key): np.stack(
+            [values.numbers(key.replace("N", str(number))) for number in numbers], axis=1
+        )
+        for key in (*_KEYS, "block.N.rotation")
+        if key != "block.N.friction"
+    }
+    width, height = found["width"][:, 0], found["height"][:, 0]
     lanes = Lanes(
-        width=width,
-        height=height,
-        depth=numbers["depth"],
-        density=numbers["density"],
+        **found,
         friction=np.stack(friction, axis=1),
-        chamfer=numbers["chamfer"],
-        offset=numbers["offset"],
-        rotation_start=numbers["rotation"],
         # Of the lowest block alone; no engine of stacks follows it.
-        angular_restitution=rocking.angular_restitution(np.arctan2(width[:, 0], height[:, 0])),
+        angular_restitution=rocking.angular_restitution(np.arctan2(width, height)),
     )
     _refuse(values, lanes)
     return lanes
@@ -66,9 +66,8 @@ def stack_columns(lanes: Lanes) -> dict[str, object]:
     """Input columns of stacks: of every block in turn, lowest first, its number in the name."""
     columns: dict[str, object] = {}
     for block in range(lanes.block_count):
-        number = f"_{block + 1}"
-        for name in (*_OF_A_BLOCK, "friction"):
-            columns |= key_column(f"block.N.{name}", getattr(lanes, name)[:, block], number)
-        columns |= computed("slenderness_angle", lanes.slenderness_angle[:, block], number)
-        columns |= key_column("block.N.rotation", lanes.rotation_start[:, block], number)
+        angle = lanes.slenderness_angle[:, block]
+        columns |= lane_columns(_KEYS, lanes, block)
+        columns |= computed("slenderness_angle", angle, f"_{block + 1}")
+        columns |= lane_columns(["block.N.rotation"], lanes, block)
     return columns | computed("uplift_ratio", uplift_ratio(lanes).min(axis=1))

@@ -86,6 +86,15 @@ class Table(pydantic.BaseModel):
         return found
 
     @classmethod
+    def needs_space(cls, place: str = "") -> dict[str, str]:
+        """Dotted keys that only blocks in space have a use for, and what a case with them does."""
+        return {
+            f"{place or cls.place}.{name}": key.needs_space
+            for name, key in cls.declared().items()
+            if isinstance(key, InputKey) and key.needs_space
+        }
+
+    @classmethod
     def names(cls) -> tuple[str, ...]:
         """Names of all keys and inner tables in the file, in the order of the fields."""
         return tuple(field.alias or name for name, field in cls.model_fields.items())
