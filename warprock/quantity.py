@@ -164,10 +164,17 @@ class NumberKey(InputKey):
 
     @property
     def bounds_text(self) -> str:
-        """Both ends, with those that are excluded."""
-        ends = {(True, True): "both", (True, False): "the first", (False, True): "the second"}
-        out = ends.get((self.low_open, self.high_open))
-        return self.range if out is None else f"{self.range}, {out} excluded"
+        """Both ends, in words where one is excluded."""
+        if not (self.low_open or self.high_open):
+            return self.range
+        return " or ".join(self._between(dimension) for dimension in self.bounds)
+
+    def _between(self, dimension: Dimension) -> str:
+        """Both ends in words."""
+        low, high = self.bounds[dimension]
+        more = f"more than {low}" if self.low_open else f"at least {low}"
+        less = f"less than {high}" if self.high_open else f"at most {high}"
+        return f"{more} and {less}"
 
     @property
     def unit(self) -> str:
@@ -216,10 +223,7 @@ class NumberKey(InputKey):
         below = quantity.value < low or (self.low_open and quantity.value == low)
         above = quantity.value > high or (self.high_open and quantity.value == high)
         if below or above:
-            low_text, high_text = self.bounds[quantity.dimension]
-            more = f"more than {low_text}" if self.low_open else f"at least {low_text}"
-            less = f"less than {high_text}" if self.high_open else f"at most {high_text}"
-            raise ValueError(f"must be {self.text}, {more} and {less}")
+            raise ValueError(f"must be {self.text}, {self._between(quantity.dimension)}")
 
     def value(self, got: object) -> float | Quantity:
         """The number in SI units or rad; with its dimension where there is more than one."""
