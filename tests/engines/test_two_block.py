@@ -152,7 +152,9 @@ def some_ricker() -> GroundMotions:
     )
 
 
-@pytest.mark.parametrize("make", [some_record, some_ricker])
+@pytest.mark.parametrize(
+    "make", [some_record, pytest.param(some_ricker, marks=pytest.mark.thorough)]
+)
 def test_other_motions_follow_the_oracle(make: Any) -> None:
     motions, times = make(), SampleTimes(1.0, 0.01)
     response = run(stacks(CHAMFERED), motions, times)
@@ -318,7 +320,9 @@ def extremes(count: int) -> Lanes:
     )
 
 
-@pytest.mark.parametrize("precision", ["float64", "float32"])
+@pytest.mark.parametrize(
+    "precision", ["float64", pytest.param("float32", marks=pytest.mark.thorough)]
+)
 @pytest.mark.parametrize("control", [Control.ACCELERATION, Control.DISPLACEMENT])
 def test_no_lane_stalls_at_the_extremes(control: Control, precision: str) -> None:
     # Pushes from 0.01 to 5 g, 0.3 to 30 Hz; every second lane starts flat.
