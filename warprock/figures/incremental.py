@@ -18,8 +18,8 @@ from warprock.analysis.incremental_fit import (
     run_curves,
     unit_intensity,
 )
+from warprock.case.columns import input_meaning
 from warprock.figures.plots import BLACK, BLUE, FIGURE_TITLE, ORANGE, RED, drawing, save
-from warprock.run.lane_table import input_meaning
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
