@@ -34,12 +34,12 @@ from calibration_lanes import Problem, free, pulses, records
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.workload import FINEST_STEPS
 from warprock.model.response import Outcome, Response, Status
-from warprock.run import calibration
+from warprock.run import calibration, options
 from warprock.run.batch import run_batch
 from warprock.run.calibration import PLAIN, QUANTITIES, Factor
 from warprock.run.companions import halved
 from warprock.run.devices import start_warp
-from warprock.run.tolerance import TOLERANCE, run_to_tolerance
+from warprock.run.tolerance import run_to_tolerance
 from warprock.settings.engines import SETTINGS, EventSettings
 
 Array = npt.NDArray[np.float64]
@@ -241,8 +241,8 @@ def as_rows(found: Mapping[tuple[str, str], Judged], table: Mapping[Key, Factor]
         erring = judged.ok & (judged.error(quantity) > 0.0)
         excess = pd.Series(response[quantity][erring] / judged.error(quantity)[erring])
         alpha = truth.problem.lanes.slenderness_angle
-        met = judged.ok & (response["rotation_error"] <= TOLERANCE * alpha)
-        off = judged.error("rotation_error") > TOLERANCE * alpha
+        met = judged.ok & (response["rotation_error"] <= options.TOLERANCE * alpha)
+        off = judged.error("rotation_error") > options.TOLERANCE * alpha
         wrong = truth.decided & (stands(response) != stands(truth.response))
         steps = float(response["total_step_count"].sum() / response["first_step_count"].sum())
         rows.append(

@@ -11,7 +11,7 @@ from tests.shared.blocks import Array, free_lanes, make_lanes, sines, velocity_s
 from tests.shared.speed import require_gain
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
-from warprock.engines import launching
+from warprock.engines import event
 from warprock.engines.launching import Form
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
@@ -314,7 +314,7 @@ def test_histories_finer_than_the_step_change_nothing() -> None:
 
 
 def test_stalled_lane_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(launching, "STEPS_SPARE", 0.01)
+    monkeypatch.setattr(event, "STEPS_SPARE", 0.01)
     # One step of the hundred and twenty that 0.1 s may take.
     response = run_batch("event", free_lanes(), StillBase(9), SampleTimes(0.1))
     assert np.all(response["status"] == Status.EVENT_LIMIT)

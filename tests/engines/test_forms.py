@@ -38,7 +38,7 @@ def with_two_forms() -> list[tuple[str, str]]:
         kind = scene_kind(lanes, motions_of(MotionKind.STILL, lanes), restitution_given=False)
         for name in ENGINES:
             engine = engine_class(name)
-            forms = {engine(None, Target(form=form)).kernel(lanes) for form in Form}
+            forms = {engine(None, Target(form=form)).kernel_of(lanes) for form in Form}
             if scene != "stack of one" and engine.supports(kind) is None and len(forms) == 2:
                 found.append((name, scene))
     return found

@@ -10,19 +10,16 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import Array, make_lanes, two_equal
-from warprock.engines.launching import respond
-from warprock.engines.soundness import (
-    BARRIER_SHARE,
-    stack_energy_held,
-    toppled_from_nothing,
-)
-from warprock.engines.stack_launching import as_stacks
+from warprock.engines.decoding import respond
+from warprock.engines.energy import stack_energy_held
+from warprock.engines.soundness import BARRIER_SHARE, toppled_from_nothing
 from warprock.measure.atlas_lanes import AtlasSize, stack_energy, stacked
 from warprock.measure.atlas_maps import at_step, at_stiffness
 from warprock.model import rocking
-from warprock.model.lanes import Lanes
+from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import StillBase
 from warprock.model.response import (
+    FIELDS,
     LANE_FIELDS,
     SOUND,
     USABLE,
@@ -255,8 +252,11 @@ def test_a_stack_that_starts_beyond_its_well_may_fall():
     assert toppled_from_nothing(inside, np.array([-1.0]), peak)[0]
 
 
-def columns(count: int) -> dict[str, Array]:
-    return {name: np.zeros(count) for name in LANE_FIELDS}
+def columns(count: int, blocks: int = 1) -> dict[str, Array]:
+    """Lane fields as engines hand them on: those of blocks with a block axis."""
+    return {
+        name: np.zeros((count, blocks) if FIELDS[name].per_block else count) for name in LANE_FIELDS
+    }
 
 
 @pytest.mark.parametrize(
@@ -264,15 +264,13 @@ def columns(count: int) -> dict[str, Array]:
 )
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
 def test_no_engine_answers_a_number_that_is_none(name: str, bad: float):
-    for shape in ((), (2,)):
-        given = columns(5)
-        for each in ("peak_rotation", "residual_slide", "peak_slide"):
-            given[each] = np.zeros((5, *shape))
+    single = make_lanes(np.full(5, 0.2), 1.0)
+    for lanes, blocks in ((single, 1), (as_stacks(single), 1), (two_equal(single), 2)):
+        given = columns(5, blocks)
         given["status"] = np.array([0, 0, Status.ITERATION_LIMIT, Status.OUTSIDE_MODEL, 0])
-        rotations = np.zeros((5, *shape, 3))
-        spoiled = rotations if name == "rotation" else given[name]
-        spoiled[1:4] = bad
-        found = respond("event", given, rotations, SampleTimes(1.0, 0.5))
+        given["rotation"] = np.zeros((5, blocks, 3))
+        given[name][1:4] = bad
+        found = respond("event", lanes, given, SampleTimes(1.0, 0.5))
         expected = [0, Status.NONFINITE, Status.ITERATION_LIMIT, Status.NONFINITE, 0]
         np.testing.assert_array_equal(found["status"], expected)
         assert np.isfinite(found[name][np.isin(found["status"], USABLE)]).all()
@@ -281,5 +279,5 @@ def test_no_engine_answers_a_number_that_is_none(name: str, bad: float):
 def test_times_that_never_came_are_no_fault():
     given = columns(2)
     given["rest_time"] = np.full(2, math.nan)
-    found = respond("event", given, None, SampleTimes(1.0))
+    found = respond("event", make_lanes(np.full(2, 0.2), 1.0), given, SampleTimes(1.0))
     np.testing.assert_array_equal(found["status"], Status.OK)

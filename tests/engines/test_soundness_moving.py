@@ -12,10 +12,9 @@ import pytest
 
 from tests.shared.blocks import Array, make_lanes, sines, two_equal
 from warprock.engines.soundness import Account, contacts_hold, moved_by_nothing, unstable
-from warprock.engines.stack_launching import as_stacks
 from warprock.measure.atlas_maps import at_step, at_stiffness
 from warprock.model import rocking
-from warprock.model.lanes import Lanes
+from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import Control, HarmonicMotions
 from warprock.model.response import SOUND, USABLE, Response, SampleTimes, Status
 from warprock.run.batch import run_batch

@@ -39,6 +39,7 @@ from warprock.model import rocking
 from warprock.model.motion import Control, StillBase
 from warprock.model.response import USABLE, Response, SampleTimes, Status
 from warprock.run.batch import run_batch
+from warprock.run.options import RunOptions
 from warprock.settings.engines import SETTINGS, build_settings
 
 BY_NAME = {each.name: each for each in MAPS}
@@ -295,7 +296,13 @@ def test_a_second_run_reads_what_is_there_and_runs_the_rest(
     half = (folder / stability.FOLDER / cut).read_bytes()[:-100]
     (folder / stability.FOLDER / cut).write_bytes(half)
     done: list[int] = []
-    again = run_atlas(folder, TINY, engines=names, precisions=("float64",), progress=done.append)
+    again = run_atlas(
+        folder,
+        TINY,
+        engines=names,
+        precisions=("float64",),
+        options=RunOptions(progress=done.append),
+    )
     pd.testing.assert_frame_equal(again, table)
     assert sorted(ran) == [lost, cut]
     assert done == list(range(1, len(all_parts(names, precisions=("float64",))) + 1))

@@ -38,6 +38,7 @@ from warprock.run.cells import (
     percentile_of,
     wilson_interval,
 )
+from warprock.run.options import RunOptions
 from warprock.settings.engines import SETTINGS
 
 
@@ -60,9 +61,9 @@ def answered(lane_set: LaneSet, ratios: np.ndarray, **fields: np.ndarray) -> Res
 
 def test_a_lane_alone_is_the_same_lane(write):
     case = load_case(write(members=12, more='time_step = "50 %"'))
-    whole = run_case(case, "event", estimate=False)
+    whole = run_case(case, "event", RunOptions(tolerance=None))
     again = run_lanes(whole, [17, 3])
-    refined = run_case(case, "event", tolerance=1e-4)
+    refined = run_case(case, "event", RunOptions(tolerance=1e-4))
     assert len(np.unique(refined.response["time_step"] / whole.lane_set.step_factors)) > 1
     finer = run_lanes(refined, [17, 3])
     for place, lane in enumerate((17, 3)):

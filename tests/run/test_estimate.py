@@ -35,6 +35,7 @@ from warprock.run import lane_table as store
 from warprock.run.batch import run_batch
 from warprock.run.case_run import run_case
 from warprock.run.estimate import run_with_estimate
+from warprock.run.options import RunOptions
 from warprock.settings.engines import EventSettings, ImpulseSettings
 from warprock.units import GRAVITY
 
@@ -290,7 +291,7 @@ def test_a_lane_does_not_depend_on_its_company(monkeypatch: pytest.MonkeyPatch) 
     whole = run_with_estimate("event", lanes, motions, times)
     monkeypatch.setattr(estimate, "CHUNK_VALUES", 3 * 2049)
     seen: list[int] = []
-    parts = run_with_estimate("event", lanes, motions, times, progress=seen.append)
+    parts = run_with_estimate("event", lanes, motions, times, RunOptions(progress=seen.append))
     assert seen[-1] == 70
     assert len(seen) > 20
     order = np.random.default_rng(0).permutation(70)
@@ -382,7 +383,7 @@ FREE_ENGINES = [
 def test_engines_answer_no_estimates_and_the_run_adds_them_where_there_is_an_order(
     engine: str,
 ) -> None:
-    bare = run_case(FREE, engine, histories=False, estimate=False)
+    bare = run_case(FREE, engine, RunOptions(tolerance=None), histories=False)
     assert not set(ESTIMATE_FIELDS) & set(bare.response.fields)
     run = run_case(FREE, engine, histories=False)
     table = store.lane_table(run.lane_set, run.response)

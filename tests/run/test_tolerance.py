@@ -34,7 +34,8 @@ from warprock.run.accuracy import MET, MISSED, SENSITIVE, accuracy_counts, misse
 from warprock.run.batch import run_batch
 from warprock.run.case_run import run_case, run_lane
 from warprock.run.companions import cut_off, halved
-from warprock.run.tolerance import HALVINGS, TOLERANCE, run_to_tolerance
+from warprock.run.options import TOLERANCE, RunOptions
+from warprock.run.tolerance import HALVINGS, run_to_tolerance
 from warprock.settings.engines import EventSettings, ImpulseSettings
 
 EVENT = EventSettings()
@@ -97,7 +98,7 @@ def pulses() -> tuple[Lanes, GroundMotions]:
 
 def refined(accuracy: float) -> Response:
     lanes, motions = pulses()
-    return run_to_tolerance("event", lanes, motions, RUN, tolerance=accuracy)
+    return run_to_tolerance("event", lanes, motions, RUN, RunOptions(tolerance=accuracy))
 
 
 def errors(response: Response) -> Array:
@@ -164,12 +165,12 @@ def test_a_lane_does_not_depend_on_its_company(
     lane_set = expand_lanes(_record_case())
     lanes, motions = lane_set.lanes, lane_set.motions
     times = SampleTimes({"event": 80.0, "impulse": 12.0}[engine])
-    whole = run_to_tolerance(engine, lanes, motions, times, workers=2)
+    whole = run_to_tolerance(engine, lanes, motions, times, RunOptions(workers=2))
     order = np.array([2, 0, 3, 1])
     shuffled = run_to_tolerance(engine, lanes.take(order), motions.take(order), times)
     monkeypatch.setattr(tolerance, "CHUNK_VALUES", 1)
     seen: list[int] = []
-    parts = run_to_tolerance(engine, lanes, motions, times, progress=seen.append)
+    parts = run_to_tolerance(engine, lanes, motions, times, RunOptions(progress=seen.append))
     assert seen == [1, 2, 3, 4]
     for name in whole.fields:
         np.testing.assert_array_equal(whole[name], parts[name], err_msg=name)
@@ -220,7 +221,7 @@ def test_a_record_that_is_cut_off_is_the_same_until_then() -> None:
 
 def test_six_records_at_ten_scales_cost_less_than_three_runs(cabinet: pathlib.Path) -> None:
     run = run_case(load_case(cabinet), "event", histories=False)
-    counts = accuracy_counts(run.response, run.lane_set, run.settings, run.tolerance)
+    counts = accuracy_counts(run.response, run.lane_set, run.settings, run.options.tolerance)
     # Measured: 2.1, and 1.7 to 3.5 for six other blocks.
     assert counts["total_step_count"] <= 3.0 * counts["first_step_count"]
     assert counts["refined"] > 20
@@ -262,9 +263,9 @@ def test_engines_without_an_order_run_once() -> None:
     found = run_to_tolerance("housner", lanes, motions, RUN)
     assert not set(ESTIMATE_FIELDS) & set(found.fields)
     with pytest.raises(ValueError, match="tolerance"):
-        run_to_tolerance("housner", lanes, motions, RUN, tolerance=0.0)
+        run_to_tolerance("housner", lanes, motions, RUN, RunOptions(tolerance=0.0))
     with pytest.raises(InputError, match="--tolerance"):
-        run_case(load_case("free-b0"), "event", tolerance=1.0)
+        run_case(load_case("free-b0"), "event", RunOptions(tolerance=1.0))
 
 
 def test_the_history_of_a_refined_lane_is_that_of_its_numbers() -> None:

@@ -9,9 +9,8 @@ import numpy.typing as npt
 import pytest
 
 from warprock.engines import ENGINES, engine_class
-from warprock.engines.stack_launching import as_stacks
 from warprock.model import rocking
-from warprock.model.lanes import Lanes
+from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import Control, HarmonicMotions, StillBase, Waveform, harmonic_motions
 from warprock.model.scene import scene_kind
 

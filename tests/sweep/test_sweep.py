@@ -91,11 +91,11 @@ def test_members_of_an_ensemble_may_fall_into_several_chunks(tmp_path: pathlib.P
 
 def test_errors_are_estimated_where_the_plan_says_so(tmp_path: pathlib.Path):
     case = load_case(write_case(tmp_path), ["sample.lanes=4", "run.duration=0.5 s"])
-    plan = make_plan(case, "event", estimate=True, chunk_lanes=3)
+    plan = make_plan(case, "event", chunk_lanes=3)
     sweep_plan.write_plan(plan, tmp_path / "sweep")
     run_all(plan, tmp_path / "sweep")
     found = pd.read_parquet(merge(plan, tmp_path / "sweep"))
-    run = runner.run_case(case, "event", histories=False, estimate=True)
+    run = runner.run_case(case, "event", histories=False)
     assert same_tables(found, store.lane_table(run.lane_set, run.response))
     assert "rotation_error_rad" in found
 

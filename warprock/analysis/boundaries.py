@@ -119,9 +119,7 @@ def _middle_modes(found: OverturningMap, brackets: _Brackets, middle: Array) -> 
         motions,
         SampleTimes(duration),
         settings=run.settings,
-        precision=run.precision,
-        device=run.device,
-        workers=run.workers,
+        **run.options.of_batch,
     )
     return modes(response, blocks, motions, duration)
 
@@ -199,7 +197,6 @@ def boundaries_at(
     frequency_ratio: float,
     *,
     tolerance: float,
-    workers: int | None = None,
 ) -> Array:
     """Strengths at which the mode changes in one column of a map, weakest first.
 
@@ -209,12 +206,11 @@ def boundaries_at(
         where: Label -> value that selects the group.
         frequency_ratio: omega_p / p of the column.
         tolerance: Width of a bracket over its strength.
-        workers: Worker threads; None uses the cores at hand.
 
     Raises:
         InputError: The case is no map, or there is not exactly one such column.
     """
-    grid = run_grid(case, engine, workers=workers)
+    grid = run_grid(case, engine)
     selected = np.isin(grid.lanes[:, :, 0], grid.run.lane_set.select(where))
     near = np.isclose(grid.frequency_ratio, frequency_ratio, rtol=SAME_FREQUENCY, atol=0.0)
     chosen = selected & near

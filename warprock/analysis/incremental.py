@@ -8,7 +8,8 @@ first fall at which the block stood and that fall, until it is narrow enough. A 
 factors at which the block stood is not seen. A lane that never falls is censored at the top of the
 ladder; fits honour that and the brackets.
 
-A finished stage is a file that names its plan; a run that was killed goes on behind the last one.
+A finished stage is a part (see `warprock.run.parts`) that names its plan: an analysis that was
+killed goes on behind the last one.
 
 D. Vamvatsikos and C. A. Cornell (2002), Incremental dynamic analysis, *Earthquake Engineering and
 Structural Dynamics* 31(3).
@@ -18,37 +19,31 @@ from __future__ import annotations
 
 import dataclasses
 import enum
-import json
 import pathlib
-from collections.abc import Callable, Mapping
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.errors import InputError
 from warprock.model.response import USABLE, Outcome, Response, SampleTimes, Status
 from warprock.quantity import Said
-from warprock.reading import require_plain
 from warprock.run.accuracy import missed_tolerance
 from warprock.run.case_run import run_lane_set
-from warprock.run.files import replacing, require_writable
+from warprock.run.files import require_writable
 from warprock.run.lane_table import count_words
 from warprock.run.machine import require_workers
-from warprock.run.tolerance import TOLERANCE
+from warprock.run.options import DEFAULT_OPTIONS, Progress, RunOptions
+from warprock.run.parts import State, find_part, read_part, write_part
 from warprock.sweep.plan import PLAN, Plan, make_plan, read_plan, write_plan
 
 Array = npt.NDArray[np.float64]
 
 STAGES = "stages"
 """Folder of the stages in that of an analysis."""
-FOOTER = b"warprock"
-"""Key of what a stage says of itself in the metadata of its file."""
 
 FALLEN = (Outcome.OVERTURNED, Outcome.SLID_OFF)
 """Outcomes that end an analysis: a block that slid off what it stood on has fallen, too."""
@@ -139,11 +134,7 @@ def plan_analysis(
     case: Case,
     engine: str,
     ladder: Ladder,
-    *,
-    precision: str = "float64",
-    device: str = "cpu",
-    estimate: bool = True,
-    tolerance: float = TOLERANCE,
+    options: RunOptions = DEFAULT_OPTIONS,
 ) -> Plan:
     """Plans an analysis, and refuses it if one of its lanes could not be run.
 
@@ -151,10 +142,7 @@ def plan_analysis(
         case: The case.
         engine: Name of the engine.
         ladder: Factors on the motion.
-        precision: "float64" or "float32".
-        device: Warp device.
-        estimate: Whether to estimate the error of every run, and to refine its step.
-        tolerance: Largest error of a rotation over the slenderness angle.
+        options: How the lanes are run.
 
     Raises:
         InputError: The ladder is out of bounds, the case has no motion, or `make_plan` refuses it.
@@ -166,9 +154,7 @@ def plan_analysis(
     if runs > MOST_RUNS:
         allowed = f"must be at most {MOST_RUNS:,} runs: fewer lanes, or a smaller --count"
         raise InputError(case.file, "sweep", Said(f"{runs:,} runs"), allowed)
-    plan = make_plan(
-        case, engine, precision=precision, device=device, estimate=estimate, tolerance=tolerance
-    )
+    plan = make_plan(case, engine, options.without_progress())
     content = {**plan.content, "incremental": dataclasses.asdict(ladder)}
     return dataclasses.replace(plan, content=content)
 
@@ -180,7 +166,7 @@ def run_analysis(
     folder: pathlib.Path | None = None,
     *,
     workers: int | None = None,
-    progress: Callable[[int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Analysis:
     """Runs the stages that are not there yet.
 
@@ -197,6 +183,7 @@ def run_analysis(
         OSError: A stage could not be written; those before it are kept.
     """
     require_workers(workers)
+    options = plan.options(workers, progress)
     if folder is not None:
         _claim(plan, folder)
     lane_set = expand_lanes(case)
@@ -209,8 +196,7 @@ def run_analysis(
         found = None if folder is None else _read_stage(plan, folder, stage, lanes, factors)
         kept += found is not None
         if found is None:
-            report = None if progress is None else _counted_from(progress, done)
-            found = _run_stage(plan, case, lane_set, lanes, factors, workers, report)
+            found = _run_stage(plan, case, lane_set, lanes, factors, options.counting_from(done))
             if folder is not None:
                 _write_stage(plan, folder, stage, found)
         curves = pd.concat([curves, found.assign(stage=stage)], ignore_index=True)
@@ -220,18 +206,13 @@ def run_analysis(
     return Analysis(plan, lane_set, ladder, curves, stage, kept)
 
 
-def _counted_from(progress: Callable[[int], None], before: int) -> Callable[[int], None]:
-    return lambda done: progress(before + done)
-
-
 def _run_stage(
     plan: Plan,
     case: Case,
     lane_set: LaneSet,
     lanes: npt.NDArray[np.intp],
     factors: Array,
-    workers: int | None,
-    progress: Callable[[int], None] | None,
+    options: RunOptions,
 ) -> pd.DataFrame:
     """One batch: some lanes, each at a factor."""
     steps = lane_set.step_factors
@@ -245,13 +226,8 @@ def _run_stage(
         plan.engine,
         chosen,
         SampleTimes(lane_set.times.duration),
+        options,
         settings=case.engine_settings(plan.engine),
-        precision=plan.content["precision"],
-        device=plan.content["device"],
-        workers=workers,
-        estimate=plan.tolerance is not None,
-        tolerance=plan.tolerance or TOLERANCE,
-        progress=progress,
     )
     ratio = response["peak_rotation"] / chosen.lanes.slenderness_angle
     return pd.DataFrame(
@@ -352,13 +328,8 @@ def _stage_path(folder: pathlib.Path, stage: int) -> pathlib.Path:
 
 
 def _write_stage(plan: Plan, folder: pathlib.Path, stage: int, runs: pd.DataFrame) -> None:
-    path = _stage_path(folder, stage)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    footer = json.dumps({"plan": plan.id, "stage": stage})
     table = pa.Table.from_pandas(runs, preserve_index=False)
-    metadata = {**(table.schema.metadata or {}), FOOTER: footer.encode()}
-    with replacing(path) as temporary:
-        pq.write_table(table.replace_schema_metadata(metadata), temporary)
+    write_part(_stage_path(folder, stage), table, {"plan": plan.id, "stage": stage})
 
 
 def _read_stage(
@@ -374,23 +345,19 @@ def _read_stage(
         InputError: The file is of another plan or stage.
     """
     path = _stage_path(folder, stage)
+    part = find_part(path, {"plan": plan.id, "stage": stage})
+    if part.state in (State.MISSING, State.BROKEN):
+        return None
     try:
-        require_plain(path)
-        table = pq.read_table(path)
-        footer: Any = json.loads((table.schema.metadata or {}).get(FOOTER, b"{}"))
-        footer = footer if isinstance(footer, Mapping) else {}
-        runs: pd.DataFrame = table.to_pandas()
-    except FileNotFoundError:
+        runs: pd.DataFrame = read_part(path).to_pandas()
+    except OSError:
         return None
-    except (OSError, ValueError, pa.ArrowException):
-        return None
-    same = footer.get("plan") == plan.id and footer.get("stage") == stage
-    if not same or not (
+    if part.state is State.FOREIGN or not (
         {"lane", "factor", "outcome", "status", "peak_rotation_ratio"} <= set(runs)
         and np.array_equal(runs["lane"], lanes)
         and np.array_equal(runs["factor"], factors)
     ):
-        got = Said(f"stage {footer.get('stage')} of {str(footer.get('plan'))[:12]}")
+        got = Said(f"stage {part.footer.get('stage')} of {str(part.footer.get('plan'))[:12]}")
         allowed = f"must be stage {stage} of the plan {plan.id[:12]}: delete it, or use another -o"
         raise InputError(str(path), "", got, allowed)
     return runs

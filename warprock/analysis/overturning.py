@@ -30,6 +30,7 @@ from warprock.model.response import USABLE, Outcome, Response
 from warprock.model.undecided import undecided
 from warprock.quantity import Said
 from warprock.run.case_run import CaseRun, require_options, run_case
+from warprock.run.options import DEFAULT_OPTIONS, RunOptions
 
 Array = npt.NDArray[np.float64]
 Codes = npt.NDArray[np.int8]
@@ -152,40 +153,28 @@ def strengths(lane_set: LaneSet) -> Array:
 def run_grid(
     case: Case,
     engine: str,
-    *,
-    precision: str = "float64",
-    device: str = "cpu",
-    workers: int | None = None,
+    options: RunOptions = DEFAULT_OPTIONS,
 ) -> OverturningMap:
     """Runs the coarse grid: every lane of a case.
 
     Args:
         case: A case of one block that sweeps the frequency and the amplitude of a pulse.
         engine: Name of the engine.
-        precision: "float64" or "float32".
-        device: Warp device.
-        workers: Worker threads; None uses the cores at hand.
+        options: How the lanes are run, each once whatever the tolerance: near a boundary every lane
+            is sensitive, and how far a step moves the boundary is seen with half of the step.
 
     Raises:
         InputError: An option or a case that no map can be made of.
     """
     groups, lanes = _layout(case)
-    require_options(engine, precision=precision, device=device, workers=workers)
+    once = dataclasses.replace(options, tolerance=None)
+    require_options(engine, once)
     strength = strengths(expand_lanes(case))
     lanes = np.take_along_axis(lanes, np.argsort(strength[lanes], axis=2, kind="stable"), axis=2)
     if not (np.all(strength > 0.0) and np.all(np.diff(strength[lanes], axis=2) > 0.0)):
         allowed = "must move the base, and no two of the same strength, in every lane of a column"
         raise InputError(case.source_of("sweep"), AMPLITUDE, Said("the grid"), allowed)
-    # Near a boundary every lane is sensitive: how far a step moves it is seen with half of it.
-    run = run_case(
-        case,
-        engine,
-        precision=precision,
-        device=device,
-        workers=workers,
-        histories=False,
-        estimate=False,
-    )
+    run = run_case(case, engine, once, histories=False)
     return OverturningMap(
         run=run,
         groups=groups,

@@ -10,7 +10,6 @@ Communications* 181). A and B are the two halves of one sample of twice the inpu
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -24,7 +23,7 @@ from warprock.model.response import USABLE, Outcome
 from warprock.quantity import NOTHING, Said
 from warprock.run.case_run import CaseRun, run_case
 from warprock.run.lane_table import lane_table
-from warprock.run.tolerance import TOLERANCE
+from warprock.run.options import DEFAULT_OPTIONS, RunOptions
 
 Array = npt.NDArray[np.float64]
 
@@ -105,29 +104,19 @@ class Sensitivity:
 def run_sensitivity(
     case: Case,
     engine: str,
+    options: RunOptions = DEFAULT_OPTIONS,
     *,
     of: str = PEAK,
     resamples: int = 200,
-    precision: str = "float64",
-    device: str = "cpu",
-    workers: int | None = None,
-    estimate: bool = True,
-    tolerance: float = TOLERANCE,
-    progress: Callable[[int], None] | None = None,
 ) -> Sensitivity:
     """Runs the lanes of the design and explains the variance of a result.
 
     Args:
         case: A case with a [sample].
         engine: Name of the engine.
+        options: How the lanes are run.
         of: A column of the lane table that holds a result, or "overturned", 1 where the block did.
         resamples: Samples of rows of the design, for the bands.
-        precision: "float64" or "float32".
-        device: Warp device.
-        workers: Worker threads; None uses the cores at hand.
-        estimate: Whether to estimate the error of every lane, and to refine its step.
-        tolerance: Largest error of a rotation over the slenderness angle.
-        progress: Called with the number of lanes finished so far.
 
     Raises:
         InputError: The case has no sample that can be used, an option is not one of those allowed,
@@ -135,17 +124,7 @@ def run_sensitivity(
     """
     design = saltelli_case(case)
     groups = crossed_labels(case.axes, {len(case.axes) - 1}, case.source_of("sweep"))
-    run = run_case(
-        design,
-        engine,
-        precision=precision,
-        device=device,
-        workers=workers,
-        histories=False,
-        estimate=estimate,
-        tolerance=tolerance,
-        progress=progress,
-    )
+    run = run_case(design, engine, options, histories=False)
     inputs = list(design.axes[-1].columns)
     fell = run.response["outcome"] == Outcome.OVERTURNED
     return Sensitivity(run, of, *_tables(_values(run, of), fell, groups, inputs, resamples))

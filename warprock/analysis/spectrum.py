@@ -9,7 +9,6 @@ the limitations of practical design methodologies, *Earthquake Engineering and S
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +19,7 @@ from warprock.case.spectrum import SLENDERNESS, SPECTRUM
 from warprock.errors import InputError
 from warprock.quantity import NOTHING, Said
 from warprock.run.case_run import CaseRun, run_case
-from warprock.run.tolerance import TOLERANCE
+from warprock.run.options import DEFAULT_OPTIONS, RunOptions
 
 Array = npt.NDArray[np.float64]
 
@@ -58,42 +57,21 @@ class Spectrum:
 def run_spectrum(
     case: Case,
     engine: str,
-    *,
-    precision: str = "float64",
-    device: str = "cpu",
-    workers: int | None = None,
-    estimate: bool = True,
-    tolerance: float = TOLERANCE,
-    progress: Callable[[int], None] | None = None,
+    options: RunOptions = DEFAULT_OPTIONS,
 ) -> Spectrum:
     """Runs all blocks of all curves, in one batch.
 
     Args:
         case: A case with a [spectrum].
         engine: Name of the engine.
-        precision: "float64" or "float32".
-        device: Warp device.
-        workers: Worker threads; None uses the cores at hand.
-        estimate: Whether to estimate the error of every lane, and to refine its step.
-        tolerance: Largest error of a rotation over the slenderness angle.
-        progress: Called with the number of lanes finished so far.
+        options: How they are run.
 
     Raises:
         InputError: The case has no spectrum, or nothing can be drawn of its other tables; an option
             is not one of those allowed; or the engine cannot do the scene.
     """
     groups, curves, lanes = _layout(case)
-    run = run_case(
-        case,
-        engine,
-        precision=precision,
-        device=device,
-        workers=workers,
-        histories=False,
-        estimate=estimate,
-        tolerance=tolerance,
-        progress=progress,
-    )
+    run = run_case(case, engine, options, histories=False)
     return Spectrum(run, groups, curves, lanes)
 
 

@@ -47,6 +47,7 @@ def stability(
     from warprock.measure.atlas_summary import explained, summarise
     from warprock.run import case_run as runner
     from warprock.run.devices import start_warp
+    from warprock.run.options import RunOptions
     from warprock.settings.engines import SETTINGS
     from warprock.tables import atlas as tables_stability
     from warprock.tables import console
@@ -66,8 +67,7 @@ def stability(
             AtlasSize(points=points, steps=steps),
             engines=engines or None,
             maps=chosen,
-            workers=workers,
-            progress=done,
+            options=RunOptions(workers=workers, progress=done),
         )
     if not len(table):
         raise InputError("--map", "", list(maps), "no engine that was asked for runs it")

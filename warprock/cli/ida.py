@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from warprock.cli.options import (
-    asked_tolerance,
+    asked_options,
     by_option,
     case_options,
     engine_for,
@@ -66,15 +66,8 @@ def ida(
     ladder = incremental.Ladder(**factors)
     ladder.judge()
     choice = engine_for(case, engine, ladder.factors.tolist())
-    plan = incremental.plan_analysis(
-        case,
-        choice.engine,
-        ladder,
-        precision=precision,
-        device=device,
-        estimate=estimate,
-        tolerance=asked_tolerance(tolerance, estimate=estimate),
-    )
+    options = asked_options(precision, device, workers, tolerance=tolerance, estimate=estimate)
+    plan = incremental.plan_analysis(case, choice.engine, ladder, options)
     incremental_fit.require_columns(case, intensity, by)
     with console.lane_progress(case.name, None) as progress:
         found = incremental.run_analysis(

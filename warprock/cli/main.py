@@ -25,7 +25,7 @@ from warprock.cli.ida import ida
 from warprock.cli.map import overturning_map
 from warprock.cli.options import (
     EXIT_BAD_LANES,
-    asked_tolerance,
+    asked_options,
     engine_for,
     engine_option,
     estimate_options,
@@ -45,7 +45,7 @@ from warprock.cli.sensitivity import sensitivity
 from warprock.cli.spectrum import spectrum
 from warprock.cli.study import run_study_of
 from warprock.cli.sweep import EXIT_RESUMABLE, bench_sweep, sweep
-from warprock.cli.trade import choose_for, tolerance_of_accuracy, trade
+from warprock.cli.trade import choose_for, require_accuracy_alone, trade
 from warprock.errors import InputError
 
 if TYPE_CHECKING:
@@ -140,36 +140,31 @@ def run(
     from warprock.run import case_run as runner
     from warprock.tables import console
 
-    case, choice, given = load_case(case_name, overrides), None, engine
+    case, choice = load_case(case_name, overrides), None
     if case.study is not None:
         refused = {"--history": lanes or None, "--accuracy": accuracy, "--tolerance": tolerance}
         refused |= {"--max-bad": max_bad, "--estimate": estimate and not _is_default("estimate")}
-        options: dict[str, Any] = {"precision": precision, "device": device, "workers": workers}
-        return run_study_of(case, engine, folder, refused, **options, as_json=as_json)
-    runner.require_options(engine or "event", precision=precision, device=device, workers=workers)
+        options = asked_options(precision, device, workers, estimate=False)
+        return run_study_of(case, engine, folder, refused, options, as_json=as_json)
     if accuracy is not None:
-        tolerance = tolerance_of_accuracy(accuracy, tolerance, estimate=estimate)
+        require_accuracy_alone(tolerance, estimate=estimate)
+    options = asked_options(precision, device, workers, tolerance=tolerance, estimate=estimate)
+    runner.require_options(engine or "event", options)
+    if accuracy is not None:
         fixed = None if _is_default("precision") else precision
+        tests = asked_options(workers=workers)
         case, choice = choose_for(
-            case_name, overrides, accuracy, engine=given, precision=fixed, workers=workers
+            case_name, overrides, accuracy, engine=engine, precision=fixed, options=tests
         )
-        engine, precision = choice.engine, choice.precision
+        engine = choice.engine
+        options = dataclasses.replace(options, precision=choice.precision, tolerance=accuracy)
     runner.require_histories(case, lanes)
     if lanes and folder is None:
         raise InputError("--history", "", list(lanes), "needs -o/--output, the folder to write to")
     taken = engine_for(case, engine)
     with console.lane_progress(case.name, case.lane_count) as progress:
-        case_run = runner.run_case(
-            case,
-            taken.engine,
-            precision=precision,
-            device=device,
-            workers=workers,
-            histories=False,
-            estimate=estimate,
-            tolerance=asked_tolerance(tolerance, estimate=estimate),
-            progress=progress,
-        )
+        counted = dataclasses.replace(options, progress=progress)
+        case_run = runner.run_case(case, taken.engine, counted, histories=False)
     say_engine(taken)
     files = [] if folder is None else _write_run(case_run, folder, lanes)
     _show_run(case_run, files, choice, as_json)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import pathlib
-from typing import Any
 
 import click
 
 from warprock.cli.options import (
+    asked_options,
     case_options,
     engine_for,
     list_written,
@@ -29,8 +29,10 @@ def overturning_map(
     overrides: tuple[str, ...],
     folder: pathlib.Path | None,
     tolerance: float,
+    precision: str,
+    device: str,
+    workers: int | None,
     as_json: bool,
-    **options: Any,
 ) -> None:
     """How pulses overturn a block: without an impact, with impacts, or not at all.
 
@@ -46,13 +48,10 @@ def overturning_map(
 
     case = load_case(case_name, overrides)
     overturning_boundaries.require_tolerance(tolerance)
+    options = asked_options(precision, device, workers)
     choice = engine_for(case, engine)
     with console.lane_progress(case.name, None) as progress:
-        grid = overturning.run_grid(
-            case,
-            choice.engine,
-            **options,
-        )
+        grid = overturning.run_grid(case, choice.engine, options)
         found = overturning_boundaries.refine(grid, tolerance, progress=progress)
     say_engine(choice)
     files: list[pathlib.Path] = []

@@ -13,6 +13,7 @@ from warprock.errors import InputError
 if TYPE_CHECKING:
     from warprock.case.case import Case
     from warprock.run.engine_choice import EngineChoice
+    from warprock.run.options import RunOptions
 
 EXIT_BAD_LANES = 4
 """Exit code where more lanes are bad than `--max-bad` allows."""
@@ -65,8 +66,40 @@ def device_options(command: Command) -> Command:
 
 
 def run_options(command: Command) -> Command:
-    """`--precision`, `--device` and `--workers`."""
+    """`--precision`, `--device` and `--workers`; see `asked_options`."""
     return device_options(workers_option(command))
+
+
+def asked_options(
+    precision: str = "float64",
+    device: str = "cpu",
+    workers: int | None = None,
+    *,
+    tolerance: float | None = None,
+    estimate: bool = True,
+) -> RunOptions:
+    """How lanes are to be run, from the options of `run_options` and of `estimate_options`.
+
+    Args:
+        precision: Of `--precision`.
+        device: Of `--device`.
+        workers: Of `--workers`.
+        tolerance: Of `--tolerance`; None where it was left out.
+        estimate: Whether errors are estimated at all.
+
+    Raises:
+        InputError: The tolerance is out of bounds, or given where no error is to be estimated.
+    """
+    from warprock.run.case_run import require_tolerance
+    from warprock.run.options import TOLERANCE, RunOptions
+
+    if tolerance is not None and not estimate:
+        allowed = "must not be given with --no-estimate: it is held against the estimate"
+        raise InputError("--tolerance", "", tolerance, allowed)
+    if tolerance is not None:
+        require_tolerance(tolerance)
+    held = TOLERANCE if tolerance is None else tolerance
+    return RunOptions(precision, device, workers, held if estimate else None)
 
 
 def estimate_options(command: Command) -> Command:
@@ -83,24 +116,6 @@ def estimate_options(command: Command) -> Command:
         help="--no-estimate: every lane once, at the step of the case; nothing says how far off.",
     )
     return tolerance(estimate(command))
-
-
-def asked_tolerance(tolerance: float | None, *, estimate: bool) -> float:
-    """The tolerance asked for, or the one that holds without.
-
-    Raises:
-        InputError: It is out of bounds, or given where no error is to be estimated.
-    """
-    from warprock.run.case_run import require_tolerance
-    from warprock.run.tolerance import TOLERANCE
-
-    if tolerance is None:
-        return TOLERANCE
-    if not estimate:
-        allowed = "must not be given with --no-estimate: it is held against the estimate"
-        raise InputError("--tolerance", "", tolerance, allowed)
-    require_tolerance(tolerance)
-    return tolerance
 
 
 def max_bad_option(command: Command) -> Command:

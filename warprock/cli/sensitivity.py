@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import pathlib
-from typing import Any
 
 import click
 
 from warprock.cli.options import (
-    asked_tolerance,
+    asked_options,
     case_options,
     engine_for,
     estimate_options,
@@ -36,10 +36,12 @@ def sensitivity(
     folder: pathlib.Path | None,
     tolerance: float | None,
     estimate: bool,
+    precision: str,
+    device: str,
+    workers: int | None,
     of: str,
     resamples: int,
     as_json: bool,
-    **options: Any,
 ) -> None:
     """Sobol' indices: which inputs of a CASE with a [sample] explain the variance of a result.
 
@@ -54,18 +56,11 @@ def sensitivity(
 
     require_within("--resamples", resamples, 10, 10_000)
     case = load_case(case_name, overrides)
+    options = asked_options(precision, device, workers, tolerance=tolerance, estimate=estimate)
     choice = engine_for(case, engine)
     with console.lane_progress(case.name, None) as progress:
-        found = module.run_sensitivity(
-            case,
-            choice.engine,
-            of=of,
-            resamples=resamples,
-            estimate=estimate,
-            tolerance=asked_tolerance(tolerance, estimate=estimate),
-            progress=progress,
-            **options,
-        )
+        counted = dataclasses.replace(options, progress=progress)
+        found = module.run_sensitivity(case, choice.engine, counted, of=of, resamples=resamples)
     say_engine(choice)
     files: list[pathlib.Path] = []
     if folder is not None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import pathlib
-from typing import Any
 
 import click
 
 from warprock.cli.options import (
-    asked_tolerance,
+    asked_options,
     case_options,
     engine_for,
     estimate_options,
@@ -27,8 +27,10 @@ def spectrum(
     folder: pathlib.Path | None,
     tolerance: float | None,
     estimate: bool,
+    precision: str,
+    device: str,
+    workers: int | None,
     as_json: bool,
-    **options: Any,
 ) -> None:
     """Rocking spectra: peak rotation / slenderness angle over 2 pi / p, a curve a slenderness.
 
@@ -42,16 +44,11 @@ def spectrum(
     from warprock.tables import spectrum as tables_spectrum
 
     case = load_case(case_name, overrides)
+    options = asked_options(precision, device, workers, tolerance=tolerance, estimate=estimate)
     choice = engine_for(case, engine)
     with console.lane_progress(case.name, case.lane_count) as progress:
-        found = module.run_spectrum(
-            case,
-            choice.engine,
-            estimate=estimate,
-            tolerance=asked_tolerance(tolerance, estimate=estimate),
-            progress=progress,
-            **options,
-        )
+        counted = dataclasses.replace(options, progress=progress)
+        found = module.run_spectrum(case, choice.engine, counted)
     say_engine(choice)
     files: list[pathlib.Path] = []
     if folder is not None:

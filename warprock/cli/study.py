@@ -12,6 +12,7 @@ from warprock.errors import InputError
 if TYPE_CHECKING:
     from warprock.case.case import Case
     from warprock.compare.study import StudyRun
+    from warprock.run.options import RunOptions
 
 
 def run_study_of(
@@ -19,10 +20,8 @@ def run_study_of(
     engine: str | None,
     folder: pathlib.Path | None,
     refused: Mapping[str, object],
+    options: RunOptions,
     *,
-    precision: str,
-    device: str,
-    workers: int | None,
     as_json: bool,
 ) -> None:
     """Runs a study, writes it where a folder is given, and prints it.
@@ -32,9 +31,7 @@ def run_study_of(
         engine: The only engine to run; None runs all of the study.
         folder: Where to write; None writes nothing.
         refused: Options of `run` that a study has no use for, and what was given for each.
-        precision: "float64" or "float32".
-        device: Warp device.
-        workers: Worker threads.
+        options: How its lanes are run.
         as_json: Whether to print one JSON object.
 
     Raises:
@@ -57,9 +54,7 @@ def run_study_of(
             done += count
             progress(done)
 
-        found = study.run_study(
-            case, engine, precision=precision, device=device, workers=workers, finished=finished
-        )
+        found = study.run_study(case, engine, options, finished=finished)
     files = [] if folder is None else _write(found, folder)
     if folder is not None:
         list_written(folder, files)

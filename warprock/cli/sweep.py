@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import pathlib
 import sys
 from collections.abc import Callable
@@ -11,7 +12,7 @@ import click
 
 from warprock.cli.options import (
     EXIT_BAD_LANES,
-    asked_tolerance,
+    asked_options,
     device_options,
     engine_for,
     engine_option,
@@ -69,17 +70,14 @@ def plan(
     from warprock.tables import console, sweeps
 
     case = load_case(case_name, overrides)
+    options = asked_options(precision, device, tolerance=tolerance, estimate=estimate)
     choice = engine_for(case, engine)
     with console.lane_progress("look at every lane", case.lane_count) as progress:
         made = sweep_plan.make_plan(
             case,
             choice.engine,
-            precision=precision,
-            device=device,
-            estimate=estimate,
-            tolerance=asked_tolerance(tolerance, estimate=estimate),
+            dataclasses.replace(options, progress=progress),
             chunk_lanes=sweep_plan.CHUNK_LANES if chunk_lanes is None else chunk_lanes,
-            progress=progress,
         )
     written = sweep_plan.write_plan(made, folder)
     say_engine(choice)

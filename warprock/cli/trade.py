@@ -13,6 +13,7 @@ from warprock.errors import InputError
 if TYPE_CHECKING:
     from warprock.case.case import Case
     from warprock.measure.trade_choice import Choice
+    from warprock.run.options import RunOptions
 
 
 @click.command()
@@ -53,8 +54,8 @@ def trade(
         tables_trade.print_trade(levels, texts, files)
 
 
-def tolerance_of_accuracy(accuracy: float, tolerance: float | None, *, estimate: bool) -> float:
-    """The tolerance of a run whose accuracy was asked for: the same number.
+def require_accuracy_alone(tolerance: float | None, *, estimate: bool) -> None:
+    """Refuses what an accuracy sets itself: it is the tolerance of the run.
 
     Raises:
         InputError: A tolerance was asked for as well, or no estimate was wanted to hold it against.
@@ -65,7 +66,6 @@ def tolerance_of_accuracy(accuracy: float, tolerance: float | None, *, estimate:
         raise InputError("--tolerance", "", tolerance, f"must be left out: {OPTION} sets it, too")
     if not estimate:
         raise InputError("--no-estimate", "", "given", f"must be left out with {OPTION}")
-    return accuracy
 
 
 def choose_for(
@@ -75,7 +75,7 @@ def choose_for(
     *,
     engine: str | None,
     precision: str | None,
-    workers: int | None,
+    options: RunOptions,
 ) -> tuple[Case, Choice]:
     """A case with the settings chosen for an accuracy, and the choice.
 
@@ -85,7 +85,7 @@ def choose_for(
         accuracy: The accuracy asked for.
         engine: The engine asked for; None if none was.
         precision: The precision asked for; None if none was.
-        workers: Worker threads.
+        options: How the tests of the choice are run, but for their precision.
 
     Raises:
         InputError: Settings were asked for as well, or nothing met the accuracy.
@@ -99,5 +99,5 @@ def choose_for(
                 OPTION, "", accuracy, f"chooses the settings itself, without {override}"
             )
     case = load_case(case_name, overrides)
-    choice = choose(case, accuracy, engine=engine, precision=precision, workers=workers)
+    choice = choose(case, accuracy, engine=engine, precision=precision, options=options)
     return load_case(case_name, (*overrides, *choice.overrides)), choice

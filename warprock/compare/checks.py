@@ -28,6 +28,7 @@ from warprock.model.response import Response, Status
 from warprock.programs.table import PROGRAMS, PeerAnswer
 from warprock.run.case_run import run_case
 from warprock.run.cells import compare_cells
+from warprock.run.options import RunOptions
 
 __all__ = ["CHECKS", "ORACLE", "CheckRow", "compare", "compare_with_housner", "run_checks"]
 
@@ -115,8 +116,8 @@ class CaseResponses:
         # An ensemble has too many lanes to hold the histories of.
         histories = None if self.case.ensemble is None else False
         # Engines are compared at the step asked for, not at the finer one that a lane may need.
-        run = run_case(case, name, workers=self._workers, histories=histories, estimate=False)
-        return run.response
+        options = RunOptions(workers=self._workers, tolerance=None)
+        return run_case(case, name, options, histories=histories).response
 
 
 def lane_name(lane_set: LaneSet, lane: int) -> str:

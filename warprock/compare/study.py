@@ -31,6 +31,7 @@ from warprock.run import lane_table as store
 from warprock.run.batch import run_batch
 from warprock.run.case_run import require_options, require_support
 from warprock.run.files import replacing, require_writable
+from warprock.run.options import DEFAULT_OPTIONS, RunOptions
 
 Array = npt.NDArray[np.float64]
 
@@ -84,9 +85,7 @@ class StudyRun:
         times: Sample times [s], shape [sample].
         reference: Housner's rotation / slenderness angle in the last lane, shape [sample].
         histories: The same of every run.
-        precision: "float64" or "float32".
-        device: Warp device.
-        workers: Worker threads asked for; None leaves the choice to the batch.
+        options: How it was run.
         wall_time: Time that all runs took [s], kernel builds included.
     """
 
@@ -97,9 +96,7 @@ class StudyRun:
     times: Array
     reference: Array
     histories: dict[History, Array]
-    precision: str
-    device: str
-    workers: int | None
+    options: RunOptions
     wall_time: float
 
     @property
@@ -129,10 +126,8 @@ def run_count(case: Case, engine: str | None = None) -> int:
 def run_study(
     case: Case,
     engine: str | None = None,
+    options: RunOptions = DEFAULT_OPTIONS,
     *,
-    precision: str = "float64",
-    device: str = "cpu",
-    workers: int | None = None,
     finished: Callable[[int], None] | None = None,
 ) -> StudyRun:
     """Runs a study.
@@ -140,9 +135,7 @@ def run_study(
     Args:
         case: A case with a study.
         engine: The only engine to run; None runs all of the study.
-        precision: "float64" or "float32"; the reference is float64.
-        device: Warp device, such as "cpu" or "cuda:0".
-        workers: Worker threads; None uses the cores at hand.
+        options: How it is run, every lane once at each step; the reference is float64 on the CPU.
         finished: Called after each run with its number of lanes.
 
     Raises:
@@ -153,16 +146,15 @@ def run_study(
     lane_set = expand_lanes(case)
     require_support(case, lane_set, REFERENCE)
     for name in engines:
-        require_options(name, precision=precision, device=device, workers=workers)
+        require_options(name, options)
         require_support(case, lane_set, name)
     started = time.perf_counter()
     given = (lane_set.lanes, lane_set.motions, lane_set.times)
-    reference = run_batch(REFERENCE, *given, workers=workers)
+    reference = run_batch(REFERENCE, *given, workers=options.workers)
     tables, histories = [], {}
     for name in engines:
         baseline = _study(case).baseline[name]
-        target = Target(precision, device, Form.PLAIN)
-        timed = _Timed(name, lane_set, target, workers, finished)
+        timed = _Timed(name, lane_set, options, finished)
         own, _ = timed(baseline)
         for variation in _study(case).variations(name):
             response, seconds = timed(variation.settings)
@@ -177,9 +169,7 @@ def run_study(
         times=reference.times,
         reference=_ratio(lane_set, reference)[-1],
         histories=histories,
-        precision=precision,
-        device=device,
-        workers=workers,
+        options=options.without_progress(),
         wall_time=time.perf_counter() - started,
     )
 
@@ -226,9 +216,9 @@ def study_provenance(run: StudyRun) -> dict[str, Any]:
         "case": store.case_facts(run.case),
         "study": [study.plan(engine) for engine in run.engines],
         "runs": runs,
-        "precision": run.precision,
-        "device": run.device,
-        "workers": run.workers,
+        "precision": run.options.precision,
+        "device": run.options.device,
+        "workers": run.options.workers,
         **store.surroundings(run.case),
         "lanes": run.lane_set.lanes.lane_count,
         "duration_s": run.lane_set.times.duration,
@@ -249,12 +239,11 @@ class _Timed:
         self,
         engine: str,
         lane_set: LaneSet,
-        target: Target,
-        workers: int | None,
+        options: RunOptions,
         finished: Callable[[int], None] | None,
     ) -> None:
-        self._engine, self._lane_set, self._target = engine, lane_set, target
-        self._workers, self._finished = workers, finished
+        self._engine, self._lane_set = engine, lane_set
+        self._options, self._finished = options.without_progress(), finished
         self._found: dict[Any, tuple[Response, float]] = {}
 
     def __call__(self, settings: Any) -> tuple[Response, float]:
@@ -262,7 +251,7 @@ class _Timed:
         if settings in self._found:
             return self._found[settings]
         lanes, motions = self._lane_set.lanes, self._lane_set.motions
-        target = self._target
+        target = Target(self._options.precision, self._options.device, Form.PLAIN)
         engine_class(self._engine)(settings, target).warm_up(lanes, motions)
         begin = time.process_time()
         response = run_batch(
@@ -271,10 +260,8 @@ class _Timed:
             motions,
             self._lane_set.times,
             settings=settings,
-            precision=target.precision,
-            device=target.device,
             form=target.form,
-            workers=self._workers,
+            **self._options.of_batch,
         )
         seconds = time.process_time() - begin
         self._found[settings] = response, seconds / lanes.lane_count

@@ -5,7 +5,7 @@ are sound, they are sound but energy grew, or they are absurd although the statu
 The last is a defect of the engine. A launch is cut to `AtlasSize.steps` steps: one at 1e-6 s covers
 20 ms of motion, enough for small blocks and small rotations to come down, not for tall ones.
 
-Every finished part (map, engine, precision) is kept as a file of its own; a part whose file holds
+Every finished part (map, engine, precision) is kept, see `warprock.run.parts`; one whose file holds
 what would be run again is read, not run.
 """
 
@@ -15,14 +15,13 @@ import dataclasses
 import hashlib
 import itertools
 import pathlib
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 import warprock
 from warprock.compare.housner import SLIDE_BOUND
@@ -33,11 +32,11 @@ from warprock.measure.atlas_lanes import AtlasSize, LaneGrid
 from warprock.measure.atlas_maps import MAPS, AtlasMap, Launch
 from warprock.model.response import SOUND, USABLE, Outcome, Response, SampleTimes, Status
 from warprock.model.scene import scene_kind
-from warprock.reading import require_plain
 from warprock.run.batch import run_batch
 from warprock.run.case_run import PRECISIONS
-from warprock.run.files import replacing
 from warprock.run.machine import kernel_hash
+from warprock.run.options import DEFAULT_OPTIONS, RunOptions
+from warprock.run.parts import State, find_part, read_part, write_part
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -53,7 +52,6 @@ SAMPLES = 100
 """Samples of a history in which errors are looked for."""
 REFERENCES = ("housner", "two-block")
 """What single blocks and stacks are held against, in float64."""
-FINGERPRINT = b"warprock_atlas"
 FOLDER = "maps"
 
 
@@ -78,8 +76,7 @@ def run_atlas(
     engines: Sequence[str] | None = None,
     maps: Sequence[AtlasMap] = MAPS,
     precisions: Sequence[str] = PRECISIONS,
-    workers: int | None = None,
-    progress: Callable[[int], None] = lambda _done: None,
+    options: RunOptions = DEFAULT_OPTIONS,
 ) -> pd.DataFrame:
     """Runs the maps of the atlas, but for the parts that the folder holds already.
 
@@ -89,8 +86,7 @@ def run_atlas(
         engines: Names in `ENGINES`; all of them where None.
         maps: The maps to run.
         precisions: "float64", "float32" or both.
-        workers: Worker threads on the CPU.
-        progress: Called with the number of parts that are done.
+        options: How lanes are run, but for the precision; the progress counts parts.
 
     Returns:
         One row a lane and launch: `map`, `engine`, `precision`, the inputs and knobs of the map
@@ -98,17 +94,17 @@ def run_atlas(
     """
     size = size or AtlasSize()
     parts = all_parts(engines, maps, precisions)
-    (folder / FOLDER).mkdir(parents=True, exist_ok=True)
     tables = []
     for done, part in enumerate(parts):
         path = folder / FOLDER / part.file
-        mark = _fingerprint(part, size)
-        table = read_part(path, mark)
+        of = {"atlas": _fingerprint(part, size)}
+        table = _kept(path, of)
         if table is None:
-            table = run_part(part, size, workers)
-            _keep(path, table, mark)
+            table = run_part(part, size, options)
+            write_part(path, pa.Table.from_pandas(table, preserve_index=False), of)
         tables.append(table)
-        progress(done + 1)
+        if options.progress is not None:
+            options.progress(done + 1)
     filled = [table for table in tables if len(table)]
     return pd.concat(filled, ignore_index=True) if filled else pd.DataFrame()
 
@@ -123,7 +119,7 @@ def all_parts(
     return [Part(*key) for key in itertools.product(maps, names, precisions)]
 
 
-def run_part(part: Part, size: AtlasSize, workers: int | None = None) -> pd.DataFrame:
+def run_part(part: Part, size: AtlasSize, options: RunOptions = DEFAULT_OPTIONS) -> pd.DataFrame:
     """Runs one part; see `run_atlas` for the columns. Empty where the engine supports no lane."""
     launches = part.map.launches(part.engine, size)
     whole = part.map.lanes(size) if launches else None
@@ -131,6 +127,8 @@ def run_part(part: Part, size: AtlasSize, workers: int | None = None) -> pd.Data
     if whole is None or chosen is None or not len(chosen):
         return pd.DataFrame()
     grid = take_lanes(whole, chosen)
+    uncounted = options.without_progress()
+    own = dataclasses.replace(uncounted, precision=part.precision)
     references: dict[tuple[float, bytes], tuple[Numbers, Response]] = {}
     tables = []
     for launch in launches:
@@ -139,15 +137,14 @@ def run_part(part: Part, size: AtlasSize, workers: int | None = None) -> pd.Data
             times = SampleTimes(duration, duration / SAMPLES)
             key = (duration, numbers.tobytes())
             if key not in references:
-                references[key] = _reference(batch, times, workers)
+                references[key] = _reference(batch, times, uncounted)
             response = run_batch(
                 part.engine,
                 batch.lanes,
                 batch.motions,
                 times,
                 settings=launch.settings,
-                precision=part.precision,
-                workers=workers,
+                **own.of_batch,
             )
             tables.append(
                 batch.inputs.assign(
@@ -244,23 +241,15 @@ def measure(
     }
 
 
-def read_part(path: pathlib.Path, mark: str) -> pd.DataFrame | None:
-    """The table that a file keeps, if it is there, whole, and holds just that part; else None."""
-    try:
-        require_plain(path)
-        table = pq.read_table(path)
-    except (OSError, pa.ArrowException):
+def _kept(path: pathlib.Path, of: Mapping[str, str]) -> pd.DataFrame | None:
+    """The table of a part, if it is there, whole, and of just that; else None."""
+    if find_part(path, of).state is not State.DONE:
         return None
-    kept = (table.schema.metadata or {}).get(FINGERPRINT, b"")
-    found: pd.DataFrame = table.to_pandas()
-    return found if kept == mark.encode() else None
-
-
-def _keep(path: pathlib.Path, table: pd.DataFrame, mark: str) -> None:
-    arrow = pa.Table.from_pandas(table, preserve_index=False)
-    metadata = {**(arrow.schema.metadata or {}), FINGERPRINT: mark.encode()}
-    with replacing(path) as temporary:
-        pq.write_table(arrow.replace_schema_metadata(metadata), temporary)
+    try:
+        found: pd.DataFrame = read_part(path).to_pandas()
+    except OSError:
+        return None
+    return found
 
 
 def _fingerprint(part: Part, size: AtlasSize) -> str:
@@ -293,13 +282,13 @@ def _batches(
     return [(float(most[numbers].min()), numbers) for numbers in groups]
 
 
-def _reference(grid: LaneGrid, times: SampleTimes, workers: int | None) -> tuple[Numbers, Response]:
+def _reference(grid: LaneGrid, times: SampleTimes, options: RunOptions) -> tuple[Numbers, Response]:
     """The lanes that the reference supports, and its answer for them (for one lane at least)."""
     name = REFERENCES[int(grid.lanes.stacked)]
     chosen = supported_lanes(name, grid)
     lanes = chosen if len(chosen) else np.arange(1)
     part = take_lanes(grid, lanes)
-    return chosen, run_batch(name, part.lanes, part.motions, times, workers=workers)
+    return chosen, run_batch(name, part.lanes, part.motions, times, **options.of_batch)
 
 
 def _by_block(values: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -15,8 +15,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
-import pyarrow.parquet as pq
 
 from warprock.engines import ENGINES, engine_class
 from warprock.errors import InputError
@@ -27,12 +25,12 @@ from warprock.model.motion import GroundMotions
 from warprock.model.response import SOUND, Response, SampleTimes
 from warprock.model.scene import scene_kind
 from warprock.quantity import Said
-from warprock.reading import require_plain
 from warprock.run import machine
 from warprock.run.batch import LANE_QUANTUM, run_batch
 from warprock.run.case_run import require_choice
 from warprock.run.files import replacing
 from warprock.run.lane_table import PACKAGES, arrow_table
+from warprock.run.parts import State, find_part, read_part, write_part
 from warprock.settings.engines import build_settings
 
 TABLE, CSV = "trade.parquet", "trade.csv"
@@ -142,19 +140,18 @@ def run_trade(
     Returns:
         The table, by scene and engine: the rows wanted, then others that the folder had.
     """
-    folder.mkdir(parents=True, exist_ok=True)
     here = {"cpu": machine.cpu_name(), "kernel_sha256": machine.kernel_hash()}
     rows = _written_rows(folder / TABLE)
     missing = [entry for entry in entries if not here.items() <= rows.get(entry.key, {}).items()]
     done = len(entries) - len(missing)
     for entry, row in _measure_all(missing, here):
         rows[entry.key] = row
-        _write(_as_table(rows, entries), folder)
+        write_part(folder / TABLE, arrow_table(_as_table(rows, entries)), here)
         done += 1
         if progress is not None:
             progress(done)
     table = _as_table(rows, entries)
-    _write(table, folder)
+    write_part(folder / TABLE, arrow_table(table), here)
     return table
 
 
@@ -164,11 +161,12 @@ def _written_rows(path: pathlib.Path) -> dict[Any, dict[str, Any]]:
     Raises:
         InputError: It cannot be read.
     """
+    part = find_part(path, {})
+    if part.state is State.MISSING:
+        return {}
     try:
-        if path.exists():
-            require_plain(path)
-        table = pd.read_parquet(path) if path.exists() else pd.DataFrame()
-    except (OSError, pa.ArrowException):
+        table: pd.DataFrame = read_part(path).to_pandas()
+    except OSError:
         allowed = "must be a table as it was written: delete it, and all rows are measured anew"
         raise InputError(str(path), "", Said("no Parquet"), allowed) from None
     if list(table) != list(COLUMNS):
@@ -190,11 +188,6 @@ def _as_table(rows: Mapping[Any, Mapping[str, Any]], entries: Sequence[Entry]) -
         k: {"unit": unit, "text": text} for k, (unit, text) in COLUMNS.items()
     }
     return table
-
-
-def _write(table: pd.DataFrame, folder: pathlib.Path) -> None:
-    with replacing(folder / TABLE) as temporary:
-        pq.write_table(arrow_table(table), temporary)
 
 
 def write_csv(table: pd.DataFrame, folder: pathlib.Path) -> pathlib.Path:

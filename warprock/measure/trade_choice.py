@@ -27,6 +27,7 @@ from warprock.model.response import SOUND, Outcome, SampleTimes
 from warprock.run.batch import run_batch
 from warprock.run.engine_choice import judged_lanes, outside_model
 from warprock.run.estimate import run_with_estimate
+from warprock.run.options import DEFAULT_OPTIONS, RunOptions
 from warprock.settings.engines import SETTINGS, build_settings
 
 Array = npt.NDArray[np.float64]
@@ -100,7 +101,7 @@ def choose(
     *,
     engine: str | None = None,
     precision: str | None = None,
-    workers: int | None = None,
+    options: RunOptions = DEFAULT_OPTIONS,
     table: pd.DataFrame | None = None,
 ) -> Choice:
     """The cheapest engine and settings that met an accuracy, tested on a sample of the lanes.
@@ -110,7 +111,7 @@ def choose(
         accuracy: Largest |error of the rotation| / slenderness angle wanted, > 0 and < 1.
         engine: The only engine that may be chosen; any where None.
         precision: The only precision that may be chosen; any where None.
-        workers: Worker threads of the tests.
+        options: How the tests are run, but for their precision.
         table: Measured rows; those that are shipped where None.
 
     Raises:
@@ -140,7 +141,7 @@ def choose(
         failed[row["engine"]] = float(row["error_max"])
         rank = "the next" if tried else "the cheapest"
         found = f"{rank} of {len(met)} settings that met {accuracy:g}"
-        tried.append(_test(row, found, judge, lane_set, accuracy, workers))
+        tried.append(_test(row, found, judge, lane_set, accuracy, options))
         if tried[-1].lanes_met == tried[-1].lanes:
             return _with_trials(tried, len(tried) - 1)
     most = max(range(len(tried)), key=lambda k: (tried[k].lanes_met, -tried[k].largest_error))
@@ -194,15 +195,15 @@ def _test(
     judge: pd.Series[Any] | None,
     lane_set: LaneSet,
     accuracy: float,
-    workers: int | None,
+    options: RunOptions,
 ) -> Choice:
     """A row as a choice, tested on a sample of the lanes."""
     count = min(SAMPLE, lane_set.lanes.lane_count)
     chosen = np.linspace(0, lane_set.lanes.lane_count - 1, count).round().astype(np.intp)
     if engine_class(row["engine"]).order is not None:
-        errors, how = _halving_errors(row, lane_set, chosen, workers), "by halving the step"
+        errors, how = _halving_errors(row, lane_set, chosen, options), "by halving the step"
     elif judge is not None:
-        errors = _errors_against(row, judge, lane_set, chosen, workers)
+        errors = _errors_against(row, judge, lane_set, chosen, options)
         how = f"against {_row_text(judge)}, for {row['engine']} has no time step"
     else:
         errors, how = np.zeros(count), "not at all: nothing with a time step can run this case"
@@ -228,7 +229,7 @@ def _settings(row: pd.Series[Any]) -> Any:
 
 
 def _halving_errors(
-    row: pd.Series[Any], lane_set: LaneSet, chosen: npt.NDArray[np.intp], workers: int | None
+    row: pd.Series[Any], lane_set: LaneSet, chosen: npt.NDArray[np.intp], options: RunOptions
 ) -> Array:
     """Estimated error / slenderness angle of some lanes; infinite where a lane has no answer."""
     lanes = lane_set.lanes.take(chosen)
@@ -237,9 +238,8 @@ def _halving_errors(
         lanes,
         lane_set.motions.take(chosen),
         SampleTimes(lane_set.times.duration),
+        dataclasses.replace(options, precision=row["precision"]),
         settings=_settings(row),
-        precision=row["precision"],
-        workers=workers,
     )
     ratio = (response["rotation_error"] / lanes.slenderness_angle).reshape(len(chosen), -1)
     return np.asarray(np.nan_to_num(ratio.max(axis=1), nan=np.inf, posinf=np.inf))
@@ -250,7 +250,7 @@ def _errors_against(
     judge: pd.Series[Any],
     lane_set: LaneSet,
     chosen: npt.NDArray[np.intp],
-    workers: int | None,
+    options: RunOptions,
 ) -> Array:
     """|Rotation difference| / slenderness angle of two rows in some lanes, up to a fall in both."""
     lanes, motions = lane_set.lanes.take(chosen), lane_set.motions.take(chosen)
@@ -264,8 +264,7 @@ def _errors_against(
             motions,
             times,
             settings=_settings(each),
-            precision=each["precision"],
-            workers=workers,
+            **dataclasses.replace(options, precision=each["precision"]).of_batch,
         )
         for each in (row, judge)
     )

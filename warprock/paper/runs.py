@@ -24,6 +24,7 @@ from warprock.model.response import Response, SampleTimes
 from warprock.paper.conflict_texts import Conflict
 from warprock.run.case_run import require_options
 from warprock.run.files import replacing
+from warprock.run.options import RunOptions
 
 Array = npt.NDArray[np.float64]
 Row = dict[str, Any]
@@ -114,7 +115,9 @@ class PaperRuns:
 
     def study(self, name: str) -> StudyRun:
         """The study of a shipped case."""
-        return run_study(load_case(name), workers=self._workers, finished=self._note)
+        return run_study(
+            load_case(name), options=RunOptions(workers=self._workers), finished=self._note
+        )
 
     def oracle_peaks(self, name: str) -> Array:
         """Peak rotation ratios of the oracle in the first `ORACLE_TIME` of a case, shape [lane]."""

@@ -19,17 +19,17 @@ from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.workload import require_workload
 from warprock.errors import InputError, listed
+from warprock.model.lanes import Lanes
+from warprock.model.motion import GroundMotions
 from warprock.model.response import Response, SampleTimes, join_responses, take_lanes
 from warprock.quantity import NOTHING
 from warprock.run.batch import require_room, run_batch
 from warprock.run.devices import require_device
 from warprock.run.machine import require_workers
-from warprock.run.tolerance import TOLERANCE, run_at_step, run_to_tolerance
+from warprock.run.options import DEFAULT_OPTIONS, RunOptions
+from warprock.run.tolerance import run_at_step, run_to_tolerance
 
 PRECISIONS = ("float64", "float32")
-
-Progress = Callable[[int], None]
-"""Called with the number of lanes finished so far."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -40,51 +40,35 @@ class CaseRun:
         case: The case.
         lane_set: Its lanes, motions and inputs.
         response: The engine's answer.
-        precision: "float64" or "float32".
-        device: Warp device.
-        workers: Worker threads asked for; None leaves the choice to the batch.
+        options: How it was run.
         settings: Settings dataclass of the engine, with the step asked for.
         wall_time: Time that the batch took [s], kernel build included.
-        tolerance: Largest error of a rotation over the slenderness angle that was asked for; None
-            where no error was estimated.
     """
 
     case: Case
     lane_set: LaneSet
     response: Response
-    precision: str
-    device: str
-    workers: int | None
+    options: RunOptions
     settings: Any
     wall_time: float
-    tolerance: float | None = None
 
 
 def run_case(
     case: Case,
     engine: str,
+    options: RunOptions = DEFAULT_OPTIONS,
     *,
-    precision: str = "float64",
-    device: str = "cpu",
-    workers: int | None = None,
     histories: bool | None = None,
-    estimate: bool = True,
-    tolerance: float = TOLERANCE,
-    progress: Progress | None = None,
 ) -> CaseRun:
     """Runs every lane of a case with one engine.
 
     Args:
         case: The case.
         engine: Name of the engine.
-        precision: "float64" or "float32".
-        device: Warp device, such as "cpu" or "cuda:0".
-        workers: Worker threads; None uses the cores at hand.
+        options: How its lanes are run; with a tolerance the error of every lane is estimated, and
+            it runs at finer steps until it is within the tolerance, without it once, at the step
+            of the case.
         histories: Whether to keep sampled histories; None does as the case says.
-        estimate: Whether to estimate the error of every lane, and to run it at finer steps until
-            it is within the tolerance; without, every lane runs once, at the step of the case.
-        tolerance: Largest error of a rotation over the slenderness angle, > 0 and < 1.
-        progress: Called with the number of lanes finished so far.
 
     Returns:
         The case, its lanes and the response.
@@ -92,8 +76,7 @@ def run_case(
     Raises:
         InputError: An option is not one of those allowed, or the engine cannot do the scene.
     """
-    require_options(engine, precision=precision, device=device, workers=workers)
-    require_tolerance(tolerance)
+    require_options(engine, options)
     lane_set = expand_lanes(case)
     require_support(case, lane_set, engine)
     times = _sample_times(case, histories)
@@ -101,19 +84,14 @@ def run_case(
     require_room(blocks, times, case.source_of("run.sample_interval"))
     started = time.perf_counter()
     settings = case.engine_settings(engine)
-    options: dict[str, Any] = {"precision": precision, "device": device, "workers": workers}
-    refinement: dict[str, Any] = {"estimate": estimate, "tolerance": tolerance}
-    response = run_lane_set(
-        engine, lane_set, times, settings=settings, progress=progress, **options, **refinement
-    )
+    response = run_lane_set(engine, lane_set, times, options, settings=settings)
     return CaseRun(
         case=case,
         lane_set=lane_set,
         response=response,
+        options=options.without_progress(),
         settings=settings,
         wall_time=time.perf_counter() - started,
-        tolerance=tolerance if estimate else None,
-        **options,
     )
 
 
@@ -121,10 +99,9 @@ def run_lane_set(
     engine: str,
     lane_set: LaneSet,
     times: SampleTimes,
+    options: RunOptions = DEFAULT_OPTIONS,
     *,
-    estimate: bool,
-    tolerance: float = TOLERANCE,
-    **options: Any,
+    settings: Any,
 ) -> Response:
     """Runs lanes of a case with one engine.
 
@@ -132,13 +109,16 @@ def run_lane_set(
         engine: Name of the engine.
         lane_set: The lanes, all of a case or some.
         times: Length of the run and sampling of its histories.
-        estimate: Whether to estimate the error of every lane, and to refine its step.
-        tolerance: Largest error of a rotation over the slenderness angle.
-        options: `settings` of the engine, and what `run_batch` takes besides.
+        options: How they are run.
+        settings: Settings of the engine.
     """
-    refine = functools.partial(run_to_tolerance, tolerance=tolerance)
-    run = refine if estimate else run_batch
-    return _run_members(run, engine, lane_set, None, times, **options)
+
+    def run(lanes: Lanes, motions: GroundMotions, settings: Any, options: RunOptions) -> Response:
+        if options.tolerance is None:
+            return run_batch(engine, lanes, motions, times, settings=settings, **options.of_batch)
+        return run_to_tolerance(engine, lanes, motions, times, options, settings=settings)
+
+    return _run_members(run, lane_set, None, settings, options)
 
 
 def run_lane(run: CaseRun, lane: int) -> Response:
@@ -166,76 +146,63 @@ def run_lanes(run: CaseRun, lanes: Sequence[int]) -> Response:
     parts, places = [], []
     for step in np.unique(steps):
         places.append(np.flatnonzero(steps == step))
-        parts.append(
-            _run_members(
-                functools.partial(run_at_step, step=float(step)) if step > 0.0 else run_batch,
-                run.response.engine,
-                run.lane_set,
-                chosen[places[-1]],
-                run.case.sample_times,
-                settings=run.settings,
-                precision=run.precision,
-                device=run.device,
-                workers=run.workers,
-            )
-        )
+        run_again = functools.partial(_run_again, run, float(step))
+        part = chosen[places[-1]]
+        parts.append(_run_members(run_again, run.lane_set, part, run.settings, run.options))
     return take_lanes(join_responses(parts), np.argsort(np.concatenate(places)))
 
 
+def _run_again(
+    run: CaseRun,
+    step: float,
+    lanes: Lanes,
+    motions: GroundMotions,
+    settings: Any,
+    options: RunOptions,
+) -> Response:
+    """Runs lanes of a finished run once, with histories, at a step; 0 is that of the settings."""
+    batch = (run.response.engine, lanes, motions, run.case.sample_times)
+    if step > 0.0:
+        return run_at_step(*batch, options, step=step, settings=settings)
+    return run_batch(*batch, settings=settings, **options.of_batch)
+
+
+RunMembers = Callable[[Lanes, GroundMotions, Any, RunOptions], Response]
+"""Runs a batch of one time step: lanes, their motions, settings of the engine, options."""
+
+
 def _run_members(
-    run_batch: Callable[..., Response],
-    engine: str,
+    run: RunMembers,
     lane_set: LaneSet,
     chosen: npt.NDArray[np.intp] | None,
-    times: SampleTimes,
-    *,
     settings: Any,
-    progress: Progress | None = None,
-    **options: Any,
+    options: RunOptions,
 ) -> Response:
     """Runs lanes of a case, those of each time step together, and puts them in order again.
 
     Args:
-        run_batch: What runs a batch of one time step.
-        engine: Name of the engine.
+        run: What runs a batch of one time step.
         lane_set: Lanes of the case, and the factors on the time step that an ensemble asks for;
             an engine without a time step has no use for them.
         chosen: Numbers of the lanes wanted, in the order wanted; None is all.
-        times: Length of the run and sampling of its histories.
         settings: Settings of the engine, with the time step that the factors change.
-        progress: Called with the number of lanes finished so far.
-        options: Other arguments of `run_batch`.
+        options: How they are run.
     """
     lanes, motions, factors = lane_set.lanes, lane_set.motions, lane_set.step_factors
     if chosen is not None:
         lanes, motions = lanes.take(chosen), motions.take(chosen)
         factors = None if factors is None else factors[chosen]
     if factors is None or not has_time_step(settings):
-        return run_batch(
-            engine, lanes, motions, times, settings=settings, progress=progress, **options
-        )
+        return run(lanes, motions, settings, options)
     parts, numbers, before = [], [], 0
     for factor in np.unique(factors):
         members = np.flatnonzero(factors == factor)
-        report = None if progress is None else _counted_from(progress, before)
-        parts.append(
-            run_batch(
-                engine,
-                lanes.take(members),
-                motions.take(members),
-                times,
-                settings=settings.with_step_scaled(float(factor)),
-                progress=report,
-                **options,
-            )
-        )
+        scaled = settings.with_step_scaled(float(factor))
+        batch = (lanes.take(members), motions.take(members))
+        parts.append(run(*batch, scaled, options.counting_from(before)))
         numbers.append(members)
         before += len(members)
     return take_lanes(join_responses(parts), np.argsort(np.concatenate(numbers)))
-
-
-def _counted_from(progress: Progress, before: int) -> Progress:
-    return lambda done: progress(before + done)
 
 
 def has_time_step(settings: Any) -> bool:
@@ -243,18 +210,19 @@ def has_time_step(settings: Any) -> bool:
     return hasattr(settings, "with_step_scaled")
 
 
-def require_options(
-    engine: str, *, precision: str = "float64", device: str = "cpu", workers: int | None = None
-) -> None:
+def require_options(engine: str, options: RunOptions = DEFAULT_OPTIONS) -> None:
     """Refuses options of a run that are not among those allowed.
 
     Raises:
-        InputError: Unknown engine, precision or device, or a number of workers out of bounds.
+        InputError: Unknown engine, precision or device, or a number of workers or a tolerance out
+            of bounds.
     """
     require_choice("--engine", engine, tuple(ENGINES))
-    require_choice("--precision", precision, PRECISIONS)
-    require_workers(workers)
-    require_device(device)
+    require_choice("--precision", options.precision, PRECISIONS)
+    require_workers(options.workers)
+    require_device(options.device)
+    if options.tolerance is not None:
+        require_tolerance(options.tolerance)
 
 
 def require_tolerance(tolerance: float) -> None:

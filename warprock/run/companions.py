@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from warprock.engines import engine_class
 from warprock.engines.launching import Target
-from warprock.engines.workload import FINEST_STEPS
+from warprock.engines.workload import FINEST_STEPS, MOST_STEPS
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, RecordMotions, SpatialMotions
 from warprock.model.response import (
@@ -23,6 +23,7 @@ from warprock.model.response import (
     take_lanes,
 )
 from warprock.run.batch import run_batch
+from warprock.run.options import RunOptions
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -94,7 +95,8 @@ class Companions:
         motions: Their ground motions.
         times: Duration and sampling.
         settings: Settings of the engine, with the step asked for.
-        options: Other arguments of `run_batch`.
+        options: How they are run.
+        most_steps: Steps that a lane may need, at most.
     """
 
     engine: str
@@ -102,7 +104,8 @@ class Companions:
     motions: GroundMotions
     times: SampleTimes
     settings: Any
-    options: dict[str, Any]
+    options: RunOptions
+    most_steps: float = MOST_STEPS
 
     @property
     def order(self) -> int:
@@ -134,7 +137,8 @@ class Companions:
             self.motions,
             self.times,
             settings=self.settings,
-            **self.options,
+            most_steps=self.most_steps,
+            **self.options.of_batch,
         )
 
     @property
@@ -145,7 +149,7 @@ class Companions:
             return np.asarray(twice > 1.99 * self._longest_step(self.settings))
 
     def _longest_step(self, settings: Any) -> Array:
-        target = Target(self.options["precision"], self.options["device"])
+        target = Target(self.options.precision, self.options.device)
         return engine_class(self.engine)(settings, target).longest_step(self.lanes, self.motions)
 
     def halvings(self, power: int) -> Numbers:
@@ -174,7 +178,7 @@ class Companions:
             finer = dataclasses.replace(
                 self.take(lanes),
                 settings=halved(self.settings, int(count)),
-                options={**self.options, "most_steps": FINEST_STEPS},
+                most_steps=FINEST_STEPS,
             )
             found.append(finer.run())
             places.append(lanes)

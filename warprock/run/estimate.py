@@ -26,7 +26,6 @@ problems involving differential equations, *Philosophical Transactions of the Ro
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -56,6 +55,7 @@ from warprock.run.companions import (
     slide_gap,
     usable,
 )
+from warprock.run.options import DEFAULT_OPTIONS, RunOptions
 
 Array = npt.NDArray[np.float64]
 
@@ -88,12 +88,9 @@ def run_with_estimate(
     lanes: Lanes,
     motions: GroundMotions,
     times: SampleTimes,
+    options: RunOptions = DEFAULT_OPTIONS,
     *,
     settings: Any = None,
-    precision: str = "float64",
-    device: str = "cpu",
-    workers: int | None = None,
-    progress: Callable[[int], None] | None = None,
 ) -> Response:
     """Runs all lanes of a batch with one engine, and estimates the errors of their rotations.
 
@@ -102,11 +99,8 @@ def run_with_estimate(
         lanes: The lanes.
         motions: Their ground motions.
         times: Duration and sampling; an estimate does not depend on the sampling.
+        options: How they are run; a tolerance plays no part.
         settings: Settings of the engine; its defaults where None.
-        precision: "float64" or "float32".
-        device: Name of a Warp device.
-        workers: Worker threads on the CPU; as many as there are cores where None.
-        progress: Called with the lanes finished so far.
 
     Returns:
         The response that `run_batch` gives, with `rotation_error`, `peak_rotation_error` [rad] and
@@ -118,19 +112,18 @@ def run_with_estimate(
         KeyError: Unknown engine.
     """
     built = engine_class(engine)
-    options = {"precision": precision, "device": device, "workers": workers}
     settings = settings or built.settings_type()
-    asked = Companions(engine, lanes, motions, times, settings, options)
+    asked = Companions(engine, lanes, motions, times, settings, options.without_progress())
     if built.order is None or lanes.lane_count == 0:
-        return dataclasses.replace(asked, options={**options, "progress": progress}).run()
+        return dataclasses.replace(asked, options=options).run()
     case = dataclasses.replace(asked, times=sample_times(float(times.times[-1]), SAMPLE_INTERVAL))
     size = max(1, CHUNK_VALUES // (len(case.times.times) * lanes.block_count))
     parts = []
     for low in range(0, lanes.lane_count, size):
         high = min(low + size, lanes.lane_count)
         parts.append(_estimated(case.take(slice(low, high))))
-        if progress is not None:
-            progress(high)
+        if options.progress is not None:
+            options.progress(high)
     found = join_responses(parts)
     if times.interval is None:
         return found

@@ -34,14 +34,12 @@ from warprock.run.accuracy import accuracy_counts, count_bad
 from warprock.run.case_run import CaseRun
 from warprock.run.cells import cell_table
 from warprock.run.files import replacing, require_writable
+from warprock.run.parts import FOOTER
 
 LANE_TABLE = "lanes.parquet"
 CELL_TABLE = "cells.csv"
 PROVENANCE = "run.json"
 HISTORY = "history-lane-{lane}.csv"
-
-FOOTER = b"warprock"
-"""Key in the metadata of a lane table of what made it: `engine`, `estimate` and `tolerance`."""
 
 PACKAGES = ("warp-lang", "numpy", "scipy")
 """Distributions whose version can change a number."""
@@ -208,17 +206,17 @@ def provenance(run: CaseRun) -> dict[str, Any]:
     return {
         "case": case_facts(run.case),
         "engine": {"name": response.engine, "settings": dataclasses.asdict(run.settings)},
-        "precision": run.precision,
-        "device": run.device,
-        "workers": run.workers,
+        "precision": run.options.precision,
+        "device": run.options.device,
+        "workers": run.options.workers,
         **surroundings(run.case),
         "lanes": response.lane_count,
         "status": count_words(response, "status"),
         "outcome": count_words(response, "outcome"),
         **undecided_counts(run.lane_set, response),
-        "estimate": run.tolerance is not None,
-        "tolerance": run.tolerance,
-        "accuracy": accuracy_counts(response, run.lane_set, run.settings, run.tolerance),
+        "estimate": run.options.tolerance is not None,
+        "tolerance": run.options.tolerance,
+        "accuracy": accuracy_counts(response, run.lane_set, run.settings, run.options.tolerance),
         "rotation_error_rad": error_summary(response),
         "duration_s": run.lane_set.times.duration,
         "wall_time_s": run.wall_time,
@@ -285,7 +283,8 @@ def undecided_counts(lane_set: LaneSet, response: Response) -> dict[str, int]:
 
 def bad_lanes(run: CaseRun) -> int:
     """Lanes of a run whose numbers may not be used, or that missed the tolerance."""
-    counts = accuracy_counts(run.response, run.lane_set, run.settings, run.tolerance)
+    tolerance = run.options.tolerance
+    counts = accuracy_counts(run.response, run.lane_set, run.settings, tolerance)
     return count_bad(count_words(run.response, "status"), counts)
 
 

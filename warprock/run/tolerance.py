@@ -34,7 +34,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -74,13 +73,11 @@ from warprock.run.companions import (
     usable,
 )
 from warprock.run.estimate import CHAOTIC_ABOVE, CHUNK_VALUES, SENSITIVE_ABOVE
+from warprock.run.options import DEFAULT_OPTIONS, RunOptions
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 Numbers = npt.NDArray[np.intp]
-
-TOLERANCE = 1e-2
-"""Largest error of a rotation over the slenderness angle, where none is asked for."""
 
 HALVINGS = 3
 """How often the step is halved, at most: to an eighth."""
@@ -117,13 +114,9 @@ def run_to_tolerance(
     lanes: Lanes,
     motions: GroundMotions,
     times: SampleTimes,
+    options: RunOptions = DEFAULT_OPTIONS,
     *,
-    tolerance: float = TOLERANCE,
     settings: Any = None,
-    precision: str = "float64",
-    device: str = "cpu",
-    workers: int | None = None,
-    progress: Callable[[int], None] | None = None,
 ) -> Response:
     """Runs all lanes of a batch with one engine, at finer steps where a lane needs them.
 
@@ -132,12 +125,8 @@ def run_to_tolerance(
         lanes: The lanes.
         motions: Their ground motions.
         times: Duration and sampling; estimates do not depend on the sampling.
-        tolerance: Largest error of a rotation over the slenderness angle, > 0.
+        options: How they are run, with a tolerance.
         settings: Settings of the engine, with the coarsest step; its defaults where None.
-        precision: "float64" or "float32".
-        device: Name of a Warp device.
-        workers: Worker threads on the CPU; as many as there are cores where None.
-        progress: Called with the lanes finished so far.
 
     Returns:
         The numbers of every lane's finest run, with `ESTIMATE_FIELDS`: the estimated errors, NaN
@@ -150,14 +139,14 @@ def run_to_tolerance(
         ValueError: No lanes, or a tolerance that is not above zero.
         KeyError: Unknown engine.
     """
-    if not tolerance > 0.0:
+    tolerance = options.tolerance
+    if tolerance is None or not tolerance > 0.0:
         raise ValueError(f"tolerance: got {tolerance}, must be > 0")
     built = engine_class(engine)
-    options = {"precision": precision, "device": device, "workers": workers}
     settings = settings or built.settings_type()
-    asked = Companions(engine, lanes, motions, times, settings, options)
+    asked = Companions(engine, lanes, motions, times, settings, options.without_progress())
     if built.order is None or lanes.lane_count == 0:
-        return dataclasses.replace(asked, options={**options, "progress": progress}).run()
+        return dataclasses.replace(asked, options=options).run()
     compared = sample_times(float(times.times[-1]), SAMPLE_INTERVAL)
     case = dataclasses.replace(asked, times=compared)
     size = max(1, CHUNK_VALUES // (len(compared.times) * lanes.block_count))
@@ -165,8 +154,8 @@ def run_to_tolerance(
     for low in range(0, lanes.lane_count, size):
         high = min(low + size, lanes.lane_count)
         parts.append(_refined(case.take(slice(low, high)), tolerance))
-        if progress is not None:
-            progress(high)
+        if options.progress is not None:
+            options.progress(high)
     found = join_responses(parts)
     return found if times.interval is None else _with_histories(asked, found)
 
@@ -176,10 +165,10 @@ def run_at_step(
     lanes: Lanes,
     motions: GroundMotions,
     times: SampleTimes,
+    options: RunOptions,
     *,
     step: float,
     settings: Any,
-    **options: Any,
 ) -> Response:
     """Runs lanes once, at a step that `run_to_tolerance` came to with the same settings.
 
@@ -188,13 +177,20 @@ def run_at_step(
         lanes: The lanes.
         motions: Their ground motions.
         times: Duration and sampling.
+        options: How they are run.
         step: Their `time_step` [s].
         settings: Settings of the engine, with the coarsest step.
-        options: Other arguments of `run_batch`.
     """
-    count = round(math.log2(settings.time_step / step))
-    options["most_steps"] = FINEST_STEPS
-    return run_batch(engine, lanes, motions, times, settings=halved(settings, count), **options)
+    finer = halved(settings, round(math.log2(settings.time_step / step)))
+    return run_batch(
+        engine,
+        lanes,
+        motions,
+        times,
+        settings=finer,
+        most_steps=FINEST_STEPS,
+        **options.of_batch,
+    )
 
 
 def _with_histories(case: Companions, found: Response) -> Response:

@@ -1,9 +1,7 @@
-"""The files of a sweep: chunks that are there whole or not at all, and the table they make up.
+"""The files of a sweep: its chunks, and the table they make up.
 
-A chunk is written under a temporary name, brought to the disk and then moved to its place, so that
-no end of a process leaves half of one. Its footer names the plan, the chunk and its lanes: a file
-is complete if it can be read and its footer is the one that the plan asks for. Nothing is locked;
-two processes that write the same chunk write the same bytes.
+A chunk is a part (see `warprock.run.parts`) whose footer names the plan, the chunk and its lanes,
+and counts what became of them.
 
 The merged table has all lanes in order, in row groups that do not depend on the chunks, and nothing
 in it but what the plan says: its bytes are a function of the plan's content alone.
@@ -13,9 +11,7 @@ from __future__ import annotations
 
 import collections
 import dataclasses
-import enum
 import errno
-import json
 import pathlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
@@ -28,17 +24,16 @@ from warprock.errors import InputError
 from warprock.model.response import Response
 from warprock.model.undecided import UNDECIDED
 from warprock.quantity import Said
-from warprock.reading import require_plain
 from warprock.run.accuracy import accuracy_counts
 from warprock.run.files import replacing
 from warprock.run.lane_table import (
-    FOOTER,
     LANE_TABLE,
     arrow_table,
     count_words,
     lane_table,
     undecided_counts,
 )
+from warprock.run.parts import State, find_part, part_writer, read_part, write_part
 from warprock.sweep.plan import Plan
 
 CHUNKS = "chunks"
@@ -53,18 +48,8 @@ COUNTED = (*WORDS, ACCURACY, UNDECIDED)
 """What a footer counts, so that the state of a sweep needs no table read: words of fields, what
 `accuracy_counts` found, and the lanes that are undecided."""
 
-COMPRESSION = "zstd"
 NAMED = 5
 """Chunks that an error names before it only counts them."""
-
-
-class ChunkState(enum.StrEnum):
-    """What is found in the place of a chunk."""
-
-    DONE = "done"
-    MISSING = "missing"
-    BROKEN = "broken"
-    FOREIGN = "foreign"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -79,7 +64,7 @@ class Chunk:
     """
 
     number: int
-    state: ChunkState
+    state: State
     why: str = ""
     counts: Mapping[str, Mapping[str, int]] = dataclasses.field(default_factory=dict)
 
@@ -91,28 +76,24 @@ def chunk_path(folder: pathlib.Path, number: int) -> pathlib.Path:
 
 def find_chunk(plan: Plan, folder: pathlib.Path, number: int) -> Chunk:
     """What is in the place of a chunk."""
-    path, lanes = chunk_path(folder, number), plan.lanes_of(number)
-    try:
-        require_plain(path)
-        found = pq.read_metadata(path)
-    except FileNotFoundError:
-        return Chunk(number, ChunkState.MISSING)
-    except (OSError, pa.ArrowException):
-        return Chunk(number, ChunkState.BROKEN, "it cannot be read: it is cut off or no Parquet")
-    try:
-        footer = json.loads((found.metadata or {})[FOOTER])
-        names = footer["plan"], footer["chunk"], footer["first"], footer["end"]
-        counts = {field: footer[field] for field in COUNTED}
-    except (KeyError, TypeError, ValueError):
-        return Chunk(number, ChunkState.FOREIGN, "it is no chunk of a sweep")
-    if names[0] != plan.id:
-        return Chunk(number, ChunkState.FOREIGN, f"it is of the plan {str(names[0])[:12]}")
-    if names[1:] != (number, lanes.start, lanes.stop):
-        why = f"it is chunk {names[1]}, lanes {names[2]} to {names[3]}"
-        return Chunk(number, ChunkState.FOREIGN, why)
-    if found.num_rows != len(lanes):
-        return Chunk(number, ChunkState.BROKEN, f"it has {found.num_rows} rows for {len(lanes)}")
-    return Chunk(number, ChunkState.DONE, counts=counts)
+    lanes = plan.lanes_of(number)
+    place = {"chunk": number, "first": lanes.start, "end": lanes.stop}
+    part = find_part(chunk_path(folder, number), {"plan": plan.id, **place})
+    if part.state is State.MISSING:
+        return Chunk(number, part.state)
+    if part.state is State.BROKEN:
+        return Chunk(number, part.state, "it cannot be read: it is cut off or no Parquet")
+    footer = part.footer
+    if not {"plan", *place, *COUNTED} <= set(footer):
+        return Chunk(number, State.FOREIGN, "it is no chunk of a sweep")
+    if part.state is State.FOREIGN:
+        why = f"it is of the plan {str(footer['plan'])[:12]}"
+        if footer["plan"] == plan.id:
+            why = f"it is chunk {footer['chunk']}, lanes {footer['first']} to {footer['end']}"
+        return Chunk(number, State.FOREIGN, why)
+    if part.rows != len(lanes):
+        return Chunk(number, State.BROKEN, f"it has {part.rows} rows for {len(lanes)}")
+    return Chunk(number, State.DONE, counts={field: footer[field] for field in COUNTED})
 
 
 def find_chunks(plan: Plan, folder: pathlib.Path, numbers: Iterable[int]) -> list[Chunk]:
@@ -127,7 +108,7 @@ def refuse_foreign(folder: pathlib.Path, chunks: Iterable[Chunk]) -> None:
         InputError: There is one.
     """
     for chunk in chunks:
-        if chunk.state is ChunkState.FOREIGN:
+        if chunk.state is State.FOREIGN:
             path = chunk_path(folder, chunk.number)
             allowed = "must be a chunk of the plan beside it, or not be there: move it away"
             raise InputError(str(path), "", Said(f"another file: {chunk.why}"), allowed)
@@ -157,27 +138,13 @@ def write_chunk(
     counts[ACCURACY] = accuracy_counts(response, lane_set, settings, plan.tolerance)
     counts[UNDECIDED] = {"lanes": undecided_counts(lane_set, response)[UNDECIDED]}
     footer = {"plan": plan.id, "chunk": number, "first": lanes.start, "end": lanes.stop, **counts}
-    table = arrow_table(lane_table(lane_set, response))
+    table = arrow_table(lane_table(lane_set, response)).replace_schema_metadata(None)
     path = chunk_path(folder, number)
     try:
-        path.parent.mkdir(exist_ok=True)
-        with replacing(path) as temporary, _writer(temporary, table.schema, footer) as writer:
-            writer.write_table(table, row_group_size=len(lanes))
+        write_part(path, table, footer)
     except OSError as error:
         raise _unwritten(error, f"chunk {number} ({path})") from error
     return counts
-
-
-def _writer(path: pathlib.Path, schema: pa.Schema, footer: Mapping[str, Any]) -> pq.ParquetWriter:
-    """A writer of lanes that knows their plan; numbers are written as they are, words by number."""
-    text = json.dumps(footer, ensure_ascii=False, separators=(",", ":"))
-    return pq.ParquetWriter(
-        path,
-        schema.with_metadata({FOOTER: text}),
-        compression=COMPRESSION,
-        use_dictionary=[field.name for field in schema if pa.types.is_dictionary(field.type)],
-        write_page_checksum=True,
-    )
 
 
 def _unwritten(error: OSError, what: str) -> OSError:
@@ -203,10 +170,10 @@ def sweep_state(plan: Plan, folder: pathlib.Path) -> dict[str, Any]:
         other files among the chunks.
     """
     chunks = find_chunks(plan, folder, range(plan.chunk_count))
-    done = [chunk for chunk in chunks if chunk.state is ChunkState.DONE]
+    done = [chunk for chunk in chunks if chunk.state is State.DONE]
     places = {chunk_path(folder, number).name for number in range(plan.chunk_count)}
     there = (folder / CHUNKS).iterdir() if (folder / CHUNKS).is_dir() else ()
-    wrong = (ChunkState.BROKEN, ChunkState.FOREIGN)
+    wrong = (State.BROKEN, State.FOREIGN)
     return {
         "plan": plan.id,
         "case": plan.content["case"]["name"],
@@ -217,7 +184,7 @@ def sweep_state(plan: Plan, folder: pathlib.Path) -> dict[str, Any]:
         "chunks_done": len(done),
         **{
             state.value: [chunk.number for chunk in chunks if chunk.state is state]
-            for state in (ChunkState.MISSING, *wrong)
+            for state in (State.MISSING, *wrong)
         },
         "wrong": {
             str(chunk_path(folder, chunk.number)): chunk.why
@@ -265,7 +232,7 @@ def merge(
     path = output or folder / LANE_TABLE
     chunks = find_chunks(plan, folder, range(plan.chunk_count))
     refuse_foreign(folder, chunks)
-    for state in (ChunkState.BROKEN, ChunkState.MISSING):
+    for state in (State.BROKEN, State.MISSING):
         numbers = [chunk.number for chunk in chunks if chunk.state is state]
         if numbers:
             more = f" and {len(numbers) - NAMED} more" if len(numbers) > NAMED else ""
@@ -290,7 +257,7 @@ def _write_merged(
     writer: pq.ParquetWriter | None = None
     try:
         for group in _row_groups(_chunk_tables(plan, folder)):
-            writer = writer or _writer(path, group.schema, plan.content)
+            writer = writer or part_writer(path, group.schema, plan.content)
             writer.write_table(group, row_group_size=ROW_GROUP)
             written += len(group)
             if progress is not None:
@@ -304,9 +271,8 @@ def _chunk_tables(plan: Plan, folder: pathlib.Path) -> Iterator[pa.Table]:
     for number in range(plan.chunk_count):
         path = chunk_path(folder, number)
         try:
-            with pq.ParquetFile(path, page_checksum_verification=True) as file:
-                table = file.read()
-        except (OSError, pa.ArrowException) as error:
+            table = read_part(path)
+        except OSError as error:
             allowed = "must be as it was written: delete it and run the sweep again"
             raise InputError(str(path), "", Said(f"damaged data: {error}"), allowed) from None
         yield table

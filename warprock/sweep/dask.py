@@ -17,8 +17,9 @@ from typing import Any
 
 from warprock.errors import InputError
 from warprock.run import machine
+from warprock.run.options import Progress
 from warprock.sweep.plan import Plan, read_plan, require_same_software
-from warprock.sweep.run import Progress, RunChunks, run_chunk
+from warprock.sweep.run import RunChunks, run_chunk
 
 _ONE_CHUNK = threading.Lock()
 

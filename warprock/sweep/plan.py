@@ -13,7 +13,7 @@ import functools
 import hashlib
 import json
 import pathlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from warprock.case.case import Case
@@ -24,10 +24,10 @@ from warprock.errors import InputError
 from warprock.quantity import NOTHING, Said
 from warprock.reading import read_bytes, reason
 from warprock.run import machine
-from warprock.run.case_run import require_options, require_support, require_tolerance
+from warprock.run.case_run import require_options, require_support
 from warprock.run.files import replacing, require_writable
 from warprock.run.lane_table import PACKAGES, record_rows
-from warprock.run.tolerance import TOLERANCE
+from warprock.run.options import DEFAULT_OPTIONS, Progress, RunOptions
 
 PLAN = "plan.json"
 FORMAT = 2
@@ -96,6 +96,11 @@ class Plan:
         tolerance = self.content.get("tolerance")
         return None if tolerance is None else float(tolerance)
 
+    def options(self, workers: int | None, progress: Progress | None) -> RunOptions:
+        """How its lanes are run, by as many worker threads as whoever runs them has."""
+        precision, device = (str(self.content[name]) for name in ("precision", "device"))
+        return RunOptions(precision, device, workers, self.tolerance, progress)
+
     @functools.cached_property
     def case(self) -> Case:
         """The case, read from the plan alone.
@@ -111,32 +116,23 @@ class Plan:
 def make_plan(
     case: Case,
     engine: str,
+    options: RunOptions = DEFAULT_OPTIONS,
     *,
-    precision: str = "float64",
-    device: str = "cpu",
-    estimate: bool = True,
-    tolerance: float = TOLERANCE,
     chunk_lanes: int = CHUNK_LANES,
-    progress: Callable[[int], None] | None = None,
 ) -> Plan:
     """Plans a sweep, and refuses it if any of its lanes could not be run.
 
     Args:
         case: The case.
         engine: Name of the engine.
-        precision: "float64" or "float32".
-        device: Warp device.
-        estimate: Whether to estimate the error of every lane, and to refine its step.
-        tolerance: Largest error of a rotation over the slenderness angle, > 0 and < 1.
+        options: How its lanes are to be run; the progress is that of the look at every lane.
         chunk_lanes: Lanes in a chunk.
-        progress: Called with the number of lanes looked at so far.
 
     Raises:
         InputError: An option out of bounds, a lane that no engine could run, or a scene that this
             engine cannot do.
     """
-    require_options(engine, precision=precision, device=device)
-    require_tolerance(tolerance)
+    require_options(engine, options)
     if not 1 <= chunk_lanes <= MOST_CHUNK_LANES:
         allowed = f"must be a number of lanes from 1 to {MOST_CHUNK_LANES}"
         raise InputError("--chunk", "", chunk_lanes, allowed)
@@ -150,20 +146,19 @@ def make_plan(
         least = -(-case.lane_count // MOST_CHUNKS)
         allowed = f"must be at least {least:,} lanes: a sweep has at most {MOST_CHUNKS:,} chunks"
         raise InputError("--chunk", "", chunk_lanes, allowed)
-    content = _content(case, engine, precision, device, tolerance if estimate else None)
+    content = _content(case, engine, options)
     folder = None if case.folder is None else str(case.folder)
     plan = Plan(content, chunk_lanes, folder)
     for chunk in range(plan.chunk_count):
         lanes = plan.lanes_of(chunk)
         require_support(case, expand_lanes(case, lanes), engine, lanes.start)
-        if progress is not None:
-            progress(lanes.stop)
+        if options.progress is not None:
+            options.progress(lanes.stop)
     return plan
 
 
-def _content(
-    case: Case, engine: str, precision: str, device: str, tolerance: float | None
-) -> dict[str, Any]:
+def _content(case: Case, engine: str, options: RunOptions) -> dict[str, Any]:
+    """What the numbers of a sweep depend on."""
     versions = machine.package_versions(PACKAGES_OF_BYTES)
     # Python itself computes nothing here.
     del versions["python"]
@@ -181,10 +176,10 @@ def _content(
             "name": engine,
             "settings": dataclasses.asdict(case.engine_settings(engine)),
         },
-        "precision": precision,
-        "device": device,
-        "estimate": tolerance is not None,
-        "tolerance": tolerance,
+        "precision": options.precision,
+        "device": options.device,
+        "estimate": options.tolerance is not None,
+        "tolerance": options.tolerance,
         "records": record_rows(case),
         "versions": versions,
         "kernel_sha256": machine.kernel_hash(),
@@ -315,8 +310,9 @@ def require_same_software(plan: Plan) -> None:
         InputError: A record, the kernels, a version, or a default of the engine is another one.
     """
     planned = plan.content
-    here = _content(plan.case, plan.engine, planned["precision"], planned["device"], plan.tolerance)
-    require_options(plan.engine, precision=planned["precision"], device=planned["device"])
+    options = plan.options(None, None)
+    here = _content(plan.case, plan.engine, options)
+    require_options(plan.engine, options)
     wanted, found = dict(_leaves(planned)), dict(_leaves(here))
     for key in wanted | found:
         if wanted.get(key, NOTHING) != found.get(key, NOTHING):

@@ -22,12 +22,12 @@ from warprock.run.accuracy import count_bad, unusable_lanes
 from warprock.run.case_run import run_lane_set
 from warprock.run.devices import start_warp
 from warprock.run.files import remove_dead_temporaries
-from warprock.run.tolerance import TOLERANCE
+from warprock.run.options import Progress, counted_from
+from warprock.run.parts import State
 from warprock.sweep.chunks import (
     ACCURACY,
     CHUNKS,
     Chunk,
-    ChunkState,
     find_chunk,
     find_chunks,
     refuse_foreign,
@@ -35,9 +35,6 @@ from warprock.sweep.chunks import (
     write_chunk,
 )
 from warprock.sweep.plan import Plan, require_same_software
-
-Progress = Callable[[int], None]
-"""Called with the number of lanes finished so far."""
 
 RunChunks = Callable[[list[int], Progress], None]
 """Runs chunks, and says how many of their lanes are finished."""
@@ -121,22 +118,17 @@ def run_chunk(
     Raises:
         OSError: It could not be written.
     """
-    if find_chunk(plan, folder, number).state is ChunkState.DONE:
+    if find_chunk(plan, folder, number).state is State.DONE:
         return
     start_warp()
-    case, content = plan.case, plan.content
+    case = plan.case
     lane_set = expand_lanes(case, plan.lanes_of(number))
     response = run_lane_set(
         plan.engine,
         lane_set,
         SampleTimes(lane_set.times.duration),
+        plan.options(workers, progress),
         settings=case.engine_settings(plan.engine),
-        precision=content["precision"],
-        device=content["device"],
-        workers=workers,
-        estimate=plan.tolerance is not None,
-        tolerance=plan.tolerance or TOLERANCE,
-        progress=progress,
     )
     write_chunk(plan, folder, number, lane_set, response)
 
@@ -151,7 +143,7 @@ def chunks_to_run(plan: Plan, folder: pathlib.Path, shard: Shard) -> list[int]:
     require_same_software(plan)
     found = find_chunks(plan, folder, shard.chunks(plan))
     refuse_foreign(folder, found)
-    return [chunk.number for chunk in found if chunk.state is not ChunkState.DONE]
+    return [chunk.number for chunk in found if chunk.state is not State.DONE]
 
 
 def run_here(plan: Plan, folder: pathlib.Path, workers: int | None = None) -> RunChunks:
@@ -161,13 +153,8 @@ def run_here(plan: Plan, folder: pathlib.Path, workers: int | None = None) -> Ru
         remove_dead_temporaries(folder / CHUNKS, "chunk-*")
         before = 0
         for number in numbers:
-            run_chunk(
-                plan,
-                folder,
-                number,
-                workers=workers,
-                progress=lambda done, before=before: progress(before + done),  # type: ignore[misc]
-            )
+            counted = counted_from(progress, before)
+            run_chunk(plan, folder, number, workers=workers, progress=counted)
             before += len(plan.lanes_of(number))
             progress(before)
 
@@ -183,7 +170,7 @@ def shard_counts(plan: Plan, folder: pathlib.Path, shard: Shard) -> dict[str, An
         and bad (these, and those that missed the tolerance).
     """
     found: list[Chunk] = find_chunks(plan, folder, shard.chunks(plan))
-    done = [chunk for chunk in found if chunk.state is ChunkState.DONE]
+    done = [chunk for chunk in found if chunk.state is State.DONE]
     counts = summed_counts(chunk.counts for chunk in done)
     return {
         "lanes": sum(len(plan.lanes_of(chunk.number)) for chunk in found),

@@ -68,14 +68,14 @@ def accuracy_lines(
 
 def run_accuracy_lines(run: CaseRun) -> list[str]:
     """What to print of the accuracy of a run of a case."""
-    response = run.response
-    counts = accuracy_counts(response, run.lane_set, run.settings, run.tolerance)
+    response, tolerance = run.response, run.options.tolerance
+    counts = accuracy_counts(response, run.lane_set, run.settings, tolerance)
     if not counts:
         has_step = hasattr(run.settings, "halved")
-        return accuracy_lines(counts, run.tolerance, 0, "") if has_step else []
+        return accuracy_lines(counts, tolerance, 0, "") if has_step else []
     return accuracy_lines(
         counts,
-        run.tolerance,
+        tolerance,
         response.lane_count,
         smaller_step(response.engine, run.settings),
         float(response["time_step"].min()),

@@ -14,7 +14,7 @@ from tests.shared.spatial_blocks import along, in_space, sound_run, still
 from tests.shared.speed import require_gain
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
-from warprock.engines import spatial_dem
+from warprock.engines import base
 from warprock.engines.launching import Form
 from warprock.model.lanes import SpatialLanes
 from warprock.model.motion import Control, HarmonicMotions, SpatialMotions, StillBase, no_motion
@@ -216,9 +216,9 @@ def test_rotation_in_flight_keeps_angular_momentum_and_energy(
     drop = velocity_steps(-20.0 * count, 0.0 * count, 10.0 * count)
     drop = dataclasses.replace(drop, start=away, stop=away + 10.0)
     taken = []
-    shown = spatial_dem.histories
+    shown = base.histories
     monkeypatch.setattr(
-        spatial_dem, "histories", lambda lanes, seen: taken.append(seen) or shown(lanes, seen)
+        base, "histories", lambda lanes, seen: taken.append(seen) or shown(lanes, seen)
     )
     still_along = no_motion(drop)
     interval = 1e-3

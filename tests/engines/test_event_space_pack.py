@@ -11,8 +11,8 @@ import pytest
 from tests.shared.blocks import sines
 from tests.shared.spatial_blocks import along, spatial_lanes
 from tests.shared.speed import require_gain
+from warprock.engines.event import Event
 from warprock.engines.launching import Form, Target
-from warprock.engines.spatial_event import spatial_event_module
 from warprock.model.lanes import SpatialLanes
 from warprock.model.motion import Control, SpatialMotions
 from warprock.model.response import SOUND, SampleTimes
@@ -122,6 +122,8 @@ def test_only_the_cone_is_packed() -> None:
         (False, Form.PLAIN, "event_space/space_run"),
         (True, Form.PACKED, "event_space/space_run"),
     ):
-        settings, target = EventSettings(friction_box=box), Target(form=form)
-        name = spatial_event_module(settings, target, crooked_lanes(1), shaken(1)).__name__
-        assert name.startswith(f"warprock.kernels.{file.replace('/', '.')}__")
+        engine = Event(EventSettings(friction_box=box), Target(form=form))
+        assert engine.kernel_of(crooked_lanes(1)).file == file
+        assert engine.module_of(crooked_lanes(1), shaken(1)).__name__.startswith(
+            f"warprock.kernels.{file.replace('/', '.')}__"
+        )

@@ -10,7 +10,7 @@ import pytest
 
 from tests.shared.blocks import Array, make_lanes, make_stacks, velocity_steps
 from tests.shared.spatial_blocks import in_space, sound_run, still
-from warprock.engines.spatial_dem_springs import SpatialSprings, spatial_frequencies
+from warprock.engines.dem_springs_space import SpatialSprings, spatial_frequencies
 from warprock.model.lanes import Lanes
 from warprock.model.motion import SpatialMotions
 from warprock.model.response import Outcome, SampleTimes, Status

@@ -1,0 +1,67 @@
+"""How lanes are run: what a user asks for once, and every room hands down to the batch."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+Progress = Callable[[int], None]
+"""Called with the number of lanes finished so far."""
+
+TOLERANCE = 0.01
+"""Largest error of a rotation over the slenderness angle where none is asked for."""
+
+
+@dataclasses.dataclass(frozen=True)
+class RunOptions:
+    """How lanes are run; no result depends on `workers` or `progress`.
+
+    Attributes:
+        precision: "float64" or "float32".
+        device: Warp device, such as "cpu" or "cuda:0".
+        workers: Worker threads; None uses the cores at hand.
+        tolerance: Largest error of a rotation over the slenderness angle, > 0 and < 1: a lane that
+            misses it by its estimate runs again at finer steps. None estimates no error, and runs
+            every lane once.
+        progress: Called with the number of lanes finished so far.
+    """
+
+    precision: str = "float64"
+    device: str = "cpu"
+    workers: int | None = None
+    tolerance: float | None = TOLERANCE
+    progress: Progress | None = None
+
+    @property
+    def of_batch(self) -> dict[str, Any]:
+        """The arguments of `run_batch` among them."""
+        return {
+            "precision": self.precision,
+            "device": self.device,
+            "workers": self.workers,
+            "progress": self.progress,
+        }
+
+    def counting_from(self, before: int) -> RunOptions:
+        """The same for the next of several batches.
+
+        Args:
+            before: Lanes of the batches before it, which are finished.
+        """
+        return dataclasses.replace(self, progress=counted_from(self.progress, before))
+
+    def without_progress(self) -> RunOptions:
+        """The same for a batch that is not counted, or that is counted elsewhere."""
+        return dataclasses.replace(self, progress=None)
+
+
+def counted_from(progress: Progress | None, before: int) -> Progress | None:
+    """A progress that counts on from lanes that are finished already; None of none."""
+    if progress is None or before == 0:
+        return progress
+    return lambda done: progress(before + done)
+
+
+DEFAULT_OPTIONS = RunOptions()
+"""What holds where nothing is asked for."""
