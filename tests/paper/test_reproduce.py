@@ -223,6 +223,7 @@ def test_a_figure_target_writes_its_figures_and_its_numbers(target: str, tmp_pat
     json.dumps(found, allow_nan=False)
 
 
+@pytest.mark.thorough
 def test_all_makes_every_target_and_runs_a_case_once(tmp_path, answered, monkeypatch):
     runs = []
     monkeypatch.setattr(
