@@ -129,8 +129,10 @@ def cross(a1: real, a2: real, a3: real, b1: real, b2: real, b3: real):
 
 
 @wp.func
-def seen(a1: real, a2: real, a3: real, b1: real, b2: real, b3: real, c1: real, c2: real, c3: real,
-         x: real, y: real, z: real):  # fmt: skip
+def in_axes(
+    a1: real, a2: real, a3: real, b1: real, b2: real, b3: real, c1: real, c2: real, c3: real,
+    x: real, y: real, z: real,
+):  # fmt: skip
     """A vector (x, y, z) in the axes a, b and c."""
     return a1 * x + a2 * y + a3 * z, b1 * x + b2 * y + b3 * z, c1 * x + c2 * y + c3 * z
 
@@ -200,13 +202,13 @@ else:
     def seen_from(gx: real, gy: real, gz: real, gw: real, x: real, y: real, z: real):
         """A vector of the base's axes in those of the lower body, of the attitude gx to gw."""
         r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(gx, gy, gz, gw)
-        return seen(r11, r21, r31, r12, r22, r32, r13, r23, r33, x, y, z)
+        return in_axes(r11, r21, r31, r12, r22, r32, r13, r23, r33, x, y, z)
 
     @wp.func
     def back_from(gx: real, gy: real, gz: real, gw: real, x: real, y: real, z: real):
         """A vector of the lower body's axes in those of the base; gx to gw is its attitude."""
         r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(gx, gy, gz, gw)
-        return seen(r11, r12, r13, r21, r22, r23, r31, r32, r33, x, y, z)
+        return in_axes(r11, r12, r13, r21, r22, r23, r31, r32, r33, x, y, z)
 
     @wp.func
     def turning(below: Block, lower: Moving):
@@ -234,7 +236,7 @@ else:
 
 
 @wp.func
-def glide(
+def relative_motion(
     block: Block, m11: real, m12: real, m13: real, m21: real, m22: real, m23: real,
     m31: real, m32: real, m33: real, w1: real, w2: real, w3: real, l1: real, l2: real, l3: real,
     u1: real, u2: real, u3: real, p1: real, p2: real, p3: real, d1: real, d2: real, d3: real,
@@ -242,7 +244,7 @@ def glide(
     """How the upper face moves against the lower one, all in the lower body's axes.
 
     Args:
-        block: See `meet`, as p1 to p3 and d1 to d3.
+        block: See `find_contacts`, as p1 to p3 and d1 to d3.
         m11: The upper block's attitude, row by row, to m33.
         w1: Velocity of the upper centre from the lower one's [m/s], to w3.
         l1: Angular momentum of the upper block for unit mass [m^2/s], to l3.
@@ -251,16 +253,16 @@ def glide(
     Returns:
         Velocity in the middle of the springs [m/s]; difference of the angular velocities [rad/s].
     """
-    n1, n2, n3 = seen(m11, m21, m31, m12, m22, m32, m13, m23, m33, l1, l2, l3)
+    n1, n2, n3 = in_axes(m11, m21, m31, m12, m22, m32, m13, m23, m33, l1, l2, l3)
     n1, n2, n3 = n1 * block.inverse_x, n2 * block.inverse_y, n3 * block.inverse_z
-    o1, o2, o3 = seen(m11, m12, m13, m21, m22, m23, m31, m32, m33, n1, n2, n3)
+    o1, o2, o3 = in_axes(m11, m12, m13, m21, m22, m23, m31, m32, m33, n1, n2, n3)
     s1, s2, s3 = cross(o1, o2, o3, p1, p2, p3)
     t1, t2, t3 = cross(u1, u2, u3, d1, d2, d3)
     return w1 + s1 - t1, w2 + s2 - t2, w3 + s3 - t3, o1 - u1, o2 - u2, o3 - u3
 
 
 @wp.func
-def meet(block: Block, below: Block, upper: Moving, lower: Moving) -> Link:
+def find_contacts(block: Block, below: Block, upper: Moving, lower: Moving) -> Link:
     """Finds where the springs of an interface are, and how the faces move.
 
     Args:
@@ -278,7 +280,7 @@ def meet(block: Block, below: Block, upper: Moving, lower: Moving) -> Link:
     slide_x, slide_y = slide_of(block, c1, c2, m11, m12, m13, m21, m22, m23, m31, m32)
     x, half_a, y, half_b = shared(block, below, c1, c2, m11, m12, m13, m21, m22, m23, m33)
     x, y = x - block.centre_x, y - block.centre_y
-    p1, p2, p3 = seen(m11, m12, m13, m21, m22, m23, m31, m32, m33, x, y, -high)
+    p1, p2, p3 = in_axes(m11, m12, m13, m21, m22, m23, m31, m32, m33, x, y, -high)
     # Nothing cancels: 1 - m33 = 2 (sx^2 + sy^2), and that of the lower body likewise.
     sunk = both * (gx * gx + gy * gy) - high * (sx * sx + sy * sy)
     _x, _y, up = seen_from(gx, gy, gz, gw, dx, dy, dz)
@@ -291,7 +293,7 @@ def meet(block: Block, below: Block, upper: Moving, lower: Moving) -> Link:
     )
     l1, l2, l3 = seen_from(gx, gy, gz, gw, upper.lx, upper.ly, upper.lz)
     u1, u2, u3 = turning(below, lower)
-    v1, v2, v3, t1, t2, t3 = glide(
+    v1, v2, v3, t1, t2, t3 = relative_motion(
         block, m11, m12, m13, m21, m22, m23, m31, m32, m33,
         w1, w2, w3, l1, l2, l3, u1, u2, u3, p1, p2, p3, d1, d2, d3,
     )  # fmt: skip

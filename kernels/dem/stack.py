@@ -75,7 +75,7 @@ def lean_of(turn: real, rate: real, dv: real) -> real:
 
 
 @wp.func
-def shared(slave: real, plane: real, place: real, cosine: real):
+def shared_stretch(slave: real, plane: real, place: real, cosine: real):
     """Ends of the stretch that two faces of the half widths slave and plane [m] share.
 
     Args:
@@ -91,7 +91,7 @@ def shared(slave: real, plane: real, place: real, cosine: real):
 
 
 @wp.func
-def approach(
+def relative_motion(
     ps: real, pc: real, rs: real, rc: real, side: real, de: real, dn: real, hs: real, middle: real,
     half: real, wx: real, wz: real, omega: real, lomega: real,
     pe: wp.ref[real], pn: wp.ref[real], vn: wp.ref[real], vt: wp.ref[real],
@@ -100,7 +100,7 @@ def approach(
     """Finds how the upper face moves against the lower one over the stretch that they share.
 
     Args:
-        ps: See `meet`, as all that is not told here.
+        ps: See `find_contacts`, as all that is not told here.
         hs: Half height of the slave [m].
         middle: Place of the middle of the stretch along the slave's face [m].
         pe: Lever of that middle from the slave's centre along e [m], pn along n; found.
@@ -122,7 +122,7 @@ def approach(
 
 
 @wp.func
-def meet(
+def find_contacts(
     dv: real, face: real, high: real, s: real, c: real, omega: real,
     lface: real, lhigh: real, ls: real, lc: real, lomega: real,
     dx: real, ez: real, wx: real, wz: real,
@@ -146,7 +146,7 @@ def meet(
         de: Upper centre from the lower one along e [m], dn along n.
         half: Half length of the stretch that the faces share, along the slave's face [m].
         slid: Place of the upper block along the lower one [m].
-        pe: See `approach`, as all that is not told here.
+        pe: See `relative_motion`, as all that is not told here.
         overlap: Overlap o in the middle of that stretch [m].
     """
     turn = s * lc - c * ls
@@ -163,7 +163,7 @@ def meet(
     plane = wp.where(upper, lface, face)
     along = dx * across - dz * sine
     place = -sign * along - tall * turn
-    low, top = shared(slave, plane, place, cosine)
+    low, top = shared_stretch(slave, plane, place, cosine)
     gap = dx * sine + ez * across - both * rise(sine, across) + tall * rise(turn, cosine)
     middle = real(0.5) * (low + top)
     length = real(0.5) * (top - low)
@@ -178,7 +178,7 @@ def meet(
     half = length
     overlap = middle * turn - gap
     slid = -sign * (place - lean * slave * rise(turn, cosine))
-    approach(
+    relative_motion(
         sine, across, turn, cosine, sign, along, normal, tall, middle, length,
         wx, wz, omega, lomega, pe, pn, vn, vt, tilt, parting, sliding,
     )  # fmt: skip
@@ -228,7 +228,7 @@ def spring(
 
 
 @wp.func
-def press(
+def solve_pair(
     knobs: Knobs, live: bool, mu: real, dt: real, share: real, away: real,
     overlap: real, tilt: real, vn: real, parting: real, vt: real, sliding: real,
     u1: wp.ref[real], slip1: wp.ref[real], u2: wp.ref[real], slip2: wp.ref[real],
@@ -241,7 +241,7 @@ def press(
         knobs: See `spring`, as all up to dt.
         share: Part of the area that each of the two stands for.
         away: Their distance from the middle over the half length.
-        overlap: At the middle [m]; tilt what is to be added at the end, see `meet`; vn and
+        overlap: At the middle [m]; tilt what is to be added at the end, see `find_contacts`; vn and
             parting, vt and sliding likewise.
         u1: State of the first point, see `spring`, slip1 likewise; u2, slip2 of the second.
         n: Mean of N so far [N/m^2], nq its first moment over the half length, t and tq of T,
@@ -268,7 +268,7 @@ def press(
 
 
 @wp.func
-def load(
+def load_blocks(
     depth: real, ps: real, pc: real, rs: real, rc: real, side: real, de: real, dn: real,
     half: real, pe: real, pn: real, n: wp.ref[real], nq: wp.ref[real], t: wp.ref[real],
     tq: wp.ref[real], e: wp.ref[real],
@@ -280,9 +280,9 @@ def load(
 
     Args:
         depth: Depth of the interface [m].
-        ps: See `meet`, as all up to half.
-        pe: See `meet`, pn likewise.
-        n: See `press`, as all up to e; set to zero for the next interface.
+        ps: See `find_contacts`, as all up to half.
+        pe: See `find_contacts`, pn likewise.
+        n: See `solve_pair`, as all up to e; set to zero for the next interface.
         fx: Force on the upper block [N], fz and its clockwise moment [N m]; lfx and so on, of the
             lower one.
         live: Whether the lane still runs.
@@ -311,7 +311,7 @@ def load(
 
 
 @wp.func
-def advance(
+def integrate(
     live: bool, dv: real, dt: real, span: real, knobs: Knobs, m: real, j: real,
     fx: wp.ref[real], fz: wp.ref[real], moment: wp.ref[real],
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],

@@ -21,9 +21,10 @@ found says so.
 
 import warp as wp
 
-from warprock.kernels.direct.block import residual, solve
+from warprock.kernels.direct.block import residual
+from warprock.kernels.direct.block import solve as solve_block
 from warprock.kernels.direct.stack_pivot import Equations, States, lemke
-from warprock.kernels.impulse.stack import GROUND_FACE, meet
+from warprock.kernels.impulse.stack import GROUND_FACE, find_end
 from warprock.kernels.shape.stack import Matrix, Rows, Three, Triples, Values, matrix_of, three_of
 
 TRIES = 50
@@ -85,8 +86,12 @@ def interface_rows(shapes: Shapes, pose: Pose, k: int, lean: real):
     nx2, nz2, au2, bu2 = real(0.0), real(0.0), real(0.0), real(0.0)
     al2, bl2, gap2 = real(0.0), real(0.0), real(0.0)
     face, high, s, c = shapes.face[k], shapes.high[k], pose.sine[k], pose.cosine[k]
-    meet(-lean, face, high, s, c, lface, lhigh, ls, lc, dx, dz, nx1, nz1, au1, bu1, al1, bl1, gap1)
-    meet(lean, face, high, s, c, lface, lhigh, ls, lc, dx, dz, nx2, nz2, au2, bu2, al2, bl2, gap2)
+    find_end(
+        -lean, face, high, s, c, lface, lhigh, ls, lc, dx, dz, nx1, nz1, au1, bu1, al1, bl1, gap1
+    )
+    find_end(
+        lean, face, high, s, c, lface, lhigh, ls, lc, dx, dz, nx2, nz2, au2, bu2, al2, bl2, gap2
+    )
     upper = Matrix(nx1, nz1, -au1, nx2, nz2, -au2, lean * nz2, -lean * nx2, lean * bu2)
     lower = Matrix(-nx1, -nz1, al1, -nx2, -nz2, al2, -lean * nz2, lean * nx2, -lean * bl2)
     return upper, lower, gap1, gap2
@@ -156,7 +161,7 @@ def swept(system: Equations, p: Triples) -> Triples:
     for k in range(BLOCKS):
         d = matrix_of(system.own, k)
         q = coupled(system, found, k)
-        _miss, n1, n2, f = solve(
+        _miss, n1, n2, f = solve_block(
             system.friction[k], system.bound[k],
             d[0, 0], d[0, 1], d[1, 1], d[0, 2], d[1, 2], d[2, 2], q[0], q[1], q[2],
         )  # fmt: skip
@@ -249,7 +254,7 @@ def of_states(system: Equations, states: States) -> Triples:
 
 
 @wp.func
-def solve_stack(system: Equations, guess: Triples):
+def solve(system: Equations, guess: Triples):
     """Impulses of all interfaces, exactly.
 
     Args:

@@ -13,20 +13,20 @@ from warprock.kernels.direct.stack import (
     Pose,
     Shapes,
     interface_rows,
-    solve_stack,
+    solve,
     weighted,
     with_rows,
     with_three,
 )
 from warprock.kernels.direct.stack_pivot import Equations
-from warprock.kernels.impulse.stack import GROUND_FACE, stand
+from warprock.kernels.impulse.stack import GROUND_FACE, place_on
 from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.parting import slack, slides, watch
 from warprock.kernels.shape.stack import Counts, Rows, Three, Triples, Values, matrix_of, three_of
 from warprock.kernels.shape.stack_found import BlockResult, Found, Result
-from warprock.kernels.shape.stack_run import Block, Stack, gape
+from warprock.kernels.shape.stack_run import Block, Stack, gap_of_end
 
 wp.set_module_options(LOOPS_STAY)
 
@@ -157,7 +157,7 @@ def step(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, dv: real, hint:
         free[3 * k] = free[3 * k] - dv
         free[3 * k + 1] = free[3 * k + 1] - knobs.time_step * knobs.gravity
     system, upper, lower, guess, lowest = equations(shapes, pose, after, knobs, free)
-    p, solved, _tries = solve_stack(system, guess)
+    p, solved, _tries = solve(system, guess)
     v = pushed(shapes, upper, lower, free, p)
     work = real(0.0)
     for k in range(BLOCKS):
@@ -229,15 +229,15 @@ def placed(shapes: Shapes, pose: Pose, theta: Values, k: int, offset: real):
         dx = dx - pose.x[k - 1]
         dz = dz - pose.z[k - 1]
         turn = turn - theta[k - 1]
-    slid, overlap = stand(
+    slid, overlap = place_on(
         shapes.face[k], shapes.high[k], pose.sine[k], pose.cosine[k], offset,
         lface, lhigh, ls, lc, dx, dz, turn,
     )  # fmt: skip
-    gap1 = gape(
+    gap1 = gap_of_end(
         real(-1.0), shapes.face[k], shapes.high[k], pose.sine[k], pose.cosine[k],
         lface, lhigh, ls, lc, dx, dz,
     )  # fmt: skip
-    gap2 = gape(
+    gap2 = gap_of_end(
         real(1.0), shapes.face[k], shapes.high[k], pose.sine[k], pose.cosine[k],
         lface, lhigh, ls, lc, dx, dz,
     )  # fmt: skip

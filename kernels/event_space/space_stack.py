@@ -146,7 +146,7 @@ def coming(
     limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real,
     s: State,
 ) -> Base:  # fmt: skip
-    """Length of the next step and what the base does in it: see `spatial_event_trial.next_step`."""
+    """Length of the next step, and what the base does in it: as `next_step` of a single block."""
     p = BlockState()
     p.time = s.time
     p.knots = s.knots

@@ -32,10 +32,10 @@ from warprock.kernels.impulse.space_stack import (
     axis_of,
     frame,
     gains_of,
-    pressed,
+    relative_velocity,
     rows_of,
-    seen,
-    shared,
+    shared_corners,
+    solve_contact,
     weighted,
 )
 from warprock.kernels.shape.faces import SLOTS, Vector
@@ -141,13 +141,13 @@ def below_of(own: Own, k: int) -> Block:
 
 @wp.func
 def met(own: Own, pose: Pose, k: int):
-    """Corners of what the faces of interface k share, by slot: see `shared`."""
+    """Corners of what the faces of interface k share, by slot: see `shared_corners`."""
     one = real(1.0)
     down = rows_of(pose.axes, k - 1)
     m = down * wp.transpose(rows_of(pose.axes, k))
     c = down * (pose.x[k] - pose.x[k - 1])
     lean = Vector(one, one, one)
-    places, gaps, there = shared(block_of(own, k), below_of(own, k), m, c, lean)
+    places, gaps, there = shared_corners(block_of(own, k), below_of(own, k), m, c, lean)
     return places, gaps, there
 
 
@@ -177,7 +177,7 @@ def slip_at(t: Touches, pose: Pose, i: int, v: Bodies, w: Bodies) -> Vector:
     """Velocity of a contact along its directions [m/s]."""
     k = t.body[i]
     e = directions(pose.axes, k, t.slot[i])
-    return e * seen(v[k], w[k], t.ru[i], v[k - 1], w[k - 1], t.rl[i])
+    return e * relative_velocity(v[k], w[k], t.ru[i], v[k - 1], w[k - 1], t.rl[i])
 
 
 @wp.func
@@ -201,11 +201,11 @@ def obeyed(
     t: Touches, i: int, mu: real, gains: Gains, e: Matrix, p: Vector,
     vu: Vector, ou: Vector, vl: Vector, ol: Vector,
 ) -> Vector:  # fmt: skip
-    """Impulses of a contact that obeys its law, all others as they are; see `stack.pressed`."""
+    """Impulses of a contact that obeys its law, all others as they are; see `solve_contact`."""
     zero, g = real(0.0), gains
     if t.law[i] == CONE:
-        return pressed(mu, zero, zero, g, e, t.ru[i], t.rl[i], p, vu, ou, vl, ol)
-    at = e * seen(vu, ou, t.ru[i], vl, ol, t.rl[i])
+        return solve_contact(mu, zero, zero, g, e, t.ru[i], t.rl[i], p, vu, ou, vl, ol)
+    at = e * relative_velocity(vu, ou, t.ru[i], vl, ol, t.rl[i])
     if t.law[i] == HOLD:
         return Vector(
             p[0] - g[4] * at[0] - g[5] * at[1] - g[6] * at[2],

@@ -1,6 +1,6 @@
 """Impulses that stop all contacts of a block in space together, as one motion of the block.
 
-Names are those of `spatial_impulse`; lengths and impulses are for mass 1. Contacts that are stopped
+Names are those of impulse/space.py; lengths and impulses are for mass 1. Contacts that are stopped
 leave a block one motion: about the corner, about the line through two corners, or none flat on its
 face, apart from what closes open gaps. With m the middle of what touches, w the half way from the
 first to the last of two corners, A the moment of inertia about m, and s the angular momentum about
@@ -189,8 +189,10 @@ def tried(s0: real, s1: real, s2: real, s3: real, push: real, a: real, b: real):
 
 
 @wp.func
-def centre(ex: real, ey: real, ez: real, gx: real, gy: real, gz: real,
-           ax: real, ay: real, bx: real, by: real):  # fmt: skip
+def centre(
+    ex: real, ey: real, ez: real, gx: real, gy: real, gz: real, ax: real, ay: real, bx: real,
+    by: real,
+):  # fmt: skip
     """How four corners share an impulse e with the moment g about their middle.
 
     Returns:

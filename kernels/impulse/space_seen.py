@@ -27,7 +27,7 @@ def stands(n0: real, n1: real, n2: real, n3: real) -> bool:
 
 
 @wp.func
-def witness(
+def observe_contacts(
     live: bool, time: real, landed: real, lowest: real, lifted: real, slides: bool,
     since: real, uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real],
     impacts: wp.ref[int], steps: wp.ref[int],
@@ -58,7 +58,7 @@ def witness(
 
 
 @wp.func
-def observe(
+def observe_block(
     live: bool, time: real, block: Block, x: real, y: real, z: real, qx: real, qy: real, qz: real,
     qw: real, speed: real, slide_x: wp.ref[real], slide_y: wp.ref[real],
     peak: wp.ref[real], peak_time: wp.ref[real],

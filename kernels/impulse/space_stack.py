@@ -1,7 +1,7 @@
 """Velocity-level contact step of a stack of blocks in space, for one precision and law of friction.
 
 Bodies are numbered from the ground: body 0 is the ground, an endless face that nothing moves, body
-k the k-th block. The step is that of the single block (see `spatial_impulse`), body by body; the
+k the k-th block. The step is that of the single block (see impulse/space.py), body by body; the
 contacts of interface k, below block k, are the corners of what the bottom face of block k and the
 top face of what it stands on share (see `faces`), found once a step. Their normal is that of the
 lower face, their impulses and slips are along its width, its depth and its normal. A contact at the
@@ -86,7 +86,7 @@ def rows_of(rows: Axes, k: int) -> Matrix:
 
 @wp.func
 def gains_of(both: real, e: Matrix, ju: Matrix, jl: Matrix, ru: Vector, rl: Vector) -> Gains:
-    """What impulses at a contact do, as `spatial_impulse.prepare`: pn, p1 to 3, h11 to 33, kx, ky.
+    """What impulses at a contact do: pn, p1 to 3, h11 to 33, kx, ky; see impulse/space.py.
 
     Args:
         both: Sum of the inverse masses of its bodies [1/kg].
@@ -111,13 +111,15 @@ def gains_of(both: real, e: Matrix, ju: Matrix, jl: Matrix, ru: Vector, rl: Vect
 
 
 @wp.func
-def seen(vu: Vector, ou: Vector, ru: Vector, vl: Vector, ol: Vector, rl: Vector) -> Vector:
+def relative_velocity(
+    vu: Vector, ou: Vector, ru: Vector, vl: Vector, ol: Vector, rl: Vector
+) -> Vector:
     """Velocity of a contact on the upper block as seen from the lower one [m/s]."""
     return vu + wp.cross(ou, ru) - vl - wp.cross(ol, rl)
 
 
 @wp.func
-def pressed(
+def solve_contact(
     mu: real, gap: real, rate: real, gains: Gains, e: Matrix, ru: Vector, rl: Vector, p: Vector,
     vu: Vector, ou: Vector, vl: Vector, ol: Vector,
 ) -> Vector:  # fmt: skip
@@ -127,7 +129,9 @@ def pressed(
     upper and the lower body.
     """
     zero, g = real(0.0), gains
-    at = e * seen(vu, ou, ru, vl, ol, rl) + Vector(zero, zero, larger(gap, zero) * rate)
+    at = e * relative_velocity(vu, ou, ru, vl, ol, rl) + Vector(
+        zero, zero, larger(gap, zero) * rate
+    )
     stop_x = p[0] - g[4] * at[0] - g[5] * at[1] - g[6] * at[2]
     stop_y = p[1] - g[5] * at[0] - g[7] * at[1] - g[8] * at[2]
     stop_z = p[2] - g[6] * at[0] - g[8] * at[1] - g[9] * at[2]
@@ -142,7 +146,7 @@ def pressed(
 
 
 @wp.func
-def solved(
+def solve(
     sweeps: int, total: int, rate: real, mu: Numbers, light: Numbers, axes: Axes, ease: Axes,
     body: PointInts, gap: PointNumbers, ru: Points, rl: Points, first: Points, v: Bodies, w: Bodies,
 ):  # fmt: skip
@@ -179,7 +183,7 @@ def solved(
             if step < 0:
                 gains[i] = gains_of(light[k] + light[low], e, ju, jl, ru[i], rl[i])
             else:
-                new = pressed(
+                new = solve_contact(
                     mu[k], gap[i], rate, gains[i], e, ru[i], rl[i], p[i], u[k], o[k], u[low], o[low]
                 )
             more = wp.transpose(e) * (new - p[i])
@@ -201,11 +205,11 @@ def solved(
 def fastest_slip(
     total: int, axes: Axes, body: PointInts, ru: Points, rl: Points, u: Bodies, o: Bodies
 ) -> real:
-    """Square of the speed at which the fastest contact slides [m^2/s^2]; see `solved`."""
+    """Square of the speed at which the fastest contact slides [m^2/s^2]; see `solve`."""
     most = real(0.0)
     for i in range(total):
         k = body[i]
-        at = rows_of(axes, k - 1) * seen(u[k], o[k], ru[i], u[k - 1], o[k - 1], rl[i])
+        at = rows_of(axes, k - 1) * relative_velocity(u[k], o[k], ru[i], u[k - 1], o[k - 1], rl[i])
         most = larger(most, at[0] * at[0] + at[1] * at[1])
     return most
 
@@ -218,7 +222,7 @@ def visited(slot: int, lean: Vector) -> int:
 
 
 @wp.func
-def shared(block: Block, below: Block, m: Matrix, c: Vector, lean: Vector):
+def shared_corners(block: Block, below: Block, m: Matrix, c: Vector, lean: Vector):
     """Corners of what two faces share, by slot (see `faces`), found in a mirror image.
 
     Args:
@@ -255,7 +259,7 @@ def shared(block: Block, below: Block, m: Matrix, c: Vector, lean: Vector):
 
 
 @wp.func
-def touched(gaps: CornerNumbers, there: int, lean: Vector, was: int, knobs: Knobs):
+def find_contacts(gaps: CornerNumbers, there: int, lean: Vector, was: int, knobs: Knobs):
     """The contacts among the corners of what two faces share.
 
     Args:

@@ -51,7 +51,7 @@ class Knobs:
 
 
 @wp.func
-def set_out(
+def predict(
     dv: real, hint: real, knobs: Knobs, turn: real, vx: real, vz: real, omega: real, below: real,
     ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real], lean: wp.ref[real],
     n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
@@ -95,7 +95,7 @@ def set_out(
 
 
 @wp.func
-def meet(
+def find_end(
     side: real, face: real, high: real, s: real, c: real,
     lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real,
     nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real],
@@ -130,7 +130,7 @@ def meet(
 
 
 @wp.func
-def kick(
+def add_impulses(
     m: real, j: real, lm: real, lj: real, nx: real, nz: real,
     au: real, bu: real, al: real, bl: real, n: real, t: real,
     ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real],
@@ -148,7 +148,7 @@ def kick(
 
 
 @wp.func
-def approach(
+def find_contact(
     side: real, face: real, high: real, s: real, c: real, m: real, j: real,
     lface: real, lhigh: real, ls: real, lc: real, lm: real, lj: real,
     dx: real, dz: real, margin: real,
@@ -159,24 +159,24 @@ def approach(
     ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
-    """Finds a point (see `meet`), what impulses do to it, and starts it from its last impulses.
+    """Finds a point (see `find_end`), what impulses do to it, and starts it from its last impulses.
 
     Found are pn, normal impulse for a normal velocity [kg], and pt, tangential impulse for a slip
     [kg], both zero where the gap is wider than the margin [m]; and nt, slip for a normal impulse
     [1/kg].
     """
-    meet(side, face, high, s, c, lface, lhigh, ls, lc, dx, dz, nx, nz, au, bu, al, bl, gap)
+    find_end(side, face, high, s, c, lface, lhigh, ls, lc, dx, dz, nx, nz, au, bu, al, bl, gap)
     on = wp.where(gap <= margin, real(1.0), real(0.0))
     pn = on / (m + lm + j * au * au + lj * al * al)
     pt = on / (m + lm + j * bu * bu + lj * bl * bl)
     nt = -(j * au * bu + lj * al * bl)
     n = on * n
     t = on * t
-    kick(m, j, lm, lj, nx, nz, au, bu, al, bl, n, t, ux, uz, uo, lx, lz, lo)
+    add_impulses(m, j, lm, lj, nx, nz, au, bu, al, bl, n, t, ux, uz, uo, lx, lz, lo)
 
 
 @wp.func
-def press(
+def solve_contact(
     mu: real, gap: real, rate: real, m: real, j: real, lm: real, lj: real,
     nx: real, nz: real, au: real, bu: real, al: real, bl: real, pn: real, pt: real, nt: real,
     other: real, n: wp.ref[real], t: wp.ref[real],
@@ -205,11 +205,11 @@ def press(
     dt = drag - t
     n = push
     t = drag
-    kick(m, j, lm, lj, nx, nz, au, bu, al, bl, dn, dt, ux, uz, uo, lx, lz, lo)
+    add_impulses(m, j, lm, lj, nx, nz, au, bu, al, bl, dn, dt, ux, uz, uo, lx, lz, lo)
 
 
 @wp.func
-def give_back(
+def lift_out(
     gap1: real, nx1: real, nz1: real, gap2: real, nx2: real, nz2: real, knobs: Knobs,
     shift_x: wp.ref[real], shift_z: wp.ref[real],
 ):  # fmt: skip
@@ -222,7 +222,7 @@ def give_back(
 
 
 @wp.func
-def travel(
+def integrate(
     live: bool, dt: real, shift_x: real, shift_z: real, ux: real, uz: real, uo: real,
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
 ):  # fmt: skip
@@ -258,14 +258,14 @@ def work(
 
 
 @wp.func
-def stand(
+def place_on(
     face: real, high: real, s: real, c: real, offset: real,
     lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real, turn: real,
 ):  # fmt: skip
     """Slide of a block along what it stands on, and the width of the overlap of the faces [m].
 
     `offset` is the slide that was there at the start, `turn` the rotation of the block against
-    what it stands on; (dx, dz) as in `meet`.
+    what it stands on; (dx, dz) as in `find_end`.
     """
     lean = sign_of(turn)
     # The bottom corners of the block along the lower face: middle + run and middle - run.

@@ -12,7 +12,7 @@ takes as `wp.ref`.
 
 import warp as wp
 
-from warprock.kernels.impulse.stack import GROUND_FACE, meet, stand
+from warprock.kernels.impulse.stack import GROUND_FACE, find_end, place_on
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
 from warprock.kernels.parting import slack, slides, watch
 
@@ -51,7 +51,7 @@ class Stack:
 
 
 @wp.func
-def begin(
+def start_lane(
     stack: Stack, face: wp.ref[real], c: wp.ref[real], uplift_time: wp.ref[real],
     mode: wp.ref[int],
 ):  # fmt: skip
@@ -63,7 +63,7 @@ def begin(
 
 
 @wp.func
-def set_up(
+def start_block(
     block: Block, side: real, face: wp.ref[real], high: wp.ref[real],
     m: wp.ref[real], j: wp.ref[real], mu: wp.ref[real], offset: wp.ref[real],
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
@@ -88,13 +88,13 @@ def set_up(
 
 
 @wp.func
-def kept_of(count: int) -> real:
+def part_kept(count: int) -> real:
     """Part of the new velocities that a step keeps: while contacts settle they are put back."""
     return wp.where(count > 0, real(1.0), wp.where(count == 0, -HALF, real(0.0)))
 
 
 @wp.func
-def ride(
+def begin_step(
     v: real, count: int, mode: int, live: wp.ref[int],
     dv: wp.ref[real], hint: wp.ref[real], base: wp.ref[real], steps: wp.ref[int],
 ):  # fmt: skip
@@ -112,19 +112,19 @@ def ride(
 
 
 @wp.func
-def gape(
+def gap_of_end(
     side: real, face: real, high: real, s: real, c: real,
     lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real,
 ) -> real:  # fmt: skip
-    """How wide an end of an interface gapes [m]; arguments as in `impulse_stack.meet`."""
+    """How wide an end of an interface gapes [m]; arguments as in `find_end` in impulse/stack.py."""
     nx, nz, au, bu = real(0.0), real(0.0), real(0.0), real(0.0)
     al, bl, gap = real(0.0), real(0.0), real(0.0)
-    meet(side, face, high, s, c, lface, lhigh, ls, lc, dx, dz, nx, nz, au, bu, al, bl, gap)
+    find_end(side, face, high, s, c, lface, lhigh, ls, lc, dx, dz, nx, nz, au, bu, al, bl, gap)
     return gap
 
 
 @wp.func
-def became(theta: real, turn: real, overlap: real, total: real) -> int:
+def mode_after(theta: real, turn: real, overlap: real, total: real) -> int:
     """How a lane goes on with one of its blocks; `total` is finite only if its numbers are.
 
     A block has overturned, too, once it has turned by a right angle against what it stands on.
@@ -136,7 +136,7 @@ def became(theta: real, turn: real, overlap: real, total: real) -> int:
 
 
 @wp.func
-def witness(
+def observe(
     live: bool, time: real, dt: real, gravity: real, lean: real, n1: real, n2: real, theta: real,
     below: real, ux: real, uz: real, uo: real, lo: real, face: real, high: real, s: real, c: real,
     offset: real, lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real, z: real,
@@ -160,7 +160,7 @@ def witness(
             They come one by one, for their sum as one argument costs pairs of `impulse` a sixth of
             their speed.
         lo: Angular velocity of what it stands on [rad/s].
-        face: See `impulse_stack.stand`, as all up to dz.
+        face: See `place_on` in impulse/stack.py, as all up to dz.
         z: Height of the block's centre [m].
         since: See `parting.watch`, as all up to impacts; left is the end at -x, right that at +x.
         deepest: Deepest penetration so far [m].
@@ -171,9 +171,9 @@ def witness(
         mode: How the lane goes on.
     """
     turn = theta - below
-    slid, overlap = stand(face, high, s, c, offset, lface, lhigh, ls, lc, dx, dz, turn)
-    gap1 = gape(real(-1.0), face, high, s, c, lface, lhigh, ls, lc, dx, dz)
-    gap2 = gape(real(1.0), face, high, s, c, lface, lhigh, ls, lc, dx, dz)
+    slid, overlap = place_on(face, high, s, c, offset, lface, lhigh, ls, lc, dx, dz, turn)
+    gap1 = gap_of_end(real(-1.0), face, high, s, c, lface, lhigh, ls, lc, dx, dz)
+    gap2 = gap_of_end(real(1.0), face, high, s, c, lface, lhigh, ls, lc, dx, dz)
     limit = slack(dt, gravity, face + high, uo * uo + lo * lo, high + size(z))
     forward = lean > real(0.0)
     way = slid - slide
@@ -191,12 +191,12 @@ def witness(
     peak = wp.where(higher, smaller(size(theta), HALF_PI), peak)
     slide = slid
     peak_slide = wp.where(live, larger(size(slid), peak_slide), peak_slide)
-    found = became(theta, turn, overlap, theta + ux + uz + uo + overlap)
+    found = mode_after(theta, turn, overlap, theta + ux + uz + uo + overlap)
     mode = wp.where(live and mode == RUNNING, found, mode)
 
 
 @wp.func
-def shown(mode: int, past: real, theta: real, omega: real) -> real:
+def rotation_to_store(mode: int, past: real, theta: real, omega: real) -> real:
     """Rotation at a sample that a lane has passed by a time [s]; where it ended, its last one.
 
     Nothing stops the velocities of a lane that has ended, they need not be finite.

@@ -55,18 +55,18 @@ SHAKE.
 import warp as wp
 
 from warprock.kernels.cone import alone
-from warprock.kernels.impulse.stack import kick as kick_any
+from warprock.kernels.impulse.stack import add_impulses as kick_any
 from warprock.kernels.xpbd.stack_ground import (
     TURNS as GROUND_TURNS,
 )
 from warprock.kernels.xpbd.stack_ground import (
-    kick as ground_kick,
+    add_impulses as ground_kick,
 )
 from warprock.kernels.xpbd.stack_ground import (
-    meet as ground_meet,
+    find_end as ground_meet,
 )
 from warprock.kernels.xpbd.stack_ground import (
-    sweep as ground_sweep,
+    solve as ground_sweep,
 )
 
 LOOSE = real(1.0e30)
@@ -149,13 +149,13 @@ def predict(
 
 
 @wp.func
-def settled(value: real) -> real:
+def without_tiny(value: real) -> real:
     """A number, or nothing if it is `TINY`."""
     return wp.where(size(value) < TINY, real(0.0), value)
 
 
 @wp.func
-def meet_any(
+def find_end_anywhere(
     side: real, face: real, high: real, s: real, c: real,
     lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real,
 ):  # fmt: skip
@@ -192,11 +192,13 @@ def meet_any(
     return nx, nz, au, bu, al, bl, gap, wp.where(inside, al - side * face, side * lface - au)
 
 
-meet, kick = (ground_meet, ground_kick) if BLOCKS == 1 else (meet_any, kick_any)
+find_end, add_impulses = (
+    (ground_meet, ground_kick) if BLOCKS == 1 else (find_end_anywhere, kick_any)
+)
 
 
 @wp.func
-def approach(
+def find_contact(
     side: real, face: real, high: real, s: real, c: real, ps: real, pc: real, m: real, j: real,
     lface: real, lhigh: real, ls: real, lc: real, lps: real, lpc: real, lm: real, lj: real,
     x: real, z: real, vx: real, vz: real, below_x: real, below_z: real, below_vx: real,
@@ -220,10 +222,10 @@ def approach(
     dx, dz = x - below_x, z - below_z
     px = dx + knobs.time_step * (vx - below_vx)
     pz = dz + knobs.time_step * (vz - below_vz)
-    fx, fz, eu, du, el, dl, before, place = meet(
+    fx, fz, eu, du, el, dl, before, place = find_end(
         side, face, high, s, c, lface, lhigh, ls, lc, dx, dz
     )
-    _x, _z, _eu, _du, _el, _dl, after, spot = meet(
+    _x, _z, _eu, _du, _el, _dl, after, spot = find_end(
         side, face, high, ps, pc, lface, lhigh, lps, lpc, px, pz
     )
     closed = before <= knobs.gravity * knobs.time_step * knobs.time_step
@@ -244,12 +246,12 @@ def approach(
     soft = on / (normal + knobs.softness)
     dt = on / (m + lm + j * du * du + lj * dl * dl)
     n = on * n
-    t = on * settled(t)
-    kick(m, j, lm, lj, fx, fz, eu, du, el, dl, n, t, qx, qz, qo, lx, lz, lo)
+    t = on * without_tiny(t)
+    add_impulses(m, j, lm, lj, fx, fz, eu, du, el, dl, n, t, qx, qz, qo, lx, lz, lo)
 
 
 @wp.func
-def apart(
+def gap_and_slip(
     gap: real, slip: real, nx: real, nz: real, au: real, bu: real, al: real, bl: real,
     wx: real, wz: real, qo: real, lo: real,
 ):  # fmt: skip
@@ -286,7 +288,7 @@ def coupling(
 
 
 @wp.func
-def sweep_any(
+def solve_anywhere(
     mu: real, m: real, j: real, lm: real, lj: real,
     nx1: real, nz1: real, au1: real, bu1: real, al1: real, bl1: real,
     gap1: real, slip1: real, dn1: real, dt1: real,
@@ -304,8 +306,8 @@ def sweep_any(
         m, j, lm, lj, nx1, nz1, au1, bu1, al1, bl1, nx2, nz2, au2, bu2, al2, bl2
     )
     # Gaps and slips as they would be without these four, over what one of them does.
-    u1, s1 = apart(gap1, slip1, nx1, nz1, au1, bu1, al1, bl1, qx - lx, qz - lz, qo, lo)
-    u2, s2 = apart(gap2, slip2, nx2, nz2, au2, bu2, al2, bl2, qx - lx, qz - lz, qo, lo)
+    u1, s1 = gap_and_slip(gap1, slip1, nx1, nz1, au1, bu1, al1, bl1, qx - lx, qz - lz, qo, lo)
+    u2, s2 = gap_and_slip(gap2, slip2, nx2, nz2, au2, bu2, al2, bl2, qx - lx, qz - lz, qo, lo)
     a = real(n1)
     b = real(t1)
     e = real(n2)
@@ -338,19 +340,19 @@ def sweep_any(
     f = larger(smaller(s2 - d1 * a - d2 * b - d3 * e, mu * e), -mu * e)
     a, b = wp.where(first, n, a), wp.where(first, t, b)
     e, f = wp.where(second, n, e), wp.where(second, t, f)
-    kick(m, j, lm, lj, nx1, nz1, au1, bu1, al1, bl1, a - n1, b - t1, qx, qz, qo, lx, lz, lo)
-    kick(m, j, lm, lj, nx2, nz2, au2, bu2, al2, bl2, e - n2, f - t2, qx, qz, qo, lx, lz, lo)
+    add_impulses(m, j, lm, lj, nx1, nz1, au1, bu1, al1, bl1, a - n1, b - t1, qx, qz, qo, lx, lz, lo)
+    add_impulses(m, j, lm, lj, nx2, nz2, au2, bu2, al2, bl2, e - n2, f - t2, qx, qz, qo, lx, lz, lo)
     n1 = a
     t1 = b
     n2 = e
     t2 = f
 
 
-sweep = ground_sweep if BLOCKS == 1 else sweep_any
+solve = ground_sweep if BLOCKS == 1 else solve_anywhere
 
 
 @wp.func
-def travel(
+def integrate(
     live: bool, dv: real, knobs: Knobs, m: real, j: real,
     qx: real, qz: real, qo: real, rx: real, rz: real, ro: real,
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
@@ -379,12 +381,12 @@ def travel(
     done = real(0.5) * (linear / m + po * (omega + omega + po) / j) + knobs.gravity * (rz - qz) / m
     loss = loss - wp.where(live, done, real(0.0))
     given = given - wp.where(live, real(0.5) * dv * (vx + dv + vx + px) / m, real(0.0))
-    vx = settled(vx + px)
-    vz = settled(vz + pz)
-    omega = settled(omega + po)
+    vx = without_tiny(vx + px)
+    vz = without_tiny(vz + pz)
+    omega = without_tiny(omega + po)
 
 
 @wp.func
-def held(mu: real, n: real, t: real, anchor: real) -> real:
+def anchor_after(mu: real, n: real, t: real, anchor: real) -> real:
     """Anchor of an end after a step with the multipliers n, t of its pose: none if it slips."""
     return wp.where(size(t) < mu * n, anchor, LOOSE)

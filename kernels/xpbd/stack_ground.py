@@ -1,8 +1,8 @@
-"""The funcs of `xpbd` for a block that stands on the ground, for one precision.
+"""What xpbd/stack.py does at an interface, for a block that stands on the ground.
 
-The ground is level and nothing moves it, so that both of its ends are corners of the block, their
-normal is (0, 1) and the ground has no correction. The numbers are those of `xpbd`, to round-off;
-names and arguments are the same, what concerns the ground is left alone.
+The ground is level and nothing moves it. So both ends are corners of the block, their normal is
+(0, 1), and the ground gets no correction. The functions have the names and arguments of those in
+xpbd/stack.py and impulse/stack.py, and the same results to round-off.
 """
 
 import warp as wp
@@ -15,11 +15,11 @@ TURNS = max(n for n in range(1, MAX_UNROLL + 1) if max(ITERATIONS, 1) % n == 0)
 
 
 @wp.func
-def meet(
+def find_end(
     side: real, face: real, high: real, s: real, c: real,
     lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real,
 ):  # fmt: skip
-    """See `xpbd.meet`."""
+    """See `xpbd.find_end`."""
     px = side * face * c - high * s
     pz = -high * c - side * face * s
     ax = dx + px
@@ -28,20 +28,20 @@ def meet(
 
 
 @wp.func
-def kick(
+def add_impulses(
     m: real, j: real, lm: real, lj: real, nx: real, nz: real,
     au: real, bu: real, al: real, bl: real, n: real, t: real,
     qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
-    """See `impulse_stack.kick`."""
+    """See `add_impulses` in impulse/stack.py."""
     qx = qx + m * t
     qz = qz + m * n
     qo = qo + j * (bu * t - au * n)
 
 
 @wp.func
-def sweep(
+def solve(
     mu: real, m: real, j: real, lm: real, lj: real,
     nx1: real, nz1: real, au1: real, bu1: real, al1: real, bl1: real,
     gap1: real, slip1: real, dn1: real, dt1: real,
@@ -51,7 +51,7 @@ def sweep(
     qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
-    """See `xpbd.sweep`; an end alone is solved exactly."""
+    """See `xpbd.solve`; an end alone is solved exactly."""
     a = real(n1)
     b = real(t1)
     e = real(n2)

@@ -6,7 +6,7 @@ the same text is the plain form for any device. A func takes the entries of the 
 it finds it leaves in those that it takes as `wp.ref`.
 
 A run begins with SETTLING solves at the start; for what it shares with other stacks see
-`stack_run`.
+shape/stack_run.py.
 """
 
 import warp as wp
@@ -18,14 +18,23 @@ from warprock.kernels.shape.stack_found import BlockResult, Found, Result
 from warprock.kernels.shape.stack_run import (
     Block,
     Stack,
-    begin,
-    kept_of,
-    ride,
-    set_up,
-    shown,
-    witness,
+    begin_step,
+    observe,
+    part_kept,
+    rotation_to_store,
+    start_block,
+    start_lane,
 )
-from warprock.kernels.xpbd.stack import LOOSE, TURNS, Knobs, approach, held, predict, sweep, travel
+from warprock.kernels.xpbd.stack import (
+    LOOSE,
+    TURNS,
+    Knobs,
+    anchor_after,
+    find_contact,
+    integrate,
+    predict,
+    solve,
+)
 
 wp.set_module_options(ONE_VECTOR)
 
@@ -45,7 +54,7 @@ Pass = wp.types.matrix(shape=(4 * BLOCKS, LANES), dtype=real)
 
 
 @wp.func
-def start_poses(
+def start_pose_pass(
     qx: real, qz: real, qo: real, n1: real, t1: real, n2: real, t2: real,
     rx: wp.ref[real], rz: wp.ref[real], ro: wp.ref[real],
     pose_n1: wp.ref[real], pose_t1: wp.ref[real], pose_n2: wp.ref[real], pose_t2: wp.ref[real],
@@ -61,7 +70,7 @@ def start_poses(
 
 
 @wp.func
-def finish(
+def integrate_block(
     live: bool, time: real, kept: real, dv: real, knobs: Knobs, m: real, j: real, mu: real,
     qx: real, qz: real, qo: real, rx: real, rz: real, ro: real, lean: real,
     n1: real, pose_n1: real, pose_t1: real, n2: real, pose_n2: real, pose_t2: real,
@@ -74,21 +83,21 @@ def finish(
     offset: real, peak: wp.ref[real], peak_time: wp.ref[real], slide: wp.ref[real],
     peak_slide: wp.ref[real], crept: wp.ref[real], mode: wp.ref[int],
 ):  # fmt: skip
-    """Ends a step of a block, see `travel`; it keeps a part of its velocity (`kept`).
+    """Ends a step of a block, see `integrate`; it keeps a part of its velocity (`kept`).
 
-    For what is seen of it and of its interface see `stack_run.witness`; (lx, lz) is the centre of
+    For what is seen of it and of its interface see `stack_run.observe`; (lx, lz) is the centre of
     the body below.
     """
-    travel(
+    integrate(
         live, dv, knobs, m, j, qx, qz, qo, rx, rz, ro, x, z, theta, s, c, vx, vz, omega, loss,
         given,
     )  # fmt: skip
     vx = kept * vx
     vz = kept * vz
     omega = kept * omega
-    anchor1 = held(mu, pose_n1, pose_t1, anchor1)
-    anchor2 = held(mu, pose_n2, pose_t2, anchor2)
-    witness(
+    anchor1 = anchor_after(mu, pose_n1, pose_t1, anchor1)
+    anchor2 = anchor_after(mu, pose_n2, pose_t2, anchor2)
+    observe(
         live, time, knobs.time_step, knobs.gravity, lean, n1, n2, theta, below, vx, vz, omega,
         lomega, face, high, s, c, offset, lface, lhigh, ls, lc, x - lx, z - lz, z, since, left,
         right, uplift_time, moved, deepest, impacts, peak, peak_time, slide, peak_slide,
@@ -117,9 +126,9 @@ def run_lanes(
     bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS // TURNS)
     first, dt = wp.tid() * LANES, knobs.time_step
     for i in range(LANES):
-        begin(lanes[first + i], face[0, i], c[0, i], lift[i], mode[i])
+        start_lane(lanes[first + i], face[0, i], c[0, i], lift[i], mode[i])
         for k in range(1, bodies):
-            set_up(
+            start_block(
                 blocks[k - 1, first + i], lanes[first + i].lean, face[k, i], high[k, i], m[k, i],
                 j[k, i], mu[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
                 peak[k, i], lean[k, i], n[2 * k - 2, i], n[2 * k - 1, i],
@@ -129,12 +138,12 @@ def run_lanes(
         while time < sample_times[sample]:
             count += 1
             time = real(count) * dt
-            half, kept = larger(time - HALF * dt, HALF * dt), kept_of(count)
+            half, kept = larger(time - HALF * dt, HALF * dt), part_kept(count)
             for i in range(LANES):
                 lane = motions[first + i]
                 line = sample_index(lane, sample_segment(lane, half))
                 v = base_velocity(lane, half, pool[2, line], pool[0, line], pool[1, line])
-                ride(v, count, mode[i], lives[i], dv[i], hint[i], base[i], steps[i])
+                begin_step(v, count, mode[i], lives[i], dv[i], hint[i], base[i], steps[i])
                 book(dv[i], given[i], loss[i], jolt[i], most[i], taken[i], back[i])
             for k in range(1, bodies):
                 p, q = 2 * k - 2, 2 * k - 1
@@ -148,7 +157,7 @@ def run_lanes(
             for p in range(points):
                 low, k, r, turn = p // 2, p // 2 + 1, points + p, real(2 * (p % 2) - 1)
                 for i in range(LANES):
-                    approach(
+                    find_contact(
                         turn * lean[k, i], face[k, i], high[k, i], s[k, i], c[k, i], ps[k, i],
                         pc[k, i], m[k, i], j[k, i], face[low, i], high[low, i], s[low, i],
                         c[low, i], ps[low, i], pc[low, i], m[low, i], j[low, i], x[k, i], z[k, i],
@@ -163,7 +172,7 @@ def run_lanes(
                     p, q, u = 2 * k - 2, 2 * k - 1, bodies + k
                     r, w = points + p, points + q
                     for i in range(LANES):
-                        start_poses(
+                        start_pose_pass(
                             qx[k, i], qz[k, i], qo[k, i], n[p, i], t[p, i], n[q, i], t[q, i],
                             qx[u, i], qz[u, i], qo[u, i], n[r, i], t[r, i], n[w, i], t[w, i],
                         )  # fmt: skip
@@ -171,7 +180,7 @@ def run_lanes(
                     k, p, q = step % BLOCKS + 1, step % BLOCKS * 2, step % BLOCKS * 2 + 1
                     u, r, w = k + part * bodies, p + part * points, q + part * points
                     for i in range(LANES):
-                        sweep(
+                        solve(
                             mu[k, i], m[k, i], j[k, i], m[k - 1, i], j[k - 1, i], nx[p, i],
                             nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], need[r, i],
                             slip[r, i], dn[r, i], ds[p, i], nx[q, i], nz[q, i], au[q, i], bu[q, i],
@@ -183,7 +192,7 @@ def run_lanes(
                 low, p, q, u = k - 1, 2 * k - 2, 2 * k - 1, bodies + k
                 r, w = points + p, points + q
                 for i in range(LANES):
-                    finish(
+                    integrate_block(
                         lives[i] > 0, time, kept, dv[i], knobs, m[k, i], j[k, i], mu[k, i],
                         qx[k, i], qz[k, i], qo[k, i], qx[u, i], qz[u, i], qo[u, i], lean[k, i],
                         n[p, i], n[r, i], t[r, i], n[q, i], n[w, i], t[w, i], x[k, i], z[k, i],
@@ -197,7 +206,9 @@ def run_lanes(
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):
                 for i in range(LANES):
-                    turn = shown(mode[i], time - sample_times[sample], theta[k, i], omega[k, i])
+                    turn = rotation_to_store(
+                        mode[i], time - sample_times[sample], theta[k, i], omega[k, i]
+                    )
                     found.rotations[sample, k - 1, first + i] = turn
     for i in range(LANES):
         book(dv[i], given[i], loss[i], jolt[i], most[i], taken[i], back[i])
