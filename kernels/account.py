@@ -11,18 +11,7 @@ but for what springs hold of it for a while; and there is no more to take or to 
 at the start and came from the base. What they give back beyond that has come from nowhere.
 """
 
-from typing import Any
-
 import warp as wp
-
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-larger, size = scalar.larger, scalar.size
 
 
 @wp.func

@@ -6,18 +6,7 @@ and mu |nt| > nn: n jumps from nothing to too much, and a corner that slides wit
 hops.
 """
 
-from typing import Any
-
 import warp as wp
-
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-larger, size, sign_of = scalar.larger, scalar.size, scalar.sign_of
 
 
 @wp.func

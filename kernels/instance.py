@@ -1,18 +1,30 @@
-"""Kernel files compiled for one precision and one kind of ground motion.
+"""Loads kernel files: each one for one precision, one kind of ground motion, and so on.
 
-A scheme's file is plain module code in which `real` is the scalar type and `MOTION` the kind of
-ground motion. `kernel_module` runs such a file once for each pair that a scene asks for, so that
-both are decided before launch and the code reads like the equations. Every instance is a Warp
-module of its own, compiled and cached on its own.
+A kernel file is plain module code that reads like the equations. What it does not say, this module
+gives to it before it runs:
+
+    real                  the scalar type: wp.float64 or wp.float32
+    the names of PARAMETERS    numbers and names that are decided before a launch, such as BLOCKS
+    all that `kernels/scalar.py` defines: `larger`, `sine`, HALF, NEVER, `by_precision`, ...
+    options of Warp's compiler; a file whose kernels need others sets them itself
+
+In a kernel file `from warprock.kernels.shape.stack import Rows` brings `Rows` from the instance of
+that file that has the same parameters. An instance has those parameters alone that its file, or
+one that it imports, names: so `Rows` is the same for every kind of ground motion. Every instance is
+a Warp module of its own, compiled and cached on its own.
 """
 
 from __future__ import annotations
 
-import importlib.util
+import builtins
+import functools
 import pathlib
 import sys
 import threading
-from types import ModuleType
+from collections.abc import Callable
+from importlib.machinery import SourceFileLoader
+from importlib.util import module_from_spec, spec_from_loader
+from types import CodeType, ModuleType
 
 import warp as wp
 
@@ -52,7 +64,42 @@ REALS = {"float64": wp.float64, "float32": wp.float32}
 FOLDER = pathlib.Path(__file__).resolve().parent
 """Folder of the kernel files, which is read and never written to."""
 
-_LOCK = threading.Lock()
+PARAMETERS = ("PRECISION", "MOTION", "ITERATIONS", "BLOCKS", "LANES", "FRICTION")
+"""Names that the loader sets in a kernel file: the arguments of `kernel_module`, in capitals."""
+
+HOST_FILES = ("instance", "modes")
+"""Files of this folder that are the same for all parameters: Python imports them as any other."""
+
+SCALAR = "scalar"
+"""File whose names every other file is given."""
+
+_PREFIX = f"{__package__}."
+_LOCK = threading.RLock()
+
+
+def module_options(interleave: int = INTERLEAVE) -> dict[str, object]:
+    """Warp module options of every kernel file, unless it sets others.
+
+    Args:
+        interleave: Vectors that a loop over lanes works on side by side.
+    """
+    return {
+        "enable_backward": False,
+        "cpu_compiler_flags": f"{CPU_FLAGS} -mllvm=-force-vector-interleave={interleave}",
+        "max_unroll": MAX_UNROLL,
+    }
+
+
+ONE_VECTOR = module_options(interleave=1)
+"""For long steps: the values of a step fill the registers, and the processor overlaps the vectors
+of a pack by itself."""
+
+LOOPS_STAY = {"max_unroll": 0}
+"""For a lane a thread: loops over blocks stay loops, since their bodies are long."""
+
+BRANCHES = {"cpu_compiler_flags": "-march=native -ffp-contract=fast", "max_unroll": 0}
+"""For a lane a thread whose steps take many ways: loops stay loops, and calls stay calls where the
+compiler sees fit. No vector code."""
 
 
 def kernel_module(
@@ -76,40 +123,81 @@ def kernel_module(
         blocks: Blocks in a stack.
         lanes: Lanes that a thread of a stack's kernel runs side by side.
         friction: Law of friction where a block slides in two directions: cone or box.
+
+    Raises:
+        OSError: A kernel file cannot be read.
     """
-    name = f"{__package__}.{file.replace('/', '.')}__{precision}__{motion}"
-    name += f"__{iterations}__{blocks}__{lanes}"
-    name += "" if friction == "cone" else f"__{friction}"
+    values = (precision, motion, iterations, blocks, lanes, friction)
     with _LOCK:
-        if name in sys.modules:
-            return sys.modules[name]
-    path = FOLDER / f"{file}.py"
-    spec = importlib.util.spec_from_file_location(name, path)
+        return _instance(file, dict(zip(PARAMETERS, values, strict=True)))
+
+
+def _instance(file: str, given: dict[str, object]) -> ModuleType:
+    """The instance of a file for parameters, of which it takes those that matter to it."""
+    used = {name: value for name, value in given.items() if name in _needed(file)}
+    module_name = "__".join((_PREFIX + file.replace("/", "."), *map(str, used.values())))
+    if module_name in sys.modules:
+        return sys.modules[module_name]
+    spec = spec_from_loader(module_name, SourceFileLoader(module_name, str(_path(file))))
     assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    module.__dict__.update(
-        real=REALS[precision],
-        PRECISION=precision,
-        MOTION=motion,
-        ITERATIONS=iterations,
-        BLOCKS=blocks,
-        LANES=lanes,
-        FRICTION=friction,
-    )
-    sys.modules[name] = module
-    spec.loader.exec_module(module)
+    module = module_from_spec(spec)
+    scalar = {} if file == SCALAR else public(_instance(SCALAR, given))
+    module.__dict__.update(scalar, real=REALS[str(given["PRECISION"])], **used)
+    module.__dict__["__builtins__"] = {**vars(builtins), "__import__": _importer(given)}
+    sys.modules[module_name] = module
+    try:
+        wp.set_module_options(module_options(), module=module)
+        exec(_code(file), module.__dict__)
+    except BaseException:
+        del sys.modules[module_name]
+        raise
     return module
 
 
-def module_options(interleave: int = INTERLEAVE) -> dict[str, object]:
-    """Warp module options of every kernel file.
+def public(module: ModuleType) -> dict[str, object]:
+    """What a kernel file defines itself, but for names that begin with an underscore."""
+    given = {"wp", "real", *PARAMETERS}
+    return {k: v for k, v in vars(module).items() if not (k.startswith("_") or k in given)}
 
-    Args:
-        interleave: Vectors that a loop over lanes works on side by side.
-    """
-    return {
-        "enable_backward": False,
-        "cpu_compiler_flags": f"{CPU_FLAGS} -mllvm=-force-vector-interleave={interleave}",
-        "max_unroll": MAX_UNROLL,
-    }
+
+def _importer(given: dict[str, object]) -> Callable[..., ModuleType]:
+    """An `import` statement that takes kernel files as they are for parameters."""
+
+    def load(name: str, *args: object, **kwargs: object) -> ModuleType:
+        file = _kernel_file(name)
+        return _instance(file, given) if file else builtins.__import__(name, *args, **kwargs)
+
+    return load
+
+
+def _kernel_file(module: str) -> str:
+    """The kernel file that a file imports by this name; empty where Python does it."""
+    file = module.removeprefix(_PREFIX).replace(".", "/") if module.startswith(_PREFIX) else ""
+    return "" if file in HOST_FILES else file
+
+
+@functools.cache
+def _needed(file: str) -> frozenset[str]:
+    """Names of the parameters that a file names, or one that it imports."""
+    names = _names(_code(file))
+    found = {"PRECISION"} | names.intersection(PARAMETERS)
+    imported = {_kernel_file(name) for name in names} - {""}
+    return frozenset(found.union(*(_needed(each) for each in imported)))
+
+
+def _names(code: CodeType) -> set[str]:
+    """All names in compiled code that are not local ones, those of imported modules included."""
+    inner = (_names(each) for each in code.co_consts if isinstance(each, CodeType))
+    return set(code.co_names).union(*inner)
+
+
+@functools.cache
+def _code(file: str) -> CodeType:
+    """The compiled code of a kernel file."""
+    code = SourceFileLoader(file, str(_path(file))).get_code(file)
+    assert code is not None
+    return code
+
+
+def _path(file: str) -> pathlib.Path:
+    return FOLDER / f"{file}.py"

@@ -2,32 +2,18 @@
 
 Each kind brings the same functions: `knot_time` and `knot_step` (when the motion changes its
 formula, and the velocity step there), `series` (Taylor coefficients of the acceleration) and
-`velocity`. `segment` counts the knots passed: 0 before the motion starts. The struct `Motion`
+`base_velocity`. `segment` counts the knots passed: 0 before the motion starts. The struct `Motion`
 holds one lane; its fields are the attributes of the class of the same kind in
 warprock/model/motion.py.
-The last arguments of `series` and `velocity` are the sample of a record (velocity, acceleration
-and its slope) that the kernel has looked up at `sample_index`; the other kinds ignore them.
+The last arguments of `series` and `base_velocity` are the sample of a record (velocity,
+acceleration and its slope) that the kernel has looked up at `sample_index`; the other kinds ignore
+them.
 """
 
 from typing import Any
 
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-MOTION: str
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-smaller, cycle = scalar.smaller, scalar.cycle
-decay = scalar.decay
-OVER_2, OVER_3, OVER_4 = scalar.OVER_2, scalar.OVER_3, scalar.OVER_4
-OVER_5, OVER_6, OVER_7 = scalar.OVER_5, scalar.OVER_6, scalar.OVER_7
-OVER_8 = scalar.OVER_8
-
-NEVER = real(1.0e30)
 TWO_PI = real(6.283185307179586)
 FLAT = real(44.0)
 """Exponent beyond which a Gaussian is zero to round-off; `decay` takes no more."""
@@ -70,7 +56,7 @@ if MOTION == "still":
         return zero, zero, zero, zero, zero, zero, zero, zero, zero
 
     @wp.func
-    def velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
+    def base_velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
         """Velocity of the base: zero."""
         return real(0.0)
 
@@ -134,7 +120,7 @@ if MOTION == "harmonic":
         return wave(w, amplitude * s, amplitude * w * c)
 
     @wp.func
-    def velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
+    def base_velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
         """Velocity of the base just after a time, all velocity steps until then in it."""
         w = TWO_PI * m.frequency
         _s, c = cycle(m.frequency * (time - m.start) + m.phase / TWO_PI)
@@ -201,7 +187,7 @@ if MOTION == "ricker":
         return a0, a1, a2, a3, a4, a5, a6, a7, a8
 
     @wp.func
-    def velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
+    def base_velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
         """Velocity of the base just after a time."""
         x = m.rate * (time - real(0.5) * (m.start + m.stop))
         moving = (m.c0 + x * (m.c1 + x * (m.c2 + x * m.c3))) * decay(smaller(x * x, FLAT))
@@ -265,7 +251,7 @@ if MOTION == "modulated":
         return swing * c
 
     @wp.func
-    def velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
+    def base_velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
         """Velocity of the base just after a time."""
         one = real(1.0)
         moving = m.velocity_offset + swing_velocity(m, one, m.swing_1, time)
@@ -322,7 +308,7 @@ if MOTION == "record":
         return int(wp.where(last < real(0.0), real(-1.0), last)) + 1
 
     @wp.func
-    def velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
+    def base_velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
         """Velocity of the base just after a time: the integral from the last sample."""
         tau = time - (m.start + real(sample_segment(m, time) - 1) * m.interval)
         tau = wp.where(tau < m.interval, tau, m.interval)

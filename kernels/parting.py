@@ -15,20 +15,7 @@ All of these vanish with the step. A swing whose corners move slower than FALLS 
 would end within a few steps.
 """
 
-# A func leaves what it finds in the names that it takes by reference.
-
-from typing import Any
-
 import warp as wp
-
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-smaller, size = scalar.smaller, scalar.size
 
 FALLS = real(2.0)
 """Gap of an end that may still stand, over g dt^2: what one step of falling makes of it, and what
@@ -39,9 +26,8 @@ radius: the arc's chord rises by half of that, and falls back slowly where the b
 that it is about to leave the ground."""
 CREEP = real(0.1)
 """Speed of an end that may still stick, over g dt: sweeps that end early leave less."""
-GRAIN = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
+GRAIN = by_precision(1.0e-14, 1.0e-6)
 """Gap that is round-off, over the lengths that it is a difference of."""
-NEVER = real(1.0e30)
 
 
 @wp.func

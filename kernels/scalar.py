@@ -6,22 +6,19 @@ written with `wp.where`: one instruction, where `wp.min` and `wp.max` take sever
 look for NaN.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import module_options
 
-real: Any
-"""Scalar type; set by `instance.kernel_module`."""
+def by_precision(float64: float, float32: float) -> real:
+    """A constant that depends on the round-off: the one of the scalar type of this instance."""
+    return real({"float64": float64, "float32": float32}[PRECISION])
 
-wp.set_module_options(module_options())
 
 FARTHEST = real(1.65)
 """Largest |x| of which `sine` and `cosine` are right."""
 
 # sin(x) = x P(x^2) on |x| <= 1.65, remainder below 3e-16.
-S0, S1, S2, S3, S4, S5, S6, S7 = (
+_S0, _S1, _S2, _S3, _S4, _S5, _S6, _S7 = (
     real(value)
     for value in (
         0.9999999999999998,
@@ -36,7 +33,7 @@ S0, S1, S2, S3, S4, S5, S6, S7 = (
 )
 
 # cos(x) = Q(x^2) on |x| <= 1.65, remainder below 2e-17.
-C0, C1, C2, C3, C4, C5, C6, C7, C8 = (
+_C0, _C1, _C2, _C3, _C4, _C5, _C6, _C7, _C8 = (
     real(value)
     for value in (
         1.0,
@@ -52,7 +49,7 @@ C0, C1, C2, C3, C4, C5, C6, C7, C8 = (
 )
 
 # exp(x) on -0.7 <= x <= 0, remainder below 1e-19.
-E0, E1, E2, E3, E4, E5, E6, E7, E8, E9, E10, E11, E12 = (
+_E0, _E1, _E2, _E3, _E4, _E5, _E6, _E7, _E8, _E9, _E10, _E11, _E12 = (
     real(value)
     for value in (
         1.0,
@@ -71,6 +68,14 @@ E0, E1, E2, E3, E4, E5, E6, E7, E8, E9, E10, E11, E12 = (
     )
 )
 
+
+HALF = real(0.5)
+TWO = real(2.0)
+HALF_PI = real(1.5707963267948966)
+TINY = real(1.0e-30)
+"""Keeps a quotient by zero finite; what is smaller has no direction."""
+NEVER = real(1.0e30)
+"""A time that has not come."""
 
 # Reciprocals, divided here and not in a kernel: there 1.0 / 3.0 is a quotient of two float32.
 OVER_2, OVER_3, OVER_4, OVER_5, OVER_6, OVER_7, OVER_8, OVER_9, OVER_10 = (
@@ -106,14 +111,18 @@ def sign_of(a: real) -> real:
 def sine(x: real) -> real:
     """Sine for |x| <= 1.65."""
     u = x * x
-    return x * (S0 + u * (S1 + u * (S2 + u * (S3 + u * (S4 + u * (S5 + u * (S6 + u * S7)))))))
+    return x * (
+        _S0 + u * (_S1 + u * (_S2 + u * (_S3 + u * (_S4 + u * (_S5 + u * (_S6 + u * _S7))))))
+    )
 
 
 @wp.func
 def cosine(x: real) -> real:
     """Cosine for |x| <= 1.65."""
     u = x * x
-    return C0 + u * (C1 + u * (C2 + u * (C3 + u * (C4 + u * (C5 + u * (C6 + u * (C7 + u * C8)))))))
+    return _C0 + u * (
+        _C1 + u * (_C2 + u * (_C3 + u * (_C4 + u * (_C5 + u * (_C6 + u * (_C7 + u * _C8))))))
+    )
 
 
 @wp.func
@@ -138,22 +147,25 @@ def cycle(turns: real):
 def decay(x: real) -> real:
     """exp(-x) for 0 <= x <= 44, from exp(-x / 64) by six squarings."""
     y = x * real(-0.015625)
-    e = E0 + y * (
-        E1
+    e = _E0 + y * (
+        _E1
         + y
         * (
-            E2
+            _E2
             + y
             * (
-                E3
+                _E3
                 + y
                 * (
-                    E4
+                    _E4
                     + y
                     * (
-                        E5
+                        _E5
                         + y
-                        * (E6 + y * (E7 + y * (E8 + y * (E9 + y * (E10 + y * (E11 + y * E12))))))
+                        * (
+                            _E6
+                            + y * (_E7 + y * (_E8 + y * (_E9 + y * (_E10 + y * (_E11 + y * _E12)))))
+                        )
                     )
                 )
             )

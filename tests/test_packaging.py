@@ -12,6 +12,7 @@ import zipfile
 
 import pytest
 
+import warprock
 from warprock.measure import doctor
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -121,3 +122,10 @@ def test_a_bare_checkout_bridges_to_kernels_and_cases(tmp_path: pathlib.Path):
     assert done.returncode == 0, done.stderr
     wanted = (tmp_path / "kernels/__init__.py", tmp_path / "cases/__init__.py")
     assert done.stdout.split() == [str(path) for path in wanted]
+
+
+def test_every_public_name_is_found_where_it_lives():
+    for name in warprock.__all__:
+        assert getattr(warprock, name) is not None
+    assert sorted(warprock.__all__) == sorted(warprock._HOME)
+    assert callable(warprock.load_case)

@@ -56,7 +56,8 @@ def test_ci_runs_the_readmes_test_command_and_then_programs_of_others(tmp_path: 
     test_command = re.findall(r"^```bash\n(.*?)\n```$", README, re.M | re.S)[1]
     wanted = [shlex.split(part) for part in test_command.split(" && ")]
     got = [[pathlib.PurePath(call.split()[0]).name, *call.split()[1:]] for call in calls]
-    assert got[-6:-3] == [[pathlib.PurePath(part[0]).name, *part[1:]] for part in wanted]
+    assert got[-7:-4] == [[pathlib.PurePath(part[0]).name, *part[1:]] for part in wanted]
+    assert got[-4][1:] == ["-m", "pytest", "-m", "thorough"]
     assert got[-3][-1] == ".[mujoco,bullet,dask,fragility]"
     assert got[-2][1:3] == ["-m", "pytest"]
     assert got[-1][1:] == ["-m", "pytest", "-n", "0", "-m", "speed"]

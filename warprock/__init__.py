@@ -60,7 +60,7 @@ _HOME = {
     "case_names": "warprock.case.text",
     "expand_lanes": "warprock.case.lanes",
     "lane_table": "warprock.run.lane_table",
-    "load_case": "warprock.case.case",
+    "load_case": "warprock.case.load",
     "run_batch": "warprock.run.batch",
     "run_case": "warprock.run.case_run",
     "write_run": "warprock.run.lane_table",

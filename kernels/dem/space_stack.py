@@ -35,34 +35,11 @@ bit, which the compiler's fused operations at the two points of a pair may leave
 Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks in space.
 """
 
-# A func changes what it takes by reference, which the linter takes for unused assignments.
-
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-BLOCKS: int
-FRICTION: str
-
-SPATIAL_DEM_OPTIONS = module_options(interleave=1)
-"""A spring's values fill the registers; the processor overlaps the vectors of a pack by itself."""
-
-wp.set_module_options(SPATIAL_DEM_OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-planar = kernel_module("dem/stack", precision=PRECISION)
-spatial = kernel_module("shape/space", precision=PRECISION)
-meeting = kernel_module("dem/space_stack_meet", precision=PRECISION, blocks=BLOCKS)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-Knobs, FAILED = planar.Knobs, planar.FAILED
-Block, matrix_of, turn_freely = spatial.Block, spatial.matrix_of, spatial.turn_freely
-Link = meeting.Link
-cross, seen, back_from, held_in = (
-    meeting.cross, meeting.seen, meeting.back_from, meeting.held_in,
-)  # fmt: skip
+from warprock.kernels.dem.space_stack_meet import Link, back_from, cross, held_in, seen
+from warprock.kernels.dem.stack import FAILED, Knobs
+from warprock.kernels.shape.space import Block, matrix_of, turn_freely
 
 CONE = FRICTION == "cone"
 """Whether shear is bound as a cone, else as a box along the two directions."""

@@ -8,21 +8,9 @@ of the largest stretches along the two axes, and of its points those that lie be
 lower face press on that edge.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-BLOCKS: int
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-spatial = kernel_module("shape/space", precision=PRECISION)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-Block, matrix_of, slide_of = spatial.Block, spatial.matrix_of, spatial.slide_of
+from warprock.kernels.shape.space import Block, matrix_of, slide_of
 
 SMALLEST = real(1.0e-3)
 """Cosine below which a face seen askew grows no longer."""

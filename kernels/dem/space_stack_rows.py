@@ -3,33 +3,14 @@
 A func takes numbers of one lane out of the kernel's rows, or leaves them there by reference.
 """
 
-# A func changes what it takes by reference, which the linter takes for unused assignments.
-# ruff: noqa: F841
-
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
+from warprock.kernels.dem.space_stack_meet import Link
+from warprock.kernels.dem.stack_lanes import witness as lane_witness
+from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
+from warprock.kernels.shape.space import Block, matrix_of, turn_freely, turns_of
 
-real: Any
-PRECISION: str
-BLOCKS: int
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-shape = kernel_module("shape/space", precision=PRECISION)
-of_lanes = kernel_module("dem/stack_lanes", precision=PRECISION)
-meeting = kernel_module("dem/space_stack_meet", precision=PRECISION, blocks=BLOCKS)
-larger, size = scalar.larger, scalar.size
-Block, matrix_of, turns_of = shape.Block, shape.matrix_of, shape.turns_of
-turn_freely = shape.turn_freely
-Link = meeting.Link
 Attitude = wp.types.vector(length=4, dtype=real)
-
-HALF = real(0.5)
-ROCKING, OVERTURNED, BROKEN = of_lanes.ROCKING, of_lanes.OVERTURNED, of_lanes.BROKEN
-NEVER = of_lanes.NEVER
 
 
 @wp.struct
@@ -76,7 +57,7 @@ def begin(
     qw = real(1.0)
     dt = lane.time_step
     uplift_time = lane.uplift_time
-    mode = ROCKING
+    mode = RUNNING
 
 
 @wp.func
@@ -173,7 +154,7 @@ def witness(
     """
     x = size(link.v1) + size(link.j1) + size(link.k1)
     y = size(link.v2) + size(link.j2) + size(link.k2)
-    of_lanes.witness(
+    lane_witness(
         live, time, link.o, size(link.a3) + size(link.b3), link.area,
         x * x + y * y > creep * creep, since, uplift_time, moved, deepest, impacts, mode,
     )  # fmt: skip
@@ -194,7 +175,7 @@ def set_off(
     span: wp.ref[real], stored: wp.ref[real], at_start: wp.ref[real], spent: wp.ref[real],
 ):  # fmt: skip
     """Begins a step: forces act over half of the first one; energies of the last one are kept."""
-    runs = mode == ROCKING and real(steps) * dt < until
+    runs = mode == RUNNING and real(steps) * dt < until
     span = wp.where(steps == 0, HALF * dt, dt)
     at_start = wp.where(steps == 1, stored, at_start)
     stored = wp.where(runs, real(0.0), stored)

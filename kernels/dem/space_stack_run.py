@@ -12,44 +12,35 @@ corner that is pressed most, see `PIVOT` of `dem_lanes`; in the plane that is an
 while it is closed in the middle and slips faster than springs swing that stick.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.dem.space_stack import advance, load, press
+from warprock.kernels.dem.space_stack_meet import Link, Moving, meet
+from warprock.kernels.dem.space_stack_rows import (
+    Lane,
+    attitude_before,
+    begin,
+    gather,
+    keep,
+    observe,
+    ride,
+    set_off,
+    set_up,
+    witness,
+)
+from warprock.kernels.dem.stack import Knobs
+from warprock.kernels.dem.stack_lanes import passes_left, time_past
+from warprock.kernels.instance import ONE_VECTOR
+from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.shape.space import Block
+from warprock.kernels.shape.space_found import BlockResult, Found, Result
 
-real: Any
-PRECISION: str
-MOTION: str
-ITERATIONS: int
-BLOCKS: int
-LANES: int
-FRICTION: str
-
-shape = kernel_module("shape/space", precision=PRECISION)
-found_of = kernel_module("shape/space_found", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-meeting = kernel_module("dem/space_stack_meet", precision=PRECISION, blocks=BLOCKS)
-dem = kernel_module("dem/space_stack", precision=PRECISION, blocks=BLOCKS, friction=FRICTION)
-rows = kernel_module("dem/space_stack_rows", precision=PRECISION, blocks=BLOCKS)
-of_lanes = kernel_module("dem/stack_lanes", precision=PRECISION)
-wp.set_module_options(dem.SPATIAL_DEM_OPTIONS)
-BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
-Motion, base_velocity = motion.Motion, motion.velocity
-sample_index, sample_segment = motion.sample_index, motion.sample_segment
-Block = shape.Block
-Moving, Link, meet = meeting.Moving, meeting.Link, meeting.meet
-Knobs, press, load, advance = dem.Knobs, dem.press, dem.load, dem.advance
-Lane, begin, set_up, set_off, ride = rows.Lane, rows.begin, rows.set_up, rows.set_off, rows.ride
-keep, gather, observe = rows.keep, rows.gather, rows.observe
-passes_left, time_past = of_lanes.passes_left, of_lanes.time_past
-attitude_before, witness = rows.attitude_before, rows.witness
+wp.set_module_options(ONE_VECTOR)
 
 PAIRS = max(ITERATIONS, 1)
 """Pairs of points of an interface; one in the middle counts as a pair of two halves."""
 KINDS, SUMS = 3, 10
 """Kinds of pairs, and what is summed over each, see `press`."""
-HALF = real(0.5)
 
 R = wp.types.vector(length=LANES, dtype=real)
 """A number a lane."""
@@ -63,9 +54,9 @@ Total = wp.types.matrix(shape=(SUMS, LANES), dtype=real)
 
 
 @wp.kernel
-def spatial(
+def run_lanes(
     blocks: wp.array2d(dtype=Block), motions: wp.array2d(dtype=Motion),
-    pool: wp.array2d(dtype=real), times: wp.array(dtype=real), lanes: wp.array(dtype=Lane),
+    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), lanes: wp.array(dtype=Lane),
     points: wp.array2d(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, each at its own time; rows of points: a, b, share, kind."""
@@ -88,8 +79,8 @@ def spatial(
         for k in range(1, bodies):
             set_up(blocks[k, first + i], x[k, i], y[k, i], z[k, i], qx[k, i], qy[k, i], qz[k, i],
                    qw[k, i], since[k, i], peak[k, i], across[k, i], tilt[k, i])  # fmt: skip
-    for sample in range(times.shape[0]):
-        passes, until = int(0), times[sample]
+    for sample in range(sample_times.shape[0]):
+        passes, until = int(0), sample_times[sample]
         for i in range(LANES):
             passes = wp.max(passes, passes_left(until, steps[i], dt[i], mode[i]))
         for _ in range(passes):

@@ -36,26 +36,7 @@ differences are exact mirror images in a mirrored scene.
 Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks.
 """
 
-# A func changes what it takes by reference, which the linter takes for unused assignments.
-# ruff: noqa: F841
-
-from typing import Any
-
 import warp as wp
-
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-
-DEM_OPTIONS = module_options(interleave=1)
-"""A spring's values fill the registers; the processor overlaps the vectors of a pack by itself."""
-
-wp.set_module_options(DEM_OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
-in_range = scalar.in_range
 
 STEEPEST = real(0.1)
 """Cosine of the angle between two faces below which their overlap grows no more."""

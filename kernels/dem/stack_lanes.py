@@ -1,23 +1,9 @@
 """What becomes of lanes of soft-spring blocks, in the plane and in space, for one precision."""
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
+from warprock.kernels.modes import RUNNING, SLID_OFF
 
-real: Any
-PRECISION: str
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-larger, smaller = scalar.larger, scalar.smaller
-
-NEVER = real(1.0e30)
-ROCKING = 1
-OVERTURNED = 2
-BROKEN = 3
-SLID_OFF = 4
 PIVOT = real(0.75)
 """Place up to which faces that have parted gape, from the middle, over the way to the end. Of five
 sub-contacts only the last one then carries, which is when a rigid block lifts; of many, the
@@ -30,14 +16,14 @@ APART = real(-1.0)
 def passes_left(until: real, steps: int, dt: real, mode: int) -> int:
     """Steps that a lane has to take to a time, and at most one more."""
     left = (until - real(steps) * dt) / dt
-    running = mode == ROCKING and left > real(0.0)
+    running = mode == RUNNING and left > real(0.0)
     return wp.where(running, int(wp.ceil(wp.where(running, left, real(0.0)))) + 1, 0)
 
 
 @wp.func
 def time_past(until: real, steps: int, dt: real, mode: int) -> real:
     """Time by which a lane that still runs has passed a sample [s]."""
-    return wp.where(mode == ROCKING, larger(real(steps) * dt - until, real(0.0)), real(0.0))
+    return wp.where(mode == RUNNING, larger(real(steps) * dt - until, real(0.0)), real(0.0))
 
 
 @wp.func

@@ -14,38 +14,19 @@ middle again. It slides while all of its springs that carry slip, faster than `p
 tells.
 """
 
-# A func changes what it takes by reference, which the linter takes for unused assignments.
-# ruff: noqa: F841
-
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.account import book
+from warprock.kernels.dem.stack import Knobs, advance, load, meet, press
+from warprock.kernels.dem.stack_lanes import passes_left, time_past
+from warprock.kernels.dem.stack_lanes import witness as lane_witness
+from warprock.kernels.instance import ONE_VECTOR
+from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
+from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.parting import slides
+from warprock.kernels.shape.stack_found import BlockResult, Found, Result
 
-real: Any
-PRECISION: str
-MOTION: str
-ITERATIONS: int
-BLOCKS: int
-LANES: int
-
-scalar = kernel_module("scalar", precision=PRECISION)
-found_of = kernel_module("shape/stack_found", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-account = kernel_module("account", precision=PRECISION)
-dem = kernel_module("dem/stack", precision=PRECISION)
-of_lanes = kernel_module("dem/stack_lanes", precision=PRECISION)
-parting = kernel_module("parting", precision=PRECISION)
-wp.set_module_options(dem.DEM_OPTIONS)
-larger, smaller, size, book = scalar.larger, scalar.smaller, scalar.size, account.book
-sine, cosine = scalar.sine, scalar.cosine
-BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
-Motion, base_velocity = motion.Motion, motion.velocity
-sample_index, sample_segment = motion.sample_index, motion.sample_segment
-Knobs, meet = dem.Knobs, dem.meet
-press, load, advance = dem.press, dem.load, dem.advance
-passes_left, time_past, slides = of_lanes.passes_left, of_lanes.time_past, parting.slides
+wp.set_module_options(ONE_VECTOR)
 
 POINTS = max(ITERATIONS, 2)
 """Sub-contacts of an interface."""
@@ -56,10 +37,6 @@ SPACING = real(1.0 / (POINTS - 1))
 """Distance of two points over the length of the interface."""
 GROUND_FACE = real(1.0e9)
 """Half width of the ground's face [m]: no block reaches its ends."""
-HALF_PI = real(1.5707963267948966)
-HALF = real(0.5)
-ROCKING, OVERTURNED, BROKEN = of_lanes.ROCKING, of_lanes.OVERTURNED, of_lanes.BROKEN
-NEVER = of_lanes.NEVER
 
 
 @wp.struct
@@ -106,7 +83,7 @@ def begin(
     c = real(1.0)
     dt = stack.time_step
     uplift_time = stack.uplift_time
-    mode = ROCKING
+    mode = RUNNING
 
 
 @wp.func
@@ -170,7 +147,7 @@ def witness(
         held: Springs that carry and do not slip; set to none for the next interface.
     """
     slips = held == 0 and slides(dt * slip, dt, gravity)
-    of_lanes.witness(
+    lane_witness(
         live, time, overlap, size(tilt), shared, slips, since, uplift_time, moved, deepest,
         impacts, mode,
     )  # fmt: skip
@@ -199,7 +176,7 @@ def observe(
 
 
 @wp.kernel
-def stacks(
+def run_lanes(
     blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
@@ -238,7 +215,7 @@ def stacks(
             passes = wp.max(passes, passes_left(until, steps[i], dt[i], mode[i]))
         for _ in range(passes):
             for i in range(LANES):
-                live[i] = wp.where(mode[i] == ROCKING and real(steps[i]) * dt[i] < until, 1, 0)
+                live[i] = wp.where(mode[i] == RUNNING and real(steps[i]) * dt[i] < until, 1, 0)
                 mid = (real(steps[i]) + HALF) * dt[i]
                 lane = motions[first + i]
                 place = sample_index(lane, sample_segment(lane, mid))

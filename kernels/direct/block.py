@@ -42,24 +42,10 @@ of the +x corner in the last step, per unit mass [m/s]; loss, what the contacts 
 energy so far per unit mass [J/kg].
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
-in_range = scalar.in_range
-
-ROUND_OFF = real(1.0e-12 if PRECISION == "float64" else 1.0e-4)
+ROUND_OFF = by_precision(1.0e-12, 1.0e-4)
 """Residual that counts as none, over the velocities that the solve starts from."""
-HALF = real(0.5)
 
 
 @wp.struct

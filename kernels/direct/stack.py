@@ -19,28 +19,12 @@ laws to round-off is taken: what is found is exact, whatever the search. A stack
 found says so.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
-
-real: Any
-PRECISION: str
-BLOCKS: int
-
-stack = kernel_module("shape/stack", precision=PRECISION, blocks=BLOCKS)
-wp.set_module_options(stack.STACK_OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-direct = kernel_module("direct/block", precision=PRECISION)
-impulse_stack = kernel_module("impulse/stack", precision=PRECISION)
-larger, size, smaller = scalar.larger, scalar.size, scalar.smaller
-Values, Triples, Rows = stack.Values, stack.Triples, stack.Rows
-Three, Matrix = stack.Three, stack.Matrix
-three_of, matrix_of = stack.three_of, stack.matrix_of
-meet = impulse_stack.meet
-pivot = kernel_module("direct/stack_pivot", precision=PRECISION, blocks=BLOCKS)
-Equations, States, lemke = pivot.Equations, pivot.States, pivot.lemke
+from warprock.kernels.direct.block import residual, solve
+from warprock.kernels.direct.stack_pivot import Equations, States, lemke
+from warprock.kernels.impulse.stack import GROUND_FACE, meet
+from warprock.kernels.shape.stack import Matrix, Rows, Three, Triples, Values, matrix_of, three_of
 
 TRIES = 50
 """Tries of states before Lemke's path is taken."""
@@ -48,7 +32,7 @@ SWEPT_TRIES = 6
 """First tries, from sweeps."""
 PATIENCE = 10
 """Tries that turn all rows that break their law without there being fewer of them."""
-ROUND_OFF = real(1.0e-10 if PRECISION == "float64" else 1.0e-4)
+ROUND_OFF = by_precision(1.0e-10, 1.0e-4)
 """Residual that counts as none, over the velocities that add up to it."""
 BARELY = real(1.0 - 1.0e-9)
 """Part of its bound from which on a friction counts as sliding."""
@@ -83,7 +67,7 @@ def interface_rows(shapes: Shapes, pose: Pose, k: int, lean: real):
         Matrix of the upper block (rows: ends 1 and 2, slip; columns: x, z, rotation), of the
         lower one, and the gaps at both ends [m].
     """
-    lface = real(impulse_stack.GROUND_FACE)
+    lface = GROUND_FACE
     lhigh = real(0.0)
     ls = real(0.0)
     lc = real(1.0)
@@ -154,7 +138,7 @@ def kept(system: Equations, p: Triples) -> bool:
         d = matrix_of(system.own, k)
         q = coupled(system, p, k)
         force = three_of(p, k)
-        miss = direct.residual(
+        miss = residual(
             system.friction[k], system.bound[k],
             d[0, 0], d[0, 1], d[1, 1], d[0, 2], d[1, 2], d[2, 2], q[0], q[1], q[2],
             force[0], force[1], force[2],
@@ -172,7 +156,7 @@ def swept(system: Equations, p: Triples) -> Triples:
     for k in range(BLOCKS):
         d = matrix_of(system.own, k)
         q = coupled(system, found, k)
-        _miss, n1, n2, f = direct.solve(
+        _miss, n1, n2, f = solve(
             system.friction[k], system.bound[k],
             d[0, 0], d[0, 1], d[1, 1], d[0, 2], d[1, 2], d[2, 2], q[0], q[1], q[2],
         )  # fmt: skip

@@ -10,28 +10,16 @@ are a little wider here, each by another amount; only the states at the end are 
 and starts from nothing: the last resort where states that are close by do not do.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
-
-real: Any
-PRECISION: str
-BLOCKS: int
-
-stack = kernel_module("shape/stack", precision=PRECISION, blocks=BLOCKS)
-wp.set_module_options(stack.STACK_OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-Values, Triples, Rows, Matrix = stack.Values, stack.Triples, stack.Rows, stack.Matrix
-matrix_of = stack.matrix_of
+from warprock.kernels.shape.stack import Matrix, Rows, Triples, Values, matrix_of
 
 COUNT = 5 * BLOCKS
 """Pairs."""
 PIVOTS = 20 * COUNT
 """Pivots before the path is given up."""
 FAR = real(1.0e30)
-TILT = real(1.0e-8 if PRECISION == "float64" else 1.0e-5)
+TILT = by_precision(1.0e-8, 1.0e-5)
 """What bounds are wider by, over the friction that the velocities without contact ask for."""
 APART = real(1.25)
 """How the bounds of one interface are wider than those of the one below it."""
@@ -76,7 +64,7 @@ def table_of(system: Equations) -> Table:
     table = Table()
     skew = real(0.0)
     for i in range(3 * BLOCKS):
-        skew += TILT * scalar.size(system.free[i])
+        skew += TILT * size(system.free[i])
     for k in range(BLOCKS):
         d = matrix_of(system.own, k)
         table = with_block(table, k, k, d)

@@ -5,50 +5,33 @@ acceleration that it finds lie the velocities that the first step starts from, f
 belong to half steps. An interface rocks while one of its ends has parted, see `parting`.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
-
-real: Any
-PRECISION: str
-MOTION: str
-BLOCKS: int
-LANES: int
-
-stack = kernel_module("shape/stack", precision=PRECISION, blocks=BLOCKS)
-wp.set_module_options(stack.STACK_OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-found_of = kernel_module("shape/stack_found", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-account = kernel_module("account", precision=PRECISION)
-direct = kernel_module("direct/block", precision=PRECISION)
-impulse_stack = kernel_module("impulse/stack", precision=PRECISION)
-run = kernel_module("shape/stack_run", precision=PRECISION)
-parting = kernel_module("parting", precision=PRECISION)
-contact = kernel_module("direct/stack", precision=PRECISION, blocks=BLOCKS)
-larger, smaller, size, book = scalar.larger, scalar.smaller, scalar.size, account.book
-sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
-in_range = scalar.in_range
-BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
-Motion, base_velocity = motion.Motion, motion.velocity
-sample_index, sample_segment = motion.sample_index, motion.sample_segment
-Values, Triples, Rows, Three = stack.Values, stack.Triples, stack.Rows, stack.Three
-Counts = stack.Counts
-three_of, matrix_of = stack.three_of, stack.matrix_of
-Shapes, Pose, Equations = contact.Shapes, contact.Pose, contact.Equations
-interface_rows, weighted, solve_stack = (
-    contact.interface_rows,
-    contact.weighted,
-    contact.solve_stack,
+from warprock.kernels.account import book
+from warprock.kernels.direct.block import wish
+from warprock.kernels.direct.stack import (
+    Pose,
+    Shapes,
+    interface_rows,
+    solve_stack,
+    weighted,
+    with_rows,
+    with_three,
 )
-with_rows, with_three = contact.with_rows, contact.with_three
-stand, gape, Block, Stack = impulse_stack.stand, run.gape, run.Block, run.Stack
-slack, slides, watch = parting.slack, parting.slides, parting.watch
-HALF_PI, HALF = run.HALF_PI, run.HALF
-ROCKING, OVERTURNED, BROKEN, SLID_OFF = run.ROCKING, run.OVERTURNED, run.BROKEN, run.SLID_OFF
-UNSOLVED = 5
+from warprock.kernels.direct.stack_pivot import Equations
+from warprock.kernels.impulse.stack import GROUND_FACE, stand
+from warprock.kernels.instance import LOOPS_STAY
+from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
+from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.parting import slack, slides, watch
+from warprock.kernels.shape.stack import Counts, Rows, Three, Triples, Values, matrix_of, three_of
+from warprock.kernels.shape.stack_found import BlockResult, Found, Result
+from warprock.kernels.shape.stack_run import Block, Stack, gape
+
+wp.set_module_options(LOOPS_STAY)
+
+LANES = 1
+"""Lanes that a thread runs."""
 
 
 @wp.struct
@@ -128,8 +111,8 @@ def equations(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, free: Trip
         m = shapes.inverse_mass[k]
         d = d + wp.diag(Three(knobs.cfm + m * (one - on1), knobs.cfm + m * (one - on2), zero))
         q = q + Three(
-            on1 * direct.wish(gap1, knobs.erp, knobs.rate),
-            on2 * direct.wish(gap2, knobs.erp, knobs.rate),
+            on1 * wish(gap1, knobs.erp, knobs.rate),
+            on2 * wish(gap2, knobs.erp, knobs.rate),
             zero,
         )
         mu = shapes.friction[k]
@@ -231,7 +214,7 @@ def placed(shapes: Shapes, pose: Pose, theta: Values, k: int, offset: real):
         Slide along that, width of the overlap, rotation against it, and how wide the ends of the
         overlap at -x and at +x gape.
     """
-    lface = real(impulse_stack.GROUND_FACE)
+    lface = GROUND_FACE
     lhigh = real(0.0)
     ls = real(0.0)
     lc = real(1.0)
@@ -278,11 +261,11 @@ def mode_of(state: State, solved: bool) -> int:
     total = real(0.0)
     for i in range(3 * BLOCKS):
         total += state.velocity[i]
-    return wp.where(total - total == real(0.0), wp.where(solved, ROCKING, UNSOLVED), BROKEN)
+    return wp.where(total - total == real(0.0), wp.where(solved, RUNNING, UNSOLVED), BROKEN)
 
 
 @wp.kernel
-def stacks(
+def run_lanes(
     blocks: wp.array2d(dtype=Block),
     lanes: wp.array(dtype=Stack),
     motions: wp.array(dtype=Motion),
@@ -320,11 +303,11 @@ def stacks(
     given, supplied, taken, returned = real(0.0), real(0.0), real(0.0), real(0.0)
     jolt = real(0.0)
     impacts, count = int(0), int(-1)
-    mode = int(ROCKING)
+    mode = int(RUNNING)
     time = -dt
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
-        while time < until and mode == ROCKING:
+        while time < until and mode == RUNNING:
             count += 1
             time = real(count) * dt
             half = larger(time - HALF * dt, HALF * dt)
@@ -372,7 +355,7 @@ def stacks(
                     if total - total != zero:
                         mode = BROKEN
         if found.rotations.shape[0] > 0:
-            past = wp.where(mode == ROCKING, larger(time - until, zero), zero)
+            past = wp.where(mode == RUNNING, larger(time - until, zero), zero)
             for k in range(BLOCKS):
                 rate = state.velocity[3 * k + 2]
                 found.rotations[sample, k, lane] = state.theta[k] - past * rate

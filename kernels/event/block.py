@@ -41,42 +41,25 @@ either side. The impacts that it leaves out take a time, as in housner/block.py,
 the rest time.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
+from warprock.kernels.event.block_contact import (
+    SOON,
+    Block,
+    held_lack,
+    held_velocity,
+    hold_reserve,
+    lower_corner,
+    may_rest,
+    step_velocity,
+    struck_velocity,
+)
+from warprock.kernels.modes import BROKEN, FLAT, FLYING, OVERTURNED, PIVOTING
+from warprock.kernels.motion import Motion, base_velocity, knot_step, knot_time, series
 
-real: Any
-PRECISION: str
-MOTION: str
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-contact = kernel_module("event/block_contact", precision=PRECISION)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
-Motion, series, velocity = motion.Motion, motion.series, motion.velocity
-knot_time, knot_step = motion.knot_time, motion.knot_step
-Block, may_rest = contact.Block, contact.may_rest
-step_velocity, held_velocity = contact.step_velocity, contact.held_velocity
-hold_reserve, held_lack, SOON = contact.hold_reserve, contact.held_lack, contact.SOON
-struck_velocity, lower_corner = contact.struck_velocity, contact.lower_corner
-
-FLYING = 0
-PIVOTING = 1
-FLAT = 2
-OVERTURNED = 3
-BROKEN = 4
-
-HALF = real(0.5)
-TWO = real(2.0)
-HALF_PI = real(1.5707963267948966)
-NEVER = real(1.0e30)
-NEARLY = real({"float64": 1.0e-6, "float32": 1.0e-4}[PRECISION])
+NEARLY = by_precision(1.0e-6, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""
-GRAIN = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
+GRAIN = by_precision(1.0e-14, 1.0e-6)
 """Round-off of a gap, as a part of the half height."""
 LEAST = real(0.125)
 """Least part of a step to which one in which a force reaches its bound is cut at once: the force
@@ -179,7 +162,7 @@ else:
     ) -> real:
         """Change of the base velocity in a step that ends at a time [m/s], without the kick."""
         zero = real(0.0)
-        return velocity(m, time, zero, zero, zero) - base - kick
+        return base_velocity(m, time, zero, zero, zero) - base - kick
 
 
 @wp.func

@@ -13,24 +13,10 @@ with |f| = friction n. With both corners at the base a flat block has three unkn
 corner and n of the other, and the law is tried case by case: one corner, else both.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
+from warprock.kernels.modes import FLAT, FLYING, PIVOTING
 
-real: Any
-PRECISION: str
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
-
-FLYING = 0
-PIVOTING = 1
-FLAT = 2
-HALF = real(0.5)
 SOON = real(1.0e-3)
 """Part by which a force may miss its bound: the error in velocity is of its square."""
 

@@ -4,29 +4,12 @@ Every lane has its own clock and ends its steps where its events are; a sample i
 read off the parabola that the step follows, so that histories do not change the run.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import LANE_WIDTH, kernel_module, module_options
-
-real: Any
-PRECISION: str
-MOTION: str
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-event = kernel_module("event/block", precision=PRECISION, motion=MOTION)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-Motion, sample_index = motion.Motion, motion.sample_index
-Block, Knobs, step = event.Block, event.Knobs, event.step
-
-PIVOTING = 1
-FLAT = 2
-OVERTURNED = 3
-STALLED = 5
-NEVER = real(1.0e30)
+from warprock.kernels.event.block import Knobs, step
+from warprock.kernels.event.block_contact import Block
+from warprock.kernels.modes import FLAT, OVERTURNED, PIVOTING, STALLED
+from warprock.kernels.motion import Motion, sample_index
 
 
 @wp.func
@@ -89,70 +72,59 @@ def rotation_at(
 
 
 @wp.struct
-class Result:
-    """What one lane's run leaves behind."""
+class BlockResult:
+    """What the run of one block leaves behind."""
 
     slide: real
-    time: real
     peak: real
     peak_time: real
     peak_slide: real
+
+
+@wp.struct
+class Result:
+    """What one lane's run leaves behind."""
+
     uplift_time: real
     rest_time: real
     loss: real
     deepest: real
     impacts: int
     mode: int
-    slides: int
     steps: int
 
 
-@wp.func
-def result_of(
-    slide: real, time: real, peak: real, peak_time: real, peak_slide: real, uplift_time: real,
-    rest_time: real, loss: real, deepest: real, impacts: int, mode: int, slip: real, steps: int,
-):  # fmt: skip
-    """The result of one lane."""
-    result = Result()
-    result.slide = slide
-    result.time = time
-    result.peak = peak
-    result.peak_time = peak_time
-    result.peak_slide = peak_slide
-    result.uplift_time = uplift_time
-    result.rest_time = rest_time
-    result.loss = loss
-    result.deepest = deepest
-    result.impacts = impacts
-    result.mode = mode
-    result.slides = wp.where(slip != real(0.0), 1, 0)
-    result.steps = steps
-    return result
+@wp.struct
+class Found:
+    """Where the answers go."""
+
+    results: wp.array(dtype=Result)
+    blocks: wp.array2d(dtype=BlockResult)
+    rotations: wp.array3d(dtype=real)
 
 
-Lane = wp.types.vector(length=LANE_WIDTH, dtype=real)
-LaneInt = wp.types.vector(length=LANE_WIDTH, dtype=int)
+Lane = wp.types.vector(length=LANES, dtype=real)
+LaneInt = wp.types.vector(length=LANES, dtype=int)
 
 
 @wp.kernel
-def packed(
-    blocks: wp.array(dtype=Block),
+def run_lanes(
+    blocks: wp.array2d(dtype=Block),
     motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real),
     starts: wp.array(dtype=real),
     sample_times: wp.array(dtype=real),
     knobs: Knobs,
-    results: wp.array(dtype=Result),
-    rotations: wp.array2d(dtype=real),
+    found: Found,
 ):
-    """Runs packs of LANE_WIDTH lanes, all lanes of a pack in step with each other."""
-    first = wp.tid() * LANE_WIDTH
+    """Runs LANES lanes a thread, which take their steps side by side."""
+    first = wp.tid() * LANES
     theta, slide, gap, vx, vz, omega, slip = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     time, base, cap, begun, theta0, omega0 = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
     uplift_time, rest_time, loss = Lane(), Lane(), Lane()
     segment, mode, impacts, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
-    for i in range(LANE_WIDTH):
+    for i in range(LANES):
         flat = starts[first + i] == real(0.0)
         theta[i] = starts[first + i]
         mode[i] = wp.where(flat, FLAT, PIVOTING)
@@ -165,15 +137,15 @@ def packed(
         until = sample_times[sample]
         busy = int(1)
         while busy > 0:
-            for i in range(LANE_WIDTH):
+            for i in range(LANES):
                 m = motions[first + i]
                 place = sample_index(m, segment[i])
                 going = mode[i] < OVERTURNED and time[i] < until
                 count = steps[i] + wp.where(going, 1, 0)
                 # Loaded before an `and`, which would branch around the load: no vector code then.
-                spent = count >= blocks[first + i].step_limit
+                spent = count >= blocks[0, first + i].step_limit
                 th, sl, ga, ux, uz, om, di, mo, ti, se, ba, ca, ap, at, lo, ta, hit, ok, dp = step(
-                    blocks[first + i], knobs, m, pool[0, place], pool[1, place], end, going,
+                    blocks[0, first + i], knobs, m, pool[0, place], pool[1, place], end, going,
                     theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], slip[i], mode[i],
                     time[i], segment[i], base[i], cap[i],
                 )  # fmt: skip
@@ -206,100 +178,15 @@ def packed(
                 impacts[i] = impacts[i] + wp.where(hit, 1, 0)
                 steps[i] = count
             busy = int(0)
-            for i in range(LANE_WIDTH):
+            for i in range(LANES):
                 busy = busy + wp.where(mode[i] < OVERTURNED and time[i] < until, 1, 0)
-        if rotations.shape[0] > 0:
-            for i in range(LANE_WIDTH):
-                rotations[sample, first + i] = rotation_at(
+        if found.rotations.shape[0] > 0:
+            for i in range(LANES):
+                found.rotations[sample, 0, first + i] = rotation_at(
                     until, time[i], theta[i], begun[i], theta0[i], omega0[i]
                 )
-    for i in range(LANE_WIDTH):
-        results[first + i] = result_of(
-            slide[i], time[i], peak[i], peak_time[i], peak_slide[i], uplift_time[i], rest_time[i],
-            loss[i], deepest[i], impacts[i], mode[i], slip[i], steps[i],
-        )  # fmt: skip
-
-
-@wp.kernel
-def plain(
-    blocks: wp.array(dtype=Block),
-    motions: wp.array(dtype=Motion),
-    pool: wp.array2d(dtype=real),
-    starts: wp.array(dtype=real),
-    sample_times: wp.array(dtype=real),
-    knobs: Knobs,
-    results: wp.array(dtype=Result),
-    rotations: wp.array2d(dtype=real),
-):
-    """Runs one lane a thread, on any device."""
-    lane = wp.tid()
-    block = blocks[lane]
-    m = motions[lane]
-    theta = starts[lane]
-    flat = theta == real(0.0)
-    slide = real(0.0)
-    gap = real(0.0)
-    vx = real(0.0)
-    vz = real(0.0)
-    omega = real(0.0)
-    slip = real(0.0)
-    mode = int(wp.where(flat, FLAT, PIVOTING))
-    time = real(0.0)
-    segment = int(0)
-    base = real(0.0)
-    cap = NEVER
-    begun = real(0.0)
-    theta0 = real(0.0)
-    omega0 = real(0.0)
-    peak = size(theta)
-    peak_time = real(0.0)
-    peak_slide = real(0.0)
-    uplift_time = real(wp.where(flat, NEVER, real(0.0)))
-    rest_time = real(wp.where(flat, real(0.0), NEVER))
-    loss = real(0.0)
-    deepest = real(0.0)
-    impacts = int(0)
-    steps = int(0)
-    end = sample_times[sample_times.shape[0] - 1]
-    for sample in range(sample_times.shape[0]):
-        until = sample_times[sample]
-        while mode < OVERTURNED and time < until:
-            steps += 1
-            place = sample_index(m, segment)
-            th, sl, ga, ux, uz, om, di, mo, ti, se, ba, ca, ap, at, lo, tail, hit, done, dp = step(
-                block, knobs, m, pool[0, place], pool[1, place], end, True,
-                theta, slide, gap, vx, vz, omega, slip, mode, time, segment, base, cap,
-            )  # fmt: skip
-            begun = wp.where(done, time, begun)
-            theta0 = wp.where(done, theta, theta0)
-            omega0 = wp.where(done, omega, omega0)
-            mo, pk, pt, ps, ut, rt = observe(
-                steps >= block.step_limit, mode, slip, time, mo, di, ti, th, sl, ap, at, tail,
-                peak, peak_time, peak_slide, uplift_time, rest_time,
-            )  # fmt: skip
-            theta = th
-            slide = sl
-            gap = ga
-            vx = ux
-            vz = uz
-            omega = om
-            slip = di
-            mode = mo
-            time = ti
-            segment = se
-            base = ba
-            cap = ca
-            peak = pk
-            peak_time = pt
-            peak_slide = ps
-            uplift_time = ut
-            rest_time = rt
-            loss = loss + lo
-            deepest = larger(dp, deepest)
-            impacts = impacts + wp.where(hit, 1, 0)
-        if rotations.shape[0] > 0:
-            rotations[sample, lane] = rotation_at(until, time, theta, begun, theta0, omega0)
-    results[lane] = result_of(
-        slide, time, peak, peak_time, peak_slide, uplift_time, rest_time,
-        loss, deepest, impacts, mode, slip, steps,
-    )  # fmt: skip
+    for i in range(LANES):
+        found.results[first + i] = Result(
+            uplift_time[i], rest_time[i], loss[i], deepest[i], impacts[i], mode[i], steps[i]
+        )
+        found.blocks[0, first + i] = BlockResult(slide[i], peak[i], peak_time[i], peak_slide[i])

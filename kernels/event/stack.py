@@ -24,56 +24,48 @@ The kernel is scalar on purpose, one lane a thread on a CPU too: which contacts 
 lane to lane, and packs of lanes would run all branches of all.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
-
-real: Any
-PRECISION: str
-MOTION: str
-BLOCKS: int
-
-stack = kernel_module("shape/stack", precision=PRECISION, blocks=BLOCKS)
-wp.set_module_options(stack.STACK_OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-moves = kernel_module("event/stack_moves", precision=PRECISION, motion=MOTION, blocks=BLOCKS)
-contact = kernel_module("event/stack_contact", precision=PRECISION, blocks=BLOCKS)
-trial = kernel_module("event/stack_trial", precision=PRECISION, motion=MOTION, blocks=BLOCKS)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-Motion = motion.Motion
-Values, Counts, Triples, Rows = stack.Values, stack.Counts, stack.Triples, stack.Rows
-Blocks, three_of, all_rows = stack.Blocks, stack.three_of, stack.all_rows
-anchored, upright_place, lower_face = stack.anchored, stack.upright_place, stack.lower_face
-flattened, glued, opening = moves.flattened, moves.glued, moves.opening
-settle, bound_velocity = contact.settle, contact.bound_velocity
-relative_velocity = contact.relative_velocity
-Limits, State, Trial, tried = trial.Limits, trial.State, trial.Trial, trial.tried
-fastest, at_rest, stopping = trial.fastest, trial.at_rest, trial.stopping
-lost_between = trial.lost_between
-OPEN, PLUS, MINUS, CLOSED = stack.OPEN, stack.PLUS, stack.MINUS, stack.CLOSED
-
-RUNNING = 0
-OVERTURNED = 1
-SLID_OFF = 2
-BROKEN = 3
-STALLED = 4
-UNSETTLED = 5
+from warprock.kernels.event.stack_contact import bound_velocity, relative_velocity, settle
+from warprock.kernels.event.stack_moves import flattened, glued, opening
+from warprock.kernels.event.stack_trial import (
+    DUST,
+    NEARLY,
+    Limits,
+    State,
+    Trial,
+    at_rest,
+    fastest,
+    lost_between,
+    stopping,
+    tried,
+)
+from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
+from warprock.kernels.motion import Motion
+from warprock.kernels.shape.stack import (
+    CLOSED,
+    MINUS,
+    OPEN,
+    PLUS,
+    Blocks,
+    Counts,
+    Rows,
+    Triples,
+    Values,
+    all_rows,
+    anchored,
+    lower_face,
+    three_of,
+    upright_place,
+)
 
 STEADY = 0
 SEEKING = 1
 FOUND = 2
 
-HALF = real(0.5)
-TWO = real(2.0)
-HALF_PI = real(1.5707963267948966)
-NEVER = real(1.0e30)
-NEARLY, DUST = trial.NEARLY, trial.DUST
 SOON = real(1.0e-3)
 """Part of the longest step by which the opening of a contact may be missed."""
-TOUCHING = real({"float64": 1.0e-8, "float32": 1.0e-5}[PRECISION])
+TOUCHING = by_precision(1.0e-8, 1.0e-5)
 """Opening [rad] below which an end takes part in an impact elsewhere."""
 
 
@@ -208,7 +200,7 @@ def projected(
     for k in range(BLOCKS):
         n.pose.theta[k] = larger(smaller(n.pose.theta[k], HALF_PI), -HALF_PI)
     if n.mode != BROKEN and not (settled and t.settled):
-        n.mode = UNSETTLED
+        n.mode = UNSOLVED
     return n
 
 
@@ -241,7 +233,7 @@ def finished(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> Stat
         n = s
         n.cap = larger(wp.where(t.cut > t.d - near, HALF * t.d, t.cut), HALF * near)
         n.taken = False
-        n.mode = wp.where(t.settled, s.mode, UNSETTLED)
+        n.mode = wp.where(t.settled, s.mode, UNSOLVED)
     else:
         n = projected(blocks, limits, s, n, t, upper, lower)
         n.impacts = s.impacts + hits

@@ -15,24 +15,21 @@ interface after another takes the state that breaks the law least, from states a
 single change helps. What does not settle says so.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
-
-real: Any
-PRECISION: str
-BLOCKS: int
-
-stack = kernel_module("shape/stack", precision=PRECISION, blocks=BLOCKS)
-wp.set_module_options(stack.STACK_OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-Blocks, Counts, Triples, Rows = stack.Blocks, stack.Counts, stack.Triples, stack.Rows
-Three, Matrix = stack.Three, stack.Matrix
-three_of, matrix_of = stack.three_of, stack.matrix_of
-PLUS, MINUS, CLOSED = stack.PLUS, stack.MINUS, stack.CLOSED
+from warprock.kernels.shape.stack import (
+    CLOSED,
+    MINUS,
+    PLUS,
+    Blocks,
+    Counts,
+    Matrix,
+    Rows,
+    Three,
+    Triples,
+    matrix_of,
+    three_of,
+)
 
 NEWTON_TRIES = 5
 """First tries of a round: a sweep from the last linear solution."""

@@ -3,35 +3,33 @@
 For one precision, motion and number of blocks. Poses are those of shape/stack.py.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.event.block import first_root
+from warprock.kernels.shape.stack import (
+    ALIKE,
+    CLOSED,
+    MINUS,
+    OPEN,
+    PLUS,
+    Blocks,
+    Counts,
+    Pose,
+    Triples,
+    Values,
+    anchored,
+    between,
+    carried,
+    interface_rows,
+    lower_face,
+    side_of,
+    three_of,
+    upright_place,
+)
 
-real: Any
-PRECISION: str
-MOTION: str
-BLOCKS: int
-
-stack = kernel_module("shape/stack", precision=PRECISION, blocks=BLOCKS)
-wp.set_module_options(stack.STACK_OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-event = kernel_module("event/block", precision=PRECISION, motion=MOTION)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-sine, cosine, first_root = scalar.sine, scalar.cosine, event.first_root
-Values, Counts, Triples = stack.Values, stack.Counts, stack.Triples
-Blocks, Pose, three_of = stack.Blocks, stack.Pose, stack.three_of
-side_of, between, lower_face = stack.side_of, stack.between, stack.lower_face
-anchored, carried, upright_place = stack.anchored, stack.carried, stack.upright_place
-interface_rows = stack.interface_rows
-OPEN, PLUS, MINUS, CLOSED = stack.OPEN, stack.PLUS, stack.MINUS, stack.CLOSED
-
-ALIKE = stack.ALIKE
-NEVER = real(1.0e30)
 DEEP = real(1.0e-6)
 """Part of the half height by which an open end may lie too low and still land."""
-GRAIN = real({"float64": 1.0e-15, "float32": 1.0e-6}[PRECISION])
+GRAIN = by_precision(1.0e-15, 1.0e-6)
 """Round-off of a rotation [rad], and of a gap as a part of the half height."""
 
 

@@ -4,35 +4,20 @@ Every lane has its own clock and ends its steps where its events are; a sample i
 read off the parabola that the step follows, so that histories do not change the run.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.event.stack import step
+from warprock.kernels.event.stack_moves import started
+from warprock.kernels.event.stack_trial import Limits, State, at_rest
+from warprock.kernels.instance import LOOPS_STAY
+from warprock.kernels.modes import RUNNING, STALLED
+from warprock.kernels.motion import Motion, sample_index
+from warprock.kernels.shape.stack import CLOSED, Blocks, Pose, Values, anchored, upright_place
 
-real: Any
-PRECISION: str
-MOTION: str
-BLOCKS: int
-LANES: int
+wp.set_module_options(LOOPS_STAY)
 
-stack = kernel_module("shape/stack", precision=PRECISION, blocks=BLOCKS)
-wp.set_module_options(stack.STACK_OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-moves = kernel_module("event/stack_moves", precision=PRECISION, motion=MOTION, blocks=BLOCKS)
-event = kernel_module("event/stack", precision=PRECISION, motion=MOTION, blocks=BLOCKS)
-larger, size = scalar.larger, scalar.size
-Motion, sample_index = motion.Motion, motion.sample_index
-Blocks, Pose, Values = stack.Blocks, stack.Pose, stack.Values
-anchored, upright_place = stack.anchored, stack.upright_place
-Limits, State, step, at_rest = event.Limits, event.State, event.step, event.at_rest
-started = moves.started
-CLOSED = stack.CLOSED
-RUNNING, STALLED = event.RUNNING, event.STALLED
-
-HALF = real(0.5)
-NEVER = real(1.0e30)
+LANES = 1
+"""Lanes that a thread runs."""
 
 
 @wp.struct
@@ -174,7 +159,7 @@ def rotation_at(until: real, s0: State, s: State, k: int) -> real:
 
 
 @wp.kernel
-def stacks(
+def run_lanes(
     blocks: wp.array2d(dtype=Block),
     lanes: wp.array(dtype=Stack),
     motions: wp.array(dtype=Motion),

@@ -1,42 +1,27 @@
 """One trial step of a stack of blocks, before it is taken; see event/stack.py for the scheme."""
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.event.block import base_change, first_root
+from warprock.kernels.event.stack_contact import relative_velocity, settle
+from warprock.kernels.event.stack_moves import flight_event, moved, opening, pivot_event
+from warprock.kernels.motion import Motion, knot_step, knot_time, series
+from warprock.kernels.shape.stack import (
+    CLOSED,
+    OPEN,
+    Blocks,
+    Counts,
+    Pose,
+    Triples,
+    Values,
+    all_rows,
+    lower_face,
+    three_of,
+)
 
-real: Any
-PRECISION: str
-MOTION: str
-BLOCKS: int
-
-stack = kernel_module("shape/stack", precision=PRECISION, blocks=BLOCKS)
-wp.set_module_options(stack.STACK_OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-event = kernel_module("event/block", precision=PRECISION, motion=MOTION)
-moves = kernel_module("event/stack_moves", precision=PRECISION, motion=MOTION, blocks=BLOCKS)
-contact = kernel_module("event/stack_contact", precision=PRECISION, blocks=BLOCKS)
-larger, smaller, size, sine = scalar.larger, scalar.smaller, scalar.size, scalar.sine
-Motion, series = motion.Motion, motion.series
-knot_time, knot_step = motion.knot_time, motion.knot_step
-base_change, first_root = event.base_change, event.first_root
-Values, Counts, Triples = stack.Values, stack.Counts, stack.Triples
-Blocks, Pose, three_of = stack.Blocks, stack.Pose, stack.three_of
-all_rows, lower_face = stack.all_rows, stack.lower_face
-moved, opening = moves.moved, moves.opening
-pivot_event, flight_event = moves.pivot_event, moves.flight_event
-settle, relative_velocity = contact.settle, contact.relative_velocity
-OPEN, CLOSED = stack.OPEN, stack.CLOSED
-
-HALF = real(0.5)
-TWO = real(2.0)
-HALF_PI = real(1.5707963267948966)
-NEVER = real(1.0e30)
-NEARLY = real({"float64": 1.0e-6, "float32": 1.0e-4}[PRECISION])
+NEARLY = by_precision(1.0e-6, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""
-DUST = real({"float64": 1.0e-12, "float32": 1.0e-5}[PRECISION])
+DUST = by_precision(1.0e-12, 1.0e-5)
 """Round-off of a velocity, as a part of the largest."""
 REACH = real(0.125)
 """Largest rotation in one step [rad]: keeps the polynomials in their range."""

@@ -17,35 +17,35 @@ changes at the ends of an edge that slides is not located, and errors of blocks 
 scatter: over eight of them their mean falls with the step to the power 1.4 to 2.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.event.block import first_root
+from warprock.kernels.event_space.box_slide import (
+    dragged,
+    ends_of,
+    obeying,
+    pushed,
+    side_of,
+    sliding,
+    told,
+)
+from warprock.kernels.event_space.contact import (
+    ALL,
+    EDGE,
+    FLAT,
+    FLYING,
+    Body,
+    Corners,
+    Held,
+    corner_velocity,
+    mask_of,
+    sinks,
+    sticking,
+    stuck,
+)
+from warprock.kernels.shape.stack import Three
 
-real: Any
-PRECISION: str
-FRICTION: str
-
-scalar = kernel_module("scalar", precision=PRECISION)
-event = kernel_module("event/block", precision=PRECISION)
-contact = kernel_module("event_space/contact", precision=PRECISION, friction=FRICTION)
-slide = kernel_module("event_space/box_slide", precision=PRECISION, friction=FRICTION)
-wp.set_module_options(contact.OPTIONS)
-smaller, larger, size = scalar.smaller, scalar.larger, scalar.size
-first_root = event.first_root
-Three, Corners, Body, Held = contact.Three, contact.Corners, contact.Body, contact.Held
-mask_of, corner_velocity = contact.mask_of, contact.corner_velocity
-stuck, sinks, sticking = contact.stuck, contact.sinks, contact.sticking
-side_of, obeying, sliding, dragged = slide.side_of, slide.obeying, slide.sliding, slide.dragged
-told, pushed, ends_of = slide.told, slide.pushed, slide.ends_of
-EDGE, FLAT, FLYING, ALL = contact.EDGE, contact.FLAT, contact.FLYING, contact.ALL
-
-HALF = real(0.5)
-TWO = real(2.0)
-TINY = contact.TINY
-NEVER = real(1.0e30)
-LOOSELY = real({"float64": 1.0e6, "float32": 10.0}[PRECISION])
+LOOSELY = by_precision(1.0e6, 10.0)
 """Multiple of round-off within which the law counts as obeyed where nothing else is found."""
 
 

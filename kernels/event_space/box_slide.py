@@ -9,39 +9,35 @@ The friction of a flat block, whose corners carry given parts of its weight, mak
 of its motion (v_x, v_y, w_z) least. See event_space/box.py.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.event_space.contact import (
+    EDGE,
+    FLAT,
+    Body,
+    Corners,
+    Held,
+    Shares,
+    answer,
+    corner_velocity,
+    face_shares,
+    inside,
+    mask_of,
+    sinks,
+)
+from warprock.kernels.shape.stack import Three
 
-real: Any
-PRECISION: str
-FRICTION: str
-
-scalar = kernel_module("scalar", precision=PRECISION)
-contact = kernel_module("event_space/contact", precision=PRECISION, friction=FRICTION)
-wp.set_module_options(contact.OPTIONS)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-Three, Matrix, Shares = contact.Three, contact.Matrix, contact.Shares
-Corners, Body, Held = contact.Corners, contact.Body, contact.Held
-mask_of, corner_velocity, answer = contact.mask_of, contact.corner_velocity, contact.answer
-sinks, face_shares, inside = contact.sinks, contact.face_shares, contact.inside
-EDGE, FLAT = contact.EDGE, contact.FLAT
-
-TINY = contact.TINY
-HALF = real(0.5)
 ROUNDS = 200
 """Rounds in which the pressure under a face follows its friction..."""
 STRAIGHT = 10
 """...of which the first go all of the way, the others half."""
 AGAIN = 4
-SOFT = real({"float64": 1.0e-9, "float32": 1.0e-3}[PRECISION])
-ALIKE = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
+SOFT = by_precision(1.0e-9, 1.0e-3)
+ALIKE = by_precision(1.0e-14, 1.0e-6)
 """Round-off of a velocity, as a part of the largest."""
-FULL = real({"float64": 1.0 - 1.0e-9, "float32": 1.0 - 1.0e-4}[PRECISION])
+FULL = by_precision(1.0 - 1.0e-9, 1.0 - 1.0e-4)
 """Part of its bound from which friction counts as used up."""
-OVER = real({"float64": 1.0 + 1.0e-12, "float32": 1.0 + 1.0e-5}[PRECISION])
+OVER = by_precision(1.0 + 1.0e-12, 1.0 + 1.0e-5)
 """Part of its bound up to which friction counts as within it."""
 
 Six = wp.types.vector(length=6, dtype=real)

@@ -22,48 +22,22 @@ A corner that touches and is not held must not sink. Where several states obey t
 is taken: sticking before sliding before leaving.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
-
-real: Any
-PRECISION: str
-FRICTION: str
-
-stack = kernel_module("shape/stack", precision=PRECISION, blocks=1)
-OPTIONS = {
-    "enable_backward": False,
-    "cpu_compiler_flags": "-march=native -ffp-contract=fast",
-    "max_unroll": 0,
-}
-"""Loops stay loops, calls stay calls where the compiler sees fit: branches, not vector code."""
-
-wp.set_module_options(OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
+from warprock.kernels.shape.stack import Matrix, Three
 
 BOX = FRICTION == "box"
 """Whether friction is bound as a box along x and y, else as a cone."""
-LAW = "event_space/box" if BOX else "event_space/law"
-"""File that decides what sticks and slides."""
-
 EDGE = 4
 FLAT = 8
 FLYING = 9
 ALL = 15
 
-ALIKE = real({"float64": 1.0e-8, "float32": 1.0e-4}[PRECISION])
+ALIKE = by_precision(1.0e-8, 1.0e-4)
 """Part of an edge's friction by which its ends may differ and still let go together."""
 
-HALF = real(0.5)
-TINY = real(1.0e-30)
-"""Keeps a quotient by zero finite."""
 
 Two = wp.types.vector(length=2, dtype=real)
-Three = stack.Three
-Matrix = stack.Matrix
 Shares = wp.types.vector(length=4, dtype=real)
 """One number a corner."""
 Corners = wp.types.matrix(shape=(4, 3), dtype=real)

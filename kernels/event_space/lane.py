@@ -1,15 +1,6 @@
 """What runs of the event step in space know of lanes, blocks or stacks, for one precision."""
 
-from typing import Any
-
 import warp as wp
-
-from warprock.kernels.instance import module_options
-
-real: Any
-PRECISION: str
-
-wp.set_module_options(module_options())
 
 
 @wp.struct

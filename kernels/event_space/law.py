@@ -3,41 +3,38 @@
 See event_space/contact.py for the states and the order in which they are tried.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.event_space.contact import (
+    EDGE,
+    FLAT,
+    FLYING,
+    Body,
+    Corners,
+    Held,
+    Shares,
+    Two,
+    along,
+    begun,
+    corner_matrix,
+    corner_velocity,
+    mask_of,
+    sinks,
+    stance_of,
+    sticking,
+    stuck,
+)
+from warprock.kernels.event_space.moves import stop_event
+from warprock.kernels.event_space.slide import slid, sliding_corner, slipping, swinging, swung
+from warprock.kernels.shape.stack import Matrix, Three
 
-real: Any
-PRECISION: str
-FRICTION: str
-
-scalar = kernel_module("scalar", precision=PRECISION)
-contact = kernel_module("event_space/contact", precision=PRECISION, friction=FRICTION)
-wp.set_module_options(contact.OPTIONS)
-slide = kernel_module("event_space/slide", precision=PRECISION, friction=FRICTION)
-moves = kernel_module("event_space/moves", precision=PRECISION, friction=FRICTION)
-larger, smaller = scalar.larger, scalar.smaller
-Two, Three, Matrix, Shares = contact.Two, contact.Three, contact.Matrix, contact.Shares
-Corners, Body, Held = contact.Corners, contact.Body, contact.Held
-mask_of, stance_of, corner_velocity = contact.mask_of, contact.stance_of, contact.corner_velocity
-along, sinks, sticking, begun = contact.along, contact.sinks, contact.sticking, contact.begun
-corner_matrix, sliding_corner = contact.corner_matrix, slide.sliding_corner
-swinging, slipping = slide.swinging, slide.slipping
-slid, swung = slide.slid, slide.swung
-stuck, stop_event = contact.stuck, moves.stop_event
-EDGE, FLAT, FLYING = contact.EDGE, contact.FLAT, contact.FLYING
-
-HALF = real(0.5)
-NEVER = real(1.0e30)
 SWERVE = real(0.95)
 """Cosine of the angle by which a sliding corner's way may turn in a step..."""
 SHORTEST = real(0.01)
 """...that is longer than this part of the longest one."""
 SWEEPS = 5000
 """Sweeps of the Gauss-Seidel iteration before it gives up."""
-SETTLED = real({"float64": 1.0e-13, "float32": 1.0e-6}[PRECISION])
+SETTLED = by_precision(1.0e-13, 1.0e-6)
 """Change of the velocities in a sweep, as a part of the largest, at which it ends."""
 
 

@@ -4,39 +4,19 @@ An attitude is a quaternion (x, y, z, w). Corners, stances and velocities are th
 event_space/contact.py; the gap of a corner is its height above the base.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.event.block import first_root
+from warprock.kernels.event_space.contact import BOX, EDGE, FLAT, Body, Two, along
+from warprock.kernels.shape.space import Block, matrix_of, turn_freely
+from warprock.kernels.shape.stack import Matrix, Three
 
-real: Any
-PRECISION: str
-FRICTION: str
-
-scalar = kernel_module("scalar", precision=PRECISION)
-spatial = kernel_module("shape/space", precision=PRECISION)
-event = kernel_module("event/block", precision=PRECISION)
-contact = kernel_module("event_space/contact", precision=PRECISION, friction=FRICTION)
-wp.set_module_options(contact.OPTIONS)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-sine, cosine = scalar.sine, scalar.cosine
-Block, matrix_of, turn_freely = spatial.Block, spatial.matrix_of, spatial.turn_freely
-first_root = event.first_root
-Two, Three, Matrix = contact.Two, contact.Three, contact.Matrix
-Corners, Body, Held = contact.Corners, contact.Body, contact.Held
-mask_of, corner_velocity, along = contact.mask_of, contact.corner_velocity, contact.along
-EDGE, FLAT, FLYING = contact.EDGE, contact.FLAT, contact.FLYING
-BOX = contact.BOX
 SIDES = 6 if BOX else 5
 """Ways in which a resting block may begin to move, see `spare_of`."""
 
-HALF = real(0.5)
-TINY = contact.TINY
-NEVER = real(1.0e30)
-GRAIN = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
+GRAIN = by_precision(1.0e-14, 1.0e-6)
 """Round-off of a gap, as a part of the half height."""
-LEVEL = real({"float64": 1.0e-17, "float32": 1.0e-9}[PRECISION])
+LEVEL = by_precision(1.0e-17, 1.0e-9)
 """Slope of an edge that is level."""
 Four = wp.types.vector(length=4, dtype=real)
 

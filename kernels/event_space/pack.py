@@ -10,44 +10,16 @@ Formulas are those of event_space/space.py, in the block's own axes where that i
 give the same to round-off. Friction is the cone.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import CPU_FLAGS, kernel_module
+from warprock.kernels.event_space.contact import EDGE, FLAT
+from warprock.kernels.event_space.moves import GRAIN, Four, corner_event, cut_to, swung_by
+from warprock.kernels.event_space.space import NEARLY
+from warprock.kernels.event_space.trial import Base, Limits
+from warprock.kernels.shape.space import Block, matrix_of
+from warprock.kernels.shape.stack import Matrix, Three
 
-real: Any
-PRECISION: str
-MOTION: str
-
-scalar = kernel_module("scalar", precision=PRECISION)
-shape = kernel_module("shape/space", precision=PRECISION)
-contact = kernel_module("event_space/contact", precision=PRECISION)
-moves = kernel_module("event_space/moves", precision=PRECISION)
-trial = kernel_module("event_space/trial", precision=PRECISION, motion=MOTION)
-event = kernel_module("event_space/space", precision=PRECISION, motion=MOTION)
-OPTIONS = contact.OPTIONS | {
-    "cpu_compiler_flags": f"{CPU_FLAGS} -mllvm=-force-vector-interleave=1"
-    " -mllvm=-capture-tracking-max-uses-to-explore=10000"
-}
-"""Vector code for the loop over the lanes of a pack; a step fills the registers by itself.
-
-The last flag lets the compiler look at all uses of the matrices that keep the lanes: where it has
-not seen that no pointer to them is handed on, it must think that arrays of the launch overlap them,
-and makes no vector code."""
-
-wp.set_module_options(OPTIONS)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-Block, matrix_of = shape.Block, shape.matrix_of
-Three, Four, Matrix = contact.Three, moves.Four, contact.Matrix
-Limits, Base, swung_by = trial.Limits, trial.Base, moves.swung_by
-corner_event, cut_to = moves.corner_event, moves.cut_to
-EDGE, FLAT = contact.EDGE, contact.FLAT
-
-HALF = real(0.5)
-TWO = real(2.0)
-NEVER = real(1.0e30)
-SPARE = real({"float64": 1.0e-3, "float32": 1.0e-1}[PRECISION])
+SPARE = by_precision(1.0e-3, 1.0e-1)
 """Part of its friction that an end of an edge must have left at the end of a step for it not to let
 go in the next moment: ten times the part of a step by which `let_go` looks ahead."""
 LEVEL = real(1.0e-6)
@@ -237,7 +209,7 @@ def open_event(
     c1 = r1 * away
     cut, lands, closes = corner_event(
         c0[2], rise_rate(v0, w0, c0 - a0), c1[2], rise_rate(v1, w1, c1 - a1), d,
-        event.NEARLY * limits.longest_step, grain, limits.rest_gap,
+        NEARLY * limits.longest_step, grain, limits.rest_gap,
     )  # fmt: skip
     touches = away[0] == real(0.0) and away[1] == real(0.0)
     happens = (lands or closes) and not touches
@@ -280,8 +252,8 @@ def events(
         step to there.
     """
     zero = real(0.0)
-    near = event.NEARLY * limits.longest_step
-    grain = moves.GRAIN * block.height
+    near = NEARLY * limits.longest_step
+    grain = GRAIN * block.height
     # Of three open corners the farthest is higher than one of the others.
     x = Three(h.open[0], zero, zero)
     y = Three(zero, h.open[1], zero)
@@ -332,7 +304,7 @@ def rolled(
     n.swing = scaled(r, inverse, spin)
     n.w = moved(h, r, spin + wp.cross(a1, raw))
     n.v = wp.cross(n.w, a1)
-    fall = event.NEARLY * limits.longest_step * wp.length(n.swing)
+    fall = NEARLY * limits.longest_step * wp.length(n.swing)
     upright = size(rise[2]) < LEVEL and r[2, 2] > TWO * fall
     clear, met, cut = events(
         block, limits, b, h, flat, upright, r0, a0, v, w, r, a1, raw, n.swing, inertia, n.w

@@ -5,28 +5,15 @@ inlined must not take them: the compiler could no longer tell that nothing else 
 would make no vector code.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
-
-real: Any
-PRECISION: str
-MOTION: str
-LANES: int
-
-shape = kernel_module("shape/space", precision=PRECISION)
-found_of = kernel_module("shape/space_found", precision=PRECISION)
-contact = kernel_module("event_space/contact", precision=PRECISION)
-moves = kernel_module("event_space/moves", precision=PRECISION)
-trial = kernel_module("event_space/trial", precision=PRECISION, motion=MOTION)
-pack = kernel_module("event_space/pack", precision=PRECISION, motion=MOTION)
-plain = kernel_module("event_space/space_run", precision=PRECISION, motion=MOTION)
-wp.set_module_options(pack.OPTIONS)
-Block, BlockResult = shape.Block, found_of.BlockResult
-Three, Four = contact.Three, moves.Four
-Limits, State, Hinge, Seen = trial.Limits, trial.State, pack.Hinge, plain.Seen
+from warprock.kernels.event_space.moves import Four
+from warprock.kernels.event_space.pack import Hinge
+from warprock.kernels.event_space.space_run import Seen
+from warprock.kernels.event_space.trial import State
+from warprock.kernels.shape.space import Block
+from warprock.kernels.shape.space_found import BlockResult
+from warprock.kernels.shape.stack import Three
 
 X, Q, V, W, TURN, Q0, W0, BASE = 0, 3, 7, 10, 13, 16, 20, 23
 LEVER, MOBILITY, MIXED, WAY, OPEN = 26, 29, 32, 35, 38

@@ -8,52 +8,90 @@ Of float64, that is: small structs of float32 the compiler hands on in pairs, an
 code of them. A step about a hinge, which has no cases to choose from, is quicker all the same.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.event_space.contact import FLAT, FLYING
+from warprock.kernels.event_space.lane import Knobs, Lane
+from warprock.kernels.event_space.moves import Four, swung_by
+from warprock.kernels.event_space.pack import Rolled, frame, hinge_of, rolled
+from warprock.kernels.event_space.pack_lanes import (
+    BASE,
+    BUSY,
+    CAP,
+    DEEPEST,
+    DUE,
+    INERTIA,
+    KNOTS,
+    LANE,
+    LONGEST,
+    MODE,
+    REST_GAP,
+    SAMPLE,
+    STEP_LIMIT,
+    STEPS,
+    TIME,
+    TURN,
+    UNTIL,
+    Marks,
+    Numbers,
+    Q,
+    V,
+    W,
+    X,
+    at,
+    before_of,
+    block_at,
+    hinge_at,
+    keep,
+    keep_before,
+    keep_block,
+    keep_hinge,
+    keep_leaf,
+    keep_seen,
+    mark,
+    put,
+    put_four,
+    put_mark,
+    put_three,
+    seen_of,
+    state_of,
+    three,
+)
+from warprock.kernels.event_space.space import TOGETHER, step
+from warprock.kernels.event_space.space_run import (
+    Seen,
+    attitude_at,
+    first_seen,
+    leaf_of,
+    peaks_at,
+    result_of,
+    seen_after,
+    started,
+    turning,
+)
+from warprock.kernels.event_space.trial import Limits, State, next_step
+from warprock.kernels.instance import BRANCHES, CPU_FLAGS
+from warprock.kernels.modes import RUNNING, STALLED
+from warprock.kernels.motion import Motion, sample_index
+from warprock.kernels.shape.space import Block, slide_of
+from warprock.kernels.shape.space_found import BlockResult, Found, Result  # noqa: F401
+from warprock.kernels.shape.stack import Three
 
-real: Any
-PRECISION: str
-MOTION: str
-LANES: int
-
-scalar = kernel_module("scalar", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-shape = kernel_module("shape/space", precision=PRECISION)
-found_of = kernel_module("shape/space_found", precision=PRECISION)
-contact = kernel_module("event_space/contact", precision=PRECISION)
-moves = kernel_module("event_space/moves", precision=PRECISION)
-trial = kernel_module("event_space/trial", precision=PRECISION, motion=MOTION)
-event = kernel_module("event_space/space", precision=PRECISION, motion=MOTION)
-pack = kernel_module("event_space/pack", precision=PRECISION, motion=MOTION)
-plain = kernel_module("event_space/space_run", precision=PRECISION, motion=MOTION)
-kept = kernel_module("event_space/pack_lanes", precision=PRECISION, motion=MOTION, lanes=LANES)
-wp.set_module_options(pack.OPTIONS)
-larger, Motion, sample_index = scalar.larger, motion.Motion, motion.sample_index
-Block, slide_of, Three, Four = shape.Block, shape.slide_of, contact.Three, moves.Four
-BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
-Limits, State, next_step = trial.Limits, trial.State, trial.next_step
-Lane, Knobs, Seen = plain.Lane, plain.Knobs, plain.Seen
-started, attitude_at, seen_after = plain.started, plain.attitude_at, plain.seen_after
-peaks_at, turning, first_seen = plain.peaks_at, plain.turning, plain.first_seen
-result_of, leaf_of = plain.result_of, plain.leaf_of
-Rolled, hinge_of, rolled = pack.Rolled, pack.hinge_of, pack.rolled
-frame, swung_by, three = pack.frame, pack.swung_by, kept.three
-Numbers, Marks, at, mark = kept.Numbers, kept.Marks, kept.at, kept.mark
-put, put_three, put_four, put_mark = kept.put, kept.put_three, kept.put_four, kept.put_mark
-state_of, before_of, seen_of = kept.state_of, kept.before_of, kept.seen_of
-block_at, hinge_at = kept.block_at, kept.hinge_at
-keep, keep_before, keep_seen = kept.keep, kept.keep_before, kept.keep_seen
-keep_leaf, keep_hinge, keep_block = kept.keep_leaf, kept.keep_hinge, kept.keep_block
-FLAT, FLYING = contact.FLAT, contact.FLYING
-RUNNING, STALLED = event.RUNNING, event.STALLED
+wp.set_module_options(
+    BRANCHES
+    | {
+        "cpu_compiler_flags": f"{CPU_FLAGS} -mllvm=-force-vector-interleave=1"
+        " -mllvm=-capture-tracking-max-uses-to-explore=10000"
+    }
+)
+# Vector code for the loop over the lanes of a pack; a step fills the registers by itself. The last
+# flag lets the compiler look at all uses of the matrices that keep the lanes: where it has not seen
+# that no pointer to them is handed on, it must think that arrays of the launch overlap them, and
+# makes no vector code.
 
 PLACES = LANES
 LANES = 1
 """A launch has a thread a lane, of which the first runs all: so none is run to fill a pack."""
-NEVER = real(1.0e30)
 GONE = -1
 """Mode of a place without a lane."""
 
@@ -75,7 +113,7 @@ def glanced(block: Block, before: BlockResult, s: State, n: Rolled, d: real, tim
     first = turning(axis0, rate0, axis, rate, 0, d)
     other = turning(axis0, rate0, axis, rate, 1, d)
     tau = first + other
-    part = tau / larger(d, contact.TINY)
+    part = tau / larger(d, TINY)
     q = swung_by(s.q, tau * s.w + part * part * (n.turn - d * s.w))
     leaf = peaks_at(block, before, n.q, time)
     back = peaks_at(block, leaf, q, s.time + tau)
@@ -105,40 +143,40 @@ def quiet_step(
     Else it changes nothing, and marks the lane as busy.
     """
     block = block_at(m, i)
-    limits = Limits(gravity, at(m[kept.LONGEST, i]), at(m[kept.REST_GAP, i]))
+    limits = Limits(gravity, at(m[LONGEST, i]), at(m[REST_GAP, i]))
     s = state_of(m, k, i)
     seen = seen_of(m, i)
     b = next_step(limits, mx, my, mz, value, slope, end, s)
     flat = s.stance == FLAT
-    inertia = three(m, kept.INERTIA, i)
+    inertia = three(m, INERTIA, i)
     n = rolled(block, inertia, limits, b, hinge_at(m, i), flat, s.x, s.q, s.v, s.w)
     leaf, whole = glanced(block, seen.leaf, s, n, b.d, b.time)
     total = n.x[0] + n.x[1] + n.x[2] + n.v[0] + n.v[1] + n.v[2] + b.time
     runs = s.mode == RUNNING and s.slip == 0 and s.stance < FLYING and total - total == real(0.0)
-    lasts = b.d > contact.TINY and wp.dot(b.kick, b.kick) == real(0.0)
+    lasts = b.d > TINY and wp.dot(b.kick, b.kick) == real(0.0)
     ok = runs and lasts and n.clear and whole
     cut = runs and n.met
-    count = mark(k[kept.STEPS, i]) + wp.where(s.mode == RUNNING, 1, 0)
-    k[kept.STEPS, i] = count
-    late = ok and b.time >= at(m[kept.UNTIL, i])
+    count = mark(k[STEPS, i]) + wp.where(s.mode == RUNNING, 1, 0)
+    k[STEPS, i] = count
+    late = ok and b.time >= at(m[UNTIL, i])
     alone = not ok and not cut
-    due = late or alone or count >= mark(k[kept.STEP_LIMIT, i])
-    k[kept.BUSY, i] = wp.where(alone, 1, 0)
-    k[kept.DUE, i] = wp.where(due and s.mode == RUNNING, 1, 0)
+    due = late or alone or count >= mark(k[STEP_LIMIT, i])
+    k[BUSY, i] = wp.where(alone, 1, 0)
+    k[DUE, i] = wp.where(due and s.mode == RUNNING, 1, 0)
     keep_leaf(leaf, ok, m, i)
     keep_before(s, ok, m, k, i)
-    put_three(m, kept.X, i, ok, n.x)
-    put_four(m, kept.Q, i, ok, n.q)
-    put_three(m, kept.V, i, ok, n.v)
-    put_three(m, kept.W, i, ok, n.w)
-    put_three(m, kept.TURN, i, ok, n.turn)
-    put_three(m, kept.BASE, i, ok, s.base + b.change)
-    put(m, kept.TIME, i, ok, b.time)
-    put(m, kept.CAP, i, ok or cut, wp.where(ok, NEVER, n.cut))
-    put(m, kept.DEEPEST, i, ok, larger(s.deepest, n.deep))
-    put_mark(k, kept.KNOTS, i, ok, b.knots[0])
-    put_mark(k, kept.KNOTS + 1, i, ok, b.knots[1])
-    put_mark(k, kept.KNOTS + 2, i, ok, b.knots[2])
+    put_three(m, X, i, ok, n.x)
+    put_four(m, Q, i, ok, n.q)
+    put_three(m, V, i, ok, n.v)
+    put_three(m, W, i, ok, n.w)
+    put_three(m, TURN, i, ok, n.turn)
+    put_three(m, BASE, i, ok, s.base + b.change)
+    put(m, TIME, i, ok, b.time)
+    put(m, CAP, i, ok or cut, wp.where(ok, NEVER, n.cut))
+    put(m, DEEPEST, i, ok, larger(s.deepest, n.deep))
+    put_mark(k, KNOTS, i, ok, b.knots[0])
+    put_mark(k, KNOTS + 1, i, ok, b.knots[1])
+    put_mark(k, KNOTS + 2, i, ok, b.knots[2])
 
 
 @wp.func(inline=False)
@@ -147,7 +185,7 @@ def full_step(
     end: real, s: State, seen: Seen,
 ):  # fmt: skip
     """One trial step of one lane, whatever happens in it."""
-    n = event.step(block, limits, mx, my, mz, value, slope, end, s)
+    n = step(block, limits, mx, my, mz, value, slope, end, s)
     after = seen
     if n.taken:
         after = seen_after(block, seen, s, n)
@@ -157,7 +195,7 @@ def full_step(
 @wp.func(inline=False)
 def begun(block: Block):
     """A lane at its start, and what is seen of it then."""
-    s = started(block, event.TOGETHER * block.height)
+    s = started(block, TOGETHER * block.height)
     return s, first_seen(block, s), hinge_of(block, s.stance)
 
 
@@ -173,7 +211,7 @@ def step_alone(
     end: real, m: wp.ref[Numbers], k: wp.ref[Marks], i: int,
 ):  # fmt: skip
     """One trial step of one lane, whatever happens in it."""
-    limits = Limits(gravity, at(m[kept.LONGEST, i]), at(m[kept.REST_GAP, i]))
+    limits = Limits(gravity, at(m[LONGEST, i]), at(m[REST_GAP, i]))
     s = state_of(m, k, i)
     n, seen, h = full_step(block, limits, mx, my, mz, value, slope, end, s, seen_of(m, i))
     keep_before(s, n.taken, m, k, i)
@@ -191,16 +229,16 @@ def enter(block: Block, limits: Lane, lane: int, m: wp.ref[Numbers], k: wp.ref[M
     keep_seen(seen, m, i)
     keep_hinge(h, m, i)
     keep_block(block, m, i)
-    m[kept.LONGEST, i] = limits.longest_step
-    m[kept.REST_GAP, i] = limits.rest_gap
-    k[kept.STEP_LIMIT, i] = limits.step_limit
-    k[kept.STEPS, i] = 0
-    k[kept.LANE, i] = lane
-    k[kept.SAMPLE, i] = 0
+    m[LONGEST, i] = limits.longest_step
+    m[REST_GAP, i] = limits.rest_gap
+    k[STEP_LIMIT, i] = limits.step_limit
+    k[STEPS, i] = 0
+    k[LANE, i] = lane
+    k[SAMPLE, i] = 0
 
 
 @wp.kernel
-def spatial(
+def run_lanes(
     blocks: wp.array2d(dtype=Block),
     motions: wp.array2d(dtype=Motion),
     pool: wp.array2d(dtype=real),
@@ -217,52 +255,52 @@ def spatial(
     samples = found.attitudes.shape[0]
     end = sample_times[sample_times.shape[0] - 1]
     for i in range(PLACES):
-        k[kept.MODE, i] = GONE
+        k[MODE, i] = GONE
     busy = int(1)
     while busy > 0:
         busy = int(0)
         for i in range(PLACES):
-            if k[kept.DUE, i] != 0:
-                lane = k[kept.LANE, i]
-                if k[kept.BUSY, i] != 0:
+            if k[DUE, i] != 0:
+                lane = k[LANE, i]
+                if k[BUSY, i] != 0:
                     mx, my, mz = motions[0, lane], motions[1, lane], motions[2, lane]
-                    px = sample_index(mx, k[kept.KNOTS, i])
-                    py = sample_index(my, k[kept.KNOTS + 1, i])
-                    pz = sample_index(mz, k[kept.KNOTS + 2, i])
+                    px = sample_index(mx, k[KNOTS, i])
+                    py = sample_index(my, k[KNOTS + 1, i])
+                    pz = sample_index(mz, k[KNOTS + 2, i])
                     value = Three(pool[0, px], pool[0, py], pool[0, pz])
                     slope = Three(pool[1, px], pool[1, py], pool[1, pz])
                     step_alone(
                         blocks[0, lane], knobs.gravity, mx, my, mz, value, slope, end, m, k, i
                     )
-                if k[kept.STEPS, i] >= k[kept.STEP_LIMIT, i] and k[kept.MODE, i] == RUNNING:
-                    k[kept.MODE, i] = STALLED
+                if k[STEPS, i] >= k[STEP_LIMIT, i] and k[MODE, i] == RUNNING:
+                    k[MODE, i] = STALLED
                 s, s0 = state_of(m, k, i), before_of(m, k, i)
                 ended = s.mode != RUNNING or s.time >= end
-                sample = int(k[kept.SAMPLE, i])
+                sample = int(k[SAMPLE, i])
                 while sample < samples and (ended or s.time >= sample_times[sample]):
                     q = attitude_within(blocks[0, lane], sample_times[sample], s0, s)
                     for part in range(4):
                         found.attitudes[sample, 0, part, lane] = q[part]
                     sample += 1
-                k[kept.SAMPLE, i] = sample
+                k[SAMPLE, i] = sample
                 if ended:
                     seen = seen_of(m, i)
-                    found.results[lane] = result_of(blocks[0, lane], k[kept.STEPS, i], s, seen)
+                    found.results[lane] = result_of(blocks[0, lane], k[STEPS, i], s, seen)
                     found.blocks[0, lane] = leaf_of(s, seen)
-                    k[kept.MODE, i] = GONE
-            if k[kept.MODE, i] == GONE and waiting < count:
+                    k[MODE, i] = GONE
+            if k[MODE, i] == GONE and waiting < count:
                 enter(blocks[0, waiting], lanes[waiting], waiting, m, k, i)
                 waiting += 1
-            m[kept.UNTIL, i] = end
-            if k[kept.SAMPLE, i] < samples:
-                m[kept.UNTIL, i] = sample_times[k[kept.SAMPLE, i]]
-            busy = busy + wp.where(k[kept.MODE, i] == RUNNING, 1, 0)
+            m[UNTIL, i] = end
+            if k[SAMPLE, i] < samples:
+                m[UNTIL, i] = sample_times[k[SAMPLE, i]]
+            busy = busy + wp.where(k[MODE, i] == RUNNING, 1, 0)
         for i in range(PLACES):
-            place = k[kept.LANE, i]
+            place = k[LANE, i]
             nx, ny, nz = motions[0, place], motions[1, place], motions[2, place]
-            ix = sample_index(nx, k[kept.KNOTS, i])
-            iy = sample_index(ny, k[kept.KNOTS + 1, i])
-            iz = sample_index(nz, k[kept.KNOTS + 2, i])
+            ix = sample_index(nx, k[KNOTS, i])
+            iy = sample_index(ny, k[KNOTS + 1, i])
+            iz = sample_index(nz, k[KNOTS + 2, i])
             first = Three(pool[0, ix], pool[0, iy], pool[0, iz])
             other = Three(pool[1, ix], pool[1, iy], pool[1, iz])
             quiet_step(knobs.gravity, nx, ny, nz, first, other, end, m, k, i)

@@ -5,33 +5,32 @@ Given all d, what a stance holds is linear in the n. The directions are then sou
 are those of the velocities.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.event_space.contact import (
+    EDGE,
+    FLAT,
+    Body,
+    Corners,
+    Held,
+    Shares,
+    Two,
+    along,
+    answer,
+    corner_matrix,
+    corner_velocity,
+    face_shares,
+    inside,
+    mask_of,
+    sinks,
+)
+from warprock.kernels.shape.stack import Matrix, Three
 
-real: Any
-PRECISION: str
-FRICTION: str
-
-scalar = kernel_module("scalar", precision=PRECISION)
-contact = kernel_module("event_space/contact", precision=PRECISION, friction=FRICTION)
-wp.set_module_options(contact.OPTIONS)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-Two, Three, Matrix, Shares = contact.Two, contact.Three, contact.Matrix, contact.Shares
-Corners, Body, Held = contact.Corners, contact.Body, contact.Held
-mask_of, corner_velocity, along = contact.mask_of, contact.corner_velocity, contact.along
-sinks, inside, face_shares = contact.sinks, contact.inside, contact.face_shares
-answer, EDGE, FLAT = contact.answer, contact.EDGE, contact.FLAT
-
-HALF = real(0.5)
-TINY = contact.TINY
-ALIKE = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
+ALIKE = by_precision(1.0e-14, 1.0e-6)
 """Change of a direction [rad] that is round-off."""
-GOOD = real({"float64": 1.0e-9, "float32": 1.0e-4}[PRECISION])
+GOOD = by_precision(1.0e-9, 1.0e-4)
 """Change of a direction [rad] at which a search that found no end is good enough."""
-LITTLE = real({"float64": 1.0e-7, "float32": 1.0e-3}[PRECISION])
+LITTLE = by_precision(1.0e-7, 1.0e-3)
 """Turn by which a slope is found [rad]."""
 STEEPEST = real(0.5)
 """Largest turn of a direction in one of Newton's steps [rad]."""
@@ -356,7 +355,7 @@ def slipping(
     if stance < EDGE:
         u = corner_velocity(body, v, w, stance)
         d0 = Two(start[stance, 0], start[stance, 1])
-        _n, d, found = sliding_corner(contact.corner_matrix(body, stance), u, body.friction, d0)
+        _n, d, found = sliding_corner(corner_matrix(body, stance), u, body.friction, d0)
         dirs[stance] = Three(d[0], d[1], zero)
         good = found
     if stance >= EDGE and stance < FLAT:

@@ -32,57 +32,70 @@ In a plane this is event/block.py, step by step. What holds beyond it:
 - Friction as a box has a law of its own (event_space/box.py), which tells its order, too.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.event.block import first_root
+from warprock.kernels.event_space.contact import (
+    EDGE,
+    FLAT,
+    FLYING,
+    Body,
+    Corners,
+    Held,
+    corner_velocity,
+    mask_of,
+    stance_of,
+)
+from warprock.kernels.event_space.moves import (
+    GRAIN,
+    body_at,
+    corner_event,
+    cut_to,
+    flown,
+    foot,
+    least_spare,
+    levelled,
+    placed,
+    turned,
+    upright,
+)
+from warprock.kernels.event_space.trial import (
+    Base,
+    Limits,
+    State,
+    kinetic_energy,
+    let_go,
+    next_step,
+)
+from warprock.kernels.modes import BROKEN, OVERTURNED, UNSOLVED
+from warprock.kernels.motion import Motion
+from warprock.kernels.shape.space import Block
+from warprock.kernels.shape.stack import Three
 
-real: Any
-PRECISION: str
-MOTION: str
-FRICTION: str
+if FRICTION == "box":
+    from warprock.kernels.event_space.box import (
+        bound,
+        directions,
+        grips,
+        loose,
+        settled,
+        slip_after,
+    )
+else:
+    from warprock.kernels.event_space.law import (
+        bound,
+        directions,
+        grips,
+        loose,
+        settled,
+        slip_after,
+    )
 
-scalar = kernel_module("scalar", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-event = kernel_module("event/block", precision=PRECISION, motion=MOTION)
-spatial = kernel_module("shape/space", precision=PRECISION)
-contact = kernel_module("event_space/contact", precision=PRECISION, friction=FRICTION)
-law = kernel_module(contact.LAW, precision=PRECISION, friction=FRICTION)
-moves = kernel_module("event_space/moves", precision=PRECISION, friction=FRICTION)
-trial = kernel_module("event_space/trial", precision=PRECISION, motion=MOTION, friction=FRICTION)
-wp.set_module_options(contact.OPTIONS)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-Motion, first_root = motion.Motion, event.first_root
-Block, Body, Held = spatial.Block, contact.Body, contact.Held
-Three, Corners = contact.Three, contact.Corners
-mask_of, stance_of, corner_velocity = contact.mask_of, contact.stance_of, contact.corner_velocity
-settled, loose, grips, slip_after = law.settled, law.loose, law.grips, law.slip_after
-turned, body_at, flown, levelled = moves.turned, moves.body_at, moves.flown, moves.levelled
-foot, placed, upright = moves.foot, moves.placed, moves.upright
-least_spare, cut_to = moves.least_spare, moves.cut_to
-corner_event = moves.corner_event
-Limits, State, Base, next_step = trial.Limits, trial.State, trial.Base, trial.next_step
-kinetic_energy, directions = trial.kinetic_energy, trial.directions
-bound, let_go = trial.bound, trial.let_go
-EDGE, FLAT, FLYING = contact.EDGE, contact.FLAT, contact.FLYING
-
-RUNNING = 0
-OVERTURNED = 1
-BROKEN = 3
-STALLED = 4
-UNSETTLED = 5
-"""Modes of a lane, numbered as those of stacks, which slide off, too."""
-
-HALF = real(0.5)
-TWO = real(2.0)
-TINY = contact.TINY
-NEVER = real(1.0e30)
-NEARLY = real({"float64": 1.0e-7, "float32": 1.0e-4}[PRECISION])
+NEARLY = by_precision(1.0e-7, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""
-TOGETHER = real({"float64": 1.0e-7, "float32": 1.0e-4}[PRECISION])
+TOGETHER = by_precision(1.0e-7, 1.0e-4)
 """Gap, as a part of the half height, up to which corners take part in an impact elsewhere."""
-DUST = real({"float64": 1.0e-12, "float32": 1.0e-5}[PRECISION])
+DUST = by_precision(1.0e-12, 1.0e-5)
 """Round-off of a velocity, as a part of the largest."""
 LAST = real(100.0)
 """Speed at which a flat block's sliding ends, as a multiple of what gravity gives in the time by
@@ -147,7 +160,7 @@ def arrived(
         n.w = h.w
         n.stance = h.stance
         n.slip = h.slip
-        n.mode = wp.where(h.fits, n.mode, UNSETTLED)
+        n.mode = wp.where(h.fits, n.mode, UNSOLVED)
         n.impacts = s.impacts + wp.where(lands != 0, 1, 0)
     return n
 
@@ -196,7 +209,7 @@ def watched(
 ) -> State:  # fmt: skip
     """The state after the events of a step, or the old one if one of them lay inside."""
     near = NEARLY * limits.longest_step
-    dust = moves.GRAIN * block.height
+    dust = GRAIN * block.height
     n = reached
     cut = TWO * NEVER
     fastest = real(0.0)
@@ -284,7 +297,7 @@ def reached_by(block: Block, s: State, b: Base, body0: Body, middle: Body, h: He
     n.base = s.base + b.change + b.kick
     n.cap = NEVER
     n.taken = True
-    n.mode = wp.where(h.fits, s.mode, UNSETTLED)
+    n.mode = wp.where(h.fits, s.mode, UNSOLVED)
     low = real(0.0)
     for k in range(4):
         low = smaller(low, raw + body.corners[k, 2])

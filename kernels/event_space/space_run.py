@@ -4,42 +4,32 @@ Every lane has its own clock and ends its steps where its events are; a sample i
 read off the parabola that the step follows, so that histories do not change the run.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.event_space.contact import FLAT, FLYING, mask_of, stance_of
+from warprock.kernels.event_space.lane import Knobs, Lane
+from warprock.kernels.event_space.moves import (
+    Four,
+    body_at,
+    flown,
+    levelled,
+    placed,
+    turned,
+    upright,
+)
+from warprock.kernels.event_space.space import TOGETHER, step
+from warprock.kernels.event_space.trial import Limits, State
+from warprock.kernels.instance import BRANCHES
+from warprock.kernels.modes import RUNNING, STALLED
+from warprock.kernels.motion import Motion, sample_index
+from warprock.kernels.shape.space import Block, matrix_of, slide_of, turns_of
+from warprock.kernels.shape.space_found import BlockResult, Found, Result
+from warprock.kernels.shape.stack import Three
 
-real: Any
-PRECISION: str
-MOTION: str
-FRICTION: str
-
-scalar = kernel_module("scalar", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-block_module = kernel_module("shape/space", precision=PRECISION)
-found_module = kernel_module("shape/space_found", precision=PRECISION)
-lane_module = kernel_module("event_space/lane", precision=PRECISION)
-contact = kernel_module("event_space/contact", precision=PRECISION, friction=FRICTION)
-wp.set_module_options(contact.OPTIONS)
-moves = kernel_module("event_space/moves", precision=PRECISION, friction=FRICTION)
-event = kernel_module("event_space/space", precision=PRECISION, motion=MOTION, friction=FRICTION)
-larger, size = scalar.larger, scalar.size
-Motion, sample_index = motion.Motion, motion.sample_index
-Block, matrix_of = block_module.Block, block_module.matrix_of
-slide_of, turns_of = block_module.slide_of, block_module.turns_of
-BlockResult, Result, Found = found_module.BlockResult, found_module.Result, found_module.Found
-Three, Four, stance_of = contact.Three, moves.Four, contact.stance_of
-body_at, turned, flown, levelled = moves.body_at, moves.turned, moves.flown, moves.levelled
-placed, mask_of, upright = moves.placed, contact.mask_of, moves.upright
-Limits, State, step = event.Limits, event.State, event.step
-FLAT, FLYING = contact.FLAT, contact.FLYING
-RUNNING, STALLED = event.RUNNING, event.STALLED
-Knobs, Lane = lane_module.Knobs, lane_module.Lane
+wp.set_module_options(BRANCHES)
 
 LANES = 1
 """Lanes of a thread: which contacts act differs from lane to lane."""
-NEVER = real(1.0e30)
 
 
 @wp.struct
@@ -170,7 +160,7 @@ def leaf_of(s: State, seen: Seen) -> BlockResult:
 
 
 @wp.kernel
-def spatial(
+def run_lanes(
     blocks: wp.array2d(dtype=Block),
     motions: wp.array2d(dtype=Motion),
     pool: wp.array2d(dtype=real),
@@ -189,7 +179,7 @@ def spatial(
     limits.gravity = knobs.gravity
     limits.longest_step = lanes[lane].longest_step
     limits.rest_gap = lanes[lane].rest_gap
-    s = started(block, event.TOGETHER * block.height)
+    s = started(block, TOGETHER * block.height)
     s0 = s
     seen = first_seen(block, s)
     steps = int(0)

@@ -22,66 +22,47 @@ Sliding that ends, and contacts that open, are not located: a contact that has c
 mean stops at the end of its step.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
-
-real: Any
-PRECISION: str
-MOTION: str
-BLOCKS: int
-FRICTION: str
-
-scalar = kernel_module("scalar", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-single = kernel_module("event_space/contact", precision=PRECISION)
-trial = kernel_module("event_space/trial", precision=PRECISION, motion=MOTION)
-contact = kernel_module(
-    "event_space/space_stack_contact", precision=PRECISION, blocks=BLOCKS, friction=FRICTION
+from warprock.kernels.event_space.contact import FLAT, FLYING
+from warprock.kernels.event_space.moves import turned
+from warprock.kernels.event_space.space_stack_contact import (
+    CONE,
+    Ints,
+    Own,
+    Pose,
+    block_of,
+    held_by,
+    posed,
+    swept,
 )
-solve = kernel_module(
-    "event_space/space_stack_solve", precision=PRECISION, blocks=BLOCKS, friction=FRICTION
+from warprock.kernels.event_space.space_stack_look import (
+    NEARLY,
+    Kept,
+    Look,
+    State,
+    attitudes_after,
+    continued,
+    energy,
+    looked,
+    momenta,
+    touching,
 )
-look_of = kernel_module(
-    "event_space/space_stack_look",
-    precision=PRECISION,
-    motion=MOTION,
-    blocks=BLOCKS,
-    friction=FRICTION,
-)
-wp.set_module_options(contact.stack.STACK_OPTIONS)
-larger, smaller, Motion = scalar.larger, scalar.smaller, motion.Motion
-Limits, Base, next_step = trial.Limits, trial.Base, trial.next_step
-Vector, Bodies, Numbers, Points = contact.Vector, contact.Bodies, contact.Numbers, contact.Points
-Ints, Pose, Own, block_of = contact.Ints, contact.Pose, contact.Own, contact.block_of
-posed, swept, held_by, settled = contact.posed, contact.swept, contact.held_by, solve.settled
-rows_of, weighted, frame = contact.rows_of, contact.weighted, contact.frame
-State, Look, Kept, turned = look_of.State, look_of.Look, look_of.Kept, look_of.turned
-momenta, energy, attitudes_after = look_of.momenta, look_of.energy, look_of.attitudes_after
-continued, looked, touching = look_of.continued, look_of.looked, look_of.touching
-NEARLY, CONE = look_of.NEARLY, contact.CONE
-FLAT, FLYING = single.FLAT, single.FLYING
+from warprock.kernels.event_space.space_stack_solve import ROUNDS, settled
+from warprock.kernels.event_space.trial import Base, Limits, next_step
+from warprock.kernels.event_space.trial import State as BlockState
+from warprock.kernels.impulse.space_stack import Bodies, Numbers, Points, frame, rows_of, weighted
+from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
+from warprock.kernels.motion import Motion
+from warprock.kernels.shape.faces import Vector
 
-RUNNING = 0
-OVERTURNED = 1
-SLID_OFF = 2
-BROKEN = 3
-STALLED = 4
-UNSETTLED = 5
-
-HALF = real(0.5)
-TWO = real(2.0)
-NEVER = real(1.0e30)
-STILL = real({"float64": 1.0e-10, "float32": 1.0e-4}[PRECISION])
+STILL = by_precision(1.0e-10, 1.0e-4)
 """Velocity that is none, as a part of what gravity gives in a step."""
 CLOSING = 40
 """Most sweeps by which a step closes gaps; what they leave, the next step finds."""
 
 BINDING = 12
 """Most rounds by which a step binds velocities to what has not changed; likewise."""
-ROUNDS = solve.ROUNDS
 
 
 @wp.func
@@ -121,7 +102,7 @@ def arrived(
         w = w1
     n.v = v
     n.w = w
-    n.mode = wp.where(fits, n.mode, UNSETTLED)
+    n.mode = wp.where(fits, n.mode, UNSOLVED)
     n.impacts = s.impacts + wp.where(look.landed, 1, 0)
     for k in range(1, bodies):
         above = wp.where(k < BLOCKS, look.touch[wp.min(k + 1, BLOCKS)], 0)
@@ -166,7 +147,7 @@ def coming(
     s: State,
 ) -> Base:  # fmt: skip
     """Length of the next step and what the base does in it: see `spatial_event_trial.next_step`."""
-    p = trial.State()
+    p = BlockState()
     p.time = s.time
     p.knots = s.knots
     p.base = s.base
@@ -262,7 +243,7 @@ def step(
     n.base = s.base + b.change + b.kick
     n.cap = NEVER
     n.taken = True
-    n.mode = wp.where(good, s.mode, UNSETTLED)
+    n.mode = wp.where(good, s.mode, UNSOLVED)
     slow = STILL * limits.gravity
     stands = stays(own, s.v, s.w, slow * limits.longest_step)
     stands = stands and s.closed and stays(own, vm, wm, slow * d)

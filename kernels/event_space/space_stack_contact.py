@@ -16,31 +16,30 @@ Gauss-Seidel sweeps over all contacts find the impulses. A face has more contact
 it needs: their impulses are not unique, what they do is.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
-
-real: Any
-PRECISION: str
-BLOCKS: int
-FRICTION: str
-
-stack = kernel_module("impulse/space_stack", precision=PRECISION, blocks=BLOCKS, friction=FRICTION)
-wp.set_module_options(stack.STACK_OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-shape = kernel_module("shape/space", precision=PRECISION)
-faces = kernel_module("shape/faces", precision=PRECISION)
-larger = scalar.larger
-Block = shape.Block
-Vector, Matrix, Attitude = stack.Vector, stack.Matrix, stack.Attitude
-Bodies, Numbers, Axes, Points = stack.Bodies, stack.Numbers, stack.Axes, stack.Points
-PointNumbers, PointInts, PointGains = stack.PointNumbers, stack.PointInts, stack.PointGains
-CornerNumbers = stack.CornerNumbers
-frame, weighted, axis_of, rows_of = stack.frame, stack.weighted, stack.axis_of, stack.rows_of
-gains_of, pressed, seen, shared = stack.gains_of, stack.pressed, stack.seen, stack.shared
-CONTACTS, GROUND_FACE = stack.CONTACTS, stack.GROUND_FACE
+from warprock.kernels.impulse.space_stack import (
+    GROUND_FACE,
+    Axes,
+    Bodies,
+    Gains,
+    Matrix,
+    Numbers,
+    PointGains,
+    PointInts,
+    PointNumbers,
+    Points,
+    axis_of,
+    frame,
+    gains_of,
+    pressed,
+    rows_of,
+    seen,
+    shared,
+    weighted,
+)
+from warprock.kernels.shape.faces import SLOTS, Vector
+from warprock.kernels.shape.space import Block
 
 CONE = 0
 HOLD = 1
@@ -51,15 +50,14 @@ HOLD_X = 5
 HOLD_Y = 6
 BOX = FRICTION == "box"
 """Whether friction is bound as a box along a contact's directions, else as a cone."""
-SLOTS = faces.SLOTS
 
 SWEEPS = 4000
 """Most sweeps of a solve; with the second half of them each contact goes half of its way only."""
-SETTLED = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
+SETTLED = by_precision(1.0e-14, 1.0e-6)
 """Change of the impulses in a sweep, over their size, that is round-off."""
-LOOSE = real({"float64": 1.0e-9, "float32": 1.0e-4}[PRECISION])
+LOOSE = by_precision(1.0e-9, 1.0e-4)
 """The same, above which a solve that ran out of sweeps counts as none."""
-INSIDE = real({"float64": 1.0 - 1.0e-9, "float32": 1.0 - 1.0e-4}[PRECISION])
+INSIDE = by_precision(1.0 - 1.0e-9, 1.0 - 1.0e-4)
 """Part of its bound within which the friction of a contact that sticks lies."""
 
 Attitudes = wp.types.matrix(shape=(BLOCKS + 1, 4), dtype=real)
@@ -200,7 +198,7 @@ def joined(before: Touches, pose: Pose, k: int, slot: int, law: int, gap: real, 
 
 @wp.func
 def obeyed(
-    t: Touches, i: int, mu: real, gains: stack.Gains, e: Matrix, p: Vector,
+    t: Touches, i: int, mu: real, gains: Gains, e: Matrix, p: Vector,
     vu: Vector, ou: Vector, vl: Vector, ol: Vector,
 ) -> Vector:  # fmt: skip
     """Impulses of a contact that obeys its law, all others as they are; see `stack.pressed`."""

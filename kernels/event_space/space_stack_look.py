@@ -4,46 +4,33 @@ State of a lane, its momenta and energy, and the contacts before, in and after a
 in event_space/space_stack.py.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
-
-real: Any
-PRECISION: str
-MOTION: str
-BLOCKS: int
-FRICTION: str
-
-scalar = kernel_module("scalar", precision=PRECISION)
-event = kernel_module("event/block", precision=PRECISION, motion=MOTION)
-faces = kernel_module("shape/faces", precision=PRECISION)
-moves = kernel_module("event_space/moves", precision=PRECISION)
-trial = kernel_module("event_space/trial", precision=PRECISION, motion=MOTION)
-contact = kernel_module(
-    "event_space/space_stack_contact", precision=PRECISION, blocks=BLOCKS, friction=FRICTION
+from warprock.kernels.event.block import first_root
+from warprock.kernels.event_space.moves import flown, turned
+from warprock.kernels.event_space.space_stack_contact import (
+    AWAIT,
+    CONE,
+    KEEP,
+    PUSH,
+    Attitudes,
+    Ints,
+    Own,
+    Pose,
+    Touches,
+    block_of,
+    height_of,
+    holding,
+    joined,
+    met,
 )
-wp.set_module_options(contact.stack.STACK_OPTIONS)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-first_root, turned, flown = event.first_root, moves.turned, moves.flown
-Limits, Knots = trial.Limits, trial.Knots
-Vector, Bodies, Attitudes, Ints = (
-    contact.Vector, contact.Bodies, contact.Attitudes, contact.Ints,
-)  # fmt: skip
-Own, Pose, Touches, block_of = contact.Own, contact.Pose, contact.Touches, contact.block_of
-met, height_of, joined, seen = contact.met, contact.height_of, contact.joined, contact.seen
-rows_of, weighted, frame = contact.rows_of, contact.weighted, contact.frame
-CONE, KEEP, PUSH, AWAIT = contact.CONE, contact.KEEP, contact.PUSH, contact.AWAIT
-holding = contact.holding
-CONTACTS = contact.CONTACTS
+from warprock.kernels.event_space.trial import Knots, Limits
+from warprock.kernels.impulse.space_stack import CONTACTS, Bodies, frame, rows_of, seen, weighted
+from warprock.kernels.shape.faces import SLOTS, Vector
 
-HALF = real(0.5)
-TWO = real(2.0)
-NEVER = real(1.0e30)
-NEARLY = real({"float64": 1.0e-7, "float32": 1.0e-4}[PRECISION])
+NEARLY = by_precision(1.0e-7, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""
-GRAIN = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
+GRAIN = by_precision(1.0e-14, 1.0e-6)
 """Round-off of a gap, as a part of the half height of the first block."""
 HOP = real(4.0)
 """Rise of a hop that lasts a step, from its first velocity: the product of both over this."""
@@ -143,7 +130,7 @@ def continued(own: Own, s: State, pose0: Pose, pose: Pose, rest: real) -> Touche
     """The contacts of a pose that touched in that of a state."""
     t = Touches()
     bodies = int(BLOCKS + 1)
-    slots = int(faces.SLOTS)
+    slots = int(SLOTS)
     for k in range(1, bodies):
         places, _gaps, there = met(own, pose, k)
         number = int(0)
@@ -173,7 +160,7 @@ def looked(
     n.closed = True
     n.cut = TWO * NEVER
     bodies = int(BLOCKS + 1)
-    slots = int(faces.SLOTS)
+    slots = int(SLOTS)
     for k in range(1, bodies):
         places, gaps, there = met(own, pose, k)
         _places0, gaps0, there0 = met(own, pose0, k)
@@ -223,7 +210,7 @@ def touching(
     """The contacts at a step's end, with the laws by which gaps close, or velocities are bound."""
     t = Touches()
     bodies = int(BLOCKS + 1)
-    slots = int(faces.SLOTS)
+    slots = int(SLOTS)
     for k in range(1, bodies):
         places, gaps, _there = met(own, pose, k)
         number = int(0)

@@ -5,50 +5,26 @@ so that histories do not change the run. Peaks are those of the ends of steps. A
 faces share nothing, or a block leans by a right angle, also against what it stands on.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.event_space.lane import Knobs, Lane
+from warprock.kernels.event_space.moves import flown, turned
+from warprock.kernels.event_space.space_stack import step
+from warprock.kernels.event_space.space_stack_contact import Ints, Own, Row, block_of, posed
+from warprock.kernels.event_space.space_stack_look import State, looked, momenta
+from warprock.kernels.event_space.trial import Limits
+from warprock.kernels.impulse.space_stack import Attitude, Numbers, frame
+from warprock.kernels.instance import LOOPS_STAY
+from warprock.kernels.modes import RUNNING, STALLED
+from warprock.kernels.motion import Motion, sample_index
+from warprock.kernels.shape.faces import Vector
+from warprock.kernels.shape.space import Block, slide_of, turns_of
+from warprock.kernels.shape.space_found import BlockResult, Found, Result
 
-real: Any
-PRECISION: str
-MOTION: str
-BLOCKS: int
-FRICTION: str
-
-scalar = kernel_module("scalar", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-shape = kernel_module("shape/space", precision=PRECISION)
-found_of = kernel_module("shape/space_found", precision=PRECISION)
-lane_of = kernel_module("event_space/lane", precision=PRECISION)
-contact = kernel_module(
-    "event_space/space_stack_contact", precision=PRECISION, blocks=BLOCKS, friction=FRICTION
-)
-wp.set_module_options(contact.stack.STACK_OPTIONS)
-event = kernel_module(
-    "event_space/space_stack", precision=PRECISION, motion=MOTION, blocks=BLOCKS, friction=FRICTION
-)
-larger, smaller = scalar.larger, scalar.smaller
-Motion, sample_index, Block = motion.Motion, motion.sample_index, shape.Block
-slide_of, turns_of = shape.slide_of, shape.turns_of
-BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
-Vector, Attitude, Numbers, Bodies = (
-    contact.Vector,
-    contact.Attitude,
-    contact.Numbers,
-    contact.Bodies,
-)
-Own, Row, block_of = contact.Own, contact.Row, contact.block_of
-Ints, posed, rows_of, frame = contact.Ints, contact.posed, contact.rows_of, contact.frame
-Limits, State, step, looked = event.Limits, event.State, event.step, event.looked
-momenta, turned, flown = event.momenta, event.turned, event.look_of.flown
-RUNNING, STALLED = event.RUNNING, event.STALLED
-Knobs, Lane = lane_of.Knobs, lane_of.Lane
+wp.set_module_options(LOOPS_STAY)
 
 LANES = 1
 """Lanes of a thread: which contacts act differs from lane to lane."""
-NEVER = real(1.0e30)
 
 Peaks = wp.types.matrix(shape=(BLOCKS + 1, 8), dtype=real)
 """Of each block: slide along x and y, the largest rotation and its time, rotation across, tilt and
@@ -123,7 +99,7 @@ def peaks_after(own: Own, before: Peaks, s: State) -> Peaks:
 
 
 @wp.kernel
-def spatial(
+def run_lanes(
     blocks: wp.array2d(dtype=Block),
     motions: wp.array2d(dtype=Motion),
     pool: wp.array2d(dtype=real),

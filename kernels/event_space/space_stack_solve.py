@@ -14,38 +14,39 @@ round-off. Contacts that a face has in excess do no harm.
 Where this does not settle, the sweeps of event_space/space_stack_contact.py do the rest.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
-
-real: Any
-PRECISION: str
-BLOCKS: int
-FRICTION: str
-
-scalar = kernel_module("scalar", precision=PRECISION)
-contact = kernel_module(
-    "event_space/space_stack_contact", precision=PRECISION, blocks=BLOCKS, friction=FRICTION
+from warprock.kernels.event_space.space_stack_contact import (
+    BOX,
+    CONE,
+    HOLD,
+    HOLD_X,
+    HOLD_Y,
+    KEEP,
+    PUSH,
+    SWEEPS,
+    Pose,
+    Touches,
+    directions,
+    effective,
+    slip_at,
+    swept,
 )
-wp.set_module_options(contact.stack.STACK_OPTIONS)
-larger, smaller = scalar.larger, scalar.smaller
-Vector, Matrix = contact.Vector, contact.Matrix
-Bodies, Numbers, Points = contact.Bodies, contact.Numbers, contact.Points
-PointNumbers = contact.PointNumbers
-Pose, Touches = contact.Pose, contact.Touches
-rows_of, directions, seen, swept = (
-    contact.rows_of, contact.directions, contact.seen, contact.swept,
-)  # fmt: skip
-CONE, HOLD, KEEP, PUSH = contact.CONE, contact.HOLD, contact.KEEP, contact.PUSH
-HOLD_X, HOLD_Y, BOX = contact.HOLD_X, contact.HOLD_Y, contact.BOX
-SWEEPS = contact.SWEEPS
+from warprock.kernels.impulse.space_stack import (
+    Bodies,
+    Matrix,
+    Numbers,
+    PointNumbers,
+    Points,
+    rows_of,
+    seen,
+)
+from warprock.kernels.shape.faces import Vector
 
 ROWS = 6 * BLOCKS
 BAND = 12
 """Rows of two neighbours: beyond them the matrix is empty."""
-STIFF = real({"float64": 1.0e4, "float32": 1.0e2}[PRECISION])
+STIFF = by_precision(1.0e4, 1.0e2)
 ROUNDS = 200
 """Most changes of l."""
 LEAP = 8
@@ -57,17 +58,16 @@ TRIES = 30
 HALVINGS = 8
 FIRST = 4
 """Sweeps that choose what each contact does at first."""
-ALIKE = real({"float64": 1.0e-13, "float32": 1.0e-5}[PRECISION])
+ALIKE = by_precision(1.0e-13, 1.0e-5)
 """Change of the velocities in one of Newton's steps, over their size, that ends a round."""
 
-ENOUGH = real({"float64": 1.0e-14, "float32": 1.0e-6}[PRECISION])
+ENOUGH = by_precision(1.0e-14, 1.0e-6)
 """Velocity by which contacts may break their laws, as a part of all velocities..."""
-SOUND = real({"float64": 1.0e-6, "float32": 1.0e-4}[PRECISION])
+SOUND = by_precision(1.0e-6, 1.0e-4)
 """...and where that many rounds do not come to it."""
 
-DUST = real({"float64": 1.0e-13, "float32": 1.0e-5}[PRECISION])
+DUST = by_precision(1.0e-13, 1.0e-5)
 """Round-off of the convex function."""
-HALF = real(0.5)
 
 Long = wp.types.vector(length=ROWS, dtype=real)
 Wide = wp.types.matrix(shape=(ROWS, ROWS), dtype=real)
@@ -157,7 +157,7 @@ def lift_of(t: Touches, pose: Pose, mu: Numbers, v: Bodies, w: Bodies, i: int) -
     """What a contact's normal velocity is taken to be more by [m/s]."""
     if t.law[i] != CONE:
         return t.gap[i]
-    u = contact.slip_at(t, pose, i, v, w)
+    u = slip_at(t, pose, i, v, w)
     if BOX:
         return mu[t.body[i]] * (wp.abs(u[0]) + wp.abs(u[1]))
     return mu[t.body[i]] * wp.sqrt(u[0] * u[0] + u[1] * u[1])
@@ -302,7 +302,7 @@ def settled(
     c = t
     stiff, size, done = PointNumbers(), real(0.0), bool(False)
     for i in range(t.total):
-        stiff[i] = STIFF * contact.effective(t, pose, light, i)
+        stiff[i] = STIFF * effective(t, pose, light, i)
         c.gap[i] = lift_of(t, pose, mu, u, o, i)
     for turn in range(rounds):
         fits = bool(False)

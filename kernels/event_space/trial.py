@@ -4,42 +4,23 @@ State, base and limits of a lane, and where inside a step an edge lets go of an 
 in event_space/space.py.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.event.block import base_change
+from warprock.kernels.event_space.contact import FLAT, Body, Corners, Held
+from warprock.kernels.event_space.moves import Four, body_at, turned
+from warprock.kernels.motion import Motion, knot_step, knot_time, series
+from warprock.kernels.shape.space import Block
+from warprock.kernels.shape.stack import Three
 
-real: Any
-PRECISION: str
-MOTION: str
-FRICTION: str
+if FRICTION == "box":
+    from warprock.kernels.event_space.box import bound, directions, guessed
+else:
+    from warprock.kernels.event_space.law import bound, directions, guessed
 
-scalar = kernel_module("scalar", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-event = kernel_module("event/block", precision=PRECISION, motion=MOTION)
-spatial = kernel_module("shape/space", precision=PRECISION)
-contact = kernel_module("event_space/contact", precision=PRECISION, friction=FRICTION)
-law = kernel_module(contact.LAW, precision=PRECISION, friction=FRICTION)
-moves = kernel_module("event_space/moves", precision=PRECISION, friction=FRICTION)
-wp.set_module_options(contact.OPTIONS)
-larger, smaller = scalar.larger, scalar.smaller
-Motion, series = motion.Motion, motion.series
-knot_time, knot_step = motion.knot_time, motion.knot_step
-base_change = event.base_change
-Block, Body, Held = spatial.Block, contact.Body, contact.Held
-Three, Four, Corners = contact.Three, moves.Four, contact.Corners
-guessed, bound, directions = law.guessed, law.bound, law.directions
-turned, body_at = moves.turned, moves.body_at
-FLAT, FLYING = contact.FLAT, contact.FLYING
-
-HALF = real(0.5)
-TWO = real(2.0)
-TINY = contact.TINY
-NEVER = real(1.0e30)
-SHARP = real({"float64": 1.0e-5, "float32": 1.0e-3}[PRECISION])
+SHARP = by_precision(1.0e-5, 1.0e-3)
 """Part of the longest step by which an edge may let go of an end late: the error is of that."""
-PROBE = real({"float64": 1.0e-4, "float32": 1.0e-2}[PRECISION])
+PROBE = by_precision(1.0e-4, 1.0e-2)
 """Length of a moment, as a part of the longest step."""
 REACH = real(0.125)
 """Largest rotation in one step [rad]: keeps the polynomials in their range."""

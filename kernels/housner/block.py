@@ -28,41 +28,18 @@ out would take 2 theta' (1/r + eta/r') / (1 - eta^2), with the decelerations r o
 leaves for and r' on the other; that time is added to the rest time.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
+from warprock.kernels.housner.block_contact import needed_at_step, needed_in_step, rocking_series
+from warprock.kernels.modes import BROKEN, OVERTURNED, RESTING, ROCKING
+from warprock.kernels.motion import Motion, knot_step, knot_time, series
+from warprock.kernels.shape.taylor import root, slope_at, value_at
 
-real: Any
-PRECISION: str
-MOTION: str
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-taylor = kernel_module("shape/taylor", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-contact = kernel_module("housner/block_contact", precision=PRECISION)
-larger, smaller, sign_of, size = scalar.larger, scalar.smaller, scalar.sign_of, scalar.size
-sine, cosine = scalar.sine, scalar.cosine
-rocking_series, needed_in_step = contact.rocking_series, contact.needed_in_step
-needed_at_step = contact.needed_at_step
-value_at, slope_at, root = taylor.value_at, taylor.slope_at, taylor.root
-Motion, series = motion.Motion, motion.series
-knot_time, knot_step = motion.knot_time, motion.knot_step
-
-RESTING = 0
-ROCKING = 1
-OVERTURNED = 2
-BROKEN = 3
-
-HALF_PI = real(1.5707963267948966)
-NEVER = real(1.0e30)
-NEARLY = real({"float64": 1.0e-9, "float32": 1.0e-5}[PRECISION])
+NEARLY = by_precision(1.0e-9, 1.0e-5)
 """What counts as round-off of an event that the last step has located."""
-ROUND_OFF = real({"float64": 1.0e-12, "float32": 1.0e-6}[PRECISION])
+ROUND_OFF = by_precision(1.0e-12, 1.0e-6)
 """A block may rest up to this relative excess of |a| over g tan(alpha), and lifts at twice it."""
-TICK = real({"float64": 4.4e-16, "float32": 2.4e-7}[PRECISION])
+TICK = by_precision(4.4e-16, 2.4e-7)
 """Two roundings of a time, relative: an event nearer to a knot is at the knot."""
 REACH = real(0.25)
 """Largest rotation of the block in one step [rad]; keeps fast overturning inside the series."""

@@ -21,24 +21,8 @@ leans beyond its balance by more than the friction angle: every force that frict
 turns it further outwards. With a friction above 1 it counts as falling from 45 degrees on.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-larger, sign_of, size = scalar.larger, scalar.sign_of, scalar.size
-sine, cosine = scalar.sine, scalar.cosine
-OVER_2, OVER_3, OVER_4 = scalar.OVER_2, scalar.OVER_3, scalar.OVER_4
-OVER_5, OVER_6, OVER_7 = scalar.OVER_5, scalar.OVER_6, scalar.OVER_7
-OVER_8, OVER_9, OVER_10 = scalar.OVER_8, scalar.OVER_9, scalar.OVER_10
-
-NEVER = real(1.0e30)
 FOUR_THIRDS = real(4.0 / 3.0)
 
 

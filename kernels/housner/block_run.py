@@ -1,38 +1,24 @@
 """Runs of the Housner step over lanes: packed for the CPU, plain for any device."""
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import LANE_WIDTH, kernel_module, module_options
+from warprock.kernels.housner.block import Block, step
+from warprock.kernels.modes import OVERTURNED, RESTING, ROCKING, STALLED
+from warprock.kernels.motion import Motion, sample_index
 
-real: Any
-PRECISION: str
-MOTION: str
 
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-housner = kernel_module("housner/block", precision=PRECISION, motion=MOTION)
-sign_of, size = scalar.sign_of, scalar.size
-Motion, sample_index = motion.Motion, motion.sample_index
-Block, step = housner.Block, housner.step
+@wp.struct
+class BlockResult:
+    """What the run of one block leaves behind."""
 
-RESTING = 0
-ROCKING = 1
-OVERTURNED = 2
-STALLED = 4
-NEVER = real(1.0e30)
+    peak: real
+    peak_time: real
 
 
 @wp.struct
 class Result:
     """What one lane's run leaves behind."""
 
-    theta: real
-    time: real
-    peak: real
-    peak_time: real
     uplift_time: real
     rest_time: real
     loss: real
@@ -42,22 +28,30 @@ class Result:
     steps: int
 
 
-Lane = wp.types.vector(length=LANE_WIDTH, dtype=real)
-LaneInt = wp.types.vector(length=LANE_WIDTH, dtype=int)
+@wp.struct
+class Found:
+    """Where the answers go."""
+
+    results: wp.array(dtype=Result)
+    blocks: wp.array2d(dtype=BlockResult)
+    rotations: wp.array3d(dtype=real)
+
+
+Lane = wp.types.vector(length=LANES, dtype=real)
+LaneInt = wp.types.vector(length=LANES, dtype=int)
 
 
 @wp.kernel
-def packed(
-    blocks: wp.array(dtype=Block),
+def run_lanes(
+    blocks: wp.array2d(dtype=Block),
     motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real),
     starts: wp.array(dtype=real),
     sample_times: wp.array(dtype=real),
-    results: wp.array(dtype=Result),
-    rotations: wp.array2d(dtype=real),
+    found: Found,
 ):
-    """Runs packs of LANE_WIDTH lanes, all lanes of a pack in step with each other."""
-    first = wp.tid() * LANE_WIDTH
+    """Runs LANES lanes a thread, which take their steps side by side."""
+    first = wp.tid() * LANES
     theta = Lane()
     omega = Lane()
     side = Lane()
@@ -73,7 +67,7 @@ def packed(
     cap = Lane()
     needed = Lane()
     steps = LaneInt()
-    for i in range(LANE_WIDTH):
+    for i in range(LANES):
         theta[i] = starts[first + i]
         side[i] = sign_of(theta[i])
         mode[i] = wp.where(theta[i] == real(0.0), RESTING, ROCKING)
@@ -86,13 +80,13 @@ def packed(
         busy = int(1)
         while busy > 0:
             busy = int(0)
-            for i in range(LANE_WIDTH):
+            for i in range(LANES):
                 m = motions[first + i]
                 place = sample_index(m, segment[i])
                 going = mode[i] < OVERTURNED and time[i] < until
                 steps[i] = steps[i] + wp.where(going, 1, 0)
                 th, om, si, ti, se, mo, pk, pt, ut, rt, lo, im, ca, ne = step(
-                    blocks[first + i], m, pool[0, place], pool[1, place], until,
+                    blocks[0, first + i], m, pool[0, place], pool[1, place], until,
                     theta[i], omega[i], side[i], time[i], segment[i], mode[i],
                     peak[i], peak_time[i], uplift_time[i], rest_time[i], loss[i], impacts[i],
                     cap[i], needed[i],
@@ -104,7 +98,7 @@ def packed(
                 time[i] = wp.where(going, ti, time[i])
                 segment[i] = wp.where(going, se, segment[i])
                 mo = wp.where(
-                    steps[i] >= blocks[first + i].step_limit and mo < OVERTURNED, STALLED, mo
+                    steps[i] >= blocks[0, first + i].step_limit and mo < OVERTURNED, STALLED, mo
                 )
                 mode[i] = wp.where(going, mo, mode[i])
                 peak[i] = wp.where(going, pk, peak[i])
@@ -115,93 +109,13 @@ def packed(
                 impacts[i] = wp.where(going, im, impacts[i])
                 cap[i] = wp.where(going, ca, cap[i])
                 needed[i] = wp.where(going, ne, needed[i])
-            for i in range(LANE_WIDTH):
+            for i in range(LANES):
                 busy = busy + wp.where(mode[i] < OVERTURNED and time[i] < until, 1, 0)
-        if rotations.shape[0] > 0:
-            for i in range(LANE_WIDTH):
-                rotations[sample, first + i] = theta[i]
-    for i in range(LANE_WIDTH):
-        result = Result()
-        result.theta = theta[i]
-        result.time = time[i]
-        result.peak = peak[i]
-        result.peak_time = peak_time[i]
-        result.uplift_time = uplift_time[i]
-        result.rest_time = rest_time[i]
-        result.loss = loss[i]
-        result.needed = needed[i]
-        result.impacts = impacts[i]
-        result.mode = mode[i]
-        result.steps = steps[i]
-        results[first + i] = result
-
-
-@wp.kernel
-def plain(
-    blocks: wp.array(dtype=Block),
-    motions: wp.array(dtype=Motion),
-    pool: wp.array2d(dtype=real),
-    starts: wp.array(dtype=real),
-    sample_times: wp.array(dtype=real),
-    results: wp.array(dtype=Result),
-    rotations: wp.array2d(dtype=real),
-):
-    """Runs one lane a thread, on any device."""
-    lane = wp.tid()
-    block = blocks[lane]
-    m = motions[lane]
-    theta = starts[lane]
-    flat = theta == real(0.0)
-    omega = real(0.0)
-    side = sign_of(theta)
-    time = real(0.0)
-    segment = int(0)
-    mode = int(wp.where(flat, RESTING, ROCKING))
-    peak = size(theta)
-    peak_time = real(0.0)
-    uplift_time = real(wp.where(flat, NEVER, real(0.0)))
-    rest_time = real(wp.where(flat, real(0.0), NEVER))
-    loss = real(0.0)
-    impacts = int(0)
-    cap = NEVER
-    needed = real(0.0)
-    steps = int(0)
-    for sample in range(sample_times.shape[0]):
-        until = sample_times[sample]
-        while mode < OVERTURNED and time < until:
-            steps += 1
-            place = sample_index(m, segment)
-            th, om, si, ti, se, mo, pk, pt, ut, rt, lo, im, ca, ne = step(
-                block, m, pool[0, place], pool[1, place], until,
-                theta, omega, side, time, segment, mode,
-                peak, peak_time, uplift_time, rest_time, loss, impacts, cap, needed,
-            )  # fmt: skip
-            theta = th
-            omega = om
-            side = si
-            time = ti
-            segment = se
-            mode = wp.where(steps >= block.step_limit and mo < OVERTURNED, STALLED, mo)
-            peak = pk
-            peak_time = pt
-            uplift_time = ut
-            rest_time = rt
-            loss = lo
-            impacts = im
-            cap = ca
-            needed = ne
-        if rotations.shape[0] > 0:
-            rotations[sample, lane] = theta
-    result = Result()
-    result.theta = theta
-    result.time = time
-    result.peak = peak
-    result.peak_time = peak_time
-    result.uplift_time = uplift_time
-    result.rest_time = rest_time
-    result.loss = loss
-    result.needed = needed
-    result.impacts = impacts
-    result.mode = mode
-    result.steps = steps
-    results[lane] = result
+        if found.rotations.shape[0] > 0:
+            for i in range(LANES):
+                found.rotations[sample, 0, first + i] = theta[i]
+    for i in range(LANES):
+        found.results[first + i] = Result(
+            uplift_time[i], rest_time[i], loss[i], needed[i], impacts[i], mode[i], steps[i]
+        )
+        found.blocks[0, first + i] = BlockResult(peak[i], peak_time[i])

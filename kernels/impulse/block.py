@@ -27,22 +27,10 @@ per unit mass [J/kg], less what lifting by erp has given it.
 Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import MAX_UNROLL, kernel_module, module_options
-
-real: Any
-PRECISION: str
-ITERATIONS: int
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-alone = kernel_module("cone", precision=PRECISION).alone
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-sign_of, in_range = scalar.sign_of, scalar.in_range
-sine, cosine = scalar.sine, scalar.cosine
+from warprock.kernels.cone import alone
+from warprock.kernels.instance import MAX_UNROLL
 
 ENDS_EARLY = ITERATIONS > MAX_UNROLL
 """Whether sweeps end once one has changed nothing, for all others would change nothing either.

@@ -3,36 +3,14 @@
 A block rocks while one of its corners has parted from the base, see `parting`.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import LANE_WIDTH, kernel_module, module_options
-
-real: Any
-PRECISION: str
-MOTION: str
-ITERATIONS: int
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-account = kernel_module("account", precision=PRECISION)
-parting = kernel_module("parting", precision=PRECISION)
-impulse = kernel_module("impulse/block", precision=PRECISION, iterations=ITERATIONS)
-larger, smaller, size, book = scalar.larger, scalar.smaller, scalar.size, account.book
-Motion, base_velocity = motion.Motion, motion.velocity
-sample_index, sample_segment = motion.sample_index, motion.sample_segment
-Block, Knobs, step = impulse.Block, impulse.Knobs, impulse.step
-slide_of, height_of = impulse.slide_of, impulse.height_of
-slack, slides, watch = parting.slack, parting.slides, parting.watch
-
-HALF_PI = real(1.5707963267948966)
-HALF = real(0.5)
-NEVER = real(1.0e30)
-ROCKING = 1
-OVERTURNED = 2
-BROKEN = 3
+from warprock.kernels.account import book
+from warprock.kernels.impulse.block import Block, Knobs, height_of, slide_of, step
+from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
+from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.parting import slack, slides, watch
+from warprock.kernels.shape.stack_found import BlockResult, Found, Result
 
 
 @wp.func
@@ -88,52 +66,30 @@ def carried(lean: real, knobs: Knobs) -> real:
     return share * knobs.time_step * knobs.gravity
 
 
-@wp.struct
-class Result:
-    """What one lane's run leaves behind."""
-
-    theta: real
-    slide: real
-    peak: real
-    peak_time: real
-    peak_slide: real
-    uplift_time: real
-    moved: real
-    loss: real
-    jolt: real
-    supplied: real
-    returned: real
-    deepest: real
-    impacts: int
-    mode: int
-    steps: int
-
-
-Lane = wp.types.vector(length=LANE_WIDTH, dtype=real)
-LaneInt = wp.types.vector(length=LANE_WIDTH, dtype=int)
+Lane = wp.types.vector(length=LANES, dtype=real)
+LaneInt = wp.types.vector(length=LANES, dtype=int)
 
 
 @wp.kernel
-def packed(
-    blocks: wp.array(dtype=Block),
+def run_lanes(
+    blocks: wp.array2d(dtype=Block),
     motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real),
     starts: wp.array(dtype=real),
     sample_times: wp.array(dtype=real),
     knobs: Knobs,
-    results: wp.array(dtype=Result),
-    rotations: wp.array2d(dtype=real),
+    found: Found,
 ):
-    """Runs packs of LANE_WIDTH lanes, all at the same time."""
-    first = wp.tid() * LANE_WIDTH
+    """Runs LANES lanes a thread, all at the same time."""
+    first = wp.tid() * LANES
     x, z, theta, vx, vz, omega = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     n1, f1, n2, f2, loss, base = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     given, jolt, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
     peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
     uplift_time, moved, since = Lane(), Lane(), Lane()
     impacts, mode, steps, apart1, apart2 = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
-    for i in range(LANE_WIDTH):
-        block = blocks[first + i]
+    for i in range(LANES):
+        block = blocks[0, first + i]
         th = starts[first + i]
         theta[i] = th
         x[i] = -slide_of(block, real(0.0), th)
@@ -143,7 +99,7 @@ def packed(
         n2[i] = carried(th, knobs)
         peak[i] = size(th)
         uplift_time[i] = wp.where(th == real(0.0), NEVER, real(0.0))
-        mode[i] = ROCKING
+        mode[i] = RUNNING
     k = int(0)
     time = real(0.0)
     for sample in range(sample_times.shape[0]):
@@ -152,14 +108,14 @@ def packed(
             k += 1
             time = real(k) * knobs.time_step
             half = time - HALF * knobs.time_step
-            for i in range(LANE_WIDTH):
+            for i in range(LANES):
                 m = motions[first + i]
                 # Field by field: four float32 loaded at once would keep the loop scalar.
                 block = Block()
-                block.half_width = blocks[first + i].half_width
-                block.half_height = blocks[first + i].half_height
-                block.inverse_inertia = blocks[first + i].inverse_inertia
-                block.friction = blocks[first + i].friction
+                block.half_width = blocks[0, first + i].half_width
+                block.half_height = blocks[0, first + i].half_height
+                block.inverse_inertia = blocks[0, first + i].inverse_inertia
+                block.friction = blocks[0, first + i].friction
                 place = sample_index(m, sample_segment(m, half))
                 moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
                 qx, qz, qt, ux, uz, uo, p1, t1, p2, t2, lo, gap, gap1, gap2 = step(
@@ -170,7 +126,7 @@ def packed(
                     mode[i], time, qt, uo, slide_of(block, qx, qt), peak[i], peak_time[i],
                     peak_slide[i],
                 )  # fmt: skip
-                live = mode[i] == ROCKING
+                live = mode[i] == RUNNING
                 watch(
                     live, time, limit_of(block, knobs, uo), p1, gap1, p2, gap2,
                     glides(block, knobs, ux, uo), since[i], apart1[i], apart2[i], uplift_time[i],
@@ -197,123 +153,15 @@ def packed(
                 deepest[i] = wp.where(live, larger(-gap, deepest[i]), deepest[i])
                 steps[i] = steps[i] + wp.where(live, 1, 0)
                 mode[i] = wp.where(live, mo, mode[i])
-        if rotations.shape[0] > 0:
+        if found.rotations.shape[0] > 0:
             back = time - until
-            for i in range(LANE_WIDTH):
-                at = theta[i] - wp.where(mode[i] == ROCKING, back * omega[i], real(0.0))
-                rotations[sample, first + i] = at
-    for i in range(LANE_WIDTH):
-        result = Result()
-        result.theta = theta[i]
-        result.slide = slide_of(blocks[first + i], x[i], theta[i])
-        result.peak = peak[i]
-        result.peak_time = peak_time[i]
-        result.peak_slide = peak_slide[i]
-        result.uplift_time = uplift_time[i]
-        result.moved = moved[i]
-        result.loss = loss[i]
-        result.jolt = jolt[i]
-        result.supplied = supplied[i]
-        result.returned = returned[i]
-        result.deepest = deepest[i]
-        result.impacts = impacts[i]
-        result.mode = mode[i]
-        result.steps = steps[i]
-        results[first + i] = result
-
-
-@wp.kernel
-def plain(
-    blocks: wp.array(dtype=Block),
-    motions: wp.array(dtype=Motion),
-    pool: wp.array2d(dtype=real),
-    starts: wp.array(dtype=real),
-    sample_times: wp.array(dtype=real),
-    knobs: Knobs,
-    results: wp.array(dtype=Result),
-    rotations: wp.array2d(dtype=real),
-):
-    """Runs one lane a thread, on any device."""
-    lane = wp.tid()
-    block = blocks[lane]
-    m = motions[lane]
-    theta = starts[lane]
-    x = -slide_of(block, real(0.0), theta)
-    z = height_of(block, theta)
-    vx = real(0.0)
-    vz = HALF * knobs.time_step * knobs.gravity
-    omega = real(0.0)
-    n1 = carried(-theta, knobs)
-    f1 = real(0.0)
-    n2 = carried(theta, knobs)
-    f2 = real(0.0)
-    loss, given, jolt, supplied = real(0.0), real(0.0), real(0.0), real(0.0)
-    taken, returned, deepest = real(0.0), real(0.0), real(0.0)
-    base = real(0.0)
-    peak = size(theta)
-    peak_time = real(0.0)
-    peak_slide = real(0.0)
-    uplift_time = real(wp.where(theta == real(0.0), NEVER, real(0.0)))
-    moved, since = real(0.0), real(0.0)
-    impacts, apart1, apart2 = int(0), int(0), int(0)
-    mode = int(ROCKING)
-    k = int(0)
-    time = real(0.0)
-    for sample in range(sample_times.shape[0]):
-        until = sample_times[sample]
-        while time < until and mode == ROCKING:
-            k += 1
-            time = real(k) * knobs.time_step
-            half = time - HALF * knobs.time_step
-            place = sample_index(m, sample_segment(m, half))
-            moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
-            qx, qz, qt, ux, uz, uo, p1, t1, p2, t2, lo, gap, gap1, gap2 = step(
-                block, knobs, moving - base, x, z, theta, vx, vz, omega, n1, f1, n2, f2, loss
-            )
-            mo, pk, pt, ps = observe(
-                mode, time, qt, uo, slide_of(block, qx, qt), peak, peak_time, peak_slide
-            )
-            watch(
-                True, time, limit_of(block, knobs, uo), p1, gap1, p2, gap2,
-                glides(block, knobs, ux, uo), since, apart1, apart2, uplift_time, moved, impacts,
-            )  # fmt: skip
-            x = qx
-            z = qz
-            theta = qt
-            dv = moving - base
-            given = given - HALF * dv * (vx + ux)
-            vx = ux
-            vz = uz
-            omega = uo
-            n1 = p1
-            f1 = t1
-            n2 = p2
-            f2 = t2
-            loss = lo
-            base = moving
-            book(dv, given, loss, jolt, supplied, taken, returned)
-            mode = mo
-            peak = pk
-            peak_time = pt
-            peak_slide = ps
-            deepest = larger(-gap, deepest)
-        if rotations.shape[0] > 0:
-            back = wp.where(mode == ROCKING, time - until, real(0.0))
-            rotations[sample, lane] = theta - back * omega
-    result = Result()
-    result.theta = theta
-    result.slide = slide_of(block, x, theta)
-    result.peak = peak
-    result.peak_time = peak_time
-    result.peak_slide = peak_slide
-    result.uplift_time = uplift_time
-    result.moved = moved
-    result.loss = loss
-    result.jolt = jolt
-    result.supplied = supplied
-    result.returned = returned
-    result.deepest = deepest
-    result.impacts = impacts
-    result.mode = mode
-    result.steps = k
-    results[lane] = result
+            for i in range(LANES):
+                at = theta[i] - wp.where(mode[i] == RUNNING, back * omega[i], real(0.0))
+                found.rotations[sample, 0, first + i] = at
+    for i in range(LANES):
+        found.results[first + i] = Result(
+            uplift_time[i], moved[i], loss[i], jolt[i], supplied[i], returned[i], deepest[i],
+            impacts[i], mode[i], steps[i],
+        )  # fmt: skip
+        slide = slide_of(blocks[0, first + i], x[i], theta[i])
+        found.blocks[0, first + i] = BlockResult(slide, peak[i], peak_time[i], peak_slide[i])

@@ -36,37 +36,14 @@ it, the corners being visited in turn, has always the same sign.
 Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 """
 
-# A func leaves what it finds in the names that it takes by reference.
-# ruff: noqa: F841
-
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-FRICTION: str
-
-OPTIONS = module_options(interleave=1)
-"""A corner's values fill the registers; the processor overlaps the vectors of a pack by itself."""
-
-wp.set_module_options(OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-larger, smaller, sign_of = scalar.larger, scalar.smaller, scalar.sign_of
-shape = kernel_module("shape/space", precision=PRECISION)
-parting = kernel_module("parting", precision=PRECISION)
-slack, CREEP = parting.slack, parting.CREEP
-matrix_of, inverse_inertia = shape.matrix_of, shape.inverse_inertia
-turn_freely = shape.turn_freely
+from warprock.kernels.parting import CREEP, slack
+from warprock.kernels.shape.space import inverse_inertia, matrix_of, turn_freely
 
 CONE = FRICTION == "cone"
 """Whether friction is bound as a cone, else as a box along x and y."""
-HALF = real(0.5)
 FAR = real(1.0e30)
-TINY = real(1.0e-30)
-"""Square of an impulse [m^2/s^2] below which it has no direction."""
 
 
 @wp.struct

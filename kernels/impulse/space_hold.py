@@ -18,31 +18,13 @@ others tried; then those must not sink. A block on three corners, and what slide
 sweeps.
 """
 
-# A func leaves what it finds in the names that it takes by reference.
-
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.impulse.space import Knobs, holds
+from warprock.kernels.shape.space import inverse_inertia, matrix_of
 
-real: Any
-PRECISION: str
-FRICTION: str
-
-impulse = kernel_module("impulse/space", precision=PRECISION, friction=FRICTION)
-wp.set_module_options(impulse.OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-shape = kernel_module("shape/space", precision=PRECISION)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-matrix_of, inverse_inertia = shape.matrix_of, shape.inverse_inertia
-holds, Knobs = impulse.holds, impulse.Knobs
-
-HALF = real(0.5)
 QUARTER = real(0.25)
-TINY = real(1.0e-30)
-"""Keeps a quotient by zero finite."""
-WITHIN = real({"float64": 1.0 - 1.0e-12, "float32": 1.0 - 1.0e-5}[PRECISION])
+WITHIN = by_precision(1.0 - 1.0e-12, 1.0 - 1.0e-5)
 """Part of the friction's bound up to which a corner sticks here: a sweep lets it, too."""
 EVEN = real(1.0e-9)
 """Part of gravity's velocity in a step by which four corners may aim at no plane."""

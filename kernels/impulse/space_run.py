@@ -9,42 +9,26 @@ nothing there, to the last bit.
 When a block rocks, lands and lifts says `spatial_impulse_seen`.
 """
 
-# A func leaves what it finds in the names that it takes by reference.
-# ruff: noqa: F841
-
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.impulse.space import (
+    Knobs,
+    advance,
+    approach,
+    exchange,
+    prepare,
+    press,
+    set_out,
+)
+from warprock.kernels.impulse.space_hold import hold
+from warprock.kernels.impulse.space_seen import glides, observe, stands, witness
+from warprock.kernels.instance import ONE_VECTOR
+from warprock.kernels.modes import RUNNING
+from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.shape.space import Block, turn_freely, turns_of
+from warprock.kernels.shape.space_found import BlockResult, Found, Result
 
-real: Any
-PRECISION: str
-MOTION: str
-LANES: int
-FRICTION: str
-
-impulse = kernel_module("impulse/space", precision=PRECISION, friction=FRICTION)
-wp.set_module_options(impulse.OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-shape = kernel_module("shape/space", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-found_of = kernel_module("shape/space_found", precision=PRECISION)
-larger, smaller, size, sign_of = scalar.larger, scalar.smaller, scalar.size, scalar.sign_of
-Block, turns_of, turn_freely = shape.Block, shape.turns_of, shape.turn_freely
-BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
-Motion, base_velocity = motion.Motion, motion.velocity
-sample_index, sample_segment = motion.sample_index, motion.sample_segment
-Knobs, set_out, exchange, approach = (
-    impulse.Knobs, impulse.set_out, impulse.exchange, impulse.approach,
-)  # fmt: skip
-prepare, press, advance = impulse.prepare, impulse.press, impulse.advance
-hold = kernel_module("impulse/space_hold", precision=PRECISION, friction=FRICTION).hold
-seen = kernel_module("impulse/space_seen", precision=PRECISION, friction=FRICTION)
-glides, stands, witness, observe = seen.glides, seen.stands, seen.witness, seen.observe
-
-HALF = real(0.5)
-NEVER, ROCKING = seen.NEVER, seen.ROCKING
+wp.set_module_options(ONE_VECTOR)
 
 R = wp.types.vector(length=LANES, dtype=real)
 """A number a lane."""
@@ -98,7 +82,7 @@ def begin(
     lean_y = sign_of(block.centre_y)
     flat = block.standing == real(4.0)
     uplift_time = wp.where(flat, NEVER, real(0.0))
-    mode = ROCKING
+    mode = RUNNING
     r13 = real(2.0) * (block.qx * block.qz + block.qy * block.qw)
     r23 = real(2.0) * (block.qy * block.qz - block.qx * block.qw)
     r33 = real(1.0) - real(2.0) * (block.qx * block.qx + block.qy * block.qy)
@@ -179,7 +163,7 @@ def move(
     peak_slide: wp.ref[real],
 ):  # fmt: skip
     """Moves a block by a step, and looks at it; see `advance` and `observe`."""
-    live = mode == ROCKING
+    live = mode == RUNNING
     advance(
         live, knobs, ix, iy, iz, dvx, dvy, dvz, ux, uy, uz, ox, oy, oz, lowest,
         x, y, z, qx, qy, qz, qw, vx, vy, vz, lx, ly, lz, loss,
@@ -207,7 +191,7 @@ def shown(
 
 
 @wp.kernel
-def spatial(
+def run_lanes(
     blocks: wp.array2d(dtype=Block), motions: wp.array2d(dtype=Motion),
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
@@ -304,7 +288,7 @@ def spatial(
                 )  # fmt: skip
         for i in range(wp.where(found.attitudes.shape[0] > 0, LANES, 0)):
             q = shown(
-                mode[i] == ROCKING, sample_times[sample] - time, qx[i], qy[i], qz[i], qw[i], lx[i],
+                mode[i] == RUNNING, sample_times[sample] - time, qx[i], qy[i], qz[i], qw[i], lx[i],
                 ly[i], lz[i], ix[i], iy[i], iz[i],
             )  # fmt: skip
             for d in range(4):

@@ -5,30 +5,11 @@ carries again, an edge at once. It stands flat while two opposite corners carry,
 since it did not. It moves while it rocks or slides, see `slips`.
 """
 
-# A func leaves what it finds in the names that it takes by reference.
-
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
-
-real: Any
-PRECISION: str
-FRICTION: str
-
-impulse = kernel_module("impulse/space", precision=PRECISION, friction=FRICTION)
-wp.set_module_options(impulse.OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-shape = kernel_module("shape/space", precision=PRECISION)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-Block, slide_of, turns_of = shape.Block, shape.slide_of, shape.turns_of
-Knobs, slips = impulse.Knobs, impulse.slips
-
-NEVER = real(1.0e30)
-ROCKING = 1
-OVERTURNED = 2
-BROKEN = 3
+from warprock.kernels.impulse.space import Knobs, slips
+from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
+from warprock.kernels.shape.space import Block, matrix_of, slide_of, turns_of
 
 
 @wp.func
@@ -88,7 +69,7 @@ def observe(
 
     `speed` is a sum of its velocities, which is finite only if they are.
     """
-    r11, r12, r13, r21, r22, r23, r31, r32, r33 = shape.matrix_of(qx, qy, qz, qw)
+    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
     tan_x, tan_y, tilt, yaw = turns_of(block, r13, r23, r33, qz, qw)
     away_x, away_y = slide_of(block, x, y, r11, r12, r13, r21, r22, r23, r31, r32)
     higher = live and tan_x > peak
@@ -101,5 +82,5 @@ def observe(
     slide_y = wp.where(live, away_y, slide_y)
     peak_slide = wp.where(live, larger(away_x * away_x + away_y * away_y, peak_slide), peak_slide)
     total = x + y + z + r33 + qw + speed
-    found = wp.where(r33 <= real(0.0), OVERTURNED, ROCKING)
+    found = wp.where(r33 <= real(0.0), OVERTURNED, RUNNING)
     mode = wp.where(live, wp.where(total - total == real(0.0), found, BROKEN), mode)

@@ -15,30 +15,12 @@ that stands on it along its normal, but for the 2 g dt^2 that one step of fallin
 Angular momenta and moments of inertia are those for unit mass, impulses are in N s.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
+from warprock.kernels.impulse.space import Knobs, drag, holds, slip_gains, stop_gains
+from warprock.kernels.shape.faces import SLOTS, Vector, corner, mirrored
+from warprock.kernels.shape.space import Block, inverse_inertia, matrix_of
 
-real: Any
-PRECISION: str
-BLOCKS: int
-FRICTION: str
-
-STACK_OPTIONS = {**module_options(), "max_unroll": 0}
-"""Loops over blocks and contacts stay loops: their bodies are long."""
-
-wp.set_module_options(STACK_OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-faces = kernel_module("shape/faces", precision=PRECISION)
-shape = kernel_module("shape/space", precision=PRECISION)
-impulse = kernel_module("impulse/space", precision=PRECISION, friction=FRICTION)
-larger, smaller = scalar.larger, scalar.smaller
-Knobs, side_of, drag, holds = impulse.Knobs, impulse.side_of, impulse.drag, impulse.holds
-slip_gains, stop_gains = impulse.slip_gains, impulse.stop_gains
-Block, matrix_of, inverse_inertia = shape.Block, shape.matrix_of, shape.inverse_inertia
-Vector = faces.Vector
 FAR = real(1.0e30)
 
 GROUND_FACE = real(1.0e9)
@@ -65,9 +47,9 @@ Points = wp.types.matrix(shape=(CONTACTS * BLOCKS, 3), dtype=real)
 PointGains = wp.types.matrix(shape=(CONTACTS * BLOCKS, 12), dtype=real)
 PointNumbers = wp.types.vector(length=CONTACTS * BLOCKS, dtype=real)
 PointInts = wp.types.vector(length=CONTACTS * BLOCKS, dtype=int)
-Corners = wp.types.matrix(shape=(faces.SLOTS, 3), dtype=real)
+Corners = wp.types.matrix(shape=(SLOTS, 3), dtype=real)
 Chosen = wp.types.vector(length=CONTACTS, dtype=int)
-CornerNumbers = wp.types.vector(length=faces.SLOTS, dtype=real)
+CornerNumbers = wp.types.vector(length=SLOTS, dtype=real)
 
 
 @wp.func
@@ -232,7 +214,7 @@ def fastest_slip(
 def visited(slot: int, lean: Vector) -> int:
     """Slot that is visited in the turn of another, where a block leans to the sides given."""
     zero = real(0.0)
-    return faces.mirrored(slot, wp.where(lean[0] < zero, 1, 0), wp.where(lean[1] < zero, 1, 0))
+    return mirrored(slot, wp.where(lean[0] < zero, 1, 0), wp.where(lean[1] < zero, 1, 0))
 
 
 @wp.func
@@ -260,10 +242,8 @@ def shared(block: Block, below: Block, m: Matrix, c: Vector, lean: Vector):
     e = Vector(sx * sy * m[0, 1], m[1, 1], sy * m[2, 1])
     places, gaps, there, s = Corners(), CornerNumbers(), int(0), int(0)
     # A face whose corners all lie over the other shares them alone.
-    while s < wp.where(there == WHOLE, UPPER, int(faces.SLOTS)):
-        point, exists = faces.corner(
-            s, middle, d, e, block.width, block.depth, below.width, below.depth
-        )
+    while s < wp.where(there == WHOLE, UPPER, int(SLOTS)):
+        point, exists = corner(s, middle, d, e, block.width, block.depth, below.width, below.depth)
         t = visited(s, lean)
         places[t] = Vector(
             sx * point[0] - below.centre_x, sy * point[1] - below.centre_y, point[2] + below.height
@@ -292,7 +272,7 @@ def touched(gaps: CornerNumbers, there: int, lean: Vector, was: int, knobs: Knob
     zero = real(0.0)
     slack = real(2.0) * knobs.time_step * knobs.time_step * knobs.gravity
     chosen, number, wide, lands, deep = Chosen(), int(0), int(0), int(0), real(-FAR)
-    slots = wp.where(there == WHOLE, UPPER, int(faces.SLOTS))
+    slots = wp.where(there == WHOLE, UPPER, int(SLOTS))
     for s in range(slots):
         t = visited(s, lean)
         bit = 1 << t

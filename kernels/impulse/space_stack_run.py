@@ -10,48 +10,42 @@ again. A stack moves while an interface rocks or slides, see `slips` of `spatial
 when two faces share nothing, or a block leans by a right angle, also against what it stands on.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.impulse.space import Knobs, side_of, slips
+from warprock.kernels.impulse.space_stack import (
+    GROUND_FACE,
+    Attitude,
+    Axes,
+    Bodies,
+    Matrix,
+    Numbers,
+    PointInts,
+    PointNumbers,
+    Points,
+    axis_of,
+    fastest_slip,
+    frame,
+    rows_of,
+    shared,
+    solved,
+    touched,
+    weighted,
+)
+from warprock.kernels.instance import LOOPS_STAY
+from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
+from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.shape.faces import Vector
+from warprock.kernels.shape.space import Block, slide_of, turn_freely, turns_of
+from warprock.kernels.shape.space_found import BlockResult, Found, Result
 
-real: Any
-PRECISION: str
-MOTION: str
-BLOCKS: int
-LANES: int
-FRICTION: str
+wp.set_module_options(LOOPS_STAY)
 
-stack = kernel_module("impulse/space_stack", precision=PRECISION, blocks=BLOCKS, friction=FRICTION)
-wp.set_module_options(stack.STACK_OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-shape = kernel_module("shape/space", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-found_of = kernel_module("shape/space_found", precision=PRECISION)
-larger, smaller = scalar.larger, scalar.smaller
-Block, slide_of, turns_of, turn_freely = (
-    shape.Block, shape.slide_of, shape.turns_of, shape.turn_freely,
-)  # fmt: skip
-BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
-Motion, base_velocity = motion.Motion, motion.velocity
-sample_index, sample_segment = motion.sample_index, motion.sample_segment
-Vector, Matrix, Attitude = stack.Vector, stack.Matrix, stack.Attitude
-Bodies, Numbers, Axes, Points = stack.Bodies, stack.Numbers, stack.Axes, stack.Points
-PointNumbers, PointInts = stack.PointNumbers, stack.PointInts
-Knobs, frame, weighted, axis_of = stack.Knobs, stack.frame, stack.weighted, stack.axis_of
-rows_of, solved, shared, touched = stack.rows_of, stack.solved, stack.shared, stack.touched
-side_of, slips, fastest_slip = stack.side_of, stack.impulse.slips, stack.fastest_slip
-GROUND_FACE = stack.GROUND_FACE
+LANES = 1
+"""Lanes that a thread runs."""
 
-HALF = real(0.5)
-NEVER = real(1.0e30)
 SETTLING = 20000
 """Most sweeps of the solve before the run; they end once impulses are those of the rest."""
-ROCKING = 1
-OVERTURNED = 2
-BROKEN = 3
-SLID_OFF = 4
 
 Attitudes = wp.types.matrix(shape=(BLOCKS + 1, 4), dtype=real)
 Kept = wp.types.matrix(shape=(16 * BLOCKS, 3), dtype=real)
@@ -90,10 +84,10 @@ def became(mode: int, total: real, shares: int, r: Matrix, m: Matrix) -> int:
         m: The same as seen from what it stands on.
     """
     sums = total + r[2, 2]
-    found = wp.where(shares != 0, ROCKING, SLID_OFF)
+    found = wp.where(shares != 0, RUNNING, SLID_OFF)
     found = wp.where(smaller(r[2, 2], m[2, 2]) <= real(0.0), OVERTURNED, found)
     found = wp.where(sums - sums == real(0.0), found, BROKEN)
-    return wp.where(mode == ROCKING, found, mode)
+    return wp.where(mode == RUNNING, found, mode)
 
 
 @wp.func
@@ -171,7 +165,7 @@ def advance(
 
 
 @wp.kernel
-def spatial(
+def run_lanes(
     blocks: wp.array2d(dtype=Block), motions: wp.array2d(dtype=Motion),
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
@@ -182,7 +176,7 @@ def spatial(
     mu, light, load, apart, there = Numbers(), Numbers(), Numbers(), Ints(), Ints()
     base, dv, hint, ru, rl, p = Vector(), Vector(), Vector(), Points(), Points(), Points()
     gap, body, key, kept = PointNumbers(), PointInts(), PointInts(), Kept()
-    bodies, count, steps, mode, impacts = int(BLOCKS + 1), int(-1), int(0), int(ROCKING), int(0)
+    bodies, count, steps, mode, impacts = int(BLOCKS + 1), int(-1), int(0), int(RUNNING), int(0)
     uplift_time = NEVER
     time, moved, loss, deepest = -dt, real(0.0), real(0.0), real(0.0)
     for i in range(3):
@@ -199,7 +193,7 @@ def spatial(
         lean[k] = Vector(block.flat_x + block.centre_x, block.flat_y + block.centre_y, zero)
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
-        while mode == ROCKING and time < until:
+        while mode == RUNNING and time < until:
             count += 1
             time = real(count) * dt
             half = larger(time - HALF * dt, HALF * dt)
@@ -270,7 +264,7 @@ def spatial(
             moved = wp.where(lifted != 0 or (count > 0 and slides), time, moved)
             uplift_time = wp.where(lifted != 0, smaller(uplift_time, time), uplift_time)
         if found.attitudes.shape[0] > 0:
-            past = wp.where(mode == ROCKING, smaller(until - time, zero), zero)
+            past = wp.where(mode == RUNNING, smaller(until - time, zero), zero)
             for k in range(1, bodies):
                 q = back(blocks[k - 1, lane], attitude[k], spin[k], past)
                 for i in range(4):

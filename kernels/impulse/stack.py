@@ -31,27 +31,9 @@ make.
 Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 """
 
-# A func leaves what it finds in the names that it takes by reference.
-# ruff: noqa: F841
-
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-
-STACK_OPTIONS = module_options(interleave=1)
-"""A point's values fill the registers; the processor overlaps the vectors of a pack by itself."""
-
-wp.set_module_options(STACK_OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-alone = kernel_module("cone", precision=PRECISION).alone
-larger, smaller = scalar.larger, scalar.smaller
-sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
-in_range = scalar.in_range
+from warprock.kernels.cone import alone
 
 GROUND_FACE = real(1.0e9)
 """Half width of the ground's face [m]: no block reaches its ends."""

@@ -9,36 +9,26 @@ A run begins with SETTLING solves at the start; for what it shares with other st
 `stack_run`.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.account import book
+from warprock.kernels.impulse.stack import Knobs, approach, give_back, press, set_out, travel, work
+from warprock.kernels.instance import ONE_VECTOR
+from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.shape.stack_found import BlockResult, Found, Result
+from warprock.kernels.shape.stack_run import (
+    Block,
+    Stack,
+    begin,
+    kept_of,
+    ride,
+    set_up,
+    shown,
+    witness,
+)
 
-real: Any
-PRECISION: str
-MOTION: str
-ITERATIONS: int
-BLOCKS: int
-LANES: int
+wp.set_module_options(ONE_VECTOR)
 
-scalar = kernel_module("scalar", precision=PRECISION)
-found_of = kernel_module("shape/stack_found", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-account = kernel_module("account", precision=PRECISION)
-impulse = kernel_module("impulse/stack", precision=PRECISION)
-run = kernel_module("shape/stack_run", precision=PRECISION)
-wp.set_module_options(impulse.STACK_OPTIONS)
-larger, book = scalar.larger, account.book
-BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
-Motion, base_velocity = motion.Motion, motion.velocity
-sample_index, sample_segment = motion.sample_index, motion.sample_segment
-Knobs, set_out, approach, press = impulse.Knobs, impulse.set_out, impulse.approach, impulse.press
-give_back, travel, work = impulse.give_back, impulse.travel, impulse.work
-Block, Stack, begin, set_up, kept_of = run.Block, run.Stack, run.begin, run.set_up, run.kept_of
-ride, witness, shown = run.ride, run.witness, run.shown
-
-HALF = real(0.5)
 SETTLING = 200
 """Solves before the run. A stack that stands flat starts from its statics, and needs none."""
 
@@ -75,7 +65,7 @@ def advance(
 
 
 @wp.kernel
-def stacks(
+def run_lanes(
     blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip

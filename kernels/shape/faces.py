@@ -15,24 +15,11 @@ The gap of a corner is its height above the lower face, on the upper one. Faces 
 one another share the upper face's corners: the lower face counts as larger by a part SAME.
 """
 
-from typing import Any
-
 import warp as wp
-
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-
-wp.set_module_options({**module_options(), "max_unroll": 0})
-scalar = kernel_module("scalar", precision=PRECISION)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
 
 SLOTS = 16
 SAME = real(1.0e-6)
 """Part of a face by which another may reach beyond it and still count as on it."""
-TINY = real(1.0e-30)
-"""Direction along which an edge counts as running parallel to another."""
 
 Vector = wp.types.vector(length=3, dtype=real)
 

@@ -14,23 +14,11 @@ the energy stays bounded. A block that turns about one of its axes alone does so
 Dullweber, Leimkuhler and McLachlan (1997), Eq. 13 f.
 """
 
-from typing import Any
-
 import warp as wp
-
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-larger, smaller, sine, cosine = scalar.larger, scalar.smaller, scalar.sine, scalar.cosine
 
 TOUCH = real(1.0e-4)
 """Corners that lie this part of the half width above the lowest one count as touching, where a
 slide is told: a face that leans by less touches with all of its corners."""
-NEVER = real(1.0e30)
 FALLS = real(0.5)
 """Height of the top of a block's axis, as a part of its length, below which the block falls: it
 leans by more than 60 degrees."""

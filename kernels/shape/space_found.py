@@ -4,16 +4,7 @@ Rotations are kept as tangents, which need no trigonometric function; the host t
 angles.
 """
 
-from typing import Any
-
 import warp as wp
-
-from warprock.kernels.instance import module_options
-
-real: Any
-PRECISION: str
-
-wp.set_module_options(module_options())
 
 
 @wp.struct

@@ -13,22 +13,7 @@ interface. The place of a contact is one number, its *anchor*: the corner's coor
 it touches, or `along` of a closed interface. It changes by sliding alone.
 """
 
-from typing import Any
-
 import warp as wp
-
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-BLOCKS: int
-
-STACK_OPTIONS = {**module_options(), "max_unroll": 0}
-"""Loops over blocks stay loops: their bodies are long, and a lane has a thread of its own."""
-
-wp.set_module_options(STACK_OPTIONS)
-scalar = kernel_module("scalar", precision=PRECISION)
-size = scalar.size
 
 OPEN = 0
 PLUS = 1

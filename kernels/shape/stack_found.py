@@ -1,15 +1,6 @@
 """What a run of a stack leaves behind, for one precision: the same of all stepped engines."""
 
-from typing import Any
-
 import warp as wp
-
-from warprock.kernels.instance import module_options
-
-real: Any
-PRECISION: str
-
-wp.set_module_options(module_options())
 
 
 @wp.struct

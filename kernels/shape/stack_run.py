@@ -10,34 +10,11 @@ A func takes the entries of the matrices of a run, and what it finds it leaves i
 takes as `wp.ref`.
 """
 
-# A func leaves what it finds in the names that it takes by reference.
-# ruff: noqa: F841
-
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
-
-real: Any
-PRECISION: str
-
-scalar = kernel_module("scalar", precision=PRECISION)
-impulse = kernel_module("impulse/stack", precision=PRECISION)
-parting = kernel_module("parting", precision=PRECISION)
-wp.set_module_options(impulse.STACK_OPTIONS)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-sine, cosine = scalar.sine, scalar.cosine
-meet, stand, GROUND_FACE = impulse.meet, impulse.stand, impulse.GROUND_FACE
-slack, slides, watch = parting.slack, parting.slides, parting.watch
-
-HALF_PI = real(1.5707963267948966)
-HALF = real(0.5)
-NEVER = real(1.0e30)
-ROCKING = 1
-OVERTURNED = 2
-BROKEN = 3
-SLID_OFF = 4
+from warprock.kernels.impulse.stack import GROUND_FACE, meet, stand
+from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
+from warprock.kernels.parting import slack, slides, watch
 
 
 @wp.struct
@@ -82,7 +59,7 @@ def begin(
     face = GROUND_FACE
     c = real(1.0)
     uplift_time = stack.uplift_time
-    mode = ROCKING
+    mode = RUNNING
 
 
 @wp.func
@@ -130,7 +107,7 @@ def ride(
     hint = v - base
     dv = wp.where(count > 0, v - base, real(0.0))
     base = wp.where(count > 0, v, base)
-    live = wp.where(count > 0 and mode == ROCKING, 1, 0)
+    live = wp.where(count > 0 and mode == RUNNING, 1, 0)
     steps = steps + live
 
 
@@ -153,7 +130,7 @@ def became(theta: real, turn: real, overlap: real, total: real) -> int:
     A block has overturned, too, once it has turned by a right angle against what it stands on.
     """
     zero = real(0.0)
-    stands = wp.where(overlap <= zero, SLID_OFF, ROCKING)
+    stands = wp.where(overlap <= zero, SLID_OFF, RUNNING)
     over = larger(size(theta), size(turn)) >= HALF_PI
     return wp.where(total - total == zero, wp.where(over, OVERTURNED, stands), BROKEN)
 
@@ -215,7 +192,7 @@ def witness(
     slide = slid
     peak_slide = wp.where(live, larger(size(slid), peak_slide), peak_slide)
     found = became(theta, turn, overlap, theta + ux + uz + uo + overlap)
-    mode = wp.where(live and mode == ROCKING, found, mode)
+    mode = wp.where(live and mode == RUNNING, found, mode)
 
 
 @wp.func
@@ -225,4 +202,4 @@ def shown(mode: int, past: real, theta: real, omega: real) -> real:
     Nothing stops the velocities of a lane that has ended, they need not be finite.
     """
     back = larger(past, real(0.0)) * omega
-    return theta - wp.where(mode == ROCKING, back, real(0.0))
+    return theta - wp.where(mode == RUNNING, back, real(0.0))

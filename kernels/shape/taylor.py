@@ -4,19 +4,10 @@ A polynomial is eleven scalars, so that the compiler keeps it in registers: a ve
 would keep the loop over lanes from being vectorised.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import module_options
-
-real: Any
-PRECISION: str
-
-wp.set_module_options(module_options())
-
 NEWTON_STEPS = 6
-CONVERGED = real({"float64": 1.0e-8, "float32": 3.0e-4}[PRECISION])
+CONVERGED = by_precision(1.0e-8, 3.0e-4)
 """A last Newton change below this part of the root leaves an error of its square: round-off."""
 
 

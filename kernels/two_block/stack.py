@@ -13,46 +13,42 @@ next swing would stay below `rest_rotation`. The infinitely many impacts that it
 neither counted nor given their time.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
+from warprock.kernels.modes import BROKEN, OVERTURNED
+from warprock.kernels.two_block.stack_contact import ADMISSIBLE, after_force, after_impulse, settled
+from warprock.kernels.two_block.stack_mechanics import (
+    ROUND_OFF,
+    Block,
+    Pair,
+    Stack,
+    accelerations,
+    ground_pulls,
+    interface_pulls,
+    kinetic_energy,
+    reactions,
+)
+from warprock.kernels.two_block.stack_series import (
+    Series,
+    bearing_series,
+    closing,
+    derived,
+    first_crossing,
+    root,
+    sure_step,
+    value,
+)
 
-real: Any
-PRECISION: str
-
-wp.set_module_options(module_options())
-contact = kernel_module("two_block/stack_contact", precision=PRECISION)
-expansion = kernel_module("two_block/stack_series", precision=PRECISION)
-mechanics = contact.mechanics
-Block, Stack, Pair = mechanics.Block, mechanics.Stack, mechanics.Pair
-accelerations, reactions = mechanics.accelerations, mechanics.reactions
-ground_pulls, interface_pulls = mechanics.ground_pulls, mechanics.interface_pulls
-kinetic_energy = mechanics.kinetic_energy
-size, smaller, larger = mechanics.size, mechanics.smaller, mechanics.scalar.larger
-sign_of = mechanics.scalar.sign_of
-after_impulse, after_force, settled = contact.after_impulse, contact.after_force, contact.settled
-ADMISSIBLE = contact.ADMISSIBLE
-Series, motion_series = expansion.Series, expansion.motion_series
-bearing_series, sure_step = expansion.bearing_series, expansion.sure_step
-value, derived, root = expansion.value, expansion.derived, expansion.root
-first_crossing, closing = expansion.first_crossing, expansion.closing
-
-LIVE, OVERTURNED, BROKEN, STALLED = 0, 1, 2, 3
-"""Modes of a lane."""
 NOTHING, GROUND, INTERFACE, OPENING, FALL = 0, 1, 2, 3, 4
 """Events that end a step."""
 
-HALF_PI = real(1.5707963267948966)
-NEVER = real(1.0e30)
-TOLERANCE = real({"float64": 1.0e-14, "float32": 1.0e-7}[PRECISION])
+TOLERANCE = by_precision(1.0e-14, 1.0e-7)
 """Largest last term of a rotation's series in a step [rad]."""
-TOUCHING = real({"float64": 1.0e-14, "float32": 1.0e-7}[PRECISION])
+TOUCHING = by_precision(1.0e-14, 1.0e-7)
 """Gap [rad] below which a second contact that closes takes part in an impact."""
-OVERSTEP = real({"float64": 1.0e-9, "float32": 1.0e-5}[PRECISION])
+OVERSTEP = by_precision(1.0e-9, 1.0e-5)
 """Time by which the opening of a contact is overstepped, so that its cause is clear [s]."""
-SLACK = real(2.0) * mechanics.ROUND_OFF
+SLACK = real(2.0) * ROUND_OFF
 
 
 @wp.struct

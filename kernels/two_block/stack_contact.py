@@ -10,24 +10,24 @@ none, the one that dissipates least is taken, of the admissible ones or of those
 corners open. Forces choose by the same conditions, with accelerations for the velocities.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-
-wp.set_module_options(module_options())
-mechanics = kernel_module("two_block/stack_mechanics", precision=PRECISION)
-Block, Stack, Pair, Places = mechanics.Block, mechanics.Stack, mechanics.Pair, mechanics.Places
-equations, solved, cross_terms = mechanics.equations, mechanics.solved, mechanics.cross_terms
-accelerations, of_centres = mechanics.accelerations, mechanics.of_centres
-reactions, least_margin = mechanics.reactions, mechanics.least_margin
-ground_pulls, interface_pulls = mechanics.ground_pulls, mechanics.interface_pulls
-kinetic_energy = mechanics.kinetic_energy
-sine, cosine = mechanics.sine, mechanics.cosine
+from warprock.kernels.two_block.stack_mechanics import (
+    Block,
+    Pair,
+    Places,
+    Stack,
+    accelerations,
+    cross_terms,
+    equations,
+    ground_pulls,
+    interface_pulls,
+    kinetic_energy,
+    least_margin,
+    of_centres,
+    reactions,
+    solved,
+)
 
 NONE, OPENED, ADMISSIBLE = 0, 1, 2
 """Ranks of a candidate."""

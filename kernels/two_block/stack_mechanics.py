@@ -22,19 +22,7 @@ M22 loses c where the interface is closed. A glued pair obeys the sum of both eq
 d = 0; above a flat lower block only the second one is left.
 """
 
-from typing import Any
-
 import warp as wp
-
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-
-wp.set_module_options(module_options())
-scalar = kernel_module("scalar", precision=PRECISION)
-size, smaller = scalar.size, scalar.smaller
-sine, cosine = scalar.sine, scalar.cosine
 
 Pair = wp.types.vector(length=2, dtype=real)
 """One value a block, lower first."""
@@ -42,7 +30,7 @@ Places = wp.types.vector(length=4, dtype=real)
 """x and z of the lower block's centre, then of the upper one's."""
 
 LARGE = real(1.0e30)
-ROUND_OFF = real({"float64": 1.0e-12, "float32": 1.0e-5}[PRECISION])
+ROUND_OFF = by_precision(1.0e-12, 1.0e-5)
 """Part of the largest moment of a reaction that counts as zero."""
 
 

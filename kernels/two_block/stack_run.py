@@ -4,27 +4,19 @@ A sample inside a step is read off the series that the step follows, so that his
 change the run.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
+from warprock.kernels.instance import LOOPS_STAY
+from warprock.kernels.modes import RUNNING, STALLED
+from warprock.kernels.motion import Motion, knot_step, knot_time, sample_index, series
+from warprock.kernels.two_block.stack import checked, regripped, released, shocked, step
+from warprock.kernels.two_block.stack_mechanics import Block, Stack
+from warprock.kernels.two_block.stack_series import Series, motion_series, value
 
-real: Any
-PRECISION: str
-MOTION: str
-LANES: int
+wp.set_module_options(LOOPS_STAY)
 
-wp.set_module_options({**module_options(), "max_unroll": 0})
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-two_block = kernel_module("two_block/stack", precision=PRECISION)
-Motion, series, sample_index = motion.Motion, motion.series, motion.sample_index
-knot_time, knot_step = motion.knot_time, motion.knot_step
-Block, Stack, Series = two_block.Block, two_block.Stack, two_block.Series
-released, regripped, shocked = two_block.released, two_block.regripped, two_block.shocked
-step, checked, motion_series = two_block.step, two_block.checked, two_block.motion_series
-value, smaller = two_block.value, two_block.smaller
-LIVE, STALLED = two_block.LIVE, two_block.STALLED
+LANES = 1
+"""Lanes that a thread runs."""
 
 
 @wp.struct
@@ -74,7 +66,7 @@ def base_series(m: Motion, segment: int, time: real, sample: real, slope: real) 
 
 
 @wp.kernel
-def stacks(
+def run_lanes(
     blocks: wp.array2d(dtype=Block),
     lanes: wp.array(dtype=Stack),
     motions: wp.array(dtype=Motion),
@@ -94,7 +86,7 @@ def stacks(
     samples = wp.where(found.rotations.shape[0] > 0, sample_times.shape[0], 0)
     sample = int(0)
     steps = int(0)
-    while s.mode == LIVE and s.time < knobs.duration:
+    while s.mode == RUNNING and s.time < knobs.duration:
         place = sample_index(m, s.segment)
         knot = knot_time(m, s.segment)
         if s.time >= knot:
@@ -122,7 +114,7 @@ def stacks(
                 found.rotations[sample, 1, lane] = value(x2, tau)
                 sample += 1
             steps += 1
-            if steps >= stack.step_limit and s.mode == LIVE:
+            if steps >= stack.step_limit and s.mode == RUNNING:
                 s.mode = STALLED
     while sample < samples:
         found.rotations[sample, 0, lane] = s.rotation[0]

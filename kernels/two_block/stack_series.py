@@ -6,34 +6,20 @@ of two_block/stack_mechanics.py) are sums by Leibniz's rule. The base's accelera
 degree 8, so the rotations are to degree 10, and with them what the contacts bear to degree 8.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module, module_options
-
-real: Any
-PRECISION: str
-
-wp.set_module_options(module_options())
-mechanics = kernel_module("two_block/stack_mechanics", precision=PRECISION)
-Block, Stack, Pair = mechanics.Block, mechanics.Stack, mechanics.Pair
-equations, solved = mechanics.equations, mechanics.solved
-OVER_9, OVER_10 = mechanics.scalar.OVER_9, mechanics.scalar.OVER_10
-sine, cosine, size = mechanics.sine, mechanics.cosine, mechanics.size
+from warprock.kernels.two_block.stack_mechanics import Block, Pair, Stack, equations, solved
 
 DEGREE = 10
 Series = wp.types.vector(length=DEGREE + 1, dtype=real)
 """Coefficients of powers of the time since the start of a step."""
 
-NEVER = real(1.0e30)
-TINY = real(1.0e-30)
 LOOKS = 4
 """Parts of a step in each of which a watched quantity turns at most once."""
 PART = real(1.0 / LOOKS)
 ROOT_STEPS = 60
 """Most steps towards a root; Newton's method takes some four, halving alone 53."""
-RESOLVED = real({"float64": 4.0e-16, "float32": 2.0e-7}[PRECISION])
+RESOLVED = by_precision(4.0e-16, 2.0e-7)
 """Relative change of a root that ends the search."""
 
 

@@ -52,34 +52,26 @@ et al. (2020) for rigid bodies and the velocity pass; Ryckaert, Ciccotti and Ber
 SHAKE.
 """
 
-# A func leaves what it finds in the names that it takes by reference.
-# ruff: noqa: F841
-
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.cone import alone
+from warprock.kernels.impulse.stack import kick as kick_any
+from warprock.kernels.xpbd.stack_ground import (
+    TURNS as GROUND_TURNS,
+)
+from warprock.kernels.xpbd.stack_ground import (
+    kick as ground_kick,
+)
+from warprock.kernels.xpbd.stack_ground import (
+    meet as ground_meet,
+)
+from warprock.kernels.xpbd.stack_ground import (
+    sweep as ground_sweep,
+)
 
-real: Any
-PRECISION: str
-ITERATIONS: int
-BLOCKS: int
-
-scalar = kernel_module("scalar", precision=PRECISION)
-impulse = kernel_module("impulse/stack", precision=PRECISION)
-wp.set_module_options(impulse.STACK_OPTIONS)
-larger, smaller, size = scalar.larger, scalar.smaller, scalar.size
-sign_of, sine, cosine = scalar.sign_of, scalar.sine, scalar.cosine
-in_range = scalar.in_range
-ground = kernel_module("xpbd/stack_ground", precision=PRECISION, iterations=ITERATIONS)
-alone = kernel_module("cone", precision=PRECISION).alone
-
-TINY = real(1.0e-30)
-"""What a decaying speed or multiplier is taken for nothing at: subnormal numbers are slow."""
 LOOSE = real(1.0e30)
 """Anchor of an end that has slipped or opened: none."""
-TURNS = ground.TURNS if BLOCKS == 1 else 1
+TURNS = GROUND_TURNS if BLOCKS == 1 else 1
 """Sweeps over an interface before the next one is visited: a single block has no other."""
 
 
@@ -200,7 +192,7 @@ def meet_any(
     return nx, nz, au, bu, al, bl, gap, wp.where(inside, al - side * face, side * lface - au)
 
 
-meet, kick = (ground.meet, ground.kick) if BLOCKS == 1 else (meet_any, impulse.kick)
+meet, kick = (ground_meet, ground_kick) if BLOCKS == 1 else (meet_any, kick_any)
 
 
 @wp.func
@@ -354,7 +346,7 @@ def sweep_any(
     t2 = f
 
 
-sweep = ground.sweep if BLOCKS == 1 else sweep_any
+sweep = ground_sweep if BLOCKS == 1 else sweep_any
 
 
 @wp.func

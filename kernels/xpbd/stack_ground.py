@@ -5,21 +5,10 @@ normal is (0, 1) and the ground has no correction. The numbers are those of `xpb
 names and arguments are the same, what concerns the ground is left alone.
 """
 
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import MAX_UNROLL, kernel_module
-
-real: Any
-PRECISION: str
-ITERATIONS: int
-
-scalar = kernel_module("scalar", precision=PRECISION)
-impulse = kernel_module("impulse/stack", precision=PRECISION)
-wp.set_module_options(impulse.STACK_OPTIONS)
-larger, smaller = scalar.larger, scalar.smaller
-alone = kernel_module("cone", precision=PRECISION).alone
+from warprock.kernels.cone import alone
+from warprock.kernels.instance import MAX_UNROLL
 
 TURNS = max(n for n in range(1, MAX_UNROLL + 1) if max(ITERATIONS, 1) % n == 0)
 """Sweeps in one call, written out: there is no other interface to visit."""

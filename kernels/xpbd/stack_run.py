@@ -9,40 +9,26 @@ A run begins with SETTLING solves at the start; for what it shares with other st
 `stack_run`.
 """
 
-# A func leaves what it finds in the names that it takes by reference.
-# ruff: noqa: F841
-
-from typing import Any
-
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.account import book
+from warprock.kernels.instance import ONE_VECTOR
+from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.shape.stack_found import BlockResult, Found, Result
+from warprock.kernels.shape.stack_run import (
+    Block,
+    Stack,
+    begin,
+    kept_of,
+    ride,
+    set_up,
+    shown,
+    witness,
+)
+from warprock.kernels.xpbd.stack import LOOSE, TURNS, Knobs, approach, held, predict, sweep, travel
 
-real: Any
-PRECISION: str
-MOTION: str
-ITERATIONS: int
-BLOCKS: int
-LANES: int
+wp.set_module_options(ONE_VECTOR)
 
-scalar = kernel_module("scalar", precision=PRECISION)
-found_of = kernel_module("shape/stack_found", precision=PRECISION)
-motion = kernel_module("motion", precision=PRECISION, motion=MOTION)
-account = kernel_module("account", precision=PRECISION)
-xpbd = kernel_module("xpbd/stack", precision=PRECISION, iterations=ITERATIONS, blocks=BLOCKS)
-impulse = kernel_module("impulse/stack", precision=PRECISION)
-run = kernel_module("shape/stack_run", precision=PRECISION)
-wp.set_module_options(impulse.STACK_OPTIONS)
-larger, book = scalar.larger, account.book
-BlockResult, Result, Found = found_of.BlockResult, found_of.Result, found_of.Found
-Motion, base_velocity = motion.Motion, motion.velocity
-sample_index, sample_segment = motion.sample_index, motion.sample_segment
-Knobs, predict, approach, sweep = xpbd.Knobs, xpbd.predict, xpbd.approach, xpbd.sweep
-travel, held, TURNS, LOOSE = xpbd.travel, xpbd.held, xpbd.TURNS, xpbd.LOOSE
-Block, Stack, begin, set_up, kept_of = run.Block, run.Stack, run.begin, run.set_up, run.kept_of
-ride, witness, shown = run.ride, run.witness, run.shown
-
-HALF = real(0.5)
 LEVEL = real(1.0)
 """Cosine of the ground's rotation, as predicted, too."""
 SETTLING = 40 * BLOCKS
@@ -111,7 +97,7 @@ def finish(
 
 
 @wp.kernel
-def stacks(
+def run_lanes(
     blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip

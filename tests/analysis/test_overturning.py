@@ -21,7 +21,7 @@ from warprock.cli.main import main
 from warprock.compare.checks import run_checks
 from warprock.errors import InputError
 from warprock.model import rocking
-from warprock.model.motion import GroundMotions, RecordMotions, SpatialMotions, scaled
+from warprock.model.motion import GroundMotions, RecordMotions, SpatialMotions
 from warprock.model.response import Response, SampleTimes, Status
 from warprock.oracle.block import oracle_response
 
@@ -124,7 +124,7 @@ def test_scipy_falls_on_the_same_side_of_every_boundary(tmp_path: pathlib.Path):
     start = lane_set.inputs["normalised_acceleration"].to_numpy()[lanes]
     for side, word in ((1.0 - 1e-4, "below"), (1.0 + 1e-4, "above")):
         factors = rows["acceleration_ratio"].to_numpy() * side / start
-        motions = scaled(lane_set.motions.take(lanes), factors)
+        motions = lane_set.motions.take(lanes).scaled(factors)
         times = SampleTimes(lane_set.times.duration)
         some = lane_set.lanes.take(lanes)
         answer = oracle_response(some, motions, times, rtol=1e-9)
@@ -200,13 +200,13 @@ def test_a_scaled_motion_is_the_motion_of_a_scaled_amplitude(
         found.append(expand_lanes(load_case(file)).motions)
     times = np.linspace(0.0, 3.0, 40)
     one, other = (
-        shaken(scaled(m, np.array([f])), times) for m, f in zip(found, (2.5, 1.0), strict=True)
+        shaken(m.scaled(np.array([f])), times) for m, f in zip(found, (2.5, 1.0), strict=True)
     )
     np.testing.assert_allclose(one, other, rtol=1e-13, atol=1e-15)
     assert np.any(other != 0.0)
     assert isinstance(found[0], SpatialMotions) is space
     if isinstance(found[0], RecordMotions):
-        assert scaled(found[0], np.array([2.0])).pool_acceleration is found[0].pool_acceleration
+        assert found[0].scaled(np.array([2.0])).pool_acceleration is found[0].pool_acceleration
 
 
 def test_pulses_of_any_family_make_a_map(tmp_path: pathlib.Path):

@@ -7,7 +7,7 @@ import pytest
 
 from tests.shared.case_texts import FREE
 from tests.shared.shipped import RUNNABLE_CASES
-from warprock.case import keys as case_keys
+from warprock import quantity
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.case.motions import case_records
@@ -206,9 +206,9 @@ MILLION = (
 
 def test_a_million_lanes_are_judged_by_their_axes(monkeypatch):
     calls = []
-    read = case_keys.parse_any
+    read = quantity.parse_any
     monkeypatch.setattr(
-        case_keys, "parse_any", lambda got, kinds: calls.append(got) or read(got, kinds)
+        quantity, "parse_any", lambda got, kinds: calls.append(got) or read(got, kinds)
     )
     case = load_case("single-sine-pulse", ["motion.control=acceleration", MILLION])
     lane_set = expand_lanes(case)

@@ -15,7 +15,7 @@ from warprock.case.text import template_text
 from warprock.errors import InputError
 from warprock.model import pose
 from warprock.model.lanes import SpatialLanes
-from warprock.model.motion import HarmonicMotions, RecordMotions, SpatialMotions, StillBase, scaled
+from warprock.model.motion import HarmonicMotions, RecordMotions, SpatialMotions, StillBase
 from warprock.model.response import SampleTimes
 from warprock.run.batch import run_batch
 
@@ -283,6 +283,6 @@ def test_normalised_accelerations_are_those_at_which_eccentric_blocks_lift(tmp_p
         column = "normalised_acceleration" + ("_y" if direction == "y" else "")
         unit = 1.0 / found.inputs[column].to_numpy()
         for part, lifts in ((0.99, False), (1.01, True)):
-            motions = scaled(found.motions, part * unit)
+            motions = found.motions.scaled(part * unit)
             response = run_batch("event", found.lanes, motions, SampleTimes(0.15))
             np.testing.assert_array_equal(np.isfinite(response["uplift_time"]), lifts)

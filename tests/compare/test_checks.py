@@ -8,6 +8,7 @@ import json
 import numpy as np
 import pytest
 
+from tests.shared import closed_forms
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.compare import checks
@@ -191,7 +192,7 @@ def test_friction_of_a_velocity_step_follows_from_its_impulses(pulse):
         rate = abs(block.rate_step(-1, 0.0, 1.0))
         along = 1.0 - 0.5 * lanes.height[lane] * rate
         across = 0.5 * lanes.width[lane] * rate
-        needed = rocking.velocity_step_friction(lanes.width[lane], lanes.height[lane])
+        needed = closed_forms.velocity_step_friction(lanes.width[lane], lanes.height[lane])
         assert needed == pytest.approx(along / across, rel=ROUND_OFF)
 
 

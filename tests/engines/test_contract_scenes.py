@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pytest
 
 from tests.shared.blocks import as_stacks, make_lanes, sines
-from tests.shared.kinds import KINDS, lanes_of, motions_of
+from tests.shared.kinds import in_every_kind, lanes_of, motions_of
 from tests.shared.spatial_blocks import along, in_space
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, MotionKind
@@ -120,8 +120,7 @@ def test_every_field_is_compared():
     assert set(compared) == {*LANE_FIELDS, "rotation"} - LEFT_OUT
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize(("engine", "scene"), BOUNDS)
+@pytest.mark.parametrize(("engine", "scene", "kind"), in_every_kind(BOUNDS))
 def test_a_block_is_the_same_block_in_every_scene(engine: str, scene: str, kind: MotionKind):
     bounds = BOUNDS[engine, scene]
     lanes = lanes_of("block")

@@ -123,7 +123,7 @@ def test_energy_of_a_block_that_comes_to_rest_is_all_lost() -> None:
     np.testing.assert_allclose(response["energy_lost"], held, rtol=1e-3)
 
 
-@pytest.mark.parametrize("subcontacts", [2, 5])
+@pytest.mark.parametrize("subcontacts", [pytest.param(2, marks=pytest.mark.thorough), 5])
 def test_resting_stack_stays(subcontacts: int) -> None:
     lanes = make_stacks(
         np.array([[0.5, 0.4, 0.3], [0.3, 0.5, 0.3], [0.4, 0.4, 0.4]]),

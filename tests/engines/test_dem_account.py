@@ -12,13 +12,11 @@ from tests.shared.blocks import make_lanes, sines, two_equal
 from tests.shared.spatial_blocks import in_space, still
 from warprock.engines.dem import Dem
 from warprock.engines.soundness import Account, unstable
-from warprock.engines.stack_launching import as_stacks
 from warprock.errors import InputError
-from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, StillBase
+from warprock.model.lanes import Lanes, as_stacks
+from warprock.model.motion import Control, StillBase, Waveform
 from warprock.model.response import Outcome, SampleTimes, Status
 from warprock.model.stacking import uplift_ratio
-from warprock.model.waveforms import Waveform
 from warprock.run.batch import run_batch
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY

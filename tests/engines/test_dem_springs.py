@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import make_lanes, make_stacks
+from tests.shared.closed_forms import contact_restitution
 from warprock.engines import dem
 from warprock.engines.dem_springs import (
     Springs,
     Start,
-    contact_restitution,
     stable_step,
     start_at_rest,
     stiffest_frequency,

@@ -11,7 +11,7 @@ import pytest
 import warp as wp
 
 from tests.engines.test_impulse_stack import oracle, potential, random_pairs, stacks
-from tests.shared.blocks import Array, free_lanes, sines, velocity_steps
+from tests.shared.blocks import Array, every_height_of_stack, free_lanes, sines, velocity_steps
 from warprock.kernels.instance import kernel_module
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, StillBase
@@ -128,6 +128,7 @@ def run(lanes: Lanes, motions: GroundMotions, times: SampleTimes, **settings: An
     return response
 
 
+@pytest.mark.thorough
 def test_a_stack_of_one_is_the_single_block() -> None:
     single = free_lanes()
     names = [f.name for f in dataclasses.fields(single) if f.name != "angular_restitution"]
@@ -176,7 +177,7 @@ def test_driven_pairs_follow_the_oracle() -> None:
     assert np.mean(fine) <= np.mean(coarse) / 5.0
 
 
-@pytest.mark.parametrize("count", range(1, 7))
+@every_height_of_stack
 def test_a_stack_that_nothing_lifts_rests(count: int) -> None:
     lanes = stacks(np.full((3, count), 0.5), np.array([[0.25], [0.5], [1.0]]))
     for stiffness in (1e15, 1e8):
@@ -200,8 +201,9 @@ def test_a_stack_that_nothing_lifts_rests(count: int) -> None:
 
 def test_eccentric_stack_tilts_on_its_springs_by_statics() -> None:
     stiffness = 1e9
-    offset = np.array([[0.0, 0.05, 0.0], [0.0, 0.1, -0.05]])
-    lanes = stacks(np.tile([0.5, 0.4, 0.3], (2, 1)), 0.4, offset=offset, chamfer=0.01)
+    offset = np.array([[0.0, 0.05, 0.0, 0.0, 0.02, 0.0], [0.0, 0.05, -0.05, 0.02, 0.0, -0.01]])
+    width = np.tile([0.8, 0.7, 0.6, 0.5, 0.4, 0.3], (2, 1))
+    lanes = stacks(width, 0.2, offset=offset, chamfer=0.01)
     response = run(
         lanes,
         StillBase(2),

@@ -11,13 +11,12 @@ from tests.shared.blocks import Array, free_lanes, make_lanes, sines, velocity_s
 from tests.shared.speed import require_gain
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
-from warprock.engines import launching
+from warprock.engines import event
 from warprock.engines.launching import Form
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, GroundMotions, StillBase
+from warprock.model.motion import Control, GroundMotions, StillBase, ricker_motions
 from warprock.model.response import SOUND, Outcome, Response, SampleTimes, Status
-from warprock.model.waveforms import ricker_motions
 from warprock.records import load_record, record_motions
 from warprock.run.batch import run_batch
 from warprock.settings.engines import EventSettings
@@ -111,7 +110,7 @@ def test_uplift_is_located() -> None:
     assert np.max(np.abs(fine - expected)) <= 4e-6
 
 
-def test_record_and_ricker_are_followed() -> None:
+def test_record_is_followed() -> None:
     record = load_record("ridgecrest-2019-ccc-090")
     lanes = make_lanes(np.full(2, 0.4), 2.0, friction=2.0)
     motions: GroundMotions = record_motions(
@@ -122,6 +121,10 @@ def test_record_and_ricker_are_followed() -> None:
     # here less, because knots every 10 ms cut the steps).
     assert np.max(found[3]) <= 2e-3
     assert np.all(found[1] >= 8.0 * found[3])
+
+
+@pytest.mark.thorough
+def test_ricker_is_followed() -> None:
     block = make_lanes(np.full(1, 0.2), 1.0, friction=10.0)
     pulse = ricker_motions(
         [Control.ACCELERATION], np.array([0.35 * GRAVITY]), np.array([1.5]), np.array([0.3])
@@ -311,7 +314,7 @@ def test_histories_finer_than_the_step_change_nothing() -> None:
 
 
 def test_stalled_lane_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(launching, "STEPS_SPARE", 0.01)
+    monkeypatch.setattr(event, "STEPS_SPARE", 0.01)
     # One step of the hundred and twenty that 0.1 s may take.
     response = run_batch("event", free_lanes(), StillBase(9), SampleTimes(0.1))
     assert np.all(response["status"] == Status.EVENT_LIMIT)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from tests.shared.blocks import free_lanes, sines, velocity_steps
+from tests.shared.blocks import every_height_of_stack, free_lanes, sines, velocity_steps
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, StillBase
 from warprock.model.response import Outcome, Response, SampleTimes, Status
@@ -59,6 +59,7 @@ def orders(found: Array) -> Array:
     return np.asarray(np.polyfit(np.log(STEPS), np.log(found), 1)[0])
 
 
+@pytest.mark.thorough
 def test_stack_of_one_is_the_single_block_and_second_order() -> None:
     single = free_lanes()
     names = [f.name for f in dataclasses.fields(Lanes) if f.name != "angular_restitution"]
@@ -133,7 +134,7 @@ def test_pairs_under_a_sine_follow_the_oracle_at_second_order() -> None:
     assert worst[3] <= 3e-4
 
 
-@pytest.mark.parametrize("count", range(1, 7))
+@every_height_of_stack
 def test_stack_below_uplift_stays_where_it_is(count: int) -> None:
     # A stack of equal blocks lifts as one at g width / (count height).
     lanes = stacks(np.full((2, count), 0.4), 0.3)
@@ -144,7 +145,15 @@ def test_stack_below_uplift_stays_where_it_is(count: int) -> None:
     assert np.all(response["peak_slide"] == 0.0)
     assert np.all(response["energy_lost"] == 0.0)
     assert np.all(response["outcome"] == Outcome.AT_REST)
-    still = respond(lanes.take(slice(0, 1)), StillBase(1), SampleTimes(60.0))
+
+
+@pytest.mark.parametrize(
+    "count", [2, *(pytest.param(n, marks=pytest.mark.thorough) for n in (1, 3, 4, 5, 6))]
+)
+def test_stack_on_a_still_base_stays_in_one_step(count: int) -> None:
+    still = respond(stacks(np.full((1, count), 0.4), 0.3), StillBase(1), SampleTimes(60.0))
+    for name in ("peak_rotation", "peak_slide", "energy_lost"):
+        assert np.all(still[name] == 0.0)
     # On a base that does not move the wait is one step, once a step has shown that nothing moves.
     assert np.all(still["step_count"] <= 3)
 
@@ -314,7 +323,7 @@ def test_uplift_follows_chamfer_and_offset(
 
 
 def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(unjudged: None) -> None:
-    lanes, motions = shaken(3)
+    lanes, motions = shaken(6)
     times = SampleTimes(1.0, 0.05)
     together = run_batch("event", lanes, motions, times, workers=1)
     apart = run_batch("event", lanes, motions, times, workers=2, chunk_size=2)

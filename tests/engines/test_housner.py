@@ -9,14 +9,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.shared import closed_forms
 from tests.shared.blocks import Array, free_lanes, make_lanes, sines, velocity_steps
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, GroundMotions, StillBase, Waveform
+from warprock.model.motion import Control, GroundMotions, StillBase, Waveform, ricker_motions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
-from warprock.model.waveforms import ricker_motions
 from warprock.oracle.block import rock
 from warprock.records import Record, record_motions
 from warprock.run.batch import run_batch
@@ -149,7 +149,7 @@ def test_quarter_period_exact_and_linear() -> None:
     assert quarter[0] == pytest.approx(0.365313, abs=5e-7)
     # A thousandth of a slender block obeys the linear form.
     small = make_lanes(np.full(2, 0.001), 1.0, np.array([0.5, 0.1]))
-    linear = rocking.linear_quarter_period(small.width, small.height, small.rotation_start)
+    linear = closed_forms.linear_quarter_period(small.width, small.height, small.rotation_start)
     for block, expected in ((lanes, quarter), (small, linear)):
         for lane in range(2):
             for sign, count in ((-1.0, 0), (1.0, 1)):
@@ -167,7 +167,7 @@ def test_peaks_decay_by_the_closed_form() -> None:
     top = np.flatnonzero((middle > rotation[:-2]) & (middle >= rotation[2:])) + 1
     below, at, above = rotation[top - 1], rotation[top], rotation[top + 1]
     peaks = at + (above - below) ** 2 / (16.0 * at - 8.0 * (below + above))
-    expected = rocking.peak_decay(
+    expected = closed_forms.peak_decay(
         lanes.width[0], lanes.height[0], lanes.rotation_start[0], len(peaks)
     )
     assert len(peaks) >= 6
@@ -191,7 +191,7 @@ def test_single_velocity_step_overturns_at_its_limit() -> None:
 
 
 def test_second_velocity_step_after_the_impact_overturns_at_its_limit() -> None:
-    limit = float(rocking.overturning_double_velocity_step(0.3, 1.0))
+    limit = float(closed_forms.overturning_double_velocity_step(0.3, 1.0))
     # The first step swings the block up and back; the second, opposite one meets it just after
     # the impact, where it moves as the second step pushes.
     size = limit * np.array([1.0 - CLOSED_FORM, 1.0 + CLOSED_FORM])
@@ -248,7 +248,7 @@ def test_rest_rule_is_the_stated_one() -> None:
     response = run_batch(
         "housner", lanes, StillBase(1), SampleTimes(8.0), settings=HousnerSettings(ratio)
     )
-    peaks = np.ravel(rocking.peak_decay(0.3, 1.0, lanes.rotation_start[0], 40))
+    peaks = np.ravel(closed_forms.peak_decay(0.3, 1.0, lanes.rotation_start[0], 40))
     small = peaks / lanes.slenderness_angle[0] < ratio
     # Impact n is followed by swing n; the rule takes the deceleration of the upright block,
     # sin(alpha), the swing that of sin(alpha - theta): 2 alpha theta = 0.5 % at this size.

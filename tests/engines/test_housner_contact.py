@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.shared import closed_forms
 from tests.shared.blocks import Array, make_lanes, sines, velocity_steps
 from warprock.case.load import load_case
 from warprock.engines.launching import Form
@@ -101,7 +102,7 @@ def test_an_uplift_needs_tan_of_the_slenderness_angle() -> None:
 
 
 def test_a_velocity_step_needs_what_its_impulse_does() -> None:
-    needed = rocking.velocity_step_friction(0.17, 1.0)
+    needed = closed_forms.velocity_step_friction(0.17, 1.0)
     lanes = make_lanes(np.full(4, 0.17), 1.0, friction=needed * np.array([0.99, 1.01, 9.0, 9.0]))
     # A step throws a block back; one the same way pulls a block that still leans back from it.
     first, second = np.array([0.2, -0.2, 0.1, 0.1]), np.array([0.0, 0.0, 0.1, -0.1])

@@ -13,9 +13,8 @@ from warprock.engines.launching import Form
 from warprock.measure import bench
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, GroundMotions, StillBase, Waveform
+from warprock.model.motion import Control, GroundMotions, StillBase, Waveform, ricker_motions
 from warprock.model.response import Outcome, SampleTimes, Status
-from warprock.model.waveforms import ricker_motions
 from warprock.records import load_record, record_motions
 from warprock.run.batch import run_batch
 from warprock.run.machine import core_count, cpu_vector_flags

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from tests.shared.blocks import Array, free_lanes, sines, velocity_steps
+from tests.shared.blocks import Array, every_height_of_stack, free_lanes, sines, velocity_steps
+from tests.shared.speed import require_gain
 from warprock.engines.launching import Form
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, StillBase
@@ -83,6 +84,7 @@ def oracle(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Array:
     return np.array(found)
 
 
+@pytest.mark.thorough
 def test_a_stack_of_one_is_the_single_block() -> None:
     single = free_lanes()
     names = [f.name for f in dataclasses.fields(single) if f.name != "angular_restitution"]
@@ -130,7 +132,7 @@ def test_driven_pairs_follow_the_oracle() -> None:
     assert np.mean(fine) <= np.mean(coarse) / 5.0
 
 
-@pytest.mark.parametrize("count", range(1, 7))
+@every_height_of_stack
 def test_a_stack_that_nothing_lifts_rests(count: int) -> None:
     height = np.array([[0.25], [0.5], [1.0]])
     lanes = stacks(np.full((3, count), 0.5), height)
@@ -278,27 +280,36 @@ def test_a_mirrored_stack_responds_mirrored() -> None:
     np.testing.assert_array_equal(there["outcome"], response["outcome"])
 
 
-def test_packed_and_plain_forms_agree_and_packed_is_vectorised() -> None:
+@pytest.mark.thorough
+def test_packed_and_plain_forms_agree() -> None:
     lanes, motions = mixed(64)
-    results, rates = {}, dict.fromkeys(Form, 0.0)
-    for _ in range(3):
-        for form in Form:
-            part = slice(0, 64 if form is Form.PACKED else 8)
-            few, base = lanes.take(part), motions.take(part)
-            run_batch("impulse", few, base, SampleTimes(0.01), form=form)
-            start = time.process_time()
-            results[form] = run_batch("impulse", few, base, MIXED_TIMES, form=form, workers=1)
-            spent = time.process_time() - start
-            rates[form] = max(rates[form], float(results[form]["step_count"].sum()) / spent)
-    packed, plain = results[Form.PACKED], results[Form.PLAIN]
+    packed = run_batch("impulse", lanes, motions, MIXED_TIMES, form=Form.PACKED, workers=1)
+    few, base = lanes.take(slice(0, 8)), motions.take(slice(0, 8))
+    plain = run_batch("impulse", few, base, MIXED_TIMES, form=Form.PLAIN, workers=1)
     # The compiler may fuse multiply-adds differently, and impacts magnify that.
     np.testing.assert_array_equal(packed["outcome"][:8], plain["outcome"])
     np.testing.assert_allclose(packed["peak_rotation"][:8], plain["peak_rotation"], atol=1e-6)
+
+
+@pytest.mark.speed
+def test_packed_kernel_is_vectorised() -> None:
+    lanes, motions = mixed(64)
+
+    def cost(form: Form) -> float:
+        part = slice(0, 64 if form is Form.PACKED else 8)
+        few, base = lanes.take(part), motions.take(part)
+        start = time.process_time()
+        response = run_batch("impulse", few, base, MIXED_TIMES, form=form, workers=1)
+        return (time.process_time() - start) / float(response["step_count"].sum())
+
+    for form in Form:
+        cost(form)
     # A ratio within one run: without vector code the packed form is no faster.
     wide = any(flag.startswith("avx512f") for flag in cpu_vector_flags())
-    assert rates[Form.PACKED] / rates[Form.PLAIN] >= (4.0 if wide else 2.0)
+    require_gain(lambda: cost(Form.PLAIN), lambda: cost(Form.PACKED), 4.0 if wide else 2.0)
 
 
+@pytest.mark.thorough
 def test_single_precision_is_near_double() -> None:
     lanes, times = random_pairs(12), SampleTimes(0.3, 0.01)
     double, single = (

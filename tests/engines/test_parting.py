@@ -7,9 +7,8 @@ import pytest
 
 from tests.shared.blocks import make_lanes, make_stacks, sines, velocity_steps
 from warprock.engines.launching import Form
-from warprock.engines.stack_launching import as_stacks
 from warprock.model import rocking
-from warprock.model.lanes import Lanes
+from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import Control, HarmonicMotions, Waveform
 from warprock.model.response import Outcome, Response, SampleTimes
 from warprock.run.batch import run_batch

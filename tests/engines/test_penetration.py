@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import free_lanes, make_lanes
-from warprock.engines.stack_launching import as_stacks
 from warprock.model import rocking
-from warprock.model.lanes import Lanes
+from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import StillBase
 from warprock.model.response import USABLE, SampleTimes
 from warprock.run.batch import run_batch

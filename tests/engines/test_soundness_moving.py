@@ -12,10 +12,9 @@ import pytest
 
 from tests.shared.blocks import Array, make_lanes, sines, two_equal
 from warprock.engines.soundness import Account, contacts_hold, moved_by_nothing, unstable
-from warprock.engines.stack_launching import as_stacks
 from warprock.measure.atlas_maps import at_step, at_stiffness
 from warprock.model import rocking
-from warprock.model.lanes import Lanes
+from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import Control, HarmonicMotions
 from warprock.model.response import SOUND, USABLE, Response, SampleTimes, Status
 from warprock.run.batch import run_batch
@@ -113,7 +112,9 @@ def beyond_the_base(lanes: Lanes, response: Response, duration: float) -> Array:
     return np.asarray(thrown | slid | (weak & (held > 0.1 * barrier)))
 
 
-@pytest.mark.parametrize("precision", ["float64", "float32"])
+@pytest.mark.parametrize(
+    "precision", ["float64", pytest.param("float32", marks=pytest.mark.thorough)]
+)
 @pytest.mark.parametrize(
     ("engine", "step", "changes", "least"),
     [

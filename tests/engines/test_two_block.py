@@ -13,14 +13,20 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from tests.shared import closed_forms
 from tests.shared.blocks import make_lanes, sines, velocity_steps
 from warprock.engines import engine_class
-from warprock.model import rocking
 from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, GroundMotions, HarmonicMotions, StillBase, Waveform
+from warprock.model.motion import (
+    Control,
+    GroundMotions,
+    HarmonicMotions,
+    StillBase,
+    Waveform,
+    ricker_motions,
+)
 from warprock.model.response import LANE_FIELDS, Outcome, Response, SampleTimes, Status
 from warprock.model.scene import scene_kind
-from warprock.model.waveforms import ricker_motions
 from warprock.oracle.pair import TwoBlockResponse, rock_two_blocks
 from warprock.oracle.pair_mechanics import Pattern, StackMechanics, TwoBlocks
 from warprock.records import Record, record_motions
@@ -146,7 +152,9 @@ def some_ricker() -> GroundMotions:
     )
 
 
-@pytest.mark.parametrize("make", [some_record, some_ricker])
+@pytest.mark.parametrize(
+    "make", [some_record, pytest.param(some_ricker, marks=pytest.mark.thorough)]
+)
 def test_other_motions_follow_the_oracle(make: Any) -> None:
     motions, times = make(), SampleTimes(1.0, 0.01)
     response = run(stacks(CHAMFERED), motions, times)
@@ -312,7 +320,9 @@ def extremes(count: int) -> Lanes:
     )
 
 
-@pytest.mark.parametrize("precision", ["float64", "float32"])
+@pytest.mark.parametrize(
+    "precision", ["float64", pytest.param("float32", marks=pytest.mark.thorough)]
+)
 @pytest.mark.parametrize("control", [Control.ACCELERATION, Control.DISPLACEMENT])
 def test_no_lane_stalls_at_the_extremes(control: Control, precision: str) -> None:
     # Pushes from 0.01 to 5 g, 0.3 to 30 Hz; every second lane starts flat.
@@ -361,7 +371,7 @@ def test_rest_rule_is_the_stated_one() -> None:
     fine = run(lanes, StillBase(1), times)
     ratio = 1e-2
     coarse = run(lanes, StillBase(1), times, settings=TwoBlockSettings(ratio))
-    single = rocking.peak_decay(0.15, 0.6, 0.1, 200)
+    single = closed_forms.peak_decay(0.15, 0.6, 0.1, 200)
     small = np.ravel(single) < ratio * math.atan2(0.15, 0.6)
     # The rule takes the deceleration of the upright block; the swing that of sin(alpha - theta).
     assert abs(int(coarse["impact_count"][0]) - int(np.argmax(small))) <= 1

@@ -10,9 +10,8 @@ from tests.shared.case_texts import PULSE
 from tests.shared.spatial_blocks import along, in_space
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
-from warprock.engines.stack_launching import as_stacks
 from warprock.model import rocking
-from warprock.model.lanes import Lanes
+from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import Control, HarmonicMotions, StillBase
 from warprock.model.painleve import ambiguous, friction_limit, mark_ambiguous
 from warprock.model.response import SOUND, USABLE, SampleTimes, Status

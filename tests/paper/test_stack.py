@@ -12,8 +12,8 @@ from rich.console import Console
 
 from warprock.case.load import load_case
 from warprock.model.lanes import Lanes
+from warprock.model.motion import harmonic_motions
 from warprock.model.response import Outcome, SampleTimes
-from warprock.model.waveforms import harmonic_motions
 from warprock.paper.conflicts_stack import (
     CEILING,
     FITTED,

@@ -14,10 +14,17 @@ from tests.shared.blocks import free_lanes, make_lanes, sines
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.model.lanes import SpatialLanes
-from warprock.model.motion import Control, Segment, SpatialMotions, StillBase, Waveform, no_motion
+from warprock.model.motion import (
+    Control,
+    Segment,
+    SpatialMotions,
+    StillBase,
+    Waveform,
+    no_motion,
+    ricker_motions,
+)
 from warprock.model.pose import quaternion, start_poses, turned
 from warprock.model.response import LANE_FIELDS, SPATIAL_FIELDS, Outcome, SampleTimes, Status
-from warprock.model.waveforms import ricker_motions
 from warprock.programs.base_path import base_path
 from warprock.programs.response import FLAT_RATIO, REST_TIME, peer_response
 from warprock.programs.scene import PeerRun, multiplied_frictions, peer_scenes

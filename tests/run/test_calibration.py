@@ -14,9 +14,8 @@ from tests.shared.blocks import make_lanes
 from warprock.engines import ENGINES, engine_class
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, GroundMotions, Waveform
+from warprock.model.motion import Control, GroundMotions, Waveform, harmonic_motions
 from warprock.model.response import Response, SampleTimes, Status
-from warprock.model.waveforms import harmonic_motions
 from warprock.run import calibration
 from warprock.run.batch import run_batch
 from warprock.run.calibration import PLAIN, QUANTITIES, TABLE, Factors, estimate_factors

@@ -21,6 +21,8 @@ from warprock.run import lane_table as store
 from warprock.run import machine
 from warprock.run.case_run import CaseRun, run_case, run_lane
 
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
 
 @pytest.fixture(scope="module")
 def run() -> CaseRun:
@@ -112,7 +114,7 @@ def test_provenance_says_what_ran(run: CaseRun, folder: pathlib.Path):
 def test_provenance_names_the_records_with_their_hashes():
     rows = store.record_rows(load_case("record-ridgecrest"))
     assert len(rows) == 1
-    file = next(pathlib.Path(store.__file__).parents[2].glob(f"cases/*/{rows[0]['name']}.csv"))
+    file = next(ROOT.glob(f"cases/*/{rows[0]['name']}.csv"))
     assert rows[0]["sha256"] == hashlib.sha256(file.read_bytes()).hexdigest()
     assert rows[0]["licence"]
     assert rows[0]["source"]
@@ -123,10 +125,17 @@ def test_the_kernel_hash_follows_the_kernel_sources(
 ):
     monkeypatch.setattr(machine.importlib.resources, "files", lambda _: tmp_path)
     hashes = set()
-    for name, text in (("a.py", "x = 1"), ("a.py", "x = 2"), ("b.py", "x = 1"), ("c.txt", "")):
+    for name, text in (
+        ("a.py", "x = 1"),
+        ("a.py", "x = 2"),
+        ("b.py", "x = 1"),
+        ("folder/a.py", "x = 1"),
+        ("c.txt", ""),
+    ):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text, encoding="utf-8")
         hashes.add(machine.kernel_hash())
-    assert len(hashes) == 3  # the last file is no kernel
+    assert len(hashes) == 4  # the last file is no kernel
 
 
 def test_a_history_is_that_of_the_lane_in_its_batch(run: CaseRun, folder: pathlib.Path):
@@ -144,7 +153,7 @@ def test_a_run_keeps_no_histories_unless_asked(run: CaseRun):
 
 
 def test_histories_need_a_sample_interval(tmp_path: pathlib.Path):
-    text = (pathlib.Path(store.__file__).parents[2] / "cases/free-b0/case.toml").read_text()
+    text = (ROOT / "cases/free-b0/case.toml").read_text()
     file = tmp_path / "case.toml"
     file.write_text(text.replace('sample_interval = "10 ms"', ""), encoding="utf-8")
     with pytest.raises(InputError, match=r"run\.sample_interval"):

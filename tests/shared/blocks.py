@@ -6,14 +6,13 @@ import dataclasses
 
 import numpy as np
 import numpy.typing as npt
+import pytest
 
 from warprock.engines import ENGINES, engine_class
-from warprock.engines.stack_launching import as_stacks
 from warprock.model import rocking
-from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, HarmonicMotions, StillBase, Waveform
+from warprock.model.lanes import Lanes, as_stacks
+from warprock.model.motion import Control, HarmonicMotions, StillBase, Waveform, harmonic_motions
 from warprock.model.scene import scene_kind
-from warprock.model.waveforms import harmonic_motions
 
 Array = npt.NDArray[np.float64]
 
@@ -68,6 +67,13 @@ def single_block_engines() -> list[str]:
     """Names of the engines that run single blocks."""
     scene = scene_kind(make_lanes(0.2, 1.0), StillBase(1), restitution_given=False)
     return [name for name in ENGINES if engine_class(name).supports(scene) is None]
+
+
+every_height_of_stack = pytest.mark.parametrize(
+    "count",
+    [pytest.param(n, marks=() if n in (2, 6) else pytest.mark.thorough) for n in range(1, 7)],
+)
+"""Stacks of one block to six, each a kernel to compile: two and six in every run."""
 
 
 def free_lanes() -> Lanes:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.instance import LOOPS_STAY, kernel_module, module_options
 
 BLOCKS = 3
 real = wp.float64
 
 stack = kernel_module("shape/stack", precision="float64", blocks=BLOCKS)
-wp.set_module_options(stack.STACK_OPTIONS)
+wp.set_module_options(module_options() | LOOPS_STAY)
 contact = kernel_module("event/stack_contact", precision="float64", blocks=BLOCKS)
 Blocks, Pose, Values, Counts, Triples = (
     stack.Blocks,

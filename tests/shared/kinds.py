@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Any
+
 import numpy as np
+import pytest
 
 from tests.shared.blocks import as_stacks, make_lanes, sines, two_equal
 from tests.shared.spatial_blocks import along, in_space
@@ -18,6 +22,28 @@ from warprock.model.motion import (
 
 KINDS = (MotionKind.STILL, MotionKind.HARMONIC, MotionKind.RECORD)
 """Kinds of motion: none, analytic, sampled. The other analytic ones differ in `series` alone."""
+
+
+def in_every_kind(scenes: Iterable[tuple[str, str]]) -> list[Any]:
+    """Engines and scenes, each in every kind of motion, as parameters of a test.
+
+    Every kind is a kernel to compile. Engines with a kernel of their own for single blocks run
+    these in all kinds, for other tests need that kernel, too; the rest of the engines and scenes
+    in the analytic kind, and in the others with `thorough`.
+    """
+    own_kernel = ("housner", "event", "impulse", "direct")
+    return [
+        pytest.param(
+            engine,
+            scene,
+            kind,
+            marks=()
+            if kind is MotionKind.HARMONIC or (scene == "block" and engine in own_kernel)
+            else pytest.mark.thorough,
+        )
+        for engine, scene in scenes
+        for kind in KINDS
+    ]
 
 
 def record(scale: np.ndarray, interval: float = 0.02) -> RecordMotions:

@@ -13,7 +13,8 @@ from rich.console import Console
 from warprock.compare.checks import CheckRow
 from warprock.figures import plots
 from warprock.figures import study as plots_study
-from warprock.paper import conflicts, plots_forced
+from warprock.paper import conflicts, plots_forced, plots_free
+from warprock.paper import tables as paper_tables
 from warprock.paper.printed import (
     INFERRED_NAMES,
     PAPER_COLUMNS,
@@ -22,6 +23,7 @@ from warprock.paper.printed import (
     READING_NAMES,
     paper_table,
 )
+from warprock.tables import compare as compared
 from warprock.tables import console, tables
 
 TIMES = np.linspace(0.0, 10.0, 501)
@@ -169,11 +171,11 @@ def figure_makers():
     panels = [(name, engines) for name in INPUTS]
     printed = dict.fromkeys((*PAPER_COLUMNS, *INFERRED_NAMES), six)
     return {
-        "free": lambda p: plots.draw_free_response(p, TIMES, [("B0", engines)]),
+        "free": lambda p: plots_free.draw_free_response(p, TIMES, [("B0", engines)]),
         "study": lambda p: plots_study.draw_histories(
             p, "B0", TIMES, curve(0.0), {("impulse", "substeps", 20.0): curve(0.1)}
         ),
-        "panels": lambda p: plots.draw_free_panels(p, TIMES, panels),
+        "panels": lambda p: plots_free.draw_free_panels(p, TIMES, panels),
         "windows": lambda p: plots_forced.draw_windows(p, "t", TIMES, panels, windows, [0.2, 0.1]),
         "readings": lambda p: plots_forced.draw_readings(
             p, "t", TIMES, [(name, readings) for name in INPUTS], windows
@@ -268,14 +270,14 @@ def test_a_reproduction_fits_an_80_column_terminal(target: str):
         "conflicts": [{"item": 1, "title": "a title", "text": "what [is] wrong"}],
         "files": ["results/table.csv"],
     }
-    text = printed_text(tables.print_reproduction, found)
+    text = printed_text(paper_tables.print_reproduction, found)
     lines = text.splitlines()
     assert "…" not in text
     assert all(heading in text for heading in ("displacement", "acceleration", "slip"))
     assert text.count("0.1234") == 18
     assert "-1.23%" in text
     assert "no: a" in text
-    assert f"a: {tables.SLIDES}" in text
+    assert f"a: {compared.SLIDES}" in text
     assert "what [is] wrong" in text
     assert any("wrote results/table.csv" in line for line in lines)
     if target == "table6":
@@ -291,7 +293,7 @@ def test_checks_are_printed_with_what_failed():
         CheckRow(**shared, value=1.0e-3, limit=4.0e-3, ok=True, note="worst lane: x"),
         CheckRow(**shared, value=np.nan, limit=4.0e-3, ok=False, note="nothing was checked"),
     ]
-    text = printed_text(tables.print_checks, rows)
+    text = printed_text(compared.print_checks, rows)
     assert "1 passed, 1 failed" in text
     assert "FAILED" in text
     assert "nothing was checked" in text
@@ -318,7 +320,7 @@ def test_a_comparison_is_printed_engine_under_engine():
         "engines": ["housner", "impulse"],
         "rows": [row, row | {"engine": "impulse"}],
     }
-    text = printed_text(tables.print_comparison, found, width=100)
+    text = printed_text(compared.print_comparison, found, width=100)
     assert text.count("B1 0.2") == 1
     assert "impulse" in text
     assert text.count("0.314") == 2

@@ -28,7 +28,6 @@ from warprock.analysis.overturning import (
 )
 from warprock.case.case import Case
 from warprock.errors import InputError
-from warprock.model.motion import scaled
 from warprock.model.response import SampleTimes
 from warprock.run.batch import run_batch
 
@@ -112,7 +111,7 @@ def _middle_modes(found: OverturningMap, brackets: _Brackets, middle: Array) -> 
     run, lanes = found.run, brackets.lane
     factors = middle / strengths(run.lane_set)[lanes]
     blocks = run.lane_set.lanes.take(lanes)
-    motions = scaled(run.lane_set.motions.take(lanes), factors)
+    motions = run.lane_set.motions.take(lanes).scaled(factors)
     duration = run.lane_set.times.duration
     response = run_batch(
         run.response.engine,

@@ -29,7 +29,6 @@ import pyarrow as pa
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.errors import InputError
-from warprock.model.motion import scaled
 from warprock.model.response import USABLE, Outcome, Response, SampleTimes, Status
 from warprock.quantity import Said
 from warprock.run.accuracy import missed_tolerance
@@ -220,7 +219,7 @@ def _run_stage(
     chosen = dataclasses.replace(
         lane_set,
         lanes=lane_set.lanes.take(lanes),
-        motions=scaled(lane_set.motions.take(lanes), factors),
+        motions=lane_set.motions.take(lanes).scaled(factors),
         step_factors=None if steps is None else steps[lanes],
     )
     response = run_lane_set(

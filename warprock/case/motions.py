@@ -20,15 +20,13 @@ from warprock.model.motion import (
     SpatialMotions,
     StillBase,
     Waveform,
-    no_motion,
-)
-from warprock.model.stacking import uplift_ratio
-from warprock.model.waveforms import (
     harmonic_motions,
     mavroeidis_papageorgiou_motions,
     modulated_peak_acceleration,
+    no_motion,
     ricker_motions,
 )
+from warprock.model.stacking import uplift_ratio
 from warprock.quantity import Said
 from warprock.units import GRAVITY, Dimension
 

@@ -1,61 +1,101 @@
-"""The contract that every engine keeps."""
+"""The contract that every engine keeps, and what they share: the way from lanes to a response."""
 
 from __future__ import annotations
 
 import abc
+import dataclasses
+from collections.abc import Mapping
+from types import ModuleType
 from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
+import warp as wp
 
-from warprock.engines.launching import Kernel, Target
+from warprock.engines.decoding import histories, respond
+from warprock.engines.launching import Found, Kernel, Target, launch
+from warprock.kernels.instance import kernel_module
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.response import Response, SampleTimes
 from warprock.model.scene import SceneKind
 
 
+@dataclasses.dataclass(frozen=True)
 class AbstractEngine(abc.ABC):
     """A scheme that turns lanes and their ground motions into a response.
 
-    An engine is built from a frozen settings dataclass (`settings_type`), a precision and a
-    device. Trouble in one lane is a value of that lane's status and never disturbs another.
+    Trouble in one lane is a value of that lane's status and never disturbs another.
+
+    Attributes:
+        settings: A frozen dataclass of `settings_type`; its defaults where None.
+        target: Precision, device and form of its kernel.
     """
+
+    settings: Any = None
+    target: Target = Target()  # noqa: RUF009 (it is frozen)
 
     name: ClassVar[str]
     """Key in `ENGINES`."""
+    settings_type: ClassVar[type[Any]]
+    """Frozen dataclass of the engine's settings."""
     order: ClassVar[int | None]
     """Order in the time step of the error after impacts; None if the step is not the knob."""
+    spatial: ClassVar[bool] = False
+    """Whether its blocks can move in space."""
+    restitution: ClassVar[str | None] = "finds the angular restitution from its contact law"
+    """What it does where impacts are concerned; None if it follows what a case prescribes."""
     slides: ClassVar[bool] = True
     """Whether its blocks can slide, so that its law of contact may have several solutions."""
     rests_exactly: ClassVar[bool] = False
     """Whether a block at rest does not move at all, until its base lifts it or makes it slide."""
-    settings_type: ClassVar[type[Any]]
-    """Frozen dataclass of the engine's settings."""
-    settings: Any
-    """Its settings."""
-    target: Target
-    """Precision, device and form of its kernel."""
 
-    @abc.abstractmethod
-    def __init__(self, settings: Any = None, target: Target | None = None) -> None:
-        """Builds the engine with default settings on the CPU unless told otherwise."""
+    def __post_init__(self) -> None:
+        if self.settings is None:
+            object.__setattr__(self, "settings", self.settings_type())
 
     @classmethod
-    @abc.abstractmethod
     def supports(cls, scene: SceneKind) -> str | None:
         """Why the engine cannot run a scene; None if it can."""
+        if scene.beyond_the_plane and not cls.spatial:
+            return scene.beyond_the_plane
+        declined = cls.declines(scene)
+        if declined is None and cls.restitution is not None and scene.restitution_given:
+            return (
+                f"{cls.name} {cls.restitution} and cannot follow the prescribed "
+                "contact.angular_restitution"
+            )
+        return declined
+
+    @classmethod
+    def declines(cls, scene: SceneKind) -> str | None:
+        """Why its model is not for a scene, besides what its attributes say; None if it is."""
+        return None
 
     @abc.abstractmethod
-    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
+    def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene, or the lanes of one, with these settings and this target.
 
         `warm_up` and `run` ask here, and so does `warprock explain`.
         """
 
-    @abc.abstractmethod
+    def module_of(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
+        """The instance of that kernel's file for lanes and motions."""
+        kernel = self.kernel_of(lanes)
+        module: ModuleType = kernel_module(
+            kernel.file,
+            precision=self.target.precision,
+            motion=motions.kind.value,
+            iterations=kernel.iterations,
+            blocks=lanes.block_count,
+            lanes=kernel.lanes,
+            friction=kernel.friction,
+        )
+        return module
+
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels for lanes and motions, once, on the calling thread."""
+        wp.load_module(self.module_of(lanes, motions).__name__, device=self.target.device)
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
         """Longest step that every lane may take [s], shape [lane], of an engine with an order."""
@@ -73,6 +113,28 @@ class AbstractEngine(abc.ABC):
         return None
 
     @abc.abstractmethod
+    def inputs(
+        self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
+    ) -> dict[str, Any]:
+        """What the kernel takes, by the names of its arguments; see `launching.launch`.
+
+        Args:
+            module: Its instance.
+            lanes: Blocks and starts, shape [lane].
+            motions: Ground motions of the same lanes.
+            times: Duration and sampling.
+        """
+
+    @abc.abstractmethod
+    def fields(
+        self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
+    ) -> Mapping[str, npt.NDArray[Any]]:
+        """The lane fields of a response, from what the kernel has left.
+
+        Returns:
+            Shape [lane]; [lane, block] where they belong to blocks, single ones too.
+        """
+
     def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
         """Runs a batch of lanes on the calling thread.
 
@@ -84,3 +146,10 @@ class AbstractEngine(abc.ABC):
         Returns:
             One value of every lane field a lane; `rotation` if histories were asked for.
         """
+        module = self.module_of(lanes, motions)
+        with wp.ScopedDevice(self.target.device):
+            inputs = self.inputs(module, lanes, motions, times)
+            found = launch(module, self.target, motions, times, **inputs)
+        found = found.above_ground(lanes.block_count)
+        fields = self.fields(lanes, motions, times, found)
+        return respond(self.name, lanes, {**fields, **histories(lanes, found.history)}, times)

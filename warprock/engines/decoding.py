@@ -1,60 +1,177 @@
-"""What the results of kernels that step through time mean, the same of all such engines."""
+"""From what a kernel leaves to the fields of a response, the same for all engines."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.launching import time_or_nan
-from warprock.model.response import Outcome, Status
+from warprock.engines.blocks import yawed
+from warprock.engines.launching import NEVER
+from warprock.kernels.modes import BROKEN, OVERTURNED, SLID_OFF, STALLED, UNSOLVED
+from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
+from warprock.model.pose import rotations
+from warprock.model.response import (
+    FIELDS,
+    INTEGER_FIELDS,
+    LANE_FIELDS,
+    MODEL_FIELDS,
+    SPATIAL_FIELDS,
+    USABLE,
+    Outcome,
+    Response,
+    SampleTimes,
+    Status,
+)
 
+Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
+Rows = npt.NDArray[Any]
 
-OVERTURNED, BROKEN, SLID_OFF, UNSOLVED = 2, 3, 4, 5
-"""Modes of a lane in the kernels of all of them; those below are no end."""
+FINITE_FIELDS = (
+    "peak_rotation",
+    "residual_slide",
+    "peak_slide",
+    "peak_penetration",
+    "energy_lost",
+)
+"""Numbers that no lane may lack, besides its rotations."""
+
+
+def time_or_nan(times: Rows) -> Array:
+    """Times as float64, NaN where they have not come."""
+    values = np.asarray(times, dtype=np.float64)
+    return np.where(values >= NEVER, np.nan, values)
+
+
+def still_since(rows: Rows, time: Array | float) -> Array:
+    """Since when lanes rest that have not moved since a time [s]; NaN of all others.
+
+    Args:
+        rows: Rows of a `Result` with `moved`, the last time at which the lane moved, shape [lane].
+        time: One, or shape [lane].
+    """
+    moved = np.asarray(rows["moved"], dtype=np.float64)
+    return np.where((rows["mode"] < OVERTURNED) & (moved < time), moved, np.nan)
 
 
 def lane_fields(
-    rows: npt.NDArray[Any],
-    still_since: npt.NDArray[np.float64] | float,
-    marks: Sequence[tuple[Mask, Status]],
-) -> dict[str, npt.NDArray[Any]]:
+    rows: Rows, rest_time: Array, marks: Sequence[tuple[Mask, Status]] = ()
+) -> dict[str, Rows]:
     """Lane fields from the results of a kernel, all but those that blocks of their own have.
 
     Args:
         rows: Rows of its `Result`, shape [lane].
-        still_since: A lane that has not moved since then [s] is at rest at the end.
-        marks: Statuses besides `NONFINITE` and where they hold, shape [lane]; the first one counts.
+        rest_time: Since when lanes rest [s], NaN where they do not, shape [lane].
+        marks: Statuses besides those that modes tell, and where they hold, shape [lane]; the first
+            one counts.
     """
     mode = rows["mode"]
-    moved = np.asarray(rows["moved"], dtype=np.float64)
-    resting = (mode < OVERTURNED) & (moved < still_since)
-    where = [mode == BROKEN, *(mask for mask, _ in marks)]
-    statuses = [Status.NONFINITE, *(status for _, status in marks)]
+    modes = (
+        (BROKEN, Status.NONFINITE),
+        (STALLED, Status.EVENT_LIMIT),
+        (UNSOLVED, Status.ITERATION_LIMIT),
+    )
+    found = [*((mode == number, status) for number, status in modes), *marks]
+    where, statuses = zip(*found, strict=True)
+    deepest = "deepest" in (rows.dtype.names or ())
     return {
         "outcome": np.select(
-            [mode == OVERTURNED, mode == SLID_OFF, resting],
+            [mode == OVERTURNED, mode == SLID_OFF, np.isfinite(rest_time)],
             [Outcome.OVERTURNED, Outcome.SLID_OFF, Outcome.AT_REST],
             Outcome.ROCKING,
         ),
         "status": np.select(where, statuses, Status.OK),
         "impact_count": rows["impacts"],
         "uplift_time": time_or_nan(rows["uplift_time"]),
-        "rest_time": np.where(resting, moved, np.nan),
-        "peak_penetration": rows["deepest"],
+        "rest_time": rest_time,
+        "peak_penetration": rows["deepest"] if deepest else np.zeros(len(rows)),
         "energy_lost": rows["loss"],
         "step_count": rows["steps"],
     }
 
 
-def planar_fields(per_block: npt.NDArray[Any]) -> dict[str, npt.NDArray[Any]]:
-    """Fields of blocks in the plane, shape [lane, block] each; [lane] of single blocks."""
-    return {
-        "peak_rotation": per_block["peak"],
-        "peak_time": per_block["peak_time"],
-        "residual_slide": per_block["slide"],
-        "peak_slide": per_block["peak_slide"],
+def planar_fields(per_block: Rows) -> dict[str, Rows]:
+    """Fields of blocks in the plane from rows of `BlockResult`, shape [lane, block] each.
+
+    What a kernel does not tell is zero: blocks of its scheme do not slide.
+    """
+    names = {
+        "peak_rotation": "peak",
+        "peak_time": "peak_time",
+        "residual_slide": "slide",
+        "peak_slide": "peak_slide",
     }
+    told = per_block.dtype.names or ()
+    zero = np.zeros(per_block.shape)
+    return {field: per_block[name] if name in told else zero for field, name in names.items()}
+
+
+def spatial_fields(lanes: Lanes, per_block: Rows) -> dict[str, Array]:
+    """Fields of blocks in space from rows of `BlockResult`, shape [lane, block] each."""
+    stacks = cast(SpatialLanes, as_stacks(lanes))
+    rows = {name: per_block[name].astype(np.float64) for name in per_block.dtype.names or ()}
+    below = np.concatenate([np.zeros_like(stacks.yaw_start[:, :1]), stacks.yaw_start[:, :-1]], 1)
+    slide = yawed(np.stack([rows["slide_x"], rows["slide_y"]], axis=-1), below)
+    yaw = 2.0 * np.arctan2(rows["qz"], rows["qw"]) - stacks.yaw_start
+    return {
+        "peak_rotation": np.arctan(rows["peak"]),
+        "peak_time": rows["peak_time"],
+        "residual_slide": slide[..., 0],
+        "residual_slide_across": slide[..., 1],
+        "peak_slide": np.sqrt(rows["peak_slide"]),
+        "peak_tilt": np.arctan(np.sqrt(rows["peak_tilt"])),
+        "peak_rotation_across": np.arctan(rows["peak_across"]),
+        "peak_yaw": 2.0 * np.arctan(np.abs(rows["peak_yaw"])),
+        "residual_yaw": yaw - 2.0 * np.pi * np.round(yaw / (2.0 * np.pi)),
+    }
+
+
+def histories(lanes: Lanes, history: Array | None) -> dict[str, Array]:
+    """Histories by field, if asked for, from what a kernel leaves of them, see `launching.Found`.
+
+    Shape [lane, block, sample] each.
+    """
+    if history is None:
+        return {}
+    if not lanes.spatial:
+        return {"rotation": history}
+    angles = rotations(history)
+    return dict(zip(("rotation", "rotation_across", "yaw"), angles, strict=True))
+
+
+def respond(engine: str, lanes: Lanes, columns: Mapping[str, Rows], times: SampleTimes) -> Response:
+    """A response from its fields: every lane field must be there, others that an engine has may be.
+
+    A lane of which a number is not finite gets the status NONFINITE if its status would let that
+    pass, on any base. Rotations end at a right angle, as peaks do.
+
+    Args:
+        engine: Its name.
+        lanes: The lanes; single blocks have no block axis in a response.
+        columns: Fields by name, shape [lane], or [lane, block] where they belong to blocks; with
+            histories, if asked for.
+        times: Duration and sampling.
+    """
+    wanted = (*SPATIAL_FIELDS, *MODEL_FIELDS, "rotation", "rotation_across", "yaw")
+    names = (*LANE_FIELDS, *(name for name in wanted if name in columns))
+    fields: dict[str, Rows] = {}
+    for name in names:
+        values = np.asarray(columns[name], np.int64 if name in INTEGER_FIELDS else np.float64)
+        alone = FIELDS[name].per_block and not lanes.stacked
+        fields[name] = values[:, 0] if alone else values
+    status = fields["status"]
+    # A sum is finite only if all of its parts are.
+    total = sum(
+        fields[name].reshape(len(status), -1).sum(axis=1)
+        for name in (*FINITE_FIELDS, "rotation")
+        if name in fields
+    )
+    broken = ~np.isfinite(total) & np.isin(status, USABLE)
+    fields["status"] = np.where(broken, np.int64(Status.NONFINITE), status)
+    if "rotation" not in fields:
+        return Response(engine=engine, fields=fields, times=np.empty(0))
+    fields["rotation"] = np.clip(fields["rotation"], -0.5 * np.pi, 0.5 * np.pi)
+    return Response(engine=engine, fields=fields, times=times.times)

@@ -2,51 +2,52 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from types import ModuleType
-from typing import Any, ClassVar, final
+from typing import Any, ClassVar, cast, final
 
 import numpy as np
 import numpy.typing as npt
-import warp as wp
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.decoding import lane_fields, planar_fields
+from warprock.engines.blocks import body_columns
+from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
 from warprock.engines.dem_springs import (
     interface_depth,
     stable_step,
+    standing_on,
     standing_ratio,
     start_at_rest,
     stiffest_frequency,
 )
-from warprock.engines.launching import NEVER, Kernel, Target, respond
-from warprock.engines.soundness import account_of, unstable
-from warprock.engines.spatial_dem import (
-    dem_module,
-    longest_steps,
-    run_dem,
-    standing_ratio_in_space,
+from warprock.engines.dem_springs_space import (
+    ENDLESS,
+    SpatialSprings,
+    point_pairs,
+    spatial_frequencies,
+    start_in_space,
 )
-from warprock.engines.stack_launching import (
-    Array,
-    as_stacks,
-    body_columns,
-    launch_stacks,
-    stack_module,
-)
+from warprock.engines.launching import NEVER, Found, Kernel
+from warprock.engines.soundness import account_in_space, account_of, unstable
 from warprock.model import rocking
-from warprock.model.lanes import Lanes
+from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions, StillBase
-from warprock.model.response import FIELDS, Response, SampleTimes, Status
+from warprock.model.response import SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 
+Array = npt.NDArray[np.float64]
+
 TURN_SAMPLES = 2000
 """Samples in which a turn is looked for: it is flat, a sample misses 1e-6 of it."""
 
+LEAST_CREEP = 1e-9
+"""Speed that is round-off of a block that nothing holds [m/s]."""
+
 
 @final
+@dataclasses.dataclass(frozen=True)
 class Dem(AbstractEngine):
     """Springs and dashpots over every interface, Mohr-Coulomb slip, central differences.
 
@@ -81,49 +82,32 @@ class Dem(AbstractEngine):
     """
 
     name: ClassVar[str] = "dem"
-    order: ClassVar[int | None] = 1
     settings_type = DemSettings
+    order: ClassVar[int | None] = 1
+    spatial: ClassVar[bool] = True
 
-    def __init__(self, settings: DemSettings | None = None, target: Target | None = None) -> None:
-        """Builds the engine.
-
-        Args:
-            settings: Defaults where None.
-            target: Precision, device and form of the kernel.
-        """
-        self.settings = settings or DemSettings()
-        self.target = target or Target()
-
-    @classmethod
-    def supports(cls, scene: SceneKind) -> str | None:
-        """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
-        if scene.restitution_given:
-            return (
-                "dem finds the angular restitution from its contact law and cannot follow "
-                "the prescribed contact.angular_restitution"
-            )
-        return None
-
-    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
+    def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: the same text for a single block and for a stack."""
-        file = "dem/space_stack_run" if scene.spatial else "dem/stack_run"
-        return Kernel(file, self.target.kernel_form)
+        lanes, settings = self.target.lanes, self.settings
+        if not scene.spatial:
+            return Kernel("dem/stack_run", lanes=lanes, iterations=settings.subcontacts)
+        pairs = point_pairs(settings.subcontacts, settings.subcontacts_across).shape[1]
+        friction = "box" if settings.friction_box else "cone"
+        return Kernel("dem/space_stack_run", lanes=lanes, iterations=pairs, friction=friction)
 
-    def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
-        """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
-        wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
-
-    def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
-        """Longest step of every lane [s]; see `AbstractEngine.longest_step`."""
+    def longest_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
+        """Longest step of every lane [s], from its stiffest mode and the damping."""
         if lanes.spatial:
-            return longest_steps(self.settings, lanes)
-        limit = stable_step(stiffest_frequency(as_stacks(lanes), self.settings), self.settings)
-        return np.asarray(np.minimum(self.settings.time_step, self.settings.step_safety * limit))
+            stiffest = spatial_frequencies(lanes, self.settings)[:, -1]
+        else:
+            stiffest = stiffest_frequency(as_stacks(lanes), self.settings)
+        limit = self.settings.step_safety * stable_step(stiffest, self.settings)
+        return np.asarray(np.minimum(self.settings.time_step, limit))
 
     def reserve(self, lanes: Lanes) -> tuple[Array, str]:
         """Whether blocks can stand on their springs; see `AbstractEngine.reserve`."""
         if lanes.spatial:
-            ratio = standing_ratio_in_space(lanes, self.settings)
+            ratio = _standing_ratio_in_space(lanes, self.settings)
         else:
             ratio = standing_ratio(as_stacks(lanes), self.settings)
         return ratio.min(axis=1), (
@@ -131,12 +115,25 @@ class Dem(AbstractEngine):
             "weight on them needs to stand, k_n I / (W h); raise engines.dem.normal_stiffness"
         )
 
-    def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
-        if lanes.spatial:
-            return dem_module(self.kernel(lanes), self.settings, self.target, lanes, motions)
-        return stack_module(
-            self.kernel(lanes), self.target, motions, lanes, self.settings.subcontacts
-        )
+    def inputs(
+        self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
+    ) -> dict[str, Any]:
+        """What the kernel takes; see `AbstractEngine.inputs`."""
+        stacks, step = as_stacks(lanes), self.longest_step(lanes, motions)
+        # A lane whose sizes are not finite takes one step to find that out.
+        per_lane = {"time_step": np.where(np.isfinite(step), step, times.duration)}
+        if not lanes.spatial:
+            turned = np.diff(stacks.rotation_start, axis=1, prepend=0.0).any(axis=1)
+            per_lane["uplift_time"] = np.where(turned, 0.0, NEVER)
+            blocks = _planar_blocks(stacks, self.settings)
+            return {"blocks": blocks, "lanes": per_lane, "knobs": self._knobs(module)}
+        points = point_pairs(self.settings.subcontacts, self.settings.subcontacts_across)
+        return {
+            "blocks": _with_ground(start_in_space(lanes, self.settings)),
+            "lanes": per_lane | _lane_columns_in_space(lanes, motions, self.settings),
+            "points": points,
+            "knobs": self._knobs(module),
+        }
 
     def _knobs(self, module: Any) -> Any:
         knobs = module.Knobs()
@@ -151,39 +148,84 @@ class Dem(AbstractEngine):
         knobs.dilatancy = math.tan(self.settings.dilatancy)
         return knobs
 
-    def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
-        """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
-        module = self._module(lanes, motions)
+    def fields(
+        self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
+    ) -> dict[str, npt.NDArray[Any]]:
+        """Lane fields of a response; see `AbstractEngine.fields`."""
+        rows, step = found.lanes, self.longest_step(lanes, motions)
         if lanes.spatial:
-            knobs = self._knobs(module)
-            return run_dem(module, self.settings, knobs, self.target, lanes, motions, times)
-        stacks = as_stacks(lanes)
-        step = self.longest_step(lanes, motions)
-        turned = np.diff(stacks.rotation_start, axis=1, prepend=0.0).any(axis=1)
-        rows, per_block, rotations = launch_stacks(
-            module,
-            self.target,
-            motions,
-            times,
-            _blocks(stacks, self.settings),
-            {
-                # A lane whose sizes are not finite takes one step to find that out.
-                "time_step": np.where(np.isfinite(step), step, times.duration),
-                "uplift_time": np.where(turned, 0.0, NEVER),
-            },
-            self._knobs(module),
-        )
-        # Springs tilt under what rigid faces carry: its own account alone tells what is gained.
-        gained = unstable(
-            stacks, account_of(rows, step), per_block["peak"], rigid=False, complete=True
-        )
+            blocks = spatial_fields(lanes, found.blocks)
+            account = account_in_space(lanes, motions, times.duration, rows)
+            gained = unstable(lanes, account, blocks["peak_tilt"], rigid=False)
+        else:
+            blocks = planar_fields(found.blocks)
+            # Springs tilt under what rigid faces carry: its own account alone tells what is gained.
+            account, peak = account_of(rows, step), blocks["peak_rotation"]
+            gained = unstable(lanes, account, peak, rigid=False, complete=True)
         # In the last step of the run every interface was closed and held.
-        marks = [(gained, Status.UNSTABLE)]
-        columns = lane_fields(rows, times.times[-1] - 1.5 * step, marks) | planar_fields(per_block)
-        if not lanes.stacked:
-            columns = {k: v[:, 0] if FIELDS[k].per_block else v for k, v in columns.items()}
-            rotations = None if rotations is None else rotations[:, 0]
-        return respond(self.name, columns, rotations, times)
+        rest_time = still_since(rows, times.times[-1] - 1.5 * step)
+        return lane_fields(rows, rest_time, [(gained, Status.UNSTABLE)]) | blocks
+
+
+def _planar_blocks(stacks: Lanes, settings: DemSettings) -> dict[str, Array]:
+    """Fields of the struct `Block`, shape [lane, block] each."""
+    start = start_at_rest(stacks, settings)
+    return {
+        **body_columns(stacks),
+        "depth": interface_depth(stacks),
+        "x": start.x,
+        "z": start.settlement,
+        "theta": start.rotation,
+        "stretch": start.stretch,
+    }
+
+
+def _standing_ratio_in_space(lanes: Lanes, settings: DemSettings) -> Array:
+    """`dem_springs.standing_ratio` about the weaker of both axes of a face, [lane, block]."""
+    springs = SpatialSprings.of(lanes, settings)
+    stacks, stiffness = as_stacks(lanes), settings.normal_stiffness
+    ratios = [
+        standing_on(stacks, stiffness, springs.place[..., axis], springs.area) for axis in (0, 1)
+    ]
+    return np.minimum(*ratios)
+
+
+def _lane_columns_in_space(
+    lanes: Lanes, motions: GroundMotions, settings: DemSettings
+) -> dict[str, npt.NDArray[Any]]:
+    """Fields of the struct `Lane` of blocks in space but its step, shape [lane] each."""
+    stacks = cast(SpatialLanes, as_stacks(lanes))
+    away = (stacks.rotation_start != 0.0) | (stacks.rotation_across_start != 0.0)
+    away = (away | (stacks.gap_start > 0.0)).any(axis=1)
+    x, y, z = (part.moves.astype(np.int32) for part in motions.components)
+    return {
+        "uplift_time": np.where(away, 0.0, NEVER),
+        "moves": x + 2 * y + 4 * z,
+        "creep": _creep_speed(stacks, settings),
+    }
+
+
+def _creep_speed(stacks: SpatialLanes, settings: DemSettings) -> Array:
+    """Speed up to which faces that stick may slip back and forth on their springs [m/s], [lane].
+
+    A mass M on a shear spring K that holds at most a force F swings by at most F / K, at the speed
+    F / sqrt(K M). What slides faster has left that; what slides slower sticks within a quarter of a
+    swing. The loosest interface counts.
+    """
+    mass = np.cumsum(stacks.mass[:, ::-1], axis=1)[:, ::-1]
+    area = stacks.face_width * stacks.face_depth
+    bound = stacks.friction * GRAVITY * mass + settings.cohesion * area
+    swing = bound / np.sqrt(settings.shear_stiffness * area * mass)
+    return np.asarray(np.maximum(swing.max(axis=1), LEAST_CREEP))
+
+
+def _with_ground(columns: dict[str, Array]) -> dict[str, Array]:
+    """Blocks on the ground, body 0: an endless flat face, of no height."""
+    endless = dict.fromkeys(("width", "depth"), ENDLESS)
+    return {
+        name: np.concatenate([np.full((len(each), 1), endless.get(name, 0.0)), each], axis=1)
+        for name, each in columns.items()
+    }
 
 
 def equivalent_restitution(lanes: Lanes, settings: DemSettings | None = None) -> Array:
@@ -213,16 +255,3 @@ def equivalent_restitution(lanes: Lanes, settings: DemSettings | None = None) ->
     after = np.cos(angle - turn) - np.cos(angle)
     before = np.cos(angle - np.abs(lanes.rotation_start)) - np.cos(angle)
     return np.asarray(np.sqrt(after / before))
-
-
-def _blocks(stacks: Lanes, settings: DemSettings) -> dict[str, Array]:
-    """Fields of the struct `Block`, shape [lane, block] each."""
-    start = start_at_rest(stacks, settings)
-    return {
-        **body_columns(stacks),
-        "depth": interface_depth(stacks),
-        "x": start.x,
-        "z": start.settlement,
-        "theta": start.rotation,
-        "stretch": start.stretch,
-    }

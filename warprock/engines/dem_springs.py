@@ -140,29 +140,6 @@ def stable_step(frequency: Array, settings: DemSettings) -> Array:
     return np.asarray(2.0 / frequency * (np.sqrt(1.0 + ratio**2) - ratio))
 
 
-def contact_restitution(damping_ratio: npt.ArrayLike) -> Array:
-    """Ratio e of speeds after and before a blow on a spring with a dashpot that cannot pull [-].
-
-    The contact ends when its force vanishes. With z the damping ratio and s = sqrt(|1 - z^2|):
-    e = exp(-(z / s) (pi - atan2(2 z s, s^2 - z^2))) below critical damping, exp(-2) at it, and
-    exp(-(z / s) ln((z + s) / (z - s))) beyond.
-
-    Args:
-        damping_ratio: z = beta w / 2 with w = sqrt(k / m) of the contact, >= 0.
-
-    References:
-        Schwager and Poeschel (2007), Granular Matter 9, 465-469.
-    """
-    z = np.asarray(damping_ratio, dtype=np.float64)
-    s = np.sqrt(np.abs(1.0 - z**2))
-    safe = np.where(s > 0.0, s, 1.0)
-    swings = np.pi - np.arctan2(2.0 * z * s, 1.0 - 2.0 * z**2)
-    # (z + s) / (z - s) = (z + s)^2, for the product of the two is one.
-    creeps = 2.0 * np.log(np.where(z > 1.0, z + s, 1.0))
-    angle = np.where(z < 1.0, swings, creeps) / safe
-    return np.asarray(np.exp(-z * np.where(s > 0.0, angle, 2.0)))
-
-
 @dataclasses.dataclass(frozen=True)
 class Start:
     """Where the blocks start, shape [lane, block] each.

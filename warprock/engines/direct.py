@@ -2,28 +2,29 @@
 
 from __future__ import annotations
 
-from types import ModuleType
+import dataclasses
 from typing import Any, ClassVar, final
 
 import numpy as np
 import numpy.typing as npt
-import warp as wp
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.decoding import UNSOLVED, lane_fields, planar_fields
-from warprock.engines.direct_stack import DIRECT_STACK, direct_stack_module, run_direct_stacks
-from warprock.engines.launching import Kernel, Target, launch, respond
+from warprock.engines.blocks import body_columns, carried, stack_columns, start_on_corners
+from warprock.engines.decoding import lane_fields, planar_fields, still_since
+from warprock.engines.launching import Found, Kernel
 from warprock.engines.soundness import account_of, contacts_hold, unstable
-from warprock.kernels.instance import kernel_module
-from warprock.model.lanes import Lanes
+from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import GroundMotions
-from warprock.model.response import Response, SampleTimes, Status
+from warprock.model.response import SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import DirectSettings
 from warprock.units import GRAVITY
 
+Array = npt.NDArray[np.float64]
+
 
 @final
+@dataclasses.dataclass(frozen=True)
 class Direct(AbstractEngine):
     """Springs and dashpots at the corners, backward Euler, contact impulses solved exactly.
 
@@ -39,94 +40,86 @@ class Direct(AbstractEngine):
     """
 
     name: ClassVar[str] = "direct"
-    order: ClassVar[int | None] = 1
     settings_type = DirectSettings
+    order: ClassVar[int | None] = 1
 
-    def __init__(
-        self, settings: DirectSettings | None = None, target: Target | None = None
-    ) -> None:
-        """Builds the engine.
+    def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
+        """The kernel that runs a scene: stacks run one lane a thread on any device."""
+        if scene.stacked:
+            return Kernel("direct/stack_run")
+        return Kernel("direct/block_run", lanes=self.target.lanes)
 
-        Args:
-            settings: Defaults where None.
-            target: Precision, device and form of the kernel.
-        """
-        self.settings = settings or DirectSettings()
-        self.target = target or Target()
-
-    @classmethod
-    def supports(cls, scene: SceneKind) -> str | None:
-        """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
-        if scene.beyond_the_plane:
-            return scene.beyond_the_plane
-        if scene.restitution_given:
-            return (
-                "direct finds the angular restitution from its contact law and cannot follow "
-                "the prescribed contact.angular_restitution"
-            )
-        return None
-
-    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
-        """The kernel that runs a scene; see `AbstractEngine.kernel`."""
-        return (
-            DIRECT_STACK if scene.stacked else Kernel("direct/block_run", self.target.kernel_form)
-        )
-
-    def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
-        """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
-        wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
-
-    def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
-        if lanes.stacked:
-            return direct_stack_module(self.target, lanes, motions)
-        module: ModuleType = kernel_module(
-            self.kernel(lanes).file, precision=self.target.precision, motion=motions.kind.value
-        )
-        return module
-
-    def _knobs(self, module: Any) -> Any:
+    def inputs(
+        self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
+    ) -> dict[str, Any]:
+        """What the kernel takes; see `AbstractEngine.inputs`."""
+        step, stiffness = self.settings.time_step, self.settings.contact_stiffness
         knobs = module.Knobs()
-        knobs.time_step = self.settings.time_step
-        knobs.rate = 1.0 / self.settings.time_step
+        knobs.time_step = step
+        knobs.rate = 1.0 / step
         knobs.gravity = GRAVITY
+        knobs.margin = 2.0 * GRAVITY * step**2
         knobs.box = self.settings.friction_box
-        knobs.margin = 2.0 * GRAVITY * self.settings.time_step**2
-        return knobs
+        if not lanes.stacked:
+            blocks = _single_blocks(lanes, self.settings)
+            return {"blocks": blocks, "starts": lanes.rotation_start, "knobs": knobs}
+        drag = step * stiffness + self.settings.contact_damping
+        knobs.cfm = 1.0 / (step * drag)
+        knobs.erp = step * stiffness / drag
+        blocks = _stacked_blocks(lanes, self.settings)
+        return {"blocks": blocks, "lanes": stack_columns(lanes), "knobs": knobs}
 
-    def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
-        """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
-        if lanes.stacked:
-            return run_direct_stacks(self.settings, self.target, lanes, motions, times)
-        module = self._module(lanes, motions)
-        rows, rotations = launch(
-            module,
-            self.kernel(lanes),
-            self.target,
-            lanes,
-            motions,
-            times,
-            _blocks(lanes, self.settings),
-            self._knobs(module),
-        )
-        step, hold = self.settings.time_step, contacts_hold(lanes, self.settings.contact_stiffness)
-        gained = unstable(lanes, account_of(rows, step, lanes.mass), rows["peak"], rigid=hold)
-        # In the last step of the run no corner had parted, and nothing slid.
-        marks = [(rows["mode"] == UNSOLVED, Status.ITERATION_LIMIT), (gained, Status.UNSTABLE)]
-        columns = lane_fields(rows, times.times[-1] - 0.5 * step, marks) | planar_fields(rows)
-        columns["energy_lost"] = lanes.mass * rows["loss"]
-        return respond(self.name, columns, rotations, times)
+    def fields(
+        self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
+    ) -> dict[str, npt.NDArray[Any]]:
+        """Lane fields of a response; see `AbstractEngine.fields`."""
+        rows, step = found.lanes, self.settings.time_step
+        # Of single blocks the kernel knows the energy of unit mass.
+        mass = 1.0 if lanes.stacked else lanes.mass
+        stacks = as_stacks(lanes)
+        hold = contacts_hold(stacks, self.settings.contact_stiffness)
+        gained = unstable(stacks, account_of(rows, step, mass), found.blocks["peak"], rigid=hold)
+        # In the last step of the run no end had parted, and nothing slid.
+        rest_time = still_since(rows, times.times[-1] - 0.5 * step)
+        fields = lane_fields(rows, rest_time, [(gained, Status.UNSTABLE)])
+        return fields | planar_fields(found.blocks) | {"energy_lost": mass * rows["loss"]}
 
 
-def _blocks(lanes: Lanes, settings: DirectSettings) -> dict[str, npt.NDArray[np.float64]]:
-    """Fields of the struct `Block`, shape [lane] each; the block has the mass 1."""
+def _single_blocks(lanes: Lanes, settings: DirectSettings) -> dict[str, Array]:
+    """Fields of the struct `Block` of single blocks, shape [lane, 1] each; they have the mass 1."""
     step, stiffness = settings.time_step, settings.contact_stiffness
     drag = step * stiffness + settings.contact_damping
+    stacks = as_stacks(lanes)
     return {
-        "half_width": 0.5 * lanes.face_width,
-        "half_height": 0.5 * lanes.height,
-        "inverse_inertia": 12.0 / (lanes.width**2 + lanes.height**2),
-        "friction": lanes.friction,
-        "stiffness": stiffness / lanes.mass,
-        "cfm": lanes.mass / (step * drag),
-        "erp": np.full(lanes.lane_count, step * stiffness / drag),
+        "half_width": 0.5 * stacks.face_width,
+        "half_height": 0.5 * stacks.height,
+        "inverse_inertia": 12.0 / (stacks.width**2 + stacks.height**2),
+        "friction": stacks.friction,
+        "stiffness": stiffness / stacks.mass,
+        "cfm": stacks.mass / (step * drag),
+        "erp": np.full(stacks.width.shape, step * stiffness / drag),
+    }
+
+
+def _stacked_blocks(lanes: Lanes, settings: DirectSettings) -> dict[str, Array]:
+    """Fields of the struct `Block` of stacks, shape [lane, block] each.
+
+    A stack that stands flat starts sunk into its springs by its weight; that springs under an
+    eccentric weight tilt it is left to the first moments of the run, as is the sinking of a turned
+    block.
+    """
+    x, z, left, right = start_on_corners(lanes)
+    above, centre = carried(lanes, x)
+    share = np.clip((centre - left) / np.maximum(right - left, 1e-12), 0.0, 1.0)
+    turn = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
+    on_right = np.select([turn > 0.0, turn < 0.0], [1.0, 0.0], share)
+    flat = ~lanes.rotation_start.any(axis=1, keepdims=True)
+    sunk = np.where(flat, 0.5 * GRAVITY * above / settings.contact_stiffness, 0.0)
+    weight = GRAVITY * settings.time_step * above
+    return {
+        **body_columns(lanes),
+        "x": x,
+        "z": z - np.cumsum(sunk, axis=1),
+        "left": weight * (1.0 - on_right),
+        "right": weight * on_right,
     }

@@ -2,47 +2,44 @@
 
 from __future__ import annotations
 
-from types import ModuleType
+import dataclasses
 from typing import Any, ClassVar, final
 
 import numpy as np
 import numpy.typing as npt
-import warp as wp
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.event_stack import EVENT_STACK, event_stack_module, run_event_stacks
-from warprock.engines.launching import (
-    Kernel,
-    Target,
-    launch,
-    respond,
-    step_limit,
-    time_or_nan,
-)
-from warprock.engines.spatial_event import (
-    cut_at_knots,
-    longest_steps,
-    run_spatial_event,
-    spatial_event_kernel,
-    spatial_event_module,
-)
-from warprock.kernels.instance import kernel_module
+from warprock.engines.blocks import spatial_columns
+from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, time_or_nan
+from warprock.engines.launching import Form, Found, Kernel
+from warprock.engines.soundness import account_in_space, unstable
+from warprock.engines.workload import step_limit
 from warprock.model import rocking
-from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions, RecordMotions
-from warprock.model.response import Outcome, Response, SampleTimes, Status
+from warprock.model.lanes import Lanes, as_stacks
+from warprock.model.motion import GroundMotions
+from warprock.model.response import SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY
 
-PHASE_STEP = 0.25
-"""Longest step as a part of 1 / p: a longer one does not follow the block's own rocking."""
+Array = npt.NDArray[np.float64]
 
-OVERTURNED, BROKEN, STALLED = range(3, 6)
-"""Modes of a lane in the kernel."""
+PHASE_STEP = 0.25
+"""Longest step as a part of 1 / p of the quickest block: a longer one does not follow its own
+rocking."""
+
+STEPS_SPARE = 50
+"""Steps allowed for every step that a run without events would take; an impact takes some four, so
+this is far above any motion and ends only a lane that makes no headway."""
+
+PACK = 8
+"""Lanes side by side of blocks in space: one vector of float64 with AVX-512. Steps with an event
+are taken one by one in between, so that more in flight gain nothing, and a batch smaller than a
+pack costs less."""
 
 
 @final
+@dataclasses.dataclass(frozen=True)
 class Event(AbstractEngine):
     """Rigid corners, Coulomb friction, midpoint Moreau-Jean steps that end at impacts.
 
@@ -63,118 +60,111 @@ class Event(AbstractEngine):
     """
 
     name: ClassVar[str] = "event"
-    order: ClassVar[int | None] = 2
-    rests_exactly: ClassVar[bool] = True
     settings_type = EventSettings
+    order: ClassVar[int | None] = 2
+    spatial: ClassVar[bool] = True
+    rests_exactly: ClassVar[bool] = True
 
-    def __init__(self, settings: EventSettings | None = None, target: Target | None = None) -> None:
-        """Builds the engine.
+    def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
+        """The kernel that runs a scene: packed are single blocks alone, in space on a cone."""
+        if not scene.spatial:
+            if scene.stacked:
+                return Kernel("event/stack_run")
+            return Kernel("event/block_run", lanes=self.target.lanes)
+        friction = "box" if self.settings.friction_box else "cone"
+        if scene.stacked:
+            return Kernel("event_space/space_stack_run", friction=friction)
+        if self.target.kernel_form is Form.PACKED and friction == "cone":
+            return Kernel("event_space/pack_run", lanes=PACK)
+        return Kernel("event_space/space_run", friction=friction)
 
-        Args:
-            settings: Defaults where None.
-            target: Precision, device and form of the kernel.
-        """
-        self.settings = settings or EventSettings()
-        self.target = target or Target()
+    def longest_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
+        """Longest step that every lane may take [s]: also cut at the knots of a record."""
+        return np.asarray(np.minimum(self._own_step(lanes), motions.knot_interval))
 
-    @classmethod
-    def supports(cls, scene: SceneKind) -> str | None:
-        """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
-        if scene.restitution_given:
-            return (
-                "event finds the angular restitution from its contact law and cannot follow "
-                "the prescribed contact.angular_restitution"
-            )
-        return None
+    def _own_step(self, lanes: Lanes) -> Array:
+        """Longest step [s]: a part of 1 / p, the largest of blocks, and in space of both planes."""
+        sides = (lanes.width, lanes.depth) if lanes.spatial else (lanes.width,)
+        rates = [
+            rocking.frequency_parameter(side, lanes.height).reshape(lanes.lane_count, -1)
+            for side in sides
+        ]
+        fastest = np.concatenate(rates, axis=1).max(axis=1)
+        return np.asarray(np.minimum(self.settings.time_step, PHASE_STEP / fastest))
 
-    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
-        """The kernel that runs a scene; see `AbstractEngine.kernel`."""
-        if scene.spatial:
-            return spatial_event_kernel(self.settings, self.target, scene)
-        return EVENT_STACK if scene.stacked else Kernel("event/block_run", self.target.kernel_form)
-
-    def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
-        """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
-        wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
-
-    def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
-        if lanes.spatial:
-            return spatial_event_module(self.settings, self.target, lanes, motions)
-        if lanes.stacked:
-            return event_stack_module(self.target, lanes, motions)
-        module: ModuleType = kernel_module(
-            self.kernel(lanes).file, precision=self.target.precision, motion=motions.kind.value
-        )
-        return module
-
-    def _knobs(self, module: Any) -> Any:
+    def inputs(
+        self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
+    ) -> dict[str, Any]:
+        """What the kernel takes; see `AbstractEngine.inputs`."""
         knobs = module.Knobs()
         knobs.gravity = GRAVITY
-        return knobs
-
-    def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
-        """Longest step that every lane may take [s]: also cut at the knots of a record."""
-        if lanes.spatial:
-            return cut_at_knots(longest_steps(self.settings, lanes), motions)
-        rate = rocking.frequency_parameter(lanes.width, lanes.height)
-        fastest = rate.reshape(lanes.lane_count, -1).max(axis=1)
-        longest = np.minimum(self.settings.time_step, PHASE_STEP / fastest)
-        if isinstance(motions, RecordMotions):
-            longest = np.minimum(longest, motions.interval)
-        return np.asarray(longest)
-
-    def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
-        """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
-        if lanes.spatial:
-            return run_spatial_event(self.settings, self.target, lanes, motions, times)
-        if lanes.stacked:
-            return run_event_stacks(self.settings, self.target, lanes, motions, times)
-        inertia = (lanes.width**2 + lanes.height**2) / 12.0
-        rate = rocking.frequency_parameter(lanes.width, lanes.height)
-        longest_step = np.minimum(self.settings.time_step, PHASE_STEP / rate)
-        hold = np.minimum(lanes.friction, lanes.width / lanes.height)
-        blocks = {
-            "half_width": 0.5 * lanes.width,
-            "half_height": 0.5 * lanes.height,
-            "inertia": inertia,
-            "inverse_inertia": 1.0 / inertia,
-            "friction": lanes.friction,
-            "hold_acceleration": GRAVITY * hold,
-            "rest_rotation": self.settings.rest_rotation_ratio * lanes.slenderness_angle,
+        longest_step = self._own_step(lanes)
+        per_lane: dict[str, npt.NDArray[Any]] = {
             "longest_step": longest_step,
-            "step_limit": step_limit(motions, times, longest_step),
+            "step_limit": step_limit(motions, times.duration, longest_step, STEPS_SPARE),
         }
-        module = self._module(lanes, motions)
-        rows, rotations = launch(
-            module,
-            self.kernel(lanes),
-            self.target,
-            lanes,
-            motions,
-            times,
-            blocks,
-            self._knobs(module),
-        )
-        mode = rows["mode"]
-        rest_time = time_or_nan(rows["rest_time"])
-        columns = {
-            "peak_rotation": rows["peak"],
-            "peak_time": rows["peak_time"],
-            "outcome": np.select(
-                [mode == OVERTURNED, np.isfinite(rest_time)],
-                [Outcome.OVERTURNED, Outcome.AT_REST],
-                Outcome.ROCKING,
-            ),
-            "status": np.select(
-                [mode == BROKEN, mode == STALLED], [Status.NONFINITE, Status.EVENT_LIMIT], Status.OK
-            ),
-            "impact_count": rows["impacts"],
-            "uplift_time": time_or_nan(rows["uplift_time"]),
-            "rest_time": rest_time,
-            "residual_slide": rows["slide"],
-            "peak_slide": rows["peak_slide"],
-            "peak_penetration": rows["deepest"],
-            "energy_lost": lanes.mass * rows["loss"],
-            "step_count": rows["steps"],
-        }
-        return respond(self.name, columns, rotations, times)
+        if lanes.spatial:
+            per_lane["rest_gap"] = _rest_gap(lanes, self.settings)
+            return {"blocks": spatial_columns(lanes), "lanes": per_lane, "knobs": knobs}
+        if lanes.stacked:
+            per_lane["mass"] = lanes.mass.sum(axis=1)
+            blocks = _stacked_blocks(lanes, self.settings)
+            return {"blocks": blocks, "lanes": per_lane, "knobs": knobs}
+        blocks = _single_blocks(lanes, self.settings)
+        blocks |= {name: each[:, None] for name, each in per_lane.items()}
+        return {"blocks": blocks, "starts": lanes.rotation_start, "knobs": knobs}
+
+    def fields(
+        self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
+    ) -> dict[str, npt.NDArray[Any]]:
+        """Lane fields of a response; see `AbstractEngine.fields`."""
+        rows, marks = found.lanes, []
+        if lanes.spatial:
+            blocks = spatial_fields(lanes, found.blocks)
+            account = account_in_space(lanes, motions, times.duration, rows)
+            marks = [(unstable(lanes, account, blocks["peak_tilt"]), Status.UNSTABLE)]
+        else:
+            blocks = planar_fields(found.blocks)
+        # Of single blocks in the plane the kernel knows the energy of unit mass.
+        mass = 1.0 if lanes.stacked or lanes.spatial else lanes.mass
+        rest_time = time_or_nan(rows["moved" if lanes.spatial else "rest_time"])
+        fields = lane_fields(rows, rest_time, marks)
+        return fields | blocks | {"energy_lost": mass * rows["loss"]}
+
+
+def _single_blocks(lanes: Lanes, settings: EventSettings) -> dict[str, npt.NDArray[Any]]:
+    """Fields of the struct `Block` of single blocks, shape [lane, 1] each; they have the mass 1."""
+    blocks = as_stacks(lanes)
+    inertia = (blocks.width**2 + blocks.height**2) / 12.0
+    hold = np.minimum(blocks.friction, blocks.width / blocks.height)
+    return {
+        "half_width": 0.5 * blocks.width,
+        "half_height": 0.5 * blocks.height,
+        "inertia": inertia,
+        "inverse_inertia": 1.0 / inertia,
+        "friction": blocks.friction,
+        "hold_acceleration": GRAVITY * hold,
+        "rest_rotation": settings.rest_rotation_ratio * blocks.slenderness_angle,
+    }
+
+
+def _stacked_blocks(lanes: Lanes, settings: EventSettings) -> dict[str, Array]:
+    """Fields of the struct `Block` of stacks, shape [lane, block] each."""
+    inertia = lanes.mass * (lanes.width**2 + lanes.height**2) / 12.0
+    return {
+        "half_height": 0.5 * lanes.height,
+        "half_face": 0.5 * lanes.face_width,
+        "inverse_mass": 1.0 / lanes.mass,
+        "inverse_inertia": 1.0 / inertia,
+        "friction": lanes.friction,
+        "rest_rotation": settings.rest_rotation_ratio * lanes.slenderness_angle,
+        "offset": lanes.offset,
+        "rotation_start": lanes.rotation_start,
+    }
+
+
+def _rest_gap(lanes: Lanes, settings: EventSettings) -> Array:
+    """Rise of a corner from which a block in space rests [m], the least of a lane, shape [lane]."""
+    face = np.minimum(lanes.face_width, lanes.face_depth)
+    gap = settings.rest_rotation_ratio * np.arctan2(face, lanes.height) * face
+    return np.asarray(gap.reshape(lanes.lane_count, -1).min(axis=1))

@@ -2,28 +2,21 @@
 
 from __future__ import annotations
 
-from types import ModuleType
+import dataclasses
 from typing import Any, ClassVar, final
 
 import numpy as np
 import numpy.typing as npt
-import warp as wp
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.launching import (
-    NEVER,
-    Kernel,
-    Target,
-    fastest_rate,
-    launch,
-    respond,
-    time_or_nan,
-)
-from warprock.kernels.instance import kernel_module
+from warprock.engines.decoding import lane_fields, planar_fields, time_or_nan
+from warprock.engines.launching import NEVER, Found, Kernel
+from warprock.engines.workload import step_limit
+from warprock.kernels.modes import RESTING
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions, RecordMotions
-from warprock.model.response import Outcome, Response, SampleTimes, Status
+from warprock.model.motion import GroundMotions
+from warprock.model.response import SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import HousnerSettings
 from warprock.units import GRAVITY
@@ -46,11 +39,9 @@ FRICTION_SLACK = {"float64": 1e-6, "float32": 1e-4}
 """Part by which a lane's friction may fall short before the lane counts as outside the model: the
 series of the contact force leave out some 1e-7 of the weight, float32 rounds to about 1e-5."""
 
-RESTING, ROCKING, OVERTURNED, BROKEN, STALLED = range(5)
-"""Modes of a lane in the kernel."""
-
 
 @final
+@dataclasses.dataclass(frozen=True)
 class Housner(AbstractEngine):
     """Event-driven solution of Housner's equation (1963) by Taylor series, lane by lane.
 
@@ -68,27 +59,14 @@ class Housner(AbstractEngine):
     """
 
     name: ClassVar[str] = "housner"
-    order: ClassVar[int | None] = None
-    slides: ClassVar[bool] = False
     settings_type = HousnerSettings
-
-    def __init__(
-        self, settings: HousnerSettings | None = None, target: Target | None = None
-    ) -> None:
-        """Builds the engine.
-
-        Args:
-            settings: Defaults where None.
-            target: Precision, device and form of the kernel.
-        """
-        self.settings = settings or HousnerSettings()
-        self.target = target or Target()
+    order: ClassVar[int | None] = None
+    restitution: ClassVar[str | None] = None
+    slides: ClassVar[bool] = False
 
     @classmethod
-    def supports(cls, scene: SceneKind) -> str | None:
-        """Why the scene cannot be run; None if it can: Housner's block must not slide."""
-        if scene.beyond_the_plane:
-            return scene.beyond_the_plane
+    def declines(cls, scene: SceneKind) -> str | None:
+        """Why its model is not for a scene: Housner's block must not slide."""
         if scene.stacked:
             return "housner runs single blocks, and the case has a stack"
         if scene.angular_restitution <= 0.0:
@@ -104,28 +82,20 @@ class Housner(AbstractEngine):
             )
         return None
 
-    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
-        """The kernel that runs a scene; see `AbstractEngine.kernel`."""
-        return Kernel("housner/block_run", self.target.kernel_form)
+    def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
+        """The kernel that runs a scene; see `AbstractEngine.kernel_of`."""
+        return Kernel("housner/block_run", lanes=self.target.lanes)
 
-    def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
-        """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
-        wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
-
-    def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
-        module: ModuleType = kernel_module(
-            self.kernel(lanes).file, precision=self.target.precision, motion=motions.kind.value
-        )
-        return module
-
-    def _blocks(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> dict[str, Any]:
-        """Fields of the kernel's struct `Block`, shape [lane] each."""
+    def inputs(
+        self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
+    ) -> dict[str, Any]:
+        """What the kernel takes; see `AbstractEngine.inputs`."""
         alpha = lanes.slenderness_angle
         radius = rocking.half_diagonal(lanes.width, lanes.height)
         frequency_squared = 3.0 * GRAVITY / (4.0 * radius)
-        rate = np.maximum(np.sqrt(frequency_squared), fastest_rate(motions))
+        rate = np.maximum(np.sqrt(frequency_squared), motions.components[0].fastest_rate)
         step_length = PHASE_STEP[self.target.precision] / rate
-        return {
+        blocks = {
             "slenderness_angle": alpha,
             "frequency_squared": frequency_squared,
             "coupling": frequency_squared / GRAVITY,
@@ -138,57 +108,29 @@ class Housner(AbstractEngine):
             "rest_rotation": alpha
             * max(self.settings.rest_rotation_ratio, REST_RATIO_LEAST[self.target.precision]),
             "step_length": step_length,
-            "step_limit": _step_limit(motions, times, step_length),
+            "step_limit": step_limit(
+                motions, times.duration, step_length, STEPS_SPARE, len(times.times)
+            ),
+        }
+        return {
+            "blocks": {name: each[:, None] for name, each in blocks.items()},
+            "starts": lanes.rotation_start,
         }
 
-    def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
-        """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
-        rows, rotations = launch(
-            self._module(lanes, motions),
-            self.kernel(lanes),
-            self.target,
-            lanes,
-            motions,
-            times,
-            self._blocks(lanes, motions, times),
-        )
-        mode = rows["mode"]
+    def fields(
+        self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
+    ) -> dict[str, npt.NDArray[Any]]:
+        """Lane fields of a response; see `AbstractEngine.fields`."""
+        rows = found.lanes
         needed = np.asarray(rows["needed"], dtype=np.float64)
         needed[needed >= NEVER] = np.inf
         slack = 1.0 + FRICTION_SLACK[self.target.precision]
         inertia = 4.0 / 3.0 * lanes.mass * rocking.half_diagonal(lanes.width, lanes.height) ** 2
-        still = np.zeros(lanes.lane_count)
-        columns = {
-            "peak_rotation": rows["peak"],
-            "peak_time": rows["peak_time"],
-            "outcome": np.select(
-                [mode == OVERTURNED, mode == RESTING],
-                [Outcome.OVERTURNED, Outcome.AT_REST],
-                Outcome.ROCKING,
-            ),
-            "status": np.select(
-                [mode == BROKEN, mode == STALLED, needed > slack * lanes.friction],
-                [Status.NONFINITE, Status.EVENT_LIMIT, Status.OUTSIDE_MODEL],
-                Status.OK,
-            ),
-            "impact_count": rows["impacts"],
-            "uplift_time": time_or_nan(rows["uplift_time"]),
-            "rest_time": np.where(mode == RESTING, time_or_nan(rows["rest_time"]), np.nan),
-            "residual_slide": still,
-            "peak_slide": still,
-            "peak_penetration": still,
+        rest_time = np.where(rows["mode"] == RESTING, time_or_nan(rows["rest_time"]), np.nan)
+        marks = [(needed > slack * lanes.friction, Status.OUTSIDE_MODEL)]
+        return {
+            **lane_fields(rows, rest_time, marks),
+            **planar_fields(found.blocks),
             "energy_lost": 0.5 * inertia * rows["loss"],
-            "step_count": rows["steps"],
             "friction_needed": needed,
         }
-        return respond(self.name, columns, rotations, times)
-
-
-def _step_limit(
-    motions: GroundMotions, times: SampleTimes, step_length: npt.NDArray[np.float64]
-) -> npt.NDArray[np.int64]:
-    """Steps after which a lane counts as stalled, shape [lane]."""
-    steps = times.duration / step_length + len(times.times)
-    if isinstance(motions, RecordMotions):
-        steps = steps + motions.count
-    return np.where(np.isfinite(steps), STEPS_SPARE * (steps + 100.0), 0.0).astype(np.int64)

@@ -2,35 +2,27 @@
 
 from __future__ import annotations
 
-from types import ModuleType
+import dataclasses
 from typing import Any, ClassVar, final
 
-import warp as wp
+import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.decoding import lane_fields, planar_fields
-from warprock.engines.impulse_stack import (
-    impulse_stack,
-    impulse_stack_module,
-    run_impulse_stacks,
-)
-from warprock.engines.launching import Form, Kernel, Target, launch, respond
-from warprock.engines.soundness import account_of, unstable
-from warprock.engines.spatial_impulse import (
-    run_spatial_impulse,
-    spatial_impulse_kernel,
-    spatial_impulse_module,
-)
-from warprock.kernels.instance import MAX_UNROLL, kernel_module
-from warprock.model.lanes import Lanes
+from warprock.engines.blocks import planar_columns, spatial_columns, stack_columns
+from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
+from warprock.engines.launching import Found, Kernel
+from warprock.engines.soundness import account_in_space, account_of, unstable
+from warprock.kernels.instance import MAX_UNROLL
+from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import GroundMotions
-from warprock.model.response import Response, SampleTimes, Status
+from warprock.model.response import SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import ImpulseSettings
 from warprock.units import GRAVITY
 
 
 @final
+@dataclasses.dataclass(frozen=True)
 class Impulse(AbstractEngine):
     """Hard contacts at two corners, Coulomb friction, warm-started projected Gauss-Seidel.
 
@@ -49,97 +41,68 @@ class Impulse(AbstractEngine):
     """
 
     name: ClassVar[str] = "impulse"
-    order: ClassVar[int | None] = 1
     settings_type = ImpulseSettings
+    order: ClassVar[int | None] = 1
+    spatial: ClassVar[bool] = True
 
-    def __init__(
-        self, settings: ImpulseSettings | None = None, target: Target | None = None
-    ) -> None:
-        """Builds the engine.
-
-        Args:
-            settings: Defaults where None.
-            target: Precision, device and form of the kernel.
-        """
-        self.settings = settings or ImpulseSettings()
-        self.target = target or Target()
-
-    @classmethod
-    def supports(cls, scene: SceneKind) -> str | None:
-        """Why the scene cannot be run; None if it can: impacts follow the contact law alone."""
-        if scene.restitution_given:
-            return (
-                "impulse finds the angular restitution from its contact law and cannot follow "
-                "the prescribed contact.angular_restitution"
-            )
-        return None
-
-    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
-        """The kernel that runs a scene; see `AbstractEngine.kernel`.
+    def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
+        """The kernel that runs a scene: stacks in space run one lane a thread on any device.
 
         More sweeps than are written out would keep the packed loop over lanes of single blocks in
         scalar code, many times slower than the plain form.
         """
+        lanes, sweeps = self.target.lanes, self.settings.iterations
         if scene.spatial:
-            return spatial_impulse_kernel(self.target, scene)
+            friction = "box" if self.settings.friction_box else "cone"
+            if scene.stacked:
+                return Kernel("impulse/space_stack_run", friction=friction)
+            return Kernel("impulse/space_run", lanes=lanes, friction=friction)
         if scene.stacked:
-            return impulse_stack(self.target)
-        slow = self.target.form is None and self.settings.iterations > MAX_UNROLL
-        return Kernel("impulse/block_run", Form.PLAIN if slow else self.target.kernel_form)
+            return Kernel("impulse/stack_run", lanes=lanes, iterations=sweeps)
+        slow = self.target.form is None and sweeps > MAX_UNROLL
+        return Kernel("impulse/block_run", lanes=1 if slow else lanes, iterations=sweeps)
 
-    def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
-        """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
-        wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
-
-    def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
-        if lanes.spatial:
-            return spatial_impulse_module(self.settings, self.target, lanes, motions)
-        if lanes.stacked:
-            return impulse_stack_module(self.settings, self.target, lanes, motions)
-        module: ModuleType = kernel_module(
-            self.kernel(lanes).file,
-            precision=self.target.precision,
-            motion=motions.kind.value,
-            iterations=self.settings.iterations,
-        )
-        return module
-
-    def _knobs(self, module: Any) -> Any:
+    def inputs(
+        self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
+    ) -> dict[str, Any]:
+        """What the kernel takes; see `AbstractEngine.inputs`."""
+        step = self.settings.time_step
         knobs = module.Knobs()
-        knobs.time_step = self.settings.time_step
-        knobs.rate = 1.0 / self.settings.time_step
+        knobs.time_step = step
+        knobs.rate = 1.0 / step
         knobs.gravity = GRAVITY
         knobs.collision_margin = self.settings.collision_margin
         knobs.erp = self.settings.erp
-        return knobs
-
-    def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
-        """Runs a batch of lanes on the calling thread; see `AbstractEngine.run`."""
         if lanes.spatial:
-            return run_spatial_impulse(self.settings, self.target, lanes, motions, times)
+            knobs.sweeps = self.settings.iterations
+            return {"blocks": spatial_columns(lanes), "knobs": knobs}
         if lanes.stacked:
-            return run_impulse_stacks(self.settings, self.target, lanes, motions, times)
+            blocks = planar_columns(lanes, GRAVITY * step)
+            return {"blocks": blocks, "lanes": stack_columns(lanes), "knobs": knobs}
+        stacks = as_stacks(lanes)
         blocks = {
-            "half_width": 0.5 * lanes.width,
-            "half_height": 0.5 * lanes.height,
-            "inverse_inertia": 12.0 / (lanes.width**2 + lanes.height**2),
-            "friction": lanes.friction,
+            "half_width": 0.5 * stacks.width,
+            "half_height": 0.5 * stacks.height,
+            "inverse_inertia": 12.0 / (stacks.width**2 + stacks.height**2),
+            "friction": stacks.friction,
         }
-        module = self._module(lanes, motions)
-        rows, rotations = launch(
-            module,
-            self.kernel(lanes),
-            self.target,
-            lanes,
-            motions,
-            times,
-            blocks,
-            self._knobs(module),
-        )
-        step = self.settings.time_step
-        gained = unstable(lanes, account_of(rows, step, lanes.mass), rows["peak"])
+        return {"blocks": blocks, "starts": lanes.rotation_start, "knobs": knobs}
+
+    def fields(
+        self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
+    ) -> dict[str, npt.NDArray[Any]]:
+        """Lane fields of a response; see `AbstractEngine.fields`."""
+        rows, step = found.lanes, self.settings.time_step
+        # Of single blocks the kernels know the energy of unit mass.
+        mass = 1.0 if lanes.stacked else lanes.mass
+        if lanes.spatial:
+            blocks = spatial_fields(lanes, found.blocks)
+            account = account_in_space(lanes, motions, times.duration, rows, mass)
+            gained = unstable(lanes, account, blocks["peak_tilt"])
+        else:
+            blocks = planar_fields(found.blocks)
+            gained = unstable(lanes, account_of(rows, step, mass), blocks["peak_rotation"])
         # In the last step of the run no corner had parted, and nothing slid.
-        marks = [(gained, Status.UNSTABLE)]
-        columns = lane_fields(rows, times.times[-1] - 0.5 * step, marks) | planar_fields(rows)
-        columns["energy_lost"] = lanes.mass * rows["loss"]
-        return respond(self.name, columns, rotations, times)
+        rest_time = still_since(rows, times.times[-1] - 0.5 * step)
+        fields = lane_fields(rows, rest_time, [(gained, Status.UNSTABLE)])
+        return fields | blocks | {"energy_lost": mass * rows["loss"]}

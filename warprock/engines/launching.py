@@ -1,7 +1,8 @@
-"""What the host side of every engine shares: filling lanes into Warp arrays and launching.
+"""Where and how kernels run, and the launch that every engine shares.
 
-Both forms of a kernel take the same arrays. `packed` runs packs of `LANE_WIDTH` lanes on the
-CPU, `plain` one lane a thread on any device.
+A kernel runs `LANES` lanes a thread: a pack side by side on the CPU, one on any other device. Its
+arrays of blocks are [block, lane], lowest block first, so that lanes lie side by side; a single
+block is a stack of one. What a kernel takes besides its blocks it names in its signature.
 """
 
 from __future__ import annotations
@@ -17,37 +18,20 @@ import numpy.typing as npt
 import warp as wp
 
 from warprock.kernels.instance import LANE_WIDTH, REALS
-from warprock.model.lanes import Lanes
-from warprock.model.motion import (
-    GroundMotions,
-    HarmonicMotions,
-    ModulatedMotions,
-    RecordMotions,
-    RickerMotions,
-    SpatialMotions,
-)
-from warprock.model.response import (
-    INTEGER_FIELDS,
-    LANE_FIELDS,
-    MODEL_FIELDS,
-    SPATIAL_FIELDS,
-    USABLE,
-    Response,
-    SampleTimes,
-    Status,
-)
+from warprock.model.motion import GroundMotions, RecordMotions, SpatialMotions
+from warprock.model.response import SampleTimes
+
+Array = npt.NDArray[np.float64]
+Rows = npt.NDArray[Any]
+Columns = Mapping[str, npt.NDArray[Any]]
+"""Fields of a struct by name."""
 
 NEVER = 1.0e30
 """A time that has not come, in the kernels."""
 
 
-STEPS_SPARE = 50
-"""Steps of `event` allowed for every step that a run without events would take; an impact takes
-some four, so this is far above any motion and ends only a lane that makes no headway."""
-
-
 class Form(enum.StrEnum):
-    """Form of the kernel."""
+    """Form of the kernel: many lanes a thread side by side, or one."""
 
     PACKED = "packed"
     PLAIN = "plain"
@@ -88,37 +72,114 @@ class Target:
         """The form asked for, else the fast one for the device."""
         return self.form or (Form.PACKED if self.on_cpu else Form.PLAIN)
 
+    @property
+    def lanes(self) -> int:
+        """Lanes that a thread runs side by side, in kernels that have both forms."""
+        return LANE_WIDTH if self.kernel_form is Form.PACKED else 1
+
 
 @dataclasses.dataclass(frozen=True)
 class Kernel:
-    """The kernel that an engine runs a scene with.
+    """The kernel that an engine runs a scene with, and the constants it is compiled with.
 
     Attributes:
         file: Stem of its file in the folder of kernels.
-        form: Whether a thread runs a pack of lanes or one lane.
+        lanes: Lanes that a thread runs side by side.
+        iterations: Sweeps of its solver, or points of its springs, where they are a constant.
+        friction: Law of friction where a block slides in two directions: cone or box.
     """
 
     file: str
-    form: Form
+    lanes: int = 1
+    iterations: int = 0
+    friction: str = "cone"
 
     @property
     def packed(self) -> bool:
         """Whether a thread runs a pack of lanes side by side."""
-        return self.form is Form.PACKED
+        return self.lanes > 1
 
 
-def padded_count(lane_count: int) -> int:
-    """Lanes rounded up to whole packs."""
-    width = int(LANE_WIDTH)
-    return -(-lane_count // width) * width
+@dataclasses.dataclass(frozen=True)
+class Found:
+    """What a kernel has left of a batch of lanes.
+
+    Attributes:
+        lanes: Rows of its struct `Result`, shape [lane].
+        blocks: Rows of its struct `BlockResult`, shape [lane, block].
+        history: At the samples, if asked for: in the plane rotations [rad], shape
+            [lane, block, sample]; in space attitudes (quaternions), [lane, block, sample, 4].
+    """
+
+    lanes: Rows
+    blocks: Rows
+    history: Array | None
+
+    def above_ground(self, block_count: int) -> Found:
+        """The same of the highest blocks alone: kernels may have the ground as their first body."""
+        history = None if self.history is None else self.history[:, -block_count:]
+        return Found(self.lanes, self.blocks[:, -block_count:], history)
 
 
-def padded(values: npt.NDArray[Any], count: int) -> npt.NDArray[Any]:
-    """Values of lanes, the last one repeated up to a count of lanes."""
-    return np.concatenate([values, np.repeat(values[-1:], count - len(values))])
+def launch(
+    module: ModuleType,
+    target: Target,
+    motions: GroundMotions,
+    times: SampleTimes,
+    blocks: Columns,
+    **others: Any,
+) -> Found:
+    """Runs the kernel `run_lanes` of a kernel file over a batch of lanes.
+
+    Args:
+        module: Instance of a `*_run` kernel file, with the structs `Result`, `BlockResult` and
+            `Found`, and `LANES`, the lanes of a thread.
+        target: Precision and device.
+        motions: Ground motions of the lanes.
+        times: Duration and sampling.
+        blocks: Fields of the struct of its argument `blocks`, shape [lane, block] each.
+        others: What the kernel takes besides, by the names of its arguments: fields of the struct
+            of `lanes`, shape [lane] each; numbers; a Warp struct.
+    """
+    lane_count, block_count = next(iter(blocks.values())).shape
+    count = -(-lane_count // module.LANES) * module.LANES
+    pool, motion_rows = _pool_and_rows(module.Motion, motions, count)
+    given = {"blocks": blocks, "motions": motion_rows, "pool": pool, "sample_times": times.times}
+    sampled = times.count if times.interval is not None else 0
+    with wp.ScopedDevice(target.device):
+        found = module.Found()
+        found.results = wp.empty(count, dtype=module.Result)
+        found.blocks = wp.empty((block_count, count), dtype=module.BlockResult)
+        in_space, real = isinstance(motions, SpatialMotions), REALS[target.precision]
+        shape = (sampled, block_count, *((4,) if in_space else ()), count)
+        seen = wp.full(shape if sampled else (0,) * len(shape), value=np.inf, dtype=real)
+        setattr(found, "attitudes" if in_space else "rotations", seen)
+        given |= others | {"found": found}
+        kernel = module.run_lanes
+        wp.launch(
+            kernel,
+            dim=count // module.LANES,
+            inputs=[_argument(each, given[each.label], count) for each in kernel.adj.args],
+        )
+        results = found.results.numpy()[:lane_count]
+        per_block = found.blocks.numpy()[:, :lane_count].T
+        if not sampled:
+            return Found(results, per_block, None)
+        lanes_first = np.moveaxis(seen.numpy()[..., :lane_count], (-1, 1, 0), (0, 1, 2))
+        return Found(results, per_block, np.ascontiguousarray(lanes_first, dtype=np.float64))
 
 
-def struct_rows(struct: Any, columns: dict[str, npt.NDArray[Any]], count: int) -> npt.NDArray[Any]:
+def _argument(argument: Any, value: Any, count: int) -> Any:
+    """What a kernel takes as one of its arguments: arrays of the type that it names."""
+    if isinstance(value, Mapping):
+        rows = block_rows if argument.type.ndim == 2 else struct_rows
+        value = rows(argument.type.dtype, value, count)
+    if isinstance(value, np.ndarray):
+        return wp.array(value, dtype=argument.type.dtype)
+    return value
+
+
+def struct_rows(struct: Any, columns: Columns, count: int) -> Rows:
     """Rows of a Warp struct from its fields by name, padded to a count of lanes."""
     rows = np.zeros(count, dtype=struct.numpy_dtype())
     for name in rows.dtype.names or ():
@@ -126,141 +187,35 @@ def struct_rows(struct: Any, columns: dict[str, npt.NDArray[Any]], count: int) -
     return rows
 
 
-def motion_columns(struct: Any, motions: GroundMotions) -> dict[str, npt.NDArray[Any]]:
-    """Fields of the struct `Motion`: the attributes of the same name."""
-    names = np.dtype(struct.numpy_dtype()).names or ()
-    return {name: getattr(motions, name) for name in names}
+def block_rows(struct: Any, columns: Columns, count: int) -> Rows:
+    """Rows of a struct of blocks, shape [block, lane], padded to a count of lanes."""
+    block_count = next(iter(columns.values())).shape[1]
+    rows = np.zeros((block_count, count), dtype=struct.numpy_dtype())
+    for name in rows.dtype.names or ():
+        for block in range(block_count):
+            rows[name][block] = padded(columns[name][:, block], count)
+    return rows
 
 
-def record_pool(motions: GroundMotions) -> npt.NDArray[np.float64]:
-    """Samples of the records [row, sample]: acceleration, slope, velocity; zeros without any."""
-    if isinstance(motions, RecordMotions):
-        return np.stack([motions.pool_acceleration, motions.pool_slope, motions.pool_velocity])
-    return np.zeros((3, 1))
+def padded(values: Rows, count: int) -> Rows:
+    """Values of lanes, the last one repeated up to a count of lanes."""
+    return np.concatenate([values, np.repeat(values[-1:], count - len(values))])
 
 
-def fastest_rate(motions: GroundMotions) -> npt.NDArray[np.float64] | float:
-    """Rate at which a motion changes [rad/s]; a record is linear between its knots."""
-    if isinstance(motions, HarmonicMotions):
-        return 2.0 * np.pi * motions.frequency
-    if isinstance(motions, RickerMotions):
-        # The highest derivative of a Gaussian that a series keeps changes the fastest.
-        return 4.0 * motions.rate
-    if isinstance(motions, ModulatedMotions):
-        return np.asarray(2.0 * np.pi * motions.frequency * (1.0 + motions.modulation))
-    return 0.0
+def _pool_and_rows(struct: Any, motions: GroundMotions, count: int) -> tuple[Array, Rows]:
+    """Samples of the records of all directions, [row, sample], and rows of `Motion`.
 
-
-def step_limit(
-    motions: GroundMotions, times: SampleTimes, longest_step: npt.NDArray[np.float64]
-) -> npt.NDArray[np.int64]:
-    """Steps after which a lane of `event` counts as stalled, shape [lane]."""
-    steps = times.duration / longest_step
-    for part in motions.components if isinstance(motions, SpatialMotions) else (motions,):
+    The rows of the pool are acceleration, slope and velocity. Shape of the rows of motions: [lane]
+    in the plane, [direction, lane] in space.
+    """
+    pools, rows, first = [], [], 0
+    for part in motions.components:
+        placed = part
         if isinstance(part, RecordMotions):
-            steps = steps + part.count
-    return np.where(np.isfinite(steps), STEPS_SPARE * (steps + 100.0), 0.0).astype(np.int64)
-
-
-def launch(
-    module: ModuleType,
-    kernel: Kernel,
-    target: Target,
-    lanes: Lanes,
-    motions: GroundMotions,
-    times: SampleTimes,
-    blocks: dict[str, npt.NDArray[Any]],
-    *settings: Any,
-) -> tuple[npt.NDArray[Any], npt.NDArray[np.float64] | None]:
-    """Runs a kernel of a launch module over a batch of lanes.
-
-    Args:
-        module: Instance of a `*_launch` kernel file.
-        kernel: Which of its kernels runs.
-        target: Where it runs.
-        lanes: The lanes.
-        motions: Their ground motions.
-        times: Duration and sampling.
-        blocks: Fields of the struct `Block`, shape [lane] each.
-        settings: What the kernel takes besides, after the sample times.
-
-    Returns:
-        The rows of `Result`, shape [lane], and the rotations [rad], shape [lane, sample], if
-        asked for.
-    """
-    real = REALS[target.precision]
-    packs = kernel.packed
-    count = padded_count(lanes.lane_count) if packs else lanes.lane_count
-    samples = times.times
-    with wp.ScopedDevice(target.device):
-        results = wp.empty(count, dtype=module.Result)
-        shape = (len(samples), count) if times.interval is not None else (0, 0)
-        rotations = wp.full(shape, value=np.inf, dtype=real)
-        pool = wp.array(record_pool(motions), dtype=real)
-        block_rows = struct_rows(module.Block, blocks, count)
-        motion_rows = struct_rows(module.Motion, motion_columns(module.Motion, motions), count)
-        wp.launch(
-            getattr(module, kernel.form),
-            dim=count // LANE_WIDTH if packs else count,
-            inputs=[
-                wp.array(block_rows, dtype=module.Block),
-                wp.array(motion_rows, dtype=module.Motion),
-                pool,
-                wp.array(padded(lanes.rotation_start, count), dtype=real),
-                wp.array(samples, dtype=real),
-                *settings,
-                results,
-                rotations,
-            ],
-        )
-        rows = results.numpy()[: lanes.lane_count]
-        if times.interval is None:
-            return rows, None
-        return rows, rotations.numpy()[:, : lanes.lane_count].T.astype(np.float64)
-
-
-def time_or_nan(times: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
-    """Times as float64, NaN where they have not come."""
-    values = np.asarray(times, dtype=np.float64)
-    return np.where(values >= NEVER, np.nan, values)
-
-
-FINITE_FIELDS = (
-    "peak_rotation",
-    "residual_slide",
-    "peak_slide",
-    "peak_penetration",
-    "energy_lost",
-)
-"""Numbers that no lane may lack, besides its rotations."""
-
-
-def respond(
-    engine: str,
-    columns: dict[str, npt.NDArray[Any]],
-    rotations: npt.NDArray[np.float64] | None,
-    times: SampleTimes,
-    others: Mapping[str, npt.NDArray[np.float64]] | None = None,
-) -> Response:
-    """A response from its lane fields; every one must be there, others that an engine has may be.
-
-    `others` are their histories besides the rotations, by field.
-    A lane of which a number is not finite gets the status NONFINITE if its status would let that
-    pass, on any base. Rotations end at a right angle, as peaks do.
-    """
-    fields: dict[str, npt.NDArray[Any]] = {
-        name: np.asarray(columns[name], np.int64 if name in INTEGER_FIELDS else np.float64)
-        for name in (*LANE_FIELDS, *(n for n in (*SPATIAL_FIELDS, *MODEL_FIELDS) if n in columns))
-    }
-    status = fields["status"]
-    numbers = [fields[name] for name in FINITE_FIELDS]
-    numbers += [] if rotations is None else [rotations]
-    # A sum is finite only if all of its parts are.
-    total = sum(each.reshape(len(status), -1).sum(axis=1) for each in numbers)
-    broken = ~np.isfinite(total) & np.isin(status, USABLE)
-    fields["status"] = np.where(broken, np.int64(Status.NONFINITE), status)
-    if rotations is None:
-        return Response(engine=engine, fields=fields, times=np.empty(0))
-    turned = np.clip(rotations, -0.5 * np.pi, 0.5 * np.pi)
-    fields = {**fields, "rotation": turned, **(others or {})}
-    return Response(engine=engine, fields=fields, times=times.times)
+            placed = dataclasses.replace(part, offset=(part.offset + first).astype(np.int32))
+        names = np.dtype(struct.numpy_dtype()).names or ()
+        rows.append(struct_rows(struct, {name: getattr(placed, name) for name in names}, count))
+        pools.append(part.pool)
+        first += part.pool.shape[1]
+    whole = np.stack(rows) if isinstance(motions, SpatialMotions) else rows[0]
+    return np.concatenate(pools, axis=1), whole

@@ -9,14 +9,22 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.stack_launching import as_stacks, start_on_corners
+from warprock.engines.energy import (
+    energy_at_start,
+    energy_held,
+    energy_to_tilt,
+    least_barrier,
+    most_energy,
+    nearest_edge,
+)
 from warprock.model import rocking
-from warprock.model.lanes import Lanes
+from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
+from warprock.model.motion import GroundMotions, SpatialMotions
 from warprock.model.stacking import uplift_ratio
 from warprock.units import GRAVITY
 
@@ -34,15 +42,6 @@ the slenderness angle): a block that holds next to nothing may gain much of that
 nothing."""
 SINKING_SHARE = 1e-2
 """Part of the rise that overturns a block by which contacts may sink and count as rigid."""
-
-
-def energy_held(lanes: Lanes, rotation: Array) -> Array:
-    """Least energy above the flat state of single blocks that turned to a rotation [J], [lane].
-
-    Beyond the slenderness angle it is what it takes to get there.
-    """
-    turned = np.minimum(np.abs(rotation), lanes.slenderness_angle)
-    return rocking.energy(lanes.width, lanes.height, lanes.depth, lanes.density, turned, 0.0)
 
 
 def energy_gained(lanes: Lanes, energy_lost: Array, peak_rotation: Array) -> Array:
@@ -67,15 +66,6 @@ def exploded(lanes: Lanes, held: Array, gained: Array, bound: float = EXPLOSION_
     rise = 0.5 * (np.hypot(lanes.width, lanes.height) - lanes.height)
     barrier = (GRAVITY * lanes.mass * rise).reshape(lanes.lane_count, -1).sum(axis=1)
     return np.asarray((gained > bound * held) & (gained > BARRIER_SHARE * barrier))
-
-
-def stack_energy_held(lanes: Lanes) -> Array:
-    """Energy at the start above the state in which all blocks of a stack are flat [J], [lane].
-
-    Negative where the stack starts so far turned that it falls.
-    """
-    start, flat = (start_on_corners(each)[1] for each in (lanes, _flat(lanes)))
-    return np.asarray(GRAVITY * (lanes.mass * (start - flat)).sum(axis=1))
 
 
 def toppled_from_nothing(lanes: Lanes, held: Array, peak_rotation: Array) -> Mask:
@@ -106,25 +96,6 @@ def toppled_from_nothing(lanes: Lanes, held: Array, peak_rotation: Array) -> Mas
     return np.asarray(inside & holds & left_it & poor)
 
 
-def least_barrier(lanes: Lanes) -> tuple[Array, Array]:
-    """What it takes to turn the blocks of a stack about an end of a face, from some block up.
-
-    Returns:
-        The least energy [J], shape [lane], and the sines of the rotations there, about the end at
-        -x and the one at +x, shape [2, lane, block].
-    """
-    x, z, left, right = start_on_corners(_flat(lanes))
-    mass = lanes.mass
-    # What stands on each interface, and its centre above it: sums from the top down.
-    above, levers, heights = (
-        np.cumsum((mass * each)[:, ::-1], axis=1)[:, ::-1] for each in (np.ones_like(x), x, z)
-    )
-    centre, rise = levers / above, heights / above - (z - 0.5 * lanes.height)
-    arms = np.maximum(np.stack([centre - left, right - centre]), 0.0)
-    reach = np.hypot(arms, rise)
-    return (GRAVITY * above * (reach - rise)).min(axis=(0, 2)), arms / reach
-
-
 def fallen(lanes: Lanes, held: Array, peak_rotation: Array) -> Array:
     """Energy that weight has set free where blocks fell that had the energy for it [J], [lane].
 
@@ -145,22 +116,34 @@ def fallen(lanes: Lanes, held: Array, peak_rotation: Array) -> Array:
     return np.asarray(np.where(able, (GRAVITY * (stacks.mass + 2.0 * above) * sunk).sum(axis=1), 0))
 
 
-def moved_by_nothing(lanes: Lanes, pull: Array, peak_rotation: Array) -> Mask:
+def moved_by_nothing(lanes: Lanes, pull: Array, lean: Array) -> Mask:
     """Where blocks turned that stood flat on a base too weak to lift any of them, shape [lane].
 
     The resultant of weight and inertia stays inside every face, whatever slides: friction that
-    could tip a block would have held it. `BARRIER_SHARE` says how far a block has to turn.
+    could tip a block would have held it. `BARRIER_SHARE` says how far a block has to turn. Of
+    stacks in space nothing is said.
 
     Args:
         lanes: Single blocks or stacks.
         pull: Largest acceleration of the base [m/s^2], shape [lane]; a velocity step counts as one.
-        peak_rotation: Largest rotations [rad], shape [lane], or [lane, block] for stacks.
+        lean: Largest rotations [rad], in space leans of the axes, shape [lane], or [lane, block]
+            for stacks.
     """
-    stacks = as_stacks(lanes)
-    flat = ~stacks.rotation_start.any(axis=1)
-    weak = pull < (1.0 - BARRIER_SHARE) * GRAVITY * uplift_ratio(stacks).min(axis=1)
-    turned = np.abs(peak_rotation).reshape(lanes.lane_count, -1) / stacks.slenderness_angle
-    return np.asarray(flat & weak & (turned.max(axis=1) > 1.0 - math.sqrt(1.0 - BARRIER_SHARE)))
+    if lanes.spatial:
+        blocks = cast(SpatialLanes, lanes)
+        if lanes.block_count > 1:
+            return np.zeros(lanes.lane_count, dtype=bool)
+        leans = [blocks.rotation_start, blocks.rotation_across_start, blocks.gap_start]
+        ratio = nearest_edge(lanes) / (0.5 * lanes.height)
+        angle = np.arctan(ratio)
+    else:
+        leans = [lanes.rotation_start]
+        ratio, angle = uplift_ratio(as_stacks(lanes)), lanes.slenderness_angle
+    count = lanes.lane_count
+    flat = ~np.any([each.reshape(count, -1).any(axis=1) for each in leans], axis=0)
+    weak = pull < (1.0 - BARRIER_SHARE) * GRAVITY * ratio.reshape(count, -1).min(axis=1)
+    turned = (np.abs(lean).reshape(angle.shape) / angle).reshape(count, -1).max(axis=1)
+    return np.asarray(flat & weak & (turned > 1.0 - math.sqrt(1.0 - BARRIER_SHARE)))
 
 
 def contacts_hold(lanes: Lanes, stiffness: float) -> Mask:
@@ -178,10 +161,11 @@ def contacts_hold(lanes: Lanes, stiffness: float) -> Mask:
 
 @dataclasses.dataclass(frozen=True)
 class Account:
-    """What an engine's own account says of the energy of lanes, in the frames of their bases.
+    """What is known of the energy of lanes, in the frames of their bases.
 
     Attributes:
-        pull: Largest acceleration of the base over a step [m/s^2], shape [lane].
+        pull: Largest acceleration of the base over a step [m/s^2], shape [lane]; of a base that
+            falls, over the part of the weight that is left.
         supplied: Most work that the base had done on the blocks by any time [J], shape [lane].
         lost: What the contacts have taken in the end [J], shape [lane].
         returned: Most that the contacts gave back of what they had taken [J], shape [lane].
@@ -212,10 +196,42 @@ def account_of(
     return Account(jolt / time_step, mass * supplied, mass * lost, mass * returned, deepest)
 
 
+def account_in_space(
+    lanes: Lanes,
+    motions: GroundMotions,
+    duration: float,
+    rows: npt.NDArray[Any],
+    mass: Array | float = 1.0,
+) -> Account:
+    """The account of blocks in space: what their kernels leave, and bounds known before a run.
+
+    Args:
+        lanes: Single blocks or stacks.
+        motions: Their ground motions.
+        duration: Of the run [s].
+        rows: Rows of the `Result` of a kernel, shape [lane].
+        mass: Mass of the blocks [kg], shape [lane], where the rows are for unit mass.
+    """
+    lost, deepest = (np.asarray(rows[name], dtype=np.float64) for name in ("loss", "deepest"))
+    supplied = most_energy(lanes, motions, duration) - energy_at_start(lanes)
+    pull = pull_in_space(cast(SpatialMotions, motions))
+    return Account(pull, supplied, mass * lost, np.zeros_like(lost), deepest)
+
+
+def pull_in_space(motions: SpatialMotions) -> Array:
+    """Horizontal acceleration that tips a block as much as one that is also lifted, shape [lane].
+
+    Infinite where the base velocity steps, or the base may fall as fast as its blocks [m/s^2].
+    """
+    x, y, z = (part.strongest_pull() for part in motions.components)
+    left = 1.0 - z / GRAVITY
+    return np.where(left > 0.0, np.hypot(x, y) / np.where(left > 0.0, left, 1.0), np.inf)
+
+
 def unstable(
     lanes: Lanes,
     account: Account,
-    peak_rotation: Array,
+    lean: Array,
     *,
     rigid: Mask | bool = True,
     complete: bool = False,
@@ -236,31 +252,63 @@ def unstable(
     Args:
         lanes: Single blocks or stacks.
         account: The engine's account.
-        peak_rotation: Largest rotations [rad], shape [lane], or [lane, block] for stacks.
+        lean: Largest rotations [rad], in space leans of the axes, shape [lane], or [lane, block]
+            for stacks.
         rigid: Whether contacts are rigid, so that rotations tell an energy, one or shape [lane].
         complete: Whether what springs hold is not counted as taken, so that none is given back.
     """
-    if lanes.stacked and lanes.block_count == 1:
+    if lanes.block_count == 1:
+        # A stack of one is judged as a single block.
         parts = {
             field.name: getattr(lanes, field.name).reshape(lanes.lane_count)
             for field in dataclasses.fields(lanes)
         }
-        lanes, peak_rotation = dataclasses.replace(lanes, **parts), peak_rotation[:, 0]
-    start = stack_energy_held(lanes) if lanes.stacked else energy_held(lanes, lanes.rotation_start)
-    held = start + account.supplied
-    weight = (GRAVITY * lanes.mass).reshape(lanes.lane_count, -1).sum(axis=1)
-    sunk = np.where(rigid | complete, 0.0, weight * account.deepest)
-    fell = np.zeros_like(sunk) if complete else fallen(lanes, held, peak_rotation)
+        lanes, lean = dataclasses.replace(lanes, **parts), lean.reshape(lanes.lane_count)
+    held = energy_at_start(lanes) + account.supplied
+    sinks = (GRAVITY * lanes.mass).reshape(lanes.lane_count, -1).sum(axis=1) * account.deepest
+    sunk = np.where(rigid | complete, 0.0, sinks)
+    judge = _gained_in_space if lanes.spatial else _gained_in_plane
+    found = judge(lanes, account, held, sunk, lean, rigid, complete)
+    found |= rigid & moved_by_nothing(lanes, account.pull, lean)
+    return np.asarray(found | (rigid & gone_through(lanes, account.deepest)))
+
+
+def _gained_in_plane(
+    lanes: Lanes,
+    account: Account,
+    held: Array,
+    sunk: Array,
+    lean: Array,
+    rigid: Mask | bool,
+    complete: bool,
+) -> Mask:
+    """Where blocks in the plane gained more than they held and were supplied, shape [lane]."""
     bound = COMPLETE_BOUND if complete else EXPLOSION_BOUND
+    fell = np.zeros_like(sunk) if complete else fallen(lanes, held, lean)
     found = exploded(lanes, held + sunk, -account.lost, bound)
     found |= exploded(lanes, held + sunk + fell, account.returned, bound)
     if lanes.stacked:
-        found |= rigid & toppled_from_nothing(lanes, held, peak_rotation)
-    else:
-        reached = np.where(rigid, energy_held(lanes, peak_rotation) - held, 0.0)
-        found |= exploded(lanes, held, reached)
-    found |= rigid & moved_by_nothing(lanes, account.pull, peak_rotation)
-    return np.asarray(found | (rigid & gone_through(lanes, account.deepest)))
+        return np.asarray(found | (rigid & toppled_from_nothing(lanes, held, lean)))
+    reached = np.where(rigid, energy_held(lanes, lean) - held, 0.0)
+    return np.asarray(found | exploded(lanes, held, reached))
+
+
+def _gained_in_space(
+    lanes: Lanes,
+    account: Account,
+    held: Array,
+    sunk: Array,
+    lean: Array,
+    rigid: Mask | bool,
+    complete: bool,
+) -> Mask:
+    """The same of blocks in space, whose contacts may have given back what nobody counts."""
+    found = exploded(lanes, held, -account.lost)
+    if lanes.stacked:
+        return found
+    # Springs let a centre sink below where a rigid corner would hold it.
+    bound = EXPLOSION_BOUND if rigid else COMPLETE_BOUND
+    return found | exploded(lanes, held, energy_to_tilt(lanes, lean) - sunk - held, bound)
 
 
 def gone_through(lanes: Lanes, deepest: Array) -> Mask:
@@ -271,8 +319,3 @@ def gone_through(lanes: Lanes, deepest: Array) -> Mask:
     least = np.minimum(lanes.width, lanes.height)
     least = np.minimum(least, lanes.depth) if lanes.spatial else least
     return np.asarray(deepest > 0.5 * least.reshape(lanes.lane_count, -1).min(axis=1))
-
-
-def _flat(lanes: Lanes) -> Lanes:
-    """The same stacks with no block turned."""
-    return dataclasses.replace(lanes, rotation_start=np.zeros_like(lanes.rotation_start))

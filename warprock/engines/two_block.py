@@ -2,27 +2,20 @@
 
 from __future__ import annotations
 
-from types import ModuleType
+import dataclasses
 from typing import Any, ClassVar, final
 
 import numpy as np
 import numpy.typing as npt
-import warp as wp
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.launching import (
-    Form,
-    Kernel,
-    Target,
-    fastest_rate,
-    respond,
-    time_or_nan,
-)
-from warprock.engines.stack_launching import launch_stacks, stack_module
+from warprock.engines.decoding import lane_fields, planar_fields, time_or_nan
+from warprock.engines.launching import Found, Kernel
+from warprock.engines.workload import step_limit
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions, RecordMotions
-from warprock.model.response import Outcome, Response, SampleTimes, Status
+from warprock.model.motion import GroundMotions
+from warprock.model.response import SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import TwoBlockSettings
 from warprock.units import GRAVITY
@@ -37,11 +30,9 @@ STEPS_SPARE = 100
 """Steps allowed for every step that a run without events would take: ends only a lane that makes
 no headway."""
 
-LIVE, OVERTURNED, BROKEN, STALLED = range(4)
-"""Modes of a lane in the kernel."""
-
 
 @final
+@dataclasses.dataclass(frozen=True)
 class TwoBlock(AbstractEngine):
     """Two stacked blocks that rock without sliding, event by event, by Taylor series.
 
@@ -58,27 +49,14 @@ class TwoBlock(AbstractEngine):
     """
 
     name: ClassVar[str] = "two-block"
-    order: ClassVar[int | None] = None
-    slides: ClassVar[bool] = False
     settings_type = TwoBlockSettings
-
-    def __init__(
-        self, settings: TwoBlockSettings | None = None, target: Target | None = None
-    ) -> None:
-        """Builds the engine.
-
-        Args:
-            settings: Defaults where None.
-            target: Precision and device; every form of the kernel runs one lane a thread.
-        """
-        self.settings = settings or TwoBlockSettings()
-        self.target = target or Target()
+    order: ClassVar[int | None] = None
+    restitution: ClassVar[str | None] = "finds its impacts from angular momentum"
+    slides: ClassVar[bool] = False
 
     @classmethod
-    def supports(cls, scene: SceneKind) -> str | None:
-        """Why the scene cannot be run; None if it can: two centred blocks that do not slide."""
-        if scene.beyond_the_plane:
-            return scene.beyond_the_plane
+    def declines(cls, scene: SceneKind) -> str | None:
+        """Why its model is not for a scene: two centred blocks that do not slide."""
         if not scene.stacked or scene.block_count != 2:
             blocks = f"a stack of {scene.block_count}" if scene.stacked else "single blocks"
             return f"two-block runs stacks of two blocks, and the case has {blocks}"
@@ -89,63 +67,32 @@ class TwoBlock(AbstractEngine):
                 "two-block needs friction >= tan(slenderness angle) of every block, the smallest "
                 f"ratio is {scene.friction_ratio:.3g}: that block slides before it rocks"
             )
-        if scene.restitution_given:
-            return (
-                "two-block finds its impacts from angular momentum and cannot follow the "
-                "prescribed contact.angular_restitution"
-            )
         return None
 
-    def kernel(self, scene: SceneKind | Lanes) -> Kernel:
+    def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: one lane a thread on any device."""
-        return Kernel("two_block/stack_run", Form.PLAIN)
+        return Kernel("two_block/stack_run")
 
-    def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
-        """Compiles or loads the kernels; see `AbstractEngine.warm_up`."""
-        wp.load_module(self._module(lanes, motions).__name__, device=self.target.device)
-
-    def _module(self, lanes: Lanes, motions: GroundMotions) -> ModuleType:
-        return stack_module(self.kernel(lanes), self.target, motions, lanes)
-
-    def run(self, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
-        """Runs a batch of stacks on the calling thread; see `AbstractEngine.run`."""
-        module = self._module(lanes, motions)
+    def inputs(
+        self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
+    ) -> dict[str, Any]:
+        """What the kernel takes; see `AbstractEngine.inputs`."""
         knobs = module.Knobs()
         knobs.duration = times.duration
-        rows, per_block, rotations = launch_stacks(
-            module,
-            self.target,
-            motions,
-            times,
-            self._blocks(lanes),
-            self._stacks(lanes, motions, times),
-            knobs,
-        )
-        mode, resting = rows["mode"], rows["resting"] == 1
-        still = np.zeros(per_block["peak"].shape)
-        columns: dict[str, npt.NDArray[Any]] = {
-            "peak_rotation": per_block["peak"],
-            "peak_time": per_block["peak_time"],
-            "outcome": np.select(
-                [mode == OVERTURNED, resting],
-                [Outcome.OVERTURNED, Outcome.AT_REST],
-                Outcome.ROCKING,
-            ),
-            "status": np.select(
-                [mode == BROKEN, mode == STALLED, rows["outside"] > 0],
-                [Status.NONFINITE, Status.EVENT_LIMIT, Status.OUTSIDE_MODEL],
-                Status.OK,
-            ),
-            "impact_count": rows["impacts"],
-            "uplift_time": time_or_nan(rows["uplift_time"]),
-            "rest_time": np.where(resting, time_or_nan(rows["rest_time"]), np.nan),
-            "residual_slide": still,
-            "peak_slide": still,
-            "peak_penetration": np.zeros(lanes.lane_count),
-            "energy_lost": rows["loss"],
-            "step_count": rows["steps"],
+        return {
+            "blocks": self._blocks(lanes),
+            "lanes": self._stacks(lanes, motions, times),
+            "knobs": knobs,
         }
-        return respond(self.name, columns, rotations, times)
+
+    def fields(
+        self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
+    ) -> dict[str, npt.NDArray[Any]]:
+        """Lane fields of a response; see `AbstractEngine.fields`."""
+        rows = found.lanes
+        rest_time = np.where(rows["resting"] == 1, time_or_nan(rows["rest_time"]), np.nan)
+        marks = [(rows["outside"] > 0, Status.OUTSIDE_MODEL)]
+        return lane_fields(rows, rest_time, marks) | planar_fields(found.blocks)
 
     def _blocks(self, lanes: Lanes) -> dict[str, npt.NDArray[np.float64]]:
         """Fields of the struct `Block`, shape [lane, block] each."""
@@ -163,12 +110,8 @@ class TwoBlock(AbstractEngine):
     ) -> dict[str, npt.NDArray[Any]]:
         """Fields of the struct `Stack`, shape [lane] each."""
         p = rocking.frequency_parameter(lanes.width, lanes.height).max(axis=1)
-        rate = np.maximum(p, fastest_rate(motions))
+        rate = np.maximum(p, motions.components[0].fastest_rate)
         step_length = PHASE_STEP[self.target.precision] / rate
-        steps = times.duration / step_length
-        if isinstance(motions, RecordMotions):
-            steps = steps + motions.count
-        limit = np.where(np.isfinite(steps), STEPS_SPARE * (steps + 100.0), 0.0)
         face = lanes.face_width
         return {
             "gravity": np.full(lanes.lane_count, GRAVITY),
@@ -177,5 +120,5 @@ class TwoBlock(AbstractEngine):
             "reach": np.hypot(lanes.width.max(axis=1), lanes.height.sum(axis=1)),
             "upper_narrower": np.asarray(face[:, 1] <= face[:, 0], np.int64),
             "step_length": step_length,
-            "step_limit": limit.astype(np.int64),
+            "step_limit": step_limit(motions, times.duration, step_length, STEPS_SPARE),
         }

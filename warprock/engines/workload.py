@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
 from warprock.errors import InputError
@@ -64,3 +65,26 @@ def require_workload(
     if step[lane] < engine.settings.time_step:
         cure = "heavier or larger blocks, softer contacts, or a shorter run"
     raise InputError(source, f"lane {first + lane}", f"{needed:.2g} steps", allowed + cure)
+
+
+def step_limit(
+    motions: GroundMotions,
+    duration: float,
+    longest_step: npt.NDArray[np.float64],
+    spare: float,
+    extra: int = 0,
+) -> npt.NDArray[np.int64]:
+    """Steps after which a lane of an engine that goes from event to event counts as stalled.
+
+    Args:
+        motions: The ground motions.
+        duration: Of the run [s].
+        longest_step: Longest step of every lane [s], shape [lane].
+        spare: Steps allowed for every step that a run without events would take.
+        extra: Other times at which steps end.
+
+    Returns:
+        Shape [lane]; 0 where sizes are not finite.
+    """
+    steps = duration / longest_step + extra + motions.knot_count
+    return np.where(np.isfinite(steps), spare * (steps + 100.0), 0.0).astype(np.int64)

@@ -30,7 +30,7 @@ from warprock.figures.plots import (
 )
 from warprock.figures.sample import draw_sample_peaks, sampled
 from warprock.figures.space import SPACE, draw_space
-from warprock.model.motion import MotionKind, RecordMotions, SpatialMotions, StillBase
+from warprock.model.motion import MotionKind
 from warprock.model.response import FIELDS, USABLE, Outcome, Response, Status, take_lanes
 from warprock.run.case_run import CaseRun, run_lanes
 from warprock.tables.swept import lanes_at, spread, swept_axes
@@ -357,16 +357,12 @@ def _outline(times: Array, ratio: Array, points: int) -> tuple[Array, Array]:
 
 def _draw_base(axes: Axes, run: CaseRun, lane: int, window: Window) -> None:
     """Base acceleration of one lane; a velocity step, which no curve can show, is said."""
-    motions = run.lane_set.motions
-    if isinstance(motions, SpatialMotions):
-        motions = motions.x
-    assert not isinstance(motions, StillBase)
+    motions = run.lane_set.motions.components[0]
     times = np.linspace(*window, BASE_POINTS)
     axes.plot(times, motions.acceleration(times, lane), color=GREY, linewidth=0.9)
     axes.set_xlim(*window)
     if window[0] == 0.0:
-        factor = motions.scale[lane] if isinstance(motions, RecordMotions) else 1.0
-        step = float(factor * motions.velocity_step_start[lane])
+        step = float(motions.velocity_steps[0][lane])
         with_step = f", after a velocity step of {step:.3g} m/s" if step else ""
         axes.set_title(f"base acceleration of lane {lane}{with_step}", loc="left")
         axes.set_ylabel("acceleration\n[m/s²]")

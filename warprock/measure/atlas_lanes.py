@@ -14,8 +14,7 @@ import pandas as pd
 
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, GroundMotions, StillBase, Waveform
-from warprock.model.waveforms import harmonic_motions
+from warprock.model.motion import Control, GroundMotions, StillBase, Waveform, harmonic_motions
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]

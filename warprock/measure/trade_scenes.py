@@ -28,9 +28,9 @@ from warprock.model.motion import (
     MotionKind,
     StillBase,
     Waveform,
+    harmonic_motions,
 )
 from warprock.model.response import Response, SampleTimes
-from warprock.model.waveforms import harmonic_motions
 from warprock.oracle.block import oracle_response
 from warprock.oracle.pair_lanes import two_block_response
 from warprock.records import load_record, record_motions

@@ -128,3 +128,15 @@ class SpatialLanes(Lanes):
     def slenderness_angle_across(self) -> Array:
         """The same about the nearer edge at the ends of its depth [rad]."""
         return np.arctan2(self.face_depth - 2.0 * np.abs(self.centre_offset_y), self.height)
+
+
+def as_stacks(lanes: Lanes) -> Lanes:
+    """The lanes with a block axis: a single block is a stack of one."""
+    if lanes.stacked:
+        return lanes
+    parts = {
+        field.name: getattr(lanes, field.name)[:, None]
+        for field in dataclasses.fields(lanes)
+        if field.name != "angular_restitution"
+    }
+    return dataclasses.replace(lanes, **parts)

@@ -121,7 +121,7 @@ def _require_motions(lanes: Lanes, motions: GroundMotions, source: str) -> None:
     if spatial != lanes.spatial:
         allowed = "must be SpatialMotions for blocks in space, and motions along x for others"
         raise InputError(source, "motions", type(motions).__name__, allowed)
-    parts = motions.components if isinstance(motions, SpatialMotions) else (motions,)
+    parts = getattr(motions, "components", (motions,))
     for part, axis in zip(parts, (".x", ".y", ".z") if spatial else ("",), strict=True):
         if not hasattr(part, "lane_count"):
             allowed = "must be ground motions"

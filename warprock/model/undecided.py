@@ -18,10 +18,6 @@ import numpy.typing as npt
 from warprock.model.lanes import Lanes
 from warprock.model.motion import (
     GroundMotions,
-    PlanarMotions,
-    RecordMotions,
-    SpatialMotions,
-    StillBase,
 )
 from warprock.model.response import USABLE, Outcome, Response
 from warprock.model.rocking import frequency_parameter, uplift_acceleration
@@ -43,56 +39,13 @@ UNDECIDED_TEXT = (
     "ground motion was not over and strong enough to lift them"
 )
 
-_MOVING = (
-    "acceleration_amplitude", "velocity_step_start", "velocity_step_stop", "velocity_offset",
-    "velocity_final", "c0", "c1", "c2", "c3", "swing_1", "swing_2", "swing_3",
-)  # fmt: skip
-"""Attributes of pulses of which one is not zero where the base moves, of one kind or another."""
 _ROUND_OFF = 1e-9
 """Part of its length by which a run may be shorter than its motion and still be as long."""
 
 
-def motion_end(motions: GroundMotions) -> Array:
-    """Time at which the base of every lane has come to its last motion [s], shape [lane].
-
-    That of a record is its last sample, that of a pulse its stop; 0 where the base does not move.
-    """
-    if isinstance(motions, SpatialMotions):
-        return np.asarray(np.max([_end(part) for part in motions.components], axis=0))
-    return _end(motions)
-
-
-def _end(motions: PlanarMotions) -> Array:
-    if isinstance(motions, StillBase):
-        return np.zeros(motions.lane_count)
-    if isinstance(motions, RecordMotions):
-        last = motions.start + (motions.count - 1) * motions.interval
-        return np.where(motions.scale != 0.0, last, 0.0)
-    parts = [getattr(motions, name) != 0.0 for name in _MOVING if hasattr(motions, name)]
-    return np.where(np.any(parts, axis=0), motions.stop, 0.0)
-
-
 def cut_short(motions: GroundMotions, duration: float) -> Mask:
     """Whether a run ends before the ground motion of a lane does, shape [lane]."""
-    return np.asarray(motion_end(motions) > duration * (1.0 + _ROUND_OFF))
-
-
-def left_acceleration(motions: RecordMotions, duration: float) -> Array:
-    """Largest acceleration of the base that a run leaves out [m/s^2], shape [lane].
-
-    Infinite where a velocity step is left out.
-    """
-    passed = np.floor((duration - motions.start) / motions.interval).astype(np.intp)
-    first = motions.offset + np.clip(passed, 0, motions.count - 1)
-    ends, end = np.unique(
-        np.stack([first, motions.offset + motions.count], axis=1), axis=0, return_inverse=True
-    )
-    largest = np.array([np.abs(motions.pool_acceleration[a:b]).max() for a, b in ends])
-    left = np.abs(motions.scale) * largest[end.reshape(-1)]
-    steps = (motions.velocity_step_stop != 0.0) | (
-        (motions.velocity_step_start != 0.0) & (motions.start > duration)
-    )
-    return np.where(cut_short(motions, duration) & steps, np.inf, left)
+    return np.asarray(motions.end > duration * (1.0 + _ROUND_OFF))
 
 
 def undecided(response: Response, lanes: Lanes, motions: GroundMotions, duration: float) -> Mask:
@@ -109,11 +62,11 @@ def undecided(response: Response, lanes: Lanes, motions: GroundMotions, duration
     rocks, cut = outcome == Outcome.ROCKING, cut_short(motions, duration)
     may_fall = rocks | cut
     if not (lanes.stacked or lanes.spatial):
-        free = (duration - motion_end(motions)) * frequency_parameter(lanes.width, lanes.height)
+        free = (duration - motions.end) * frequency_parameter(lanes.width, lanes.height)
         may_fall = cut | (rocks & (free < SWUNG))
-        if cut.any() and isinstance(motions, RecordMotions) and response.engine != SPRINGS:
+        if cut.any() and response.engine != SPRINGS:
             lifts = uplift_acceleration(lanes.width, lanes.height)
-            may_fall &= rocks | (left_acceleration(motions, duration) >= lifts)
+            may_fall &= rocks | (motions.components[0].left_acceleration(duration) >= lifts)
     usable = np.isin(response["status"], USABLE)
     return np.asarray(usable & upright & may_fall)
 
@@ -123,7 +76,7 @@ def cut_text(motions: GroundMotions, duration: float) -> str:
     cut = cut_short(motions, duration)
     if not cut.any():
         return ""
-    ends = motion_end(motions)[cut]
+    ends = motions.end[cut]
     when = f"{ends.min():.6g} s"
     if ends.max() > ends.min():
         when = f"{ends.min():.6g} to {ends.max():.6g} s"

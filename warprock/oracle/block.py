@@ -26,7 +26,6 @@ from __future__ import annotations
 
 import concurrent.futures
 import dataclasses
-import math
 import multiprocessing
 
 import numpy as np
@@ -35,9 +34,6 @@ import numpy.typing as npt
 from warprock.model.lanes import Lanes
 from warprock.model.motion import (
     GroundMotions,
-    HarmonicMotions,
-    ModulatedMotions,
-    RickerMotions,
     SpatialMotions,
 )
 from warprock.model.response import (
@@ -132,21 +128,6 @@ def _block(lanes: Lanes, lane: int) -> PivotingBlock:
     return PivotingBlock(width, height, depth, density, given)
 
 
-def _scan_interval(motions: GroundMotions, lane: int) -> float:
-    """Time between looks at the overturning moment of a resting block [s].
-
-    Within a segment of a record the acceleration is linear, so its ends are enough.
-    """
-    if isinstance(motions, HarmonicMotions):
-        return float(1.0 / (SCANS_PER_PERIOD * motions.frequency[lane]))
-    if isinstance(motions, RickerMotions):
-        return float(math.pi / (SCANS_PER_PERIOD * motions.rate[lane]))
-    if isinstance(motions, ModulatedMotions):
-        fastest = motions.frequency[lane] * (1.0 + motions.modulation[lane])
-        return float(1.0 / (SCANS_PER_PERIOD * fastest))
-    return math.inf
-
-
 def rock(
     lanes: Lanes,
     motions: GroundMotions,
@@ -168,7 +149,8 @@ def rock(
     friction = float(lanes.friction[lane])
     run = BlockRun(_block(lanes, lane), times, rtol, friction)
     run.start(float(lanes.rotation_start[lane]))
-    scan = _scan_interval(motions, lane)
+    # A resting block is looked at so often; in a segment of a record its ends are enough.
+    scan = float(motions.shortest_period[lane]) / SCANS_PER_PERIOD
     for segment in motions.segments(lane):
         if segment.start < times.duration and not run.overturned:
             run.follow(segment, scan)

@@ -21,7 +21,7 @@ from warprock.engines.launching import Form, Target
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.response import Response, SampleTimes
-from warprock.paper.conflicts import Conflict
+from warprock.paper.conflict_texts import Conflict
 from warprock.run.case_run import require_options
 from warprock.run.files import replacing
 from warprock.run.options import RunOptions

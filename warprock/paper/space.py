@@ -19,7 +19,7 @@ import pandas as pd
 
 from warprock.compare.checks import CaseResponses
 from warprock.model.response import USABLE, Outcome, Response
-from warprock.paper.conflicts import Conflict
+from warprock.paper.conflict_texts import Conflict
 from warprock.paper.printed import PAPER_COLUMNS, paper_table
 from warprock.paper.runs import (
     SINE,

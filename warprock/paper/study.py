@@ -11,7 +11,7 @@ import pandas as pd
 
 from warprock.compare.study import StudyRun
 from warprock.figures import study as plots_study
-from warprock.paper.conflicts import Conflict
+from warprock.paper.conflict_texts import Conflict
 from warprock.paper.printed import paper_table
 
 

@@ -17,7 +17,7 @@ from warprock.case.lanes import LaneSet
 from warprock.engines import ENGINES, engine_class
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions, HarmonicMotions
-from warprock.paper.conflicts import Conflict
+from warprock.paper.conflict_texts import Conflict
 from warprock.paper.printed import PAPER_COLUMNS, paper_table
 from warprock.paper.runs import (
     PULSE,

@@ -2,7 +2,7 @@
 
 It is Bullet in float32 with Blender's ways around it: it has frames, between which the base moves
 along straight lines and after which results exist, and sub-steps in each. bpy is a whole program
-that takes over the process it is imported into, so `peer_blender_process` runs it in another one;
+that takes over the process it is imported into, so `blender_process` runs it in another one;
 scenes go there, and poses come back, as JSON. It is the extra `blender`, for Python 3.11 alone, and
 brings NumPy 1.26; installed without its dependencies it runs beside a later NumPy, too.
 
@@ -37,7 +37,7 @@ from warprock.programs.scene import (
 from warprock.settings.programs import BlenderSettings
 from warprock.units import GRAVITY
 
-PROCESS = pathlib.Path(__file__).with_name("peer_blender_process.py")
+PROCESS = pathlib.Path(__file__).with_name("blender_process.py")
 INSTALL = 'pip install "warprock[blender]"'
 SHAPES = ("BOX", "CONVEX_HULL", "MESH")
 """Blender's names of the collision shapes, by their number in the settings."""

@@ -1,7 +1,7 @@
 """Blender's rigid-body world, run by this file as a process of its own: `python THIS_FILE`.
 
 It imports nothing but the standard library and bpy. On stdin it takes one JSON object, on the last
-line of stdout it answers another: `peer_blender` says what is in them.
+line of stdout it answers another: `warprock.programs.blender` says what is in them.
 
 The base is an animated passive body, with a key of its place at every frame and straight lines
 between them. Since Blender 4.4 a curve moves nothing unless its object is bound to the slot of the

@@ -160,7 +160,7 @@ def _kernel_text(case: Case, name: str, scene: SceneKind) -> str:
     """The kernel that an engine runs a case with, on a CPU and on any other device."""
     settings = case.engine_settings(name)
     here, there = (
-        engine_class(name)(settings, Target(device=device)).kernel(scene)
+        engine_class(name)(settings, Target(device=device)).kernel_of(scene)
         for device in ("cpu", "cuda:0")
     )
     found = f"kernels/{here.file}.py for a {scene.motion} base"

@@ -45,8 +45,7 @@ def sample_times(duration: float, interval: float) -> SampleTimes:
 
 def record_alone(motions: GroundMotions) -> bool:
     """Whether nothing but records moves the base."""
-    parts = motions.components if isinstance(motions, SpatialMotions) else (motions,)
-    return all(isinstance(part, RecordMotions) for part in parts)
+    return all(isinstance(part, RecordMotions) for part in motions.components)
 
 
 def cut_off(motions: GroundMotions, ends: Array) -> GroundMotions:

@@ -23,7 +23,7 @@ from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
 from warprock.engines import engine_class
 from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions, scaled
+from warprock.model.motion import GroundMotions
 from warprock.model.response import SampleTimes, Status
 from warprock.run.batch import run_batch
 from warprock.run.devices import start_warp
@@ -94,7 +94,7 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
     chosen, factor = runs // len(factors), np.asarray(factors)[runs % len(factors)]
     outside = outside_model(
         lane_set.lanes.take(chosen),
-        scaled(lane_set.motions.take(chosen), factor),
+        lane_set.motions.take(chosen).scaled(factor),
         lane_set.times,
     )
     part = f"{outside} of {len(runs)} lanes" if outside else f"none of {len(runs)} lanes"

@@ -10,9 +10,13 @@ from tests.shared.blocks import make_lanes
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.errors import InputError
-from warprock.model.motion import Control, ModulatedMotions
+from warprock.model.motion import (
+    Control,
+    ModulatedMotions,
+    mavroeidis_papageorgiou_motions,
+    modulated_peak_acceleration,
+)
 from warprock.model.response import SampleTimes, Status
-from warprock.model.waveforms import mavroeidis_papageorgiou_motions, modulated_peak_acceleration
 from warprock.oracle.block import oracle_response
 from warprock.run.batch import run_batch
 from warprock.settings.engines import ImpulseSettings

@@ -320,6 +320,7 @@ def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(
     assert broken["status"][2] == Status.NONFINITE
 
 
+@pytest.mark.thorough
 def test_a_stack_slides_as_one_and_each_component_by_itself() -> None:
     lanes = spatial_stack([0.5, 0.4], [0.2, 0.2], friction=0.3, depth=0.5)
     found = event(lanes, pushed(np.full(1, 0.6), np.full(1, 0.8)), SampleTimes(1.0))
@@ -333,6 +334,7 @@ def test_a_stack_slides_as_one_and_each_component_by_itself() -> None:
     np.testing.assert_allclose(found["energy_lost"], expected, rtol=1e-6)
 
 
+@pytest.mark.thorough
 def test_blocks_of_a_stack_slide_on_one_another_as_in_impulse() -> None:
     # The box of the upper block is turned with the face of the lower one.
     lanes = spatial_stack([0.4, 0.35], [0.6, 0.5], depth=0.4, yaw_start=[[0.1, 0.3]], friction=0.35)

@@ -6,6 +6,7 @@ import dataclasses
 import itertools
 
 import numpy as np
+import pytest
 
 from tests.shared.blocks import sines, velocity_steps
 from tests.shared.spatial_blocks import along, mirrored, spatial_stack, still
@@ -55,6 +56,7 @@ def dropped(count: int) -> SpatialLanes:
     return SpatialLanes(**parts)
 
 
+@pytest.mark.thorough
 def test_a_tall_crooked_stack_stands_to_the_last_digit() -> None:
     lanes = spatial_stack(
         np.full(6, 0.4), 0.4, depth=0.5,

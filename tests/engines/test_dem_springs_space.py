@@ -10,7 +10,7 @@ import pytest
 
 from tests.shared.blocks import Array, make_lanes, make_stacks, velocity_steps
 from tests.shared.spatial_blocks import in_space, sound_run, still
-from warprock.engines.spatial_dem_springs import SpatialSprings, spatial_frequencies
+from warprock.engines.dem_springs_space import SpatialSprings, spatial_frequencies
 from warprock.model.lanes import Lanes
 from warprock.model.motion import SpatialMotions
 from warprock.model.response import Outcome, SampleTimes, Status
@@ -113,6 +113,7 @@ def test_points_stand_for_the_whole_face_and_none_beyond_an_edge() -> None:
     np.testing.assert_allclose(springs.area[2].sum(axis=1), [0.16, 0.09])
 
 
+@pytest.mark.thorough
 def test_stack_of_six_stands_for_a_minute() -> None:
     settings = DemSettings(
         normal_stiffness=1e8, shear_stiffness=1e8, subcontacts=2, subcontacts_across=2,

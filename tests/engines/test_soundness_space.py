@@ -11,20 +11,26 @@ import pytest
 from tests.engines.test_soundness_moving import beyond_the_base, shaken
 from tests.shared.blocks import sines
 from tests.shared.spatial_blocks import along, in_space, spatial_lanes, spatial_stack, still
-from warprock.engines.soundness import BARRIER_SHARE
-from warprock.engines.spatial_soundness import (
-    energy_to_tilt,
-    most_energy,
-    strongest_pull,
-    tilted_by_nothing,
-    unstable_in_space,
-    velocity_variation,
+from warprock.engines.energy import energy_to_tilt, most_energy
+from warprock.engines.soundness import (
+    BARRIER_SHARE,
+    account_in_space,
+    moved_by_nothing,
+    pull_in_space,
+    unstable,
 )
 from warprock.measure.atlas_maps import at_step
-from warprock.model.motion import Control, PlanarMotions, SpatialMotions, StillBase
+from warprock.model.lanes import Lanes
+from warprock.model.motion import (
+    Control,
+    PlanarMotions,
+    SpatialMotions,
+    StillBase,
+    mavroeidis_papageorgiou_motions,
+    ricker_motions,
+)
 from warprock.model.pose import bottom_corners, start_poses, turned
 from warprock.model.response import USABLE, SampleTimes, Status
-from warprock.model.waveforms import mavroeidis_papageorgiou_motions, ricker_motions
 from warprock.records import load_record, record_motions
 from warprock.run.batch import run_batch
 from warprock.settings.engines import build_settings
@@ -69,7 +75,7 @@ def test_no_base_does_more_than_its_bounds_say(
 ):
     motions = motions_of(kind)
     times = np.linspace(0.0, duration, 120_001)
-    bound, strongest = velocity_variation(motions, duration), strongest_pull(motions)
+    bound, strongest = motions.velocity_variation(duration), motions.strongest_pull()
     for lane in range(3):
         size = np.abs(motions.acceleration(times, lane))
         stepped = [s for s in motions.segments(lane) if s.velocity_step and s.start < duration]
@@ -85,8 +91,8 @@ def test_no_base_does_more_than_its_bounds_say(
 
 
 def test_a_base_that_stands_still_does_nothing():
-    np.testing.assert_array_equal(velocity_variation(StillBase(2), 5.0), 0.0)
-    np.testing.assert_array_equal(strongest_pull(StillBase(2)), 0.0)
+    np.testing.assert_array_equal(StillBase(2).velocity_variation(5.0), 0.0)
+    np.testing.assert_array_equal(StillBase(2).strongest_pull(), 0.0)
 
 
 def test_no_way_to_lean_takes_less_energy():
@@ -107,10 +113,15 @@ def test_no_way_to_lean_takes_less_energy():
         assert np.min(held / least) < 1.0 + 1e-3
 
 
-def bare(count: int, **more: npt.ArrayLike) -> dict[str, npt.NDArray[np.float64]]:
-    """What an engine tells of lanes of which nothing else is told."""
-    names = ("energy_lost", "peak_tilt", "deepest")
-    return {name: np.zeros(count) + np.asarray(more.get(name, 0.0)) for name in names}
+def unstable_in_space(
+    lanes: Lanes, motions: SpatialMotions, duration: float = 1.0, *, rigid: bool = True,
+    energy_lost: npt.ArrayLike = 0.0, peak_tilt: npt.ArrayLike = 0.0, deepest: npt.ArrayLike = 0.0,
+) -> npt.NDArray[np.bool_]:  # fmt: skip
+    """What is judged of lanes of which an engine tells nothing else."""
+    rows = np.zeros(lanes.lane_count, [("loss", float), ("deepest", float)])
+    rows["loss"], rows["deepest"] = energy_lost, deepest
+    account = account_in_space(lanes, motions, duration, rows)
+    return unstable(lanes, account, np.broadcast_to(peak_tilt, lanes.width.shape), rigid=rigid)
 
 
 def test_contacts_give_no_more_than_was_held_and_supplied():
@@ -123,27 +134,25 @@ def test_contacts_give_no_more_than_was_held_and_supplied():
     np.testing.assert_allclose(most, expected, rtol=1e-12, atol=1e-12)
     barrier = 0.5 * GRAVITY * lanes.mass * (np.hypot(0.2, 1.0) - 1.0)
     given = np.array([0.2 * barrier[0], 0.9 * most[1], 0.9 * most[2], 1.1 * most[3]])
-    found = unstable_in_space(lanes, motions, 1.0, **bare(4, energy_lost=-given))
+    found = unstable_in_space(lanes, motions, energy_lost=-given)
     np.testing.assert_array_equal(found, [True, False, False, True])
 
 
 def test_soft_contacts_are_judged_by_lean_less_depth_and_rigid_ones_by_both():
     lanes = spatial_lanes(np.full(4, 0.2), 1.0, rotation_start=[0.02, 0.02, 0.0, 0.0])
-    told = bare(4, peak_tilt=[0.02, 1.5, 0.0, 0.0], deepest=[0.0, 0.0, 0.05, 0.15])
+    told = {"peak_tilt": [0.02, 1.5, 0.0, 0.0], "deepest": [0.0, 0.0, 0.05, 0.15]}
     motions = still(4)
-    found = unstable_in_space(lanes, motions, 1.0, **told)
+    found = unstable_in_space(lanes, motions, **told)
     np.testing.assert_array_equal(found, [False, True, False, True])
     # Springs let a centre sink by as much as a corner goes in, and a block lean that far for free;
     # on springs that gave by nothing a lean takes what it takes on rigid ground.
-    soft = unstable_in_space(lanes, motions, 1.0, **told, rigid=False)
+    soft = unstable_in_space(lanes, motions, **told, rigid=False)
     np.testing.assert_array_equal(soft, [False, True, False, False])
     sunk = told | {"deepest": np.full(4, 0.05)}
-    assert not unstable_in_space(lanes, motions, 1.0, **sunk, rigid=False).any()
+    assert not unstable_in_space(lanes, motions, **sunk, rigid=False).any()
     stack = spatial_stack([0.3, 0.2], [1.0, 0.5])
-    deep = bare(1, peak_tilt=[[1.5, 1.5]], deepest=0.11)
-    assert unstable_in_space(stack, still(1), 1.0, **deep)[0]
-    deep["deepest"] -= 0.02
-    assert not unstable_in_space(stack, still(1), 1.0, **deep)[0]
+    assert unstable_in_space(stack, still(1), peak_tilt=1.5, deepest=0.11)[0]
+    assert not unstable_in_space(stack, still(1), peak_tilt=1.5, deepest=0.09)[0]
 
 
 def test_a_base_too_weak_to_lift_an_edge_tilts_no_block():
@@ -158,7 +167,7 @@ def test_a_base_too_weak_to_lift_an_edge_tilts_no_block():
     frequency = np.full(count, 2.0)
     x, z = (sines(Control.ACCELERATION, each, frequency, 1.0) for each in (along_x, upwards))
     tilt = np.array([0.06, 0.04, 0.06, 0.06, 0.06, 0.06]) * np.arctan2(0.2, 1.0)
-    found = tilted_by_nothing(lanes, SpatialMotions(x, x, z), tilt)
+    found = moved_by_nothing(lanes, pull_in_space(SpatialMotions(x, x, z)), tilt)
     assert (1.0 - BARRIER_SHARE) / np.sqrt(2.0) < 0.68
     np.testing.assert_array_equal(found, [True, False, False, False, True, False])
 

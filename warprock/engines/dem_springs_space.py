@@ -1,7 +1,7 @@
 """Springs of the soft-spring engine under blocks in space, in NumPy: how they lie, rest and swing.
 
 Blocks are [lane, block], lowest first; interface k is the one below block k, told in the axes of
-that block, from the middle of its bottom face. `block_columns` describes the blocks (half lengths).
+that block, from the middle of its bottom face. `spatial_columns` describes the blocks.
 """
 
 from __future__ import annotations
@@ -12,9 +12,8 @@ from typing import Self, cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.spatial_launching import block_columns
-from warprock.engines.stack_launching import as_stacks
-from warprock.model.lanes import Lanes, SpatialLanes
+from warprock.engines.blocks import spatial_columns
+from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.pose import product, quaternion, turned
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
@@ -65,7 +64,7 @@ class SpatialSprings:
     """The points of every interface of flat stacks in space.
 
     Attributes:
-        columns: What the blocks are, see `block_columns`.
+        columns: What the blocks are, see `spatial_columns`.
         place: From the middle of the face of the block above [m], shape [lane, block, point, 2].
         area: Area that a point stands for [m^2], shape [lane, block, point].
         kind: Of the pairs, shape [pair]; points are all -(a, b), then all (a, b).
@@ -79,7 +78,7 @@ class SpatialSprings:
     @classmethod
     def of(cls, lanes: Lanes, settings: DemSettings) -> Self:
         """Points spread over each interface, as kernels/dem/space_stack_meet.py does."""
-        columns = block_columns(lanes)
+        columns = spatial_columns(lanes)
         a, b, share, kind = point_pairs(settings.subcontacts, settings.subcontacts_across)
         a, b, share = np.r_[-a, a], np.r_[-b, b], np.r_[share, share]
         width, depth = columns["width"], columns["depth"]
@@ -201,7 +200,7 @@ def start_in_space(lanes: Lanes, settings: DemSettings) -> dict[str, Array]:
     lean bears its weight on the points that reach the base; one in the air none.
 
     Returns:
-        `block_columns`, shape [lane, block] each, with settled poses; z from where it would be in
+        `spatial_columns`, shape [lane, block] each, with settled poses; z from where it would be in
         the flat stack of rigid blocks.
     """
     stacks = cast(SpatialLanes, as_stacks(lanes))

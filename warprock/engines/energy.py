@@ -1,0 +1,113 @@
+"""Energies of blocks on their base: what they hold, need to overturn, and can have been given.
+
+All are above the state in which every block is flat, in the frame of the base [J]. What a base has
+supplied is told by the account of an engine in the plane; in space there is a bound that is known
+before a run. In the frame of its base the energy E of a lane changes by the work of the base,
+-a . sum(m v) with the acceleration a of the base, and by that of the contacts, which can only take.
+As long as no block lies below its flat place sum(m v^2) / 2 is at most E, so that
+|d sqrt(E) / dt| <= sqrt(M / 2) |a| with the mass M of all blocks, and E never exceeds
+(sqrt(E at the start) + sqrt(M / 2) S)^2, S the total variation of the base velocity. It is the
+looser the longer the base moves: what contacts give a block that a long record shakes passes unseen
+up to that.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import cast
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.engines.blocks import start_on_corners
+from warprock.model import rocking
+from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
+from warprock.model.motion import GroundMotions
+from warprock.model.pose import start_poses
+from warprock.units import GRAVITY
+
+Array = npt.NDArray[np.float64]
+
+
+def energy_at_start(lanes: Lanes) -> Array:
+    """Energy at the start [J], shape [lane]; negative where a stack in the plane is to fall."""
+    if lanes.spatial:
+        return np.maximum(spatial_energy_held(lanes), 0.0)
+    return stack_energy_held(lanes) if lanes.stacked else energy_held(lanes, lanes.rotation_start)
+
+
+def energy_held(lanes: Lanes, rotation: Array) -> Array:
+    """Least energy above the flat state of single blocks that turned to a rotation [J], [lane].
+
+    Beyond the slenderness angle it is what it takes to get there.
+    """
+    turned = np.minimum(np.abs(rotation), lanes.slenderness_angle)
+    return rocking.energy(lanes.width, lanes.height, lanes.depth, lanes.density, turned, 0.0)
+
+
+def stack_energy_held(lanes: Lanes) -> Array:
+    """Energy at the start above the state in which all blocks of a stack are flat [J], [lane].
+
+    Negative where the stack starts so far turned that it falls.
+    """
+    start, flat = (start_on_corners(each)[1] for each in (lanes, _flat(lanes)))
+    return np.asarray(GRAVITY * (lanes.mass * (start - flat)).sum(axis=1))
+
+
+def spatial_energy_held(lanes: Lanes) -> Array:
+    """Energy at the start above the state in which all blocks are flat [J], shape [lane]."""
+    stacks = cast(SpatialLanes, as_stacks(lanes))
+    height = np.cumsum(stacks.height, axis=1) - 0.5 * stacks.height
+    rise = start_poses(stacks)[0][..., 2] - height
+    return np.asarray(GRAVITY * (stacks.mass * rise).sum(axis=1))
+
+
+def least_barrier(lanes: Lanes) -> tuple[Array, Array]:
+    """What it takes to turn the blocks of a stack about an end of a face, from some block up.
+
+    Returns:
+        The least energy [J], shape [lane], and the sines of the rotations there, about the end at
+        -x and the one at +x, shape [2, lane, block].
+    """
+    x, z, left, right = start_on_corners(_flat(lanes))
+    mass = lanes.mass
+    # What stands on each interface, and its centre above it: sums from the top down.
+    above, levers, heights = (
+        np.cumsum((mass * each)[:, ::-1], axis=1)[:, ::-1] for each in (np.ones_like(x), x, z)
+    )
+    centre, rise = levers / above, heights / above - (z - 0.5 * lanes.height)
+    arms = np.maximum(np.stack([centre - left, right - centre]), 0.0)
+    reach = np.hypot(arms, rise)
+    return (GRAVITY * above * (reach - rise)).min(axis=(0, 2)), arms / reach
+
+
+def most_energy(lanes: Lanes, motions: GroundMotions, duration: float) -> Array:
+    """The most energy above the flat state that a lane can have until a time [J], shape [lane]."""
+    held = energy_at_start(lanes)
+    mass = lanes.mass.reshape(lanes.lane_count, -1).sum(axis=1)
+    variation = sum(part.velocity_variation(duration) for part in motions.components)
+    return np.asarray((np.sqrt(held) + np.sqrt(0.5 * mass) * variation) ** 2)
+
+
+def energy_to_tilt(lanes: Lanes, tilt: Array) -> Array:
+    """Least energy above the flat state of single blocks whose axes lean by an angle [J], [lane].
+
+    That is a turn about the nearest edge of the face; beyond where it overturns, what that takes.
+    """
+    arm, half = nearest_edge(lanes), 0.5 * lanes.height
+    turned = np.minimum(np.abs(tilt), np.arctan2(arm, half))
+    rise = arm * np.sin(turned) + half * (np.cos(turned) - 1.0)
+    return np.asarray(GRAVITY * lanes.mass * rise)
+
+
+def nearest_edge(lanes: Lanes) -> Array:
+    """Distance of the nearest edge of the bottom face from the centre of mass [m], [lane]."""
+    blocks = cast(SpatialLanes, lanes)
+    along = 0.5 * blocks.face_width - np.abs(blocks.centre_offset_x)
+    across = 0.5 * blocks.face_depth - np.abs(blocks.centre_offset_y)
+    return np.asarray(np.minimum(along, across))
+
+
+def _flat(lanes: Lanes) -> Lanes:
+    """The same stacks with no block turned."""
+    return dataclasses.replace(lanes, rotation_start=np.zeros_like(lanes.rotation_start))

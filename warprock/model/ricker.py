@@ -1,0 +1,115 @@
+"""Ricker pulses: from what a user writes to what engines follow."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.model.lane_motion import Array, Control, MotionKind
+from warprock.model.pulse import PulseMotions
+
+RICKER_HALF_LENGTH = 2.0
+"""Half length of a Ricker pulse in periods: exp(-(2 pi)^2) = 7e-18, below round-off."""
+
+GRID = np.linspace(-6.0, 6.0, 12_001)
+"""Places x at which humps x^k exp(-x^2) are looked at: their peaks to 1e-6, nothing is beyond."""
+BELL = np.exp(-(GRID**2))
+POWERS = np.arange(4)[:, None]
+HUMP_VARIATION = np.abs(np.diff(GRID**POWERS * BELL, axis=1)).sum(axis=1)
+"""Total variation of the humps k of the velocity of a Ricker pulse, see `RickerMotions`."""
+HUMP_SLOPE = np.abs(
+    (POWERS * GRID ** np.maximum(POWERS - 1, 0) - 2.0 * GRID ** (POWERS + 1)) * BELL
+).max(axis=1)
+"""Their steepest slopes."""
+
+
+@dataclasses.dataclass(frozen=True)
+class RickerMotions(PulseMotions):
+    """Ricker pulses, the second derivative of a Gaussian.
+
+    With x = rate (t - start) - rate (stop - start)/2 and rate = pi frequency:
+    velocity = (c0 + c1 x + c2 x^2 + c3 x^3) exp(-x^2), acceleration its time derivative.
+    """
+
+    rate: Array
+    c0: Array
+    c1: Array
+    c2: Array
+    c3: Array
+    kind: ClassVar[MotionKind] = MotionKind.RICKER
+    linear: ClassVar[tuple[str, ...]] = ("c0", "c1", "c2", "c3")
+
+    def acceleration_inside(self, times: Array, lane: int) -> Array:
+        """Acceleration of the waveform itself [m/s^2]."""
+        rate = self.rate[lane]
+        x = rate * (times - 0.5 * (self.start[lane] + self.stop[lane]))
+        c0, c1, c2, c3 = (c[lane] for c in (self.c0, self.c1, self.c2, self.c3))
+        velocity = c0 + x * (c1 + x * (c2 + x * c3))
+        slope = c1 + x * (2.0 * c2 + x * 3.0 * c3)
+        return np.asarray(rate * (slope - 2.0 * x * velocity) * np.exp(-x * x))
+
+    @property
+    def fastest_rate(self) -> Array:
+        """Rate at which the acceleration changes [rad/s].
+
+        The highest derivative of a Gaussian that a series keeps changes the fastest.
+        """
+        return 4.0 * self.rate
+
+    @property
+    def shortest_period(self) -> Array:
+        """Period [s]."""
+        return np.asarray(np.pi / self.rate)
+
+    def variation_inside(self, moving: Array) -> Array:
+        """At most the total variation of the velocity of the waveform itself [m/s]."""
+        return np.asarray(HUMP_VARIATION @ np.abs([self.c0, self.c1, self.c2, self.c3]))
+
+    def acceleration_bound(self) -> Array:
+        """At most the largest |acceleration| [m/s^2]."""
+        return np.asarray(self.rate * (HUMP_SLOPE @ np.abs([self.c0, self.c1, self.c2, self.c3])))
+
+
+def ricker_motions(
+    control: npt.NDArray[np.str_] | Sequence[Control],
+    amplitude: Array,
+    frequency: Array,
+    start: Array,
+) -> RickerMotions:
+    """Ricker pulses under a control, each `2 RICKER_HALF_LENGTH` periods long.
+
+    Controlled quantity = amplitude (1 - 2 x^2) exp(-x^2), x = pi frequency (t - centre).
+
+    Args:
+        control: Controlled quantity, shape [lane].
+        amplitude: Amplitude of the controlled quantity [m, m/s or m/s^2], shape [lane].
+        frequency: [Hz], shape [lane], > 0.
+        start: [s], shape [lane], >= 0.
+    """
+    controls = np.asarray(control, dtype=np.str_)
+    by_displacement = controls == Control.DISPLACEMENT
+    by_velocity = controls == Control.VELOCITY
+    by_acceleration = controls == Control.ACCELERATION
+    rate = np.pi * frequency
+    # Velocity polynomials: acceleration control integrates to a x exp(-x^2) / rate; velocity
+    # control is v (1 - 2 x^2); displacement control differentiates to u rate (-6 x + 4 x^3).
+    zero = np.zeros_like(amplitude)
+    stop = start + 2.0 * RICKER_HALF_LENGTH / frequency
+    return RickerMotions(
+        start=start,
+        stop=stop,
+        velocity_step_start=zero,
+        velocity_step_stop=zero,
+        velocity_final=zero,
+        rate=rate,
+        c0=np.where(by_velocity, amplitude, 0.0),
+        c1=np.select(
+            [by_acceleration, by_displacement], [amplitude / rate, -6.0 * amplitude * rate], 0.0
+        ),
+        c2=np.where(by_velocity, -2.0 * amplitude, 0.0),
+        c3=np.where(by_displacement, 4.0 * amplitude * rate, 0.0),
+    )
