@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import graphlib
 import pathlib
 import sys
@@ -36,6 +37,7 @@ def _room_of(file: str) -> str:
     return top if top in MAPPED else inner[0]
 
 
+@functools.cache
 def _tree(file: str) -> ast.Module:
     return ast.parse((ROOT / file).read_text(encoding="utf-8"), file)
 

@@ -13,6 +13,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from tests.shared.shipped import RUNNABLE_CASES
+from warprock.case.columns import input_meaning
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.errors import InputError
@@ -79,8 +80,8 @@ def test_units_are_in_the_metadata_and_in_the_names(folder: pathlib.Path):
 @pytest.mark.parametrize("name", RUNNABLE_CASES)
 def test_no_input_goes_without_a_meaning(name: str):
     lane_set = expand_lanes(load_case(name))
-    label = store.input_meaning("a label")
-    nameless = {name for name in lane_set.inputs.columns if store.input_meaning(name) == label}
+    label = input_meaning("a label")
+    nameless = {name for name in lane_set.inputs.columns if input_meaning(name) == label}
     assert nameless == set(lane_set.labels)
 
 

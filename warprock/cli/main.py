@@ -22,6 +22,7 @@ from warprock.cli.atlas import stability
 from warprock.cli.exits import EXIT_CHECK, EXIT_FAILED, EXIT_INTERRUPTED, ExitCodes
 from warprock.cli.fragility import fragility
 from warprock.cli.ida import ida
+from warprock.cli.keys import keys
 from warprock.cli.map import overturning_map
 from warprock.cli.options import (
     EXIT_BAD_LANES,
@@ -347,6 +348,7 @@ def bench(ctx: click.Context, seconds: float, workers: int | None, as_json: bool
 main.add_command(records)
 main.add_command(fragility)
 main.add_command(ida)
+main.add_command(keys)
 main.add_command(overturning_map)
 main.add_command(sensitivity)
 main.add_command(spectrum)

@@ -20,6 +20,7 @@ import pandas as pd
 import pyarrow.parquet as pq
 
 from warprock.case.case import Case
+from warprock.case.columns import input_meaning
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.study import Study, Variation
 from warprock.compare.checks import REFERENCE, compare_with_housner, lane_name, plain_row
@@ -279,7 +280,7 @@ def _joined(tables: list[pd.DataFrame]) -> pd.DataFrame:
     """The rows of all runs, with the unit and the meaning of every column."""
     table = pd.concat(tables, ignore_index=True)
     names = map(str, table.columns)
-    meanings = {name: COLUMNS.get(name) or store.input_meaning(name) for name in names}
+    meanings = {name: COLUMNS.get(name) or input_meaning(name) for name in names}
     table.attrs["columns"] = {
         name: {"unit": unit, "text": text} for name, (unit, text) in meanings.items()
     }

@@ -7,7 +7,7 @@ what a user writes. `lane_motion` says what they have in common.
 from __future__ import annotations
 
 import dataclasses
-from typing import Self
+from typing import Self, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,7 @@ from warprock.model.harmonic import HarmonicMotions, harmonic_motions
 from warprock.model.lane_motion import (
     Array,
     Control,
+    LaneMotions,
     Lanes,
     MotionKind,
     Segment,
@@ -51,8 +52,8 @@ __all__ = [
     "ricker_motions",
 ]
 
-PlanarMotions = StillBase | HarmonicMotions | RickerMotions | ModulatedMotions | RecordMotions
-"""Motions of one direction."""
+PlanarMotions: TypeAlias = LaneMotions
+"""Motions of one direction, of any waveform."""
 
 
 @dataclasses.dataclass(frozen=True)

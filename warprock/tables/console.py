@@ -308,7 +308,7 @@ def _column_widths(names: Sequence[str], cells: Sequence[Sequence[str]], room: i
 
 def _swept_columns(run: CaseRun) -> list[str]:
     """Columns of the inputs that the case sweeps: `height_m` for the key `block.height`."""
-    from warprock.run.lane_table import input_meaning
+    from warprock.case.columns import input_meaning
 
     stems: set[str] = set()
     for table, _, name in (key.rpartition(".") for axis in run.case.axes for key in axis.columns):
