@@ -132,8 +132,7 @@ def solve_pair(
         link: Where the springs are, see `meet`.
         live: Whether the lane still runs.
         dt: Time step [s].
-        a: Place along the width over the half length, b along the depth.
-        b: See a.
+        a, b: Place along the width over the half length and along the depth.
         share: Part of the area that each of the two stands for.
         ux: State of the first point, see `spring`, to slip; ux2 to slip2 of the second.
         n: Mean of N so far [N/m^2], na and nb its first moments over the half lengths; t1 to tb1

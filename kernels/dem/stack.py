@@ -123,8 +123,8 @@ def relative_motion(
 
 @wp.func
 def find_contacts(
-    dv: real, face: real, high: real, s: real, c: real, omega: real,
-    lface: real, lhigh: real, ls: real, lc: real, lomega: real,
+    dv: real, half_width: real, half_height: real, s: real, c: real, omega: real,
+    lhalf_width: real, lhalf_height: real, ls: real, lc: real, lomega: real,
     dx: real, ez: real, wx: real, wz: real,
     ps: wp.ref[real], pc: wp.ref[real], rs: wp.ref[real], rc: wp.ref[real],
     side: wp.ref[real], de: wp.ref[real], dn: wp.ref[real], half: wp.ref[real],
@@ -135,13 +135,12 @@ def find_contacts(
 
     Args:
         dv: Change of the base velocity in the step [m/s].
-        face: Half width of the upper block's faces [m], high its half height [m], s, c and omega
-            the sine, the cosine and the rate of its rotation; lface and so on of the lower one.
-        dx: Upper centre to +x of the lower one [m].
-        ez: Upper centre above the lower one, less the sum of their half heights [m].
+        half_width, half_height: Half sizes of the upper block [m].
+        s, c, omega: Sine, cosine and rate of its rotation; of the lower one lhalf_width and so on.
+        dx, ez: Upper centre to +x of the lower one, and above it less both half heights [m].
         wx: Velocity of the upper centre from the lower one's [m/s], wz likewise.
-        ps: Sine of the plane's rotation, pc its cosine.
-        rs: Sine of the upper block's rotation against the lower one, rc its cosine.
+        ps, pc, rs, rc: Sine and cosine of the rotation of the plane, and of the upper block against
+            the lower one.
         side: -1 where the upper block is the slave, else 1.
         de: Upper centre from the lower one along e [m], dn along n.
         half: Half length of the stretch that the faces share, along the slave's face [m].
@@ -151,16 +150,17 @@ def find_contacts(
     """
     turn = s * lc - c * ls
     cosine = c * lc + s * ls
-    both = high + lhigh
+    both = half_height + lhalf_height
     dz = both + ez
     lean = lean_of(turn, omega - lomega, dv)
-    upper = lean * (dx * lc - dz * ls - high * turn + lean * face * cosine) <= lface
+    corner = dx * lc - dz * ls - half_height * turn + lean * half_width * cosine
+    upper = lean * corner <= lhalf_width
     sign = wp.where(upper, real(-1.0), real(1.0))
     sine = wp.where(upper, ls, s)
     across = wp.where(upper, lc, c)
-    tall = wp.where(upper, high, lhigh)
-    slave = wp.where(upper, face, lface)
-    plane = wp.where(upper, lface, face)
+    tall = wp.where(upper, half_height, lhalf_height)
+    slave = wp.where(upper, half_width, lhalf_width)
+    plane = wp.where(upper, lhalf_width, half_width)
     along = dx * across - dz * sine
     place = -sign * along - tall * turn
     low, top = shared_stretch(slave, plane, place, cosine)

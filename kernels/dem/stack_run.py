@@ -45,8 +45,8 @@ class Block:
     `stretch` is that of the shear springs below it.
     """
 
-    face: real
-    high: real
+    half_width: real
+    half_height: real
     inverse_mass: real
     inverse_inertia: real
     friction: real
@@ -74,11 +74,11 @@ Point = wp.types.matrix(shape=(BLOCKS * 2 * PAIRS, LANES), dtype=real)
 
 @wp.func
 def start_lane(
-    stack: Stack, face: wp.ref[real], c: wp.ref[real], dt: wp.ref[real],
+    stack: Stack, half_width: wp.ref[real], c: wp.ref[real], dt: wp.ref[real],
     uplift_time: wp.ref[real], mode: wp.ref[int],
 ):  # fmt: skip
     """Lays the ground, which has a face and is level, and sets a lane going."""
-    face = GROUND_FACE
+    half_width = GROUND_FACE
     c = real(1.0)
     dt = stack.time_step
     uplift_time = stack.uplift_time
@@ -87,14 +87,14 @@ def start_lane(
 
 @wp.func
 def start_block(
-    block: Block, face: wp.ref[real], high: wp.ref[real], m: wp.ref[real], j: wp.ref[real],
-    mu: wp.ref[real], depth: wp.ref[real], offset: wp.ref[real], x: wp.ref[real],
-    z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
-    since: wp.ref[real], peak: wp.ref[real],
+    block: Block, half_width: wp.ref[real], half_height: wp.ref[real], m: wp.ref[real],
+    j: wp.ref[real], mu: wp.ref[real], depth: wp.ref[real], offset: wp.ref[real], x: wp.ref[real],
+    z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real], since: wp.ref[real],
+    peak: wp.ref[real],
 ):  # fmt: skip
     """Puts a block where it starts; one that has not begun does not gape."""
-    face = block.face
-    high = block.high
+    half_width = block.half_width
+    half_height = block.half_height
     m = block.inverse_mass
     j = block.inverse_inertia
     mu = block.friction
@@ -150,17 +150,16 @@ def observe_interface(
     """
     slips = held == 0 and slides(dt * slip, dt, gravity)
     observe_faces(
-        live, time, overlap, size(tilt), shared, slips, since, uplift_time, moved, deepest,
-        impacts, mode,
+        live, time, overlap, size(tilt), shared, slips, since, uplift_time, moved, deepest, impacts,
+        mode,
     )  # fmt: skip
     held = 0
 
 
 @wp.func
 def observe_block(
-    live: bool, time: real, theta: real, speed: real, slid: real,
-    peak: wp.ref[real], peak_time: wp.ref[real], slide: wp.ref[real], peak_slide: wp.ref[real],
-    mode: wp.ref[int],
+    live: bool, time: real, theta: real, speed: real, slid: real, peak: wp.ref[real],
+    peak_time: wp.ref[real], slide: wp.ref[real], peak_slide: wp.ref[real], mode: wp.ref[int],
 ):  # fmt: skip
     """Peaks of a block after a step, and whether its lane lives on.
 
@@ -184,7 +183,7 @@ def run_lanes(
 ):  # fmt: skip
     """Runs LANES lanes a thread, each at its own time."""
     # Rows of bodies, the ground first: what they are, where, how fast, and what is kept of them.
-    face, high, m, j, mu, depth, offset = Body(), Body(), Body(), Body(), Body(), Body(), Body()
+    half_w, half_h, m, j, mu, depth, offset = Body(), Body(), Body(), Body(), Body(), Body(), Body()
     x, z, theta, s, c, vx, vz = Body(), Body(), Body(), Body(), Body(), Body(), Body()
     omega, fx, fz, moment, since, slid = Body(), Body(), Body(), Body(), Body(), Body()
     peak, peak_time, slide, peak_slide = Body(), Body(), Body(), Body()
@@ -201,10 +200,10 @@ def run_lanes(
     # Counts that Warp does not know, so that it writes out none of the loops over them.
     bodies, pairs, first = int(BLOCKS + 1), int(PAIRS), wp.tid() * LANES
     for i in range(LANES):
-        start_lane(lanes[first + i], face[0, i], c[0, i], dt[i], uplift_time[i], mode[i])
+        start_lane(lanes[first + i], half_w[0, i], c[0, i], dt[i], uplift_time[i], mode[i])
         for k in range(1, bodies):
             start_block(
-                blocks[k - 1, first + i], face[k, i], high[k, i], m[k, i], j[k, i], mu[k, i],
+                blocks[k - 1, first + i], half_w[k, i], half_h[k, i], m[k, i], j[k, i], mu[k, i],
                 depth[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
                 since[k, i], peak[k, i],
             )  # fmt: skip
@@ -231,12 +230,12 @@ def run_lanes(
                 low, row = k - 1, (k - 1) * 2 * pairs
                 for i in range(LANES):
                     find_contacts(
-                        dv[i], face[k, i], high[k, i], s[k, i], c[k, i], omega[k, i],
-                        face[low, i], high[low, i], s[low, i], c[low, i], omega[low, i],
-                        x[k, i] - x[low, i], z[k, i] - z[low, i],
-                        vx[k, i] - vx[low, i], vz[k, i] - vz[low, i],
-                        ps[i], pc[i], rs[i], rc[i], side[i], de[i], dn[i], half[i], slid[k, i],
-                        pe[i], pn[i], overlap[i], vn[i], vt[i], tilt[i], parting[i], sliding[i],
+                        dv[i], half_w[k, i], half_h[k, i], s[k, i], c[k, i], omega[k, i],
+                        half_w[low, i], half_h[low, i], s[low, i], c[low, i], omega[low, i],
+                        x[k, i] - x[low, i], z[k, i] - z[low, i], vx[k, i] - vx[low, i],
+                        vz[k, i] - vz[low, i], ps[i], pc[i], rs[i], rc[i], side[i], de[i], dn[i],
+                        half[i], slid[k, i], pe[i], pn[i], overlap[i], vn[i], vt[i], tilt[i],
+                        parting[i], sliding[i],
                     )  # fmt: skip
                 for p in range(pairs):
                     away = SPACING * real(2 * p + 1 - ODD)
@@ -251,9 +250,9 @@ def run_lanes(
                 for i in range(LANES):
                     load_blocks(
                         depth[k, i], ps[i], pc[i], rs[i], rc[i], side[i], de[i], dn[i], half[i],
-                        pe[i], pn[i], n[i], nq[i], t[i], tq[i], e[i],
-                        fx[k, i], fz[k, i], moment[k, i], fx[low, i], fz[low, i], moment[low, i],
-                        live[i] == 1, stored[i],
+                        pe[i], pn[i], n[i], nq[i], t[i], tq[i], e[i], fx[k, i], fz[k, i],
+                        moment[k, i], fx[low, i], fz[low, i], moment[low, i], live[i] == 1,
+                        stored[i],
                     )  # fmt: skip
                     observe_interface(
                         live[i] == 1, real(steps[i] - 1) * dt[i], knobs.gravity, dt[i], overlap[i],
@@ -263,14 +262,14 @@ def run_lanes(
             for k in range(1, bodies):
                 for i in range(LANES):
                     integrate(
-                        live[i] == 1, dv[i], dt[i], span[i], knobs, m[k, i], j[k, i],
-                        fx[k, i], fz[k, i], moment[k, i], x[k, i], z[k, i], theta[k, i], s[k, i],
-                        c[k, i], vx[k, i], vz[k, i], omega[k, i], loss[i], given[i],
+                        live[i] == 1, dv[i], dt[i], span[i], knobs, m[k, i], j[k, i], fx[k, i],
+                        fz[k, i], moment[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
+                        vx[k, i], vz[k, i], omega[k, i], loss[i], given[i],
                     )  # fmt: skip
                     observe_block(
                         live[i] == 1, real(steps[i]) * dt[i], theta[k, i],
-                        vx[k, i] + vz[k, i] + omega[k, i], slid[k, i] - offset[k, i],
-                        peak[k, i], peak_time[k, i], slide[k, i], peak_slide[k, i], mode[i],
+                        vx[k, i] + vz[k, i] + omega[k, i], slid[k, i] - offset[k, i], peak[k, i],
+                        peak_time[k, i], slide[k, i], peak_slide[k, i], mode[i],
                     )  # fmt: skip
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):

@@ -28,8 +28,7 @@ def observe(
         omega: Angular velocity [rad/s].
         slide: Slide along the base [m].
         miss: What the solve missed, beyond round-off.
-        peak: Largest |theta| so far [rad], peak_time its time [s].
-        peak_time: See peak.
+        peak, peak_time: Largest |theta| so far [rad] and its time [s].
         peak_slide: Largest |slide| so far [m].
 
     Returns:

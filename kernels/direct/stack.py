@@ -43,8 +43,8 @@ BARELY = real(1.0 - 1.0e-9)
 class Shapes:
     """What the blocks of one lane are; CFM in 1/kg."""
 
-    face: Values
-    high: Values
+    half_width: Values
+    half_height: Values
     inverse_mass: Values
     inverse_inertia: Values
     friction: Values
@@ -68,15 +68,15 @@ def interface_rows(shapes: Shapes, pose: Pose, k: int, lean: real):
         Matrix of the upper block (rows: ends 1 and 2, slip; columns: x, z, rotation), of the
         lower one, and the gaps at both ends [m].
     """
-    lface = GROUND_FACE
-    lhigh = real(0.0)
+    lhalf_width = GROUND_FACE
+    lhalf_height = real(0.0)
     ls = real(0.0)
     lc = real(1.0)
     dx = pose.x[k]
     dz = pose.z[k]
     if k > 0:
-        lface = shapes.face[k - 1]
-        lhigh = shapes.high[k - 1]
+        lhalf_width = shapes.half_width[k - 1]
+        lhalf_height = shapes.half_height[k - 1]
         ls = pose.sine[k - 1]
         lc = pose.cosine[k - 1]
         dx = dx - pose.x[k - 1]
@@ -85,13 +85,20 @@ def interface_rows(shapes: Shapes, pose: Pose, k: int, lean: real):
     al1, bl1, gap1 = real(0.0), real(0.0), real(0.0)
     nx2, nz2, au2, bu2 = real(0.0), real(0.0), real(0.0), real(0.0)
     al2, bl2, gap2 = real(0.0), real(0.0), real(0.0)
-    face, high, s, c = shapes.face[k], shapes.high[k], pose.sine[k], pose.cosine[k]
-    find_end(
-        -lean, face, high, s, c, lface, lhigh, ls, lc, dx, dz, nx1, nz1, au1, bu1, al1, bl1, gap1
+    half_width, half_height, s, c = (
+        shapes.half_width[k],
+        shapes.half_height[k],
+        pose.sine[k],
+        pose.cosine[k],
     )
     find_end(
-        lean, face, high, s, c, lface, lhigh, ls, lc, dx, dz, nx2, nz2, au2, bu2, al2, bl2, gap2
-    )
+        -lean, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz, nx1, nz1,
+        au1, bu1, al1, bl1, gap1,
+    )  # fmt: skip
+    find_end(
+        lean, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz, nx2, nz2,
+        au2, bu2, al2, bl2, gap2,
+    )  # fmt: skip
     upper = Matrix(nx1, nz1, -au1, nx2, nz2, -au2, lean * nz2, -lean * nx2, lean * bu2)
     lower = Matrix(-nx1, -nz1, al1, -nx2, -nz2, al2, -lean * nz2, lean * nx2, -lean * bl2)
     return upper, lower, gap1, gap2

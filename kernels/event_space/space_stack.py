@@ -119,7 +119,7 @@ def stays(own: Own, v: Bodies, w: Bodies, bound: real) -> bool:
     fastest = real(0.0)
     bodies = int(BLOCKS + 1)
     for k in range(1, bodies):
-        turns = wp.length(w[k]) * block_of(own, k).height
+        turns = wp.length(w[k]) * block_of(own, k).half_height
         fastest = larger(fastest, wp.length(v[k]) + turns)
     return fastest <= bound
 

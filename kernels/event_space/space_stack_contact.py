@@ -132,8 +132,8 @@ def posed(own: Own, x: Bodies, q: Attitudes) -> Pose:
 def below_of(own: Own, k: int) -> Block:
     """What block k stands on: the ground under the first, else a block."""
     base = Block()
-    base.width = GROUND_FACE
-    base.depth = GROUND_FACE
+    base.half_width = GROUND_FACE
+    base.half_depth = GROUND_FACE
     if k > 1:
         return block_of(own, k - 1)
     return base
@@ -155,7 +155,7 @@ def met(own: Own, pose: Pose, k: int):
 def height_of(own: Own, pose: Pose, k: int, point: Vector) -> real:
     """Height above the face below of a point of block k, given in its own axes [m]."""
     at = pose.x[k] - pose.x[k - 1] + wp.transpose(rows_of(pose.axes, k)) * point
-    return wp.dot(pose.axes[3 * k - 1], at) - below_of(own, k).height
+    return wp.dot(pose.axes[3 * k - 1], at) - below_of(own, k).half_height
 
 
 @wp.func
@@ -237,8 +237,7 @@ def swept(
         mu: Friction coefficient under each body.
         light: Inverse mass of each body [1/kg].
         first: Impulses to start from [N s].
-        v: Velocity of each body without contact [m/s]; w its angular velocity [rad/s].
-        w: See v.
+        v, w: Velocity [m/s] and angular velocity [rad/s] of each body without contact.
 
     Returns:
         Impulses along the directions of each contact, velocities, angular velocities, and whether

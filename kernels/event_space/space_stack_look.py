@@ -162,7 +162,11 @@ def looked(
     v: Bodies, w: Bodies, held: Ints, d: real,
 ) -> Look:  # fmt: skip
     """What the corners did in a step, seen from both of its ends; v and w are those of its end."""
-    zero, near, grain = real(0.0), NEARLY * limits.longest_step, GRAIN * block_of(own, 1).height
+    zero, near, grain = (
+        real(0.0),
+        NEARLY * limits.longest_step,
+        GRAIN * block_of(own, 1).half_height,
+    )
     rest, n = limits.rest_gap, Look()
     n.closed = True
     n.cut = TWO * NEVER

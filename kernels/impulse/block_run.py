@@ -26,8 +26,7 @@ def observe(
         theta: Rotation [rad], omega its rate [rad/s].
         omega: Angular velocity [rad/s].
         slide: Slide along the base [m].
-        peak: Largest |theta| so far [rad], peak_time its time [s].
-        peak_time: See peak.
+        peak, peak_time: Largest |theta| so far [rad] and its time [s].
         peak_slide: Largest |slide| so far [m].
 
     Returns:

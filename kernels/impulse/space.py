@@ -168,9 +168,7 @@ def observe_contact(
         knobs: Settings.
         gap: How wide it gapes after the last step [m].
         reach: At least its distance from the centre of mass [m].
-        ox: Angular velocity [rad/s], to oz.
-        oy: See ox.
-        oz: See ox.
+        ox, oy, oz: Angular velocity [rad/s].
         n: What it carried in the last step.
         apart: 1 where it has parted and not landed since, else 0.
         lifted: Corners that have parted.
@@ -187,7 +185,7 @@ def observe_contact(
 
 @wp.func
 def find_contact(
-    corner: int, lean_x: real, lean_y: real, width: real, depth: real, height: real,
+    corner: int, lean_x: real, lean_y: real, half_width: real, half_depth: real, half_height: real,
     cx: real, cy: real, z: real, knobs: Knobs, qx: real, qy: real, qz: real, qw: real,
     ox: real, oy: real, oz: real,
     rx: wp.ref[real], ry: wp.ref[real], rz: wp.ref[real], aim: wp.ref[real], on: wp.ref[real],
@@ -201,16 +199,18 @@ def find_contact(
     """
     zero = real(0.0)
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
-    ax = real(2 * (corner % 2) - 1) * lean_x * width - cx
-    ay = real(2 * (corner // 2) - 1) * lean_y * depth - cy
-    h = r31 * ax + r32 * ay - r33 * height
-    rx = r11 * ax + r12 * ay - r13 * height
-    ry = r21 * ax + r22 * ay - r23 * height
+    ax = real(2 * (corner % 2) - 1) * lean_x * half_width - cx
+    ay = real(2 * (corner // 2) - 1) * lean_y * half_depth - cy
+    h = r31 * ax + r32 * ay - r33 * half_height
+    rx = r11 * ax + r12 * ay - r13 * half_height
+    ry = r21 * ax + r22 * ay - r23 * half_height
     rz = h
     g = z + h
     contact = g <= knobs.collision_margin
     lowest = smaller(lowest, g)
-    observe_contact(knobs, g, width + depth + height, ox, oy, oz, n, apart, lifted, landed)
+    observe_contact(
+        knobs, g, half_width + half_depth + half_height, ox, oy, oz, n, apart, lifted, landed
+    )
     aim = -larger(g, zero) * knobs.rate
     on = wp.where(contact, real(1.0), zero)
     fx = wp.where(contact, fx, zero)

@@ -41,7 +41,8 @@ Counts = wp.types.vector(length=4, dtype=int)
 
 @wp.func
 def start_block(
-    block: Block, knobs: Knobs, width: wp.ref[real], depth: wp.ref[real], height: wp.ref[real],
+    block: Block, knobs: Knobs,
+    half_width: wp.ref[real], half_depth: wp.ref[real], half_height: wp.ref[real],
     cx: wp.ref[real], cy: wp.ref[real], mu: wp.ref[real],
     ix: wp.ref[real], iy: wp.ref[real], iz: wp.ref[real],
     x: wp.ref[real], y: wp.ref[real], z: wp.ref[real],
@@ -56,9 +57,9 @@ def start_block(
     Velocities belong to half steps: half a step before the start the block rises as fast as it will
     fall half a step after.
     """
-    width = block.width
-    depth = block.depth
-    height = block.height
+    half_width = block.half_width
+    half_depth = block.half_depth
+    half_height = block.half_height
     cx = block.centre_x
     cy = block.centre_y
     mu = block.friction
@@ -198,12 +199,12 @@ def run_lanes(
     """Runs LANES lanes a thread, all at the same time."""
     first, dt, zero, time = wp.tid() * LANES, knobs.time_step, real(0.0), real(0.0)
     x, y, z, qx, qy, qz, qw, vx, vy, vz, lx = R(), R(), R(), R(), R(), R(), R(), R(), R(), R(), R()
-    ly, lz, ux, uy, uz, ox, oy, oz, width, depth = R(), R(), R(), R(), R(), R(), R(), R(), R(), R()
-    height, cx, cy, mu, ix, iy, iz, loss, lowest = R(), R(), R(), R(), R(), R(), R(), R(), R()
-    deepest, jxx, jxy, jxz, jyy, jyz, jzz, lean_x = R(), R(), R(), R(), R(), R(), R(), R()
-    lean_y, landed, lifted, slide_x, slide_y, peak, peak_time = R(), R(), R(), R(), R(), R(), R()
-    peak_across, peak_tilt, peak_yaw, peak_slide, uplift_time, moved = R(), R(), R(), R(), R(), R()
-    since = R()
+    ly, lz, ux, uy, uz, ox, oy, oz, half_w = R(), R(), R(), R(), R(), R(), R(), R(), R()
+    half_d, half_h, cx, cy, mu, ix, iy, iz, loss = R(), R(), R(), R(), R(), R(), R(), R(), R()
+    lowest, deepest, jxx, jxy, jxz, jyy, jyz, jzz = R(), R(), R(), R(), R(), R(), R(), R()
+    lean_x, lean_y, landed, lifted, slide_x, slide_y, peak = R(), R(), R(), R(), R(), R(), R()
+    peak_time, peak_across, peak_tilt, peak_yaw, peak_slide = R(), R(), R(), R(), R()
+    uplift_time, moved, since = R(), R(), R()
     fx, fy, n, on, apart, aim = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     rx, ry, rz, kx, ky, pn = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     p1, p2, p3, h11, h12, h13 = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
@@ -213,10 +214,10 @@ def run_lanes(
     corners, count = int(4), int(0)
     for i in range(LANES):
         start_block(
-            blocks[0, first + i], knobs, width[i], depth[i], height[i], cx[i], cy[i], mu[i], ix[i],
-            iy[i], iz[i], x[i], y[i], z[i], qx[i], qy[i], qz[i], qw[i], vz[i], lean_x[i], lean_y[i],
-            uplift_time[i], mode[i], peak[i], peak_across[i], peak_tilt[i], n[0, i], n[1, i],
-            n[2, i], n[3, i],
+            blocks[0, first + i], knobs, half_w[i], half_d[i], half_h[i], cx[i], cy[i], mu[i],
+            ix[i], iy[i], iz[i], x[i], y[i], z[i], qx[i], qy[i], qz[i], qw[i], vz[i], lean_x[i],
+            lean_y[i], uplift_time[i], mode[i], peak[i], peak_across[i], peak_tilt[i], n[0, i],
+            n[1, i], n[2, i], n[3, i],
         )  # fmt: skip
     for sample in range(sample_times.shape[0]):
         while time < sample_times[sample]:
@@ -239,18 +240,19 @@ def run_lanes(
             for c in range(corners):
                 for i in range(LANES):
                     find_contact(
-                        c, lean_x[i], lean_y[i], width[i], depth[i], height[i], cx[i], cy[i], z[i],
-                        knobs, qx[i], qy[i], qz[i], qw[i], ox[i], oy[i], oz[i], rx[c, i], ry[c, i],
-                        rz[c, i], aim[c, i], on[c, i], fx[c, i], fy[c, i], n[c, i], apart[c, i],
-                        lowest[i], lifted[i], landed[i],
+                        c, lean_x[i], lean_y[i], half_w[i], half_d[i], half_h[i], cx[i], cy[i],
+                        z[i], knobs, qx[i], qy[i], qz[i], qw[i], ox[i], oy[i], oz[i], rx[c, i],
+                        ry[c, i], rz[c, i], aim[c, i], on[c, i], fx[c, i], fy[c, i], n[c, i],
+                        apart[c, i], lowest[i], lifted[i], landed[i],
                     )  # fmt: skip
             for i in range(LANES):
                 hold(
-                    knobs, lean_x[i], lean_y[i], width[i], depth[i], height[i], cx[i], cy[i], mu[i],
-                    qx[i], qy[i], qz[i], qw[i], ix[i], iy[i], iz[i], lx[i], ly[i], lz[i], aim[0, i],
-                    aim[1, i], aim[2, i], aim[3, i], on[0, i], on[1, i], on[2, i], on[3, i],
-                    fx[0, i], fx[1, i], fx[2, i], fx[3, i], fy[0, i], fy[1, i], fy[2, i], fy[3, i],
-                    n[0, i], n[1, i], n[2, i], n[3, i], ux[i], uy[i], uz[i], ox[i], oy[i], oz[i],
+                    knobs, lean_x[i], lean_y[i], half_w[i], half_d[i], half_h[i], cx[i], cy[i],
+                    mu[i], qx[i], qy[i], qz[i], qw[i], ix[i], iy[i], iz[i], lx[i], ly[i], lz[i],
+                    aim[0, i], aim[1, i], aim[2, i], aim[3, i], on[0, i], on[1, i], on[2, i],
+                    on[3, i], fx[0, i], fx[1, i], fx[2, i], fx[3, i], fy[0, i], fy[1, i], fy[2, i],
+                    fy[3, i], n[0, i], n[1, i], n[2, i], n[3, i], ux[i], uy[i], uz[i], ox[i], oy[i],
+                    oz[i],
                 )  # fmt: skip
             for c in range(corners):
                 busy[c] = 0
@@ -284,8 +286,7 @@ def run_lanes(
                     qy[i], qz[i], qw[i], vx[i], vy[i], vz[i], lx[i], ly[i], lz[i], loss[i],
                     since[i], uplift_time[i], moved[i], deepest[i], impacts[i], steps[i],
                     slide_x[i], slide_y[i], peak[i], peak_time[i], peak_across[i], peak_tilt[i],
-                    peak_yaw[i], peak_slide[i],
-                )  # fmt: skip
+                    peak_yaw[i], peak_slide[i])  # fmt: skip
         for i in range(wp.where(found.attitudes.shape[0] > 0, LANES, 0)):
             q = attitude_to_store(
                 mode[i] == RUNNING, sample_times[sample] - time, qx[i], qy[i], qz[i], qw[i], lx[i],

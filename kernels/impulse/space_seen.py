@@ -15,8 +15,8 @@ from warprock.kernels.shape.space import Block, matrix_of, slide_of, turns_of
 @wp.func
 def glides(block: Block, knobs: Knobs, ux: real, uy: real, ox: real, oy: real, oz: real) -> bool:
     """Whether a block that stands flat slides, with the velocities u and o after a step."""
-    x, y = ux - block.height * oy, uy + block.height * ox
-    turn = oz * (block.width + block.depth)
+    x, y = ux - block.half_height * oy, uy + block.half_height * ox
+    turn = oz * (block.half_width + block.half_depth)
     return slips(x * x + y * y + turn * turn, knobs)
 
 

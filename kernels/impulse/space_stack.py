@@ -91,10 +91,8 @@ def gains_of(both: real, e: Matrix, ju: Matrix, jl: Matrix, ru: Vector, rl: Vect
     Args:
         both: Sum of the inverse masses of its bodies [1/kg].
         e: Its directions, one a row.
-        ju: Inverse inertia of the upper body [1/(kg m^2)]; jl of the lower one.
-        jl: See ju.
-        ru: Lever from the upper centre of mass [m]; rl from the lower one.
-        rl: See ru.
+        ju, jl: Inverse inertia of the upper body [1/(kg m^2)] and of the lower one.
+        ru, rl: Levers from the upper and the lower centre of mass [m].
     """
     one = real(1.0)
     u1, u2, u3 = wp.cross(ru, e[0]), wp.cross(ru, e[1]), wp.cross(ru, e[2])
@@ -162,11 +160,9 @@ def solve(
         ease: Inverse inertia of each body [1/(kg m^2)], three rows.
         body: Upper body of each contact.
         gap: Gap of each contact [m].
-        ru: Lever of each contact from the upper centre of mass [m]; rl from the lower one.
-        rl: See ru.
+        ru, rl: Levers of each contact from the upper and the lower centre of mass [m].
         first: Impulses to start from [N s].
-        v: Velocity of each body without contact [m/s]; w its angular velocity [rad/s].
-        w: See v.
+        v, w: Velocity [m/s] and angular velocity [rad/s] of each body without contact.
     """
     u, o, p, gains = Bodies(), Bodies(), Points(), PointGains()
     bodies = int(BLOCKS + 1)
@@ -239,18 +235,22 @@ def shared_corners(block: Block, below: Block, m: Matrix, c: Vector, lean: Vecto
     sx, sy = lean[0], lean[1]
     x = c[0] + below.centre_x - m[0, 0] * block.centre_x - m[0, 1] * block.centre_y
     y = c[1] + below.centre_y - m[1, 0] * block.centre_x - m[1, 1] * block.centre_y
-    z = c[2] - below.height - m[2, 0] * block.centre_x - m[2, 1] * block.centre_y
-    h = block.height
+    z = c[2] - below.half_height - m[2, 0] * block.centre_x - m[2, 1] * block.centre_y
+    h = block.half_height
     middle = Vector(sx * (x - h * m[0, 2]), sy * (y - h * m[1, 2]), z - h * m[2, 2])
     d = Vector(m[0, 0], sx * sy * m[1, 0], sx * m[2, 0])
     e = Vector(sx * sy * m[0, 1], m[1, 1], sy * m[2, 1])
     places, gaps, there, s = Corners(), CornerNumbers(), int(0), int(0)
     # A face whose corners all lie over the other shares them alone.
     while s < wp.where(there == WHOLE, UPPER, int(SLOTS)):
-        point, exists = corner(s, middle, d, e, block.width, block.depth, below.width, below.depth)
+        point, exists = corner(
+            s, middle, d, e, block.half_width, block.half_depth, below.half_width, below.half_depth
+        )
         t = visited(s, lean)
         places[t] = Vector(
-            sx * point[0] - below.centre_x, sy * point[1] - below.centre_y, point[2] + below.height
+            sx * point[0] - below.centre_x,
+            sy * point[1] - below.centre_y,
+            point[2] + below.half_height,
         )
         gaps[t] = point[2]
         there = there | wp.where(exists, 1 << t, 0)

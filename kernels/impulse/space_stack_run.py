@@ -99,8 +99,8 @@ def support_of(below: Block, k: int) -> Block:
     if k > 1:
         return below
     base = Block()
-    base.width = GROUND_FACE
-    base.depth = GROUND_FACE
+    base.half_width = GROUND_FACE
+    base.half_depth = GROUND_FACE
     return base
 
 
@@ -143,12 +143,9 @@ def integrate(
         block: The block.
         knobs: Settings.
         dv: Change of the base velocity [m/s].
-        at: Centre of mass [m], q attitude, r its rotation matrix.
-        v: Velocity before the step [m/s], u after it.
+        at, q, r: Centre of mass [m], attitude, and its rotation matrix.
+        v, u: Velocity before the step [m/s] and after it.
         spin: Angular momentum before the step, for unit mass [m^2/s].
-        q: See at.
-        r: See at.
-        u: See v.
         o: Angular velocity after the step [rad/s].
         lift: What its interfaces give back of their penetration [m].
 

@@ -2,11 +2,11 @@
 
 Bodies are numbered from the ground: body 0 is the ground, an endless flat face that nothing moves,
 body k the k-th block. A body has its centre of mass at (x, z), in the frame of the base, the half
-width `face` and the half height `high` [m], the clockwise rotation theta [rad] with its sine s and
-cosine c, the inverse mass m [1/kg] and moment of inertia j [1/(kg m^2)], and the velocity (vx, vz)
-[m/s], omega [rad/s]. A lever (X, Z) of a body points to (X c + Z s, Z c - X s); (c, -s) is the
-direction of its faces, (s, c) their normal. Of the two bodies of an interface the lower one's
-names begin with l.
+width `half_width` and the half height `half_height` [m], the clockwise rotation theta [rad] with
+its sine s and cosine c, the inverse mass m [1/kg] and moment of inertia j [1/(kg m^2)], and the
+velocity (vx, vz) [m/s], omega [rad/s]. A lever (X, Z) of a body points to (X c + Z s, Z c - X s);
+(c, -s) is the direction of its faces, (s, c) their normal. Of the two bodies of an interface the
+lower one's names begin with l.
 
 Interface k, below block k, touches at the two ends of the overlap of the upper block's bottom face
 and the lower one's top face. An end is whichever corner lies further in along the lower face: a
@@ -63,19 +63,12 @@ def predict(
         hint: What it does or is about to do, for the lean of what does not move yet [m/s].
         knobs: Settings.
         turn: Rotation of the block against what it stands on [rad].
-        vx: Velocity of the block; vz, omega likewise.
-        vz: See vx.
-        omega: See vx.
+        vx, vz, omega: Velocity of the block.
         below: Angular velocity of what it stands on [rad/s].
-        ux: Velocity found; uz, uo likewise.
-        uz: See ux.
-        uo: See ux.
+        ux, uz, uo: Velocity found.
         lean: Side to which the interface leaned before, then the one of this step: -1 or 1.
-        n1: Normal impulse of the end visited first; t1 its tangential one, n2, t2 of the other.
+        n1, t1, n2, t2: Normal and tangential impulse of the end visited first, and of the other.
             They change places where the lean has changed.
-        t1: See n1.
-        n2: See n1.
-        t2: See n1.
     """
     zero = real(0.0)
     rate = omega - below
@@ -96,8 +89,8 @@ def predict(
 
 @wp.func
 def find_end(
-    side: real, face: real, high: real, s: real, c: real,
-    lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real,
+    side: real, half_width: real, half_height: real, s: real, c: real,
+    lhalf_width: real, lhalf_height: real, ls: real, lc: real, dx: real, dz: real,
     nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real],
     al: wp.ref[real], bl: wp.ref[real], gap: wp.ref[real],
 ):  # fmt: skip
@@ -105,15 +98,15 @@ def find_end(
 
     (dx, dz) leads from the lower centre to the upper one [m]; nx and what follows is found.
     """
-    px = side * face * c - high * s
-    pz = -high * c - side * face * s
-    qx = side * lface * lc + lhigh * ls
-    qz = lhigh * lc - side * lface * ls
+    px = side * half_width * c - half_height * s
+    pz = -half_height * c - side * half_width * s
+    qx = side * lhalf_width * lc + lhalf_height * ls
+    qz = lhalf_height * lc - side * lhalf_width * ls
     ax = dx + px
     az = dz + pz
     bx = qx - dx
     bz = qz - dz
-    inside = side * (ax * lc - az * ls) <= lface
+    inside = side * (ax * lc - az * ls) <= lhalf_width
     mx = wp.where(inside, ls, s)
     mz = wp.where(inside, lc, c)
     rx = wp.where(inside, px, bx)
@@ -126,7 +119,7 @@ def find_end(
     bu = rx * mx + rz * mz
     al = lx * mz - lz * mx
     bl = lx * mx + lz * mz
-    gap = wp.where(inside, ax * ls + az * lc - lhigh, -bx * s - bz * c - high)
+    gap = wp.where(inside, ax * ls + az * lc - lhalf_height, -bx * s - bz * c - half_height)
 
 
 @wp.func
@@ -149,8 +142,8 @@ def add_impulses(
 
 @wp.func
 def find_contact(
-    side: real, face: real, high: real, s: real, c: real, m: real, j: real,
-    lface: real, lhigh: real, ls: real, lc: real, lm: real, lj: real,
+    side: real, half_width: real, half_height: real, s: real, c: real, m: real, j: real,
+    lhalf_width: real, lhalf_height: real, ls: real, lc: real, lm: real, lj: real,
     dx: real, dz: real, margin: real,
     nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real],
     al: wp.ref[real], bl: wp.ref[real], gap: wp.ref[real],
@@ -165,7 +158,10 @@ def find_contact(
     [kg], both zero where the gap is wider than the margin [m]; and nt, slip for a normal impulse
     [1/kg].
     """
-    find_end(side, face, high, s, c, lface, lhigh, ls, lc, dx, dz, nx, nz, au, bu, al, bl, gap)
+    find_end(
+        side, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz, nx, nz, au,
+        bu, al, bl, gap,
+    )  # fmt: skip
     on = wp.where(gap <= margin, real(1.0), real(0.0))
     pn = on / (m + lm + j * au * au + lj * al * al)
     pt = on / (m + lm + j * bu * bu + lj * bl * bl)
@@ -246,12 +242,8 @@ def work(
         dv: Change of the base velocity [m/s].
         fall: What gravity takes from vz [m/s].
         gyration: Square of the radius of gyration [m^2].
-        vx: Velocity before the step; vz, omega likewise.
-        vz: See vx.
-        omega: See vx.
-        ux: Velocity after it; uz, uo likewise.
-        uz: See ux.
-        uo: See ux.
+        vx, vz, omega: Velocity before the step.
+        ux, uz, uo: Velocity after it.
     """
     linear = (ux - vx + dv) * (vx + ux) + (uz - vz + fall) * (vz + uz)
     return real(0.5) * (linear + gyration * (uo - omega) * (omega + uo))
@@ -259,8 +251,8 @@ def work(
 
 @wp.func
 def place_on(
-    face: real, high: real, s: real, c: real, offset: real,
-    lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real, turn: real,
+    half_width: real, half_height: real, s: real, c: real, offset: real,
+    lhalf_width: real, lhalf_height: real, ls: real, lc: real, dx: real, dz: real, turn: real,
 ):  # fmt: skip
     """Slide of a block along what it stands on, and the width of the overlap of the faces [m].
 
@@ -269,11 +261,15 @@ def place_on(
     """
     lean = sign_of(turn)
     # The bottom corners of the block along the lower face: middle + run and middle - run.
-    run = lean * face * (c * lc + s * ls)
-    middle = (dx - high * s) * lc - (dz - high * c) * ls
-    bx = lean * lface * lc + lhigh * ls - dx
-    bz = lhigh * lc - lean * lface * ls - dz
-    inside = lean * (middle + run) <= lface
-    place = wp.where(inside, middle + run - lean * face, lean * lface - (bx * c - bz * s))
-    overlap = smaller(lean * (middle + run), lface) + smaller(lean * (run - middle), lface)
+    run = lean * half_width * (c * lc + s * ls)
+    middle = (dx - half_height * s) * lc - (dz - half_height * c) * ls
+    bx = lean * lhalf_width * lc + lhalf_height * ls - dx
+    bz = lhalf_height * lc - lean * lhalf_width * ls - dz
+    inside = lean * (middle + run) <= lhalf_width
+    place = wp.where(
+        inside, middle + run - lean * half_width, lean * lhalf_width - (bx * c - bz * s)
+    )
+    overlap = smaller(lean * (middle + run), lhalf_width) + smaller(
+        lean * (run - middle), lhalf_width
+    )
     return place - offset, overlap

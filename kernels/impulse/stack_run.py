@@ -49,12 +49,11 @@ Point = wp.types.matrix(shape=(2 * BLOCKS, LANES), dtype=real)
 
 @wp.func
 def integrate_block(
-    live: bool, kept: real, knobs: Knobs, dv: real, m: real, j: real,
-    gap1: real, nx1: real, nz1: real, gap2: real, nx2: real, nz2: real,
-    ux: real, uz: real, uo: real, shift_x: wp.ref[real], shift_z: wp.ref[real],
-    x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
-    vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real], loss: wp.ref[real],
-    given: wp.ref[real],
+    live: bool, kept: real, knobs: Knobs, dv: real, m: real, j: real, gap1: real, nx1: real,
+    nz1: real, gap2: real, nx2: real, nz2: real, ux: real, uz: real, uo: real,
+    shift_x: wp.ref[real], shift_z: wp.ref[real], x: wp.ref[real], z: wp.ref[real],
+    theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real], vx: wp.ref[real], vz: wp.ref[real],
+    omega: wp.ref[real], loss: wp.ref[real], given: wp.ref[real],
 ):  # fmt: skip
     """Moves a block by a step; it takes over its new velocity, or a part of it (`kept`).
 
@@ -80,7 +79,7 @@ def run_lanes(
     """Runs LANES lanes a thread, all at the same time."""
     first, zero, dt = wp.tid() * LANES, real(0.0), knobs.time_step
     # Rows of bodies, the ground first: what they are, where, how fast, and what is kept of them.
-    face, high, m, j, mu, offset = Body(), Body(), Body(), Body(), Body(), Body()
+    half_w, half_h, m, j, mu, offset = Body(), Body(), Body(), Body(), Body(), Body()
     x, z, theta, s, c, lean = Body(), Body(), Body(), Body(), Body(), Body()
     vx, vz, omega, ux, uz, uo = Body(), Body(), Body(), Body(), Body(), Body()
     peak, peak_time, slide, peak_slide, since = Body(), Body(), Body(), Body(), Body()
@@ -95,12 +94,12 @@ def run_lanes(
     # Counts that Warp does not know, so that it writes out none of the loops over them.
     bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS)
     for i in range(LANES):
-        start_lane(lanes[first + i], face[0, i], c[0, i], uplift_time[i], mode[i])
+        start_lane(lanes[first + i], half_w[0, i], c[0, i], uplift_time[i], mode[i])
         for k in range(1, bodies):
             start_block(
-                blocks[k - 1, first + i], lanes[first + i].lean, face[k, i], high[k, i], m[k, i],
-                j[k, i], mu[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
-                peak[k, i], lean[k, i], n[2 * k - 2, i], n[2 * k - 1, i],
+                blocks[k - 1, first + i], lanes[first + i].lean, half_w[k, i], half_h[k, i],
+                m[k, i], j[k, i], mu[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i],
+                c[k, i], peak[k, i], lean[k, i], n[2 * k - 2, i], n[2 * k - 1, i],
             )  # fmt: skip
     count = int(-SETTLING)
     time = real(count) * dt
@@ -121,21 +120,20 @@ def run_lanes(
             for k in range(1, bodies):
                 for i in range(LANES):
                     predict(
-                        dv[i], hint[i], knobs, theta[k, i] - theta[k - 1, i],
-                        vx[k, i], vz[k, i], omega[k, i], omega[k - 1, i],
-                        ux[k, i], uz[k, i], uo[k, i], lean[k, i],
+                        dv[i], hint[i], knobs, theta[k, i] - theta[k - 1, i], vx[k, i], vz[k, i],
+                        omega[k, i], omega[k - 1, i], ux[k, i], uz[k, i], uo[k, i], lean[k, i],
                         n[2 * k - 2, i], t[2 * k - 2, i], n[2 * k - 1, i], t[2 * k - 1, i],
                     )  # fmt: skip
             for p in range(points):
                 low, k, turn = p // 2, p // 2 + 1, real(2 * (p % 2) - 1)
                 for i in range(LANES):
                     find_contact(
-                        turn * lean[k, i], face[k, i], high[k, i], s[k, i], c[k, i], m[k, i],
-                        j[k, i], face[low, i], high[low, i], s[low, i], c[low, i], m[low, i],
+                        turn * lean[k, i], half_w[k, i], half_h[k, i], s[k, i], c[k, i], m[k, i],
+                        j[k, i], half_w[low, i], half_h[low, i], s[low, i], c[low, i], m[low, i],
                         j[low, i], x[k, i] - x[low, i], z[k, i] - z[low, i], knobs.collision_margin,
                         nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], gap[p, i],
-                        pn[p, i], pt[p, i], nt[p, i], n[p, i], t[p, i],
-                        ux[k, i], uz[k, i], uo[k, i], ux[low, i], uz[low, i], uo[low, i],
+                        pn[p, i], pt[p, i], nt[p, i], n[p, i], t[p, i], ux[k, i], uz[k, i],
+                        uo[k, i], ux[low, i], uz[low, i], uo[low, i],
                     )  # fmt: skip
             for step in range(sweeps * points):
                 p, low, k = step % points, step % points // 2, step % points // 2 + 1
@@ -143,29 +141,28 @@ def run_lanes(
                 for i in range(LANES):
                     solve_contact(
                         mu[k, i], gap[p, i], knobs.rate, m[k, i], j[k, i], m[low, i], j[low, i],
-                        nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i],
-                        pn[p, i], pt[p, i], nt[p, i], pn[q, i], n[p, i], t[p, i],
-                        ux[k, i], uz[k, i], uo[k, i], ux[low, i], uz[low, i], uo[low, i],
+                        nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], pn[p, i],
+                        pt[p, i], nt[p, i], pn[q, i], n[p, i], t[p, i], ux[k, i], uz[k, i],
+                        uo[k, i], ux[low, i], uz[low, i], uo[low, i],
                     )  # fmt: skip
             for k in range(1, bodies):
                 low, p, q = k - 1, 2 * k - 2, 2 * k - 1
                 for i in range(LANES):
                     live = lives[i] > 0
                     integrate_block(
-                        live, kept, knobs, dv[i], m[k, i], j[k, i],
-                        gap[p, i], nx[p, i], nz[p, i], gap[q, i], nx[q, i], nz[q, i],
-                        ux[k, i], uz[k, i], uo[k, i], shift_x[i], shift_z[i], x[k, i], z[k, i],
-                        theta[k, i], s[k, i], c[k, i], vx[k, i], vz[k, i], omega[k, i], loss[i],
-                        given[i],
+                        live, kept, knobs, dv[i], m[k, i], j[k, i], gap[p, i], nx[p, i], nz[p, i],
+                        gap[q, i], nx[q, i], nz[q, i], ux[k, i], uz[k, i], uo[k, i], shift_x[i],
+                        shift_z[i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i], vx[k, i],
+                        vz[k, i], omega[k, i], loss[i], given[i],
                     )  # fmt: skip
                     observe(
                         live, time, dt, knobs.gravity, lean[k, i], n[p, i], n[q, i], theta[k, i],
-                        theta[low, i], ux[k, i], uz[k, i], uo[k, i], uo[low, i], face[k, i],
-                        high[k, i], s[k, i], c[k, i], offset[k, i], face[low, i], high[low, i],
-                        s[low, i], c[low, i], x[k, i] - x[low, i], z[k, i] - z[low, i], z[k, i],
-                        since[k, i], left[k, i], right[k, i], uplift_time[i], moved[i], deepest[i],
-                        impacts[i], peak[k, i], peak_time[k, i], slide[k, i], peak_slide[k, i],
-                        crept[k, i], mode[i],
+                        theta[low, i], ux[k, i], uz[k, i], uo[k, i], uo[low, i], half_w[k, i],
+                        half_h[k, i], s[k, i], c[k, i], offset[k, i], half_w[low, i],
+                        half_h[low, i], s[low, i], c[low, i], x[k, i] - x[low, i],
+                        z[k, i] - z[low, i], z[k, i], since[k, i], left[k, i], right[k, i],
+                        uplift_time[i], moved[i], deepest[i], impacts[i], peak[k, i],
+                        peak_time[k, i], slide[k, i], peak_slide[k, i], crept[k, i], mode[i],
                     )  # fmt: skip
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):

@@ -2,11 +2,11 @@
 
 Bodies are numbered from the ground: body 0 is the ground, an endless flat face that nothing moves,
 body k the k-th block. A body has its centre of mass at (x, z), in the frame of the base, the half
-width `face` and the half height `high` [m], the clockwise rotation theta [rad] with its sine s and
-cosine c, the inverse mass m [1/kg] and moment of inertia j [1/(kg m^2)], and the velocity (vx, vz)
-[m/s], omega [rad/s]. Interface k, below block k, touches at the two ends of the overlap of the
-upper block's bottom face and the lower one's top face: a corner of one body on the face of the
-other. Of the two bodies of an interface the lower one's names begin with l.
+width `half_width` and the half height `half_height` [m], the clockwise rotation theta [rad] with
+its sine s and cosine c, the inverse mass m [1/kg] and moment of inertia j [1/(kg m^2)], and the
+velocity (vx, vz) [m/s], omega [rad/s]. Interface k, below block k, touches at the two ends of the
+overlap of the upper block's bottom face and the lower one's top face: a corner of one body on the
+face of the other. Of the two bodies of an interface the lower one's names begin with l.
 
 One sub-step of length h:
 
@@ -102,25 +102,14 @@ def predict(
         dv: Change of the base velocity in the step [m/s].
         hint: What it does or is about to do, for the lean of what does not move yet [m/s].
         knobs: Settings.
-        ltheta: Rotation of what the block stands on [rad]; lomega its angular velocity [rad/s].
-        lomega: See ltheta.
-        theta: Rotation of the block [rad]; omega its angular velocity [rad/s].
-        omega: See theta.
-        vx: Its velocity, then the predicted one [m/s]; vz likewise.
-        vz: See vx.
-        ps: Sine of the predicted rotation; pc its cosine.
-        pc: See ps.
-        qx: Correction of the predicted pose, none so far; qz, qo likewise.
-        qz: See qx.
-        qo: See qx.
+        ltheta, lomega: Rotation of what the block stands on [rad] and its angular velocity [rad/s].
+        theta, omega: Rotation of the block [rad] and its angular velocity [rad/s].
+        vx, vz: Its velocity, then the predicted one [m/s].
+        ps, pc: Sine of the predicted rotation and its cosine.
+        qx, qz, qo: Correction of the predicted pose, none so far.
         lean: Side to which the interface leaned before, then the one of this step: -1 or 1.
-        n1: Normal multiplier of the end visited first, away from the lean; t1 its tangential one,
-            anchor1 its anchor. They change places with those of the other where the lean does.
-        t1: See n1.
-        anchor1: See n1.
-        n2: See n1.
-        t2: See n1.
-        anchor2: See n1.
+        n1, t1, anchor1, n2, t2, anchor2: Normal and tangential multiplier and anchor of the end
+            visited first, away from the lean, and of the other. They change places with the lean.
     """
     zero = real(0.0)
     turn = theta - ltheta
@@ -156,8 +145,8 @@ def without_tiny(value: real) -> real:
 
 @wp.func
 def find_end_anywhere(
-    side: real, face: real, high: real, s: real, c: real,
-    lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real,
+    side: real, half_width: real, half_height: real, s: real, c: real,
+    lhalf_width: real, lhalf_height: real, ls: real, lc: real, dx: real, dz: real,
 ):  # fmt: skip
     """The point at one end of the overlap: side is 1 for the end at +x, -1 for the other.
 
@@ -168,16 +157,16 @@ def find_end_anywhere(
         along that face and along the normal, the same two from the lower centre [m]; the gap [m];
         the place of the upper block along what it touches [m], which changes by sliding alone.
     """
-    px = side * face * c - high * s
-    pz = -high * c - side * face * s
-    qx = side * lface * lc + lhigh * ls
-    qz = lhigh * lc - side * lface * ls
+    px = side * half_width * c - half_height * s
+    pz = -half_height * c - side * half_width * s
+    qx = side * lhalf_width * lc + lhalf_height * ls
+    qz = lhalf_height * lc - side * lhalf_width * ls
     ax = dx + px
     az = dz + pz
     bx = qx - dx
     bz = qz - dz
     # A corner of the upper block on the lower face, else one of the lower block on the upper face.
-    inside = side * (ax * lc - az * ls) <= lface
+    inside = side * (ax * lc - az * ls) <= lhalf_width
     nx = wp.where(inside, ls, s)
     nz = wp.where(inside, lc, c)
     rx = wp.where(inside, px, bx)
@@ -188,8 +177,11 @@ def find_end_anywhere(
     bu = rx * nx + rz * nz
     al = lx * nz - lz * nx
     bl = lx * nx + lz * nz
-    gap = wp.where(inside, bl - lhigh, -bu - high)
-    return nx, nz, au, bu, al, bl, gap, wp.where(inside, al - side * face, side * lface - au)
+    gap = wp.where(inside, bl - lhalf_height, -bu - half_height)
+    return (
+        nx, nz, au, bu, al, bl, gap,
+        wp.where(inside, al - side * half_width, side * lhalf_width - au),
+    )  # fmt: skip
 
 
 find_end, add_impulses = (
@@ -199,16 +191,15 @@ find_end, add_impulses = (
 
 @wp.func
 def find_contact(
-    side: real, face: real, high: real, s: real, c: real, ps: real, pc: real, m: real, j: real,
-    lface: real, lhigh: real, ls: real, lc: real, lps: real, lpc: real, lm: real, lj: real,
-    x: real, z: real, vx: real, vz: real, below_x: real, below_z: real, below_vx: real,
-    below_vz: real, knobs: Knobs,
-    nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real], al: wp.ref[real],
-    bl: wp.ref[real], grown: wp.ref[real], slip: wp.ref[real], dn: wp.ref[real],
-    gap: wp.ref[real], creep: wp.ref[real], soft: wp.ref[real], dt: wp.ref[real],
-    anchor: wp.ref[real], n: wp.ref[real], t: wp.ref[real],
-    qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
-    lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
+    side: real, half_width: real, half_height: real, s: real, c: real, ps: real, pc: real, m: real,
+    j: real, lhalf_width: real, lhalf_height: real, ls: real, lc: real, lps: real, lpc: real,
+    lm: real, lj: real, x: real, z: real, vx: real, vz: real, below_x: real, below_z: real,
+    below_vx: real, below_vz: real, knobs: Knobs, nx: wp.ref[real], nz: wp.ref[real],
+    au: wp.ref[real], bu: wp.ref[real], al: wp.ref[real], bl: wp.ref[real], grown: wp.ref[real],
+    slip: wp.ref[real], dn: wp.ref[real], gap: wp.ref[real], creep: wp.ref[real],
+    soft: wp.ref[real], dt: wp.ref[real], anchor: wp.ref[real], n: wp.ref[real], t: wp.ref[real],
+    qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real], lx: wp.ref[real], lz: wp.ref[real],
+    lo: wp.ref[real],
 ):  # fmt: skip
     """Finds a point at the start of the step and as predicted, and starts it from before.
 
@@ -223,10 +214,10 @@ def find_contact(
     px = dx + knobs.time_step * (vx - below_vx)
     pz = dz + knobs.time_step * (vz - below_vz)
     fx, fz, eu, du, el, dl, before, place = find_end(
-        side, face, high, s, c, lface, lhigh, ls, lc, dx, dz
+        side, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz
     )
     _x, _z, _eu, _du, _el, _dl, after, spot = find_end(
-        side, face, high, ps, pc, lface, lhigh, lps, lpc, px, pz
+        side, half_width, half_height, ps, pc, lhalf_width, lhalf_height, lps, lpc, px, pz
     )
     closed = before <= knobs.gravity * knobs.time_step * knobs.time_step
     on = wp.where(closed, real(1.0), real(0.0))
@@ -274,17 +265,12 @@ def coupling(
     along = both * (nx1 * nx2 + nz1 * nz2)
     across = both * (nx1 * nz2 - nz1 * nx2)
     return (
-        both + j * au1 * au1 + lj * al1 * al1,
-        both + j * bu1 * bu1 + lj * bl1 * bl1,
-        both + j * au2 * au2 + lj * al2 * al2,
-        both + j * bu2 * bu2 + lj * bl2 * bl2,
-        -j * au1 * bu1 - lj * al1 * bl1,
-        -j * au2 * bu2 - lj * al2 * bl2,
-        along + j * au1 * au2 + lj * al1 * al2,
-        along + j * bu1 * bu2 + lj * bl1 * bl2,
-        across - j * au1 * bu2 - lj * al1 * bl2,
-        -across - j * bu1 * au2 - lj * bl1 * al2,
-    )
+        both + j * au1 * au1 + lj * al1 * al1, both + j * bu1 * bu1 + lj * bl1 * bl1,
+        both + j * au2 * au2 + lj * al2 * al2, both + j * bu2 * bu2 + lj * bl2 * bl2,
+        -j * au1 * bu1 - lj * al1 * bl1, -j * au2 * bu2 - lj * al2 * bl2,
+        along + j * au1 * au2 + lj * al1 * al2, along + j * bu1 * bu2 + lj * bl1 * bl2,
+        across - j * au1 * bu2 - lj * al1 * bl2, -across - j * bu1 * au2 - lj * bl1 * al2,
+    )  # fmt: skip
 
 
 @wp.func

@@ -16,15 +16,15 @@ TURNS = max(n for n in range(1, MAX_UNROLL + 1) if max(ITERATIONS, 1) % n == 0)
 
 @wp.func
 def find_end(
-    side: real, face: real, high: real, s: real, c: real,
-    lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real,
+    side: real, half_width: real, half_height: real, s: real, c: real,
+    lhalf_width: real, lhalf_height: real, ls: real, lc: real, dx: real, dz: real,
 ):  # fmt: skip
     """See `xpbd.find_end`."""
-    px = side * face * c - high * s
-    pz = -high * c - side * face * s
+    px = side * half_width * c - half_height * s
+    pz = -half_height * c - side * half_width * s
     ax = dx + px
     az = dz + pz
-    return real(0.0), real(1.0), px, pz, ax, az, az, ax - side * face
+    return real(0.0), real(1.0), px, pz, ax, az, az, ax - side * half_width
 
 
 @wp.func
