@@ -12,16 +12,11 @@ from typing import NamedTuple, Protocol, cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.model.motion import (
-    Control,
-    PlanarMotions,
-    Waveform,
-    harmonic_motions,
-    mavroeidis_papageorgiou_motions,
-    modulated_peak_acceleration,
-    ricker_motions,
-    ricker_peak_acceleration,
-)
+from warprock.model.harmonic import harmonic_motions
+from warprock.model.lane_motion import Control, Waveform
+from warprock.model.modulated import mavroeidis_papageorgiou_motions, modulated_peak_acceleration
+from warprock.model.pulse import PulseMotions
+from warprock.model.ricker import ricker_motions, ricker_peak_acceleration
 from warprock.units import Dimension
 
 Array = npt.NDArray[np.float64]
@@ -56,12 +51,10 @@ class Followed(NamedTuple):
 
     Attributes:
         motions: Their ground motions.
-        stop: Time at which each stops [s], shape [lane].
         peak: Largest acceleration of each [m/s^2], shape [lane].
     """
 
-    motions: PlanarMotions
-    stop: Array
+    motions: PulseMotions
     peak: Array
 
 
@@ -125,7 +118,7 @@ def _harmonic(values: Values, table: str, start: Array) -> Followed:
         duration = values.numbers(f"{table}.duration")
     each = cast("Sequence[Waveform]", waveform)
     motions = harmonic_motions(each, control, amplitude, frequency, start, duration)
-    return Followed(motions, motions.stop, np.abs(motions.acceleration_amplitude))
+    return Followed(motions, np.abs(motions.acceleration_amplitude))
 
 
 def _ricker(values: Values, table: str, start: Array) -> Followed:
@@ -136,7 +129,7 @@ def _ricker(values: Values, table: str, start: Array) -> Followed:
     amplitude = values.numbers(f"{table}.amplitude")
     motions = ricker_motions(control, amplitude, frequency, start)
     peak = ricker_peak_acceleration(amplitude, frequency, 2 - _order(control))
-    return Followed(motions, motions.stop, peak)
+    return Followed(motions, peak)
 
 
 def _mavroeidis_papageorgiou(values: Values, table: str, start: Array) -> Followed:
@@ -155,7 +148,7 @@ def _mavroeidis_papageorgiou(values: Values, table: str, start: Array) -> Follow
         cycles=cycles,
         phase=values.numbers(f"{table}.phase"),
     )
-    return Followed(motions, motions.stop, modulated_peak_acceleration(motions))
+    return Followed(motions, modulated_peak_acceleration(motions))
 
 
 def _refuse_kinds(values: Values, table: str, control: npt.NDArray[np.str_]) -> None:
