@@ -20,6 +20,7 @@ from warprock.model.motion import (
     mavroeidis_papageorgiou_motions,
     modulated_peak_acceleration,
     ricker_motions,
+    ricker_peak_acceleration,
 )
 from warprock.units import Dimension
 
@@ -29,18 +30,6 @@ _DERIVATIVE = {Control.DISPLACEMENT: 0, Control.VELOCITY: 1, Control.ACCELERATIO
 """Control -> how often displacement was differentiated to reach it."""
 _WRITTEN = {Dimension.LENGTH: 0, Dimension.VELOCITY: 1, Dimension.ACCELERATION: 2}
 """Dimension of an amplitude -> the same."""
-
-# Largest |acceleration| of a Ricker pulse per unit of amplitude x rate^n, rate = pi frequency,
-# n = derivatives between the controlled quantity and acceleration. n = 1: the extremum of
-# (4 x^3 - 6 x) exp(-x^2) at x^2 = (3 - sqrt 6)/2; n = 2: |-6| at the centre.
-_RICKER_SQUARE = 0.5 * (3.0 - np.sqrt(6.0))
-_RICKER_PEAK = np.array(
-    [
-        1.0,
-        np.sqrt(_RICKER_SQUARE) * (6.0 - 4.0 * _RICKER_SQUARE) * np.exp(-_RICKER_SQUARE),
-        6.0,
-    ]
-)
 
 
 class Values(Protocol):
@@ -145,9 +134,8 @@ def _ricker(values: Values, table: str, start: Array) -> Followed:
     _refuse_kinds(values, table, control)
     frequency = values.numbers(f"{table}.frequency")
     amplitude = values.numbers(f"{table}.amplitude")
-    left = 2 - _order(control)
-    peak = np.abs(amplitude) * (np.pi * frequency) ** left * _RICKER_PEAK[left]
     motions = ricker_motions(control, amplitude, frequency, start)
+    peak = ricker_peak_acceleration(amplitude, frequency, 2 - _order(control))
     return Followed(motions, motions.stop, peak)
 
 

@@ -309,22 +309,10 @@ def _column_widths(names: Sequence[str], cells: Sequence[Sequence[str]], room: i
 
 def _swept_columns(run: CaseRun) -> list[str]:
     """Columns of the inputs that the case sweeps: `height_m` for the key `block.height`."""
-    from warprock.case.columns import input_meaning
+    from warprock.case.columns import columns_of
 
-    stems: set[str] = set()
-    for table, _, name in (key.rpartition(".") for axis in run.case.axes for key in axis.columns):
-        part = table.rpartition(".")[2]
-        stems |= {f"{name}_{part}"} if part in ("y", "z") else {name, f"{name}_{table}"}
-        stems |= {f"{name}_{part}"}
-    columns = []
-    for column in map(str, run.lane_set.inputs.columns):
-        # The direction of a motion comes behind the unit.
-        bare = column.removesuffix("_y").removesuffix("_z")
-        unit = input_meaning(column)[0]
-        suffix = "_" + unit.lower().replace("/", "_").replace("^", "")
-        if bare.removesuffix(suffix) + column[len(bare) :] in stems:
-            columns.append(column)
-    return columns
+    swept = {name for axis in run.case.axes for key in axis.columns for name in columns_of(key)}
+    return [str(name) for name in run.lane_set.inputs.columns if name in swept]
 
 
 def _print_engine(out: rich.console.Console, engine: Mapping[str, Any]) -> None:
