@@ -169,7 +169,8 @@ def print_explanation(found: Mapping[str, Any]) -> None:
 def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
     """Prints a run: every lane of a small one, counts and ranges of a large one."""
     from warprock.model.undecided import cut_text
-    from warprock.run.lane_table import count_words, error_summary, lane_table, peak_ratio_columns
+    from warprock.run.lane_table import lane_table, peak_ratio_columns
+    from warprock.run.provenance import count_words, error_summary
 
     out = _stdout()
     response = run.response

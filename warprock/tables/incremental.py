@@ -12,7 +12,7 @@ from rich.console import Console
 from warprock.analysis.capacities import lane_rows, run_rows, undecided_runs
 from warprock.analysis.incremental import Analysis
 from warprock.case.case import Case
-from warprock.run.lane_table import case_facts, surroundings
+from warprock.run.provenance import case_facts, surroundings
 from warprock.run.results import write_results
 from warprock.tables.fragility import fit_cells
 from warprock.tables.tables import plain_table, print_table, stdout
