@@ -23,6 +23,7 @@ from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.parting import slides
+from warprock.kernels.shape.interface import GROUND_FACE
 from warprock.kernels.shape.stack_found import BlockResult, Found, Result
 
 wp.set_module_options(ONE_VECTOR)
@@ -34,8 +35,6 @@ PAIRS = (POINTS + 1) // 2
 ODD = POINTS % 2
 SPACING = real(1.0 / (POINTS - 1))
 """Distance of two points over the length of the interface."""
-GROUND_FACE = real(1.0e9)
-"""Half width of the ground's face [m]: no block reaches its ends."""
 
 
 @wp.struct

@@ -24,7 +24,7 @@ import warp as wp
 from warprock.kernels.direct.block import residual
 from warprock.kernels.direct.block import solve as solve_block
 from warprock.kernels.direct.stack_pivot import Equations, States, lemke
-from warprock.kernels.impulse.stack import GROUND_FACE, find_end
+from warprock.kernels.shape.interface import GROUND_FACE, find_end
 from warprock.kernels.shape.stack import Matrix, Rows, Three, Triples, Values, matrix_of, three_of
 
 TRIES = 50
@@ -81,24 +81,14 @@ def interface_rows(shapes: Shapes, pose: Pose, k: int, lean: real):
         lc = pose.cosine[k - 1]
         dx = dx - pose.x[k - 1]
         dz = dz - pose.z[k - 1]
-    nx1, nz1, au1, bu1 = real(0.0), real(0.0), real(0.0), real(0.0)
-    al1, bl1, gap1 = real(0.0), real(0.0), real(0.0)
-    nx2, nz2, au2, bu2 = real(0.0), real(0.0), real(0.0), real(0.0)
-    al2, bl2, gap2 = real(0.0), real(0.0), real(0.0)
-    half_width, half_height, s, c = (
-        shapes.half_width[k],
-        shapes.half_height[k],
-        pose.sine[k],
-        pose.cosine[k],
+    half_width, half_height = shapes.half_width[k], shapes.half_height[k]
+    s, c = pose.sine[k], pose.cosine[k]
+    nx1, nz1, au1, _bu1, al1, _bl1, gap1, _place1 = find_end(
+        -lean, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz
     )
-    find_end(
-        -lean, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz, nx1, nz1,
-        au1, bu1, al1, bl1, gap1,
-    )  # fmt: skip
-    find_end(
-        lean, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz, nx2, nz2,
-        au2, bu2, al2, bl2, gap2,
-    )  # fmt: skip
+    nx2, nz2, au2, bu2, al2, bl2, gap2, _place2 = find_end(
+        lean, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz
+    )
     upper = Matrix(nx1, nz1, -au1, nx2, nz2, -au2, lean * nz2, -lean * nx2, lean * bu2)
     lower = Matrix(-nx1, -nz1, al1, -nx2, -nz2, al2, -lean * nz2, lean * nx2, -lean * bl2)
     return upper, lower, gap1, gap2

@@ -19,11 +19,11 @@ from warprock.kernels.direct.stack import (
     with_three,
 )
 from warprock.kernels.direct.stack_pivot import Equations
-from warprock.kernels.impulse.stack import GROUND_FACE, place_on
 from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.parting import slack, slides, watch
+from warprock.kernels.shape.interface import GROUND_FACE, place_on
 from warprock.kernels.shape.stack import Counts, Rows, Three, Triples, Values, matrix_of, three_of
 from warprock.kernels.shape.stack_found import BlockResult, Found, Result
 from warprock.kernels.shape.stack_run import Block, Stack, gap_of_end

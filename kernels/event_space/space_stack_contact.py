@@ -19,7 +19,6 @@ it needs: their impulses are not unique, what they do is.
 import warp as wp
 
 from warprock.kernels.impulse.space_stack import (
-    GROUND_FACE,
     Axes,
     Bodies,
     Gains,
@@ -39,6 +38,7 @@ from warprock.kernels.impulse.space_stack import (
     weighted,
 )
 from warprock.kernels.shape.faces import SLOTS, Vector
+from warprock.kernels.shape.interface import GROUND_FACE
 from warprock.kernels.shape.space import Block
 
 CONE = 0

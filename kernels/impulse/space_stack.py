@@ -23,9 +23,6 @@ from warprock.kernels.shape.space import Block, inverse_inertia, matrix_of
 
 FAR = real(1.0e30)
 
-GROUND_FACE = real(1.0e9)
-"""Half width of the ground's face [m]: no block reaches its ends."""
-
 Matrix = wp.types.matrix(shape=(3, 3), dtype=real)
 Attitude = wp.types.vector(length=4, dtype=real)
 Gains = wp.types.vector(length=12, dtype=real)

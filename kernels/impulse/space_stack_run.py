@@ -14,7 +14,6 @@ import warp as wp
 
 from warprock.kernels.impulse.space import Knobs, side_of, slips
 from warprock.kernels.impulse.space_stack import (
-    GROUND_FACE,
     Attitude,
     Axes,
     Bodies,
@@ -36,6 +35,7 @@ from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.faces import Vector
+from warprock.kernels.shape.interface import GROUND_FACE
 from warprock.kernels.shape.space import Block, slide_of, turn_freely, turns_of
 from warprock.kernels.shape.space_found import BlockResult, Found, Result
 

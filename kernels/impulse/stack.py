@@ -34,9 +34,7 @@ Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 import warp as wp
 
 from warprock.kernels.cone import alone
-
-GROUND_FACE = real(1.0e9)
-"""Half width of the ground's face [m]: no block reaches its ends."""
+from warprock.kernels.shape.interface import add_impulses, find_end
 
 
 @wp.struct
@@ -88,59 +86,6 @@ def predict(
 
 
 @wp.func
-def find_end(
-    side: real, half_width: real, half_height: real, s: real, c: real,
-    lhalf_width: real, lhalf_height: real, ls: real, lc: real, dx: real, dz: real,
-    nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real],
-    al: wp.ref[real], bl: wp.ref[real], gap: wp.ref[real],
-):  # fmt: skip
-    """Finds the point at one end of the overlap: side is 1 for the end at +x, -1 for the other.
-
-    (dx, dz) leads from the lower centre to the upper one [m]; nx and what follows is found.
-    """
-    px = side * half_width * c - half_height * s
-    pz = -half_height * c - side * half_width * s
-    qx = side * lhalf_width * lc + lhalf_height * ls
-    qz = lhalf_height * lc - side * lhalf_width * ls
-    ax = dx + px
-    az = dz + pz
-    bx = qx - dx
-    bz = qz - dz
-    inside = side * (ax * lc - az * ls) <= lhalf_width
-    mx = wp.where(inside, ls, s)
-    mz = wp.where(inside, lc, c)
-    rx = wp.where(inside, px, bx)
-    rz = wp.where(inside, pz, bz)
-    lx = wp.where(inside, ax, qx)
-    lz = wp.where(inside, az, qz)
-    nx = mx
-    nz = mz
-    au = rx * mz - rz * mx
-    bu = rx * mx + rz * mz
-    al = lx * mz - lz * mx
-    bl = lx * mx + lz * mz
-    gap = wp.where(inside, ax * ls + az * lc - lhalf_height, -bx * s - bz * c - half_height)
-
-
-@wp.func
-def add_impulses(
-    m: real, j: real, lm: real, lj: real, nx: real, nz: real,
-    au: real, bu: real, al: real, bl: real, n: real, t: real,
-    ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real],
-    lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
-):  # fmt: skip
-    """Adds the impulses n, t of a point to the velocities of its bodies."""
-    px = nx * n + nz * t
-    pz = nz * n - nx * t
-    ux = ux + m * px
-    uz = uz + m * pz
-    uo = uo + j * (bu * t - au * n)
-    lx = lx - lm * px
-    lz = lz - lm * pz
-    lo = lo - lj * (bl * t - al * n)
-
-
-@wp.func
 def find_contact(
     side: real, half_width: real, half_height: real, s: real, c: real, m: real, j: real,
     lhalf_width: real, lhalf_height: real, ls: real, lc: real, lm: real, lj: real,
@@ -158,10 +103,16 @@ def find_contact(
     [kg], both zero where the gap is wider than the margin [m]; and nt, slip for a normal impulse
     [1/kg].
     """
-    find_end(
-        side, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz, nx, nz, au,
-        bu, al, bl, gap,
-    )  # fmt: skip
+    mx, mz, ru, hu, rl, hl, found, _place = find_end(
+        side, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz
+    )
+    nx = mx
+    nz = mz
+    au = ru
+    bu = hu
+    al = rl
+    bl = hl
+    gap = found
     on = wp.where(gap <= margin, real(1.0), real(0.0))
     pn = on / (m + lm + j * au * au + lj * al * al)
     pt = on / (m + lm + j * bu * bu + lj * bl * bl)
@@ -247,29 +198,3 @@ def work(
     """
     linear = (ux - vx + dv) * (vx + ux) + (uz - vz + fall) * (vz + uz)
     return real(0.5) * (linear + gyration * (uo - omega) * (omega + uo))
-
-
-@wp.func
-def place_on(
-    half_width: real, half_height: real, s: real, c: real, offset: real,
-    lhalf_width: real, lhalf_height: real, ls: real, lc: real, dx: real, dz: real, turn: real,
-):  # fmt: skip
-    """Slide of a block along what it stands on, and the width of the overlap of the faces [m].
-
-    `offset` is the slide that was there at the start, `turn` the rotation of the block against
-    what it stands on; (dx, dz) as in `find_end`.
-    """
-    lean = sign_of(turn)
-    # The bottom corners of the block along the lower face: middle + run and middle - run.
-    run = lean * half_width * (c * lc + s * ls)
-    middle = (dx - half_height * s) * lc - (dz - half_height * c) * ls
-    bx = lean * lhalf_width * lc + lhalf_height * ls - dx
-    bz = lhalf_height * lc - lean * lhalf_width * ls - dz
-    inside = lean * (middle + run) <= lhalf_width
-    place = wp.where(
-        inside, middle + run - lean * half_width, lean * lhalf_width - (bx * c - bz * s)
-    )
-    overlap = smaller(lean * (middle + run), lhalf_width) + smaller(
-        lean * (run - middle), lhalf_width
-    )
-    return place - offset, overlap

@@ -12,9 +12,9 @@ takes as `wp.ref`.
 
 import warp as wp
 
-from warprock.kernels.impulse.stack import GROUND_FACE, find_end, place_on
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
 from warprock.kernels.parting import slack, slides, watch
+from warprock.kernels.shape.interface import GROUND_FACE, gap_of_end, place_on
 
 
 @wp.struct
@@ -112,21 +112,6 @@ def begin_step(
 
 
 @wp.func
-def gap_of_end(
-    side: real, half_width: real, half_height: real, s: real, c: real,
-    lhalf_width: real, lhalf_height: real, ls: real, lc: real, dx: real, dz: real,
-) -> real:  # fmt: skip
-    """How wide an end of an interface gapes [m]; arguments as in `find_end` in impulse/stack.py."""
-    nx, nz, au, bu = real(0.0), real(0.0), real(0.0), real(0.0)
-    al, bl, gap = real(0.0), real(0.0), real(0.0)
-    find_end(
-        side, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz, nx, nz, au,
-        bu, al, bl, gap,
-    )  # fmt: skip
-    return gap
-
-
-@wp.func
 def mode_after(theta: real, turn: real, overlap: real, total: real) -> int:
     """How a lane goes on with one of its blocks; `total` is finite only if its numbers are.
 
@@ -161,7 +146,7 @@ def observe(
         ux, uz, uo, lo: Velocity and angular velocity of the block, which must be finite; angular
             velocity of what it stands on. (The sum of the first three as one argument costs a
             sixth of the speed of `impulse`.)
-        half_width: See `place_on` in impulse/stack.py, as all up to dz. z: its height [m].
+        half_width: See `place_on` in shape/interface.py, as all up to dz. z: its height [m].
         since: See `watch` in parting.py, as all up to impacts; left: the end at -x, right: at +x.
         deepest: Deepest penetration so far [m].
         peak, peak_time: Largest |theta| so far [rad] and its time [s].

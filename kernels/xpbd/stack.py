@@ -55,23 +55,16 @@ SHAKE.
 import warp as wp
 
 from warprock.kernels.cone import alone
-from warprock.kernels.impulse.stack import add_impulses as kick_any
-from warprock.kernels.xpbd.stack_ground import (
-    TURNS as GROUND_TURNS,
-)
-from warprock.kernels.xpbd.stack_ground import (
-    add_impulses as ground_kick,
-)
-from warprock.kernels.xpbd.stack_ground import (
-    find_end as ground_meet,
-)
-from warprock.kernels.xpbd.stack_ground import (
-    solve as ground_sweep,
-)
+from warprock.kernels.xpbd.stack_ground import TURNS_ON_GROUND, solve_on_ground
+
+if BLOCKS == 1:
+    from warprock.kernels.xpbd.stack_ground import add_impulses, find_end
+else:
+    from warprock.kernels.shape.interface import add_impulses, find_end
 
 LOOSE = real(1.0e30)
 """Anchor of an end that has slipped or opened: none."""
-TURNS = GROUND_TURNS if BLOCKS == 1 else 1
+TURNS = TURNS_ON_GROUND if BLOCKS == 1 else 1
 """Sweeps over an interface before the next one is visited: a single block has no other."""
 
 
@@ -141,52 +134,6 @@ def predict(
 def without_tiny(value: real) -> real:
     """A number, or nothing if it is `TINY`."""
     return wp.where(size(value) < TINY, real(0.0), value)
-
-
-@wp.func
-def find_end_anywhere(
-    side: real, half_width: real, half_height: real, s: real, c: real,
-    lhalf_width: real, lhalf_height: real, ls: real, lc: real, dx: real, dz: real,
-):  # fmt: skip
-    """The point at one end of the overlap: side is 1 for the end at +x, -1 for the other.
-
-    (dx, dz) leads from the lower centre to the upper one [m].
-
-    Returns:
-        Normal (x, z) of the face that is touched; levers of the point from the upper centre
-        along that face and along the normal, the same two from the lower centre [m]; the gap [m];
-        the place of the upper block along what it touches [m], which changes by sliding alone.
-    """
-    px = side * half_width * c - half_height * s
-    pz = -half_height * c - side * half_width * s
-    qx = side * lhalf_width * lc + lhalf_height * ls
-    qz = lhalf_height * lc - side * lhalf_width * ls
-    ax = dx + px
-    az = dz + pz
-    bx = qx - dx
-    bz = qz - dz
-    # A corner of the upper block on the lower face, else one of the lower block on the upper face.
-    inside = side * (ax * lc - az * ls) <= lhalf_width
-    nx = wp.where(inside, ls, s)
-    nz = wp.where(inside, lc, c)
-    rx = wp.where(inside, px, bx)
-    rz = wp.where(inside, pz, bz)
-    lx = wp.where(inside, ax, qx)
-    lz = wp.where(inside, az, qz)
-    au = rx * nz - rz * nx
-    bu = rx * nx + rz * nz
-    al = lx * nz - lz * nx
-    bl = lx * nx + lz * nz
-    gap = wp.where(inside, bl - lhalf_height, -bu - half_height)
-    return (
-        nx, nz, au, bu, al, bl, gap,
-        wp.where(inside, al - side * half_width, side * lhalf_width - au),
-    )  # fmt: skip
-
-
-find_end, add_impulses = (
-    (ground_meet, ground_kick) if BLOCKS == 1 else (find_end_anywhere, kick_any)
-)
 
 
 @wp.func
@@ -334,7 +281,7 @@ def solve_anywhere(
     t2 = f
 
 
-solve = ground_sweep if BLOCKS == 1 else solve_anywhere
+solve = solve_on_ground if BLOCKS == 1 else solve_anywhere
 
 
 @wp.func

@@ -2,7 +2,7 @@
 
 The ground is level and nothing moves it. So both ends are corners of the block, their normal is
 (0, 1), and the ground gets no correction. The functions have the names and arguments of those in
-xpbd/stack.py and impulse/stack.py, and the same results to round-off.
+xpbd/stack.py and shape/interface.py, and the same results to round-off.
 """
 
 import warp as wp
@@ -10,7 +10,7 @@ import warp as wp
 from warprock.kernels.cone import alone
 from warprock.kernels.instance import MAX_UNROLL
 
-TURNS = max(n for n in range(1, MAX_UNROLL + 1) if max(ITERATIONS, 1) % n == 0)
+TURNS_ON_GROUND = max(n for n in range(1, MAX_UNROLL + 1) if max(ITERATIONS, 1) % n == 0)
 """Sweeps in one call, written out: there is no other interface to visit."""
 
 
@@ -19,7 +19,7 @@ def find_end(
     side: real, half_width: real, half_height: real, s: real, c: real,
     lhalf_width: real, lhalf_height: real, ls: real, lc: real, dx: real, dz: real,
 ):  # fmt: skip
-    """See `xpbd.find_end`."""
+    """See `find_end` in shape/interface.py."""
     px = side * half_width * c - half_height * s
     pz = -half_height * c - side * half_width * s
     ax = dx + px
@@ -34,14 +34,14 @@ def add_impulses(
     qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
-    """See `add_impulses` in impulse/stack.py."""
+    """See `add_impulses` in shape/interface.py."""
     qx = qx + m * t
     qz = qz + m * n
     qo = qo + j * (bu * t - au * n)
 
 
 @wp.func
-def solve(
+def solve_on_ground(
     mu: real, m: real, j: real, lm: real, lj: real,
     nx1: real, nz1: real, au1: real, bu1: real, al1: real, bl1: real,
     gap1: real, slip1: real, dn1: real, dt1: real,
@@ -51,7 +51,7 @@ def solve(
     qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
-    """See `xpbd.solve`; an end alone is solved exactly."""
+    """See `solve_anywhere`; an end alone is solved exactly."""
     a = real(n1)
     b = real(t1)
     e = real(n2)
@@ -76,7 +76,7 @@ def solve(
         wp.where(first, s1, s2),
     )  # fmt: skip
     # Last in each row comes what was found last, for which the others need not wait.
-    for _ in range(TURNS):
+    for _ in range(TURNS_ON_GROUND):
         a = larger(u1 - a1 * b - a2 * e - a3 * f, real(0.0))
         b = larger(smaller(s1 - b2 * e - b3 * f - b1 * a, mu * a), -mu * a)
         e = larger(u2 - c3 * f - c1 * a - c2 * b, real(0.0))
