@@ -167,7 +167,7 @@ def test_lanes_without_a_number_are_left_out_and_few_records_have_no_band(case: 
     assert (group.left_out, group.band) == (2, None)
     stream = io.StringIO()
     rows = capacity_rows([group])
-    print_analysis(found, rows, "factor", [], Console(file=stream, width=120))
+    print_analysis(found, rows, "factor", Console(file=stream, width=120))
     assert "left out: 2 lanes whose numbers cannot be used" in stream.getvalue()
 
 

@@ -79,3 +79,6 @@ def stability(
         console.print_json(found | {"files": files})
     else:
         tables_stability.print_atlas(found, files)
+
+
+COMMANDS = (stability,)

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import importlib
 import os
 import pathlib
+import pkgutil
 import signal
 import sys
 from collections.abc import Callable
@@ -17,12 +19,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import warprock.cli
 from warprock import __version__
-from warprock.cli.atlas import stability
 from warprock.cli.exits import EXIT_CHECK, EXIT_FAILED, EXIT_INTERRUPTED, ExitCodes
-from warprock.cli.fragility import fragility
-from warprock.cli.ida import ida
-from warprock.cli.map import overturning_map
 from warprock.cli.options import (
     EXIT_BAD_LANES,
     asked_options,
@@ -40,12 +39,9 @@ from warprock.cli.options import (
     set_option,
     workers_option,
 )
-from warprock.cli.records import records
-from warprock.cli.sensitivity import sensitivity
-from warprock.cli.spectrum import spectrum
 from warprock.cli.study import run_study_of
-from warprock.cli.sweep import EXIT_RESUMABLE, bench_sweep, sweep
-from warprock.cli.trade import choose_for, require_accuracy_alone, trade
+from warprock.cli.sweep import EXIT_RESUMABLE, bench_sweep
+from warprock.cli.trade import choose_for, require_accuracy_alone
 from warprock.errors import InputError
 
 if TYPE_CHECKING:
@@ -345,16 +341,11 @@ def bench(ctx: click.Context, seconds: float, workers: int | None, as_json: bool
     console.print_json(found) if as_json else console.print_bench(found)
 
 
-main.add_command(records)
-main.add_command(fragility)
-main.add_command(ida)
-main.add_command(overturning_map)
-main.add_command(sensitivity)
-main.add_command(spectrum)
-main.add_command(stability)
-main.add_command(sweep)
 bench.add_command(bench_sweep)
-main.add_command(trade)
+for module in pkgutil.iter_modules(warprock.cli.__path__, "warprock.cli."):
+    # A file in this folder adds the commands that it names in `COMMANDS`.
+    for command in getattr(importlib.import_module(module.name), "COMMANDS", ()):
+        main.add_command(command)
 
 
 def entry() -> None:

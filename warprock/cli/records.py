@@ -172,6 +172,7 @@ def _write(output: pathlib.Path, content: bytes, as_json: bool) -> None:
     from warprock.run.files import replacing, require_writable_file
     from warprock.tables import console
     from warprock.tables import records as tables_records
+    from warprock.tables.tables import print_written
 
     require_writable_file(output)
     output.parent.mkdir(parents=True, exist_ok=True)
@@ -182,4 +183,7 @@ def _write(output: pathlib.Path, content: bytes, as_json: bool) -> None:
         console.print_json({"records": facts, "files": [output]})
     else:
         tables_records.print_facts(facts)
-        tables_records.print_file(output)
+        print_written([output])
+
+
+COMMANDS = (records,)

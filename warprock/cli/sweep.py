@@ -216,3 +216,6 @@ def bench_sweep(
         report=lambda text: click.echo(text, err=True),
     )
     console.print_json({"rows": rows}) if as_json else sweeps.print_sweep_bench(rows)
+
+
+COMMANDS = (sweep,)

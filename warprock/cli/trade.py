@@ -49,7 +49,7 @@ def trade(
     files.append(plots_trade.draw_trade(folder / "trade.png", table, texts))
     levels = module.level_rows(table)
     if as_json:
-        console.print_rows_json({"levels": levels}, table, files)
+        console.print_json({"levels": levels, "rows": table.to_dict("records"), "files": files})
     else:
         tables_trade.print_trade(levels, texts, files)
 
@@ -101,3 +101,6 @@ def choose_for(
     case = load_case(case_name, overrides)
     choice = choose(case, accuracy, engine=engine, precision=precision, options=options)
     return load_case(case_name, (*overrides, *choice.overrides)), choice
+
+
+COMMANDS = (trade,)

@@ -20,6 +20,7 @@ from warprock.tables.tables import (
     number,
     plain_table,
     print_table,
+    print_written,
     stdout,
 )
 
@@ -66,8 +67,7 @@ def print_reproduction(found: Mapping[str, Any], console: Console | None = None)
         out.print(f"\n[bold]{conflict['item']}. {conflict['title']}.[/bold]", highlight=False)
         out.print(conflict["text"], markup=False, highlight=False)
     out.print()
-    for file in found["files"]:
-        out.print(f"wrote {file}", markup=False, highlight=False, soft_wrap=True)
+    print_written(found["files"], out)
 
 
 # Targets on single blocks, whose engines have errors against Housner.

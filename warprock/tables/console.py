@@ -22,10 +22,9 @@ from rich.cells import cell_len
 
 from warprock.model.response import Status
 from warprock.tables.accuracy import run_accuracy_lines
+from warprock.tables.tables import print_written
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from warprock.run.case_run import CaseRun
 
 LANES_SHOWN = 40
@@ -74,13 +73,6 @@ def plain(value: Any) -> Any:
 def print_json(found: Mapping[str, Any]) -> None:
     """Prints one JSON object on stdout."""
     sys.stdout.write(json.dumps(plain(found), indent=2, allow_nan=False, ensure_ascii=False) + "\n")
-
-
-def print_rows_json(
-    facts: Mapping[str, Any], rows: pd.DataFrame, files: Sequence[pathlib.Path]
-) -> None:
-    """Prints facts, the rows of a table and the files that were written as one JSON object."""
-    print_json({**facts, "rows": rows.to_dict("records"), "files": files})
 
 
 @contextlib.contextmanager
@@ -217,8 +209,7 @@ def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
     for line in run_accuracy_lines(run):
         out.print(line, soft_wrap=True)
     out.print(f"wall time: {run.wall_time:.3g} s")
-    for path in files:
-        out.print(f"wrote {path}", soft_wrap=True)
+    print_written(files, out)
 
 
 def print_examination(found: Mapping[str, Any]) -> None:

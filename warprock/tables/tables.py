@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
+import pathlib
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rich import box
 from rich.console import Console
 from rich.markup import escape
 from rich.measure import Measurement
 from rich.table import Table
-
-if TYPE_CHECKING:
-    pass
 
 Row = Mapping[str, Any]
 Input = tuple[float, float]
@@ -31,6 +29,18 @@ def stdout() -> Console:
 def number(value: object, form: str) -> str:
     """A value in a format, or a dash where there is none."""
     return MISSING if value is None or value != value else format(value, form)
+
+
+def print_written(files: Iterable[pathlib.Path | str], console: Console | None = None) -> None:
+    """Says which files were written.
+
+    Args:
+        files: The files.
+        console: Where to; the terminal if not given.
+    """
+    out = console or stdout()
+    for file in files:
+        out.print(f"wrote {file}", markup=False, highlight=False, soft_wrap=True)
 
 
 def plain_table(title: str, headings: Iterable[str], left: Iterable[str] = ()) -> Table:
