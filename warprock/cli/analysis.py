@@ -50,7 +50,7 @@ class CaseWork:
         Yields:
             How lanes are run, with the progress to report.
         """
-        from warprock.tables.console import lane_progress
+        from warprock.tables.terminal import lane_progress
 
         with lane_progress(self.case.name, total) as progress:
             yield dataclasses.replace(self.options, progress=progress)
@@ -109,8 +109,7 @@ def finish(
         as_json: Whether to print one JSON object.
     """
     from warprock.run.results import write_results
-    from warprock.tables.console import print_json
-    from warprock.tables.tables import print_written
+    from warprock.tables.terminal import print_json, print_written
 
     files: list[pathlib.Path] = []
     if folder is not None:

@@ -9,6 +9,7 @@ import click
 from warprock.cli.analysis import finish
 from warprock.cli.options import (
     by_option,
+    intensity_option,
     json_option,
     output_option,
     require_within,
@@ -17,14 +18,7 @@ from warprock.cli.options import (
 
 @click.command()
 @click.argument("table", type=click.Path(path_type=pathlib.Path))
-@click.option(
-    "--im",
-    "intensity",
-    default="peak_acceleration_m_s2",
-    show_default=True,
-    metavar="COLUMN",
-    help="Column of the intensity measure.",
-)
+@intensity_option("Column of the intensity measure.")
 @click.option(
     "--limit",
     "limits",

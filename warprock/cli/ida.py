@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from warprock.cli.analysis import case_work, finish
-from warprock.cli.options import by_option, case_options, estimate_options
+from warprock.cli.options import by_option, case_options, estimate_options, intensity_option
 
 
 @click.command()
@@ -18,14 +18,7 @@ from warprock.cli.options import by_option, case_options, estimate_options
 @click.option("--to", "highest", default=10.0, show_default=True, help="Greatest factor.")
 @click.option("--count", default=21, show_default=True, help="Factors of the first stage.")
 @click.option("--accuracy", default=0.01, show_default=True, help="Width of a bracket, relatively.")
-@click.option(
-    "--im",
-    "intensity",
-    default="peak_acceleration_m_s2",
-    show_default=True,
-    metavar="COLUMN",
-    help="Intensity measure; or normalised_acceleration, scale, factor.",
-)
+@intensity_option("Intensity measure; or normalised_acceleration, scale, factor.")
 @by_option
 def ida(
     folder: pathlib.Path | None,

@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 from rich.console import Console
 
 from warprock.paper.printed import PAPER_NAMES, READING_NAMES
-
-if TYPE_CHECKING:
-    pass
-
 from warprock.tables.compare import COMPARED_COLUMNS, HOLDS, Reasons
-from warprock.tables.tables import (
-    Input,
+from warprock.tables.terminal import (
     Row,
-    _Column,
     number,
     plain_table,
     print_table,
     print_written,
     stdout,
 )
+
+Input = tuple[float, float]
+"""Frequency [Hz] and amplitude [mm]."""
+_Column = Callable[[Input, str], str]
 
 
 def print_reproduction(found: Mapping[str, Any], console: Console | None = None) -> None:

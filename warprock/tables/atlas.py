@@ -10,7 +10,7 @@ from rich.console import Console
 
 from warprock.model.response import USABLE
 from warprock.run.files import replacing
-from warprock.tables.tables import plain_table, print_table, print_written, stdout
+from warprock.tables.terminal import plain_table, print_table, print_written, stdout
 
 SUMMARY = "summary.md"
 

@@ -12,7 +12,7 @@ from rich.console import Console
 from warprock.analysis.fragility import RULE, Curve, component_rows, curve_rows, warnings
 from warprock.model.undecided import UNDECIDED
 from warprock.tables.report import Report
-from warprock.tables.tables import plain_table, print_table, stdout
+from warprock.tables.terminal import plain_table, print_table, stdout
 
 CURVES = "fragility.csv"
 COMPONENTS = "fragility-p58.csv"

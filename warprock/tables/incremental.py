@@ -20,7 +20,7 @@ from warprock.case.case import Case
 from warprock.run.provenance import case_facts, surroundings
 from warprock.tables.fragility import fit_cells
 from warprock.tables.report import Report
-from warprock.tables.tables import plain_table, print_table, stdout
+from warprock.tables.terminal import plain_table, print_table, stdout
 
 
 def analysis_facts(found: Analysis) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from warprock.analysis.overturning import Mode, OverturningMap
 from warprock.run.lane_table import lane_table
 from warprock.run.provenance import provenance
 from warprock.tables.report import Report
-from warprock.tables.tables import plain_table, print_table, stdout
+from warprock.tables.terminal import plain_table, print_table, stdout
 
 COLUMNS_SHOWN = 12
 """Frequencies of a group whose boundaries are printed."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.console import Console
 
-from warprock.tables.tables import plain_table, print_table, stdout
+from warprock.tables.terminal import plain_table, print_table, stdout
 from warprock.units import GRAVITY
 
 _HASH_SHOWN = 12

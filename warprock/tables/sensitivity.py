@@ -10,7 +10,7 @@ from warprock.analysis.sensitivity import Sensitivity
 from warprock.run.provenance import provenance
 from warprock.tables.accuracy import run_accuracy_lines
 from warprock.tables.report import Report
-from warprock.tables.tables import number, plain_table, print_table, stdout
+from warprock.tables.terminal import number, plain_table, print_table, stdout
 
 _MEANINGS = {
     "group": "Labels of the case",

@@ -15,7 +15,7 @@ from warprock.run.lane_table import lane_table
 from warprock.run.provenance import provenance
 from warprock.tables.accuracy import run_accuracy_lines
 from warprock.tables.report import Report
-from warprock.tables.tables import number, plain_table, print_table, stdout
+from warprock.tables.terminal import number, plain_table, print_table, stdout
 
 PERIODS_SHOWN = 16
 """Periods that are printed, an even selection."""

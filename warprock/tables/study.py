@@ -14,7 +14,7 @@ from warprock.case.load import load_case
 from warprock.case.study import Study
 from warprock.compare.housner import EARLY_TIME
 from warprock.tables.compare import reasons
-from warprock.tables.tables import MISSING, number, plain_table, print_written, stdout
+from warprock.tables.terminal import MISSING, number, plain_table, print_written, stdout
 
 Row = Mapping[str, Any]
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from warprock.tables.tables import plain_table, print_table, print_written, stdout
+from warprock.tables.terminal import plain_table, print_table, print_written, stdout
 
 
 def print_trade(
