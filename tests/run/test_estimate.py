@@ -166,8 +166,22 @@ def judged(problem: str, engine: str) -> Judged:
     )
 
 
-@pytest.mark.parametrize("engine", SETTINGS)
-@pytest.mark.parametrize("problem", [name for name in PROBLEMS if name != "record"])
+JUDGED = [
+    pytest.param(
+        problem,
+        engine,
+        marks=pytest.mark.thorough
+        if engine == "impulse" and problem in ("bursts", "released")
+        else (),
+    )
+    for problem in PROBLEMS
+    for engine in SETTINGS
+    if (problem, engine) != ("record", "impulse")
+]
+"""Problems and engines; the fine steps of `impulse` on many lanes are for the thorough run."""
+
+
+@pytest.mark.parametrize(("problem", "engine"), [p for p in JUDGED if p.values[0] != "record"])
 def test_true_errors_lie_below_their_estimates_and_near_them(problem: str, engine: str) -> None:
     found = judged(problem, engine)
     # Measured: 98.9 % of lanes or more, and in the few of a table all. A history's largest error is
@@ -194,12 +208,10 @@ def test_a_record_of_40_s_makes_many_lanes_sensitive_and_the_rest_can_be_trusted
     assert np.all(found.response["status"][found.fell != found.truly_fell] == Status.SENSITIVE)
 
 
-@pytest.mark.parametrize("problem", PROBLEMS)
-def test_no_lane_that_is_ok_has_a_wrong_outcome(problem: str) -> None:
-    for engine in SETTINGS:
-        if (problem, engine) != ("record", "impulse"):
-            found = judged(problem, engine)
-            np.testing.assert_array_equal(found.fell[found.ok], found.truly_fell[found.ok])
+@pytest.mark.parametrize(("problem", "engine"), JUDGED)
+def test_no_lane_that_is_ok_has_a_wrong_outcome(problem: str, engine: str) -> None:
+    found = judged(problem, engine)
+    np.testing.assert_array_equal(found.fell[found.ok], found.truly_fell[found.ok])
 
 
 def critical_pulses() -> tuple[Lanes, Array, Array]:

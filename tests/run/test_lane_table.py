@@ -13,13 +13,14 @@ import pyarrow.parquet as pq
 import pytest
 
 from tests.shared.shipped import RUNNABLE_CASES
+from warprock.case.columns import input_meaning
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.errors import InputError
 from warprock.model.response import FIELDS, LANE_FIELDS, Outcome, Response, Status
 from warprock.run import machine, provenance
 from warprock.run.case_run import CaseRun, run_case, run_lane
-from warprock.run.lane_table import input_meaning, lane_table
+from warprock.run.lane_table import lane_table
 from warprock.run.results import write_run
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]

@@ -22,11 +22,11 @@ from warprock.analysis.likelihood import Brackets
 from warprock.analysis.lognormal import Fit, bracket_lanes, fit_lognormal, record_band
 from warprock.analysis.lognormal import Verdict as FitVerdict
 from warprock.case.case import Case
+from warprock.case.columns import input_meaning
 from warprock.case.lanes import expand_lanes
 from warprock.errors import InputError, listed
 from warprock.model.response import USABLE, Outcome, Response, Status
 from warprock.model.undecided import undecided
-from warprock.run.lane_table import input_meaning
 
 Array = npt.NDArray[np.float64]
 

@@ -18,6 +18,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.case.case import Case
+from warprock.case.columns import input_meaning
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.study import Study, Variation
 from warprock.compare.checks import REFERENCE, compare_with_housner, lane_name, plain_row
@@ -27,7 +28,6 @@ from warprock.errors import InputError
 from warprock.model.response import Response, Status
 from warprock.run.batch import run_batch
 from warprock.run.case_run import require_options, require_support
-from warprock.run.lane_table import input_meaning
 from warprock.run.options import DEFAULT_OPTIONS, RunOptions
 from warprock.run.provenance import case_facts, surroundings
 from warprock.run.results import write_results

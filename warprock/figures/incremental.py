@@ -18,8 +18,8 @@ from warprock.analysis.capacities import (
     unit_intensity,
 )
 from warprock.analysis.incremental import Analysis
+from warprock.case.columns import input_meaning
 from warprock.figures.plots import BLACK, BLUE, FIGURE_TITLE, ORANGE, RED, drawing, save
-from warprock.run.lane_table import input_meaning
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import re
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
 
+from warprock.case.columns import input_meaning
 from warprock.case.lanes import LaneSet
 from warprock.model.response import (
     ESTIMATE_FIELDS,
@@ -25,70 +25,6 @@ from warprock.run.parts import FOOTER
 
 LANE_TABLE = "lanes.parquet"
 """Name of the file that a run, and a sweep that was merged, keep it in."""
-
-INPUTS: dict[str, tuple[str, str]] = {
-    "lane": ("-", "Number of the lane"),
-    "width_m": ("m", "Full width in the plane of rocking"),
-    "height_m": ("m", "Full height"),
-    "depth_m": ("m", "Full depth across the plane of rocking"),
-    "density_kg_m3": ("kg/m^3", "Density"),
-    "friction": ("-", "Coulomb friction coefficient"),
-    "angular_restitution": ("-", "Angular velocity after / before an impact"),
-    "slenderness_angle_rad": (
-        "rad",
-        "Slenderness (critical) angle; of an eccentric block that of its weaker side",
-    ),
-    "slenderness_angle_across_rad": ("rad", "The same about the edges at the ends of its depth"),
-    "half_diagonal_m": ("m", "Half diagonal"),
-    "frequency_parameter_rad_s": ("rad/s", "Frequency parameter"),
-    "rotation_start_rad": ("rad", "Rotation at the start"),
-    "rotation_ratio_start": ("-", "Rotation at the start / slenderness angle"),
-    "waveform": ("-", "Shape of the controlled quantity in time"),
-    "control": ("-", "Quantity of the base that follows the waveform"),
-    "frequency_hz": ("Hz", "Frequency of the motion"),
-    "amplitude_mm": ("mm", "Amplitude, as a displacement"),
-    "amplitude_m_s": ("m/s", "Amplitude, as a velocity"),
-    "amplitude_m_s2": ("m/s^2", "Amplitude, as an acceleration"),
-    "record": ("-", "Name of the record"),
-    "record_source": ("-", "Where the record is from"),
-    "record_licence": ("-", "Licence of the record"),
-    "record_sha256": ("-", "SHA-256 of the record's file"),
-    "record_processing": ("-", "What was done to the record before the run"),
-    "scale": ("-", "Factor on the record"),
-    "start_s": ("s", "Time at which the motion starts"),
-    "cycles": ("-", "Periods of its frequency in a pulse"),
-    "phase_rad": ("rad", "Phase of a pulse in its middle"),
-    "stop_s": ("s", "Time at which the motion stops"),
-    "peak_acceleration_m_s2": ("m/s^2", "Largest acceleration of the base, velocity steps apart"),
-    "yaw_start_rad": ("rad", "Turn about the vertical at the start"),
-    "rotation_across_start_rad": ("rad", "Rotation across the plane of rocking at the start"),
-    "gap_start_mm": ("mm", "Height of the lowest corner above the base at the start"),
-    "centre_offset_x_mm": ("mm", "Centre of mass from the middle, along the width"),
-    "centre_offset_y_mm": ("mm", "Centre of mass from the middle, along the depth"),
-    "member": ("-", "Number of the member in its cell"),
-    "time_step_factor": ("-", "Factor on the engine's time step"),
-    "peak_velocity_m_s": ("m/s", "Largest velocity of the base, PGV"),
-    "normalised_velocity": ("-", "Frequency parameter x PGV / (g tan(slenderness angle))"),
-    "normalised_acceleration": (
-        "-",
-        "Largest acceleration / that which lifts the block to its weaker side, g tan(slenderness "
-        "angle); in space with its yaw",
-    ),
-}
-"""Unit and meaning of the columns that a lane's inputs may have; any other is a label."""
-
-STACK_INPUTS: dict[str, tuple[str, str]] = {
-    "chamfer_mm": ("mm", "Width cut off each edge"),
-    "offset_mm": ("mm", "Centre to +x of the centre of the block below"),
-    "offset_across_mm": ("mm", "Middle to +y of the middle of the block below"),
-    "uplift_ratio": ("-", "Base acceleration / g at which a part of the stack begins to rock"),
-}
-"""The same for what only stacks have; of a block, without its number."""
-
-_DIRECTIONS = {"_y": "across the plane of rocking", "_z": "upwards"}
-"""End of an input column of a motion besides that in the plane -> direction."""
-
-_BLOCK_NUMBER = re.compile(r"_([1-9])(?=_|$)")
 
 PEAK_RATIO = "peak_rotation_ratio"
 
@@ -130,23 +66,6 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
         name: {"unit": unit, "text": text} for name, (unit, text) in meaning.items()
     }
     return table
-
-
-def input_meaning(column: str) -> tuple[str, str]:
-    """Unit and meaning of an input column; a block's number in its name does not matter."""
-    known = INPUTS | STACK_INPUTS
-    if column in known:
-        return known[column]
-    direction = _DIRECTIONS.get(column[-2:])
-    if direction is not None and column[:-2] in known:
-        unit, text = known[column[:-2]]
-        return unit, f"{text}, of the motion {direction}"
-    number = _BLOCK_NUMBER.search(column)
-    general = _BLOCK_NUMBER.sub("", column, count=1)
-    if number is None or general not in known:
-        return "-", "Label of the case"
-    unit, text = known[general]
-    return unit, f"{text}, block {number[1]}"
 
 
 def peak_ratio_columns(lane_set: LaneSet) -> list[str]:

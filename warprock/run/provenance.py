@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from warprock.case.case import Case
+from warprock.case.ground_motions import case_records
 from warprock.case.lanes import LaneSet
-from warprock.case.motions import case_records
 from warprock.model.response import FIELDS, SOUND, Response
 from warprock.model.undecided import UNDECIDED, cut_short, undecided
 from warprock.run import machine

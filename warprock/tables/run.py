@@ -5,10 +5,11 @@ from __future__ import annotations
 import pathlib
 from collections.abc import Sequence
 
+from warprock.case.columns import columns_of
 from warprock.model.response import Status
 from warprock.model.undecided import cut_text
 from warprock.run.case_run import CaseRun
-from warprock.run.lane_table import input_meaning, lane_table, peak_ratio_columns
+from warprock.run.lane_table import lane_table, peak_ratio_columns
 from warprock.run.provenance import count_words, error_summary
 from warprock.tables.accuracy import run_accuracy_lines
 from warprock.tables.terminal import cell_text, print_rows, print_written, wide_stdout
@@ -90,20 +91,8 @@ def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
 
 def _swept_columns(run: CaseRun) -> list[str]:
     """Columns of the inputs that the case sweeps: `height_m` for the key `block.height`."""
-    stems: set[str] = set()
-    for table, _, name in (key.rpartition(".") for axis in run.case.axes for key in axis.columns):
-        part = table.rpartition(".")[2]
-        stems |= {f"{name}_{part}"} if part in ("y", "z") else {name, f"{name}_{table}"}
-        stems |= {f"{name}_{part}"}
-    columns = []
-    for column in map(str, run.lane_set.inputs.columns):
-        # The direction of a motion comes behind the unit.
-        bare = column.removesuffix("_y").removesuffix("_z")
-        unit = input_meaning(column)[0]
-        suffix = "_" + unit.lower().replace("/", "_").replace("^", "")
-        if bare.removesuffix(suffix) + column[len(bare) :] in stems:
-            columns.append(column)
-    return columns
+    swept = {name for axis in run.case.axes for key in axis.columns for name in columns_of(key)}
+    return [str(name) for name in run.lane_set.inputs.columns if name in swept]
 
 
 def _range_text(bounds: Sequence[float]) -> str:
