@@ -56,14 +56,11 @@ def watch(
         live: Whether the lane still runs.
         time: End of the step [s].
         limit: Gap beyond which an end has parted [m], see `slack`.
-        n1: What the one end carries in this step, n2 the other.
-        gap1: How wide the one gapes after it [m], gap2 the other.
-        n2: See n1.
-        gap2: See gap1.
+        n1, n2: What the one and the other end carry in this step.
+        gap1, gap2: How wide they gape after it [m].
         slips: Whether the interface slides, see `slides`.
         since: Time since which the one or the other has carried nothing [s], or NEVER; 0 at first.
-        apart1: 1 where the one has parted and not landed since, else 0; apart2 the other.
-        apart2: See apart1.
+        apart1, apart2: 1 where an end has parted and not landed since, else 0.
         uplift_time: Time at which the lane first lifted [s], or NEVER.
         moved: Last time at which it moved [s].
         impacts: Ends that have landed.

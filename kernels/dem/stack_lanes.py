@@ -27,7 +27,7 @@ def time_past(until: real, steps: int, dt: real, mode: int) -> real:
 
 
 @wp.func
-def witness(
+def observe_faces(
     live: bool, time: real, overlap: real, tilt: real, shared: real, slips: bool,
     since: wp.ref[real], uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real],
     impacts: wp.ref[int], mode: wp.ref[int],

@@ -100,24 +100,14 @@ def missed_event(
 
     Args:
         flying: Whether no corner touches the base in the step.
-        theta: Rotation at the start [rad]; with 1 at the end. So are omega, gap (of the lower
-            corner), rise (its rate), along (its velocity along the base), lack (`held_lack`).
-        omega: See theta.
-        theta1: See theta.
-        omega1: See theta.
-        gap: See theta.
-        rise: See theta.
-        gap1: See theta.
-        rise1: See theta.
+        theta, omega: Rotation [rad] and its rate [rad/s] at the start; with a 1 at the end.
+        gap, rise, along: Gap of the lower corner [m], its rate, and the corner's velocity along the
+            base [m/s], at the start; with a 1 at the end.
+        lack: `held_lack` at the start; with a 1 at the end.
         slip: Direction of sliding in the step.
-        along: See theta.
-        along1: See theta.
         reach: How far a stop may be missed [m/s].
         holds: Whether at the start a force holds the block where it lies or a corner where it is.
-        lack: See theta.
-        lack1: See theta.
-        d: Length of the step [s]; per its reciprocal.
-        per: See d.
+        d, per: Length of the step [s] and its reciprocal.
         near: Time by which an event may be missed [s].
         grain: Gap that is round-off [m].
     """

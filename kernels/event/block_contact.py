@@ -54,13 +54,11 @@ def corner_impulse(
     Args:
         mu: Friction coefficient.
         w: Inverse inertia [1/m^2].
-        x: Corner from the centre of mass [m]; z likewise.
-        z: See x.
+        x, z: Corner from the centre of mass [m].
         u: Normal velocity of the corner without contact [m/s].
         s: Tangential velocity of the corner without contact [m/s].
         hold: Whether the corner sticks whatever force it takes.
-        slides: Whether it slides, with friction in the direction `drag` (-1 or 1).
-        drag: See slides.
+        slides, drag: Whether it slides, with friction in the direction `drag` (-1 or 1).
 
     Returns:
         Normal and tangential impulse [m/s]; whether the corner sticks; direction of friction.
@@ -94,8 +92,7 @@ def hold_reserve(block: Block, gravity: real, slip: real, x: real, z: real, omeg
         block: The block.
         gravity: [m/s^2].
         slip: Direction of sliding, 0 where the corner sticks.
-        x: Corner from the centre of mass [m]; z likewise.
-        z: See x.
+        x, z: Corner from the centre of mass [m].
         omega: Angular velocity [rad/s].
         a: Acceleration of the base [m/s^2].
 
@@ -130,14 +127,11 @@ def held_lack(
 
     Args:
         block: The block.
-        mode: FLYING, PIVOTING or FLAT at the start; mode1 in the step.
-        mode1: See mode.
+        mode, mode1: FLYING, PIVOTING or FLAT at the start and in the step.
         slip: Direction of sliding at the start, 0 where the block sticks.
         surely: Whether the reserve at the start is surely positive.
-        reserve: `hold_reserve` at the start; reserve1 at the end.
-        reserve1: See reserve.
-        a0: Acceleration of the base at the start [m/s^2]; a1 at the end.
-        a1: See a0.
+        reserve, reserve1: `hold_reserve` at the start and at the end.
+        a0, a1: Acceleration of the base at the start [m/s^2] and at the end.
 
     Returns:
         Whether the start of the step holds it; the lack at the start and at the end.
@@ -208,12 +202,10 @@ def step_velocity(
 
     Args:
         block: The block.
-        mode: See `mean_velocity`; so is slip.
-        slip: See mode.
+        mode, slip: See `mean_velocity`.
         hold: Whether a pivoting corner that sticks does so in the whole step.
         theta: Rotation at the start [rad].
-        vx: Velocity along the base at the start [m/s]; vz across it.
-        vz: See vx.
+        vx, vz: Velocity along the base at the start [m/s] and across it.
         omega: Angular velocity at the start [rad/s].
         dv: Change of the base velocity in the step [m/s].
         d: Length of the step [s].
@@ -244,8 +236,7 @@ def held_velocity(
         block: The block.
         mode: FLYING, PIVOTING or FLAT.
         slip: Direction of sliding, 0 where the corner sticks.
-        s: Sine of the rotation; c its cosine.
-        c: See s.
+        s, c: Sine of the rotation and its cosine.
         ux: Velocity along the base before [m/s].
         uz: Velocity across the base before [m/s].
         uo: Angular velocity before [rad/s].
@@ -272,8 +263,7 @@ def struck_velocity(block: Block, flat: bool, s: real, c: real, ux: real, uz: re
     Args:
         block: The block.
         flat: Whether both corners are at the base.
-        s: Sine of the rotation; c its cosine.
-        c: See s.
+        s, c: Sine of the rotation and its cosine.
         ux: Velocity along the base before [m/s].
         uz: Velocity across the base before [m/s].
         uo: Angular velocity before [rad/s].

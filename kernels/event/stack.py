@@ -96,14 +96,9 @@ def sought(limits: Limits, s: State, t: Trial) -> State:
 
 @wp.func
 def kept(
-    blocks: Blocks,
-    limits: Limits,
-    upper: Rows,
-    lower: Rows,
-    touch: Counts,
-    hold: Counts,
+    blocks: Blocks, limits: Limits, upper: Rows, lower: Rows, touch: Counts, hold: Counts,
     v: Triples,
-) -> Counts:
+) -> Counts:  # fmt: skip
     """Ends that still touch after an impact.
 
     Those held, and of an interface that leaves those that would not rise by more than the half
@@ -113,7 +108,7 @@ def kept(
     for k in range(BLOCKS):
         if hold[k] == OPEN and touch[k] != OPEN:
             u = relative_velocity(upper, lower, v, k)
-            rise = TWO * limits.gravity * limits.rest_rotation[k] * blocks.half_face[k]
+            rise = TWO * limits.gravity * limits.rest_rotation[k] * blocks.half_width[k]
             for end in range(2):
                 code = wp.where(end == 0, PLUS, MINUS)
                 if (touch[k] & code) != 0 and u[1 + end] * u[1 + end] <= rise:
@@ -129,7 +124,7 @@ def outcome_of(blocks: Blocks, s: State, near: real) -> int:
         low, _height = lower_face(blocks, k)
         anchor, rate = anchored(blocks, s.pose, k, s.pose.touch[k])
         place = upright_place(blocks, k, s.pose.touch[k], anchor, rate)
-        if size(place) >= low + blocks.half_face[k]:
+        if size(place) >= low + blocks.half_width[k]:
             mode = SLID_OFF
     for k in range(BLOCKS):
         if size(s.pose.theta[k]) >= HALF_PI - near * size(s.swing[k]):

@@ -49,7 +49,7 @@ def started(blocks: Blocks, pose: Pose) -> Pose:
         p.touch[k] = touch
         side = side_of(touch)
         low, _height = lower_face(blocks, k)
-        anchor = p.along[k] + side * blocks.half_face[k]
+        anchor = p.along[k] + side * blocks.half_width[k]
         rate = real(1.0)
         if side * anchor > ALIKE * low:
             anchor = side * low - p.along[k]

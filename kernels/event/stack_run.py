@@ -32,7 +32,7 @@ class Block:
     """One block: half sizes [m], inverse mass and inertia, start [m, rad]."""
 
     half_height: real
-    half_face: real
+    half_width: real
     inverse_mass: real
     inverse_inertia: real
     friction: real
@@ -160,14 +160,9 @@ def rotation_at(until: real, s0: State, s: State, k: int) -> real:
 
 @wp.kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block),
-    lanes: wp.array(dtype=Stack),
-    motions: wp.array(dtype=Motion),
-    pool: wp.array2d(dtype=real),
-    sample_times: wp.array(dtype=real),
-    knobs: Knobs,
-    found: Found,
-):
+    blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: wp.array(dtype=Motion),
+    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
+):  # fmt: skip
     """Runs one lane a thread."""
     lane = wp.tid()
     m = motions[lane]
@@ -182,7 +177,7 @@ def run_lanes(
     for k in range(BLOCKS):
         b = blocks[k, lane]
         pile.half_height[k] = b.half_height
-        pile.half_face[k] = b.half_face
+        pile.half_width[k] = b.half_width
         pile.inverse_mass[k] = b.inverse_mass
         pile.inverse_inertia[k] = b.inverse_inertia
         pile.friction[k] = b.friction

@@ -143,8 +143,7 @@ def lost_between(blocks: Blocks, kick: real, free: Triples, velocity: Triples) -
     Args:
         blocks: The blocks.
         kick: Velocity step of the base [m/s].
-        free: Velocities after it without contact; velocity with it.
-        velocity: See free.
+        free, velocity: Velocities after it without contact and with it.
     """
     lost = kinetic_energy(blocks, free) - kinetic_energy(blocks, velocity)
     for k in range(BLOCKS):
@@ -182,7 +181,7 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
             t.struck = t.struck or falls
             # Turned past the lower face, the end that was open lies deepest.
             low, _height = lower_face(blocks, k)
-            t.deep = larger(-TWO * smaller(low, blocks.half_face[k]) * sine(e1), t.deep)
+            t.deep = larger(-TWO * smaller(low, blocks.half_width[k]) * sine(e1), t.deep)
         side = wp.where(t.pose.theta[k] < real(0.0), real(-1.0), real(1.0))
         left = HALF_PI - side * t.pose.theta[k]
         if left < -near * size(t.velocity[3 * k + 2]) and t.d > near:

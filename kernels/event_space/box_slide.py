@@ -110,8 +110,7 @@ def told(body: Body, i: int, j: int, sides: Corners, v: Three, w: Three) -> Six:
 
     Args:
         body: The block.
-        i: A corner; j another, or the same one for it alone.
-        j: See i.
+        i, j: A corner and another, or the same one for it alone.
         sides: For all corners, along x and y: -1 or 1, slides to that side; 0, sticks.
         v: Velocity without these impulses [m/s].
         w: Angular velocity without them [rad/s].

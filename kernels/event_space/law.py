@@ -253,11 +253,9 @@ def slip_after(
         gravity: [m/s^2].
         longest: Longest step [s].
         near: Time by which events may be missed [s].
-        s: Slip at the start of the step; n in it.
-        n: See s.
+        s, n: `slip` at the start of the step, and in it.
         stance: Stance in it.
-        u0: Velocity of the corner at the start [m/s]; u1 at the end.
-        u1: See u0.
+        u0, u1: Velocity of the corner at the start [m/s] and at the end.
         d: Length of the step [s].
 
     Returns:

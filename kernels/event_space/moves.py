@@ -56,9 +56,9 @@ def body_at(block: Block, q: Four) -> Body:
         turn * wp.diag(Three(one / inverse[0], one / inverse[1], one / inverse[2])) * back
     )
     for k in range(4):
-        x = wp.where(k == 1 or k == 2, block.width, -block.width) - block.centre_x
-        y = wp.where(k >= 2, block.depth, -block.depth) - block.centre_y
-        body.corners[k] = turn * Three(x, y, -block.height)
+        x = wp.where(k == 1 or k == 2, block.half_width, -block.half_width) - block.centre_x
+        y = wp.where(k >= 2, block.half_depth, -block.half_depth) - block.centre_y
+        body.corners[k] = turn * Three(x, y, -block.half_height)
     body.friction = block.friction
     return body
 

@@ -195,7 +195,7 @@ def full_step(
 @wp.func(inline=False)
 def begun(block: Block):
     """A lane at its start, and what is seen of it then."""
-    s = started(block, TOGETHER * block.height)
+    s = started(block, TOGETHER * block.half_height)
     return s, first_seen(block, s), hinge_of(block, s.stance)
 
 
@@ -239,14 +239,10 @@ def enter(block: Block, limits: Lane, lane: int, m: wp.ref[Numbers], k: wp.ref[M
 
 @wp.kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block),
-    motions: wp.array2d(dtype=Motion),
-    pool: wp.array2d(dtype=real),
-    sample_times: wp.array(dtype=real),
-    lanes: wp.array(dtype=Lane),
-    knobs: Knobs,
-    found: Found,
-):
+    blocks: wp.array2d(dtype=Block), motions: wp.array2d(dtype=Motion),
+    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), lanes: wp.array(dtype=Lane),
+    knobs: Knobs, found: Found,
+):  # fmt: skip
     """Runs all lanes of a launch in its first thread, PLACES of them side by side."""
     if wp.tid() > 0:
         return

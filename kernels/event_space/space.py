@@ -80,7 +80,7 @@ if FRICTION == "box":
         loose,
         settled,
         slip_after,
-    )
+    )  # fmt: skip
 else:
     from warprock.kernels.event_space.law import (
         bound,
@@ -89,7 +89,7 @@ else:
         loose,
         settled,
         slip_after,
-    )
+    )  # fmt: skip
 
 NEARLY = by_precision(1.0e-7, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""
@@ -145,7 +145,7 @@ def arrived(
     if struck:
         mask = mask | lands
         for k in range(4):
-            if n.x[2] + body.corners[k, 2] <= TOGETHER * block.height:
+            if n.x[2] + body.corners[k, 2] <= TOGETHER * block.half_height:
                 mask = mask | (1 << k)
         touch = stance_of(mask)
         pinned = mask_of(n.stance)
@@ -209,7 +209,7 @@ def watched(
 ) -> State:  # fmt: skip
     """The state after the events of a step, or the old one if one of them lay inside."""
     near = NEARLY * limits.longest_step
-    dust = GRAIN * block.height
+    dust = GRAIN * block.half_height
     n = reached
     cut = TWO * NEVER
     fastest = real(0.0)
@@ -325,7 +325,9 @@ def step(
     middle = body_at(block, q)
     v = s.v - HALF * b.change - Three(real(0.0), real(0.0), HALF * d * limits.gravity)
     w = middle.inverse * momentum
-    speed = wp.length(s.v) + wp.length(s.w) * block.height + limits.gravity * limits.longest_step
+    speed = (
+        wp.length(s.v) + wp.length(s.w) * block.half_height + limits.gravity * limits.longest_step
+    )
     grain = DUST * speed
     h = Held()
     h.v = s.v

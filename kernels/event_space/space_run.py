@@ -161,14 +161,10 @@ def leaf_of(s: State, seen: Seen) -> BlockResult:
 
 @wp.kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block),
-    motions: wp.array2d(dtype=Motion),
-    pool: wp.array2d(dtype=real),
-    sample_times: wp.array(dtype=real),
-    lanes: wp.array(dtype=Lane),
-    knobs: Knobs,
-    found: Found,
-):
+    blocks: wp.array2d(dtype=Block), motions: wp.array2d(dtype=Motion),
+    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), lanes: wp.array(dtype=Lane),
+    knobs: Knobs, found: Found,
+):  # fmt: skip
     """Runs one lane a thread."""
     lane = wp.tid()
     block = blocks[0, lane]
@@ -179,7 +175,7 @@ def run_lanes(
     limits.gravity = knobs.gravity
     limits.longest_step = lanes[lane].longest_step
     limits.rest_gap = lanes[lane].rest_gap
-    s = started(block, TOGETHER * block.height)
+    s = started(block, TOGETHER * block.half_height)
     s0 = s
     seen = first_seen(block, s)
     steps = int(0)

@@ -119,7 +119,7 @@ def stays(own: Own, v: Bodies, w: Bodies, bound: real) -> bool:
     fastest = real(0.0)
     bodies = int(BLOCKS + 1)
     for k in range(1, bodies):
-        turns = wp.length(w[k]) * block_of(own, k).height
+        turns = wp.length(w[k]) * block_of(own, k).half_height
         fastest = larger(fastest, wp.length(v[k]) + turns)
     return fastest <= bound
 
@@ -146,7 +146,7 @@ def coming(
     limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real,
     s: State,
 ) -> Base:  # fmt: skip
-    """Length of the next step and what the base does in it: see `spatial_event_trial.next_step`."""
+    """Length of the next step, and what the base does in it: as `next_step` of a single block."""
     p = BlockState()
     p.time = s.time
     p.knots = s.knots

@@ -25,7 +25,14 @@ from warprock.kernels.event_space.space_stack_contact import (
     met,
 )
 from warprock.kernels.event_space.trial import Knots, Limits
-from warprock.kernels.impulse.space_stack import CONTACTS, Bodies, frame, rows_of, seen, weighted
+from warprock.kernels.impulse.space_stack import (
+    CONTACTS,
+    Bodies,
+    frame,
+    relative_velocity,
+    rows_of,
+    weighted,
+)
 from warprock.kernels.shape.faces import SLOTS, Vector
 
 NEARLY = by_precision(1.0e-7, 1.0e-4)
@@ -155,7 +162,11 @@ def looked(
     v: Bodies, w: Bodies, held: Ints, d: real,
 ) -> Look:  # fmt: skip
     """What the corners did in a step, seen from both of its ends; v and w are those of its end."""
-    zero, near, grain = real(0.0), NEARLY * limits.longest_step, GRAIN * block_of(own, 1).height
+    zero, near, grain = (
+        real(0.0),
+        NEARLY * limits.longest_step,
+        GRAIN * block_of(own, 1).half_height,
+    )
     rest, n = limits.rest_gap, Look()
     n.closed = True
     n.cut = TWO * NEVER
@@ -176,8 +187,10 @@ def looked(
                 point = rows_of(pose.axes, k) * ru
                 ru0 = wp.transpose(rows_of(pose0.axes, k)) * point
                 rl0 = ru0 + pose0.x[k] - pose0.x[k - 1]
-                rate = wp.dot(down[2], seen(v[k], w[k], ru, v[k - 1], w[k - 1], rl))
-                rate0 = wp.dot(down0[2], seen(s.v[k], s.w[k], ru0, s.v[k - 1], s.w[k - 1], rl0))
+                rate = wp.dot(down[2], relative_velocity(v[k], w[k], ru, v[k - 1], w[k - 1], rl))
+                rate0 = wp.dot(
+                    down0[2], relative_velocity(s.v[k], s.w[k], ru0, s.v[k - 1], s.w[k - 1], rl0)
+                )
                 before = gaps0[i]
                 was = (s.touch[k] & bit) != 0
                 if (there0 & bit) == 0:

@@ -100,14 +100,10 @@ def peaks_after(own: Own, before: Peaks, s: State) -> Peaks:
 
 @wp.kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block),
-    motions: wp.array2d(dtype=Motion),
-    pool: wp.array2d(dtype=real),
-    sample_times: wp.array(dtype=real),
-    lanes: wp.array(dtype=Lane),
-    knobs: Knobs,
-    found: Found,
-):
+    blocks: wp.array2d(dtype=Block), motions: wp.array2d(dtype=Motion),
+    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), lanes: wp.array(dtype=Lane),
+    knobs: Knobs, found: Found,
+):  # fmt: skip
     """Runs one lane a thread."""
     lane = wp.tid()
     mx, my, mz = motions[0, lane], motions[1, lane], motions[2, lane]
@@ -122,9 +118,9 @@ def run_lanes(
         mu[k] = b.friction
         light[k] = real(1.0) / b.mass
         own.rows[k] = Row(
-            b.width, b.depth, b.height, b.centre_x, b.centre_y, b.mass, b.inverse_x, b.inverse_y,
-            b.inverse_z, b.friction, b.x, b.y, b.z, b.qx, b.qy, b.qz, b.qw, b.flat_x, b.flat_y,
-            b.flat_c, b.flat_s, b.standing,
+            b.half_width, b.half_depth, b.half_height, b.centre_x, b.centre_y, b.mass, b.inverse_x,
+            b.inverse_y, b.inverse_z, b.friction, b.x, b.y, b.z, b.qx, b.qy, b.qz, b.qw, b.flat_x,
+            b.flat_y, b.flat_c, b.flat_s, b.standing,
         )  # fmt: skip
     s = started(own, limits)
     s0 = s

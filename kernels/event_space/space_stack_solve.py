@@ -38,8 +38,8 @@ from warprock.kernels.impulse.space_stack import (
     Numbers,
     PointNumbers,
     Points,
+    relative_velocity,
     rows_of,
-    seen,
 )
 from warprock.kernels.shape.faces import Vector
 
@@ -147,7 +147,7 @@ def asked(t: Touches, pose: Pose, stiff: PointNumbers, asks: Points, v: Bodies, 
     """What contact i asks for: l - c (u + gap), along its directions; these are returned, too."""
     k = t.body[i]
     e = directions(pose.axes, k, t.slot[i])
-    u = e * seen(v[k], w[k], t.ru[i], v[k - 1], w[k - 1], t.rl[i])
+    u = e * relative_velocity(v[k], w[k], t.ru[i], v[k - 1], w[k - 1], t.rl[i])
     u = u + Vector(real(0.0), real(0.0), t.gap[i])
     return asks[i] - stiff[i] * u, e
 

@@ -1,6 +1,6 @@
 """Impulses that stop all contacts of a block in space together, as one motion of the block.
 
-Names are those of `spatial_impulse`; lengths and impulses are for mass 1. Contacts that are stopped
+Names are those of impulse/space.py; lengths and impulses are for mass 1. Contacts that are stopped
 leave a block one motion: about the corner, about the line through two corners, or none flat on its
 face, apart from what closes open gaps. With m the middle of what touches, w the half way from the
 first to the last of two corners, A the moment of inertia about m, and s the angular momentum about
@@ -189,8 +189,10 @@ def tried(s0: real, s1: real, s2: real, s3: real, push: real, a: real, b: real):
 
 
 @wp.func
-def centre(ex: real, ey: real, ez: real, gx: real, gy: real, gz: real,
-           ax: real, ay: real, bx: real, by: real):  # fmt: skip
+def centre(
+    ex: real, ey: real, ez: real, gx: real, gy: real, gz: real, ax: real, ay: real, bx: real,
+    by: real,
+):  # fmt: skip
     """How four corners share an impulse e with the moment g about their middle.
 
     Returns:
@@ -258,7 +260,7 @@ def beyond(
 
 @wp.func
 def hold(
-    knobs: Knobs, lean_x: real, lean_y: real, width: real, depth: real, height: real,
+    knobs: Knobs, lean_x: real, lean_y: real, half_width: real, half_depth: real, half_height: real,
     cx: real, cy: real, mu: real, qx: real, qy: real, qz: real, qw: real,
     ix: real, iy: real, iz: real, lx: real, ly: real, lz: real,
     aim0: real, aim1: real, aim2: real, aim3: real,
@@ -279,11 +281,11 @@ def hold(
     xx, xy, xz, yy, yz, zz = inverse_inertia(
         r11, r12, r13, r21, r22, r23, r31, r32, r33, one / ix, one / iy, one / iz
     )
-    w, d = lean_x * width, lean_y * depth
+    w, d = lean_x * half_width, lean_y * half_depth
     ax, ay, az, bx, by, bz = r11 * w, r21 * w, r31 * w, r12 * d, r22 * d, r32 * d
-    mx = -(r11 * cx + r12 * cy + r13 * height)
-    my = -(r21 * cx + r22 * cy + r23 * height)
-    mz = -(r31 * cx + r32 * cy + r33 * height)
+    mx = -(r11 * cx + r12 * cy + r13 * half_height)
+    my = -(r21 * cx + r22 * cy + r23 * half_height)
+    mz = -(r31 * cx + r32 * cy + r33 * half_height)
     s0, s1, s2, s3 = real(on0), real(on1), real(on2), real(on3)
     t0, t1, t2, t3 = s0 * aim0, s1 * aim1, s2 * aim2, s3 * aim3
     k0, k1, k2, k3, si, sj, vx, vy, vz, px, py, pz, ex, ey, ez, gx, gy, gz = stopped(

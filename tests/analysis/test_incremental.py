@@ -14,6 +14,13 @@ from click.testing import CliRunner, Result
 from rich.console import Console
 
 from warprock.analysis import incremental
+from warprock.analysis.capacities import (
+    FRACTILES,
+    capacities,
+    capacity_rows,
+    fractile_curves,
+    run_curves,
+)
 from warprock.analysis.incremental import (
     Analysis,
     Ladder,
@@ -21,13 +28,6 @@ from warprock.analysis.incremental import (
     brackets,
     plan_analysis,
     run_analysis,
-)
-from warprock.analysis.incremental_fit import (
-    FRACTILES,
-    capacities,
-    capacity_rows,
-    fractile_curves,
-    run_curves,
 )
 from warprock.case.case import Case
 from warprock.case.load import load_case

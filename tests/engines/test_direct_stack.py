@@ -34,7 +34,7 @@ def solve_all(problems: wp.array(dtype=contact.Equations), found: Numbers, by_le
     """The engine's solve of two interfaces, problem by problem."""
     i = wp.tid()
     system = problems[i]
-    p, solved, _tries = contact.solve_stack(system, Triples())
+    p, solved, _tries = contact.solve(system, Triples())
     if by_lemke:
         p = contact.of_states(system, contact.lemke(system))
         solved = contact.kept(system, p)

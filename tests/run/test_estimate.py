@@ -31,11 +31,12 @@ from warprock.model.response import (
     Status,
 )
 from warprock.run import companions, estimate
-from warprock.run import lane_table as store
 from warprock.run.batch import run_batch
 from warprock.run.case_run import run_case
 from warprock.run.estimate import run_with_estimate
+from warprock.run.lane_table import lane_table
 from warprock.run.options import RunOptions
+from warprock.run.provenance import error_summary
 from warprock.settings.engines import EventSettings, ImpulseSettings
 from warprock.units import GRAVITY
 
@@ -388,14 +389,14 @@ def test_engines_answer_no_estimates_and_the_run_adds_them_where_there_is_an_ord
     bare = run_case(FREE, engine, RunOptions(tolerance=None), histories=False)
     assert not set(ESTIMATE_FIELDS) & set(bare.response.fields)
     run = run_case(FREE, engine, histories=False)
-    table = store.lane_table(run.lane_set, run.response)
+    table = lane_table(run.lane_set, run.response)
     columns = {"rotation_error_rad", "peak_rotation_error_rad", "peak_slide_error_m"}
     if engine_class(engine).order is None:
         assert not columns & set(table)
-        assert store.error_summary(run.response) is None
+        assert error_summary(run.response) is None
     else:
         assert columns <= set(table)
-        summary = store.error_summary(run.response)
+        summary = error_summary(run.response)
         assert summary is not None
         # Those of sensitive lanes are no bounds.
         assert summary["largest"] == table["rotation_error_rad"][table["status"] == "ok"].max()

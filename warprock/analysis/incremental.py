@@ -34,10 +34,10 @@ from warprock.quantity import Said
 from warprock.run.accuracy import missed_tolerance
 from warprock.run.case_run import run_lane_set
 from warprock.run.files import require_writable
-from warprock.run.lane_table import count_words
 from warprock.run.machine import require_workers
 from warprock.run.options import DEFAULT_OPTIONS, Progress, RunOptions
 from warprock.run.parts import State, find_part, read_part, write_part
+from warprock.run.provenance import count_words
 from warprock.sweep.plan import PLAN, Plan, make_plan, read_plan, write_plan
 
 Array = npt.NDArray[np.float64]

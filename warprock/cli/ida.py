@@ -17,8 +17,8 @@ from warprock.cli.options import (
 )
 
 if TYPE_CHECKING:
+    from warprock.analysis.capacities import Capacities
     from warprock.analysis.incremental import Analysis
-    from warprock.analysis.incremental_fit import Capacities
     from warprock.case.case import Case
 
 
@@ -58,7 +58,7 @@ def ida(
     All lanes run at a ladder of factors; the bracket of each one's first fall is then halved. With
     -o every finished stage is kept, and the same command goes on behind the last one.
     """
-    from warprock.analysis import incremental, incremental_fit
+    from warprock.analysis import capacities, incremental
     from warprock.case.load import load_case
     from warprock.tables import console
 
@@ -68,12 +68,12 @@ def ida(
     choice = engine_for(case, engine, ladder.factors.tolist())
     options = asked_options(precision, device, workers, tolerance=tolerance, estimate=estimate)
     plan = incremental.plan_analysis(case, choice.engine, ladder, options)
-    incremental_fit.require_columns(case, intensity, by)
+    capacities.require_columns(case, intensity, by)
     with console.lane_progress(case.name, None) as progress:
         found = incremental.run_analysis(
             case, plan, ladder, folder, workers=workers, progress=progress
         )
-    groups = incremental_fit.capacities(found, intensity=intensity, by=by)
+    groups = capacities.capacities(found, intensity=intensity, by=by)
     say_engine(choice)
     _show(found, case, groups, intensity, folder, as_json=as_json)
 
@@ -88,7 +88,7 @@ def _show(
     as_json: bool,
 ) -> None:
     """Writes an analysis where a folder is given, and prints it."""
-    from warprock.analysis.incremental_fit import capacity_rows
+    from warprock.analysis.capacities import capacity_rows
     from warprock.figures import incremental as plots_incremental
     from warprock.tables import console
     from warprock.tables import incremental as tables_incremental

@@ -22,6 +22,7 @@ from warprock.cli.atlas import stability
 from warprock.cli.exits import EXIT_CHECK, EXIT_FAILED, EXIT_INTERRUPTED, ExitCodes
 from warprock.cli.fragility import fragility
 from warprock.cli.ida import ida
+from warprock.cli.keys import keys
 from warprock.cli.map import overturning_map
 from warprock.cli.options import (
     EXIT_BAD_LANES,
@@ -173,9 +174,9 @@ def run(
 
 def _end(ctx: click.Context, case_run: CaseRun, max_bad: float | None) -> None:
     """Ends a run with an exit code of its own where more lanes are bad than were allowed."""
-    from warprock.run import lane_table
+    from warprock.run.provenance import bad_lanes
 
-    if max_bad is not None and lane_table.bad_lanes(case_run) > max_bad * case_run.case.lane_count:
+    if max_bad is not None and bad_lanes(case_run) > max_bad * case_run.case.lane_count:
         ctx.exit(EXIT_BAD_LANES)
 
 
@@ -186,11 +187,11 @@ def _write_run(
     from warprock.figures import ensemble as plots_ensemble
     from warprock.figures import run as plots_run
     from warprock.run import case_run as runner
-    from warprock.run import lane_table
+    from warprock.run.results import write_run
 
     histories = {lane: runner.run_lane(case_run, lane) for lane in lanes}
     figures = plots_run if case_run.case.ensemble is None else plots_ensemble
-    files: list[pathlib.Path] = lane_table.write_run(case_run, folder, histories)
+    files: list[pathlib.Path] = write_run(case_run, folder, histories)
     files += figures.write_figures(case_run, folder)
     list_written(folder, files)
     return files
@@ -206,15 +207,16 @@ def _show_run(
     case_run: CaseRun, files: list[pathlib.Path], choice: Choice | None, as_json: bool
 ) -> None:
     """Prints a run and, where an accuracy chose its engine, why."""
-    from warprock.run import cells as ensemble
-    from warprock.run import lane_table
+    from warprock.run.cells import cell_table
+    from warprock.run.lane_table import lane_table
+    from warprock.run.provenance import provenance
     from warprock.tables import cells, console
 
     case = case_run.case
     if as_json:
-        tabulate = lane_table.lane_table if case.ensemble is None else ensemble.cell_table
+        tabulate = lane_table if case.ensemble is None else cell_table
         table = tabulate(case_run.lane_set, case_run.response)
-        summary = lane_table.provenance(case_run) | {"rows": table.to_dict("records")}
+        summary = provenance(case_run) | {"rows": table.to_dict("records")}
         if choice is not None:
             summary["choice"] = dataclasses.asdict(choice)
         console.print_json(summary | {"files": files})
@@ -347,6 +349,7 @@ def bench(ctx: click.Context, seconds: float, workers: int | None, as_json: bool
 main.add_command(records)
 main.add_command(fragility)
 main.add_command(ida)
+main.add_command(keys)
 main.add_command(overturning_map)
 main.add_command(sensitivity)
 main.add_command(spectrum)

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.analysis.fragility import Curve
+from warprock.case.columns import input_meaning
 from warprock.figures.plots import (
     BLUE,
     FIGURE_TITLE,
@@ -22,7 +23,6 @@ from warprock.figures.plots import (
     panel_grid,
     save,
 )
-from warprock.run.lane_table import input_meaning
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -29,8 +29,9 @@ from warprock.run import machine
 from warprock.run.batch import LANE_QUANTUM, run_batch
 from warprock.run.case_run import require_choice
 from warprock.run.files import replacing
-from warprock.run.lane_table import PACKAGES, arrow_table
+from warprock.run.lane_table import arrow_table
 from warprock.run.parts import State, find_part, read_part, write_part
+from warprock.run.provenance import PACKAGES
 from warprock.settings.engines import build_settings
 
 TABLE, CSV = "trade.parquet", "trade.csv"

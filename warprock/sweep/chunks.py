@@ -26,14 +26,9 @@ from warprock.model.undecided import UNDECIDED
 from warprock.quantity import Said
 from warprock.run.accuracy import accuracy_counts
 from warprock.run.files import replacing
-from warprock.run.lane_table import (
-    LANE_TABLE,
-    arrow_table,
-    count_words,
-    lane_table,
-    undecided_counts,
-)
+from warprock.run.lane_table import LANE_TABLE, arrow_table, lane_table
 from warprock.run.parts import State, find_part, part_writer, read_part, write_part
+from warprock.run.provenance import count_words, undecided_counts
 from warprock.sweep.plan import Plan
 
 CHUNKS = "chunks"

@@ -26,8 +26,8 @@ from warprock.reading import read_bytes, reason
 from warprock.run import machine
 from warprock.run.case_run import require_options, require_support
 from warprock.run.files import replacing, require_writable
-from warprock.run.lane_table import PACKAGES, record_rows
 from warprock.run.options import DEFAULT_OPTIONS, Progress, RunOptions
+from warprock.run.provenance import PACKAGES, record_rows
 
 PLAN = "plan.json"
 FORMAT = 2

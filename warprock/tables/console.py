@@ -169,7 +169,8 @@ def print_explanation(found: Mapping[str, Any]) -> None:
 def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
     """Prints a run: every lane of a small one, counts and ranges of a large one."""
     from warprock.model.undecided import cut_text
-    from warprock.run.lane_table import count_words, error_summary, lane_table, peak_ratio_columns
+    from warprock.run.lane_table import lane_table, peak_ratio_columns
+    from warprock.run.provenance import count_words, error_summary
 
     out = _stdout()
     response = run.response
@@ -308,22 +309,10 @@ def _column_widths(names: Sequence[str], cells: Sequence[Sequence[str]], room: i
 
 def _swept_columns(run: CaseRun) -> list[str]:
     """Columns of the inputs that the case sweeps: `height_m` for the key `block.height`."""
-    from warprock.run.lane_table import input_meaning
+    from warprock.case.columns import columns_of
 
-    stems: set[str] = set()
-    for table, _, name in (key.rpartition(".") for axis in run.case.axes for key in axis.columns):
-        part = table.rpartition(".")[2]
-        stems |= {f"{name}_{part}"} if part in ("y", "z") else {name, f"{name}_{table}"}
-        stems |= {f"{name}_{part}"}
-    columns = []
-    for column in map(str, run.lane_set.inputs.columns):
-        # The direction of a motion comes behind the unit.
-        bare = column.removesuffix("_y").removesuffix("_z")
-        unit = input_meaning(column)[0]
-        suffix = "_" + unit.lower().replace("/", "_").replace("^", "")
-        if bare.removesuffix(suffix) + column[len(bare) :] in stems:
-            columns.append(column)
-    return columns
+    swept = {name for axis in run.case.axes for key in axis.columns for name in columns_of(key)}
+    return [str(name) for name in run.lane_set.inputs.columns if name in swept]
 
 
 def _print_engine(out: rich.console.Console, engine: Mapping[str, Any]) -> None:

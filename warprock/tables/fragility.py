@@ -12,7 +12,7 @@ from rich.console import Console
 
 from warprock.analysis.fragility import Curve, component_rows, curve_rows
 from warprock.model.undecided import UNDECIDED
-from warprock.run.files import replacing
+from warprock.run.results import write_results
 from warprock.tables.tables import plain_table, print_table, stdout
 
 CURVES = "fragility.csv"
@@ -29,14 +29,8 @@ def write_tables(
         intensity: Column of the intensity measure.
         folder: Where to; made if it does not exist.
     """
-    folder.mkdir(parents=True, exist_ok=True)
-    written = []
     tables = {CURVES: curve_rows(curves), COMPONENTS: component_rows(curves, intensity)}
-    for name, rows in tables.items():
-        with replacing(folder / name) as temporary:
-            rows.to_csv(temporary, index=False)
-        written.append(folder / name)
-    return written
+    return write_results(folder, tables)
 
 
 def print_curves(

@@ -9,10 +9,10 @@ from typing import Any
 import pandas as pd
 from rich.console import Console
 
+from warprock.analysis.capacities import lane_rows, run_rows, undecided_runs
 from warprock.analysis.incremental import Analysis
-from warprock.analysis.incremental_fit import lane_rows, run_rows, undecided_runs
 from warprock.case.case import Case
-from warprock.run.lane_table import case_facts, surroundings
+from warprock.run.provenance import case_facts, surroundings
 from warprock.run.results import write_results
 from warprock.tables.fragility import fit_cells
 from warprock.tables.tables import plain_table, print_table, stdout
@@ -62,7 +62,7 @@ def print_analysis(
 
     Args:
         found: The analysis.
-        rows: What `incremental_fit.capacity_rows` returned.
+        rows: What `capacities.capacity_rows` returned.
         intensity: The intensity measure.
         files: Files that were written.
         console: Where to; the terminal if not given.

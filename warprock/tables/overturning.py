@@ -11,7 +11,8 @@ import pandas as pd
 from rich.console import Console
 
 from warprock.analysis.overturning import Mode, OverturningMap
-from warprock.run.lane_table import lane_table, provenance
+from warprock.run.lane_table import lane_table
+from warprock.run.provenance import provenance
 from warprock.run.results import write_results
 from warprock.tables.tables import plain_table, print_table, stdout
 

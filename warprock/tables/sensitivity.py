@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Console
 
 from warprock.analysis.sensitivity import Sensitivity
-from warprock.run.lane_table import provenance
+from warprock.run.provenance import provenance
 from warprock.run.results import write_results
 from warprock.tables.accuracy import run_accuracy_lines
 from warprock.tables.tables import number, plain_table, print_table, stdout

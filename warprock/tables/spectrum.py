@@ -13,7 +13,8 @@ from rich.console import Console
 from warprock.analysis.spectrum import Spectrum
 from warprock.model.response import USABLE, Outcome
 from warprock.model.undecided import UNDECIDED
-from warprock.run.lane_table import lane_table, provenance
+from warprock.run.lane_table import lane_table
+from warprock.run.provenance import provenance
 from warprock.run.results import write_results
 from warprock.tables.accuracy import run_accuracy_lines
 from warprock.tables.tables import number, plain_table, print_table, stdout
