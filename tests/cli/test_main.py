@@ -322,7 +322,7 @@ def test_a_full_disk_exits_with_1_and_leaves_no_half_file(
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes and shells of POSIX systems")
-@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize("unbuffered", ["", pytest.param("1", marks=pytest.mark.thorough)])
 def test_output_that_nobody_reads_ends_quietly(unbuffered: str, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("PYTHONUNBUFFERED", unbuffered)
     reader, writer = os.pipe()
