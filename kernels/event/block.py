@@ -166,7 +166,7 @@ def step_length(
 
 
 @wp.func
-def advance(
+def integrate(
     block: Block, knobs: Knobs, mode: int, slip: real, a: real, dv: real, d: real,
     theta: real, gap: real, vx: real, vz: real, omega: real,
 ):  # fmt: skip
@@ -227,7 +227,7 @@ def advance(
 
 
 @wp.func
-def arrive(
+def end_of_step(
     block: Block, gravity: real, falls: bool, lands: bool, kick: real, a: real, mode: int,
     slip: real, s: real, c: real, theta: real, vx: real, vz: real, omega: real,
 ):  # fmt: skip
@@ -309,11 +309,11 @@ def step(
     tends = wp.where(slip != zero, slip, -dv)
     upright = wp.where(mode == FLAT, tends, omega)
     side = sign_of(wp.where(theta != zero, theta, upright))
-    th, om = side * theta, side * omega
+    th, om, va = side * theta, side * omega, side * vx
     th1, glide, gap1, vx1, vz1, om1, mode1, slip1, lost, missed, cut, falls, lands, s, c, deep = (
-        advance(block, knobs, mode, side * slip, side * a, side * dv, d, th, gap, side * vx, vz, om)
+        integrate(block, knobs, mode, side * slip, side * a, side * dv, d, th, gap, va, vz, om)
     )
-    turn, vx2, vz2, om2, mode2, slip2, lost2, hit, tail = arrive(
+    turn, vx2, vz2, om2, mode2, slip2, lost2, hit, tail = end_of_step(
         block, knobs.gravity, falls, lands, side * kick, a, mode1, slip1, s, c, th1,
         vx1, vz1, om1,
     )  # fmt: skip

@@ -26,7 +26,7 @@ lane to lane, and packs of lanes would run all branches of all.
 
 import warp as wp
 
-from warprock.kernels.event.stack_contact import bound_velocity, relative_velocity, settle
+from warprock.kernels.event.stack_contact import bound_velocity, relative_velocity, solve
 from warprock.kernels.event.stack_moves import flattened, glued, opening
 from warprock.kernels.event.stack_trial import (
     DUST,
@@ -117,7 +117,7 @@ def kept(
 
 
 @wp.func
-def outcome_of(blocks: Blocks, s: State, near: real) -> int:
+def mode_of(blocks: Blocks, s: State, near: real) -> int:
     """What has become of a lane at the end of a step."""
     mode = int(RUNNING)
     for k in range(BLOCKS):
@@ -163,7 +163,7 @@ def projected(
         speed, _spin = fastest(free)
         grain = DUST * (speed + limits.gravity * limits.longest_step)
         if t.struck:
-            v, _impulse, hold, slip, settled, _same, _left = settle(
+            v, _impulse, hold, slip, settled, _same, _left = solve(
                 blocks, upper, lower, hold, Counts(), hold, slip, free, grain, limits.mass
             )
         else:
@@ -191,7 +191,7 @@ def projected(
         at_rest(s.pose.touch, s.slip) and at_rest(n.pose.touch, n.slip)
         and t.dv == real(0.0) and t.kick == real(0.0)
     )  # fmt: skip
-    n.mode = outcome_of(blocks, n, NEARLY * limits.longest_step)
+    n.mode = mode_of(blocks, n, NEARLY * limits.longest_step)
     for k in range(BLOCKS):
         n.pose.theta[k] = larger(smaller(n.pose.theta[k], HALF_PI), -HALF_PI)
     if n.mode != BROKEN and not (settled and t.settled):
@@ -200,7 +200,7 @@ def projected(
 
 
 @wp.func
-def finished(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> State:
+def end_of_step(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> State:
     """The state after a trial step and its impacts, or the old one if an event lay inside."""
     t = tentative
     near = NEARLY * limits.longest_step
@@ -247,5 +247,5 @@ def step(
     t = tried(blocks, limits, m, sample, sample_slope, end, s)
     n = sought(limits, s, t)
     if n.seek == s.seek or t.resting:
-        n = finished(blocks, limits, s, t)
+        n = end_of_step(blocks, limits, s, t)
     return n

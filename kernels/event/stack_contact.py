@@ -262,7 +262,7 @@ def tested(
 
 
 @wp.func
-def swept(
+def solve_by_sweep(
     blocks: Blocks, upper: Rows, lower: Rows, touch: Counts, glide: Counts, hold: Counts,
     slip: Counts, velocity: Triples, impulse: Triples, grain: real, mass: real,
 ):  # fmt: skip
@@ -332,7 +332,7 @@ def spare(blocks: Blocks, hold: Counts, slip: Counts, impulse: Triples) -> real:
 
 
 @wp.func
-def settle(
+def solve(
     blocks: Blocks, upper: Rows, lower: Rows, touch: Counts, glide: Counts, hold: Counts,
     slip: Counts, free: Triples, grain: real, mass: real,
 ):  # fmt: skip
@@ -380,7 +380,7 @@ def settle(
                 if phase < NEWTON_TRIES:
                     swept_v = v
                     swept_p = p
-                swept_v, swept_p, held, slips = swept(
+                swept_v, swept_p, held, slips = solve_by_sweep(
                     blocks, upper, lower, touch, glide, held, slips, swept_v, swept_p, grain, mass
                 )
             else:

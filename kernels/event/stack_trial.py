@@ -3,7 +3,7 @@
 import warp as wp
 
 from warprock.kernels.event.block import base_change, first_root
-from warprock.kernels.event.stack_contact import relative_velocity, settle
+from warprock.kernels.event.stack_contact import relative_velocity, solve
 from warprock.kernels.event.stack_moves import flight_event, moved, opening, pivot_event
 from warprock.kernels.motion import Motion, knot_step, knot_time, series
 from warprock.kernels.shape.stack import (
@@ -237,7 +237,7 @@ def tried(
     middle = moved(blocks, s.pose, s.pose.touch, s.velocity, slide, HALF * d)
     upper, lower, _plus, _minus = all_rows(blocks, middle)
     grain = DUST * (speed + limits.gravity * limits.longest_step)
-    mean, impulse, hold, slip, settled, same, left = settle(
+    mean, impulse, hold, slip, settled, same, left = solve(
         blocks, upper, lower, s.pose.touch, glide, s.pose.touch, s.slip, free, grain,
         limits.mass,
     )  # fmt: skip

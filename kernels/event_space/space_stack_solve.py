@@ -30,7 +30,7 @@ from warprock.kernels.event_space.space_stack_contact import (
     directions,
     effective,
     slip_at,
-    swept,
+    solve_by_sweeps,
 )
 from warprock.kernels.impulse.space_stack import (
     Bodies,
@@ -288,15 +288,15 @@ def nearer(
 
 
 @wp.func
-def settled(
+def solve(
     rounds: int, t: Touches, pose: Pose, mu: Numbers, light: Numbers, first: Points, v: Bodies,
     w: Bodies,
 ):  # fmt: skip
-    """Impulses of all contacts, and the velocities that they leave: see `contact.swept`.
+    """Impulses of all contacts, and the velocities that they leave: see `contact.solve_by_sweeps`.
 
     With fewer rounds than ROUNDS what these come to is taken as it is.
     """
-    asks, u, o, good = swept(FIRST, t, pose, mu, light, first, v, w)
+    asks, u, o, good = solve_by_sweeps(FIRST, t, pose, mu, light, first, v, w)
     if t.total == 0 or good:
         return asks, u, o, True
     c = t
@@ -330,5 +330,5 @@ def settled(
         if fits and change <= ENOUGH * ENOUGH * size:
             break
     if not done and rounds == ROUNDS:
-        asks, u, o, done = swept(SWEEPS, t, pose, mu, light, first, v, w)
+        asks, u, o, done = solve_by_sweeps(SWEEPS, t, pose, mu, light, first, v, w)
     return asks, u, o, done
