@@ -8,8 +8,8 @@ point, so that the compiler turns them into vector code; with one lane a thread 
 plain form for any device.
 
 An interface has parted once its faces gape from the middle to three quarters of the way to the
-corner that is pressed most, see `PIVOT` of `dem_lanes`; in the plane that is an end. It slides
-while it is closed in the middle and slips faster than springs swing that stick.
+corner that is pressed most, see `PIVOT` of dem/stack_lanes.py; in the plane that is an end. It
+slides while it is closed in the middle and slips faster than springs swing that stick.
 """
 
 import warp as wp

@@ -249,7 +249,7 @@ def end_of_step(
         block, level or theta == zero,
         wp.where(level, zero, s), wp.where(level, one, c), turn * kicked, vz, turn * omega,
     )  # fmt: skip
-    # The base's work on the block is at the mean of both velocities: see `account`.
+    # The base's work on the block is at the mean of both velocities: see account.py.
     lost = lost - HALF * turn * kick * (vx1 - turn * kicked)
     vx1 = wp.where(struck, vx1, turn * kicked)
     vz1 = wp.where(struck, vz1, vz)

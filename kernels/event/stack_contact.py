@@ -2,8 +2,8 @@
 
 At each interface three impulses p = (f along the face, n at the + end, n at the - end) act on the
 upper block, and -p on the lower one. Touching ends of closed faces move alike along them and share
-f. With G the rows of `stack.interface_rows` and W the inverse masses, relative velocities become
-u + D p + couplings to the interfaces above and below: a block tridiagonal system.
+f. With G the rows of `interface_rows` in shape/stack.py and W the inverse masses, relative
+velocities become u + D p + couplings to the interfaces above and below: a block tridiagonal system.
 
 The contact law at an interface: n >= 0; an end that touches does not sink; an end without n opens;
 a contact sticks with |f| <= mu (n + n), or slides with f = -slip mu (n + n). A *state* says which

@@ -138,7 +138,7 @@ def kinetic_energy(blocks: Blocks, velocity: Triples) -> real:
 def lost_between(blocks: Blocks, kick: real, free: Triples, velocity: Triples) -> real:
     """Energy that contacts take in an impact [J].
 
-    The base's work on the blocks is at the mean of the velocities before and after, see `account`.
+    The base's work on the blocks is at the mean of the velocities before and after, see account.py.
 
     Args:
         blocks: The blocks.

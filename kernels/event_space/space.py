@@ -9,7 +9,8 @@ of length d:
        step, impulses p such that v_m and w_m obey the contact law (event_space/contact.py);
     2. attitude turned by d w_m, x moved by d v_m, v = 2 v_m - v, L = 2 I_m w_m - L; what touches is
        put back on the base and, where it sticks, along it (this removes the drift). In flight the
-       turn is that of spatial.turn_freely: it keeps L to the last bit, the energy within a bound;
+       turn is that of `turn_freely` in shape/space.py: it keeps L to the last bit, the energy
+       within a bound;
     3. if inside the step an open corner lands, a sliding corner stops, a resting block lifts or the
        block has overturned, nothing is taken: the next step ends there;
     4. v and w are projected on the contacts at the end of the step, along their force. Where
@@ -154,7 +155,7 @@ def end_of_step(
         n.x = placed(now, mask_of(touch), n.x + foot(body, pinned) - foot(now, pinned))
         h = solve(now, touch, 0, Corners(), v, n.w, grain)
         n.lost = n.lost + kinetic_energy(now, v, n.w) - kinetic_energy(now, h.v, h.w)
-        # The base's work on the block is at the mean of both velocities: see `account`.
+        # The base's work on the block is at the mean of both velocities: see account.py.
         n.lost = n.lost - HALF * wp.dot(base.kick, h.v - v)
         n.v = h.v
         n.w = h.w

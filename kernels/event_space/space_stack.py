@@ -8,7 +8,7 @@ one clock a lane. One step of length d:
        within `rest_gap`; mean motion v_m = v - dV/2 - g d/2 + sum p / (2 m), I_m w_m = L + sum r x
        p / 2, such that v_m and w_m obey the contact law at all interfaces;
     2. attitudes turned by d w_m, x moved by d v_m, v = 2 v_m - v, L = 2 I_m w_m - L; a block that
-       touches nothing flies, see spatial.turn_freely;
+       touches nothing flies, see `turn_freely` in shape/space.py;
     3. if inside the step a corner lands, or hops by more than `rest_gap`, nothing is taken: the
        next step ends there;
     4. the gaps of contacts that pushed are closed (this removes the drift), and v and w projected
@@ -95,7 +95,7 @@ def end_of_step(
             t.law[i] = CONE
         _r, v1, w1, fits = solve(ROUNDS, t, pose, mu, light, Points(), v, w)
         n.lost = n.lost + before - energy(own, gravity, n.x, n.q, v1, w1)
-        # The base's work on the blocks is at the mean of both velocities: see `account`.
+        # The base's work on the blocks is at the mean of both velocities: see account.py.
         for k in range(1, bodies):
             n.lost = n.lost - HALF * block_of(own, k).mass * wp.dot(b.kick, v1[k] - v[k])
         v = v1

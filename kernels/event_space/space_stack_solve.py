@@ -292,7 +292,7 @@ def solve(
     rounds: int, t: Touches, pose: Pose, mu: Numbers, light: Numbers, first: Points, v: Bodies,
     w: Bodies,
 ):  # fmt: skip
-    """Impulses of all contacts, and the velocities that they leave: see `contact.solve_by_sweeps`.
+    """Impulses of all contacts, and the velocities that they leave: as `solve_by_sweeps` does.
 
     With fewer rounds than ROUNDS what these come to is taken as it is.
     """

@@ -85,8 +85,8 @@ def integrate_block(
 ):  # fmt: skip
     """Ends a step of a block, see `integrate`; it keeps a part of its velocity (`kept`).
 
-    For what is seen of it and of its interface see `stack_run.observe`; (lx, lz) is the centre of
-    the body below.
+    For what is seen of it and of its interface see `observe` in shape/stack_run.py; (lx, lz) is the
+    centre of the body below.
     """
     integrate(
         live, dv, knobs, m, j, qx, qz, qo, rx, rz, ro, x, z, theta, s, c, vx, vz, omega, loss,
