@@ -71,7 +71,7 @@ def run_lanes(
     v2, v3, j1, j2, j3, k1, k2, k3, dt = R(), R(), R(), R(), R(), R(), R(), R(), R()
     span, loss, spent, stored, at_start, lifted = R(), R(), R(), R(), R(), R()
     moved, deepest, live, impacts, mode, steps = R(), R(), Count(), Count(), Count(), Count()
-    # Counts that Warp does not know, so that it writes out none of the loops over them.
+    # Variables, not constants: else Warp would unroll the loops over them.
     bodies, pairs, first, moves = int(BLOCKS + 1), int(PAIRS), wp.tid() * LANES, int(0)
     for i in range(LANES):
         start_lane(lanes[first + i], qw[0, i], dt[i], lifted[i], mode[i])

@@ -1,4 +1,4 @@
-"""What becomes of lanes of soft-spring blocks, in the plane and in space, for one precision."""
+"""What becomes of lanes of soft-spring blocks, in the plane and in space."""
 
 import warp as wp
 

@@ -196,7 +196,7 @@ def run_lanes(
     at_start, given, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
     uplift_time, moved, deepest, jolt = Lane(), Lane(), Lane(), Lane()
     live, impacts, mode, steps, held = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
-    # Counts that Warp does not know, so that it writes out none of the loops over them.
+    # Variables, not constants: else Warp would unroll the loops over them.
     bodies, pairs, first = int(BLOCKS + 1), int(PAIRS), wp.tid() * LANES
     for i in range(LANES):
         start_lane(lanes[first + i], half_w[0, i], c[0, i], dt[i], uplift_time[i], mode[i])

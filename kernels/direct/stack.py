@@ -1,4 +1,4 @@
-"""Contact solve of a stack on compliant contacts, exact, for one precision and block count.
+"""Contact solve of a stack on compliant contacts, exact.
 
 Each interface has two ends and one friction, as in direct/block.py: p = (n_1, n_2, f), n_1 at
 the end away from the side to which it leans, n_2 and f at the other, f positive towards that side.

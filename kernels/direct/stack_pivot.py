@@ -1,4 +1,4 @@
-"""Lemke's pivoting for the contacts of a stack, for one precision and block count.
+"""Lemke's pivoting for the contacts of a stack.
 
 The laws of direct/stack.py as one linear complementarity problem y = M x + q, y >= 0, x >= 0,
 y x = 0, with five pairs an interface: the normal impulses of its ends and their velocities above

@@ -1,4 +1,4 @@
-"""Second-order contact step of a rocking block, impacts located, for one precision and motion.
+"""Second-order contact step of a rocking block, impacts located.
 
 The block lives in the frame of the base: mass 1, clockwise rotation theta, half sizes b and h,
 inertia I; corner (X, Z) from the centre of mass moves at (vx + omega Z, vz - omega X). Every
@@ -62,8 +62,8 @@ NEARLY = by_precision(1.0e-6, 1.0e-4)
 GRAIN = by_precision(1.0e-14, 1.0e-6)
 """Round-off of a gap, as a part of the half height."""
 LEAST = real(0.125)
-"""Least part of a step to which one in which a force reaches its bound is cut at once: the force
-at the end of a step that is far too long says little of when."""
+"""A step in which a force reaches its bound is cut to no less than this part of it at once: the
+force at the end of a step that is far too long says little about when."""
 REACH = real(0.125)
 """Largest rotation in one step [rad]: keeps fast overturning inside the polynomials' range."""
 
@@ -80,7 +80,7 @@ class Knobs:
 
 @wp.func
 def first_root(e0: real, slope: real, e1: real, d: real) -> real:
-    """Time at which a parabola from e0 >= 0 with a slope, below zero at d, goes below zero."""
+    """First root of the parabola that starts at e0 >= 0 with a slope and is below zero at d."""
     bend = (e1 - e0 - slope * d) / (d * d)
     square = slope * slope - real(4.0) * e0 * bend
     root = wp.sqrt(larger(square, real(0.0)))
@@ -129,7 +129,7 @@ def missed_event(
     e0 = wp.where(past, HALF_PI - theta, e0)
     e1 = wp.where(past, HALF_PI - theta1, e1)
     slope = wp.where(past, -omega, slope)
-    # Not shorter than what is near: what is left of the way then counts as arrived.
+    # Not shorter than `near`: with less than that left to go, the event counts as reached.
     least = wp.where(past or below or sinks or stops, HALF * near, larger(LEAST * d, HALF * near))
     cut = larger(first_root(e0, slope, e1, d), least)
     return past or below or sinks or stops or lifts, cut
@@ -159,7 +159,7 @@ else:
 def step_length(
     block: Block, resting: bool, quiet: bool, omega: real, room: real, cap: real
 ) -> real:
-    """Length of the next step [s]; a block at rest on a base that will not move waits at once."""
+    """Length of the next step [s]; a block that will stay at rest takes all that is left."""
     zero = real(0.0)
     d = smaller(smaller(block.longest_step, REACH / (size(omega) + SLOWEST)), cap)
     return larger(smaller(wp.where(resting and quiet, room, d), room), zero)

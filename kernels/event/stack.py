@@ -1,4 +1,4 @@
-"""Second-order contact step of a stack of rocking blocks, for one precision, motion and count.
+"""Second-order contact step of a stack of rocking blocks.
 
 The scheme is that of event/block.py for all blocks at once: one clock a lane, a midpoint
 Moreau-Jean step, an event inside a step ends the next one there, and at a step's end the velocity
@@ -71,7 +71,7 @@ TOUCHING = by_precision(1.0e-8, 1.0e-5)
 
 @wp.func
 def sought(limits: Limits, s: State, t: Trial) -> State:
-    """The state that goes on seeking when in a step a contact opens or starts to slide.
+    """The state whose search goes on for the moment at which a contact opens or starts to slide.
 
     The first trial with such a turn tells how much the contacts lack in its middle; a probe of
     next to no length tells what they have to spare at its start; the next step ends where, on a
@@ -167,7 +167,7 @@ def projected(
                 blocks, upper, lower, hold, Counts(), hold, slip, free, grain, limits.mass
             )
         else:
-            # What closes without an impact closes without friction: no energy comes of it.
+            # An end that closes without an impact has no friction, so that it adds no energy.
             smooth = blocks
             smooth.friction = Values()
             v, _impulse, _sound = bound_velocity(smooth, upper, lower, hold, slip, free)
@@ -223,7 +223,7 @@ def end_of_step(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> S
         n.slip[k] = after
         n.swing[k] = t.velocity[3 * k + 2]
     if t.cut < NEVER:
-        # Not shorter than what is near: what is left of the way then counts as arrived. An event at
+        # Not shorter than `near`: with less than that left to go, the event is reached. An event at
         # the very end of the step would be met there for ever.
         n = s
         n.cap = larger(wp.where(t.cut > t.d - near, HALF * t.d, t.cut), HALF * near)

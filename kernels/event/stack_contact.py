@@ -1,4 +1,4 @@
-"""Contact of stacked planar blocks, for one precision and number of blocks: exact, or it says so.
+"""Contact of stacked planar blocks: exact, or reported as unsolved.
 
 At each interface three impulses p = (f along the face, n at the + end, n at the - end) act on the
 upper block, and -p on the lower one. Touching ends of closed faces move alike along them and share
@@ -66,7 +66,7 @@ def with_state(d: Matrix, hold: int, slip: int, mu: real) -> Matrix:
 
 @wp.func
 def held_rows(hold: int, slip: int) -> Three:
-    """One for every row of an interface that holds a velocity, else zero."""
+    """1 for every row of an interface that holds a velocity, else 0."""
     one = real(1.0)
     zero = real(0.0)
     return Three(
@@ -292,7 +292,7 @@ def improved(
     blocks: Blocks, upper: Rows, lower: Rows, touch: Counts, glide: Counts, hold: Counts,
     slip: Counts, free: Triples, worst: real, grain: real, mass: real,
 ):  # fmt: skip
-    """States that break the law less: of one interface after another the best of its ten."""
+    """States that break the law less: each interface in turn takes the best of its ten states."""
     held = hold
     slips = slip
     least = worst
@@ -318,7 +318,7 @@ def improved(
 
 @wp.func
 def spare(blocks: Blocks, hold: Counts, slip: Counts, impulse: Triples) -> real:
-    """What the weakest held end, or sticking contact, has left before it opens or slides."""
+    """Margin of the weakest held end before it opens, or of a sticking contact before it slides."""
     least = IMPOSSIBLE
     for k in range(BLOCKS):
         p = three_of(impulse, k)

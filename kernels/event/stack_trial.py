@@ -179,7 +179,7 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
             rests[k] = wp.where(quiet, CLOSED, OPEN)
             t.falls[k] = wp.where(falls, CLOSED, OPEN)
             t.struck = t.struck or falls
-            # Turned past the lower face, the end that was open lies deepest.
+            # A block that has turned past the lower face is deepest at the end that was open.
             low, _height = lower_face(blocks, k)
             t.deep = larger(-TWO * smaller(low, blocks.half_width[k]) * sine(e1), t.deep)
         side = wp.where(t.pose.theta[k] < real(0.0), real(-1.0), real(1.0))

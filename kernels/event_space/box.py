@@ -1,4 +1,4 @@
-"""The contact law of one block in space with friction as a box along x and y, for one precision.
+"""The contact law of one block in space with friction as a box along x and y.
 
 At a corner |p_x| and |p_y| are at most friction n; where it slides along x, p_x is all of that and
 against the slip, likewise along y. `slip` has the bit k where corner k slides along x, 4 + k where

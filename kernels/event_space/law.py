@@ -1,4 +1,4 @@
-"""The contact law of one block in space: what holds, sticks or slides, for one precision.
+"""The contact law of one block in space: what holds, sticks or slides.
 
 See event_space/contact.py for the states and the order in which they are tried.
 """

@@ -1,4 +1,4 @@
-"""How one block in space moves in a step of the event engine, and what it meets, for one precision.
+"""How one block in space moves in a step of the event engine, and what it meets.
 
 An attitude is a quaternion (x, y, z, w). Corners, stances and velocities are those of
 event_space/contact.py; the gap of a corner is its height above the base.

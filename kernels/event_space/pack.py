@@ -1,4 +1,4 @@
-"""The event step in space in which nothing happens, as vector code, for one precision and motion.
+"""The event step in space in which nothing happens, as vector code.
 
 Most steps meet no event: the block lies flat on a base that does not move it, or turns about a
 corner or an edge that stick. What touches is a hinge then, and the step of event_space/space.py has

@@ -1,4 +1,4 @@
-"""Second-order contact step of one rigid block in space, for one precision and kind of motion.
+"""Second-order contact step of one rigid block in space.
 
 The scheme is that of event/block.py, in the frame of the base, for mass 1: position x and velocity
 v of the centre of mass, attitude, angular velocity w with L = I w in the axes of the base. One step

@@ -1,4 +1,4 @@
-"""Contact step of a stack of blocks in space, impacts located, for one precision, motion and count.
+"""Contact step of a stack of blocks in space, impacts located.
 
 The scheme is that of event_space/space.py for all blocks at once, in the frame of the base, with
 one clock a lane. One step of length d:

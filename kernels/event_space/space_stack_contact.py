@@ -1,4 +1,4 @@
-"""Where blocks of a stack in space touch, and the contact law there, for one precision and count.
+"""Where blocks of a stack in space touch, and the contact law there.
 
 Bodies, faces and slots are those of impulse/space_stack.py. A contact's directions are the axes
 of the face that it lies on: of the lower block, or of the upper one where a corner of the lower

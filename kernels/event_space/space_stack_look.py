@@ -1,4 +1,4 @@
-"""What a step of a stack in space starts from and what its end shows, for one precision and count.
+"""What a step of a stack in space starts from and what its end shows.
 
 State of a lane, its momenta and energy, and the contacts before, in and after a step; the scheme is
 in event_space/space_stack.py.

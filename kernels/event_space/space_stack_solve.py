@@ -1,4 +1,4 @@
-"""Newton's method on all contacts of a stack in space, for one precision and count.
+"""Newton's method on all contacts of a stack in space.
 
 A contact answers its velocity u with the impulse f = P(l - c (u + lift n)), where P takes an
 impulse to the nearest that its law allows, c is STIFF times the contact's own effective mass, and

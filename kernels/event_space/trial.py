@@ -1,4 +1,4 @@
-"""What a step of the event engine in space starts from, for one precision and kind of motion.
+"""What a step of the event engine in space starts from.
 
 State, base and limits of a lane, and where inside a step an edge lets go of an end; the scheme is
 in event_space/space.py.

@@ -1,4 +1,4 @@
-"""Velocity-level contact step of a rocking block, for one precision and motion kind.
+"""Velocity-level contact step of a rocking block.
 
 The block lives in the frame of the base: mass 1, centre of mass (x, z), clockwise rotation
 theta, inertia I. Corner i sits at (X_i, Z_i) from the centre of mass, its gap is z + Z_i, its

@@ -1,4 +1,4 @@
-"""Velocity-level contact step of a block in space, for one precision and one law of friction.
+"""Velocity-level contact step of a block in space.
 
 The block lives in the frame of the base, with mass 1: centre of mass (x, y, z), attitude q (see
 shape/space.py), velocity v and angular momentum l, both in the axes of the base. Corner k is at the

@@ -209,7 +209,7 @@ def run_lanes(
     p1, p2, p3, h11, h12, h13 = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     h22, h23, h33, busy = Corner(), Corner(), Corner(), Counts()
     impacts, mode, steps, base, dv = LaneInt(), LaneInt(), LaneInt(), Three(), Three()
-    # A count that Warp does not know, so that it writes out none of the loops over it.
+    # A variable, not a constant: else Warp would unroll the loops over it.
     corners, count = int(4), int(0)
     for i in range(LANES):
         start_block(

@@ -1,4 +1,4 @@
-"""What the impulse step shows of single blocks in space, for one precision.
+"""What the impulse step shows of single blocks in space.
 
 A block rocks while a corner has parted from the base, see parting.py. It lands once such a corner
 carries again; an edge lands as one. It stands flat while two opposite corners carry, and its uplift

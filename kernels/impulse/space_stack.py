@@ -1,4 +1,4 @@
-"""Velocity-level contact step of a stack of blocks in space, for one precision and law of friction.
+"""Velocity-level contact step of a stack of blocks in space.
 
 Bodies are numbered from the ground: body 0 is the ground, an endless face that nothing moves, body
 k the k-th block. The step is that of the single block (see impulse/space.py), body by body; the

@@ -1,4 +1,4 @@
-"""Velocity-level contact step of a stack of rocking blocks, for one precision.
+"""Velocity-level contact step of a stack of rocking blocks.
 
 Bodies are numbered from the ground: body 0 is the ground, an endless flat face that nothing moves,
 body k the k-th block. A body has its centre of mass at (x, z), in the frame of the base, the half

@@ -1,4 +1,4 @@
-"""What runs of the stepped engines over stacks share, for one precision: starts and what is seen.
+"""What runs of the stepped engines over stacks share: starts and what is seen.
 
 These are the stacks whose interfaces touch at the two ends of an overlap, see shape/interface.py.
 A run begins with solves at the start, from velocities of zero, until the contacts carry what they

@@ -122,7 +122,7 @@ def run_lanes(
     base, dv, hint, loss, lift, last, deep = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     given, jolt, most, taken, back = Lane(), Lane(), Lane(), Lane(), Lane()
     hit, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
-    # Counts that Warp does not know, so that it writes out none of the loops over them.
+    # Variables, not constants: else Warp would unroll the loops over them.
     bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS // TURNS)
     first, count, dt = wp.tid() * LANES, int(-SETTLING), knobs.time_step
     time = -BEFORE * dt
