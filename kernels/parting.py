@@ -1,18 +1,18 @@
-"""When the ends of an interface have parted, landed or slid, for one precision.
+"""When the ends of an interface have parted, landed or slid.
 
-An end is a corner of a block that stands on the ground, or one end of what two faces share. A step
-shows whether it carries something, how wide it gapes after the step, and how fast it slips. What a
-step makes of a block that stands still is none of its motion: sweeps that end before they have
-settled let ends hop by parts of g dt^2, and a corner that a block turns about hops by parts of
-R (omega dt)^2, what its arc differs from the chord that the step follows. So
+An end is a corner of a block that stands on the ground, or one end of the stretch that two faces
+share. After each step it is known whether an end carries, how wide it gapes and how fast it slips.
+But even the ends of a block at rest gape and slip a little. Sweeps that stop before they have
+converged let ends hop by parts of g dt^2. And a corner that a block turns about hops by parts of
+R (omega dt)^2: the step follows the chord, not the arc. Therefore
 
     an end has *parted* once it gapes by more than `FALLS` g dt^2 + `ARCS` R (omega dt)^2;
-    it has *landed*, an impact, once it carries again after it had parted;
-    a block has *lifted* when an end parts, since the step from which on an end carried nothing;
+    it has *landed*, which is an impact, once it carries again after it had parted;
+    a block has *lifted* when an end parts; its uplift time is when that end last carried;
     it *moves* while an end is parted, or slips faster than `CREEP` g dt.
 
-All of these vanish with the step. A swing whose corners move slower than FALLS g dt is none: it
-would end within a few steps.
+All these bounds vanish with the step. A swing whose corners move slower than FALLS g dt does not
+count as a swing: it would end within a few steps.
 """
 
 import warp as wp
@@ -32,7 +32,7 @@ GRAIN = by_precision(1.0e-14, 1.0e-6)
 
 @wp.func
 def slack(dt: real, gravity: real, reach: real, square: real, length: real) -> real:
-    """Gap that an end may have and not have parted [m].
+    """The widest gap of an end that has not parted [m].
 
     Args:
         dt: Time step [s].
@@ -56,14 +56,11 @@ def watch(
         live: Whether the lane still runs.
         time: End of the step [s].
         limit: Gap beyond which an end has parted [m], see `slack`.
-        n1: What the one end carries in this step, n2 the other.
-        gap1: How wide the one gapes after it [m], gap2 the other.
-        n2: See n1.
-        gap2: See gap1.
+        n1, n2: What the one and the other end carry in this step.
+        gap1, gap2: How wide they gape after it [m].
         slips: Whether the interface slides, see `slides`.
         since: Time since which the one or the other has carried nothing [s], or NEVER; 0 at first.
-        apart1: 1 where the one has parted and not landed since, else 0; apart2 the other.
-        apart2: See apart1.
+        apart1, apart2: 1 where an end has parted and not landed since, else 0.
         uplift_time: Time at which the lane first lifted [s], or NEVER.
         moved: Last time at which it moved [s].
         impacts: Ends that have landed.

@@ -14,6 +14,35 @@ from tests.shared.sweeps import LANES, merged_bytes, write_case
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
+LONGEST = (
+    "programs/test_newton.py",
+    "engines/test_contract.py",
+    "engines/test_forms.py",
+    "sweep/test_harm.py",
+    "paper/test_stack.py",
+    "paper/test_reproduce.py",
+    "engines/test_event_space_stack.py",
+    "engines/test_event_stack.py",
+    "engines/test_xpbd.py",
+    "engines/test_impulse_stack.py",
+    "engines/test_direct_stack.py",
+    "engines/test_two_block.py",
+    "run/test_estimate.py",
+    "cli/test_main.py",
+    "measure/test_atlas.py",
+    "measure/test_trade.py",
+    "oracle/test_pair.py",
+    "engines/test_dem.py",
+    "measure/test_peers.py",
+)
+"""Files that take the longest, under `tests/`."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest files first: at the end no worker waits long for the other."""
+    places = {ROOT / "tests" / name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: places.get(item.path, len(places)))
+
 
 @pytest.fixture(scope="session")
 def root() -> pathlib.Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import graphlib
 import pathlib
 import sys
@@ -36,10 +37,12 @@ def _room_of(file: str) -> str:
     return top if top in MAPPED else inner[0]
 
 
+@functools.cache
 def _tree(file: str) -> ast.Module:
     return ast.parse((ROOT / file).read_text(encoding="utf-8"), file)
 
 
+@functools.cache
 def _file_of(module: str) -> str | None:
     """The source file of a module of ours, as a path from the root."""
     stem = module.replace(".", "/")
@@ -52,17 +55,20 @@ def _file_of(module: str) -> str | None:
     return None
 
 
-def _imports(tree: ast.AST, file: str) -> Iterator[str]:
+@functools.cache
+def _imports(file: str) -> tuple[str, ...]:
     """Every module that a file imports, wherever in the file it does."""
-    for node in ast.walk(tree):
+    found = []
+    for node in ast.walk(_tree(file)):
         if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
+            found += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{file}:{node.lineno}: relative import"
             assert node.module is not None
             for alias in node.names:
                 inner = f"{node.module}.{alias.name}"
-                yield inner if _file_of(inner) else node.module
+                found.append(inner if _file_of(inner) else node.module)
+    return tuple(found)
 
 
 def _functions(tree: ast.AST) -> Iterator[ast.FunctionDef]:
@@ -102,26 +108,26 @@ def test_the_readme_shows_the_plan():
 HELD = [file for file in SOURCES if not file.startswith("tools/") and file not in FRONT]
 
 
-@pytest.mark.parametrize("file", HELD)
-def test_a_room_imports_only_what_the_plan_allows(file: str):
-    room = next(room for room in ROOMS if room.name == _room_of(file))
-    for module in _imports(_tree(file), file):
-        top = module.split(".")[0]
-        if top != "warprock":
-            allowed = top in sys.stdlib_module_names or top in room.packages
-            assert allowed, f"{file} ({room.name}) imports {module}"
-            continue
-        target = _file_of(module)
-        assert target is not None, f"{file} imports {module}, which is no file of ours"
-        if target not in FRONT:
-            own = _room_of(target)
-            assert own in (room.name, *room.imports), f"{file} ({room.name}) imports {module}"
+def test_a_room_imports_only_what_the_plan_allows():
+    for file in HELD:
+        room = next(room for room in ROOMS if room.name == _room_of(file))
+        for module in _imports(file):
+            top = module.split(".")[0]
+            if top != "warprock":
+                allowed = top in sys.stdlib_module_names or top in room.packages
+                assert allowed, f"{file} ({room.name}) imports {module}"
+                continue
+            target = _file_of(module)
+            assert target is not None, f"{file} imports {module}, which is no file of ours"
+            if target not in FRONT:
+                own = _room_of(target)
+                assert own in (room.name, *room.imports), f"{file} ({room.name}) imports {module}"
 
 
 def test_no_module_imports_itself_by_way_of_others():
     graph = {}
     for file in HELD:
-        targets = {_file_of(module) for module in _imports(_tree(file), file)}
+        targets = {_file_of(module) for module in _imports(file)}
         graph[file] = {each for each in targets if each is not None} - {file, *FRONT}
     assert tuple(graphlib.TopologicalSorter(graph).static_order())
 
@@ -132,7 +138,7 @@ def test_no_engine_imports_another_engine():
         file = _file_of(module)
         assert file is not None, f"{module} is no file of ours"
         others = engines - {module}
-        assert not others & set(_imports(_tree(file), file)), file
+        assert not others & set(_imports(file)), file
 
 
 @pytest.mark.parametrize(
@@ -157,26 +163,26 @@ def test_no_engine_imports_another_engine():
 )
 def test_a_heavy_package_is_imported_in_one_room(package: str, only_in: tuple[str, ...]):
     for file in SOURCES:
-        if package in {module.split(".")[0] for module in _imports(_tree(file), file)}:
+        if package in {module.split(".")[0] for module in _imports(file)}:
             assert file.startswith((*only_in, "tools/")), f"{file} imports {package}"
 
 
 def test_nothing_imports_tests_or_tools():
     for file in SOURCES:
-        tops = {module.split(".")[0] for module in _imports(_tree(file), file)}
+        tops = {module.split(".")[0] for module in _imports(file)}
         assert not tops & {"tests", "tools", "kernels", "cases"}, file
 
 
-@pytest.mark.parametrize("file", SOURCES)
-def test_files_and_functions_are_short(file: str):
-    lines = (ROOT / file).read_text(encoding="utf-8").count("\n")
-    assert lines <= FILE_LINES, f"{file} has {lines} lines"
-    for function in _functions(_tree(file)):
-        assert function.end_lineno is not None
-        length = function.end_lineno - function.lineno + 1
-        kernel = any(ast.unparse(mark) == "wp.kernel" for mark in function.decorator_list)
-        limit = KERNEL_LINES if kernel else FUNCTION_LINES
-        assert length <= limit, f"{file}: {function.name} has {length} lines"
+def test_files_and_functions_are_short():
+    for file in SOURCES:
+        lines = (ROOT / file).read_text(encoding="utf-8").count("\n")
+        assert lines <= FILE_LINES, f"{file} has {lines} lines"
+        for function in _functions(_tree(file)):
+            assert function.end_lineno is not None
+            length = function.end_lineno - function.lineno + 1
+            kernel = any(ast.unparse(mark) == "wp.kernel" for mark in function.decorator_list)
+            limit = KERNEL_LINES if kernel else FUNCTION_LINES
+            assert length <= limit, f"{file}: {function.name} has {length} lines"
 
 
 @pytest.mark.parametrize("folder", ["warprock", "kernels", "cases", "tests", "tools"])
@@ -196,18 +202,18 @@ def test_names_say_something():
 KERNEL_FILES = [file for file in SOURCES if file.startswith("kernels/")]
 
 
-@pytest.mark.parametrize("file", KERNEL_FILES)
-def test_kernels_have_few_arguments_and_funcs_take_no_arrays(file: str):
-    for function in _functions(_tree(file)):
-        names = _decorators(function)
-        arguments = [*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]
-        if "wp.kernel" in names:
-            assert len(arguments) <= KERNEL_ARGUMENTS, f"{file}: {function.name}"
-        if "wp.func" in names:
-            for argument in arguments:
-                note = "" if argument.annotation is None else ast.unparse(argument.annotation)
-                assert note, f"{file}: {function.name}: {argument.arg} has no type"
-                assert "array" not in note, f"{file}: {function.name} takes an array"
+def test_kernels_have_few_arguments_and_funcs_take_no_arrays():
+    for file in KERNEL_FILES:
+        for function in _functions(_tree(file)):
+            names = _decorators(function)
+            arguments = [*function.args.posonlyargs, *function.args.args, *function.args.kwonlyargs]
+            if "wp.kernel" in names:
+                assert len(arguments) <= KERNEL_ARGUMENTS, f"{file}: {function.name}"
+            if "wp.func" in names:
+                for argument in arguments:
+                    note = "" if argument.annotation is None else ast.unparse(argument.annotation)
+                    assert note, f"{file}: {function.name}: {argument.arg} has no type"
+                    assert "array" not in note, f"{file}: {function.name} takes an array"
 
 
 def test_every_kernel_module_is_built_without_its_adjoint():
@@ -226,16 +232,16 @@ def test_every_kernel_module_is_built_without_its_adjoint():
             assert options["enable_backward"] is False, f"{file}: {name}"
 
 
-@pytest.mark.parametrize("file", [file for file in SOURCES if file.startswith("kernels/")])
-def test_no_kernel_divides_literals(file: str):
-    # In a kernel real(1.0 / 3.0) is the quotient of two float32, off by 1e-8, whatever real is.
-    for function in _functions(_tree(file)):
-        for call in ast.walk(function):
-            if isinstance(call, ast.Call) and ast.unparse(call.func) == "real":
-                for part in call.args:
-                    names = [node for node in ast.walk(part) if isinstance(node, ast.Name)]
-                    plain = isinstance(part, ast.BinOp) and not names
-                    assert not plain, f"{file}: real({ast.unparse(part)}) is a float32 quotient"
+def test_no_kernel_divides_literals():
+    for file in KERNEL_FILES:
+        # In a kernel real(1.0 / 3.0) is the quotient of two float32, off by 1e-8, whatever real is.
+        for function in _functions(_tree(file)):
+            for call in ast.walk(function):
+                if isinstance(call, ast.Call) and ast.unparse(call.func) == "real":
+                    for part in call.args:
+                        names = [node for node in ast.walk(part) if isinstance(node, ast.Name)]
+                        plain = isinstance(part, ast.BinOp) and not names
+                        assert not plain, f"{file}: real({ast.unparse(part)}) is a float32 quotient"
 
 
 def _constants(tree: ast.Module) -> set[str]:
@@ -319,9 +325,10 @@ def _aliases(tree: ast.Module) -> Iterator[tuple[int, str]]:
                         yield node.lineno, f"{target.id} = {ast.unparse(value)}"
 
 
-@pytest.mark.parametrize("file", KERNEL_FILES)
-def test_no_kernel_gives_a_variable_two_names(file: str):
-    found = [f"{file}:{line}: {text}" for line, text in _aliases(_tree(file))]
+def test_no_kernel_gives_a_variable_two_names():
+    found = [
+        f"{file}:{line}: {text}" for file in KERNEL_FILES for line, text in _aliases(_tree(file))
+    ]
     assert not found, found
 
 

@@ -39,7 +39,12 @@ ROOMS = (
     _room("errors", "errors that a user can mend, each in one line, and what they suggest"),
     _room("units", "numbers with units, read and written"),
     _room("reading", "files as they are read, of a bounded size"),
-    _room("quantity", "kinds of values that a key may hold, with bounds", "errors units"),
+    _room(
+        "quantity",
+        "kinds of values that a key may hold, with bounds",
+        "errors units",
+        "pydantic_core",
+    ),
     _room("cases", "shipped cases and data, one folder a case"),
     _room(
         "kernels",
@@ -55,7 +60,12 @@ ROOMS = (
         "errors units",
         "numpy",
     ),
-    _room("settings", "settings of engines and of programs of others, with bounds", "errors"),
+    _room(
+        "settings",
+        "settings of engines and of programs of others, with bounds",
+        "errors units quantity",
+        "pydantic",
+    ),
     _room(
         "records",
         "files of ground motion: formats, processing, intensity measures, synthetic records",
@@ -64,9 +74,10 @@ ROOMS = (
     ),
     _room(
         "case",
-        "case.toml -> lanes and ground motions: tables, keys, sweeps, samples, ensembles, studies",
+        """case.toml -> lanes and ground motions: one file a table ([block] in `block.py`), in which
+        each key is declared once; what tables become, in `lanes.py` and beside it""",
         f"{_BASE} records",
-        "numpy pandas pydantic scipy",
+        "numpy pandas pydantic pydantic_core scipy",
     ),
     _room(
         "engines",
@@ -83,7 +94,7 @@ ROOMS = (
     _room(
         "programs",
         "the same lanes in MuJoCo, Bullet, Blender and Newton",
-        "units model settings",
+        "errors units model settings",
         "bpy mujoco newton numpy pybullet scipy warp",
     ),
     _room(

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from warprock.model.response import FIELDS, Outcome, Response, SampleTimes, Status
     from warprock.run.batch import run_batch
     from warprock.run.case_run import CaseRun, run_case
-    from warprock.run.lane_table import lane_table, write_run
+    from warprock.run.lane_table import lane_table
+    from warprock.run.results import write_run
 
 __version__ = "0.1.0"
 
@@ -63,7 +64,7 @@ _HOME = {
     "load_case": "warprock.case.load",
     "run_batch": "warprock.run.batch",
     "run_case": "warprock.run.case_run",
-    "write_run": "warprock.run.lane_table",
+    "write_run": "warprock.run.results",
 }
 
 # The checkout bridge: an installed package holds kernels/ and cases/; a checkout keeps them next

@@ -39,6 +39,10 @@ class InputError(ValueError):
         return type(self), (self.source, self.key, self.got, self.allowed)
 
 
+class DeclinedError(ValueError):
+    """A scene that a program of others cannot do; the text is why."""
+
+
 def one_line(text: str) -> str:
     """Text without line breaks and other characters that no screen shows: they are escaped."""
     if text.isprintable():

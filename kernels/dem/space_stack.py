@@ -1,4 +1,4 @@
-"""Soft-spring (distinct element) step of blocks in space, for one precision and law of friction.
+"""Soft-spring (distinct element) step of blocks in space.
 
 Bodies are numbered from the ground: body 0 is the ground, an endless flat face that nothing moves,
 body k the k-th block. Heights are kept as what they differ from those of the stack built with
@@ -26,7 +26,7 @@ first slip or opening takes f_t and c away for good; opening forgets u, but no d
 One step of central differences, the velocities and angular momenta L at half steps: stresses from
 the places at n and the velocities at n - 1/2, which the dashpots see one half step late; then
 v(n + 1/2) = v(n - 1/2) + dt F / m - dv_base, L(n + 1/2) = L(n - 1/2) + dt M, and places and
-attitudes go on freely with them, see `spatial.turn_freely`.
+attitudes go on freely with them, see `turn_freely` in shape/space.py.
 
 Points are visited in pairs +-(a, b). Pairs on one diagonal, on the other and on the axes have sums
 of their own (`kind`), so that a scene mirrored in x or in y has mirrored forces but for the last
@@ -37,7 +37,7 @@ Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks in space.
 
 import warp as wp
 
-from warprock.kernels.dem.space_stack_meet import Link, back_from, cross, held_in, seen
+from warprock.kernels.dem.space_stack_meet import Link, back_from, cross, held_in, in_axes
 from warprock.kernels.dem.stack import FAILED, Knobs
 from warprock.kernels.shape.space import Block, matrix_of, turn_freely
 
@@ -48,7 +48,7 @@ NEAR_ZERO = real(1.0e-30)
 
 
 @wp.func
-def returned(want_x: real, want_y: real, bound: real):
+def bounded(want_x: real, want_y: real, bound: real):
     """Shear stresses within their bound, where they stick, and one over what was wanted."""
     one = real(1.0)
     square = want_x * want_x + want_y * want_y
@@ -70,7 +70,7 @@ def spring(
     knobs: Knobs, live: bool, mu: real, dt: real, overlap: real, vn: real, vx: real, vy: real,
     ux: wp.ref[real], uy: wp.ref[real], slip: wp.ref[real],
 ):  # fmt: skip
-    """Stresses at one point, see the head of this file; ux, uy and slip move on.
+    """Stresses at one point, see the head of this file; updates ux, uy and slip.
 
     Args:
         knobs: The settings.
@@ -101,7 +101,7 @@ def spring(
     new_x, new_y = old_x + dt * vx, old_y + dt * vy
     want_x = -knobs.shear_stiffness * (new_x + knobs.stiffness_damping * vx)
     want_y = -knobs.shear_stiffness * (new_y + knobs.stiffness_damping * vy)
-    shear_x, shear_y, sticks_x, sticks_y, over = returned(want_x, want_y, bound)
+    shear_x, shear_y, sticks_x, sticks_y, over = bounded(want_x, want_y, bound)
     kept_x = wp.where(sticks_x, new_x, -knobs.shear_flexibility * shear_x)
     kept_y = wp.where(sticks_y, new_y, -knobs.shear_flexibility * shear_y)
     held_energy = knobs.shear_stiffness * (kept_x * kept_x + kept_y * kept_y)
@@ -117,7 +117,7 @@ def spring(
 
 
 @wp.func
-def press(
+def solve_pair(
     knobs: Knobs, link: Link, live: bool, dt: real, a: real, b: real, share: real,
     ux: wp.ref[real], uy: wp.ref[real], slip: wp.ref[real],
     ux2: wp.ref[real], uy2: wp.ref[real], slip2: wp.ref[real],
@@ -129,11 +129,10 @@ def press(
 
     Args:
         knobs: The settings.
-        link: Where the springs are, see `meet`.
+        link: Where the springs are, see `find_contacts`.
         live: Whether the lane still runs.
         dt: Time step [s].
-        a: Place along the width over the half length, b along the depth.
-        b: See a.
+        a, b: Place along the width over the half length and along the depth.
         share: Part of the area that each of the two stands for.
         ux: State of the first point, see `spring`, to slip; ux2 to slip2 of the second.
         n: Mean of N so far [N/m^2], na and nb its first moments over the half lengths; t1 to tb1
@@ -167,7 +166,7 @@ def press(
 
 
 @wp.func
-def load(
+def load_blocks(
     live: bool, qx: real, qy: real, qz: real, qw: real, area: real,
     p1: real, p2: real, p3: real, d1: real, d2: real, d3: real,
     a1: real, a2: real, a3: real, b1: real, b2: real, b3: real, n: real, na: real, nb: real,
@@ -177,13 +176,13 @@ def load(
     gx: wp.ref[real], gy: wp.ref[real], gz: wp.ref[real],
     hx: wp.ref[real], hy: wp.ref[real], hz: wp.ref[real], stored: wp.ref[real],
 ):  # fmt: skip
-    """Adds what the springs of an interface do to its two blocks; from fx on it is added to.
+    """Adds the forces of the springs of an interface to those on its two blocks: fx and after.
 
     Args:
         live: Whether the lane still runs.
         qx: Attitude of the lower body, to qw.
         area: See `Link`, as all up to b3.
-        n: See `press`, as all up to e.
+        n: See `solve_pair`, as all up to e.
         fx: Force on the upper block in the base's axes [N], to fz, mx its moment about the centre
             of that block [N m], to mz; gx to hz of the lower body.
         stored: Energy in the springs [J].
@@ -212,7 +211,7 @@ def load(
 
 
 @wp.func
-def advance(
+def integrate(
     live: bool, block: Block, knobs: Knobs, dt: real, span: real,
     dvx: real, dvy: real, dvz: real,
     x: wp.ref[real], y: wp.ref[real], z: wp.ref[real],
@@ -245,8 +244,8 @@ def advance(
     uz = vz + span * (pz - knobs.gravity) - dvz
     kx, ky, kz = lx + span * ax, ly + span * ay, lz + span * az
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
-    o1, o2, o3 = seen(r11, r21, r31, r12, r22, r32, r13, r23, r33, lx + kx, ly + ky, lz + kz)
-    e1, e2, e3 = seen(r11, r21, r31, r12, r22, r32, r13, r23, r33, ax, ay, az)
+    o1, o2, o3 = in_axes(r11, r21, r31, r12, r22, r32, r13, r23, r33, lx + kx, ly + ky, lz + kz)
+    e1, e2, e3 = in_axes(r11, r21, r31, r12, r22, r32, r13, r23, r33, ax, ay, az)
     moved = px * (vx + ux) + py * (vy + uy) + pz * (vz + uz)
     work = half * span * mass * (moved + (o1 * ix * e1 + o2 * iy * e2 + o3 * iz * e3))
     n1, n2, n3, n4 = turn_freely(qx, qy, qz, qw, kx, ky, kz, ix, iy, iz, dt)

@@ -1,4 +1,4 @@
-"""Where the springs between two blocks in space are and how their faces move, for one precision.
+"""Where the springs between two blocks in space are and how their faces move.
 
 The upper block's bottom face lies on the top face of the lower body, in whose axes all is told
 that no other axes are named for. The springs are spread over the part of the upper face that lies
@@ -23,19 +23,10 @@ class Moving:
     """Where a body is and how it moves.
 
     Attributes:
-        x: Centre of mass [m], y likewise; z what it is above that of the stack of rigid blocks.
-        y: See x.
-        z: See x.
-        qx: Attitude, to qw.
-        qy: See qx.
-        qz: See qx.
-        qw: See qx.
-        vx: Velocity [m/s], to vz.
-        vy: See vx.
-        vz: See vx.
-        lx: Angular momentum for unit mass [m^2/s], to lz.
-        ly: See lx.
-        lz: See lx.
+        x, y, z: Centre of mass [m]; z from its height in the stack of rigid blocks.
+        qx, qy, qz, qw: Attitude.
+        vx, vy, vz: Velocity [m/s].
+        lx, ly, lz: Angular momentum for unit mass [m^2/s].
     """
 
     x: real
@@ -61,33 +52,16 @@ class Link:
         o: Overlap in the middle [m].
         area: Of the springs [m^2], 0 where the faces share nothing.
         mu: Friction coefficient.
-        wide: Half width of the lower face [m], deep half its depth.
-        deep: See wide.
-        cx: From the middle of the lower face to the lower centre of mass [m], cy likewise.
-        cy: See cx.
-        p1: Lever of the middle from the upper centre of mass [m], to p3.
-        p2: See p1.
-        p3: See p1.
-        d1: Lever of the middle from the lower centre of mass [m], to d3.
-        d2: See d1.
-        d3: See d1.
-        a1: A [m], to a3.
-        a2: See a1.
-        a3: See a1.
-        b1: B [m], to b3.
-        b2: See b1.
-        b3: See b1.
-        v1: Velocity of the upper face against the lower one in the middle [m/s], to v3.
-        v2: See v1.
-        v3: See v1.
-        j1: What is to be added to it at the end of A [m/s], to j3.
-        j2: See j1.
-        j3: See j1.
-        k1: What is to be added to it at the end of B [m/s], to k3.
-        k2: See k1.
-        k3: See k1.
-        slide_x: Slide of the upper body along x [m], slide_y along y.
-        slide_y: See slide_x.
+        wide, deep: Half width of the lower face [m] and half its depth.
+        cx, cy: From the middle of the lower face to the lower centre of mass [m].
+        p1, p2, p3: Lever of the middle from the upper centre of mass [m].
+        d1, d2, d3: Lever of the middle from the lower centre of mass [m].
+        a1, a2, a3: A [m].
+        b1, b2, b3: B [m].
+        v1, v2, v3: Velocity of the upper face against the lower one in the middle [m/s].
+        j1, j2, j3: What is to be added to it at the end of A [m/s].
+        k1, k2, k3: What is to be added to it at the end of B [m/s].
+        slide_x, slide_y: Slide of the upper body along x and y [m].
     """
 
     o: real
@@ -129,8 +103,10 @@ def cross(a1: real, a2: real, a3: real, b1: real, b2: real, b3: real):
 
 
 @wp.func
-def seen(a1: real, a2: real, a3: real, b1: real, b2: real, b3: real, c1: real, c2: real, c3: real,
-         x: real, y: real, z: real):  # fmt: skip
+def in_axes(
+    a1: real, a2: real, a3: real, b1: real, b2: real, b3: real, c1: real, c2: real, c3: real,
+    x: real, y: real, z: real,
+):  # fmt: skip
     """A vector (x, y, z) in the axes a, b and c."""
     return a1 * x + a2 * y + a3 * z, b1 * x + b2 * y + b3 * z, c1 * x + c2 * y + c3 * z
 
@@ -141,11 +117,9 @@ def stretch(half: real, reach_a: real, reach_b: real, place: real, lean_a: real,
 
     Args:
         half: Half length of the face along that axis [m].
-        reach_a: Half width of the lower face [m], reach_b half its depth.
-        reach_b: See reach_a.
+        reach_a, reach_b: Half width of the lower face [m] and half its depth.
         place: Middle of the lower face along that axis, from the middle of the face [m].
-        lean_a: Part of the axis that lies along the lower face's width, lean_b along its depth.
-        lean_b: See lean_a.
+        lean_a, lean_b: Part of the axis that lies along the lower face's width and along its depth.
     """
     width = reach_a / larger(size(lean_a), SMALLEST)
     depth = reach_b / larger(size(lean_b), SMALLEST)
@@ -183,7 +157,7 @@ if BLOCKS == 1:
         m22: real, m23: real, m33: real,
     ):  # fmt: skip
         """Middle and half length of what two faces share: the whole of the block's [m]."""
-        return real(0.0), block.width, real(0.0), block.depth
+        return real(0.0), block.half_width, real(0.0), block.half_depth
 
 else:
 
@@ -200,13 +174,13 @@ else:
     def seen_from(gx: real, gy: real, gz: real, gw: real, x: real, y: real, z: real):
         """A vector of the base's axes in those of the lower body, of the attitude gx to gw."""
         r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(gx, gy, gz, gw)
-        return seen(r11, r21, r31, r12, r22, r32, r13, r23, r33, x, y, z)
+        return in_axes(r11, r21, r31, r12, r22, r32, r13, r23, r33, x, y, z)
 
     @wp.func
     def back_from(gx: real, gy: real, gz: real, gw: real, x: real, y: real, z: real):
         """A vector of the lower body's axes in those of the base; gx to gw is its attitude."""
         r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(gx, gy, gz, gw)
-        return seen(r11, r12, r13, r21, r22, r23, r31, r32, r33, x, y, z)
+        return in_axes(r11, r12, r13, r21, r22, r23, r31, r32, r33, x, y, z)
 
     @wp.func
     def turning(below: Block, lower: Moving):
@@ -223,18 +197,34 @@ else:
 
         (c1, c2) and m11 to m33 are its centre of mass and attitude as seen from the lower one.
         """
-        x = c1 + below.centre_x - m11 * block.centre_x - m12 * block.centre_y - m13 * block.height
-        y = c2 + below.centre_y - m21 * block.centre_x - m22 * block.centre_y - m23 * block.height
+        x = (
+            c1
+            + below.centre_x
+            - m11 * block.centre_x
+            - m12 * block.centre_y
+            - m13 * block.half_height
+        )
+        y = (
+            c2
+            + below.centre_y
+            - m21 * block.centre_x
+            - m22 * block.centre_y
+            - m23 * block.half_height
+        )
         over = real(1.0) / larger(m33, SMALLEST)
         along = (m12 * y - m22 * x) * over
         across = (m21 * x - m11 * y) * over
-        middle_a, half_a = stretch(block.width, below.width, below.depth, along, m11, m21)
-        middle_b, half_b = stretch(block.depth, below.width, below.depth, across, m12, m22)
+        middle_a, half_a = stretch(
+            block.half_width, below.half_width, below.half_depth, along, m11, m21
+        )
+        middle_b, half_b = stretch(
+            block.half_depth, below.half_width, below.half_depth, across, m12, m22
+        )
         return middle_a, half_a, middle_b, half_b
 
 
 @wp.func
-def glide(
+def relative_motion(
     block: Block, m11: real, m12: real, m13: real, m21: real, m22: real, m23: real,
     m31: real, m32: real, m33: real, w1: real, w2: real, w3: real, l1: real, l2: real, l3: real,
     u1: real, u2: real, u3: real, p1: real, p2: real, p3: real, d1: real, d2: real, d3: real,
@@ -242,7 +232,7 @@ def glide(
     """How the upper face moves against the lower one, all in the lower body's axes.
 
     Args:
-        block: See `meet`, as p1 to p3 and d1 to d3.
+        block: See `find_contacts`, as p1 to p3 and d1 to d3.
         m11: The upper block's attitude, row by row, to m33.
         w1: Velocity of the upper centre from the lower one's [m/s], to w3.
         l1: Angular momentum of the upper block for unit mass [m^2/s], to l3.
@@ -251,34 +241,32 @@ def glide(
     Returns:
         Velocity in the middle of the springs [m/s]; difference of the angular velocities [rad/s].
     """
-    n1, n2, n3 = seen(m11, m21, m31, m12, m22, m32, m13, m23, m33, l1, l2, l3)
+    n1, n2, n3 = in_axes(m11, m21, m31, m12, m22, m32, m13, m23, m33, l1, l2, l3)
     n1, n2, n3 = n1 * block.inverse_x, n2 * block.inverse_y, n3 * block.inverse_z
-    o1, o2, o3 = seen(m11, m12, m13, m21, m22, m23, m31, m32, m33, n1, n2, n3)
+    o1, o2, o3 = in_axes(m11, m12, m13, m21, m22, m23, m31, m32, m33, n1, n2, n3)
     s1, s2, s3 = cross(o1, o2, o3, p1, p2, p3)
     t1, t2, t3 = cross(u1, u2, u3, d1, d2, d3)
     return w1 + s1 - t1, w2 + s2 - t2, w3 + s3 - t3, o1 - u1, o2 - u2, o3 - u3
 
 
 @wp.func
-def meet(block: Block, below: Block, upper: Moving, lower: Moving) -> Link:
+def find_contacts(block: Block, below: Block, upper: Moving, lower: Moving) -> Link:
     """Finds where the springs of an interface are, and how the faces move.
 
     Args:
-        block: The upper block; `below` the lower one, endless and without a height for the ground.
-        below: See block.
-        upper: Where the upper block is, `lower` the lower one.
-        lower: See upper.
+        block, below: The upper and the lower block; the ground is endless and has no height.
+        upper, lower: Where they are.
     """
     dx, dy, dz = upper.x - lower.x, upper.y - lower.y, upper.z - lower.z
     gx, gy, gz, gw = lower.qx, lower.qy, lower.qz, lower.qw
     sx, sy, sz, sw = attitude_on(lower, upper.qx, upper.qy, upper.qz, upper.qw)
     m11, m12, m13, m21, m22, m23, m31, m32, m33 = matrix_of(sx, sy, sz, sw)
-    both, high = block.height + below.height, block.height
+    both, high = block.half_height + below.half_height, block.half_height
     c1, c2, c3 = seen_from(gx, gy, gz, gw, dx, dy, both + dz)
     slide_x, slide_y = slide_of(block, c1, c2, m11, m12, m13, m21, m22, m23, m31, m32)
     x, half_a, y, half_b = shared(block, below, c1, c2, m11, m12, m13, m21, m22, m23, m33)
     x, y = x - block.centre_x, y - block.centre_y
-    p1, p2, p3 = seen(m11, m12, m13, m21, m22, m23, m31, m32, m33, x, y, -high)
+    p1, p2, p3 = in_axes(m11, m12, m13, m21, m22, m23, m31, m32, m33, x, y, -high)
     # Nothing cancels: 1 - m33 = 2 (sx^2 + sy^2), and that of the lower body likewise.
     sunk = both * (gx * gx + gy * gy) - high * (sx * sx + sy * sy)
     _x, _y, up = seen_from(gx, gy, gz, gw, dx, dy, dz)
@@ -291,7 +279,7 @@ def meet(block: Block, below: Block, upper: Moving, lower: Moving) -> Link:
     )
     l1, l2, l3 = seen_from(gx, gy, gz, gw, upper.lx, upper.ly, upper.lz)
     u1, u2, u3 = turning(below, lower)
-    v1, v2, v3, t1, t2, t3 = glide(
+    v1, v2, v3, t1, t2, t3 = relative_motion(
         block, m11, m12, m13, m21, m22, m23, m31, m32, m33,
         w1, w2, w3, l1, l2, l3, u1, u2, u3, p1, p2, p3, d1, d2, d3,
     )  # fmt: skip
@@ -300,7 +288,7 @@ def meet(block: Block, below: Block, upper: Moving, lower: Moving) -> Link:
     zero = real(0.0)
     area = real(4.0) * larger(half_a, zero) * larger(half_b, zero)
     return Link(
-        o, area, block.friction, below.width, below.depth, below.centre_x, below.centre_y,
+        o, area, block.friction, below.half_width, below.half_depth, below.centre_x, below.centre_y,
         p1, p2, p3, d1, d2, d3, a1, a2, a3, b1, b2, b3,
         v1, v2, v3, j1, j2, j3, k1, k2, k3, slide_x, slide_y,
     )  # fmt: skip

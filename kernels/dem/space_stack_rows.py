@@ -6,7 +6,7 @@ A func takes numbers of one lane out of the kernel's rows, or leaves them there 
 import warp as wp
 
 from warprock.kernels.dem.space_stack_meet import Link
-from warprock.kernels.dem.stack_lanes import witness as lane_witness
+from warprock.kernels.dem.stack_lanes import observe_faces
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
 from warprock.kernels.shape.space import Block, matrix_of, turn_freely, turns_of
 
@@ -28,12 +28,12 @@ class Lane:
 
 
 @wp.func
-def set_up(
+def start_block(
     block: Block, x: wp.ref[real], y: wp.ref[real], z: wp.ref[real], qx: wp.ref[real],
     qy: wp.ref[real], qz: wp.ref[real], qw: wp.ref[real], since: wp.ref[real], peak: wp.ref[real],
     across: wp.ref[real], tilt: wp.ref[real],
 ):  # fmt: skip
-    """Puts a block where it starts; one that has not begun does not gape."""
+    """Puts a block where it starts; its interface counts as closed."""
     x = block.x
     y = block.y
     z = block.z
@@ -50,10 +50,10 @@ def set_up(
 
 
 @wp.func
-def begin(
+def start_lane(
     lane: Lane, qw: wp.ref[real], dt: wp.ref[real], uplift_time: wp.ref[real], mode: wp.ref[int]
 ):
-    """Lays the ground, which is level, and sets a lane going."""
+    """Starts a lane: its ground, which is level, and its mode."""
     qw = real(1.0)
     dt = lane.time_step
     uplift_time = lane.uplift_time
@@ -73,7 +73,7 @@ def gather(t: wp.ref[real], first: wp.ref[real], second: wp.ref[real], axis: wp.
 
 
 @wp.func
-def keep(
+def keep_link(
     link: Link, o: wp.ref[real], area: wp.ref[real], mu: wp.ref[real],
     wide: wp.ref[real], deep: wp.ref[real], cx: wp.ref[real], cy: wp.ref[real],
     p1: wp.ref[real], p2: wp.ref[real], p3: wp.ref[real],
@@ -118,7 +118,7 @@ def keep(
 
 
 @wp.func
-def observe(
+def observe_block(
     live: bool, time: real, block: Block, qx: real, qy: real, qz: real, qw: real, others: real,
     slide_x: real, slide_y: real,
     peak: wp.ref[real], peak_time: wp.ref[real], across: wp.ref[real], tilt: wp.ref[real],
@@ -126,7 +126,7 @@ def observe(
 ):  # fmt: skip
     """Peaks of a block after a step, see `turns_of`, and whether its lane lives on.
 
-    `others` is the sum of numbers that any other one would spoil, for all must be finite.
+    `others` is a sum of its other numbers: it is finite only if all of them are.
     """
     zero = real(0.0)
     _a, _b, r13, _c, _d, r23, _e, _f, r33 = matrix_of(qx, qy, qz, qw)
@@ -143,25 +143,25 @@ def observe(
 
 
 @wp.func
-def witness(
+def observe_interface(
     live: bool, time: real, link: Link, creep: real, since: wp.ref[real],
     uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int],
     mode: wp.ref[int],
 ):  # fmt: skip
-    """What a step shows of an interface, see `of_lanes.witness`.
+    """What a step shows of an interface, see `observe_faces`.
 
     What its faces share slides where its fastest point slips by more than `creep`, see `Lane`.
     """
     x = size(link.v1) + size(link.j1) + size(link.k1)
     y = size(link.v2) + size(link.j2) + size(link.k2)
-    lane_witness(
+    observe_faces(
         live, time, link.o, size(link.a3) + size(link.b3), link.area,
         x * x + y * y > creep * creep, since, uplift_time, moved, deepest, impacts, mode,
     )  # fmt: skip
 
 
 @wp.func
-def ride(
+def move_base(
     v: real, live: bool, base: wp.ref[real], dv: wp.ref[real]
 ):  # fmt: skip
     """Takes the base of a lane along one direction to v [m/s]."""
@@ -170,7 +170,7 @@ def ride(
 
 
 @wp.func
-def set_off(
+def begin_step(
     live: wp.ref[int], steps: wp.ref[int], dt: real, until: real, mode: int, loss: real,
     span: wp.ref[real], stored: wp.ref[real], at_start: wp.ref[real], spent: wp.ref[real],
 ):  # fmt: skip
@@ -188,7 +188,7 @@ def set_off(
 def attitude_before(
     block: Block, qx: real, qy: real, qz: real, qw: real, lx: real, ly: real, lz: real, past: real
 ) -> Attitude:
-    """Attitude of a block a time ago [s]."""
+    """Attitude of a block some time ago [s]."""
     x, y, z, w = turn_freely(
         qx, qy, qz, qw, lx, ly, lz, block.inverse_x, block.inverse_y, block.inverse_z, -past
     )

@@ -8,25 +8,25 @@ point, so that the compiler turns them into vector code; with one lane a thread 
 plain form for any device.
 
 An interface has parted once its faces gape from the middle to three quarters of the way to the
-corner that is pressed most, see `PIVOT` of `dem_lanes`; in the plane that is an end. It slides
-while it is closed in the middle and slips faster than springs swing that stick.
+corner that is pressed most, see `PIVOT` of dem/stack_lanes.py; in the plane that is an end. It
+slides while it is closed in the middle and slips faster than springs swing that stick.
 """
 
 import warp as wp
 
-from warprock.kernels.dem.space_stack import advance, load, press
-from warprock.kernels.dem.space_stack_meet import Link, Moving, meet
+from warprock.kernels.dem.space_stack import integrate, load_blocks, solve_pair
+from warprock.kernels.dem.space_stack_meet import Link, Moving, find_contacts
 from warprock.kernels.dem.space_stack_rows import (
     Lane,
     attitude_before,
-    begin,
+    begin_step,
     gather,
-    keep,
-    observe,
-    ride,
-    set_off,
-    set_up,
-    witness,
+    keep_link,
+    move_base,
+    observe_block,
+    observe_interface,
+    start_block,
+    start_lane,
 )
 from warprock.kernels.dem.stack import Knobs
 from warprock.kernels.dem.stack_lanes import passes_left, time_past
@@ -40,7 +40,7 @@ wp.set_module_options(ONE_VECTOR)
 PAIRS = max(ITERATIONS, 1)
 """Pairs of points of an interface; one in the middle counts as a pair of two halves."""
 KINDS, SUMS = 3, 10
-"""Kinds of pairs, and what is summed over each, see `press`."""
+"""Kinds of pairs, and what is summed over each, see `solve_pair`."""
 
 R = wp.types.vector(length=LANES, dtype=real)
 """A number a lane."""
@@ -71,22 +71,22 @@ def run_lanes(
     v2, v3, j1, j2, j3, k1, k2, k3, dt = R(), R(), R(), R(), R(), R(), R(), R(), R()
     span, loss, spent, stored, at_start, lifted = R(), R(), R(), R(), R(), R()
     moved, deepest, live, impacts, mode, steps = R(), R(), Count(), Count(), Count(), Count()
-    # Counts that Warp does not know, so that it writes out none of the loops over them.
+    # Variables, not constants: else Warp would unroll the loops over them.
     bodies, pairs, first, moves = int(BLOCKS + 1), int(PAIRS), wp.tid() * LANES, int(0)
     for i in range(LANES):
-        begin(lanes[first + i], qw[0, i], dt[i], lifted[i], mode[i])
+        start_lane(lanes[first + i], qw[0, i], dt[i], lifted[i], mode[i])
         moves = moves | lanes[first + i].moves
         for k in range(1, bodies):
-            set_up(blocks[k, first + i], x[k, i], y[k, i], z[k, i], qx[k, i], qy[k, i], qz[k, i],
-                   qw[k, i], since[k, i], peak[k, i], across[k, i], tilt[k, i])  # fmt: skip
+            start_block(blocks[k, first + i], x[k, i], y[k, i], z[k, i], qx[k, i], qy[k, i],
+                qz[k, i], qw[k, i], since[k, i], peak[k, i], across[k, i], tilt[k, i])  # fmt: skip
     for sample in range(sample_times.shape[0]):
         passes, until = int(0), sample_times[sample]
         for i in range(LANES):
             passes = wp.max(passes, passes_left(until, steps[i], dt[i], mode[i]))
         for _ in range(passes):
             for i in range(LANES):
-                set_off(live[i], steps[i], dt[i], until, mode[i], loss[i], span[i], stored[i],
-                        at_start[i], spent[i])  # fmt: skip
+                begin_step(live[i], steps[i], dt[i], until, mode[i], loss[i], span[i], stored[i],
+                    at_start[i], spent[i])  # fmt: skip
             for d in range(3):
                 if (moves >> d) % 2 == 1:
                     for i in range(LANES):
@@ -94,73 +94,70 @@ def run_lanes(
                         lane = motions[d, first + i]
                         place = sample_index(lane, sample_segment(lane, mid))
                         v = base_velocity(lane, mid, pool[2, place], pool[0, place], pool[1, place])
-                        ride(v, live[i] == 1, base[d, i], dv[d, i])
+                        move_base(v, live[i] == 1, base[d, i], dv[d, i])
             for k in range(1, bodies):
                 h = k - 1
                 for i in range(LANES):
-                    link = meet(
-                        blocks[k, first + i], blocks[h, first + i],
-                        Moving(x[k, i], y[k, i], z[k, i], qx[k, i], qy[k, i], qz[k, i], qw[k, i],
-                               vx[k, i], vy[k, i], vz[k, i], lx[k, i], ly[k, i], lz[k, i]),
-                        Moving(x[h, i], y[h, i], z[h, i], qx[h, i], qy[h, i], qz[h, i], qw[h, i],
-                               vx[h, i], vy[h, i], vz[h, i], lx[h, i], ly[h, i],
-                               lz[h, i]))  # fmt: skip
-                    keep(link, o[i], area[i], mu[i], wide[i], deep[i], cx[i], cy[i], p1[i], p2[i],
-                        p3[i], d1[i], d2[i], d3[i], a1[i], a2[i], a3[i], b1[i], b2[i], b3[i], v1[i],
-                        v2[i], v3[i], j1[i], j2[i], j3[i], k1[i], k2[i], k3[i], gx[k, i], gy[k, i],
-                    )  # fmt: skip
-                    witness(live[i] == 1, real(steps[i] - 1) * dt[i], link,
-                            lanes[first + i].creep, since[k, i], lifted[i], moved[i], deepest[i],
-                            impacts[i], mode[i])  # fmt: skip
+                    upper = Moving(x[k, i], y[k, i], z[k, i], qx[k, i], qy[k, i], qz[k, i],
+                        qw[k, i], vx[k, i], vy[k, i], vz[k, i], lx[k, i], ly[k, i],
+                        lz[k, i])  # fmt: skip
+                    lower = Moving(x[h, i], y[h, i], z[h, i], qx[h, i], qy[h, i], qz[h, i],
+                        qw[h, i], vx[h, i], vy[h, i], vz[h, i], lx[h, i], ly[h, i],
+                        lz[h, i])  # fmt: skip
+                    link = find_contacts(blocks[k, first + i], blocks[h, first + i], upper, lower)
+                    keep_link(link, o[i], area[i], mu[i], wide[i], deep[i], cx[i], cy[i], p1[i],
+                        p2[i], p3[i], d1[i], d2[i], d3[i], a1[i], a2[i], a3[i], b1[i], b2[i], b3[i],
+                        v1[i], v2[i], v3[i], j1[i], j2[i], j3[i], k1[i], k2[i], k3[i], gx[k, i],
+                        gy[k, i])  # fmt: skip
+                    observe_interface(live[i] == 1, real(steps[i] - 1) * dt[i], link,
+                        lanes[first + i].creep, since[k, i], lifted[i], moved[i], deepest[i],
+                        impacts[i], mode[i])  # fmt: skip
                 for p in range(pairs):
                     r, q = SUMS * int(points[3, p]), 2 * (pairs * h + p)
                     for i in range(LANES):
-                        spot = Link(
-                            o[i], area[i], mu[i], wide[i], deep[i], cx[i], cy[i], p1[i], p2[i],
-                            p3[i], d1[i], d2[i], d3[i], a1[i], a2[i], a3[i], b1[i], b2[i], b3[i],
-                            v1[i], v2[i], v3[i], j1[i], j2[i], j3[i], k1[i], k2[i], k3[i],
+                        spot = Link(o[i], area[i], mu[i], wide[i], deep[i], cx[i], cy[i], p1[i],
+                            p2[i], p3[i], d1[i], d2[i], d3[i], a1[i], a2[i], a3[i], b1[i], b2[i],
+                            b3[i], v1[i], v2[i], v3[i], j1[i], j2[i], j3[i], k1[i], k2[i], k3[i],
                             gx[k, i], gy[k, i])  # fmt: skip
-                        press(knobs, spot, live[i] == 1, dt[i], points[0, p],
-                            points[1, p], points[2, p], ux[q, i], uy[q, i], slip[q, i],
-                            ux[q + 1, i], uy[q + 1, i], slip[q + 1, i], sums[r, i],
-                            sums[r + 1, i], sums[r + 2, i], sums[r + 3, i], sums[r + 4, i],
-                            sums[r + 5, i], sums[r + 6, i], sums[r + 7, i], sums[r + 8, i],
+                        solve_pair(knobs, spot, live[i] == 1, dt[i], points[0, p], points[1, p],
+                            points[2, p], ux[q, i], uy[q, i], slip[q, i], ux[q + 1, i],
+                            uy[q + 1, i], slip[q + 1, i], sums[r, i], sums[r + 1, i],
+                            sums[r + 2, i], sums[r + 3, i], sums[r + 4, i], sums[r + 5, i],
+                            sums[r + 6, i], sums[r + 7, i], sums[r + 8, i],
                             sums[r + 9, i])  # fmt: skip
                 for r in range(SUMS):
                     for i in range(LANES):
                         gather(t[r, i], sums[r, i], sums[SUMS + r, i], sums[2 * SUMS + r, i])
                 for i in range(LANES):
-                    load(live[i] == 1, qx[h, i], qy[h, i], qz[h, i], qw[h, i], area[i], p1[i],
-                        p2[i], p3[i], d1[i], d2[i], d3[i], a1[i], a2[i], a3[i], b1[i], b2[i], b3[i],
-                        t[0, i], t[1, i], t[2, i], t[3, i], t[4, i], t[5, i], t[6, i], t[7, i],
-                        t[8, i], t[9, i], fx[k, i], fy[k, i], fz[k, i], mx[k, i], my[k, i],
+                    load_blocks(live[i] == 1, qx[h, i], qy[h, i], qz[h, i], qw[h, i], area[i],
+                        p1[i], p2[i], p3[i], d1[i], d2[i], d3[i], a1[i], a2[i], a3[i], b1[i], b2[i],
+                        b3[i], t[0, i], t[1, i], t[2, i], t[3, i], t[4, i], t[5, i], t[6, i],
+                        t[7, i], t[8, i], t[9, i], fx[k, i], fy[k, i], fz[k, i], mx[k, i], my[k, i],
                         mz[k, i], fx[h, i], fy[h, i], fz[h, i], mx[h, i], my[h, i], mz[h, i],
                         stored[i])  # fmt: skip
             for k in range(1, bodies):
                 for i in range(LANES):
-                    advance(live[i] == 1, blocks[k, first + i], knobs, dt[i], span[i],
-                        dv[0, i], dv[1, i], dv[2, i], x[k, i], y[k, i], z[k, i], qx[k, i],
-                        qy[k, i], qz[k, i], qw[k, i], vx[k, i], vy[k, i], vz[k, i], lx[k, i],
-                        ly[k, i], lz[k, i], fx[k, i], fy[k, i], fz[k, i], mx[k, i], my[k, i],
-                        mz[k, i], loss[i])  # fmt: skip
-                    observe(live[i] == 1, real(steps[i]) * dt[i], blocks[k, first + i],
+                    integrate(live[i] == 1, blocks[k, first + i], knobs, dt[i], span[i], dv[0, i],
+                        dv[1, i], dv[2, i], x[k, i], y[k, i], z[k, i], qx[k, i], qy[k, i], qz[k, i],
+                        qw[k, i], vx[k, i], vy[k, i], vz[k, i], lx[k, i], ly[k, i], lz[k, i],
+                        fx[k, i], fy[k, i], fz[k, i], mx[k, i], my[k, i], mz[k, i],
+                        loss[i])  # fmt: skip
+                    observe_block(live[i] == 1, real(steps[i]) * dt[i], blocks[k, first + i],
                         qx[k, i], qy[k, i], qz[k, i], qw[k, i], x[k, i] + y[k, i] + z[k, i],
                         gx[k, i], gy[k, i], peak[k, i], at[k, i], across[k, i], tilt[k, i],
                         yaw[k, i], slide[k, i], mode[i])  # fmt: skip
         if found.attitudes.shape[0] > 0:
             for k in range(1, bodies):
                 for i in range(LANES):
-                    was = attitude_before(
-                        blocks[k, first + i], qx[k, i], qy[k, i], qz[k, i], qw[k, i], lx[k, i],
-                        ly[k, i], lz[k, i], time_past(until, steps[i], dt[i], mode[i]))  # fmt: skip
+                    was = attitude_before(blocks[k, first + i], qx[k, i], qy[k, i], qz[k, i],
+                        qw[k, i], lx[k, i], ly[k, i], lz[k, i],
+                        time_past(until, steps[i], dt[i], mode[i]))  # fmt: skip
                     for c in range(4):
                         found.attitudes[sample, k, c, first + i] = was[c]
     for i in range(LANES):
         lost = spent[i] - (stored[i] - at_start[i])
         found.results[first + i] = Result(lifted[i], moved[i], lost, deepest[i], impacts[i],
-                                          mode[i], steps[i])  # fmt: skip
+            mode[i], steps[i])  # fmt: skip
         for k in range(1, bodies):
-            found.blocks[k, first + i] = BlockResult(
-                qz[k, i], qw[k, i], gx[k, i], gy[k, i], peak[k, i], at[k, i], across[k, i],
-                tilt[k, i], yaw[k, i], slide[k, i],
-            )  # fmt: skip
+            found.blocks[k, first + i] = BlockResult(qz[k, i], qw[k, i], gx[k, i], gy[k, i],
+                peak[k, i], at[k, i], across[k, i], tilt[k, i], yaw[k, i], slide[k, i])  # fmt: skip

@@ -1,4 +1,4 @@
-"""Soft-spring (distinct element) step of a stack of rocking blocks, for one precision.
+"""Soft-spring (distinct element) step of a stack of rocking blocks.
 
 Bodies are numbered from the ground: body 0 is the ground, an infinite flat face that nothing
 moves, body k the k-th block. Body k has the centre of mass (x, z), half height h, half width of
@@ -39,9 +39,9 @@ Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks.
 import warp as wp
 
 STEEPEST = real(0.1)
-"""Cosine of the angle between two faces below which their overlap grows no more."""
+"""Smallest cosine of the angle between two faces for which their overlap still grows."""
 FAILED = real(1.0e-30)
-"""Slip of a point that has opened: no length, but not the zero of an intact one [m]."""
+"""Slip of a point that has opened [m]: tiny, but not the exact zero of an intact one."""
 
 
 @wp.struct
@@ -69,13 +69,13 @@ def rise(s: real, c: real) -> real:
 
 @wp.func
 def lean_of(turn: real, rate: real, dv: real) -> real:
-    """Side to which an interface leans, from what its blocks turn against each other: -1 or 1."""
+    """Side to which an interface leans, -1 or 1, from how its blocks turn against each other."""
     zero = real(0.0)
     return sign_of(wp.where(turn != zero, turn, wp.where(rate != zero, rate, -dv)))
 
 
 @wp.func
-def shared(slave: real, plane: real, place: real, cosine: real):
+def shared_stretch(slave: real, plane: real, place: real, cosine: real):
     """Ends of the stretch that two faces of the half widths slave and plane [m] share.
 
     Args:
@@ -91,7 +91,7 @@ def shared(slave: real, plane: real, place: real, cosine: real):
 
 
 @wp.func
-def approach(
+def relative_motion(
     ps: real, pc: real, rs: real, rc: real, side: real, de: real, dn: real, hs: real, middle: real,
     half: real, wx: real, wz: real, omega: real, lomega: real,
     pe: wp.ref[real], pn: wp.ref[real], vn: wp.ref[real], vt: wp.ref[real],
@@ -100,7 +100,7 @@ def approach(
     """Finds how the upper face moves against the lower one over the stretch that they share.
 
     Args:
-        ps: See `meet`, as all that is not told here.
+        ps: See `find_contacts`, as all that is not told here.
         hs: Half height of the slave [m].
         middle: Place of the middle of the stretch along the slave's face [m].
         pe: Lever of that middle from the slave's centre along e [m], pn along n; found.
@@ -122,48 +122,48 @@ def approach(
 
 
 @wp.func
-def meet(
-    dv: real, face: real, high: real, s: real, c: real, omega: real,
-    lface: real, lhigh: real, ls: real, lc: real, lomega: real,
+def find_contacts(
+    dv: real, half_width: real, half_height: real, s: real, c: real, omega: real,
+    lhalf_width: real, lhalf_height: real, ls: real, lc: real, lomega: real,
     dx: real, ez: real, wx: real, wz: real,
     ps: wp.ref[real], pc: wp.ref[real], rs: wp.ref[real], rc: wp.ref[real],
     side: wp.ref[real], de: wp.ref[real], dn: wp.ref[real], half: wp.ref[real],
     slid: wp.ref[real], pe: wp.ref[real], pn: wp.ref[real], overlap: wp.ref[real], vn: wp.ref[real],
     vt: wp.ref[real], tilt: wp.ref[real], parting: wp.ref[real], sliding: wp.ref[real],
 ):  # fmt: skip
-    """Finds where the springs of an interface are, and how the faces move; ps and on are found.
+    """Finds where the springs of an interface are, and how the faces move: ps and all after it.
 
     Args:
         dv: Change of the base velocity in the step [m/s].
-        face: Half width of the upper block's faces [m], high its half height [m], s, c and omega
-            the sine, the cosine and the rate of its rotation; lface and so on of the lower one.
-        dx: Upper centre to +x of the lower one [m].
-        ez: Upper centre above the lower one, less the sum of their half heights [m].
+        half_width, half_height: Half sizes of the upper block [m].
+        s, c, omega: Sine, cosine and rate of its rotation; of the lower one lhalf_width and so on.
+        dx, ez: Upper centre to +x of the lower one, and above it less both half heights [m].
         wx: Velocity of the upper centre from the lower one's [m/s], wz likewise.
-        ps: Sine of the plane's rotation, pc its cosine.
-        rs: Sine of the upper block's rotation against the lower one, rc its cosine.
+        ps, pc, rs, rc: Sine and cosine of the rotation of the plane, and of the upper block against
+            the lower one.
         side: -1 where the upper block is the slave, else 1.
         de: Upper centre from the lower one along e [m], dn along n.
         half: Half length of the stretch that the faces share, along the slave's face [m].
         slid: Place of the upper block along the lower one [m].
-        pe: See `approach`, as all that is not told here.
+        pe: See `relative_motion`, as all that is not told here.
         overlap: Overlap o in the middle of that stretch [m].
     """
     turn = s * lc - c * ls
     cosine = c * lc + s * ls
-    both = high + lhigh
+    both = half_height + lhalf_height
     dz = both + ez
     lean = lean_of(turn, omega - lomega, dv)
-    upper = lean * (dx * lc - dz * ls - high * turn + lean * face * cosine) <= lface
+    corner = dx * lc - dz * ls - half_height * turn + lean * half_width * cosine
+    upper = lean * corner <= lhalf_width
     sign = wp.where(upper, real(-1.0), real(1.0))
     sine = wp.where(upper, ls, s)
     across = wp.where(upper, lc, c)
-    tall = wp.where(upper, high, lhigh)
-    slave = wp.where(upper, face, lface)
-    plane = wp.where(upper, lface, face)
+    tall = wp.where(upper, half_height, lhalf_height)
+    slave = wp.where(upper, half_width, lhalf_width)
+    plane = wp.where(upper, lhalf_width, half_width)
     along = dx * across - dz * sine
     place = -sign * along - tall * turn
-    low, top = shared(slave, plane, place, cosine)
+    low, top = shared_stretch(slave, plane, place, cosine)
     gap = dx * sine + ez * across - both * rise(sine, across) + tall * rise(turn, cosine)
     middle = real(0.5) * (low + top)
     length = real(0.5) * (top - low)
@@ -178,7 +178,7 @@ def meet(
     half = length
     overlap = middle * turn - gap
     slid = -sign * (place - lean * slave * rise(turn, cosine))
-    approach(
+    relative_motion(
         sine, across, turn, cosine, sign, along, normal, tall, middle, length,
         wx, wz, omega, lomega, pe, pn, vn, vt, tilt, parting, sliding,
     )  # fmt: skip
@@ -189,7 +189,7 @@ def spring(
     knobs: Knobs, live: bool, mu: real, dt: real, overlap: real, vn: real, vt: real,
     u: wp.ref[real], slip: wp.ref[real],
 ):  # fmt: skip
-    """Stresses at one point, see the head of this file; u and slip move on.
+    """Stresses at one point, see the head of this file; updates u and slip.
 
     Args:
         knobs: The settings.
@@ -228,7 +228,7 @@ def spring(
 
 
 @wp.func
-def press(
+def solve_pair(
     knobs: Knobs, live: bool, mu: real, dt: real, share: real, away: real,
     overlap: real, tilt: real, vn: real, parting: real, vt: real, sliding: real,
     u1: wp.ref[real], slip1: wp.ref[real], u2: wp.ref[real], slip2: wp.ref[real],
@@ -241,7 +241,7 @@ def press(
         knobs: See `spring`, as all up to dt.
         share: Part of the area that each of the two stands for.
         away: Their distance from the middle over the half length.
-        overlap: At the middle [m]; tilt what is to be added at the end, see `meet`; vn and
+        overlap: At the middle [m]; tilt what is to be added at the end, see `find_contacts`; vn and
             parting, vt and sliding likewise.
         u1: State of the first point, see `spring`, slip1 likewise; u2, slip2 of the second.
         n: Mean of N so far [N/m^2], nq its first moment over the half length, t and tq of T,
@@ -268,7 +268,7 @@ def press(
 
 
 @wp.func
-def load(
+def load_blocks(
     depth: real, ps: real, pc: real, rs: real, rc: real, side: real, de: real, dn: real,
     half: real, pe: real, pn: real, n: wp.ref[real], nq: wp.ref[real], t: wp.ref[real],
     tq: wp.ref[real], e: wp.ref[real],
@@ -276,13 +276,13 @@ def load(
     lfx: wp.ref[real], lfz: wp.ref[real], lmoment: wp.ref[real],
     live: bool, stored: wp.ref[real],
 ):  # fmt: skip
-    """Adds what the springs of an interface do to its two blocks; from fx on it is added to.
+    """Adds the forces of the springs of an interface to those on its two blocks: fx and after.
 
     Args:
         depth: Depth of the interface [m].
-        ps: See `meet`, as all up to half.
-        pe: See `meet`, pn likewise.
-        n: See `press`, as all up to e; set to zero for the next interface.
+        ps: See `find_contacts`, as all up to half.
+        pe: See `find_contacts`, pn likewise.
+        n: See `solve_pair`, as all up to e; set to zero for the next interface.
         fx: Force on the upper block [N], fz and its clockwise moment [N m]; lfx and so on, of the
             lower one.
         live: Whether the lane still runs.
@@ -311,7 +311,7 @@ def load(
 
 
 @wp.func
-def advance(
+def integrate(
     live: bool, dv: real, dt: real, span: real, knobs: Knobs, m: real, j: real,
     fx: wp.ref[real], fz: wp.ref[real], moment: wp.ref[real],
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],

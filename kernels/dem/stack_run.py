@@ -8,22 +8,22 @@ the compiler turns them into vector code; with one lane a thread the same text i
 for any device. A func takes the entries of the matrices and changes those it takes as `wp.ref`.
 
 An interface has parted once its faces gape from the middle to three quarters of the way to an end
-(`PIVOT` of `dem_lanes`): the springs of an eighth of the face carry all, and the block turns about
-that end, where before it leaned on its springs. It has landed, an impact, once it is closed in the
-middle again. It slides while all of its springs that carry slip, faster than `parting.slides`
-tells.
+(`PIVOT` of dem/stack_lanes.py): the springs of an eighth of the face carry all, and the block turns
+about that end, where before it leaned on its springs. It has landed, an impact, once it is closed
+in the middle again. It slides while all springs that carry slip, faster than the bound of `slides`
+in parting.py.
 """
 
 import warp as wp
 
 from warprock.kernels.account import book
-from warprock.kernels.dem.stack import Knobs, advance, load, meet, press
-from warprock.kernels.dem.stack_lanes import passes_left, time_past
-from warprock.kernels.dem.stack_lanes import witness as lane_witness
+from warprock.kernels.dem.stack import Knobs, find_contacts, integrate, load_blocks, solve_pair
+from warprock.kernels.dem.stack_lanes import observe_faces, passes_left, time_past
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.parting import slides
+from warprock.kernels.shape.interface import GROUND_FACE
 from warprock.kernels.shape.stack_found import BlockResult, Found, Result
 
 wp.set_module_options(ONE_VECTOR)
@@ -35,8 +35,6 @@ PAIRS = (POINTS + 1) // 2
 ODD = POINTS % 2
 SPACING = real(1.0 / (POINTS - 1))
 """Distance of two points over the length of the interface."""
-GROUND_FACE = real(1.0e9)
-"""Half width of the ground's face [m]: no block reaches its ends."""
 
 
 @wp.struct
@@ -46,8 +44,8 @@ class Block:
     `stretch` is that of the shear springs below it.
     """
 
-    face: real
-    high: real
+    half_width: real
+    half_height: real
     inverse_mass: real
     inverse_inertia: real
     friction: real
@@ -74,12 +72,12 @@ Point = wp.types.matrix(shape=(BLOCKS * 2 * PAIRS, LANES), dtype=real)
 
 
 @wp.func
-def begin(
-    stack: Stack, face: wp.ref[real], c: wp.ref[real], dt: wp.ref[real],
+def start_lane(
+    stack: Stack, half_width: wp.ref[real], c: wp.ref[real], dt: wp.ref[real],
     uplift_time: wp.ref[real], mode: wp.ref[int],
 ):  # fmt: skip
-    """Lays the ground, which has a face and is level, and sets a lane going."""
-    face = GROUND_FACE
+    """Starts a lane: its ground, which is level and has a face, and its mode."""
+    half_width = GROUND_FACE
     c = real(1.0)
     dt = stack.time_step
     uplift_time = stack.uplift_time
@@ -87,15 +85,15 @@ def begin(
 
 
 @wp.func
-def set_up(
-    block: Block, face: wp.ref[real], high: wp.ref[real], m: wp.ref[real], j: wp.ref[real],
-    mu: wp.ref[real], depth: wp.ref[real], offset: wp.ref[real], x: wp.ref[real],
-    z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
-    since: wp.ref[real], peak: wp.ref[real],
+def start_block(
+    block: Block, half_width: wp.ref[real], half_height: wp.ref[real], m: wp.ref[real],
+    j: wp.ref[real], mu: wp.ref[real], depth: wp.ref[real], offset: wp.ref[real], x: wp.ref[real],
+    z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real], since: wp.ref[real],
+    peak: wp.ref[real],
 ):  # fmt: skip
-    """Puts a block where it starts; one that has not begun does not gape."""
-    face = block.face
-    high = block.high
+    """Puts a block where it starts; its interface counts as closed."""
+    half_width = block.half_width
+    half_height = block.half_height
     m = block.inverse_mass
     j = block.inverse_inertia
     mu = block.friction
@@ -111,7 +109,7 @@ def set_up(
 
 
 @wp.func
-def ride(
+def begin_step(
     v: real, live: bool, steps: wp.ref[int], dt: real, dv: wp.ref[real], base: wp.ref[real],
     span: wp.ref[real], stored: wp.ref[real], at_start: wp.ref[real], loss: real,
     spent: wp.ref[real], given: real, jolt: wp.ref[real], supplied: wp.ref[real],
@@ -129,40 +127,42 @@ def ride(
 
 
 @wp.func
-def witness(
+def observe_interface(
     live: bool, time: real, gravity: real, dt: real, overlap: real, tilt: real, shared: real,
     slip: real, held: wp.ref[int], since: wp.ref[real], uplift_time: wp.ref[real],
     moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int], mode: wp.ref[int],
 ):  # fmt: skip
-    """What a step shows of an interface, see `of_lanes.witness`; it slides as told at the head.
+    """What a step shows of an interface, see `observe_faces`.
+
+    It slides as told at the head of this file.
+
 
     Args:
         live: Whether the lane still runs.
         time: Time [s].
         gravity: Acceleration of gravity [m/s^2].
         dt: Time step [s].
-        overlap: See `of_lanes.witness`, as all that is not told here.
+        overlap: See `observe_faces`, as all that is not told here.
         tilt: By how much it is deeper or less deep at the ends of what they share [m].
         slip: Speed at which they slip [m/s].
         held: Springs that carry and do not slip; set to none for the next interface.
     """
     slips = held == 0 and slides(dt * slip, dt, gravity)
-    lane_witness(
-        live, time, overlap, size(tilt), shared, slips, since, uplift_time, moved, deepest,
-        impacts, mode,
+    observe_faces(
+        live, time, overlap, size(tilt), shared, slips, since, uplift_time, moved, deepest, impacts,
+        mode,
     )  # fmt: skip
     held = 0
 
 
 @wp.func
-def observe(
-    live: bool, time: real, theta: real, speed: real, slid: real,
-    peak: wp.ref[real], peak_time: wp.ref[real], slide: wp.ref[real], peak_slide: wp.ref[real],
-    mode: wp.ref[int],
+def observe_block(
+    live: bool, time: real, theta: real, speed: real, slid: real, peak: wp.ref[real],
+    peak_time: wp.ref[real], slide: wp.ref[real], peak_slide: wp.ref[real], mode: wp.ref[int],
 ):  # fmt: skip
     """Peaks of a block after a step, and whether its lane lives on.
 
-    `speed` is the sum of its velocities, for they must be finite.
+    `speed` is the sum of its velocities: it is finite only if they are.
     """
     zero = real(0.0)
     higher = live and size(theta) > peak
@@ -182,13 +182,13 @@ def run_lanes(
 ):  # fmt: skip
     """Runs LANES lanes a thread, each at its own time."""
     # Rows of bodies, the ground first: what they are, where, how fast, and what is kept of them.
-    face, high, m, j, mu, depth, offset = Body(), Body(), Body(), Body(), Body(), Body(), Body()
+    half_w, half_h, m, j, mu, depth, offset = Body(), Body(), Body(), Body(), Body(), Body(), Body()
     x, z, theta, s, c, vx, vz = Body(), Body(), Body(), Body(), Body(), Body(), Body()
     omega, fx, fz, moment, since, slid = Body(), Body(), Body(), Body(), Body(), Body()
     peak, peak_time, slide, peak_slide = Body(), Body(), Body(), Body()
     # Rows of points, pair by pair from the middle outwards: the one at -x, the one at +x.
     u, slip = Point(), Point()
-    # The interface that is being looked at, names as in `dem`.
+    # The interface that is being looked at, names as in dem/stack.py.
     ps, pc, rs, rc, side, de, dn = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     half, pe, pn, overlap, vn, vt, tilt = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     parting, sliding, n, nq, t, tq, e = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
@@ -196,13 +196,13 @@ def run_lanes(
     at_start, given, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
     uplift_time, moved, deepest, jolt = Lane(), Lane(), Lane(), Lane()
     live, impacts, mode, steps, held = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
-    # Counts that Warp does not know, so that it writes out none of the loops over them.
+    # Variables, not constants: else Warp would unroll the loops over them.
     bodies, pairs, first = int(BLOCKS + 1), int(PAIRS), wp.tid() * LANES
     for i in range(LANES):
-        begin(lanes[first + i], face[0, i], c[0, i], dt[i], uplift_time[i], mode[i])
+        start_lane(lanes[first + i], half_w[0, i], c[0, i], dt[i], uplift_time[i], mode[i])
         for k in range(1, bodies):
-            set_up(
-                blocks[k - 1, first + i], face[k, i], high[k, i], m[k, i], j[k, i], mu[k, i],
+            start_block(
+                blocks[k - 1, first + i], half_w[k, i], half_h[k, i], m[k, i], j[k, i], mu[k, i],
                 depth[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
                 since[k, i], peak[k, i],
             )  # fmt: skip
@@ -220,7 +220,7 @@ def run_lanes(
                 lane = motions[first + i]
                 place = sample_index(lane, sample_segment(lane, mid))
                 v = base_velocity(lane, mid, pool[2, place], pool[0, place], pool[1, place])
-                ride(
+                begin_step(
                     v, live[i] == 1, steps[i], dt[i], dv[i], base[i], span[i], stored[i],
                     at_start[i], loss[i], spent[i], given[i], jolt[i], supplied[i], taken[i],
                     returned[i],
@@ -228,47 +228,47 @@ def run_lanes(
             for k in range(1, bodies):
                 low, row = k - 1, (k - 1) * 2 * pairs
                 for i in range(LANES):
-                    meet(
-                        dv[i], face[k, i], high[k, i], s[k, i], c[k, i], omega[k, i],
-                        face[low, i], high[low, i], s[low, i], c[low, i], omega[low, i],
-                        x[k, i] - x[low, i], z[k, i] - z[low, i],
-                        vx[k, i] - vx[low, i], vz[k, i] - vz[low, i],
-                        ps[i], pc[i], rs[i], rc[i], side[i], de[i], dn[i], half[i], slid[k, i],
-                        pe[i], pn[i], overlap[i], vn[i], vt[i], tilt[i], parting[i], sliding[i],
+                    find_contacts(
+                        dv[i], half_w[k, i], half_h[k, i], s[k, i], c[k, i], omega[k, i],
+                        half_w[low, i], half_h[low, i], s[low, i], c[low, i], omega[low, i],
+                        x[k, i] - x[low, i], z[k, i] - z[low, i], vx[k, i] - vx[low, i],
+                        vz[k, i] - vz[low, i], ps[i], pc[i], rs[i], rc[i], side[i], de[i], dn[i],
+                        half[i], slid[k, i], pe[i], pn[i], overlap[i], vn[i], vt[i], tilt[i],
+                        parting[i], sliding[i],
                     )  # fmt: skip
                 for p in range(pairs):
                     away = SPACING * real(2 * p + 1 - ODD)
                     share = SPACING * wp.where(p == pairs - 1 or p < ODD, HALF, real(1.0))
                     for i in range(LANES):
-                        press(
+                        solve_pair(
                             knobs, live[i] == 1, mu[k, i], dt[i], share, away, overlap[i], tilt[i],
                             vn[i], parting[i], vt[i], sliding[i], u[row + 2 * p, i],
                             slip[row + 2 * p, i], u[row + 2 * p + 1, i], slip[row + 2 * p + 1, i],
                             n[i], nq[i], t[i], tq[i], e[i], held[i],
                         )  # fmt: skip
                 for i in range(LANES):
-                    load(
+                    load_blocks(
                         depth[k, i], ps[i], pc[i], rs[i], rc[i], side[i], de[i], dn[i], half[i],
-                        pe[i], pn[i], n[i], nq[i], t[i], tq[i], e[i],
-                        fx[k, i], fz[k, i], moment[k, i], fx[low, i], fz[low, i], moment[low, i],
-                        live[i] == 1, stored[i],
+                        pe[i], pn[i], n[i], nq[i], t[i], tq[i], e[i], fx[k, i], fz[k, i],
+                        moment[k, i], fx[low, i], fz[low, i], moment[low, i], live[i] == 1,
+                        stored[i],
                     )  # fmt: skip
-                    witness(
+                    observe_interface(
                         live[i] == 1, real(steps[i] - 1) * dt[i], knobs.gravity, dt[i], overlap[i],
                         tilt[i], half[i], vt[i], held[i], since[k, i], uplift_time[i], moved[i],
                         deepest[i], impacts[i], mode[i],
                     )  # fmt: skip
             for k in range(1, bodies):
                 for i in range(LANES):
-                    advance(
-                        live[i] == 1, dv[i], dt[i], span[i], knobs, m[k, i], j[k, i],
-                        fx[k, i], fz[k, i], moment[k, i], x[k, i], z[k, i], theta[k, i], s[k, i],
-                        c[k, i], vx[k, i], vz[k, i], omega[k, i], loss[i], given[i],
+                    integrate(
+                        live[i] == 1, dv[i], dt[i], span[i], knobs, m[k, i], j[k, i], fx[k, i],
+                        fz[k, i], moment[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
+                        vx[k, i], vz[k, i], omega[k, i], loss[i], given[i],
                     )  # fmt: skip
-                    observe(
+                    observe_block(
                         live[i] == 1, real(steps[i]) * dt[i], theta[k, i],
-                        vx[k, i] + vz[k, i] + omega[k, i], slid[k, i] - offset[k, i],
-                        peak[k, i], peak_time[k, i], slide[k, i], peak_slide[k, i], mode[i],
+                        vx[k, i] + vz[k, i] + omega[k, i], slid[k, i] - offset[k, i], peak[k, i],
+                        peak_time[k, i], slide[k, i], peak_slide[k, i], mode[i],
                     )  # fmt: skip
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):

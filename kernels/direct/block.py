@@ -1,4 +1,4 @@
-"""Compliant contact step of a rocking block with an exact solve, for one precision.
+"""Compliant contact step of a rocking block with an exact solve.
 
 The block lives in the frame of the base: mass 1, centre of mass (x, z), clockwise rotation theta,
 inverse inertia w. Corner i sits at (X_i, Z_i) from the centre of mass, its gap is z + Z_i, its
@@ -266,18 +266,3 @@ def step(
         wp.where(m < zero, p2, p1), wp.where(m < zero, p1, p2), loss - work, miss,
         lowest, wp.where(m < zero, ahead2, ahead1), wp.where(m < zero, ahead1, ahead2),
     )  # fmt: skip
-
-
-@wp.func
-def slide_of(block: Block, x: real, theta: real) -> real:
-    """Slide along the base of the corner that the block stands on [m]."""
-    side = wp.where(theta < real(0.0), real(-1.0), real(1.0))
-    turned = in_range(theta)
-    lean = side * block.half_width * (cosine(turned) - real(1.0))
-    return x + lean - block.half_height * sine(turned)
-
-
-@wp.func
-def height_of(block: Block, theta: real) -> real:
-    """Height of the centre of mass of a block that stands on its lower corner [m]."""
-    return block.half_width * size(sine(theta)) + block.half_height * cosine(theta)

@@ -1,6 +1,6 @@
 """Runs of the direct step over lanes, LANES lanes a thread: a pack on the CPU, one on any device.
 
-A block rocks while one of its corners has parted from the base, see `parting`. A flat one
+A block rocks while one of its corners has parted from the base, see parting.py. A flat one
 starts at rest on its springs, a leaning one with its corner at the base.
 
 With one lane a thread the same text is the plain form.
@@ -9,59 +9,12 @@ With one lane a thread the same text is the plain form.
 import warp as wp
 
 from warprock.kernels.account import book
-from warprock.kernels.direct.block import Block, Knobs, height_of, slide_of, step
-from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, UNSOLVED
+from warprock.kernels.direct.block import Block, Knobs, step
+from warprock.kernels.modes import BROKEN, RUNNING, UNSOLVED
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.parting import slack, slides, watch
+from warprock.kernels.parting import watch
+from warprock.kernels.shape.block import glides, height_of, limit_of, observe, slide_of
 from warprock.kernels.shape.stack_found import BlockResult, Found, Result
-
-
-@wp.func
-def observe(
-    mode: int, time: real, theta: real, omega: real, slide: real, miss: real,
-    peak: real, peak_time: real, peak_slide: real,
-):  # fmt: skip
-    """What a step adds to the response of one lane; what its ends tell is left to `watch`.
-
-    Args:
-        mode: ROCKING (not at its end), OVERTURNED, BROKEN or UNSOLVED.
-        time: End of the step [s].
-        theta: Rotation [rad], omega its rate [rad/s].
-        omega: Angular velocity [rad/s].
-        slide: Slide along the base [m].
-        miss: What the solve missed, beyond round-off.
-        peak: Largest |theta| so far [rad], peak_time its time [s].
-        peak_time: See peak.
-        peak_slide: Largest |slide| so far [m].
-
-    Returns:
-        mode, peak, peak_time, peak_slide.
-    """
-    zero = real(0.0)
-    higher = size(theta) > peak
-    over = size(theta) >= HALF_PI
-    found = wp.where(miss > zero, UNSOLVED, wp.where(over, OVERTURNED, mode))
-    sound = theta - theta == zero and omega - omega == zero and slide - slide == zero
-    return (
-        wp.where(sound, found, BROKEN),
-        wp.where(higher, smaller(size(theta), HALF_PI), peak),
-        wp.where(higher, time, peak_time),
-        larger(size(slide), peak_slide),
-    )
-
-
-@wp.func
-def limit_of(block: Block, knobs: Knobs, omega: real) -> real:
-    """Gap beyond which a corner has parted from the base [m]."""
-    reach = block.half_width + block.half_height
-    return slack(knobs.time_step, knobs.gravity, reach, omega * omega, reach)
-
-
-@wp.func
-def glides(block: Block, knobs: Knobs, vx: real, omega: real) -> bool:
-    """Whether a block that stands flat slides."""
-    way = knobs.time_step * (vx - block.half_height * omega)
-    return slides(way, knobs.time_step, knobs.gravity)
 
 
 @wp.func
@@ -85,10 +38,10 @@ def start(block: Block, knobs: Knobs, theta: real):
 
 @wp.func
 def before_start(k: int) -> real:
-    """Half in step 1, whose first half there is not; else nothing.
+    """Weight of the starting velocity in the contact work: 1/2 in step 1, then 0.
 
-    A step's contacts work on the mean of its velocities before and after; in step 1 that before is
-    none but for the fall that it starts from, see `start`.
+    The work of a step's contacts takes the mean of the velocities before and after. Before step 1
+    there is only the fall that it starts from, see `start`.
     """
     return wp.where(k == 1, HALF, real(0.0))
 
@@ -158,9 +111,10 @@ def run_lanes(
                     n1[i], n2[i], loss[i],
                 )  # fmt: skip
                 mo, pk, pt, ps = observe(
-                    mode[i], time, qt, uo, slide_of(block, qx, qt), mi, peak[i], peak_time[i],
+                    mode[i], time, qt, uo, slide_of(block, qx, qt), peak[i], peak_time[i],
                     peak_slide[i],
                 )  # fmt: skip
+                mo = wp.where(mi > real(0.0) and mo != BROKEN, UNSOLVED, mo)
                 live = mode[i] == RUNNING
                 watch(
                     live, time, limit_of(block, knobs, uo), p1, gap1, p2, gap2,

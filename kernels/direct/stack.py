@@ -1,29 +1,30 @@
-"""Contact solve of a stack on compliant contacts, exact, for one precision and block count.
+"""Contact solve of a stack on compliant contacts, exact.
 
-Each interface has two ends and one friction, as the base has in `direct`: p = (n_1, n_2, f), n_1 at
+Each interface has two ends and one friction, as in direct/block.py: p = (n_1, n_2, f), n_1 at
 the end away from the side to which it leans, n_2 and f at the other, f positive towards that side.
 They act on the upper block and turn back on the lower one. With J the rows of the relative
 velocities of an interface, upper and lower, W the inverse masses, they become
 
     w = q + D p + E_below^T p_below + E p_above,   D = J W J^T + CFM,   E = J_upper W J_lower'^T,
 
-q being what there is without contact and the wishes of the ends (`direct.wish`). The laws are
-those of `direct`, interface by interface. Given a state of all interfaces (which ends carry,
-whether each sticks or to which side it slides) they are linear equations, block tridiagonal, and
-solved by elimination from below; the states of the last step are tried first. Where the solution
-breaks a law, a sweep over the interfaces from there (block Gauss-Seidel, each by `direct.solve`)
-proposes other states; if some sweeps do not lead to the end, principal pivoting turns the rows
-that break their law, all of them while they become fewer, else the first alone (Judice and Pires
-1994; finite with a box, whose matrix is positive definite). The first solution that keeps all
-laws to round-off is taken: what is found is exact, whatever the search. A stack for which none is
-found says so.
+q being what there is without contact and the wishes of the ends (`wish` in direct/block.py). The
+laws are those of direct/block.py, interface by interface. Given a state of all interfaces (which
+ends carry, whether each sticks or to which side it slides) they are linear equations, block
+tridiagonal, and solved by elimination from below; the states of the last step are tried first.
+Where the solution breaks a law, a sweep over the interfaces from there (block Gauss-Seidel, each by
+`solve_block`) proposes other states; if some sweeps do not find it, principal pivoting turns the
+rows that break their law, all of them while they become fewer, else the first alone (Judice and
+Pires 1994; finite with a box, whose matrix is positive definite). The first solution that keeps all
+laws to round-off is taken, so the result is exact however it was found. A stack for which none is
+found ends as UNSOLVED.
 """
 
 import warp as wp
 
-from warprock.kernels.direct.block import residual, solve
+from warprock.kernels.direct.block import residual
+from warprock.kernels.direct.block import solve as solve_block
 from warprock.kernels.direct.stack_pivot import Equations, States, lemke
-from warprock.kernels.impulse.stack import GROUND_FACE, meet
+from warprock.kernels.shape.interface import GROUND_FACE, find_end
 from warprock.kernels.shape.stack import Matrix, Rows, Three, Triples, Values, matrix_of, three_of
 
 TRIES = 50
@@ -42,8 +43,8 @@ BARELY = real(1.0 - 1.0e-9)
 class Shapes:
     """What the blocks of one lane are; CFM in 1/kg."""
 
-    face: Values
-    high: Values
+    half_width: Values
+    half_height: Values
     inverse_mass: Values
     inverse_inertia: Values
     friction: Values
@@ -67,26 +68,27 @@ def interface_rows(shapes: Shapes, pose: Pose, k: int, lean: real):
         Matrix of the upper block (rows: ends 1 and 2, slip; columns: x, z, rotation), of the
         lower one, and the gaps at both ends [m].
     """
-    lface = GROUND_FACE
-    lhigh = real(0.0)
+    lhalf_width = GROUND_FACE
+    lhalf_height = real(0.0)
     ls = real(0.0)
     lc = real(1.0)
     dx = pose.x[k]
     dz = pose.z[k]
     if k > 0:
-        lface = shapes.face[k - 1]
-        lhigh = shapes.high[k - 1]
+        lhalf_width = shapes.half_width[k - 1]
+        lhalf_height = shapes.half_height[k - 1]
         ls = pose.sine[k - 1]
         lc = pose.cosine[k - 1]
         dx = dx - pose.x[k - 1]
         dz = dz - pose.z[k - 1]
-    nx1, nz1, au1, bu1 = real(0.0), real(0.0), real(0.0), real(0.0)
-    al1, bl1, gap1 = real(0.0), real(0.0), real(0.0)
-    nx2, nz2, au2, bu2 = real(0.0), real(0.0), real(0.0), real(0.0)
-    al2, bl2, gap2 = real(0.0), real(0.0), real(0.0)
-    face, high, s, c = shapes.face[k], shapes.high[k], pose.sine[k], pose.cosine[k]
-    meet(-lean, face, high, s, c, lface, lhigh, ls, lc, dx, dz, nx1, nz1, au1, bu1, al1, bl1, gap1)
-    meet(lean, face, high, s, c, lface, lhigh, ls, lc, dx, dz, nx2, nz2, au2, bu2, al2, bl2, gap2)
+    half_width, half_height = shapes.half_width[k], shapes.half_height[k]
+    s, c = pose.sine[k], pose.cosine[k]
+    nx1, nz1, au1, _bu1, al1, _bl1, gap1, _place1 = find_end(
+        -lean, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz
+    )
+    nx2, nz2, au2, bu2, al2, bl2, gap2, _place2 = find_end(
+        lean, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz
+    )
     upper = Matrix(nx1, nz1, -au1, nx2, nz2, -au2, lean * nz2, -lean * nx2, lean * bu2)
     lower = Matrix(-nx1, -nz1, al1, -nx2, -nz2, al2, -lean * nz2, lean * nx2, -lean * bl2)
     return upper, lower, gap1, gap2
@@ -156,7 +158,7 @@ def swept(system: Equations, p: Triples) -> Triples:
     for k in range(BLOCKS):
         d = matrix_of(system.own, k)
         q = coupled(system, found, k)
-        _miss, n1, n2, f = solve(
+        _miss, n1, n2, f = solve_block(
             system.friction[k], system.bound[k],
             d[0, 0], d[0, 1], d[1, 1], d[0, 2], d[1, 2], d[2, 2], q[0], q[1], q[2],
         )  # fmt: skip
@@ -249,7 +251,7 @@ def of_states(system: Equations, states: States) -> Triples:
 
 
 @wp.func
-def solve_stack(system: Equations, guess: Triples):
+def solve(system: Equations, guess: Triples):
     """Impulses of all interfaces, exactly.
 
     Args:

@@ -1,8 +1,8 @@
 """Runs of the direct step over stacks of blocks, one lane a thread on any device.
 
-A run begins with a solve at the start, from velocities of zero; half a step back from the
-acceleration that it finds lie the velocities that the first step starts from, for velocities
-belong to half steps. An interface rocks while one of its ends has parted, see `parting`.
+A run begins with a solve at the start, from velocities of zero, which gives the accelerations.
+Velocities belong to half steps, so the first step starts from velocities half a step back: -dt/2
+times the acceleration. An interface rocks while one of its ends has parted, see parting.py.
 """
 
 import warp as wp
@@ -13,20 +13,20 @@ from warprock.kernels.direct.stack import (
     Pose,
     Shapes,
     interface_rows,
-    solve_stack,
+    solve,
     weighted,
     with_rows,
     with_three,
 )
 from warprock.kernels.direct.stack_pivot import Equations
-from warprock.kernels.impulse.stack import GROUND_FACE, stand
 from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.parting import slack, slides, watch
+from warprock.kernels.shape.interface import GROUND_FACE, place_on
 from warprock.kernels.shape.stack import Counts, Rows, Three, Triples, Values, matrix_of, three_of
 from warprock.kernels.shape.stack_found import BlockResult, Found, Result
-from warprock.kernels.shape.stack_run import Block, Stack, gape
+from warprock.kernels.shape.stack_run import Block, Stack, gap_of_end
 
 wp.set_module_options(LOOPS_STAY)
 
@@ -36,7 +36,7 @@ LANES = 1
 
 @wp.struct
 class Knobs:
-    """What the lanes have in common; as in `direct`, CFM in 1/kg."""
+    """What the lanes have in common; as in direct/block.py, CFM in 1/kg."""
 
     time_step: real
     rate: real
@@ -157,7 +157,7 @@ def step(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, dv: real, hint:
         free[3 * k] = free[3 * k] - dv
         free[3 * k + 1] = free[3 * k + 1] - knobs.time_step * knobs.gravity
     system, upper, lower, guess, lowest = equations(shapes, pose, after, knobs, free)
-    p, solved, _tries = solve_stack(system, guess)
+    p, solved, _tries = solve(system, guess)
     v = pushed(shapes, upper, lower, free, p)
     work = real(0.0)
     for k in range(BLOCKS):
@@ -214,32 +214,32 @@ def placed(shapes: Shapes, pose: Pose, theta: Values, k: int, offset: real):
         Slide along that, width of the overlap, rotation against it, and how wide the ends of the
         overlap at -x and at +x gape.
     """
-    lface = GROUND_FACE
-    lhigh = real(0.0)
+    lhalf_width = GROUND_FACE
+    lhalf_height = real(0.0)
     ls = real(0.0)
     lc = real(1.0)
     dx = pose.x[k]
     dz = pose.z[k]
     turn = theta[k]
     if k > 0:
-        lface = shapes.face[k - 1]
-        lhigh = shapes.high[k - 1]
+        lhalf_width = shapes.half_width[k - 1]
+        lhalf_height = shapes.half_height[k - 1]
         ls = pose.sine[k - 1]
         lc = pose.cosine[k - 1]
         dx = dx - pose.x[k - 1]
         dz = dz - pose.z[k - 1]
         turn = turn - theta[k - 1]
-    slid, overlap = stand(
-        shapes.face[k], shapes.high[k], pose.sine[k], pose.cosine[k], offset,
-        lface, lhigh, ls, lc, dx, dz, turn,
+    slid, overlap = place_on(
+        shapes.half_width[k], shapes.half_height[k], pose.sine[k], pose.cosine[k], offset,
+        lhalf_width, lhalf_height, ls, lc, dx, dz, turn,
     )  # fmt: skip
-    gap1 = gape(
-        real(-1.0), shapes.face[k], shapes.high[k], pose.sine[k], pose.cosine[k],
-        lface, lhigh, ls, lc, dx, dz,
+    gap1 = gap_of_end(
+        real(-1.0), shapes.half_width[k], shapes.half_height[k], pose.sine[k], pose.cosine[k],
+        lhalf_width, lhalf_height, ls, lc, dx, dz,
     )  # fmt: skip
-    gap2 = gape(
-        real(1.0), shapes.face[k], shapes.high[k], pose.sine[k], pose.cosine[k],
-        lface, lhigh, ls, lc, dx, dz,
+    gap2 = gap_of_end(
+        real(1.0), shapes.half_width[k], shapes.half_height[k], pose.sine[k], pose.cosine[k],
+        lhalf_width, lhalf_height, ls, lc, dx, dz,
     )  # fmt: skip
     return slid, overlap, turn, gap1, gap2
 
@@ -250,8 +250,8 @@ def limit_of(shapes: Shapes, pose: Pose, state: State, knobs: Knobs, k: int) -> 
     square = state.velocity[3 * k + 2] * state.velocity[3 * k + 2]
     if k > 0:
         square += state.velocity[3 * k - 1] * state.velocity[3 * k - 1]
-    reach = shapes.face[k] + shapes.high[k]
-    length = shapes.high[k] + size(pose.z[k])
+    reach = shapes.half_width[k] + shapes.half_height[k]
+    length = shapes.half_height[k] + size(pose.z[k])
     return slack(knobs.time_step, knobs.gravity, reach, square, length)
 
 
@@ -266,14 +266,9 @@ def mode_of(state: State, solved: bool) -> int:
 
 @wp.kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block),
-    lanes: wp.array(dtype=Stack),
-    motions: wp.array(dtype=Motion),
-    pool: wp.array2d(dtype=real),
-    sample_times: wp.array(dtype=real),
-    knobs: Knobs,
-    found: Found,
-):
+    blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: wp.array(dtype=Motion),
+    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
+):  # fmt: skip
     """Runs one lane a thread."""
     lane, zero, dt = wp.tid(), real(0.0), knobs.time_step
     m = motions[lane]
@@ -284,8 +279,8 @@ def run_lanes(
     since, left, right = Values(), Counts(), Counts()
     for k in range(BLOCKS):
         block = blocks[k, lane]
-        shapes.face[k] = block.face
-        shapes.high[k] = block.high
+        shapes.half_width[k] = block.half_width
+        shapes.half_height[k] = block.half_height
         shapes.inverse_mass[k] = block.inverse_mass
         shapes.inverse_inertia[k] = block.inverse_inertia
         shapes.friction[k] = block.friction

@@ -1,4 +1,4 @@
-"""Contact of a planar block with its base, for one precision: exact small solves.
+"""Contact of a planar block with its base: exact small solves.
 
 Mass 1, clockwise rotation, half sizes b and h, inverse inertia w [1/m^2]; corner (X, Z) from the
 centre of mass moves at (vx + omega Z, vz - omega X). The block leans to +x or not at all, so its
@@ -54,13 +54,11 @@ def corner_impulse(
     Args:
         mu: Friction coefficient.
         w: Inverse inertia [1/m^2].
-        x: Corner from the centre of mass [m]; z likewise.
-        z: See x.
+        x, z: Corner from the centre of mass [m].
         u: Normal velocity of the corner without contact [m/s].
         s: Tangential velocity of the corner without contact [m/s].
         hold: Whether the corner sticks whatever force it takes.
-        slides: Whether it slides, with friction in the direction `drag` (-1 or 1).
-        drag: See slides.
+        slides, drag: Whether it slides, with friction in the direction `drag` (-1 or 1).
 
     Returns:
         Normal and tangential impulse [m/s]; whether the corner sticks; direction of friction.
@@ -73,7 +71,7 @@ def corner_impulse(
     f = k * u - kn * s
     fits = n >= real(0.0) and size(f) <= mu * n
     sign = wp.where(slides, drag, sign_of(f))
-    # Painleve's paradox: no normal force can carry this sliding. What slides jams.
+    # Painleve's paradox: no normal force is consistent with this sliding; the corner jams.
     jams = kn + sign * mu * k <= real(0.0)
     sign = wp.where(jams, -sign, sign)
     sticks = hold or wp.where(slides, jams, fits)
@@ -84,7 +82,7 @@ def corner_impulse(
 
 @wp.func
 def hold_reserve(block: Block, gravity: real, slip: real, x: real, z: real, omega: real, a: real):
-    """What the force of a pivoting corner has left until it slides, or leaves where it slides.
+    """Margin of the force at a pivoting corner until it slides; of a sliding one until it leaves.
 
     From the accelerations of the corner without contact: it falls at g and is flung out by the
     rotation. The force that holds it there stays inside its cone of friction while the reserve is
@@ -94,8 +92,7 @@ def hold_reserve(block: Block, gravity: real, slip: real, x: real, z: real, omeg
         block: The block.
         gravity: [m/s^2].
         slip: Direction of sliding, 0 where the corner sticks.
-        x: Corner from the centre of mass [m]; z likewise.
-        z: See x.
+        x, z: Corner from the centre of mass [m].
         omega: Angular velocity [rad/s].
         a: Acceleration of the base [m/s^2].
 
@@ -116,7 +113,7 @@ def hold_reserve(block: Block, gravity: real, slip: real, x: real, z: real, omeg
 
 @wp.func
 def uplift_lack(limit: real, a0: real, a1: real):
-    """What the acceleration lacks to set a resting block in motion, at both ends of a step."""
+    """How far the acceleration is from moving a block at rest, at both ends of a step."""
     pull = sign_of(wp.where(size(a1) > size(a0), a1, a0))
     return limit - pull * a0, limit - pull * a1
 
@@ -126,18 +123,15 @@ def held_lack(
     block: Block, mode: int, mode1: int, slip: real, surely: bool, reserve: real, reserve1: real,
     a0: real, a1: real,
 ):  # fmt: skip
-    """What the force lacks that would set free what a block does, at both ends of a step.
+    """How far the force is from changing the contact of a block, at both ends of a step.
 
     Args:
         block: The block.
-        mode: FLYING, PIVOTING or FLAT at the start; mode1 in the step.
-        mode1: See mode.
+        mode, mode1: FLYING, PIVOTING or FLAT at the start and in the step.
         slip: Direction of sliding at the start, 0 where the block sticks.
         surely: Whether the reserve at the start is surely positive.
-        reserve: `hold_reserve` at the start; reserve1 at the end.
-        reserve1: See reserve.
-        a0: Acceleration of the base at the start [m/s^2]; a1 at the end.
-        a1: See a0.
+        reserve, reserve1: `hold_reserve` at the start and at the end.
+        a0, a1: Acceleration of the base at the start [m/s^2] and at the end.
 
     Returns:
         Whether the start of the step holds it; the lack at the start and at the end.
@@ -204,16 +198,14 @@ def step_velocity(
     block: Block, mode: int, slip: real, hold: bool, theta: real, vx: real, vz: real, omega: real,
     dv: real, d: real, fall: real,
 ):  # fmt: skip
-    """`mean_velocity` of a step of a length, which without length changes nothing.
+    """`mean_velocity` of a step of a given length; a step of length zero changes nothing.
 
     Args:
         block: The block.
-        mode: See `mean_velocity`; so is slip.
-        slip: See mode.
+        mode, slip: See `mean_velocity`.
         hold: Whether a pivoting corner that sticks does so in the whole step.
         theta: Rotation at the start [rad].
-        vx: Velocity along the base at the start [m/s]; vz across it.
-        vz: See vx.
+        vx, vz: Velocity along the base at the start [m/s] and across it.
         omega: Angular velocity at the start [rad/s].
         dv: Change of the base velocity in the step [m/s].
         d: Length of the step [s].
@@ -244,8 +236,7 @@ def held_velocity(
         block: The block.
         mode: FLYING, PIVOTING or FLAT.
         slip: Direction of sliding, 0 where the corner sticks.
-        s: Sine of the rotation; c its cosine.
-        c: See s.
+        s, c: Sine of the rotation and its cosine.
         ux: Velocity along the base before [m/s].
         uz: Velocity across the base before [m/s].
         uo: Angular velocity before [rad/s].
@@ -272,8 +263,7 @@ def struck_velocity(block: Block, flat: bool, s: real, c: real, ux: real, uz: re
     Args:
         block: The block.
         flat: Whether both corners are at the base.
-        s: Sine of the rotation; c its cosine.
-        c: See s.
+        s, c: Sine of the rotation and its cosine.
         ux: Velocity along the base before [m/s].
         uz: Velocity across the base before [m/s].
         uo: Angular velocity before [rad/s].
@@ -309,7 +299,7 @@ def struck_velocity(block: Block, flat: bool, s: real, c: real, ux: real, uz: re
 
 @wp.func
 def may_rest(block: Block, gravity: real, omega: real, before: real, pull: real):
-    """Whether the block rests after an impact, and the time its left-out impacts would take.
+    """Whether the block rests after an impact, and the time of the impacts that are left out.
 
     Args:
         block: The block.

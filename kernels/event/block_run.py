@@ -24,19 +24,15 @@ def observe(
 
     Args:
         limited: Whether the lane has used up its steps.
-        mode0: See mode.
-        slip0: See slip.
-        time0: See time.
-        mode: Contact of the block.
-        slip: Direction in which it slides, 0 where it does not.
-        time: Time [s].
+        mode, mode0: Contact of the block.
+        slip, slip0: Direction in which it slides, 0 where it does not.
+        time, time0: Time [s].
         theta: Rotation [rad].
         slide: Slide along the base [m].
         apex: Turning point of |theta| inside the step [rad], zero where there was none.
         apex_time: Its time [s].
         tail: Time of the impacts that resting leaves out [s].
-        peak: Largest |theta| so far [rad]; peak_time its time [s].
-        peak_time: See peak.
+        peak, peak_time: Largest |theta| so far [rad] and its time [s].
         peak_slide: Largest |slide| so far [m].
         uplift_time: Time at which the block first left its flat state [s].
         rest_time: Time since when it rests [s].

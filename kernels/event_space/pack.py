@@ -1,4 +1,4 @@
-"""The event step in space in which nothing happens, as vector code, for one precision and motion.
+"""The event step in space in which nothing happens, as vector code.
 
 Most steps meet no event: the block lies flat on a base that does not move it, or turns about a
 corner or an edge that stick. What touches is a hinge then, and the step of event_space/space.py has
@@ -74,11 +74,11 @@ def hinge_of(block: Block, stance: int) -> Hinge:
     edge = stance >= EDGE and stance < FLAT
     wide = edge and k % 2 == 0
     deep = edge and k % 2 == 1
-    x = wp.where(k == 1 or k == 2, block.width, -block.width)
-    y = wp.where(k >= 2, block.depth, -block.depth)
+    x = wp.where(k == 1 or k == 2, block.half_width, -block.half_width)
+    y = wp.where(k >= 2, block.half_depth, -block.half_depth)
     x = wp.where(wide or stance >= FLAT, zero, x)
     y = wp.where(deep or stance >= FLAT, zero, y)
-    a = Three(block.centre_x - x, block.centre_y - y, block.height)
+    a = Three(block.centre_x - x, block.centre_y - y, block.half_height)
     inertia = Three(one / block.inverse_x, one / block.inverse_y, one / block.inverse_z)
     h.lever = a
     h.open = Three(-x - x, -y - y, zero)
@@ -88,12 +88,12 @@ def hinge_of(block: Block, stance: int) -> Hinge:
         h.mobility = Three(m[0, 0], m[1, 1], m[2, 2])
         h.mixed = Three(m[0, 1], m[0, 2], m[1, 2])
     if wide:
-        h.way = Three(block.width, zero, zero)
-        h.over = HALF / block.width
+        h.way = Three(block.half_width, zero, zero)
+        h.over = HALF / block.half_width
         h.mobility = Three(one / (inertia[0] + a[1] * a[1] + a[2] * a[2]), zero, zero)
     if deep:
-        h.way = Three(zero, block.depth, zero)
-        h.over = HALF / block.depth
+        h.way = Three(zero, block.half_depth, zero)
+        h.over = HALF / block.half_depth
         h.mobility = Three(zero, one / (inertia[1] + a[0] * a[0] + a[2] * a[2]), zero)
     return h
 
@@ -174,17 +174,17 @@ def keeps_end(
 
 @wp.func(inline=True)
 def lies(block: Block, gravity: real, r: Matrix, a: Three) -> bool:
-    """Whether a flat block at rest stays so under an acceleration of the base, see `spare_of`."""
+    """Whether a flat block at rest stays so under an acceleration of the base, see `lack_of`."""
     weight = gravity + a[2]
     along = r[0, 0] * a[0] + r[1, 0] * a[1]
     across = r[0, 1] * a[0] + r[1, 1] * a[1]
-    low = weight / block.height
+    low = weight / block.half_height
     slack = block.friction * weight
     return (
         weight > real(0.0)
         and a[0] * a[0] + a[1] * a[1] < slack * slack
-        and size(along - low * block.centre_x) < low * block.width
-        and size(across - low * block.centre_y) < low * block.depth
+        and size(along - low * block.centre_x) < low * block.half_width
+        and size(across - low * block.centre_y) < low * block.half_depth
     )
 
 
@@ -245,7 +245,7 @@ def events(
     a0: Three, v0: Three, w0: Three, r1: Matrix, a1: Three, v1: Three, w1: Three, inertia: Three,
     w: Three,
 ):  # fmt: skip
-    """What happens in a step about a hinge, 0 at its start and 1 at its end, as `watched` says.
+    """What happens in a step about a hinge, 0 at its start, 1 at its end; as `after_events` says.
 
     Returns:
         Whether nothing does, whether a corner lands inside before anything else, the length of the
@@ -253,7 +253,7 @@ def events(
     """
     zero = real(0.0)
     near = NEARLY * limits.longest_step
-    grain = GRAIN * block.height
+    grain = GRAIN * block.half_height
     # Of three open corners the farthest is higher than one of the others.
     x = Three(h.open[0], zero, zero)
     y = Three(zero, h.open[1], zero)

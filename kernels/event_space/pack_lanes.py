@@ -1,4 +1,4 @@
-"""What is kept of the lanes of a pack, side by side, for one precision and number of lanes.
+"""What is kept of the lanes of a pack, side by side.
 
 One matrix of real and one of whole numbers, a row for each number of a lane. A func that is not
 inlined must not take them: the compiler could no longer tell that nothing else points at them, and
@@ -223,9 +223,9 @@ def keep_seen(seen: Seen, m: wp.ref[Numbers], i: int):
 def block_at(m: wp.ref[Numbers], i: int) -> Block:
     """The block of a lane, but for its mass and where it starts."""
     b = Block()
-    b.width = at(m[WIDTH, i])
-    b.depth = at(m[DEPTH, i])
-    b.height = at(m[HEIGHT, i])
+    b.half_width = at(m[WIDTH, i])
+    b.half_depth = at(m[DEPTH, i])
+    b.half_height = at(m[HEIGHT, i])
     b.centre_x = at(m[CENTRE_X, i])
     b.centre_y = at(m[CENTRE_Y, i])
     b.inverse_x = at(m[INVERSE, i])
@@ -244,9 +244,9 @@ def block_at(m: wp.ref[Numbers], i: int) -> Block:
 @wp.func(inline=True)
 def keep_block(b: Block, m: wp.ref[Numbers], i: int):
     """Keeps that of a lane's block."""
-    m[WIDTH, i] = b.width
-    m[DEPTH, i] = b.depth
-    m[HEIGHT, i] = b.height
+    m[WIDTH, i] = b.half_width
+    m[DEPTH, i] = b.half_depth
+    m[HEIGHT, i] = b.half_height
     m[CENTRE_X, i] = b.centre_x
     m[CENTRE_Y, i] = b.centre_y
     m[INVERSE, i] = b.inverse_x

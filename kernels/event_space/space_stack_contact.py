@@ -1,4 +1,4 @@
-"""Where blocks of a stack in space touch, and the contact law there, for one precision and count.
+"""Where blocks of a stack in space touch, and the contact law there.
 
 Bodies, faces and slots are those of impulse/space_stack.py. A contact's directions are the axes
 of the face that it lies on: of the lower block, or of the upper one where a corner of the lower
@@ -19,7 +19,6 @@ it needs: their impulses are not unique, what they do is.
 import warp as wp
 
 from warprock.kernels.impulse.space_stack import (
-    GROUND_FACE,
     Axes,
     Bodies,
     Gains,
@@ -32,13 +31,14 @@ from warprock.kernels.impulse.space_stack import (
     axis_of,
     frame,
     gains_of,
-    pressed,
+    relative_velocity,
     rows_of,
-    seen,
-    shared,
+    shared_corners,
+    solve_contact,
     weighted,
 )
 from warprock.kernels.shape.faces import SLOTS, Vector
+from warprock.kernels.shape.interface import GROUND_FACE
 from warprock.kernels.shape.space import Block
 
 CONE = 0
@@ -132,22 +132,22 @@ def posed(own: Own, x: Bodies, q: Attitudes) -> Pose:
 def below_of(own: Own, k: int) -> Block:
     """What block k stands on: the ground under the first, else a block."""
     base = Block()
-    base.width = GROUND_FACE
-    base.depth = GROUND_FACE
+    base.half_width = GROUND_FACE
+    base.half_depth = GROUND_FACE
     if k > 1:
         return block_of(own, k - 1)
     return base
 
 
 @wp.func
-def met(own: Own, pose: Pose, k: int):
-    """Corners of what the faces of interface k share, by slot: see `shared`."""
+def find_corners(own: Own, pose: Pose, k: int):
+    """Corners of what the faces of interface k share, by slot: see `shared_corners`."""
     one = real(1.0)
     down = rows_of(pose.axes, k - 1)
     m = down * wp.transpose(rows_of(pose.axes, k))
     c = down * (pose.x[k] - pose.x[k - 1])
     lean = Vector(one, one, one)
-    places, gaps, there = shared(block_of(own, k), below_of(own, k), m, c, lean)
+    places, gaps, there = shared_corners(block_of(own, k), below_of(own, k), m, c, lean)
     return places, gaps, there
 
 
@@ -155,7 +155,7 @@ def met(own: Own, pose: Pose, k: int):
 def height_of(own: Own, pose: Pose, k: int, point: Vector) -> real:
     """Height above the face below of a point of block k, given in its own axes [m]."""
     at = pose.x[k] - pose.x[k - 1] + wp.transpose(rows_of(pose.axes, k)) * point
-    return wp.dot(pose.axes[3 * k - 1], at) - below_of(own, k).height
+    return wp.dot(pose.axes[3 * k - 1], at) - below_of(own, k).half_height
 
 
 @wp.func
@@ -177,7 +177,7 @@ def slip_at(t: Touches, pose: Pose, i: int, v: Bodies, w: Bodies) -> Vector:
     """Velocity of a contact along its directions [m/s]."""
     k = t.body[i]
     e = directions(pose.axes, k, t.slot[i])
-    return e * seen(v[k], w[k], t.ru[i], v[k - 1], w[k - 1], t.rl[i])
+    return e * relative_velocity(v[k], w[k], t.ru[i], v[k - 1], w[k - 1], t.rl[i])
 
 
 @wp.func
@@ -197,15 +197,15 @@ def joined(before: Touches, pose: Pose, k: int, slot: int, law: int, gap: real, 
 
 
 @wp.func
-def obeyed(
+def solve_by_law(
     t: Touches, i: int, mu: real, gains: Gains, e: Matrix, p: Vector,
     vu: Vector, ou: Vector, vl: Vector, ol: Vector,
 ) -> Vector:  # fmt: skip
-    """Impulses of a contact that obeys its law, all others as they are; see `stack.pressed`."""
+    """Impulses of a contact that obeys its law, all others as they are; see `solve_contact`."""
     zero, g = real(0.0), gains
     if t.law[i] == CONE:
-        return pressed(mu, zero, zero, g, e, t.ru[i], t.rl[i], p, vu, ou, vl, ol)
-    at = e * seen(vu, ou, t.ru[i], vl, ol, t.rl[i])
+        return solve_contact(mu, zero, zero, g, e, t.ru[i], t.rl[i], p, vu, ou, vl, ol)
+    at = e * relative_velocity(vu, ou, t.ru[i], vl, ol, t.rl[i])
     if t.law[i] == HOLD:
         return Vector(
             p[0] - g[4] * at[0] - g[5] * at[1] - g[6] * at[2],
@@ -224,7 +224,7 @@ def obeyed(
 
 
 @wp.func
-def swept(
+def solve_by_sweeps(
     sweeps: int, t: Touches, pose: Pose, mu: Numbers, light: Numbers, first: Points, v: Bodies,
     w: Bodies,
 ):  # fmt: skip
@@ -237,8 +237,7 @@ def swept(
         mu: Friction coefficient under each body.
         light: Inverse mass of each body [1/kg].
         first: Impulses to start from [N s].
-        v: Velocity of each body without contact [m/s]; w its angular velocity [rad/s].
-        w: See v.
+        v, w: Velocity [m/s] and angular velocity [rad/s] of each body without contact.
 
     Returns:
         Impulses along the directions of each contact, velocities, angular velocities, and whether
@@ -262,7 +261,7 @@ def swept(
             if step < 0:
                 gains[i] = gains_of(light[k] + light[low], e, ju, jl, t.ru[i], t.rl[i])
             else:
-                new = obeyed(t, i, mu[k], gains[i], e, p[i], u[k], o[k], u[low], o[low])
+                new = solve_by_law(t, i, mu[k], gains[i], e, p[i], u[k], o[k], u[low], o[low])
                 new = p[i] + part * (new - p[i])
             more = wp.transpose(e) * (new - p[i])
             change += wp.dot(more, more)

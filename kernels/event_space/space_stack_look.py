@@ -1,4 +1,4 @@
-"""What a step of a stack in space starts from and what its end shows, for one precision and count.
+"""What a step of a stack in space starts from and what its end shows.
 
 State of a lane, its momenta and energy, and the contacts before, in and after a step; the scheme is
 in event_space/space_stack.py.
@@ -19,13 +19,20 @@ from warprock.kernels.event_space.space_stack_contact import (
     Pose,
     Touches,
     block_of,
+    find_corners,
     height_of,
     holding,
     joined,
-    met,
 )
 from warprock.kernels.event_space.trial import Knots, Limits
-from warprock.kernels.impulse.space_stack import CONTACTS, Bodies, frame, rows_of, seen, weighted
+from warprock.kernels.impulse.space_stack import (
+    CONTACTS,
+    Bodies,
+    frame,
+    relative_velocity,
+    rows_of,
+    weighted,
+)
 from warprock.kernels.shape.faces import SLOTS, Vector
 
 NEARLY = by_precision(1.0e-7, 1.0e-4)
@@ -132,7 +139,7 @@ def continued(own: Own, s: State, pose0: Pose, pose: Pose, rest: real) -> Touche
     bodies = int(BLOCKS + 1)
     slots = int(SLOTS)
     for k in range(1, bodies):
-        places, _gaps, there = met(own, pose, k)
+        places, _gaps, there = find_corners(own, pose, k)
         number = int(0)
         for i in range(slots):
             bit = 1 << i
@@ -155,15 +162,19 @@ def looked(
     v: Bodies, w: Bodies, held: Ints, d: real,
 ) -> Look:  # fmt: skip
     """What the corners did in a step, seen from both of its ends; v and w are those of its end."""
-    zero, near, grain = real(0.0), NEARLY * limits.longest_step, GRAIN * block_of(own, 1).height
+    zero, near, grain = (
+        real(0.0),
+        NEARLY * limits.longest_step,
+        GRAIN * block_of(own, 1).half_height,
+    )
     rest, n = limits.rest_gap, Look()
     n.closed = True
     n.cut = TWO * NEVER
     bodies = int(BLOCKS + 1)
     slots = int(SLOTS)
     for k in range(1, bodies):
-        places, gaps, there = met(own, pose, k)
-        _places0, gaps0, there0 = met(own, pose0, k)
+        places, gaps, there = find_corners(own, pose, k)
+        _places0, gaps0, there0 = find_corners(own, pose0, k)
         down, down0 = rows_of(pose.axes, k - 1), rows_of(pose0.axes, k - 1)
         n.there[k] = there
         n.closed = n.closed and there != 0
@@ -176,8 +187,10 @@ def looked(
                 point = rows_of(pose.axes, k) * ru
                 ru0 = wp.transpose(rows_of(pose0.axes, k)) * point
                 rl0 = ru0 + pose0.x[k] - pose0.x[k - 1]
-                rate = wp.dot(down[2], seen(v[k], w[k], ru, v[k - 1], w[k - 1], rl))
-                rate0 = wp.dot(down0[2], seen(s.v[k], s.w[k], ru0, s.v[k - 1], s.w[k - 1], rl0))
+                rate = wp.dot(down[2], relative_velocity(v[k], w[k], ru, v[k - 1], w[k - 1], rl))
+                rate0 = wp.dot(
+                    down0[2], relative_velocity(s.v[k], s.w[k], ru0, s.v[k - 1], s.w[k - 1], rl0)
+                )
                 before = gaps0[i]
                 was = (s.touch[k] & bit) != 0
                 if (there0 & bit) == 0:
@@ -212,7 +225,7 @@ def touching(
     bodies = int(BLOCKS + 1)
     slots = int(SLOTS)
     for k in range(1, bodies):
-        places, gaps, _there = met(own, pose, k)
+        places, gaps, _there = find_corners(own, pose, k)
         number = int(0)
         for i in range(slots):
             bit = 1 << i

@@ -1,6 +1,6 @@
 """Runs of the impulse step over lanes, LANES lanes a thread: a pack on the CPU, one on any device.
 
-A block rocks while one of its corners has parted from the base, see `parting`.
+A block rocks while one of its corners has parted from the base, see parting.py.
 
 With one lane a thread the same text is the plain form.
 """
@@ -8,57 +8,12 @@ With one lane a thread the same text is the plain form.
 import warp as wp
 
 from warprock.kernels.account import book
-from warprock.kernels.impulse.block import Block, Knobs, height_of, slide_of, step
-from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
+from warprock.kernels.impulse.block import Block, Knobs, step
+from warprock.kernels.modes import RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.parting import slack, slides, watch
+from warprock.kernels.parting import watch
+from warprock.kernels.shape.block import glides, height_of, limit_of, observe, slide_of
 from warprock.kernels.shape.stack_found import BlockResult, Found, Result
-
-
-@wp.func
-def observe(
-    mode: int, time: real, theta: real, omega: real, slide: real,
-    peak: real, peak_time: real, peak_slide: real,
-):  # fmt: skip
-    """What a step adds to the response of one lane; what its ends tell is left to `watch`.
-
-    Args:
-        mode: ROCKING (not at its end), OVERTURNED or BROKEN.
-        time: End of the step [s].
-        theta: Rotation [rad], omega its rate [rad/s].
-        omega: Angular velocity [rad/s].
-        slide: Slide along the base [m].
-        peak: Largest |theta| so far [rad], peak_time its time [s].
-        peak_time: See peak.
-        peak_slide: Largest |slide| so far [m].
-
-    Returns:
-        mode, peak, peak_time, peak_slide.
-    """
-    zero = real(0.0)
-    higher = size(theta) > peak
-    over = size(theta) >= HALF_PI
-    sound = theta - theta == zero and omega - omega == zero and slide - slide == zero
-    return (
-        wp.where(sound, wp.where(over, OVERTURNED, mode), BROKEN),
-        wp.where(higher, smaller(size(theta), HALF_PI), peak),
-        wp.where(higher, time, peak_time),
-        larger(size(slide), peak_slide),
-    )
-
-
-@wp.func
-def limit_of(block: Block, knobs: Knobs, omega: real) -> real:
-    """Gap beyond which a corner has parted from the base [m]."""
-    reach = block.half_width + block.half_height
-    return slack(knobs.time_step, knobs.gravity, reach, omega * omega, reach)
-
-
-@wp.func
-def glides(block: Block, knobs: Knobs, vx: real, omega: real) -> bool:
-    """Whether a block that stands flat slides."""
-    way = knobs.time_step * (vx - block.half_height * omega)
-    return slides(way, knobs.time_step, knobs.gravity)
 
 
 @wp.func

@@ -1,17 +1,17 @@
-"""Velocity-level contact step of a block in space, for one precision and one law of friction.
+"""Velocity-level contact step of a block in space.
 
 The block lives in the frame of the base, with mass 1: centre of mass (x, y, z), attitude q (see
-`spatial`), velocity v and angular momentum l, both in the axes of the base. Corner k is at the
+shape/space.py), velocity v and angular momentum l, both in the axes of the base. Corner k is at the
 lever r_k from the centre of mass; its gap is z + r_z, its velocity v + omega x r, omega = J l, with
 J the inverse inertia in the axes of the base. One step of length dt is that of the planar block
-(see `impulse`), with three rows a corner:
+(see impulse/block.py), with three rows a corner:
 
     1. v* = v - dt (0, 0, g) - dv, dv the change of the base velocity between the half steps;
     2. corners nearer than the collision margin are contacts. Each asks for a normal velocity of
        at least -gap / dt (it may close an open gap) or zero, and for no tangential velocity within
        Coulomb's bound |f| <= mu n;
     3. where all contacts can be stopped together, their impulses p = (f_x, f_y, n) pushing and
-       with friction within the bound, they are (see `spatial_impulse_hold`): a fixed point of what
+       with friction within the bound, they are (see impulse/space_hold.py): a fixed point of what
        follows, at which it need not begin. Else
     4. projected Gauss-Seidel on the impulses, started from those of the last step, one corner
        after the other. With K the 3 x 3 matrix of velocity for impulse
@@ -74,7 +74,7 @@ def side_of(lean: real, rate: real, dv: real, before: real) -> real:
 
 
 @wp.func
-def hand(a: real, b: real, c: real, x: wp.ref[real], y: wp.ref[real], z: wp.ref[real]):
+def copy_vector(a: real, b: real, c: real, x: wp.ref[real], y: wp.ref[real], z: wp.ref[real]):
     """Hands over the three parts of a vector."""
     x = a
     y = b
@@ -82,7 +82,7 @@ def hand(a: real, b: real, c: real, x: wp.ref[real], y: wp.ref[real], z: wp.ref[
 
 
 @wp.func
-def set_out(
+def predict(
     dvx: real, dvy: real, dvz: real, knobs: Knobs,
     qx: real, qy: real, qz: real, qw: real, lx: real, ly: real, lz: real,
     ix: real, iy: real, iz: real, vx: real, vy: real, vz: real,
@@ -109,8 +109,8 @@ def set_out(
     uz = vz - dvz - knobs.time_step * knobs.gravity
     wx = xx * lx + xy * ly + xz * lz
     wy = xy * lx + yy * ly + yz * lz
-    hand(xx, xy, xz, jxx, jxy, jxz)
-    hand(yy, yz, zz, jyy, jyz, jzz)
+    copy_vector(xx, xy, xz, jxx, jxy, jxz)
+    copy_vector(yy, yz, zz, jyy, jyz, jzz)
     ox = wx
     oy = wy
     oz = xz * lx + yz * ly + zz * lz
@@ -125,7 +125,7 @@ def set_out(
 
 
 @wp.func
-def exchange(swap: real, a: wp.ref[real], b: wp.ref[real]):
+def swap_if(swap: real, a: wp.ref[real], b: wp.ref[real]):
     """Lets two numbers change places where `swap` is one."""
     first = real(a)
     a = wp.where(swap > real(0.0), b, first)
@@ -158,19 +158,17 @@ def stop_gains(on: real, xx: real, xy: real, xz: real, yy: real, yz: real, zz: r
 
 
 @wp.func
-def feel(
+def observe_contact(
     knobs: Knobs, gap: real, reach: real, ox: real, oy: real, oz: real, n: real,
     apart: wp.ref[real], lifted: wp.ref[real], landed: wp.ref[real],
 ):  # fmt: skip
-    """Counts a corner that has parted, or that has landed after it had; see `parting`.
+    """Counts a corner that has parted, or that has landed after it had; see parting.py.
 
     Args:
         knobs: Settings.
         gap: How wide it gapes after the last step [m].
         reach: At least its distance from the centre of mass [m].
-        ox: Angular velocity [rad/s], to oz.
-        oy: See ox.
-        oz: See ox.
+        ox, oy, oz: Angular velocity [rad/s].
         n: What it carried in the last step.
         apart: 1 where it has parted and not landed since, else 0.
         lifted: Corners that have parted.
@@ -186,8 +184,8 @@ def feel(
 
 
 @wp.func
-def approach(
-    corner: int, lean_x: real, lean_y: real, width: real, depth: real, height: real,
+def find_contact(
+    corner: int, lean_x: real, lean_y: real, half_width: real, half_depth: real, half_height: real,
     cx: real, cy: real, z: real, knobs: Knobs, qx: real, qy: real, qz: real, qw: real,
     ox: real, oy: real, oz: real,
     rx: wp.ref[real], ry: wp.ref[real], rz: wp.ref[real], aim: wp.ref[real], on: wp.ref[real],
@@ -197,20 +195,22 @@ def approach(
     """Finds a corner, and whether it is a contact; if not, it keeps no impulse.
 
     Found are its lever (rx, ry, rz) [m], the normal velocity that it aims at if it is a contact
-    [m/s], and 1 in `on` if it is, else 0; what the last step made of it, see `feel`.
+    [m/s], and 1 in `on` if it is, else 0; what the last step made of it, see `observe_contact`.
     """
     zero = real(0.0)
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
-    ax = real(2 * (corner % 2) - 1) * lean_x * width - cx
-    ay = real(2 * (corner // 2) - 1) * lean_y * depth - cy
-    h = r31 * ax + r32 * ay - r33 * height
-    rx = r11 * ax + r12 * ay - r13 * height
-    ry = r21 * ax + r22 * ay - r23 * height
+    ax = real(2 * (corner % 2) - 1) * lean_x * half_width - cx
+    ay = real(2 * (corner // 2) - 1) * lean_y * half_depth - cy
+    h = r31 * ax + r32 * ay - r33 * half_height
+    rx = r11 * ax + r12 * ay - r13 * half_height
+    ry = r21 * ax + r22 * ay - r23 * half_height
     rz = h
     g = z + h
     contact = g <= knobs.collision_margin
     lowest = smaller(lowest, g)
-    feel(knobs, g, width + depth + height, ox, oy, oz, n, apart, lifted, landed)
+    observe_contact(
+        knobs, g, half_width + half_depth + half_height, ox, oy, oz, n, apart, lifted, landed
+    )
     aim = -larger(g, zero) * knobs.rate
     on = wp.where(contact, real(1.0), zero)
     fx = wp.where(contact, fx, zero)
@@ -219,7 +219,7 @@ def approach(
 
 
 @wp.func
-def prepare(
+def warm_start(
     on: real, x: real, y: real, h: real, fx: real, fy: real, n: real,
     jxx: real, jxy: real, jxz: real, jyy: real, jyz: real, jzz: real,
     kx: wp.ref[real], ky: wp.ref[real],
@@ -243,10 +243,10 @@ def prepare(
     kxx, kyy, kzz = one + h * a2 - y * a3, one + x * b3 - h * b1, one + y * c1 - x * c2
     kxy, kxz, kyz = h * b2 - y * b3, h * c2 - y * c3, x * c3 - h * c1
     g1, g2, g3 = slip_gains(on, kxx, kxy, kyy)
-    hand(g1, g2, g3, p1, p2, p3)
+    copy_vector(g1, g2, g3, p1, p2, p3)
     g1, g2, g3, g4, g5, g6 = stop_gains(on, kxx, kxy, kxz, kyy, kyz, kzz)
-    hand(g1, g2, g3, h11, h12, h13)
-    hand(g4, g5, g6, h22, h23, h33)
+    copy_vector(g1, g2, g3, h11, h12, h13)
+    copy_vector(g4, g5, g6, h22, h23, h33)
     kx = kxz
     ky = kyz
     pn = on / kzz
@@ -285,7 +285,7 @@ def holds(fx: real, fy: real, n: real, mu: real) -> bool:
 
 
 @wp.func
-def press(
+def solve_contact(
     mu: real, aim: real, rx: real, ry: real, rz: real,
     jxx: real, jxy: real, jxz: real, jyy: real, jyz: real, jzz: real, kx: real, ky: real,
     pn: real, p1: real, p2: real, p3: real,
@@ -325,7 +325,7 @@ def press(
 
 
 @wp.func
-def advance(
+def integrate(
     live: bool, knobs: Knobs, ix: real, iy: real, iz: real, dvx: real, dvy: real, dvz: real,
     ux: real, uy: real, uz: real, ox: real, oy: real, oz: real, lowest: real,
     x: wp.ref[real], y: wp.ref[real], z: wp.ref[real],

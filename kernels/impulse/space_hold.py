@@ -1,6 +1,6 @@
 """Impulses that stop all contacts of a block in space together, as one motion of the block.
 
-Names are those of `spatial_impulse`; lengths and impulses are for mass 1. Contacts that are stopped
+Names are those of impulse/space.py; lengths and impulses are for mass 1. Contacts that are stopped
 leave a block one motion: about the corner, about the line through two corners, or none flat on its
 face, apart from what closes open gaps. With m the middle of what touches, w the half way from the
 first to the last of two corners, A the moment of inertia about m, and s the angular momentum about
@@ -13,9 +13,9 @@ corners share it by the pressure's centre, at the parts a and b of the half widt
 e (1 +- a) (1 +- b) / 4, and a couple about the vertical. Two take halves of it, -+ g x w / (2 w.w),
 and of what is along their line in proportion to their normal impulses.
 
-Where the centre of pressure lies beyond the face, the corners on the other side are let go, and the
-others tried; then those must not sink. A block on three corners, and what slides, is left to the
-sweeps.
+Where the centre of pressure lies beyond the face, the corners on the far side are let go and the
+others tried; the corners that were let go must then not sink. A block on three corners, and what
+slides, is left to the sweeps.
 """
 
 import warp as wp
@@ -147,7 +147,7 @@ def sinks(
 
 @wp.func
 def keep(held: bool, x: real, y: real, z: real, a: wp.ref[real], b: wp.ref[real], c: wp.ref[real]):
-    """Hands over a vector where a block is held. Zero is added: nothing is to be -0."""
+    """Writes a vector where a block is held. Zero is added so that no number is -0."""
     zero = real(0.0)
     a = wp.where(held, x, a) + zero
     b = wp.where(held, y, b) + zero
@@ -189,8 +189,10 @@ def tried(s0: real, s1: real, s2: real, s3: real, push: real, a: real, b: real):
 
 
 @wp.func
-def centre(ex: real, ey: real, ez: real, gx: real, gy: real, gz: real,
-           ax: real, ay: real, bx: real, by: real):  # fmt: skip
+def centre(
+    ex: real, ey: real, ez: real, gx: real, gy: real, gz: real, ax: real, ay: real, bx: real,
+    by: real,
+):  # fmt: skip
     """How four corners share an impulse e with the moment g about their middle.
 
     Returns:
@@ -248,7 +250,7 @@ def stopped(
 def beyond(
     ex: real, ey: real, ez: real, gx: real, gy: real, gz: real, wx: real, wy: real, wz: real
 ):  # fmt: skip
-    """What the last of two corners has of their impulse beyond its half; w as at the head."""
+    """Part of the impulse of two corners that the last has beyond one half; w as at the head."""
     part = HALF / larger(dot(wx, wy, wz, wx, wy, wz), TINY)
     qx, qy, qz = cross(gx, gy, gz, wx, wy, wz)
     qx, qy, qz = part * qx, part * qy, part * qz
@@ -258,7 +260,7 @@ def beyond(
 
 @wp.func
 def hold(
-    knobs: Knobs, lean_x: real, lean_y: real, width: real, depth: real, height: real,
+    knobs: Knobs, lean_x: real, lean_y: real, half_width: real, half_depth: real, half_height: real,
     cx: real, cy: real, mu: real, qx: real, qy: real, qz: real, qw: real,
     ix: real, iy: real, iz: real, lx: real, ly: real, lz: real,
     aim0: real, aim1: real, aim2: real, aim3: real,
@@ -279,11 +281,11 @@ def hold(
     xx, xy, xz, yy, yz, zz = inverse_inertia(
         r11, r12, r13, r21, r22, r23, r31, r32, r33, one / ix, one / iy, one / iz
     )
-    w, d = lean_x * width, lean_y * depth
+    w, d = lean_x * half_width, lean_y * half_depth
     ax, ay, az, bx, by, bz = r11 * w, r21 * w, r31 * w, r12 * d, r22 * d, r32 * d
-    mx = -(r11 * cx + r12 * cy + r13 * height)
-    my = -(r21 * cx + r22 * cy + r23 * height)
-    mz = -(r31 * cx + r32 * cy + r33 * height)
+    mx = -(r11 * cx + r12 * cy + r13 * half_height)
+    my = -(r21 * cx + r22 * cy + r23 * half_height)
+    mz = -(r31 * cx + r32 * cy + r33 * half_height)
     s0, s1, s2, s3 = real(on0), real(on1), real(on2), real(on3)
     t0, t1, t2, t3 = s0 * aim0, s1 * aim1, s2 * aim2, s3 * aim3
     k0, k1, k2, k3, si, sj, vx, vy, vz, px, py, pz, ex, ey, ez, gx, gy, gz = stopped(

@@ -2,26 +2,25 @@
 
 The values of LANES lanes lie side by side in vectors and matrices, one row a corner, so that the
 compiler turns them into vector code; with one lane a thread the same text is the plain form for
-any device. A func takes the entries, and what it finds it leaves in those that it takes as
-`wp.ref`. A corner that no lane of the thread leaves to the sweeps is left out: they would change
-nothing there, to the last bit.
+any device. A func takes the entries and writes its results to those that it takes as `wp.ref`. The
+sweeps skip a corner that is no contact in any lane of the thread: they would not change a bit.
 
-When a block rocks, lands and lifts says `spatial_impulse_seen`.
+impulse/space_seen.py says when a block rocks, lands and lifts.
 """
 
 import warp as wp
 
 from warprock.kernels.impulse.space import (
     Knobs,
-    advance,
-    approach,
-    exchange,
-    prepare,
-    press,
-    set_out,
+    find_contact,
+    integrate,
+    predict,
+    solve_contact,
+    swap_if,
+    warm_start,
 )
 from warprock.kernels.impulse.space_hold import hold
-from warprock.kernels.impulse.space_seen import glides, observe, stands, witness
+from warprock.kernels.impulse.space_seen import glides, observe_block, observe_contacts, stands
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.modes import RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
@@ -40,8 +39,9 @@ Counts = wp.types.vector(length=4, dtype=int)
 
 
 @wp.func
-def begin(
-    block: Block, knobs: Knobs, width: wp.ref[real], depth: wp.ref[real], height: wp.ref[real],
+def start_block(
+    block: Block, knobs: Knobs,
+    half_width: wp.ref[real], half_depth: wp.ref[real], half_height: wp.ref[real],
     cx: wp.ref[real], cy: wp.ref[real], mu: wp.ref[real],
     ix: wp.ref[real], iy: wp.ref[real], iz: wp.ref[real],
     x: wp.ref[real], y: wp.ref[real], z: wp.ref[real],
@@ -56,9 +56,9 @@ def begin(
     Velocities belong to half steps: half a step before the start the block rises as fast as it will
     fall half a step after.
     """
-    width = block.width
-    depth = block.depth
-    height = block.height
+    half_width = block.half_width
+    half_depth = block.half_depth
+    half_height = block.half_height
     cx = block.centre_x
     cy = block.centre_y
     mu = block.friction
@@ -96,22 +96,22 @@ def begin(
 def reorder(
     swap_x: real, swap_y: real, a: wp.ref[real], b: wp.ref[real], c: wp.ref[real], d: wp.ref[real]
 ):
-    """Lets what the corners keep from step to step change places where a side is another."""
-    exchange(swap_x, a, b)
-    exchange(swap_x, c, d)
-    exchange(swap_y, a, c)
-    exchange(swap_y, b, d)
+    """Swaps what the corners keep from step to step where the block leans to another side."""
+    swap_if(swap_x, a, b)
+    swap_if(swap_x, c, d)
+    swap_if(swap_y, a, c)
+    swap_if(swap_y, b, d)
 
 
 @wp.func
-def ride(v: real, base: wp.ref[real], dv: wp.ref[real]):
+def move_base(v: real, base: wp.ref[real], dv: wp.ref[real]):
     """Change of the base velocity to v [m/s]."""
     dv = v - base
     base = v
 
 
 @wp.func
-def depart(
+def predict_block(
     dvx: real, dvy: real, dvz: real, knobs: Knobs, qx: real, qy: real, qz: real, qw: real,
     lx: real, ly: real, lz: real, ix: real, iy: real, iz: real, vx: real, vy: real, vz: real,
     ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
@@ -126,14 +126,14 @@ def depart(
     apart0: wp.ref[real], apart1: wp.ref[real], apart2: wp.ref[real], apart3: wp.ref[real],
     before: real, since: wp.ref[real],
 ):  # fmt: skip
-    """Sets out on a step, see `set_out`, with the corners in the order of the lean.
+    """Predicts the velocities of a block, with its corners in the order of the lean.
 
     `before` is when the last step ended [s], `since` the time since which it has not stood flat, or
     NEVER.
     """
     since = wp.where(stands(n0, n1, n2, n3), NEVER, smaller(since, before))
     swap_x, swap_y = real(0.0), real(0.0)
-    set_out(
+    predict(
         dvx, dvy, dvz, knobs, qx, qy, qz, qw, lx, ly, lz, ix, iy, iz, vx, vy, vz, ux, uy, uz,
         ox, oy, oz, jxx, jxy, jxz, jyy, jyz, jzz, lean_x, lean_y, swap_x, swap_y,
         lowest,
@@ -147,7 +147,7 @@ def depart(
 
 
 @wp.func
-def move(
+def integrate_block(
     mode: wp.ref[int], knobs: Knobs, time: real, block: Block, ix: real, iy: real, iz: real,
     dvx: real, dvy: real, dvz: real, ux: real, uy: real, uz: real, ox: real, oy: real, oz: real,
     landed: real, lowest: real, lifted: real,
@@ -162,24 +162,24 @@ def move(
     peak_across: wp.ref[real], peak_tilt: wp.ref[real], peak_yaw: wp.ref[real],
     peak_slide: wp.ref[real],
 ):  # fmt: skip
-    """Moves a block by a step, and looks at it; see `advance` and `observe`."""
+    """Moves a block by a step, and looks at it; see `integrate` and `observe_block`."""
     live = mode == RUNNING
-    advance(
+    integrate(
         live, knobs, ix, iy, iz, dvx, dvy, dvz, ux, uy, uz, ox, oy, oz, lowest,
         x, y, z, qx, qy, qz, qw, vx, vy, vz, lx, ly, lz, loss,
     )  # fmt: skip
-    witness(
+    observe_contacts(
         live, time, landed, lowest, lifted, glides(block, knobs, ux, uy, ox, oy, oz), since,
         uplift_time, moved, deepest, impacts, steps,
     )  # fmt: skip
-    observe(
+    observe_block(
         live, time, block, x, y, z, qx, qy, qz, qw, vx + vy + vz + lx + ly + lz, slide_x, slide_y,
         peak, peak_time, peak_across, peak_tilt, peak_yaw, peak_slide, mode,
     )  # fmt: skip
 
 
 @wp.func
-def shown(
+def attitude_to_store(
     live: bool, past: real, qx: real, qy: real, qz: real, qw: real, lx: real, ly: real, lz: real,
     ix: real, iy: real, iz: real,
 ) -> Attitude:  # fmt: skip
@@ -198,25 +198,25 @@ def run_lanes(
     """Runs LANES lanes a thread, all at the same time."""
     first, dt, zero, time = wp.tid() * LANES, knobs.time_step, real(0.0), real(0.0)
     x, y, z, qx, qy, qz, qw, vx, vy, vz, lx = R(), R(), R(), R(), R(), R(), R(), R(), R(), R(), R()
-    ly, lz, ux, uy, uz, ox, oy, oz, width, depth = R(), R(), R(), R(), R(), R(), R(), R(), R(), R()
-    height, cx, cy, mu, ix, iy, iz, loss, lowest = R(), R(), R(), R(), R(), R(), R(), R(), R()
-    deepest, jxx, jxy, jxz, jyy, jyz, jzz, lean_x = R(), R(), R(), R(), R(), R(), R(), R()
-    lean_y, landed, lifted, slide_x, slide_y, peak, peak_time = R(), R(), R(), R(), R(), R(), R()
-    peak_across, peak_tilt, peak_yaw, peak_slide, uplift_time, moved = R(), R(), R(), R(), R(), R()
-    since = R()
+    ly, lz, ux, uy, uz, ox, oy, oz, half_w = R(), R(), R(), R(), R(), R(), R(), R(), R()
+    half_d, half_h, cx, cy, mu, ix, iy, iz, loss = R(), R(), R(), R(), R(), R(), R(), R(), R()
+    lowest, deepest, jxx, jxy, jxz, jyy, jyz, jzz = R(), R(), R(), R(), R(), R(), R(), R()
+    lean_x, lean_y, landed, lifted, slide_x, slide_y, peak = R(), R(), R(), R(), R(), R(), R()
+    peak_time, peak_across, peak_tilt, peak_yaw, peak_slide = R(), R(), R(), R(), R()
+    uplift_time, moved, since = R(), R(), R()
     fx, fy, n, on, apart, aim = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     rx, ry, rz, kx, ky, pn = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     p1, p2, p3, h11, h12, h13 = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     h22, h23, h33, busy = Corner(), Corner(), Corner(), Counts()
     impacts, mode, steps, base, dv = LaneInt(), LaneInt(), LaneInt(), Three(), Three()
-    # A count that Warp does not know, so that it writes out none of the loops over it.
+    # A variable, not a constant: else Warp would unroll the loops over it.
     corners, count = int(4), int(0)
     for i in range(LANES):
-        begin(
-            blocks[0, first + i], knobs, width[i], depth[i], height[i], cx[i], cy[i], mu[i], ix[i],
-            iy[i], iz[i], x[i], y[i], z[i], qx[i], qy[i], qz[i], qw[i], vz[i], lean_x[i], lean_y[i],
-            uplift_time[i], mode[i], peak[i], peak_across[i], peak_tilt[i], n[0, i], n[1, i],
-            n[2, i], n[3, i],
+        start_block(
+            blocks[0, first + i], knobs, half_w[i], half_d[i], half_h[i], cx[i], cy[i], mu[i],
+            ix[i], iy[i], iz[i], x[i], y[i], z[i], qx[i], qy[i], qz[i], qw[i], vz[i], lean_x[i],
+            lean_y[i], uplift_time[i], mode[i], peak[i], peak_across[i], peak_tilt[i], n[0, i],
+            n[1, i], n[2, i], n[3, i],
         )  # fmt: skip
     for sample in range(sample_times.shape[0]):
         while time < sample_times[sample]:
@@ -227,8 +227,8 @@ def run_lanes(
                     way = motions[d, first + i]
                     place = sample_index(way, sample_segment(way, half))
                     v = base_velocity(way, half, pool[2, place], pool[0, place], pool[1, place])
-                    ride(v, base[d, i], dv[d, i])
-                depart(
+                    move_base(v, base[d, i], dv[d, i])
+                predict_block(
                     dv[0, i], dv[1, i], dv[2, i], knobs, qx[i], qy[i], qz[i], qw[i], lx[i], ly[i],
                     lz[i], ix[i], iy[i], iz[i], vx[i], vy[i], vz[i], ux[i], uy[i], uz[i], ox[i],
                     oy[i], oz[i], jxx[i], jxy[i], jxz[i], jyy[i], jyz[i], jzz[i], lean_x[i],
@@ -238,19 +238,20 @@ def run_lanes(
                 )  # fmt: skip
             for c in range(corners):
                 for i in range(LANES):
-                    approach(
-                        c, lean_x[i], lean_y[i], width[i], depth[i], height[i], cx[i], cy[i], z[i],
-                        knobs, qx[i], qy[i], qz[i], qw[i], ox[i], oy[i], oz[i], rx[c, i], ry[c, i],
-                        rz[c, i], aim[c, i], on[c, i], fx[c, i], fy[c, i], n[c, i], apart[c, i],
-                        lowest[i], lifted[i], landed[i],
+                    find_contact(
+                        c, lean_x[i], lean_y[i], half_w[i], half_d[i], half_h[i], cx[i], cy[i],
+                        z[i], knobs, qx[i], qy[i], qz[i], qw[i], ox[i], oy[i], oz[i], rx[c, i],
+                        ry[c, i], rz[c, i], aim[c, i], on[c, i], fx[c, i], fy[c, i], n[c, i],
+                        apart[c, i], lowest[i], lifted[i], landed[i],
                     )  # fmt: skip
             for i in range(LANES):
                 hold(
-                    knobs, lean_x[i], lean_y[i], width[i], depth[i], height[i], cx[i], cy[i], mu[i],
-                    qx[i], qy[i], qz[i], qw[i], ix[i], iy[i], iz[i], lx[i], ly[i], lz[i], aim[0, i],
-                    aim[1, i], aim[2, i], aim[3, i], on[0, i], on[1, i], on[2, i], on[3, i],
-                    fx[0, i], fx[1, i], fx[2, i], fx[3, i], fy[0, i], fy[1, i], fy[2, i], fy[3, i],
-                    n[0, i], n[1, i], n[2, i], n[3, i], ux[i], uy[i], uz[i], ox[i], oy[i], oz[i],
+                    knobs, lean_x[i], lean_y[i], half_w[i], half_d[i], half_h[i], cx[i], cy[i],
+                    mu[i], qx[i], qy[i], qz[i], qw[i], ix[i], iy[i], iz[i], lx[i], ly[i], lz[i],
+                    aim[0, i], aim[1, i], aim[2, i], aim[3, i], on[0, i], on[1, i], on[2, i],
+                    on[3, i], fx[0, i], fx[1, i], fx[2, i], fx[3, i], fy[0, i], fy[1, i], fy[2, i],
+                    fy[3, i], n[0, i], n[1, i], n[2, i], n[3, i], ux[i], uy[i], uz[i], ox[i], oy[i],
+                    oz[i],
                 )  # fmt: skip
             for c in range(corners):
                 busy[c] = 0
@@ -258,7 +259,7 @@ def run_lanes(
                     busy[c] += wp.where(on[c, i] > zero, 1, 0)
                 if busy[c] > 0:
                     for i in range(LANES):
-                        prepare(
+                        warm_start(
                             on[c, i], rx[c, i], ry[c, i], rz[c, i], fx[c, i], fy[c, i], n[c, i],
                             jxx[i], jxy[i], jxz[i], jyy[i], jyz[i], jzz[i], kx[c, i], ky[c, i],
                             pn[c, i], p1[c, i], p2[c, i], p3[c, i], h11[c, i], h12[c, i], h13[c, i],
@@ -269,7 +270,7 @@ def run_lanes(
                 c = step % corners
                 if busy[c] > 0:
                     for i in range(LANES):
-                        press(
+                        solve_contact(
                             mu[i], aim[c, i], rx[c, i], ry[c, i], rz[c, i], jxx[i], jxy[i], jxz[i],
                             jyy[i], jyz[i], jzz[i], kx[c, i], ky[c, i], pn[c, i], p1[c, i],
                             p2[c, i], p3[c, i], h11[c, i], h12[c, i], h13[c, i], h22[c, i],
@@ -277,17 +278,16 @@ def run_lanes(
                             ox[i], oy[i], oz[i],
                         )  # fmt: skip
             for i in range(LANES):
-                move(
+                integrate_block(
                     mode[i], knobs, time, blocks[0, first + i], ix[i], iy[i], iz[i], dv[0, i], dv[1,
                     i], dv[2, i], ux[i], uy[i], uz[i], ox[i], oy[i], oz[i], landed[i], lowest[i],
                     lifted[i], x[i], y[i], z[i], qx[i],
                     qy[i], qz[i], qw[i], vx[i], vy[i], vz[i], lx[i], ly[i], lz[i], loss[i],
                     since[i], uplift_time[i], moved[i], deepest[i], impacts[i], steps[i],
                     slide_x[i], slide_y[i], peak[i], peak_time[i], peak_across[i], peak_tilt[i],
-                    peak_yaw[i], peak_slide[i],
-                )  # fmt: skip
+                    peak_yaw[i], peak_slide[i])  # fmt: skip
         for i in range(wp.where(found.attitudes.shape[0] > 0, LANES, 0)):
-            q = shown(
+            q = attitude_to_store(
                 mode[i] == RUNNING, sample_times[sample] - time, qx[i], qy[i], qz[i], qw[i], lx[i],
                 ly[i], lz[i], ix[i], iy[i], iz[i],
             )  # fmt: skip

@@ -1,8 +1,8 @@
-"""What the impulse step shows of single blocks in space, for one precision.
+"""What the impulse step shows of single blocks in space.
 
-A block rocks while a corner has parted from the base, see `parting`; it lands once one that had
-carries again, an edge at once. It stands flat while two opposite corners carry, and has lifted
-since it did not. It moves while it rocks or slides, see `slips`.
+A block rocks while a corner has parted from the base, see parting.py. It lands once such a corner
+carries again; an edge lands as one. It stands flat while two opposite corners carry, and its uplift
+time is when it last did. It moves while it rocks or slides, see `slips`.
 """
 
 import warp as wp
@@ -15,8 +15,8 @@ from warprock.kernels.shape.space import Block, matrix_of, slide_of, turns_of
 @wp.func
 def glides(block: Block, knobs: Knobs, ux: real, uy: real, ox: real, oy: real, oz: real) -> bool:
     """Whether a block that stands flat slides, with the velocities u and o after a step."""
-    x, y = ux - block.height * oy, uy + block.height * ox
-    turn = oz * (block.width + block.depth)
+    x, y = ux - block.half_height * oy, uy + block.half_height * ox
+    turn = oz * (block.half_width + block.half_depth)
     return slips(x * x + y * y + turn * turn, knobs)
 
 
@@ -27,7 +27,7 @@ def stands(n0: real, n1: real, n2: real, n3: real) -> bool:
 
 
 @wp.func
-def witness(
+def observe_contacts(
     live: bool, time: real, landed: real, lowest: real, lifted: real, slides: bool,
     since: real, uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real],
     impacts: wp.ref[int], steps: wp.ref[int],
@@ -58,7 +58,7 @@ def witness(
 
 
 @wp.func
-def observe(
+def observe_block(
     live: bool, time: real, block: Block, x: real, y: real, z: real, qx: real, qy: real, qz: real,
     qw: real, speed: real, slide_x: wp.ref[real], slide_y: wp.ref[real],
     peak: wp.ref[real], peak_time: wp.ref[real],

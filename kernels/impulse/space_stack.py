@@ -1,11 +1,11 @@
-"""Velocity-level contact step of a stack of blocks in space, for one precision and law of friction.
+"""Velocity-level contact step of a stack of blocks in space.
 
 Bodies are numbered from the ground: body 0 is the ground, an endless face that nothing moves, body
-k the k-th block. The step is that of the single block (see `spatial_impulse`), body by body; the
+k the k-th block. The step is that of the single block (see impulse/space.py), body by body; the
 contacts of interface k, below block k, are the corners of what the bottom face of block k and the
-top face of what it stands on share (see `faces`), found once a step. Their normal is that of the
-lower face, their impulses and slips are along its width, its depth and its normal. A contact at the
-levers r_u and r_l from the centres of the two blocks sees the velocity
+top face of what it stands on share (see shape/faces.py), found once a step. Their normal is that of
+the lower face, their impulses and slips are along its width, its depth and its normal. A contact at
+the levers r_u and r_l from the centres of the two blocks sees the velocity
 
     v_u + omega_u x r_u - v_l - omega_l x r_l.
 
@@ -22,9 +22,6 @@ from warprock.kernels.shape.faces import SLOTS, Vector, corner, mirrored
 from warprock.kernels.shape.space import Block, inverse_inertia, matrix_of
 
 FAR = real(1.0e30)
-
-GROUND_FACE = real(1.0e9)
-"""Half width of the ground's face [m]: no block reaches its ends."""
 
 Matrix = wp.types.matrix(shape=(3, 3), dtype=real)
 Attitude = wp.types.vector(length=4, dtype=real)
@@ -86,15 +83,13 @@ def rows_of(rows: Axes, k: int) -> Matrix:
 
 @wp.func
 def gains_of(both: real, e: Matrix, ju: Matrix, jl: Matrix, ru: Vector, rl: Vector) -> Gains:
-    """What impulses at a contact do, as `spatial_impulse.prepare`: pn, p1 to 3, h11 to 33, kx, ky.
+    """What impulses at a contact do: pn, p1 to 3, h11 to 33, kx, ky; see impulse/space.py.
 
     Args:
         both: Sum of the inverse masses of its bodies [1/kg].
         e: Its directions, one a row.
-        ju: Inverse inertia of the upper body [1/(kg m^2)]; jl of the lower one.
-        jl: See ju.
-        ru: Lever from the upper centre of mass [m]; rl from the lower one.
-        rl: See ru.
+        ju, jl: Inverse inertia of the upper body [1/(kg m^2)] and of the lower one.
+        ru, rl: Levers from the upper and the lower centre of mass [m].
     """
     one = real(1.0)
     u1, u2, u3 = wp.cross(ru, e[0]), wp.cross(ru, e[1]), wp.cross(ru, e[2])
@@ -111,13 +106,15 @@ def gains_of(both: real, e: Matrix, ju: Matrix, jl: Matrix, ru: Vector, rl: Vect
 
 
 @wp.func
-def seen(vu: Vector, ou: Vector, ru: Vector, vl: Vector, ol: Vector, rl: Vector) -> Vector:
+def relative_velocity(
+    vu: Vector, ou: Vector, ru: Vector, vl: Vector, ol: Vector, rl: Vector
+) -> Vector:
     """Velocity of a contact on the upper block as seen from the lower one [m/s]."""
     return vu + wp.cross(ou, ru) - vl - wp.cross(ol, rl)
 
 
 @wp.func
-def pressed(
+def solve_contact(
     mu: real, gap: real, rate: real, gains: Gains, e: Matrix, ru: Vector, rl: Vector, p: Vector,
     vu: Vector, ou: Vector, vl: Vector, ol: Vector,
 ) -> Vector:  # fmt: skip
@@ -127,7 +124,9 @@ def pressed(
     upper and the lower body.
     """
     zero, g = real(0.0), gains
-    at = e * seen(vu, ou, ru, vl, ol, rl) + Vector(zero, zero, larger(gap, zero) * rate)
+    at = e * relative_velocity(vu, ou, ru, vl, ol, rl) + Vector(
+        zero, zero, larger(gap, zero) * rate
+    )
     stop_x = p[0] - g[4] * at[0] - g[5] * at[1] - g[6] * at[2]
     stop_y = p[1] - g[5] * at[0] - g[7] * at[1] - g[8] * at[2]
     stop_z = p[2] - g[6] * at[0] - g[8] * at[1] - g[9] * at[2]
@@ -142,7 +141,7 @@ def pressed(
 
 
 @wp.func
-def solved(
+def solve(
     sweeps: int, total: int, rate: real, mu: Numbers, light: Numbers, axes: Axes, ease: Axes,
     body: PointInts, gap: PointNumbers, ru: Points, rl: Points, first: Points, v: Bodies, w: Bodies,
 ):  # fmt: skip
@@ -158,11 +157,9 @@ def solved(
         ease: Inverse inertia of each body [1/(kg m^2)], three rows.
         body: Upper body of each contact.
         gap: Gap of each contact [m].
-        ru: Lever of each contact from the upper centre of mass [m]; rl from the lower one.
-        rl: See ru.
+        ru, rl: Levers of each contact from the upper and the lower centre of mass [m].
         first: Impulses to start from [N s].
-        v: Velocity of each body without contact [m/s]; w its angular velocity [rad/s].
-        w: See v.
+        v, w: Velocity [m/s] and angular velocity [rad/s] of each body without contact.
     """
     u, o, p, gains = Bodies(), Bodies(), Points(), PointGains()
     bodies = int(BLOCKS + 1)
@@ -179,7 +176,7 @@ def solved(
             if step < 0:
                 gains[i] = gains_of(light[k] + light[low], e, ju, jl, ru[i], rl[i])
             else:
-                new = pressed(
+                new = solve_contact(
                     mu[k], gap[i], rate, gains[i], e, ru[i], rl[i], p[i], u[k], o[k], u[low], o[low]
                 )
             more = wp.transpose(e) * (new - p[i])
@@ -201,11 +198,11 @@ def solved(
 def fastest_slip(
     total: int, axes: Axes, body: PointInts, ru: Points, rl: Points, u: Bodies, o: Bodies
 ) -> real:
-    """Square of the speed at which the fastest contact slides [m^2/s^2]; see `solved`."""
+    """Square of the speed at which the fastest contact slides [m^2/s^2]; see `solve`."""
     most = real(0.0)
     for i in range(total):
         k = body[i]
-        at = rows_of(axes, k - 1) * seen(u[k], o[k], ru[i], u[k - 1], o[k - 1], rl[i])
+        at = rows_of(axes, k - 1) * relative_velocity(u[k], o[k], ru[i], u[k - 1], o[k - 1], rl[i])
         most = larger(most, at[0] * at[0] + at[1] * at[1])
     return most
 
@@ -218,8 +215,8 @@ def visited(slot: int, lean: Vector) -> int:
 
 
 @wp.func
-def shared(block: Block, below: Block, m: Matrix, c: Vector, lean: Vector):
-    """Corners of what two faces share, by slot (see `faces`), found in a mirror image.
+def shared_corners(block: Block, below: Block, m: Matrix, c: Vector, lean: Vector):
+    """Corners of what two faces share, by slot (see shape/faces.py), found in a mirror image.
 
     Args:
         block: The upper block.
@@ -235,18 +232,22 @@ def shared(block: Block, below: Block, m: Matrix, c: Vector, lean: Vector):
     sx, sy = lean[0], lean[1]
     x = c[0] + below.centre_x - m[0, 0] * block.centre_x - m[0, 1] * block.centre_y
     y = c[1] + below.centre_y - m[1, 0] * block.centre_x - m[1, 1] * block.centre_y
-    z = c[2] - below.height - m[2, 0] * block.centre_x - m[2, 1] * block.centre_y
-    h = block.height
+    z = c[2] - below.half_height - m[2, 0] * block.centre_x - m[2, 1] * block.centre_y
+    h = block.half_height
     middle = Vector(sx * (x - h * m[0, 2]), sy * (y - h * m[1, 2]), z - h * m[2, 2])
     d = Vector(m[0, 0], sx * sy * m[1, 0], sx * m[2, 0])
     e = Vector(sx * sy * m[0, 1], m[1, 1], sy * m[2, 1])
     places, gaps, there, s = Corners(), CornerNumbers(), int(0), int(0)
     # A face whose corners all lie over the other shares them alone.
     while s < wp.where(there == WHOLE, UPPER, int(SLOTS)):
-        point, exists = corner(s, middle, d, e, block.width, block.depth, below.width, below.depth)
+        point, exists = corner(
+            s, middle, d, e, block.half_width, block.half_depth, below.half_width, below.half_depth
+        )
         t = visited(s, lean)
         places[t] = Vector(
-            sx * point[0] - below.centre_x, sy * point[1] - below.centre_y, point[2] + below.height
+            sx * point[0] - below.centre_x,
+            sy * point[1] - below.centre_y,
+            point[2] + below.half_height,
         )
         gaps[t] = point[2]
         there = there | wp.where(exists, 1 << t, 0)
@@ -255,7 +256,7 @@ def shared(block: Block, below: Block, m: Matrix, c: Vector, lean: Vector):
 
 
 @wp.func
-def touched(gaps: CornerNumbers, there: int, lean: Vector, was: int, knobs: Knobs):
+def find_contacts(gaps: CornerNumbers, there: int, lean: Vector, was: int, knobs: Knobs):
     """The contacts among the corners of what two faces share.
 
     Args:

@@ -1,12 +1,11 @@
 """Runs of the impulse step over stacks of blocks in space, one lane a thread on any device.
 
-A run begins with one solve from velocities of zero, its impulses those of the weights above, shared
-by the contacts: they become those of the rest, or of the release. Half a step back from the
-acceleration that they leave lie the velocities that the first step starts from: velocities belong
-to half steps.
+A run begins with one solve from velocities of zero. It starts from the weights above, shared by the
+contacts, and ends at what they carry at rest, or at the release. Velocities belong to half steps,
+so the first step starts from velocities half a step back: -dt/2 times the settled acceleration.
 
 An interface rocks while a corner of what its faces share does not touch; it lands once one touches
-again. A stack moves while an interface rocks or slides, see `slips` of `spatial_impulse`. It ends
+again. A stack moves while an interface rocks or slides, see `slips` in impulse/space.py. It ends
 when two faces share nothing, or a block leans by a right angle, also against what it stands on.
 """
 
@@ -14,7 +13,6 @@ import warp as wp
 
 from warprock.kernels.impulse.space import Knobs, side_of, slips
 from warprock.kernels.impulse.space_stack import (
-    GROUND_FACE,
     Attitude,
     Axes,
     Bodies,
@@ -25,17 +23,18 @@ from warprock.kernels.impulse.space_stack import (
     Points,
     axis_of,
     fastest_slip,
+    find_contacts,
     frame,
     rows_of,
-    shared,
-    solved,
-    touched,
+    shared_corners,
+    solve,
     weighted,
 )
 from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.faces import Vector
+from warprock.kernels.shape.interface import GROUND_FACE
 from warprock.kernels.shape.space import Block, slide_of, turn_freely, turns_of
 from warprock.kernels.shape.space_found import BlockResult, Found, Result
 
@@ -57,10 +56,13 @@ AllSeen = wp.types.matrix(shape=(BLOCKS + 1, 8), dtype=real)
 
 
 @wp.func
-def watched(
+def observe_block(
     seen: Seen, time: real, block: Block, q: Attitude, r: Matrix, m: Matrix, c: Vector
 ) -> Seen:
-    """What has been seen of a block after a step; m and c as in `shared`, r its own attitude."""
+    """What has been seen of a block after a step.
+
+    m and c are as in `shared_corners`, r is its own attitude.
+    """
     tan_x, tan_y, tilt, yaw = turns_of(block, r[0, 2], r[1, 2], r[2, 2], q[2], q[3])
     x, y = slide_of(
         block, c[0], c[1], m[0, 0], m[0, 1], m[0, 2], m[1, 0], m[1, 1], m[1, 2], m[2, 0], m[2, 1]
@@ -73,8 +75,8 @@ def watched(
 
 
 @wp.func
-def became(mode: int, total: real, shares: int, r: Matrix, m: Matrix) -> int:
-    """What becomes of a lane with one of its blocks.
+def mode_after(mode: int, total: real, shares: int, r: Matrix, m: Matrix) -> int:
+    """The mode of a lane after one of its blocks has moved.
 
     Args:
         mode: What it is so far.
@@ -91,13 +93,13 @@ def became(mode: int, total: real, shares: int, r: Matrix, m: Matrix) -> int:
 
 
 @wp.func
-def ground(below: Block, k: int) -> Block:
+def support_of(below: Block, k: int) -> Block:
     """What block k stands on: the ground under the first, else the block given."""
     if k > 1:
         return below
     base = Block()
-    base.width = GROUND_FACE
-    base.depth = GROUND_FACE
+    base.half_width = GROUND_FACE
+    base.half_depth = GROUND_FACE
     return base
 
 
@@ -119,7 +121,7 @@ def lean_of(m: Matrix, rate: Vector, hint: Vector, before: Vector) -> Vector:
 
 
 @wp.func
-def back(block: Block, q: Attitude, spin: Vector, past: real) -> Attitude:
+def attitude_to_store(block: Block, q: Attitude, spin: Vector, past: real) -> Attitude:
     """Attitude of a block at a sample that its lane has passed by the time -past [s]."""
     e, f, g, h = turn_freely(
         q[0], q[1], q[2], q[3], spin[0], spin[1], spin[2],
@@ -129,23 +131,20 @@ def back(block: Block, q: Attitude, spin: Vector, past: real) -> Attitude:
 
 
 @wp.func
-def advance(
+def integrate(
     settles: bool, block: Block, knobs: Knobs, dv: Vector, at: Vector, v: Vector, spin: Vector,
     q: Attitude, r: Matrix, u: Vector, o: Vector, lift: Vector,
 ):  # fmt: skip
-    """Moves a block by a step, or half a step back from the acceleration that it settled with.
+    """Moves a block by a step, or by half a step back before the first one.
 
     Args:
         settles: Whether the step only finds impulses.
         block: The block.
         knobs: Settings.
         dv: Change of the base velocity [m/s].
-        at: Centre of mass [m], q attitude, r its rotation matrix.
-        v: Velocity before the step [m/s], u after it.
+        at, q, r: Centre of mass [m], attitude, and its rotation matrix.
+        v, u: Velocity before the step [m/s] and after it.
         spin: Angular momentum before the step, for unit mass [m^2/s].
-        q: See at.
-        r: See at.
-        u: See v.
         o: Angular velocity after the step [rad/s].
         lift: What its interfaces give back of their penetration [m].
 
@@ -160,7 +159,7 @@ def advance(
         return at, -HALF * u, -HALF * gain, q, real(0.0)
     push = u - v + dv + Vector(real(0.0), real(0.0), dt * knobs.gravity)
     work = HALF * (wp.dot(push, v + u) + wp.dot(gain, before + o)) + knobs.gravity * lift[2]
-    turned = back(block, q, spin + gain, dt)
+    turned = attitude_to_store(block, q, spin + gain, dt)
     return at + dt * u + lift, u, spin + gain, turned, -block.mass * work
 
 
@@ -214,11 +213,11 @@ def run_lanes(
                     ease[3 * k + i] = light[k] * axis_of(j, i)
                 u[k] = v[k] - dv - Vector(zero, zero, dt * knobs.gravity)
                 o[k] = j * spin[k]
-                below, down = ground(blocks[wp.max(k - 2, 0), lane], k), rows_of(axes, k - 1)
+                below, down = support_of(blocks[wp.max(k - 2, 0), lane], k), rows_of(axes, k - 1)
                 m, c = down * r, down * (at[k] - at[k - 1])
                 lean[k] = lean_of(m, down * (o[k] - o[k - 1]), hint, lean[k])
-                places, gaps, some = shared(block, below, m, c, lean[k])
-                chosen, number, wide, lands, deep, push = touched(
+                places, gaps, some = shared_corners(block, below, m, c, lean[k])
+                chosen, number, wide, lands, deep, push = find_contacts(
                     gaps, some, lean[k], apart[k], knobs
                 )
                 for i in range(number):
@@ -236,7 +235,7 @@ def run_lanes(
                 lifted, landed = lifted | wide, landed | lands
                 deepest, shift = larger(deepest, deep), shift + push * axes[3 * k - 1]
                 lift[k] = shift
-            p, u, o = solved(
+            p, u, o = solve(
                 wp.where(count > 0, knobs.sweeps, SETTLING), total, knobs.rate, mu, light, axes,
                 ease, body, gap, ru, rl, p, u, o,
             )  # fmt: skip
@@ -246,7 +245,7 @@ def run_lanes(
             for k in range(1, bodies):
                 block = blocks[k - 1, lane]
                 r, down = frame(attitude[k]), wp.transpose(frame(attitude[k - 1]))
-                place, speed, turns, q, took = advance(
+                place, speed, turns, q, took = integrate(
                     count == 0, block, knobs, dv, at[k], v[k], spin[k], attitude[k], r, u[k], o[k],
                     lift[k],
                 )  # fmt: skip
@@ -256,9 +255,9 @@ def run_lanes(
                 attitude[k] = q
                 r, loss = frame(q), loss + took
                 m, c = down * r, down * (place - at[k - 1])
-                seen[k] = watched(seen[k], time, block, q, r, m, c)
+                seen[k] = observe_block(seen[k], time, block, q, r, m, c)
                 sums = place[0] + speed[0] + speed[1] + speed[2] + turns[0] + turns[1] + turns[2]
-                mode = became(mode, sums, there[k], r, m)
+                mode = mode_after(mode, sums, there[k], r, m)
             steps, impacts = steps + wp.where(count > 0, 1, 0), impacts + landed
             slides = slips(fastest_slip(total, axes, body, ru, rl, u, o), knobs)
             moved = wp.where(lifted != 0 or (count > 0 and slides), time, moved)
@@ -266,7 +265,7 @@ def run_lanes(
         if found.attitudes.shape[0] > 0:
             past = wp.where(mode == RUNNING, smaller(until - time, zero), zero)
             for k in range(1, bodies):
-                q = back(blocks[k - 1, lane], attitude[k], spin[k], past)
+                q = attitude_to_store(blocks[k - 1, lane], attitude[k], spin[k], past)
                 for i in range(4):
                     found.attitudes[sample, k - 1, i, lane] = q[i]
     found.results[lane] = Result(uplift_time, moved, loss, deepest, impacts, mode, steps)

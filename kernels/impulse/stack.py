@@ -1,12 +1,12 @@
-"""Velocity-level contact step of a stack of rocking blocks, for one precision.
+"""Velocity-level contact step of a stack of rocking blocks.
 
 Bodies are numbered from the ground: body 0 is the ground, an endless flat face that nothing moves,
 body k the k-th block. A body has its centre of mass at (x, z), in the frame of the base, the half
-width `face` and the half height `high` [m], the clockwise rotation theta [rad] with its sine s and
-cosine c, the inverse mass m [1/kg] and moment of inertia j [1/(kg m^2)], and the velocity (vx, vz)
-[m/s], omega [rad/s]. A lever (X, Z) of a body points to (X c + Z s, Z c - X s); (c, -s) is the
-direction of its faces, (s, c) their normal. Of the two bodies of an interface the lower one's
-names begin with l.
+width `half_width` and the half height `half_height` [m], the clockwise rotation theta [rad] with
+its sine s and cosine c, the inverse mass m [1/kg] and moment of inertia j [1/(kg m^2)], and the
+velocity (vx, vz) [m/s], omega [rad/s]. A lever (X, Z) of a body points to (X c + Z s, Z c - X s);
+(c, -s) is the direction of its faces, (s, c) their normal. Of the two bodies of an interface the
+lower one's names begin with l.
 
 Interface k, below block k, touches at the two ends of the overlap of the upper block's bottom face
 and the lower one's top face. An end is whichever corner lies further in along the lower face: a
@@ -19,14 +19,14 @@ with a = r.e and b = r.n of each [m], the relative velocities
     slip:    (v_u - v_l).e + b_u omega_u - b_l omega_l
 
 and the impulses n (normal) and t (tangential) [N s]. One step of length dt is the single block's
-(see `impulse`), body by body: the velocity without contact; contacts where the gap is within the
-collision margin, each of which wants a normal velocity of at least -gap / dt or zero and no slip
-within Coulomb's bound; projected Gauss-Seidel from the impulses of the last step, an end that is
-alone at its interface by `cone`; semi-implicit Euler; erp. Here the sweeps work on the velocities,
-from the ground up. In an interface they visit first the end away from the side it leans to, so that
-a mirrored scene is visited in mirrored order. What an interface gives back of its penetration moves
-all that stands on it along the normal there, but for the 2 g dt^2 that one step of falling can
-make.
+(see impulse/block.py), body by body: the velocity without contact; contacts where the gap is within
+the collision margin, each of which wants a normal velocity of at least -gap / dt or zero and no
+slip within Coulomb's bound; projected Gauss-Seidel from the impulses of the last step, an end that
+is alone at its interface by cone.py; semi-implicit Euler; erp. Here the sweeps work on the
+velocities, from the ground up. In an interface they visit first the end away from the side it leans
+to, so that a mirrored scene is visited in mirrored order. What an interface gives back of its
+penetration moves all that stands on it along the normal there, but for the 2 g dt^2 that one step
+of falling can make.
 
 Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 """
@@ -34,9 +34,7 @@ Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 import warp as wp
 
 from warprock.kernels.cone import alone
-
-GROUND_FACE = real(1.0e9)
-"""Half width of the ground's face [m]: no block reaches its ends."""
+from warprock.kernels.shape.interface import add_impulses, find_end
 
 
 @wp.struct
@@ -51,7 +49,7 @@ class Knobs:
 
 
 @wp.func
-def set_out(
+def predict(
     dv: real, hint: real, knobs: Knobs, turn: real, vx: real, vz: real, omega: real, below: real,
     ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real], lean: wp.ref[real],
     n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
@@ -63,19 +61,12 @@ def set_out(
         hint: What it does or is about to do, for the lean of what does not move yet [m/s].
         knobs: Settings.
         turn: Rotation of the block against what it stands on [rad].
-        vx: Velocity of the block; vz, omega likewise.
-        vz: See vx.
-        omega: See vx.
+        vx, vz, omega: Velocity of the block.
         below: Angular velocity of what it stands on [rad/s].
-        ux: Velocity found; uz, uo likewise.
-        uz: See ux.
-        uo: See ux.
+        ux, uz, uo: Velocity found.
         lean: Side to which the interface leaned before, then the one of this step: -1 or 1.
-        n1: Normal impulse of the end visited first; t1 its tangential one, n2, t2 of the other.
+        n1, t1, n2, t2: Normal and tangential impulse of the end visited first, and of the other.
             They change places where the lean has changed.
-        t1: See n1.
-        n2: See n1.
-        t2: See n1.
     """
     zero = real(0.0)
     rate = omega - below
@@ -95,62 +86,9 @@ def set_out(
 
 
 @wp.func
-def meet(
-    side: real, face: real, high: real, s: real, c: real,
-    lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real,
-    nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real],
-    al: wp.ref[real], bl: wp.ref[real], gap: wp.ref[real],
-):  # fmt: skip
-    """Finds the point at one end of the overlap: side is 1 for the end at +x, -1 for the other.
-
-    (dx, dz) leads from the lower centre to the upper one [m]; nx and what follows is found.
-    """
-    px = side * face * c - high * s
-    pz = -high * c - side * face * s
-    qx = side * lface * lc + lhigh * ls
-    qz = lhigh * lc - side * lface * ls
-    ax = dx + px
-    az = dz + pz
-    bx = qx - dx
-    bz = qz - dz
-    inside = side * (ax * lc - az * ls) <= lface
-    mx = wp.where(inside, ls, s)
-    mz = wp.where(inside, lc, c)
-    rx = wp.where(inside, px, bx)
-    rz = wp.where(inside, pz, bz)
-    lx = wp.where(inside, ax, qx)
-    lz = wp.where(inside, az, qz)
-    nx = mx
-    nz = mz
-    au = rx * mz - rz * mx
-    bu = rx * mx + rz * mz
-    al = lx * mz - lz * mx
-    bl = lx * mx + lz * mz
-    gap = wp.where(inside, ax * ls + az * lc - lhigh, -bx * s - bz * c - high)
-
-
-@wp.func
-def kick(
-    m: real, j: real, lm: real, lj: real, nx: real, nz: real,
-    au: real, bu: real, al: real, bl: real, n: real, t: real,
-    ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real],
-    lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
-):  # fmt: skip
-    """Adds the impulses n, t of a point to the velocities of its bodies."""
-    px = nx * n + nz * t
-    pz = nz * n - nx * t
-    ux = ux + m * px
-    uz = uz + m * pz
-    uo = uo + j * (bu * t - au * n)
-    lx = lx - lm * px
-    lz = lz - lm * pz
-    lo = lo - lj * (bl * t - al * n)
-
-
-@wp.func
-def approach(
-    side: real, face: real, high: real, s: real, c: real, m: real, j: real,
-    lface: real, lhigh: real, ls: real, lc: real, lm: real, lj: real,
+def find_contact(
+    side: real, half_width: real, half_height: real, s: real, c: real, m: real, j: real,
+    lhalf_width: real, lhalf_height: real, ls: real, lc: real, lm: real, lj: real,
     dx: real, dz: real, margin: real,
     nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real],
     al: wp.ref[real], bl: wp.ref[real], gap: wp.ref[real],
@@ -159,24 +97,33 @@ def approach(
     ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
-    """Finds a point (see `meet`), what impulses do to it, and starts it from its last impulses.
+    """Finds a point (see `find_end`), what impulses do to it, and starts it from its last impulses.
 
     Found are pn, normal impulse for a normal velocity [kg], and pt, tangential impulse for a slip
     [kg], both zero where the gap is wider than the margin [m]; and nt, slip for a normal impulse
     [1/kg].
     """
-    meet(side, face, high, s, c, lface, lhigh, ls, lc, dx, dz, nx, nz, au, bu, al, bl, gap)
+    mx, mz, ru, hu, rl, hl, found, _place = find_end(
+        side, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz
+    )
+    nx = mx
+    nz = mz
+    au = ru
+    bu = hu
+    al = rl
+    bl = hl
+    gap = found
     on = wp.where(gap <= margin, real(1.0), real(0.0))
     pn = on / (m + lm + j * au * au + lj * al * al)
     pt = on / (m + lm + j * bu * bu + lj * bl * bl)
     nt = -(j * au * bu + lj * al * bl)
     n = on * n
     t = on * t
-    kick(m, j, lm, lj, nx, nz, au, bu, al, bl, n, t, ux, uz, uo, lx, lz, lo)
+    add_impulses(m, j, lm, lj, nx, nz, au, bu, al, bl, n, t, ux, uz, uo, lx, lz, lo)
 
 
 @wp.func
-def press(
+def solve_contact(
     mu: real, gap: real, rate: real, m: real, j: real, lm: real, lj: real,
     nx: real, nz: real, au: real, bu: real, al: real, bl: real, pn: real, pt: real, nt: real,
     other: real, n: wp.ref[real], t: wp.ref[real],
@@ -205,11 +152,11 @@ def press(
     dt = drag - t
     n = push
     t = drag
-    kick(m, j, lm, lj, nx, nz, au, bu, al, bl, dn, dt, ux, uz, uo, lx, lz, lo)
+    add_impulses(m, j, lm, lj, nx, nz, au, bu, al, bl, dn, dt, ux, uz, uo, lx, lz, lo)
 
 
 @wp.func
-def give_back(
+def lift_out(
     gap1: real, nx1: real, nz1: real, gap2: real, nx2: real, nz2: real, knobs: Knobs,
     shift_x: wp.ref[real], shift_z: wp.ref[real],
 ):  # fmt: skip
@@ -222,7 +169,7 @@ def give_back(
 
 
 @wp.func
-def travel(
+def integrate(
     live: bool, dt: real, shift_x: real, shift_z: real, ux: real, uz: real, uo: real,
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
 ):  # fmt: skip
@@ -246,34 +193,8 @@ def work(
         dv: Change of the base velocity [m/s].
         fall: What gravity takes from vz [m/s].
         gyration: Square of the radius of gyration [m^2].
-        vx: Velocity before the step; vz, omega likewise.
-        vz: See vx.
-        omega: See vx.
-        ux: Velocity after it; uz, uo likewise.
-        uz: See ux.
-        uo: See ux.
+        vx, vz, omega: Velocity before the step.
+        ux, uz, uo: Velocity after it.
     """
     linear = (ux - vx + dv) * (vx + ux) + (uz - vz + fall) * (vz + uz)
     return real(0.5) * (linear + gyration * (uo - omega) * (omega + uo))
-
-
-@wp.func
-def stand(
-    face: real, high: real, s: real, c: real, offset: real,
-    lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real, turn: real,
-):  # fmt: skip
-    """Slide of a block along what it stands on, and the width of the overlap of the faces [m].
-
-    `offset` is the slide that was there at the start, `turn` the rotation of the block against
-    what it stands on; (dx, dz) as in `meet`.
-    """
-    lean = sign_of(turn)
-    # The bottom corners of the block along the lower face: middle + run and middle - run.
-    run = lean * face * (c * lc + s * ls)
-    middle = (dx - high * s) * lc - (dz - high * c) * ls
-    bx = lean * lface * lc + lhigh * ls - dx
-    bz = lhigh * lc - lean * lface * ls - dz
-    inside = lean * (middle + run) <= lface
-    place = wp.where(inside, middle + run - lean * face, lean * lface - (bx * c - bz * s))
-    overlap = smaller(lean * (middle + run), lface) + smaller(lean * (run - middle), lface)
-    return place - offset, overlap

@@ -6,25 +6,33 @@ for any device. A func takes the entries of the matrices, and what it finds it l
 it takes as `wp.ref`: a matrix taken by reference would be copied at every read.
 
 A run begins with SETTLING solves at the start; for what it shares with other stacks see
-`stack_run`.
+shape/stack_run.py.
 """
 
 import warp as wp
 
 from warprock.kernels.account import book
-from warprock.kernels.impulse.stack import Knobs, approach, give_back, press, set_out, travel, work
+from warprock.kernels.impulse.stack import (
+    Knobs,
+    find_contact,
+    integrate,
+    lift_out,
+    predict,
+    solve_contact,
+    work,
+)
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.stack_found import BlockResult, Found, Result
 from warprock.kernels.shape.stack_run import (
     Block,
     Stack,
-    begin,
-    kept_of,
-    ride,
-    set_up,
-    shown,
-    witness,
+    begin_step,
+    observe,
+    part_kept,
+    rotation_to_store,
+    start_block,
+    start_lane,
 )
 
 wp.set_module_options(ONE_VECTOR)
@@ -40,25 +48,24 @@ Point = wp.types.matrix(shape=(2 * BLOCKS, LANES), dtype=real)
 
 
 @wp.func
-def advance(
-    live: bool, kept: real, knobs: Knobs, dv: real, m: real, j: real,
-    gap1: real, nx1: real, nz1: real, gap2: real, nx2: real, nz2: real,
-    ux: real, uz: real, uo: real, shift_x: wp.ref[real], shift_z: wp.ref[real],
-    x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
-    vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real], loss: wp.ref[real],
-    given: wp.ref[real],
+def integrate_block(
+    live: bool, kept: real, knobs: Knobs, dv: real, m: real, j: real, gap1: real, nx1: real,
+    nz1: real, gap2: real, nx2: real, nz2: real, ux: real, uz: real, uo: real,
+    shift_x: wp.ref[real], shift_z: wp.ref[real], x: wp.ref[real], z: wp.ref[real],
+    theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real], vx: wp.ref[real], vz: wp.ref[real],
+    omega: wp.ref[real], loss: wp.ref[real], given: wp.ref[real],
 ):  # fmt: skip
     """Moves a block by a step; it takes over its new velocity, or a part of it (`kept`).
 
     The numbers 1 and 2 are the ends of the interface below it. What its contacts take from the
     energy, less what it is lifted by, is added to the loss, the base's work to what is given [J].
     """
-    give_back(gap1, nx1, nz1, gap2, nx2, nz2, knobs, shift_x, shift_z)
+    lift_out(gap1, nx1, nz1, gap2, nx2, nz2, knobs, shift_x, shift_z)
     fall = knobs.time_step * knobs.gravity
     done = work(dv, fall, m / j, vx, vz, omega, ux, uz, uo)
     loss = loss - wp.where(live, (done + knobs.gravity * shift_z) / m, real(0.0))
     given = given - wp.where(live, HALF * dv * (vx + ux) / m, real(0.0))
-    travel(live, knobs.time_step, shift_x, shift_z, ux, uz, uo, x, z, theta, s, c)
+    integrate(live, knobs.time_step, shift_x, shift_z, ux, uz, uo, x, z, theta, s, c)
     vx = kept * ux
     vz = kept * uz
     omega = kept * uo
@@ -72,7 +79,7 @@ def run_lanes(
     """Runs LANES lanes a thread, all at the same time."""
     first, zero, dt = wp.tid() * LANES, real(0.0), knobs.time_step
     # Rows of bodies, the ground first: what they are, where, how fast, and what is kept of them.
-    face, high, m, j, mu, offset = Body(), Body(), Body(), Body(), Body(), Body()
+    half_w, half_h, m, j, mu, offset = Body(), Body(), Body(), Body(), Body(), Body()
     x, z, theta, s, c, lean = Body(), Body(), Body(), Body(), Body(), Body()
     vx, vz, omega, ux, uz, uo = Body(), Body(), Body(), Body(), Body(), Body()
     peak, peak_time, slide, peak_slide, since = Body(), Body(), Body(), Body(), Body()
@@ -84,15 +91,15 @@ def run_lanes(
     given, supplied, taken, returned = Lane(), Lane(), Lane(), Lane()
     shift_x, shift_z, uplift_time, moved, deepest = Lane(), Lane(), Lane(), Lane(), Lane()
     impacts, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
-    # Counts that Warp does not know, so that it writes out none of the loops over them.
+    # Variables, not constants: else Warp would unroll the loops over them.
     bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS)
     for i in range(LANES):
-        begin(lanes[first + i], face[0, i], c[0, i], uplift_time[i], mode[i])
+        start_lane(lanes[first + i], half_w[0, i], c[0, i], uplift_time[i], mode[i])
         for k in range(1, bodies):
-            set_up(
-                blocks[k - 1, first + i], lanes[first + i].lean, face[k, i], high[k, i], m[k, i],
-                j[k, i], mu[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
-                peak[k, i], lean[k, i], n[2 * k - 2, i], n[2 * k - 1, i],
+            start_block(
+                blocks[k - 1, first + i], lanes[first + i].lean, half_w[k, i], half_h[k, i],
+                m[k, i], j[k, i], mu[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i],
+                c[k, i], peak[k, i], lean[k, i], n[2 * k - 2, i], n[2 * k - 1, i],
             )  # fmt: skip
     count = int(-SETTLING)
     time = real(count) * dt
@@ -101,68 +108,66 @@ def run_lanes(
         while time < until:
             count += 1
             time = real(count) * dt
-            half, kept = larger(time - HALF * dt, HALF * dt), kept_of(count)
+            half, kept = larger(time - HALF * dt, HALF * dt), part_kept(count)
             for i in range(LANES):
                 lane = motions[first + i]
                 place = sample_index(lane, sample_segment(lane, half))
                 v = base_velocity(lane, half, pool[2, place], pool[0, place], pool[1, place])
-                ride(v, count, mode[i], lives[i], dv[i], hint[i], base[i], steps[i])
+                begin_step(v, count, mode[i], lives[i], dv[i], hint[i], base[i], steps[i])
                 shift_x[i] = zero
                 shift_z[i] = zero
                 book(dv[i], given[i], loss[i], jolt[i], supplied[i], taken[i], returned[i])
             for k in range(1, bodies):
                 for i in range(LANES):
-                    set_out(
-                        dv[i], hint[i], knobs, theta[k, i] - theta[k - 1, i],
-                        vx[k, i], vz[k, i], omega[k, i], omega[k - 1, i],
-                        ux[k, i], uz[k, i], uo[k, i], lean[k, i],
+                    predict(
+                        dv[i], hint[i], knobs, theta[k, i] - theta[k - 1, i], vx[k, i], vz[k, i],
+                        omega[k, i], omega[k - 1, i], ux[k, i], uz[k, i], uo[k, i], lean[k, i],
                         n[2 * k - 2, i], t[2 * k - 2, i], n[2 * k - 1, i], t[2 * k - 1, i],
                     )  # fmt: skip
             for p in range(points):
                 low, k, turn = p // 2, p // 2 + 1, real(2 * (p % 2) - 1)
                 for i in range(LANES):
-                    approach(
-                        turn * lean[k, i], face[k, i], high[k, i], s[k, i], c[k, i], m[k, i],
-                        j[k, i], face[low, i], high[low, i], s[low, i], c[low, i], m[low, i],
+                    find_contact(
+                        turn * lean[k, i], half_w[k, i], half_h[k, i], s[k, i], c[k, i], m[k, i],
+                        j[k, i], half_w[low, i], half_h[low, i], s[low, i], c[low, i], m[low, i],
                         j[low, i], x[k, i] - x[low, i], z[k, i] - z[low, i], knobs.collision_margin,
                         nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], gap[p, i],
-                        pn[p, i], pt[p, i], nt[p, i], n[p, i], t[p, i],
-                        ux[k, i], uz[k, i], uo[k, i], ux[low, i], uz[low, i], uo[low, i],
+                        pn[p, i], pt[p, i], nt[p, i], n[p, i], t[p, i], ux[k, i], uz[k, i],
+                        uo[k, i], ux[low, i], uz[low, i], uo[low, i],
                     )  # fmt: skip
             for step in range(sweeps * points):
                 p, low, k = step % points, step % points // 2, step % points // 2 + 1
                 q = 2 * low + 1 - p % 2
                 for i in range(LANES):
-                    press(
+                    solve_contact(
                         mu[k, i], gap[p, i], knobs.rate, m[k, i], j[k, i], m[low, i], j[low, i],
-                        nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i],
-                        pn[p, i], pt[p, i], nt[p, i], pn[q, i], n[p, i], t[p, i],
-                        ux[k, i], uz[k, i], uo[k, i], ux[low, i], uz[low, i], uo[low, i],
+                        nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], pn[p, i],
+                        pt[p, i], nt[p, i], pn[q, i], n[p, i], t[p, i], ux[k, i], uz[k, i],
+                        uo[k, i], ux[low, i], uz[low, i], uo[low, i],
                     )  # fmt: skip
             for k in range(1, bodies):
                 low, p, q = k - 1, 2 * k - 2, 2 * k - 1
                 for i in range(LANES):
                     live = lives[i] > 0
-                    advance(
-                        live, kept, knobs, dv[i], m[k, i], j[k, i],
-                        gap[p, i], nx[p, i], nz[p, i], gap[q, i], nx[q, i], nz[q, i],
-                        ux[k, i], uz[k, i], uo[k, i], shift_x[i], shift_z[i], x[k, i], z[k, i],
-                        theta[k, i], s[k, i], c[k, i], vx[k, i], vz[k, i], omega[k, i], loss[i],
-                        given[i],
+                    integrate_block(
+                        live, kept, knobs, dv[i], m[k, i], j[k, i], gap[p, i], nx[p, i], nz[p, i],
+                        gap[q, i], nx[q, i], nz[q, i], ux[k, i], uz[k, i], uo[k, i], shift_x[i],
+                        shift_z[i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i], vx[k, i],
+                        vz[k, i], omega[k, i], loss[i], given[i],
                     )  # fmt: skip
-                    witness(
+                    observe(
                         live, time, dt, knobs.gravity, lean[k, i], n[p, i], n[q, i], theta[k, i],
-                        theta[low, i], ux[k, i], uz[k, i], uo[k, i], uo[low, i], face[k, i],
-                        high[k, i], s[k, i], c[k, i], offset[k, i], face[low, i], high[low, i],
-                        s[low, i], c[low, i], x[k, i] - x[low, i], z[k, i] - z[low, i], z[k, i],
-                        since[k, i], left[k, i], right[k, i], uplift_time[i], moved[i], deepest[i],
-                        impacts[i], peak[k, i], peak_time[k, i], slide[k, i], peak_slide[k, i],
-                        crept[k, i], mode[i],
+                        theta[low, i], ux[k, i], uz[k, i], uo[k, i], uo[low, i], half_w[k, i],
+                        half_h[k, i], s[k, i], c[k, i], offset[k, i], half_w[low, i],
+                        half_h[low, i], s[low, i], c[low, i], x[k, i] - x[low, i],
+                        z[k, i] - z[low, i], z[k, i], since[k, i], left[k, i], right[k, i],
+                        uplift_time[i], moved[i], deepest[i], impacts[i], peak[k, i],
+                        peak_time[k, i], slide[k, i], peak_slide[k, i], crept[k, i], mode[i],
                     )  # fmt: skip
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):
                 for i in range(LANES):
-                    turn = shown(mode[i], time - until, theta[k, i], omega[k, i])
+                    turn = rotation_to_store(mode[i], time - until, theta[k, i], omega[k, i])
                     found.rotations[sample, k - 1, first + i] = turn
     for i in range(LANES):
         book(dv[i], given[i], loss[i], jolt[i], supplied[i], taken[i], returned[i])

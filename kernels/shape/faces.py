@@ -1,4 +1,4 @@
-"""Where the faces of two blocks in space meet: the corners of what they share, for one precision.
+"""Where the faces of two blocks in space meet: the corners of what they share.
 
 Both are rectangles. The lower one, a top face, spans |x| <= a, |y| <= b around the origin of its
 own axes, with z its normal; the upper one, a bottom face, is seen from there: its middle o, and the
@@ -19,7 +19,7 @@ import warp as wp
 
 SLOTS = 16
 SAME = real(1.0e-6)
-"""Part of a face by which another may reach beyond it and still count as on it."""
+"""Part of a face by which another one may stick out and still count as on it."""
 
 Vector = wp.types.vector(length=3, dtype=real)
 
@@ -66,12 +66,9 @@ def corner(slot: int, o: Vector, d: Vector, e: Vector, au: real, bu: real, a: re
     Args:
         slot: Which.
         o: Middle of the upper face from that of the lower one, in its axes [m].
-        d: Direction of the upper face's width, in those axes; e of its depth.
-        e: See d.
-        au: Half of the upper face's width [m]; bu of its depth.
-        bu: See au.
-        a: Half of the lower face's width [m]; b of its depth.
-        b: See a.
+        d, e: Directions of the upper face's width and depth, in those axes.
+        au, bu: Half width and half depth of the upper face [m].
+        a, b: Half width and half depth of the lower face [m].
 
     Returns:
         The point on the upper face, whose z is the gap [m], and whether there is such a corner.

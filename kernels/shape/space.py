@@ -1,4 +1,4 @@
-"""Attitude, free rotation and corners of blocks in space, for one precision.
+"""Attitude, free rotation and corners of blocks in space.
 
 An attitude is a unit quaternion (x, y, z, w); its rotation matrix, row by row r11 to r33, turns
 body axes (width, depth, height) into those of the base (x in the plane of rocking, y across it,
@@ -29,35 +29,25 @@ class Block:
     """One block of a lane, and where it starts; SI units, lengths are half lengths.
 
     Attributes:
-        width: Half of the touching faces' width [m]; depth likewise.
-        depth: See width.
-        height: Half of the height [m].
+        half_width, half_depth: Half sizes of the faces that touch [m].
+        half_height: Half of the height [m].
         centre_x: The centre of mass from the middle, along the width [m].
         centre_y: The same along the depth [m].
         mass: [kg].
-        inverse_x: Inverse of the moment of inertia about the body's x axis, for unit mass [1/m^2];
-            inverse_y, inverse_z likewise.
-        inverse_y: See inverse_x.
-        inverse_z: See inverse_x.
+        inverse_x, inverse_y, inverse_z: Inverse moments of inertia about the body's axes, for unit
+            mass [1/m^2].
         friction: Coulomb friction coefficient under the block.
-        x: Centre of mass at the start [m]; y, z likewise.
-        y: See x.
-        z: See x.
-        qx: Attitude at the start; qy, qz, qw likewise.
-        qy: See qx.
-        qz: See qx.
-        qw: See qx.
-        flat_x: Middle of the bottom face, were the block flat, from the centre of mass of what it
-            stands on, in its axes, at the start [m]; flat_y likewise.
-        flat_y: See flat_x.
-        flat_c: Cosine of the yaw against what it stands on at the start; flat_s is its sine.
-        flat_s: See flat_c.
+        x, y, z: Centre of mass at the start [m].
+        qx, qy, qz, qw: Attitude at the start.
+        flat_x, flat_y: Middle of the bottom face, were the block flat, from the centre of mass of
+            what it stands on, in its axes, at the start [m].
+        flat_c, flat_s: Cosine and sine of the yaw against what it stands on at the start.
         standing: Corners that touch at the start.
     """
 
-    width: real
-    depth: real
-    height: real
+    half_width: real
+    half_depth: real
+    half_height: real
     centre_x: real
     centre_y: real
     mass: real
@@ -114,17 +104,9 @@ def turn_freely(
     """Attitude after free rotation for a time dt [s], of either sign.
 
     Args:
-        qx: Attitude; qy, qz, qw likewise.
-        qy: See qx.
-        qz: See qx.
-        qw: See qx.
-        lx: Angular momentum in the axes of the base, for unit mass [m^2/s]; ly, lz likewise.
-        ly: See lx.
-        lz: See lx.
-        ix: Inverse of the moment of inertia about the body's x axis, for unit mass [1/m^2]; iy, iz
-            likewise.
-        iy: See ix.
-        iz: See ix.
+        qx, qy, qz, qw: Attitude.
+        lx, ly, lz: Angular momentum in the axes of the base, for unit mass [m^2/s].
+        ix, iy, iz: Inverse moments of inertia about the body's axes, for unit mass [1/m^2].
         dt: Time [s]; no part of it may turn the block by more than 3 rad.
     """
     half, two, one = real(0.5), real(2.0), real(1.0)
@@ -155,7 +137,7 @@ def turn_freely(
     hx = c2 * jx - s2 * kz
     s, c = sine(quarter * ix * hx), cosine(quarter * ix * hx)
     ex, ey, ez, ew = c * dx + s * dw, c * dy + s * dz, c * dz - s * dy, c * dw - s * dx
-    # One of Newton's steps to length one: a length that round-off has moved is there.
+    # One Newton step towards length 1, which removes the round-off.
     back = real(1.5) - half * (ex * ex + ey * ey + ez * ez + ew * ew)
     return back * ex, back * ey, back * ez, back * ew
 
@@ -171,36 +153,28 @@ def slide_of(
 
     Args:
         block: The block.
-        dx: Centre of mass from that of what it stands on (of the ground: its origin), in the axes
-            of that [m]; dy likewise.
-        dy: See dx.
-        r11: Rotation matrix of the block, as seen in those axes; r12 and so on likewise.
-        r12: See r11.
-        r13: See r11.
-        r21: See r11.
-        r22: See r11.
-        r23: See r11.
-        r31: See r11.
-        r32: See r11.
+        dx, dy: Centre of mass from that of what it stands on (of the ground: its origin), in the
+            axes of that [m].
+        r11, r12, r13, r21, r22, r23, r31, r32: Rotation matrix of the block, as seen in those axes.
     """
     zero, one = real(0.0), real(1.0)
     # Heights of the corners beside that of the middle: -+ along the width, -+ along the depth.
-    rise, climb = r31 * block.width, r32 * block.depth
+    rise, climb = r31 * block.half_width, r32 * block.half_depth
     lowest = -wp.where(rise < zero, -rise, rise) - wp.where(climb < zero, -climb, climb)
-    reach = lowest + TOUCH * block.width
+    reach = lowest + TOUCH * block.half_width
     on1 = wp.where(-rise - climb <= reach, one, zero)
     on2 = wp.where(rise - climb <= reach, one, zero)
     on3 = wp.where(rise + climb <= reach, one, zero)
     on4 = wp.where(climb - rise <= reach, one, zero)
     count = on1 + on2 + on3 + on4
-    along = (on2 + on3 - on1 - on4) / count * block.width
-    across = (on3 + on4 - on1 - on2) / count * block.depth
+    along = (on2 + on3 - on1 - on4) / count * block.half_width
+    across = (on3 + on4 - on1 - on2) / count * block.half_depth
     ax, ay = along - block.centre_x, across - block.centre_y
     stood_x = block.flat_x + block.flat_c * along - block.flat_s * across
     stood_y = block.flat_y + block.flat_s * along + block.flat_c * across
     return (
-        dx + r11 * ax + r12 * ay - r13 * block.height - stood_x,
-        dy + r21 * ax + r22 * ay - r23 * block.height - stood_y,
+        dx + r11 * ax + r12 * ay - r13 * block.half_height - stood_x,
+        dy + r21 * ax + r22 * ay - r23 * block.half_height - stood_y,
     )
 
 

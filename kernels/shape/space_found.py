@@ -1,4 +1,4 @@
-"""What a run of blocks in space leaves behind, for one precision: the same of all engines.
+"""What a run of blocks in space leaves behind: the same of all engines.
 
 Rotations are kept as tangents, which need no trigonometric function; the host turns them into
 angles.
@@ -12,12 +12,9 @@ class BlockResult:
     """What one block's run leaves behind.
 
     Attributes:
-        qz: Twist of the attitude at the end, with qw.
-        qw: See qz.
-        slide_x: Slide at the end, in the axes of what the block stands on [m]; slide_y likewise.
-        slide_y: See slide_x.
-        peak: Tangent of the largest rotation in the plane of rocking; peak_time its time [s].
-        peak_time: See peak.
+        qz, qw: Twist of the attitude at the end.
+        slide_x, slide_y: Slide at the end, in the axes of what the block stands on [m].
+        peak, peak_time: Tangent of the largest rotation in the plane of rocking and its time [s].
         peak_across: Tangent of the largest rotation across it.
         peak_tilt: Square of the tangent of the largest tilt.
         peak_yaw: Tangent of half of the largest yaw since the start.

@@ -1,4 +1,4 @@
-"""Geometry of a stack of planar rigid blocks, for one precision and one number of blocks.
+"""Geometry of a stack of planar rigid blocks.
 
 Block k stands on block k - 1, the lowest on the ground, an endless flat face. Rotations theta are
 absolute and clockwise; a lever (x, z) of a block points to (x cos + z sin, z cos - x sin).
@@ -42,7 +42,7 @@ class Blocks:
     """What the blocks of one lane are."""
 
     half_height: Values
-    half_face: Values
+    half_width: Values
     inverse_mass: Values
     inverse_inertia: Values
     friction: Values
@@ -95,13 +95,13 @@ def between(pose: Pose, k: int):
 
 @wp.func
 def lower_face(blocks: Blocks, k: int):
-    """Half width of the face that block k stands on and half height of what has it [m]."""
-    half_face = ENDLESS
+    """Half width of the face that block k stands on, and half height of the body below [m]."""
+    half_width = ENDLESS
     half_height = real(0.0)
     if k > 0:
-        half_face = blocks.half_face[k - 1]
+        half_width = blocks.half_width[k - 1]
         half_height = blocks.half_height[k - 1]
-    return half_face, half_height
+    return half_width, half_height
 
 
 @wp.func
@@ -114,7 +114,7 @@ def anchored(blocks: Blocks, pose: Pose, k: int, touch: int):
     _s, _c, sd, cd = between(pose, k)
     low, _height = lower_face(blocks, k)
     side = side_of(touch)
-    corner = pose.along[k] + side * blocks.half_face[k] * cd
+    corner = pose.along[k] + side * blocks.half_width[k] * cd
     on = side * corner <= ALIKE * low
     under = (side * low - pose.along[k]) * cd + pose.above[k] * sd
     place = wp.where(on, corner, under)
@@ -128,9 +128,9 @@ def carried(blocks: Blocks, k: int, touch: int, anchor: real, rate: real, sd: re
     """Along and above of interface k from its anchor and the rotation across it."""
     low, _height = lower_face(blocks, k)
     side = side_of(touch)
-    half_face = side * blocks.half_face[k]
-    along = anchor - half_face * cd
-    above = half_face * sd
+    half_width = side * blocks.half_width[k]
+    along = anchor - half_width * cd
+    above = half_width * sd
     if rate < real(0.0):
         along = side * low - anchor * cd
         above = anchor * sd
@@ -149,19 +149,16 @@ def upright_place(blocks: Blocks, k: int, touch: int, anchor: real, rate: real) 
 
 @wp.func
 def end_levers(
-    side: real, low: real, low_height: real, face: real, height: real, along: real, above: real,
-    sd: real, cd: real,
+    side: real, lhalf_width: real, lhalf_height: real, half_width: real, half_height: real,
+    along: real, above: real, sd: real, cd: real,
 ):  # fmt: skip
     """One end of an interface, in the frame of the face that is touched there.
 
     Args:
         side: +1 or -1.
-        low: Half width of the lower face [m].
-        low_height: Half height of the lower block [m].
-        face: Half width of the upper face [m].
-        height: Half height of the upper block [m].
-        along: See the head of this file; above likewise.
-        above: See along.
+        lhalf_width, lhalf_height: Half sizes of the lower block [m].
+        half_width, half_height: Half sizes of the upper block [m].
+        along, above: See the head of this file.
         sd: Sine of the rotation of the upper block against the lower.
         cd: Its cosine.
 
@@ -169,19 +166,19 @@ def end_levers(
         Lever (two values) from the upper block's centre, from the lower one's; the gap [m];
         whether the upper corner lies on the lower face.
     """
-    corner = along + side * face * cd
-    on = side * corner <= ALIKE * low
-    xu = side * face * cd - height * sd
-    zu = -height * cd - side * face * sd
+    corner = along + side * half_width * cd
+    on = side * corner <= ALIKE * lhalf_width
+    xu = side * half_width * cd - half_height * sd
+    zu = -half_height * cd - side * half_width * sd
     xl = corner
-    zl = low_height
-    gap = above - side * face * sd
+    zl = lhalf_height
+    gap = above - side * half_width * sd
     if not on:
-        reach = side * low - along
+        reach = side * lhalf_width - along
         xu = reach * cd + above * sd
-        zu = -height
-        xl = side * low * cd - low_height * sd
-        zl = low_height * cd + side * low * sd
+        zu = -half_height
+        xl = side * lhalf_width * cd - lhalf_height * sd
+        zl = lhalf_height * cd + side * lhalf_width * sd
         gap = above * cd - reach * sd
     return xu, zu, xl, zl, gap, on
 
@@ -195,16 +192,16 @@ def interface_rows(blocks: Blocks, pose: Pose, k: int):
         columns: x, z, rotation), of the lower one, and the gaps at both ends [m].
     """
     sl, cl, sd, cd = between(pose, k)
-    low, low_height = lower_face(blocks, k)
-    face = blocks.half_face[k]
-    height = blocks.half_height[k]
+    lhalf_width, lhalf_height = lower_face(blocks, k)
+    half_width = blocks.half_width[k]
+    half_height = blocks.half_height[k]
     along = pose.along[k]
     above = pose.above[k]
     xu1, zu1, xl1, zl1, gap1, on1 = end_levers(
-        real(1.0), low, low_height, face, height, along, above, sd, cd
+        real(1.0), lhalf_width, lhalf_height, half_width, half_height, along, above, sd, cd
     )
     xu2, zu2, xl2, zl2, gap2, on2 = end_levers(
-        real(-1.0), low, low_height, face, height, along, above, sd, cd
+        real(-1.0), lhalf_width, lhalf_height, half_width, half_height, along, above, sd, cd
     )
     minus = pose.touch[k] == MINUS
     su = pose.sine[k]

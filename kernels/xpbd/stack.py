@@ -1,12 +1,12 @@
-"""Position-level contact step of a stack of rocking blocks (XPBD), for one precision.
+"""Position-level contact step of a stack of rocking blocks (XPBD).
 
 Bodies are numbered from the ground: body 0 is the ground, an endless flat face that nothing moves,
 body k the k-th block. A body has its centre of mass at (x, z), in the frame of the base, the half
-width `face` and the half height `high` [m], the clockwise rotation theta [rad] with its sine s and
-cosine c, the inverse mass m [1/kg] and moment of inertia j [1/(kg m^2)], and the velocity (vx, vz)
-[m/s], omega [rad/s]. Interface k, below block k, touches at the two ends of the overlap of the
-upper block's bottom face and the lower one's top face: a corner of one body on the face of the
-other. Of the two bodies of an interface the lower one's names begin with l.
+width `half_width` and the half height `half_height` [m], the clockwise rotation theta [rad] with
+its sine s and cosine c, the inverse mass m [1/kg] and moment of inertia j [1/(kg m^2)], and the
+velocity (vx, vz) [m/s], omega [rad/s]. Interface k, below block k, touches at the two ends of the
+overlap of the upper block's bottom face and the lower one's top face: a corner of one body on the
+face of the other. Of the two bodies of an interface the lower one's names begin with l.
 
 One sub-step of length h:
 
@@ -55,23 +55,16 @@ SHAKE.
 import warp as wp
 
 from warprock.kernels.cone import alone
-from warprock.kernels.impulse.stack import kick as kick_any
-from warprock.kernels.xpbd.stack_ground import (
-    TURNS as GROUND_TURNS,
-)
-from warprock.kernels.xpbd.stack_ground import (
-    kick as ground_kick,
-)
-from warprock.kernels.xpbd.stack_ground import (
-    meet as ground_meet,
-)
-from warprock.kernels.xpbd.stack_ground import (
-    sweep as ground_sweep,
-)
+from warprock.kernels.xpbd.stack_ground import TURNS_ON_GROUND, solve_on_ground
+
+if BLOCKS == 1:
+    from warprock.kernels.xpbd.stack_ground import add_impulses, find_end
+else:
+    from warprock.kernels.shape.interface import add_impulses, find_end
 
 LOOSE = real(1.0e30)
 """Anchor of an end that has slipped or opened: none."""
-TURNS = GROUND_TURNS if BLOCKS == 1 else 1
+TURNS = TURNS_ON_GROUND if BLOCKS == 1 else 1
 """Sweeps over an interface before the next one is visited: a single block has no other."""
 
 
@@ -102,25 +95,14 @@ def predict(
         dv: Change of the base velocity in the step [m/s].
         hint: What it does or is about to do, for the lean of what does not move yet [m/s].
         knobs: Settings.
-        ltheta: Rotation of what the block stands on [rad]; lomega its angular velocity [rad/s].
-        lomega: See ltheta.
-        theta: Rotation of the block [rad]; omega its angular velocity [rad/s].
-        omega: See theta.
-        vx: Its velocity, then the predicted one [m/s]; vz likewise.
-        vz: See vx.
-        ps: Sine of the predicted rotation; pc its cosine.
-        pc: See ps.
-        qx: Correction of the predicted pose, none so far; qz, qo likewise.
-        qz: See qx.
-        qo: See qx.
+        ltheta, lomega: Rotation of what the block stands on [rad] and its angular velocity [rad/s].
+        theta, omega: Rotation of the block [rad] and its angular velocity [rad/s].
+        vx, vz: Its velocity, then the predicted one [m/s].
+        ps, pc: Sine of the predicted rotation and its cosine.
+        qx, qz, qo: Correction of the predicted pose, none so far.
         lean: Side to which the interface leaned before, then the one of this step: -1 or 1.
-        n1: Normal multiplier of the end visited first, away from the lean; t1 its tangential one,
-            anchor1 its anchor. They change places with those of the other where the lean does.
-        t1: See n1.
-        anchor1: See n1.
-        n2: See n1.
-        t2: See n1.
-        anchor2: See n1.
+        n1, t1, anchor1, n2, t2, anchor2: Normal and tangential multiplier and anchor of the end
+            visited first, away from the lean, and of the other. They change places with the lean.
     """
     zero = real(0.0)
     turn = theta - ltheta
@@ -149,64 +131,22 @@ def predict(
 
 
 @wp.func
-def settled(value: real) -> real:
-    """A number, or nothing if it is `TINY`."""
+def without_tiny(value: real) -> real:
+    """A number, or zero if it is below `TINY`: subnormal numbers are slow."""
     return wp.where(size(value) < TINY, real(0.0), value)
 
 
 @wp.func
-def meet_any(
-    side: real, face: real, high: real, s: real, c: real,
-    lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real,
-):  # fmt: skip
-    """The point at one end of the overlap: side is 1 for the end at +x, -1 for the other.
-
-    (dx, dz) leads from the lower centre to the upper one [m].
-
-    Returns:
-        Normal (x, z) of the face that is touched; levers of the point from the upper centre
-        along that face and along the normal, the same two from the lower centre [m]; the gap [m];
-        the place of the upper block along what it touches [m], which changes by sliding alone.
-    """
-    px = side * face * c - high * s
-    pz = -high * c - side * face * s
-    qx = side * lface * lc + lhigh * ls
-    qz = lhigh * lc - side * lface * ls
-    ax = dx + px
-    az = dz + pz
-    bx = qx - dx
-    bz = qz - dz
-    # A corner of the upper block on the lower face, else one of the lower block on the upper face.
-    inside = side * (ax * lc - az * ls) <= lface
-    nx = wp.where(inside, ls, s)
-    nz = wp.where(inside, lc, c)
-    rx = wp.where(inside, px, bx)
-    rz = wp.where(inside, pz, bz)
-    lx = wp.where(inside, ax, qx)
-    lz = wp.where(inside, az, qz)
-    au = rx * nz - rz * nx
-    bu = rx * nx + rz * nz
-    al = lx * nz - lz * nx
-    bl = lx * nx + lz * nz
-    gap = wp.where(inside, bl - lhigh, -bu - high)
-    return nx, nz, au, bu, al, bl, gap, wp.where(inside, al - side * face, side * lface - au)
-
-
-meet, kick = (ground_meet, ground_kick) if BLOCKS == 1 else (meet_any, kick_any)
-
-
-@wp.func
-def approach(
-    side: real, face: real, high: real, s: real, c: real, ps: real, pc: real, m: real, j: real,
-    lface: real, lhigh: real, ls: real, lc: real, lps: real, lpc: real, lm: real, lj: real,
-    x: real, z: real, vx: real, vz: real, below_x: real, below_z: real, below_vx: real,
-    below_vz: real, knobs: Knobs,
-    nx: wp.ref[real], nz: wp.ref[real], au: wp.ref[real], bu: wp.ref[real], al: wp.ref[real],
-    bl: wp.ref[real], grown: wp.ref[real], slip: wp.ref[real], dn: wp.ref[real],
-    gap: wp.ref[real], creep: wp.ref[real], soft: wp.ref[real], dt: wp.ref[real],
-    anchor: wp.ref[real], n: wp.ref[real], t: wp.ref[real],
-    qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
-    lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
+def find_contact(
+    side: real, half_width: real, half_height: real, s: real, c: real, ps: real, pc: real, m: real,
+    j: real, lhalf_width: real, lhalf_height: real, ls: real, lc: real, lps: real, lpc: real,
+    lm: real, lj: real, x: real, z: real, vx: real, vz: real, below_x: real, below_z: real,
+    below_vx: real, below_vz: real, knobs: Knobs, nx: wp.ref[real], nz: wp.ref[real],
+    au: wp.ref[real], bu: wp.ref[real], al: wp.ref[real], bl: wp.ref[real], grown: wp.ref[real],
+    slip: wp.ref[real], dn: wp.ref[real], gap: wp.ref[real], creep: wp.ref[real],
+    soft: wp.ref[real], dt: wp.ref[real], anchor: wp.ref[real], n: wp.ref[real], t: wp.ref[real],
+    qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real], lx: wp.ref[real], lz: wp.ref[real],
+    lo: wp.ref[real],
 ):  # fmt: skip
     """Finds a point at the start of the step and as predicted, and starts it from before.
 
@@ -220,11 +160,11 @@ def approach(
     dx, dz = x - below_x, z - below_z
     px = dx + knobs.time_step * (vx - below_vx)
     pz = dz + knobs.time_step * (vz - below_vz)
-    fx, fz, eu, du, el, dl, before, place = meet(
-        side, face, high, s, c, lface, lhigh, ls, lc, dx, dz
+    fx, fz, eu, du, el, dl, before, place = find_end(
+        side, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz
     )
-    _x, _z, _eu, _du, _el, _dl, after, spot = meet(
-        side, face, high, ps, pc, lface, lhigh, lps, lpc, px, pz
+    _x, _z, _eu, _du, _el, _dl, after, spot = find_end(
+        side, half_width, half_height, ps, pc, lhalf_width, lhalf_height, lps, lpc, px, pz
     )
     closed = before <= knobs.gravity * knobs.time_step * knobs.time_step
     on = wp.where(closed, real(1.0), real(0.0))
@@ -244,12 +184,12 @@ def approach(
     soft = on / (normal + knobs.softness)
     dt = on / (m + lm + j * du * du + lj * dl * dl)
     n = on * n
-    t = on * settled(t)
-    kick(m, j, lm, lj, fx, fz, eu, du, el, dl, n, t, qx, qz, qo, lx, lz, lo)
+    t = on * without_tiny(t)
+    add_impulses(m, j, lm, lj, fx, fz, eu, du, el, dl, n, t, qx, qz, qo, lx, lz, lo)
 
 
 @wp.func
-def apart(
+def gap_and_slip(
     gap: real, slip: real, nx: real, nz: real, au: real, bu: real, al: real, bl: real,
     wx: real, wz: real, qo: real, lo: real,
 ):  # fmt: skip
@@ -272,21 +212,16 @@ def coupling(
     along = both * (nx1 * nx2 + nz1 * nz2)
     across = both * (nx1 * nz2 - nz1 * nx2)
     return (
-        both + j * au1 * au1 + lj * al1 * al1,
-        both + j * bu1 * bu1 + lj * bl1 * bl1,
-        both + j * au2 * au2 + lj * al2 * al2,
-        both + j * bu2 * bu2 + lj * bl2 * bl2,
-        -j * au1 * bu1 - lj * al1 * bl1,
-        -j * au2 * bu2 - lj * al2 * bl2,
-        along + j * au1 * au2 + lj * al1 * al2,
-        along + j * bu1 * bu2 + lj * bl1 * bl2,
-        across - j * au1 * bu2 - lj * al1 * bl2,
-        -across - j * bu1 * au2 - lj * bl1 * al2,
-    )
+        both + j * au1 * au1 + lj * al1 * al1, both + j * bu1 * bu1 + lj * bl1 * bl1,
+        both + j * au2 * au2 + lj * al2 * al2, both + j * bu2 * bu2 + lj * bl2 * bl2,
+        -j * au1 * bu1 - lj * al1 * bl1, -j * au2 * bu2 - lj * al2 * bl2,
+        along + j * au1 * au2 + lj * al1 * al2, along + j * bu1 * bu2 + lj * bl1 * bl2,
+        across - j * au1 * bu2 - lj * al1 * bl2, -across - j * bu1 * au2 - lj * bl1 * al2,
+    )  # fmt: skip
 
 
 @wp.func
-def sweep_any(
+def solve_anywhere(
     mu: real, m: real, j: real, lm: real, lj: real,
     nx1: real, nz1: real, au1: real, bu1: real, al1: real, bl1: real,
     gap1: real, slip1: real, dn1: real, dt1: real,
@@ -304,8 +239,8 @@ def sweep_any(
         m, j, lm, lj, nx1, nz1, au1, bu1, al1, bl1, nx2, nz2, au2, bu2, al2, bl2
     )
     # Gaps and slips as they would be without these four, over what one of them does.
-    u1, s1 = apart(gap1, slip1, nx1, nz1, au1, bu1, al1, bl1, qx - lx, qz - lz, qo, lo)
-    u2, s2 = apart(gap2, slip2, nx2, nz2, au2, bu2, al2, bl2, qx - lx, qz - lz, qo, lo)
+    u1, s1 = gap_and_slip(gap1, slip1, nx1, nz1, au1, bu1, al1, bl1, qx - lx, qz - lz, qo, lo)
+    u2, s2 = gap_and_slip(gap2, slip2, nx2, nz2, au2, bu2, al2, bl2, qx - lx, qz - lz, qo, lo)
     a = real(n1)
     b = real(t1)
     e = real(n2)
@@ -331,26 +266,26 @@ def sweep_any(
         mu, wp.where(first, a1, c3), wp.where(first, b1, d3), wp.where(first, u1, u2),
         wp.where(first, s1, s2),
     )  # fmt: skip
-    # Last in each row comes what was found last, for which the others need not wait.
+    # The value found last comes last in each row, so that the other terms need not wait for it.
     a = larger(u1 - a1 * b - a2 * e - a3 * f, real(0.0))
     b = larger(smaller(s1 - b2 * e - b3 * f - b1 * a, mu * a), -mu * a)
     e = larger(u2 - c3 * f - c1 * a - c2 * b, real(0.0))
     f = larger(smaller(s2 - d1 * a - d2 * b - d3 * e, mu * e), -mu * e)
     a, b = wp.where(first, n, a), wp.where(first, t, b)
     e, f = wp.where(second, n, e), wp.where(second, t, f)
-    kick(m, j, lm, lj, nx1, nz1, au1, bu1, al1, bl1, a - n1, b - t1, qx, qz, qo, lx, lz, lo)
-    kick(m, j, lm, lj, nx2, nz2, au2, bu2, al2, bl2, e - n2, f - t2, qx, qz, qo, lx, lz, lo)
+    add_impulses(m, j, lm, lj, nx1, nz1, au1, bu1, al1, bl1, a - n1, b - t1, qx, qz, qo, lx, lz, lo)
+    add_impulses(m, j, lm, lj, nx2, nz2, au2, bu2, al2, bl2, e - n2, f - t2, qx, qz, qo, lx, lz, lo)
     n1 = a
     t1 = b
     n2 = e
     t2 = f
 
 
-sweep = ground_sweep if BLOCKS == 1 else sweep_any
+solve = solve_on_ground if BLOCKS == 1 else solve_anywhere
 
 
 @wp.func
-def travel(
+def integrate(
     live: bool, dv: real, knobs: Knobs, m: real, j: real,
     qx: real, qz: real, qo: real, rx: real, rz: real, ro: real,
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
@@ -379,12 +314,12 @@ def travel(
     done = real(0.5) * (linear / m + po * (omega + omega + po) / j) + knobs.gravity * (rz - qz) / m
     loss = loss - wp.where(live, done, real(0.0))
     given = given - wp.where(live, real(0.5) * dv * (vx + dv + vx + px) / m, real(0.0))
-    vx = settled(vx + px)
-    vz = settled(vz + pz)
-    omega = settled(omega + po)
+    vx = without_tiny(vx + px)
+    vz = without_tiny(vz + pz)
+    omega = without_tiny(omega + po)
 
 
 @wp.func
-def held(mu: real, n: real, t: real, anchor: real) -> real:
+def anchor_after(mu: real, n: real, t: real, anchor: real) -> real:
     """Anchor of an end after a step with the multipliers n, t of its pose: none if it slips."""
     return wp.where(size(t) < mu * n, anchor, LOOSE)

@@ -1,8 +1,8 @@
-"""The funcs of `xpbd` for a block that stands on the ground, for one precision.
+"""What xpbd/stack.py does at an interface, for a block that stands on the ground.
 
-The ground is level and nothing moves it, so that both of its ends are corners of the block, their
-normal is (0, 1) and the ground has no correction. The numbers are those of `xpbd`, to round-off;
-names and arguments are the same, what concerns the ground is left alone.
+The ground is level and nothing moves it. So both ends are corners of the block, their normal is
+(0, 1), and the ground gets no correction. The functions have the names and arguments of those in
+xpbd/stack.py and shape/interface.py, and the same results to round-off.
 """
 
 import warp as wp
@@ -10,38 +10,38 @@ import warp as wp
 from warprock.kernels.cone import alone
 from warprock.kernels.instance import MAX_UNROLL
 
-TURNS = max(n for n in range(1, MAX_UNROLL + 1) if max(ITERATIONS, 1) % n == 0)
+TURNS_ON_GROUND = max(n for n in range(1, MAX_UNROLL + 1) if max(ITERATIONS, 1) % n == 0)
 """Sweeps in one call, written out: there is no other interface to visit."""
 
 
 @wp.func
-def meet(
-    side: real, face: real, high: real, s: real, c: real,
-    lface: real, lhigh: real, ls: real, lc: real, dx: real, dz: real,
+def find_end(
+    side: real, half_width: real, half_height: real, s: real, c: real,
+    lhalf_width: real, lhalf_height: real, ls: real, lc: real, dx: real, dz: real,
 ):  # fmt: skip
-    """See `xpbd.meet`."""
-    px = side * face * c - high * s
-    pz = -high * c - side * face * s
+    """See `find_end` in shape/interface.py."""
+    px = side * half_width * c - half_height * s
+    pz = -half_height * c - side * half_width * s
     ax = dx + px
     az = dz + pz
-    return real(0.0), real(1.0), px, pz, ax, az, az, ax - side * face
+    return real(0.0), real(1.0), px, pz, ax, az, az, ax - side * half_width
 
 
 @wp.func
-def kick(
+def add_impulses(
     m: real, j: real, lm: real, lj: real, nx: real, nz: real,
     au: real, bu: real, al: real, bl: real, n: real, t: real,
     qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
-    """See `impulse_stack.kick`."""
+    """See `add_impulses` in shape/interface.py."""
     qx = qx + m * t
     qz = qz + m * n
     qo = qo + j * (bu * t - au * n)
 
 
 @wp.func
-def sweep(
+def solve_on_ground(
     mu: real, m: real, j: real, lm: real, lj: real,
     nx1: real, nz1: real, au1: real, bu1: real, al1: real, bl1: real,
     gap1: real, slip1: real, dn1: real, dt1: real,
@@ -51,7 +51,7 @@ def sweep(
     qx: wp.ref[real], qz: wp.ref[real], qo: wp.ref[real],
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
-    """See `xpbd.sweep`; an end alone is solved exactly."""
+    """See `solve_anywhere`; an end alone is solved exactly."""
     a = real(n1)
     b = real(t1)
     e = real(n2)
@@ -75,8 +75,8 @@ def sweep(
         mu, wp.where(first, a1, c3), wp.where(first, b1, d3), wp.where(first, u1, u2),
         wp.where(first, s1, s2),
     )  # fmt: skip
-    # Last in each row comes what was found last, for which the others need not wait.
-    for _ in range(TURNS):
+    # The value found last comes last in each row, so that the other terms need not wait for it.
+    for _ in range(TURNS_ON_GROUND):
         a = larger(u1 - a1 * b - a2 * e - a3 * f, real(0.0))
         b = larger(smaller(s1 - b2 * e - b3 * f - b1 * a, mu * a), -mu * a)
         e = larger(u2 - c3 * f - c1 * a - c2 * b, real(0.0))

@@ -6,7 +6,7 @@ the same text is the plain form for any device. A func takes the entries of the 
 it finds it leaves in those that it takes as `wp.ref`.
 
 A run begins with SETTLING solves at the start; for what it shares with other stacks see
-`stack_run`.
+shape/stack_run.py.
 """
 
 import warp as wp
@@ -18,14 +18,23 @@ from warprock.kernels.shape.stack_found import BlockResult, Found, Result
 from warprock.kernels.shape.stack_run import (
     Block,
     Stack,
-    begin,
-    kept_of,
-    ride,
-    set_up,
-    shown,
-    witness,
+    begin_step,
+    observe,
+    part_kept,
+    rotation_to_store,
+    start_block,
+    start_lane,
 )
-from warprock.kernels.xpbd.stack import LOOSE, TURNS, Knobs, approach, held, predict, sweep, travel
+from warprock.kernels.xpbd.stack import (
+    LOOSE,
+    TURNS,
+    Knobs,
+    anchor_after,
+    find_contact,
+    integrate,
+    predict,
+    solve,
+)
 
 wp.set_module_options(ONE_VECTOR)
 
@@ -45,10 +54,10 @@ Pass = wp.types.matrix(shape=(4 * BLOCKS, LANES), dtype=real)
 
 
 @wp.func
-def start_poses(
-    qx: real, qz: real, qo: real, n1: real, t1: real, n2: real, t2: real,
-    rx: wp.ref[real], rz: wp.ref[real], ro: wp.ref[real],
-    pose_n1: wp.ref[real], pose_t1: wp.ref[real], pose_n2: wp.ref[real], pose_t2: wp.ref[real],
+def start_pose_pass(
+    qx: real, qz: real, qo: real, n1: real, t1: real, n2: real, t2: real, rx: wp.ref[real],
+    rz: wp.ref[real], ro: wp.ref[real], pose_n1: wp.ref[real], pose_t1: wp.ref[real],
+    pose_n2: wp.ref[real], pose_t2: wp.ref[real],
 ):  # fmt: skip
     """Starts the pose pass of a block from what the velocity pass has found."""
     rx = qx
@@ -61,38 +70,38 @@ def start_poses(
 
 
 @wp.func
-def finish(
+def integrate_block(
     live: bool, time: real, kept: real, dv: real, knobs: Knobs, m: real, j: real, mu: real,
-    qx: real, qz: real, qo: real, rx: real, rz: real, ro: real, lean: real,
-    n1: real, pose_n1: real, pose_t1: real, n2: real, pose_n2: real, pose_t2: real,
-    x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
-    vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real],
-    anchor1: wp.ref[real], anchor2: wp.ref[real], loss: wp.ref[real], given: wp.ref[real],
-    since: wp.ref[real], left: wp.ref[int], right: wp.ref[int], uplift_time: wp.ref[real],
-    moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int], below: real, lomega: real,
-    face: real, high: real, lface: real, lhigh: real, ls: real, lc: real, lx: real, lz: real,
-    offset: real, peak: wp.ref[real], peak_time: wp.ref[real], slide: wp.ref[real],
-    peak_slide: wp.ref[real], crept: wp.ref[real], mode: wp.ref[int],
+    qx: real, qz: real, qo: real, rx: real, rz: real, ro: real, lean: real, n1: real, pose_n1: real,
+    pose_t1: real, n2: real, pose_n2: real, pose_t2: real, x: wp.ref[real], z: wp.ref[real],
+    theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real], vx: wp.ref[real], vz: wp.ref[real],
+    omega: wp.ref[real], anchor1: wp.ref[real], anchor2: wp.ref[real], loss: wp.ref[real],
+    given: wp.ref[real], since: wp.ref[real], left: wp.ref[int], right: wp.ref[int],
+    uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int],
+    below: real, lomega: real, half_width: real, half_height: real, lhalf_width: real,
+    lhalf_height: real, ls: real, lc: real, lx: real, lz: real, offset: real, peak: wp.ref[real],
+    peak_time: wp.ref[real], slide: wp.ref[real], peak_slide: wp.ref[real], crept: wp.ref[real],
+    mode: wp.ref[int],
 ):  # fmt: skip
-    """Ends a step of a block, see `travel`; it keeps a part of its velocity (`kept`).
+    """Ends a step of a block, see `integrate`; it keeps a part of its velocity (`kept`).
 
-    For what is seen of it and of its interface see `stack_run.witness`; (lx, lz) is the centre of
-    the body below.
+    For what is seen of it and of its interface see `observe` in shape/stack_run.py; (lx, lz) is the
+    centre of the body below.
     """
-    travel(
+    integrate(
         live, dv, knobs, m, j, qx, qz, qo, rx, rz, ro, x, z, theta, s, c, vx, vz, omega, loss,
         given,
     )  # fmt: skip
     vx = kept * vx
     vz = kept * vz
     omega = kept * omega
-    anchor1 = held(mu, pose_n1, pose_t1, anchor1)
-    anchor2 = held(mu, pose_n2, pose_t2, anchor2)
-    witness(
+    anchor1 = anchor_after(mu, pose_n1, pose_t1, anchor1)
+    anchor2 = anchor_after(mu, pose_n2, pose_t2, anchor2)
+    observe(
         live, time, knobs.time_step, knobs.gravity, lean, n1, n2, theta, below, vx, vz, omega,
-        lomega, face, high, s, c, offset, lface, lhigh, ls, lc, x - lx, z - lz, z, since, left,
-        right, uplift_time, moved, deepest, impacts, peak, peak_time, slide, peak_slide,
-        crept, mode,
+        lomega, half_width, half_height, s, c, offset, lhalf_width, lhalf_height, ls, lc, x - lx,
+        z - lz, z, since, left, right, uplift_time, moved, deepest, impacts, peak, peak_time, slide,
+        peak_slide, crept, mode,
     )  # fmt: skip
 
 
@@ -103,7 +112,7 @@ def run_lanes(
 ):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
     # Rows of bodies, the ground first: what they are, where, how fast, and what is kept of them.
-    face, high, m, j, mu, offset, far = Body(), Body(), Body(), Body(), Body(), Body(), Body()
+    half_w, half_h, m, j, mu, offset, far = Body(), Body(), Body(), Body(), Body(), Body(), Body()
     x, z, theta, s, c, ps, pc = Body(), Body(), Body(), Body(), Body(), Body(), Body(LEVEL)
     vx, vz, omega, lean, peak, when, slide = Body(), Body(), Body(), Body(), Body(), Body(), Body()
     # Rows of points, two an interface; then of bodies and points in the one and the other pass.
@@ -113,28 +122,28 @@ def run_lanes(
     base, dv, hint, loss, lift, last, deep = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     given, jolt, most, taken, back = Lane(), Lane(), Lane(), Lane(), Lane()
     hit, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
-    # Counts that Warp does not know, so that it writes out none of the loops over them.
+    # Variables, not constants: else Warp would unroll the loops over them.
     bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS // TURNS)
-    first, dt = wp.tid() * LANES, knobs.time_step
+    first, count, dt = wp.tid() * LANES, int(-SETTLING), knobs.time_step
+    time = -BEFORE * dt
     for i in range(LANES):
-        begin(lanes[first + i], face[0, i], c[0, i], lift[i], mode[i])
+        start_lane(lanes[first + i], half_w[0, i], c[0, i], lift[i], mode[i])
         for k in range(1, bodies):
-            set_up(
-                blocks[k - 1, first + i], lanes[first + i].lean, face[k, i], high[k, i], m[k, i],
-                j[k, i], mu[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
-                peak[k, i], lean[k, i], n[2 * k - 2, i], n[2 * k - 1, i],
+            start_block(
+                blocks[k - 1, first + i], lanes[first + i].lean, half_w[k, i], half_h[k, i],
+                m[k, i], j[k, i], mu[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i],
+                c[k, i], peak[k, i], lean[k, i], n[2 * k - 2, i], n[2 * k - 1, i],
             )  # fmt: skip
-    count, time = int(-SETTLING), -BEFORE * dt
     for sample in range(sample_times.shape[0]):
         while time < sample_times[sample]:
             count += 1
             time = real(count) * dt
-            half, kept = larger(time - HALF * dt, HALF * dt), kept_of(count)
+            half, kept = larger(time - HALF * dt, HALF * dt), part_kept(count)
             for i in range(LANES):
                 lane = motions[first + i]
                 line = sample_index(lane, sample_segment(lane, half))
                 v = base_velocity(lane, half, pool[2, line], pool[0, line], pool[1, line])
-                ride(v, count, mode[i], lives[i], dv[i], hint[i], base[i], steps[i])
+                begin_step(v, count, mode[i], lives[i], dv[i], hint[i], base[i], steps[i])
                 book(dv[i], given[i], loss[i], jolt[i], most[i], taken[i], back[i])
             for k in range(1, bodies):
                 p, q = 2 * k - 2, 2 * k - 1
@@ -148,22 +157,22 @@ def run_lanes(
             for p in range(points):
                 low, k, r, turn = p // 2, p // 2 + 1, points + p, real(2 * (p % 2) - 1)
                 for i in range(LANES):
-                    approach(
-                        turn * lean[k, i], face[k, i], high[k, i], s[k, i], c[k, i], ps[k, i],
-                        pc[k, i], m[k, i], j[k, i], face[low, i], high[low, i], s[low, i],
+                    find_contact(
+                        turn * lean[k, i], half_w[k, i], half_h[k, i], s[k, i], c[k, i], ps[k, i],
+                        pc[k, i], m[k, i], j[k, i], half_w[low, i], half_h[low, i], s[low, i],
                         c[low, i], ps[low, i], pc[low, i], m[low, i], j[low, i], x[k, i], z[k, i],
                         vx[k, i], vz[k, i], x[low, i], z[low, i], vx[low, i], vz[low, i], knobs,
                         nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], need[p, i],
                         slip[p, i], dn[p, i], need[r, i], slip[r, i], dn[r, i], ds[p, i],
-                        anchor[p, i], n[p, i], t[p, i], qx[k, i], qz[k, i], qo[k, i],
-                        qx[low, i], qz[low, i], qo[low, i],
+                        anchor[p, i], n[p, i], t[p, i], qx[k, i], qz[k, i], qo[k, i], qx[low, i],
+                        qz[low, i], qo[low, i],
                     )  # fmt: skip
             for part in range(2):  # Velocities, then poses, which start from what those took.
                 for k in range(1, bodies * part):
                     p, q, u = 2 * k - 2, 2 * k - 1, bodies + k
                     r, w = points + p, points + q
                     for i in range(LANES):
-                        start_poses(
+                        start_pose_pass(
                             qx[k, i], qz[k, i], qo[k, i], n[p, i], t[p, i], n[q, i], t[q, i],
                             qx[u, i], qz[u, i], qo[u, i], n[r, i], t[r, i], n[w, i], t[w, i],
                         )  # fmt: skip
@@ -171,33 +180,33 @@ def run_lanes(
                     k, p, q = step % BLOCKS + 1, step % BLOCKS * 2, step % BLOCKS * 2 + 1
                     u, r, w = k + part * bodies, p + part * points, q + part * points
                     for i in range(LANES):
-                        sweep(
+                        solve(
                             mu[k, i], m[k, i], j[k, i], m[k - 1, i], j[k - 1, i], nx[p, i],
                             nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], need[r, i],
                             slip[r, i], dn[r, i], ds[p, i], nx[q, i], nz[q, i], au[q, i], bu[q, i],
                             al[q, i], bl[q, i], need[w, i], slip[w, i], dn[w, i], ds[q, i], n[r, i],
                             t[r, i], n[w, i], t[w, i], qx[u, i], qz[u, i], qo[u, i], qx[u - 1, i],
-                            qz[u - 1, i], qo[u - 1, i],
-                        )  # fmt: skip
+                            qz[u - 1, i], qo[u - 1, i])  # fmt: skip
             for k in range(1, bodies):
                 low, p, q, u = k - 1, 2 * k - 2, 2 * k - 1, bodies + k
                 r, w = points + p, points + q
                 for i in range(LANES):
-                    finish(
+                    integrate_block(
                         lives[i] > 0, time, kept, dv[i], knobs, m[k, i], j[k, i], mu[k, i],
                         qx[k, i], qz[k, i], qo[k, i], qx[u, i], qz[u, i], qo[u, i], lean[k, i],
                         n[p, i], n[r, i], t[r, i], n[q, i], n[w, i], t[w, i], x[k, i], z[k, i],
                         theta[k, i], s[k, i], c[k, i], vx[k, i], vz[k, i], omega[k, i],
                         anchor[p, i], anchor[q, i], loss[i], given[i], since[k, i], left[k, i],
                         right[k, i], lift[i], last[i], deep[i], hit[i], theta[low, i],
-                        omega[low, i], face[k, i], high[k, i], face[low, i], high[low, i],
+                        omega[low, i], half_w[k, i], half_h[k, i], half_w[low, i], half_h[low, i],
                         s[low, i], c[low, i], x[low, i], z[low, i], offset[k, i], peak[k, i],
-                        when[k, i], slide[k, i], far[k, i], crept[k, i], mode[i],
-                    )  # fmt: skip
+                        when[k, i], slide[k, i], far[k, i], crept[k, i], mode[i])  # fmt: skip
+        past = time - sample_times[sample]
         if found.rotations.shape[0] > 0:
+            past = time - sample_times[sample]
             for k in range(1, bodies):
                 for i in range(LANES):
-                    turn = shown(mode[i], time - sample_times[sample], theta[k, i], omega[k, i])
+                    turn = rotation_to_store(mode[i], past, theta[k, i], omega[k, i])
                     found.rotations[sample, k - 1, first + i] = turn
     for i in range(LANES):
         book(dv[i], given[i], loss[i], jolt[i], most[i], taken[i], back[i])

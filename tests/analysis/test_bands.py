@@ -10,7 +10,7 @@ from scipy.stats import t as student
 
 from tests.shared.fragility_studies import MEDIAN, coverage, stripes, study
 from warprock.analysis.bands import MOST_PARTS, Band, without_one
-from warprock.analysis.fit import fit_lognormal, fragility_band, observe
+from warprock.analysis.lognormal import fit_lognormal, observe, record_band
 
 
 @pytest.mark.parametrize(("records", "spread"), [(6, 0.6), (10, 1.0)])
@@ -26,9 +26,9 @@ def test_bands_hold_the_truth_as_often_as_they_say(records: int, spread: float):
 def test_a_band_of_many_capacities_known_well_is_that_of_a_mean():
     # Capacities of one draw a record, seen on a fine grid: ln(median) is their mean.
     intensity, reached, record = stripes(40, seed=4, spread=1.0, levels=100)
-    seen = observe(intensity, reached, record)
+    seen = observe(intensity, reached, record).brackets
     fit = fit_lognormal(seen)
-    low, high = np.log(fragility_band(seen, fit).interval("median"))
+    low, high = np.log(record_band(seen, fit).interval("median"))
     first = np.array([intensity[(record == k) & reached].min() for k in range(40)])
     draws = np.log(first)
     half = student.ppf(0.95, 39) * draws.std(ddof=1) / np.sqrt(40.0)
@@ -43,8 +43,8 @@ def test_bands_of_lanes_that_records_share_are_wider():
     intensity, reached, record = stripes(40, seed=11, spread=1.0)
     widths = []
     for number in (record, np.arange(len(record))):
-        seen = observe(intensity, reached, number)
-        low, high = fragility_band(seen, fit_lognormal(seen)).interval("median")
+        seen = observe(intensity, reached, number).brackets
+        low, high = record_band(seen, fit_lognormal(seen)).interval("median")
         widths.append(np.log(high / low))
     assert widths[0] > 1.5 * widths[1]
 
@@ -57,13 +57,13 @@ def test_a_band_says_that_records_are_few_or_that_one_decides():
     record = np.repeat(np.arange(12), 4)
     reached = (intensity > 2.5) & ((record > 0) | (intensity > 3.5))
     reached |= (record == 0) & (intensity == 2.0)
-    band = _band(observe(intensity, reached, record))
+    band = _band(observe(intensity, reached, record).brackets)
     assert band.text == "no fit without one of 1 records"
     assert np.all(np.isfinite([band.interval("median"), band.interval("dispersion")]))
 
 
 def _band(seen) -> Band:
-    return fragility_band(seen, fit_lognormal(seen))
+    return record_band(seen, fit_lognormal(seen))
 
 
 def test_a_band_reaches_around_others():
@@ -85,7 +85,7 @@ def test_many_records_are_left_out_in_parts():
     np.testing.assert_array_equal(without_one(7).sum(axis=1), 6)
     # A part more or less of the same lanes is a band like the other.
     seen = study(150, seed=5)
-    one_each = fragility_band(seen, fit_lognormal(seen)).interval("median")
+    one_each = record_band(seen, fit_lognormal(seen)).interval("median")
     half = np.log(one_each[1] / one_each[0])
     fewer = study(75, seed=5)
     wide = np.log(np.divide(*_band(fewer).interval("median")[::-1]))

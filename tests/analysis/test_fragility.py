@@ -15,13 +15,13 @@ from scipy.special import ndtr
 from scipy.stats import norm
 
 from tests.shared.fragility_studies import stripes
-from warprock.analysis.fit import Verdict, fit_lognormal, observe
 from warprock.analysis.fragility import (
     component_rows,
     curve_rows,
     fragility_curves,
 )
 from warprock.analysis.limits import read_limits
+from warprock.analysis.lognormal import Verdict, fit_lognormal, observe
 from warprock.cli.main import main
 from warprock.errors import InputError
 from warprock.figures.fragility import gathered
@@ -32,7 +32,7 @@ Array = npt.NDArray[np.float64]
 
 def test_the_fit_is_the_greatest_likelihood():
     intensity, reached, record = stripes(30, seed=3)
-    fit = fit_lognormal(observe(intensity, reached, record))
+    fit = fit_lognormal(observe(intensity, reached, record).brackets)
 
     def loss(parameters: Array) -> float:
         share = norm.cdf(np.log(intensity / np.exp(parameters[0])) / np.exp(parameters[1]))
@@ -53,7 +53,7 @@ def test_the_fit_equals_that_of_pyfragility():
     levels = np.unique(intensity)
     counts = np.array([reached[intensity == level].sum() for level in levels])
     theirs = other.fit_msa(levels, counts, np.full(len(levels), 40))
-    ours = fit_lognormal(observe(intensity, reached, record))
+    ours = fit_lognormal(observe(intensity, reached, record).brackets)
     np.testing.assert_allclose([ours.median, ours.dispersion], theirs.params, rtol=1e-6)
 
 
@@ -72,7 +72,7 @@ def test_data_without_a_function_say_so(
     hits: tuple[int, ...], verdict: Verdict, low: float, high: float
 ):
     intensity = np.array([1.0, 2.0, 3.0, 4.0])
-    fit = fit_lognormal(observe(intensity, np.array(hits, dtype=bool), np.arange(4)))
+    fit = fit_lognormal(observe(intensity, np.array(hits, dtype=bool), np.arange(4)).brackets)
     assert fit.verdict is verdict
     np.testing.assert_equal([fit.low, fit.high], [low, high])
     assert np.isfinite(fit.median) == (verdict in (Verdict.FITTED, Verdict.SEPARATED))
@@ -81,14 +81,18 @@ def test_data_without_a_function_say_so(
 def test_lanes_that_overlap_at_one_intensity_alone_are_parted():
     # Mixed at 2, nothing below, everything above: the likelihood grows as the dispersion falls.
     intensity = np.array([1.0, 2.0, 2.0, 3.0])
-    fit = fit_lognormal(observe(intensity, np.array([0, 0, 1, 1], dtype=bool), np.arange(4)))
+    fit = fit_lognormal(
+        observe(intensity, np.array([0, 0, 1, 1], dtype=bool), np.arange(4)).brackets
+    )
     assert fit.verdict is Verdict.SEPARATED
     assert (fit.low, fit.high) == (2.0, 2.0)
 
 
 def test_a_scale_of_the_intensity_scales_the_median_alone():
     intensity, reached, record = stripes(25, seed=7)
-    small, large = (fit_lognormal(observe(s * intensity, reached, record)) for s in (1e-6, 1e6))
+    small, large = (
+        fit_lognormal(observe(s * intensity, reached, record).brackets) for s in (1e-6, 1e6)
+    )
     assert large.median / small.median == pytest.approx(1e12, rel=1e-9)
     assert large.dispersion == pytest.approx(small.dispersion, rel=1e-9)
 
@@ -254,7 +258,7 @@ def test_a_file_that_is_no_table_is_refused(tmp_path: pathlib.Path):
 
 
 def test_the_probability_is_that_of_the_lognormal_distribution():
-    fit = fit_lognormal(observe(*stripes(30, seed=1)))
+    fit = fit_lognormal(observe(*stripes(30, seed=1)).brackets)
     at = np.array([0.5, 2.0])
     expected = ndtr((np.log(at) - np.log(fit.median)) / fit.dispersion)
     np.testing.assert_allclose(fit.probability(at), expected, rtol=1e-14)

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.shared.case_texts import FREE, PULSE, refusal
+from warprock.case.case_file import CaseFile
 from warprock.case.keys import KEYS, SWEEP_KEYS
 from warprock.case.load import load_case
-from warprock.case.tables import CaseTables
 from warprock.case.text import case_names, template_kinds, template_text
 from warprock.errors import InputError, did_you_mean
 from warprock.model.response import SampleTimes
@@ -322,13 +322,13 @@ def test_engine_settings_of_a_case_and_defaults(write):
 
 
 def test_the_table_of_keys_and_the_models_are_the_same_keys():
-    from warprock.case.blocks import Block, StackedBlock
-    from warprock.case.tables import Direction
+    from warprock.case.block import Block, StackedBlock
+    from warprock.case.motion import Direction
 
     models = {
         f"{table}.{name}"
         for table in ("contact", "start", "run")
-        for name in CaseTables.model_fields[table].annotation.model_fields
+        for name in CaseFile.model_fields[table].annotation.model_fields
     }
     models |= {f"motion.{name}" for name in Direction.model_fields}
     models |= {f"block.{name}" for name in Block.model_fields}

@@ -8,9 +8,9 @@ import pytest
 from tests.shared.case_texts import FREE
 from tests.shared.shipped import RUNNABLE_CASES
 from warprock import quantity
+from warprock.case.ground_motions import case_records
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
-from warprock.case.motions import case_records
 from warprock.errors import InputError
 from warprock.model.motion import (
     HarmonicMotions,

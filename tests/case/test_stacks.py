@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from warprock.case.columns import input_meaning
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.cli.main import main
@@ -15,7 +16,6 @@ from warprock.errors import InputError
 from warprock.model.stacking import contact_ends, uplift_ratio
 from warprock.oracle.pair import rock_two_blocks
 from warprock.oracle.pair_mechanics import TwoBlocks
-from warprock.run.lane_table import input_meaning
 from warprock.units import GRAVITY
 
 STACK = """

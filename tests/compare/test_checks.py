@@ -296,7 +296,7 @@ def test_compare_refuses_an_unknown_engine():
 
 def test_every_kind_of_check_has_a_function():
     """Kinds as the case files' own model knows them."""
-    from warprock.case.checks import BoundariesCheck, HousnerCheck, PeaksCheck
+    from warprock.case.check import BoundariesCheck, HousnerCheck, PeaksCheck
 
     kinds = {
         model.model_fields["kind"].annotation.__args__[0]

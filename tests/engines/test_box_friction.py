@@ -97,6 +97,7 @@ def test_each_component_of_a_slide_is_braked_by_itself(box: int) -> None:
     assert np.all(found["peak_yaw"] <= 1e-12)
 
 
+@pytest.mark.thorough
 def test_springs_brake_each_component_by_itself() -> None:
     angle, speed, friction = np.linspace(0.0, np.pi, 5), 0.3, 0.1
     lanes = spatial_lanes(np.full(5, 1.0), 0.5, friction, depth=1.0)
@@ -112,7 +113,7 @@ def test_springs_brake_each_component_by_itself() -> None:
     np.testing.assert_allclose(found["energy_lost"], 0.5 * lanes.mass * speed**2, rtol=0.01)
 
 
-@pytest.mark.parametrize("engine", ["event", "dem"])
+@pytest.mark.parametrize("engine", ["event", pytest.param("dem", marks=pytest.mark.thorough)])
 def test_a_block_sticks_where_the_box_holds_and_the_cone_does_not(engine: str) -> None:
     # Along the diagonal the box holds sqrt(2) times what it holds along x.
     friction = 0.3
@@ -130,7 +131,7 @@ def test_a_block_sticks_where_the_box_holds_and_the_cone_does_not(engine: str) -
     np.testing.assert_array_equal(slides[1], [False, True, False])
 
 
-@pytest.mark.parametrize("engine", ["event", "dem"])
+@pytest.mark.parametrize("engine", ["event", pytest.param("dem", marks=pytest.mark.thorough)])
 def test_planar_scenes_know_no_difference(engine: str) -> None:
     frequency = np.linspace(2.6, 4.4, 6)
     pulse = sines(Control.ACCELERATION, 0.5 * GRAVITY, frequency, 1.0)
@@ -157,6 +158,7 @@ def test_planar_scenes_know_no_difference(engine: str) -> None:
         np.testing.assert_array_equal(found[0]["outcome"], found[1]["outcome"])
 
 
+@pytest.mark.thorough
 def test_impulse_and_springs_come_to_event_as_they_grow_fine() -> None:
     count = 8
     lanes = spatial_lanes(
@@ -194,6 +196,7 @@ def leaning(count: int, friction: float) -> SpatialLanes:
     )  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_rocking_blocks_that_slide_are_those_of_impulse() -> None:
     lanes, times = leaning(6, 0.25), SampleTimes(0.4, 0.02)
     exact = event(lanes, at_rest(6), times, 1e-3)
@@ -300,7 +303,7 @@ def test_mirror_images_and_quarter_turns_have_the_same_answer() -> None:
     np.testing.assert_allclose(turned[SLIDES[0]], -found[SLIDES[1]], atol=1e-7)
 
 
-@pytest.mark.parametrize("engine", ["event", "dem"])
+@pytest.mark.parametrize("engine", ["event", pytest.param("dem", marks=pytest.mark.thorough)])
 def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(
     engine: str, unjudged: None
 ) -> None:

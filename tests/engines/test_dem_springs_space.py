@@ -40,6 +40,7 @@ def closed_form_frequencies(lanes: Lanes, settings: DemSettings) -> Array:
     return np.sqrt(np.sort(found))
 
 
+@pytest.mark.thorough
 def test_six_small_motions_have_the_frequencies_of_the_closed_forms() -> None:
     settings = DemSettings(
         subcontacts_across=4, shear_stiffness=4e8, stiffness_damping=0.0,

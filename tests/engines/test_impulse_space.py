@@ -199,7 +199,7 @@ def test_energy_never_grows_on_a_still_base() -> None:
     assert np.all(lost[-1] <= held + sunk)
 
 
-@pytest.mark.parametrize("box", [0, 1])
+@pytest.mark.parametrize("box", [0, pytest.param(1, marks=pytest.mark.thorough)])
 def test_a_block_slides_by_the_closed_form_in_every_direction(box: int) -> None:
     direction = np.linspace(0.0, np.pi, 9)
     speed, friction = 0.4, 0.2

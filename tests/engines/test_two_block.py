@@ -153,7 +153,7 @@ def some_ricker() -> GroundMotions:
 
 
 @pytest.mark.parametrize(
-    "make", [some_record, pytest.param(some_ricker, marks=pytest.mark.thorough)]
+    "make", [pytest.param(make, marks=pytest.mark.thorough) for make in (some_record, some_ricker)]
 )
 def test_other_motions_follow_the_oracle(make: Any) -> None:
     motions, times = make(), SampleTimes(1.0, 0.01)

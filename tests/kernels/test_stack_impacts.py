@@ -32,7 +32,7 @@ def impacts() -> dict[str, np.ndarray]:
     anchor[whole] *= 0.3
     before = random.normal(0.0, 1.0, (LANES, 3 * BLOCKS))
     rows = np.zeros(LANES, dtype=Blocks.numpy_dtype())
-    rows["half_height"], rows["half_face"] = half_height, half_width
+    rows["half_height"], rows["half_width"] = half_height, half_width
     rows["inverse_mass"], rows["inverse_inertia"] = 1.0 / mass, 1.0 / inertia
     rows["friction"] = random.choice([0.0, 0.3, 1.0, 5.0], (LANES, BLOCKS))
     place = wp.zeros((LANES, 2 * BLOCKS), dtype=wp.float64)

@@ -380,7 +380,9 @@ LANE = st.tuples(
 )
 
 
-@pytest.mark.parametrize("precision", ["float64", "float32"])
+@pytest.mark.parametrize(
+    "precision", ["float64", pytest.param("float32", marks=pytest.mark.thorough)]
+)
 @pytest.mark.parametrize("engine", single_block_engines())
 @settings(max_examples=12, deadline=None, derandomize=True)
 @given(

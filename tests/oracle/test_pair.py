@@ -239,7 +239,14 @@ def usable(found: TwoBlockResponse) -> TwoBlockResponse:
     return found
 
 
-@pytest.mark.parametrize("start", [(0.01, 0.01), (0.0, 0.03), (0.03, -0.05)])
+@pytest.mark.parametrize(
+    "start",
+    [
+        (0.01, 0.01),
+        pytest.param((0.0, 0.03), marks=pytest.mark.thorough),
+        pytest.param((0.03, -0.05), marks=pytest.mark.thorough),
+    ],
+)
 def test_the_energy_lost_is_what_a_released_stack_had(start: tuple[float, float]) -> None:
     mechanics = StackMechanics(CHAMFERED)
     found = usable(
@@ -361,7 +368,13 @@ def test_the_longest_step_does_not_matter() -> None:
     np.testing.assert_array_equal(found.patterns, finer.patterns)
 
 
-@pytest.mark.parametrize(("frequency", "millimetres"), PULSES)
+@pytest.mark.parametrize(
+    ("frequency", "millimetres"),
+    [
+        *PULSES[:2],
+        *(pytest.param(*each, marks=pytest.mark.thorough) for each in PULSES[2:]),
+    ],
+)
 def test_pulses_agree_with_corners_in_small_steps(frequency: float, millimetres: float) -> None:
     motion = pulse(frequency, millimetres)
     found = usable(rock_two_blocks(CHAMFERED, motion, SampleTimes(1.0)))

@@ -8,6 +8,10 @@ from warprock.paper.printed import paper_table
 from warprock.paper.reproduce import reproduce
 from warprock.paper.tables import print_reproduction
 
+pytestmark = pytest.mark.thorough
+"""In every run Table 6 has these springs beside the paper's DEM, see tests/paper/test_reproduce.py,
+and tests/engines/test_dem.py the limit of stiff ones."""
+
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):

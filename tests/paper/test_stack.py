@@ -32,6 +32,8 @@ from warprock.run.batch import run_batch
 from warprock.run.case_run import run_case
 
 MEMBERS = 8
+ORDINARY = ("table9", "table12", "fig12")
+"""Targets made in every run; the others are the bottom block, and figures of other inputs."""
 KEYS = {"target", "frequency_hz", "amplitude_mm", "reading", "source", "peak_rotation_ratio"}
 STACK_KEYS = KEYS | {"block", "geometry", "edges"}
 ORACLE = {
@@ -59,6 +61,14 @@ def found(tmp_path_factory):
         return made[target]
 
     return get
+
+
+def of_targets(*targets: str) -> list:
+    """Targets as parameters of a test, those that are not `ORDINARY` behind the marker."""
+    return [
+        pytest.param(name, marks=() if name in ORDINARY else pytest.mark.thorough)
+        for name in targets
+    ]
 
 
 def rows_of(reproduction, **chosen) -> list[dict]:
@@ -100,7 +110,7 @@ def test_the_tables_have_the_inputs_of_table_8(name: str):
     assert set(PAPER_COLUMNS) < set(paper_table(name).columns)
 
 
-@pytest.mark.parametrize("target", ["table9", "table10"])
+@pytest.mark.parametrize("target", of_targets("table9", "table10"))
 def test_printed_values_stay_as_printed(target: str, found):
     for name in PAPER_COLUMNS:
         rows = rows_of(found(target), source=f"paper-{name}")
@@ -112,7 +122,10 @@ def test_printed_values_stay_as_printed(target: str, found):
         )
 
 
-@pytest.mark.parametrize(("target", "block"), [("table9", "top"), ("table10", "bottom")])
+@pytest.mark.parametrize(
+    ("target", "block"),
+    [("table9", "top"), pytest.param("table10", "bottom", marks=pytest.mark.thorough)],
+)
 def test_the_analytical_columns_cell_by_cell(target: str, block: str, found):
     ours = analytical(found(target), FITTED)
     np.testing.assert_allclose(ours, ORACLE[block], atol=5e-5)
@@ -121,7 +134,7 @@ def test_the_analytical_columns_cell_by_cell(target: str, block: str, found):
     assert np.all(off <= ANALYTICAL_ERROR[block]), off
 
 
-@pytest.mark.parametrize("target", ["table9", "table10"])
+@pytest.mark.parametrize("target", of_targets("table9", "table10"))
 def test_two_analytical_values_fit_no_reading_and_are_named(target: str, found):
     """No reading of the stack under the acceleration comes near; the drive of the engines neither.
 
@@ -214,17 +227,16 @@ def test_continuous_sine_agrees_with_the_oracle_until_chaos_parts_them():
     np.testing.assert_allclose(peaks, np.transpose([bottom, top]), rtol=0.0, atol=1e-6)
 
 
-def test_event_agrees_with_the_analytical_model_where_nothing_slides(found):
+@pytest.mark.parametrize("target", of_targets("table9", "table10"))
+def test_event_agrees_with_the_analytical_model_where_nothing_slides(target: str, found):
     """Of the inputs that are not sensitive: friction 1 holds, so both solve one problem.
 
     The largest difference is of the order of a located impact, (p dt)^2 = 3e-4 over five swings.
     """
     steady = [key for key in FITTED if key != (4.0, 4.0)]
-    for target in ("table9", "table10"):
-        other = [
-            peak_of(found(target), key, "event", "acceleration", "equal-depths") for key in steady
-        ]
-        np.testing.assert_allclose(other, analytical(found(target), steady), rtol=0.02)
+    which = ("event", "acceleration", "equal-depths")
+    other = [peak_of(found(target), key, *which) for key in steady]
+    np.testing.assert_allclose(other, analytical(found(target), steady), rtol=0.02)
 
 
 @pytest.mark.parametrize("target", ["table9", "table12"])
@@ -254,7 +266,7 @@ def test_the_engines_of_the_paper_are_nearer_to_equal_depths(found):
     assert off["low-top"] < 0.15 < 0.2 < off["printed"]
 
 
-@pytest.mark.parametrize("target", ["table11", "table12"])
+@pytest.mark.parametrize("target", of_targets("table11", "table12"))
 def test_printed_errors_stay_apart_from_peaks(target: str, found):
     for name in PAPER_COLUMNS:
         rows = rows_of(found(target), source=f"paper-{name}")
@@ -266,7 +278,7 @@ def test_printed_errors_stay_apart_from_peaks(target: str, found):
             assert ("collapsed" in row.get("why", "")) is (cell == "collapsed")
 
 
-@pytest.mark.parametrize("target", ["table11", "table12"])
+@pytest.mark.parametrize("target", of_targets("table11", "table12"))
 def test_an_inferred_test_is_ours_over_one_minus_the_printed_error(target: str, found):
     rows = rows_of(found(target), source="inferred-experiment")
     assert len(rows) == 2 * 8
@@ -290,11 +302,12 @@ def test_an_inferred_test_is_ours_over_one_minus_the_printed_error(target: str, 
         assert "not measured" in row["why"]
 
 
-def test_nothing_is_called_measured(found):
-    for target in ("table11", "table12"):
-        assert not any("measured" in row["source"] for row in found(target)["rows"])
+@pytest.mark.parametrize("target", of_targets("table11", "table12"))
+def test_nothing_is_called_measured(target: str, found):
+    assert not any("measured" in row["source"] for row in found(target)["rows"])
 
 
+@pytest.mark.thorough
 def test_the_collapse_grid_is_whole_and_calm_at_the_printed_amplitude(found):
     """In its plane the stack stays up as printed; twice as much takes the most chamfered down."""
     rows = rows_of(found("collapse"), block="top")
@@ -308,7 +321,7 @@ def test_the_collapse_grid_is_whole_and_calm_at_the_printed_amplitude(found):
     assert max(row["collapsed_share"] for row in doubled) > 0.5
 
 
-@pytest.mark.parametrize("target", [*STACK_CASES_OF])
+@pytest.mark.parametrize("target", of_targets(*STACK_CASES_OF))
 def test_a_target_is_one_json_object_of_rows_with_the_agreed_keys(target: str, found):
     json.dumps(found(target), allow_nan=False)
     assert all(row.keys() >= STACK_KEYS for row in found(target)["rows"])
@@ -319,7 +332,7 @@ def test_a_target_is_one_json_object_of_rows_with_the_agreed_keys(target: str, f
     assert names == {f"{target}.csv"} | drawn
 
 
-@pytest.mark.parametrize("target", [*STACK_CASES_OF])
+@pytest.mark.parametrize("target", of_targets(*STACK_CASES_OF))
 def test_a_target_prints_within_130_columns(target: str, found):
     out = io.StringIO()
     print_reproduction(found(target), Console(file=out, width=130))

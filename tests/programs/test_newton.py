@@ -1,7 +1,7 @@
 """Newton beside ours: its solvers on the same lanes, as worlds of one model.
 
-SolverXPBD runs always. The other solvers take 15 s to 60 s each to compile where Warp's cache is
-empty, so they run where WARPROCK_OUTSIDE is set, as `.ci/outside` does.
+They take 15 s to 60 s each to compile where Warp's cache is empty: SolverXPBD runs with the marker
+`thorough`, the others where WARPROCK_OUTSIDE is set, as `.ci/outside` does.
 """
 
 from __future__ import annotations
@@ -67,6 +67,7 @@ def test_newton_is_a_dependency_and_its_solvers_have_names() -> None:
         assert PROGRAMS[name].installed
 
 
+@pytest.mark.thorough
 def test_xpbd_rocks_as_housner_says() -> None:
     lanes, motions = three_blocks(), StillBase(3)
     coarse, fine = (
@@ -79,6 +80,7 @@ def test_xpbd_rocks_as_housner_says() -> None:
     assert (fine < 0.5 * coarse).all()
 
 
+@pytest.mark.thorough
 def test_worlds_do_not_feel_one_another() -> None:
     """A lane alone, and the same lane beside another that falls: bit for bit the same."""
     lanes = make_lanes(0.5, 0.75, np.array([0.5, 1.05]))
@@ -89,6 +91,7 @@ def test_worlds_do_not_feel_one_another() -> None:
         np.testing.assert_array_equal(both[name][0], alone[name][0], err_msg=name)
 
 
+@pytest.mark.thorough
 def test_a_table_on_a_prismatic_joint_carries_its_velocity() -> None:
     lanes = make_lanes([0.17, 0.17], 1.0)
     motions = sines(Control.DISPLACEMENT, [4e-3, 6e-3], 5.0, 1.0)
@@ -102,6 +105,7 @@ def test_a_table_on_a_prismatic_joint_carries_its_velocity() -> None:
     assert np.abs(flat["rotation"]).max() < 1e-4
 
 
+@pytest.mark.thorough
 def test_a_table_that_moves_across_does_what_one_along_x_does() -> None:
     """A block as deep as wide: the two rotations trade places (to float32, magnified in time)."""
     planar = make_lanes(0.17, 1.0)
@@ -121,6 +125,7 @@ def test_a_table_that_moves_across_does_what_one_along_x_does() -> None:
     assert np.abs(across["rotation"]).max() < 1e-4
 
 
+@pytest.mark.thorough
 def test_compare_runs_a_stack_in_newton() -> None:
     case = ("stack-sine-pulse", "-s", "run.duration=0.15 s", "-s", "motion.frequency=5 Hz")
     knob = "peers.newton-xpbd.steps_per_second=1200"

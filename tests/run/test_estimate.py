@@ -31,11 +31,12 @@ from warprock.model.response import (
     Status,
 )
 from warprock.run import companions, estimate
-from warprock.run import lane_table as store
 from warprock.run.batch import run_batch
 from warprock.run.case_run import run_case
 from warprock.run.estimate import run_with_estimate
+from warprock.run.lane_table import lane_table
 from warprock.run.options import RunOptions
+from warprock.run.provenance import error_summary
 from warprock.settings.engines import EventSettings, ImpulseSettings
 from warprock.units import GRAVITY
 
@@ -165,8 +166,22 @@ def judged(problem: str, engine: str) -> Judged:
     )
 
 
-@pytest.mark.parametrize("engine", SETTINGS)
-@pytest.mark.parametrize("problem", [name for name in PROBLEMS if name != "record"])
+JUDGED = [
+    pytest.param(
+        problem,
+        engine,
+        marks=pytest.mark.thorough
+        if engine == "impulse" and problem in ("bursts", "released")
+        else (),
+    )
+    for problem in PROBLEMS
+    for engine in SETTINGS
+    if (problem, engine) != ("record", "impulse")
+]
+"""Problems and engines; the fine steps of `impulse` on many lanes are for the thorough run."""
+
+
+@pytest.mark.parametrize(("problem", "engine"), [p for p in JUDGED if p.values[0] != "record"])
 def test_true_errors_lie_below_their_estimates_and_near_them(problem: str, engine: str) -> None:
     found = judged(problem, engine)
     # Measured: 98.9 % of lanes or more, and in the few of a table all. A history's largest error is
@@ -193,12 +208,10 @@ def test_a_record_of_40_s_makes_many_lanes_sensitive_and_the_rest_can_be_trusted
     assert np.all(found.response["status"][found.fell != found.truly_fell] == Status.SENSITIVE)
 
 
-@pytest.mark.parametrize("problem", PROBLEMS)
-def test_no_lane_that_is_ok_has_a_wrong_outcome(problem: str) -> None:
-    for engine in SETTINGS:
-        if (problem, engine) != ("record", "impulse"):
-            found = judged(problem, engine)
-            np.testing.assert_array_equal(found.fell[found.ok], found.truly_fell[found.ok])
+@pytest.mark.parametrize(("problem", "engine"), JUDGED)
+def test_no_lane_that_is_ok_has_a_wrong_outcome(problem: str, engine: str) -> None:
+    found = judged(problem, engine)
+    np.testing.assert_array_equal(found.fell[found.ok], found.truly_fell[found.ok])
 
 
 def critical_pulses() -> tuple[Lanes, Array, Array]:
@@ -217,7 +230,9 @@ def critical_pulses() -> tuple[Lanes, Array, Array]:
     return lanes, frequency, low
 
 
-@pytest.mark.parametrize("engine", SETTINGS)
+@pytest.mark.parametrize(
+    "engine", ["event 1e-2", "event 5e-3", pytest.param("impulse", marks=pytest.mark.thorough)]
+)
 def test_lanes_at_the_brink_of_overturning_are_sensitive_and_lanes_off_it_are_not(
     engine: str,
 ) -> None:
@@ -374,14 +389,14 @@ def test_engines_answer_no_estimates_and_the_run_adds_them_where_there_is_an_ord
     bare = run_case(FREE, engine, RunOptions(tolerance=None), histories=False)
     assert not set(ESTIMATE_FIELDS) & set(bare.response.fields)
     run = run_case(FREE, engine, histories=False)
-    table = store.lane_table(run.lane_set, run.response)
+    table = lane_table(run.lane_set, run.response)
     columns = {"rotation_error_rad", "peak_rotation_error_rad", "peak_slide_error_m"}
     if engine_class(engine).order is None:
         assert not columns & set(table)
-        assert store.error_summary(run.response) is None
+        assert error_summary(run.response) is None
     else:
         assert columns <= set(table)
-        summary = store.error_summary(run.response)
+        summary = error_summary(run.response)
         assert summary is not None
         # Those of sensitive lanes are no bounds.
         assert summary["largest"] == table["rotation_error_rad"][table["status"] == "ok"].max()

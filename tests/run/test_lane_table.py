@@ -13,13 +13,15 @@ import pyarrow.parquet as pq
 import pytest
 
 from tests.shared.shipped import RUNNABLE_CASES
+from warprock.case.columns import input_meaning
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.errors import InputError
 from warprock.model.response import FIELDS, LANE_FIELDS, Outcome, Response, Status
-from warprock.run import lane_table as store
-from warprock.run import machine
+from warprock.run import machine, provenance
 from warprock.run.case_run import CaseRun, run_case, run_lane
+from warprock.run.lane_table import lane_table
+from warprock.run.results import write_run
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
@@ -33,7 +35,7 @@ def run() -> CaseRun:
 @pytest.fixture(scope="module")
 def folder(run: CaseRun, tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     folder = tmp_path_factory.mktemp("run") / "new" / "folder"
-    store.write_run(run, folder, {4: run_lane(run, 4)})
+    write_run(run, folder, {4: run_lane(run, 4)})
     return folder
 
 
@@ -46,12 +48,12 @@ def test_a_run_leaves_its_files_and_no_others(folder: pathlib.Path):
 
 
 def test_the_table_reads_back_as_it_was(run: CaseRun, folder: pathlib.Path):
-    table = store.lane_table(run.lane_set, run.response)
+    table = lane_table(run.lane_set, run.response)
     pd.testing.assert_frame_equal(pd.read_parquet(folder / "lanes.parquet"), table)
 
 
 def test_the_table_holds_every_field_of_every_lane(run: CaseRun):
-    table = store.lane_table(run.lane_set, run.response)
+    table = lane_table(run.lane_set, run.response)
     assert list(table["lane"]) == list(range(9))
     for name in LANE_FIELDS:
         field, values = FIELDS[name], run.response[name]
@@ -79,8 +81,8 @@ def test_units_are_in_the_metadata_and_in_the_names(folder: pathlib.Path):
 @pytest.mark.parametrize("name", RUNNABLE_CASES)
 def test_no_input_goes_without_a_meaning(name: str):
     lane_set = expand_lanes(load_case(name))
-    label = store.input_meaning("a label")
-    nameless = {name for name in lane_set.inputs.columns if store.input_meaning(name) == label}
+    label = input_meaning("a label")
+    nameless = {name for name in lane_set.inputs.columns if input_meaning(name) == label}
     assert nameless == set(lane_set.labels)
 
 
@@ -90,11 +92,11 @@ def test_codes_are_words(run: CaseRun):
         "status": np.array([Status.OK, Status.NONFINITE, Status.EVENT_LIMIT] * 3),
     }
     response = dataclasses.replace(run.response, fields={**run.response.fields, **codes})
-    table = store.lane_table(run.lane_set, response)
+    table = lane_table(run.lane_set, response)
     assert list(table["outcome"][:3]) == ["overturned", "at_rest", "rocking"]
     assert list(table["status"][:3]) == ["ok", "nonfinite", "event_limit"]
     counts = {"at_rest": 3, "rocking": 3, "overturned": 3, "slid_off": 0}
-    assert store.count_words(response, "outcome") == counts
+    assert provenance.count_words(response, "outcome") == counts
 
 
 def test_provenance_says_what_ran(run: CaseRun, folder: pathlib.Path):
@@ -106,13 +108,13 @@ def test_provenance_says_what_ran(run: CaseRun, folder: pathlib.Path):
     assert (found["precision"], found["device"], found["lanes"]) == ("float64", "cpu", 9)
     assert sum(found["status"].values()) == sum(found["outcome"].values()) == 9
     assert all(found["versions"].values())
-    assert set(found["versions"]) == {"python", "warprock", *store.PACKAGES}
+    assert set(found["versions"]) == {"python", "warprock", *provenance.PACKAGES}
     assert found["wall_time_s"] > 0.0
     assert found["records"] == []
 
 
 def test_provenance_names_the_records_with_their_hashes():
-    rows = store.record_rows(load_case("record-ridgecrest"))
+    rows = provenance.record_rows(load_case("record-ridgecrest"))
     assert len(rows) == 1
     file = next(ROOT.glob(f"cases/*/{rows[0]['name']}.csv"))
     assert rows[0]["sha256"] == hashlib.sha256(file.read_bytes()).hexdigest()
@@ -169,7 +171,7 @@ def test_words_do_not_hide_an_unknown_code(run: CaseRun):
     wrong = {**run.response.fields, "status": np.full(9, 77)}
     response = Response(engine="housner", fields=wrong, times=run.response.times)
     with pytest.raises(ValueError, match="codes"):
-        store.lane_table(run.lane_set, response)
+        lane_table(run.lane_set, response)
 
 
 def test_the_summary_of_errors_is_of_lanes_that_are_ok():
@@ -177,5 +179,5 @@ def test_the_summary_of_errors_is_of_lanes_that_are_ok():
         "status": np.array([Status.OK, Status.SENSITIVE, Status.OK, Status.NONFINITE]),
         "rotation_error": np.array([1e-3, 5.0, 3e-3, np.nan]),
     }
-    found = store.error_summary(Response(engine="event", fields=fields, times=np.empty(0)))
+    found = provenance.error_summary(Response(engine="event", fields=fields, times=np.empty(0)))
     assert found == {"median": 2e-3, "largest": 3e-3}

@@ -12,7 +12,8 @@ import sys
 import numpy as np
 import numpy.typing as npt
 
-from warprock.analysis.fit import Observations, Verdict, fit_lognormal, fragility_band, observe
+from warprock.analysis.likelihood import Brackets
+from warprock.analysis.lognormal import Verdict, fit_lognormal, observe, record_band
 
 Array = npt.NDArray[np.float64]
 
@@ -38,9 +39,9 @@ def stripes(
     return intensity, np.log(intensity / MEDIAN) / DISPERSION >= capacity, record
 
 
-def study(records: int, seed: int, spread: float = 0.0, levels: int = 10) -> Observations:
+def study(records: int, seed: int, spread: float = 0.0, levels: int = 10) -> Brackets:
     """The lanes of one study."""
-    return observe(*stripes(records, seed, spread, levels))
+    return observe(*stripes(records, seed, spread, levels)).brackets
 
 
 def coverage(
@@ -59,7 +60,7 @@ def coverage(
         if fit.verdict is not Verdict.FITTED:
             continue
         fitted += 1
-        band = fragility_band(seen, fit)
+        band = record_band(seen, fit)
         low, high = band.probabilities(np.array([MEDIAN]))
         ends = [
             (*band.interval("median"), MEDIAN),

@@ -16,7 +16,7 @@ from warprock.case.load import load_case
 from warprock.errors import InputError
 from warprock.model.response import Status
 from warprock.run import case_run as runner
-from warprock.run import lane_table as store
+from warprock.run.lane_table import lane_table
 from warprock.sweep import plan as sweep_plan
 from warprock.sweep import run as sweep_run
 from warprock.sweep.chunks import chunk_path, merge, sweep_state
@@ -42,7 +42,7 @@ def same_tables(one: pd.DataFrame, other: pd.DataFrame) -> bool:
 def test_a_sweep_has_the_lanes_of_a_run(case_file: pathlib.Path, undisturbed: bytes, tmp_path):
     case = load_case(case_file)
     run = runner.run_case(case, "housner", histories=False)
-    expected = store.lane_table(run.lane_set, run.response)
+    expected = lane_table(run.lane_set, run.response)
     (tmp_path / "lanes.parquet").write_bytes(undisturbed)
     found = pq.read_table(tmp_path / "lanes.parquet")
     assert same_tables(found.to_pandas(), expected)
@@ -85,7 +85,7 @@ def test_members_of_an_ensemble_may_fall_into_several_chunks(tmp_path: pathlib.P
     run_all(plan, tmp_path / "sweep")
     found = pd.read_parquet(merge(plan, tmp_path / "sweep"))
     run = runner.run_case(case, "event", histories=False)
-    assert same_tables(found, store.lane_table(run.lane_set, run.response))
+    assert same_tables(found, lane_table(run.lane_set, run.response))
     assert found["time_step_factor"].nunique() > 2
 
 
@@ -96,7 +96,7 @@ def test_errors_are_estimated_where_the_plan_says_so(tmp_path: pathlib.Path):
     run_all(plan, tmp_path / "sweep")
     found = pd.read_parquet(merge(plan, tmp_path / "sweep"))
     run = runner.run_case(case, "event", histories=False)
-    assert same_tables(found, store.lane_table(run.lane_set, run.response))
+    assert same_tables(found, lane_table(run.lane_set, run.response))
     assert "rotation_error_rad" in found
 
 
@@ -124,7 +124,7 @@ def test_the_state_of_a_sweep_counts_lanes_by_word(case_file, tmp_path):
     for number in (0, 4):
         run_chunk(plan, tmp_path, number)
     run = runner.run_case(load_case(case_file), "housner", histories=False)
-    table = store.lane_table(run.lane_set, run.response)
+    table = lane_table(run.lane_set, run.response)
     some = pd.concat([table[:64], table[256:]])
     done = some["outcome"]
     result = invoke("sweep", "status", tmp_path, "--json")
@@ -326,6 +326,7 @@ def test_lanes_far_into_a_long_sample_cost_no_more_memory(case_file):
     assert peaks[1] < 1.5 * peaks[0]
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(os.name != "posix", reason="memory of processes is told by POSIX systems")
 def test_the_benchmark_measures_whole_sweeps():
     result = invoke("bench", "sweep", "--lanes", 40, "-e", "housner", "--json")

@@ -11,8 +11,8 @@ its value without record i, and G records,
 The bias matters: with few records, each with a capacity of its own, greatest likelihood finds a
 dispersion that is too small. Of studies of six records these bands held the true dispersion in 90
 of 100; those of resampled records (the bootstrap) in 48 to 66 (percentiles), 60 to 66
-(bias-corrected and accelerated) and 71 to 80 (studentised). `python -m tests.fragility_studies`
-prints how often they hold the truth, by number of records.
+(bias-corrected and accelerated) and 71 to 80 (studentised). `python -m
+tests.shared.fragility_studies` prints how often they hold the truth, by number of records.
 
 References:
     Quenouille (1956), Notes on bias in estimation, *Biometrika* 43. Tukey (1958), Bias and
@@ -135,7 +135,8 @@ def band_of(
         dispersion: Likewise.
         records: Number of records.
         fitted: Medians and dispersions without a part each, shape [part]; NaN without a fit.
-        steps: The steps of a and b there, see `fragility_fit`, from the fit to all, shape [part].
+        steps: The steps of a and b there, see the head of `warprock.analysis.lognormal`, from the
+            fit to all, shape [part].
     """
     da, db = steps
     moved = -dispersion * (da + np.log(median) * db), -dispersion * db

@@ -6,12 +6,12 @@ monotonic in the intensity: a block may stand at a stronger motion than the one 
 so lanes are counted at the intensity at which they ran, never from the first exceedance on.
 
 Which lanes count (`RULE`): one whose status says that it has no numbers is left out and counted by
-its status. One whose numbers leave open whether it reached a limit state (`fragility_limits`) is in
-doubt; it counts by what became of it in its finest run, and bands reach around those of the two
-fits in which all lanes in doubt reached the limit, or none. Leaving them out would take away lanes
-near the limit, and with them the dispersion; counting half of each would add to it. Where both
-together are more than a stated share of the lanes there is no fit, for they are not a random part
-of them.
+its status. One whose numbers leave open whether it reached a limit state (see
+`warprock.analysis.limits`) is in doubt; it counts by what became of it in its finest run, and bands
+reach around those of the two fits in which all lanes in doubt reached the limit, or none. Leaving
+them out would take away lanes near the limit, and with them the dispersion; counting half of each
+would add to it. Where both together are more than a stated share of the lanes there is no fit, for
+they are not a random part of them.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.analysis.bands import FEW_RECORDS, LEAST_RECORDS, Band
-from warprock.analysis.fit import Fit, Observations, fit_lognormal, fragility_band, observe
 from warprock.analysis.groups import fit_columns, group_text, lane_groups, record_numbers
 from warprock.analysis.lane_tables import require_lane_table
 from warprock.analysis.limits import (
@@ -35,6 +34,7 @@ from warprock.analysis.limits import (
     require_slides,
     slide_errors,
 )
+from warprock.analysis.lognormal import Fit, Observations, fit_lognormal, observe, record_band
 from warprock.errors import InputError
 from warprock.model.response import USABLE
 
@@ -143,13 +143,13 @@ def _curve(
     hit, doubt = reached(usable, limit), in_doubt(usable, limit)
     # Of those in doubt as they are, all, or none.
     seen, most, least = (observe(at, each, record) for each in (hit, hit | doubt, hit & ~doubt))
-    fits = [fit_lognormal(each) for each in (seen, most, least)]
+    fits = [fit_lognormal(each.brackets) for each in (seen, most, least)]
     band = None
-    if seen.cluster_count >= LEAST_RECORDS and fits[0].dispersion > 0.0:
-        band = fragility_band(seen, fits[0])
+    if seen.record_count >= LEAST_RECORDS and fits[0].dispersion > 0.0:
+        band = record_band(seen.brackets, fits[0])
         if doubt.any():
             others = [
-                fragility_band(each, fit)
+                record_band(each.brackets, fit)
                 for each, fit in zip((most, least), fits[1:], strict=True)
                 if fit.dispersion > 0.0
             ]
@@ -204,7 +204,7 @@ def warnings(table: pd.DataFrame, curves: Sequence[Curve]) -> list[str]:
         found.append("the table has no estimate of the error of the slide")
     if any(c.limit.slide is not None and not c.seen.reached.any() for c in curves):
         found.append("no lane reached a limit on the slide: housner and two-block do not slide")
-    fewest = min(curve.seen.cluster_count for curve in curves)
+    fewest = min(curve.seen.record_count for curve in curves)
     if fewest < LEAST_RECORDS:
         found.append(f"{fewest} records: no band over fewer than {LEAST_RECORDS} records")
     elif fewest < FEW_RECORDS:
@@ -235,7 +235,7 @@ def curve_rows(curves: Sequence[Curve]) -> pd.DataFrame:
                 "left_out": sum(curve.left_out.values()),
                 "left_out_as": _counted(curve.left_out),
                 "in_doubt": curve.in_doubt,
-                "records": curve.seen.cluster_count,
+                "records": curve.seen.record_count,
                 "reached": int(curve.seen.reached.sum()),
                 **fit_columns(curve.fit, curve.band),
                 **{

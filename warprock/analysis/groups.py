@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.analysis.bands import LEAST_RECORDS, Band
-from warprock.analysis.fit import Fit
+from warprock.analysis.lognormal import Fit
 from warprock.errors import InputError
 
 RECORD = "record"

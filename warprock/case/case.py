@@ -9,11 +9,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from warprock.case.axes import LABEL, Axis, axis_shape
-from warprock.case.checks import CheckSpec
+from warprock.case.case_file import CaseFile
+from warprock.case.check import CheckSpec
 from warprock.case.ensemble import Ensemble
 from warprock.case.settings import ENGINES, PEERS, read_settings
 from warprock.case.study import Study
-from warprock.case.tables import CaseTables
 from warprock.case.text import source_name
 from warprock.model.response import SampleTimes
 
@@ -38,7 +38,7 @@ class Case:
     file: str
     folder: pathlib.Path | None
     raw: Mapping[str, Any]
-    tables: CaseTables
+    tables: CaseFile
     axes: tuple[Axis, ...]
     overridden: frozenset[str] = frozenset()
     ensemble: Ensemble | None = None

@@ -10,24 +10,20 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
+import pydantic
 
-from warprock.case.axes import Axis, Numbers, axis_keys
-from warprock.case.keys import (
-    KEYS,
-    SWEEP_KEYS,
-    SourceOf,
-    general_key,
-    read_choice,
-    read_table,
-    read_whole,
-)
-from warprock.case.sampling import MOST_SEED, SAMPLINGS, Sample
-from warprock.case.tables import CaseTables
-from warprock.errors import InputError, did_you_mean, listed
-from warprock.quantity import NOTHING, FrictionKey, NumberKey
+from warprock.case.axes import Axis, Numbers
+from warprock.case.case_file import CaseFile
+from warprock.case.keys import KEYS, SWEEP_KEYS, general_key
+from warprock.case.sampling import SAMPLING, SEED, Sample
+from warprock.case.sweep import axis_keys
+from warprock.case.table_keys import OtherKey, WholeKey
+from warprock.case.validation import KeyedError, Table, below, unknown_key, validated
+from warprock.quantity import NOTHING, FrictionKey, Key, NumberKey
 from warprock.units import Dimension, Quantity, allowed_text, format_quantity, parse_any
 
 Array = npt.NDArray[np.float64]
@@ -38,7 +34,6 @@ STEP_GROUPS = 8
 CELL_COLUMNS = ("cell", "members", "usable", "overturned", "overturned_low", "overturned_high")
 """Columns of the cell table that no label may hide."""
 
-_NAMES = ("members", "seed", "sampling", "time_step", "spread")
 _MOST_MEMBERS = 10_000_000
 _PERCENT = re.compile(r"\s*(\d+\.?\d*|\.\d+)(?:[eE]([+-]?\d+))?\s*%\s*", re.ASCII)
 
@@ -67,7 +62,7 @@ class Ensemble:
     Attributes:
         members: Lanes in a cell, >= 2.
         seed: Seed of the sample.
-        sampling: One of `sampling.SAMPLINGS`.
+        sampling: One of the choices of `sampling.SAMPLING`.
         time_step: Half-width of the factor on an engine's time step; 0 leaves it alone.
         spread: Half-width by dotted key, in the order of the case.
     """
@@ -111,11 +106,78 @@ class Ensemble:
         return np.asarray(1.0 + self.time_step * ((2.0 * part + 1.0) / STEP_GROUPS - 1.0))
 
 
+def _percent(got: object) -> float | None:
+    """A percentage as a part of one; None where the value is none."""
+    match = _PERCENT.fullmatch(got) if isinstance(got, str) else None
+    return float(f"{match[1]}e{int(match[2] or 0) - 2}") if match else None
+
+
+@dataclasses.dataclass(frozen=True)
+class PercentKey(Key):
+    """A key whose value is a percentage of something, more than none and less than all of it."""
+
+    @property
+    def allowed(self) -> str:
+        """What may be written, as the end of an error message."""
+        return f'must be {self.bounds_text}, such as "10 %"'
+
+    @property
+    def bounds_text(self) -> str:
+        """Both ends."""
+        return "more than 0 % and less than 100 % of the time step"
+
+    def value(self, got: object) -> float:
+        """The part of one."""
+        part = _percent(got)
+        if part is None or not 0.0 < part < 1.0:
+            raise ValueError(self.allowed)
+        return part
+
+
+def _read_spread(table: object) -> dict[str, object]:
+    """Keys and half-widths as they were written."""
+    if not isinstance(table, Mapping):
+        raise KeyedError((), table, "must be a table of keys and half-widths")
+    found = axis_keys(table)
+    for key, got in found.items():
+        if general_key(key) not in _SPREAD_KEYS:
+            raise unknown_key(key, got, _SPREAD_KEYS)
+    return found
+
+
+_SPREAD_KEYS = [key for key in SWEEP_KEYS if isinstance(KEYS[key], NumberKey)]
+
+
+class EnsembleTable(Table):
+    """How many members a cell has, and what they differ by."""
+
+    place: ClassVar[str] = "ensemble"
+
+    members: Annotated[int, WholeKey("lanes in a cell of the sweep", 2, _MOST_MEMBERS)]
+    seed: Annotated[int, SEED] = 1
+    sampling: Annotated[str, SAMPLING] = "sobol"
+    time_step: Annotated[
+        float, PercentKey("the half-width of the factor on the time step of the engine")
+    ] = 0.0
+    spread: Annotated[
+        dict[str, Any],
+        OtherKey(
+            'the half-width about the value of the cell, with a unit or as "5 %" of it',
+            "table of numeric keys that may be swept",
+            _read_spread,
+        ),
+    ] = pydantic.Field(default_factory=dict)
+
+    @pydantic.model_validator(mode="after")
+    def _something_varies(self) -> Self:
+        if not (self.spread or self.time_step):
+            allowed = "must name at least one key, where ensemble.time_step is not given"
+            raise KeyedError("spread", NOTHING, allowed)
+        return self
+
+
 def read_ensemble(
-    raw: Mapping[str, object],
-    axes: Sequence[Axis],
-    tables: CaseTables,
-    source_of: SourceOf,
+    raw: Mapping[str, object], axes: Sequence[Axis], tables: CaseFile
 ) -> Ensemble | None:
     """The ensemble of a case; None where it has none.
 
@@ -123,79 +185,50 @@ def read_ensemble(
         raw: The case.
         axes: Its sweep.
         tables: Its other tables.
-        source_of: Dotted key -> what an error about it names as its source.
 
     Raises:
-        InputError: Unknown key, a number out of bounds, a spread of a key that is no number, that
+        KeyedError: Unknown key, a number out of bounds, a spread of a key that is no number, that
             the case does not give, or that would leave its bounds, or nothing that varies.
     """
     if "ensemble" not in raw:
         return None
-    table = read_table(raw, "ensemble", _NAMES, source_of)
-    members = read_whole(table, "ensemble.members", (2, _MOST_MEMBERS), source_of)
-    seed = read_whole(table, "ensemble.seed", (0, MOST_SEED), source_of, 1)
-    sampling = read_choice(table, "ensemble.sampling", SAMPLINGS, source_of)
-    time_step = _read_time_step(table["time_step"], source_of) if "time_step" in table else 0.0
-    spread = dict(_read_spread(table.get("spread", {}), axes, tables, source_of))
-    if not (spread or time_step):
-        key = "ensemble.spread"
-        allowed = "must name at least one key, where ensemble.time_step is not given"
-        raise InputError(source_of(key), key, NOTHING, allowed)
-    return Ensemble(members, seed, sampling, time_step, spread)
+    with below("ensemble"):
+        table = validated(EnsembleTable, raw["ensemble"])
+        with below("spread"):
+            spread = dict(_half_widths(table.spread, axes, tables))
+    return Ensemble(table.members, table.seed, table.sampling, table.time_step, spread)
 
 
-def _percent(got: object) -> float | None:
-    """A percentage as a part of one; None where the value is none."""
-    match = _PERCENT.fullmatch(got) if isinstance(got, str) else None
-    return float(f"{match[1]}e{int(match[2] or 0) - 2}") if match else None
-
-
-def _read_time_step(got: object, source_of: SourceOf) -> float:
-    part = _percent(got)
-    if part is None or not 0.0 < part < 1.0:
-        key = "ensemble.time_step"
-        allowed = 'must be more than 0 % and less than 100 % of the time step, such as "10 %"'
-        raise InputError(source_of(key), key, got, allowed)
-    return part
-
-
-def _read_spread(
-    table: object, axes: Sequence[Axis], tables: CaseTables, source_of: SourceOf
+def _half_widths(
+    table: Mapping[str, object], axes: Sequence[Axis], tables: CaseFile
 ) -> Iterator[tuple[str, Spread]]:
     """Keys and half-widths, each held against every value that a cell may have."""
-    if not isinstance(table, Mapping):
-        allowed = "must be a table of keys and half-widths"
-        raise InputError(source_of("ensemble.spread"), "ensemble.spread", table, allowed)
     columns = {key: column for axis in axes for key, column in axis.columns.items()}
-    for key, got in axis_keys(table).items():
-        place = f"ensemble.spread.{key}"
-        reader = KEYS.get(general_key(key))
-        if general_key(key) not in SWEEP_KEYS or not isinstance(reader, NumberKey):
-            numbers = [k for k in SWEEP_KEYS if isinstance(KEYS[k], NumberKey)]
-            allowed = f"unknown key (allowed: {listed(key, numbers)}){did_you_mean(key, numbers)}"
-            raise InputError(source_of(place), place, got, allowed)
+    for key, got in table.items():
+        declared = KEYS[general_key(key)]
+        assert isinstance(declared, NumberKey)
         column, constant = columns.get(key), tables.constant(key)
         table_name, _, name = key.rpartition(".")
         if table_name == "motion" and tables.motion and not tables.motion.takes(name):
             allowed = f"must not be given with waveform {tables.motion.waveform}"
-            raise InputError(source_of(place), place, got, allowed)
+            raise KeyedError(key, got, allowed)
         if isinstance(column, Numbers):
             values, dimension = column.values, column.dimension
         elif isinstance(constant, Quantity):
             values, dimension = np.array([constant.value]), constant.dimension
         elif isinstance(constant, float):
             # A friction angle has become a coefficient by now.
-            friction = isinstance(reader, FrictionKey)
-            dimension = Dimension.DIMENSIONLESS if friction else next(iter(reader.bounds))
+            friction = isinstance(declared, FrictionKey)
+            dimension = Dimension.DIMENSIONLESS if friction else next(iter(declared.bounds))
             values = np.array([constant])
         else:
             allowed = f"must be the spread of a key that the case gives: give {key} too"
-            raise InputError(source_of(place), place, got, allowed)
+            raise KeyedError(key, got, allowed)
         try:
             spread = _half_width(got, dimension)
-            _judge(key, reader, spread, values, dimension)
+            _judge(key, declared, spread, values, dimension)
         except ValueError as error:
-            raise InputError(source_of(place), place, got, str(error)) from None
+            raise KeyedError(key, got, str(error)) from None
         yield key, spread
 
 
@@ -219,7 +252,7 @@ def _half_width(got: object, dimension: Dimension) -> Spread:
 
 
 def _judge(
-    key: str, reader: NumberKey, spread: Spread, values: Array, dimension: Dimension
+    key: str, declared: NumberKey, spread: Spread, values: Array, dimension: Dimension
 ) -> None:
     """Refuses a spread that does nothing, or that takes a value out of the bounds of its key.
 
@@ -232,7 +265,7 @@ def _judge(
         raise ValueError(f"must be {allowed}: {key} is 0, and a part of 0 is 0")
     for end in (float(np.min(values - half)), float(np.max(values + half))):
         try:
-            reader.judge(Quantity(end, dimension))
+            declared.judge(Quantity(end, dimension))
         except ValueError as error:
             unit = "deg" if dimension is Dimension.ANGLE else None
             reached = format_quantity(end, dimension, unit)

@@ -16,9 +16,10 @@ import numpy.typing as npt
 
 from warprock.case.axes import LABEL
 from warprock.case.case import Case
-from warprock.case.checks import PeaksCheck
+from warprock.case.check import PeaksCheck
+from warprock.case.columns import computed, key_column, lane_columns
 from warprock.case.ensemble import CELL_COLUMNS
-from warprock.case.motions import lane_motions
+from warprock.case.ground_motions import lane_motions
 from warprock.case.space import optional, spatial_because, spatial_columns, spatial_lanes
 from warprock.case.stacks import stack_columns, stack_lanes
 from warprock.case.values import LaneValues
@@ -36,6 +37,12 @@ if TYPE_CHECKING:
 
 
 Array = npt.NDArray[np.float64]
+
+_KEYS = (
+    *(f"block.{name}" for name in ("width", "height", "depth", "density")),
+    *(f"contact.{name}" for name in ("friction", "angular_restitution")),
+)
+"""Keys of a single block in the order of their columns; what follows from them comes behind."""
 
 MOST_BLOCKS_AT_ONCE = 5_000_000
 """Blocks of all lanes of a case together that are held in memory at once."""
@@ -218,20 +225,13 @@ def _blocks(values: LaneValues, *, in_space: bool) -> Lanes:
 
 
 def _block_columns(lanes: Lanes) -> dict[str, object]:
-    angle = lanes.slenderness_angle
-    return {
-        "width_m": lanes.width,
-        "height_m": lanes.height,
-        "depth_m": lanes.depth,
-        "density_kg_m3": lanes.density,
-        "friction": lanes.friction,
-        "angular_restitution": lanes.angular_restitution,
-        "slenderness_angle_rad": angle,
-        "half_diagonal_m": rocking.half_diagonal(lanes.width, lanes.height),
-        "frequency_parameter_rad_s": rocking.frequency_parameter(lanes.width, lanes.height),
-        "rotation_start_rad": lanes.rotation_start,
-        "rotation_ratio_start": lanes.rotation_start / angle,
-    }
+    angle, size = lanes.slenderness_angle, (lanes.width, lanes.height)
+    columns: dict[str, object] = {**lane_columns(_KEYS, lanes)}
+    columns |= computed("slenderness_angle", angle)
+    columns |= computed("half_diagonal", rocking.half_diagonal(*size))
+    columns |= computed("frequency_parameter", rocking.frequency_parameter(*size))
+    columns |= lane_columns(["start.rotation"], lanes)
+    return columns | key_column("start.rotation_ratio", lanes.rotation_start / angle)
 
 
 def _refuse_labels(case: Case, columns: Mapping[str, object]) -> None:

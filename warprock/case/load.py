@@ -11,25 +11,22 @@ import dataclasses
 import functools
 import os
 import pathlib
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import pydantic
-
-from warprock.case.axes import LABEL, Axis, fix_keys, read_axes
-from warprock.case.blocks import SINGLE, STACK
+from warprock.case.axes import LABEL, Axis
 from warprock.case.case import Case
-from warprock.case.checks import CheckSpec, HousnerCheck, PeaksCheck
+from warprock.case.case_file import APART, CaseFile
+from warprock.case.check import CheckSpec, HousnerCheck, PeaksCheck
 from warprock.case.ensemble import read_ensemble
-from warprock.case.keys import EXCLUSIVE, KEYS, SourceOf, general_key
+from warprock.case.keys import EXCLUSIVE, KEYS
 from warprock.case.sample import read_sample
 from warprock.case.spectrum import read_spectrum
-from warprock.case.study_table import read_study
-from warprock.case.table import KeyedError
-from warprock.case.tables import APART, CaseTables, known_keys
+from warprock.case.study import read_study
+from warprock.case.sweep import fix_keys, read_axes
 from warprock.case.text import find_case, override, parse_case, source_name
-from warprock.errors import InputError, did_you_mean, listed
+from warprock.case.validation import refusing, validated
+from warprock.errors import InputError
 from warprock.quantity import NOTHING
 
 
@@ -60,25 +57,33 @@ def build_case(
 ) -> Case:
     """A case from what was written, judged as by `load_case`; arguments as in `Case`."""
     source_of = functools.partial(source_name, file=file, overridden=overridden)
-    axes = read_axes(raw.get("sweep", []), source_of("sweep"))
-    axes += read_spectrum(raw, axes, source_of)
-    axes += read_sample(raw, axes, source_of)
-    tables = _read_tables(raw, axes, source_of)
-    ensemble = read_ensemble(raw, axes, tables, source_of)
+    with refusing(source_of):
+        axes = read_axes(raw.get("sweep", []))
+        axes += read_spectrum(raw, axes)
+        axes += read_sample(raw, axes)
+    with refusing(source_of, elsewhere=KEYS):
+        tables = validated(CaseFile, _first_lane(raw, axes))
+    with refusing(source_of):
+        ensemble = read_ensemble(raw, axes, tables)
     case = Case(name, file, folder, raw, tables, axes, overridden, ensemble)
     for engine in tables.engines:
         case.engine_settings(engine)
     for program in tables.peers:
         case.peer_settings(program)
     if "study" in raw:
-        case = dataclasses.replace(case, study=read_study(case))
+        beside = ensemble is not None
+        with refusing(source_of):
+            study = read_study(
+                raw["study"], tables, ensemble=beside, file=file, source_of=source_of
+            )
+        case = dataclasses.replace(case, study=study)
     if not overridden:
         _judge_checks(case)
     return case
 
 
-def _read_tables(raw: Mapping[str, Any], axes: Sequence[Axis], source_of: SourceOf) -> CaseTables:
-    """The tables of a case, in which the first value along each axis stands for the swept ones."""
+def _first_lane(raw: Mapping[str, Any], axes: Sequence[Axis]) -> dict[str, Any]:
+    """The case as written, the first value along each axis in the place of the swept ones."""
     body = copy.deepcopy({k: v for k, v in raw.items() if k not in APART})
     columns = {key: column for axis in axes for key, column in axis.columns.items()}
     swept = {key: c.first for key, c in columns.items() if not key.startswith(LABEL)}
@@ -89,66 +94,7 @@ def _read_tables(raw: Mapping[str, Any], axes: Sequence[Axis], source_of: Source
             inner = inner.setdefault(part, {}) if isinstance(inner, dict) else None
         if isinstance(inner, dict):
             inner[name] = value
-    try:
-        return CaseTables.model_validate(body)
-    except pydantic.ValidationError as error:
-        raise _input_error(error, source_of) from None
-
-
-_SAID_PLAINLY = {
-    "model_type": "must be a table",
-    "dict_type": "must be a table",
-    "tuple_type": "must be a list",
-    "string_type": "must be text",
-}
-"""pydantic's kind of error -> what a writer of TOML calls it."""
-
-
-def _input_error(error: pydantic.ValidationError, source_of: SourceOf) -> InputError:
-    """The first thing wrong; a mistyped key before what is missing because of it."""
-    details = error.errors(include_url=False)
-    detail = next((d for d in details if d["type"] == "extra_forbidden"), details[0])
-    kind, location, context = detail["type"], detail["loc"], detail.get("ctx", {})
-    path = list(location)
-    if location[:1] == ("block",) and location[1:2] in ((SINGLE,), (STACK,)):
-        path[1:2] = []  # pydantic puts the kind of the scene here, which is no key
-    if location[:1] == ("check",):
-        path[2:3] = []  # pydantic puts the kind of the check here, which is no key
-    if kind in ("union_tag_invalid", "union_tag_not_found"):
-        path.append("kind")
-    got: object = detail["input"]
-    fault = context.get("error")
-    if isinstance(fault, KeyedError):
-        path.append(fault.name)
-        got = fault.got
-    key = _dotted(path)
-    if kind == "extra_forbidden":
-        allowed = _unknown_key(location, path)
-    elif kind == "missing":
-        known = KEYS.get(general_key(key))
-        got, allowed = NOTHING, known.allowed if known else "must be given"
-    elif kind == "value_error":
-        allowed = str(fault)
-    elif kind in ("union_tag_invalid", "union_tag_not_found"):
-        got = context.get("tag", NOTHING)
-        allowed = "must be peaks, housner or boundaries"
-    else:
-        allowed = _SAID_PLAINLY.get(kind) or re.sub(r"^.*? should ", "must ", detail["msg"])
-    return InputError(source_of(key), key, got, allowed)
-
-
-def _unknown_key(location: Sequence[int | str], path: Sequence[int | str]) -> str:
-    """What is said about an unknown key: those allowed, and the one perhaps meant."""
-    known = known_keys(location)
-    plain = _dotted([part for part in path if not isinstance(part, int)])
-    names = [key.rpartition(".")[2] for key in known]
-    near = did_you_mean(plain.rpartition(".")[2], names) or did_you_mean(plain, KEYS)
-    return f"unknown key (allowed: {listed(plain, names)}){near}"
-
-
-def _dotted(path: Sequence[int | str]) -> str:
-    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
-    return text.removeprefix(".")
+    return body
 
 
 def _judge_checks(case: Case) -> None:

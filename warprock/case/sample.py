@@ -1,4 +1,4 @@
-"""The [sample] table of a case: lanes whose inputs are drawn from distributions.
+"""The table [sample] of a case: lanes whose inputs are drawn from distributions.
 
 A sample is one more axis of the case, the fastest: every cell of the sweep has the same sample
 (common random numbers). Unlike the members of an ensemble, which lie close about what a cell is,
@@ -8,178 +8,244 @@ its lanes are drawn from all that a study covers, each a lane of its own.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Self
 
-from warprock.case.axes import Axis, Column, axis_keys, read_list
-from warprock.case.keys import (
-    KEYS,
-    SWEEP_KEYS,
-    SourceOf,
-    general_key,
-    read_choice,
-    read_table,
-    read_whole,
-    refuse_unknown,
-)
+import pydantic
+
+from warprock.case.axes import Axis, Column
+from warprock.case.keys import KEYS, SWEEP_KEYS, general_key
 from warprock.case.sampling import (
     END_SCORE,
     MOST_POINTS,
-    MOST_SEED,
-    SAMPLINGS,
+    SAMPLING,
+    SEED,
     Distribution,
     Sample,
     Shape,
 )
-from warprock.errors import InputError, did_you_mean, listed
-from warprock.quantity import NOTHING, NumberKey, Said
+from warprock.case.sweep import OwnKey, Written, axis_keys, read_list
+from warprock.case.table_keys import ChoiceKey, OtherKey, WholeKey
+from warprock.case.validation import KeyedError, Table, below, unknown_key, validated
+from warprock.errors import did_you_mean
+from warprock.quantity import NOTHING, NumberKey, Said, TextKey
+from warprock.settings.setting import SettingKey
 from warprock.units import Quantity, format_quantity
 
-_NAMES = ("lanes", "seed", "sampling", "over")
-_KEYS_OF: dict[Shape, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    Shape.UNIFORM: (("from", "to"), ()),
-    Shape.LOGUNIFORM: (("from", "to"), ()),
-    Shape.LOGNORMAL: (("median", "dispersion"), ("from", "to")),
+
+class _Drawn(Table):
+    """What every distribution has: its shape."""
+
+    place: ClassVar[str] = "sample.over.KEY"
+    shape: ClassVar[Shape]
+
+    distribution: Annotated[Shape, ChoiceKey("the shape of the distribution", tuple(Shape))]
+
+    @classmethod
+    def lacking(cls, _name: str, _context: Any) -> str:
+        """What is said where a key is missing that must be given."""
+        return f"must be given with distribution {cls.shape}"
+
+    def _refuse_misfits(self, numbers: Mapping[str, Written | None]) -> None:
+        """Refuses numbers that do not fit together.
+
+        Args:
+            numbers: The numbers by their names in the file; None is not given.
+
+        Raises:
+            KeyedError: They are of several kinds, one is not above 0 that must be, or to is not
+                above from.
+        """
+        given = {name: end for name, end in numbers.items() if end is not None}
+        first, one = next(iter(given.items()))
+        for name, end in given.items():
+            if end.quantity.dimension is not one.quantity.dimension:
+                allowed = f"must be of the kind of {first}, {one.quantity.dimension}"
+                raise KeyedError(name, end.text, allowed)
+            if self.shape is not Shape.UNIFORM and end.quantity.value <= 0.0:
+                raise KeyedError(name, end.text, f"must be > 0 with distribution {self.shape}")
+        if "from" in given and "to" in given:
+            low, high = given["from"], given["to"]
+            if not low.quantity.value < high.quantity.value:
+                raise KeyedError("to", high.text, f"must be more than {low.text}")
+
+
+class Uniform(_Drawn):
+    """A number of which each between two ends is as likely."""
+
+    shape: ClassVar[Shape] = Shape.UNIFORM
+
+    low: Annotated[Written, OwnKey("the least value"), pydantic.Field(alias="from")]
+    high: Annotated[Written, OwnKey("the greatest value"), pydantic.Field(alias="to")]
+
+    @pydantic.model_validator(mode="after")
+    def _judge(self) -> Self:
+        self._refuse_misfits({"from": self.low, "to": self.high})
+        return self
+
+    def read(self) -> Distribution:
+        """The distribution."""
+        low, high = self.low.quantity, self.high.quantity
+        return Distribution(self.shape, low.dimension, low.value, high.value, self.low.text)
+
+
+class Loguniform(Uniform):
+    """A number of whose logarithm each between two ends is as likely."""
+
+    shape: ClassVar[Shape] = Shape.LOGUNIFORM
+
+
+class Lognormal(_Drawn):
+    """A number whose logarithm is normal; its tails may be cut."""
+
+    shape: ClassVar[Shape] = Shape.LOGNORMAL
+
+    median: Annotated[Written, OwnKey("the median before the tails are cut")]
+    dispersion: Annotated[
+        float, SettingKey("the standard deviation of the logarithm", 0.0, 5.0, low_open=True)
+    ]
+    low: Annotated[
+        Written | None, OwnKey("where the lower tail is cut"), pydantic.Field(alias="from")
+    ] = None
+    high: Annotated[
+        Written | None, OwnKey("where the upper tail is cut"), pydantic.Field(alias="to")
+    ] = None
+
+    @pydantic.model_validator(mode="after")
+    def _judge(self) -> Self:
+        self._refuse_misfits({"median": self.median, "from": self.low, "to": self.high})
+        return self
+
+    def judge(self, key: str, declared: NumberKey) -> None:
+        """Refuses a tail that leaves the bounds of its key, and a median that is cut off.
+
+        Raises:
+            KeyedError: It does.
+        """
+        found = self.read()
+        if not found.low <= found.median <= found.high:
+            raise KeyedError("median", self.median.text, "must lie between from and to")
+        reach = math.exp(END_SCORE * self.dispersion)
+        for end, value in (
+            ("from", max(found.low, found.median / reach)),
+            ("to", min(found.high, found.median * reach)),
+        ):
+            try:
+                declared.judge(Quantity(value, found.dimension))
+            except ValueError as error:
+                reached = format_quantity(value, found.dimension, None)
+                allowed = f"must be given: {key} would reach {reached}, but {error}"
+                raise KeyedError(end, NOTHING, allowed) from None
+
+    def read(self) -> Distribution:
+        """The distribution."""
+        median = self.median.quantity
+        return Distribution(
+            self.shape,
+            median.dimension,
+            self.low.quantity.value if self.low else 0.0,
+            self.high.quantity.value if self.high else math.inf,
+            self.median.text,
+            median.value,
+            self.dispersion,
+        )
+
+
+DISTRIBUTIONS: dict[Shape, type[Uniform] | type[Lognormal]] = {
+    each.shape: each for each in (Uniform, Loguniform, Lognormal)
 }
-"""Keys that a distribution needs, and those it may have."""
-_MOST_DISPERSION = 5.0
+"""Shape -> what a table of that distribution holds."""
 
 
-def read_sample(
-    raw: Mapping[str, Any], axes: Sequence[Axis], source_of: SourceOf
-) -> tuple[Axis, ...]:
+def _read_over(over: object) -> dict[str, Column]:
+    """Keys and what each is drawn from, in the order of the case."""
+    if not isinstance(over, Mapping):
+        raise KeyedError((), over, "must be a table of keys and distributions")
+    found: dict[str, Column] = {}
+    for key, got in axis_keys(over).items():
+        if general_key(key) not in SWEEP_KEYS:
+            raise unknown_key(key, got, SWEEP_KEYS)
+        declared = KEYS[general_key(key)]
+        with below(key):
+            found[key] = _read_column(key, declared, got)
+    return found
+
+
+def _read_column(key: str, declared: NumberKey | TextKey, got: object) -> Column:
+    """What one key is drawn from."""
+    if isinstance(got, list):
+        return read_list(declared, got)
+    if isinstance(got, Mapping) and isinstance(declared, NumberKey):
+        return _read_distribution(key, declared, got)
+    one = "a distribution, { distribution, ... }, or " * isinstance(declared, NumberKey)
+    raise KeyedError((), got, f"must be {one}a list, of which each is as likely")
+
+
+def _read_distribution(key: str, declared: NumberKey, table: Mapping[str, object]) -> Distribution:
+    """One distribution; all of its values must lie within the bounds of its key."""
+    name = table.get("distribution", NOTHING)
+    if not isinstance(name, str) or name not in tuple(Shape):
+        allowed = f"must be one of {', '.join(Shape)}{did_you_mean(name, tuple(Shape))}"
+        raise KeyedError("distribution", name, allowed)
+    found = validated(DISTRIBUTIONS[Shape(name)], table, declared)
+    if isinstance(found, Lognormal):
+        found.judge(key, declared)
+    return found.read()
+
+
+class SampleTable(Table):
+    """How many lanes are drawn, and from what."""
+
+    place: ClassVar[str] = "sample"
+
+    lanes: Annotated[int, WholeKey("lanes that each cell of the sweep has", 1, MOST_POINTS)]
+    seed: Annotated[int, SEED] = 1
+    sampling: Annotated[str, SAMPLING] = "sobol"
+    over: Annotated[
+        dict[str, Any],
+        OtherKey(
+            "the keys that are drawn, each from a distribution or a list",
+            "table of keys that may be swept",
+            _read_over,
+        ),
+    ] = pydantic.Field(default_factory=dict)
+
+    @pydantic.field_validator("over", mode="before")
+    @classmethod
+    def _not_swept(cls, over: object, info: pydantic.ValidationInfo) -> object:
+        """Refuses a key that is in `info.context`, the keys that are swept."""
+        for key, got in axis_keys(over).items() if isinstance(over, Mapping) else ():
+            if key in (info.context or ()):
+                allowed = "must be in [[sweep]] or in [sample], not in both"
+                raise KeyedError(key, got, allowed)
+        return over
+
+    @pydantic.model_validator(mode="after")
+    def _draws_something(self) -> Self:
+        if not self.over:
+            raise KeyedError("over", NOTHING, "must name at least one key and its distribution")
+        return self
+
+
+def read_sample(raw: Mapping[str, Any], axes: Sequence[Axis]) -> tuple[Axis, ...]:
     """The axis that a case's sample makes; none without a sample.
 
     Args:
         raw: The case.
         axes: Its sweep.
-        source_of: Dotted key -> what an error about it names as its source.
 
     Raises:
-        InputError: An ensemble beside it, an unknown key, a number out of bounds, a key that cannot
+        KeyedError: An ensemble beside it, an unknown key, a number out of bounds, a key that cannot
             be drawn or is swept as well, or a distribution that leaves the bounds of its key.
     """
     if "sample" not in raw:
         return ()
-    table = read_table(raw, "sample", _NAMES, source_of)
-    if "ensemble" in raw:
-        allowed = "must not be given beside [ensemble]: draw from wider distributions instead"
-        raise InputError(source_of("sample"), "sample", Said("a table"), allowed)
-    lanes = read_whole(table, "sample.lanes", (1, MOST_POINTS), source_of)
-    seed = read_whole(table, "sample.seed", (0, MOST_SEED), source_of, 1)
-    sampling = read_choice(table, "sample.sampling", SAMPLINGS, source_of)
-    swept = {key for axis in axes for key in axis.columns}
-    columns = dict(_read_over(table.get("over", {}), swept, source_of))
-    if not columns:
-        allowed = "must name at least one key and its distribution"
-        raise InputError(source_of("sample.over"), "sample.over", NOTHING, allowed)
-    sample = Sample(sampling, seed, lanes, len(columns))
-    return (Axis(columns, lanes, sample),)
-
-
-def _read_over(over: object, swept: set[str], source_of: SourceOf) -> Iterator[tuple[str, Column]]:
-    """Keys and what each is drawn from, in the order of the case."""
-    if not isinstance(over, Mapping):
-        allowed = "must be a table of keys and distributions"
-        raise InputError(source_of("sample.over"), "sample.over", over, allowed)
-    for key, got in axis_keys(over).items():
-        place = f"sample.over.{key}"
-        source = source_of(place)
-        if general_key(key) not in SWEEP_KEYS:
-            allowed = f"unknown key (allowed: {listed(key, SWEEP_KEYS)})"
-            raise InputError(source, place, got, allowed + did_you_mean(key, SWEEP_KEYS))
-        if key in swept:
-            raise InputError(source, place, got, "must be in [[sweep]] or in [sample], not in both")
-        reader = KEYS[general_key(key)]
-        if isinstance(got, list):
-            yield key, read_list(reader, got, source, place)
-        elif isinstance(got, Mapping) and isinstance(reader, NumberKey):
-            yield key, _read_distribution(key, reader, got, place, source_of)
-        else:
-            one = "a distribution, { distribution, ... }, or " * isinstance(reader, NumberKey)
-            raise InputError(source, place, got, f"must be {one}a list, of which each is as likely")
-
-
-def _read_distribution(
-    key: str, reader: NumberKey, table: Mapping[str, object], place: str, source_of: SourceOf
-) -> Distribution:
-    """One distribution; all of its values must lie within the bounds of its key."""
-    source = source_of(place)
-    name = table.get("distribution", NOTHING)
-    if name not in tuple(Shape):
-        allowed = f"must be one of {', '.join(Shape)}{did_you_mean(name, tuple(Shape))}"
-        raise InputError(source, f"{place}.distribution", name, allowed)
-    shape = Shape(str(name))
-    needed, optional = _KEYS_OF[shape]
-    refuse_unknown(table, place, ("distribution", *needed, *optional), source_of)
-    for end in needed:
-        if end not in table:
-            allowed = f"must be given with distribution {shape}"
-            raise InputError(source, f"{place}.{end}", NOTHING, allowed)
-    read: dict[str, Quantity] = {}
-    for end in (e for e in ("median", "from", "to") if e in table):
-        try:
-            read[end] = reader.read(table[end])
-        except ValueError as error:
-            raise InputError(source, f"{place}.{end}", table[end], str(error)) from None
-    first = next(iter(read))
-    dimension = read[first].dimension
-    for end, quantity in read.items():
-        if quantity.dimension is not dimension:
-            allowed = f"must be of the kind of {first}, {dimension}"
-            raise InputError(source, f"{place}.{end}", table[end], allowed)
-        if shape is not Shape.UNIFORM and quantity.value <= 0.0:
-            allowed = f"must be > 0 with distribution {shape}"
-            raise InputError(source, f"{place}.{end}", table[end], allowed)
-    low = read["from"].value if "from" in read else 0.0
-    high = read["to"].value if "to" in read else math.inf
-    if not low < high:
-        raise InputError(source, f"{place}.to", table["to"], f"must be more than {table['from']}")
-    if shape is not Shape.LOGNORMAL:
-        return Distribution(shape, dimension, low, high, table["from"])
-    found = Distribution(
-        shape,
-        dimension,
-        low,
-        high,
-        table["median"],
-        read["median"].value,
-        _read_dispersion(table["dispersion"], source, f"{place}.dispersion"),
-    )
-    _judge_lognormal(key, reader, found, table, place, source)
-    return found
-
-
-def _read_dispersion(got: object, source: str, place: str) -> float:
-    if isinstance(got, int | float) and not isinstance(got, bool) and 0 < got <= _MOST_DISPERSION:
-        return float(got)
-    allowed = (
-        "must be a number, the standard deviation of the logarithm, more than 0 and at most "
-        f"{_MOST_DISPERSION:g}"
-    )
-    raise InputError(source, place, got, allowed)
-
-
-def _judge_lognormal(
-    key: str,
-    reader: NumberKey,
-    found: Distribution,
-    table: Mapping[str, object],
-    place: str,
-    source: str,
-) -> None:
-    """Refuses a tail that leaves the bounds of its key, and a median that is cut off."""
-    if not found.low <= found.median <= found.high:
-        allowed = "must lie between from and to"
-        raise InputError(source, f"{place}.median", table["median"], allowed)
-    reach = math.exp(END_SCORE * found.dispersion)
-    for end, value in (
-        ("from", max(found.low, found.median / reach)),
-        ("to", min(found.high, found.median * reach)),
-    ):
-        try:
-            reader.judge(Quantity(value, found.dimension))
-        except ValueError as error:
-            reached = format_quantity(value, found.dimension, None)
-            allowed = f"must be given: {key} would reach {reached}, but {error}"
-            raise InputError(source, f"{place}.{end}", NOTHING, allowed) from None
+    with below("sample"):
+        if "ensemble" in raw:
+            allowed = "must not be given beside [ensemble]: draw from wider distributions instead"
+            raise KeyedError((), Said("a table"), allowed)
+        table = validated(
+            SampleTable, raw["sample"], {key for axis in axes for key in axis.columns}
+        )
+    sample = Sample(table.sampling, table.seed, table.lanes, len(table.over))
+    return (Axis(table.over, table.lanes, sample),)

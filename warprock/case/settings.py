@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from warprock.case.keys import SourceOf
+from warprock.case.validation import SourceOf
 from warprock.errors import InputError, did_you_mean, listed
 from warprock.settings.engines import SETTINGS, judged_settings
 from warprock.settings.programs import PEER_SETTINGS

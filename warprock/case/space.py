@@ -7,7 +7,10 @@ import dataclasses
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case.keys import PLANAR, SPATIAL
+from warprock.case.block import Block, StackedBlock
+from warprock.case.case_file import PLANAR, SPATIAL
+from warprock.case.columns import attribute, computed, lane_columns
+from warprock.case.start import Start
 from warprock.case.values import LaneValues
 from warprock.errors import InputError
 from warprock.model.lanes import Lanes, SpatialLanes
@@ -15,30 +18,21 @@ from warprock.model.lanes import Lanes, SpatialLanes
 Array = npt.NDArray[np.float64]
 
 _REASONS = {
-    "start.rotation_across": "starts leaning across the plane of rocking",
-    "start.yaw": "starts turned about the vertical",
-    "start.gap": "starts above its base",
-    "block.centre_offset_x": "has a centre of mass beside the middle",
-    "block.centre_offset_y": "has a centre of mass beside the middle",
+    **Start.needs_space(),
+    **Block.needs_space(),
     "motion.y": "moves its base across the plane of rocking",
     "motion.z": "moves its base upwards",
 }
 """Key that only a spatial model has a use for -> what the case then does."""
 
-_REASONS_OF_A_BLOCK = {
-    "offset_across": "has a block beside the plane of rocking",
-    "yaw": "has a block turned about the vertical",
-    "centre_offset_x": "has a centre of mass beside the middle",
-    "centre_offset_y": "has a centre of mass beside the middle",
-}
-
-_START = {"rotation_across_start": "start.rotation_across", "yaw_start": "start.yaw"}
-_NAMES_OF_A_BLOCK = {
-    "yaw_start": "yaw",
-    "centre_offset_x": "centre_offset_x",
-    "centre_offset_y": "centre_offset_y",
-    "offset_across": "offset_across",
-}
+_KEYS = (
+    *("start.yaw", "block.centre_offset_x", "block.centre_offset_y"),
+    *("start.rotation_across", "start.gap"),
+)
+_KEYS_OF_A_STACK = tuple(
+    f"block.N.{name}" for name in ("yaw", "centre_offset_x", "centre_offset_y", "offset_across")
+)
+"""Keys that the plane does not know, in the order of their columns."""
 
 
 def spatial_because(values: LaneValues) -> str:
@@ -53,7 +47,7 @@ def spatial_because(values: LaneValues) -> str:
     tables = values.case.tables
     reasons = dict(_REASONS)
     for block in range(1, tables.block_count + 1):
-        reasons |= {f"block.{block}.{k}": text for k, text in _REASONS_OF_A_BLOCK.items()}
+        reasons |= StackedBlock.needs_space(f"block.{block}")
     given = [key for key in reasons if values.given(key)]
     if tables.model == PLANAR and given:
         source = values.case.source_of("model")
@@ -83,17 +77,15 @@ def optional(values: LaneValues, key: str) -> Array:
 
 
 def _of_blocks(values: LaneValues, planar: Lanes) -> dict[str, Array]:
-    keys = _START | {name: f"block.{name}" for name in ("centre_offset_x", "centre_offset_y")}
-    found = {name: optional(values, key) for name, key in keys.items()}
-    found["gap_start"] = optional(values, "start.gap")
+    found = {attribute(key): optional(values, key) for key in _KEYS}
     return found | {"offset_across": np.zeros_like(planar.width)}
 
 
 def _of_stacks(values: LaneValues, planar: Lanes) -> dict[str, Array]:
-    numbers = range(1, planar.block_count + 1)
+    numbers = [str(number) for number in range(1, planar.block_count + 1)]
     found = {
-        name: np.stack([optional(values, f"block.{k}.{key}") for k in numbers], axis=1)
-        for name, key in _NAMES_OF_A_BLOCK.items()
+        attribute(key): np.stack([optional(values, key.replace("N", n)) for n in numbers], axis=1)
+        for key in _KEYS_OF_A_STACK
     }
     return found | dict.fromkeys(
         ("rotation_across_start", "gap_start"), np.zeros_like(planar.width)
@@ -155,17 +147,14 @@ def _block(lanes: SpatialLanes, block: int) -> SpatialLanes:
 
 def spatial_columns(lanes: SpatialLanes) -> dict[str, object]:
     """Input columns of what the plane does not know; of a stack with the block's number."""
-    columns: dict[str, object] = {}
+    if not lanes.stacked:
+        columns: dict[str, object] = {
+            **computed("slenderness_angle_across", lanes.slenderness_angle_across)
+        }
+        return columns | lane_columns(_KEYS, lanes)
+    columns = {}
     for block in range(lanes.block_count):
-        one, number = _block(lanes, block), f"_{block + 1}" if lanes.stacked else ""
-        columns[f"slenderness_angle_across{number}_rad"] = one.slenderness_angle_across
-        columns[f"yaw_start{number}_rad"] = one.yaw_start
-        for axis in ("x", "y"):
-            offset = getattr(one, f"centre_offset_{axis}")
-            columns[f"centre_offset_{axis}{number}_mm"] = np.round(1e3 * offset, 12)
-        if lanes.stacked:
-            columns[f"offset_across{number}_mm"] = np.round(1e3 * one.offset_across, 12)
-        else:
-            columns["rotation_across_start_rad"] = one.rotation_across_start
-            columns["gap_start_mm"] = np.round(1e3 * one.gap_start, 12)
+        angle = lanes.slenderness_angle_across[:, block]
+        columns |= computed("slenderness_angle_across", angle, f"_{block + 1}")
+        columns |= lane_columns(_KEYS_OF_A_STACK, lanes, block)
     return columns

@@ -1,4 +1,4 @@
-"""The [spectrum] table of a case: blocks of many sizes, curve by curve of one slenderness.
+"""The table [spectrum] of a case: blocks of many sizes, curve by curve of one slenderness.
 
 It is one more axis of the case: for every slenderness angle, slowest, the blocks whose 2 pi / p is
 each of the periods. With p^2 = 3 g / (4 R) the half diagonal is R = 3 g T^2 / (16 pi^2), and the
@@ -8,14 +8,16 @@ full sizes are 2 R sin(alpha) and 2 R cos(alpha).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from warprock.case.axes import LABEL, Axis, Numbers, Texts, read_values
-from warprock.case.keys import KEYS, SourceOf, read_table
-from warprock.errors import InputError
-from warprock.quantity import NOTHING, NumberKey, Said
+from warprock.case.axes import LABEL, Axis, Numbers, Texts
+from warprock.case.keys import KEYS
+from warprock.case.sweep import LIST_OR_GRID, read_values
+from warprock.case.table_keys import OtherKey
+from warprock.case.validation import KeyedError, Table, below, validated
+from warprock.quantity import NumberKey, Said
 from warprock.units import GRAVITY, Dimension, Quantity
 
 SPECTRUM, SLENDERNESS = "spectrum", "slenderness"
@@ -23,43 +25,48 @@ SPECTRUM, SLENDERNESS = "spectrum", "slenderness"
 
 SIZES = ("block.width", "block.height")
 
-PERIOD = NumberKey(
-    {Dimension.TIME: ("0.05 s", "100 s")}, "2 pi / p, p the frequency parameter of the block"
-)
-ANGLE = NumberKey(
-    {Dimension.ANGLE: ("0.01 deg", "90 deg")}, "the slenderness angle of the block", high_open=True
-)
-_READERS = {"period": PERIOD, SLENDERNESS: ANGLE}
+
+def _series(text: str, bounds: str, *, high_open: bool = False) -> OtherKey:
+    """A key that lists numbers or lays a grid of them."""
+    each = NumberKey(text, bounds, high_open=high_open)
+    holds = f"list or grid of values, {each.bounds_text}"
+    return OtherKey(text, holds, lambda got: read_values(each, got), LIST_OR_GRID)
 
 
-def read_spectrum(
-    raw: Mapping[str, Any], axes: Sequence[Axis], source_of: SourceOf
-) -> tuple[Axis, ...]:
+class SpectrumTable(Table):
+    """Periods and slenderness angles of the blocks."""
+
+    place: ClassVar[str] = SPECTRUM
+
+    period: Annotated[
+        Numbers, _series("2 pi / p, p the frequency parameter of the block", "0.05 s to 100 s")
+    ]
+    slenderness: Annotated[
+        Numbers,
+        _series("the slenderness angle of the block", "0.01 deg to 90 deg", high_open=True),
+    ]
+
+
+def read_spectrum(raw: Mapping[str, Any], axes: Sequence[Axis]) -> tuple[Axis, ...]:
     """The axis that a case's spectrum makes; none without one.
 
     Args:
         raw: The case.
         axes: Its sweep.
-        source_of: Dotted key -> what an error about it names as its source.
 
     Raises:
-        InputError: An unknown key, a value out of bounds, a stack, or sizes of the block that are
+        KeyedError: An unknown key, a value out of bounds, a stack, or sizes of the block that are
             given in another place as well.
     """
     if SPECTRUM not in raw:
         return ()
-    table = read_table(raw, SPECTRUM, _READERS, source_of)
-    _refuse_sizes(raw, axes, source_of)
-    found: dict[str, Numbers] = {}
-    for name, reader in _READERS.items():
-        key = f"{SPECTRUM}.{name}"
-        column = read_values(reader, table.get(name, NOTHING), source_of(key), key)
-        assert isinstance(column, Numbers)
-        found[name] = column
-    return (_axis(found["period"], found[SLENDERNESS], table[SLENDERNESS], source_of),)
+    _refuse_sizes(raw, axes)
+    with below(SPECTRUM):
+        table = validated(SpectrumTable, raw[SPECTRUM])
+    return (_axis(table.period, table.slenderness, raw[SPECTRUM][SLENDERNESS]),)
 
 
-def _refuse_sizes(raw: Mapping[str, Any], axes: Sequence[Axis], source_of: SourceOf) -> None:
+def _refuse_sizes(raw: Mapping[str, Any], axes: Sequence[Axis]) -> None:
     """Refuses sizes that the spectrum gives already, and blocks that have no one slenderness."""
     block = raw.get("block", {})
     given = [f"block.{name}" for name in block] if isinstance(block, Mapping) else []
@@ -67,20 +74,20 @@ def _refuse_sizes(raw: Mapping[str, Any], axes: Sequence[Axis], source_of: Sourc
     for key in (*given, *swept):
         if key in SIZES or key == LABEL + SLENDERNESS:
             allowed = "must not be given beside [spectrum], which makes it"
-            raise InputError(source_of(key), key, Said("a value"), allowed)
+            raise KeyedError(key, Said("a value"), allowed)
         if key.removeprefix("block.").isdecimal():
             allowed = "must be one block, not a stack: it has one slenderness"
-            raise InputError(source_of(SPECTRUM), "block", Said("a stack"), allowed)
+            raise KeyedError("block", Said("a stack"), allowed)
 
 
-def _axis(period: Numbers, angle: Numbers, written: object, source_of: SourceOf) -> Axis:
+def _axis(period: Numbers, angle: Numbers, written: object) -> Axis:
     """Every period of the first angle, then those of the next."""
     names = [f"{number:.6g} deg" for number in np.rad2deg(angle.values)]
     if isinstance(written, list):
         names = [str(name) for name in written]
     if len(set(names)) < len(names):
         key = f"{SPECTRUM}.{SLENDERNESS}"
-        raise InputError(source_of(key), key, written, "must not have a value twice")
+        raise KeyedError(key, written, "must not have a value twice")
     periods, angles = len(period.values), len(angle.values)
     diagonal = np.tile(3.0 * GRAVITY * period.values**2 / (8.0 * np.pi**2), angles)
     turned = np.repeat(angle.values, periods)
@@ -98,6 +105,6 @@ def _axis(period: Numbers, angle: Numbers, written: object, source_of: SourceOf)
                 reader.judge(Quantity(float(end), Dimension.LENGTH))
             except ValueError as error:
                 got = Said(f"{key} {end:.4g} m")
-                raise InputError(source_of(SPECTRUM), SPECTRUM, got, str(error)) from None
+                raise KeyedError(SPECTRUM, got, str(error)) from None
         columns[key] = Numbers(values, Dimension.LENGTH, f"{float(values[0])!r} m")
     return Axis(columns, periods * angles)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from warprock.case.columns import attribute, computed, lane_columns
 from warprock.case.values import LaneValues
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
@@ -12,15 +13,11 @@ from warprock.model.stacking import contact_ends, uplift_ratio
 
 Array = npt.NDArray[np.float64]
 
-_COLUMNS = {
-    "width": ("m", 1.0),
-    "height": ("m", 1.0),
-    "depth": ("m", 1.0),
-    "density": ("kg_m3", 1.0),
-    "chamfer": ("mm", 1e3),
-    "offset": ("mm", 1e3),
-}
-"""Attribute of `Lanes` -> unit of its column and factor from SI."""
+_KEYS = tuple(
+    f"block.N.{name}"
+    for name in ("width", "height", "depth", "density", "chamfer", "offset", "friction")
+)
+"""Keys of a block in the order of their columns; its slenderness and its rotation follow."""
 
 
 def stack_lanes(values: LaneValues) -> Lanes:
@@ -29,27 +26,24 @@ def stack_lanes(values: LaneValues) -> Lanes:
     Raises:
         InputError: A block that no face is left of, or one beside the block below.
     """
-    count = values.case.tables.block_count
-    numbers = {
-        name: np.stack([values.numbers(f"block.{k}.{name}") for k in range(1, count + 1)], axis=1)
-        for name in (*_COLUMNS, "rotation")
-    }
+    numbers = range(1, values.case.tables.block_count + 1)
     friction = [
         values.numbers(key if values.given(key) else "contact.friction")
-        for key in (f"block.{k}.friction" for k in range(1, count + 1))
+        for key in (f"block.{number}.friction" for number in numbers)
     ]
-    width, height = numbers["width"], numbers["height"]
+    found = {
+        attribute(key): np.stack(
+            [values.numbers(key.replace("N", str(number))) for number in numbers], axis=1
+        )
+        for key in (*_KEYS, "block.N.rotation")
+        if key != "block.N.friction"
+    }
+    width, height = found["width"][:, 0], found["height"][:, 0]
     lanes = Lanes(
-        width=width,
-        height=height,
-        depth=numbers["depth"],
-        density=numbers["density"],
+        **found,
         friction=np.stack(friction, axis=1),
-        chamfer=numbers["chamfer"],
-        offset=numbers["offset"],
-        rotation_start=numbers["rotation"],
         # Of the lowest block alone; no engine of stacks follows it.
-        angular_restitution=rocking.angular_restitution(np.arctan2(width[:, 0], height[:, 0])),
+        angular_restitution=rocking.angular_restitution(np.arctan2(width, height)),
     )
     _refuse(values, lanes)
     return lanes
@@ -72,13 +66,8 @@ def stack_columns(lanes: Lanes) -> dict[str, object]:
     """Input columns of stacks: of every block in turn, lowest first, its number in the name."""
     columns: dict[str, object] = {}
     for block in range(lanes.block_count):
-        number = block + 1
-        for name, (unit, factor) in _COLUMNS.items():
-            written = getattr(lanes, name)[:, block] * factor
-            # Written in mm, so 5 mm shall read 5 and not 5.000000000000001.
-            columns[f"{name}_{number}_{unit}"] = np.round(written, 12) if factor != 1.0 else written
-        columns[f"friction_{number}"] = lanes.friction[:, block]
-        columns[f"slenderness_angle_{number}_rad"] = lanes.slenderness_angle[:, block]
-        columns[f"rotation_start_{number}_rad"] = lanes.rotation_start[:, block]
-    columns["uplift_ratio"] = uplift_ratio(lanes).min(axis=1)
-    return columns
+        angle = lanes.slenderness_angle[:, block]
+        columns |= lane_columns(_KEYS, lanes, block)
+        columns |= computed("slenderness_angle", angle, f"_{block + 1}")
+        columns |= lane_columns(["block.N.rotation"], lanes, block)
+    return columns | computed("uplift_ratio", uplift_ratio(lanes).min(axis=1))

@@ -9,9 +9,8 @@ from typing import Any
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet
 from warprock.compare.settings import OPTION, case_asked, plain_name
-from warprock.errors import InputError
+from warprock.errors import DeclinedError, InputError
 from warprock.model.response import Response, SampleTimes
-from warprock.programs.scene import DeclinedError
 from warprock.programs.table import PROGRAMS, PeerAnswer, run_program
 
 ORACLE = "oracle"

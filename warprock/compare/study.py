@@ -8,7 +8,6 @@ plain form of its kernel, one lane a thread, so that times compare whatever the 
 from __future__ import annotations
 
 import dataclasses
-import json
 import pathlib
 import time
 from collections.abc import Callable
@@ -17,9 +16,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
-import pyarrow.parquet as pq
 
 from warprock.case.case import Case
+from warprock.case.columns import input_meaning
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.study import Study, Variation
 from warprock.compare.checks import REFERENCE, compare_with_housner, lane_name, plain_row
@@ -27,15 +26,15 @@ from warprock.engines import engine_class
 from warprock.engines.launching import Form, Target
 from warprock.errors import InputError
 from warprock.model.response import Response, Status
-from warprock.run import lane_table as store
 from warprock.run.batch import run_batch
 from warprock.run.case_run import require_options, require_support
-from warprock.run.files import replacing, require_writable
 from warprock.run.options import DEFAULT_OPTIONS, RunOptions
+from warprock.run.provenance import case_facts, surroundings
+from warprock.run.results import write_results
 
 Array = npt.NDArray[np.float64]
 
-TABLE, CSV = "study.parquet", "study.csv"
+STUDY = "study"
 
 COLUMNS: dict[str, tuple[str, str]] = {
     "lane_name": ("-", "The lane in words"),
@@ -187,16 +186,7 @@ def write_study(run: StudyRun, folder: pathlib.Path) -> list[pathlib.Path]:
     Raises:
         InputError: The folder cannot be written to.
     """
-    require_writable(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    with replacing(folder / TABLE) as temporary:
-        pq.write_table(store.arrow_table(run.table), temporary)
-    with replacing(folder / CSV) as temporary:
-        run.table.to_csv(temporary, index=False)
-    with replacing(folder / store.PROVENANCE) as temporary:
-        text = json.dumps(study_provenance(run), indent=2, ensure_ascii=False)
-        temporary.write_text(text + "\n", encoding="utf-8")
-    return [folder / TABLE, folder / CSV, folder / store.PROVENANCE]
+    return write_results(folder, {STUDY: run.table}, study_provenance(run))
 
 
 def study_provenance(run: StudyRun) -> dict[str, Any]:
@@ -213,13 +203,13 @@ def study_provenance(run: StudyRun) -> dict[str, Any]:
         for variation in study.variations(engine)
     ]
     return {
-        "case": store.case_facts(run.case),
+        "case": case_facts(run.case),
         "study": [study.plan(engine) for engine in run.engines],
         "runs": runs,
         "precision": run.options.precision,
         "device": run.options.device,
         "workers": run.options.workers,
-        **store.surroundings(run.case),
+        **surroundings(run.case),
         "lanes": run.lane_set.lanes.lane_count,
         "duration_s": run.lane_set.times.duration,
         "wall_time_s": run.wall_time,
@@ -279,7 +269,7 @@ def _joined(tables: list[pd.DataFrame]) -> pd.DataFrame:
     """The rows of all runs, with the unit and the meaning of every column."""
     table = pd.concat(tables, ignore_index=True)
     names = map(str, table.columns)
-    meanings = {name: COLUMNS.get(name) or store.input_meaning(name) for name in names}
+    meanings = {name: COLUMNS.get(name) or input_meaning(name) for name in names}
     table.attrs["columns"] = {
         name: {"unit": unit, "text": text} for name, (unit, text) in meanings.items()
     }

@@ -78,8 +78,8 @@ def carried(lanes: Lanes, x: Array) -> tuple[Array, Array]:
 def body_columns(lanes: Lanes) -> dict[str, Array]:
     """Fields of the struct `Block` that are read off the lanes, shape [lane, block] each."""
     return {
-        "face": 0.5 * lanes.face_width,
-        "high": 0.5 * lanes.height,
+        "half_width": 0.5 * lanes.face_width,
+        "half_height": 0.5 * lanes.height,
         "inverse_mass": 1.0 / lanes.mass,
         "inverse_inertia": 12.0 / (lanes.mass * (lanes.width**2 + lanes.height**2)),
         "friction": lanes.friction,
@@ -131,9 +131,9 @@ def spatial_columns(lanes: Lanes) -> dict[str, Array]:
     low = turned(attitude[..., None, :], bottom_corners(stacks))[..., 2]
     above = low - low.min(axis=-1, keepdims=True)
     columns = {
-        "width": 0.5 * stacks.face_width,
-        "depth": 0.5 * stacks.face_depth,
-        "height": 0.5 * height,
+        "half_width": 0.5 * stacks.face_width,
+        "half_depth": 0.5 * stacks.face_depth,
+        "half_height": 0.5 * height,
         "centre_x": stacks.centre_offset_x,
         "centre_y": stacks.centre_offset_y,
         "mass": stacks.mass,

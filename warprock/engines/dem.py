@@ -221,7 +221,7 @@ def _creep_speed(stacks: SpatialLanes, settings: DemSettings) -> Array:
 
 def _with_ground(columns: dict[str, Array]) -> dict[str, Array]:
     """Blocks on the ground, body 0: an endless flat face, of no height."""
-    endless = dict.fromkeys(("width", "depth"), ENDLESS)
+    endless = dict.fromkeys(("half_width", "half_depth"), ENDLESS)
     return {
         name: np.concatenate([np.full((len(each), 1), endless.get(name, 0.0)), each], axis=1)
         for name, each in columns.items()

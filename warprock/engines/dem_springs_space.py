@@ -81,7 +81,7 @@ class SpatialSprings:
         columns = spatial_columns(lanes)
         a, b, share, kind = point_pairs(settings.subcontacts, settings.subcontacts_across)
         a, b, share = np.r_[-a, a], np.r_[-b, b], np.r_[share, share]
-        width, depth = columns["width"], columns["depth"]
+        width, depth = columns["half_width"], columns["half_depth"]
         wide, deep = _below(width, ENDLESS), _below(depth, ENDLESS)
         # Middle of the upper face from that of the lower one, in the lower one's axes.
         x = columns["flat_x"] + _below(columns["centre_x"], 0.0)
@@ -144,7 +144,7 @@ def spatial_frequencies(lanes: Lanes, settings: DemSettings) -> Array:
         lower = _turned_by(upper + _middle(columns, block), c[:, block], s[:, block])
         if block > 0:
             flat = [columns[name][:, block] for name in ("flat_x", "flat_y")]
-            high = columns["height"][:, block - 1]
+            high = columns["half_height"][:, block - 1]
             lower[..., :2] += np.stack(flat, axis=-1)[:, None]
             lower[..., 2] = high[:, None]
         for axis, k in zip(
@@ -176,7 +176,7 @@ def spatial_frequencies(lanes: Lanes, settings: DemSettings) -> Array:
 
 def _middle(columns: dict[str, Array], block: int) -> Array:
     """Middle of a block's bottom face to its centre of mass [m], shape [lane, 1, 3]."""
-    names = ("centre_x", "centre_y", "height")
+    names = ("centre_x", "centre_y", "half_height")
     return np.stack([columns[name][:, block] for name in names], axis=-1)[:, None]
 
 
@@ -329,7 +329,7 @@ def _pile(springs: SpatialSprings, yaw: Array, depth: Array, slope: Array) -> tu
         moved[:, block] = foot + np.cross(total, centre)
         if block + 1 < depth.shape[1]:
             flat = [columns[name][:, block + 1] for name in ("flat_x", "flat_y")]
-            up = np.stack([*flat, columns["height"][:, block]], axis=-1)[:, None]
+            up = np.stack([*flat, columns["half_height"][:, block]], axis=-1)[:, None]
             foot = moved[:, block] + np.cross(total, _turned_by(up, c, s)[:, 0])
     return moved, turn
 

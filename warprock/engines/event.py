@@ -153,7 +153,7 @@ def _stacked_blocks(lanes: Lanes, settings: EventSettings) -> dict[str, Array]:
     inertia = lanes.mass * (lanes.width**2 + lanes.height**2) / 12.0
     return {
         "half_height": 0.5 * lanes.height,
-        "half_face": 0.5 * lanes.face_width,
+        "half_width": 0.5 * lanes.face_width,
         "inverse_mass": 1.0 / lanes.mass,
         "inverse_inertia": 1.0 / inertia,
         "friction": lanes.friction,

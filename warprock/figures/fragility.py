@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.analysis.fragility import Curve
+from warprock.case.columns import input_meaning
 from warprock.figures.plots import (
     BLUE,
     FIGURE_TITLE,
@@ -22,7 +23,6 @@ from warprock.figures.plots import (
     panel_grid,
     save,
 )
-from warprock.run.lane_table import input_meaning
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -86,8 +86,8 @@ def _axis_label(intensity: str) -> str:
 def _explained(curves: Sequence[Curve]) -> str:
     """What the lines, bands and dots are, and how many lanes stand behind them."""
     lanes = int(curves[0].seen.count.sum())
-    records = curves[0].seen.cluster_count
-    same = len({(int(c.seen.count.sum()), c.seen.cluster_count) for c in curves}) == 1
+    records = curves[0].seen.record_count
+    same = len({(int(c.seen.count.sum()), c.seen.record_count) for c in curves}) == 1
     size = f"{lanes:,} lanes under {records:,} records" if records < lanes else f"{lanes:,} lanes"
     size += " in each panel" if same else " or more"
     what = "records" if records < lanes else "lanes"

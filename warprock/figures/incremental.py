@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from warprock.analysis.incremental import Analysis
-from warprock.analysis.incremental_fit import (
+from warprock.analysis.capacities import (
     FACTOR,
     FRACTILES,
     Capacities,
@@ -18,8 +17,9 @@ from warprock.analysis.incremental_fit import (
     run_curves,
     unit_intensity,
 )
+from warprock.analysis.incremental import Analysis
+from warprock.case.columns import input_meaning
 from warprock.figures.plots import BLACK, BLUE, FIGURE_TITLE, ORANGE, RED, drawing, save
-from warprock.run.lane_table import input_meaning
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -22,7 +22,7 @@ from warprock.measure.atlas_lanes import (
     sliding,
     stacked,
 )
-from warprock.settings.engines import SETTINGS
+from warprock.settings.engines import SETTINGS, declared_settings
 
 STEPS = (1e-6, 0.1)
 STIFFNESSES = (1e6, 1e13)
@@ -93,10 +93,10 @@ LABELS = {
 
 def at_step(settings: Any, step: float) -> Any:
     """Settings with a time step [s], within their bounds, whichever way they state it."""
-    fields = {field.name: field for field in dataclasses.fields(settings)}
-    if "time_step" in fields:
+    declared = declared_settings(type(settings))
+    if "time_step" in declared:
         return dataclasses.replace(settings, time_step=step)
-    most = fields["frames_per_second"].metadata["high"]
+    most = declared["frames_per_second"].high
     parts = math.ceil(1.0 / (step * most) - 1e-9)
     frames = min(1.0 / (step * parts), most)
     return dataclasses.replace(settings, frames_per_second=frames, substeps=parts - 1)

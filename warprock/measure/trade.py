@@ -1,6 +1,6 @@
-"""Speed traded for accuracy: every engine over its own knobs, on fixed scenes, row by row.
+"""What accuracy costs: every engine with a range of its own settings, on fixed scenes, row by row.
 
-The table is written again after every row, so that a run that ends early goes on where it ended.
+The table is written again after every row, so that a run that was stopped can be continued.
 Rows that were measured with other kernels or on another processor are measured anew if asked for.
 """
 
@@ -29,8 +29,9 @@ from warprock.run import machine
 from warprock.run.batch import LANE_QUANTUM, run_batch
 from warprock.run.case_run import require_choice
 from warprock.run.files import replacing
-from warprock.run.lane_table import PACKAGES, arrow_table
+from warprock.run.lane_table import arrow_table
 from warprock.run.parts import State, find_part, read_part, write_part
+from warprock.run.provenance import PACKAGES
 from warprock.settings.engines import build_settings
 
 TABLE, CSV = "trade.parquet", "trade.csv"

@@ -190,13 +190,7 @@ def scene_class(lanes: Lanes, motions: GroundMotions) -> str:
     if isinstance(motions, HarmonicMotions):
         cycles = (motions.stop - motions.start) * motions.frequency
         return "pulse" if np.all(cycles <= PULSE_CYCLES + 1e-9) else "sine"
-    names = {
-        MotionKind.STILL: "free",
-        MotionKind.RICKER: "pulse",
-        MotionKind.MODULATED: "pulse",
-        MotionKind.RECORD: "record",
-    }
-    return names[motions.kind]
+    return {MotionKind.STILL: "free", MotionKind.RECORD: "record"}.get(motions.kind, "pulse")
 
 
 def lane_errors(response: Response, reference: Response, lanes: Lanes) -> Array:

@@ -16,7 +16,7 @@ import abc
 import dataclasses
 import enum
 from collections.abc import Callable
-from typing import ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -85,6 +85,12 @@ class LaneMotions(abc.ABC):
     """
 
     kind: ClassVar[MotionKind]
+
+    if TYPE_CHECKING:
+
+        @property
+        def start(self) -> Array:
+            """Time at which the motion starts [s], shape [lane]; most have it as a field."""
 
     @property
     @abc.abstractmethod

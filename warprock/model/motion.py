@@ -7,7 +7,7 @@ what a user writes. `lane_motion` says what they have in common.
 from __future__ import annotations
 
 import dataclasses
-from typing import Self
+from typing import Self, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,7 @@ from warprock.model.harmonic import HarmonicMotions, harmonic_motions
 from warprock.model.lane_motion import (
     Array,
     Control,
+    LaneMotions,
     Lanes,
     MotionKind,
     Segment,
@@ -28,7 +29,12 @@ from warprock.model.modulated import (
     modulated_peak_acceleration,
 )
 from warprock.model.record_motion import RecordMotions
-from warprock.model.ricker import RICKER_HALF_LENGTH, RickerMotions, ricker_motions
+from warprock.model.ricker import (
+    RICKER_HALF_LENGTH,
+    RickerMotions,
+    ricker_motions,
+    ricker_peak_acceleration,
+)
 
 __all__ = [
     "RICKER_HALF_LENGTH",
@@ -49,10 +55,11 @@ __all__ = [
     "modulated_peak_acceleration",
     "no_motion",
     "ricker_motions",
+    "ricker_peak_acceleration",
 ]
 
-PlanarMotions = StillBase | HarmonicMotions | RickerMotions | ModulatedMotions | RecordMotions
-"""Motions of one direction."""
+PlanarMotions: TypeAlias = LaneMotions
+"""Motions of one direction, of any waveform."""
 
 
 @dataclasses.dataclass(frozen=True)

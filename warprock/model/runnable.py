@@ -20,6 +20,7 @@ from warprock.model.motion import (
     SpatialMotions,
     StillBase,
 )
+from warprock.model.pulse import PulseMotions
 
 MOST_BLOCKS = 6
 """Blocks in the highest stack that kernels are written for."""
@@ -134,7 +135,7 @@ def _require_motions(lanes: Lanes, motions: GroundMotions, source: str) -> None:
 
 def _require_motion(motion: PlanarMotions, count: int, source: str, place: str) -> None:
     """Refuses values of a motion that no base can follow."""
-    if isinstance(motion, StillBase):
+    if not dataclasses.is_dataclass(motion) or isinstance(motion, StillBase):
         return
     for field in dataclasses.fields(motion):
         name, values = f"{place}.{field.name}", getattr(motion, field.name)
@@ -149,10 +150,10 @@ def _require_motion(motion: PlanarMotions, count: int, source: str, place: str) 
             _require(values, values > 0.0, source, name, "must be more than 0")
         elif field.name == "start":
             _require(values, values >= 0.0, source, name, "must be at least 0")
-    if not isinstance(motion, RecordMotions):
+    if isinstance(motion, PulseMotions):
         later = motion.stop >= motion.start
         _require(motion.stop, later, source, f"{place}.stop", "must not be before the start")
-    else:
+    elif isinstance(motion, RecordMotions):
         size = len(motion.pool_velocity)
         inside = (motion.offset >= 0) & (motion.count >= 1)
         inside &= motion.offset.astype(np.int64) + motion.count <= size

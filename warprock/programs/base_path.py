@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import erf
 
+from warprock.errors import DeclinedError
 from warprock.model.motion import (
     GroundMotions,
     HarmonicMotions,
@@ -22,7 +23,6 @@ from warprock.model.motion import (
     PlanarMotions,
     RecordMotions,
     RickerMotions,
-    SpatialMotions,
     StillBase,
 )
 
@@ -56,10 +56,7 @@ class BasePath:
 
 def base_path(motions: GroundMotions, lane: int) -> BasePath | None:
     """The motion of one lane's base; None if it stands still."""
-    if isinstance(motions, SpatialMotions):
-        x, y, z = (_path(part, lane) for part in motions.components)
-    else:
-        x, y, z = _path(motions, lane), None, None
+    x, y, z = (*(_path(part, lane) for part in motions.components), None, None)[:3]
     return BasePath((x, y, z)) if x or y or z else None
 
 
@@ -72,8 +69,10 @@ def _path(motions: PlanarMotions, lane: int) -> Path | None:
         inside = _harmonic_path(motions, lane)
     elif isinstance(motions, ModulatedMotions):
         inside = _modulated_path(motions, lane)
-    else:
+    elif isinstance(motions, RickerMotions):
         inside = _ricker_path(motions, lane)
+    else:
+        raise DeclinedError(f"no path of the base is known for {type(motions).__name__}")
     start, stop = float(motions.start[lane]), float(motions.stop[lane])
     final = float(motions.velocity_final[lane])
 

@@ -27,8 +27,8 @@ from typing import Any
 
 import numpy as np
 
+from warprock.errors import DeclinedError
 from warprock.programs.scene import (
-    DeclinedError,
     PeerRun,
     PeerScene,
     missing,

@@ -20,7 +20,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from warprock.programs.scene import DeclinedError, PeerRun, PeerScene, missing
+from warprock.errors import DeclinedError
+from warprock.programs.scene import PeerRun, PeerScene, missing
 from warprock.settings.programs import (
     NewtonFeatherstoneSettings,
     NewtonKaminoSettings,

@@ -28,10 +28,6 @@ FRAME_LONGEST = 0.01
 """Longest time between two frames, at which poses are asked for [s]."""
 
 
-class DeclinedError(ValueError):
-    """A scene that a program cannot do; the text is why."""
-
-
 @dataclasses.dataclass(frozen=True)
 class PeerBlock:
     """One box; SI units, full dimensions.

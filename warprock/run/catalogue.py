@@ -20,7 +20,7 @@ from warprock.model.undecided import cut_text
 from warprock.programs.table import PROGRAMS
 from warprock.run.engine_choice import choose_engine
 from warprock.run.files import replacing, require_writable_file
-from warprock.settings.engines import SETTINGS
+from warprock.settings.engines import SETTINGS, declared_settings
 
 VALUES_SHOWN = 12
 """Distinct values of an input up to which all of them are listed."""
@@ -146,7 +146,7 @@ def _program_row(name: str) -> dict[str, Any]:
 def _fitness(case: Case, name: str, scene: SceneKind) -> dict[str, Any]:
     reason = engine_class(name).supports(scene)
     settings = dataclasses.asdict(case.engine_settings(name))
-    units = {field.name: field.metadata["unit"] for field in dataclasses.fields(SETTINGS[name])}
+    units = {key: declared.unit for key, declared in declared_settings(SETTINGS[name]).items()}
     return {
         "declines": reason,
         "kernel": None if reason else _kernel_text(case, name, scene),

@@ -1,112 +1,30 @@
-"""Writes a run to a folder: the lane table, its provenance, and histories on request."""
+"""The lane table: one row a lane, its inputs and what became of it, with units and meanings."""
 
 from __future__ import annotations
 
-import dataclasses
-import datetime
 import json
-import pathlib
-import re
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pyarrow as pa
-import pyarrow.parquet as pq
 
-from warprock.case.case import Case
+from warprock.case.columns import input_meaning
 from warprock.case.lanes import LaneSet
-from warprock.case.motions import case_records
 from warprock.model.response import (
     ESTIMATE_FIELDS,
     FIELDS,
     LANE_FIELDS,
     MODEL_FIELDS,
-    SOUND,
     SPATIAL_FIELDS,
     Field,
     Response,
 )
-from warprock.model.undecided import UNDECIDED, UNDECIDED_TEXT, cut_short, undecided
-from warprock.run import machine
-from warprock.run.accuracy import accuracy_counts, count_bad
-from warprock.run.case_run import CaseRun
-from warprock.run.cells import cell_table
-from warprock.run.files import replacing, require_writable
+from warprock.model.undecided import UNDECIDED, UNDECIDED_TEXT, undecided
 from warprock.run.parts import FOOTER
 
 LANE_TABLE = "lanes.parquet"
-CELL_TABLE = "cells.csv"
-PROVENANCE = "run.json"
-HISTORY = "history-lane-{lane}.csv"
-
-PACKAGES = ("warp-lang", "numpy", "scipy")
-"""Distributions whose version can change a number."""
-
-INPUTS: dict[str, tuple[str, str]] = {
-    "lane": ("-", "Number of the lane"),
-    "width_m": ("m", "Full width in the plane of rocking"),
-    "height_m": ("m", "Full height"),
-    "depth_m": ("m", "Full depth across the plane of rocking"),
-    "density_kg_m3": ("kg/m^3", "Density"),
-    "friction": ("-", "Coulomb friction coefficient"),
-    "angular_restitution": ("-", "Angular velocity after / before an impact"),
-    "slenderness_angle_rad": (
-        "rad",
-        "Slenderness (critical) angle; of an eccentric block that of its weaker side",
-    ),
-    "slenderness_angle_across_rad": ("rad", "The same about the edges at the ends of its depth"),
-    "half_diagonal_m": ("m", "Half diagonal"),
-    "frequency_parameter_rad_s": ("rad/s", "Frequency parameter"),
-    "rotation_start_rad": ("rad", "Rotation at the start"),
-    "rotation_ratio_start": ("-", "Rotation at the start / slenderness angle"),
-    "waveform": ("-", "Shape of the controlled quantity in time"),
-    "control": ("-", "Quantity of the base that follows the waveform"),
-    "frequency_hz": ("Hz", "Frequency of the motion"),
-    "amplitude_mm": ("mm", "Amplitude, as a displacement"),
-    "amplitude_m_s": ("m/s", "Amplitude, as a velocity"),
-    "amplitude_m_s2": ("m/s^2", "Amplitude, as an acceleration"),
-    "record": ("-", "Name of the record"),
-    "record_source": ("-", "Where the record is from"),
-    "record_licence": ("-", "Licence of the record"),
-    "record_sha256": ("-", "SHA-256 of the record's file"),
-    "record_processing": ("-", "What was done to the record before the run"),
-    "scale": ("-", "Factor on the record"),
-    "start_s": ("s", "Time at which the motion starts"),
-    "cycles": ("-", "Periods of its frequency in a pulse"),
-    "phase_rad": ("rad", "Phase of a pulse in its middle"),
-    "stop_s": ("s", "Time at which the motion stops"),
-    "peak_acceleration_m_s2": ("m/s^2", "Largest acceleration of the base, velocity steps apart"),
-    "yaw_start_rad": ("rad", "Turn about the vertical at the start"),
-    "rotation_across_start_rad": ("rad", "Rotation across the plane of rocking at the start"),
-    "gap_start_mm": ("mm", "Height of the lowest corner above the base at the start"),
-    "centre_offset_x_mm": ("mm", "Centre of mass from the middle, along the width"),
-    "centre_offset_y_mm": ("mm", "Centre of mass from the middle, along the depth"),
-    "member": ("-", "Number of the member in its cell"),
-    "time_step_factor": ("-", "Factor on the engine's time step"),
-    "peak_velocity_m_s": ("m/s", "Largest velocity of the base, PGV"),
-    "normalised_velocity": ("-", "Frequency parameter x PGV / (g tan(slenderness angle))"),
-    "normalised_acceleration": (
-        "-",
-        "Largest acceleration / that which lifts the block to its weaker side, g tan(slenderness "
-        "angle); in space with its yaw",
-    ),
-}
-"""Unit and meaning of the columns that a lane's inputs may have; any other is a label."""
-
-STACK_INPUTS: dict[str, tuple[str, str]] = {
-    "chamfer_mm": ("mm", "Width cut off each edge"),
-    "offset_mm": ("mm", "Centre to +x of the centre of the block below"),
-    "offset_across_mm": ("mm", "Middle to +y of the middle of the block below"),
-    "uplift_ratio": ("-", "Base acceleration / g at which a part of the stack begins to rock"),
-}
-"""The same for what only stacks have; of a block, without its number."""
-
-_DIRECTIONS = {"_y": "across the plane of rocking", "_z": "upwards"}
-"""End of an input column of a motion besides that in the plane -> direction."""
-
-_BLOCK_NUMBER = re.compile(r"_([1-9])(?=_|$)")
+"""Name of the file that a run, and a sweep that was merged, keep it in."""
 
 PEAK_RATIO = "peak_rotation_ratio"
 
@@ -130,7 +48,7 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
         values = response[field.name]
         of_field: dict[str, Any] = {field.column: values}
         if field.enum is not None:
-            of_field = {field.column: pd.Categorical.from_codes(values, pd.Index(_words(field)))}
+            of_field = {field.column: pd.Categorical.from_codes(values, pd.Index(words_of(field)))}
         if values.ndim == 2:
             of_field = {field.block_column(k): v for k, v in enumerate(values.T, 1)}
         columns |= of_field
@@ -150,23 +68,6 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
     return table
 
 
-def input_meaning(column: str) -> tuple[str, str]:
-    """Unit and meaning of an input column; a block's number in its name does not matter."""
-    known = INPUTS | STACK_INPUTS
-    if column in known:
-        return known[column]
-    direction = _DIRECTIONS.get(column[-2:])
-    if direction is not None and column[:-2] in known:
-        unit, text = known[column[:-2]]
-        return unit, f"{text}, of the motion {direction}"
-    number = _BLOCK_NUMBER.search(column)
-    general = _BLOCK_NUMBER.sub("", column, count=1)
-    if number is None or general not in known:
-        return "-", "Label of the case"
-    unit, text = known[general]
-    return unit, f"{text}, block {number[1]}"
-
-
 def peak_ratio_columns(lane_set: LaneSet) -> list[str]:
     """Columns of the peak rotation / slenderness angle, one for each block of a stack."""
     lanes = lane_set.lanes
@@ -176,15 +77,21 @@ def peak_ratio_columns(lane_set: LaneSet) -> list[str]:
 
 
 def arrow_table(table: pd.DataFrame) -> pa.Table:
-    """An Arrow table whose fields carry the unit and the meaning of their columns."""
+    """An Arrow table whose fields carry the unit and the meaning of their columns.
+
+    `DataFrame.attrs["footer"]`, where it is there, becomes the footer of the file that holds it.
+    """
     bare = table.copy()
-    meaning = bare.attrs.pop("columns", {})
+    meaning, footer = (bare.attrs.pop(name, {}) for name in ("columns", "footer"))
     arrow = pa.Table.from_pandas(bare, preserve_index=False)
     fields = [
         field.with_metadata(meaning[field.name]) if field.name in meaning else field
         for field in arrow.schema
     ]
-    return arrow.cast(pa.schema(fields, metadata=arrow.schema.metadata))
+    metadata = dict(arrow.schema.metadata or {})
+    if footer:
+        metadata[FOOTER] = json.dumps(footer).encode()
+    return arrow.cast(pa.schema(fields, metadata=metadata))
 
 
 def history_table(response: Response, row: int) -> pd.DataFrame:
@@ -200,151 +107,7 @@ def history_table(response: Response, row: int) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def provenance(run: CaseRun) -> dict[str, Any]:
-    """Everything that is needed to run a run again and to judge it, ready for JSON."""
-    response = run.response
-    return {
-        "case": case_facts(run.case),
-        "engine": {"name": response.engine, "settings": dataclasses.asdict(run.settings)},
-        "precision": run.options.precision,
-        "device": run.options.device,
-        "workers": run.options.workers,
-        **surroundings(run.case),
-        "lanes": response.lane_count,
-        "status": count_words(response, "status"),
-        "outcome": count_words(response, "outcome"),
-        **undecided_counts(run.lane_set, response),
-        "estimate": run.options.tolerance is not None,
-        "tolerance": run.options.tolerance,
-        "accuracy": accuracy_counts(response, run.lane_set, run.settings, run.options.tolerance),
-        "rotation_error_rad": error_summary(response),
-        "duration_s": run.lane_set.times.duration,
-        "wall_time_s": run.wall_time,
-    }
-
-
-def case_facts(case: Case) -> dict[str, Any]:
-    """What was run: the case as resolved, overrides included."""
-    return {
-        "name": case.name,
-        "title": case.title,
-        "source": case.source_text,
-        "file": case.file,
-        "resolved": case.raw,
-    }
-
-
-def surroundings(case: Case) -> dict[str, Any]:
-    """What a run depends on beside its case and its settings, and when it was finished."""
-    return {
-        "versions": machine.package_versions(PACKAGES),
-        "kernel_sha256": machine.kernel_hash(),
-        "machine": {
-            "cpu": machine.cpu_name(),
-            "cores": machine.core_count(),
-            "vector_flags": machine.cpu_vector_flags(),
-        },
-        "records": record_rows(case),
-        "finished": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
-    }
-
-
-def record_rows(case: Case) -> list[dict[str, str]]:
-    """The records that a case follows, with their licence and SHA-256."""
-    return [
-        {
-            "name": record.name,
-            "sha256": record.sha256,
-            "source": record.source,
-            "licence": record.licence,
-            "processing": record.processing,
-            "original_sha256": record.original_sha256,
-        }
-        for record in case_records(case)
-    ]
-
-
-def count_words(response: Response, name: str) -> dict[str, int]:
-    """How many lanes have each word of `outcome` or `status`, words without a lane included."""
-    field = FIELDS[name]
-    words = _words(field)
-    counts = np.bincount(response[name], minlength=len(words))
-    return dict(zip(words, counts.tolist(), strict=True))
-
-
-def undecided_counts(lane_set: LaneSet, response: Response) -> dict[str, int]:
-    """How many lanes a run left undecided, and of how many it cut the ground motion short."""
-    motions, duration = lane_set.motions, lane_set.times.duration
-    return {
-        UNDECIDED: int(undecided(response, lane_set.lanes, motions, duration).sum()),
-        "motion_cut_short": int(cut_short(motions, duration).sum()),
-    }
-
-
-def bad_lanes(run: CaseRun) -> int:
-    """Lanes of a run whose numbers may not be used, or that missed the tolerance."""
-    tolerance = run.options.tolerance
-    counts = accuracy_counts(run.response, run.lane_set, run.settings, tolerance)
-    return count_bad(count_words(run.response, "status"), counts)
-
-
-def error_summary(response: Response) -> dict[str, float] | None:
-    """Median and largest estimated rotation error [rad] of the lanes whose run is sound.
-
-    A lane of a stack counts with its largest. None without an estimate, or without such lanes.
-    """
-    usable = np.isin(response["status"], SOUND)
-    if "rotation_error" not in response.fields or not np.any(usable):
-        return None
-    errors = response["rotation_error"][usable].reshape(int(usable.sum()), -1).max(axis=1)
-    return {"median": float(np.median(errors)), "largest": float(errors.max())}
-
-
-def write_run(
-    run: CaseRun, folder: pathlib.Path, histories: Mapping[int, Response] | None = None
-) -> list[pathlib.Path]:
-    """Writes the lane table, that of cells of an ensemble, `run.json` and histories asked for.
-
-    Args:
-        run: The run.
-        folder: Where to; made if it does not exist.
-        histories: One-lane responses with histories, by number of the lane.
-
-    Returns:
-        The files, in the order in which they were written; `run.json` comes last.
-
-    Raises:
-        InputError: The folder cannot be written to.
-    """
-    require_writable(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    written, facts = [], provenance(run)
-    path = folder / LANE_TABLE
-    with replacing(path) as temporary:
-        table = arrow_table(lane_table(run.lane_set, run.response))
-        footer = json.dumps({name: facts[name] for name in ("engine", "estimate", "tolerance")})
-        meaning = {**(table.schema.metadata or {}), FOOTER: footer.encode()}
-        pq.write_table(table.replace_schema_metadata(meaning), temporary)
-    written.append(path)
-    if run.case.ensemble is not None:
-        path = folder / CELL_TABLE
-        with replacing(path) as temporary:
-            cell_table(run.lane_set, run.response).to_csv(temporary, index=False)
-        written.append(path)
-    for lane, response in (histories or {}).items():
-        path = folder / HISTORY.format(lane=lane)
-        with replacing(path) as temporary:
-            history_table(response, 0).to_csv(temporary, index=False)
-        written.append(path)
-    path = folder / PROVENANCE
-    with replacing(path) as temporary:
-        text = json.dumps(facts, indent=2, ensure_ascii=False)
-        temporary.write_text(text + "\n", encoding="utf-8")
-    written.append(path)
-    return written
-
-
-def _words(field: Field) -> list[str]:
+def words_of(field: Field) -> list[str]:
     """The words of a field that holds codes, which count from 0."""
     assert field.enum is not None
     return [code.name.lower() for code in sorted(field.enum)]

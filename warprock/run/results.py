@@ -16,10 +16,17 @@ from typing import Any
 import pandas as pd
 import pyarrow.parquet as pq
 
+from warprock.model.response import Response
 from warprock.reading import read_bytes
+from warprock.run.case_run import CaseRun
+from warprock.run.cells import cell_table
 from warprock.run.files import RESULTS, replacing, require_writable
-from warprock.run.lane_table import PROVENANCE, arrow_table
+from warprock.run.lane_table import LANE_TABLE, arrow_table, history_table, lane_table
+from warprock.run.provenance import provenance
 
+PROVENANCE = "run.json"
+CELL_TABLE = "cells.csv"
+HISTORY = "history-lane-{lane}.csv"
 WRITTEN = ".warprock.json"
 """List of the results in a folder: SHA-256 by name."""
 
@@ -75,13 +82,17 @@ def _digest(path: pathlib.Path) -> str:
 
 
 def write_results(
-    folder: pathlib.Path, tables: Mapping[str, pd.DataFrame], facts: Mapping[str, Any]
+    folder: pathlib.Path,
+    tables: Mapping[str, pd.DataFrame],
+    facts: Mapping[str, Any] | None = None,
 ) -> list[pathlib.Path]:
-    """Writes every table twice, NAME.parquet and NAME.csv, and `run.json`.
+    """Writes tables, and `run.json` where there are facts.
 
     Args:
         folder: Where to; made if it does not exist.
-        tables: Name -> table; `attrs["columns"]` may hold the unit and the meaning of columns.
+        tables: Name of a file -> its table, whose `attrs["columns"]` may hold the unit and the
+            meaning of columns. A name that ends in .parquet or .csv is that file; a name without an
+            ending is written twice, NAME.parquet and NAME.csv.
         facts: What ran and what came of it, ready for JSON.
 
     Returns:
@@ -94,16 +105,46 @@ def write_results(
     folder.mkdir(parents=True, exist_ok=True)
     written = []
     for name, table in tables.items():
-        for ending in ("parquet", "csv"):
-            path = folder / f"{name}.{ending}"
-            with replacing(path) as temporary:
-                if ending == "csv":
+        for file in (
+            (name,) if pathlib.PurePath(name).suffix else (f"{name}.parquet", f"{name}.csv")
+        ):
+            with replacing(folder / file) as temporary:
+                if file.endswith(".csv"):
                     table.to_csv(temporary, index=False)
                 else:
                     pq.write_table(arrow_table(table), temporary)
-            written.append(path)
+            written.append(folder / file)
+    if facts is None:
+        return written
     path = folder / PROVENANCE
     with replacing(path) as temporary:
         text = json.dumps(facts, indent=2, ensure_ascii=False)
         temporary.write_text(text + "\n", encoding="utf-8")
     return [*written, path]
+
+
+def write_run(
+    run: CaseRun, folder: pathlib.Path, histories: Mapping[int, Response] | None = None
+) -> list[pathlib.Path]:
+    """Writes the lane table, that of cells of an ensemble, histories asked for, and `run.json`.
+
+    Args:
+        run: The run.
+        folder: Where to; made if it does not exist.
+        histories: One-lane responses with histories, by number of the lane.
+
+    Returns:
+        The files, in the order in which they were written; `run.json` comes last.
+
+    Raises:
+        InputError: The folder cannot be written to.
+    """
+    facts = provenance(run)
+    table = lane_table(run.lane_set, run.response)
+    table.attrs["footer"] = {name: facts[name] for name in ("engine", "estimate", "tolerance")}
+    tables = {LANE_TABLE: table}
+    if run.case.ensemble is not None:
+        tables[CELL_TABLE] = cell_table(run.lane_set, run.response)
+    for lane, response in (histories or {}).items():
+        tables[HISTORY.format(lane=lane)] = history_table(response, 0)
+    return write_results(folder, tables, facts)

@@ -1,4 +1,4 @@
-"""Settings of the programs of others: a dataclass each, every field with unit, bound and meaning.
+"""Settings of the programs of others: a dataclass each, every field declared by a `SettingKey`.
 
 This file imports none of them, so that a case can be validated without having them. The step is the
 knob they share: they take at least so many steps a second, as many in each frame.
@@ -7,65 +7,62 @@ knob they share: they take at least so many steps a second, as many in each fram
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from typing import Annotated, Any
 
-from warprock.settings.engines import setting
+from warprock.settings.setting import SettingKey
 
-
-def _rate(default: float) -> Any:
-    return setting(
-        default, unit="1/s", low=10.0, high=1e6, text="steps a second, rounded up to whole frames"
-    )
-
-
-def _sweeps(default: int) -> Any:
-    return setting(default, unit="-", low=1, high=1000, text="iterations of the contact solver")
+_RATE = SettingKey("steps a second, rounded up to whole frames", 10.0, 1e6, "1/s")
+_SWEEPS = SettingKey("iterations of the contact solver", 1, 1000)
 
 
 @dataclasses.dataclass(frozen=True)
 class MujocoSettings:
     """Settings of `mujoco`."""
 
-    steps_per_second: float = _rate(4800.0)
+    steps_per_second: Annotated[float, _RATE] = 4800.0
 
 
 @dataclasses.dataclass(frozen=True)
 class BulletSettings:
     """Settings of `bullet`."""
 
-    steps_per_second: float = _rate(4800.0)
-    iterations: int = _sweeps(50)
-    breaking_threshold: float = setting(
-        1e-4,
-        unit="m",
-        low=0.0,
-        high=0.1,
-        text="gap at which a contact is dropped; the 20 mm that it starts with end rocking early",
-    )
-    contact_slop: float = setting(
-        0.0,
-        unit="m",
-        low=0.0,
-        high=0.1,
-        text="penetration that is left alone: a block sinks in by so much before it is held",
-    )
+    steps_per_second: Annotated[float, _RATE] = 4800.0
+    iterations: Annotated[int, _SWEEPS] = 50
+    breaking_threshold: Annotated[
+        float,
+        SettingKey(
+            "gap at which a contact is dropped; the 20 mm that it starts with end rocking early",
+            0.0,
+            0.1,
+            "m",
+        ),
+    ] = 1e-4
+    contact_slop: Annotated[
+        float,
+        SettingKey(
+            "penetration that is left alone: a block sinks in by so much before it is held",
+            0.0,
+            0.1,
+            "m",
+        ),
+    ] = 0.0
 
 
 @dataclasses.dataclass(frozen=True)
 class BlenderSettings:
     """Settings of `blender`; its sub-steps are those of a frame that make up the steps."""
 
-    steps_per_second: float = _rate(4800.0)
-    frames_per_second: float = setting(
-        960.0, unit="1/s", low=1.0, high=32767.0, text="frames a second, at which the base has keys"
-    )
-    iterations: int = _sweeps(50)
-    collision_shape: int = setting(
-        0, unit="-", low=0, high=2, text="0: box; 1: convex hull; 2: mesh of triangles"
-    )
-    collision_margin: float = setting(
-        0.0, unit="m", low=0.0, high=0.1, text="collision margin of hulls and meshes"
-    )
+    steps_per_second: Annotated[float, _RATE] = 4800.0
+    frames_per_second: Annotated[
+        float, SettingKey("frames a second, at which the base has keys", 1.0, 32767.0, "1/s")
+    ] = 960.0
+    iterations: Annotated[int, _SWEEPS] = 50
+    collision_shape: Annotated[
+        int, SettingKey("0: box; 1: convex hull; 2: mesh of triangles", 0, 2)
+    ] = 0
+    collision_margin: Annotated[
+        float, SettingKey("collision margin of hulls and meshes", 0.0, 0.1, "m")
+    ] = 0.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -77,53 +74,53 @@ class NewtonXpbdSettings:
     0.99 of its slenderness angle, never falls; at 480 it does.
     """
 
-    steps_per_second: float = _rate(960.0)
-    iterations: int = _sweeps(10)
+    steps_per_second: Annotated[float, _RATE] = 960.0
+    iterations: Annotated[int, _SWEEPS] = 10
 
 
 @dataclasses.dataclass(frozen=True)
 class NewtonMujocoSettings:
     """Settings of `newton-mujoco`."""
 
-    steps_per_second: float = _rate(480.0)
-    iterations: int = _sweeps(50)
+    steps_per_second: Annotated[float, _RATE] = 480.0
+    iterations: Annotated[int, _SWEEPS] = 50
 
 
 @dataclasses.dataclass(frozen=True)
 class NewtonVbdSettings:
     """Settings of `newton-vbd`."""
 
-    steps_per_second: float = _rate(2400.0)
-    iterations: int = _sweeps(10)
+    steps_per_second: Annotated[float, _RATE] = 2400.0
+    iterations: Annotated[int, _SWEEPS] = 10
 
 
 @dataclasses.dataclass(frozen=True)
 class NewtonSemiImplicitSettings:
     """Settings of `newton-semi-implicit`, whose contacts are springs as stiff as a step allows."""
 
-    steps_per_second: float = _rate(4800.0)
+    steps_per_second: Annotated[float, _RATE] = 4800.0
 
 
 @dataclasses.dataclass(frozen=True)
 class NewtonFeatherstoneSettings:
     """Settings of `newton-featherstone`, with the springs of `newton-semi-implicit`."""
 
-    steps_per_second: float = _rate(4800.0)
+    steps_per_second: Annotated[float, _RATE] = 4800.0
 
 
 @dataclasses.dataclass(frozen=True)
 class NewtonKaminoSettings:
     """Settings of `newton-kamino`."""
 
-    steps_per_second: float = _rate(480.0)
+    steps_per_second: Annotated[float, _RATE] = 480.0
 
 
 @dataclasses.dataclass(frozen=True)
 class NewtonSteelSettings:
     """Settings of `newton-steel`."""
 
-    steps_per_second: float = _rate(2400.0)
-    iterations: int = _sweeps(12)
+    steps_per_second: Annotated[float, _RATE] = 2400.0
+    iterations: Annotated[int, _SWEEPS] = 12
 
 
 PEER_SETTINGS: dict[str, type[Any]] = {

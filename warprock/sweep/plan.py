@@ -26,8 +26,8 @@ from warprock.reading import read_bytes, reason
 from warprock.run import machine
 from warprock.run.case_run import require_options, require_support
 from warprock.run.files import replacing, require_writable
-from warprock.run.lane_table import PACKAGES, record_rows
 from warprock.run.options import DEFAULT_OPTIONS, Progress, RunOptions
+from warprock.run.provenance import PACKAGES, record_rows
 
 PLAN = "plan.json"
 FORMAT = 2
@@ -46,7 +46,7 @@ PACKAGES_OF_BYTES = (*PACKAGES, "pyarrow")
 
 @dataclasses.dataclass(frozen=True)
 class Plan:
-    """A sweep that nothing is left to be decided of.
+    """A fully resolved sweep.
 
     Attributes:
         content: What the results depend on, ready for JSON.
@@ -337,7 +337,7 @@ def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def plan_facts(plan: Plan) -> dict[str, Any]:
-    """What a plan comes to, ready for JSON."""
+    """The summary of a plan, ready for JSON."""
     content = plan.content
     return {
         "plan": plan.id,

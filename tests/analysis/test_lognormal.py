@@ -1,4 +1,4 @@
-"""Capacities: the greatest likelihood of bracketed and censored data, and its bands."""
+"""The greatest likelihood of bracketed and censored capacities, and its bands."""
 
 from __future__ import annotations
 
@@ -8,10 +8,22 @@ from scipy.optimize import minimize
 from scipy.stats import CensoredData, norm
 from scipy.stats import t as student
 
-from warprock.analysis.capacity import capacity_band, fit_capacities
-from warprock.analysis.fit import Verdict as FitVerdict
+from warprock.analysis import capacities
+from warprock.analysis.likelihood import Brackets
+from warprock.analysis.lognormal import Fit, bracket_lanes, observe, record_band
+from warprock.analysis.lognormal import Verdict as FitVerdict
 
 Array = np.ndarray
+
+
+def lanes(low: Array, high: Array) -> Brackets:
+    """Lanes of as many records."""
+    return bracket_lanes(low, high, np.arange(len(low)))
+
+
+def fit_capacities(low: Array, high: Array) -> Fit:
+    return capacities.fit_capacities(lanes(low, high))
+
 
 MEDIAN, DISPERSION = 1.1, 0.45
 
@@ -72,6 +84,7 @@ def test_censored_lanes_count_and_not_as_fallen():
         ([(1, np.inf), (2, np.inf)], FitVerdict.NONE_REACHED, 1.0, np.nan),
         ([(0, 1), (0, 3)], FitVerdict.ALL_REACHED, np.nan, 3.0),
         ([(1, 3), (2, 4), (0, 5), (1, np.inf)], FitVerdict.SEPARATED, 2.0, 3.0),
+        ([(1, 2), (2, 4), (0, 5)], FitVerdict.SEPARATED, 2.0, 2.0),
         ([(0, 2), (5, np.inf)], FitVerdict.FALLING, np.nan, np.nan),
         ([(1, 2), (3, 4)], FitVerdict.FITTED, np.nan, np.nan),
     ],
@@ -89,15 +102,15 @@ def test_bands_are_over_records():
     record = np.repeat(np.arange(12), 5)
     same = np.repeat(low[::5], 5), np.repeat(high[::5], 5)
     fit = fit_capacities(*same)
-    wide = capacity_band(*same, record, fit).interval("median")
-    alone = capacity_band(*same, np.arange(60), fit).interval("median")
+    wide = record_band(bracket_lanes(*same, record), fit).interval("median")
+    alone = record_band(lanes(*same), fit).interval("median")
     assert wide[1] - wide[0] > 1.5 * (alone[1] - alone[0])
 
 
 def test_a_band_of_narrow_brackets_is_that_of_a_normal_sample():
     draws = MEDIAN * np.exp(DISPERSION * np.random.default_rng(2).standard_normal(12))
     low, high = draws * (1.0 - 1e-4), draws * (1.0 + 1e-4)
-    band = capacity_band(low, high, np.arange(12), fit_capacities(low, high))
+    band = record_band(lanes(low, high), fit_capacities(low, high))
     logs = np.log(draws)
     half = student.ppf(0.95, 11) * logs.std(ddof=1) / np.sqrt(12.0)
     # A mean without one value each has exactly this spread, and no bias.
@@ -111,9 +124,17 @@ def test_bands_of_few_capacities_hold_the_truth():
     inside, studies = np.zeros(2), 200
     for seed in range(studies):
         low, high = bracketed(10, seed, np.geomspace(0.1, 8.0, 60))
-        band = capacity_band(low, high, np.arange(10), fit_capacities(low, high))
+        band = record_band(lanes(low, high), fit_capacities(low, high))
         for k, (name, truth) in enumerate((("median", MEDIAN), ("dispersion", DISPERSION))):
             ends = band.interval(name)
             inside[k] += ends[0] <= truth <= ends[1]
     # The standard error of the share is 2 %; three of them either way.
     assert np.all(np.abs(inside / studies - 0.90) <= 0.06)
+
+
+def test_a_lane_that_ran_once_is_a_bracket_with_one_open_end():
+    intensity = np.array([1.0, 1.0, 1.0, 2.0, 3.0])
+    reached = np.array([1, 0, 0, 0, 1], dtype=bool)
+    known = observe(intensity, reached, np.zeros(5, dtype=np.intp)).brackets
+    rows = sorted(zip(known.low, known.high, known.count, strict=True))
+    assert rows == [(0.0, 1.0, 1.0), (0.0, 3.0, 1.0), (1.0, np.inf, 2.0), (2.0, np.inf, 1.0)]

@@ -10,8 +10,6 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.analysis.bands import LEAST_RECORDS, Band
-from warprock.analysis.capacity import capacity_band, fit_capacities
-from warprock.analysis.fit import Fit
 from warprock.analysis.fragility import INTENSITY
 from warprock.analysis.groups import (
     fit_columns,
@@ -20,12 +18,15 @@ from warprock.analysis.groups import (
     record_numbers,
 )
 from warprock.analysis.incremental import FALLEN, Analysis, Verdict
+from warprock.analysis.likelihood import Brackets
+from warprock.analysis.lognormal import Fit, bracket_lanes, fit_lognormal, record_band
+from warprock.analysis.lognormal import Verdict as FitVerdict
 from warprock.case.case import Case
+from warprock.case.columns import input_meaning
 from warprock.case.lanes import expand_lanes
 from warprock.errors import InputError, listed
 from warprock.model.response import USABLE, Outcome, Response, Status
 from warprock.model.undecided import undecided
-from warprock.run.lane_table import input_meaning
 
 Array = npt.NDArray[np.float64]
 
@@ -139,11 +140,10 @@ def capacities(found: Analysis, *, intensity: str, by: Sequence[str]) -> list[Ca
             text = group_text(group) or "all lanes"
             raise InputError("status", "", text, "must have a lane whose numbers can be used")
         low, high = (end[mine] for end in ends)
-        record = record_numbers(inputs.iloc[mine])
-        records = int(record.max()) + 1
-        fit, drawn = fit_capacities(low, high), None
-        if records >= LEAST_RECORDS and fit.dispersion > 0.0:
-            drawn = capacity_band(low, high, record, fit)
+        brackets = bracket_lanes(low, high, record_numbers(inputs.iloc[mine]))
+        fit, drawn = fit_capacities(brackets), None
+        if brackets.record_count >= LEAST_RECORDS and fit.dispersion > 0.0:
+            drawn = record_band(brackets, fit)
         made.append(
             Capacities(
                 group=group,
@@ -152,13 +152,28 @@ def capacities(found: Analysis, *, intensity: str, by: Sequence[str]) -> list[Ca
                 high=high,
                 verdicts=known["verdict"].to_numpy(dtype=object)[mine],
                 resurrections=known["resurrections"].to_numpy(dtype=np.intp)[mine],
-                records=records,
+                records=brackets.record_count,
                 fit=fit,
                 band=drawn,
                 left_out=len(lanes) - len(mine),
             )
         )
     return made
+
+
+def fit_capacities(known: Brackets) -> Fit:
+    """The lognormal distribution of greatest likelihood of capacities in brackets.
+
+    A lane says nothing of intensities beyond those that it saw: where none fell, none is known to
+    fall up to the least of the strongest motions; where all fell at once, from the greatest of the
+    weakest on.
+    """
+    fit = fit_lognormal(known)
+    if fit.verdict is FitVerdict.NONE_REACHED:
+        return dataclasses.replace(fit, low=float(known.low.min()))
+    if fit.verdict is FitVerdict.ALL_REACHED:
+        return dataclasses.replace(fit, high=float(known.high.max()))
+    return fit
 
 
 def capacity_rows(groups: Sequence[Capacities]) -> pd.DataFrame:

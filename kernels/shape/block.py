@@ -1,0 +1,72 @@
+"""A single block in the plane, as the time-stepping schemes share it.
+
+Where it stands, when a corner has parted, and what a step shows of it. `block` is the struct
+`Block` of a scheme and `knobs` its `Knobs`: they have the fields that are named here.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warprock.kernels.modes import BROKEN, OVERTURNED
+from warprock.kernels.parting import slack, slides
+
+
+@wp.func
+def slide_of(block: Any, x: real, theta: real) -> real:
+    """Slide along the base of the corner that the block stands on [m]."""
+    side = wp.where(theta < real(0.0), real(-1.0), real(1.0))
+    turned = in_range(theta)
+    lean = side * block.half_width * (cosine(turned) - real(1.0))
+    return x + lean - block.half_height * sine(turned)
+
+
+@wp.func
+def height_of(block: Any, theta: real) -> real:
+    """Height of the centre of mass of a block that stands on its lower corner [m]."""
+    return block.half_width * size(sine(theta)) + block.half_height * cosine(theta)
+
+
+@wp.func
+def limit_of(block: Any, knobs: Any, omega: real) -> real:
+    """Gap beyond which a corner has parted from the base [m]."""
+    reach = block.half_width + block.half_height
+    return slack(knobs.time_step, knobs.gravity, reach, omega * omega, reach)
+
+
+@wp.func
+def glides(block: Any, knobs: Any, vx: real, omega: real) -> bool:
+    """Whether a block that stands flat slides."""
+    way = knobs.time_step * (vx - block.half_height * omega)
+    return slides(way, knobs.time_step, knobs.gravity)
+
+
+@wp.func
+def observe(
+    mode: int, time: real, theta: real, omega: real, slide: real,
+    peak: real, peak_time: real, peak_slide: real,
+):  # fmt: skip
+    """What a step adds to the response of one lane; what its ends tell is left to `watch`.
+
+    Args:
+        mode: How the lane goes on, as far as its scheme knows.
+        time: End of the step [s].
+        theta: Rotation [rad].
+        omega: Angular velocity [rad/s].
+        slide: Slide along the base [m].
+        peak, peak_time: Largest |theta| so far [rad] and its time [s].
+        peak_slide: Largest |slide| so far [m].
+
+    Returns:
+        mode, peak, peak_time, peak_slide.
+    """
+    zero = real(0.0)
+    higher = size(theta) > peak
+    over = size(theta) >= HALF_PI
+    sound = theta - theta == zero and omega - omega == zero and slide - slide == zero
+    return (
+        wp.where(sound, wp.where(over, OVERTURNED, mode), BROKEN),
+        wp.where(higher, smaller(size(theta), HALF_PI), peak),
+        wp.where(higher, time, peak_time),
+        larger(size(slide), peak_slide),
+    )

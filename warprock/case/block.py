@@ -1,0 +1,179 @@
+"""The tables [block] and, of a stack, [block.1], [block.2] and so on: sizes and density."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
+
+import pydantic
+
+from warprock.case.contact import FRICTION
+from warprock.case.validation import KeyedError, Table, validated
+from warprock.model.runnable import MOST_BLOCKS
+from warprock.quantity import NOTHING, Column, FrictionKey, NumberKey, Said
+
+
+def _centre_offset(axis: str, along: str) -> NumberKey:
+    return NumberKey(
+        f"the distance of the centre of mass from the middle, along the {along}",
+        "-1 km to 1 km",
+        swept=True,
+        column=Column(f"centre_offset_{axis}", "mm"),
+        needs_space="has a centre of mass beside the middle",
+    )
+
+
+_CENTRE_OFFSET_X, _CENTRE_OFFSET_Y = _centre_offset("x", "width"), _centre_offset("y", "depth")
+
+
+class _Box(Table):
+    """What every block has: full sizes [m] and density [kg/m^3]."""
+
+    width: Annotated[
+        float,
+        NumberKey(
+            "the full width of the block in the plane of rocking",
+            "1 mm to 1 km",
+            swept=True,
+            column=Column("width"),
+        ),
+    ]
+    height: Annotated[
+        float,
+        NumberKey(
+            "the full height of the block", "1 mm to 1 km", swept=True, column=Column("height")
+        ),
+    ]
+    depth: Annotated[
+        float,
+        NumberKey(
+            "the full depth of the block across the plane of rocking",
+            "1 mm to 1 km",
+            swept=True,
+            column=Column("depth"),
+        ),
+    ]
+    density: Annotated[
+        float,
+        NumberKey(
+            "the density of the block",
+            "1e-3 kg/m^3 to 1e5 kg/m^3",
+            swept=True,
+            column=Column("density"),
+        ),
+    ]
+
+
+class Block(_Box):
+    """The block of a case with one block in a lane."""
+
+    place: ClassVar[str] = "block"
+
+    centre_offset_x: Annotated[float | None, _CENTRE_OFFSET_X] = None
+    centre_offset_y: Annotated[float | None, _CENTRE_OFFSET_Y] = None
+
+
+class StackedBlock(_Box):
+    """One block of a stack: N is its number, 1 the lowest, each on the one below."""
+
+    place: ClassVar[str] = "block.N"
+
+    chamfer: Annotated[
+        float,
+        NumberKey(
+            "the width cut off each edge of the block",
+            "0 m to 1 km",
+            swept=True,
+            column=Column("chamfer", "mm", "Width cut off each edge"),
+        ),
+    ] = 0.0
+    offset: Annotated[
+        float,
+        NumberKey(
+            "the distance of the block's centre to +x of the centre of the block below",
+            "-1 km to 1 km",
+            swept=True,
+            column=Column("offset", "mm"),
+        ),
+    ] = 0.0
+    friction: Annotated[
+        float | None,
+        FrictionKey(
+            "the friction coefficient or the friction angle of the face the block stands on",
+            FRICTION,
+            swept=True,
+            column=Column("friction", text="Coulomb friction coefficient"),
+        ),
+    ] = None
+    rotation: Annotated[
+        float,
+        NumberKey(
+            "the rotation of the block at the start",
+            "-90 deg to 90 deg",
+            low_open=True,
+            high_open=True,
+            swept=True,
+            column=Column("rotation_start"),
+        ),
+    ] = 0.0
+    offset_across: Annotated[
+        float | None,
+        NumberKey(
+            "the distance from the middle of the block below to the block's own, across the plane "
+            "of rocking",
+            "-1 km to 1 km",
+            swept=True,
+            column=Column("offset_across", "mm"),
+            needs_space="has a block beside the plane of rocking",
+        ),
+    ] = None
+    yaw: Annotated[
+        float | None,
+        NumberKey(
+            "the turn of the block about the vertical at the start",
+            "-180 deg to 180 deg",
+            swept=True,
+            column=Column("yaw_start"),
+            needs_space="has a block turned about the vertical",
+        ),
+    ] = None
+    centre_offset_x: Annotated[float | None, _CENTRE_OFFSET_X] = None
+    centre_offset_y: Annotated[float | None, _CENTRE_OFFSET_Y] = None
+
+
+class Stack(pydantic.RootModel[dict[str, StackedBlock]]):
+    """The blocks of a stack by number, 1 the lowest."""
+
+    model_config = pydantic.ConfigDict(frozen=True)
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _numbered(cls, blocks: Any) -> Any:
+        """Judges the numbers of the blocks before what is in them."""
+        known = [str(number) for number in range(1, MOST_BLOCKS + 1)]
+        numbered = "blocks are numbered from 1, the lowest"
+        first = next(iter(blocks))
+        for name in blocks:
+            if str(name).isdecimal() != str(first).isdecimal():
+                allowed = (
+                    f"must not be beside block.{first}: a block has its own keys, and of a stack "
+                )
+                raise KeyedError(name, blocks[name], allowed + numbered)
+        for name in blocks:
+            if name not in known:
+                allowed = (
+                    f"must be from 1 to {MOST_BLOCKS}, at most {MOST_BLOCKS} blocks: {numbered}"
+                )
+                raise KeyedError(name, Said("a block of that number"), allowed)
+        highest = max(blocks, key=known.index)
+        for below in known[: known.index(highest)]:
+            if below not in blocks:
+                allowed = f"must be given below block.{highest}: {numbered}"
+                raise KeyedError(below, NOTHING, allowed)
+        return blocks
+
+
+def read_block(table: object) -> Block | Stack:
+    """[block] as one block or, where it has a key that is a number, as a stack."""
+    numbered = isinstance(table, Mapping) and any(str(name).isdecimal() for name in table)
+    return validated(Stack, table) if numbered else validated(Block, table)

@@ -1,0 +1,205 @@
+"""Ground motions from the values of a case, lane by lane, and their input columns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.case.case import Case
+from warprock.case.columns import computed, key_column
+from warprock.case.keys import KEYS
+from warprock.case.values import LaneValues
+from warprock.case.waveforms import FAMILIES, FAMILY_OF
+from warprock.errors import InputError
+from warprock.model import rocking
+from warprock.model.lanes import Lanes, SpatialLanes
+from warprock.model.motion import (
+    GroundMotions,
+    PlanarMotions,
+    SpatialMotions,
+    StillBase,
+    Waveform,
+    no_motion,
+)
+from warprock.model.stacking import uplift_ratio
+from warprock.quantity import NumberKey, Said
+from warprock.units import GRAVITY
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from warprock.records import Record
+
+Array = npt.NDArray[np.float64]
+
+ALONG, ACROSS, UPWARDS = "motion", "motion.y", "motion.z"
+"""Tables of a case that move the base along x, y and z."""
+
+_PEAK_VELOCITY = "peak_velocity_m_s"
+
+
+def lane_motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[str, object]]:
+    """Ground motions and their columns of the table of inputs.
+
+    Of blocks in space the columns of the motion across and of the vertical one end in _y and _z.
+    """
+    if values.case.tables.motion is None:
+        still = StillBase(lanes.lane_count)
+        return SpatialMotions(still, still, still) if lanes.spatial else still, {}
+    tables = _tables(values)
+    _refuse_families(values, tables)
+    found = {table: _component(values, table) for table in tables}
+    along, columns, peak = found[ALONG]
+    uplift = _uplift(lanes, ALONG)
+    columns |= {"normalised_acceleration": peak / (GRAVITY * uplift)}
+    if _PEAK_VELOCITY in columns and not lanes.stacked:
+        p = rocking.frequency_parameter(lanes.width, lanes.height)
+        columns["normalised_velocity"] = (
+            p * np.asarray(columns[_PEAK_VELOCITY]) / (GRAVITY * uplift)
+        )
+    if not lanes.spatial:
+        return along, columns
+    for table, (_, more, peak) in found.items():
+        if table == ACROSS and not lanes.stacked:
+            more |= {"normalised_acceleration": peak / (GRAVITY * _uplift(lanes, ACROSS))}
+        if table != ALONG:
+            columns |= {f"{name}_{table[-1]}": column for name, column in more.items()}
+    rest = no_motion(along)
+    across, upwards = (found[t][0] if t in found else rest for t in (ACROSS, UPWARDS))
+    return SpatialMotions(along, across, upwards), columns
+
+
+def _uplift(lanes: Lanes, table: str) -> Array:
+    """Base acceleration / g along a direction, x or y, from which on a lane begins to rock [-].
+
+    There the resultant of weight and inertia leaves the face on which a block stands. In space that
+    is over whichever edge is met first, to either side, from below an eccentric centre of mass and
+    across a face that is turned by the yaw.
+    """
+    if lanes.stacked:
+        return np.asarray(uplift_ratio(lanes).min(axis=1))
+    if not isinstance(lanes, SpatialLanes):
+        return np.asarray(lanes.width / lanes.height)
+    along, across = np.abs([np.cos(lanes.yaw_start), np.sin(lanes.yaw_start)])
+    if table == ACROSS:
+        along, across = across, along
+    with np.errstate(divide="ignore"):
+        width = (0.5 * lanes.face_width - np.abs(lanes.centre_offset_x)) / along
+        depth = (0.5 * lanes.face_depth - np.abs(lanes.centre_offset_y)) / across
+    return np.asarray(np.minimum(width, depth) / (0.5 * lanes.height))
+
+
+def _tables(values: LaneValues) -> list[str]:
+    """The tables of the case that say how its base moves, one for each direction."""
+    given = values.case.tables.constant
+    return [t for t in (ALONG, ACROSS, UPWARDS) if given(t) is not None]
+
+
+def _refuse_families(values: LaneValues, tables: Sequence[str]) -> None:
+    """Refuses motions of several families, each of which has kernels of its own."""
+    waveforms = {name for table in tables for name in values.texts(f"{table}.waveform")[0]}
+    if not any(waveforms <= set(family.waveforms) for family in FAMILIES):
+        *first, last = (" and ".join(family.waveforms) for family in FAMILIES)
+        key, allowed = f"{tables[-1]}.waveform", f"{', '.join(first)}, or {last}"
+        raise InputError(
+            values.case.source_of(key),
+            key,
+            Said(", ".join(sorted(waveforms))),
+            f"must be of one family in a case: {allowed}",
+        )
+
+
+def _component(values: LaneValues, table: str) -> Motions:
+    """The motion of one direction."""
+    start = values.numbers(f"{table}.start")
+    duration = values.case.sample_times.duration
+    values.refuse(
+        start >= duration, f"{table}.start", f"must be before the end of the run, {duration:g} s"
+    )
+    family = FAMILY_OF[Waveform(values.texts(f"{table}.waveform")[0][0])]
+    columns: dict[str, object] = {"waveform": values.column(f"{table}.waveform")}
+    if family.follow is None:
+        motions, of_records, peak = _records(values, table, start)
+        columns |= of_records
+    else:
+        motions, peak = family.follow(values, table, start)
+        for name in family.shown:
+            columns |= _column(values, table, name)
+        columns |= computed("stop", motions.stop)
+    columns |= key_column("motion.start", start)
+    return motions, columns | computed("peak_acceleration", peak), peak
+
+
+def _column(values: LaneValues, table: str, name: str) -> dict[str, object]:
+    """The column of a key of a table that moves the base."""
+    key, general = f"{table}.{name}", f"{ALONG}.{name}"
+    if not isinstance(KEYS[general], NumberKey):
+        return {name: values.column(key)}
+    several = len(KEYS[general].columns) > 1
+    dimension = values.dimension(key) if several else None
+    return {**key_column(general, values.numbers(key), dimension=dimension)}
+
+
+Motions = tuple[PlanarMotions, dict[str, object], Array]
+"""Ground motions, their columns, and the peak acceleration [m/s^2], shape [lane]."""
+
+
+def case_records(case: Case) -> list[Record]:
+    """The records that a case's lanes follow; none unless its waveform is a record.
+
+    Raises:
+        InputError: A record that does not exist or cannot be used.
+    """
+    from warprock.records import load_record
+
+    records = []
+    for key, name in _record_names(LaneValues(case, range(1))):
+        try:
+            records.append(load_record(name, relative_to=case.folder))
+        except InputError as error:
+            if error.key != "record":
+                raise
+            raise InputError(case.source_of(key), key, name, error.allowed) from None
+    return records
+
+
+def _record_names(values: LaneValues) -> list[tuple[str, str]]:
+    """Key and name of every record, those of all directions behind one another."""
+    keys = [f"{table}.record" for table in _tables(values) if values.given(f"{table}.record")]
+    return [(key, name) for key in keys for name in values.texts(key)[0]]
+
+
+def _records(values: LaneValues, table: str, start: Array) -> Motions:
+    """Records times a scale."""
+    from warprock.records import record_motions
+
+    records = case_records(values.case)
+    # All directions share the samples of all records.
+    before = [key for key, _ in _record_names(values)].index(f"{table}.record")
+    codes = before + values.texts(f"{table}.record")[1]
+    scale = values.numbers(f"{table}.scale")
+    motions = record_motions(records, index=codes, scale=scale, start=start)
+    peaks = np.array([record.peak_acceleration for record in records])
+    columns: dict[str, object] = {"record": values.column(f"{table}.record")}
+    for name in _PROVENANCE:
+        columns[f"record_{name}"] = _words([getattr(each, name) for each in records], codes)
+    velocities = np.array([record.peak_velocity for record in records])
+    columns |= key_column(f"{ALONG}.scale", scale)
+    columns |= computed("peak_velocity", np.abs(scale) * velocities[codes])
+    return motions, columns, np.abs(scale) * peaks[codes]
+
+
+_PROVENANCE = ("source", "licence", "sha256", "processing")
+"""What every lane says of its record."""
+
+
+def _words(words: Sequence[str], codes: npt.NDArray[np.integer[Any]]) -> pd.Categorical[str]:
+    """A word for each lane as a categorical column, each word stored once."""
+    import pandas as pd
+
+    known = list(dict.fromkeys(words))
+    places = np.array([known.index(word) for word in words])
+    return pd.Categorical.from_codes(places[codes], pd.Index(known))

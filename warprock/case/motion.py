@@ -1,0 +1,125 @@
+"""The tables [motion] (along x), [motion.y] and [motion.z]: how the base moves."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Self
+
+import pydantic
+
+from warprock.case.validation import KeyedError, Table
+from warprock.case.waveforms import FAMILY_OF
+from warprock.model.motion import Control, Waveform
+from warprock.quantity import AMPLITUDE, NOTHING, Column, NumberKey, TextKey
+from warprock.units import Quantity
+
+
+class Direction(Table):
+    """How the base moves along one axis: a waveform under a control, or a record times a scale."""
+
+    place: ClassVar[str] = "motion"
+
+    waveform: Annotated[
+        Waveform,
+        TextKey(
+            "a waveform",
+            tuple(Waveform),
+            swept=True,
+            column=Column("waveform", text="Shape of the controlled quantity in time"),
+        ),
+    ]
+    control: Annotated[
+        Control | None,
+        TextKey(
+            "the controlled quantity of the base",
+            tuple(Control),
+            swept=True,
+            column=Column("control", text="Quantity of the base that follows the waveform"),
+        ),
+    ] = None
+    frequency: Annotated[
+        float | None,
+        NumberKey(
+            "the frequency of the waveform",
+            "1e-4 Hz to 1e4 Hz",
+            swept=True,
+            column=Column("frequency"),
+        ),
+    ] = None
+    amplitude: Annotated[Quantity | None, AMPLITUDE] = None
+    start: Annotated[
+        float,
+        NumberKey(
+            "the time at which the motion starts",
+            "0 s to 1e5 s",
+            swept=True,
+            column=Column("start"),
+        ),
+    ] = 0.0
+    cycles: Annotated[
+        float | None,
+        NumberKey(
+            "the number of cycles",
+            "0 to 1e7",
+            low_open=True,
+            swept=True,
+            column=Column("cycles", text="Periods of its frequency in a pulse"),
+        ),
+    ] = None
+    duration: Annotated[
+        float | None,
+        NumberKey(
+            "the time from start to stop",
+            "0 s to 1e5 s",
+            low_open=True,
+            swept=True,
+            instead_of="cycles",
+        ),
+    ] = None
+    phase: Annotated[
+        float,
+        NumberKey(
+            "the phase of a pulse in its middle",
+            "-360 deg to 360 deg",
+            swept=True,
+            column=Column("phase"),
+        ),
+    ] = 0.0
+    record: Annotated[
+        str | None,
+        TextKey(
+            "the name of a record or the path of a file",
+            most=4096,
+            swept=True,
+            column=Column("record", text="Name of the record"),
+        ),
+    ] = None
+    scale: Annotated[
+        float,
+        NumberKey("the factor on the record", "-1000 to 1000", swept=True, column=Column("scale")),
+    ] = 1.0
+
+    def takes(self, name: str) -> bool:
+        """Whether the waveform has a use for a key of this table."""
+        return name in FAMILY_OF[self.waveform].keys
+
+    @pydantic.model_validator(mode="after")
+    def _keys_of_the_waveform(self) -> Self:
+        family, declared = FAMILY_OF[self.waveform], self.declared()
+        given = self.model_fields_set - {"waveform", "y", "z"}
+        for name in declared:
+            if name in given and name not in family.keys:
+                allowed = f"must not be given with waveform {self.waveform}"
+                raise KeyedError(name, getattr(self, name), allowed)
+        for name in family.needs:
+            if name not in given:
+                raise KeyedError(name, NOTHING, declared[name].allowed)
+        if "duration" in family.may and not {"cycles", "duration"} & given:
+            raise KeyedError("cycles", NOTHING, "must be given, or motion.duration")
+        return self
+
+
+class Motion(Direction):
+    """How the base moves: along x, and in space also along y and z."""
+
+    y: Direction | None = None
+    z: Direction | None = None

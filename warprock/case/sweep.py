@@ -1,0 +1,251 @@
+"""The tables [[sweep]]: each is one axis of the case, its keys zipped.
+
+A key of an axis lists its values, or lays a grid: `{ from = "1 m", to = "2 m", count = 5 }`. It is
+any key that may be swept, or `label.NAME`, whose texts name lanes and change nothing in them.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+import pydantic
+
+from warprock.case.axes import LABEL, Axis, Numbers, Texts
+from warprock.case.keys import KEYS, SWEEP_KEYS, general_key
+from warprock.case.table_keys import ChoiceKey, WholeKey
+from warprock.case.validation import KeyedError, Table, below, validated
+from warprock.errors import did_you_mean, listed
+from warprock.quantity import Key, NumberKey, Said, TextKey
+from warprock.units import Dimension, Quantity
+
+if TYPE_CHECKING:
+    from pydantic_core import CoreSchema
+
+_LABEL_NAME = re.compile(r"[a-z][a-z0-9_]*")
+_LABEL_KEY = TextKey("text that names lanes", most=100)
+_MOST_VALUES = 100_000_000
+
+LIST, LIST_OR_GRID = "must be a list", "must be a list or a grid { from, to, count, spacing }"
+
+Value = TypeVar("Value")
+
+
+class Written(NamedTuple):
+    """A number as it was written, and what it means."""
+
+    text: object
+    quantity: Quantity
+
+
+@dataclasses.dataclass(frozen=True)
+class OwnKey(Key):
+    """A value of the key that a grid or a distribution is of, within the bounds of that key."""
+
+    @property
+    def allowed(self) -> str:
+        """What may be written, as the end of an error message."""
+        return "must be given"
+
+    @property
+    def bounds_text(self) -> str:
+        """Whose bounds they are."""
+        return "bounds of the key"
+
+    @property
+    def unit(self) -> str:
+        """Whose unit it is."""
+        return "as the key"
+
+    def value(self, got: object) -> object:
+        """What was written, which the key reads."""
+        return got
+
+    def __get_pydantic_core_schema__(
+        self, _source: Any, _handler: Callable[[Any], CoreSchema]
+    ) -> CoreSchema:
+        """Has the key read it that is the context of the validation."""
+        from pydantic_core import core_schema
+
+        return core_schema.with_info_plain_validator_function(
+            lambda got, info: Written(got, info.context.read(got))
+        )
+
+
+class Grid(Table):
+    """Values from a first to a last one, evenly or logarithmically spaced."""
+
+    place: ClassVar[str] = "sweep.KEY"
+
+    first: Annotated[Written, OwnKey("the first value"), pydantic.Field(alias="from")]
+    last: Annotated[Written, OwnKey("the last value"), pydantic.Field(alias="to")]
+    count: Annotated[int, WholeKey("how many values", 1, _MOST_VALUES)]
+    spacing: Annotated[str, ChoiceKey("how they are spaced", ("linear", "log"))] = "linear"
+
+    @classmethod
+    def lacking(cls, name: str, context: Any) -> str:
+        """What is said where a key is missing that must be given."""
+        own = isinstance(cls.declared()[name], OwnKey)
+        return str(context.allowed) if own else super().lacking(name, context)
+
+    @pydantic.model_validator(mode="after")
+    def _ends_that_fit(self) -> Self:
+        low, high = self.first.quantity, self.last.quantity
+        if low.dimension is not high.dimension:
+            allowed = f"must be of the kind of from, {low.dimension}"
+            raise KeyedError("to", self.last.text, allowed)
+        if self.spacing == "log" and not (low.value > 0.0 and high.value > 0.0):
+            allowed = "must be > 0, as to, for spacing log"
+            raise KeyedError("from", self.first.text, allowed)
+        return self
+
+    def numbers(self) -> Numbers:
+        """Its values."""
+        low, high = self.first.quantity, self.last.quantity
+        spaced = np.geomspace if self.spacing == "log" else np.linspace
+        values = spaced(low.value, high.value, self.count)
+        return Numbers(values, low.dimension, self.first.text)
+
+
+def axis_keys(entry: Mapping[str, object]) -> dict[str, object]:
+    """Dotted keys of a [[sweep]] entry, whether written `a.b = ...` or `"a.b" = ...`."""
+    keys: dict[str, object] = {}
+    for name, value in entry.items():
+        if "." not in name and isinstance(value, Mapping):
+            for tail, inner in value.items():
+                deeper = tail.isdecimal() or tail in ("y", "z")
+                if deeper and isinstance(inner, Mapping):
+                    keys.update({f"{name}.{tail}.{end}": last for end, last in inner.items()})
+                else:
+                    keys[f"{name}.{tail}"] = inner
+        else:
+            keys[name] = value
+    return keys
+
+
+def fix_keys(raw: dict[str, Any], fixed: AbstractSet[str]) -> None:
+    """Drops from a case the axes on which keys lie that are now fixed, and draws them no more.
+
+    Args:
+        raw: The case as written; changed in place.
+        fixed: The dotted keys, or "sweep" or "sample" where those tables were given anew.
+    """
+    entries, sample = raw.get("sweep"), raw.get("sample", {})
+    if isinstance(entries, list) and "sweep" not in fixed:
+        kept = [e for e in entries if not (isinstance(e, Mapping) and fixed & axis_keys(e).keys())]
+        if len(kept) < len(entries):
+            raw["sweep"] = kept
+    if isinstance(sample, Mapping) and "sample" not in fixed:
+        over = sample.get("over")
+        if isinstance(over, Mapping):
+            drawn = {key: value for key, value in axis_keys(over).items() if key not in fixed}
+            raw["sample"] = {**sample, "over": drawn}
+
+
+def read_axes(entries: object) -> tuple[Axis, ...]:
+    """The axes that the [[sweep]] tables of a case make.
+
+    Args:
+        entries: What the case holds under `sweep`.
+
+    Raises:
+        KeyedError: Unknown key, a value out of bounds, an empty list or grid, zipped lists of
+            different length, or a key in two axes.
+    """
+    if not isinstance(entries, list) or not all(isinstance(e, Mapping) for e in entries):
+        raise KeyedError("sweep", entries, "must be [[sweep]] tables")
+    axes: list[Axis] = []
+    seen: dict[str, int] = {}
+    for number, entry in enumerate(entries):
+        columns: dict[str, Numbers | Texts] = {}
+        with below("sweep", number):
+            for key, value in axis_keys(entry).items():
+                if key in seen:
+                    also = f"must be in one axis only; sweep[{seen[key]}] has it too"
+                    raise KeyedError(key, Said("the key again"), also)
+                seen[key] = number
+                with below(key):
+                    columns[key] = _read_column(key, value)
+            axes.append(Axis(columns, _common_length(columns)))
+    return tuple(axes)
+
+
+def _common_length(columns: Mapping[str, Numbers | Texts]) -> int:
+    """Length of the zipped columns of one axis."""
+    if not columns:
+        raise KeyedError((), Said("no keys"), "must list at least one key")
+    lengths = {key: column.length for key, column in columns.items()}
+    first, *rest = lengths
+    for key in rest:
+        if lengths[key] != lengths[first]:
+            allowed = (
+                f"must be as many as {first} beside it, {lengths[first]} (keys of one axis are "
+                "zipped; write another [[sweep]] to cross them)"
+            )
+            raise KeyedError(key, Said(f"{lengths[key]} values"), allowed)
+    return lengths[first]
+
+
+def _read_column(key: str, value: object) -> Numbers | Texts:
+    """The values of one key along its axis."""
+    if key.startswith(LABEL):
+        if not _LABEL_NAME.fullmatch(key.removeprefix(LABEL)):
+            allowed = "must be label.NAME, a name of lower case letters, digits, _"
+            raise KeyedError((), key, allowed)
+        return read_values(_LABEL_KEY, value)
+    if general_key(key) in SWEEP_KEYS:
+        return read_values(KEYS[general_key(key)], value)
+    if key in KEYS:
+        raise KeyedError((), value, "must not be swept: it is the same for every lane")
+    near = did_you_mean(key, SWEEP_KEYS)
+    raise KeyedError((), key, f"must be label.NAME or one of {listed(key, SWEEP_KEYS)}{near}")
+
+
+def read_values(declared: NumberKey | TextKey, value: object) -> Numbers | Texts:
+    """The values of a list or of a grid; arguments and errors as in `read_list`."""
+    if isinstance(value, Mapping) and isinstance(declared, NumberKey):
+        return validated(Grid, value, declared).numbers()
+    if not isinstance(value, list):
+        raise KeyedError((), value, LIST_OR_GRID if isinstance(declared, NumberKey) else LIST)
+    return read_list(declared, value)
+
+
+def read_list(declared: NumberKey | TextKey, value: Sequence[object]) -> Numbers | Texts:
+    """The values of a list.
+
+    Args:
+        declared: What each value may be.
+        value: The list.
+
+    Raises:
+        KeyedError: An empty list, a value out of bounds, or values of several dimensions.
+    """
+    if not value:
+        raise KeyedError((), value, "must be a list of at least one value")
+    if isinstance(declared, TextKey):
+        texts = [_read(index, declared.read, got) for index, got in enumerate(value)]
+        distinct = {text: code for code, text in enumerate(dict.fromkeys(texts))}
+        codes = np.fromiter((distinct[text] for text in texts), np.int32, len(texts))
+        return Texts(tuple(distinct), codes)
+    numbers: npt.NDArray[np.float64] = np.empty(len(value))
+    dimension: Dimension | None = None
+    for index, got in enumerate(value):
+        quantity = _read(index, declared.read, got)
+        dimension = dimension or quantity.dimension
+        if quantity.dimension is not dimension:
+            raise KeyedError(index, got, f"must be of the kind of the first, {dimension}")
+        numbers[index] = quantity.value
+    assert dimension is not None
+    return Numbers(numbers, dimension, value[0])
+
+
+def _read(index: int, read: Callable[[object], Value], got: object) -> Value:
+    try:
+        return read(got)
+    except ValueError as error:
+        raise KeyedError(index, got, str(error)) from None
