@@ -15,6 +15,7 @@ from warprock.engines.base import AbstractEngine
 from warprock.engines.launching import Form, Target
 from warprock.engines.workload import MOST_STEPS, require_workload
 from warprock.errors import InputError
+from warprock.kernels.instance import LANE_WIDTH
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.painleve import mark_ambiguous
@@ -32,7 +33,7 @@ STEPS_PER_SECOND_OF_MOTION = 250.0
 _WARMING_UP = threading.Lock()
 """Threads that run batches of their own must not build the same kernel at once."""
 
-LANE_QUANTUM = 32
+LANE_QUANTUM: int = LANE_WIDTH
 """Chunks are a multiple of the lanes of a pack."""
 
 MOST_HISTORY = 500_000_000
