@@ -1,14 +1,14 @@
-"""Account of a lane's energy in the frame of its base, for one precision.
+"""The energy account of a lane, in the frame of its base.
 
-There the energy changes by the work of the base on the blocks, - mass x (change of the base
-velocity) x (mean velocity of the block) in a step, and by that of the contacts. A velocity step of
-the base is a change that is fast, no other: a block that it sets rocking about a corner that sticks
-loses nothing. (Half of impulse x velocity step would be lost, as in an impact against the base, if
-the base moved at its new velocity before the contacts pressed.)
+In that frame energy changes in two ways. The base works on the blocks: in a step
+- mass x (change of the base velocity) x (mean velocity of the block). And the contacts work on
+them. A velocity step of the base is only a fast change: a block that it sets rocking about a
+corner that sticks loses no energy. (In an impact against the base, half of impulse x velocity step
+would be lost. That would hold if the base moved at its new velocity before the contacts pressed.)
 
-Contacts are passive: together they only take, so that what they have taken, the loss, never falls,
-but for what springs hold of it for a while; and there is no more to take or to hold than was there
-at the start and came from the base. What they give back beyond that has come from nowhere.
+Contacts only take energy. So the loss, the energy that they have taken so far, never falls, except
+by what springs hold for a while; and it never exceeds the energy at the start plus the work of the
+base. A run that breaks this has made energy out of nothing.
 """
 
 import warp as wp

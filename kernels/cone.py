@@ -1,9 +1,8 @@
-"""Coulomb's law at a contact that has no other beside it, solved exactly, for one precision.
+"""Coulomb's law at a single contact, solved exactly.
 
 Impulses n >= 0 and |f| <= mu n change the normal velocity by nn n + nt f and the slip by
-nt n + tt f. Sweeps that find n from f and f from n in turn do not settle where the contact slides
-and mu |nt| > nn: n jumps from nothing to too much, and a corner that slides with high friction
-hops.
+nt n + tt f. Sweeps that find n from f and f from n in turn do not converge where the contact slides
+and mu |nt| > nn: n jumps between zero and too much, and a sliding corner with high friction hops.
 """
 
 import warp as wp
@@ -28,7 +27,7 @@ def alone(mu: real, r: real, q: real, u: real, s: real):
     f = s - q * u
     sticks = size(f) <= mu * n
     side = sign_of(f)
-    # Friction that lifts the contact by more than its normal impulse presses is none of a slide.
+    # Friction that lifts the contact more than its normal impulse presses it cannot be sliding.
     side = wp.where(one + side * mu * r > real(0.0), side, -side)
     over = one / wp.where(sticks, one - r * q, one + side * mu * r)
     n = over * larger(wp.where(sticks, n, u), real(0.0))

@@ -1,4 +1,4 @@
-"""Motion of the base, for one precision and one kind of motion.
+"""Motion of the base.
 
 Each kind brings the same functions: `knot_time` and `knot_step` (when the motion changes its
 formula, and the velocity step there), `series` (Taylor coefficients of the acceleration) and

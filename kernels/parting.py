@@ -1,18 +1,18 @@
-"""When the ends of an interface have parted, landed or slid, for one precision.
+"""When the ends of an interface have parted, landed or slid.
 
-An end is a corner of a block that stands on the ground, or one end of what two faces share. A step
-shows whether it carries something, how wide it gapes after the step, and how fast it slips. What a
-step makes of a block that stands still is none of its motion: sweeps that end before they have
-settled let ends hop by parts of g dt^2, and a corner that a block turns about hops by parts of
-R (omega dt)^2, what its arc differs from the chord that the step follows. So
+An end is a corner of a block that stands on the ground, or one end of the stretch that two faces
+share. After each step it is known whether an end carries, how wide it gapes and how fast it slips.
+But even the ends of a block at rest gape and slip a little. Sweeps that stop before they have
+converged let ends hop by parts of g dt^2. And a corner that a block turns about hops by parts of
+R (omega dt)^2: the step follows the chord, not the arc. Therefore
 
     an end has *parted* once it gapes by more than `FALLS` g dt^2 + `ARCS` R (omega dt)^2;
-    it has *landed*, an impact, once it carries again after it had parted;
-    a block has *lifted* when an end parts, since the step from which on an end carried nothing;
+    it has *landed*, which is an impact, once it carries again after it had parted;
+    a block has *lifted* when an end parts; its uplift time is when that end last carried;
     it *moves* while an end is parted, or slips faster than `CREEP` g dt.
 
-All of these vanish with the step. A swing whose corners move slower than FALLS g dt is none: it
-would end within a few steps.
+All these bounds vanish with the step. A swing whose corners move slower than FALLS g dt does not
+count as a swing: it would end within a few steps.
 """
 
 import warp as wp
@@ -32,7 +32,7 @@ GRAIN = by_precision(1.0e-14, 1.0e-6)
 
 @wp.func
 def slack(dt: real, gravity: real, reach: real, square: real, length: real) -> real:
-    """Gap that an end may have and not have parted [m].
+    """The widest gap of an end that has not parted [m].
 
     Args:
         dt: Time step [s].

@@ -1,4 +1,4 @@
-"""Scalar functions that the compiler can turn into vector code, for one precision.
+"""Scalar functions that the compiler can turn into vector code.
 
 The C library's sine, cosine and exponential are calls, which keep a loop over lanes from being
 vectorised; these are polynomials (coefficients: tools/fit_polynomials.py). Comparisons are

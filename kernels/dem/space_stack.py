@@ -1,4 +1,4 @@
-"""Soft-spring (distinct element) step of blocks in space, for one precision and law of friction.
+"""Soft-spring (distinct element) step of blocks in space.
 
 Bodies are numbered from the ground: body 0 is the ground, an endless flat face that nothing moves,
 body k the k-th block. Heights are kept as what they differ from those of the stack built with
@@ -70,7 +70,7 @@ def spring(
     knobs: Knobs, live: bool, mu: real, dt: real, overlap: real, vn: real, vx: real, vy: real,
     ux: wp.ref[real], uy: wp.ref[real], slip: wp.ref[real],
 ):  # fmt: skip
-    """Stresses at one point, see the head of this file; ux, uy and slip move on.
+    """Stresses at one point, see the head of this file; updates ux, uy and slip.
 
     Args:
         knobs: The settings.
@@ -129,7 +129,7 @@ def solve_pair(
 
     Args:
         knobs: The settings.
-        link: Where the springs are, see `meet`.
+        link: Where the springs are, see `find_contacts`.
         live: Whether the lane still runs.
         dt: Time step [s].
         a, b: Place along the width over the half length and along the depth.
@@ -176,7 +176,7 @@ def load_blocks(
     gx: wp.ref[real], gy: wp.ref[real], gz: wp.ref[real],
     hx: wp.ref[real], hy: wp.ref[real], hz: wp.ref[real], stored: wp.ref[real],
 ):  # fmt: skip
-    """Adds what the springs of an interface do to its two blocks; from fx on it is added to.
+    """Adds the forces of the springs of an interface to those on its two blocks: fx and after.
 
     Args:
         live: Whether the lane still runs.

@@ -1,4 +1,4 @@
-"""Where the springs between two blocks in space are and how their faces move, for one precision.
+"""Where the springs between two blocks in space are and how their faces move.
 
 The upper block's bottom face lies on the top face of the lower body, in whose axes all is told
 that no other axes are named for. The springs are spread over the part of the upper face that lies

@@ -33,7 +33,7 @@ def start_block(
     qy: wp.ref[real], qz: wp.ref[real], qw: wp.ref[real], since: wp.ref[real], peak: wp.ref[real],
     across: wp.ref[real], tilt: wp.ref[real],
 ):  # fmt: skip
-    """Puts a block where it starts; one that has not begun does not gape."""
+    """Puts a block where it starts; its interface counts as closed."""
     x = block.x
     y = block.y
     z = block.z
@@ -53,7 +53,7 @@ def start_block(
 def start_lane(
     lane: Lane, qw: wp.ref[real], dt: wp.ref[real], uplift_time: wp.ref[real], mode: wp.ref[int]
 ):
-    """Lays the ground, which is level, and sets a lane going."""
+    """Starts a lane: its ground, which is level, and its mode."""
     qw = real(1.0)
     dt = lane.time_step
     uplift_time = lane.uplift_time
@@ -126,7 +126,7 @@ def observe_block(
 ):  # fmt: skip
     """Peaks of a block after a step, see `turns_of`, and whether its lane lives on.
 
-    `others` is the sum of numbers that any other one would spoil, for all must be finite.
+    `others` is a sum of its other numbers: it is finite only if all of them are.
     """
     zero = real(0.0)
     _a, _b, r13, _c, _d, r23, _e, _f, r33 = matrix_of(qx, qy, qz, qw)
@@ -188,7 +188,7 @@ def begin_step(
 def attitude_before(
     block: Block, qx: real, qy: real, qz: real, qw: real, lx: real, ly: real, lz: real, past: real
 ) -> Attitude:
-    """Attitude of a block a time ago [s]."""
+    """Attitude of a block some time ago [s]."""
     x, y, z, w = turn_freely(
         qx, qy, qz, qw, lx, ly, lz, block.inverse_x, block.inverse_y, block.inverse_z, -past
     )

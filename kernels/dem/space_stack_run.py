@@ -8,8 +8,8 @@ point, so that the compiler turns them into vector code; with one lane a thread 
 plain form for any device.
 
 An interface has parted once its faces gape from the middle to three quarters of the way to the
-corner that is pressed most, see `PIVOT` of `dem_lanes`; in the plane that is an end. It slides
-while it is closed in the middle and slips faster than springs swing that stick.
+corner that is pressed most, see `PIVOT` of dem/stack_lanes.py; in the plane that is an end. It
+slides while it is closed in the middle and slips faster than springs swing that stick.
 """
 
 import warp as wp
@@ -71,7 +71,7 @@ def run_lanes(
     v2, v3, j1, j2, j3, k1, k2, k3, dt = R(), R(), R(), R(), R(), R(), R(), R(), R()
     span, loss, spent, stored, at_start, lifted = R(), R(), R(), R(), R(), R()
     moved, deepest, live, impacts, mode, steps = R(), R(), Count(), Count(), Count(), Count()
-    # Counts that Warp does not know, so that it writes out none of the loops over them.
+    # Variables, not constants: else Warp would unroll the loops over them.
     bodies, pairs, first, moves = int(BLOCKS + 1), int(PAIRS), wp.tid() * LANES, int(0)
     for i in range(LANES):
         start_lane(lanes[first + i], qw[0, i], dt[i], lifted[i], mode[i])

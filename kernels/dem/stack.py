@@ -1,4 +1,4 @@
-"""Soft-spring (distinct element) step of a stack of rocking blocks, for one precision.
+"""Soft-spring (distinct element) step of a stack of rocking blocks.
 
 Bodies are numbered from the ground: body 0 is the ground, an infinite flat face that nothing
 moves, body k the k-th block. Body k has the centre of mass (x, z), half height h, half width of
@@ -39,9 +39,9 @@ Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks.
 import warp as wp
 
 STEEPEST = real(0.1)
-"""Cosine of the angle between two faces below which their overlap grows no more."""
+"""Smallest cosine of the angle between two faces for which their overlap still grows."""
 FAILED = real(1.0e-30)
-"""Slip of a point that has opened: no length, but not the zero of an intact one [m]."""
+"""Slip of a point that has opened [m]: tiny, but not the exact zero of an intact one."""
 
 
 @wp.struct
@@ -69,7 +69,7 @@ def rise(s: real, c: real) -> real:
 
 @wp.func
 def lean_of(turn: real, rate: real, dv: real) -> real:
-    """Side to which an interface leans, from what its blocks turn against each other: -1 or 1."""
+    """Side to which an interface leans, -1 or 1, from how its blocks turn against each other."""
     zero = real(0.0)
     return sign_of(wp.where(turn != zero, turn, wp.where(rate != zero, rate, -dv)))
 
@@ -131,7 +131,7 @@ def find_contacts(
     slid: wp.ref[real], pe: wp.ref[real], pn: wp.ref[real], overlap: wp.ref[real], vn: wp.ref[real],
     vt: wp.ref[real], tilt: wp.ref[real], parting: wp.ref[real], sliding: wp.ref[real],
 ):  # fmt: skip
-    """Finds where the springs of an interface are, and how the faces move; ps and on are found.
+    """Finds where the springs of an interface are, and how the faces move: ps and all after it.
 
     Args:
         dv: Change of the base velocity in the step [m/s].
@@ -189,7 +189,7 @@ def spring(
     knobs: Knobs, live: bool, mu: real, dt: real, overlap: real, vn: real, vt: real,
     u: wp.ref[real], slip: wp.ref[real],
 ):  # fmt: skip
-    """Stresses at one point, see the head of this file; u and slip move on.
+    """Stresses at one point, see the head of this file; updates u and slip.
 
     Args:
         knobs: The settings.
@@ -276,7 +276,7 @@ def load_blocks(
     lfx: wp.ref[real], lfz: wp.ref[real], lmoment: wp.ref[real],
     live: bool, stored: wp.ref[real],
 ):  # fmt: skip
-    """Adds what the springs of an interface do to its two blocks; from fx on it is added to.
+    """Adds the forces of the springs of an interface to those on its two blocks: fx and after.
 
     Args:
         depth: Depth of the interface [m].

@@ -1,4 +1,4 @@
-"""What becomes of lanes of soft-spring blocks, in the plane and in space, for one precision."""
+"""What becomes of lanes of soft-spring blocks, in the plane and in space."""
 
 import warp as wp
 
@@ -14,7 +14,7 @@ APART = real(-1.0)
 
 @wp.func
 def passes_left(until: real, steps: int, dt: real, mode: int) -> int:
-    """Steps that a lane has to take to a time, and at most one more."""
+    """Steps that a lane has to take to reach a time; may be one too many."""
     left = (until - real(steps) * dt) / dt
     running = mode == RUNNING and left > real(0.0)
     return wp.where(running, int(wp.ceil(wp.where(running, left, real(0.0)))) + 1, 0)

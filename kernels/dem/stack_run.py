@@ -8,10 +8,10 @@ the compiler turns them into vector code; with one lane a thread the same text i
 for any device. A func takes the entries of the matrices and changes those it takes as `wp.ref`.
 
 An interface has parted once its faces gape from the middle to three quarters of the way to an end
-(`PIVOT` of `dem_lanes`): the springs of an eighth of the face carry all, and the block turns about
-that end, where before it leaned on its springs. It has landed, an impact, once it is closed in the
-middle again. It slides while all of its springs that carry slip, faster than `parting.slides`
-tells.
+(`PIVOT` of dem/stack_lanes.py): the springs of an eighth of the face carry all, and the block turns
+about that end, where before it leaned on its springs. It has landed, an impact, once it is closed
+in the middle again. It slides while all springs that carry slip, faster than the bound of `slides`
+in parting.py.
 """
 
 import warp as wp
@@ -76,7 +76,7 @@ def start_lane(
     stack: Stack, half_width: wp.ref[real], c: wp.ref[real], dt: wp.ref[real],
     uplift_time: wp.ref[real], mode: wp.ref[int],
 ):  # fmt: skip
-    """Lays the ground, which has a face and is level, and sets a lane going."""
+    """Starts a lane: its ground, which is level and has a face, and its mode."""
     half_width = GROUND_FACE
     c = real(1.0)
     dt = stack.time_step
@@ -91,7 +91,7 @@ def start_block(
     z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real], since: wp.ref[real],
     peak: wp.ref[real],
 ):  # fmt: skip
-    """Puts a block where it starts; one that has not begun does not gape."""
+    """Puts a block where it starts; its interface counts as closed."""
     half_width = block.half_width
     half_height = block.half_height
     m = block.inverse_mass
@@ -162,7 +162,7 @@ def observe_block(
 ):  # fmt: skip
     """Peaks of a block after a step, and whether its lane lives on.
 
-    `speed` is the sum of its velocities, for they must be finite.
+    `speed` is the sum of its velocities: it is finite only if they are.
     """
     zero = real(0.0)
     higher = live and size(theta) > peak
@@ -196,7 +196,7 @@ def run_lanes(
     at_start, given, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
     uplift_time, moved, deepest, jolt = Lane(), Lane(), Lane(), Lane()
     live, impacts, mode, steps, held = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
-    # Counts that Warp does not know, so that it writes out none of the loops over them.
+    # Variables, not constants: else Warp would unroll the loops over them.
     bodies, pairs, first = int(BLOCKS + 1), int(PAIRS), wp.tid() * LANES
     for i in range(LANES):
         start_lane(lanes[first + i], half_w[0, i], c[0, i], dt[i], uplift_time[i], mode[i])

@@ -1,4 +1,4 @@
-"""Compliant contact step of a rocking block with an exact solve, for one precision.
+"""Compliant contact step of a rocking block with an exact solve.
 
 The block lives in the frame of the base: mass 1, centre of mass (x, z), clockwise rotation theta,
 inverse inertia w. Corner i sits at (X_i, Z_i) from the centre of mass, its gap is z + Z_i, its

@@ -1,6 +1,6 @@
 """Runs of the direct step over lanes: packed for the CPU, plain for any device.
 
-A block rocks while one of its corners has parted from the base, see `parting`. A flat one
+A block rocks while one of its corners has parted from the base, see parting.py. A flat one
 starts at rest on its springs, a leaning one with its corner at the base.
 """
 
@@ -36,10 +36,10 @@ def start(block: Block, knobs: Knobs, theta: real):
 
 @wp.func
 def before_start(k: int) -> real:
-    """Half in step 1, whose first half there is not; else nothing.
+    """Weight of the starting velocity in the contact work: 1/2 in step 1, then 0.
 
-    A step's contacts work on the mean of its velocities before and after; in step 1 that before is
-    none but for the fall that it starts from, see `start`.
+    The work of a step's contacts takes the mean of the velocities before and after. Before step 1
+    there is only the fall that it starts from, see `start`.
     """
     return wp.where(k == 1, HALF, real(0.0))
 

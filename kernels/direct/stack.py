@@ -1,22 +1,22 @@
-"""Contact solve of a stack on compliant contacts, exact, for one precision and block count.
+"""Contact solve of a stack on compliant contacts, exact.
 
-Each interface has two ends and one friction, as the base has in `direct`: p = (n_1, n_2, f), n_1 at
+Each interface has two ends and one friction, as in direct/block.py: p = (n_1, n_2, f), n_1 at
 the end away from the side to which it leans, n_2 and f at the other, f positive towards that side.
 They act on the upper block and turn back on the lower one. With J the rows of the relative
 velocities of an interface, upper and lower, W the inverse masses, they become
 
     w = q + D p + E_below^T p_below + E p_above,   D = J W J^T + CFM,   E = J_upper W J_lower'^T,
 
-q being what there is without contact and the wishes of the ends (`direct.wish`). The laws are
-those of `direct`, interface by interface. Given a state of all interfaces (which ends carry,
-whether each sticks or to which side it slides) they are linear equations, block tridiagonal, and
-solved by elimination from below; the states of the last step are tried first. Where the solution
-breaks a law, a sweep over the interfaces from there (block Gauss-Seidel, each by `direct.solve`)
-proposes other states; if some sweeps do not lead to the end, principal pivoting turns the rows
-that break their law, all of them while they become fewer, else the first alone (Judice and Pires
-1994; finite with a box, whose matrix is positive definite). The first solution that keeps all
-laws to round-off is taken: what is found is exact, whatever the search. A stack for which none is
-found says so.
+q being what there is without contact and the wishes of the ends (`wish` in direct/block.py). The
+laws are those of direct/block.py, interface by interface. Given a state of all interfaces (which
+ends carry, whether each sticks or to which side it slides) they are linear equations, block
+tridiagonal, and solved by elimination from below; the states of the last step are tried first.
+Where the solution breaks a law, a sweep over the interfaces from there (block Gauss-Seidel, each by
+`solve_block`) proposes other states; if some sweeps do not find it, principal pivoting turns the
+rows that break their law, all of them while they become fewer, else the first alone (Judice and
+Pires 1994; finite with a box, whose matrix is positive definite). The first solution that keeps all
+laws to round-off is taken, so the result is exact however it was found. A stack for which none is
+found ends as UNSOLVED.
 """
 
 import warp as wp

@@ -1,13 +1,13 @@
-"""Lemke's pivoting for the contacts of a stack, for one precision and block count.
+"""Lemke's pivoting for the contacts of a stack.
 
-The laws of `direct_stack` as one linear complementarity problem y = M x + q, y >= 0, x >= 0,
+The laws of direct/stack.py as one linear complementarity problem y = M x + q, y >= 0, x >= 0,
 y x = 0, with five pairs an interface: the normal impulses of its ends and their velocities above
 the wish; the friction to either side, f = f+ - f-, and the slip against it above -lambda; lambda,
 the size of the slip, and what the friction leaves of its bound (Stewart and Trinkle 1996). M is
 copositive, so the path that starts from a large z on every row ends at a solution (Anitescu and
 Potra 1997). Bounds of zero would make ties, at which the path can end or go in circles, so they
-are a little wider here, each by another amount; only the states at the end are used. It is dense
-and starts from nothing: the last resort where states that are close by do not do.
+are widened a little here, each by a different amount; only the states at the end are used. The
+table is dense and the path starts without a guess, so this is the last resort.
 """
 
 import warp as wp
@@ -90,7 +90,7 @@ def table_of(system: Equations) -> Table:
 
 @wp.func
 def exchanged(table: Table, row: int, column: int) -> Table:
-    """The table after the basic variable of a row and the other one of a column change places."""
+    """The table after a pivot: the basic variable of a row and the one of a column swap."""
     found = table
     scale = real(1.0) / table[row, column]
     for j in range(COUNT + 2):
@@ -107,7 +107,7 @@ def exchanged(table: Table, row: int, column: int) -> Table:
 
 @wp.func
 def leaving(table: Table, basic: Names, column: int) -> int:
-    """Row whose variable reaches zero first as that of a column grows, z first; -1 without one."""
+    """Ratio test: the leaving row for an entering column; z wins ties; -1 if there is none."""
     row = int(-1)
     least = FAR
     for i in range(COUNT):
@@ -122,7 +122,7 @@ def leaving(table: Table, basic: Names, column: int) -> int:
 
 @wp.func
 def first_row(table: Table) -> int:
-    """Row that asks for the largest z; -1 where all are content."""
+    """Row that needs the largest z to start from; -1 if no row needs one."""
     row = int(-1)
     most = real(0.0)
     for i in range(COUNT):
@@ -162,7 +162,7 @@ def states_of(basic: Names) -> States:
 
 @wp.func
 def lemke(system: Equations) -> States:
-    """States of a solution; those in which nothing carries where the path does not end."""
+    """States of a solution; if the path does not end, those in which nothing carries."""
     table = table_of(system)
     basic = Names()
     other = Names()

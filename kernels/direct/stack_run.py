@@ -1,8 +1,8 @@
 """Runs of the direct step over stacks of blocks, one lane a thread on any device.
 
-A run begins with a solve at the start, from velocities of zero; half a step back from the
-acceleration that it finds lie the velocities that the first step starts from, for velocities
-belong to half steps. An interface rocks while one of its ends has parted, see `parting`.
+A run begins with a solve at the start, from velocities of zero, which gives the accelerations.
+Velocities belong to half steps, so the first step starts from velocities half a step back: -dt/2
+times the acceleration. An interface rocks while one of its ends has parted, see parting.py.
 """
 
 import warp as wp
@@ -36,7 +36,7 @@ LANES = 1
 
 @wp.struct
 class Knobs:
-    """What the lanes have in common; as in `direct`, CFM in 1/kg."""
+    """What the lanes have in common; as in direct/block.py, CFM in 1/kg."""
 
     time_step: real
     rate: real

@@ -1,4 +1,4 @@
-"""Second-order contact step of a rocking block, impacts located, for one precision and motion.
+"""Second-order contact step of a rocking block, impacts located.
 
 The block lives in the frame of the base: mass 1, clockwise rotation theta, half sizes b and h,
 inertia I; corner (X, Z) from the centre of mass moves at (vx + omega Z, vz - omega X). Every
@@ -62,8 +62,8 @@ NEARLY = by_precision(1.0e-6, 1.0e-4)
 GRAIN = by_precision(1.0e-14, 1.0e-6)
 """Round-off of a gap, as a part of the half height."""
 LEAST = real(0.125)
-"""Least part of a step to which one in which a force reaches its bound is cut at once: the force
-at the end of a step that is far too long says little of when."""
+"""A step in which a force reaches its bound is cut to no less than this part of it at once: the
+force at the end of a step that is far too long says little about when."""
 REACH = real(0.125)
 """Largest rotation in one step [rad]: keeps fast overturning inside the polynomials' range."""
 
@@ -80,7 +80,7 @@ class Knobs:
 
 @wp.func
 def first_root(e0: real, slope: real, e1: real, d: real) -> real:
-    """Time at which a parabola from e0 >= 0 with a slope, below zero at d, goes below zero."""
+    """First root of the parabola that starts at e0 >= 0 with a slope and is below zero at d."""
     bend = (e1 - e0 - slope * d) / (d * d)
     square = slope * slope - real(4.0) * e0 * bend
     root = wp.sqrt(larger(square, real(0.0)))
@@ -129,7 +129,7 @@ def missed_event(
     e0 = wp.where(past, HALF_PI - theta, e0)
     e1 = wp.where(past, HALF_PI - theta1, e1)
     slope = wp.where(past, -omega, slope)
-    # Not shorter than what is near: what is left of the way then counts as arrived.
+    # Not shorter than `near`: with less than that left to go, the event counts as reached.
     least = wp.where(past or below or sinks or stops, HALF * near, larger(LEAST * d, HALF * near))
     cut = larger(first_root(e0, slope, e1, d), least)
     return past or below or sinks or stops or lifts, cut
@@ -159,14 +159,14 @@ else:
 def step_length(
     block: Block, resting: bool, quiet: bool, omega: real, room: real, cap: real
 ) -> real:
-    """Length of the next step [s]; a block at rest on a base that will not move waits at once."""
+    """Length of the next step [s]; a block that will stay at rest takes all that is left."""
     zero = real(0.0)
     d = smaller(smaller(block.longest_step, REACH / (size(omega) + SLOWEST)), cap)
     return larger(smaller(wp.where(resting and quiet, room, d), room), zero)
 
 
 @wp.func
-def advance(
+def integrate(
     block: Block, knobs: Knobs, mode: int, slip: real, a: real, dv: real, d: real,
     theta: real, gap: real, vx: real, vz: real, omega: real,
 ):  # fmt: skip
@@ -227,7 +227,7 @@ def advance(
 
 
 @wp.func
-def arrive(
+def end_of_step(
     block: Block, gravity: real, falls: bool, lands: bool, kick: real, a: real, mode: int,
     slip: real, s: real, c: real, theta: real, vx: real, vz: real, omega: real,
 ):  # fmt: skip
@@ -249,7 +249,7 @@ def arrive(
         block, level or theta == zero,
         wp.where(level, zero, s), wp.where(level, one, c), turn * kicked, vz, turn * omega,
     )  # fmt: skip
-    # The base's work on the block is at the mean of both velocities: see `account`.
+    # The base's work on the block is at the mean of both velocities: see account.py.
     lost = lost - HALF * turn * kick * (vx1 - turn * kicked)
     vx1 = wp.where(struck, vx1, turn * kicked)
     vz1 = wp.where(struck, vz1, vz)
@@ -309,11 +309,11 @@ def step(
     tends = wp.where(slip != zero, slip, -dv)
     upright = wp.where(mode == FLAT, tends, omega)
     side = sign_of(wp.where(theta != zero, theta, upright))
-    th, om = side * theta, side * omega
+    th, om, va = side * theta, side * omega, side * vx
     th1, glide, gap1, vx1, vz1, om1, mode1, slip1, lost, missed, cut, falls, lands, s, c, deep = (
-        advance(block, knobs, mode, side * slip, side * a, side * dv, d, th, gap, side * vx, vz, om)
+        integrate(block, knobs, mode, side * slip, side * a, side * dv, d, th, gap, va, vz, om)
     )
-    turn, vx2, vz2, om2, mode2, slip2, lost2, hit, tail = arrive(
+    turn, vx2, vz2, om2, mode2, slip2, lost2, hit, tail = end_of_step(
         block, knobs.gravity, falls, lands, side * kick, a, mode1, slip1, s, c, th1,
         vx1, vz1, om1,
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Contact of a planar block with its base, for one precision: exact small solves.
+"""Contact of a planar block with its base: exact small solves.
 
 Mass 1, clockwise rotation, half sizes b and h, inverse inertia w [1/m^2]; corner (X, Z) from the
 centre of mass moves at (vx + omega Z, vz - omega X). The block leans to +x or not at all, so its
@@ -71,7 +71,7 @@ def corner_impulse(
     f = k * u - kn * s
     fits = n >= real(0.0) and size(f) <= mu * n
     sign = wp.where(slides, drag, sign_of(f))
-    # Painleve's paradox: no normal force can carry this sliding. What slides jams.
+    # Painleve's paradox: no normal force is consistent with this sliding; the corner jams.
     jams = kn + sign * mu * k <= real(0.0)
     sign = wp.where(jams, -sign, sign)
     sticks = hold or wp.where(slides, jams, fits)
@@ -82,7 +82,7 @@ def corner_impulse(
 
 @wp.func
 def hold_reserve(block: Block, gravity: real, slip: real, x: real, z: real, omega: real, a: real):
-    """What the force of a pivoting corner has left until it slides, or leaves where it slides.
+    """Margin of the force at a pivoting corner until it slides; of a sliding one until it leaves.
 
     From the accelerations of the corner without contact: it falls at g and is flung out by the
     rotation. The force that holds it there stays inside its cone of friction while the reserve is
@@ -113,7 +113,7 @@ def hold_reserve(block: Block, gravity: real, slip: real, x: real, z: real, omeg
 
 @wp.func
 def uplift_lack(limit: real, a0: real, a1: real):
-    """What the acceleration lacks to set a resting block in motion, at both ends of a step."""
+    """How far the acceleration is from moving a block at rest, at both ends of a step."""
     pull = sign_of(wp.where(size(a1) > size(a0), a1, a0))
     return limit - pull * a0, limit - pull * a1
 
@@ -123,7 +123,7 @@ def held_lack(
     block: Block, mode: int, mode1: int, slip: real, surely: bool, reserve: real, reserve1: real,
     a0: real, a1: real,
 ):  # fmt: skip
-    """What the force lacks that would set free what a block does, at both ends of a step.
+    """How far the force is from changing the contact of a block, at both ends of a step.
 
     Args:
         block: The block.
@@ -198,7 +198,7 @@ def step_velocity(
     block: Block, mode: int, slip: real, hold: bool, theta: real, vx: real, vz: real, omega: real,
     dv: real, d: real, fall: real,
 ):  # fmt: skip
-    """`mean_velocity` of a step of a length, which without length changes nothing.
+    """`mean_velocity` of a step of a given length; a step of length zero changes nothing.
 
     Args:
         block: The block.
@@ -299,7 +299,7 @@ def struck_velocity(block: Block, flat: bool, s: real, c: real, ux: real, uz: re
 
 @wp.func
 def may_rest(block: Block, gravity: real, omega: real, before: real, pull: real):
-    """Whether the block rests after an impact, and the time its left-out impacts would take.
+    """Whether the block rests after an impact, and the time of the impacts that are left out.
 
     Args:
         block: The block.

@@ -1,4 +1,4 @@
-"""Second-order contact step of a stack of rocking blocks, for one precision, motion and count.
+"""Second-order contact step of a stack of rocking blocks.
 
 The scheme is that of event/block.py for all blocks at once: one clock a lane, a midpoint
 Moreau-Jean step, an event inside a step ends the next one there, and at a step's end the velocity
@@ -26,7 +26,7 @@ lane to lane, and packs of lanes would run all branches of all.
 
 import warp as wp
 
-from warprock.kernels.event.stack_contact import bound_velocity, relative_velocity, settle
+from warprock.kernels.event.stack_contact import bound_velocity, relative_velocity, solve
 from warprock.kernels.event.stack_moves import flattened, glued, opening
 from warprock.kernels.event.stack_trial import (
     DUST,
@@ -71,7 +71,7 @@ TOUCHING = by_precision(1.0e-8, 1.0e-5)
 
 @wp.func
 def sought(limits: Limits, s: State, t: Trial) -> State:
-    """The state that goes on seeking when in a step a contact opens or starts to slide.
+    """The state whose search goes on for the moment at which a contact opens or starts to slide.
 
     The first trial with such a turn tells how much the contacts lack in its middle; a probe of
     next to no length tells what they have to spare at its start; the next step ends where, on a
@@ -117,7 +117,7 @@ def kept(
 
 
 @wp.func
-def outcome_of(blocks: Blocks, s: State, near: real) -> int:
+def mode_of(blocks: Blocks, s: State, near: real) -> int:
     """What has become of a lane at the end of a step."""
     mode = int(RUNNING)
     for k in range(BLOCKS):
@@ -163,11 +163,11 @@ def projected(
         speed, _spin = fastest(free)
         grain = DUST * (speed + limits.gravity * limits.longest_step)
         if t.struck:
-            v, _impulse, hold, slip, settled, _same, _left = settle(
+            v, _impulse, hold, slip, settled, _same, _left = solve(
                 blocks, upper, lower, hold, Counts(), hold, slip, free, grain, limits.mass
             )
         else:
-            # What closes without an impact closes without friction: no energy comes of it.
+            # An end that closes without an impact has no friction, so that it adds no energy.
             smooth = blocks
             smooth.friction = Values()
             v, _impulse, _sound = bound_velocity(smooth, upper, lower, hold, slip, free)
@@ -191,7 +191,7 @@ def projected(
         at_rest(s.pose.touch, s.slip) and at_rest(n.pose.touch, n.slip)
         and t.dv == real(0.0) and t.kick == real(0.0)
     )  # fmt: skip
-    n.mode = outcome_of(blocks, n, NEARLY * limits.longest_step)
+    n.mode = mode_of(blocks, n, NEARLY * limits.longest_step)
     for k in range(BLOCKS):
         n.pose.theta[k] = larger(smaller(n.pose.theta[k], HALF_PI), -HALF_PI)
     if n.mode != BROKEN and not (settled and t.settled):
@@ -200,7 +200,7 @@ def projected(
 
 
 @wp.func
-def finished(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> State:
+def end_of_step(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> State:
     """The state after a trial step and its impacts, or the old one if an event lay inside."""
     t = tentative
     near = NEARLY * limits.longest_step
@@ -223,7 +223,7 @@ def finished(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> Stat
         n.slip[k] = after
         n.swing[k] = t.velocity[3 * k + 2]
     if t.cut < NEVER:
-        # Not shorter than what is near: what is left of the way then counts as arrived. An event at
+        # Not shorter than `near`: with less than that left to go, the event is reached. An event at
         # the very end of the step would be met there for ever.
         n = s
         n.cap = larger(wp.where(t.cut > t.d - near, HALF * t.d, t.cut), HALF * near)
@@ -247,5 +247,5 @@ def step(
     t = tried(blocks, limits, m, sample, sample_slope, end, s)
     n = sought(limits, s, t)
     if n.seek == s.seek or t.resting:
-        n = finished(blocks, limits, s, t)
+        n = end_of_step(blocks, limits, s, t)
     return n

@@ -1,9 +1,9 @@
-"""Contact of stacked planar blocks, for one precision and number of blocks: exact, or it says so.
+"""Contact of stacked planar blocks: exact, or reported as unsolved.
 
 At each interface three impulses p = (f along the face, n at the + end, n at the - end) act on the
 upper block, and -p on the lower one. Touching ends of closed faces move alike along them and share
-f. With G the rows of `stack.interface_rows` and W the inverse masses, relative velocities become
-u + D p + couplings to the interfaces above and below: a block tridiagonal system.
+f. With G the rows of `interface_rows` in shape/stack.py and W the inverse masses, relative
+velocities become u + D p + couplings to the interfaces above and below: a block tridiagonal system.
 
 The contact law at an interface: n >= 0; an end that touches does not sink; an end without n opens;
 a contact sticks with |f| <= mu (n + n), or slides with f = -slip mu (n + n). A *state* says which
@@ -66,7 +66,7 @@ def with_state(d: Matrix, hold: int, slip: int, mu: real) -> Matrix:
 
 @wp.func
 def held_rows(hold: int, slip: int) -> Three:
-    """One for every row of an interface that holds a velocity, else zero."""
+    """1 for every row of an interface that holds a velocity, else 0."""
     one = real(1.0)
     zero = real(0.0)
     return Three(
@@ -262,7 +262,7 @@ def tested(
 
 
 @wp.func
-def swept(
+def solve_by_sweep(
     blocks: Blocks, upper: Rows, lower: Rows, touch: Counts, glide: Counts, hold: Counts,
     slip: Counts, velocity: Triples, impulse: Triples, grain: real, mass: real,
 ):  # fmt: skip
@@ -292,7 +292,7 @@ def improved(
     blocks: Blocks, upper: Rows, lower: Rows, touch: Counts, glide: Counts, hold: Counts,
     slip: Counts, free: Triples, worst: real, grain: real, mass: real,
 ):  # fmt: skip
-    """States that break the law less: of one interface after another the best of its ten."""
+    """States that break the law less: each interface in turn takes the best of its ten states."""
     held = hold
     slips = slip
     least = worst
@@ -318,7 +318,7 @@ def improved(
 
 @wp.func
 def spare(blocks: Blocks, hold: Counts, slip: Counts, impulse: Triples) -> real:
-    """What the weakest held end, or sticking contact, has left before it opens or slides."""
+    """Margin of the weakest held end before it opens, or of a sticking contact before it slides."""
     least = IMPOSSIBLE
     for k in range(BLOCKS):
         p = three_of(impulse, k)
@@ -332,7 +332,7 @@ def spare(blocks: Blocks, hold: Counts, slip: Counts, impulse: Triples) -> real:
 
 
 @wp.func
-def settle(
+def solve(
     blocks: Blocks, upper: Rows, lower: Rows, touch: Counts, glide: Counts, hold: Counts,
     slip: Counts, free: Triples, grain: real, mass: real,
 ):  # fmt: skip
@@ -380,7 +380,7 @@ def settle(
                 if phase < NEWTON_TRIES:
                     swept_v = v
                     swept_p = p
-                swept_v, swept_p, held, slips = swept(
+                swept_v, swept_p, held, slips = solve_by_sweep(
                     blocks, upper, lower, touch, glide, held, slips, swept_v, swept_p, grain, mass
                 )
             else:

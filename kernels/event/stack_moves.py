@@ -65,7 +65,7 @@ def started(blocks: Blocks, pose: Pose) -> Pose:
 
 @wp.func
 def flown(blocks: Blocks, old: Pose, new: Pose, velocity: Triples, k: int, d: real):
-    """Along and above of an open interface after a time d at even velocities."""
+    """Along and above of an open interface after a time d at constant velocities."""
     s0, c0, _sd0, _cd0 = between(old, k)
     s1, c1, _sd1, _cd1 = between(new, k)
     _low, low_height = lower_face(blocks, k)
@@ -86,7 +86,7 @@ def flown(blocks: Blocks, old: Pose, new: Pose, velocity: Triples, k: int, d: re
 def moved(
     blocks: Blocks, old: Pose, touch: Counts, velocity: Triples, slide: Values, d: real
 ) -> Pose:
-    """Pose after a time d at even velocities, contacts carried along; slide [m/s] of each."""
+    """Pose after a time d at constant velocities, contacts carried along; slide [m/s] of each."""
     new = Pose()
     new.touch = touch
     for k in range(BLOCKS):
@@ -175,7 +175,7 @@ def flight_event(
         r0 = u0[1 + end]
         r1 = u1[1 + end]
         reach = near * size(r1) + grain
-        # An end that is already far below faces the side of a block: that contact is not modelled.
+        # An end that lies far too low touches the side of a block: that contact is not modelled.
         if g0 >= -DEEP * blocks.half_height[k]:
             if g1 < smaller(g0, zero) - reach and d > near:
                 cut = smaller(cut, first_root(larger(g0, zero), r0, g1, d))

@@ -95,7 +95,7 @@ class Seen:
 
 
 @wp.func
-def first_seen(pose: Pose) -> Seen:
+def observe_start(pose: Pose) -> Seen:
     """What is observed at the start."""
     seen = Seen()
     flat = bool(True)
@@ -108,7 +108,7 @@ def first_seen(pose: Pose) -> Seen:
 
 
 @wp.func
-def seen_after(blocks: Blocks, before: Seen, offset: Values, s0: State, s: State) -> Seen:
+def observe(blocks: Blocks, before: Seen, offset: Values, s0: State, s: State) -> Seen:
     """What a step from one state to the next adds to what has been observed."""
     seen = before
     d = s.time - s0.time
@@ -188,7 +188,7 @@ def run_lanes(
     s.pose = started(pile, s.pose)
     s.cap = NEVER
     s0 = s
-    seen = first_seen(s.pose)
+    seen = observe_start(s.pose)
     steps = int(0)
     end = sample_times[sample_times.shape[0] - 1]
     for sample in range(sample_times.shape[0]):
@@ -198,7 +198,7 @@ def run_lanes(
             place = sample_index(m, s.segment)
             n = step(pile, limits, m, pool[0, place], pool[1, place], end, s)
             if n.taken:
-                seen = seen_after(pile, seen, offset, s, n)
+                seen = observe(pile, seen, offset, s, n)
                 s0 = s
             s = n
             if steps >= step_limit and s.mode == RUNNING:

@@ -3,7 +3,7 @@
 import warp as wp
 
 from warprock.kernels.event.block import base_change, first_root
-from warprock.kernels.event.stack_contact import relative_velocity, settle
+from warprock.kernels.event.stack_contact import relative_velocity, solve
 from warprock.kernels.event.stack_moves import flight_event, moved, opening, pivot_event
 from warprock.kernels.motion import Motion, knot_step, knot_time, series
 from warprock.kernels.shape.stack import (
@@ -138,7 +138,7 @@ def kinetic_energy(blocks: Blocks, velocity: Triples) -> real:
 def lost_between(blocks: Blocks, kick: real, free: Triples, velocity: Triples) -> real:
     """Energy that contacts take in an impact [J].
 
-    The base's work on the blocks is at the mean of the velocities before and after, see `account`.
+    The base's work on the blocks is at the mean of the velocities before and after, see account.py.
 
     Args:
         blocks: The blocks.
@@ -179,7 +179,7 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
             rests[k] = wp.where(quiet, CLOSED, OPEN)
             t.falls[k] = wp.where(falls, CLOSED, OPEN)
             t.struck = t.struck or falls
-            # Turned past the lower face, the end that was open lies deepest.
+            # A block that has turned past the lower face is deepest at the end that was open.
             low, _height = lower_face(blocks, k)
             t.deep = larger(-TWO * smaller(low, blocks.half_width[k]) * sine(e1), t.deep)
         side = wp.where(t.pose.theta[k] < real(0.0), real(-1.0), real(1.0))
@@ -237,7 +237,7 @@ def tried(
     middle = moved(blocks, s.pose, s.pose.touch, s.velocity, slide, HALF * d)
     upper, lower, _plus, _minus = all_rows(blocks, middle)
     grain = DUST * (speed + limits.gravity * limits.longest_step)
-    mean, impulse, hold, slip, settled, same, left = settle(
+    mean, impulse, hold, slip, settled, same, left = solve(
         blocks, upper, lower, s.pose.touch, glide, s.pose.touch, s.slip, free, grain,
         limits.mass,
     )  # fmt: skip

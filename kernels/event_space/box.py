@@ -1,4 +1,4 @@
-"""The contact law of one block in space with friction as a box along x and y, for one precision.
+"""The contact law of one block in space with friction as a box along x and y.
 
 At a corner |p_x| and |p_y| are at most friction n; where it slides along x, p_x is all of that and
 against the slip, likewise along y. `slip` has the bit k where corner k slides along x, 4 + k where
@@ -70,7 +70,7 @@ def kept(slip: int, dirs: Corners) -> Corners:
 
 
 @wp.func
-def guessed(
+def solve_as_before(
     body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
 ) -> Held:
     """The motion if nothing changes in what touches and slides; whether it obeys the law.
@@ -87,7 +87,7 @@ def guessed(
 
 
 @wp.func
-def searched(body: Body, mask: int, v: Three, w: Three, dust: real) -> Held:
+def solve_any_corner(body: Body, mask: int, v: Three, w: Three, dust: real) -> Held:
     """The motion if some edge, or some corner, holds on in any way; whether it obeys the law."""
     best = Held()
     for number in range(8):
@@ -114,13 +114,13 @@ def side_by(number: int) -> Three:
 
 
 @wp.func
-def settled(
+def solve(
     body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
 ) -> Held:
-    """The motion that obeys the contact law; see `settled` in event_space/law.py."""
+    """The motion that obeys the contact law; see `solve` in event_space/law.py."""
     mask = mask_of(stance)
     slides = (slip | (slip >> 4)) & ALL
-    first = guessed(body, stance, slip, start, v, w, dust)
+    first = solve_as_before(body, stance, slip, start, v, w, dust)
     best = first
     for number in range(9):
         c = 8 - number
@@ -136,16 +136,16 @@ def settled(
         best.stance = FLYING
         best.fits = not sinks(body, v, w, mask, real(0.0))
     if not best.fits:
-        best = searched(body, mask, v, w, dust)
+        best = solve_any_corner(body, mask, v, w, dust)
     if not best.fits:
-        best = searched(body, mask, v, w, LOOSELY * dust)
+        best = solve_any_corner(body, mask, v, w, LOOSELY * dust)
     best.turns = first.turns
     best.spare = first.spare
     return best
 
 
 @wp.func
-def bound(body: Body, stance: int, slip: int, v: Three, w: Three):
+def projected(body: Body, stance: int, slip: int, v: Three, w: Three):
     """Velocities projected on the contacts, along their force."""
     v1 = v
     w1 = w
@@ -169,13 +169,13 @@ def bound(body: Body, stance: int, slip: int, v: Three, w: Three):
 
 
 @wp.func
-def loose(mask: int) -> int:
+def sliding_bits(mask: int) -> int:
     """`slip` where all that some corners can do is slide."""
     return mask | (mask << 4)
 
 
 @wp.func
-def grips(stance: int, slip: int) -> bool:
+def holds_both_ends(stance: int, slip: int) -> bool:
     """Whether an edge holds both of its ends."""
     return slip == 0
 

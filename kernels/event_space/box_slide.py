@@ -1,4 +1,4 @@
-"""What one block in space does that slides with friction as a box, for one precision.
+"""What one block in space does that slides with friction as a box.
 
 Along x and along y each corner is told to stick or to slide to one side, where its friction is all
 of its bound and against that; then the impulses of a corner, or of the two of an edge, are linear.
@@ -30,7 +30,7 @@ from warprock.kernels.shape.stack import Three
 ROUNDS = 200
 """Rounds in which the pressure under a face follows its friction..."""
 STRAIGHT = 10
-"""...of which the first go all of the way, the others half."""
+"""...of which the first take the whole step, the others half of it."""
 AGAIN = 4
 SOFT = by_precision(1.0e-9, 1.0e-3)
 ALIKE = by_precision(1.0e-14, 1.0e-6)
@@ -106,7 +106,7 @@ def solved(lu: Gains, right: Six) -> Six:
 
 @wp.func
 def told(body: Body, i: int, j: int, sides: Corners, v: Three, w: Three) -> Six:
-    """Impulses of two corners that stay on the base and do along x and y what they are told to.
+    """Impulses of two corners that stay on the base and stick or slide as given.
 
     Args:
         body: The block.
@@ -164,7 +164,7 @@ def ends_of(stance: int):
 def obeying(
     body: Body, stance: int, mask: int, sides: Corners, v: Three, w: Three, dust: real
 ) -> Held:
-    """The motion if the corners of an edge, or a corner, do as told; whether it obeys the law."""
+    """The motion if corners of an edge, or a corner, stick or slide as given; if it is lawful."""
     h = Held()
     h.stance = stance
     i, j = ends_of(stance)
@@ -298,7 +298,7 @@ def dragged(body: Body, most: Corners, free: Three):
 
 @wp.func
 def borne(shares: Shares) -> Shares:
-    """Shares of the corners without those that would pull, of the same sum, one."""
+    """Shares of the corners, with none for those that would pull; their sum stays one."""
     found = shares
     total = real(0.0)
     for k in range(4):

@@ -1,4 +1,4 @@
-"""Contact of one block in space with its base, for one precision: exact for the usual states.
+"""Contact of one block in space with its base: exact for the usual states.
 
 Mass 1, inertia I about the centre of mass, velocity v, angular velocity w; corner k lies at r_k
 from the centre of mass and moves at v + w x r_k. The base is the plane z = 0. An impulse p at a
@@ -150,7 +150,7 @@ def stuck(body: Body, stance: int, v: Three, w: Three):
 
 @wp.func
 def drawn(x: real, y: real) -> real:
-    """Size of a friction, to be held against its bound: of the box its larger part."""
+    """Size of a friction as the bound takes it; for the box its larger component."""
     if BOX:
         return larger(size(x), size(y))
     return wp.sqrt(x * x + y * y)
@@ -183,13 +183,13 @@ def edge_shares(body: Body, k: int, p: Three, twist: Three):
 
 @wp.func
 def left_along(most: real, room: real) -> real:
-    """Friction that a cone leaves along an edge, of its most and its room across the edge."""
+    """Friction that a cone still allows along an edge, beside the friction across it."""
     return wp.sqrt(larger(room * (most + most - room), real(0.0)))
 
 
 @wp.func
 def chord(most: real, p: Three, e: Three):
-    """Least and largest friction along an edge that a box leaves beside what is across the edge."""
+    """Least and largest friction that a box still allows along an edge, beside that across it."""
     least = real(-1.0e30)
     largest = real(1.0e30)
     across = p[1] * e[0] - p[0] * e[1]

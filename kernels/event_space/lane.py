@@ -1,4 +1,4 @@
-"""What runs of the event step in space know of lanes, blocks or stacks, for one precision."""
+"""What runs of the event step in space know of lanes, blocks or stacks."""
 
 import warp as wp
 

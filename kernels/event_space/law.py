@@ -1,4 +1,4 @@
-"""The contact law of one block in space: what holds, sticks or slides, for one precision.
+"""The contact law of one block in space: what holds, sticks or slides.
 
 See event_space/contact.py for the states and the order in which they are tried.
 """
@@ -56,7 +56,7 @@ def corner_law(m: Matrix, u: Three, mu: real, d0: Two) -> Three:
 
 
 @wp.func
-def swept(body: Body, mask: int, v: Three, w: Three, dust: real) -> Held:
+def solve_by_sweeps(body: Body, mask: int, v: Three, w: Three, dust: real) -> Held:
     """The motion that obeys the contact law at some corners, found by Gauss-Seidel sweeps."""
     zero = real(0.0)
     h = Held()
@@ -97,7 +97,7 @@ def swept(body: Body, mask: int, v: Three, w: Three, dust: real) -> Held:
 
 
 @wp.func
-def guessed(
+def solve_as_before(
     body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
 ) -> Held:
     """The motion if nothing changes in what touches and slides; whether it obeys the law."""
@@ -120,10 +120,10 @@ def guessed(
 
 
 @wp.func
-def searched(
+def solve_any_stance(
     body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
 ) -> Held:
-    """The motion that obeys the contact law, see `settled`, of all that may be."""
+    """The motion that obeys the contact law, see `solve`, of all that may be."""
     mask = mask_of(stance)
     best = Held()
     for number in range(9):
@@ -151,12 +151,12 @@ def searched(
         best.stance = FLYING
         best.fits = not sinks(body, v, w, mask, real(0.0))
     if not best.fits:
-        best = swept(body, mask, v, w, dust)
+        best = solve_by_sweeps(body, mask, v, w, dust)
     return best
 
 
 @wp.func
-def settled(
+def solve(
     body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
 ) -> Held:
     """The motion that obeys the contact law.
@@ -173,10 +173,10 @@ def settled(
     Returns:
         The motion, with the spare and turns of the state before.
     """
-    first = guessed(body, stance, slip, start, v, w, dust)
+    first = solve_as_before(body, stance, slip, start, v, w, dust)
     best = first
     if not first.fits:
-        best = searched(body, stance, slip, start, v, w, dust)
+        best = solve_any_stance(body, stance, slip, start, v, w, dust)
     best.turns = first.turns
     best.spare = first.spare
     return best
@@ -193,7 +193,7 @@ def directions(body: Body, v: Three, w: Three) -> Corners:
 
 
 @wp.func
-def bound(body: Body, stance: int, slip: int, v: Three, w: Three):
+def projected(body: Body, stance: int, slip: int, v: Three, w: Three):
     """Velocities projected on the contacts, along their force."""
     v1 = v
     w1 = w
@@ -221,13 +221,13 @@ def bound(body: Body, stance: int, slip: int, v: Three, w: Three):
 
 
 @wp.func
-def loose(mask: int) -> int:
+def sliding_bits(mask: int) -> int:
     """`slip` where all that some corners can do is slide."""
     return mask
 
 
 @wp.func
-def grips(stance: int, slip: int) -> bool:
+def holds_both_ends(stance: int, slip: int) -> bool:
     """Whether an edge holds one of its ends, or both."""
     return slip != mask_of(stance)
 

@@ -1,4 +1,4 @@
-"""How one block in space moves in a step of the event engine, and what it meets, for one precision.
+"""How one block in space moves in a step of the event engine, and what it meets.
 
 An attitude is a quaternion (x, y, z, w). Corners, stances and velocities are those of
 event_space/contact.py; the gap of a corner is its height above the base.
@@ -12,7 +12,7 @@ from warprock.kernels.shape.space import Block, matrix_of, turn_freely
 from warprock.kernels.shape.stack import Matrix, Three
 
 SIDES = 6 if BOX else 5
-"""Ways in which a resting block may begin to move, see `spare_of`."""
+"""Ways in which a resting block may begin to move, see `lack_of`."""
 
 GRAIN = by_precision(1.0e-14, 1.0e-6)
 """Round-off of a gap, as a part of the half height."""
@@ -121,7 +121,7 @@ def placed(body: Body, mask: int, x: Three) -> Three:
 
 
 @wp.func
-def spare_of(body: Body, side: int, pull: Two, gravity: real, a: Three) -> real:
+def lack_of(body: Body, side: int, pull: Two, gravity: real, a: Three) -> real:
     """What an acceleration of the base lacks to move a resting block [m/s^2].
 
     Args:
@@ -144,8 +144,8 @@ def spare_of(body: Body, side: int, pull: Two, gravity: real, a: Three) -> real:
 
 
 @wp.func
-def least_spare(body: Body, gravity: real, a0: Three, a1: Three):
-    """`spare_of` at both ends of a step, of what moves a resting block first."""
+def least_lack(body: Body, gravity: real, a0: Three, a1: Three):
+    """`lack_of` at both ends of a step, of what moves a resting block first."""
     larger0 = a0[0] * a0[0] + a0[1] * a0[1] > a1[0] * a1[0] + a1[1] * a1[1]
     pull = along(a1)
     if larger0:
@@ -161,8 +161,8 @@ def least_spare(body: Body, gravity: real, a0: Three, a1: Three):
             pull = Two(
                 wp.where(side == 4, way[0], real(0.0)), wp.where(side == 5, way[1], real(0.0))
             )
-        s0 = spare_of(body, side, pull, gravity, a0)
-        s1 = spare_of(body, side, pull, gravity, a1)
+        s0 = lack_of(body, side, pull, gravity, a0)
+        s1 = lack_of(body, side, pull, gravity, a1)
         if smaller(s0, s1) < least:
             least = smaller(s0, s1)
             first = s0

@@ -1,4 +1,4 @@
-"""The event step in space in which nothing happens, as vector code, for one precision and motion.
+"""The event step in space in which nothing happens, as vector code.
 
 Most steps meet no event: the block lies flat on a base that does not move it, or turns about a
 corner or an edge that stick. What touches is a hinge then, and the step of event_space/space.py has
@@ -174,7 +174,7 @@ def keeps_end(
 
 @wp.func(inline=True)
 def lies(block: Block, gravity: real, r: Matrix, a: Three) -> bool:
-    """Whether a flat block at rest stays so under an acceleration of the base, see `spare_of`."""
+    """Whether a flat block at rest stays so under an acceleration of the base, see `lack_of`."""
     weight = gravity + a[2]
     along = r[0, 0] * a[0] + r[1, 0] * a[1]
     across = r[0, 1] * a[0] + r[1, 1] * a[1]
@@ -245,7 +245,7 @@ def events(
     a0: Three, v0: Three, w0: Three, r1: Matrix, a1: Three, v1: Three, w1: Three, inertia: Three,
     w: Three,
 ):  # fmt: skip
-    """What happens in a step about a hinge, 0 at its start and 1 at its end, as `watched` says.
+    """What happens in a step about a hinge, 0 at its start, 1 at its end; as `after_events` says.
 
     Returns:
         Whether nothing does, whether a corner lands inside before anything else, the length of the

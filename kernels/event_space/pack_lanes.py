@@ -1,4 +1,4 @@
-"""What is kept of the lanes of a pack, side by side, for one precision and number of lanes.
+"""What is kept of the lanes of a pack, side by side.
 
 One matrix of real and one of whole numbers, a row for each number of a lane. A func that is not
 inlined must not take them: the compiler could no longer tell that nothing else points at them, and

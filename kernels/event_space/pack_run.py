@@ -61,12 +61,12 @@ from warprock.kernels.event_space.space import TOGETHER, step
 from warprock.kernels.event_space.space_run import (
     Seen,
     attitude_at,
-    first_seen,
-    leaf_of,
+    block_result,
+    lane_result,
+    observe,
+    observe_start,
     peaks_at,
-    result_of,
-    seen_after,
-    started,
+    start,
     turning,
 )
 from warprock.kernels.event_space.trial import Limits, State, next_step
@@ -97,8 +97,8 @@ GONE = -1
 
 
 @wp.func(inline=True)
-def glanced(block: Block, before: BlockResult, s: State, n: Rolled, d: real, time: real):
-    """What a step about a hinge adds to what has been seen, see `seen_after`.
+def observe_hinge_step(block: Block, before: BlockResult, s: State, n: Rolled, d: real, time: real):
+    """What a step about a hinge adds to what has been seen, see `observe`.
 
     Returns:
         That, and whether it is all: not if two rotations turn back in one step.
@@ -150,7 +150,7 @@ def quiet_step(
     flat = s.stance == FLAT
     inertia = three(m, INERTIA, i)
     n = rolled(block, inertia, limits, b, hinge_at(m, i), flat, s.x, s.q, s.v, s.w)
-    leaf, whole = glanced(block, seen.leaf, s, n, b.d, b.time)
+    leaf, whole = observe_hinge_step(block, seen.leaf, s, n, b.d, b.time)
     total = n.x[0] + n.x[1] + n.x[2] + n.v[0] + n.v[1] + n.v[2] + b.time
     runs = s.mode == RUNNING and s.slip == 0 and s.stance < FLYING and total - total == real(0.0)
     lasts = b.d > TINY and wp.dot(b.kick, b.kick) == real(0.0)
@@ -188,15 +188,15 @@ def full_step(
     n = step(block, limits, mx, my, mz, value, slope, end, s)
     after = seen
     if n.taken:
-        after = seen_after(block, seen, s, n)
+        after = observe(block, seen, s, n)
     return n, after, hinge_of(block, n.stance)
 
 
 @wp.func(inline=False)
 def begun(block: Block):
     """A lane at its start, and what is seen of it then."""
-    s = started(block, TOGETHER * block.half_height)
-    return s, first_seen(block, s), hinge_of(block, s.stance)
+    s = start(block, TOGETHER * block.half_height)
+    return s, observe_start(block, s), hinge_of(block, s.stance)
 
 
 @wp.func(inline=False)
@@ -221,7 +221,7 @@ def step_alone(
 
 
 @wp.func(inline=True)
-def enter(block: Block, limits: Lane, lane: int, m: wp.ref[Numbers], k: wp.ref[Marks], i: int):
+def start_lane(block: Block, limits: Lane, lane: int, m: wp.ref[Numbers], k: wp.ref[Marks], i: int):
     """Puts a lane in a place that has none."""
     s, seen, h = begun(block)
     keep(s, m, k, i)
@@ -281,11 +281,11 @@ def run_lanes(
                 k[SAMPLE, i] = sample
                 if ended:
                     seen = seen_of(m, i)
-                    found.results[lane] = result_of(blocks[0, lane], k[STEPS, i], s, seen)
-                    found.blocks[0, lane] = leaf_of(s, seen)
+                    found.results[lane] = lane_result(blocks[0, lane], k[STEPS, i], s, seen)
+                    found.blocks[0, lane] = block_result(s, seen)
                     k[MODE, i] = GONE
             if k[MODE, i] == GONE and waiting < count:
-                enter(blocks[0, waiting], lanes[waiting], waiting, m, k, i)
+                start_lane(blocks[0, waiting], lanes[waiting], waiting, m, k, i)
                 waiting += 1
             m[UNTIL, i] = end
             if k[SAMPLE, i] < samples:

@@ -1,4 +1,4 @@
-"""Sliding contact of one block in space, for one precision; see event_space/contact.py.
+"""Sliding contact of one block in space; see event_space/contact.py.
 
 A corner that slides takes p = n (-friction d, 1) with d the direction of its velocity afterwards.
 Given all d, what a stance holds is linear in the n. The directions are then sought so that they

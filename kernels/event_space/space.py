@@ -1,4 +1,4 @@
-"""Second-order contact step of one rigid block in space, for one precision and kind of motion.
+"""Second-order contact step of one rigid block in space.
 
 The scheme is that of event/block.py, in the frame of the base, for mass 1: position x and velocity
 v of the centre of mass, attitude, angular velocity w with L = I w in the axes of the base. One step
@@ -9,7 +9,8 @@ of length d:
        step, impulses p such that v_m and w_m obey the contact law (event_space/contact.py);
     2. attitude turned by d w_m, x moved by d v_m, v = 2 v_m - v, L = 2 I_m w_m - L; what touches is
        put back on the base and, where it sticks, along it (this removes the drift). In flight the
-       turn is that of spatial.turn_freely: it keeps L to the last bit, the energy within a bound;
+       turn is that of `turn_freely` in shape/space.py: it keeps L to the last bit, the energy
+       within a bound;
     3. if inside the step an open corner lands, a sliding corner stops, a resting block lifts or the
        block has overturned, nothing is taken: the next step ends there;
     4. v and w are projected on the contacts at the end of the step, along their force. Where
@@ -53,7 +54,7 @@ from warprock.kernels.event_space.moves import (
     cut_to,
     flown,
     foot,
-    least_spare,
+    least_lack,
     levelled,
     placed,
     turned,
@@ -74,21 +75,21 @@ from warprock.kernels.shape.stack import Three
 
 if FRICTION == "box":
     from warprock.kernels.event_space.box import (
-        bound,
         directions,
-        grips,
-        loose,
-        settled,
+        holds_both_ends,
+        projected,
+        sliding_bits,
         slip_after,
+        solve,
     )  # fmt: skip
 else:
     from warprock.kernels.event_space.law import (
-        bound,
         directions,
-        grips,
-        loose,
-        settled,
+        holds_both_ends,
+        projected,
+        sliding_bits,
         slip_after,
+        solve,
     )  # fmt: skip
 
 NEARLY = by_precision(1.0e-7, 1.0e-4)
@@ -113,11 +114,11 @@ def closed(block: Block, s: State, body: Body, mask: int) -> State:
     now = body_at(block, n.q)
     pinned = mask_of(s.stance)
     n.x = placed(now, mask_of(n.stance), s.x + foot(body, pinned) - foot(now, pinned))
-    n.slip = wp.where(s.slip == 0, 0, loose(mask_of(n.stance)))
+    n.slip = wp.where(s.slip == 0, 0, sliding_bits(mask_of(n.stance)))
     smooth = now
     # What closes without an impact closes without friction: no energy comes of it.
     smooth.friction = real(0.0)
-    v1, w1 = bound(smooth, n.stance, n.slip, s.v, s.w)
+    v1, w1 = projected(smooth, n.stance, n.slip, s.v, s.w)
     n.v = v1
     n.w = w1
     n.lost = s.lost + kinetic_energy(body, s.v, s.w) - kinetic_energy(now, n.v, n.w)
@@ -129,7 +130,7 @@ def closed(block: Block, s: State, body: Body, mask: int) -> State:
 
 
 @wp.func
-def arrived(
+def end_of_step(
     block: Block, s: State, reached: State, body: Body, base: Base, lands: int, grain: real
 ) -> State:
     """The state at the end of a step: velocities after its impact, or projected on the contacts."""
@@ -138,7 +139,7 @@ def arrived(
     struck = lands != 0
     for axis in range(3):
         struck = struck or (base.kick[axis] != real(0.0) and mask != 0)
-    v1, w1 = bound(body, n.stance, n.slip, n.v, n.w)
+    v1, w1 = projected(body, n.stance, n.slip, n.v, n.w)
     v = v1 - base.kick
     n.v = v
     n.w = w1
@@ -152,9 +153,9 @@ def arrived(
         n.q = levelled(n.q, touch)
         now = body_at(block, n.q)
         n.x = placed(now, mask_of(touch), n.x + foot(body, pinned) - foot(now, pinned))
-        h = settled(now, touch, 0, Corners(), v, n.w, grain)
+        h = solve(now, touch, 0, Corners(), v, n.w, grain)
         n.lost = n.lost + kinetic_energy(now, v, n.w) - kinetic_energy(now, h.v, h.w)
-        # The base's work on the block is at the mean of both velocities: see `account`.
+        # The base's work on the block is at the mean of both velocities: see account.py.
         n.lost = n.lost - HALF * wp.dot(base.kick, h.v - v)
         n.v = h.v
         n.w = h.w
@@ -166,7 +167,7 @@ def arrived(
 
 
 @wp.func
-def capped(s: State, cut: real, d: real, near: real) -> State:
+def repeated(s: State, cut: real, d: real, near: real) -> State:
     """The old state where an event lies inside a step, its next step ending there."""
     n = s
     n.cap = cut_to(cut, d, near)
@@ -186,10 +187,10 @@ def later_event(
     near = NEARLY * limits.longest_step
     cut = known
     if s.stance == FLAT and s.slip == 0:
-        e0, e1 = least_spare(body0, limits.gravity, base.first, base.last)
+        e0, e1 = least_lack(body0, limits.gravity, base.first, base.last)
         if e1 < -SOON * e0 and e0 > -SOON * e1:
             cut = smaller(cut, first_root(e0, (e1 - e0) / base.d, e1, base.d))
-    on_edge = s.stance >= EDGE and s.stance < FLAT and grips(s.stance, s.slip)
+    on_edge = s.stance >= EDGE and s.stance < FLAT and holds_both_ends(s.stance, s.slip)
     if on_edge and lands == 0 and cut >= NEVER:
         cut = let_go(block, limits, s, reached, base, body0, body, h)
     axis = upright(reached.q)
@@ -203,7 +204,7 @@ def later_event(
 
 
 @wp.func
-def watched(
+def after_events(
     block: Block, limits: Limits, s: State, reached: State, base: Base, body0: Body, body: Body,
     h: Held, grain: real,
 ) -> State:  # fmt: skip
@@ -251,17 +252,17 @@ def watched(
     if closes != 0:
         n = closed(block, s, body0, touched | closes)
     if inside:
-        n = capped(s, cut, base.d, near)
+        n = repeated(s, cut, base.d, near)
     if closes == 0 and not inside:
         axis = upright(n.q)
         over = axis[2] <= TWO * near * size(wp.cross(n.w, axis)[2])
-        n = arrived(block, s, n, body, base, lands, grain)
+        n = end_of_step(block, s, n, body, base, lands, grain)
         n.mode = wp.where(over, OVERTURNED, n.mode)
     return n
 
 
 @wp.func
-def reached_by(block: Block, s: State, b: Base, body0: Body, middle: Body, h: Held):
+def integrate(block: Block, s: State, b: Base, body0: Body, middle: Body, h: Held):
     """Where a step's mean motion leads, what touches back on the base; no events, no impacts.
 
     Returns:
@@ -340,9 +341,9 @@ def step(
         dirs = Corners()
         if s.slip != 0:
             dirs = directions(body0, s.v, s.w)
-        h = settled(middle, s.stance, s.slip, dirs, v, w, grain)
-    there, body = reached_by(block, s, b, body0, middle, h)
-    n = watched(block, limits, s, there, b, body0, body, h, grain)
+        h = solve(middle, s.stance, s.slip, dirs, v, w, grain)
+    there, body = integrate(block, s, b, body0, middle, h)
+    n = after_events(block, limits, s, there, b, body0, body, h, grain)
     if n.time == s.time:
         n.deepest = s.deepest
     sound = wp.length(n.x) + wp.length(n.q) + wp.length(n.v) + wp.length(n.w) + n.time

@@ -42,7 +42,7 @@ class Seen:
 
 
 @wp.func
-def started(block: Block, gap: real) -> State:
+def start(block: Block, gap: real) -> State:
     """The state at the start; corners within a gap of the lowest one touch if that does."""
     s = State()
     s.x = Three(block.x, block.y, block.z)
@@ -99,7 +99,7 @@ def turning(axis0: Three, rate0: Three, axis1: Three, rate1: Three, i: int, d: r
 
 
 @wp.func
-def seen_after(block: Block, before: Seen, s0: State, s: State) -> Seen:
+def observe(block: Block, before: Seen, s0: State, s: State) -> Seen:
     """What a step from one state to the next adds to what has been observed."""
     seen = before
     d = s.time - s0.time
@@ -133,7 +133,7 @@ def seen_after(block: Block, before: Seen, s0: State, s: State) -> Seen:
 
 
 @wp.func
-def first_seen(block: Block, s: State) -> Seen:
+def observe_start(block: Block, s: State) -> Seen:
     """What is observed of a lane at its start."""
     seen = Seen()
     seen.leaf = peaks_at(block, seen.leaf, s.q, real(0.0))
@@ -143,7 +143,7 @@ def first_seen(block: Block, s: State) -> Seen:
 
 
 @wp.func
-def result_of(block: Block, steps: int, s: State, seen: Seen) -> Result:
+def lane_result(block: Block, steps: int, s: State, seen: Seen) -> Result:
     """What a lane leaves behind."""
     return Result(
         seen.uplift_time, seen.rest_time, block.mass * s.lost, s.deepest, s.impacts, s.mode, steps
@@ -151,7 +151,7 @@ def result_of(block: Block, steps: int, s: State, seen: Seen) -> Result:
 
 
 @wp.func
-def leaf_of(s: State, seen: Seen) -> BlockResult:
+def block_result(s: State, seen: Seen) -> BlockResult:
     """What its block leaves behind."""
     leaf = seen.leaf
     leaf.qz = s.q[2]
@@ -175,9 +175,9 @@ def run_lanes(
     limits.gravity = knobs.gravity
     limits.longest_step = lanes[lane].longest_step
     limits.rest_gap = lanes[lane].rest_gap
-    s = started(block, TOGETHER * block.half_height)
+    s = start(block, TOGETHER * block.half_height)
     s0 = s
-    seen = first_seen(block, s)
+    seen = observe_start(block, s)
     steps = int(0)
     end = sample_times[sample_times.shape[0] - 1]
     for sample in range(sample_times.shape[0]):
@@ -191,7 +191,7 @@ def run_lanes(
             slope = Three(pool[1, px], pool[1, py], pool[1, pz])
             n = step(block, limits, mx, my, mz, value, slope, end, s)
             if n.taken:
-                seen = seen_after(block, seen, s, n)
+                seen = observe(block, seen, s, n)
                 s0 = s
             s = n
             if steps >= lanes[lane].step_limit and s.mode == RUNNING:
@@ -200,5 +200,5 @@ def run_lanes(
             q = attitude_at(block, until, s0, s)
             for part in range(4):
                 found.attitudes[sample, 0, part, lane] = q[part]
-    found.results[lane] = result_of(block, steps, s, seen)
-    found.blocks[0, lane] = leaf_of(s, seen)
+    found.results[lane] = lane_result(block, steps, s, seen)
+    found.blocks[0, lane] = block_result(s, seen)

@@ -1,4 +1,4 @@
-"""Contact step of a stack of blocks in space, impacts located, for one precision, motion and count.
+"""Contact step of a stack of blocks in space, impacts located.
 
 The scheme is that of event_space/space.py for all blocks at once, in the frame of the base, with
 one clock a lane. One step of length d:
@@ -8,7 +8,7 @@ one clock a lane. One step of length d:
        within `rest_gap`; mean motion v_m = v - dV/2 - g d/2 + sum p / (2 m), I_m w_m = L + sum r x
        p / 2, such that v_m and w_m obey the contact law at all interfaces;
     2. attitudes turned by d w_m, x moved by d v_m, v = 2 v_m - v, L = 2 I_m w_m - L; a block that
-       touches nothing flies, see spatial.turn_freely;
+       touches nothing flies, see `turn_freely` in shape/space.py;
     3. if inside the step a corner lands, or hops by more than `rest_gap`, nothing is taken: the
        next step ends there;
     4. the gaps of contacts that pushed are closed (this removes the drift), and v and w projected
@@ -34,7 +34,7 @@ from warprock.kernels.event_space.space_stack_contact import (
     block_of,
     held_by,
     posed,
-    swept,
+    solve_by_sweeps,
 )
 from warprock.kernels.event_space.space_stack_look import (
     NEARLY,
@@ -48,7 +48,7 @@ from warprock.kernels.event_space.space_stack_look import (
     momenta,
     touching,
 )
-from warprock.kernels.event_space.space_stack_solve import ROUNDS, settled
+from warprock.kernels.event_space.space_stack_solve import ROUNDS, solve
 from warprock.kernels.event_space.trial import Base, Limits, next_step
 from warprock.kernels.event_space.trial import State as BlockState
 from warprock.kernels.impulse.space_stack import Bodies, Numbers, Points, frame, rows_of, weighted
@@ -66,7 +66,7 @@ BINDING = 12
 
 
 @wp.func
-def arrived(
+def end_of_step(
     own: Own, limits: Limits, mu: Numbers, light: Numbers,
     s: State, reached: State, pose: Pose, look: Look, b: Base, held: Ints, stuck: Ints,
 ) -> State:  # fmt: skip
@@ -76,12 +76,12 @@ def arrived(
     bodies = int(BLOCKS + 1)
     gravity = limits.gravity
     t = touching(own, pose, look, held, stuck, True)
-    _p, shift, turn, _good = swept(CLOSING, t, pose, mu, light, Points(), zero, zero)
+    _p, shift, turn, _good = solve_by_sweeps(CLOSING, t, pose, mu, light, Points(), zero, zero)
     for k in range(1, bodies):
         n.x[k] = n.x[k] + shift[k]
         n.q[k] = turned(n.q[k], turn[k])
     t = touching(own, pose, look, held, stuck, False)
-    _q, v, w, _bound = settled(BINDING, t, pose, mu, light, Points(), n.v, n.w)
+    _q, v, w, _bound = solve(BINDING, t, pose, mu, light, Points(), n.v, n.w)
     n.lost = n.lost - energy(own, gravity, n.x, n.q, v, w)
     struck = look.landed
     for axis in range(3):
@@ -93,9 +93,9 @@ def arrived(
         before = energy(own, gravity, n.x, n.q, v, w)
         for i in range(t.total):
             t.law[i] = CONE
-        _r, v1, w1, fits = settled(ROUNDS, t, pose, mu, light, Points(), v, w)
+        _r, v1, w1, fits = solve(ROUNDS, t, pose, mu, light, Points(), v, w)
         n.lost = n.lost + before - energy(own, gravity, n.x, n.q, v1, w1)
-        # The base's work on the blocks is at the mean of both velocities: see `account`.
+        # The base's work on the blocks is at the mean of both velocities: see account.py.
         for k in range(1, bodies):
             n.lost = n.lost - HALF * block_of(own, k).mass * wp.dot(b.kick, v1[k] - v[k])
         v = v1
@@ -125,7 +125,7 @@ def stays(own: Own, v: Bodies, w: Bodies, bound: real) -> bool:
 
 
 @wp.func
-def outcome(s: State) -> int:
+def mode_of(s: State) -> int:
     """What has become of a lane."""
     mode = s.mode
     sums = s.time + s.lost
@@ -142,7 +142,7 @@ def outcome(s: State) -> int:
 
 
 @wp.func
-def coming(
+def next_step_of_stack(
     limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real,
     s: State,
 ) -> Base:  # fmt: skip
@@ -161,7 +161,7 @@ def coming(
 
 
 @wp.func
-def again(s: State, cut: real, d: real, near: real) -> State:
+def repeated(s: State, cut: real, d: real, near: real) -> State:
     """The old state, its next step ending at an event; not shorter than what is near."""
     n = s
     n.cap = larger(wp.where(cut > d - near, HALF * d, cut), HALF * near)
@@ -171,7 +171,7 @@ def again(s: State, cut: real, d: real, near: real) -> State:
 
 
 @wp.func
-def reached_by(
+def integrate(
     own: Own, limits: Limits, mu: Numbers, light: Numbers, s: State, begun: State, b: Base,
     pose0: Pose, pose: Pose, spin: Bodies, vm: Bodies, wm: Bodies, held: Ints, stuck: Ints,
 ) -> State:  # fmt: skip
@@ -196,11 +196,11 @@ def reached_by(
         n.turn[k] = d * wm[k]
     look = looked(own, limits, s, pose0, last, n.v, n.w, held, d)
     if look.cut < NEVER:
-        return again(s, look.cut, d, NEARLY * limits.longest_step)
+        return repeated(s, look.cut, d, NEARLY * limits.longest_step)
     n.lost = s.lost + whole + work
     n.deepest = larger(s.deepest, look.deepest)
-    n = arrived(own, limits, mu, light, s, n, last, look, b, held, stuck)
-    n.mode = outcome(n)
+    n = end_of_step(own, limits, mu, light, s, n, last, look, b, held, stuck)
+    n.mode = mode_of(n)
     return n
 
 
@@ -213,7 +213,7 @@ def step(
 
     The state after it, unchanged but for `cap` where an event lay inside.
     """
-    b = coming(limits, mx, my, mz, value, slope, end, s)
+    b = next_step_of_stack(limits, mx, my, mz, value, slope, end, s)
     d, near = b.d, NEARLY * limits.longest_step
     bodies = int(BLOCKS + 1)
     spin = momenta(own, s)
@@ -230,7 +230,7 @@ def step(
     t = continued(own, s, pose0, pose, limits.rest_gap)
     for i in range(t.total):
         first[i] = HALF * d * s.force[16 * (t.body[i] - 1) + t.slot[i]]
-    p, vm, wm, good = settled(ROUNDS, t, pose, mu, light, first, v, w)
+    p, vm, wm, good = solve(ROUNDS, t, pose, mu, light, first, v, w)
     n = s
     n.force = Kept()
     for i in range(t.total):
@@ -251,10 +251,10 @@ def step(
         vm = Bodies()
         wm = Bodies()
     elif d > limits.longest_step:
-        return again(s, limits.longest_step, d, near)
+        return repeated(s, limits.longest_step, d, near)
     n.still = stands and wp.length(b.kick) == real(0.0)
     if n.still:
         n.v = Bodies()
         n.w = Bodies()
         return n
-    return reached_by(own, limits, mu, light, s, n, b, pose0, pose, spin, vm, wm, held, stuck)
+    return integrate(own, limits, mu, light, s, n, b, pose0, pose, spin, vm, wm, held, stuck)

@@ -1,4 +1,4 @@
-"""Where blocks of a stack in space touch, and the contact law there, for one precision and count.
+"""Where blocks of a stack in space touch, and the contact law there.
 
 Bodies, faces and slots are those of impulse/space_stack.py. A contact's directions are the axes
 of the face that it lies on: of the lower block, or of the upper one where a corner of the lower
@@ -140,7 +140,7 @@ def below_of(own: Own, k: int) -> Block:
 
 
 @wp.func
-def met(own: Own, pose: Pose, k: int):
+def find_corners(own: Own, pose: Pose, k: int):
     """Corners of what the faces of interface k share, by slot: see `shared_corners`."""
     one = real(1.0)
     down = rows_of(pose.axes, k - 1)
@@ -197,7 +197,7 @@ def joined(before: Touches, pose: Pose, k: int, slot: int, law: int, gap: real, 
 
 
 @wp.func
-def obeyed(
+def solve_by_law(
     t: Touches, i: int, mu: real, gains: Gains, e: Matrix, p: Vector,
     vu: Vector, ou: Vector, vl: Vector, ol: Vector,
 ) -> Vector:  # fmt: skip
@@ -224,7 +224,7 @@ def obeyed(
 
 
 @wp.func
-def swept(
+def solve_by_sweeps(
     sweeps: int, t: Touches, pose: Pose, mu: Numbers, light: Numbers, first: Points, v: Bodies,
     w: Bodies,
 ):  # fmt: skip
@@ -261,7 +261,7 @@ def swept(
             if step < 0:
                 gains[i] = gains_of(light[k] + light[low], e, ju, jl, t.ru[i], t.rl[i])
             else:
-                new = obeyed(t, i, mu[k], gains[i], e, p[i], u[k], o[k], u[low], o[low])
+                new = solve_by_law(t, i, mu[k], gains[i], e, p[i], u[k], o[k], u[low], o[low])
                 new = p[i] + part * (new - p[i])
             more = wp.transpose(e) * (new - p[i])
             change += wp.dot(more, more)

@@ -1,4 +1,4 @@
-"""What a step of a stack in space starts from and what its end shows, for one precision and count.
+"""What a step of a stack in space starts from and what its end shows.
 
 State of a lane, its momenta and energy, and the contacts before, in and after a step; the scheme is
 in event_space/space_stack.py.
@@ -19,10 +19,10 @@ from warprock.kernels.event_space.space_stack_contact import (
     Pose,
     Touches,
     block_of,
+    find_corners,
     height_of,
     holding,
     joined,
-    met,
 )
 from warprock.kernels.event_space.trial import Knots, Limits
 from warprock.kernels.impulse.space_stack import (
@@ -139,7 +139,7 @@ def continued(own: Own, s: State, pose0: Pose, pose: Pose, rest: real) -> Touche
     bodies = int(BLOCKS + 1)
     slots = int(SLOTS)
     for k in range(1, bodies):
-        places, _gaps, there = met(own, pose, k)
+        places, _gaps, there = find_corners(own, pose, k)
         number = int(0)
         for i in range(slots):
             bit = 1 << i
@@ -173,8 +173,8 @@ def looked(
     bodies = int(BLOCKS + 1)
     slots = int(SLOTS)
     for k in range(1, bodies):
-        places, gaps, there = met(own, pose, k)
-        _places0, gaps0, there0 = met(own, pose0, k)
+        places, gaps, there = find_corners(own, pose, k)
+        _places0, gaps0, there0 = find_corners(own, pose0, k)
         down, down0 = rows_of(pose.axes, k - 1), rows_of(pose0.axes, k - 1)
         n.there[k] = there
         n.closed = n.closed and there != 0
@@ -225,7 +225,7 @@ def touching(
     bodies = int(BLOCKS + 1)
     slots = int(SLOTS)
     for k in range(1, bodies):
-        places, gaps, _there = met(own, pose, k)
+        places, gaps, _there = find_corners(own, pose, k)
         number = int(0)
         for i in range(slots):
             bit = 1 << i

@@ -32,7 +32,7 @@ yaw, all as `turns_of` tells them, and the largest square of the slide."""
 
 
 @wp.func
-def started(own: Own, limits: Limits) -> State:
+def start(own: Own, limits: Limits) -> State:
     """The state at the start."""
     s = State()
     bodies = int(BLOCKS + 1)
@@ -73,7 +73,7 @@ def attitude_at(own: Own, k: int, until: real, s0: State, s: State) -> Attitude:
 
 
 @wp.func
-def peaks_after(own: Own, before: Peaks, s: State) -> Peaks:
+def observe(own: Own, before: Peaks, s: State) -> Peaks:
     """The peaks so far, with those of a state."""
     n = before
     bodies = int(BLOCKS + 1)
@@ -122,9 +122,9 @@ def run_lanes(
             b.inverse_y, b.inverse_z, b.friction, b.x, b.y, b.z, b.qx, b.qy, b.qz, b.qw, b.flat_x,
             b.flat_y, b.flat_c, b.flat_s, b.standing,
         )  # fmt: skip
-    s = started(own, limits)
+    s = start(own, limits)
     s0 = s
-    peaks = peaks_after(own, Peaks(), s)
+    peaks = observe(own, Peaks(), s)
     uplift_time = wp.where(s.closed, NEVER, real(0.0))
     rest_time = wp.where(s.closed, real(0.0), NEVER)
     steps = int(0)
@@ -140,7 +140,7 @@ def run_lanes(
             slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
             n = step(own, limits, mu, light, mx, my, mz, value, slope, end, s)
             if n.taken:
-                peaks = peaks_after(own, peaks, n)
+                peaks = observe(own, peaks, n)
                 if not n.closed:
                     uplift_time = smaller(uplift_time, s.time)
                 rested = wp.where(rest_time < NEVER, rest_time, s.time)

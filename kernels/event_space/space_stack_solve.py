@@ -1,4 +1,4 @@
-"""Newton's method on all contacts of a stack in space, for one precision and count.
+"""Newton's method on all contacts of a stack in space.
 
 A contact answers its velocity u with the impulse f = P(l - c (u + lift n)), where P takes an
 impulse to the nearest that its law allows, c is STIFF times the contact's own effective mass, and
@@ -30,7 +30,7 @@ from warprock.kernels.event_space.space_stack_contact import (
     directions,
     effective,
     slip_at,
-    swept,
+    solve_by_sweeps,
 )
 from warprock.kernels.impulse.space_stack import (
     Bodies,
@@ -288,15 +288,15 @@ def nearer(
 
 
 @wp.func
-def settled(
+def solve(
     rounds: int, t: Touches, pose: Pose, mu: Numbers, light: Numbers, first: Points, v: Bodies,
     w: Bodies,
 ):  # fmt: skip
-    """Impulses of all contacts, and the velocities that they leave: see `contact.swept`.
+    """Impulses of all contacts, and the velocities that they leave: as `solve_by_sweeps` does.
 
     With fewer rounds than ROUNDS what these come to is taken as it is.
     """
-    asks, u, o, good = swept(FIRST, t, pose, mu, light, first, v, w)
+    asks, u, o, good = solve_by_sweeps(FIRST, t, pose, mu, light, first, v, w)
     if t.total == 0 or good:
         return asks, u, o, True
     c = t
@@ -330,5 +330,5 @@ def settled(
         if fits and change <= ENOUGH * ENOUGH * size:
             break
     if not done and rounds == ROUNDS:
-        asks, u, o, done = swept(SWEEPS, t, pose, mu, light, first, v, w)
+        asks, u, o, done = solve_by_sweeps(SWEEPS, t, pose, mu, light, first, v, w)
     return asks, u, o, done

@@ -1,4 +1,4 @@
-"""What a step of the event engine in space starts from, for one precision and kind of motion.
+"""What a step of the event engine in space starts from.
 
 State, base and limits of a lane, and where inside a step an edge lets go of an end; the scheme is
 in event_space/space.py.
@@ -14,9 +14,9 @@ from warprock.kernels.shape.space import Block
 from warprock.kernels.shape.stack import Three
 
 if FRICTION == "box":
-    from warprock.kernels.event_space.box import bound, directions, guessed
+    from warprock.kernels.event_space.box import directions, projected, solve_as_before
 else:
-    from warprock.kernels.event_space.law import bound, directions, guessed
+    from warprock.kernels.event_space.law import directions, projected, solve_as_before
 
 SHARP = by_precision(1.0e-5, 1.0e-3)
 """Part of the longest step by which an edge may let go of an end late: the error is of that."""
@@ -151,7 +151,7 @@ def probed(
     dirs = Corners()
     if slip != 0:
         dirs = directions(now, v, w)
-    h = guessed(soon, stance, slip, dirs, v - HALF * d * pull, free, real(0.0))
+    h = solve_as_before(soon, stance, slip, dirs, v - HALF * d * pull, free, real(0.0))
     h.spare = h.spare / d
     return h
 
@@ -176,7 +176,7 @@ def let_go(
         there = HALF * d * first.spare / (first.spare - middle)
         cut = wp.where(first.spare > real(0.0) and there > sharp, there, cut)
     if not h.turns and d > sharp and reached.stance == s.stance and reached.slip == s.slip:
-        v, w = bound(body, reached.stance, reached.slip, reached.v, reached.w)
+        v, w = projected(body, reached.stance, reached.slip, reached.v, reached.w)
         last = probed(block, limits, body, reached.q, v, w, s.stance, s.slip, base.last)
         there = HALF * d * (real(1.0) + middle / (middle - last.spare))
         cut = wp.where(last.turns and there < d - sharp, there, cut)

@@ -1,4 +1,4 @@
-"""Housner's rocking block by Taylor series, event by event, for one precision and motion kind.
+"""Housner's rocking block by Taylor series, event by event.
 
 With alpha the slenderness angle, s = sign(theta), phi = theta - s alpha, p^2 = 3 g / (4 R) and
 q = p^2 / g = 3 / (4 R), the block obeys between two events (Housner 1963, Eq. 1)
@@ -63,7 +63,7 @@ class Block:
 
 @wp.func
 def may_rest(block: Block, omega: real, acceleration: real):
-    """Whether the block rests after an impact, and the time its left-out impacts would take."""
+    """Whether the block rests after an impact, and the time of the impacts that are left out."""
     eta = block.angular_restitution
     gravity_part = block.frequency_squared * sine(block.slenderness_angle)
     motion_part = block.coupling * acceleration * cosine(block.slenderness_angle)

@@ -1,4 +1,4 @@
-"""Velocity-level contact step of a rocking block, for one precision and motion kind.
+"""Velocity-level contact step of a rocking block.
 
 The block lives in the frame of the base: mass 1, centre of mass (x, z), clockwise rotation
 theta, inertia I. Corner i sits at (X_i, Z_i) from the centre of mass, its gap is z + Z_i, its
@@ -13,7 +13,7 @@ velocities at half steps (so the release at t = 0 begins with half a step of gra
     3. projected Gauss-Seidel on the four impulses l = (n1, f1, n2, f2), started from those of
        the last step: l_i = clamp(-(u_i + sum over j != i of K_ij l_j) / K_ii), where
        K = J M^-1 J^T and u is what v* misses of the wish of each row. One contact alone is
-       solved exactly, see `cone`;
+       solved exactly, see cone.py;
     4. v = v* + M^-1 J^T l, q = q + dt v; the block is lifted by erp times its penetration, but
        for the 2 g dt^2 that one step of falling can make, else a resting block would never be
        still. (A penetration given back through the velocity would add energy that does not

@@ -1,6 +1,6 @@
 """Runs of the impulse step over lanes: packed for the CPU, plain for any device.
 
-A block rocks while one of its corners has parted from the base, see `parting`.
+A block rocks while one of its corners has parted from the base, see parting.py.
 """
 
 import warp as wp

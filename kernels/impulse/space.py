@@ -1,10 +1,10 @@
-"""Velocity-level contact step of a block in space, for one precision and one law of friction.
+"""Velocity-level contact step of a block in space.
 
 The block lives in the frame of the base, with mass 1: centre of mass (x, y, z), attitude q (see
 shape/space.py), velocity v and angular momentum l, both in the axes of the base. Corner k is at the
 lever r_k from the centre of mass; its gap is z + r_z, its velocity v + omega x r, omega = J l, with
 J the inverse inertia in the axes of the base. One step of length dt is that of the planar block
-(see `impulse`), with three rows a corner:
+(see impulse/block.py), with three rows a corner:
 
     1. v* = v - dt (0, 0, g) - dv, dv the change of the base velocity between the half steps;
     2. corners nearer than the collision margin are contacts. Each asks for a normal velocity of
@@ -162,7 +162,7 @@ def observe_contact(
     knobs: Knobs, gap: real, reach: real, ox: real, oy: real, oz: real, n: real,
     apart: wp.ref[real], lifted: wp.ref[real], landed: wp.ref[real],
 ):  # fmt: skip
-    """Counts a corner that has parted, or that has landed after it had; see `parting`.
+    """Counts a corner that has parted, or that has landed after it had; see parting.py.
 
     Args:
         knobs: Settings.

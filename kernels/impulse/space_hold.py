@@ -13,9 +13,9 @@ corners share it by the pressure's centre, at the parts a and b of the half widt
 e (1 +- a) (1 +- b) / 4, and a couple about the vertical. Two take halves of it, -+ g x w / (2 w.w),
 and of what is along their line in proportion to their normal impulses.
 
-Where the centre of pressure lies beyond the face, the corners on the other side are let go, and the
-others tried; then those must not sink. A block on three corners, and what slides, is left to the
-sweeps.
+Where the centre of pressure lies beyond the face, the corners on the far side are let go and the
+others tried; the corners that were let go must then not sink. A block on three corners, and what
+slides, is left to the sweeps.
 """
 
 import warp as wp
@@ -147,7 +147,7 @@ def sinks(
 
 @wp.func
 def keep(held: bool, x: real, y: real, z: real, a: wp.ref[real], b: wp.ref[real], c: wp.ref[real]):
-    """Hands over a vector where a block is held. Zero is added: nothing is to be -0."""
+    """Writes a vector where a block is held. Zero is added so that no number is -0."""
     zero = real(0.0)
     a = wp.where(held, x, a) + zero
     b = wp.where(held, y, b) + zero
@@ -250,7 +250,7 @@ def stopped(
 def beyond(
     ex: real, ey: real, ez: real, gx: real, gy: real, gz: real, wx: real, wy: real, wz: real
 ):  # fmt: skip
-    """What the last of two corners has of their impulse beyond its half; w as at the head."""
+    """Part of the impulse of two corners that the last has beyond one half; w as at the head."""
     part = HALF / larger(dot(wx, wy, wz, wx, wy, wz), TINY)
     qx, qy, qz = cross(gx, gy, gz, wx, wy, wz)
     qx, qy, qz = part * qx, part * qy, part * qz

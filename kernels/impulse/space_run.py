@@ -2,11 +2,10 @@
 
 The values of LANES lanes lie side by side in vectors and matrices, one row a corner, so that the
 compiler turns them into vector code; with one lane a thread the same text is the plain form for
-any device. A func takes the entries, and what it finds it leaves in those that it takes as
-`wp.ref`. A corner that no lane of the thread leaves to the sweeps is left out: they would change
-nothing there, to the last bit.
+any device. A func takes the entries and writes its results to those that it takes as `wp.ref`. The
+sweeps skip a corner that is no contact in any lane of the thread: they would not change a bit.
 
-When a block rocks, lands and lifts says impulse/space_seen.py.
+impulse/space_seen.py says when a block rocks, lands and lifts.
 """
 
 import warp as wp
@@ -97,7 +96,7 @@ def start_block(
 def reorder(
     swap_x: real, swap_y: real, a: wp.ref[real], b: wp.ref[real], c: wp.ref[real], d: wp.ref[real]
 ):
-    """Lets what the corners keep from step to step change places where a side is another."""
+    """Swaps what the corners keep from step to step where the block leans to another side."""
     swap_if(swap_x, a, b)
     swap_if(swap_x, c, d)
     swap_if(swap_y, a, c)
@@ -127,7 +126,7 @@ def predict_block(
     apart0: wp.ref[real], apart1: wp.ref[real], apart2: wp.ref[real], apart3: wp.ref[real],
     before: real, since: wp.ref[real],
 ):  # fmt: skip
-    """Sets out on a step, see `predict`, with the corners in the order of the lean.
+    """Predicts the velocities of a block, with its corners in the order of the lean.
 
     `before` is when the last step ended [s], `since` the time since which it has not stood flat, or
     NEVER.
@@ -210,7 +209,7 @@ def run_lanes(
     p1, p2, p3, h11, h12, h13 = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     h22, h23, h33, busy = Corner(), Corner(), Corner(), Counts()
     impacts, mode, steps, base, dv = LaneInt(), LaneInt(), LaneInt(), Three(), Three()
-    # A count that Warp does not know, so that it writes out none of the loops over it.
+    # A variable, not a constant: else Warp would unroll the loops over it.
     corners, count = int(4), int(0)
     for i in range(LANES):
         start_block(

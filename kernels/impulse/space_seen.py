@@ -1,8 +1,8 @@
-"""What the impulse step shows of single blocks in space, for one precision.
+"""What the impulse step shows of single blocks in space.
 
-A block rocks while a corner has parted from the base, see `parting`; it lands once one that had
-carries again, an edge at once. It stands flat while two opposite corners carry, and has lifted
-since it did not. It moves while it rocks or slides, see `slips`.
+A block rocks while a corner has parted from the base, see parting.py. It lands once such a corner
+carries again; an edge lands as one. It stands flat while two opposite corners carry, and its uplift
+time is when it last did. It moves while it rocks or slides, see `slips`.
 """
 
 import warp as wp

@@ -1,11 +1,11 @@
-"""Velocity-level contact step of a stack of blocks in space, for one precision and law of friction.
+"""Velocity-level contact step of a stack of blocks in space.
 
 Bodies are numbered from the ground: body 0 is the ground, an endless face that nothing moves, body
 k the k-th block. The step is that of the single block (see impulse/space.py), body by body; the
 contacts of interface k, below block k, are the corners of what the bottom face of block k and the
-top face of what it stands on share (see `faces`), found once a step. Their normal is that of the
-lower face, their impulses and slips are along its width, its depth and its normal. A contact at the
-levers r_u and r_l from the centres of the two blocks sees the velocity
+top face of what it stands on share (see shape/faces.py), found once a step. Their normal is that of
+the lower face, their impulses and slips are along its width, its depth and its normal. A contact at
+the levers r_u and r_l from the centres of the two blocks sees the velocity
 
     v_u + omega_u x r_u - v_l - omega_l x r_l.
 
@@ -216,7 +216,7 @@ def visited(slot: int, lean: Vector) -> int:
 
 @wp.func
 def shared_corners(block: Block, below: Block, m: Matrix, c: Vector, lean: Vector):
-    """Corners of what two faces share, by slot (see `faces`), found in a mirror image.
+    """Corners of what two faces share, by slot (see shape/faces.py), found in a mirror image.
 
     Args:
         block: The upper block.

@@ -1,9 +1,8 @@
 """Runs of the impulse step over stacks of blocks in space, one lane a thread on any device.
 
-A run begins with one solve from velocities of zero, its impulses those of the weights above, shared
-by the contacts: they become those of the rest, or of the release. Half a step back from the
-acceleration that they leave lie the velocities that the first step starts from: velocities belong
-to half steps.
+A run begins with one solve from velocities of zero. It starts from the weights above, shared by the
+contacts, and ends at what they carry at rest, or at the release. Velocities belong to half steps,
+so the first step starts from velocities half a step back: -dt/2 times the settled acceleration.
 
 An interface rocks while a corner of what its faces share does not touch; it lands once one touches
 again. A stack moves while an interface rocks or slides, see `slips` in impulse/space.py. It ends
@@ -77,7 +76,7 @@ def observe_block(
 
 @wp.func
 def mode_after(mode: int, total: real, shares: int, r: Matrix, m: Matrix) -> int:
-    """What becomes of a lane with one of its blocks.
+    """The mode of a lane after one of its blocks has moved.
 
     Args:
         mode: What it is so far.
@@ -136,7 +135,7 @@ def integrate(
     settles: bool, block: Block, knobs: Knobs, dv: Vector, at: Vector, v: Vector, spin: Vector,
     q: Attitude, r: Matrix, u: Vector, o: Vector, lift: Vector,
 ):  # fmt: skip
-    """Moves a block by a step, or half a step back from the acceleration that it settled with.
+    """Moves a block by a step, or by half a step back before the first one.
 
     Args:
         settles: Whether the step only finds impulses.

@@ -1,4 +1,4 @@
-"""Velocity-level contact step of a stack of rocking blocks, for one precision.
+"""Velocity-level contact step of a stack of rocking blocks.
 
 Bodies are numbered from the ground: body 0 is the ground, an endless flat face that nothing moves,
 body k the k-th block. A body has its centre of mass at (x, z), in the frame of the base, the half
@@ -19,14 +19,14 @@ with a = r.e and b = r.n of each [m], the relative velocities
     slip:    (v_u - v_l).e + b_u omega_u - b_l omega_l
 
 and the impulses n (normal) and t (tangential) [N s]. One step of length dt is the single block's
-(see `impulse`), body by body: the velocity without contact; contacts where the gap is within the
-collision margin, each of which wants a normal velocity of at least -gap / dt or zero and no slip
-within Coulomb's bound; projected Gauss-Seidel from the impulses of the last step, an end that is
-alone at its interface by `cone`; semi-implicit Euler; erp. Here the sweeps work on the velocities,
-from the ground up. In an interface they visit first the end away from the side it leans to, so that
-a mirrored scene is visited in mirrored order. What an interface gives back of its penetration moves
-all that stands on it along the normal there, but for the 2 g dt^2 that one step of falling can
-make.
+(see impulse/block.py), body by body: the velocity without contact; contacts where the gap is within
+the collision margin, each of which wants a normal velocity of at least -gap / dt or zero and no
+slip within Coulomb's bound; projected Gauss-Seidel from the impulses of the last step, an end that
+is alone at its interface by cone.py; semi-implicit Euler; erp. Here the sweeps work on the
+velocities, from the ground up. In an interface they visit first the end away from the side it leans
+to, so that a mirrored scene is visited in mirrored order. What an interface gives back of its
+penetration moves all that stands on it along the normal there, but for the 2 g dt^2 that one step
+of falling can make.
 
 Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 """

@@ -1,4 +1,4 @@
-"""Where the faces of two blocks in space meet: the corners of what they share, for one precision.
+"""Where the faces of two blocks in space meet: the corners of what they share.
 
 Both are rectangles. The lower one, a top face, spans |x| <= a, |y| <= b around the origin of its
 own axes, with z its normal; the upper one, a bottom face, is seen from there: its middle o, and the
@@ -19,7 +19,7 @@ import warp as wp
 
 SLOTS = 16
 SAME = real(1.0e-6)
-"""Part of a face by which another may reach beyond it and still count as on it."""
+"""Part of a face by which another one may stick out and still count as on it."""
 
 Vector = wp.types.vector(length=3, dtype=real)
 

@@ -1,4 +1,4 @@
-"""Attitude, free rotation and corners of blocks in space, for one precision.
+"""Attitude, free rotation and corners of blocks in space.
 
 An attitude is a unit quaternion (x, y, z, w); its rotation matrix, row by row r11 to r33, turns
 body axes (width, depth, height) into those of the base (x in the plane of rocking, y across it,
@@ -137,7 +137,7 @@ def turn_freely(
     hx = c2 * jx - s2 * kz
     s, c = sine(quarter * ix * hx), cosine(quarter * ix * hx)
     ex, ey, ez, ew = c * dx + s * dw, c * dy + s * dz, c * dz - s * dy, c * dw - s * dx
-    # One of Newton's steps to length one: a length that round-off has moved is there.
+    # One Newton step towards length 1, which removes the round-off.
     back = real(1.5) - half * (ex * ex + ey * ey + ez * ez + ew * ew)
     return back * ex, back * ey, back * ez, back * ew
 

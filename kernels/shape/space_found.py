@@ -1,4 +1,4 @@
-"""What a run of blocks in space leaves behind, for one precision: the same of all engines.
+"""What a run of blocks in space leaves behind: the same of all engines.
 
 Rotations are kept as tangents, which need no trigonometric function; the host turns them into
 angles.

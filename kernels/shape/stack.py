@@ -1,4 +1,4 @@
-"""Geometry of a stack of planar rigid blocks, for one precision and one number of blocks.
+"""Geometry of a stack of planar rigid blocks.
 
 Block k stands on block k - 1, the lowest on the ground, an endless flat face. Rotations theta are
 absolute and clockwise; a lever (x, z) of a block points to (x cos + z sin, z cos - x sin).
@@ -95,7 +95,7 @@ def between(pose: Pose, k: int):
 
 @wp.func
 def lower_face(blocks: Blocks, k: int):
-    """Half width of the face that block k stands on and half height of what has it [m]."""
+    """Half width of the face that block k stands on, and half height of the body below [m]."""
     half_width = ENDLESS
     half_height = real(0.0)
     if k > 0:

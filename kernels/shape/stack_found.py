@@ -1,4 +1,4 @@
-"""What a run of a stack leaves behind, for one precision: the same of all stepped engines."""
+"""What a run of a stack leaves behind: the same of all stepped engines."""
 
 import warp as wp
 

@@ -1,10 +1,10 @@
-"""What runs of the stepped engines over stacks share, for one precision: starts and what is seen.
+"""What runs of the stepped engines over stacks share: starts and what is seen.
 
-These are the stacks whose interfaces touch at the two ends of an overlap, see `impulse_stack`. A
-run begins with solves at the start, from velocities of zero, so that what contacts carry becomes
-that of the rest or of the release. Half a step back from the acceleration that they leave lie the
-velocities that the first step starts from: velocities belong to half steps. An interface
-rocks while one of its ends has parted, see `parting`.
+These are the stacks whose interfaces touch at the two ends of an overlap, see shape/interface.py.
+A run begins with solves at the start, from velocities of zero, until the contacts carry what they
+carry at rest, or at the release. Velocities belong to half steps, so the first step starts from
+velocities half a step back: -dt/2 times the settled acceleration. An interface rocks while one of
+its ends has parted, see parting.py.
 
 A func takes the entries of the matrices of a run, and what it finds it leaves in those that it
 takes as `wp.ref`.
@@ -19,7 +19,7 @@ from warprock.kernels.shape.interface import GROUND_FACE, gap_of_end, place_on
 
 @wp.struct
 class Block:
-    """One block of a stack, and where it starts; names as at the head of `impulse_stack`.
+    """One block of a stack, and where it starts; names as at the head of impulse/stack.py.
 
     `left` and `right` are first guesses of what is carried below it, at -x and at +x: normal
     impulses [N s], or the engine's normal multipliers [kg m].
@@ -55,7 +55,7 @@ def start_lane(
     stack: Stack, half_width: wp.ref[real], c: wp.ref[real], uplift_time: wp.ref[real],
     mode: wp.ref[int],
 ):  # fmt: skip
-    """Lays the ground, which has a face and is level, and sets a lane going."""
+    """Starts a lane: its ground, which is level and has a face, and its mode."""
     half_width = GROUND_FACE
     c = real(1.0)
     uplift_time = stack.uplift_time
@@ -89,7 +89,10 @@ def start_block(
 
 @wp.func
 def part_kept(count: int) -> real:
-    """Part of the new velocities that a step keeps: while contacts settle they are put back."""
+    """Part of the new velocities that a step keeps: all; while contacts settle, none.
+
+    After the last of these solves -1/2: velocities half a step back.
+    """
     return wp.where(count > 0, real(1.0), wp.where(count == 0, -HALF, real(0.0)))
 
 
@@ -100,8 +103,8 @@ def begin_step(
 ):  # fmt: skip
     """Begins a step after which the base moves at v [m/s], of a lane that lives on or not.
 
-    That is kept in `live`, for the loop that writes the modes would be slow if it read them to
-    tell what moves. While contacts settle, v is that of the first step; the hint tells which way
+    Whether the lane lives on is kept in `live`: a loop that both read and wrote the modes would be
+    slow. While contacts settle, v is that of the first step; the hint tells which way
     the base is about to move.
     """
     hint = v - base
@@ -174,7 +177,7 @@ def observe(
         live, larger(time, real(0.0)), limit, wp.where(forward, n1, n2), gap1,
         wp.where(forward, n2, n1), gap2, glides, since, left, right, uplift_time, moved, impacts,
     )  # fmt: skip
-    # The pose past a right angle in which a block has overturned is not an answer.
+    # A block that has overturned has turned past a right angle: that pose does not count.
     stands = live and size(theta) < HALF_PI
     deepest = wp.where(stands, larger(-smaller(gap1, gap2), deepest), deepest)
     higher = live and size(theta) > peak
@@ -190,7 +193,7 @@ def observe(
 def rotation_to_store(mode: int, past: real, theta: real, omega: real) -> real:
     """Rotation at a sample that a lane has passed by a time [s]; where it ended, its last one.
 
-    Nothing stops the velocities of a lane that has ended, they need not be finite.
+    The velocities of a lane that has ended go on changing and need not be finite.
     """
     back = larger(past, real(0.0)) * omega
     return theta - wp.where(mode == RUNNING, back, real(0.0))

@@ -1,4 +1,4 @@
-"""Taylor polynomials of degree 10 in time, and their first root in a step, for one precision.
+"""Taylor polynomials of degree 10 in time, and their first root in a step.
 
 A polynomial is eleven scalars, so that the compiler keeps it in registers: a vector argument
 would keep the loop over lanes from being vectorised.

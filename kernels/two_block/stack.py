@@ -1,4 +1,4 @@
-"""Two stacked rocking blocks by Taylor series, event by event, for one precision and motion kind.
+"""Two stacked rocking blocks by Taylor series, event by event.
 
 A step is one expansion of degree 10 in the present pattern (head of two_block/stack_mechanics.py).
 It
@@ -303,7 +303,7 @@ def step(
 
 @wp.func
 def toppled(state: State) -> State:
-    """A block has overturned: its rotation is pi/2."""
+    """The state of a lane one block of which has overturned: its rotation is pi/2."""
     s = state
     s.mode = OVERTURNED
     upper_falls = size(s.rotation[1]) > size(s.rotation[0])

@@ -156,7 +156,7 @@ def after_force(
     lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair,
     a: real,
 ) -> Choice:  # fmt: skip
-    """The pattern that the forces want, of those that leave the pivots where they are.
+    """The pattern that the forces lead to, among those that keep the present pivots.
 
     Closed contacts stay closed, or open with an acceleration > 0. The present pattern comes
     first; it stays if none is admissible.

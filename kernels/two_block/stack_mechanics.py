@@ -191,7 +191,7 @@ def reactions(
     lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair,
     bend: Pair, a: real,
 ) -> Places:  # fmt: skip
-    """What mass times acceleration, gravity taken off, asks of the contacts [N]."""
+    """Forces that the contacts must give: mass times acceleration less gravity [N]."""
     square = Pair(rate[0] * rate[0], rate[1] * rate[1])
     at = of_centres(lower, upper, stack, s1, s2, rotation, bend, square)
     g = stack.gravity

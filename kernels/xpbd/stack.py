@@ -1,4 +1,4 @@
-"""Position-level contact step of a stack of rocking blocks (XPBD), for one precision.
+"""Position-level contact step of a stack of rocking blocks (XPBD).
 
 Bodies are numbered from the ground: body 0 is the ground, an endless flat face that nothing moves,
 body k the k-th block. A body has its centre of mass at (x, z), in the frame of the base, the half
@@ -132,7 +132,7 @@ def predict(
 
 @wp.func
 def without_tiny(value: real) -> real:
-    """A number, or nothing if it is `TINY`."""
+    """A number, or zero if it is below `TINY`: subnormal numbers are slow."""
     return wp.where(size(value) < TINY, real(0.0), value)
 
 
@@ -266,7 +266,7 @@ def solve_anywhere(
         mu, wp.where(first, a1, c3), wp.where(first, b1, d3), wp.where(first, u1, u2),
         wp.where(first, s1, s2),
     )  # fmt: skip
-    # Last in each row comes what was found last, for which the others need not wait.
+    # The value found last comes last in each row, so that the other terms need not wait for it.
     a = larger(u1 - a1 * b - a2 * e - a3 * f, real(0.0))
     b = larger(smaller(s1 - b2 * e - b3 * f - b1 * a, mu * a), -mu * a)
     e = larger(u2 - c3 * f - c1 * a - c2 * b, real(0.0))

@@ -75,7 +75,7 @@ def solve_on_ground(
         mu, wp.where(first, a1, c3), wp.where(first, b1, d3), wp.where(first, u1, u2),
         wp.where(first, s1, s2),
     )  # fmt: skip
-    # Last in each row comes what was found last, for which the others need not wait.
+    # The value found last comes last in each row, so that the other terms need not wait for it.
     for _ in range(TURNS_ON_GROUND):
         a = larger(u1 - a1 * b - a2 * e - a3 * f, real(0.0))
         b = larger(smaller(s1 - b2 * e - b3 * f - b1 * a, mu * a), -mu * a)

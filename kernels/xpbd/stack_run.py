@@ -85,8 +85,8 @@ def integrate_block(
 ):  # fmt: skip
     """Ends a step of a block, see `integrate`; it keeps a part of its velocity (`kept`).
 
-    For what is seen of it and of its interface see `stack_run.observe`; (lx, lz) is the centre of
-    the body below.
+    For what is seen of it and of its interface see `observe` in shape/stack_run.py; (lx, lz) is the
+    centre of the body below.
     """
     integrate(
         live, dv, knobs, m, j, qx, qz, qo, rx, rz, ro, x, z, theta, s, c, vx, vz, omega, loss,
@@ -122,7 +122,7 @@ def run_lanes(
     base, dv, hint, loss, lift, last, deep = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     given, jolt, most, taken, back = Lane(), Lane(), Lane(), Lane(), Lane()
     hit, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
-    # Counts that Warp does not know, so that it writes out none of the loops over them.
+    # Variables, not constants: else Warp would unroll the loops over them.
     bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS // TURNS)
     first, count, dt = wp.tid() * LANES, int(-SETTLING), knobs.time_step
     time = -BEFORE * dt

@@ -19,11 +19,11 @@ Blocks, Pose, Values, Counts, Triples = (
     stack.Counts,
     stack.Triples,
 )
-carried, between, all_rows, settle = (
+carried, between, all_rows, solve = (
     stack.carried,
     stack.between,
     stack.all_rows,
-    contact.settle,
+    contact.solve,
 )
 OPEN = stack.OPEN
 
@@ -67,7 +67,7 @@ def strike(
     mass = real(0.0)
     for k in range(BLOCKS):
         mass += real(1.0) / blocks[lane].inverse_mass[k]
-    v, _p, _hold, _slip, done, _first, _left = settle(
+    v, _p, _hold, _slip, done, _first, _left = solve(
         blocks[lane], upper, lower, touching, nothing, touching, nothing, before[lane],
         real(1.0e-12), mass,
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""The atlas of extremes: every engine through every map, lane by lane, and what became of it.
+"""The atlas of extremes: runs every engine on every map, and judges every lane.
 
 A lane ends in one of four ways: its engine says that its numbers may not be used (a status), they
 are sound, they are sound but energy grew, or they are absurd although the status lets them pass.

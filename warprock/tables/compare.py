@@ -12,7 +12,7 @@ from warprock.compare.housner import NEEDS, SLIDE_BOUND
 if TYPE_CHECKING:
     from warprock.compare.checks import CheckRow
 
-from warprock.tables.tables import MISSING, Row, number, plain_table, print_table, stdout
+from warprock.tables.terminal import MISSING, Row, number, plain_table, print_table, stdout
 
 COMPARED_COLUMNS = (
     ("error_5s_ratio", "diff.*\nfirst 5 s", ".1e"),

@@ -125,7 +125,7 @@ def print_state(found: Mapping[str, Any], folder: pathlib.Path) -> None:
 
 def print_sweep_bench(rows: Sequence[Mapping[str, Any]]) -> None:
     """Prints what `sweep_bench.run_sweep_bench` measured."""
-    from warprock.tables.console import print_rows
+    from warprock.tables.terminal import print_rows
 
     print_rows("Sweeps from plan to merged table, measured here and now", rows)
 
