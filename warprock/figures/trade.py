@@ -29,7 +29,7 @@ def draw_trade(path: pathlib.Path, table: pd.DataFrame, scenes: Mapping[str, str
 
     Args:
         path: File to write.
-        table: Rows of `trade.run_trade`.
+        table: Rows of `measure.trade.run_trade`.
         scenes: What each scene is.
     """
     names = list(dict.fromkeys(table["scene"]))

@@ -34,7 +34,7 @@ def summarise(table: pd.DataFrame) -> dict[str, Any]:
     """Counts, sentences and defects of an atlas.
 
     Args:
-        table: What `stability.run_atlas` returned.
+        table: What `atlas.run_atlas` returned.
 
     Returns:
         `engines`, one entry an engine and precision: its counts, its limits and its `sentences`;

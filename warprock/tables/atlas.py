@@ -18,7 +18,7 @@ SUMMARY = "summary.md"
 def print_atlas(
     found: Mapping[str, Any], files: Sequence[pathlib.Path] = (), console: Console | None = None
 ) -> None:
-    """Prints what `stability_summary.summarise` returned.
+    """Prints what `measure.atlas_summary.summarise` returned.
 
     Args:
         found: Its return value.

@@ -90,11 +90,11 @@ def print_cells(
 def print_cell_comparison(
     case: Case, found: Mapping[str, Any], console: Console | None = None
 ) -> None:
-    """Prints what `checks.compare` returned for an ensemble: a row a cell, block and engine.
+    """Prints a comparison of ensembles: a row a cell, block and engine.
 
     Args:
         case: The case.
-        found: Its return value.
+        found: What `compare.checks.compare` returned.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()

@@ -68,7 +68,7 @@ class Reasons:
 
 
 def print_checks(rows: Sequence[CheckRow], console: Console | None = None) -> None:
-    """Prints the rows of `checks.run_checks`, and what failed with its reason.
+    """Prints the rows of `compare.checks.run_checks`, and what failed with its reason.
 
     Args:
         rows: The rows.
@@ -101,7 +101,7 @@ def print_checks(rows: Sequence[CheckRow], console: Console | None = None) -> No
 
 
 def print_comparison(found: Mapping[str, Any], console: Console | None = None) -> None:
-    """Prints what `checks.compare` returned, lane by lane, engines under each other.
+    """Prints what `compare.checks.compare` returned, lane by lane, engines under each other.
 
     Args:
         found: Its return value.

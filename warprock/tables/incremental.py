@@ -84,7 +84,7 @@ def print_analysis(
 
     Args:
         found: The analysis.
-        rows: What `capacities.capacity_rows` returned.
+        rows: What `analysis.capacities.capacity_rows` returned.
         intensity: The intensity measure.
         console: Where to; the terminal if not given.
     """

@@ -11,14 +11,14 @@ from warprock.tables.terminal import cell_text, print_rows, wide_stdout
 
 
 def print_listing(found: Mapping[str, Any]) -> None:
-    """Prints what `catalogue.list_all` found."""
+    """Prints what `run.catalogue.list_all` found."""
     print_rows("Cases", found["cases"])
     print_rows("Engines", found["engines"])
     print_rows("Programs of others, for compare", found["programs"])
 
 
 def print_explanation(found: Mapping[str, Any]) -> None:
-    """Prints what `catalogue.explain_case` found."""
+    """Prints what `run.catalogue.explain_case` found."""
     out = wide_stdout()
     case, scene = found["case"], found["scene"]
     out.print(f"{case['name']}: {case['title']}", style="bold")

@@ -9,7 +9,7 @@ from warprock.tables.terminal import print_rows, wide_stdout
 
 
 def print_examination(found: Mapping[str, Any]) -> None:
-    """Prints what `doctor.examine` found."""
+    """Prints what `measure.doctor.examine` found."""
     out = wide_stdout()
     for name, version in found["versions"].items():
         out.print(f"{name}: {version or 'missing'}")
@@ -33,7 +33,7 @@ def print_examination(found: Mapping[str, Any]) -> None:
 
 
 def print_bench(found: Mapping[str, Any]) -> None:
-    """Prints what `bench.run_bench` and `peers.compare` measured."""
+    """Prints what `measure.bench.run_bench` and `measure.peers.compare` measured."""
     facts = found["machine"]
     flags = " ".join(facts["vector_flags"])
     print_rows(

@@ -26,10 +26,10 @@ SPATIAL_COLUMNS = (
 
 
 def print_stack_comparison(found: Mapping[str, Any], console: Console | None = None) -> None:
-    """Prints what `checks.compare` returned for stacks or in space: a row a lane, block, engine.
+    """Prints a comparison of stacks or in space: a row a lane, block and engine.
 
     Args:
-        found: Its return value.
+        found: What `compare.checks.compare` returned.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()

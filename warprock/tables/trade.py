@@ -20,7 +20,7 @@ def print_trade(
     """Prints what each error costs: a table a scene, a row an engine, a column an error level.
 
     Args:
-        levels: What `trade.level_rows` returned.
+        levels: What `measure.trade.level_rows` returned.
         scenes: What each scene is.
         files: Files that were written.
         console: Where to; the terminal if not given.
