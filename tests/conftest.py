@@ -15,6 +15,7 @@ from tests.shared.sweeps import LANES, merged_bytes, write_case
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 LONGEST = (
+    "programs/test_newton.py",
     "engines/test_contract.py",
     "engines/test_forms.py",
     "sweep/test_harm.py",

@@ -6,12 +6,14 @@ import ast
 import functools
 import graphlib
 import pathlib
+import re
 import sys
 from collections.abc import Iterator
 
 import pytest
 
 from tools.house import MAPPED, MODULES, ROOMS, floors, readme_map
+from warprock.case.keys import KEYS
 from warprock.engines import ENGINES
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -171,6 +173,37 @@ def test_nothing_imports_tests_or_tools():
     for file in SOURCES:
         tops = {module.split(".")[0] for module in _imports(file)}
         assert not tops & {"tests", "tools", "kernels", "cases"}, file
+
+
+REFERENCE = re.compile(r"`((?:[a-z_]+\.)+[A-Za-z_]+)(?:\(\))?`")
+"""What a comment or docstring names in another file: `run.results.write_results`."""
+
+
+ENDINGS = ("csv", "json", "parquet", "png", "py", "toml")
+
+
+def test_names_of_other_modules_in_comments_are_true():
+    modules = {
+        ".".join(pathlib.PurePosixPath(file).with_suffix("").parts[1:]): _tree(file)
+        for file in SOURCES
+        if file.startswith("warprock/")
+    }
+    bound = {
+        name: _constants(tree)
+        | {each.name for each in tree.body if isinstance(each, ast.FunctionDef | ast.ClassDef)}
+        for name, tree in modules.items()
+    }
+    leaves = {name.rpartition(".")[2] for name in modules}
+    for file in SOURCES:
+        room = _room_of(file)
+        for reference in REFERENCE.findall((ROOT / file).read_text(encoding="utf-8")):
+            plain = reference.removeprefix("warprock.")
+            module, _, name = plain.rpartition(".")
+            if module.rpartition(".")[2] not in leaves or name in ENDINGS or plain in KEYS:
+                continue
+            known = [each for each in (module, f"{room}.{module}") if each in modules]
+            true = plain in modules or any(name in bound[each] for each in known)
+            assert true, f"{file}: `{reference}` is nowhere"
 
 
 def test_files_and_functions_are_short():

@@ -35,7 +35,7 @@ class InputError(ValueError):
         super().__init__(f"{place}: got {_written(got)}, {one_line(allowed)}")
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, str, object, str]]:
-        """How a process hands the error to another one: by what it was made of."""
+        """Makes the error picklable, so that a worker process can hand it on."""
         return type(self), (self.source, self.key, self.got, self.allowed)
 
 

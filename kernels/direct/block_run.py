@@ -1,7 +1,9 @@
-"""Runs of the direct step over lanes: packed for the CPU, plain for any device.
+"""Runs of the direct step over lanes, LANES lanes a thread: a pack on the CPU, one on any device.
 
 A block rocks while one of its corners has parted from the base, see parting.py. A flat one
 starts at rest on its springs, a leaning one with its corner at the base.
+
+With one lane a thread the same text is the plain form.
 """
 
 import warp as wp
@@ -50,7 +52,7 @@ LaneInt = wp.types.vector(length=LANES, dtype=int)
 
 @wp.kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block),
+    blocks: wp.array(dtype=Block),
     motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real),
     starts: wp.array(dtype=real),
@@ -60,6 +62,10 @@ def run_lanes(
 ):
     """Runs LANES lanes a thread, all at the same time."""
     first = wp.tid() * LANES
+    # By names of their own: read off the struct they would keep the loop over lanes scalar.
+    results = found.results
+    leaves = found.blocks
+    rotations = found.rotations
     x, z, theta, vx, vz, omega = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     n1, n2, loss, base = Lane(), Lane(), Lane(), Lane()
     given, jolt, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
@@ -67,7 +73,7 @@ def run_lanes(
     uplift_time, moved, since = Lane(), Lane(), Lane()
     impacts, mode, steps, apart1, apart2 = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
     for i in range(LANES):
-        block = blocks[0, first + i]
+        block = blocks[first + i]
         th = starts[first + i]
         theta[i] = th
         qx, qz, uz, p1, p2 = start(block, knobs, th)
@@ -92,12 +98,12 @@ def run_lanes(
                 m = motions[first + i]
                 # Field by field: four float32 loaded at once would keep the loop scalar.
                 block = Block()
-                block.half_width = blocks[0, first + i].half_width
-                block.half_height = blocks[0, first + i].half_height
-                block.inverse_inertia = blocks[0, first + i].inverse_inertia
-                block.friction = blocks[0, first + i].friction
-                block.cfm = blocks[0, first + i].cfm
-                block.erp = blocks[0, first + i].erp
+                block.half_width = blocks[first + i].half_width
+                block.half_height = blocks[first + i].half_height
+                block.inverse_inertia = blocks[first + i].inverse_inertia
+                block.friction = blocks[first + i].friction
+                block.cfm = blocks[first + i].cfm
+                block.erp = blocks[first + i].erp
                 place = sample_index(m, sample_segment(m, half))
                 moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
                 qx, qz, qt, ux, uz, uo, p1, p2, lo, mi, gap, gap1, gap2 = step(
@@ -134,15 +140,15 @@ def run_lanes(
                 deepest[i] = wp.where(live, larger(-gap, deepest[i]), deepest[i])
                 steps[i] = steps[i] + wp.where(live, 1, 0)
                 mode[i] = wp.where(live, mo, mode[i])
-        if found.rotations.shape[0] > 0:
+        if rotations.shape[0] > 0:
             back = time - until
             for i in range(LANES):
                 at = theta[i] - wp.where(mode[i] == RUNNING, back * omega[i], real(0.0))
-                found.rotations[sample, 0, first + i] = at
+                rotations[sample, 0, first + i] = at
     for i in range(LANES):
-        found.results[first + i] = Result(
+        results[first + i] = Result(
             uplift_time[i], moved[i], loss[i], jolt[i], supplied[i], returned[i], deepest[i],
             impacts[i], mode[i], steps[i],
         )  # fmt: skip
-        slide = slide_of(blocks[0, first + i], x[i], theta[i])
-        found.blocks[0, first + i] = BlockResult(slide, peak[i], peak_time[i], peak_slide[i])
+        slide = slide_of(blocks[first + i], x[i], theta[i])
+        leaves[0, first + i] = BlockResult(slide, peak[i], peak_time[i], peak_slide[i])

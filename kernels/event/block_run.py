@@ -1,7 +1,9 @@
-"""Runs of the event step over lanes: packed for the CPU, plain for any device.
+"""Runs of the event step over lanes, LANES lanes a thread: a pack on the CPU, one on any device.
 
 Every lane has its own clock and ends its steps where its events are; a sample inside a step is
 read off the parabola that the step follows, so that histories do not change the run.
+
+With one lane a thread the same text is the plain form.
 """
 
 import warp as wp
@@ -105,7 +107,7 @@ LaneInt = wp.types.vector(length=LANES, dtype=int)
 
 @wp.kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block),
+    blocks: wp.array(dtype=Block),
     motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real),
     starts: wp.array(dtype=real),
@@ -115,6 +117,10 @@ def run_lanes(
 ):
     """Runs LANES lanes a thread, which take their steps side by side."""
     first = wp.tid() * LANES
+    # By names of their own: read off the struct they would keep the loop over lanes scalar.
+    results = found.results
+    leaves = found.blocks
+    rotations = found.rotations
     theta, slide, gap, vx, vz, omega, slip = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     time, base, cap, begun, theta0, omega0 = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
@@ -139,9 +145,9 @@ def run_lanes(
                 going = mode[i] < OVERTURNED and time[i] < until
                 count = steps[i] + wp.where(going, 1, 0)
                 # Loaded before an `and`, which would branch around the load: no vector code then.
-                spent = count >= blocks[0, first + i].step_limit
+                spent = count >= blocks[first + i].step_limit
                 th, sl, ga, ux, uz, om, di, mo, ti, se, ba, ca, ap, at, lo, ta, hit, ok, dp = step(
-                    blocks[0, first + i], knobs, m, pool[0, place], pool[1, place], end, going,
+                    blocks[first + i], knobs, m, pool[0, place], pool[1, place], end, going,
                     theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], slip[i], mode[i],
                     time[i], segment[i], base[i], cap[i],
                 )  # fmt: skip
@@ -176,13 +182,13 @@ def run_lanes(
             busy = int(0)
             for i in range(LANES):
                 busy = busy + wp.where(mode[i] < OVERTURNED and time[i] < until, 1, 0)
-        if found.rotations.shape[0] > 0:
+        if rotations.shape[0] > 0:
             for i in range(LANES):
-                found.rotations[sample, 0, first + i] = rotation_at(
+                rotations[sample, 0, first + i] = rotation_at(
                     until, time[i], theta[i], begun[i], theta0[i], omega0[i]
                 )
     for i in range(LANES):
-        found.results[first + i] = Result(
+        results[first + i] = Result(
             uplift_time[i], rest_time[i], loss[i], deepest[i], impacts[i], mode[i], steps[i]
         )
-        found.blocks[0, first + i] = BlockResult(slide[i], peak[i], peak_time[i], peak_slide[i])
+        leaves[0, first + i] = BlockResult(slide[i], peak[i], peak_time[i], peak_slide[i])

@@ -1,4 +1,7 @@
-"""Runs of the Housner step over lanes: packed for the CPU, plain for any device."""
+"""Runs of the Housner step over lanes, LANES lanes a thread: a pack on the CPU, one on any device.
+
+With one lane a thread the same text is the plain form.
+"""
 
 import warp as wp
 
@@ -43,7 +46,7 @@ LaneInt = wp.types.vector(length=LANES, dtype=int)
 
 @wp.kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block),
+    blocks: wp.array(dtype=Block),
     motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real),
     starts: wp.array(dtype=real),
@@ -52,6 +55,10 @@ def run_lanes(
 ):
     """Runs LANES lanes a thread, which take their steps side by side."""
     first = wp.tid() * LANES
+    # By names of their own: read off the struct they would keep the loop over lanes scalar.
+    results = found.results
+    leaves = found.blocks
+    rotations = found.rotations
     theta = Lane()
     omega = Lane()
     side = Lane()
@@ -86,7 +93,7 @@ def run_lanes(
                 going = mode[i] < OVERTURNED and time[i] < until
                 steps[i] = steps[i] + wp.where(going, 1, 0)
                 th, om, si, ti, se, mo, pk, pt, ut, rt, lo, im, ca, ne = step(
-                    blocks[0, first + i], m, pool[0, place], pool[1, place], until,
+                    blocks[first + i], m, pool[0, place], pool[1, place], until,
                     theta[i], omega[i], side[i], time[i], segment[i], mode[i],
                     peak[i], peak_time[i], uplift_time[i], rest_time[i], loss[i], impacts[i],
                     cap[i], needed[i],
@@ -98,7 +105,7 @@ def run_lanes(
                 time[i] = wp.where(going, ti, time[i])
                 segment[i] = wp.where(going, se, segment[i])
                 mo = wp.where(
-                    steps[i] >= blocks[0, first + i].step_limit and mo < OVERTURNED, STALLED, mo
+                    steps[i] >= blocks[first + i].step_limit and mo < OVERTURNED, STALLED, mo
                 )
                 mode[i] = wp.where(going, mo, mode[i])
                 peak[i] = wp.where(going, pk, peak[i])
@@ -111,11 +118,11 @@ def run_lanes(
                 needed[i] = wp.where(going, ne, needed[i])
             for i in range(LANES):
                 busy = busy + wp.where(mode[i] < OVERTURNED and time[i] < until, 1, 0)
-        if found.rotations.shape[0] > 0:
+        if rotations.shape[0] > 0:
             for i in range(LANES):
-                found.rotations[sample, 0, first + i] = theta[i]
+                rotations[sample, 0, first + i] = theta[i]
     for i in range(LANES):
-        found.results[first + i] = Result(
+        results[first + i] = Result(
             uplift_time[i], rest_time[i], loss[i], needed[i], impacts[i], mode[i], steps[i]
         )
-        found.blocks[0, first + i] = BlockResult(peak[i], peak_time[i])
+        leaves[0, first + i] = BlockResult(peak[i], peak_time[i])

@@ -1,6 +1,8 @@
-"""Runs of the impulse step over lanes: packed for the CPU, plain for any device.
+"""Runs of the impulse step over lanes, LANES lanes a thread: a pack on the CPU, one on any device.
 
 A block rocks while one of its corners has parted from the base, see parting.py.
+
+With one lane a thread the same text is the plain form.
 """
 
 import warp as wp
@@ -27,7 +29,7 @@ LaneInt = wp.types.vector(length=LANES, dtype=int)
 
 @wp.kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block),
+    blocks: wp.array(dtype=Block),
     motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real),
     starts: wp.array(dtype=real),
@@ -37,6 +39,10 @@ def run_lanes(
 ):
     """Runs LANES lanes a thread, all at the same time."""
     first = wp.tid() * LANES
+    # By names of their own: read off the struct they would keep the loop over lanes scalar.
+    results = found.results
+    leaves = found.blocks
+    rotations = found.rotations
     x, z, theta, vx, vz, omega = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     n1, f1, n2, f2, loss, base = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     given, jolt, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
@@ -44,7 +50,7 @@ def run_lanes(
     uplift_time, moved, since = Lane(), Lane(), Lane()
     impacts, mode, steps, apart1, apart2 = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
     for i in range(LANES):
-        block = blocks[0, first + i]
+        block = blocks[first + i]
         th = starts[first + i]
         theta[i] = th
         x[i] = -slide_of(block, real(0.0), th)
@@ -67,10 +73,10 @@ def run_lanes(
                 m = motions[first + i]
                 # Field by field: four float32 loaded at once would keep the loop scalar.
                 block = Block()
-                block.half_width = blocks[0, first + i].half_width
-                block.half_height = blocks[0, first + i].half_height
-                block.inverse_inertia = blocks[0, first + i].inverse_inertia
-                block.friction = blocks[0, first + i].friction
+                block.half_width = blocks[first + i].half_width
+                block.half_height = blocks[first + i].half_height
+                block.inverse_inertia = blocks[first + i].inverse_inertia
+                block.friction = blocks[first + i].friction
                 place = sample_index(m, sample_segment(m, half))
                 moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
                 qx, qz, qt, ux, uz, uo, p1, t1, p2, t2, lo, gap, gap1, gap2 = step(
@@ -108,15 +114,15 @@ def run_lanes(
                 deepest[i] = wp.where(live, larger(-gap, deepest[i]), deepest[i])
                 steps[i] = steps[i] + wp.where(live, 1, 0)
                 mode[i] = wp.where(live, mo, mode[i])
-        if found.rotations.shape[0] > 0:
+        if rotations.shape[0] > 0:
             back = time - until
             for i in range(LANES):
                 at = theta[i] - wp.where(mode[i] == RUNNING, back * omega[i], real(0.0))
-                found.rotations[sample, 0, first + i] = at
+                rotations[sample, 0, first + i] = at
     for i in range(LANES):
-        found.results[first + i] = Result(
+        results[first + i] = Result(
             uplift_time[i], moved[i], loss[i], jolt[i], supplied[i], returned[i], deepest[i],
             impacts[i], mode[i], steps[i],
         )  # fmt: skip
-        slide = slide_of(blocks[0, first + i], x[i], theta[i])
-        found.blocks[0, first + i] = BlockResult(slide, peak[i], peak_time[i], peak_slide[i])
+        slide = slide_of(blocks[first + i], x[i], theta[i])
+        leaves[0, first + i] = BlockResult(slide, peak[i], peak_time[i], peak_slide[i])

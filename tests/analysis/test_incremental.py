@@ -167,7 +167,7 @@ def test_lanes_without_a_number_are_left_out_and_few_records_have_no_band(case: 
     assert (group.left_out, group.band) == (2, None)
     stream = io.StringIO()
     rows = capacity_rows([group])
-    print_analysis(found, rows, "factor", [], Console(file=stream, width=120))
+    print_analysis(found, rows, "factor", Console(file=stream, width=120))
     assert "left out: 2 lanes whose numbers cannot be used" in stream.getvalue()
 
 
@@ -276,6 +276,8 @@ def test_the_command_writes_what_it_prints(case: Case, tmp_path: pathlib.Path):
     np.testing.assert_allclose(ratio, lanes["overturning_factor"], rtol=1e-12)
     assert (out / "ida.png").read_bytes()[:4] == b"\x89PNG"
     assert json.loads((out / "run.json").read_text())["plan"] == found["plan"]
+    listed = json.loads((out / ".warprock.json").read_text())
+    assert set(listed) == {pathlib.Path(file).name for file in found["files"]}
     printed = command(*arguments).stdout
     assert f"{found['stages']} of them kept" in printed
     assert f"{table['median'][0]:.4g}" in printed

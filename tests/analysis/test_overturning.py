@@ -97,6 +97,7 @@ def test_boundaries_without_impact_are_the_closed_forms(tmp_path: pathlib.Path):
     np.testing.assert_allclose(away[0.04] / away[0.01], 16.0, rtol=0.05)
 
 
+@pytest.mark.thorough
 def test_the_case_has_the_published_limits_and_a_wrong_impact_loses_them():
     assert all(row.ok for row in run_checks(load_case("overturning-map")))
     harder = load_case("overturning-map", ["contact.angular_restitution=0.85"])

@@ -188,7 +188,7 @@ def test_the_table_says_which_blocks_fell_and_which_have_no_number(tmp_path: pat
     assert found.run.response["outcome"][first] == Outcome.OVERTURNED
     found.run.response.fields["status"][last] = Status.NONFINITE
     stream = io.StringIO()
-    print_spectrum(found, [], Console(file=stream, width=100))
+    print_spectrum(found, Console(file=stream, width=100))
     cells = dict(line.split() for line in stream.getvalue().splitlines() if len(line.split()) == 2)
     assert (cells["1.5"], cells["6"]) == ("fell", "-")
     middle = int(found.lanes[0, 0, 16])

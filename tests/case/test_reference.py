@@ -31,7 +31,8 @@ BY_KEY = {row.key: row for row in ROWS}
 def tables_below(table: type[Table]) -> Iterator[type[Table]]:
     """Every table that declares keys of a case file, as Python knows them."""
     for each in table.__subclasses__():
-        yield each
+        if each.__module__.startswith("warprock."):
+            yield each
         yield from tables_below(each)
 
 

@@ -11,7 +11,7 @@ from warprock.case.sampling import (
     END_SCORE,
     ENDS,
     MOST_POINTS,
-    SAMPLINGS,
+    SAMPLING,
     Distribution,
     Sample,
     Shape,
@@ -19,7 +19,7 @@ from warprock.case.sampling import (
 from warprock.units import Dimension
 
 
-@pytest.mark.parametrize("sampling", SAMPLINGS)
+@pytest.mark.parametrize("sampling", SAMPLING.choices)
 @pytest.mark.parametrize("count", [2, 3, 1000, 4096])
 def test_a_point_depends_on_its_number_alone(sampling: str, count: int):
     sample = Sample(sampling, 7, count, 3)

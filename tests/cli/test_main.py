@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import math
 import os
 import pathlib
+import pkgutil
 import shlex
 import signal
 import subprocess
@@ -13,10 +15,12 @@ import sys
 import time
 from collections.abc import Callable
 
+import click
 import pandas as pd
 import pytest
 from click.testing import CliRunner, Result
 
+import warprock.cli
 from tests.shared.blocks import single_block_engines
 from tests.shared.shipped import RUNNABLE_CASES
 from warprock.case.text import case_names, template_kinds
@@ -318,7 +322,7 @@ def test_a_full_disk_exits_with_1_and_leaves_no_half_file(
 
 
 @pytest.mark.skipif(os.name != "posix", reason="pipes and shells of POSIX systems")
-@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize("unbuffered", ["", pytest.param("1", marks=pytest.mark.thorough)])
 def test_output_that_nobody_reads_ends_quietly(unbuffered: str, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("PYTHONUNBUFFERED", unbuffered)
     reader, writer = os.pipe()
@@ -335,7 +339,7 @@ def test_output_that_nobody_reads_ends_quietly(unbuffered: str, monkeypatch: pyt
 def test_json_has_no_nan_and_no_infinity():
     import numpy as np
 
-    from warprock.tables.console import plain
+    from warprock.tables.terminal import plain
 
     found = plain({"a": float("nan"), "b": [np.float64("inf"), np.int32(3)], "c": np.arange(2)})
     assert found == {"a": None, "b": [None, 3], "c": [0, 1]}
@@ -364,3 +368,14 @@ def test_ctrl_c_does_not_wait_for_the_launch_in_hand(tmp_path, interruptible):
     assert process.returncode == 130
     assert "interrupted" in errors
     assert not list(folder.glob("*")) if folder.exists() else True
+
+
+def test_every_command_of_the_folder_can_be_called():
+    def reachable(command: click.Command) -> set[click.Command]:
+        below = command.commands.values() if isinstance(command, click.Group) else ()
+        return {command}.union(*map(reachable, below))
+
+    found = reachable(main)
+    for module in pkgutil.iter_modules(warprock.cli.__path__, "warprock.cli."):
+        for value in vars(importlib.import_module(module.name)).values():
+            assert not isinstance(value, click.Command) or value in found, value

@@ -117,6 +117,7 @@ REFUSED = [
     ("[study]", "study.engines", "nothing", "must be a list of engines"),
     ("[study]\nengines = []", "study.engines", [], "must be a list of engines"),
     ('[study]\nengines = ["impuls"]', "study.engines[0]", "impuls", "did you mean impulse?"),
+    ("[study]\nengines = [[]]", "study.engines[0]", [], "must be one of housner, impulse"),
     ('[study]\nengines = ["dem", "dem"]', "study.engines[1]", "dem", "must not be there twice"),
     (OF_DIRECT, "study.vary", "nothing", "must be a table"),
     (f"{OF_DIRECT}vary = {{}}", "study.vary", {}, "must be a table"),

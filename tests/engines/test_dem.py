@@ -282,6 +282,7 @@ def test_mirrored_stack_gives_mirrored_response() -> None:
     np.testing.assert_array_equal(there["residual_slide"], -back["residual_slide"])
 
 
+@pytest.mark.thorough
 def test_stiff_stack_of_two_follows_two_block() -> None:
     # A lower block alone in motion below a glued one, and an upper one alone, wider and narrower.
     lanes = make_stacks(

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 import warp as wp
 
+from tests.shared import closed_forms
 from tests.shared.blocks import Array, free_lanes, make_lanes, sines, velocity_steps
 from tests.shared.speed import require_gain
 from warprock.engines.launching import Form
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.instance import kernel_module, module_options
 from warprock.measure import bench
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
@@ -31,7 +32,11 @@ direct: Any = kernel_module("direct/block", precision="float64")
 Numbers: Any = wp.array2d(dtype=wp.float64)
 
 
-@wp.kernel(enable_backward=False)
+# The options of the engines: headers are compiled once for each set of flags.
+wp.set_module_options(module_options())
+
+
+@wp.kernel
 def solve_all(problems: Numbers, found: Numbers):
     """The engine's solve, problem by problem."""
     i = wp.tid()
@@ -46,7 +51,7 @@ def solve_all(problems: Numbers, found: Numbers):
     found[i, 3] = f
 
 
-@wp.kernel(enable_backward=False)
+@wp.kernel
 def fall(block: direct.Block, knobs: direct.Knobs, speed: wp.float64, path: Numbers):
     """Height above the undeformed base [m] and velocity [m/s] of a flat block, step by step."""
     zero = wp.float64(0.0)
@@ -355,7 +360,7 @@ def test_quarter_period_within_a_step() -> None:
 
 
 def test_overturning_velocity_step_at_its_limit() -> None:
-    limit = float(rocking.overturning_velocity_step(0.3, 1.0))
+    limit = float(closed_forms.overturning_velocity_step(0.3, 1.0))
     settings = DirectSettings(substeps=200)
     # The step is felt over half a time step: the limit moves by about p dt = 1e-4 of itself.
     speed = limit * np.array([1.0 - 5e-4, 1.0 + 5e-4])

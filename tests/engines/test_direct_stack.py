@@ -12,7 +12,7 @@ import warp as wp
 
 from tests.engines.test_impulse_stack import oracle, potential, random_pairs, stacks
 from tests.shared.blocks import Array, every_height_of_stack, free_lanes, sines, velocity_steps
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.instance import LOOPS_STAY, kernel_module, module_options
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, StillBase
 from warprock.model.response import LANE_FIELDS, Outcome, Response, SampleTimes, Status
@@ -25,7 +25,11 @@ Rows, Triples = contact.Rows, contact.Triples
 Numbers: Any = wp.array2d(dtype=wp.float64)
 
 
-@wp.kernel(enable_backward=False)
+# The options of the engines: headers are compiled once for each set of flags.
+wp.set_module_options(module_options() | LOOPS_STAY)
+
+
+@wp.kernel
 def solve_all(problems: wp.array(dtype=contact.Equations), found: Numbers, by_lemke: bool):
     """The engine's solve of two interfaces, problem by problem."""
     i = wp.tid()

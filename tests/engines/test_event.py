@@ -7,6 +7,7 @@ import time
 import numpy as np
 import pytest
 
+from tests.shared import closed_forms
 from tests.shared.blocks import Array, free_lanes, make_lanes, sines, velocity_steps
 from tests.shared.speed import require_gain
 from warprock.case.lanes import expand_lanes
@@ -292,7 +293,7 @@ def test_quarter_period_to_the_square_of_the_step() -> None:
 
 
 def test_overturning_velocity_step_at_its_limit() -> None:
-    limit = float(rocking.overturning_velocity_step(0.3, 1.0))
+    limit = float(closed_forms.overturning_velocity_step(0.3, 1.0))
     # The step of the base is exact; the swing that decides has an error of (p dt)^2.
     speed = limit * np.array([1.0 - 1e-4, 1.0 + 1e-4, -1.0 - 1e-4])
     lanes = make_lanes(np.full(3, 0.3), 1.0, friction=10.0)

@@ -62,7 +62,10 @@ def test_every_field_is_the_same_in_both_forms(engine: str, scene: str, kind: Mo
     )
     assert set(packed.fields) == set(plain.fields)
     for name in packed.fields:
-        if name in ("impact_count", "step_count") and (engine, scene) == HOPS:
+        if "in space" not in scene:
+            # In the plane one text is both forms, and the compiler rounds both alike.
+            np.testing.assert_array_equal(packed[name], plain[name], err_msg=name)
+        elif name in ("impact_count", "step_count") and (engine, scene) == HOPS:
             assert np.max(np.abs(packed[name] - plain[name])) <= 5
         elif name in INTEGER_FIELDS:
             np.testing.assert_array_equal(packed[name], plain[name], err_msg=name)

@@ -183,7 +183,7 @@ def overturns(lanes: Lanes, motions: GroundMotions, duration: float) -> Array:
 
 
 def test_single_velocity_step_overturns_at_its_limit() -> None:
-    limit = rocking.overturning_velocity_step(0.3, 1.0)
+    limit = closed_forms.overturning_velocity_step(0.3, 1.0)
     first = limit * np.array([1.0 - CLOSED_FORM, 1.0 + CLOSED_FORM, -1.0 - CLOSED_FORM])
     lanes = make_lanes(np.full(3, 0.3), 1.0, friction=NEVER_SLIDES)
     motions = velocity_steps(first, np.zeros(3), np.full(3, 50.0))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.shared import closed_forms
 from tests.shared.blocks import Array, free_lanes, make_lanes, sines, velocity_steps
 from tests.shared.speed import require_gain
 from warprock.case.lanes import expand_lanes
@@ -163,7 +164,7 @@ def test_rest_comes_when_housner_says() -> None:
 
 
 def test_overturning_velocity_step_at_its_limit() -> None:
-    limit = float(rocking.overturning_velocity_step(0.3, 1.0))
+    limit = float(closed_forms.overturning_velocity_step(0.3, 1.0))
     settings = ImpulseSettings(substeps=200)
     # The step is felt over half a time step: the limit moves by about p dt = 1e-4 of itself.
     speed = limit * np.array([1.0 - 5e-4, 1.0 + 5e-4])

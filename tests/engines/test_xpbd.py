@@ -8,6 +8,7 @@ import time
 import numpy as np
 import pytest
 
+from tests.shared import closed_forms
 from tests.shared.blocks import (
     Array,
     every_height_of_stack,
@@ -303,7 +304,7 @@ def test_slides_of_a_pair_add_up_to_the_closed_form() -> None:
 
 
 def test_overturning_velocity_step_at_its_limit() -> None:
-    limit = float(rocking.overturning_velocity_step(0.3, 1.0))
+    limit = float(closed_forms.overturning_velocity_step(0.3, 1.0))
     # The step is felt over half a time step: the limit moves by about p dt = 1e-4 of itself.
     speed = limit * np.array([1.0 - 5e-4, 1.0 + 5e-4])
     lanes = make_lanes(np.full(2, 0.3), 1.0, friction=STICKING)

@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.instance import BRANCHES, kernel_module, module_options
 from warprock.model.pose import quaternion, turned
 
 Array = npt.NDArray[np.float64]
@@ -15,7 +15,7 @@ Array = npt.NDArray[np.float64]
 real = wp.float64
 faces = kernel_module("shape/faces", precision="float64")
 corner, mirrored, Vector, SLOTS = faces.corner, faces.mirrored, faces.Vector, faces.SLOTS
-wp.set_module_options({"enable_backward": False, "max_unroll": 0})
+wp.set_module_options(module_options() | BRANCHES)
 
 SIGNS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
 

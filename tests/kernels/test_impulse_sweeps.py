@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
-from warprock.kernels.instance import MAX_UNROLL, kernel_module
+from warprock.kernels.instance import MAX_UNROLL, kernel_module, module_options
 from warprock.run.devices import start_warp
 
 SWEEPS = 100
@@ -20,7 +20,11 @@ Numbers: Any = wp.array2d(dtype=wp.float64)
 Array = npt.NDArray[np.float64]
 
 
-@wp.kernel(enable_backward=False)
+# The options of the engines: headers are compiled once for each set of flags.
+wp.set_module_options(module_options())
+
+
+@wp.kernel
 def solve_all(problems: Numbers, found: Numbers):
     """The engine's solve, problem by problem."""
     i = wp.tid()

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.instance import kernel_module, module_options
 from warprock.oracle.pair_mechanics import TwoBlocks
 from warprock.units import GRAVITY
 
@@ -14,7 +14,7 @@ PAIR = TwoBlocks(width=(0.2, 0.15), height=(0.6, 0.6), density=(128.16 / 0.12, 1
 
 mechanics: Any = kernel_module("two_block/stack_mechanics", precision="float64")
 contact: Any = kernel_module("two_block/stack_contact", precision="float64")
-wp.set_module_options({"enable_backward": False})
+wp.set_module_options(module_options())
 
 
 @wp.kernel

@@ -111,6 +111,7 @@ def test_scenes_stay_within_what_their_references_know(name: str) -> None:
     assert np.all((rotation > 1e-3) & (rotation < 0.5 * np.pi))
 
 
+@pytest.mark.thorough
 def test_where_blocks_slide_the_reference_has_converged_and_other_engines_come_to_it() -> None:
     scene = TRADE_SCENES["pulse"]
     lanes, motions = scene.build()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.shared import closed_forms
 from tests.shared.blocks import make_lanes, sines
 from tests.shared.case_texts import PULSE
 from tests.shared.spatial_blocks import along, in_space
@@ -52,7 +53,7 @@ def pulses(seed: int = 1):
     lanes = make_lanes(width, height, friction=rng.uniform(1.34, 5.0, LANES))
     rate = rocking.frequency_parameter(width, height)
     frequency = 1.5 * rate * 10.0 ** rng.uniform(0.2, 1.0, LANES) / (2.0 * np.pi)
-    speed = rocking.overturning_velocity_step(width, height) * rng.uniform(0.2, 1.2, LANES)
+    speed = closed_forms.overturning_velocity_step(width, height) * rng.uniform(0.2, 1.2, LANES)
     amplitude = speed / (2.0 * np.pi * frequency) * rng.choice([-1.0, 1.0], LANES)
     return lanes, sines(Control.DISPLACEMENT, amplitude, frequency, cycles=1.0)
 

@@ -187,7 +187,7 @@ def overturns(width: float, height: float, spin: float) -> bool:
 
 @pytest.mark.parametrize(("width", "height"), [(0.17, 1.0), (0.5, 1.0)])
 def test_velocity_step_limits(width: float, height: float) -> None:
-    single = rocking.overturning_velocity_step(width, height)
+    single = closed_forms.overturning_velocity_step(width, height)
     double = closed_forms.overturning_double_velocity_step(width, height)
     eta, _ = impact(width, height)
 

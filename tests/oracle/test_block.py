@@ -193,7 +193,7 @@ def test_a_prescribed_restitution_counts() -> None:
 
 @pytest.mark.parametrize(("width", "height"), [(0.17, 1.0), (0.5, 1.0)])
 def test_one_velocity_step_overturns_at_its_limit(width: float, height: float) -> None:
-    limit = float(rocking.overturning_velocity_step(width, height))
+    limit = float(closed_forms.overturning_velocity_step(width, height))
     for factor, outcome in ((1.0 - 1e-9, False), (1.0 + 1e-9, True)):
         found = rock(
             blocks(width, height), Steps((0.3, factor * limit)), 0, SampleTimes(20.0, None)

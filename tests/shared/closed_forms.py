@@ -15,7 +15,6 @@ import numpy.typing as npt
 
 from warprock.model.rocking import (
     frequency_parameter,
-    overturning_velocity_step,
     slenderness_angle,
 )
 from warprock.units import GRAVITY
@@ -130,6 +129,21 @@ def angular_velocity_step(
     left = slenderness_angle(width, height) - np.abs(_array(rotation))
     factor = frequency_parameter(width, height) ** 2 / GRAVITY
     return np.asarray(-factor * np.cos(left) * _array(velocity_step))
+
+
+def overturning_velocity_step(width: Numbers, height: Numbers) -> Array:
+    """Velocity step of the base above which a flat block overturns [m/s].
+
+    The kinetic energy of the step equals the lift to unstable balance:
+    V = 2 g sin(alpha / 2) / (p cos(alpha)).
+
+    References:
+        Housner (1963), overturning by an impulse, before its linearisation.
+    """
+    angle = slenderness_angle(width, height)
+    return np.asarray(
+        2.0 * GRAVITY * np.sin(0.5 * angle) / (frequency_parameter(width, height) * np.cos(angle))
+    )
 
 
 def overturning_double_velocity_step(width: Numbers, height: Numbers) -> Array:

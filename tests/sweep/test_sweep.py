@@ -326,6 +326,7 @@ def test_lanes_far_into_a_long_sample_cost_no_more_memory(case_file):
     assert peaks[1] < 1.5 * peaks[0]
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(os.name != "posix", reason="memory of processes is told by POSIX systems")
 def test_the_benchmark_measures_whole_sweeps():
     result = invoke("bench", "sweep", "--lanes", 40, "-e", "housner", "--json")

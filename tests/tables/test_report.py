@@ -24,7 +24,7 @@ from warprock.paper.printed import (
     paper_table,
 )
 from warprock.tables import compare as compared
-from warprock.tables import console, tables
+from warprock.tables import terminal
 
 TIMES = np.linspace(0.0, 10.0, 501)
 READINGS = tuple(READING_NAMES)
@@ -337,14 +337,14 @@ def test_a_narrow_terminal_cuts_no_word_and_no_number(width: int, monkeypatch: p
         "rotation_error_rad": 1.23e-5,
     }
     words = ("12", "block", "0.123456", "overturned", "12.3456", "1.23e-05")
-    table = tables.plain_table("A title", row, ["label"])
+    table = terminal.plain_table("A title", row, ["label"])
     table.add_row(*map(str, row.values()))
     stream = io.StringIO()
     narrow = Console(file=stream, width=width)
-    tables.print_table(narrow, table)
+    terminal.print_table(narrow, table)
     assert narrow.width == width
-    monkeypatch.setattr(console, "_stdout", lambda: Console(file=stream, width=width))
-    console.print_rows("A title", [row, row])
+    monkeypatch.setattr(terminal, "wide_stdout", lambda: Console(file=stream, width=width))
+    terminal.print_rows("A title", [row, row])
     printed = stream.getvalue()
     assert all(printed.count(word) >= 3 for word in words), printed
     # Headings are folded before a line is made longer than the terminal.

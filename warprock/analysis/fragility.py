@@ -145,7 +145,7 @@ def _curve(
     seen, most, least = (observe(at, each, record) for each in (hit, hit | doubt, hit & ~doubt))
     fits = [fit_lognormal(each.brackets) for each in (seen, most, least)]
     band = None
-    if seen.cluster_count >= LEAST_RECORDS and fits[0].dispersion > 0.0:
+    if seen.record_count >= LEAST_RECORDS and fits[0].dispersion > 0.0:
         band = record_band(seen.brackets, fits[0])
         if doubt.any():
             others = [
@@ -204,7 +204,7 @@ def warnings(table: pd.DataFrame, curves: Sequence[Curve]) -> list[str]:
         found.append("the table has no estimate of the error of the slide")
     if any(c.limit.slide is not None and not c.seen.reached.any() for c in curves):
         found.append("no lane reached a limit on the slide: housner and two-block do not slide")
-    fewest = min(curve.seen.cluster_count for curve in curves)
+    fewest = min(curve.seen.record_count for curve in curves)
     if fewest < LEAST_RECORDS:
         found.append(f"{fewest} records: no band over fewer than {LEAST_RECORDS} records")
     elif fewest < FEW_RECORDS:
@@ -235,7 +235,7 @@ def curve_rows(curves: Sequence[Curve]) -> pd.DataFrame:
                 "left_out": sum(curve.left_out.values()),
                 "left_out_as": _counted(curve.left_out),
                 "in_doubt": curve.in_doubt,
-                "records": curve.seen.cluster_count,
+                "records": curve.seen.record_count,
                 "reached": int(curve.seen.reached.sum()),
                 **fit_columns(curve.fit, curve.band),
                 **{

@@ -1,12 +1,12 @@
 """Incremental dynamic analysis: the factor on its motion at which each lane of a case first falls.
 
-It goes in stages, each one batch of lanes. The first runs all lanes at a ladder of factors. Rocking
-is not monotonic: a block may stand at a stronger motion than one that overturned it, so the first
-fall on the ladder counts, and how often the block stood above it is counted as resurrections. Each
-further stage halves, on a logarithmic scale, the bracket between the strongest motion below the
-first fall at which the block stood and that fall, until it is narrow enough. A fall between two
-factors at which the block stood is not seen. A lane that never falls is censored at the top of the
-ladder; fits honour that and the brackets.
+It runs in stages, each of which is one batch of lanes. The first runs all lanes at a ladder of
+factors. Rocking is not monotonic: a block may stand at a stronger motion than one that overturned
+it, so the first fall on the ladder counts, and runs above it in which the block stood are counted
+as resurrections. Each further stage halves, on a logarithmic scale, the bracket between the
+strongest motion below the first fall at which the block stood and that fall, until it is narrow
+enough. A fall between two factors at which the block stood is not seen. A lane that never falls is
+censored at the top of the ladder; fits honour that and the brackets.
 
 A finished stage is a part (see `warprock.run.parts`) that names its plan: an analysis that was
 killed goes on behind the last one.

@@ -1,4 +1,4 @@
-"""Limit states of a block: which lanes have reached one, and of which lanes that is in doubt.
+"""Limit states of a block: which lanes have reached one, and for which lanes that is in doubt.
 
 A lane is in doubt where its own numbers do not tell on which side of the limit it lies:
 

@@ -48,18 +48,18 @@ class Observations:
         intensity: Intensity measure, > 0, shape [row].
         reached: Lanes of the row that reached the limit state, shape [row].
         count: Lanes of the row, shape [row].
-        cluster: Number of the record that the row belongs to, shape [row].
+        record: Number of the record that the row belongs to, shape [row].
     """
 
     intensity: Array
     reached: Array
     count: Array
-    cluster: npt.NDArray[np.intp]
+    record: npt.NDArray[np.intp]
 
     @property
-    def cluster_count(self) -> int:
+    def record_count(self) -> int:
         """Records among the rows."""
-        return int(self.cluster.max()) + 1
+        return int(self.record.max()) + 1
 
     @property
     def brackets(self) -> Brackets:
@@ -70,7 +70,7 @@ class Observations:
             low=np.append(np.zeros(len(hit)), self.intensity[miss]),
             high=np.append(self.intensity[hit], np.full(len(miss), np.inf)),
             count=np.append(self.reached[hit], missed[miss]),
-            record=np.append(self.cluster[hit], self.cluster[miss]),
+            record=np.append(self.record[hit], self.record[miss]),
         )
 
 
@@ -118,15 +118,15 @@ def observe(
         raise ValueError("lanes: got 0, must be at least 1")
     if not np.all(np.isfinite(intensity) & (intensity > 0.0)):
         raise ValueError("intensity: must be finite and > 0 in every lane")
-    clusters = np.unique(record, return_inverse=True)[1]
-    order = np.lexsort((intensity, clusters))
-    x, c = intensity[order], clusters[order]
+    numbers = np.unique(record, return_inverse=True)[1]
+    order = np.lexsort((intensity, numbers))
+    x, c = intensity[order], numbers[order]
     first = np.flatnonzero(np.append(True, (x[1:] != x[:-1]) | (c[1:] != c[:-1])))
     return Observations(
         intensity=x[first],
         reached=np.add.reduceat(reached[order].astype(np.float64), first),
         count=np.diff(np.append(first, len(x))).astype(np.float64),
-        cluster=c[first],
+        record=c[first],
     )
 
 

@@ -87,7 +87,7 @@ class OverturningMap:
         run: The lanes of the grid and what became of them.
         groups: Labels of every group of lanes, a panel each.
         lanes: Numbers of the lanes, weakest first, shape [group, frequency, amplitude].
-        boundaries: One row a boundary; see `overturning_boundaries.refine`.
+        boundaries: One row a boundary; see `boundaries.refine`.
         tolerance: Width of a boundary's bracket over its strength; None before it was refined.
         lanes_run: Lanes that were run, those of the grid included.
         stages: Batches after that of the grid.

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case.keys import KEYS
+from warprock.case.axes import LABEL
+from warprock.case.keys import KEYS, general_key
 from warprock.model.lanes import Lanes
 from warprock.quantity import Column, NumberKey
 from warprock.units import UNITS, Dimension
@@ -115,6 +116,20 @@ def lane_columns(keys: Sequence[str], lanes: Lanes, block: int | None = None) ->
         else:
             found |= key_column(key, values[:, block], f"_{block + 1}")
     return found
+
+
+def columns_of(key: str) -> set[str]:
+    """Full names of the input columns that can show a key: `{"height_m"}` for `block.height`.
+
+    Args:
+        key: A key that may be swept, or `label.NAME`, which is a column itself.
+    """
+    if key.startswith(LABEL):
+        return {key.removeprefix(LABEL)}
+    table, part = key.split(".")[0], key.split(".")[1]
+    number = f"_{part}" if table == "block" and part.isdecimal() else ""
+    direction = f"_{part}" if table == "motion" and part in ("y", "z") else ""
+    return {column.named(number) + direction for column in KEYS[general_key(key)].columns}
 
 
 def input_meaning(column: str) -> tuple[str, str]:

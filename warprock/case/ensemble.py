@@ -19,9 +19,9 @@ import pydantic
 from warprock.case.axes import Axis, Numbers
 from warprock.case.case_file import CaseFile
 from warprock.case.keys import KEYS, SWEEP_KEYS, general_key
-from warprock.case.sampling import MOST_SEED, SAMPLINGS, Sample
+from warprock.case.sampling import SAMPLING, SEED, Sample
 from warprock.case.sweep import axis_keys
-from warprock.case.table_keys import ChoiceKey, OtherKey, WholeKey
+from warprock.case.table_keys import OtherKey, WholeKey
 from warprock.case.validation import KeyedError, Table, below, unknown_key, validated
 from warprock.quantity import NOTHING, FrictionKey, Key, NumberKey
 from warprock.units import Dimension, Quantity, allowed_text, format_quantity, parse_any
@@ -62,7 +62,7 @@ class Ensemble:
     Attributes:
         members: Lanes in a cell, >= 2.
         seed: Seed of the sample.
-        sampling: One of `sampling.SAMPLINGS`.
+        sampling: One of the choices of `sampling.SAMPLING`.
         time_step: Half-width of the factor on an engine's time step; 0 leaves it alone.
         spread: Half-width by dotted key, in the order of the case.
     """
@@ -154,10 +154,8 @@ class EnsembleTable(Table):
     place: ClassVar[str] = "ensemble"
 
     members: Annotated[int, WholeKey("lanes in a cell of the sweep", 2, _MOST_MEMBERS)]
-    seed: Annotated[int, WholeKey("the seed of the sample", 0, MOST_SEED)] = 1
-    sampling: Annotated[
-        str, ChoiceKey("scrambled Sobol' points or a Latin hypercube", SAMPLINGS)
-    ] = "sobol"
+    seed: Annotated[int, SEED] = 1
+    sampling: Annotated[str, SAMPLING] = "sobol"
     time_step: Annotated[
         float, PercentKey("the half-width of the factor on the time step of the engine")
     ] = 0.0

@@ -125,10 +125,10 @@ def _component(values: LaneValues, table: str) -> Motions:
         motions, of_records, peak = _records(values, table, start)
         columns |= of_records
     else:
-        motions, stop, peak = family.follow(values, table, start)
+        motions, peak = family.follow(values, table, start)
         for name in family.shown:
             columns |= _column(values, table, name)
-        columns |= computed("stop", stop)
+        columns |= computed("stop", motions.stop)
     columns |= key_column("motion.start", start)
     return motions, columns | computed("peak_acceleration", peak), peak
 

@@ -18,8 +18,8 @@ from warprock.case.keys import KEYS, SWEEP_KEYS, general_key
 from warprock.case.sampling import (
     END_SCORE,
     MOST_POINTS,
-    MOST_SEED,
-    SAMPLINGS,
+    SAMPLING,
+    SEED,
     Distribution,
     Sample,
     Shape,
@@ -46,13 +46,17 @@ class _Drawn(Table):
         """What is said where a key is missing that must be given."""
         return f"must be given with distribution {cls.shape}"
 
-    def _judged(self, **ends: Written | None) -> None:
-        """Refuses numbers that do not fit together; their names in the file end in _ here.
+    def _refuse_misfits(self, numbers: Mapping[str, Written | None]) -> None:
+        """Refuses numbers that do not fit together.
+
+        Args:
+            numbers: The numbers by their names in the file; None is not given.
 
         Raises:
-            KeyedError: They are of several kinds, or one is not above 0 that must be.
+            KeyedError: They are of several kinds, one is not above 0 that must be, or to is not
+                above from.
         """
-        given = {name.rstrip("_"): end for name, end in ends.items() if end is not None}
+        given = {name: end for name, end in numbers.items() if end is not None}
         first, one = next(iter(given.items()))
         for name, end in given.items():
             if end.quantity.dimension is not one.quantity.dimension:
@@ -76,7 +80,7 @@ class Uniform(_Drawn):
 
     @pydantic.model_validator(mode="after")
     def _judge(self) -> Self:
-        self._judged(from_=self.low, to_=self.high)
+        self._refuse_misfits({"from": self.low, "to": self.high})
         return self
 
     def read(self) -> Distribution:
@@ -109,7 +113,7 @@ class Lognormal(_Drawn):
 
     @pydantic.model_validator(mode="after")
     def _judge(self) -> Self:
-        self._judged(median_=self.median, from_=self.low, to_=self.high)
+        self._refuse_misfits({"median": self.median, "from": self.low, "to": self.high})
         return self
 
     def judge(self, key: str, declared: NumberKey) -> None:
@@ -195,10 +199,8 @@ class SampleTable(Table):
     place: ClassVar[str] = "sample"
 
     lanes: Annotated[int, WholeKey("lanes that each cell of the sweep has", 1, MOST_POINTS)]
-    seed: Annotated[int, WholeKey("the seed of the sample", 0, MOST_SEED)] = 1
-    sampling: Annotated[
-        str, ChoiceKey("scrambled Sobol' points or a Latin hypercube", SAMPLINGS)
-    ] = "sobol"
+    seed: Annotated[int, SEED] = 1
+    sampling: Annotated[str, SAMPLING] = "sobol"
     over: Annotated[
         dict[str, Any],
         OtherKey(

@@ -22,17 +22,19 @@ import threading
 import numpy as np
 import numpy.typing as npt
 
+from warprock.case.table_keys import ChoiceKey, WholeKey
 from warprock.units import Dimension
 
 Array = npt.NDArray[np.float64]
 Places = npt.NDArray[np.uint64]
 
-SAMPLINGS = ("sobol", "lhs")
+SAMPLING = ChoiceKey("scrambled Sobol' points or a Latin hypercube", ("sobol", "lhs"))
+"""How the points of a sample are made."""
 
 MOST_POINTS = 2**30
 """Points after which SciPy's Sobol' sequence has used up its 30 bits."""
 
-MOST_SEED = 2**63 - 1
+SEED = WholeKey("the seed of the sample", 0, 2**63 - 1)
 
 ENDS = 2.0**-31
 """Least probability that is drawn, and greatest one below 1: half a step of 30 bits."""
@@ -51,7 +53,7 @@ class Sample:
 
     Attributes:
         sampling: "sobol" (scrambled, Owen 1998) or "lhs" (McKay, Beckman and Conover 1979).
-        seed: Seed, from 0 to `MOST_SEED`.
+        seed: Seed, from 0 to the bound of `SEED`.
         count: Points, at most `MOST_POINTS`.
         dimensions: Numbers that a point has.
     """

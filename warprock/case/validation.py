@@ -57,7 +57,7 @@ def unknown_key(name: str, got: object, known: Iterable[str]) -> UnknownKeyError
 
 
 def _marks(metadata: Iterable[Any], annotation: Any) -> Iterator[Any]:
-    """What an annotation is marked with; the items of a list may be marked as well."""
+    """What an annotation carries behind its type; that of the items of a list may carry it."""
     yield from metadata
     for inner in typing.get_args(annotation):
         yield from _marks(getattr(inner, "__metadata__", ()), inner)
@@ -70,9 +70,7 @@ class Table(pydantic.BaseModel):
         place: Its dotted name in a case file.
     """
 
-    model_config = pydantic.ConfigDict(
-        extra="forbid", frozen=True, arbitrary_types_allowed=True, populate_by_name=False
-    )
+    model_config = pydantic.ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
     place: ClassVar[str] = ""
 
     @classmethod
@@ -120,8 +118,9 @@ class Table(pydantic.BaseModel):
             return handler(table)
         except pydantic.ValidationError as error:
             fault = _first_fault(error)
-        if fault.got is NOTHING and fault.allowed == _MISSING:
-            raise KeyedError(fault.path, NOTHING, cls.lacking(str(fault.path[0]), info.context))
+        if len(fault.path) == 1 and fault.got is NOTHING and fault.allowed == _MISSING:
+            said = cls.lacking(str(fault.path[0]), info.context)
+            fault = KeyedError(fault.path, NOTHING, said)
         raise fault
 
     @pydantic.model_validator(mode="after")

@@ -12,15 +12,11 @@ from typing import NamedTuple, Protocol, cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.model.motion import (
-    Control,
-    PlanarMotions,
-    Waveform,
-    harmonic_motions,
-    mavroeidis_papageorgiou_motions,
-    modulated_peak_acceleration,
-    ricker_motions,
-)
+from warprock.model.harmonic import harmonic_motions
+from warprock.model.lane_motion import Control, Waveform
+from warprock.model.modulated import mavroeidis_papageorgiou_motions, modulated_peak_acceleration
+from warprock.model.pulse import PulseMotions
+from warprock.model.ricker import ricker_motions, ricker_peak_acceleration
 from warprock.units import Dimension
 
 Array = npt.NDArray[np.float64]
@@ -29,18 +25,6 @@ _DERIVATIVE = {Control.DISPLACEMENT: 0, Control.VELOCITY: 1, Control.ACCELERATIO
 """Control -> how often displacement was differentiated to reach it."""
 _WRITTEN = {Dimension.LENGTH: 0, Dimension.VELOCITY: 1, Dimension.ACCELERATION: 2}
 """Dimension of an amplitude -> the same."""
-
-# Largest |acceleration| of a Ricker pulse per unit of amplitude x rate^n, rate = pi frequency,
-# n = derivatives between the controlled quantity and acceleration. n = 1: the extremum of
-# (4 x^3 - 6 x) exp(-x^2) at x^2 = (3 - sqrt 6)/2; n = 2: |-6| at the centre.
-_RICKER_SQUARE = 0.5 * (3.0 - np.sqrt(6.0))
-_RICKER_PEAK = np.array(
-    [
-        1.0,
-        np.sqrt(_RICKER_SQUARE) * (6.0 - 4.0 * _RICKER_SQUARE) * np.exp(-_RICKER_SQUARE),
-        6.0,
-    ]
-)
 
 
 class Values(Protocol):
@@ -67,12 +51,10 @@ class Followed(NamedTuple):
 
     Attributes:
         motions: Their ground motions.
-        stop: Time at which each stops [s], shape [lane].
         peak: Largest acceleration of each [m/s^2], shape [lane].
     """
 
-    motions: PlanarMotions
-    stop: Array
+    motions: PulseMotions
     peak: Array
 
 
@@ -136,7 +118,7 @@ def _harmonic(values: Values, table: str, start: Array) -> Followed:
         duration = values.numbers(f"{table}.duration")
     each = cast("Sequence[Waveform]", waveform)
     motions = harmonic_motions(each, control, amplitude, frequency, start, duration)
-    return Followed(motions, motions.stop, np.abs(motions.acceleration_amplitude))
+    return Followed(motions, np.abs(motions.acceleration_amplitude))
 
 
 def _ricker(values: Values, table: str, start: Array) -> Followed:
@@ -145,10 +127,9 @@ def _ricker(values: Values, table: str, start: Array) -> Followed:
     _refuse_kinds(values, table, control)
     frequency = values.numbers(f"{table}.frequency")
     amplitude = values.numbers(f"{table}.amplitude")
-    left = 2 - _order(control)
-    peak = np.abs(amplitude) * (np.pi * frequency) ** left * _RICKER_PEAK[left]
     motions = ricker_motions(control, amplitude, frequency, start)
-    return Followed(motions, motions.stop, peak)
+    peak = ricker_peak_acceleration(amplitude, frequency, 2 - _order(control))
+    return Followed(motions, peak)
 
 
 def _mavroeidis_papageorgiou(values: Values, table: str, start: Array) -> Followed:
@@ -167,7 +148,7 @@ def _mavroeidis_papageorgiou(values: Values, table: str, start: Array) -> Follow
         cycles=cycles,
         phase=values.numbers(f"{table}.phase"),
     )
-    return Followed(motions, motions.stop, modulated_peak_acceleration(motions))
+    return Followed(motions, modulated_peak_acceleration(motions))
 
 
 def _refuse_kinds(values: Values, table: str, control: npt.NDArray[np.str_]) -> None:

@@ -40,28 +40,28 @@ def stability(
     Blocks of 5 cm to 50 m, steps of 1e-6 to 0.1 s, 5 g, 50 Hz, friction 0 to 10: maps as Parquet
     files and figures, and a summary made from them. A run that was stopped goes on where it was.
     """
-    from warprock.figures import atlas as plots_stability
+    from warprock.figures.atlas import write_figures
     from warprock.measure import atlas
     from warprock.measure.atlas_lanes import AtlasSize
     from warprock.measure.atlas_maps import LABELS, MAPS
     from warprock.measure.atlas_summary import explained, summarise
-    from warprock.run import case_run as runner
+    from warprock.run.case_run import require_choice
     from warprock.run.devices import start_warp
     from warprock.run.options import RunOptions
     from warprock.settings.engines import SETTINGS
-    from warprock.tables import atlas as tables_stability
-    from warprock.tables import console
+    from warprock.tables.atlas import print_atlas, write_summary
+    from warprock.tables.terminal import lane_progress, print_json
 
     for engine in engines:
-        runner.require_choice("--engine", engine, tuple(SETTINGS))
+        require_choice("--engine", engine, tuple(SETTINGS))
     known = {each.name: each for each in MAPS}
     for name in maps:
-        runner.require_choice("--map", name, tuple(known))
+        require_choice("--map", name, tuple(known))
     require_within("--points", points, 2, MOST_POINTS)
     require_within("--steps", steps, 1, MOST_STEPS)
     start_warp()
     chosen = [known[name] for name in maps or known]
-    with console.lane_progress("stability", len(atlas.all_parts(engines or None, chosen))) as done:
+    with lane_progress("stability", len(atlas.all_parts(engines or None, chosen))) as done:
         table = atlas.run_atlas(
             folder,
             AtlasSize(points=points, steps=steps),
@@ -73,9 +73,12 @@ def stability(
         raise InputError("--map", "", list(maps), "no engine that was asked for runs it")
     found: dict[str, Any] = {"explained": explained(), **summarise(table)}
     drawn = [(m.name, m.title, m.x, up) for m in chosen for up in (m.y, m.other_y) if up]
-    files = plots_stability.write_figures(table, drawn, LABELS, folder)
-    files.append(tables_stability.write_summary(found, folder))
+    files = write_figures(table, drawn, LABELS, folder)
+    files.append(write_summary(found, folder))
     if as_json:
-        console.print_json(found | {"files": files})
+        print_json(found | {"files": files})
     else:
-        tables_stability.print_atlas(found, files)
+        print_atlas(found, files)
+
+
+COMMANDS = (stability,)

@@ -6,10 +6,11 @@ import pathlib
 
 import click
 
+from warprock.cli.analysis import finish
 from warprock.cli.options import (
     by_option,
+    intensity_option,
     json_option,
-    list_written,
     output_option,
     require_within,
 )
@@ -17,14 +18,7 @@ from warprock.cli.options import (
 
 @click.command()
 @click.argument("table", type=click.Path(path_type=pathlib.Path))
-@click.option(
-    "--im",
-    "intensity",
-    default="peak_acceleration_m_s2",
-    show_default=True,
-    metavar="COLUMN",
-    help="Column of the intensity measure.",
-)
+@intensity_option("Column of the intensity measure.")
 @click.option(
     "--limit",
     "limits",
@@ -71,17 +65,16 @@ def fragility(
     it counts by its finest run, and bands reach around those in which all such lanes reached the
     limit, or none.
     """
-    from warprock.analysis import fragility as module
+    from warprock.analysis.fragility import fragility_curves
     from warprock.analysis.lane_tables import read_lanes
     from warprock.analysis.limits import DEFAULT_LIMITS, read_limits
-    from warprock.figures import fragility as plots_fragility
-    from warprock.tables import console
-    from warprock.tables import fragility as tables_fragility
+    from warprock.figures.fragility import draw_curves
+    from warprock.tables.fragility import fragility_report
 
     require_within("--max-doubt", most_doubt, 0.0, 1.0)
     chosen = read_limits(limits or (() if slides else DEFAULT_LIMITS), slides)
     lanes = read_lanes(table)
-    curves = module.fragility_curves(
+    curves = fragility_curves(
         lanes,
         source=str(table),
         intensity=intensity,
@@ -89,23 +82,12 @@ def fragility(
         by=by,
         most_doubt=most_doubt,
     )
-    rows, said = module.curve_rows(curves), module.warnings(lanes, curves)
-    files: list[pathlib.Path] = []
-    if folder is not None:
-        files = tables_fragility.write_tables(curves, intensity, folder)
-        files.append(plots_fragility.draw_curves(folder / "fragility.png", curves, intensity))
-        list_written(folder, files, beside=True)
-    if as_json:
-        found = {
-            "table": str(table),
-            "intensity": intensity,
-            "undecided": tables_fragility.undecided_lanes(lanes),
-            "rule": module.RULE,
-            "warnings": said,
-            "curves": rows.to_dict("records"),
-            "files": files,
-        }
-        console.print_json(found)
-    else:
-        tables_fragility.print_curves(rows, intensity, files, said)
-        tables_fragility.print_undecided(lanes)
+    report = fragility_report(lanes, curves, str(table), intensity)
+
+    def draw(path: pathlib.Path) -> pathlib.Path:
+        return draw_curves(path, curves, intensity)
+
+    finish(report, "fragility.png", draw, folder, as_json=as_json)
+
+
+COMMANDS = (fragility,)

@@ -18,13 +18,16 @@ def keys(table: str | None, markdown: bool, as_json: bool) -> None:
     without it.
     """
     from warprock.case.reference import find_sections, reference_page
-    from warprock.tables import console
     from warprock.tables.keys import print_keys
+    from warprock.tables.terminal import print_json
 
     found = find_sections(table)
     if as_json:
-        console.print_json({"tables": [section.as_json() for section in found]})
+        print_json({"tables": [section.as_json() for section in found]})
     elif markdown:
         click.echo(reference_page(found))
     else:
         print_keys(found)
+
+
+COMMANDS = (keys,)

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import importlib
 import os
 import pathlib
+import pkgutil
 import signal
 import sys
 from collections.abc import Callable
@@ -17,13 +19,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import warprock.cli
 from warprock import __version__
-from warprock.cli.atlas import stability
 from warprock.cli.exits import EXIT_CHECK, EXIT_FAILED, EXIT_INTERRUPTED, ExitCodes
-from warprock.cli.fragility import fragility
-from warprock.cli.ida import ida
-from warprock.cli.keys import keys
-from warprock.cli.map import overturning_map
 from warprock.cli.options import (
     EXIT_BAD_LANES,
     asked_options,
@@ -41,12 +39,9 @@ from warprock.cli.options import (
     set_option,
     workers_option,
 )
-from warprock.cli.records import records
-from warprock.cli.sensitivity import sensitivity
-from warprock.cli.spectrum import spectrum
 from warprock.cli.study import run_study_of
-from warprock.cli.sweep import EXIT_RESUMABLE, bench_sweep, sweep
-from warprock.cli.trade import choose_for, require_accuracy_alone, trade
+from warprock.cli.sweep import EXIT_RESUMABLE, bench_sweep
+from warprock.cli.trade import choose_for, require_accuracy_alone
 from warprock.errors import InputError
 
 if TYPE_CHECKING:
@@ -68,11 +63,12 @@ def main() -> None:
 @json_option
 def list_command(as_json: bool) -> None:
     """The shipped cases and the engines."""
-    from warprock.run import catalogue
-    from warprock.tables import console
+    from warprock.run.catalogue import list_all
+    from warprock.tables.listing import print_listing
+    from warprock.tables.terminal import print_json
 
-    found = catalogue.list_all()
-    console.print_json(found) if as_json else console.print_listing(found)
+    found = list_all()
+    print_json(found) if as_json else print_listing(found)
 
 
 @main.command()
@@ -82,11 +78,12 @@ def list_command(as_json: bool) -> None:
 def explain(case_name: str, overrides: tuple[str, ...], as_json: bool) -> None:
     """What a case requires, and which kernels can run it."""
     from warprock.case.load import load_case
-    from warprock.run import catalogue
-    from warprock.tables import console
+    from warprock.run.catalogue import explain_case
+    from warprock.tables.listing import print_explanation
+    from warprock.tables.terminal import print_json
 
-    found = catalogue.explain_case(load_case(case_name, overrides))
-    console.print_json(found) if as_json else console.print_explanation(found)
+    found = explain_case(load_case(case_name, overrides))
+    print_json(found) if as_json else print_explanation(found)
 
 
 @main.command()
@@ -94,9 +91,9 @@ def explain(case_name: str, overrides: tuple[str, ...], as_json: bool) -> None:
 @click.argument("path", required=False, type=click.Path(path_type=pathlib.Path))
 def init(kind: str, path: pathlib.Path | None) -> None:
     """Write a commented case file of a KIND to start from; an unknown KIND lists them all."""
-    from warprock.run import catalogue
+    from warprock.run.catalogue import write_template
 
-    click.echo(catalogue.write_template(kind, path or pathlib.Path("case.toml")))
+    click.echo(write_template(kind, path or pathlib.Path("case.toml")))
 
 
 @main.command()
@@ -137,9 +134,10 @@ def run(
     Every lane runs at half the step, and again, until its rotations are within the tolerance by
     their estimate; lanes that do not get there say so.
     """
+    from warprock.case.lanes import require_room_for_lanes
     from warprock.case.load import load_case
-    from warprock.run import case_run as runner
-    from warprock.tables import console
+    from warprock.run.case_run import require_histories, require_options, run_case
+    from warprock.tables.terminal import lane_progress
 
     case, choice = load_case(case_name, overrides), None
     if case.study is not None:
@@ -150,7 +148,7 @@ def run(
     if accuracy is not None:
         require_accuracy_alone(tolerance, estimate=estimate)
     options = asked_options(precision, device, workers, tolerance=tolerance, estimate=estimate)
-    runner.require_options(engine or "event", options)
+    require_options(engine or "event", options)
     if accuracy is not None:
         fixed = None if _is_default("precision") else precision
         tests = asked_options(workers=workers)
@@ -159,13 +157,14 @@ def run(
         )
         engine = choice.engine
         options = dataclasses.replace(options, precision=choice.precision, tolerance=accuracy)
-    runner.require_histories(case, lanes)
+    require_room_for_lanes(case)
+    require_histories(case, lanes)
     if lanes and folder is None:
         raise InputError("--history", "", list(lanes), "needs -o/--output, the folder to write to")
     taken = engine_for(case, engine)
-    with console.lane_progress(case.name, case.lane_count) as progress:
+    with lane_progress(case.name, case.lane_count) as progress:
         counted = dataclasses.replace(options, progress=progress)
-        case_run = runner.run_case(case, taken.engine, counted, histories=False)
+        case_run = run_case(case, taken.engine, counted, histories=False)
     say_engine(taken)
     files = [] if folder is None else _write_run(case_run, folder, lanes)
     _show_run(case_run, files, choice, as_json)
@@ -184,13 +183,12 @@ def _write_run(
     case_run: CaseRun, folder: pathlib.Path, lanes: tuple[int, ...]
 ) -> list[pathlib.Path]:
     """Writes a run, with histories of some lanes, and its figures."""
-    from warprock.figures import ensemble as plots_ensemble
-    from warprock.figures import run as plots_run
-    from warprock.run import case_run as runner
+    from warprock.figures import ensemble, run
+    from warprock.run.case_run import run_lane
     from warprock.run.results import write_run
 
-    histories = {lane: runner.run_lane(case_run, lane) for lane in lanes}
-    figures = plots_run if case_run.case.ensemble is None else plots_ensemble
+    histories = {lane: run_lane(case_run, lane) for lane in lanes}
+    figures = run if case_run.case.ensemble is None else ensemble
     files: list[pathlib.Path] = write_run(case_run, folder, histories)
     files += figures.write_figures(case_run, folder)
     list_written(folder, files)
@@ -210,7 +208,9 @@ def _show_run(
     from warprock.run.cells import cell_table
     from warprock.run.lane_table import lane_table
     from warprock.run.provenance import provenance
-    from warprock.tables import cells, console
+    from warprock.tables.cells import print_cells
+    from warprock.tables.run import print_run
+    from warprock.tables.terminal import print_json
 
     case = case_run.case
     if as_json:
@@ -219,9 +219,9 @@ def _show_run(
         summary = provenance(case_run) | {"rows": table.to_dict("records")}
         if choice is not None:
             summary["choice"] = dataclasses.asdict(choice)
-        console.print_json(summary | {"files": files})
+        print_json(summary | {"files": files})
     else:
-        show = console.print_run if case.ensemble is None else cells.print_cells
+        show = print_run if case.ensemble is None else print_cells
         if choice is not None:
             click.echo(f"{choice.why}\n{choice.test}\n{choice.advice}")
         show(case_run, files)
@@ -240,15 +240,15 @@ def reproduce(target: str, folder: pathlib.Path, workers: int | None, as_json: b
     An unknown TARGET lists them all. Its numbers are printed beside ours for every reading of the
     paper, with the conflicts in the paper.
     """
-    from warprock.paper import reproduce as module
-    from warprock.paper import tables as paper_tables
-    from warprock.run import case_run as runner
-    from warprock.tables import console
+    from warprock.paper import reproduce as paper
+    from warprock.paper.tables import print_reproduction
+    from warprock.run.case_run import require_choice
+    from warprock.tables.terminal import lane_progress, print_json
 
-    runner.require_choice("reproduce", target, tuple(module.TARGETS))
-    with console.lane_progress(f"reproduce {target}", None) as progress:
-        found = module.reproduce(target, folder, workers=workers, progress=progress)
-    console.print_json(found) if as_json else paper_tables.print_reproduction(found)
+    require_choice("reproduce", target, tuple(paper.TARGETS))
+    with lane_progress(f"reproduce {target}", None) as progress:
+        found = paper.reproduce(target, folder, workers=workers, progress=progress)
+    print_json(found) if as_json else print_reproduction(found)
 
 
 @main.command()
@@ -260,16 +260,16 @@ def check(ctx: click.Context, case_name: str | None, as_json: bool) -> None:
     from warprock.case.load import load_case
     from warprock.case.text import case_names
     from warprock.compare import checks
-    from warprock.tables import compare as compared
-    from warprock.tables import console
+    from warprock.tables.compare import print_checks
+    from warprock.tables.terminal import print_json
 
     rows = []
     for name in case_names() if case_name is None else [case_name]:
         rows += checks.run_checks(load_case(name))
     if as_json:
-        console.print_json({"rows": [dataclasses.asdict(row) for row in rows]})
+        print_json({"rows": [dataclasses.asdict(row) for row in rows]})
     else:
-        compared.print_checks(rows)
+        print_checks(rows)
     if not all(row.ok for row in rows):
         ctx.exit(EXIT_CHECK)
 
@@ -290,22 +290,23 @@ def compare(
     """
     from warprock.case.load import load_case
     from warprock.compare import checks
-    from warprock.tables import cells, console
-    from warprock.tables import compare as compared
-    from warprock.tables import peers as tables_peers
-    from warprock.tables import stack as tables_stack
+    from warprock.tables.cells import print_cell_comparison
+    from warprock.tables.compare import print_comparison
+    from warprock.tables.peers import print_costs
+    from warprock.tables.stack import print_stack_comparison
+    from warprock.tables.terminal import lane_progress, print_json
 
     case = load_case(case_name, overrides)
-    with console.lane_progress(case.name, None) as progress:
+    with lane_progress(case.name, None) as progress:
         found = checks.compare(case, list(engines), progress=progress)
-    show: Callable[[dict[str, Any]], None] = compared.print_comparison
+    show: Callable[[dict[str, Any]], None] = print_comparison
     if found["stacked"] or found.get("spatial"):
-        show = tables_stack.print_stack_comparison
+        show = print_stack_comparison
     if case.ensemble is not None:
-        show = functools.partial(cells.print_cell_comparison, case)
-    console.print_json(found) if as_json else show(found)
+        show = functools.partial(print_cell_comparison, case)
+    print_json(found) if as_json else show(found)
     if not as_json:
-        tables_peers.print_costs(found)
+        print_costs(found)
 
 
 @main.command()
@@ -313,11 +314,12 @@ def compare(
 @click.pass_context
 def doctor(ctx: click.Context, as_json: bool) -> None:
     """Versions, cores, vector instructions, Warp devices, kernel cache, and what is missing."""
-    from warprock.measure import doctor as module
-    from warprock.tables import console
+    from warprock.measure.doctor import examine
+    from warprock.tables.machine import print_examination
+    from warprock.tables.terminal import print_json
 
-    found = module.examine()
-    console.print_json(found) if as_json else console.print_examination(found)
+    found = examine()
+    print_json(found) if as_json else print_examination(found)
     if found["missing"]:
         ctx.exit(EXIT_FAILED)
 
@@ -337,26 +339,21 @@ def bench(ctx: click.Context, seconds: float, workers: int | None, as_json: bool
     from warprock.measure import peers
     from warprock.measure.bench import run_bench
     from warprock.run.devices import start_warp
-    from warprock.tables import console
+    from warprock.tables.machine import print_bench
+    from warprock.tables.terminal import print_json
 
     require_within("--seconds", seconds, 0.0, 3600.0)
     start_warp()
     found = run_bench(seconds=seconds, workers=workers)
     found["peers"] = peers.compare(found["accuracy"], seconds)
-    console.print_json(found) if as_json else console.print_bench(found)
+    print_json(found) if as_json else print_bench(found)
 
 
-main.add_command(records)
-main.add_command(fragility)
-main.add_command(ida)
-main.add_command(keys)
-main.add_command(overturning_map)
-main.add_command(sensitivity)
-main.add_command(spectrum)
-main.add_command(stability)
-main.add_command(sweep)
 bench.add_command(bench_sweep)
-main.add_command(trade)
+for module in pkgutil.iter_modules(warprock.cli.__path__, "warprock.cli."):
+    # A file in this folder adds the commands that it names in `COMMANDS`.
+    for command in getattr(importlib.import_module(module.name), "COMMANDS", ()):
+        main.add_command(command)
 
 
 def entry() -> None:

@@ -230,6 +230,22 @@ def by_option(command: Command) -> Command:
     )
 
 
+def intensity_option(meaning: str) -> Callable[[Command], Command]:
+    """`--im`, as `intensity`.
+
+    Args:
+        meaning: What may be named.
+    """
+    return click.option(
+        "--im",
+        "intensity",
+        default="peak_acceleration_m_s2",
+        show_default=True,
+        metavar="COLUMN",
+        help=meaning,
+    )
+
+
 def require_within(option: str, value: float, least: float, most: float) -> None:
     """Refuses a number that is out of bounds, or none.
 

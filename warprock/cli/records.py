@@ -27,14 +27,14 @@ def records() -> None:
 def list_command(fema: bool, as_json: bool) -> None:
     """The shipped records: unit, interval, PGA, PGV, licence and SHA-256."""
     from warprock.records.summary import record_rows
-    from warprock.tables import console
-    from warprock.tables import records as tables_records
+    from warprock.tables.records import print_records
+    from warprock.tables.terminal import print_json
 
     rows = record_rows(fema=fema)
     if as_json:
-        console.print_json({"records": rows})
+        print_json({"records": rows})
     else:
-        tables_records.print_records(rows)
+        print_records(rows)
 
 
 @records.command()
@@ -56,8 +56,8 @@ def info(
     from warprock.errors import InputError
     from warprock.records.intensity import PERIODS
     from warprock.records.summary import record_facts
-    from warprock.tables import console
-    from warprock.tables import records as tables_records
+    from warprock.tables.records import print_facts
+    from warprock.tables.terminal import print_json
 
     if not 0.0 <= damping < 1.0:
         raise InputError("--damping", "", damping, "must be from 0 to below 1")
@@ -69,9 +69,9 @@ def info(
     times = tuple(_positive("--period", text, "time") for text in periods) or PERIODS
     facts = record_facts(file, periods=times, damping=damping, block=block)
     if as_json:
-        console.print_json({"records": facts})
+        print_json({"records": facts})
     else:
-        tables_records.print_facts(facts)
+        print_facts(facts)
 
 
 @records.command("import")
@@ -170,8 +170,8 @@ def _write(output: pathlib.Path, content: bytes, as_json: bool) -> None:
     """Writes a CSV file and says what is in it."""
     from warprock.records.summary import record_facts
     from warprock.run.files import replacing, require_writable_file
-    from warprock.tables import console
-    from warprock.tables import records as tables_records
+    from warprock.tables.records import print_facts
+    from warprock.tables.terminal import print_json, print_written
 
     require_writable_file(output)
     output.parent.mkdir(parents=True, exist_ok=True)
@@ -179,7 +179,10 @@ def _write(output: pathlib.Path, content: bytes, as_json: bool) -> None:
         temporary.write_bytes(content)
     facts = record_facts(str(output))
     if as_json:
-        console.print_json({"records": facts, "files": [output]})
+        print_json({"records": facts, "files": [output]})
     else:
-        tables_records.print_facts(facts)
-        tables_records.print_file(output)
+        print_facts(facts)
+        print_written([output])
+
+
+COMMANDS = (records,)

@@ -38,8 +38,8 @@ def run_study_of(
         InputError: An option that a study has no use for, or another than those allowed.
     """
     from warprock.compare import study
-    from warprock.tables import console
-    from warprock.tables import study as tables_study
+    from warprock.tables.study import print_study_run
+    from warprock.tables.terminal import lane_progress, print_json
 
     for option, given in refused.items():
         if given is not None and given is not False:
@@ -47,7 +47,7 @@ def run_study_of(
             got = list(given) if isinstance(given, tuple) else given
             raise InputError(option, "", got, allowed)
     total, done = study.run_count(case, engine) * case.lane_count, 0
-    with console.lane_progress(case.name, total) as progress:
+    with lane_progress(case.name, total) as progress:
 
         def finished(count: int) -> None:
             nonlocal done
@@ -60,23 +60,23 @@ def run_study_of(
         list_written(folder, files)
     if as_json:
         summary = study.study_provenance(found) | {"rows": found.rows}
-        console.print_json(summary | {"files": files})
+        print_json(summary | {"files": files})
     else:
-        tables_study.print_study_run(found.rows, case, found.wall_time, files)
+        print_study_run(found.rows, case, found.wall_time, files)
 
 
 def _write(found: StudyRun, folder: pathlib.Path) -> list[pathlib.Path]:
     """Writes the table, what ran, and the figures."""
     from warprock.compare.study import write_study
-    from warprock.figures import study as plots_study
+    from warprock.figures.study import draw_histories, draw_study
 
     case, last = found.case, found.table["lane_name"].iloc[-1]
     duration = case.sample_times.duration
     times, reference, histories = found.times, found.reference, found.histories
     return [
         *write_study(found, folder),
-        plots_study.draw_study(folder / "study.png", found.rows, case.title, duration),
-        plots_study.draw_histories(
+        draw_study(folder / "study.png", found.rows, case.title, duration),
+        draw_histories(
             folder / "histories.png", f"{case.title}\n{last}", times, reference, histories
         ),
     ]

@@ -66,23 +66,23 @@ def plan(
 ) -> None:
     """Write the plan of a sweep over the lanes of a CASE, after a look at every one of them."""
     from warprock.case.load import load_case
-    from warprock.sweep import plan as sweep_plan
-    from warprock.tables import console, sweeps
+    from warprock.sweep.plan import CHUNK_LANES, make_plan, plan_facts, write_plan
+    from warprock.tables import sweeps, terminal
 
     case = load_case(case_name, overrides)
     options = asked_options(precision, device, tolerance=tolerance, estimate=estimate)
     choice = engine_for(case, engine)
-    with console.lane_progress("look at every lane", case.lane_count) as progress:
-        made = sweep_plan.make_plan(
+    with terminal.lane_progress("look at every lane", case.lane_count) as progress:
+        made = make_plan(
             case,
             choice.engine,
             dataclasses.replace(options, progress=progress),
-            chunk_lanes=sweep_plan.CHUNK_LANES if chunk_lanes is None else chunk_lanes,
+            chunk_lanes=CHUNK_LANES if chunk_lanes is None else chunk_lanes,
         )
-    written = sweep_plan.write_plan(made, folder)
+    written = write_plan(made, folder)
     say_engine(choice)
-    found = sweep_plan.plan_facts(made) | {"folder": str(folder), "written": written}
-    console.print_json(found) if as_json else sweeps.print_plan(found)
+    found = plan_facts(made) | {"folder": str(folder), "written": written}
+    terminal.print_json(found) if as_json else sweeps.print_plan(found)
 
 
 @sweep.command()
@@ -108,34 +108,41 @@ def run(
     on. Exits with 75 after the signals, with 130 after Ctrl-C.
     """
     from warprock.run.files import require_writable
-    from warprock.sweep import plan as sweep_plan
-    from warprock.sweep import run as sweep_run
-    from warprock.tables import console, sweeps
+    from warprock.sweep.plan import read_plan
+    from warprock.sweep.run import (
+        Stopped,
+        chunks_to_run,
+        read_shard,
+        run_here,
+        shard_counts,
+        stopping,
+    )
+    from warprock.tables import sweeps, terminal
 
-    part = sweep_run.read_shard(shard)
-    found = sweep_plan.read_plan(folder)
+    part = read_shard(shard)
+    found = read_plan(folder)
     require_writable(folder, "DIR")
-    run_chunks = sweep_run.run_here(found, folder, workers)
+    run_chunks = run_here(found, folder, workers)
     if scheduler is not None:
-        from warprock.sweep import dask as sweep_dask
+        from warprock.sweep.dask import run_on_dask
 
-        run_chunks = sweep_dask.run_on_dask(found, folder, scheduler, workers)
-    numbers = sweep_run.chunks_to_run(found, folder, part)
+        run_chunks = run_on_dask(found, folder, scheduler, workers)
+    numbers = chunks_to_run(found, folder, part)
     lanes = sum(len(found.lanes_of(number)) for number in numbers)
     kept = len(part.chunks(found)) - len(numbers)
     try:
-        with sweep_run.stopping(), sweeps.sweep_progress(lanes, len(numbers), kept) as progress:
+        with stopping(), sweeps.sweep_progress(lanes, len(numbers), kept) as progress:
             run_chunks(numbers, progress)
-    except sweep_run.Stopped as stopped:
+    except Stopped as stopped:
         _say_left(stopped.args[0], folder)
         ctx.exit(EXIT_RESUMABLE)
     except KeyboardInterrupt:
         _say_left("Ctrl-C", folder)
         raise
-    counts = sweep_run.shard_counts(found, folder, part) | {"folder": str(folder)}
+    counts = shard_counts(found, folder, part) | {"folder": str(folder)}
     settings = found.case.engine_settings(found.engine)
     if as_json:
-        console.print_json(counts)
+        terminal.print_json(counts)
     else:
         sweeps.print_counts(counts, found.engine, settings)
     if max_bad is not None and counts["bad"] > max_bad * counts["lanes_done"]:
@@ -156,12 +163,12 @@ def _say_left(why: str, folder: pathlib.Path) -> None:
 @json_option
 def status(folder: pathlib.Path, as_json: bool) -> None:
     """How far a sweep is: its chunks, and what became of the lanes so far."""
-    from warprock.sweep import chunks as sweep_chunks
-    from warprock.sweep import plan as sweep_plan
-    from warprock.tables import console, sweeps
+    from warprock.sweep.chunks import sweep_state
+    from warprock.sweep.plan import read_plan
+    from warprock.tables import sweeps, terminal
 
-    found = sweep_chunks.sweep_state(sweep_plan.read_plan(folder), folder)
-    console.print_json(found) if as_json else sweeps.print_state(found, folder)
+    found = sweep_state(read_plan(folder), folder)
+    terminal.print_json(found) if as_json else sweeps.print_state(found, folder)
 
 
 @sweep.command()
@@ -177,16 +184,16 @@ def status(folder: pathlib.Path, as_json: bool) -> None:
 def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> None:
     """Join the chunks of a sweep that is done in one Parquet file, all lanes in order."""
     from warprock.run.files import require_writable, require_writable_file
-    from warprock.sweep import chunks as sweep_chunks
-    from warprock.sweep import plan as sweep_plan
-    from warprock.tables import console
+    from warprock.sweep.chunks import merge as merge_chunks
+    from warprock.sweep.plan import read_plan
+    from warprock.tables.terminal import lane_progress, print_json
 
-    found = sweep_plan.read_plan(folder)
+    found = read_plan(folder)
     require_writable(folder, "DIR") if file is None else require_writable_file(file)
-    with console.lane_progress("merge", found.lane_count) as progress:
-        written = sweep_chunks.merge(found, folder, file, progress)
+    with lane_progress("merge", found.lane_count) as progress:
+        written = merge_chunks(found, folder, file, progress)
     facts = {"plan": found.id, "lanes": found.lane_count, "file": str(written)}
-    console.print_json(facts) if as_json else click.echo(written)
+    print_json(facts) if as_json else click.echo(written)
 
 
 @click.command("sweep")
@@ -202,17 +209,20 @@ def bench_sweep(
     Every lane is 20 s of a shipped record at its own scale, width and height and, with housner, its
     own angular restitution.
     """
-    from warprock.measure import sweep_bench
-    from warprock.run import case_run as runner
+    from warprock.measure.sweep_bench import ENGINES, LANES, run_sweep_bench
+    from warprock.run.case_run import require_choice
     from warprock.settings.engines import SETTINGS
-    from warprock.tables import console, sweeps
+    from warprock.tables import sweeps, terminal
 
     for engine in engines:
-        runner.require_choice("--engine", engine, tuple(SETTINGS))
-    rows = sweep_bench.run_sweep_bench(
-        lanes or sweep_bench.LANES,
-        engines or sweep_bench.ENGINES,
+        require_choice("--engine", engine, tuple(SETTINGS))
+    rows = run_sweep_bench(
+        lanes or LANES,
+        engines or ENGINES,
         workers=workers,
         report=lambda text: click.echo(text, err=True),
     )
-    console.print_json({"rows": rows}) if as_json else sweeps.print_sweep_bench(rows)
+    terminal.print_json({"rows": rows}) if as_json else sweeps.print_sweep_bench(rows)
+
+
+COMMANDS = (sweep,)

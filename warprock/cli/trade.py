@@ -33,25 +33,25 @@ def trade(
     Writes trade.parquet row by row, so that a run that was stopped goes on where it was; then
     trade.csv, in the form that `run --accuracy` reads, and the figure trade.png.
     """
-    from warprock.figures import trade as plots_trade
-    from warprock.measure import trade as module
+    from warprock.figures.trade import draw_trade
+    from warprock.measure.trade import TABLE, all_entries, level_rows, run_trade, write_csv
     from warprock.measure.trade_scenes import TRADE_SCENES
     from warprock.run.devices import start_warp
-    from warprock.tables import console
-    from warprock.tables import trade as tables_trade
+    from warprock.tables.terminal import lane_progress, print_json
+    from warprock.tables.trade import print_trade
 
     start_warp()
-    entries = module.all_entries(scenes or tuple(TRADE_SCENES), engines or None)
-    with console.lane_progress("trade, rows", len(entries)) as progress:
-        table = module.run_trade(entries, folder, progress)
-    files = [folder / module.TABLE, module.write_csv(table, folder)]
+    entries = all_entries(scenes or tuple(TRADE_SCENES), engines or None)
+    with lane_progress("trade, rows", len(entries)) as progress:
+        table = run_trade(entries, folder, progress)
+    files = [folder / TABLE, write_csv(table, folder)]
     texts = {name: scene.text for name, scene in TRADE_SCENES.items()}
-    files.append(plots_trade.draw_trade(folder / "trade.png", table, texts))
-    levels = module.level_rows(table)
+    files.append(draw_trade(folder / "trade.png", table, texts))
+    levels = level_rows(table)
     if as_json:
-        console.print_rows_json({"levels": levels}, table, files)
+        print_json({"levels": levels, "rows": table.to_dict("records"), "files": files})
     else:
-        tables_trade.print_trade(levels, texts, files)
+        print_trade(levels, texts, files)
 
 
 def require_accuracy_alone(tolerance: float | None, *, estimate: bool) -> None:
@@ -101,3 +101,6 @@ def choose_for(
     case = load_case(case_name, overrides)
     choice = choose(case, accuracy, engine=engine, precision=precision, options=options)
     return load_case(case_name, (*overrides, *choice.overrides)), choice
+
+
+COMMANDS = (trade,)

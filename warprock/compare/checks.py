@@ -308,7 +308,7 @@ def compare(
         progress: Called with the number of lanes finished so far in all runs.
 
     Returns:
-        `case`, `engines`, `stacked`, `spatial`, `costs` (`comparison_peers.cost_rows`) and `rows`:
+        `case`, `engines`, `stacked`, `spatial`, `costs` (`beside.cost_rows`) and `rows`:
         those of `compare_with_housner`, or of `compare_blocks` against the first engine for stacks
         and in space, with `lane` (its name); a value that does not exist is None. For an ensemble,
         what `compare_distributions` returns.
@@ -356,7 +356,7 @@ def compare_distributions(responses: CaseResponses, engines: Sequence[str]) -> d
 
     Returns:
         `case`, `engines`, `members`, `stacked`, `blocks` and `rows`, those of
-        `ensemble.compare_cells` cell by cell with `engine_a`, `engine_b`; a median among
+        `run.cells.compare_cells` cell by cell with `engine_a`, `engine_b`; a median among
         overturned lanes is "overturned".
 
     Raises:

@@ -232,7 +232,8 @@ def equivalent_restitution(lanes: Lanes, settings: DemSettings | None = None) ->
     """Angular restitution of a rigid block that swings back as far as the one on springs [-].
 
     The root of the ratio of the energies at the first turn on the other side and at the release,
-    to be held against Housner's `rocking.angular_restitution`. The springs have a mean value of
+    to be held against Housner's `model.rocking.angular_restitution`. The springs have a mean value
+    of
     their own only where they absorb a blow before the next: bounces are part of it.
 
     Args:

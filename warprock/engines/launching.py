@@ -170,11 +170,16 @@ def launch(
 
 
 def _argument(argument: Any, value: Any, count: int) -> Any:
-    """What a kernel takes as one of its arguments: arrays of the type that it names."""
+    """What a kernel takes as one of its arguments: arrays of the type that it names.
+
+    A kernel that names an axis less, of blocks or of directions, has the first of them alone. (One
+    of single blocks with a second index in its loop over lanes is not made vector code.)
+    """
     if isinstance(value, Mapping):
-        rows = block_rows if argument.type.ndim == 2 else struct_rows
+        rows = block_rows if argument.label == "blocks" else struct_rows
         value = rows(argument.type.dtype, value, count)
     if isinstance(value, np.ndarray):
+        value = value[0] if value.ndim > argument.type.ndim else value
         return wp.array(value, dtype=argument.type.dtype)
     return value
 
@@ -205,8 +210,8 @@ def padded(values: Rows, count: int) -> Rows:
 def _pool_and_rows(struct: Any, motions: GroundMotions, count: int) -> tuple[Array, Rows]:
     """Samples of the records of all directions, [row, sample], and rows of `Motion`.
 
-    The rows of the pool are acceleration, slope and velocity. Shape of the rows of motions: [lane]
-    in the plane, [direction, lane] in space.
+    The rows of the pool are acceleration, slope and velocity. Shape of the rows of motions:
+    [direction, lane].
     """
     pools, rows, first = [], [], 0
     for part in motions.components:
@@ -217,5 +222,4 @@ def _pool_and_rows(struct: Any, motions: GroundMotions, count: int) -> tuple[Arr
         rows.append(struct_rows(struct, {name: getattr(placed, name) for name in names}, count))
         pools.append(part.pool)
         first += part.pool.shape[1]
-    whole = np.stack(rows) if isinstance(motions, SpatialMotions) else rows[0]
-    return np.concatenate(pools, axis=1), whole
+    return np.concatenate(pools, axis=1), np.stack(rows)

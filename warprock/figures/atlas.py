@@ -88,7 +88,7 @@ def write_figures(
     """Draws every map that the table holds.
 
     Args:
-        table: Lanes, as `stability.run_atlas` returns them.
+        table: Lanes, as `measure.atlas.run_atlas` returns them.
         maps: Name of a map, its title, and its columns across and up; one entry a figure.
         labels: Axis labels by column.
         folder: Where to; it exists.

@@ -86,8 +86,8 @@ def _axis_label(intensity: str) -> str:
 def _explained(curves: Sequence[Curve]) -> str:
     """What the lines, bands and dots are, and how many lanes stand behind them."""
     lanes = int(curves[0].seen.count.sum())
-    records = curves[0].seen.cluster_count
-    same = len({(int(c.seen.count.sum()), c.seen.cluster_count) for c in curves}) == 1
+    records = curves[0].seen.record_count
+    same = len({(int(c.seen.count.sum()), c.seen.record_count) for c in curves}) == 1
     size = f"{lanes:,} lanes under {records:,} records" if records < lanes else f"{lanes:,} lanes"
     size += " in each panel" if same else " or more"
     what = "records" if records < lanes else "lanes"

@@ -38,12 +38,35 @@ BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, RED, PURPLE = (
 )
 """Colours that readers with any colour vision tell apart (Okabe and Ito 2008)."""
 
-ENGINE_STYLES: dict[str, dict[str, Any]] = {
-    "housner": {"color": BLACK, "linewidth": 1.8, "linestyle": "-", "zorder": 2},
-    "impulse": {"color": RED, "linewidth": 1.1, "linestyle": (0, (4, 2)), "zorder": 3},
-    "oracle": {"color": BLUE, "linewidth": 1.0, "linestyle": ":", "zorder": 4},
+ENGINE_MARKS: dict[str, tuple[str, str]] = {
+    "housner": (BLACK, "s"),
+    "two-block": (BLACK, "D"),
+    "event": (BLUE, "o"),
+    "impulse": (RED, "^"),
+    "direct": (GREEN, "v"),
+    "xpbd": (ORANGE, "P"),
+    "dem": (PURPLE, "X"),
+    "oracle": (BLUE, "*"),
 }
+"""Colour and marker of every engine, and of the oracle, in all figures that tell engines apart."""
+OTHER_MARKS = ((SKY, "h"), (YELLOW, "p"))
+"""Those of engines that are not in the list."""
 
+
+def engine_marks(engine: str) -> tuple[str, str]:
+    """Colour and marker of an engine."""
+    return ENGINE_MARKS.get(engine, OTHER_MARKS[len(engine) % len(OTHER_MARKS)])
+
+
+ENGINE_STYLES: dict[str, dict[str, Any]] = {
+    name: {"color": engine_marks(name)[0], "linewidth": width, "linestyle": line, "zorder": order}
+    for name, width, line, order in (
+        ("housner", 1.8, "-", 2),
+        ("impulse", 1.1, (0, (4, 2)), 3),
+        ("oracle", 1.0, ":", 4),
+    )
+}
+"""Lines of rotation histories."""
 
 FIGURE_TITLE: dict[str, Any] = {"x": 0.01, "ha": "left", "fontsize": 10.5}
 

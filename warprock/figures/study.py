@@ -22,6 +22,7 @@ from warprock.figures.plots import (
     SKY,
     TIME_LABEL,
     drawing,
+    engine_marks,
     legend_below,
     save,
 )
@@ -30,7 +31,6 @@ from warprock.tables.study import setting_name
 Array = npt.NDArray[np.float64]
 
 _COLORS = (RED, BLUE, GREEN, ORANGE, PURPLE, SKY)
-_MARKERS = ("^", "v", "o", "s", "D", "P")
 _DASHES: tuple[Any, ...] = ((0, (4, 2)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)), "-")
 ERRORS = (("error_5s_ratio", "first 5 s", True), ("error_run_ratio", "whole run", False))
 """Column, name, and whether its marks are filled."""
@@ -86,8 +86,8 @@ def _draw_setting(
     upper: Any, lower: Any, rows: Sequence[Mapping[str, Any]], engines: Sequence[str]
 ) -> None:
     values = sorted({row["value"] for row in rows})
-    for number, engine in enumerate(engines):
-        color, marker = _COLORS[number % len(_COLORS)], _MARKERS[number % len(_MARKERS)]
+    for engine in engines:
+        color, marker = engine_marks(engine)
         runs: dict[float, list[Mapping[str, Any]]] = {}
         for row in rows:
             if row["engine"] == engine:

@@ -10,35 +10,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from warprock.figures.plots import (
-    BLACK,
-    BLUE,
-    FIGURE_TITLE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    RED,
-    SKY,
-    YELLOW,
-    drawing,
-    save,
-)
+from warprock.figures.plots import BLACK, FIGURE_TITLE, drawing, engine_marks, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-ENGINE_MARKS: dict[str, tuple[str, str]] = {
-    "housner": (BLACK, "s"),
-    "two-block": (BLACK, "D"),
-    "event": (BLUE, "o"),
-    "impulse": (RED, "^"),
-    "direct": (GREEN, "v"),
-    "xpbd": (ORANGE, "P"),
-    "dem": (PURPLE, "X"),
-}
-"""Colour and marker of every engine."""
-OTHER_MARKS = ((SKY, "h"), (YELLOW, "p"))
-"""Those of engines that are not in the list."""
 
 ANALYTICAL = ("housner", "two-block")
 """Engines without a step, whose blocks do not slide; the band is that of all others."""
@@ -54,7 +29,7 @@ def draw_trade(path: pathlib.Path, table: pd.DataFrame, scenes: Mapping[str, str
 
     Args:
         path: File to write.
-        table: Rows of `trade.run_trade`.
+        table: Rows of `measure.trade.run_trade`.
         scenes: What each scene is.
     """
     names = list(dict.fromkeys(table["scene"]))
@@ -86,10 +61,6 @@ def draw_trade(path: pathlib.Path, table: pd.DataFrame, scenes: Mapping[str, str
         return save(figure, path)
 
 
-def _marks(engine: str) -> tuple[str, str]:
-    return ENGINE_MARKS.get(engine, OTHER_MARKS[len(engine) % len(OTHER_MARKS)])
-
-
 def _drawn_errors(table: pd.DataFrame) -> npt.NDArray[np.float64]:
     return np.asarray(np.clip(table["error_max"].to_numpy(float), *ERROR_LIMITS))
 
@@ -104,7 +75,7 @@ def _draw_scene(axes: Axes, table: pd.DataFrame) -> None:
         band: dict[str, Any] = {"color": "#CCCCCC", "linewidth": 6.0, "zorder": 1}
         axes.plot(*_extended(front), solid_capstyle="butt", drawstyle="steps-post", **band)
     for engine, group in table.groupby("engine", sort=False):
-        color, marker = _marks(str(engine))
+        color, marker = engine_marks(str(engine))
         axes.plot(*_points(_front(group)), color=color, linewidth=0.9, zorder=2)
         for precision, part in group.groupby("precision"):
             axes.plot(
@@ -149,7 +120,7 @@ def _legend(axes: Axes, table: pd.DataFrame) -> None:
 
     handles = []
     for engine in dict.fromkeys(table["engine"]):
-        color, marker = _marks(engine)
+        color, marker = engine_marks(engine)
         style: dict[str, Any] = {"color": color, "marker": marker, "markersize": 6.0}
         handles.append(Line2D([], [], label=f"{engine} and its own front", linewidth=0.9, **style))
     hollow: dict[str, Any] = {"color": BLACK, "marker": "o", "linestyle": "none"}

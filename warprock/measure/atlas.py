@@ -1,4 +1,4 @@
-"""The atlas of extremes: every engine through every map, lane by lane, and what became of it.
+"""The atlas of extremes: runs every engine on every map, and judges every lane.
 
 A lane ends in one of four ways: its engine says that its numbers may not be used (a status), they
 are sound, they are sound but energy grew, or they are absurd although the status lets them pass.
@@ -204,12 +204,12 @@ def measure(
         Columns, shape [lane] each: `status`, `outcome`, `usable` (the status lets the numbers
         pass), `finite`, `growth` (energy gained over energy held, NaN where the base moves),
         `grew` (usable, growth over `GROWTH_BOUND`), `absurd` (usable, but not finite, turned
-        further than pi/2, or energy more than doubled, see `soundness.exploded`), `error` (largest
-        |rotation - reference| / slenderness angle while both stand; NaN where not usable or
-        without a reference), `penetration` (deepest / height of the highest block; NaN where not
-        usable), `compared` (there is one that holds, and the blocks came down in it
-        once if let go), `same_outcome` (1 if both or neither overturned, NaN alike), `peak_ratio`
-        and `step_count`.
+        further than pi/2, or energy more than doubled, see `engines.soundness.exploded`), `error`
+        (largest |rotation - reference| / slenderness angle while both stand; NaN where not usable
+        or without a reference), `penetration` (deepest / height of the highest block; NaN where not
+        usable), `compared` (there is one that holds, and the blocks came down in it once if let
+        go), `same_outcome` (1 if both or neither overturned, NaN alike), `peak_ratio` and
+        `step_count`.
     """
     status = response["status"]
     usable = np.isin(status, USABLE)

@@ -34,7 +34,7 @@ def summarise(table: pd.DataFrame) -> dict[str, Any]:
     """Counts, sentences and defects of an atlas.
 
     Args:
-        table: What `stability.run_atlas` returned.
+        table: What `atlas.run_atlas` returned.
 
     Returns:
         `engines`, one entry an engine and precision: its counts, its limits and its `sentences`;
@@ -266,7 +266,7 @@ def _span(values: list[float]) -> str:
 
 
 def _percent(share: float) -> str:
-    """A share as a percentage that says 0 % or 100 % of nothing less."""
+    """A share as a percentage; prints 0 % or 100 % only where that is exact."""
     if share != share:
         return "none compared"
     text = f"{100.0 * share:.1f} %"

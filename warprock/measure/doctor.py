@@ -84,7 +84,7 @@ def _warp_state() -> tuple[list[dict[str, Any]], dict[str, Any]]:
 
 
 def _load_trouble() -> list[str]:
-    """What is there and does not load: pyarrow, from 26 on, with a NumPy before 2; pip lets it."""
+    """Packages that are installed and do not load: pyarrow from 26 on with a NumPy before 2."""
     try:
         importlib.import_module("pyarrow")
     except ImportError as error:

@@ -1,6 +1,6 @@
-"""Speed traded for accuracy: every engine over its own knobs, on fixed scenes, row by row.
+"""What accuracy costs: every engine with a range of its own settings, on fixed scenes, row by row.
 
-The table is written again after every row, so that a run that ends early goes on where it ended.
+The table is written again after every row, so that a run that was stopped can be continued.
 Rows that were measured with other kernels or on another processor are measured anew if asked for.
 """
 

@@ -1,7 +1,7 @@
 """The cheapest engine and settings for an accuracy, from the shipped trade table, and the test.
 
 Errors in that table are those of its own scenes; a case may be gentler or harsher. So a sample of
-the case's lanes runs at half of the step: where it does not bear the accuracy out, the next
+the case's lanes also runs at half of the step. Where that does not confirm the accuracy, the next
 setting with half of the error or less is tried.
 """
 
@@ -149,7 +149,7 @@ def choose(
 
 
 def _usable_rows(table: pd.DataFrame, name: str, lane_set: LaneSet) -> pd.DataFrame:
-    """Rows of a class of scene whose engines can run the lanes and leave nothing out of them."""
+    """Rows of a class of scene whose engines can run the lanes with nothing left out."""
     fit = []
     for engine in table["engine"].unique():
         known = engine in SETTINGS and engine_class(engine).supports(lane_set.scene) is None

@@ -1,4 +1,4 @@
-"""Which settings of each engine the trade measures: a row here is all that a new engine adds."""
+"""Which settings of each engine `trade` measures; a new engine adds one row here."""
 
 from __future__ import annotations
 

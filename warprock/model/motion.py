@@ -29,7 +29,12 @@ from warprock.model.modulated import (
     modulated_peak_acceleration,
 )
 from warprock.model.record_motion import RecordMotions
-from warprock.model.ricker import RICKER_HALF_LENGTH, RickerMotions, ricker_motions
+from warprock.model.ricker import (
+    RICKER_HALF_LENGTH,
+    RickerMotions,
+    ricker_motions,
+    ricker_peak_acceleration,
+)
 
 __all__ = [
     "RICKER_HALF_LENGTH",
@@ -50,6 +55,7 @@ __all__ = [
     "modulated_peak_acceleration",
     "no_motion",
     "ricker_motions",
+    "ricker_peak_acceleration",
 ]
 
 PlanarMotions: TypeAlias = LaneMotions

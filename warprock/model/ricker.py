@@ -113,3 +113,24 @@ def ricker_motions(
         c2=np.where(by_velocity, -2.0 * amplitude, 0.0),
         c3=np.where(by_displacement, 4.0 * amplitude * rate, 0.0),
     )
+
+
+_SQUARE = 0.5 * (3.0 - np.sqrt(6.0))
+_PEAK = np.array([1.0, np.sqrt(_SQUARE) * (6.0 - 4.0 * _SQUARE) * np.exp(-_SQUARE), 6.0])
+"""Largest |acceleration| of a pulse per unit of amplitude x rate^n, n = 0, 1, 2 derivatives between
+the controlled quantity and acceleration. n = 1: the extremum of (4 x^3 - 6 x) exp(-x^2) at
+x^2 = (3 - sqrt 6)/2; n = 2: |-6| at the centre."""
+
+
+def ricker_peak_acceleration(
+    amplitude: Array, frequency: Array, derivatives: npt.NDArray[np.intp]
+) -> Array:
+    """Largest |acceleration| of every pulse [m/s^2], shape [lane].
+
+    Args:
+        amplitude: Amplitude of the controlled quantity [m, m/s or m/s^2], shape [lane].
+        frequency: [Hz], shape [lane].
+        derivatives: How often the controlled quantity is differentiated to reach acceleration.
+    """
+    rate = np.pi * frequency
+    return np.asarray(np.abs(amplitude) * rate**derivatives * _PEAK[derivatives])

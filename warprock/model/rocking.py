@@ -180,21 +180,6 @@ def impact_friction(
     return np.asarray(np.abs(1.0 - eta) / ((1.0 + eta) * np.tan(angle)))
 
 
-def overturning_velocity_step(width: Numbers, height: Numbers) -> Array:
-    """Velocity step of the base above which a flat block overturns [m/s].
-
-    The kinetic energy of the step equals the lift to unstable balance:
-    V = 2 g sin(alpha / 2) / (p cos(alpha)).
-
-    References:
-        Housner (1963), overturning by an impulse, before its linearisation.
-    """
-    angle = slenderness_angle(width, height)
-    return np.asarray(
-        2.0 * GRAVITY * np.sin(0.5 * angle) / (frequency_parameter(width, height) * np.cos(angle))
-    )
-
-
 def half_sine_overturning_amplitude(frequency_ratio: Numbers) -> Array:
     """Amplitude a_p / (g alpha) [-] from which a half sine overturns a slender block.
 

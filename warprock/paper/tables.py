@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 from rich.console import Console
 
 from warprock.paper.printed import PAPER_NAMES, READING_NAMES
-
-if TYPE_CHECKING:
-    pass
-
 from warprock.tables.compare import COMPARED_COLUMNS, HOLDS, Reasons
-from warprock.tables.tables import (
-    Input,
+from warprock.tables.terminal import (
     Row,
-    _Column,
     number,
     plain_table,
     print_table,
+    print_written,
     stdout,
 )
+
+Input = tuple[float, float]
+"""Frequency [Hz] and amplitude [mm]."""
+_Column = Callable[[Input, str], str]
 
 
 def print_reproduction(found: Mapping[str, Any], console: Console | None = None) -> None:
@@ -66,8 +65,7 @@ def print_reproduction(found: Mapping[str, Any], console: Console | None = None)
         out.print(f"\n[bold]{conflict['item']}. {conflict['title']}.[/bold]", highlight=False)
         out.print(conflict["text"], markup=False, highlight=False)
     out.print()
-    for file in found["files"]:
-        out.print(f"wrote {file}", markup=False, highlight=False, soft_wrap=True)
+    print_written(found["files"], out)
 
 
 # Targets on single blocks, whose engines have errors against Housner.

@@ -8,7 +8,7 @@ from typing import Any
 from rich.console import Console
 
 from warprock.paper.printed import PAPER_NAMES
-from warprock.tables.tables import number, plain_table, print_table
+from warprock.tables.terminal import number, plain_table, print_table
 
 Row = Mapping[str, Any]
 

@@ -1,4 +1,4 @@
-"""What the estimated errors of a run say of it: how many lanes are within the tolerance."""
+"""Counts of the lanes of a run that are within the tolerance, by their estimated errors."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def missed_tolerance(
 def accuracy_counts(
     response: Response, lane_set: LaneSet, settings: Any, tolerance: float | None
 ) -> dict[str, int]:
-    """Lanes by what their estimates say, and the steps that this took; chunks may be added up.
+    """Counts of lanes by what their estimates say, and of steps; counts of chunks may be added up.
 
     Args:
         response: The answer of `run_lane_set`.

@@ -23,7 +23,7 @@ PLAIN = 1.5
 
 @dataclasses.dataclass(frozen=True)
 class Factor:
-    """What makes an estimate of what two runs tell.
+    """How the difference of two runs becomes an estimate of the error.
 
     Attributes:
         factor: Factor on the extrapolated difference of two runs.

@@ -226,7 +226,7 @@ def require_options(engine: str, options: RunOptions = DEFAULT_OPTIONS) -> None:
 
 
 def require_tolerance(tolerance: float) -> None:
-    """Refuses a tolerance that is none.
+    """Refuses a tolerance that is out of bounds.
 
     Raises:
         InputError: It is not above 0 and below 1.

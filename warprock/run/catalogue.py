@@ -91,7 +91,7 @@ def write_template(kind: str, path: pathlib.Path) -> pathlib.Path:
     """Writes a commented case file to start from.
 
     Args:
-        kind: One of `case_text.template_kinds()`.
+        kind: One of `case.text.template_kinds()`.
         path: File to write, or a folder to write `case.toml` into.
 
     Returns:

@@ -1,11 +1,11 @@
-"""What an ensemble says: distributions of the responses of each cell, and whether two are alike.
+"""The results of an ensemble: distributions of the responses in each cell, and comparison of two.
 
-Near overturning, rocking is sensitive to its input, and a stack is nearly everywhere: there the
-answer to a cell is the distribution over its members, not any one of them.
+Near overturning the result depends on the smallest change of the input, and for a stack it does
+nearly everywhere. The answer for a cell is then the distribution over its members, not one of them.
 
-A lane that overturned, or whose blocks slid off one another, has no largest rotation to speak of:
-it ranks above every lane that stayed up, as if it were +infinity, in all of its blocks. A quantile
-that falls among such lanes is +infinity, which reads "overturned". Lanes whose numbers may not be
+A lane that overturned, or whose blocks slid off one another, has no meaningful largest rotation: it
+ranks above every lane that stayed up, as +infinity, in all of its blocks. A quantile among such
+lanes is +infinity, which is printed as "overturned". Lanes whose numbers may not be
 used are left out, and counted.
 """
 

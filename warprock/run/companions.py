@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from warprock.model.response import (
     take_lanes,
 )
 from warprock.run.batch import run_batch
-from warprock.run.options import RunOptions
+from warprock.run.options import Progress, RunOptions
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -87,7 +88,7 @@ def _cut_record(motions: Any, ends: Array) -> RecordMotions:
 
 @dataclasses.dataclass(frozen=True)
 class Companions:
-    """Lanes with what they run with, but for the step.
+    """Lanes and everything that they run with, except the time step.
 
     Attributes:
         engine: Name in `ENGINES`, of an engine with an order in the step.
@@ -141,6 +142,29 @@ class Companions:
             **self.options.of_batch,
         )
 
+    def in_chunks(
+        self,
+        answer: Callable[[Companions], Response],
+        values: int,
+        progress: Progress | None,
+    ) -> Response:
+        """Does some work chunk by chunk, and joins the responses.
+
+        Args:
+            answer: The work.
+            values: Values in the histories of one run that are held at a time.
+            progress: Called with the number of lanes finished so far.
+        """
+        count = self.lanes.lane_count
+        size = max(1, values // (len(self.times.times) * self.lanes.block_count))
+        parts = []
+        for low in range(0, count, size):
+            high = min(low + size, count)
+            parts.append(answer(self.take(slice(low, high))))
+            if progress is not None:
+                progress(high)
+        return join_responses(parts)
+
     @property
     def coarser(self) -> Mask:
         """Lanes whose steps are twice as long with twice the setting, shape [lane]."""
@@ -186,7 +210,7 @@ class Companions:
 
 
 def halved(settings: Any, count: int) -> Any:
-    """Settings whose time step is halved some times, or doubled where the count is -1."""
+    """Settings with the time step halved `count` times; doubled where the count is -1."""
     if count < 0:
         return settings.with_step_scaled(2.0)
     for _ in range(count):
@@ -241,5 +265,5 @@ def largest(values: Array) -> Array:
 
 
 def as_columns(lanes: npt.NDArray[Any], like: Array) -> npt.NDArray[Any]:
-    """What belongs to a lane, in a shape that goes with what belongs to its blocks."""
+    """Values of lanes in a shape that broadcasts with values of their blocks."""
     return lanes.reshape(-1, *[1] * (like.ndim - 1))

@@ -24,7 +24,7 @@ STDERR = 2
 
 @contextlib.contextmanager
 def keeping_kernels() -> Iterator[None]:
-    """Says what to do where Warp cannot keep the kernels that it builds.
+    """Turns errors of an unwritable kernel cache into advice.
 
     Raises:
         InputError: The folder of the kernels cannot be written to.

@@ -58,7 +58,7 @@ class EngineChoice:
 
     @property
     def surprises(self) -> bool:
-        """Whether a single block goes to another engine than `housner`, and nobody asked for it."""
+        """Whether a single block is run by another engine than `housner` though none was named."""
         return self.planar_block and not self.named and self.engine != ANALYTICAL
 
     @property
@@ -109,7 +109,7 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
 
 
 def outside_model(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> int:
-    """How many single blocks would slide or have to be pulled, were they to move as Housner's."""
+    """Number of single blocks that would slide, or be pulled down, in Housner's model."""
     start_warp()
     response = run_batch(ANALYTICAL, lanes, motions, SampleTimes(times.duration))
     return response.count(Status.OUTSIDE_MODEL)

@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all, and folders that they can be written to.
+"""Files that are written whole or not at all, and checks that a folder can be written to.
 
 A file is written under a temporary name next to its place and then moved there.
 """
@@ -61,13 +61,13 @@ def require_writable_file(file: pathlib.Path, source: str = "--output") -> None:
 
 
 def _files_of(folder: pathlib.Path) -> Iterator[pathlib.Path]:
-    """What has the name of a result in a folder, be it a file or not."""
+    """Entries of a folder that have the name of a result, files or not."""
     if folder.is_dir():
         yield from (path for path in folder.iterdir() if path.suffix in RESULTS)
 
 
 def _is_there(path: pathlib.Path) -> bool:
-    """Whether something has that name, be it a link to nothing."""
+    """Whether something has that name; a broken link counts, too."""
     try:
         path.lstat()
     except (FileNotFoundError, NotADirectoryError):
@@ -104,12 +104,12 @@ def replacing(path: pathlib.Path) -> Iterator[pathlib.Path]:
 
 
 def writer_name() -> str:
-    """This process among all that may write to a folder: its machine and its number."""
+    """A name that no other writer to a folder has: the machine and the number of this process."""
     return f"{platform.node()}.{os.getpid()}"
 
 
 def remove_dead_temporaries(folder: pathlib.Path, pattern: str) -> None:
-    """Removes what processes of this machine that are no more left of files they were writing.
+    """Removes temporary files of processes of this machine that have ended.
 
     Args:
         folder: Folder of the files.

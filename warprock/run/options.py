@@ -35,7 +35,7 @@ class RunOptions:
 
     @property
     def of_batch(self) -> dict[str, Any]:
-        """The arguments of `run_batch` among them."""
+        """These options as arguments of `run_batch`."""
         return {
             "precision": self.precision,
             "device": self.device,
@@ -44,7 +44,7 @@ class RunOptions:
         }
 
     def counting_from(self, before: int) -> RunOptions:
-        """The same for the next of several batches.
+        """The options for the next of several batches.
 
         Args:
             before: Lanes of the batches before it, which are finished.
@@ -52,12 +52,12 @@ class RunOptions:
         return dataclasses.replace(self, progress=counted_from(self.progress, before))
 
     def without_progress(self) -> RunOptions:
-        """The same for a batch that is not counted, or that is counted elsewhere."""
+        """The options without progress, for a batch whose lanes are counted elsewhere."""
         return dataclasses.replace(self, progress=None)
 
 
 def counted_from(progress: Progress | None, before: int) -> Progress | None:
-    """A progress that counts on from lanes that are finished already; None of none."""
+    """A progress that counts on from lanes that are finished already; None stays None."""
     if progress is None or before == 0:
         return progress
     return lambda done: progress(before + done)

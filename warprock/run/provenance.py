@@ -1,4 +1,4 @@
-"""What a run depends on, and how many of its lanes may be used: `run.json`, and the summaries."""
+"""What a run depends on, and counts of its lanes: the content of `run.json`."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def provenance(run: CaseRun) -> dict[str, Any]:
 
 
 def case_facts(case: Case) -> dict[str, Any]:
-    """What was run: the case as resolved, overrides included."""
+    """The case as it was run, overrides included."""
     return {
         "name": case.name,
         "title": case.title,
@@ -57,7 +57,7 @@ def case_facts(case: Case) -> dict[str, Any]:
 
 
 def surroundings(case: Case) -> dict[str, Any]:
-    """What a run depends on beside its case and its settings, and when it was finished."""
+    """Versions, machine and records that a run depends on, and when it was finished."""
     return {
         "versions": machine.package_versions(PACKAGES),
         "kernel_sha256": machine.kernel_hash(),

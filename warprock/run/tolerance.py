@@ -7,13 +7,13 @@ tolerance runs again at half of the step, those lanes only, at most `HALVINGS` t
 numbers are those of its finest run. Once there are three runs, r is what was seen of them, never
 better than the order; of two it is 2, as of a first order. So the estimate covers a block that
 converges slowly, and of two runs it is three times too large for one that converges well. On top
-come the factors and floors of `warprock.run.calibration`. A lane for which twice the step changes
-nothing, for something else cuts it, starts with its half.
+come the factors and floors of `warprock.run.calibration`. Where doubling the setting changes no
+step, because something else limits it, the lane starts with half of the step instead.
 
 Under a record, where lanes are costly and many are chaotic, a lane ends early where its error,
 shrinking as it did so far (at first, as the order says), would miss the tolerance at the finest
 step, too, and where its `BUDGET` is spent. Under any other motion it does where its runs lie far
-apart and do not approach one another. More runs would cost the most where they help the least.
+apart and do not approach one another. Further runs would cost much there and help little.
 
 Of a lane that missed the tolerance two things may be true. Its runs approach one another: it keeps
 its status, its estimate says how far it may be off, and a smaller step will do. Or they do not: it
@@ -33,6 +33,7 @@ problems involving differential equations, *Philosophical Transactions of the Ro
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from typing import Any
 
@@ -52,7 +53,6 @@ from warprock.model.response import (
     Response,
     SampleTimes,
     Status,
-    join_responses,
     take_lanes,
 )
 from warprock.run.batch import run_batch
@@ -149,14 +149,8 @@ def run_to_tolerance(
         return dataclasses.replace(asked, options=options).run()
     compared = sample_times(float(times.times[-1]), SAMPLE_INTERVAL)
     case = dataclasses.replace(asked, times=compared)
-    size = max(1, CHUNK_VALUES // (len(compared.times) * lanes.block_count))
-    parts = []
-    for low in range(0, lanes.lane_count, size):
-        high = min(low + size, lanes.lane_count)
-        parts.append(_refined(case.take(slice(low, high)), tolerance))
-        if options.progress is not None:
-            options.progress(high)
-    found = join_responses(parts)
+    refined = functools.partial(_refined, tolerance=tolerance)
+    found = case.in_chunks(refined, CHUNK_VALUES, options.progress)
     return found if times.interval is None else _with_histories(asked, found)
 
 
@@ -263,7 +257,7 @@ def _run_until_rest(
 
 
 def _replaced(response: Response, lanes: Numbers, others: Response) -> Response:
-    """A response in which some lanes are those of another."""
+    """A response with some lanes replaced by those of another."""
     fields = {name: values.copy() for name, values in response.fields.items()}
     for name, values in fields.items():
         values[lanes] = others[name]
@@ -278,7 +272,7 @@ def _peaks_apart(one: Response, other: Response) -> Array:
 
 
 class _Known:
-    """What is known of the lanes of a chunk so far: their finest numbers, and how far they err."""
+    """The lanes of a chunk so far: the numbers of their finest runs, and their estimated errors."""
 
     def __init__(self, case: Companions, asked: Response, tolerance: float) -> None:
         """Starts with the run at the step asked for."""
@@ -305,7 +299,7 @@ class _Known:
         )
 
     def hold(self, lanes: Numbers) -> None:
-        """Lanes that no step could change."""
+        """Marks lanes whose numbers do not depend on the step."""
         self.met[lanes], self.going[lanes] = True, False
 
     def count_steps(self, lanes: Numbers, run: Response) -> None:
@@ -313,7 +307,7 @@ class _Known:
         self.total_steps[lanes] += run["step_count"]
 
     def affordable(self, work: Array) -> Mask:
-        """Lanes whose steps do not add up to too many with another run, shape [lane].
+        """Lanes that may run again within their budget of steps, shape [lane].
 
         Args:
             work: Time that the run goes on for times what its step is shortened by [s].

@@ -70,7 +70,7 @@ def chunk_path(folder: pathlib.Path, number: int) -> pathlib.Path:
 
 
 def find_chunk(plan: Plan, folder: pathlib.Path, number: int) -> Chunk:
-    """What is in the place of a chunk."""
+    """The state of a chunk, from its file."""
     lanes = plan.lanes_of(number)
     place = {"chunk": number, "first": lanes.start, "end": lanes.stop}
     part = find_part(chunk_path(folder, number), {"plan": plan.id, **place})
@@ -92,12 +92,12 @@ def find_chunk(plan: Plan, folder: pathlib.Path, number: int) -> Chunk:
 
 
 def find_chunks(plan: Plan, folder: pathlib.Path, numbers: Iterable[int]) -> list[Chunk]:
-    """What is in the places of some chunks."""
+    """The states of some chunks."""
     return [find_chunk(plan, folder, number) for number in numbers]
 
 
 def refuse_foreign(folder: pathlib.Path, chunks: Iterable[Chunk]) -> None:
-    """Refuses files in the places of chunks that are not of this plan: they are not ours to lose.
+    """Refuses files of another plan in the places of chunks: they must not be overwritten.
 
     Raises:
         InputError: There is one.
@@ -287,7 +287,7 @@ def _row_groups(tables: Iterable[pa.Table]) -> Iterator[pa.Table]:
 
 
 def _plain_words(table: pa.Table) -> pa.Table:
-    """Columns of words without the numbers that they have in their chunk."""
+    """A table with its columns of words decoded: each chunk numbers words in its own way."""
     fields = [
         field.with_type(pa.string()) if pa.types.is_dictionary(field.type) else field
         for field in table.schema

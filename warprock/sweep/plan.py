@@ -46,7 +46,7 @@ PACKAGES_OF_BYTES = (*PACKAGES, "pyarrow")
 
 @dataclasses.dataclass(frozen=True)
 class Plan:
-    """A sweep that nothing is left to be decided of.
+    """A fully resolved sweep.
 
     Attributes:
         content: What the results depend on, ready for JSON.
@@ -337,7 +337,7 @@ def _leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
 
 
 def plan_facts(plan: Plan) -> dict[str, Any]:
-    """What a plan comes to, ready for JSON."""
+    """The summary of a plan, ready for JSON."""
     content = plan.content
     return {
         "plan": plan.id,

@@ -1,7 +1,7 @@
 """Runs the chunks of a sweep that are not there yet: case -> lanes -> engine -> response -> file.
 
-What has been done is known from the files alone, so a sweep that was stopped, killed or spread over
-machines goes on by running again.
+Which chunks are done is known from the files alone. So a sweep that was stopped, killed or spread
+over machines is continued by running it again.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from warprock.model.response import USABLE
 from warprock.run.files import replacing
-from warprock.tables.tables import plain_table, print_table, stdout
+from warprock.tables.terminal import plain_table, print_table, print_written, stdout
 
 SUMMARY = "summary.md"
 
@@ -18,7 +18,7 @@ SUMMARY = "summary.md"
 def print_atlas(
     found: Mapping[str, Any], files: Sequence[pathlib.Path] = (), console: Console | None = None
 ) -> None:
-    """Prints what `stability_summary.summarise` returned.
+    """Prints what `measure.atlas_summary.summarise` returned.
 
     Args:
         found: Its return value.
@@ -37,8 +37,7 @@ def print_atlas(
     print_table(out, table)
     for line in summary_lines(found):
         out.print(line, markup=False, highlight=False)
-    for path in files:
-        out.print(f"wrote {path}", markup=False, highlight=False, soft_wrap=True)
+    print_written(files, out)
 
 
 def summary_lines(found: Mapping[str, Any]) -> list[str]:

@@ -16,7 +16,7 @@ from warprock.run.case_run import CaseRun, has_time_step
 from warprock.run.cells import PEAK_RATIO, QUANTILES, cell_table
 from warprock.tables.accuracy import run_accuracy_lines
 from warprock.tables.swept import SweptAxis, swept_axes
-from warprock.tables.tables import plain_table, print_table, stdout
+from warprock.tables.terminal import plain_table, print_table, print_written, stdout
 from warprock.units import Dimension
 
 OVERTURNED = "overturned"
@@ -84,18 +84,17 @@ def print_cells(
     for line in run_accuracy_lines(run):
         out.print(line, markup=False, highlight=False, soft_wrap=True)
     out.print(f"wall time: {run.wall_time:.3g} s")
-    for path in files:
-        out.print(f"wrote {path}", markup=False, highlight=False, soft_wrap=True)
+    print_written(files, out)
 
 
 def print_cell_comparison(
     case: Case, found: Mapping[str, Any], console: Console | None = None
 ) -> None:
-    """Prints what `checks.compare` returned for an ensemble: a row a cell, block and engine.
+    """Prints a comparison of ensembles: a row a cell, block and engine.
 
     Args:
         case: The case.
-        found: Its return value.
+        found: What `compare.checks.compare` returned.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()

@@ -12,7 +12,7 @@ from warprock.compare.housner import NEEDS, SLIDE_BOUND
 if TYPE_CHECKING:
     from warprock.compare.checks import CheckRow
 
-from warprock.tables.tables import MISSING, Row, number, plain_table, print_table, stdout
+from warprock.tables.terminal import MISSING, Row, number, plain_table, print_table, stdout
 
 COMPARED_COLUMNS = (
     ("error_5s_ratio", "diff.*\nfirst 5 s", ".1e"),
@@ -68,7 +68,7 @@ class Reasons:
 
 
 def print_checks(rows: Sequence[CheckRow], console: Console | None = None) -> None:
-    """Prints the rows of `checks.run_checks`, and what failed with its reason.
+    """Prints the rows of `compare.checks.run_checks`, and what failed with its reason.
 
     Args:
         rows: The rows.
@@ -101,7 +101,7 @@ def print_checks(rows: Sequence[CheckRow], console: Console | None = None) -> No
 
 
 def print_comparison(found: Mapping[str, Any], console: Console | None = None) -> None:
-    """Prints what `checks.compare` returned, lane by lane, engines under each other.
+    """Prints what `compare.checks.compare` returned, lane by lane, engines under each other.
 
     Args:
         found: Its return value.

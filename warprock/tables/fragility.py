@@ -1,8 +1,7 @@
-"""Fragility functions on the terminal and as CSV files."""
+"""Fragility functions: on the terminal, as JSON and as CSV files."""
 
 from __future__ import annotations
 
-import pathlib
 from collections.abc import Sequence
 from typing import Any
 
@@ -10,33 +9,53 @@ import numpy as np
 import pandas as pd
 from rich.console import Console
 
-from warprock.analysis.fragility import Curve, component_rows, curve_rows
+from warprock.analysis.fragility import RULE, Curve, component_rows, curve_rows, warnings
 from warprock.model.undecided import UNDECIDED
-from warprock.run.results import write_results
-from warprock.tables.tables import plain_table, print_table, stdout
+from warprock.tables.report import Report
+from warprock.tables.terminal import plain_table, print_table, stdout
 
 CURVES = "fragility.csv"
 COMPONENTS = "fragility-p58.csv"
 
 
-def write_tables(
-    curves: Sequence[Curve], intensity: str, folder: pathlib.Path
-) -> list[pathlib.Path]:
-    """Writes the fits, and the same as a component table after FEMA P-58.
+def fragility_report(
+    lanes: pd.DataFrame, curves: Sequence[Curve], source: str, intensity: str
+) -> Report:
+    """What fragility functions have to show.
+
+    Their files are the fits, and the same as a component table after FEMA P-58.
 
     Args:
+        lanes: The lane table that they were fitted to.
         curves: The curves.
+        source: Name of the table.
         intensity: Column of the intensity measure.
-        folder: Where to; made if it does not exist.
     """
-    tables = {CURVES: curve_rows(curves), COMPONENTS: component_rows(curves, intensity)}
-    return write_results(folder, tables)
+    rows, said = curve_rows(curves), warnings(lanes, curves)
+
+    def show() -> None:
+        print_curves(rows, intensity, said)
+        print_undecided(lanes)
+
+    return Report(
+        json={
+            "table": source,
+            "intensity": intensity,
+            "undecided": undecided_lanes(lanes),
+            "rule": RULE,
+            "warnings": said,
+            "curves": rows.to_dict("records"),
+        },
+        tables={CURVES: rows, COMPONENTS: component_rows(curves, intensity)},
+        facts=None,
+        show=show,
+        beside=True,
+    )
 
 
 def print_curves(
     rows: pd.DataFrame,
     intensity: str,
-    files: Sequence[pathlib.Path],
     said: Sequence[str] = (),
     console: Console | None = None,
 ) -> None:
@@ -45,7 +64,6 @@ def print_curves(
     Args:
         rows: What `curve_rows` returned.
         intensity: Column of the intensity measure.
-        files: Files that were written.
         said: What `warnings` returned.
         console: Where to; the terminal if not given.
     """
@@ -79,8 +97,6 @@ def print_curves(
         )
     for text in said:
         out.print(f"  note: {text}", soft_wrap=True)
-    for path in files:
-        out.print(f"wrote {path}", soft_wrap=True)
 
 
 def undecided_lanes(table: pd.DataFrame) -> int:

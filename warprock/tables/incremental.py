@@ -1,21 +1,26 @@
-"""Capacities of an incremental dynamic analysis on the terminal and as files."""
+"""Capacities of an incremental dynamic analysis: on the terminal, as JSON and as files."""
 
 from __future__ import annotations
 
-import pathlib
 from collections.abc import Sequence
 from typing import Any
 
 import pandas as pd
 from rich.console import Console
 
-from warprock.analysis.capacities import lane_rows, run_rows, undecided_runs
+from warprock.analysis.capacities import (
+    Capacities,
+    capacity_rows,
+    lane_rows,
+    run_rows,
+    undecided_runs,
+)
 from warprock.analysis.incremental import Analysis
 from warprock.case.case import Case
 from warprock.run.provenance import case_facts, surroundings
-from warprock.run.results import write_results
 from warprock.tables.fragility import fit_cells
-from warprock.tables.tables import plain_table, print_table, stdout
+from warprock.tables.report import Report
+from warprock.tables.terminal import plain_table, print_table, stdout
 
 
 def analysis_facts(found: Analysis) -> dict[str, Any]:
@@ -38,33 +43,49 @@ def analysis_facts(found: Analysis) -> dict[str, Any]:
     }
 
 
-def write_analysis(
-    found: Analysis, case: Case, rows: pd.DataFrame, intensity: str, folder: pathlib.Path
-) -> list[pathlib.Path]:
-    """Writes the capacities of the lanes and of their groups, every run, and what ran."""
-    tables = {
-        "capacities": lane_rows(found, intensity),
-        "curves": run_rows(found, intensity),
-        "fragility": rows,
-    }
-    facts = {"case": case_facts(case), **analysis_facts(found), "intensity": intensity}
-    return write_results(folder, tables, facts | surroundings(case))
+def analysis_report(
+    found: Analysis, case: Case, groups: Sequence[Capacities], intensity: str
+) -> Report:
+    """What an incremental analysis has to show.
+
+    Its files are the capacities of the lanes and of their groups, every run, and what ran.
+
+    Args:
+        found: The analysis.
+        case: Its case.
+        groups: Capacities of the groups of lanes.
+        intensity: The intensity measure.
+    """
+    rows, facts = capacity_rows(groups), analysis_facts(found)
+    return Report(
+        json={
+            "case": case.name,
+            "intensity": intensity,
+            **facts,
+            "groups": rows.to_dict("records"),
+        },
+        tables={
+            "capacities": lane_rows(found, intensity),
+            "curves": run_rows(found, intensity),
+            "fragility": rows,
+        },
+        facts={"case": case_facts(case), **facts, "intensity": intensity, **surroundings(case)},
+        show=lambda: print_analysis(found, rows, intensity),
+    )
 
 
 def print_analysis(
     found: Analysis,
     rows: pd.DataFrame,
     intensity: str,
-    files: Sequence[pathlib.Path],
     console: Console | None = None,
 ) -> None:
     """Prints the capacities of every group.
 
     Args:
         found: The analysis.
-        rows: What `capacities.capacity_rows` returned.
+        rows: What `analysis.capacities.capacity_rows` returned.
         intensity: The intensity measure.
-        files: Files that were written.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
@@ -104,8 +125,6 @@ def print_analysis(
     left_out = int(rows["left_out"].sum())
     if left_out:
         out.print(f"left out: {left_out:,} lanes whose numbers cannot be used")
-    for path in files:
-        out.print(f"wrote {path}", soft_wrap=True)
 
 
 def _print_accuracy(out: Console, facts: dict[str, Any]) -> None:

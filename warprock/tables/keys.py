@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Iterable
 
 from warprock.case.reference import Section, facts
-from warprock.tables.tables import stdout
+from warprock.tables.terminal import stdout
 
 
 def print_keys(found: Iterable[Section]) -> None:

@@ -1,9 +1,7 @@
-"""A map of overturning on the terminal and as files."""
+"""A map of overturning: on the terminal, as JSON and as files."""
 
 from __future__ import annotations
 
-import pathlib
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,8 +11,8 @@ from rich.console import Console
 from warprock.analysis.overturning import Mode, OverturningMap
 from warprock.run.lane_table import lane_table
 from warprock.run.provenance import provenance
-from warprock.run.results import write_results
-from warprock.tables.tables import plain_table, print_table, stdout
+from warprock.tables.report import Report
+from warprock.tables.terminal import plain_table, print_table, stdout
 
 COLUMNS_SHOWN = 12
 """Frequencies of a group whose boundaries are printed."""
@@ -61,24 +59,26 @@ def map_facts(found: OverturningMap) -> dict[str, Any]:
     }
 
 
-def write_map(found: OverturningMap, folder: pathlib.Path) -> list[pathlib.Path]:
-    """Writes the lanes of the grid, the boundaries, and what ran."""
+def map_report(found: OverturningMap) -> Report:
+    """What a map has to show; its files are the lanes of the grid, the boundaries, and what ran."""
     boundaries = found.boundaries.copy()
     boundaries.attrs["columns"] = {
         name: {"unit": unit, "text": text} for name, (unit, text) in BOUNDARY_COLUMNS.items()
     }
-    tables = {"grid": grid_table(found), "boundaries": boundaries}
-    return write_results(folder, tables, map_facts(found))
+    facts = map_facts(found)
+    return Report(
+        json={**facts, "rows": boundaries.to_dict("records")},
+        tables={"grid": grid_table(found), "boundaries": boundaries},
+        facts=facts,
+        show=lambda: print_map(found),
+    )
 
 
-def print_map(
-    found: OverturningMap, files: Sequence[pathlib.Path], console: Console | None = None
-) -> None:
+def print_map(found: OverturningMap, console: Console | None = None) -> None:
     """Prints where the modes change, at an even selection of the frequencies.
 
     Args:
         found: The map.
-        files: Files that were written.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
@@ -110,8 +110,6 @@ def print_map(
             "run.duration more",
             highlight=False,
         )
-    for path in files:
-        out.print(f"wrote {path}", soft_wrap=True)
 
 
 def column_text(found: OverturningMap, group: int, column: int) -> str:

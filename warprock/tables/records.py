@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import pathlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
 
-from warprock.tables.tables import plain_table, print_table, stdout
+from warprock.tables.terminal import plain_table, print_table, stdout
 from warprock.units import GRAVITY
 
 _HASH_SHOWN = 12
@@ -89,13 +88,3 @@ def print_facts(records: Sequence[Mapping[str, Any]], console: Console | None = 
         out.print(f"  Sa ({damping}): {spectrum}", soft_wrap=True, highlight=False)
         for warning in facts["warnings"]:
             out.print(f"  note: {warning}", soft_wrap=True, markup=False, style="yellow")
-
-
-def print_file(path: pathlib.Path, console: Console | None = None) -> None:
-    """Says that a file was written.
-
-    Args:
-        path: The file.
-        console: Where to; the terminal if not given.
-    """
-    (console or stdout()).print(f"wrote {path}", soft_wrap=True)

@@ -1,18 +1,16 @@
-"""Sobol' indices on the terminal and as files."""
+"""Sobol' indices: on the terminal, as JSON and as files."""
 
 from __future__ import annotations
 
-import pathlib
-from collections.abc import Sequence
 from typing import Any
 
 from rich.console import Console
 
 from warprock.analysis.sensitivity import Sensitivity
 from warprock.run.provenance import provenance
-from warprock.run.results import write_results
 from warprock.tables.accuracy import run_accuracy_lines
-from warprock.tables.tables import number, plain_table, print_table, stdout
+from warprock.tables.report import Report
+from warprock.tables.terminal import number, plain_table, print_table, stdout
 
 _MEANINGS = {
     "group": "Labels of the case",
@@ -27,13 +25,18 @@ def sensitivity_facts(found: Sensitivity) -> dict[str, Any]:
     return provenance(found.run) | {"of": found.of, "groups": found.groups.to_dict("records")}
 
 
-def write_sensitivity(found: Sensitivity, folder: pathlib.Path) -> list[pathlib.Path]:
-    """Writes the indices, and what ran."""
-    table = found.rows.copy()
+def sensitivity_report(found: Sensitivity) -> Report:
+    """What indices have to show; their files are the indices, and what ran."""
+    table, facts = found.rows.copy(), sensitivity_facts(found)
     table.attrs["columns"] = {
         name: {"unit": "-", "text": _text(str(name))} for name in table.columns
     }
-    return write_results(folder, {"sensitivity": table}, sensitivity_facts(found))
+    return Report(
+        json={**facts, "rows": table.to_dict("records")},
+        tables={"sensitivity": table},
+        facts=facts,
+        show=lambda: print_sensitivity(found),
+    )
 
 
 def _text(column: str) -> str:
@@ -43,14 +46,11 @@ def _text(column: str) -> str:
     return f"{_MEANINGS[name]}; percentile {int(percentile)} over resampled rows of the design"
 
 
-def print_sensitivity(
-    found: Sensitivity, files: Sequence[pathlib.Path], console: Console | None = None
-) -> None:
+def print_sensitivity(found: Sensitivity, console: Console | None = None) -> None:
     """Prints the indices, the most important input first.
 
     Args:
         found: The indices.
-        files: Files that were written.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
@@ -77,5 +77,3 @@ def print_sensitivity(
     out.print("  in brackets: 5th and 95th percentile over resampled rows of the design")
     for line in run_accuracy_lines(found.run):
         out.print(line, highlight=False, soft_wrap=True)
-    for path in files:
-        out.print(f"wrote {path}", soft_wrap=True)

@@ -1,9 +1,7 @@
-"""Rocking spectra on the terminal and as files."""
+"""Rocking spectra: on the terminal, as JSON and as files."""
 
 from __future__ import annotations
 
-import pathlib
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,9 +13,9 @@ from warprock.model.response import USABLE, Outcome
 from warprock.model.undecided import UNDECIDED
 from warprock.run.lane_table import lane_table
 from warprock.run.provenance import provenance
-from warprock.run.results import write_results
 from warprock.tables.accuracy import run_accuracy_lines
-from warprock.tables.tables import number, plain_table, print_table, stdout
+from warprock.tables.report import Report
+from warprock.tables.terminal import number, plain_table, print_table, stdout
 
 PERIODS_SHOWN = 16
 """Periods that are printed, an even selection."""
@@ -38,20 +36,22 @@ def spectrum_facts(found: Spectrum) -> dict[str, Any]:
     return provenance(found.run) | {"groups": list(found.groups), "curves": list(found.curves)}
 
 
-def write_spectrum(found: Spectrum, folder: pathlib.Path) -> list[pathlib.Path]:
-    """Writes every lane, and what ran."""
-    tables = {"spectrum": spectrum_table(found)}
-    return write_results(folder, tables, spectrum_facts(found))
+def spectrum_report(found: Spectrum) -> Report:
+    """What spectra have to show; their files are every lane, and what ran."""
+    table, facts = spectrum_table(found), spectrum_facts(found)
+    return Report(
+        json={**facts, "rows": table.to_dict("records")},
+        tables={"spectrum": table},
+        facts=facts,
+        show=lambda: print_spectrum(found),
+    )
 
 
-def print_spectrum(
-    found: Spectrum, files: Sequence[pathlib.Path], console: Console | None = None
-) -> None:
+def print_spectrum(found: Spectrum, console: Console | None = None) -> None:
     """Prints the curves beside one another, at an even selection of the periods.
 
     Args:
         found: The spectra.
-        files: Files that were written.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
@@ -84,5 +84,3 @@ def print_spectrum(
         )
     for line in run_accuracy_lines(found.run):
         out.print(line, highlight=False, soft_wrap=True)
-    for path in files:
-        out.print(f"wrote {path}", soft_wrap=True)

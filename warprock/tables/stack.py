@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.console import Console
 
-from warprock.tables.tables import number, plain_table, print_table, stdout
+from warprock.tables.terminal import number, plain_table, print_table, stdout
 
 COLUMNS = (
     ("peak_rotation_ratio", "peak\nratio", ".4f"),
@@ -26,10 +26,10 @@ SPATIAL_COLUMNS = (
 
 
 def print_stack_comparison(found: Mapping[str, Any], console: Console | None = None) -> None:
-    """Prints what `checks.compare` returned for stacks or in space: a row a lane, block, engine.
+    """Prints a comparison of stacks or in space: a row a lane, block and engine.
 
     Args:
-        found: Its return value.
+        found: What `compare.checks.compare` returned.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()

@@ -14,7 +14,7 @@ from warprock.case.load import load_case
 from warprock.case.study import Study
 from warprock.compare.housner import EARLY_TIME
 from warprock.tables.compare import reasons
-from warprock.tables.tables import MISSING, number, plain_table, stdout
+from warprock.tables.terminal import MISSING, number, plain_table, print_written, stdout
 
 Row = Mapping[str, Any]
 
@@ -94,8 +94,7 @@ def print_study_run(
     out.print()
     print_study(out, rows, case)
     out.print(f"wall time: {wall_time:.3g} s", highlight=False)
-    for file in files:
-        out.print(f"wrote {file}", markup=False, highlight=False, soft_wrap=True)
+    print_written(files, out)
 
 
 def setting_name(setting: str, unit: str) -> str:

@@ -82,7 +82,7 @@ def _rate(done: int, total: int, seconds: float) -> str:
 
 
 def print_plan(found: Mapping[str, Any]) -> None:
-    """Prints what `sweep_plan.plan_facts` found, and what to do next."""
+    """Prints what `sweep.plan.plan_facts` found, and what to do next."""
     written = "written" if found["written"] else "there already"
     folder, settings = found["folder"], found["settings"]
     _print(f"plan {found['plan'][:12]} of {found['case']}: {written}, in {folder}")
@@ -97,7 +97,7 @@ def print_plan(found: Mapping[str, Any]) -> None:
 
 
 def print_counts(found: Mapping[str, Any], engine: str, settings: Any) -> None:
-    """Prints what `sweep_run.shard_counts` found of an engine with its settings."""
+    """Prints what `sweep.run.shard_counts` found of an engine with its settings."""
     _print(f"{found['lanes_done']} of {found['lanes']} lanes done in {found['folder']}")
     _print_words(found)
     _print(f"  lanes whose numbers may not be used: {found['unusable']}")
@@ -107,7 +107,7 @@ def print_counts(found: Mapping[str, Any], engine: str, settings: Any) -> None:
 
 
 def print_state(found: Mapping[str, Any], folder: pathlib.Path) -> None:
-    """Prints what `sweep_chunks.sweep_state` found."""
+    """Prints what `sweep.chunks.sweep_state` found."""
     _print(f"plan {found['plan'][:12]} of {found['case']}, {found['engine']}, in {folder}")
     _print(f"  chunks: {found['chunks_done']} of {found['chunks']} done")
     for state in ("missing", "broken", "foreign"):
@@ -124,8 +124,8 @@ def print_state(found: Mapping[str, Any], folder: pathlib.Path) -> None:
 
 
 def print_sweep_bench(rows: Sequence[Mapping[str, Any]]) -> None:
-    """Prints what `sweep_bench.run_sweep_bench` measured."""
-    from warprock.tables.console import print_rows
+    """Prints what `measure.sweep_bench.run_sweep_bench` measured."""
+    from warprock.tables.terminal import print_rows
 
     print_rows("Sweeps from plan to merged table, measured here and now", rows)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from warprock.tables.tables import plain_table, print_table, stdout
+from warprock.tables.terminal import plain_table, print_table, print_written, stdout
 
 
 def print_trade(
@@ -20,7 +20,7 @@ def print_trade(
     """Prints what each error costs: a table a scene, a row an engine, a column an error level.
 
     Args:
-        levels: What `trade.level_rows` returned.
+        levels: What `measure.trade.level_rows` returned.
         scenes: What each scene is.
         files: Files that were written.
         console: Where to; the terminal if not given.
@@ -44,8 +44,7 @@ def print_trade(
             )
         print_table(out, table)
     out.print("  * the cheapest of all engines; -: no setting tried met it")
-    for path in files:
-        out.print(f"wrote {path}", soft_wrap=True)
+    print_written(files, out)
 
 
 def _cheapest(rows: Sequence[Mapping[str, Any]], level: float) -> Mapping[str, Any] | None:

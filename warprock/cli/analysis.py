@@ -1,0 +1,123 @@
+"""What the commands of analyses share: the case and its options, the wait, and what comes of it.
+
+An analysis is computed in `warprock.analysis`; its module in `warprock.tables` makes a `Report` of
+it, its module in `warprock.figures` draws it, and its command here hands one to the other.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import pathlib
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from warprock.cli.options import asked_options, engine_for, list_written, say_engine
+
+if TYPE_CHECKING:
+    from warprock.case.case import Case
+    from warprock.run.engine_choice import EngineChoice
+    from warprock.run.options import RunOptions
+    from warprock.tables.report import Report
+
+
+@dataclasses.dataclass(frozen=True)
+class CaseWork:
+    """A case to be analysed.
+
+    Attributes:
+        case: The case.
+        choice: The engine named, or the one that it has as a rule.
+        options: How its lanes are run.
+    """
+
+    case: Case
+    choice: EngineChoice
+    options: RunOptions
+
+    @property
+    def engine(self) -> str:
+        """Name of the engine."""
+        return self.choice.engine
+
+    @contextlib.contextmanager
+    def running(self, total: int | None) -> Iterator[RunOptions]:
+        """Shows how far the block is, and says which engine ran once it is done.
+
+        Args:
+            total: Lanes that it will run; None if that is not known.
+
+        Yields:
+            How lanes are run, with the progress to report.
+        """
+        from warprock.tables.terminal import lane_progress
+
+        with lane_progress(self.case.name, total) as progress:
+            yield dataclasses.replace(self.options, progress=progress)
+        say_engine(self.choice)
+
+
+def case_work(
+    case_name: str,
+    engine: str | None,
+    overrides: tuple[str, ...],
+    precision: str,
+    device: str,
+    workers: int | None,
+    tolerance: float | None = None,
+    estimate: bool = True,
+    factors: Sequence[float] = (1.0,),
+) -> CaseWork:
+    """The case that `case_options` and `estimate_options` ask for.
+
+    Args:
+        case_name: The case asked for.
+        engine: Of `-e`; None where none is named.
+        overrides: Of `-s`.
+        precision: Of `--precision`.
+        device: Of `--device`.
+        workers: Of `--workers`.
+        tolerance: Of `--tolerance`; None where it was left out.
+        estimate: Whether errors are estimated at all.
+        factors: On the motion of the case: those at which it will run.
+
+    Raises:
+        InputError: The case cannot be read, or an option is out of bounds.
+    """
+    from warprock.case.load import load_case
+
+    case = load_case(case_name, overrides)
+    options = asked_options(precision, device, workers, tolerance=tolerance, estimate=estimate)
+    return CaseWork(case, engine_for(case, engine, factors), options)
+
+
+def finish(
+    report: Report,
+    figure: str,
+    draw: Callable[[pathlib.Path], pathlib.Path],
+    folder: pathlib.Path | None,
+    *,
+    as_json: bool,
+) -> None:
+    """Writes an analysis where a folder is given, and prints it.
+
+    Args:
+        report: What it has to show.
+        figure: Name of its figure.
+        draw: Draws the figure to a file.
+        folder: Where to write; None writes nothing.
+        as_json: Whether to print one JSON object.
+    """
+    from warprock.run.results import write_results
+    from warprock.tables.terminal import print_json, print_written
+
+    files: list[pathlib.Path] = []
+    if folder is not None:
+        files = write_results(folder, report.tables, report.facts)
+        files.append(draw(folder / figure))
+        list_written(folder, files, beside=report.beside)
+    if as_json:
+        print_json({**report.json, "files": files})
+    else:
+        report.show()
+        print_written(files)

@@ -1,0 +1,100 @@
+"""What `list` and `explain` print: what there is to choose from, and what a case requires."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from rich.console import Console
+
+from warprock.tables.terminal import cell_text, print_rows, wide_stdout
+
+
+def print_listing(found: Mapping[str, Any]) -> None:
+    """Prints what `run.catalogue.list_all` found."""
+    print_rows("Cases", found["cases"])
+    print_rows("Engines", found["engines"])
+    print_rows("Programs of others, for compare", found["programs"])
+
+
+def print_explanation(found: Mapping[str, Any]) -> None:
+    """Prints what `run.catalogue.explain_case` found."""
+    out = wide_stdout()
+    case, scene = found["case"], found["scene"]
+    out.print(f"{case['name']}: {case['title']}", style="bold")
+    out.print(case["source"].strip())
+    out.print(f"\nScene: {scene['why']}.")
+    restitution = "given by the case" if scene["restitution_given"] else "Housner's closed form"
+    if scene["stacked"] or scene["spatial_because"]:
+        restitution = "from the contact laws of the engine"
+    sampling = found["sample_interval_s"]
+    facts = [
+        ("blocks", scene["block_count"]),
+        ("contact points", scene["contact_point_count"]),
+        ("ground motion", scene["motion"]),
+        ("angular restitution", restitution),
+        (
+            "smallest friction / base acceleration in g that makes a block rock",
+            scene["friction_ratio"],
+        ),
+        ("lanes", found["lanes"]),
+        ("duration [s]", found["duration_s"]),
+        ("histories every [s]", "not asked for" if sampling is None else sampling),
+    ]
+    for name, value in facts:
+        out.print(f"  {name}: {cell_text(value)}")
+    if found["motion_cut_short"]:
+        out.print(f"  {found['motion_cut_short']}", soft_wrap=True)
+    if scene["friction_note"]:
+        out.print(f"  friction: {scene['friction_note']}")
+    for axis in found["sweep"]:
+        keys = ", ".join(axis["keys"])
+        out.print(f"  sweep: {keys} ({axis['length']} values)")
+    out.print("\nLeft out, because nothing here needs it:")
+    for text in scene["left_out"]:
+        out.print(f"  {text}")
+    if found["study"]:
+        _print_study_plan(out, found["study"])
+    part = found["inputs_of_lanes"] < found["lanes"]
+    first = f" (of the first {found['inputs_of_lanes']:,} lanes)" if part else ""
+    out.print(f"\nInputs{first}:")
+    for name, spread in found["inputs"].items():
+        out.print(f"  {name}: {_spread_text(spread)}")
+    engine = found["engine"]
+    out.print(f"\nWhere no engine is named, {engine['engine']} runs: {engine['why']}.")
+    out.print("\nEngines:")
+    for engine in found["engines"]:
+        _print_engine(out, engine)
+
+
+def _print_engine(out: Console, engine: Mapping[str, Any]) -> None:
+    if engine["declines"]:
+        out.print(f"  {engine['name']}: declines: {engine['declines']}")
+        return
+    out.print(f"  {engine['name']}: {engine['kernel']}")
+    for name, value in engine["settings"].items():
+        unit = engine["units"][name]
+        suffix = "" if unit == "-" else f" {unit}"
+        out.print(f"    {name} = {cell_text(value)}{suffix}")
+    if engine["estimate"]:
+        out.print(f"    {engine['estimate']}")
+
+
+def _print_study_plan(out: Console, study: Sequence[Mapping[str, Any]]) -> None:
+    """What `run` will run of a study."""
+    out.print("\nStudy: `run` varies one setting at a time; check and compare run the case's own.")
+    for plan in study:
+        out.print(f"  {plan['engine']}: {plan['runs']} runs")
+        for row in plan["vary"]:
+            unit = "" if row["unit"] == "-" else f" [{row['unit']}]"
+            values = ", ".join(cell_text(value) for value in row["values"])
+            own = cell_text(row["baseline"])
+            out.print(f"    {row['setting']}{unit}: {values} (the case's own: {own})")
+        if plan["lacks"]:
+            out.print(f"    it has no {', no '.join(plan['lacks'])}")
+
+
+def _spread_text(spread: Mapping[str, Any]) -> str:
+    if "values" in spread:
+        return ", ".join(cell_text(value) for value in spread["values"])
+    return f"{cell_text(spread['from'])} to {cell_text(spread['to'])}, {spread['count']} values"

@@ -1,0 +1,54 @@
+"""What `doctor` and `bench` print: this machine, and what steps and accuracy cost on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from warprock.tables.terminal import print_rows, wide_stdout
+
+
+def print_examination(found: Mapping[str, Any]) -> None:
+    """Prints what `measure.doctor.examine` found."""
+    out = wide_stdout()
+    for name, version in found["versions"].items():
+        out.print(f"{name}: {version or 'missing'}")
+    out.print(f"cpu: {found['cpu']}, {found['cores']} cores")
+    flags = ", ".join(found["vector_flags"]) or "not listed by this system"
+    out.print(f"vector instructions: {flags}")
+    for device in found["devices"]:
+        out.print(f"device {device['device']}: {device['name']}")
+    cache = found["kernel_cache"]
+    text = f"kernel cache: {cache['folder']}, {cache['built_modules']} built modules"
+    out.print(text, soft_wrap=True)
+    out.print(f"kernel sources: sha256 {found['kernel_sha256'][:16]}")
+    for name, state in found["engines"].items():
+        out.print(f"engine {name}: {state}")
+    for note in found["notes"]:
+        out.print(f"note: {note}")
+    for thing in found["missing"]:
+        out.print(f"missing: {thing}", style="bold red")
+    if not found["missing"]:
+        out.print("nothing is missing")
+
+
+def print_bench(found: Mapping[str, Any]) -> None:
+    """Prints what `measure.bench.run_bench` and `measure.peers.compare` measured."""
+    facts = found["machine"]
+    flags = " ".join(facts["vector_flags"])
+    print_rows(
+        f"Measured here and now: {facts['cpu']}, {facts['cores']} cores, {flags}", found["rows"]
+    )
+    print_rows("Ratios", [{"ratio": k, "value": v} for k, v in found["ratios"].items()])
+    print_rows("Block B0, free rocking over 5 s: error and its cost, one core", found["accuracy"])
+    peers = found["peers"]
+    if peers["rows"]:
+        hidden = ("settings", "cpu_s")
+        rows = [{k: v for k, v in row.items() if k not in hidden} for row in peers["rows"]]
+        print_rows("The same block in peers, one core, beside event at no larger an error", rows)
+        for name, settings in {row["peer"]: row["settings"] for row in peers["rows"]}.items():
+            wide_stdout().print(f"{name}: {settings}")
+    print_rows("Steps of a block in space in a CPU second, one core", [peers["space"]])
+    for line in peers["missing"]:
+        wide_stdout().print(f"peer not installed: {line}")
+    print_rows("Commands", [{"command": k, "seconds": v} for k, v in found["commands"].items()])

@@ -1,0 +1,28 @@
+"""What an analysis has to show: JSON, files and a print-out, for the one driver of the commands."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import pandas as pd
+
+
+@dataclasses.dataclass(frozen=True)
+class Report:
+    """What an analysis has to show.
+
+    Attributes:
+        json: What `--json` prints, but for the files that were written.
+        tables: Tables to write; see `run.results.write_results`.
+        facts: What `run.json` holds; None writes none.
+        show: Prints the analysis on the terminal.
+        beside: Whether it was made from the results in a folder, which stay when it is written.
+    """
+
+    json: Mapping[str, Any]
+    tables: Mapping[str, pd.DataFrame]
+    facts: Mapping[str, Any] | None
+    show: Callable[[], None]
+    beside: bool = False
