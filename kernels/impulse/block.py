@@ -64,52 +64,60 @@ def wish(gap: real, knobs: Knobs) -> real:
     return -larger(gap, real(0.0)) * knobs.rate
 
 
-@wp.func
-def sweep(
-    mu: real, a1: real, a2: real, a3: real, b1: real, b2: real, b3: real,
-    c1: real, c2: real, c3: real, g1: real, g2: real, g3: real,
-    u1: real, s1: real, u2: real, s2: real, f1: real, n2: real, f2: real,
-):  # fmt: skip
-    """One sweep over the four rows: the impulses n1, f1, n2, f2 after it.
+@wp.struct
+class Rows:
+    """The four rows of the contact problem, each over its diagonal.
 
-    Args:
-        mu: Friction coefficient.
-        a1: Row of n1 off the diagonal, over its diagonal: of f1, a2 of n2, a3 of f2. b1 to b3 is
-            the row of f1, c1 to c3 that of n2, g1 to g3 that of f2.
-        u1: What the row of n1 asks for, over its diagonal; s1, u2, s2 likewise.
-        f1: Impulses before the sweep [m/s]; that of n1 is not needed.
+    a1 to a3 is the row of n1 off the diagonal, of f1, n2 and f2 in this order; b1 to b3 is that of
+    f1, c1 to c3 that of n2, g1 to g3 that of f2. u1, s1, u2, s2 is what the rows of n1, f1, n2 and
+    f2 ask for [m/s]. mu is the friction coefficient.
     """
-    n1 = larger(u1 - a1 * f1 - a2 * n2 - a3 * f2, real(0.0))
-    bound = mu * n1
-    f1 = larger(smaller(s1 - b1 * n1 - b2 * n2 - b3 * f2, bound), -bound)
-    n2 = larger(u2 - c1 * n1 - c2 * f1 - c3 * f2, real(0.0))
-    bound = mu * n2
-    f2 = larger(smaller(s2 - g1 * n1 - g2 * f1 - g3 * n2, bound), -bound)
+
+    mu: real
+    a1: real
+    a2: real
+    a3: real
+    b1: real
+    b2: real
+    b3: real
+    c1: real
+    c2: real
+    c3: real
+    g1: real
+    g2: real
+    g3: real
+    u1: real
+    s1: real
+    u2: real
+    s2: real
+
+
+@wp.func
+def sweep(r: Rows, f1: real, n2: real, f2: real):
+    """The impulses n1, f1, n2, f2 [m/s] after one sweep over the four rows."""
+    n1 = larger(r.u1 - r.a1 * f1 - r.a2 * n2 - r.a3 * f2, real(0.0))
+    bound = r.mu * n1
+    f1 = larger(smaller(r.s1 - r.b1 * n1 - r.b2 * n2 - r.b3 * f2, bound), -bound)
+    n2 = larger(r.u2 - r.c1 * n1 - r.c2 * f1 - r.c3 * f2, real(0.0))
+    bound = r.mu * n2
+    f2 = larger(smaller(r.s2 - r.g1 * n1 - r.g2 * f1 - r.g3 * n2, bound), -bound)
     return n1, f1, n2, f2
 
 
 @wp.func
-def sweeps(
-    mu: real, a1: real, a2: real, a3: real, b1: real, b2: real, b3: real,
-    c1: real, c2: real, c3: real, g1: real, g2: real, g3: real,
-    u1: real, s1: real, u2: real, s2: real, n1: real, f1: real, n2: real, f2: real,
-):  # fmt: skip
-    """All sweeps from the impulses n1, f1, n2, f2; arguments as in `sweep`."""
+def sweeps(r: Rows, n1: real, f1: real, n2: real, f2: real):
+    """All sweeps from the impulses n1, f1, n2, f2 [m/s]."""
     if ENDS_EARLY:
         for _ in range(ITERATIONS):
             old_f1 = f1
             old_n2 = n2
             old_f2 = f2
-            n1, f1, n2, f2 = sweep(
-                mu, a1, a2, a3, b1, b2, b3, c1, c2, c3, g1, g2, g3, u1, s1, u2, s2, f1, n2, f2
-            )
+            n1, f1, n2, f2 = sweep(r, f1, n2, f2)
             if f1 == old_f1 and n2 == old_n2 and f2 == old_f2:
                 break
     else:
         for _ in range(ITERATIONS):
-            n1, f1, n2, f2 = sweep(
-                mu, a1, a2, a3, b1, b2, b3, c1, c2, c3, g1, g2, g3, u1, s1, u2, s2, f1, n2, f2
-            )
+            n1, f1, n2, f2 = sweep(r, f1, n2, f2)
     return n1, f1, n2, f2
 
 
@@ -155,30 +163,24 @@ def solve(
     n1f2 = -w * x1 * z2
     n2f1 = -w * x2 * z1
     n2f2 = -w * x2 * z2
-    a1, a2, a3 = d1 * n1f1, d1 * n1n2, d1 * n1f2
-    b1 = e1 * n1f1
-    b2 = e1 * n2f1
-    b3 = e1 * f1f2
-    c1 = d2 * n1n2
-    c2 = d2 * n2f1
-    c3 = d2 * n2f2
-    g1 = e2 * n1f2
-    g2 = e2 * f1f2
-    g3 = e2 * n2f2
-    u1, s1 = -d1 * u1, -e1 * s1
-    u2, s2 = -d2 * u2, -e2 * s2
+    r = Rows(
+        mu,
+        d1 * n1f1, d1 * n1n2, d1 * n1f2,
+        e1 * n1f1, e1 * n2f1, e1 * f1f2,
+        d2 * n1n2, d2 * n2f1, d2 * n2f2,
+        e2 * n1f2, e2 * f1f2, e2 * n2f2,
+        -d1 * u1, -e1 * s1, -d2 * u2, -e2 * s2,
+    )  # fmt: skip
     first, second = on1 > on2, on2 > on1
     n, f = alone(
-        mu, wp.where(first, a1, c3), wp.where(first, b1, g3), wp.where(first, u1, u2),
-        wp.where(first, s1, s2),
+        mu, wp.where(first, r.a1, r.c3), wp.where(first, r.b1, r.g3),
+        wp.where(first, r.u1, r.u2), wp.where(first, r.s1, r.s2),
     )  # fmt: skip
     n1 = n1 * on1
     f1 = f1 * on1
     n2 = n2 * on2
     f2 = f2 * on2
-    n1, f1, n2, f2 = sweeps(
-        mu, a1, a2, a3, b1, b2, b3, c1, c2, c3, g1, g2, g3, u1, s1, u2, s2, n1, f1, n2, f2
-    )
+    n1, f1, n2, f2 = sweeps(r, n1, f1, n2, f2)
     return (
         wp.where(first, n, n1), wp.where(first, f, f1), wp.where(second, n, n2),
         wp.where(second, f, f2),
