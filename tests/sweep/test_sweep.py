@@ -47,7 +47,7 @@ def test_a_sweep_has_the_lanes_of_a_run(case_file: pathlib.Path, undisturbed: by
     found = pq.read_table(tmp_path / "lanes.parquet")
     assert same_tables(found.to_pandas(), expected)
     height = found.schema.field("height_m").metadata
-    assert (height[b"unit"], height[b"text"]) == (b"m", b"Full height")
+    assert (height[b"unit"], height[b"text"]) == (b"m", b"Full height of the block")
     assert set(expected["outcome"]) >= {"rocking", "overturned"}
 
 

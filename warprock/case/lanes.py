@@ -119,7 +119,7 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
     import pandas as pd
 
     if lanes is None:
-        _require_room(case)
+        require_room_for_lanes(case)
     values = LaneValues(case, range(case.lane_count) if lanes is None else lanes)
     if not values.lanes:
         raise InputError(case.file, "sweep", Said("0 lanes"), "must make at least 1 lane")
@@ -159,7 +159,7 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
     return lane_set
 
 
-def _require_room(case: Case) -> None:
+def require_room_for_lanes(case: Case) -> None:
     """Refuses more lanes than are held in memory at once.
 
     Raises:

@@ -134,6 +134,7 @@ def run(
     Every lane runs at half the step, and again, until its rotations are within the tolerance by
     their estimate; lanes that do not get there say so.
     """
+    from warprock.case.lanes import require_room_for_lanes
     from warprock.case.load import load_case
     from warprock.run.case_run import require_histories, require_options, run_case
     from warprock.tables.terminal import lane_progress
@@ -156,6 +157,7 @@ def run(
         )
         engine = choice.engine
         options = dataclasses.replace(options, precision=choice.precision, tolerance=accuracy)
+    require_room_for_lanes(case)
     require_histories(case, lanes)
     if lanes and folder is None:
         raise InputError("--history", "", list(lanes), "needs -o/--output, the folder to write to")
