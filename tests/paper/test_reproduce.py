@@ -125,6 +125,7 @@ def test_table_6_is_written_as_csv(table6):
     assert list(written["source"]) == [row["source"] for row in found["rows"]]
 
 
+@pytest.mark.thorough
 def test_table_7_keeps_the_printed_errors_apart_from_peaks(table7):
     found, _ = table7
     printed = paper_table("table7")
@@ -138,6 +139,7 @@ def test_table_7_keeps_the_printed_errors_apart_from_peaks(table7):
     assert (fell["abs_error_pct"], "collapsed" in fell["why"]) == (None, True)
 
 
+@pytest.mark.thorough
 def test_the_two_routes_to_the_test_of_table_7_agree(table7):
     """Within 4.5 %: the printed errors are rounded to 1 %, 0.5/0.57 of a point at most a route."""
     found, _ = table7
@@ -146,6 +148,7 @@ def test_the_two_routes_to_the_test_of_table_7_agree(table7):
     assert np.max(np.abs(routes[0] / routes[1] - 1.0)) < 0.045
 
 
+@pytest.mark.thorough
 def test_nothing_inferred_is_called_measured(table7):
     found, _ = table7
     assert not any("measured" in row["source"] for row in found["rows"])
@@ -153,6 +156,7 @@ def test_nothing_inferred_is_called_measured(table7):
     assert all("not measured" in row["why"] for row in inferred)
 
 
+@pytest.mark.thorough
 def test_table_7_is_one_json_object(table7):
     found, _ = table7
     json.dumps(found, allow_nan=False)
