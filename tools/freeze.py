@@ -2,9 +2,9 @@
 
 Run it before and after a change that should leave every result as it is, and compare:
 
-    python tools/freeze.py > before.txt
+    python -m tools.freeze > before.txt
     ... move things ...
-    python tools/freeze.py > after.txt
+    python -m tools.freeze > after.txt
     diff before.txt after.txt
 
 A line is what was asked and the start of the SHA-256 of its answer:
@@ -25,6 +25,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import pathlib
 from collections.abc import Iterator
 from typing import Any
 
@@ -32,6 +33,7 @@ import click
 import numpy as np
 from click.testing import CliRunner
 
+import warprock as package
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.load import load_case
 from warprock.case.text import case_names
@@ -43,6 +45,7 @@ from warprock.model.response import SampleTimes
 from warprock.run.batch import run_batch
 from warprock.run.devices import start_warp
 
+ROOT = pathlib.Path(__file__).resolve().parents[1]
 SAMPLES = 40
 """Samples of each history."""
 
@@ -139,6 +142,10 @@ def main() -> None:
     ask.add_argument("--seconds", type=float, default=0.6, help="length of each run (0.6)")
     ask.add_argument("--precisions", nargs="+", default=["float64", "float32"])
     asked = ask.parse_args()
+    if pathlib.Path(package.__file__).resolve().parents[1] != ROOT:
+        raise SystemExit(
+            f"this would hash {package.__file__}: run python -m tools.freeze in {ROOT}"
+        )
     start_warp()
     for line in lines(asked):
         print(line, flush=True)
