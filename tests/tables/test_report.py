@@ -11,7 +11,6 @@ import pytest
 from rich.console import Console
 
 from warprock.compare.checks import CheckRow
-from warprock.figures import plots
 from warprock.figures import study as plots_study
 from warprock.paper import conflicts, plots_forced, plots_free
 from warprock.paper import tables as paper_tables
@@ -198,11 +197,11 @@ def test_no_text_of_a_figure_is_smaller_than_8_points_and_legends_cover_no_curve
     tmp_path, monkeypatch
 ):
     kept = []
-    monkeypatch.setattr(plots_forced, "save", lambda figure, path: kept.append(figure) or path)
-    monkeypatch.setattr(plots, "save", lambda figure, path: kept.append(figure) or path)
-    monkeypatch.setattr(plots_study, "save", lambda figure, path: kept.append(figure) or path)
+    for module in (plots_forced, plots_free, plots_study):
+        monkeypatch.setattr(module, "save", lambda figure, path: kept.append(figure) or path)
     for maker in figure_makers().values():
         maker(tmp_path / "unused.png")
+    assert len(kept) == len(figure_makers())
     for figure in kept:
         figure.draw_without_rendering()
         texts = figure.findobj(match=lambda artist: hasattr(artist, "get_fontsize"))
