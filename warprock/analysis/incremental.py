@@ -110,7 +110,6 @@ class Analysis:
     Attributes:
         plan: What its numbers depend on.
         lane_set: Lanes of the case, at factor 1.
-        ladder: Factors asked for.
         curves: One row a run, by lane and factor: `lane`, `factor`, `stage`, `outcome`, `status`,
             `peak_rotation_ratio` (of a stack the largest of its blocks), `missed_tolerance`.
         stages: Stages that were needed.
@@ -119,7 +118,6 @@ class Analysis:
 
     plan: Plan
     lane_set: LaneSet
-    ladder: Ladder
     curves: pd.DataFrame
     stages: int
     kept: int
@@ -203,7 +201,7 @@ def run_analysis(
         lanes, factors = _next_stage(brackets(curves, count), ladder)
         stage += 1
     curves = curves.sort_values(["lane", "factor"], ignore_index=True)
-    return Analysis(plan, lane_set, ladder, curves, stage, kept)
+    return Analysis(plan, lane_set, curves, stage, kept)
 
 
 def _run_stage(

@@ -201,11 +201,6 @@ class StackMechanics:
         x3, z3 = _place(*upper, second)
         return np.array((-x1 * w1, -z1 * w1, 0.0, -x2 * w1 - x3 * w2, -z2 * w1 - z3 * w2, 0.0))
 
-    def mass_matrix(self, pattern: Pattern, rotation: Array) -> Array:
-        """J' M J, shape [block, block]."""
-        jacobian = self.jacobian(pattern, rotation)
-        return np.asarray(jacobian.T @ (self.masses[:, None] * jacobian))
-
     def _closest(self, pattern: Pattern, jacobian: Array, momentum: Array) -> Array:
         """The motion of a pattern whose momentum is closest to one given, shape [block]."""
         if pattern == REST:

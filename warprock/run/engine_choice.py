@@ -43,15 +43,13 @@ class EngineChoice:
     Attributes:
         engine: Its name.
         why: Why, in words; empty where it was named.
-        judged: Runs of `housner` that were judged; 0 where the rule needed none.
-        outside: Those outside its model.
+        outside: Runs of `housner` that were outside its model, of those that were judged.
         planar_block: Whether it is for one block in the plane, which `housner` might run.
         named: Whether it was named, not chosen.
     """
 
     engine: str
     why: str = ""
-    judged: int = 0
     outside: int = 0
     planar_block: bool = True
     named: bool = False
@@ -103,9 +101,9 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
         part += f", spread over {whole:,},"
     if outside:
         why = f"in {part} Housner's block would slide or its base would have to pull it"
-        return EngineChoice(CONTACT, why, len(runs), outside)
+        return EngineChoice(CONTACT, why, outside)
     why = f"in {part} Housner's block would slide or be pulled"
-    return EngineChoice(ANALYTICAL, why, len(runs), outside)
+    return EngineChoice(ANALYTICAL, why, outside)
 
 
 def outside_model(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> int:
