@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-ROUNDS = 30
+ROUNDS = 90
 """Pairs of measurements at most. The speed of one core was seen to change by a factor of two within
 seconds, for both forms alike; what is no vector code is as fast as the plain form in every pair."""
 
