@@ -209,8 +209,7 @@ def run_lanes(
             for p in range(2 * pairs):
                 u[2 * pairs * (k - 1) + p, i] = blocks[k - 1, first + i].stretch
     for sample in range(sample_times.shape[0]):
-        until = sample_times[sample]
-        passes = int(0)
+        passes, until = int(0), sample_times[sample]
         for i in range(LANES):
             passes = wp.max(passes, passes_left(until, steps[i], dt[i], mode[i]))
         for _ in range(passes):
@@ -265,16 +264,17 @@ def run_lanes(
                         fz[k, i], moment[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
                         vx[k, i], vz[k, i], omega[k, i], loss[i], given[i],
                     )  # fmt: skip
-                    observe_block(
-                        live[i] == 1, real(steps[i]) * dt[i], theta[k, i],
+                    observe_block(live[i] == 1, real(steps[i]) * dt[i], theta[k, i],
                         vx[k, i] + vz[k, i] + omega[k, i], slid[k, i] - offset[k, i], peak[k, i],
-                        peak_time[k, i], slide[k, i], peak_slide[k, i], mode[i],
-                    )  # fmt: skip
+                        peak_time[k, i], slide[k, i], peak_slide[k, i], mode[i])  # fmt: skip
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):
                 for i in range(LANES):
                     past = time_past(until, steps[i], dt[i], mode[i])
                     found.rotations[sample, k - 1, first + i] = theta[k, i] - past * omega[k, i]
+                    if found.places.shape[0] > 0:
+                        found.places[sample, k - 1, 0, first + i] = x[k, i] - past * vx[k, i]
+                        found.places[sample, k - 1, 1, first + i] = z[k, i] - past * vz[k, i]
     for i in range(LANES):
         lost = spent[i] - (stored[i] - at_start[i])
         book(dv[i], given[i], lost, jolt[i], supplied[i], taken[i], returned[i])

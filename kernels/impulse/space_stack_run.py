@@ -268,6 +268,12 @@ def run_lanes(
                 q = attitude_to_store(blocks[k - 1, lane], attitude[k], spin[k], past)
                 for i in range(4):
                     found.attitudes[sample, k - 1, i, lane] = q[i]
+        if found.places.shape[0] > 0:
+            back = wp.where(mode == RUNNING, smaller(until - time, zero), zero)
+            for k in range(1, bodies):
+                x = at[k] + back * v[k]
+                for i in range(3):
+                    found.places[sample, k - 1, i, lane] = x[i]
     found.results[lane] = Result(uplift_time, moved, loss, deepest, impacts, mode, steps)
     for k in range(1, bodies):
         w = seen[k]

@@ -14,14 +14,13 @@ import warp as wp
 from warprock.kernels.account import book
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.shape.stack_found import BlockResult, Found, Result
+from warprock.kernels.shape.stack_found import BlockResult, Found, Result, at_sample
 from warprock.kernels.shape.stack_run import (
     Block,
     Stack,
     begin_step,
     observe,
     part_kept,
-    rotation_to_store,
     start_block,
     start_lane,
 )
@@ -203,11 +202,17 @@ def run_lanes(
                         when[k, i], slide[k, i], far[k, i], crept[k, i], mode[i])  # fmt: skip
         past = time - sample_times[sample]
         if found.rotations.shape[0] > 0:
-            past = time - sample_times[sample]
             for k in range(1, bodies):
                 for i in range(LANES):
-                    turn = rotation_to_store(mode[i], past, theta[k, i], omega[k, i])
+                    turn = at_sample(mode[i], past, theta[k, i], omega[k, i])
                     found.rotations[sample, k - 1, first + i] = turn
+        if found.places.shape[0] > 0:
+            for k in range(1, bodies):
+                for i in range(LANES):
+                    spot = at_sample(mode[i], past, x[k, i], vx[k, i])
+                    found.places[sample, k - 1, 0, first + i] = spot
+                    level = at_sample(mode[i], past, z[k, i], vz[k, i])
+                    found.places[sample, k - 1, 1, first + i] = level
     for i in range(LANES):
         book(dv[i], given[i], loss[i], jolt[i], most[i], taken[i], back[i])
         found.results[first + i] = Result(
