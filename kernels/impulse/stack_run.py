@@ -169,20 +169,15 @@ def run_lanes(
                 for i in range(LANES):
                     turn = at_sample(mode[i], past, theta[k, i], omega[k, i])
                     found.rotations[sample, k - 1, first + i] = turn
-        if found.places.shape[0] > 0:
-            for k in range(1, bodies):
-                for i in range(LANES):
-                    spot = at_sample(mode[i], past, x[k, i], vx[k, i])
-                    found.places[sample, k - 1, 0, first + i] = spot
-                    level = at_sample(mode[i], past, z[k, i], vz[k, i])
-                    found.places[sample, k - 1, 1, first + i] = level
+                    if found.places.shape[0] > 0:
+                        spot = at_sample(mode[i], past, x[k, i], vx[k, i])
+                        level = at_sample(mode[i], past, z[k, i], vz[k, i])
+                        found.places[sample, k - 1, 0, first + i] = spot
+                        found.places[sample, k - 1, 1, first + i] = level
     for i in range(LANES):
         book(dv[i], given[i], loss[i], jolt[i], supplied[i], taken[i], returned[i])
-        found.results[first + i] = Result(
-            uplift_time[i], moved[i], loss[i], jolt[i], supplied[i], returned[i], deepest[i],
-            impacts[i], mode[i], steps[i],
-        )  # fmt: skip
+        found.results[first + i] = Result(uplift_time[i], moved[i], loss[i], jolt[i], supplied[i],
+            returned[i], deepest[i], impacts[i], mode[i], steps[i])  # fmt: skip
         for k in range(1, bodies):
-            found.blocks[k - 1, first + i] = BlockResult(
-                slide[k, i], peak[k, i], peak_time[k, i], peak_slide[k, i]
-            )
+            found.blocks[k - 1, first + i] = BlockResult(slide[k, i], peak[k, i], peak_time[k, i],
+                peak_slide[k, i])  # fmt: skip
