@@ -210,9 +210,9 @@ FIGURES = {
 
 @pytest.mark.parametrize(
     "target",
-    # Figures 4 and 10 are drawn as 5 and 7 are.
+    # Figures 4, 7 and 10 are drawn as 5 and 8 are.
     [
-        pytest.param(n, marks=pytest.mark.thorough if n in ("fig4", "fig10") else ())
+        pytest.param(n, marks=pytest.mark.thorough if n in ("fig4", "fig7", "fig10") else ())
         for n in FIGURES
     ],
 )

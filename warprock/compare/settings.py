@@ -5,7 +5,6 @@ So one comparison can hold the same engine with several steps against the one na
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterable
 
 from warprock.case.case import Case
@@ -55,7 +54,7 @@ def case_asked(case: Case, asked: str) -> Case:
     known = (PEER_SETTINGS if kind == PEERS else SETTINGS).get(name)
     if known is None:
         raise InputError(OPTION, "", asked, f"must be {name} alone: it has no settings")
-    given: dict[str, int | float] = {}
+    given: dict[str, int | float | str] = {}
     for part in text.split(","):
         key, value = _setting(asked, part)
         if key in given:
@@ -64,16 +63,18 @@ def case_asked(case: Case, asked: str) -> Case:
     judged_settings(known, name, given, OPTION)
     tables = getattr(case.tables, kind)
     changed = {**tables, name: {**tables.get(name, {}), **given}}
-    return dataclasses.replace(case, tables=case.tables.model_copy(update={kind: changed}))
+    return case.replaced(tables=case.tables.model_copy(update={kind: changed}))
 
 
-def _setting(asked: str, part: str) -> tuple[str, int | float]:
-    """Name and value of one setting."""
+def _setting(asked: str, part: str) -> tuple[str, int | float | str]:
+    """Name and value of one setting, which may have a unit."""
     key, _, text = (each.strip() for each in part.partition("="))
     for kind in (int, float):
         try:
             return key, kind(text)
         except ValueError:
             continue
+    if text[:1].isdigit():
+        return key, text
     allowed = f"must be NAME{_MARK}SETTING=NUMBER, such as event{_MARK}time_step=1e-3"
     raise InputError(OPTION, "", asked, allowed)
