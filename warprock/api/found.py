@@ -116,15 +116,24 @@ class Found:
         drawings = self.figures()
         pictures = "".join(_picture(drawing) for drawing in drawings[:1])
         head = f"<p><b>{html.escape(repr(self))}</b></p>"
-        return head + rows_html(self.table) + pictures
+        return head + _rows_html(self._shown()) + pictures
+
+    def _shown(self) -> pd.DataFrame:
+        """The table as a notebook shows it."""
+        return self.table
 
 
-def rows_html(table: pd.DataFrame) -> str:
+def _rows_html(table: pd.DataFrame) -> str:
     """The first rows of a table as HTML, three digits a number."""
     rows = table.head(ROWS_SHOWN)
-    text: str = rows.to_html(index=False, border=0, float_format="{:.3g}".format, na_rep="")
+    text = rows.to_html(index=False, border=0, float_format=_three_digits, na_rep="")
     left = len(table) - len(rows)
-    return text + (f"<p>and {left:,} more</p>" if left else "")
+    more = f"<p>and {left:,} more rows in .table</p>" if left else ""
+    return f'<div style="overflow-x: auto">{text}</div>{more}'
+
+
+def _three_digits(value: float) -> str:
+    return f"{value:,.0f}" if 1000.0 <= abs(value) < 1e6 else f"{value:.3g}"
 
 
 def _picture(drawing: Drawing) -> str:

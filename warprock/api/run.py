@@ -16,6 +16,7 @@ from warprock.api.names import python_names
 from warprock.api.progress import Shown
 from warprock.api.work import HowHeld, working
 from warprock.case.case import Case as JudgedCase
+from warprock.case.columns import columns_of
 from warprock.case.load import Overrides
 from warprock.case.run import Run as RunTable
 from warprock.case.validation import refusing, validated
@@ -27,7 +28,7 @@ from warprock.quantity import Said
 from warprock.run.case_run import CaseRun, run_case, run_lane
 from warprock.run.cells import cell_table
 from warprock.run.engine_choice import EngineChoice
-from warprock.run.lane_table import LANE_TABLE, history_table, lane_table
+from warprock.run.lane_table import LANE_TABLE, history_table, lane_table, peak_ratio_columns
 from warprock.run.options import TOLERANCE
 from warprock.run.provenance import count_words, provenance
 from warprock.run.results import CELL_TABLE, write_run
@@ -40,6 +41,9 @@ if TYPE_CHECKING:
 
 SAMPLES = 1000
 """Samples of a history where neither the case nor the caller says how many."""
+
+RESULTS = ("outcome", "impact_count", "peak_slide_m", "status", "rotation_error_rad")
+"""Columns of results that a notebook shows behind the peaks."""
 
 
 class Run(Found):
@@ -155,6 +159,12 @@ class Run(Found):
 
     def _write(self, folder: pathlib.Path) -> list[pathlib.Path]:
         return write_run(self.found, folder)
+
+    def _shown(self) -> pd.DataFrame:
+        keys = [key for axis in self.case.axes for key in axis.columns]
+        wanted = ["lane", *(name for key in keys for name in sorted(columns_of(key)))]
+        wanted += [*peak_ratio_columns(self.found.lane_set), *RESULTS]
+        return self.table[[name for name in dict.fromkeys(wanted) if name in self.table]]
 
     def __repr__(self) -> str:
         words = (

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import functools
 import inspect
 import typing
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, TypedDict, TypeVar
+from typing import Any, TypedDict, TypeVar, cast
 
 from warprock.api.case import AnyCase, Case, any_case
 from warprock.api.names import python_names
@@ -96,12 +97,25 @@ def working(
 
 
 def listing_how(command: Command) -> Command:
-    """Gives a command whose last parameter is a `How` a signature that lists what is in it."""
+    """Gives a command whose last parameter is a `How` a signature that lists what is in it.
+
+    What the signature does not have is refused in its name.
+    """
     defaults = inspect.signature(working).parameters
     own = inspect.signature(command)
     *first, last = own.parameters.values()
     kind = typing.get_type_hints(command)[last.name]
     names = typing.get_args(kind)[0].__annotations__
     how = [each for name, each in defaults.items() if name in names]
-    command.__signature__ = own.replace(parameters=[*first, *how])  # type: ignore[attr-defined]
-    return command
+    whole = own.replace(parameters=[*first, *how])
+
+    @functools.wraps(command)
+    def listed(*args: Any, **kwargs: Any) -> Any:
+        try:
+            whole.bind(*args, **kwargs)
+        except TypeError as error:
+            raise TypeError(f"{command.__name__}() {error}") from None
+        return command(*args, **kwargs)
+
+    listed.__signature__ = whole  # type: ignore[attr-defined]
+    return cast("Command", listed)

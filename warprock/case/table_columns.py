@@ -11,7 +11,7 @@ from warprock.case.axes import LABEL
 from warprock.case.keys import KEYS, SWEEP_KEYS, general_key
 from warprock.errors import InputError, did_you_mean, listed
 from warprock.model.runnable import MOST_BLOCKS
-from warprock.quantity import NOTHING, Column, NumberKey
+from warprock.quantity import NOTHING, Column, NumberKey, Said
 from warprock.units import UNITS
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def _key_of(name: str, source: str) -> tuple[str, str]:
         "must be a key, such as block.height, or a column of the lane table, such as height_m "
         f"({listed(name, near)}), or label.NAME{did_you_mean(name, near)}"
     )
-    raise InputError(source, name, "the column", allowed)
+    raise InputError(source, name, Said("the column"), allowed)
 
 
 def _values(table: pd.DataFrame, name: str, unit: str, source: str) -> Iterator[Any]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import textwrap
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,9 +13,9 @@ import pandas as pd
 from warprock.case.columns import input_meaning
 from warprock.errors import InputError, did_you_mean, listed
 from warprock.figures.outcomes import OUTCOMES, RAISED, read_peaks
-from warprock.figures.palette import DASHES, GREY, SERIES
+from warprock.figures.palette import BLUE, DASHES, FALLEN, GREY
 from warprock.figures.sheet import TIME_LABEL, style
-from warprock.model.response import Response
+from warprock.model.response import Outcome, Response
 from warprock.run.case_run import CaseRun
 
 if TYPE_CHECKING:
@@ -20,6 +23,10 @@ if TYPE_CHECKING:
 
 ROTATION = "rotation / slenderness angle [-]"
 PEAK = f"peak {ROTATION}"
+FALLEN_BEYOND = 1.5
+"""Rotation ratio at which the history of a block that falls leaves its axes."""
+LETTERS = 100
+"""Letters of a line of a title."""
 
 
 def plot_history(run: CaseRun, response: Response, lane: int, ax: Axes | None = None) -> Axes:
@@ -34,20 +41,25 @@ def plot_history(run: CaseRun, response: Response, lane: int, ax: Axes | None = 
     Returns:
         The axes.
     """
+    if ax is None:
+        with _own_axes(
+            f"{run.case.name}, {response.engine}, lane {lane}: rotation over time"
+        ) as own:
+            return plot_history(run, response, lane, own)
     angles = np.atleast_1d(run.lane_set.lanes.slenderness_angle[lane])
     rotations = np.atleast_2d(response["rotation"][0])
-    axes = new_axes() if ax is None else ax
     for block, (rotation, angle) in enumerate(zip(rotations, angles, strict=True)):
         of = f", block {block + 1}" * (len(angles) > 1)
         label = f"lane {lane}{of}, {response.engine}"
         dashes = DASHES[block % len(DASHES)]
-        axes.plot(response.times, rotation / angle, label=label, linestyle=dashes)
-    axes.set(xlabel=TIME_LABEL, ylabel=ROTATION)
-    if ax is None:
-        axes.set_title(f"{run.case.name}, {response.engine}, lane {lane}: rotation over time")
-    if len(axes.lines) > 1:
-        axes.legend()
-    return axes
+        ax.plot(response.times, rotation / angle, label=label, linestyle=dashes)
+    if response["outcome"][0] == Outcome.OVERTURNED:
+        # Up to a quarter of a turn: what comes before would be flat.
+        ax.set_ylim(-FALLEN_BEYOND, FALLEN_BEYOND)
+    ax.set(xlabel=TIME_LABEL, ylabel=ROTATION)
+    if len(ax.lines) > 1:
+        ax.legend()
+    return ax
 
 
 def plot_peaks(
@@ -72,29 +84,31 @@ def plot_peaks(
     """
     across = _column_across(run, table, x)
     values, peaks = table[across].to_numpy(dtype=np.float64), read_peaks(run)
-    axes = new_axes() if ax is None else ax
+    if ax is None:
+        with _own_axes(f"{run.case.name}, {run.response.engine}: {peaks.message()}") as own:
+            return plot_peaks(run, table, across, own)
     for code, (name, marker, filled) in OUTCOMES.items():
         rows = peaks.outcome == code
         if not rows.any():
             continue
-        raised, color = code in RAISED, SERIES[list(OUTCOMES).index(code)]
-        axes.plot(
+        raised = code in RAISED
+        color = FALLEN if raised else BLUE
+        at = f" (drawn at {peaks.raised_at:g})" * raised
+        ax.plot(
             values[rows],
             np.full(int(rows.sum()), peaks.raised_at) if raised else peaks.ratio[rows],
             linestyle="none",
             marker=marker,
             color=color,
             markerfacecolor=color if filled else "none",
-            label=f"{name}: {int(rows.sum()):,}",
+            label=f"{name}{at}: {int(rows.sum()):,}",
         )
     unit, meaning = input_meaning(across)
-    axes.set(xlabel=f"{meaning} [{unit}]", ylabel=PEAK)
-    axes.set_ylim(bottom=0.0)
-    axes.axhline(1.0, color=GREY, linewidth=0.8, zorder=1.0)
-    if ax is None:
-        axes.set_title(f"{run.case.name}, {run.response.engine}: {peaks.message()}", wrap=True)
-    axes.legend()
-    return axes
+    ax.set(xlabel=f"{meaning} [{unit.replace('^2', '²')}]", ylabel=PEAK)
+    ax.set_ylim(bottom=min(-0.03 * peaks.top, ax.get_ylim()[0]))
+    ax.axhline(1.0, color=GREY, linewidth=0.8, zorder=1.0)
+    ax.legend()
+    return ax
 
 
 def _column_across(run: CaseRun, table: pd.DataFrame, x: str | None) -> str:
@@ -110,10 +124,12 @@ def _column_across(run: CaseRun, table: pd.DataFrame, x: str | None) -> str:
     return x
 
 
-def new_axes() -> Axes:
+@contextlib.contextmanager
+def _own_axes(title: str) -> Iterator[Axes]:
     """Axes in a figure of its own that the screen, or the notebook, of the caller shows."""
     import matplotlib.pyplot as plt
 
     with style():
         _, axes = plt.subplots(figsize=(7.2, 3.8), layout="constrained")
-    return axes
+        axes.set_title("\n".join(textwrap.wrap(title, LETTERS)))
+        yield axes
