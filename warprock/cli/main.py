@@ -29,7 +29,6 @@ from warprock.cli.options import (
     engine_option,
     estimate_options,
     json_option,
-    list_written,
     max_bad_option,
     output_option,
     output_to,
@@ -39,6 +38,7 @@ from warprock.cli.options import (
     set_option,
     workers_option,
 )
+from warprock.cli.pages import leave
 from warprock.cli.study import run_study_of
 from warprock.cli.sweep import EXIT_RESUMABLE, bench_sweep
 from warprock.cli.trade import choose_for, require_accuracy_alone
@@ -185,14 +185,14 @@ def _write_run(
     """Writes a run, with histories of some lanes, and its figures."""
     from warprock.figures.drawing import write_drawings
     from warprock.figures.run import draw_run
+    from warprock.report.scenes import scenes_of
     from warprock.run.case_run import run_lane
     from warprock.run.results import write_run
 
     histories = {lane: run_lane(case_run, lane) for lane in lanes}
     files: list[pathlib.Path] = write_run(case_run, folder, histories)
     files += write_drawings(draw_run(case_run), folder)
-    list_written(folder, files)
-    return files
+    return leave(folder, files, scenes=scenes_of(case_run))
 
 
 def _is_default(option: str) -> bool:
