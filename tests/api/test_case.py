@@ -65,11 +65,8 @@ def test_objects_arrays_and_plain_dicts_make_the_same_case():
 def test_a_list_of_blocks_is_a_stack_lowest_first():
     stack = case(block=[BLOCK, wr.Block(**{**BLOCK, "width": "0.3 m", "offset": "5 mm"})])
     assert stack.tables.stacked
-    assert stack.lanes()[["width_1_m", "width_2_m", "offset_2_mm"]].iloc[0].tolist() == [
-        0.5,
-        0.3,
-        5,
-    ]
+    columns = ["width_1_m", "width_2_m", "offset_2_mm"]
+    assert stack.lanes()[columns].iloc[0].tolist() == [0.5, 0.3, 5.0]
 
 
 def test_a_table_makes_a_lane_a_row():

@@ -71,7 +71,8 @@ def fragility(
 
     Example:
         >>> import warprock as wr
-        >>> run = wr.run("sobol-single-block", overrides={"sample.lanes": 64}, progress=False)
+        >>> fewer = {"sample.lanes": 64}
+        >>> run = wr.run("sobol-single-block", "housner", overrides=fewer, progress=False)
         >>> found = wr.fragility(run, limits=["overturning"], most_doubt=1)
         >>> found.table["reached"].tolist() == [int((run.table["outcome"] == "overturned").sum())]
         True

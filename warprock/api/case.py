@@ -161,7 +161,7 @@ class Case(JudgedCase):
         """
         with python_names():
             filled = {"title": TITLE, "source": ORIGIN, **tables}
-            return cls._of(_judged(filled, name, folder))
+            return cls.of(_judged(filled, name, folder))
 
     @classmethod
     def from_table(cls, table: pd.DataFrame, **tables: Any) -> Self:
@@ -206,10 +206,16 @@ class Case(JudgedCase):
         """
         with python_names():
             raw = copy.deepcopy(dict(self.raw))
-            changed = override_tables(raw, _values(changes))
-            return self._of(
+            changed = override_tables(raw, _values(changes), self.file)
+            return self.of(
                 build_case(self.name, self.file, self.folder, raw, self.overridden | changed)
             )
+
+    @property
+    def judged(self) -> JudgedCase:
+        """The case as the rooms below take it."""
+        fields = dataclasses.fields(JudgedCase)
+        return JudgedCase(**{field.name: getattr(self, field.name) for field in fields})
 
     def lanes(self) -> pd.DataFrame:
         """The inputs of all lanes, one row a lane.
@@ -234,7 +240,8 @@ class Case(JudgedCase):
             return expand_lanes(self, range(1)).scene
 
     @classmethod
-    def _of(cls, judged: JudgedCase) -> Self:
+    def of(cls, judged: JudgedCase) -> Self:
+        """The case that the rooms below made."""
         case = cls.__new__(cls)
         case._hold(judged)
         return case
@@ -284,7 +291,7 @@ def load_case(name_or_path: str | os.PathLike[str], overrides: Overrides = ()) -
         Case(free-b0: 2 lanes over block.height)
     """
     with python_names():
-        return Case._of(load_judged(name_or_path, _values(overrides)))
+        return Case.of(load_judged(name_or_path, _values(overrides)))
 
 
 def any_case(case: AnyCase, overrides: Overrides = ()) -> Case:
@@ -296,7 +303,7 @@ def any_case(case: AnyCase, overrides: Overrides = ()) -> Case:
     if isinstance(case, str | os.PathLike):
         return load_case(case, overrides)
     if isinstance(case, JudgedCase):
-        found = case if isinstance(case, Case) else Case._of(case)
+        found = case if isinstance(case, Case) else Case.of(case)
     else:
         found = Case.from_dict(case)
     return found.override(overrides) if overrides else found

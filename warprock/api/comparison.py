@@ -57,7 +57,7 @@ def compare(
         [0.0, 0.0, 2e-05, 2e-05]
     """
     with python_names():
-        work = any_case(case, overrides)
+        work = any_case(case, overrides).judged
         with shown(progress, work.name, None) as report:
             found = compare_engines(work, list(engines), workers, report)
     title = f"{work.name}: {', '.join(engines)}"

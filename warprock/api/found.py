@@ -7,6 +7,7 @@ import functools
 import html
 import os
 import pathlib
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ import pandas as pd
 
 from warprock.api.names import python_names
 from warprock.figures.drawing import Drawing, write_drawings
+from warprock.report.writing import REPORT, write_report
 from warprock.run.results import list_results, write_results
 
 if TYPE_CHECKING:
@@ -40,6 +42,7 @@ class Found:
     ) -> None:
         self.title, self.found = title, found
         self._reported, self._draw = report, draw
+        self._saved: pathlib.Path | None = None
 
     @functools.cached_property
     def _report(self) -> Report:
@@ -86,13 +89,13 @@ class Found:
         self._report.show()
 
     def save(self, folder: str | os.PathLike[str]) -> list[pathlib.Path]:
-        """Writes its tables, its figures and what ran to a folder, as the command does with `-o`.
+        """Writes all of it to a folder, as the command does with `-o`: tables, figures, a page.
 
         Args:
             folder: Where to; made if it does not exist. What a command left there before goes.
 
         Returns:
-            The files.
+            The files; the page, report.html, comes last.
 
         Raises:
             InputError: The folder cannot be written to.
@@ -102,7 +105,32 @@ class Found:
             files = self._write(place)
             files += write_drawings(self.figures(), place)
         list_results(place, files, beside=self._report.beside)
-        return files
+        page = write_report(place, scenes=self._scenes())
+        list_results(place, [page], beside=True)
+        self._saved = place
+        return [*files, page]
+
+    def report(self, folder: str | os.PathLike[str] | None = None) -> pathlib.Path:
+        """The page of it: one HTML file that a browser opens and a mail can carry.
+
+        Args:
+            folder: Where to write it, and all that `save` writes; where None, the folder that it
+                was saved to, or one for temporary files.
+
+        Returns:
+            The file.
+
+        Raises:
+            InputError: The folder cannot be written to.
+        """
+        if folder is not None or self._saved is None:
+            self.save(folder or tempfile.mkdtemp(prefix="warprock-"))
+        assert self._saved is not None
+        return self._saved / REPORT
+
+    def _scenes(self) -> Mapping[str, Any] | None:
+        """Lanes to play on the page; None where there are none."""
+        return None
 
     def _write(self, folder: pathlib.Path) -> list[pathlib.Path]:
         """Writes all but the figures."""

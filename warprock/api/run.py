@@ -5,17 +5,16 @@ from __future__ import annotations
 import dataclasses
 import functools
 import pathlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from warprock.api.case import AnyCase
+from warprock.api.case import AnyCase, Case
 from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.progress import Shown
 from warprock.api.work import HowHeld, working
-from warprock.case.case import Case as JudgedCase
 from warprock.case.columns import columns_of
 from warprock.case.load import Overrides
 from warprock.case.run import Run as RunTable
@@ -25,6 +24,7 @@ from warprock.figures.axes import plot_history, plot_peaks
 from warprock.figures.run import draw_run
 from warprock.model.response import Response
 from warprock.quantity import Said
+from warprock.report.scenes import scenes_of
 from warprock.run.case_run import CaseRun, run_case, run_lane
 from warprock.run.cells import cell_table
 from warprock.run.engine_choice import EngineChoice
@@ -72,9 +72,9 @@ class Run(Found):
         self.choice = choice
 
     @property
-    def case(self) -> JudgedCase:
+    def case(self) -> Case:
         """The case."""
-        return self.found.case
+        return Case.of(self.found.case)
 
     @property
     def engine(self) -> str:
@@ -159,6 +159,9 @@ class Run(Found):
 
     def _write(self, folder: pathlib.Path) -> list[pathlib.Path]:
         return write_run(self.found, folder)
+
+    def _scenes(self) -> Mapping[str, Any]:
+        return scenes_of(self.found)
 
     def _shown(self) -> pd.DataFrame:
         keys = [key for axis in self.case.axes for key in axis.columns]
@@ -251,4 +254,4 @@ def _sampling(run: CaseRun, interval: str | None) -> CaseRun:
     with refusing(lambda _: "interval"):
         sampled = validated(RunTable, asked)
     tables = run.case.tables.model_copy(update={"run": sampled})
-    return dataclasses.replace(run, case=run.case.replaced(tables=tables))
+    return dataclasses.replace(run, case=dataclasses.replace(run.case, tables=tables))

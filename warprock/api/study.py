@@ -49,7 +49,7 @@ def study(
         InputError: Something cannot be used, said before anything runs.
     """
     with python_names():
-        work = any_case(case, overrides)
+        work = any_case(case, overrides).judged
         if work.study is None:
             raise InputError(work.file, "study", NOTHING, "must be given: what is varied")
         options = RunOptions(precision, device, workers, None)

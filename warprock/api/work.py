@@ -10,9 +10,10 @@ import typing
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypedDict, TypeVar, cast
 
-from warprock.api.case import AnyCase, Case, any_case
+from warprock.api.case import AnyCase, any_case
 from warprock.api.names import python_names
 from warprock.api.progress import Shown, shown
+from warprock.case.case import Case as JudgedCase
 from warprock.case.load import Overrides
 from warprock.run.engine_choice import EngineChoice, choose_engine
 from warprock.run.options import TOLERANCE, RunOptions
@@ -41,12 +42,12 @@ class Work:
     """A case to be worked on.
 
     Attributes:
-        case: The case.
+        case: The case, as the rooms below take it.
         choice: The engine named, or the one that the case has as a rule.
         options: How its lanes are run, with the progress to report.
     """
 
-    case: Case
+    case: JudgedCase
     choice: EngineChoice
     options: RunOptions
 
@@ -88,7 +89,7 @@ def working(
         InputError: Something cannot be used, before the block or in it.
     """
     with python_names():
-        found = any_case(case, overrides)
+        found = any_case(case, overrides).judged
         named = None if engine is None else EngineChoice(engine, named=True)
         choice = named or choose_engine(found, factors)
         with shown(progress, found.name, found.lane_count if counted else None) as report:
