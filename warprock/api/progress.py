@@ -68,6 +68,9 @@ class _Bar:
     def __init__(self, text: str, total: int | None, done: int) -> None:
         self.text, self.total, self.done = text, total, done
 
+    def __repr__(self) -> str:
+        return f"{self.text}: {self.done:,} lanes" if self.text else ""
+
     def _repr_html_(self) -> str:
         if not self.text:
             return ""
