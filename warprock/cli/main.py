@@ -183,16 +183,15 @@ def _write_run(
     case_run: CaseRun, folder: pathlib.Path, lanes: tuple[int, ...]
 ) -> list[pathlib.Path]:
     """Writes a run, with histories of some lanes, and its figures."""
-    from warprock.figures import ensemble, run
+    from warprock.figures.run import draw_run
     from warprock.report.scenes import scenes_of
     from warprock.run.case_run import run_lane
     from warprock.run.results import write_run
 
     histories = {lane: run_lane(case_run, lane) for lane in lanes}
-    figures = run if case_run.case.ensemble is None else ensemble
     files: list[pathlib.Path] = write_run(case_run, folder, histories)
-    files += figures.write_figures(case_run, folder)
-    return leave(folder, files, scenes=scenes_of(case_run))
+    drawings = draw_run(case_run)
+    return leave(folder, files, drawings=drawings, scenes=scenes_of(case_run))
 
 
 def _is_default(option: str) -> bool:
