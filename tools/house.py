@@ -111,6 +111,12 @@ ROOMS = (
         "distributed pyarrow",
     ),
     _room(
+        "report",
+        "the page of a folder of results: one HTML file, its template, style and player",
+        f"{_BASE} case run sweep",
+        "jinja2 markupsafe numpy pandas pyarrow",
+    ),
+    _room(
         "analysis",
         """fragility functions, incremental dynamic analysis, overturning maps, rocking spectra,
         Sobol' indices""",
@@ -150,7 +156,7 @@ ROOMS = (
     _room(
         "cli",
         "the commands, one file each, and how they end",
-        f"{_BASE} records case run sweep analysis compare measure tables figures paper",
+        f"{_BASE} records case run sweep analysis compare measure tables figures paper report",
         "click",
     ),
 )

@@ -229,6 +229,7 @@ def test_run_writes_a_table_that_the_screen_agrees_with(engine: str, case: pathl
         "history-lane-0.csv",
         "lanes.parquet",
         "peaks.png",
+        "report.html",
         "run.json",
     ]
     table = pd.read_parquet(folder / "lanes.parquet")

@@ -30,7 +30,6 @@ from warprock.cli.options import (
     engine_option,
     estimate_options,
     json_option,
-    list_written,
     max_bad_option,
     output_option,
     output_to,
@@ -39,6 +38,7 @@ from warprock.cli.options import (
     set_option,
     workers_option,
 )
+from warprock.cli.pages import leave
 from warprock.cli.sections import Main
 from warprock.cli.study import run_study_of
 from warprock.cli.sweep import EXIT_RESUMABLE
@@ -170,16 +170,16 @@ def _write_run(
     case_run: CaseRun, folder: pathlib.Path, lanes: tuple[int, ...]
 ) -> list[pathlib.Path]:
     """Writes a run, with histories of some lanes, and its figures."""
-    from warprock.figures import ensemble, run
+    from warprock.figures.drawing import write_drawings
+    from warprock.figures.run import draw_run
+    from warprock.report.scenes import scenes_of
     from warprock.run.case_run import run_lane
     from warprock.run.results import write_run
 
     histories = {lane: run_lane(case_run, lane) for lane in lanes}
-    figures = run if case_run.case.ensemble is None else ensemble
     files: list[pathlib.Path] = write_run(case_run, folder, histories)
-    files += figures.write_figures(case_run, folder)
-    list_written(folder, files)
-    return files
+    files += write_drawings(draw_run(case_run), folder)
+    return leave(folder, files, scenes=scenes_of(case_run))
 
 
 def _is_default(option: str) -> bool:

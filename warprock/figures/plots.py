@@ -14,6 +14,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from warprock.figures.palette import BLACK as BLACK
+from warprock.figures.palette import BLUE as BLUE
+from warprock.figures.palette import ENGINE_MARKS as ENGINE_MARKS
+from warprock.figures.palette import ENGINE_STYLES as ENGINE_STYLES
+from warprock.figures.palette import GREEN as GREEN
+from warprock.figures.palette import OLIVE as YELLOW
+from warprock.figures.palette import ORANGE as ORANGE
+from warprock.figures.palette import PURPLE as PURPLE
+from warprock.figures.palette import SKY as SKY
+from warprock.figures.palette import VERMILION as RED
+from warprock.figures.palette import engine_marks as engine_marks
 from warprock.run.files import replacing
 
 if TYPE_CHECKING:
@@ -23,50 +34,9 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 DPI = 160
+__all__ = ["RED", "YELLOW"]
 SHORT_ROTATION_LABEL = "rotation /\nslenderness [-]"
 TIME_LABEL = "time [s]"
-
-BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, RED, PURPLE = (
-    "#000000",
-    "#E69F00",
-    "#56B4E9",
-    "#009E73",
-    "#B79F00",
-    "#0072B2",
-    "#D55E00",
-    "#CC79A7",
-)
-"""Colours that readers with any colour vision tell apart (Okabe and Ito 2008)."""
-
-ENGINE_MARKS: dict[str, tuple[str, str]] = {
-    "housner": (BLACK, "s"),
-    "two-block": (BLACK, "D"),
-    "event": (BLUE, "o"),
-    "impulse": (RED, "^"),
-    "direct": (GREEN, "v"),
-    "xpbd": (ORANGE, "P"),
-    "dem": (PURPLE, "X"),
-    "oracle": (BLUE, "*"),
-}
-"""Colour and marker of every engine, and of the oracle, in all figures that tell engines apart."""
-OTHER_MARKS = ((SKY, "h"), (YELLOW, "p"))
-"""Those of engines that are not in the list."""
-
-
-def engine_marks(engine: str) -> tuple[str, str]:
-    """Colour and marker of an engine."""
-    return ENGINE_MARKS.get(engine, OTHER_MARKS[len(engine) % len(OTHER_MARKS)])
-
-
-ENGINE_STYLES: dict[str, dict[str, Any]] = {
-    name: {"color": engine_marks(name)[0], "linewidth": width, "linestyle": line, "zorder": order}
-    for name, width, line, order in (
-        ("housner", 1.8, "-", 2),
-        ("impulse", 1.1, (0, (4, 2)), 3),
-        ("oracle", 1.0, ":", 4),
-    )
-}
-"""Lines of rotation histories."""
 
 FIGURE_TITLE: dict[str, Any] = {"x": 0.01, "ha": "left", "fontsize": 10.5}
 

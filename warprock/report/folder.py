@@ -1,0 +1,140 @@
+"""A folder of results as a page reads it: facts, tables, figures, and which files belong to it."""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import functools
+import hashlib
+import json
+import pathlib
+from collections.abc import Mapping
+from typing import Any
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from warprock.errors import InputError
+from warprock.reading import read_bytes, reason
+from warprock.report.content import Picture
+from warprock.run.results import PROVENANCE
+
+MOST_ROWS = 5_000_000
+"""Rows of a table that a page is made from; of a longer one the first are read."""
+
+
+@dataclasses.dataclass(frozen=True)
+class ResultFolder:
+    """A folder of results.
+
+    Attributes:
+        path: Where it is.
+        drawings: Figures that are at hand as drawn, by the names of their files.
+    """
+
+    path: pathlib.Path
+    drawings: Mapping[str, Picture] = dataclasses.field(default_factory=dict)
+
+    def has(self, *names: str) -> bool:
+        """Whether files of these names are all there."""
+        return all((self.path / name).is_file() for name in names)
+
+    @functools.cached_property
+    def facts(self) -> dict[str, Any]:
+        """What `run.json` holds; empty where there is none."""
+        return self.json(PROVENANCE) if self.has(PROVENANCE) else {}
+
+    def json(self, name: str) -> dict[str, Any]:
+        """What a JSON file holds.
+
+        Raises:
+            InputError: It cannot be read, or holds no object.
+        """
+        path = self.path / name
+        try:
+            found = json.loads(read_bytes(path))
+        except (OSError, ValueError, RecursionError) as error:
+            why = reason(error) if isinstance(error, OSError) else str(error)
+            raise InputError(str(path), "", "the file", f"must be readable JSON ({why})") from None
+        if not isinstance(found, dict):
+            raise InputError(str(path), "", "the file", "must hold a JSON object")
+        return found
+
+    def table(self, name: str) -> pd.DataFrame:
+        """A table; `attrs["columns"]` holds unit and meaning of columns where its file does.
+
+        Args:
+            name: Name of a file that ends in .parquet or .csv.
+
+        Raises:
+            InputError: It cannot be read.
+        """
+        path = self.path / name
+        try:
+            if name.endswith(".csv"):
+                return pd.read_csv(path, nrows=MOST_ROWS, keep_default_na=True)
+            with pq.ParquetFile(path) as file:
+                arrow = file.read() if file.metadata.num_rows <= MOST_ROWS else _first(file)
+        except (OSError, ValueError, pa.ArrowException) as error:
+            raise InputError(str(path), "", "the file", f"must be a table: {error}") from None
+        table: pd.DataFrame = arrow.to_pandas()
+        table.attrs["columns"] = {
+            field.name: {key.decode(): value.decode() for key, value in field.metadata.items()}
+            for field in arrow.schema
+            if field.metadata
+        }
+        return table
+
+    def rows(self, name: str) -> int:
+        """Rows of a Parquet file."""
+        return int(pq.read_metadata(self.path / name).num_rows)
+
+    def digest(self, name: str) -> str:
+        """SHA-256 of a file."""
+        with (self.path / name).open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+
+    def pictures(self, *patterns: str) -> list[Picture]:
+        """Figures whose files are there, as drawn where they are at hand, else as they lie there.
+
+        Args:
+            patterns: Names of files, as `glob` matches them, in the order of the page.
+        """
+        names = [path.name for pattern in patterns for path in sorted(self.path.glob(pattern))]
+        return [self._picture(name) for name in dict.fromkeys(names)]
+
+    def _picture(self, name: str) -> Picture:
+        digest = self.digest(name)
+        if name in self.drawings:
+            return dataclasses.replace(self.drawings[name], digest=digest)
+        text = base64.b64encode((self.path / name).read_bytes()).decode("ascii")
+        title = TITLES.get(name, name.removesuffix(".png").replace("-", " "))
+        return Picture(name, title, f"Figure: {title}", f"data:image/png;base64,{text}", digest)
+
+
+TITLES = {
+    "histories.png": "Rotation over time",
+    "peaks.png": "Peak rotation of every lane over the swept inputs",
+    "fragility.png": "Fragility functions",
+    "map.png": "Overturning map",
+    "spectrum.png": "Rocking spectra",
+    "ida.png": "Incremental dynamic analysis",
+    "sensitivity.png": "Sobol' indices",
+    "ensemble.png": "Distribution of every cell of the ensemble",
+    "space.png": "Paths in space",
+    "trade.png": "Error over cost of every engine",
+    "study.png": "Error and cost of every setting",
+}
+"""Titles of figures that only their files tell of."""
+
+
+def _first(file: pq.ParquetFile) -> pa.Table:
+    """The first row groups of a file, as many as a page is made from."""
+    parts, rows = [], 0
+    for group in range(file.metadata.num_row_groups):
+        rows += file.metadata.row_group(group).num_rows
+        parts.append(group)
+        if rows >= MOST_ROWS:
+            break
+    return file.read_row_groups(parts)
