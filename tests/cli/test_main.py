@@ -227,12 +227,14 @@ def test_run_writes_a_table_that_the_screen_agrees_with(engine: str, case: pathl
         ".warprock.json",
         "histories.png",
         "history-lane-0.csv",
+        "lanes.csv",
         "lanes.parquet",
         "peaks.png",
         "report.html",
         "run.json",
     ]
     table = pd.read_parquet(folder / "lanes.parquet")
+    assert list(pd.read_csv(folder / "lanes.csv")) == list(table)
     assert f"{table['peak_rotation_ratio'][0]:#.3g}" in result.stdout
     assert table["outcome"][0] in result.stdout
     assert engine in result.stdout

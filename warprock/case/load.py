@@ -70,7 +70,7 @@ def override_tables(raw: dict[str, Any], overrides: Overrides) -> frozenset[str]
     else:
         keys = [override(raw, text) for text in overrides]
     overridden = frozenset(keys)
-    fix_keys(raw, overridden | {EXCLUSIVE[key] for key in overridden if key in EXCLUSIVE})
+    fix_keys(raw, overridden.union(*(EXCLUSIVE.get(key, ()) for key in overridden)))
     with refusing(lambda _key: OVERRIDE):
         sweep_overrides(raw, keys)
     return overridden

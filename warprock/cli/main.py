@@ -38,7 +38,7 @@ from warprock.cli.options import (
     set_option,
     workers_option,
 )
-from warprock.cli.pages import leave
+from warprock.cli.pages import asked_command, leave
 from warprock.cli.sections import Main
 from warprock.cli.study import run_study_of
 from warprock.cli.sweep import EXIT_RESUMABLE
@@ -147,9 +147,9 @@ def _after_run(
     """The command to try after a run."""
     from warprock.model.response import Outcome
 
-    case = shlex.join([case_name, *(part for text in overrides for part in ("-s", text))])
     if folder is None:
-        return f"warprock run {case} -o results"
+        return f"{asked_command()} -o results"
+    case = shlex.join([case_name, *(part for text in overrides for part in ("-s", text))])
     fell = int((case_run.response["outcome"] == Outcome.OVERTURNED).sum())
     if 0 < fell < case_run.response.lane_count and case_run.case.tables.motion is not None:
         return f"warprock fragility {folder}"
