@@ -179,7 +179,7 @@ REFERENCE = re.compile(r"`((?:[a-z_]+\.)+[A-Za-z_]+)(?:\(\))?`")
 """What a comment or docstring names in another file: `run.results.write_results`."""
 
 
-ENDINGS = ("csv", "json", "parquet", "png", "py", "toml")
+ENDINGS = ("csv", "json", "mplstyle", "parquet", "png", "py", "toml")
 
 
 def test_names_of_other_modules_in_comments_are_true():

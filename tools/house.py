@@ -112,6 +112,12 @@ ROOMS = (
         "distributed pyarrow",
     ),
     _room(
+        "report",
+        "the page of a folder of results: one HTML file, its template, style and player",
+        f"{_BASE} case run sweep",
+        "PIL jinja2 markupsafe numpy pandas pyarrow",
+    ),
+    _room(
         "analysis",
         """fragility functions, incremental dynamic analysis, overturning maps, rocking spectra,
         Sobol' indices""",
@@ -149,9 +155,16 @@ ROOMS = (
         "numpy pandas rich",
     ),
     _room(
+        "api",
+        """`import warprock`: cases from objects, dicts and tables; the commands as functions; what
+        they find as an object with tables, figures and files""",
+        f"{_BASE} case run sweep analysis compare tables figures report",
+        "numpy pandas",
+    ),
+    _room(
         "cli",
         "the commands, one file each, and how they end",
-        f"{_BASE} records case run sweep analysis compare measure tables figures paper",
+        f"{_BASE} records case run sweep analysis compare measure tables figures paper report",
         "click",
     ),
 )
@@ -174,7 +187,7 @@ def floors() -> dict[str, int]:
 
 def readme_map() -> str:
     """The map of the house as the README shows it."""
-    width, lines = 100, []
+    width, lines = 128, []
     for room in ROOMS:
         folder = "" if room.name in MAPPED else "warprock/"
         head = f"{folder + room.name + ('.py' if room.name in MODULES else '/'):<22} "

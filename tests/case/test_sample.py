@@ -12,7 +12,8 @@ from tests.shared.sweeps import CASE, write_case
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.errors import InputError
-from warprock.figures.run import write_figures
+from warprock.figures.drawing import write_drawings
+from warprock.figures.run import draw_run
 from warprock.run.case_run import run_case
 from warprock.tables.swept import drawn_inputs
 
@@ -117,7 +118,7 @@ def test_a_figure_shows_every_input_that_was_drawn(file: pathlib.Path, tmp_path:
     assert titles == ["height [m]", "scale of the record [-]", "record"]
     assert [each.logarithmic for each in drawn_inputs(case)] == [False, True, False]
     run = run_case(case, "housner", histories=False)
-    files = write_figures(run, tmp_path)
+    files = write_drawings(draw_run(run), tmp_path)
     assert [path.name for path in files] == ["histories.png", "peaks.png"]
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in files)
 

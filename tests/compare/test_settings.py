@@ -61,6 +61,7 @@ def test_settings_that_cannot_be_used_are_one_line(asked: str, said: str) -> Non
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.thorough
 def test_event_comes_to_its_finest_step_with_the_square_of_the_step() -> None:
     steps = (1e-2, 5e-3, 2.5e-3)
     found = largest([FINEST, *(f"event@time_step={step}" for step in steps)])

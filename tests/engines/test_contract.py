@@ -191,7 +191,13 @@ def test_packed_and_plain_kernels_agree(engine: str) -> None:
     assert np.any(fell)
 
 
-@every_engine
+@pytest.mark.parametrize(
+    "engine",
+    [
+        pytest.param(engine, marks=() if engine == "event" else pytest.mark.thorough)
+        for engine in single_block_engines()
+    ],
+)
 def test_single_precision_is_near_double(engine: str) -> None:
     lanes = free_lanes()
     times = SampleTimes(1.0, 0.01)

@@ -82,6 +82,7 @@ def test_stiff_springs_at_the_ends_converge_to_housner() -> None:
     assert found[2] <= found[1] / 3.0
 
 
+@pytest.mark.thorough
 def test_springs_inside_the_face_keep_more_than_housner() -> None:
     # A rigid face that meets a rigid base has no unique impact. Points at the two ends alone give
     # Housner's; points in between take part of the blow, and the block turns on faster.

@@ -80,6 +80,7 @@ def solved(rows: Any, by_lemke: bool) -> Array:
     return values[:, 1:]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("by_lemke", [False, True])
 @pytest.mark.parametrize("box", [False, True])
 def test_solve_meets_the_contact_laws(box: bool, by_lemke: bool) -> None:

@@ -77,6 +77,7 @@ def test_a_tall_crooked_stack_stands_to_the_last_digit() -> None:
     assert found["step_count"][0] <= 10
 
 
+@pytest.mark.thorough
 def test_dropped_stacks_come_to_rest_and_lose_what_they_held() -> None:
     lanes = dropped(8)
     lost = [

@@ -298,6 +298,7 @@ def test_a_block_that_tips_over_its_corner_has_overturned() -> None:
     assert found["peak_tilt"][0] == pytest.approx(np.hypot(0.2, 0.2), abs=1e-12)
 
 
+@pytest.mark.thorough
 def test_a_tall_stack_stands() -> None:
     # Six blocks, each beside and turned against the one below; a millisecond a step.
     lanes = spatial_stack(

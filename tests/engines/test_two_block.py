@@ -379,6 +379,7 @@ def test_rest_rule_is_the_stated_one() -> None:
     assert fine["outcome"][0] == coarse["outcome"][0] == Outcome.AT_REST
 
 
+@pytest.mark.thorough
 def test_single_precision_is_near_double() -> None:
     lanes, times = stacks(CHAMFERED, STARTS), SampleTimes(0.2, 0.01)
     double = run(lanes, StillBase(len(STARTS)), times)

@@ -166,7 +166,7 @@ def test_compliance_vanishes_at_first_order() -> None:
     assert found[2] <= 3e-4
 
 
-@pytest.mark.parametrize("substeps", [1, 20])
+@pytest.mark.parametrize("substeps", [pytest.param(1, marks=pytest.mark.thorough), 20])
 def test_a_compliant_stack_sinks_by_the_force_on_each_end(substeps: int) -> None:
     # The upper block is offset by 0.1 m: on 0.5 m of ground, twice its weight at 0.05 m; between
     # the blocks, 0.4 m of overlap, its weight at 0.1 m, which is 0.25 m from the far end.
@@ -324,6 +324,7 @@ def test_a_fast_base_takes_the_lower_block_away() -> None:
     assert np.all(response["step_count"] < 2.0 / XpbdSettings().time_step)
 
 
+@pytest.mark.thorough
 def test_more_sweeps_than_unrolled_give_the_same_physics() -> None:
     lanes, times = free_lanes(), SampleTimes(1.0, 0.01)
     few, many = (

@@ -8,13 +8,14 @@ import pathlib
 import struct
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 from warprock.case.load import load_case
-from warprock.figures import peaks as plots_peaks
 from warprock.figures import run as plots_run
+from warprock.figures.drawing import Drawing, write_drawings
+from warprock.figures.run import draw_run
+from warprock.figures.sheet import style
 from warprock.model.response import Outcome, Status
 from warprock.run.case_run import CaseRun, run_case
 from warprock.tables.swept import lanes_at, spread, swept_axes
@@ -69,20 +70,19 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, CaseRun]:
 
 
 @pytest.fixture(scope="module")
-def figures(runs: dict[str, CaseRun], tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """Every figure of every run, drawn, by name of the run and of the file."""
-    folder = tmp_path_factory.mktemp("unused")
-    kept: dict[str, Any] = {}
-    with pytest.MonkeyPatch.context() as patch:
-        for module in (plots_run, plots_peaks):
-            patch.setattr(module, "save", lambda figure, path: kept.update({path: figure}) or path)
-        for name, run in runs.items():
-            plots_run.write_figures(run, folder / name)
-    for figure in kept.values():
-        figure.draw_without_rendering()
-        # Out of pyplot's list, which warns at its twenty-first figure; the figure itself stays.
-        plt.close(figure)
-    return {f"{path.parent.name}/{path.name}": figure for path, figure in kept.items()}
+def drawings(runs: dict[str, CaseRun]) -> dict[str, Drawing]:
+    """Every drawing of every run, by name of the run and of the drawing."""
+    found = {f"{name}/{each.name}": each for name, run in runs.items() for each in draw_run(run)}
+    for each in found.values():
+        with style():
+            each.figure.draw_without_rendering()
+    return found
+
+
+@pytest.fixture(scope="module")
+def figures(drawings: dict[str, Drawing]) -> dict[str, Any]:
+    """The figures of the drawings."""
+    return {name: each.figure for name, each in drawings.items()}
 
 
 def legend_texts(figure: Any) -> list[str]:
@@ -98,7 +98,7 @@ def titles(figure: Any) -> list[str]:
 
 
 def test_the_files_are_whole_pngs_at_print_resolution(runs, tmp_path: pathlib.Path):
-    files = plots_run.write_figures(runs["one lane"], tmp_path)
+    files = write_drawings(draw_run(runs["one lane"]), tmp_path)
     assert files == [tmp_path / "histories.png", tmp_path / "peaks.png"]
     assert sorted(tmp_path.iterdir()) == files
     for file in files:
@@ -108,8 +108,8 @@ def test_the_files_are_whole_pngs_at_print_resolution(runs, tmp_path: pathlib.Pa
 
 
 def test_every_run_has_peaks_and_every_sampled_run_has_histories(runs, figures):
-    wanted = {f"{name}/peaks.png" for name in runs}
-    wanted |= {f"{name}/histories.png" for name in runs if name not in SAMPLES_MISSING}
+    wanted = {f"{name}/peaks" for name in runs}
+    wanted |= {f"{name}/histories" for name in runs if name not in SAMPLES_MISSING}
     assert set(figures) == wanted
 
 
@@ -142,27 +142,27 @@ def test_axes_carry_their_units(figures):
     for name, figure in figures.items():
         labels = [axes.get_ylabel() for axes in figure.axes] + [figure.get_supylabel()]
         assert any(label.endswith("[-]") for label in labels), name
-        if name.endswith("histories.png"):
+        if name.endswith("histories"):
             assert {axes.get_xlabel() for axes in figure.axes} - {""} == {"time [s]"}
-    assert figures["one axis/peaks.png"].axes[0].get_xlabel() == "amplitude [g]"
-    assert figures["map/peaks.png"].axes[0].get_xlabel() == "amplitude [g]"
-    assert figures["map/peaks.png"].get_supylabel() == "frequency [Hz]"
-    assert figures["record-ridgecrest/peaks.png"].axes[0].get_xlabel() == "scale of the record [-]"
+    assert figures["one axis/peaks"].axes[0].get_xlabel() == "amplitude [g]"
+    assert figures["map/peaks"].axes[0].get_xlabel() == "amplitude [g]"
+    assert figures["map/peaks"].get_supylabel() == "frequency [Hz]"
+    assert figures["record-ridgecrest/peaks"].axes[0].get_xlabel() == "scale of the record [-]"
 
 
-def test_labels_are_colours_and_other_inputs_are_panels(figures):
-    figure = figures["panels/peaks.png"]
+def test_labels_are_colours_and_other_inputs_are_panels(drawings, figures):
+    figure = figures["panels/peaks"]
     assert legend_texts(figure)[:2] == ["slender", "stocky"]
     assert titles(figure) == ["frequency 1 Hz", "frequency 5 Hz"]
-    figure = figures["panels/histories.png"]
+    figure = figures["panels/histories"]
     assert legend_texts(figure)[:2] == ["slender", "stocky"]
     assert "amplitude 0.11 g, frequency 5 Hz - lanes 1, 9" in titles(figure)
-    assert "lanes" not in figure.get_suptitle()
+    assert "evenly spaced" not in drawings["panels/histories"].alt
 
 
-def test_few_enough_histories_are_drawn_and_their_choice_is_said(figures):
-    figure = figures["one axis/histories.png"]
-    assert "12 of 1000 lanes, evenly spaced" in figure.get_suptitle()
+def test_few_enough_histories_are_drawn_and_their_choice_is_said(drawings, figures):
+    figure = figures["one axis/histories"]
+    assert "12 of 1000 lanes, evenly spaced" in drawings["one axis/histories"].alt
     panels = [title for title in titles(figure) if title.startswith("amplitude")]
     assert len(panels) == 12
     assert panels[0].endswith("lane 0")
@@ -171,7 +171,7 @@ def test_few_enough_histories_are_drawn_and_their_choice_is_said(figures):
 
 def test_a_history_is_that_of_its_lane(runs, figures):
     run = runs["record-ridgecrest"]
-    figure = figures["record-ridgecrest/histories.png"]
+    figure = figures["record-ridgecrest/histories"]
     slenderness = run.lane_set.lanes.slenderness_angle
     whole = [axes for axes in shown_axes(figure) if " - lane " in axes.get_title(loc="left")]
     assert len(whole) == 7
@@ -187,12 +187,12 @@ def test_fallen_blocks_squash_no_curve(runs, figures):
     for name in ("record-ridgecrest", "one lane", "one axis", "panels"):
         fallen = runs[name].response["outcome"] == Outcome.OVERTURNED
         assert fallen.any()
-        figure = figures[f"{name}/histories.png"]
+        figure = figures[f"{name}/histories"]
         assert any("overturned" in text for text in legend_texts(figure))
         for axes in shown_axes(figure):
             if "rotation" in axes.get_ylabel():
                 assert axes.get_ylim()[1] < 1.4
-        figure = figures[f"{name}/peaks.png"]
+        figure = figures[f"{name}/peaks"]
         assert any(text.startswith("overturned (drawn at 1.") for text in legend_texts(figure))
         low, high = figure.axes[0].get_ylim()
         marks = [line for line in figure.axes[0].lines if line.get_marker() == "^"]
@@ -209,21 +209,21 @@ def test_a_block_still_falling_when_its_run_ends_squashes_no_curve(runs, figures
     ratio = response["peak_rotation"] / runs["one axis"].lane_set.lanes.slenderness_angle
     falling = (response["outcome"] == Outcome.ROCKING) & (ratio > 2.0)
     assert falling.any()
-    figure = figures["one axis/peaks.png"]
+    figure = figures["one axis/peaks"]
     assert any(text.startswith("beyond 2, not overturned") for text in legend_texts(figure))
     assert figure.axes[0].get_ylim()[1] < 2.5
 
 
 def test_every_lane_has_its_mark(runs, figures):
     for name in ("free-b0", CONTINUOUS, "one axis", "panels", "names", "no interval"):
-        lines = [line for axes in figures[f"{name}/peaks.png"].axes for line in axes.lines]
+        lines = [line for axes in figures[f"{name}/peaks"].axes for line in axes.lines]
         marks = sum(len(line.get_xdata()) for line in lines if line.get_marker() != "None")
         assert marks == runs[name].response.lane_count
 
 
 def test_a_map_shows_each_peak_at_its_inputs(runs, figures):
     run = runs["map"]
-    mesh = figures["map/peaks.png"].axes[0].collections[1]
+    mesh = figures["map/peaks"].axes[0].collections[1]
     peaks = run.response["peak_rotation"] / run.lane_set.lanes.slenderness_angle
     stands = run.response["outcome"] != Outcome.OVERTURNED
     assert stands.any()
@@ -232,15 +232,15 @@ def test_a_map_shows_each_peak_at_its_inputs(runs, figures):
     drawn = np.ma.asarray(mesh.get_array()).reshape(10, 20)
     np.testing.assert_array_equal(~np.ma.getmaskarray(drawn), stands.reshape(20, 10).T)
     np.testing.assert_array_equal(drawn.compressed(), peaks.reshape(20, 10).T[~drawn.mask])
-    assert "overturned" in legend_texts(figures["map/peaks.png"])
+    assert "overturned" in legend_texts(figures["map/peaks"])
 
 
 def test_dense_runs_are_outlined_and_enlarged(figures):
-    figure = figures[f"{CONTINUOUS}/histories.png"]
+    figure = figures[f"{CONTINUOUS}/histories"]
     assert any("largest and smallest in every" in text for text in legend_texts(figure))
     assert any(title.startswith("enlarged: 0 s to") for title in titles(figure))
     assert "after a velocity step of 0.151 m/s" in titles(figure)[0]
-    assert len(shown_axes(figures["free-b0/histories.png"])) == 1
+    assert len(shown_axes(figures["free-b0/histories"])) == 1
 
 
 def test_an_outline_holds_the_extremes_and_ignores_what_is_missing():
@@ -254,19 +254,16 @@ def test_an_outline_holds_the_extremes_and_ignores_what_is_missing():
     assert np.isnan(upper[6:]).all()
 
 
-def test_lanes_without_a_usable_number_are_left_out_and_counted(runs, tmp_path, monkeypatch):
+def test_lanes_without_a_usable_number_are_left_out_and_counted(runs, monkeypatch):
     run = runs["panels"]
     fields = {name: values.copy() for name, values in run.response.fields.items()}
     fields["status"][:8] = Status.NONFINITE
     fields["peak_rotation"][:8] = np.nan
     broken = dataclasses.replace(run.response, fields=fields)
-    kept = []
-    for module in (plots_run, plots_peaks):
-        monkeypatch.setattr(module, "save", lambda figure, path: kept.append(figure) or path)
     monkeypatch.setattr(plots_run, "run_lanes", lambda _, lanes: nan_histories(len(lanes)))
-    plots_run.write_figures(dataclasses.replace(run, response=broken), tmp_path)
-    histories, peaks = kept
-    assert "lanes without a usable number: 8 of 16" in peaks.get_suptitle()
+    drawn = draw_run(dataclasses.replace(run, response=broken))
+    histories, peaks = (each.figure for each in drawn)
+    assert "8 have no usable number" in drawn[1].title
     assert any(
         "0: nonfinite, numbers not usable" in title.replace("\n", " ")
         for title in titles(histories)

@@ -128,6 +128,7 @@ def test_the_conflict_says_what_the_study_found(study):
     assert "nan" not in conflict.text
 
 
+@pytest.mark.thorough
 def test_the_study_is_printed_and_drawn(study, tmp_path):
     rows = [row | {"case": SENSITIVITY} for row in study.rows]
     text = printed(tables_study.print_studies, rows, width=80)

@@ -27,18 +27,16 @@ KINDS = (MotionKind.STILL, MotionKind.HARMONIC, MotionKind.RECORD)
 def in_every_kind(scenes: Iterable[tuple[str, str]]) -> list[Any]:
     """Engines and scenes, each in every kind of motion, as parameters of a test.
 
-    Every kind is a kernel to compile. Engines with a kernel of their own for single blocks run
-    these in all kinds, for other tests need that kernel, too; the rest of the engines and scenes
-    in the analytic kind, and in the others with `thorough`.
+    Every kind is a kernel to compile, and in space a long one. The ordinary run has every engine in
+    the plane in the analytic kind; all the rest comes with `thorough`.
     """
-    own_kernel = ("housner", "event", "impulse", "direct")
     return [
         pytest.param(
             engine,
             scene,
             kind,
             marks=()
-            if kind is MotionKind.HARMONIC or (scene == "block" and engine in own_kernel)
+            if kind is MotionKind.HARMONIC and "in space" not in scene
             else pytest.mark.thorough,
         )
         for engine, scene in scenes

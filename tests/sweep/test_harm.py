@@ -56,6 +56,7 @@ def start(*arguments: object) -> subprocess.Popen[str]:
     )
 
 
+@pytest.mark.thorough
 @on_posix
 def test_a_sweep_that_is_killed_twenty_times_loses_nothing(case_file, undisturbed, tmp_path):
     plan = planned(load_case(case_file), tmp_path, 5)

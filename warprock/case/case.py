@@ -15,10 +15,11 @@ from warprock.case.ensemble import Ensemble
 from warprock.case.settings import ENGINES, PEERS, read_settings
 from warprock.case.study import Study
 from warprock.case.text import source_name
+from warprock.case.writing import toml_text
 from warprock.model.response import SampleTimes
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class Case:
     """A case whose every value has been judged.
 
@@ -43,6 +44,16 @@ class Case:
     overridden: frozenset[str] = frozenset()
     ensemble: Ensemble | None = None
     study: Study | None = None
+
+    def __repr__(self) -> str:
+        return f"<case {self.name}: {self.lane_count:,} lanes>"
+
+    def to_toml(self) -> str:
+        """The text of a case file that reads as this case.
+
+        Relative paths in it start from the folder of the case.
+        """
+        return toml_text(self.raw)
 
     @property
     def title(self) -> str:

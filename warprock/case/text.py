@@ -177,19 +177,34 @@ def override(raw: dict[str, Any], text: str) -> str:
     key, equals, value = (part.strip() for part in text.partition("="))
     if not (key and equals and value) or not _is_unicode(text):
         raise InputError(OVERRIDE, "", text, 'must be KEY=VALUE, such as block.height="5.5 m"')
+    put(raw, key, _override_value(key, value), value)
+    return key
+
+
+def put(raw: dict[str, Any], key: str, value: Any, written: object) -> None:
+    """Puts a value into a case; other keys that say the same thing are taken out.
+
+    Args:
+        raw: The case as written; changed in place.
+        key: The dotted key.
+        value: Its value, as a case file holds it.
+        written: The same as the user wrote it.
+
+    Raises:
+        InputError: The key has too many parts, or lies below what is no table.
+    """
     *path, last = key.split(".")
     if len(path) >= MOST_DEPTH:
-        raise InputError(OVERRIDE, key, value, _TOO_DEEP)
+        raise InputError(OVERRIDE, key, written, _TOO_DEEP)
     table: Any = raw
     for name in path:
         table = table.setdefault(name, {})
         if not isinstance(table, dict):
             allowed = f"must not lie below {name}, which is not a table"
-            raise InputError(OVERRIDE, key, value, allowed)
-    table[last] = _override_value(key, value)
-    if key in EXCLUSIVE:
-        table.pop(EXCLUSIVE[key].rpartition(".")[2], None)
-    return key
+            raise InputError(OVERRIDE, key, written, allowed)
+    table[last] = value
+    for other in EXCLUSIVE.get(key, ()):
+        table.pop(other.rpartition(".")[2], None)
 
 
 def _is_unicode(text: str) -> bool:
@@ -218,5 +233,8 @@ def _shipped() -> Traversable:
 def source_name(key: str, file: str, overridden: frozenset[str]) -> str:
     """The file, or -s where an override gave the key, a table above it or a part of it."""
     plain = re.sub(r"\[\d+\]", "", key)
+    swept = plain.removeprefix("sweep.")
+    if any(f"{swept}.".startswith(f"{o}.") for o in overridden):
+        return OVERRIDE
     given = any(f"{plain}.".startswith(f"{o}.") or o.startswith(f"{plain}.") for o in overridden)
     return OVERRIDE if given else file

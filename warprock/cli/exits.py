@@ -17,6 +17,9 @@ from warprock.errors import InputError, one_line, shortened
 
 EXIT_FAILED, EXIT_INPUT, EXIT_CHECK, EXIT_INTERRUPTED = 1, 2, 3, 130
 
+ASKED = "warprock.asked"
+"""What a context keeps the arguments of the whole command under."""
+
 PATIENCE = 2.0
 """Seconds of compiling after which a command says so."""
 _GLANCE = 0.25
@@ -28,6 +31,7 @@ class ExitCodes(click.Group):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Reads the options before the command; an unknown one exits with 2."""
+        ctx.meta[ASKED] = list(args)
         try:
             return super().parse_args(ctx, args)
         except click.exceptions.NoArgsIsHelpError:

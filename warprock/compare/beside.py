@@ -9,12 +9,51 @@ from typing import Any
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet
 from warprock.compare.settings import OPTION, case_asked, plain_name
+from warprock.engines import ENGINES
 from warprock.errors import DeclinedError, InputError
 from warprock.model.response import Response, SampleTimes
-from warprock.programs.table import PROGRAMS, PeerAnswer, run_program
+from warprock.programs.table import PROGRAMS, PeerAnswer, require_scenes, run_program
+from warprock.run.case_run import require_support
 
 ORACLE = "oracle"
 """Name of the SciPy reference in `compare`; not an engine."""
+
+
+def require_scene(case: Case, lane_set: LaneSet, name: str) -> None:
+    """Refuses lanes that what runs them cannot do, before anything runs.
+
+    Args:
+        case: The case, which may hold settings of the engine or of the program.
+        lane_set: Its lanes.
+        name: Name of an engine, of the oracle or of a program.
+
+    Raises:
+        InputError: It cannot do the scene, with its reason.
+    """
+    if name in ENGINES:
+        require_support(case, lane_set, name)
+        return
+    reason: object = None
+    if name == ORACLE:
+        reason = _beyond_the_oracle(lane_set)
+    else:
+        batch = (lane_set.lanes, lane_set.motions, lane_set.times)
+        try:
+            require_scenes(name, *batch, case.peer_settings(name))
+        except DeclinedError as error:
+            reason = error
+    if reason is not None:
+        raise InputError(case.file, OPTION, name, f"cannot do this scene: {reason}")
+
+
+def _beyond_the_oracle(lane_set: LaneSet) -> str | None:
+    """Why the SciPy reference cannot do lanes; None where it can."""
+    reason = lane_set.scene.beyond_the_plane
+    if reason is not None or not lane_set.lanes.stacked:
+        return reason
+    from warprock.oracle.pair_lanes import why_not
+
+    return why_not(lane_set.lanes)
 
 
 def run_oracle(case: Case, lane_set: LaneSet) -> Response:
@@ -23,16 +62,13 @@ def run_oracle(case: Case, lane_set: LaneSet) -> Response:
     Raises:
         InputError: It cannot do the scene.
     """
-    reason = lane_set.scene.beyond_the_plane
-    if reason is None and not lane_set.lanes.stacked:
+    require_scene(case, lane_set, ORACLE)
+    if not lane_set.lanes.stacked:
         from warprock.oracle.block import oracle_response
 
         return oracle_response(lane_set.lanes, lane_set.motions, lane_set.times)
-    from warprock.oracle.pair_lanes import two_block_response, why_not
+    from warprock.oracle.pair_lanes import two_block_response
 
-    reason = reason or why_not(lane_set.lanes)
-    if reason is not None:
-        raise InputError(case.file, OPTION, ORACLE, f"cannot do this scene: {reason}")
     return two_block_response(lane_set.lanes, lane_set.motions, lane_set.times)
 
 
@@ -70,13 +106,12 @@ def run_peer(
     times = case.sample_times
     if case.ensemble is not None:
         times = SampleTimes(times.duration)
+    require_scene(case, lane_set, name)
     settings = case.peer_settings(name)
     try:
         return run_program(name, lane_set.lanes, lane_set.motions, times, settings, finished)
     except ImportError as error:
         raise InputError(OPTION, "", name, f"does not start: {error}") from None
-    except DeclinedError as error:
-        raise InputError(case.file, OPTION, name, f"cannot do this scene: {error}") from None
 
 
 def cost_rows(case: Case, answers: Mapping[str, PeerAnswer]) -> list[dict[str, Any]]:

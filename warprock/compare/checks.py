@@ -16,6 +16,7 @@ from warprock.compare.beside import (
     ORACLE,
     cost_rows,
     require_programs,
+    require_scene,
     run_oracle,
     run_peer,
 )
@@ -320,9 +321,9 @@ def compare(
     """
     require_known(engines, [*ENGINES, ORACLE, *PROGRAMS])
     require_programs(map(plain_name, engines))
-    for engine in engines:
-        case_asked(case, engine)
     responses = CaseResponses(case, workers, progress=progress)
+    for engine in engines:
+        require_scene(case_asked(case, engine), responses.lane_set, plain_name(engine))
     if case.ensemble is not None:
         return compare_distributions(responses, engines)
     stacked, spatial = case.tables.stacked, responses.lane_set.scene.spatial

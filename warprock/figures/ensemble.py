@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import pathlib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +10,9 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.case.case import Case
-from warprock.figures.plots import BLACK, BLUE, FIGURE_TITLE, GREEN, ORANGE, RED, drawing, save
+from warprock.figures.drawing import Drawing
+from warprock.figures.palette import BLACK, BLUE, GREEN, ORANGE, VERMILION
+from warprock.figures.sheet import headline, style, subplots
 from warprock.run.case_run import CaseRun
 from warprock.run.cells import PEAK_RATIO, QUANTILES, cell_table
 from warprock.tables.cells import block_suffixes, value_name
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-FIGURE = "ensemble.png"
 BOXES = 40
 """Cells up to which each has a box; of more, bands are drawn."""
 HALF_BOX = 0.28
@@ -36,46 +36,24 @@ GROUPS = 12
 UPRIGHT = 56
 """Letters of all names up to which they stand upright."""
 BLOCK_COLORS = (BLUE, ORANGE, GREEN)
-FALLEN: dict[str, Any] = {"facecolor": RED, "alpha": 0.13, "linewidth": 0.0}
+FALLEN: dict[str, Any] = {"facecolor": VERMILION, "alpha": 0.13, "linewidth": 0.0}
 RATIO_LABEL = "peak rotation /\nslenderness angle [-]"
 
 
-def write_figures(run: CaseRun, folder: pathlib.Path) -> list[pathlib.Path]:
-    """Draws an ensemble.
-
-    Args:
-        run: The run of a case with an ensemble.
-        folder: Where to; it exists.
-
-    Returns:
-        The files written.
-    """
-    return [draw_cells(folder / FIGURE, run)]
-
-
-def draw_cells(path: pathlib.Path, run: CaseRun) -> pathlib.Path:
+def draw_cells(run: CaseRun) -> Drawing:
     """Draws the quantiles of the peak rotation of each block, and the share that overturned.
 
     Args:
-        path: File to write.
         run: The run of a case with an ensemble.
-
-    Returns:
-        The file.
     """
     table = cell_table(run.lane_set, run.response)
     lanes = run.lane_set.lanes
     blocks = block_suffixes(lanes.block_count, stacked=lanes.stacked)
-    with drawing() as plt:
+    with style():
         heights = [2.1] * len(blocks) + [1.4]
-        figure, panels = plt.subplots(
-            len(heights),
-            figsize=(min(max(8.0, 2.0 + CELL_INCHES * len(table)), 13.0), 1.2 + sum(heights)),
-            height_ratios=heights,
-            sharex=True,
-            squeeze=False,
-            layout="constrained",
-        )
+        wide = min(max(8.0, 2.0 + CELL_INCHES * len(table)), 13.0)
+        size = (wide, 1.2 + sum(heights))
+        figure, panels = subplots(len(heights), 1, size, height_ratios=heights, sharex=True)
         shown = list(panels[:, 0])
         for axes, (block, suffix), color in zip(
             shown, blocks.items(), itertools.cycle(BLOCK_COLORS), strict=False
@@ -84,8 +62,9 @@ def draw_cells(path: pathlib.Path, run: CaseRun) -> pathlib.Path:
             axes.set_ylabel(f"block {block}\n{RATIO_LABEL}" if block else RATIO_LABEL)
         _draw_shares(shown[-1], table)
         _name_cells(shown, run.case)
-        figure.suptitle(f"{run.case.title}\n{_explained(run, len(table))}", **FIGURE_TITLE)
-        return save(figure, path)
+        title, about = run.case.title, _explained(run, len(table))
+        headline(figure, title, about)
+    return Drawing("ensemble", figure, title, f"{title}. {about}.")
 
 
 def _explained(run: CaseRun, cells: int) -> str:
@@ -111,7 +90,7 @@ def _draw_quantiles(axes: Axes, table: pd.DataFrame, suffix: str, color: str) ->
         ticks = [tick for tick in axes.get_yticks() if 0.0 <= tick <= 0.97 * top]
         axes.axhspan(top, 1.14 * top, **FALLEN)
         axes.set_yticks([*ticks, 1.07 * top], [*(f"{tick:.4g}" for tick in ticks), "overturned"])
-        axes.get_yticklabels()[-1].set_color(RED)
+        axes.get_yticklabels()[-1].set_color(VERMILION)
         axes.set_ylim(0.0, 1.14 * top)
     at = np.arange(len(table), dtype=np.float64)
     low, first, middle, third, high = (
@@ -146,11 +125,11 @@ def _draw_shares(axes: Axes, table: pd.DataFrame) -> None:
         for name in ("overturned", "overturned_low", "overturned_high")
     )
     if len(table) > BOXES:
-        axes.fill_between(at, low, high, color=RED, alpha=0.25, linewidth=0.0)
-        axes.plot(at, share, color=RED, linewidth=1.3)
+        axes.fill_between(at, low, high, color=VERMILION, alpha=0.25, linewidth=0.0)
+        axes.plot(at, share, color=VERMILION, linewidth=1.3)
     else:
-        axes.bar(at, share, 2.0 * HALF_BOX, color=RED, alpha=0.45, linewidth=0.0)
-        axes.vlines(at, low, high, color=RED, linewidth=1.3)
+        axes.bar(at, share, 2.0 * HALF_BOX, color=VERMILION, alpha=0.45, linewidth=0.0)
+        axes.vlines(at, low, high, color=VERMILION, linewidth=1.3)
     if not np.any(share > 0.0):
         axes.text(0.5, 0.5, "no member overturned", transform=axes.transAxes, ha="center")
     axes.set_ylim(0.0, 100.0)

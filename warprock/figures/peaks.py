@@ -4,26 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import pathlib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from warprock.figures.plots import (
-    BLACK,
-    BLUE,
-    FIGURE_TITLE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    RED,
-    SKY,
-    YELLOW,
-    drawing,
-    save,
-)
-from warprock.model.response import USABLE, Outcome
+from warprock.figures.drawing import Drawing
+from warprock.figures.outcomes import FAR, FARTHEST, OUTCOMES, RAISED, Peaks, read_peaks
+from warprock.figures.palette import DARK, DASHES, SCALE, SERIES, VERMILION
+from warprock.figures.sheet import headline, style, subplots
+from warprock.model.response import Outcome
 from warprock.run.case_run import CaseRun
 from warprock.tables.swept import TICKS, SweptAxis, lanes_at, spread, swept_axes
 
@@ -35,39 +25,19 @@ Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 
 PEAK_LABEL = "peak rotation / slenderness angle [-]"
-PANELS, SERIES = 6, 8
+PANELS = 6
 DODGE = 0.4
 """Width over which the lanes of one name spread, the next name being 1 away."""
-OVERTURNED_AT = 1.15
-"""Rotation ratio at which overturned lanes are marked, unless a standing one went as far."""
 LEGEND_TEXT, LEGEND_MARK = 140, 8
 """Letters that fit side by side in the legend, and how many its mark and its gap take."""
 TICK_TEXT, TICK_NAME = 100, 24
 """Letters that fit side by side below a figure, and the most that a name below it has."""
 
-SERIES_COLORS = (BLUE, ORANGE, GREEN, BLACK, RED, SKY, PURPLE, YELLOW)
-SERIES_DASHES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.5, 1.0)), (0, (6, 1.5, 1.5, 1.5)))
-MAP_COLORS, UNUSABLE_COLOR = "cividis", "#BBBBBB"
-OVERTURNED_FILL: dict[str, Any] = {"facecolor": "white", "edgecolor": RED, "hatch": "////"}
+UNUSABLE_COLOR = "#BBBBBB"
+OVERTURNED_FILL: dict[str, Any] = {"facecolor": "white", "edgecolor": VERMILION, "hatch": "////"}
 """Hatched, as no colour is unlike all those of the scale for every reader."""
 DOTTED_CELLS = 2500
 """Cells of a map in which dots can still be told apart."""
-
-GREY = "#555555"
-UNUSABLE, FAR = -1, 9
-"""Codes beside those of `Outcome`: no usable number; beyond `FARTHEST`, yet not overturned."""
-FARTHEST = 2.0
-"""Rotation ratio beyond which a block that has not overturned is falling when its run ends."""
-OUTCOMES: dict[int, tuple[str, str, bool]] = {
-    Outcome.AT_REST: ("at rest at the end", "o", True),
-    Outcome.ROCKING: ("still rocking at the end", "o", False),
-    Outcome.OVERTURNED: ("overturned", "^", True),
-    Outcome.SLID_OFF: ("a block slid off", "v", True),
-    FAR: (f"beyond {FARTHEST:g}, not overturned", "^", False),
-}
-"""Outcome -> name, marker, and whether it is filled."""
-RAISED = (Outcome.OVERTURNED, Outcome.SLID_OFF, FAR)
-"""Outcomes that are marked above all others, whatever rotation they reached."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -87,45 +57,10 @@ class _Layout:
     as_map: bool
 
 
-@dataclasses.dataclass(frozen=True)
-class _Peaks:
-    """Peaks to draw, shape [lane] each.
-
-    Attributes:
-        ratio: Largest rotation / slenderness angle; NaN where it may not be used.
-        outcome: Codes of `Outcome`, `FAR` or `UNUSABLE`.
-    """
-
-    ratio: Array
-    outcome: npt.NDArray[np.intp]
-
-    @property
-    def raised(self) -> npt.NDArray[np.bool_]:
-        """Which lanes are marked above all others."""
-        return np.isin(self.outcome, RAISED)
-
-    @property
-    def top(self) -> float:
-        """Upper end of the ordinate."""
-        return 1.07 * (self.raised_at if self.raised.any() else self.largest_standing)
-
-    @property
-    def raised_at(self) -> float:
-        """Where overturned lanes are marked, whatever they reached."""
-        return max(OVERTURNED_AT, round(1.1 * self.largest_standing, 2))
-
-    @property
-    def largest_standing(self) -> float:
-        """Largest ratio of the other lanes; a little above 0 without any."""
-        standing = self.ratio[~self.raised]
-        return float(np.nanmax(standing, initial=1e-6))
-
-
-def draw_peaks(path: pathlib.Path, run: CaseRun, block: int | None = None) -> pathlib.Path:
+def draw_peaks(run: CaseRun, block: int | None = None) -> Drawing:
     """Peak rotation of every lane over the swept inputs.
 
     Args:
-        path: File to write.
         run: The run.
         block: Which block of stacks, the lowest is 0; None for single blocks.
     """
@@ -135,29 +70,24 @@ def draw_peaks(path: pathlib.Path, run: CaseRun, block: int | None = None) -> pa
     places = list(itertools.product(*chosen))
     columns = min(len(places), 3 if layout.as_map else 2)
     rows = -(-len(places) // columns)
-    with drawing() as plt:
-        figure, grid = plt.subplots(
-            rows,
-            columns,
-            figsize=(9.6, (4.4 if rows == 1 else 3.0 * rows) + 0.8),
-            sharex=True,
-            sharey=True,
-            layout="constrained",
-            squeeze=False,
-        )
-        figure.suptitle(_title(run, block, peaks, layout, len(places)), **FIGURE_TITLE)
+    with style():
+        size = (9.6, (4.4 if rows == 1 else 3.0 * rows) + 0.8)
+        figure, grid = subplots(rows, columns, size, sharex=True, sharey=True)
         for axes in grid.flat[len(places) :]:
             axes.set_visible(False)
         for axes, place in zip(grid.flat, places, strict=False):
             at = {a.number: int(p) for a, p in zip(layout.panels, place, strict=True)}
             names = [a.name(int(p)) for a, p in zip(layout.panels, place, strict=True)]
-            axes.set_title(", ".join(names), loc="left")
+            axes.set_title(", ".join(names))
             if layout.as_map:
                 _draw_map(axes, run, peaks, layout, at)
             else:
                 _draw_curves(axes, run, peaks, layout, at)
         _label(figure, grid, layout, peaks)
-        return save(figure, path)
+        title, about = peaks.message(block), _about(run, block, peaks, layout, len(places))
+        headline(figure, title, about)
+    name = "peaks" if block is None else f"peaks-block-{block + 1}"
+    return Drawing(name, figure, title, f"{about}. {title}.".replace("\n", ". "))
 
 
 def _lay_out(axes: list[SweptAxis]) -> _Layout:
@@ -166,7 +96,7 @@ def _lay_out(axes: list[SweptAxis]) -> _Layout:
         return _Layout(None, None, [], as_map=False)
     across = max(axes, key=lambda axis: (not axis.nominal, axis.length))
     rest = [axis for axis in axes if axis is not across]
-    many = [axis for axis in rest if axis.length > SERIES]
+    many = [axis for axis in rest if axis.length > len(SERIES)]
     beside = max(many, key=lambda axis: axis.length, default=None)
     if beside is None and rest:
         beside = next((axis for axis in rest if axis.texts), rest[0])
@@ -174,19 +104,7 @@ def _lay_out(axes: list[SweptAxis]) -> _Layout:
     return _Layout(across, beside, panels, as_map=bool(many))
 
 
-def read_peaks(run: CaseRun, block: int | None) -> _Peaks:
-    """The peaks of a run, of one block of stacks."""
-    response = run.response
-    ratio = response["peak_rotation"] / run.lane_set.lanes.slenderness_angle
-    if block is not None:
-        ratio = ratio[:, block]
-    usable = np.isin(response["status"], USABLE) & np.isfinite(ratio)
-    outcome = np.asarray(response["outcome"], dtype=np.intp)
-    outcome = np.where((outcome == Outcome.ROCKING) & (ratio > FARTHEST), FAR, outcome)
-    return _Peaks(np.where(usable, ratio, np.nan), np.where(usable, outcome, UNUSABLE))
-
-
-def _title(run: CaseRun, block: int | None, peaks: _Peaks, layout: _Layout, panels: int) -> str:
+def _about(run: CaseRun, block: int | None, peaks: Peaks, layout: _Layout, panels: int) -> str:
     notes = []
     total = int(np.prod([axis.length for axis in layout.panels]))
     if panels < total:
@@ -201,7 +119,7 @@ def _title(run: CaseRun, block: int | None, peaks: _Peaks, layout: _Layout, pane
 
 
 def _draw_curves(
-    axes: Axes, run: CaseRun, peaks: _Peaks, layout: _Layout, at: dict[int, int]
+    axes: Axes, run: CaseRun, peaks: Peaks, layout: _Layout, at: dict[int, int]
 ) -> None:
     """One curve for each value of the axis beside; a mark for each lane."""
     across, beside = layout.across, layout.beside
@@ -222,7 +140,7 @@ def _draw_curves(
                 x,
                 np.where(peaks.raised[lanes], np.nan, ratio),
                 color=color,
-                linestyle=SERIES_DASHES[index % len(SERIES_DASHES)],
+                linestyle=DASHES[index % len(DASHES)],
                 linewidth=1.2,
             )
         for code, (_, marker, filled) in OUTCOMES.items():
@@ -242,13 +160,13 @@ def _draw_curves(
 
 def _series_color(beside: SweptAxis | None, index: int) -> Any:
     if beside is None or beside.nominal:
-        return SERIES_COLORS[index]
+        return SERIES[index]
     import matplotlib
 
     return matplotlib.colormaps["viridis"](0.9 * index / max(beside.length - 1, 1))
 
 
-def _draw_map(axes: Axes, run: CaseRun, peaks: _Peaks, layout: _Layout, at: dict[int, int]) -> None:
+def _draw_map(axes: Axes, run: CaseRun, peaks: Peaks, layout: _Layout, at: dict[int, int]) -> None:
     """Peaks of lanes that stand as colours; fallen and unusable lanes in colours of their own."""
     from matplotlib.colors import ListedColormap
 
@@ -267,7 +185,7 @@ def _draw_map(axes: Axes, run: CaseRun, peaks: _Peaks, layout: _Layout, at: dict
     unusable = np.ma.masked_where(outcome >= 0, np.ones(outcome.shape))
     standing = np.ma.masked_where((outcome < 0) | peaks.raised[lanes], ratio)
     axes.pcolormesh(x, y, unusable, cmap=ListedColormap([UNUSABLE_COLOR]))
-    axes.pcolormesh(x, y, standing, cmap=MAP_COLORS, vmin=0.0, vmax=peaks.largest_standing)
+    axes.pcolormesh(x, y, standing, cmap=SCALE, vmin=0.0, vmax=peaks.largest_standing)
     rocking = outcome == Outcome.ROCKING
     if rocking.any() and rocking.size <= DOTTED_CELLS:
         rows, columns = np.nonzero(rocking)
@@ -293,7 +211,7 @@ def _edges(axis: SweptAxis) -> Array:
     return np.exp(edges) if axis.logarithmic else edges
 
 
-def _label(figure: Figure, grid: Any, layout: _Layout, peaks: _Peaks) -> None:
+def _label(figure: Figure, grid: Any, layout: _Layout, peaks: Peaks) -> None:
     """Labels, scales, ticks, and one legend below."""
     shown = [axes for axes in grid.flat if axes.get_visible()]
     for axes in shown:
@@ -306,7 +224,7 @@ def _label(figure: Figure, grid: Any, layout: _Layout, peaks: _Peaks) -> None:
         else:
             axes.set_ylim(-0.02 * peaks.top, peaks.top)
             if peaks.raised.any():
-                axes.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":")
+                axes.axhline(1.0, color=DARK, linewidth=0.8, linestyle=":")
     if layout.across is not None:
         for axes in shown[-grid.shape[1] :]:
             axes.set_xlabel(layout.across.title)
@@ -355,7 +273,7 @@ def _scale(ticked: Any, axis: SweptAxis, set_scale: Any, room: int | None) -> No
         ticked.set_minor_locator(NullLocator())
 
 
-def _curve_handles(layout: _Layout, peaks: _Peaks) -> list[Any]:
+def _curve_handles(layout: _Layout, peaks: Peaks) -> list[Any]:
     from matplotlib.lines import Line2D
 
     handles = []
@@ -366,7 +284,7 @@ def _curve_handles(layout: _Layout, peaks: _Peaks) -> list[Any]:
                 [],
                 [],
                 color=_series_color(layout.beside, index),
-                linestyle="none" if plain else SERIES_DASHES[index % len(SERIES_DASHES)],
+                linestyle="none" if plain else DASHES[index % len(DASHES)],
                 marker="s" if plain else None,
                 label=layout.beside.name(index),
             )
@@ -374,16 +292,16 @@ def _curve_handles(layout: _Layout, peaks: _Peaks) -> list[Any]:
         ]
     for code, (name, marker, filled) in OUTCOMES.items():
         if np.any(peaks.outcome == code):
-            face = GREY if filled else "none"
+            face = DARK if filled else "none"
             if code in RAISED:
                 name = f"{name} (drawn at {peaks.raised_at:g})"
             handles.append(
-                Line2D([], [], color=GREY, ls="none", marker=marker, mfc=face, label=name)
+                Line2D([], [], color=DARK, ls="none", marker=marker, mfc=face, label=name)
             )
     return handles
 
 
-def _map_handles(peaks: _Peaks) -> list[Any]:
+def _map_handles(peaks: Peaks) -> list[Any]:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-import pathlib
 import textwrap
 from typing import TYPE_CHECKING, Any
 
@@ -13,23 +12,21 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.case.case import Case
+from warprock.figures.drawing import Drawing
+from warprock.figures.ensemble import draw_cells
+from warprock.figures.outcomes import read_peaks
+from warprock.figures.palette import BLACK, BLUE, DARK, GREEN, ORANGE, PURPLE, VERMILION
 from warprock.figures.peaks import draw_peaks
-from warprock.figures.plots import (
-    BLACK,
-    BLUE,
-    FIGURE_TITLE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    RED,
+from warprock.figures.sample import draw_sample_peaks, sampled
+from warprock.figures.sheet import (
     SHORT_ROTATION_LABEL,
     TIME_LABEL,
-    drawing,
+    headline,
     legend_below,
-    save,
+    style,
+    subplots,
 )
-from warprock.figures.sample import draw_sample_peaks, sampled
-from warprock.figures.space import SPACE, draw_space
+from warprock.figures.space import draw_space
 from warprock.model.motion import MotionKind
 from warprock.model.response import FIELDS, USABLE, Outcome, Response, Status, take_lanes
 from warprock.run.case_run import CaseRun, run_lanes
@@ -43,16 +40,12 @@ Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]
 Window = tuple[float, float]
 
-HISTORIES, PEAKS = "histories.png", "peaks.png"
-PEAKS_OF_BLOCK = "peaks-block-{block}.png"
-
 PANELS, OVERLAYS = 12, 4
 TITLE_LETTERS = 100
 """Letters that fit side by side above all panels of a row."""
 UNFOLDED = 4
 """Panels above one another; more are folded into two columns."""
 BASE_POINTS = 4001
-GREY = "#555555"
 CAP = 1.2
 """Rotation ratio at which a history leaves its panel: a fallen block would squash the others."""
 
@@ -70,43 +63,35 @@ OVERLAY_STYLES: tuple[dict[str, Any], ...] = (
     {"color": ORANGE, "linestyle": (0, (5, 1.5))},
     {"color": GREEN, "linestyle": (0, (1.5, 1.0))},
     {"color": BLACK, "linestyle": (0, (6, 1.5, 1.5, 1.5))},
-    {"color": RED, "linestyle": (0, (3, 1.0))},
+    {"color": VERMILION, "linestyle": (0, (3, 1.0))},
     {"color": PURPLE, "linestyle": (0, (8, 2.0))},
 )
 
 
-def write_figures(run: CaseRun, folder: pathlib.Path) -> list[pathlib.Path]:
+def draw_run(run: CaseRun) -> list[Drawing]:
     """Draws a run: its peaks, and histories where the case says how to sample them.
 
     Args:
-        run: The run.
-        folder: Where to; it exists.
+        run: The run; of a case with an ensemble, its distributions are drawn instead.
 
     Returns:
-        The files written.
+        The drawings.
     """
-    files = []
+    if run.case.ensemble is not None:
+        return [draw_cells(run)]
+    drawings = []
     if run.case.sample_times.interval is not None:
         shown = choose_lanes(run.case)
         response = run_lanes(run, [int(lane) for lane in shown.lanes.ravel()])
-        files.append(draw_histories(folder / HISTORIES, run, shown, response))
+        drawings.append(draw_histories(run, shown, response))
         if run.lane_set.lanes.spatial:
             firsts = np.arange(len(shown.lanes)) * shown.lanes.shape[1]
-            files.append(
-                draw_space(
-                    folder / SPACE,
-                    run,
-                    shown.lanes[:, 0],
-                    list(shown.panels),
-                    take_lanes(response, firsts),
-                )
-            )
+            first = take_lanes(response, firsts)
+            drawings.append(draw_space(run, shown.lanes[:, 0], list(shown.panels), first))
     draw = draw_sample_peaks if sampled(run.case) else draw_peaks
     if not run.lane_set.lanes.stacked:
-        return [*files, draw(folder / PEAKS, run)]
-    for block in range(run.lane_set.lanes.block_count):
-        files.append(draw(folder / PEAKS_OF_BLOCK.format(block=block + 1), run, block))
-    return files
+        return [*drawings, draw(run)]
+    return [*drawings, *(draw(run, block) for block in range(run.lane_set.lanes.block_count))]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -165,13 +150,10 @@ def _by_curve(response: Response) -> Response:
     return dataclasses.replace(response, fields=fields)
 
 
-def draw_histories(
-    path: pathlib.Path, run: CaseRun, shown: ShownLanes, response: Response
-) -> pathlib.Path:
+def draw_histories(run: CaseRun, shown: ShownLanes, response: Response) -> Drawing:
     """Rotation histories below the base acceleration of the first lane.
 
     Args:
-        path: File to write.
         run: The run.
         shown: Which lanes, and their names.
         response: Their histories, in the order of `shown.lanes`, read along its rows.
@@ -185,16 +167,9 @@ def draw_histories(
     moving = int(run.lane_set.motions.kind is not MotionKind.STILL)
     folds = 2 if len(windows) == 1 and len(shown.lanes) > UNFOLDED else 1
     rows = moving - (-len(shown.lanes) // folds)
-    with drawing() as plt:
-        figure, grid = plt.subplots(
-            rows,
-            folds * len(windows),
-            figsize=(9.6, _row_height(rows) * rows + 1.3),
-            sharex="col",
-            layout="constrained",
-            squeeze=False,
-        )
-        figure.suptitle(_title(run, shown), **FIGURE_TITLE)
+    with style():
+        size = (9.6, _row_height(rows) * rows + 1.3)
+        figure, grid = subplots(rows, folds * len(windows), size, sharex="col")
         cells = grid[moving:].reshape(-1, len(windows))
         for unused in cells[len(shown.lanes) :].flat:
             unused.set_visible(False)
@@ -215,7 +190,9 @@ def draw_histories(
         for axes, (first, end) in zip(grid[0, 1:], windows[1:], strict=False):
             axes.set_title(f"enlarged: {first:g} s to {end:g} s", loc="left")
         _add_legend(figure, grid[moving, 0], shown, curves)
-        return save(figure, path)
+        title, about = read_peaks(run).message(), _about(run, shown)
+        headline(figure, title, about)
+    return Drawing("histories", figure, title, f"{about}. {title}.".replace("\n", ". "))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -289,7 +266,7 @@ def _row_height(rows: int) -> float:
     return 3.6 if rows == 1 else 1.9 if rows <= 4 else 1.4
 
 
-def _title(run: CaseRun, shown: ShownLanes) -> str:
+def _about(run: CaseRun, shown: ShownLanes) -> str:
     count, total = shown.lanes.size, run.case.lane_count
     which = "" if count == total else f"\n{count} of {total} lanes, evenly spaced along each input"
     return f"{run.case.name}, {run.response.engine}: rotation over time{which}"
@@ -324,12 +301,12 @@ def _draw_panel(axes: Axes, curves: _Curves, shown: ShownLanes, index: int, wind
         outside = np.abs(ratio) > CAP
         inside = np.where(outside, np.nan, ratio)
         size = float(np.sqrt(np.mean(np.nan_to_num(inside) ** 2)))
-        style = OVERLAY_STYLES[overlay] | {"zorder": 3.0 - size / (2.0 * CAP)}
+        look = OVERLAY_STYLES[overlay] | {"zorder": 3.0 - size / (2.0 * CAP)}
         times, values = curves.response.times, inside
         if whole and curves.outlined:
             times, values = _outline(times, inside, curves.outline_points)
         label = shown.overlays[overlay] or "_"
-        axes.plot(times, values, label=label, linewidth=1.1, **style)
+        axes.plot(times, values, label=label, linewidth=1.1, **look)
         row = index * len(curves.ratios[index]) + overlay
         if curves.response["outcome"][row] == Outcome.OVERTURNED and outside.any():
             at = int(np.argmax(outside))
@@ -338,7 +315,7 @@ def _draw_panel(axes: Axes, curves: _Curves, shown: ShownLanes, index: int, wind
                 curves.response.times[at],
                 CAP if up else -CAP,
                 marker="^" if up else "v",
-                color=style["color"],
+                color=look["color"],
                 markersize=7.0,
                 zorder=5.0,
             )
@@ -359,7 +336,7 @@ def _draw_base(axes: Axes, run: CaseRun, lane: int, window: Window) -> None:
     """Base acceleration of one lane; a velocity step, which no curve can show, is said."""
     motions = run.lane_set.motions.components[0]
     times = np.linspace(*window, BASE_POINTS)
-    axes.plot(times, motions.acceleration(times, lane), color=GREY, linewidth=0.9)
+    axes.plot(times, motions.acceleration(times, lane), color=DARK, linewidth=0.9)
     axes.set_xlim(*window)
     if window[0] == 0.0:
         step = float(motions.velocity_steps[0][lane])
@@ -375,8 +352,8 @@ def _add_legend(figure: Figure, axes: Axes, shown: ShownLanes, curves: _Curves) 
         part = curves.duration / curves.outline_points
         notes.append(({}, f"whole run, left: largest and smallest in every {part:.2g} s"))
     if any(line.get_marker() in ("^", "v") for a in figure.axes for line in a.lines):
-        notes.append(({"marker": "^", "color": GREY}, f"overturned: goes beyond {CAP:g}"))
-    for style, note in notes:
-        axes.plot([], [], linestyle="none", label=note, **style)
+        notes.append(({"marker": "^", "color": DARK}, f"overturned: goes beyond {CAP:g}"))
+    for look, note in notes:
+        axes.plot([], [], linestyle="none", label=note, **look)
     if notes or shown.overlays[0]:
         legend_below(figure, axes, columns=3)

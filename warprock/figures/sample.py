@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pathlib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,17 +9,11 @@ import numpy.typing as npt
 
 from warprock.case.case import Case
 from warprock.case.values import LaneValues
-from warprock.figures.peaks import FAR, OUTCOMES, PEAK_LABEL, RAISED, read_peaks
-from warprock.figures.plots import (
-    BLUE,
-    FIGURE_TITLE,
-    GREEN,
-    ORANGE,
-    RED,
-    drawing,
-    legend_below,
-    save,
-)
+from warprock.figures.drawing import Drawing
+from warprock.figures.outcomes import FAR, OUTCOMES, RAISED, Peaks, read_peaks
+from warprock.figures.palette import BLUE, GREEN, ORANGE, VERMILION
+from warprock.figures.peaks import PEAK_LABEL
+from warprock.figures.sheet import headline, legend_below, style, subplots
 from warprock.model.response import Outcome
 from warprock.run.case_run import CaseRun
 from warprock.tables.swept import DrawnInput, drawn_inputs
@@ -38,17 +31,16 @@ PANEL_HEIGHT = 3.0
 COLORS: dict[int, str] = {
     Outcome.AT_REST: BLUE,
     Outcome.ROCKING: GREEN,
-    Outcome.OVERTURNED: RED,
+    Outcome.OVERTURNED: VERMILION,
     Outcome.SLID_OFF: ORANGE,
-    FAR: RED,
+    FAR: VERMILION,
 }
 
 
-def draw_sample_peaks(path: pathlib.Path, run: CaseRun, block: int | None = None) -> pathlib.Path:
+def draw_sample_peaks(run: CaseRun, block: int | None = None) -> Drawing:
     """Peak rotation of the lanes over every input that was drawn, one panel each.
 
     Args:
-        path: File to write.
         run: The run.
         block: Which block of stacks, the lowest is 0; None for single blocks.
     """
@@ -62,15 +54,8 @@ def draw_sample_peaks(path: pathlib.Path, run: CaseRun, block: int | None = None
     values = LaneValues(run.case, range(count))
     columns = min(COLUMNS, len(inputs))
     rows = -(-len(inputs) // columns)
-    with drawing() as plt:
-        figure, grid = plt.subplots(
-            rows,
-            columns,
-            figsize=(9.6, PANEL_HEIGHT * rows + 1.2),
-            sharey=True,
-            layout="constrained",
-            squeeze=False,
-        )
+    with style():
+        figure, grid = subplots(rows, columns, (9.6, PANEL_HEIGHT * rows + 1.2), sharey=True)
         for axes in grid.flat[len(inputs) :]:
             axes.set_visible(False)
         for number, (axes, drawn) in enumerate(zip(grid.flat, inputs, strict=False)):
@@ -95,9 +80,11 @@ def draw_sample_peaks(path: pathlib.Path, run: CaseRun, block: int | None = None
             axes.set_ylim(-0.03 * peaks.top, peaks.top)
             if number % columns == 0:
                 axes.set_ylabel(PEAK_LABEL)
-        figure.suptitle(_title(run, block, count, len(lanes), peaks), **FIGURE_TITLE)
         legend_below(figure, grid[0, 0], columns=2)
-        return save(figure, path)
+        title, about = peaks.message(block), _about(run, block, count, len(lanes), peaks)
+        headline(figure, title, about)
+    name = "peaks" if block is None else f"peaks-block-{block + 1}"
+    return Drawing(name, figure, title, f"{about}. {title}.".replace("\n", ". "))
 
 
 def _across(axes: Axes, values: LaneValues, drawn: DrawnInput) -> npt.NDArray[Any]:
@@ -116,7 +103,7 @@ def _across(axes: Axes, values: LaneValues, drawn: DrawnInput) -> npt.NDArray[An
     return values.numbers(drawn.key) / drawn.unit_size
 
 
-def _title(run: CaseRun, block: int | None, count: int, shown: int, peaks: Any) -> str:
+def _about(run: CaseRun, block: int | None, count: int, shown: int, peaks: Peaks) -> str:
     of = "" if block is None else f" of block {block + 1}"
     lines = [f"{run.case.name}, {run.response.engine}: peak rotation{of} of {count} lanes"]
     if shown < count:

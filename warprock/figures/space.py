@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import pathlib
 import textwrap
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from warprock.figures.plots import BLUE, FIGURE_TITLE, ORANGE, PURPLE, TIME_LABEL, drawing, save
+from warprock.figures.drawing import Drawing
+from warprock.figures.palette import BLUE, ORANGE, PURPLE
+from warprock.figures.sheet import TIME_LABEL, headline, style, subplots
 from warprock.model.lanes import SpatialLanes
 from warprock.model.response import Response
 from warprock.run.case_run import CaseRun
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-SPACE = "space.png"
 ROWS = 4
 """Lanes that the figure shows at most, spread evenly over those of the histories."""
 LETTERS = 58
@@ -29,18 +29,16 @@ CAP = 1.5
 
 
 def draw_space(
-    path: pathlib.Path,
     run: CaseRun,
     numbers: npt.NDArray[np.intp],
     titles: list[str],
     response: Response,
-) -> pathlib.Path:
+) -> Drawing:
     """Rotations in and across the plane of rocking, the path of the axis, and the yaw.
 
     Of a stack the highest block is drawn.
 
     Args:
-        path: File to write.
         run: The run.
         numbers: Numbers of the lanes, shape [row].
         titles: Their names.
@@ -51,18 +49,15 @@ def draw_space(
     picked = np.unique(np.linspace(0, len(numbers) - 1, min(ROWS, len(numbers))).astype(np.intp))
     names = [textwrap.fill(titles[at] or f"lane {numbers[at]}", LETTERS) for at in picked]
     extra = 0.17 * sum(name.count("\n") for name in names)
-    with drawing() as plt:
-        figure, grid = plt.subplots(
+    block = f" of block {lanes.block_count}, the highest" if lanes.stacked else ""
+    with style():
+        figure, grid = subplots(
             len(picked),
             3,
-            figsize=(10.5, 1.1 + 2.0 * len(picked) + extra),
+            (10.5, 1.1 + 2.0 * len(picked) + extra),
             width_ratios=(2.2, 1.0, 1.4),
             sharex="col",
-            squeeze=False,
-            layout="constrained",
         )
-        block = f", block {lanes.block_count} (the highest)" if lanes.stacked else ""
-        figure.suptitle(f"{run.case.title}\nout of the plane of rocking{block}", **FIGURE_TITLE)
         for row, name, at in zip(grid, names, picked, strict=True):
             in_plane, across, yaw = _histories(lanes, int(numbers[at]), response, int(at))
             _draw_rotations(row[0], response.times, in_plane, across)
@@ -78,7 +73,10 @@ def draw_space(
         grid[-1, 2].set_xlabel(TIME_LABEL)
         handles, labels = grid[0, 0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower left", ncols=2, frameon=False)
-        return save(figure, path)
+        title = f"{run.case.title}: motion out of the plane of rocking{block}"
+        about = f"{len(picked)} of {len(numbers)} lanes"
+        headline(figure, title, about)
+    return Drawing("space", figure, title, f"{about}. {title}.")
 
 
 def _histories(

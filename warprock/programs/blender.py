@@ -60,16 +60,12 @@ def run(
 
     Raises:
         ImportError: bpy is not installed; one line that names the extra.
-        DeclinedError: A centre of mass beside the middle of a box.
+        DeclinedError: It cannot do a scene.
         ChildProcessError: The process failed; one line with the last that it said.
     """
     if importlib.util.find_spec("bpy") is None:
         raise missing("bpy", INSTALL, ModuleNotFoundError("No module named 'bpy'"))
-    if settings.collision_shape == 0 and any(any(b.middle) for s in scenes for b in s.blocks):
-        raise DeclinedError(
-            "its box has its centre of mass in the middle; peers.blender.collision_shape = 1, the "
-            "convex hull, need not"
-        )
+    require_scenes(scenes, settings)
     plans = [_Plan.of(scene, settings) for scene in scenes]
     asked = {
         "scenes": [_asked(s, plan) for s, plan in zip(scenes, plans, strict=True)],
@@ -87,6 +83,19 @@ def run(
         _run(answer, scene.frame_count * plan.frames * plan.substeps)
         for answer, scene, plan in zip(answers, scenes, plans, strict=True)
     ]
+
+
+def require_scenes(scenes: Sequence[PeerScene], settings: BlenderSettings) -> None:
+    """Declines what Blender's shapes cannot be.
+
+    Raises:
+        DeclinedError: A centre of mass beside the middle of a box.
+    """
+    if settings.collision_shape == 0 and any(any(b.middle) for s in scenes for b in s.blocks):
+        raise DeclinedError(
+            "its box has its centre of mass in the middle; peers.blender.collision_shape = 1, the "
+            "convex hull, need not"
+        )
 
 
 @dataclasses.dataclass(frozen=True)

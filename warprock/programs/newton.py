@@ -99,8 +99,9 @@ def run(
 
     Raises:
         ImportError: Newton or what the solver needs is not installed; one line that says how.
-        DeclinedError: Blocks of a lane with frictions of their own.
+        DeclinedError: It cannot do a scene.
     """
+    require_scenes(scenes, settings)
     try:
         import newton
         import warp as wp
@@ -108,9 +109,6 @@ def run(
         from warprock.programs.newton_scene import NewtonScene
     except ImportError as error:
         raise missing("newton", 'pip install "warprock"', error) from None
-    for scene in scenes:
-        if len({block.friction for block in scene.blocks}) > 1:
-            raise DeclinedError("it needs one friction coefficient for all blocks of a lane")
     wp.config.log_level = max(wp.config.log_level, wp.LOG_WARNING)
     solver_kind = SOLVERS[type(settings)]
     steps = scenes[0].steps_per_frame(settings.steps_per_second)
@@ -132,6 +130,17 @@ def run(
         PeerRun(poses[..., :3], poses[..., 3:], cpu_s / len(scenes), count)
         for poses in np.moveaxis(seen, 1, 0)
     ]
+
+
+def require_scenes(scenes: Sequence[PeerScene], _settings: Any) -> None:
+    """Declines what no solver of Newton's is set up for here.
+
+    Raises:
+        DeclinedError: Blocks of a lane with frictions of their own.
+    """
+    for scene in scenes:
+        if len({block.friction for block in scene.blocks}) > 1:
+            raise DeclinedError("it needs one friction coefficient for all blocks of a lane")
 
 
 def _march(

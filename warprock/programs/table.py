@@ -108,6 +108,22 @@ class PeerAnswer:
         return self.cpu_s / self.block_time_s
 
 
+def require_scenes(
+    name: str, lanes: Lanes, motions: GroundMotions, times: SampleTimes, settings: Any
+) -> None:
+    """Declines lanes that a program cannot do, without running them.
+
+    An adapter that declines some scenes says so in its `require_scenes`; the others take all.
+
+    Raises:
+        DeclinedError: It cannot do a scene.
+    """
+    adapter = importlib.import_module(PROGRAMS[name].module)
+    declines = getattr(adapter, "require_scenes", None)
+    if declines is not None:
+        declines(peer_scenes(lanes, motions, times), settings)
+
+
 def run_program(
     name: str,
     lanes: Lanes,

@@ -32,7 +32,7 @@ from warprock.run.tolerance import run_at_step, run_to_tolerance
 PRECISIONS = ("float64", "float32")
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, repr=False)
 class CaseRun:
     """One case, run by one engine, with what is needed to run it again.
 
@@ -51,6 +51,10 @@ class CaseRun:
     options: RunOptions
     settings: Any
     wall_time: float
+
+    def __repr__(self) -> str:
+        lanes = self.response.lane_count
+        return f"<run of {self.case.name}: {self.response.engine}, {lanes:,} lanes>"
 
 
 def run_case(

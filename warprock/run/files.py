@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from warprock.errors import InputError
 from warprock.reading import reason
 
-RESULTS = (".csv", ".json", ".md", ".parquet", ".png")
+RESULTS = (".csv", ".html", ".json", ".md", ".parquet", ".png")
 """How the names of results end."""
 
 

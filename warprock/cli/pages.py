@@ -1,0 +1,75 @@
+"""How a command leaves a folder of results: listed, and with a page; and the command `report`."""
+
+from __future__ import annotations
+
+import pathlib
+import shlex
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from warprock.cli.exits import ASKED
+from warprock.cli.options import json_option, list_written
+
+if TYPE_CHECKING:
+    from warprock.figures.drawing import Drawing
+
+
+def leave(
+    folder: pathlib.Path,
+    files: list[pathlib.Path],
+    *,
+    drawings: Sequence[Drawing] = (),
+    scenes: Mapping[str, Any] | None = None,
+    beside: bool = False,
+) -> list[pathlib.Path]:
+    """Writes the figures of a command, lists what it wrote, and writes the page of the folder.
+
+    Args:
+        folder: Where it wrote to.
+        files: What it wrote.
+        drawings: Its figures.
+        scenes: Lanes to play on the page.
+        beside: Whether all that was made from the results in the folder, which stay.
+
+    Returns:
+        The files, the figures and the page behind them.
+    """
+    from warprock.figures.drawing import write_drawings
+    from warprock.report.writing import write_report
+
+    files = [*files, *write_drawings(drawings, folder)]
+    list_written(folder, files, beside=beside)
+    page = write_report(folder, command=asked_command(), drawings=drawings, scenes=scenes)
+    list_written(folder, [page], beside=True)
+    return [*files, page]
+
+
+def asked_command() -> str:
+    """The command that runs, as it was typed; empty where it was called from a program."""
+    context = click.get_current_context(silent=True)
+    asked = None if context is None else context.meta.get(ASKED)
+    return "" if asked is None else shlex.join(["warprock", *asked])
+
+
+@click.command()
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=pathlib.Path))
+@json_option
+def report(folder: pathlib.Path, as_json: bool) -> None:
+    """Write the page report.html of a folder of results that has none, or an old one.
+
+    Every command that takes -o writes one: what was asked, what came out, figures, tables, lanes
+    to play, statuses, versions and how to cite, in one file that needs nothing beside it.
+    """
+    from warprock.report.writing import write_report
+    from warprock.run.files import require_writable
+    from warprock.tables.terminal import print_json, print_written
+
+    require_writable(folder, "DIR")
+    page = write_report(folder)
+    list_written(folder, [page], beside=True)
+    print_json({"files": [page]}) if as_json else print_written([page])
+
+
+COMMANDS = (report,)

@@ -1,0 +1,83 @@
+"""A finished figure: what it shows, what it says, and how it becomes a file or part of a page."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import pathlib
+import re
+import warnings
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from warprock.figures.sheet import style
+from warprock.run.files import replacing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_IDENTIFIER = re.compile(r'(\bid="|\bhref="#|url\(#)')
+"""Where SVG names a part of itself, or refers to one."""
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Drawing:
+    """One figure with its words.
+
+    Attributes:
+        name: Name of its file, without an ending.
+        figure: The figure; its title and what explains it are drawn in it.
+        title: What it says: one line, made from the numbers.
+        alt: What a reader who cannot see it is told: one or two sentences with numbers.
+    """
+
+    name: str
+    figure: Figure
+    title: str
+    alt: str
+
+    def png(self) -> bytes:
+        """The figure as a PNG file, its title and its alternative text in the metadata."""
+        return self._saved("png", {"Title": self.title, "Description": self.alt, "Software": None})
+
+    def svg(self) -> str:
+        """The figure as an element `<svg>`, to stand in a page beside others.
+
+        Its parts have the name of the drawing in theirs, and letters are outlines: it looks the
+        same wherever it is shown.
+        """
+        text = self._saved("svg", {"Date": None, "Title": self.title}).decode("utf-8")
+        return _IDENTIFIER.sub(rf"\g<1>{self.name}-", text[text.index("<svg") :])
+
+    def _repr_png_(self) -> bytes:
+        """What a notebook shows."""
+        return self.png()
+
+    def _saved(self, form: str, metadata: dict[str, Any]) -> bytes:
+        import matplotlib
+
+        file = io.BytesIO()
+        with style(), warnings.catch_warnings(), matplotlib.rc_context({"svg.hashsalt": self.name}):
+            # A letter that the font lacks is drawn as an empty box.
+            warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+            self.figure.savefig(file, format=form, metadata=metadata)
+        return file.getvalue()
+
+
+def write_drawings(drawings: Sequence[Drawing], folder: pathlib.Path) -> list[pathlib.Path]:
+    """Writes drawings as PNG, each whole or not at all.
+
+    Args:
+        drawings: The drawings.
+        folder: Where to; it exists.
+
+    Returns:
+        The files, in the order of the drawings.
+    """
+    files = []
+    for drawing in drawings:
+        path = folder / f"{drawing.name}.png"
+        with replacing(path) as temporary:
+            temporary.write_bytes(drawing.png())
+        files.append(path)
+    return files

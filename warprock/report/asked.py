@@ -1,0 +1,248 @@
+"""What a page says of what was asked, of what numbers depend on, and of what to cite."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from warprock.case.columns import columns_of
+from warprock.model.response import Outcome, Status
+from warprock.model.words import OUTCOMES, STATUSES
+from warprock.report.numbers import counted, listed, three
+
+Facts = Mapping[str, Any]
+Pairs = list[tuple[str, str]]
+
+_APART = ("title", "source", "sweep", "check", "engines", "peers", "study", "sample", "ensemble")
+"""Tables of a case that are not the inputs of its first lane."""
+
+VALUES_SHOWN = 8
+"""Values of an axis that are written out."""
+
+
+def asked(facts: Facts) -> Pairs:
+    """What was asked, from the facts of a run.
+
+    Args:
+        facts: What `run.json` holds.
+    """
+    case = facts.get("case", {})
+    raw = case.get("resolved", {})
+    pairs = [("Case", f"{case['name']} ({case['file']})")] if case else []
+    pairs += [("Inputs", text)] if (text := _inputs(raw)) else []
+    if "sweep" in raw:
+        pairs.append(("Sweep", "; crossed with ".join(_axis(axis) for axis in raw["sweep"])))
+    pairs += [("Sample", _sample(raw["sample"]))] if "sample" in raw else []
+    pairs += [("Ensemble", _ensemble(raw["ensemble"]))] if "ensemble" in raw else []
+    if "lanes" in facts:
+        pairs.append(("Lanes", f"{facts['lanes']:,}"))
+    pairs += [("Engine", _engine(facts))] if "engine" in facts else []
+    tolerance = facts.get("tolerance")
+    if tolerance is not None:
+        pairs.append(
+            ("Tolerance", f"{tolerance:g} of the slenderness angle, on the error of a rotation")
+        )
+    elif facts.get("estimate") is False:
+        pairs.append(("Tolerance", "none: errors were not estimated"))
+    return pairs
+
+
+def _inputs(raw: Facts) -> str:
+    """Inputs that all lanes share, as the case writes them."""
+    swept = set(swept_keys(raw))
+    found = [
+        f"{key} = {value}"
+        for name, table in raw.items()
+        if name not in _APART
+        for key, value in _flat(table, name)
+        if key not in swept
+    ]
+    return ", ".join(found)
+
+
+def _flat(value: Any, key: str) -> list[tuple[str, str]]:
+    if isinstance(value, Mapping) and not {"from", "to"} <= set(value):
+        return [pair for name, inner in value.items() for pair in _flat(inner, f"{key}.{name}")]
+    return [(key, _text(value))]
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {_text(inner)}" for name, inner in value.items())
+    if isinstance(value, list):
+        few = [str(each) for each in value[:VALUES_SHOWN]]
+        more = f", ... ({len(value):,} values)" if len(value) > VALUES_SHOWN else ""
+        return ", ".join(few) + more
+    return str(value)
+
+
+def _axis(axis: Facts) -> str:
+    """One axis of a sweep."""
+    parts = [
+        (key.removeprefix("label."), _text(value))
+        for name, table in axis.items()
+        for key, value in _flat(table, name)
+    ]
+    return ", with ".join(f"{key}: {text}" for key, text in parts)
+
+
+def _sample(sample: Facts) -> str:
+    how = {"sobol": "Sobol' sequence", "latin": "Latin hypercube"}.get(
+        str(sample.get("sampling", "sobol")), str(sample.get("sampling"))
+    )
+    drawn = [f"{key} {_text(value)}" for key, value in sample.get("over", {}).items()]
+    return f"{sample.get('lanes', 0):,} draws, {how}, seed {sample.get('seed', 0)}: " + "; ".join(
+        drawn
+    )
+
+
+def _ensemble(ensemble: Facts) -> str:
+    spread = [f"{key} {text}" for key, text in _flat(ensemble.get("spread", {}), "")]
+    members = ensemble.get("members", 0)
+    return f"{members:,} members in each cell, which differ by " + ", ".join(
+        text.lstrip(".") for text in spread
+    )
+
+
+def _engine(facts: Facts) -> str:
+    engine = facts["engine"]
+    if not isinstance(engine, Mapping):
+        return str(engine)
+    settings = ", ".join(f"{name} {three(v)}" for name, v in engine.get("settings", {}).items())
+    where = [facts[name] for name in ("precision", "device") if facts.get(name)]
+    return f"{engine['name']}" + (f" ({settings})" if settings else "") + f"; {', '.join(where)}"
+
+
+def swept_keys(raw: Facts) -> list[str]:
+    """Keys that a case sweeps or draws, labels included."""
+    found = [
+        key
+        for axis in raw.get("sweep", [])
+        for name, t in axis.items()
+        for key, _ in _flat(t, name)
+    ]
+    return found + list(raw.get("sample", {}).get("over", {}))
+
+
+def swept_columns(facts: Facts, table: pd.DataFrame) -> list[str]:
+    """Columns of the lane table in which the inputs that vary stand, labels first."""
+    keys = swept_keys(facts.get("case", {}).get("resolved", {}))
+    columns = [name for key in keys for name in sorted(columns_of(key))]
+    columns += ["member"] if "member" in table else []
+    varying = [name for name in dict.fromkeys(columns) if name in table and _varies(table[name])]
+    return sorted(varying, key=lambda name: pd.api.types.is_numeric_dtype(table[name]))
+
+
+def naming_columns(facts: Facts, table: pd.DataFrame) -> list[str]:
+    """Columns that tell lanes apart: of an axis with labels that differ, the labels alone."""
+    named = []
+    for axis in facts.get("case", {}).get("resolved", {}).get("sweep", []):
+        keys = [key for name, inner in axis.items() for key, _ in _flat(inner, name)]
+        labels = axis.get("label", {})
+        told = any(len(set(v)) == len(v) for v in labels.values() if isinstance(v, list))
+        named += [key for key in keys if told and not key.startswith("label.")]
+    beside = {name for key in named for name in columns_of(key)}
+    return [name for name in swept_columns(facts, table) if name not in beside]
+
+
+def _varies(values: pd.Series[Any]) -> bool:
+    if pd.api.types.is_numeric_dtype(values):
+        return bool(np.ptp(values.to_numpy(dtype=float)) > 0.0)
+    return values.nunique() > 1
+
+
+def words(facts: Facts) -> list[tuple[str, int, str]]:
+    """Outcomes and statuses that lanes have, how many, and what they mean."""
+    meanings = [
+        ("outcome", {code.name.lower(): text for code, text in OUTCOMES.items()}, Outcome),
+        ("status", {code.name.lower(): text for code, text in STATUSES.items()}, Status),
+    ]
+    return [
+        (f"{kind}: {word.replace('_', ' ')}", int(count), texts.get(word, ""))
+        for kind, texts, _ in meanings
+        for word, count in facts.get(kind, {}).items()
+        if count
+    ]
+
+
+def provenance_pairs(facts: Facts) -> Pairs:
+    """What numbers depend on: versions, machine, records, time."""
+    pairs: Pairs = []
+    if "versions" in facts:
+        pairs.append(
+            ("Versions", ", ".join(f"{name} {text}" for name, text in facts["versions"].items()))
+        )
+    if "kernel_sha256" in facts:
+        pairs.append(("Kernels", f"SHA-256 {facts['kernel_sha256']}"))
+    machine = facts.get("machine")
+    if machine:
+        flags = ", ".join(machine["vector_flags"])
+        pairs.append(("Machine", f"{machine['cpu']}, {counted(machine['cores'], 'core')}, {flags}"))
+    for record in facts.get("records", []):
+        parts = [record["source"], record["licence"] and f"licence: {record['licence']}"]
+        parts += [f"SHA-256 {record['sha256']}"]
+        pairs.append((f"Record {record['name']}", "; ".join(text for text in parts if text)))
+    if "finished" in facts:
+        pairs.append(
+            ("Finished", str(facts["finished"]).replace("T", " ").replace("+00:00", " UTC"))
+        )
+    if "wall_time_s" in facts:
+        pairs.append(("Wall time", f"{three(float(facts['wall_time_s']))} s"))
+    return pairs
+
+
+_HOUSNER = (
+    "G. W. Housner (1963), The behavior of inverted pendulum structures during earthquakes, "
+    "Bulletin of the Seismological Society of America 53(2), 403-417."
+)
+_PAIRS = (
+    "I. N. Psycharis (1990), Dynamic behaviour of rocking two-block assemblies, Earthquake "
+    "Engineering and Structural Dynamics 19; P. D. Spanos, P. C. Roussis and N. P. A. Politis "
+    "(2001), Soil Dynamics and Earthquake Engineering 21; A. N. Kounadis (2015), Meccanica 50."
+)
+BENCHMARK = (
+    "Discontinuum rocking of rigid masonry macro-blocks using physics engines: analytical, "
+    "numerical and experimental benchmarking."
+)
+
+
+def citations(facts: Facts, extra: Sequence[str] = ()) -> list[str]:
+    """What to cite, the version of warprock first.
+
+    Args:
+        facts: What `run.json` holds.
+        extra: What a kind of result adds.
+    """
+    version = facts.get("versions", {}).get("warprock", "")
+    year = str(facts.get("finished", ""))[:4]
+    kernels = facts.get("kernel_sha256", "")[:12]
+    named = [f"warprock{' ' + version if version else ''}"]
+    named += [f"({year})"] if year else []
+    own = " ".join(named) + ", batched simulation of rocking rigid blocks"
+    own += f"; kernels {kernels}." if kernels else "."
+    raw = facts.get("case", {}).get("resolved", {})
+    stacked = any(str(key).isdigit() for key in raw.get("block", {}))
+    records = [
+        f"Record {record['name']}: {record['source']}"
+        for record in facts.get("records", [])
+        if record["source"]
+    ]
+    return [own, _HOUSNER, *([_PAIRS] if stacked else []), *extra, *dict.fromkeys(records)]
+
+
+def outcome_words(counts: Mapping[str, int], duration: float | None = None) -> str:
+    """What became of lanes, in one clause: `12 came to rest and 6 still rocked after 10 s`."""
+    ends = {
+        "at_rest": "came to rest",
+        "rocking": "still rocked"
+        + (f" when the run ended after {three(duration)} s" if duration else ""),
+        "overturned": "overturned",
+        "slid_off": "slid off",
+    }
+    found = [f"{count:,} {ends[word]}" for word, count in counts.items() if count and word in ends]
+    if not counts.get("overturned"):
+        found.append("none overturned")
+    return listed(found)

@@ -1,0 +1,109 @@
+"""The lanes of a run as a page names, judges and lists them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from warprock.model.response import USABLE
+from warprock.report import asked
+from warprock.report.content import Heading, Sheet
+from warprock.report.numbers import ROWS, heading, three
+from warprock.run.lane_table import PEAK_RATIO
+
+_USABLE = [code.name.lower() for code in USABLE]
+_DEGREES, _MILLIMETRES = 180.0 / np.pi, 1e3
+
+
+def peak_ratio(table: pd.DataFrame) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Peak rotation / slenderness angle, of a stack the largest of its blocks, shape [lane]."""
+    columns = [name for name in map(str, table) if name.startswith(PEAK_RATIO)]
+    columns = [name for name in columns if not name.endswith("error")]
+    return np.asarray(table[columns].to_numpy(dtype=float).max(axis=1))
+
+
+def standing(table: pd.DataFrame) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    """Lanes with usable numbers whose blocks stayed up, shape [lane]."""
+    up = ~table["outcome"].isin(["overturned", "slid_off"])
+    return np.asarray(up & table["status"].isin(_USABLE))
+
+
+def lane_name(facts: Mapping[str, Any], table: pd.DataFrame, row: int) -> str:
+    """A lane by number and by what sets it apart: `lane 8 (slip, frequency 3 Hz)`."""
+    parts = []
+    for name in asked.naming_columns(facts, table):
+        value = table[name].iloc[row]
+        head = heading(name)
+        if isinstance(value, str):
+            parts.append(value)
+        else:
+            parts.append(f"{head.text} {three(float(value))} {head.unit}".strip())
+    number = f"lane {int(table['lane'].iloc[row]):,}"
+    return f"{number} ({', '.join(parts)})" if parts else number
+
+
+def lane_sheet(
+    facts: Mapping[str, Any],
+    table: pd.DataFrame,
+    *,
+    besides: tuple[str, ...] = (),
+    file: str,
+    folded: bool = False,
+) -> Sheet:
+    """The lanes: what varies, what became of them, how far off they may be.
+
+    Args:
+        facts: What `run.json` holds.
+        table: The lane table.
+        besides: Columns that an analysis adds to it.
+        file: Where all of it is.
+        folded: Whether the reader has to open it.
+    """
+    shown, heads, cells = table.head(ROWS), [], []
+    for head, name, factor in _columns(facts, table, besides):
+        heads.append(head)
+        values = shown[name] if factor == 1.0 else factor * shown[name]
+        cells.append([_cell(value) for value in values])
+    note = ""
+    if len(shown) < len(table):
+        note = f"The first {ROWS:,} of {len(table):,} lanes; all, with every column, are in {file}."
+    lanes = [int(lane) for lane in shown["lane"]]
+    return Sheet("Lanes", heads, list(zip(*cells, strict=True)), note, lanes, folded)
+
+
+def _columns(
+    facts: Mapping[str, Any], table: pd.DataFrame, besides: tuple[str, ...]
+) -> Iterator[tuple[Heading, str, float]]:
+    """Columns that a page shows of a lane table: heading, name, and factor on its numbers."""
+    meanings = table.attrs.get("columns", {})
+    peaks = [name for name in map(str, table) if name.startswith(PEAK_RATIO)]
+    blocks = [name.removeprefix(PEAK_RATIO) for name in peaks]
+
+    def of_block(block: str) -> Iterator[tuple[Heading | None, str, float]]:
+        of = f" {block[1:]}" if block else ""
+        yield Heading(f"peak rotation{of} / slenderness"), f"{PEAK_RATIO}{block}", 1.0
+        yield Heading(f"peak rotation{of}", "deg"), f"peak_rotation{block}_rad", _DEGREES
+        yield None, f"peak_time{block}_s", 1.0
+        yield Heading(f"peak slide{of}", "mm"), f"peak_slide{block}_m", _MILLIMETRES
+
+    wanted: list[tuple[Heading | None, str, float]] = [(Heading("lane"), "lane", 1.0)]
+    wanted += [(None, name, 1.0) for name in (*asked.swept_columns(facts, table), *besides)]
+    wanted += [column for block in blocks for column in of_block(block)]
+    results = ("outcome", "status", "impact_count", "rest_time_s", "friction_needed")
+    wanted += [(None, name, 1.0) for name in results]
+    for block in blocks:
+        of = f" {block[1:]}" if block else ""
+        head = Heading(f"error of rotation{of}", "deg")
+        wanted.append((head, f"rotation_error{block}_rad", _DEGREES))
+    for own, name, factor in wanted:
+        if name in table:
+            told = meanings.get(name, {})
+            found = own or heading(name, "", told.get("unit", ""))
+            yield Heading(found.text, found.unit, told.get("text", "")), name, factor
+
+
+def _cell(value: Any) -> str:
+    return value.replace("_", " ") if isinstance(value, str) else three(value)

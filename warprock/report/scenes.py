@@ -1,0 +1,199 @@
+"""Lanes to play: which of a run, and their motion as small whole numbers for the page."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from warprock.case.case import Case
+from warprock.report.lanes import lane_name, peak_ratio, standing
+from warprock.run.case_run import CaseRun, run_lanes
+from warprock.run.lane_table import history_table, lane_table
+from warprock.run.provenance import provenance
+
+Array = npt.NDArray[np.float64]
+
+ALL, SOME = 24, 8
+"""Lanes up to which a page plays all of them, and how many it chooses of more."""
+SAMPLES = 1500
+"""Samples of a lane that a page holds at most: of a longer history every second, third, ..."""
+NUMBERS = 160_000
+"""Numbers that a page holds at most; where all lanes would need more, some are chosen."""
+DIGITS = 20_000
+"""Steps into which the largest value of a quantity is divided."""
+INTERVAL = 0.01
+"""Time between samples where the case says nothing of it [s]."""
+
+
+def scenes_of(run: CaseRun) -> dict[str, Any]:
+    """The lanes of a run that a page plays, run again with histories.
+
+    Args:
+        run: The run.
+
+    Returns:
+        `note`, which lanes these are and why, and `lanes`, ready for JSON.
+    """
+    table, facts = lane_table(run.lane_set, run.response), provenance(run)
+    sampled = dataclasses.replace(run, case=_sampled(run.case))
+    chosen = choose(table, _most(sampled.case))
+    response = run_lanes(sampled, list(chosen))
+    lanes = [
+        scene(
+            history_table(response, row, run.lane_set, lane),
+            table.iloc[lane],
+            lane_name(facts, table, lane),
+            why,
+        )
+        for row, (lane, why) in enumerate(chosen.items())
+    ]
+    note = "All lanes of the run."
+    if len(chosen) < len(table):
+        note = f"{len(chosen)} of {len(table):,} lanes, chosen because they tell most."
+    return {"note": note, "lanes": lanes}
+
+
+def _sampled(case: Case) -> Case:
+    """The case with histories that a page can play."""
+    if case.sample_times.interval is not None:
+        return case
+    run = case.tables.run
+    interval = max(INTERVAL, run.duration / SAMPLES)
+    of_run = run.model_copy(update={"sample_interval": min(interval, run.duration)})
+    return dataclasses.replace(case, tables=case.tables.model_copy(update={"run": of_run}))
+
+
+def _most(case: Case) -> int:
+    """Lanes of a case that a page plays at most."""
+    times = case.sample_times
+    assert times.interval is not None
+    samples = min(SAMPLES, times.duration / times.interval)
+    numbers = samples * (2 + 3 * case.tables.block_count)
+    return ALL if min(case.lane_count, ALL) * numbers <= NUMBERS else SOME
+
+
+def choose(table: pd.DataFrame, most: int) -> dict[int, str]:
+    """The lanes that a page plays, and why: all of a few, of many those that tell most.
+
+    Args:
+        table: The lane table.
+        most: Lanes up to which all are played.
+    """
+    if len(table) <= most:
+        return dict.fromkeys(range(len(table)), "")
+    ratio, up = peak_ratio(table), np.flatnonzero(standing(table))
+    found: dict[int, str] = {}
+
+    def add(lanes: Sequence[int] | npt.NDArray[np.intp], why: str) -> None:
+        if len(lanes) and len(found) < SOME:
+            found.setdefault(int(lanes[0]), why)
+
+    ranked = up[np.argsort(ratio[up], kind="stable")]
+    add(ranked[::-1], "the largest rotation of those that stayed up")
+    add(ranked[len(ranked) // 2 :], "the median rotation of those that stayed up")
+    for word, why in (("overturned", "overturned first"), ("slid_off", "slid off")):
+        add(_first(table, "outcome", word), why)
+    fallen = np.flatnonzero(table["outcome"] == "overturned")
+    add(fallen[::-1], "overturned, too")
+    for word in ("sensitive", "outside_model", "ambiguous"):
+        add(_first(table, "status", word), f"its status is {word.replace('_', ' ')}")
+    add(ranked[len(ranked) // 4 :], "a quarter of those that stayed up rotate less")
+    add(ranked, "the smallest rotation")
+    return found
+
+
+def _first(table: pd.DataFrame, column: str, word: str) -> npt.NDArray[np.intp]:
+    return np.flatnonzero((table[column] == word).to_numpy())
+
+
+def scene(history: pd.DataFrame, row: pd.Series[Any], name: str, why: str) -> dict[str, Any]:
+    """One lane as a page plays it: whole numbers, and what one of them is worth.
+
+    Args:
+        history: Its history, as `run.lane_table.history_table` gives it.
+        row: Its row of the lane table.
+        name: What sets it apart.
+        why: Why it was chosen; empty where all lanes are.
+    """
+    stride = -(-(len(history) - 1) // SAMPLES) if len(history) > SAMPLES + 1 else 1
+    shown = history.iloc[::stride].reset_index(drop=True)
+    blocks = [f"_{k}" for k in range(1, 10) if f"width_{k}_m" in row] or [""]
+    base = {axis: _column(shown, f"base_{axis}_m") for axis in "xyz"}
+    acceleration = _column(shown, "base_acceleration_m_s2")
+    parts = [_block(shown, row, number) for number in blocks]
+    length = _unit([part[axis] for part in parts for axis in "xyz"] + list(base.values()))
+    angle, rate = _unit([part["r"] for part in parts]), _unit([acceleration])
+    outcome = f"{row['outcome']}, {row['status']}".replace("_", " ")
+    about = f"Outcome and status: {outcome}."
+    if why:
+        about = f"Chosen because: {why}. {about}"
+    if stride > 1:
+        about += f" Every {stride}th sample of its history is kept here."
+    times = shown["time_s"].to_numpy()
+    spatial = any("q" in part for part in parts)
+    return {
+        "lane": int(row["lane"]),
+        "name": name,
+        "about": about,
+        "n": len(times),
+        "dt": float(f"{times[1] - times[0]:.9g}") if len(times) > 1 else 1.0,
+        "spatial": spatial,
+        "length": length,
+        "angle": angle,
+        "rate": rate,
+        "attitude": 1.0 / DIGITS,
+        "blocks": [
+            {name: part[name] for name in ("w", "h", "d", "alpha")}
+            | {"r": _whole(part["r"], angle)}
+            | {axis: _whole(part[axis], length) for axis in "xyz"}
+            | ({"q": [_whole(q, 1.0 / DIGITS) for q in part["q"]]} if "q" in part else {})
+            for part in parts
+        ],
+        "base": {axis: _whole(values, length) for axis, values in base.items()},
+        "acc": _whole(acceleration, rate),
+    }
+
+
+def _block(history: pd.DataFrame, row: pd.Series[Any], number: str) -> dict[str, Any]:
+    """One block: its sizes and its motion."""
+    found: dict[str, Any] = {
+        "w": float(row[f"width{number}_m"]),
+        "h": float(row[f"height{number}_m"]),
+        "d": float(row[f"depth{number}_m"]),
+        "alpha": float(row[f"slenderness_angle{number}_rad"]),
+        "r": _column(history, f"rotation{number}_rad"),
+    }
+    found |= {axis: _column(history, f"{axis}{number}_m") for axis in "xyz"}
+    if f"x{number}_m" not in history:
+        # A history without positions: of a block that does not slide, about its edges.
+        half, angle = 0.5 * found["w"], found["r"]
+        pivot = np.sign(angle) * half
+        found["x"] = pivot - pivot * np.cos(angle) + 0.5 * found["h"] * np.sin(angle)
+        found["z"] = half * np.sin(np.abs(angle)) + 0.5 * found["h"] * np.cos(angle)
+    return found
+
+
+def _column(history: pd.DataFrame, name: str) -> Array:
+    if name not in history:
+        return np.zeros(len(history))
+    return np.asarray(history[name].to_numpy(dtype=float))
+
+
+def _unit(values: Sequence[Array]) -> float:
+    """What one step of a quantity is worth, so that its largest value has `DIGITS` of them."""
+    most = max((float(np.nanmax(np.abs(each), initial=0.0)) for each in values), default=0.0)
+    return float(f"{most / DIGITS:.3g}") or 1.0
+
+
+def _whole(values: Array, unit: float) -> list[int]:
+    """Values in steps; one number where they all are the same."""
+    steps: list[int] = np.round(np.nan_to_num(values) / unit).astype(int).tolist()
+    return steps[:1] if len(set(steps)) == 1 else steps
+
+
+Scenes = Mapping[str, Any]

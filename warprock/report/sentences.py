@@ -1,0 +1,105 @@
+"""What came out of a run, in sentences made from its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from warprock.model.response import SOUND
+from warprock.report import asked
+from warprock.report.lanes import lane_name, peak_ratio, standing
+from warprock.report.numbers import counted, three
+
+_SOUND = [code.name.lower() for code in SOUND]
+
+
+def run_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
+    """What came out of a run, in three sentences made from its numbers."""
+    count, outcome = len(table), facts["outcome"]
+    ended = asked.outcome_words(outcome, facts.get("duration_s"))
+    first = f"{counted(count, 'lane')} ran: {ended}."
+    if count == 1:
+        first = f"One lane ran: it {table['outcome'].iloc[0].replace('_', ' ')}."
+        first = first.replace("it at rest", "its block came to rest")
+        first = first.replace("it rocking", "its block still rocked when the run ended")
+        first = first.replace("it overturned", "its block overturned")
+        first = first.replace("it slid off", "a block slid off")
+    return [first, *peak_sentences(facts, table), *accuracy_sentences(facts)]
+
+
+def peak_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
+    """The largest rotation of what stood, and the median."""
+    up, ratio = np.flatnonzero(standing(table)), peak_ratio(table)
+    if not len(up):
+        return ["No lane with usable numbers stayed up."]
+    top = int(up[np.argmax(ratio[up])])
+    where = ""
+    if len(table) > 1:
+        where = f", in {lane_name(facts, table, top)}"
+    when = table["peak_time_s"].iloc[top] if "peak_time_s" in table else np.nan
+    at = f" at {three(float(when))} s" if when == when and len(table) == 1 else ""
+    degrees = ""
+    if "peak_rotation_rad" in table:
+        degrees = f" ({three(float(np.rad2deg(table['peak_rotation_rad'].iloc[top])))} deg)"
+    text = (
+        f"The largest rotation of a block that stayed up is {three(float(ratio[top]))} of its "
+        f"slenderness angle{degrees}{at}{where}"
+    )
+    if len(up) > 2:
+        text += f"; the median lane that stayed up reaches {three(float(np.median(ratio[up])))}"
+    return [f"{text}."]
+
+
+def accuracy_sentences(facts: Mapping[str, Any]) -> list[str]:
+    """How far the numbers may be off."""
+    status, lanes = facts["status"], facts["lanes"]
+    counts, tolerance = facts.get("accuracy") or {}, facts.get("tolerance")
+    bad = {word: n for word, n in status.items() if n and word not in _SOUND}
+    flagged = ""
+    if bad:
+        parts = [f"{n:,} {word.replace('_', ' ')}" for word, n in bad.items()]
+        flagged = f" Statuses to mind: {', '.join(parts)} (see what the words mean)."
+    if tolerance is None:
+        return [
+            f"Errors were not estimated, so nothing says how far the time step matters.{flagged}"
+        ]
+    if not counts:
+        own = "The engine follows its equations without a time step, so there is no error of one."
+        return [f"{own}{flagged}"]
+    met = counts["met"]
+    who = "all" if met == lanes else f"{met:,} of the {lanes:,}"
+    text = (
+        f"By their estimated errors {who} lanes are within the tolerance, {tolerance:g} of the "
+        "slenderness angle"
+        if lanes > 1
+        else f"By its estimated error the lane is {'' if met else 'not '}within the tolerance, "
+        f"{tolerance:g} of the slenderness angle"
+    )
+    error = facts.get("rotation_error_rad")
+    if error:
+        text += f"; the largest estimate among sound lanes is {three(error['largest'])} rad"
+    return [f"{text}.{flagged}"]
+
+
+def cell_sentences(table: pd.DataFrame) -> list[str]:
+    """The cell of an ensemble that overturns most often.
+
+    Args:
+        table: What `run.cells.cell_table` gives.
+    """
+    if "overturned" not in table or not len(table) or table["overturned"].isna().all():
+        return []
+    share = table["overturned"]
+    row = int(np.nanargmax(share.to_numpy(dtype=float)))
+    low, high = (float(table[f"overturned_{side}"].iloc[row]) for side in ("low", "high"))
+    if share.iloc[row] == 0.0:
+        text = f"No member of any of the {len(table):,} cells overturned"
+        return [f"{text}; with 95 % confidence at most {three(100 * high)} % do in a cell."]
+    return [
+        f"Of the {len(table):,} cells, cell {row} overturns most often: "
+        f"{three(100.0 * float(share.iloc[row]))} % of its members (95 % interval "
+        f"{three(100 * low)} to {three(100 * high)} %)."
+    ]
