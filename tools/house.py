@@ -149,6 +149,12 @@ ROOMS = (
         "matplotlib numpy pandas",
     ),
     _room(
+        "scenes",
+        "moving pictures of a lane as files (GIF, MP4, glTF, USD), and Newton's viewers",
+        f"{_BASE} case run figures",
+        "PIL imageio_ffmpeg newton numpy warp",
+    ),
+    _room(
         "paper",
         "all that serves only the seed paper: its printed numbers, ours beside them, its conflicts",
         f"{_BASE} case engines run analysis compare oracle tables figures",
@@ -164,7 +170,8 @@ ROOMS = (
     _room(
         "cli",
         "the commands, one file each, and how they end",
-        f"{_BASE} records case run sweep analysis compare measure tables figures paper report",
+        f"""{_BASE} records case run sweep analysis compare measure tables figures scenes paper
+        report""",
         "click",
     ),
 )
