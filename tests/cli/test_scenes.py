@@ -41,7 +41,7 @@ def test_animate_writes_gltf(folder: pathlib.Path, tmp_path: pathlib.Path) -> No
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--lane", 7), "--lane: got 7, must be a lane from 0 to 0"),
+        (("--lane", 7), "--lane: got 7, must be a lane from 0 to 1"),
         (("-o", "lane.avi"), "must end in one of .gif, .mp4, .glb"),
         (("--speed", 0.001), "must make at most 3,000 pictures"),
     ],

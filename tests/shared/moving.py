@@ -21,7 +21,7 @@ def swinging(samples: int = 5, *, spatial: bool = False, drift: float = 0.01) ->
         spatial=spatial,
         times=times,
         sizes=np.array([[0.4, 0.5, 1.0], [0.3, 0.4, 0.6]]),
-        position=np.stack([base + [0.0, 0.0, height] for height in (0.5, 1.3)]),
+        position=np.stack([base + np.array([0.0, 0.0, height]) for height in (0.5, 1.3)]),
         attitude=np.stack([attitude, attitude]),
         ratio=np.stack([turn / 0.38, turn / 0.46]),
         base=base,
