@@ -133,15 +133,14 @@ def test_an_ensemble_has_cells_and_another_run_says_that_it_has_none(run):
 
 def test_the_names_of_commands_are_rooms_and_functions():
     code = """if 1:
-        import warprock.run.case_run, warprock.sweep.plan, warprock.compare.checks
+        import warprock.run.options, warprock.sweep, warprock.compare
         import warprock as wr
         assert callable(wr.run) and callable(wr.sweep) and callable(wr.compare)
-        assert wr.run.case_run.run_case is wr.run_case
-        print(wr.run("free-b0", "housner", progress=False))
+        assert wr.run.options.RunOptions
     """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.stderr == ""
-    assert done.stdout == "Run(free-b0: housner, 2 lanes: 1 at rest, 1 rocking; 2 ok)\n"
     assert isinstance(wr.run, types.ModuleType)
+    assert wr.run.case_run.run_case is wr.run_case
     assert wr.run.__doc__.startswith("Runs every lane of a case with one engine.")
     assert list(inspect.signature(wr.run).parameters)[:2] == ["case", "engine"]

@@ -25,6 +25,11 @@ from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.work import How, HowHeld, listing_how, working
 from warprock.errors import InputError
+from warprock.figures.fragility import draw_curves
+from warprock.figures.incremental import draw_analysis
+from warprock.figures.overturning import draw_map
+from warprock.figures.sensitivity import draw_sensitivity
+from warprock.figures.spectrum import draw_spectrum
 from warprock.tables.fragility import fragility_report
 from warprock.tables.incremental import analysis_report
 from warprock.tables.overturning import map_report
@@ -89,7 +94,7 @@ def fragility(
         f"fragility over {intensity}",
         curves,
         functools.partial(fragility_report, lanes, curves, source, intensity),
-        list,
+        functools.partial(draw_curves, curves, intensity),
     )
 
 
@@ -159,7 +164,7 @@ def ida(
         f"{work.case.name}: incremental dynamic analysis with {work.engine}",
         found,
         functools.partial(analysis_report, found, work.case, groups, intensity),
-        list,
+        functools.partial(draw_analysis, found, groups, intensity),
     )
 
 
@@ -198,7 +203,7 @@ def map(
         f"{work.case.name}: overturning map with {work.engine}",
         found,
         functools.partial(map_report, found),
-        list,
+        functools.partial(draw_map, found),
     )
 
 
@@ -232,7 +237,7 @@ def spectrum(
         f"{work.case.name}: rocking spectrum with {work.engine}",
         found,
         functools.partial(spectrum_report, found),
-        list,
+        functools.partial(draw_spectrum, found),
     )
 
 
@@ -272,7 +277,7 @@ def sensitivity(
         f"{work.case.name}: Sobol' indices of {of} with {work.engine}",
         found,
         functools.partial(sensitivity_report, found),
-        list,
+        functools.partial(draw_sensitivity, found),
     )
 
 

@@ -9,7 +9,7 @@ import os
 import pathlib
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import pandas as pd
 
@@ -32,6 +32,9 @@ class Found:
         title: What was run, in one line.
         found: The object that the rooms below handed over, with all that was computed.
     """
+
+    _paged: ClassVar[bool] = False
+    """Whether there is a page for it."""
 
     def __init__(
         self,
@@ -74,7 +77,11 @@ class Found:
             Drawings; each has a Matplotlib figure, `figure`, its `title`, and what a blind reader
             is told of it, `alt`. A notebook shows one that is the last line of a cell.
         """
-        return list(self._draw())
+        return list(self._drawings)
+
+    @functools.cached_property
+    def _drawings(self) -> Sequence[Drawing]:
+        return self._draw()
 
     def plot(self) -> Any:
         """Its first figure, as Matplotlib has it; `.axes` are its panels.
@@ -105,9 +112,11 @@ class Found:
             files = self._write(place)
             files += write_drawings(self.figures(), place)
         list_results(place, files, beside=self._report.beside)
+        self._saved = place
+        if not self._paged:
+            return files
         page = write_report(place, scenes=self._scenes())
         list_results(place, [page], beside=True)
-        self._saved = place
         return [*files, page]
 
     def report(self, folder: str | os.PathLike[str] | None = None) -> pathlib.Path:

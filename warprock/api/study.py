@@ -13,6 +13,7 @@ from warprock.case.load import Overrides
 from warprock.compare import study as studies
 from warprock.errors import InputError
 from warprock.figures.drawing import Drawing
+from warprock.figures.study import draw_histories, draw_study
 from warprock.quantity import NOTHING
 from warprock.run.options import RunOptions
 from warprock.tables.report import Report
@@ -78,4 +79,9 @@ def _report(found: studies.StudyRun) -> Report:
 
 
 def _draw(found: studies.StudyRun) -> Sequence[Drawing]:
-    return []
+    title, last = found.case.title, found.table["lane_name"].iloc[-1]
+    duration, curves = found.case.sample_times.duration, (found.times, found.reference)
+    return [
+        draw_study("study", found.rows, title, duration),
+        draw_histories("histories", f"{title}, {last}", *curves, found.histories),
+    ]
