@@ -114,7 +114,7 @@ ROOMS = (
         "report",
         "the page of a folder of results: one HTML file, its template, style and player",
         f"{_BASE} case run sweep",
-        "jinja2 markupsafe numpy pandas pyarrow",
+        "PIL jinja2 markupsafe numpy pandas pyarrow",
     ),
     _room(
         "analysis",

@@ -206,7 +206,7 @@ class Case(JudgedCase):
         """
         with python_names():
             raw = copy.deepcopy(dict(self.raw))
-            changed = override_tables(raw, _values(changes), self.file)
+            changed = override_tables(raw, _values(changes))
             return self.of(
                 build_case(self.name, self.file, self.folder, raw, self.overridden | changed)
             )
