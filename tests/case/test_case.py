@@ -305,6 +305,39 @@ def test_an_override_replaces_the_axis_it_lies_on():
     assert load_case("single-sine-pulse", ["block.width=0.2 m"]).shape == (6,)
 
 
+@pytest.mark.parametrize(
+    ("override", "values"),
+    [
+        ("motion.amplitude=0.1 m to 0.3 m, 3", [0.1, 0.2, 0.3]),
+        ("motion.amplitude=1 mm to 100 mm,3 log", [0.001, 0.01, 0.1]),
+        ("motion.amplitude=1 m, 2 m", [1.0, 2.0]),
+        ('motion.amplitude=["1 m", "2 m"]', [1.0, 2.0]),
+        ('motion.amplitude={ from = "1 m", to = "2 m", count = 2 }', [1.0, 2.0]),
+    ],
+)
+def test_an_override_may_sweep_its_key(override: str, values: list[float]):
+    case = load_case("single-sine-pulse", [override])
+    assert case.shape == (3, len(values))
+    assert case.axes[-1].columns["motion.amplitude"].values == pytest.approx(values)
+
+
+@pytest.mark.parametrize(
+    ("override", "words"),
+    [
+        (
+            "motion.amplitude=1 m to 2 m",
+            "-s: motion.amplitude: got '1 m to 2 m', must say how many",
+        ),
+        ("motion.amplitude=1 m, 2 kg", "-s: sweep[1].motion.amplitude[1]: got '2 kg', must be"),
+        ("motion.amplitude=0 m to 1 m, 3 log", "-s: sweep[1].motion.amplitude.from: got '0 m'"),
+        ("run.duration=1 s, 2 s", "-s: run.duration: got '1 s, 2 s', must be a time"),
+    ],
+)
+def test_a_bad_sweep_is_named_by_its_option(override: str, words: str):
+    with pytest.raises(InputError, match=f"^{re.escape(words)}"):
+        load_case("single-sine-pulse", [override])
+
+
 def test_an_override_replaces_the_other_way_of_saying_it():
     case = load_case("free-b1-b3", ["start.rotation=2 deg"])
     assert case.shape == (3,)

@@ -17,13 +17,24 @@ from warprock.settings.engines import (
 from warprock.settings.setting import SettingKey
 
 STEP = SettingKey("a step", 1e-6, 0.1, "s")
+RATE = SettingKey("frames", 1.0, 1e5, "1/s")
+STIFFNESS = SettingKey("a stiffness", 1e5, 1e14, "N/m^3")
 SWEEPS = SettingKey("sweeps", 1, 1000)
 LIMIT = SettingKey("a limit", 0.0, math.inf, low_open=True)
 
 
 @pytest.mark.parametrize(
     ("key", "got", "value"),
-    [(STEP, 0.1, 0.1), (STEP, 1e-6, 1e-6), (SWEEPS, 1000, 1000), (LIMIT, 3, 3.0)],
+    [
+        (STEP, 0.1, 0.1),
+        (STEP, 1e-6, 1e-6),
+        (STEP, "1e-3 s", 1e-3),
+        (STEP, "5 ms", 5e-3),
+        (RATE, "0.24 kHz", 240.0),
+        (STIFFNESS, "2 MN/m^3", 2e6),
+        (SWEEPS, 1000, 1000),
+        (LIMIT, 3, 3.0),
+    ],
 )
 def test_values_within_their_bounds_are_read(key: SettingKey, got: float, value: float):
     read = key.value(got)
@@ -37,6 +48,9 @@ def test_values_within_their_bounds_are_read(key: SettingKey, got: float, value:
         (STEP, 0.2, "must be from 1e-06 to 0.1 s"),
         (STEP, math.nan, "must be from 1e-06 to 0.1 s"),
         (STEP, "0.1", "must be from 1e-06 to 0.1 s, a number"),
+        (STEP, "1 m", "must be from 1e-06 to 0.1 s, in s, ms, min"),
+        (STEP, "1 s", "must be from 1e-06 to 0.1 s"),
+        (SWEEPS, "20 s", "must be from 1 to 1000, without a unit"),
         (STEP, True, "must be from 1e-06 to 0.1 s, a number"),
         (SWEEPS, 0, "must be from 1 to 1000"),
         (SWEEPS, 10**400, "must be from 1 to 1000"),

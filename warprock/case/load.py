@@ -23,7 +23,7 @@ from warprock.case.keys import EXCLUSIVE, KEYS
 from warprock.case.sample import read_sample
 from warprock.case.spectrum import read_spectrum
 from warprock.case.study import read_study
-from warprock.case.sweep import fix_keys, read_axes
+from warprock.case.sweep import fix_keys, read_axes, sweep_overrides
 from warprock.case.text import find_case, override, parse_case, put, source_name
 from warprock.case.validation import refusing, validated
 from warprock.errors import InputError
@@ -39,36 +39,42 @@ def load_case(name_or_path: str | os.PathLike[str], overrides: Overrides = ()) -
     Args:
         name_or_path: Name of a shipped case, or path of a case file or of its folder.
         overrides: Texts `key=value`, such as `block.height=5.5 m`, or values by key. An override
-            of a key that the case sweeps replaces the whole axis it lies on.
+            of a key that the case sweeps replaces the whole axis it lies on; one that lists several
+            values, or lays a grid, `motion.amplitude=0.1 g to 2 g, 20`, sweeps the key.
 
     Raises:
         InputError: No such case, or something in it cannot be used.
     """
     name, file, folder, text = find_case(os.fspath(name_or_path))
     raw = parse_case(text, file)
-    return build_case(name, file, folder, raw, override_tables(raw, overrides))
+    return build_case(name, file, folder, raw, override_tables(raw, overrides, file))
 
 
-def override_tables(raw: dict[str, Any], overrides: Overrides) -> frozenset[str]:
+def override_tables(raw: dict[str, Any], overrides: Overrides, file: str) -> frozenset[str]:
     """Puts overrides into a case.
 
     Args:
         raw: The case as written; changed in place.
         overrides: As in `load_case`.
+        file: Name of the case's file, for errors.
 
     Returns:
         The keys that they changed.
 
     Raises:
-        InputError: One of them is of no such form, or lies below what is no table.
+        InputError: One of them is of no such form, lies below what is no table, or is a grid that
+            cannot be read.
     """
     if isinstance(overrides, Mapping):
         for key, value in overrides.items():
             put(raw, key, value, value)
-        overridden = frozenset(overrides)
+        keys = list(overrides)
     else:
-        overridden = frozenset(override(raw, text) for text in overrides)
+        keys = [override(raw, text) for text in overrides]
+    overridden = frozenset(keys)
     fix_keys(raw, overridden | {EXCLUSIVE[key] for key in overridden if key in EXCLUSIVE})
+    with refusing(functools.partial(source_name, file=file, overridden=overridden)):
+        sweep_overrides(raw, keys)
     return overridden
 
 

@@ -2,13 +2,16 @@
 
 A key of an axis lists its values, or lays a grid: `{ from = "1 m", to = "2 m", count = 5 }`. It is
 any key that may be swept, or `label.NAME`, whose texts name lanes and change nothing in them.
+
+An override may sweep a key, too: as a list or a grid in TOML, or in words, "1 m, 1.5 m, 2 m" and
+"0.1 g to 2 g, 20" (or "0.1 g to 2 g, 20 log").
 """
 
 from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple, Self, TypeVar
 
@@ -32,6 +35,12 @@ _LABEL_KEY = TextKey("text that names lanes", most=100)
 _MOST_VALUES = 100_000_000
 
 LIST, LIST_OR_GRID = "must be a list", "must be a list or a grid { from, to, count, spacing }"
+
+_GRID_TEXT = re.compile(
+    r"\s*(?P<first>\S.*?)\s+to\s+(?P<last>\S.*?)\s*(?:,\s*(?P<count>\d+))?"
+    r"(?:\s+(?P<spacing>log|linear))?\s*"
+)
+"""A grid in words."""
 
 Value = TypeVar("Value")
 
@@ -145,6 +154,55 @@ def fix_keys(raw: dict[str, Any], fixed: AbstractSet[str]) -> None:
         if isinstance(over, Mapping):
             drawn = {key: value for key, value in axis_keys(over).items() if key not in fixed}
             raw["sample"] = {**sample, "over": drawn}
+
+
+def sweep_overrides(raw: dict[str, Any], keys: Iterable[str]) -> None:
+    """Makes an axis of every key to which an override gave several values.
+
+    Args:
+        raw: The case as written, overrides included; changed in place.
+        keys: The dotted keys that overrides gave, in their order.
+
+    Raises:
+        KeyedError: A grid in words that has no count.
+    """
+    for key in dict.fromkeys(keys):
+        declared = KEYS.get(general_key(key))
+        if declared is None or not declared.swept:
+            continue
+        *path, name = key.split(".")
+        table: Any = raw
+        for part in path:
+            table = table[part]
+        with below(key):
+            values = several_values(table[name], words=isinstance(declared, NumberKey))
+        if values is not None:
+            del table[name]
+            raw["sweep"] = [*raw.get("sweep", []), {key: values}]
+
+
+def several_values(got: object, *, words: bool) -> list[object] | Mapping[str, object] | None:
+    """The list or the grid that was written for a key; None where it is one value.
+
+    Args:
+        got: What was written.
+        words: Whether it may be written in words: "1 m, 2 m" or "1 m to 2 m, 5".
+
+    Raises:
+        KeyedError: A grid in words that has no count.
+    """
+    if isinstance(got, list | Mapping):
+        return got
+    if not words or not isinstance(got, str):
+        return None
+    grid = _GRID_TEXT.fullmatch(got)
+    if grid is not None:
+        if grid["count"] is None:
+            allowed = 'must say how many values: "FROM to TO, COUNT", such as "0.1 g to 2 g, 20"'
+            raise KeyedError((), got, allowed)
+        ends = {"from": grid["first"], "to": grid["last"], "count": int(grid["count"])}
+        return ends | ({"spacing": grid["spacing"]} if grid["spacing"] else {})
+    return [part.strip() for part in got.split(",")] if "," in got else None
 
 
 def read_axes(entries: object) -> tuple[Axis, ...]:

@@ -233,5 +233,8 @@ def _shipped() -> Traversable:
 def source_name(key: str, file: str, overridden: frozenset[str]) -> str:
     """The file, or -s where an override gave the key, a table above it or a part of it."""
     plain = re.sub(r"\[\d+\]", "", key)
+    swept = plain.removeprefix("sweep.")
+    if any(f"{swept}.".startswith(f"{o}.") for o in overridden):
+        return OVERRIDE
     given = any(f"{plain}.".startswith(f"{o}.") or o.startswith(f"{plain}.") for o in overridden)
     return OVERRIDE if given else file

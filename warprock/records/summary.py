@@ -10,6 +10,7 @@ import numpy as np
 from warprock.errors import InputError
 from warprock.model.motion import Control
 from warprock.records import fema_p695
+from warprock.records.column_file import Reading
 from warprock.records.intensity import (
     DAMPING,
     FINEST,
@@ -18,7 +19,7 @@ from warprock.records.intensity import (
     measures,
     spectral_accelerations,
 )
-from warprock.records.loading import load_channels, load_record, record_names
+from warprock.records.loading import AS_WRITTEN, load_channels, load_record, record_names
 from warprock.records.record import Record
 from warprock.records.writing import UNITS
 
@@ -59,6 +60,7 @@ def record_facts(
     periods: Sequence[float] = PERIODS,
     damping: float = DAMPING,
     block: tuple[float, float] | None = None,
+    asked: Reading = AS_WRITTEN,
 ) -> list[dict[str, Any]]:
     """Everything about a record, or about each channel of a file.
 
@@ -67,11 +69,12 @@ def record_facts(
         periods: Of the response spectrum [s].
         damping: Of the response spectrum.
         block: Full width and height of a block [m].
+        asked: What is said of a table with named columns besides its header.
 
     Raises:
         InputError: As `load_record`.
     """
-    channels = load_channels(name_or_path)
+    channels = load_channels(name_or_path, asked)
     shortest = max(record.interval for record in channels) / FINEST
     for period in periods:
         if period < shortest:
