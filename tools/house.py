@@ -154,6 +154,13 @@ ROOMS = (
         "numpy pandas rich",
     ),
     _room(
+        "api",
+        """`import warprock`: cases from objects, dicts and tables; the commands as functions; what
+        they find as an object with tables, figures and files""",
+        f"{_BASE} case run sweep analysis compare tables figures report",
+        "numpy pandas",
+    ),
+    _room(
         "cli",
         "the commands, one file each, and how they end",
         f"{_BASE} records case run sweep analysis compare measure tables figures paper report",

@@ -12,6 +12,8 @@ from rich.console import Console
 
 from warprock.compare.checks import CheckRow
 from warprock.figures import study as plots_study
+from warprock.figures.drawing import write_drawings
+from warprock.figures.sheet import style
 from warprock.paper import conflicts, plots_forced, plots_free
 from warprock.paper import tables as paper_tables
 from warprock.paper.printed import (
@@ -22,6 +24,7 @@ from warprock.paper.printed import (
     READING_NAMES,
     paper_table,
 )
+from warprock.paper.reproduce import TARGETS
 from warprock.tables import compare as compared
 from warprock.tables import terminal
 
@@ -97,7 +100,7 @@ def test_the_inferred_test_divides_by_one_minus_the_printed_error():
     np.testing.assert_allclose(by_bullet, 1.03 * test, rtol=1e-12)
     text = next(
         c.text
-        for c in conflicts.conflicts_of("table7", conflicts.Evidence(sine=sine))
+        for c in conflicts.conflicts_of(["table7"], conflicts.Evidence(sine=sine))
         if c.item == 4
     )
     assert "agree within 2.9 %" in text
@@ -107,19 +110,21 @@ def test_the_inferred_test_divides_by_one_minus_the_printed_error():
 def test_conflicts_follow_what_was_found():
     """The numbers in the text are those of the runs, not of the text."""
     pulse = lanes_of({reading: [0.5 + 0.01 * i for i in range(6)] for reading in READINGS})
-    found = {c.title: c for c in conflicts.conflicts_of("table6", conflicts.Evidence(pulse=pulse))}
+    found = {
+        c.title: c for c in conflicts.conflicts_of(["table6"], conflicts.Evidence(pulse=pulse))
+    }
     assert {c.item for c in found.values()} == {1, 2, 3, 7, 8}
     assert ".5000 .5100 .5200 .5300 .5400 .5500" in found["the engines follow a displacement"].text
 
 
 def test_conflicts_without_runs_need_no_runs():
-    found = conflicts.conflicts_of("all", conflicts.Evidence())
+    found = conflicts.conflicts_of(TARGETS, conflicts.Evidence())
     assert {c.item for c in found} == {1, 2, 3, 4, 5, 6, 7, 8, 11, 12}
 
 
 def test_conflicts_of_the_paper_say_what_can_be_calculated():
     """Worked out by hand: 0.17 m / 1.0 m, atan(1/5), 1 / (201 x 240)."""
-    text = {c.item: c.text for c in conflicts.conflicts_of("all", conflicts.Evidence())}
+    text = {c.item: c.text for c in conflicts.conflicts_of(TARGETS, conflicts.Evidence())}
     assert "1.70 1.55 2.06 2.37 2.96 3.55" in text[1]
     assert "0.1974 rad and 0.942" in text[5]
     assert "0.1799 rad and 0.952" in text[5]
@@ -170,40 +175,45 @@ def figure_makers():
     panels = [(name, engines) for name in INPUTS]
     printed = dict.fromkeys((*PAPER_COLUMNS, *INFERRED_NAMES), six)
     return {
-        "free": lambda p: plots_free.draw_free_response(p, TIMES, [("B0", engines)]),
-        "study": lambda p: plots_study.draw_histories(
-            p, "B0", TIMES, curve(0.0), {("impulse", "substeps", 20.0): curve(0.1)}
+        "free": lambda: plots_free.draw_free_response("free", TIMES, [("B0", engines)]),
+        "study": lambda: plots_study.draw_histories(
+            "study", "B0", TIMES, curve(0.0), {("impulse", "substeps", 20.0): curve(0.1)}
         ),
-        "panels": lambda p: plots_free.draw_free_panels(p, TIMES, panels),
-        "windows": lambda p: plots_forced.draw_windows(p, "t", TIMES, panels, windows, [0.2, 0.1]),
-        "readings": lambda p: plots_forced.draw_readings(
-            p, "t", TIMES, [(name, readings) for name in INPUTS], windows
+        "panels": lambda: plots_free.draw_free_panels("panels", TIMES, panels),
+        "windows": lambda: plots_forced.draw_windows(
+            "windows", "t", TIMES, panels, windows, [0.2, 0.1]
         ),
-        "trends": lambda p: plots_forced.draw_trends(
-            p, "t", peaks, printed, [("printed", six), ("true", 1.3 * six)]
+        "readings": lambda: plots_forced.draw_readings(
+            "readings", "t", TIMES, [(name, readings) for name in INPUTS], windows
+        ),
+        "trends": lambda: plots_forced.draw_trends(
+            "trends", "t", peaks, printed, [("printed", six), ("true", 1.3 * six)]
         ),
     }
 
 
+@pytest.fixture(scope="module")
+def drawings():
+    found = {name: make() for name, make in figure_makers().items()}
+    for each in found.values():
+        with style():
+            each.figure.draw_without_rendering()
+    return found
+
+
 @pytest.mark.parametrize("name", figure_makers())
-def test_a_figure_is_written_at_print_resolution(tmp_path, name: str):
-    path = figure_makers()[name](tmp_path / f"{name}.png")
+def test_a_figure_is_written_at_print_resolution(tmp_path, drawings, name: str):
+    (path,) = write_drawings([drawings[name]], tmp_path)
     width, _height = png_size(path)
     assert width >= 7.0 * 150
-    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+    assert [file.name for file in tmp_path.iterdir()] == [f"{name}.png"]
+    assert "\n" not in drawings[name].title
+    assert drawings[name].title in drawings[name].alt
 
 
-def test_no_text_of_a_figure_is_smaller_than_8_points_and_legends_cover_no_curve(
-    tmp_path, monkeypatch
-):
-    kept = []
-    for module in (plots_forced, plots_free, plots_study):
-        monkeypatch.setattr(module, "save", lambda figure, path: kept.append(figure) or path)
-    for maker in figure_makers().values():
-        maker(tmp_path / "unused.png")
-    assert len(kept) == len(figure_makers())
-    for figure in kept:
-        figure.draw_without_rendering()
+def test_no_text_of_a_figure_is_smaller_than_8_points_and_legends_cover_no_curve(drawings):
+    for drawing in drawings.values():
+        figure = drawing.figure
         texts = figure.findobj(match=lambda artist: hasattr(artist, "get_fontsize"))
         assert min(text.get_fontsize() for text in texts if text.get_text()) >= 8.0
         legends = [*figure.legends, *(a.get_legend() for a in figure.axes if a.get_legend())]
@@ -336,6 +346,7 @@ def test_a_narrow_terminal_cuts_no_word_and_no_number(width: int, monkeypatch: p
         "rotation_error_rad": 1.23e-5,
     }
     words = ("12", "block", "0.123456", "overturned", "12.3456", "1.23e-05")
+    measured = ("12", "block", "0.123", "overturned", "12.3", "1.23e-05", "rotation", "[rad]")
     table = terminal.plain_table("A title", row, ["label"])
     table.add_row(*map(str, row.values()))
     stream = io.StringIO()
@@ -343,9 +354,35 @@ def test_a_narrow_terminal_cuts_no_word_and_no_number(width: int, monkeypatch: p
     terminal.print_table(narrow, table)
     assert narrow.width == width
     monkeypatch.setattr(terminal, "wide_stdout", lambda: Console(file=stream, width=width))
+    assert all(word in stream.getvalue() for word in words), stream.getvalue()
+    stream.seek(0)
+    stream.truncate()
     terminal.print_rows("A title", [row, row])
     printed = stream.getvalue()
-    assert all(printed.count(word) >= 3 for word in words), printed
-    # Headings are folded before a line is made longer than the terminal.
-    needed = sum(map(len, ("12", "block", "0.123456", "overturned", "12.3456", "1.23e-05"))) + 10
-    assert max(map(len, printed.split("A title")[2].splitlines())) <= max(width, needed)
+    assert all(printed.count(word) >= (2 if word[0].isdigit() else 1) for word in measured), printed
+    # Columns that have no room are printed below, before a line is longer than the terminal.
+    assert max(map(len, printed.splitlines())) <= max(width, len("12  overturned"))
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.5, "0.500"),
+        (123.4, "123"),
+        (1.29979e7, "13.0 million"),
+        (1234.5, "1,230"),
+        (2.0e9, "2.00 billion"),
+        (1.06e-5, "1.06e-05"),
+        (999.7, "1,000"),
+        (0.0, "0"),
+        (float("nan"), "-"),
+        (float("inf"), "inf"),
+    ],
+)
+def test_measured_numbers_have_three_digits(value: float, text: str):
+    assert terminal.measured(value) == text
+
+
+def test_headings_are_words_with_units():
+    headings = {"peak_time_s": "peak time [s]", "frequency_hz": "frequency [Hz]", "lane": "lane"}
+    assert {name: terminal.heading_text(name) for name in headings} == headings

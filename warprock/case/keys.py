@@ -5,6 +5,7 @@ The tables are the files of this room; what is here is made from them.
 
 from __future__ import annotations
 
+import itertools
 import re
 
 from warprock.case.block import Block, StackedBlock
@@ -14,7 +15,7 @@ from warprock.case.motion import Direction
 from warprock.case.run import Run
 from warprock.case.start import Start
 from warprock.case.validation import Table
-from warprock.quantity import InputKey, NumberKey, TextKey
+from warprock.quantity import NumberKey, TextKey
 
 _TABLES: tuple[type[Table], ...] = (Block, Contact, Start, Direction, Run, StackedBlock)
 
@@ -43,16 +44,16 @@ def general_key(key: str) -> str:
     return _DIRECTION.sub("motion.", _BLOCK_NUMBER.sub("block.N.", key))
 
 
-def _exclusive() -> dict[str, str]:
-    found: dict[str, str] = {}
+def _exclusive() -> dict[str, frozenset[str]]:
+    found: dict[str, frozenset[str]] = {}
     for key, declared in KEYS.items():
         table, _, name = key.rpartition(".")
-        if isinstance(declared, InputKey) and declared.instead_of:
-            for place in ("motion", "motion.y", "motion.z") if table == "motion" else (table,):
-                one, other = f"{place}.{name}", f"{place}.{declared.instead_of}"
-                found |= {one: other, other: one}
+        places = ("motion", "motion.y", "motion.z") if table == "motion" else (table,)
+        for place, rival in itertools.product(places, declared.others):
+            for one, other in itertools.permutations((f"{place}.{name}", f"{place}.{rival}")):
+                found[one] = found.get(one, frozenset()) | {other}
     return found
 
 
-EXCLUSIVE: dict[str, str] = _exclusive()
-"""Key -> the other key that says the same thing; only one of both may be given."""
+EXCLUSIVE: dict[str, frozenset[str]] = _exclusive()
+"""Key -> the other keys that say the same thing; only one of them may be given."""

@@ -182,7 +182,7 @@ def override(raw: dict[str, Any], text: str) -> str:
 
 
 def put(raw: dict[str, Any], key: str, value: Any, written: object) -> None:
-    """Puts a value into a case; the other key that says the same thing is taken out.
+    """Puts a value into a case; other keys that say the same thing are taken out.
 
     Args:
         raw: The case as written; changed in place.
@@ -203,8 +203,8 @@ def put(raw: dict[str, Any], key: str, value: Any, written: object) -> None:
             allowed = f"must not lie below {name}, which is not a table"
             raise InputError(OVERRIDE, key, written, allowed)
     table[last] = value
-    if key in EXCLUSIVE:
-        table.pop(EXCLUSIVE[key].rpartition(".")[2], None)
+    for other in EXCLUSIVE.get(key, ()):
+        table.pop(other.rpartition(".")[2], None)
 
 
 def _is_unicode(text: str) -> bool:

@@ -13,6 +13,7 @@ import click
 from warprock.cli.options import (
     EXIT_BAD_LANES,
     asked_options,
+    case_argument,
     device_options,
     engine_for,
     engine_option,
@@ -44,7 +45,7 @@ def _folder_argument(command: Command) -> Command:
 
 
 @sweep.command()
-@click.argument("case_name", metavar="CASE")
+@case_argument
 @engine_option
 @set_option
 @output_to("Folder of the sweep; made if it does not exist.", required=True)

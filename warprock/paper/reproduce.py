@@ -18,6 +18,7 @@ from warprock.compare import checks
 from warprock.compare.checks import compare_with_housner, plain_row
 from warprock.compare.study import COLUMNS as STUDY_COLUMNS
 from warprock.errors import InputError
+from warprock.figures.drawing import Drawing, write_drawings
 from warprock.paper import conflicts, conflicts_stack, figures
 from warprock.paper.dem import run_dem_study
 from warprock.paper.printed import PAPER_COLUMNS, paper_table
@@ -58,8 +59,12 @@ CASES_OF: dict[str, tuple[str, ...]] = {
     **STACK_CASES_OF,
 }
 """Target -> the shipped cases whose responses it shows; `dem` and `times` run their own lanes."""
-CASES_OF["all"] = tuple(dict.fromkeys(case for cases in CASES_OF.values() for case in cases))
-TARGETS: tuple[str, ...] = tuple(CASES_OF)
+GROUPS: dict[str, tuple[str, ...]] = {
+    "single-block": ("table6", "table7", "fig5", "fig7"),
+    "all": tuple(CASES_OF),
+}
+"""Targets that are made together: what the paper says first, which is soon done, and all of it."""
+TARGETS: tuple[str, ...] = (*CASES_OF, *GROUPS)
 """What `reproduce` takes."""
 
 ERROR_COLUMNS = (
@@ -106,17 +111,17 @@ def reproduce(
         raise InputError("TARGET", "", target, f"must be one of {', '.join(TARGETS)}")
     require_writable(folder)
     runs = PaperRuns(workers, progress, members)
-    parts = [
-        _MAKERS[name](name, runs, folder) for name in (_MAKERS if target == "all" else (target,))
-    ]
+    targets = GROUPS.get(target, (target,))
+    cases = {case for name in targets for case in CASES_OF[name]}
+    parts = [_MAKERS[name](name, runs, folder) for name in targets]
     rows = [row for part in parts for row in part.rows]
     evidence = conflicts.Evidence(
-        pulse=lane_evidence(runs, PULSE) if PULSE in CASES_OF[target] else None,
-        sine=lane_evidence(runs, SINE) if SINE in CASES_OF[target] else None,
+        pulse=lane_evidence(runs, PULSE) if PULSE in cases else None,
+        sine=lane_evidence(runs, SINE) if SINE in cases else None,
     )
-    named = conflicts.conflicts_of(target, evidence)
+    named = conflicts.conflicts_of(targets, evidence)
     named += [conflict for part in parts for conflict in part.conflicts]
-    named += conflicts_stack.stack_conflicts_of(target, stack_evidence(runs, CASES_OF[target]))
+    named += conflicts_stack.stack_conflicts_of(targets, stack_evidence(runs, cases))
     return {
         "target": target,
         "rows": [plain_row(row) for row in rows],
@@ -195,14 +200,14 @@ def _table7(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
 
 
 def _figure(
-    draw: Callable[[PaperRuns, pathlib.Path], list[pathlib.Path]], cases: Sequence[str]
+    draw: Callable[[PaperRuns], list[Drawing]], cases: Sequence[str]
 ) -> Callable[[str, PaperRuns, pathlib.Path], Reproduction]:
     """A maker that draws a figure and gives the rows of its cases."""
 
     def make(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
         folder.mkdir(parents=True, exist_ok=True)
         rows = [row for name in cases for row in _engine_rows(target, runs, name)]
-        files = [write_rows(rows, folder / f"{target}.csv"), *draw(runs, folder)]
+        files = [write_rows(rows, folder / f"{target}.csv"), *write_drawings(draw(runs), folder)]
         return Reproduction(rows, files)
 
     return make
@@ -218,7 +223,8 @@ def _figure4(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction
         | {column: found[column] for column in STUDY_COLUMNS}
         for found in study.table.to_dict("records")
     ]
-    files = [*free.files, write_rows(rows, folder / "fig4-study.csv"), *draw_figures(study, folder)]
+    table = write_rows(rows, folder / "fig4-study.csv")
+    files = [*free.files, table, *write_drawings(draw_figures(study), folder)]
     return Reproduction(free.rows + rows, files, (study_conflict(study),))
 
 

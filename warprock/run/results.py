@@ -26,6 +26,9 @@ from warprock.run.provenance import provenance
 
 PROVENANCE = "run.json"
 CELL_TABLE = "cells.csv"
+LANE_CSV = "lanes.csv"
+MOST_CSV_LANES = 10_000
+"""Lanes up to which the lane table is written as CSV as well: some 5 MB."""
 HISTORY = "history-lane-{lane}.csv"
 WRITTEN = ".warprock.json"
 """List of the results in a folder: SHA-256 by name."""
@@ -128,6 +131,8 @@ def write_run(
 ) -> list[pathlib.Path]:
     """Writes the lane table, that of cells of an ensemble, histories asked for, and `run.json`.
 
+    The lane table is a Parquet file; of up to `MOST_CSV_LANES` lanes also a CSV file.
+
     Args:
         run: The run.
         folder: Where to; made if it does not exist.
@@ -143,6 +148,8 @@ def write_run(
     table = lane_table(run.lane_set, run.response)
     table.attrs["footer"] = {name: facts[name] for name in ("engine", "estimate", "tolerance")}
     tables = {LANE_TABLE: table}
+    if len(table) <= MOST_CSV_LANES:
+        tables[LANE_CSV] = table
     if run.case.ensemble is not None:
         tables[CELL_TABLE] = cell_table(run.lane_set, run.response)
     for lane, response in (histories or {}).items():
