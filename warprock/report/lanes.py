@@ -15,6 +15,8 @@ from warprock.report.numbers import ROWS, heading, three
 from warprock.run.lane_table import PEAK_RATIO
 
 _USABLE = [code.name.lower() for code in USABLE]
+FAR = 2.0
+"""Rotation over the slenderness angle beyond which a block is taken to fall."""
 _DEGREES, _MILLIMETRES = 180.0 / np.pi, 1e3
 
 
@@ -26,9 +28,17 @@ def peak_ratio(table: pd.DataFrame) -> np.ndarray[Any, np.dtype[np.float64]]:
 
 
 def standing(table: pd.DataFrame) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    """Lanes with usable numbers whose blocks stayed up, shape [lane]."""
+    """Lanes with usable numbers whose blocks stayed up, shape [lane].
+
+    A block that was beyond `FAR` when its run ended was falling.
+    """
     up = ~table["outcome"].isin(["overturned", "slid_off"])
-    return np.asarray(up & table["status"].isin(_USABLE))
+    return np.asarray(up & table["status"].isin(_USABLE) & (peak_ratio(table) <= FAR))
+
+
+def falling(table: pd.DataFrame) -> int:
+    """Lanes that still moved when their run ended, and were beyond `FAR`."""
+    return int(((table["outcome"] == "rocking") & (peak_ratio(table) > FAR)).sum())
 
 
 def lane_name(facts: Mapping[str, Any], table: pd.DataFrame, row: int) -> str:
