@@ -1,6 +1,7 @@
 """The analyses as functions: they find what the commands of their names find."""
 
 import functools
+import html
 import json
 import pathlib
 
@@ -62,8 +63,10 @@ def test_an_analysis_finds_what_its_command_finds(name, case, changes, asked, op
     assert len(drawings) == 1
     assert drawings[0].alt
     assert found.plot().axes
-    files = {path.name for path in found.save(tmp_path / "out")}
-    assert {"run.json", f"{drawings[0].name}.png"} <= files
+    files = found.save(tmp_path / "out")
+    assert {"run.json", f"{drawings[0].name}.png"} <= {path.name for path in files}
+    assert files[-1] == tmp_path / "out/report.html"
+    assert drawings[0].alt in html.unescape(files[-1].read_text(encoding="utf-8"))
     assert len(repr(found)) < 120
     assert '<img alt="' in found._repr_html_()
 
@@ -96,7 +99,25 @@ def test_a_sweep_goes_on_where_it_was_and_has_the_lanes_of_a_run(tmp_path):
     for found in (first, again):
         assert found.facts["chunks_done"] == 3
         assert found.table["peak_rotation_rad"].equals(run.table["peak_rotation_rad"])
+    assert again.report() == tmp_path / "report.html"
+    with pytest.raises(ValueError, match="its page lies in"):
+        again.report(tmp_path / "elsewhere")
+    assert again.save(tmp_path / "elsewhere") == [tmp_path / "elsewhere/lanes.parquet"]
     assert wr.fragility(again, most_doubt=1).table.equals(wr.fragility(run, most_doubt=1).table)
+
+
+def test_a_comparison_has_tables_and_no_page(tmp_path, capsys):
+    found = wr.compare("free-b0", ["housner", "event"], **QUIET)
+    assert found.table["engine"].tolist() == ["housner", "housner", "event", "event"]
+    names = [path.name for path in found.save(tmp_path)]
+    assert names == ["comparison.parquet", "comparison.csv", "run.json"]
+    with pytest.raises(ValueError, match="has no page"):
+        found.report()
+    with pytest.raises(ValueError, match="has no figure"):
+        found.plot()
+    assert "<table" in found._repr_html_()
+    found.show()
+    assert "free-b0" in capsys.readouterr().out
 
 
 def test_a_study_has_a_row_a_lane_and_setting():

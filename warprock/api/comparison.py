@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import functools
+import os
+import pathlib
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 import pandas as pd
 
@@ -15,6 +17,7 @@ from warprock.api.progress import Shown, shown
 from warprock.case.case import Case
 from warprock.case.load import Overrides
 from warprock.compare.checks import compare as compare_engines
+from warprock.run.results import list_results
 from warprock.tables.cells import print_cell_comparison
 from warprock.tables.compare import print_comparison
 from warprock.tables.peers import print_costs
@@ -61,7 +64,40 @@ def compare(
         with shown(progress, work.name, None) as report:
             found = compare_engines(work, list(engines), workers, report)
     title = f"{work.name}: {', '.join(engines)}"
-    return Found(title, found, functools.partial(_report, work, found), list)
+    return Comparison(title, found, functools.partial(_report, work, found), list)
+
+
+class Comparison(Found):
+    """Engines side by side: tables, without figures and without a page."""
+
+    def report(self, folder: str | os.PathLike[str] | None = None) -> NoReturn:
+        """A comparison has no page.
+
+        Args:
+            folder: Of no use.
+
+        Raises:
+            ValueError: Always.
+        """
+        raise ValueError(f"{self.title}: a comparison has no page")
+
+    def save(self, folder: str | os.PathLike[str]) -> list[pathlib.Path]:
+        """Writes its tables and what ran to a folder.
+
+        Args:
+            folder: Where to; made if it does not exist. What a command left there before goes.
+
+        Returns:
+            The files.
+
+        Raises:
+            InputError: The folder cannot be written to.
+        """
+        place = pathlib.Path(folder)
+        with python_names():
+            files = self._write(place)
+        list_results(place, files)
+        return files
 
 
 def _report(case: Case, found: dict[str, Any]) -> Report:

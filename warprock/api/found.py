@@ -9,13 +9,13 @@ import os
 import pathlib
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from warprock.api.names import python_names
 from warprock.figures.drawing import Drawing, write_drawings
-from warprock.report.writing import REPORT, write_report
+from warprock.report.writing import write_report
 from warprock.run.results import list_results, write_results
 
 if TYPE_CHECKING:
@@ -32,9 +32,6 @@ class Found:
         title: What was run, in one line.
         found: The object that the rooms below handed over, with all that was computed.
     """
-
-    _paged: ClassVar[bool] = False
-    """Whether there is a page for it."""
 
     def __init__(
         self,
@@ -88,8 +85,14 @@ class Found:
 
         Returns:
             A `matplotlib.figure.Figure`, which a notebook shows.
+
+        Raises:
+            ValueError: It has no figure.
         """
-        return self.figures()[0].figure
+        drawings = self.figures()
+        if not drawings:
+            raise ValueError(f"{self.title}: has no figure")
+        return drawings[0].figure
 
     def show(self) -> None:
         """Prints it as the command does."""
@@ -113,11 +116,7 @@ class Found:
             files += write_drawings(self.figures(), place)
         list_results(place, files, beside=self._report.beside)
         self._saved = place
-        if not self._paged:
-            return files
-        page = write_report(place, scenes=self._scenes())
-        list_results(place, [page], beside=True)
-        return [*files, page]
+        return [*files, self._write_page(place)]
 
     def report(self, folder: str | os.PathLike[str] | None = None) -> pathlib.Path:
         """The page of it: one HTML file that a browser opens and a mail can carry.
@@ -133,9 +132,14 @@ class Found:
             InputError: The folder cannot be written to.
         """
         if folder is not None or self._saved is None:
-            self.save(folder or tempfile.mkdtemp(prefix="warprock-"))
-        assert self._saved is not None
-        return self._saved / REPORT
+            return self.save(folder or tempfile.mkdtemp(prefix="warprock-"))[-1]
+        return self._write_page(self._saved)
+
+    def _write_page(self, folder: pathlib.Path) -> pathlib.Path:
+        """Writes the page of a folder that it was saved to."""
+        page = write_report(folder, scenes=self._scenes(), drawings=self.figures())
+        list_results(folder, [page], beside=True)
+        return page
 
     def _scenes(self) -> Mapping[str, Any] | None:
         """Lanes to play on the page; None where there are none."""

@@ -65,7 +65,6 @@ class Run(Found):
     """
 
     found: CaseRun
-    _paged = True
 
     def __init__(self, found: CaseRun, choice: EngineChoice) -> None:
         report = functools.partial(run_report, found)

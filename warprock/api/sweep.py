@@ -11,8 +11,10 @@ from typing import Unpack
 from warprock.analysis.lane_tables import read_lanes
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
+from warprock.api.names import python_names
 from warprock.api.work import HowHeld, listing_how, working
 from warprock.run.lane_table import LANE_TABLE
+from warprock.run.results import list_results, write_results
 from warprock.sweep.chunks import merge, sweep_state
 from warprock.sweep.plan import CHUNK_LANES, Plan, make_plan, write_plan
 from warprock.sweep.run import Shard, chunks_to_run, run_here
@@ -64,7 +66,49 @@ def sweep(
         run_here(plan, place, work.options.workers)(chunks_to_run(plan, place, Shard()), report)
         merge(plan, place)
         table = _report(plan, place)
-    return Found(f"{work.case.name}: sweep with {work.engine}", plan, lambda: table, list)
+    return SweepFound(f"{work.case.name}: sweep with {work.engine}", plan, table, place)
+
+
+class SweepFound(Found):
+    """A sweep that is done: its results lie in its folder."""
+
+    def __init__(self, title: str, plan: Plan, report: Report, folder: pathlib.Path) -> None:
+        super().__init__(title, plan, lambda: report, list)
+        self.folder = self._saved = folder
+
+    def save(self, folder: str | os.PathLike[str]) -> list[pathlib.Path]:
+        """Writes the merged table to another folder than that of the sweep.
+
+        Args:
+            folder: Where to; made if it does not exist. What a command left there before goes.
+
+        Returns:
+            The file.
+
+        Raises:
+            InputError: The folder cannot be written to.
+        """
+        place = pathlib.Path(folder)
+        with python_names():
+            files = write_results(place, self.tables)
+        list_results(place, files)
+        return files
+
+    def report(self, folder: str | os.PathLike[str] | None = None) -> pathlib.Path:
+        """The page of the sweep, in its folder.
+
+        Args:
+            folder: That folder, or None.
+
+        Returns:
+            The file.
+
+        Raises:
+            ValueError: It is another folder.
+        """
+        if folder is not None and pathlib.Path(folder) != self.folder:
+            raise ValueError(f"{self.title}: its page lies in {self.folder}, not in {folder}")
+        return self._write_page(self.folder)
 
 
 def _report(plan: Plan, folder: pathlib.Path) -> Report:
