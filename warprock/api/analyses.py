@@ -147,6 +147,14 @@ def ida(
     References:
         D. Vamvatsikos and C. A. Cornell (2002), Incremental dynamic analysis, *Earthquake
         Engineering and Structural Dynamics* 31(3).
+
+    Example:
+        >>> import warprock as wr
+        >>> shorter = {"motion.scale": 1.0, "run.duration": "20 s"}
+        >>> asked = {"lowest": 0.2, "highest": 2.0, "count": 5, "accuracy": 0.1, "progress": False}
+        >>> found = wr.ida("record-ridgecrest", "housner", **asked, overrides=shorter)
+        >>> found.table["overturning_factor"].round(3).tolist()
+        [1.299]
     """
     ladder = Ladder(lowest, highest, count, accuracy)
     with python_names():
@@ -194,6 +202,14 @@ def map(
     References:
         J. Zhang and N. Makris (2001), Rocking response of free-standing blocks under cycloidal
         pulses, *Journal of Engineering Mechanics* 127(5).
+
+    Example:
+        >>> import warprock as wr
+        >>> grid = {"motion.frequency": ["1 Hz"], "motion.amplitude": ["0.01 g", "0.15 g"]}
+        >>> grid |= {"motion.waveform": "sine", "motion.cycles": 1}
+        >>> found = wr.map("overturning-map", "housner", overrides=grid, progress=False)
+        >>> found.tables["boundaries"]["acceleration_ratio"].round(2).tolist()
+        [1.23, 2.31, 2.35]
     """
     with working(case, engine, counted=False, **how) as work:
         require_tolerance(tolerance)
@@ -230,6 +246,14 @@ def spectrum(
     References:
         N. Makris and D. Konstantinidis (2003), The rocking spectrum and the limitations of
         practical design methodologies, *Earthquake Engineering and Structural Dynamics* 32.
+
+    Example:
+        >>> import warprock as wr
+        >>> curve = {"spectrum.period": ["2 s", "4 s"], "spectrum.slenderness": ["10 deg"]}
+        >>> curve |= {"run.duration": "20 s"}
+        >>> found = wr.spectrum("rocking-spectrum", "housner", overrides=curve, progress=False)
+        >>> found.table["period_s"].tolist()
+        [2.0, 4.0]
     """
     with working(case, engine, **how) as work:
         found = run_spectrum(work.case, work.engine, work.options)
@@ -269,6 +293,13 @@ def sensitivity(
     References:
         A. Saltelli et al. (2010), Variance based sensitivity analysis of model output, *Computer
         Physics Communications* 181.
+
+    Example:
+        >>> import warprock as wr
+        >>> fewer = {"overrides": {"sample.lanes": 16}, "progress": False}
+        >>> found = wr.sensitivity("sobol-single-block", "housner", resamples=10, **fewer)
+        >>> len(found.table)
+        12
     """
     _require_within("resamples", resamples, 10, 10_000)
     with working(case, engine, counted=False, **how) as work:

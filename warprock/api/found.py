@@ -31,6 +31,12 @@ class Found:
     Attributes:
         title: What was run, in one line.
         found: The object that the rooms below handed over, with all that was computed.
+
+    Example:
+        >>> import warprock as wr
+        >>> found = wr.compare("free-b0", ["housner"], progress=False)
+        >>> found, list(found.tables)
+        (Comparison(free-b0: housner: 2 rows), ['comparison'])
     """
 
     def __init__(

@@ -48,6 +48,14 @@ def study(
 
     Raises:
         InputError: Something cannot be used, said before anything runs.
+
+    Example:
+        >>> import warprock as wr
+        >>> shorter = {"run.duration": "1 s", "engines.direct.substeps": 10}
+        >>> settings = {"study.engines": ["direct"], "study.vary": {"substeps": [10, 20]}}
+        >>> found = wr.study("sensitivity-b0", overrides={**shorter, **settings}, progress=False)
+        >>> found.table["value"].tolist()
+        [10.0, 10.0, 20.0, 20.0]
     """
     with python_names():
         work = any_case(case, overrides).judged

@@ -106,6 +106,12 @@ def run_batch(
         InputError: No lanes, lanes that cannot be run (see `require_runnable`) or need too many
             steps, fewer than one worker or lane of a chunk, histories too large to be held, or a
             kernel that is not built yet while its folder cannot be written to.
+
+    Example:
+        >>> import warprock as wr
+        >>> found = wr.expand_lanes(wr.load_case("free-b0"))
+        >>> wr.run_batch("housner", found.lanes, found.motions, found.times).lane_count
+        2
     """
     require_runnable(lanes, motions)
     count = lanes.lane_count
