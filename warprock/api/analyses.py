@@ -23,7 +23,7 @@ from warprock.analysis.spectrum import run_spectrum
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
 from warprock.api.names import python_names
-from warprock.api.work import How, HowHeld, listing_how, working
+from warprock.api.work import How, HowHeld, Work, listing_how, working
 from warprock.errors import InputError
 from warprock.figures.fragility import draw_curves
 from warprock.figures.incremental import draw_analysis
@@ -160,14 +160,20 @@ def ida(
     with python_names():
         ladder.judge()
     with working(case, engine, counted=False, factors=ladder.factors.tolist(), **how) as work:
-        plan = plan_analysis(work.case, work.engine, ladder, work.options)
-        require_columns(work.case, intensity, by)
-        place = None if folder is None else pathlib.Path(folder)
-        options = work.options
-        found = run_analysis(
-            work.case, plan, ladder, place, workers=options.workers, progress=options.progress
-        )
-        groups = capacities(found, intensity=intensity, by=by)
+        return _ida(work, ladder, intensity, by, None if folder is None else pathlib.Path(folder))
+
+
+def _ida(
+    work: Work, ladder: Ladder, intensity: str, by: Sequence[str], folder: pathlib.Path | None
+) -> Found:
+    """Plans and runs an incremental dynamic analysis; stages are kept in the folder."""
+    options = work.options
+    plan = plan_analysis(work.case, work.engine, ladder, options)
+    require_columns(work.case, intensity, by)
+    found = run_analysis(
+        work.case, plan, ladder, folder, workers=options.workers, progress=options.progress
+    )
+    groups = capacities(found, intensity=intensity, by=by)
     return Found(
         f"{work.case.name}: incremental dynamic analysis with {work.engine}",
         found,
