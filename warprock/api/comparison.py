@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import os
-import pathlib
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
@@ -17,7 +16,6 @@ from warprock.api.progress import Shown, shown
 from warprock.case.case import Case
 from warprock.case.load import Overrides
 from warprock.compare.checks import compare as compare_engines
-from warprock.run.results import list_results
 from warprock.tables.cells import print_cell_comparison
 from warprock.tables.compare import print_comparison
 from warprock.tables.peers import print_costs
@@ -70,6 +68,8 @@ def compare(
 class Comparison(Found):
     """Engines side by side: tables, without figures and without a page."""
 
+    _saves_page = False
+
     def report(self, folder: str | os.PathLike[str] | None = None) -> NoReturn:
         """A comparison has no page.
 
@@ -80,24 +80,6 @@ class Comparison(Found):
             ValueError: Always.
         """
         raise ValueError(f"{self.title}: a comparison has no page")
-
-    def save(self, folder: str | os.PathLike[str]) -> list[pathlib.Path]:
-        """Writes its tables and what ran to a folder.
-
-        Args:
-            folder: Where to; made if it does not exist. What a command left there before goes.
-
-        Returns:
-            The files.
-
-        Raises:
-            InputError: The folder cannot be written to.
-        """
-        place = pathlib.Path(folder)
-        with python_names():
-            files = self._write(place)
-        list_results(place, files)
-        return files
 
 
 def _report(case: Case, found: dict[str, Any]) -> Report:

@@ -9,7 +9,7 @@ import os
 import pathlib
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import pandas as pd
 
@@ -38,6 +38,9 @@ class Found:
         >>> found, list(found.tables)
         (Comparison(free-b0: housner: 2 rows), ['comparison'])
     """
+
+    _saves_page: ClassVar[bool] = True
+    """Whether `save` leaves a page."""
 
     def __init__(
         self,
@@ -111,7 +114,7 @@ class Found:
             folder: Where to; made if it does not exist. What a command left there before goes.
 
         Returns:
-            The files; the page, report.html, comes last.
+            The files; the page, report.html, comes last where there is one.
 
         Raises:
             InputError: The folder cannot be written to.
@@ -122,7 +125,7 @@ class Found:
             files += write_drawings(self.figures(), place)
         list_results(place, files, beside=self._report.beside)
         self._saved = place
-        return [*files, self._write_page(place)]
+        return [*files, self._write_page(place)] if self._saves_page else files
 
     def report(self, folder: str | os.PathLike[str] | None = None) -> pathlib.Path:
         """The page of it: one HTML file that a browser opens and a mail can carry.

@@ -11,10 +11,8 @@ from typing import Unpack
 from warprock.analysis.lane_tables import read_lanes
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
-from warprock.api.names import python_names
 from warprock.api.work import HowHeld, listing_how, working
 from warprock.run.lane_table import LANE_TABLE
-from warprock.run.results import list_results, write_results
 from warprock.sweep.chunks import merge, sweep_state
 from warprock.sweep.plan import CHUNK_LANES, Plan, make_plan, write_plan
 from warprock.sweep.run import Shard, chunks_to_run, run_here
@@ -70,29 +68,13 @@ def sweep(
 
 
 class SweepFound(Found):
-    """A sweep that is done: its results lie in its folder."""
+    """A sweep that is done, in a folder of its own; `save` writes its table to another one."""
+
+    _saves_page = False
 
     def __init__(self, title: str, plan: Plan, report: Report, folder: pathlib.Path) -> None:
         super().__init__(title, plan, lambda: report, list)
-        self.folder = self._saved = folder
-
-    def save(self, folder: str | os.PathLike[str]) -> list[pathlib.Path]:
-        """Writes the merged table to another folder than that of the sweep.
-
-        Args:
-            folder: Where to; made if it does not exist. What a command left there before goes.
-
-        Returns:
-            The file.
-
-        Raises:
-            InputError: The folder cannot be written to.
-        """
-        place = pathlib.Path(folder)
-        with python_names():
-            files = write_results(place, self.tables)
-        list_results(place, files)
-        return files
+        self.folder = folder
 
     def report(self, folder: str | os.PathLike[str] | None = None) -> pathlib.Path:
         """The page of the sweep, in its folder.
@@ -115,4 +97,4 @@ def _report(plan: Plan, folder: pathlib.Path) -> Report:
     """What a sweep has to show: its merged table, and how far it is."""
     facts = sweep_state(plan, folder)
     show = functools.partial(print_state, facts, folder)
-    return Report(facts, {LANE_TABLE: read_lanes(folder)}, facts, show)
+    return Report(facts, {LANE_TABLE: read_lanes(folder)}, None, show)

@@ -82,7 +82,7 @@ def run_batch(
     most_steps: float = MOST_STEPS,
     progress: Callable[[int], None] | None = None,
 ) -> Response:
-    """Runs all lanes of a batch with one engine.
+    """Runs all lanes of a batch with one engine; the response has them in their order.
 
     Args:
         engine: Name in `ENGINES`.
@@ -97,9 +97,6 @@ def run_batch(
         chunk_size: Lanes in a chunk; chosen from the work where None.
         most_steps: Steps that a lane may need, at most.
         progress: Called with the lanes finished so far.
-
-    Returns:
-        The response of all lanes, in their order.
 
     Raises:
         KeyError: Unknown engine.
