@@ -16,8 +16,8 @@
 
 Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Contact`, `Start`,
 `Motion`, `Times`, `Sweep`, `Grid`, `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`,
-`Spectrum`, `Study`, `with_unit`. Commands: `run`, `fragility`, `map`, `spectrum`, `ida`,
-`sensitivity`, `sweep`, `compare`, `study`. Bad input is an `InputError`. Below them lie the
+`Spectrum`, `Study`, `with_unit`, `save_record`. Commands: `run`, `fragility`, `map`, `spectrum`,
+`ida`, `sensitivity`, `sweep`, `compare`, `study`. Bad input is an `InputError`. Below them lie the
 functions that they call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`, `write_run`.
 
 The names are imported when they are first used, so that `import warprock` is cheap.
@@ -54,6 +54,7 @@ if TYPE_CHECKING:
         Uniform,
     )
     from warprock.api.plain import with_unit
+    from warprock.api.record import save_record
     from warprock.api.run import Run, run
     from warprock.api.study import study
     from warprock.api.sweep import sweep
@@ -109,6 +110,7 @@ _HOME = {
     "run": "api.run",
     "run_batch": "run.batch",
     "run_case": "run.case_run",
+    "save_record": "api.record",
     "sensitivity": "api.analyses",
     "spectrum": "api.analyses",
     "study": "api.study",
@@ -157,6 +159,7 @@ __all__ = [
     "run",
     "run_batch",
     "run_case",
+    "save_record",
     "sensitivity",
     "spectrum",
     "study",
