@@ -186,7 +186,7 @@ def floors() -> dict[str, int]:
 
 def readme_map() -> str:
     """The map of the house as the README shows it."""
-    width, lines = 100, []
+    width, lines = 128, []
     for room in ROOMS:
         folder = "" if room.name in MAPPED else "warprock/"
         head = f"{folder + room.name + ('.py' if room.name in MODULES else '/'):<22} "
