@@ -84,7 +84,7 @@ def run_batch(
     most_steps: float = MOST_STEPS,
     progress: Callable[[int], None] | None = None,
 ) -> Response:
-    """Runs all lanes of a batch with one engine.
+    """Runs all lanes of a batch with one engine; the response has them in their order.
 
     Args:
         engine: Name in `ENGINES`.
@@ -100,14 +100,17 @@ def run_batch(
         most_steps: Steps that a lane may need, at most.
         progress: Called with the lanes finished so far.
 
-    Returns:
-        The response of all lanes, in their order.
-
     Raises:
         KeyError: Unknown engine.
         InputError: No lanes, lanes that cannot be run (see `require_runnable`) or need too many
             steps, fewer than one worker or lane of a chunk, histories too large to be held, or a
             kernel that is not built yet while its folder cannot be written to.
+
+    Example:
+        >>> import warprock as wr
+        >>> found = wr.expand_lanes(wr.load_case("free-b0"))
+        >>> wr.run_batch("housner", found.lanes, found.motions, found.times).lane_count
+        2
     """
     require_runnable(lanes, motions)
     count = lanes.lane_count
