@@ -24,7 +24,7 @@ from warprock.paper import reproduce as module
 from warprock.paper import stack as reproduce_stack
 from warprock.paper.conflicts import slip_deceleration
 from warprock.paper.printed import PAPER_COLUMNS, paper_table
-from warprock.paper.reproduce import CASES_OF, TARGETS, reproduce
+from warprock.paper.reproduce import CASES_OF, GROUPS, reproduce
 
 KEYS = {"target", "frequency_hz", "amplitude_mm", "reading", "source", "peak_rotation_ratio"}
 DISPLACEMENT_PEAKS = (0.1864, 0.1366, 0.1858, 0.0903, 0.1079, 0.1228)
@@ -248,10 +248,15 @@ def test_all_makes_every_target_and_runs_a_case_once(tmp_path, answered, monkeyp
     monkeypatch.setattr(reproduce_stack.figures, "collapse", lambda _runs, _folder: [])
     done = []
     found = reproduce("all", tmp_path, progress=done.append, members=2)
-    assert {row["target"] for row in found["rows"]} == set(TARGETS) - {"all"}
+    assert {row["target"] for row in found["rows"]} == set(GROUPS["all"])
     assert len(runs) == len(set(runs))
     assert done == sorted(done)
     assert {conflict["item"] for conflict in found["conflicts"]} == set(range(1, 14))
+
+
+def test_groups_are_of_targets_and_all_is_every_one():
+    assert set(GROUPS["all"]) == set(CASES_OF) == set(module._MAKERS)
+    assert set(GROUPS["single-block"]) < set(CASES_OF)
 
 
 def test_an_unknown_target_is_refused_before_anything_is_written(tmp_path):

@@ -22,6 +22,7 @@ from warprock.paper.printed import (
     READING_NAMES,
     paper_table,
 )
+from warprock.paper.reproduce import TARGETS
 from warprock.tables import compare as compared
 from warprock.tables import terminal
 
@@ -97,7 +98,7 @@ def test_the_inferred_test_divides_by_one_minus_the_printed_error():
     np.testing.assert_allclose(by_bullet, 1.03 * test, rtol=1e-12)
     text = next(
         c.text
-        for c in conflicts.conflicts_of("table7", conflicts.Evidence(sine=sine))
+        for c in conflicts.conflicts_of(["table7"], conflicts.Evidence(sine=sine))
         if c.item == 4
     )
     assert "agree within 2.9 %" in text
@@ -107,19 +108,21 @@ def test_the_inferred_test_divides_by_one_minus_the_printed_error():
 def test_conflicts_follow_what_was_found():
     """The numbers in the text are those of the runs, not of the text."""
     pulse = lanes_of({reading: [0.5 + 0.01 * i for i in range(6)] for reading in READINGS})
-    found = {c.title: c for c in conflicts.conflicts_of("table6", conflicts.Evidence(pulse=pulse))}
+    found = {
+        c.title: c for c in conflicts.conflicts_of(["table6"], conflicts.Evidence(pulse=pulse))
+    }
     assert {c.item for c in found.values()} == {1, 2, 3, 7, 8}
     assert ".5000 .5100 .5200 .5300 .5400 .5500" in found["the engines follow a displacement"].text
 
 
 def test_conflicts_without_runs_need_no_runs():
-    found = conflicts.conflicts_of("all", conflicts.Evidence())
+    found = conflicts.conflicts_of(TARGETS, conflicts.Evidence())
     assert {c.item for c in found} == {1, 2, 3, 4, 5, 6, 7, 8, 11, 12}
 
 
 def test_conflicts_of_the_paper_say_what_can_be_calculated():
     """Worked out by hand: 0.17 m / 1.0 m, atan(1/5), 1 / (201 x 240)."""
-    text = {c.item: c.text for c in conflicts.conflicts_of("all", conflicts.Evidence())}
+    text = {c.item: c.text for c in conflicts.conflicts_of(TARGETS, conflicts.Evidence())}
     assert "1.70 1.55 2.06 2.37 2.96 3.55" in text[1]
     assert "0.1974 rad and 0.942" in text[5]
     assert "0.1799 rad and 0.952" in text[5]

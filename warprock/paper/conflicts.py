@@ -7,6 +7,7 @@ are in `cases/paper/conflicts.toml`. What concerns stacks of blocks is in `confl
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Collection
 
 import numpy as np
 import numpy.typing as npt
@@ -280,6 +281,6 @@ _ITEMS = (
 """Name of each conflict, and what finds its numbers."""
 
 
-def conflicts_of(target: str, evidence: Evidence) -> list[Conflict]:
-    """The conflicts that concern a target; every one for "all"."""
-    return conflicts_about(target, _ITEMS, evidence)
+def conflicts_of(targets: Collection[str], evidence: Evidence) -> list[Conflict]:
+    """The conflicts that concern one of the targets."""
+    return conflicts_about(targets, _ITEMS, evidence)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import pathlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -213,7 +213,7 @@ STACK_MAKERS: dict[str, Callable[[str, PaperRuns, pathlib.Path], Reproduction]] 
 """Target -> what makes its rows and files."""
 
 
-def stack_evidence(runs: PaperRuns, cases: tuple[str, ...]) -> StackEvidence:
+def stack_evidence(runs: PaperRuns, cases: Collection[str]) -> StackEvidence:
     """What the conflicts on stacks need of the runs, of those cases that a target has run."""
     pulse = STACK_PULSE in cases
     return StackEvidence(
