@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Self
 
 import pydantic
 
@@ -30,14 +30,14 @@ class _Box(Table):
     """What every block has: full sizes [m] and density [kg/m^3]."""
 
     width: Annotated[
-        float,
+        float | None,
         NumberKey(
             "the full width of the block in the plane of rocking",
             "1 mm to 1 km",
             swept=True,
             column=Column("width"),
         ),
-    ]
+    ] = None
     height: Annotated[
         float,
         NumberKey(
@@ -45,14 +45,25 @@ class _Box(Table):
         ),
     ]
     depth: Annotated[
-        float,
+        float | None,
         NumberKey(
             "the full depth of the block across the plane of rocking",
             "1 mm to 1 km",
             swept=True,
             column=Column("depth"),
         ),
-    ]
+    ] = None
+    diameter: Annotated[
+        float | None,
+        NumberKey(
+            "the diameter of a round base: a cylinder or a drum, run as the box of the same mass, "
+            "slenderness and height",
+            "1 mm to 1 km",
+            swept=True,
+            instead_of="width depth",
+            column=Column("diameter", text="Diameter of a round base"),
+        ),
+    ] = None
     density: Annotated[
         float,
         NumberKey(
@@ -62,6 +73,13 @@ class _Box(Table):
             column=Column("density"),
         ),
     ]
+
+    @pydantic.model_validator(mode="after")
+    def _has_a_base(self) -> Self:
+        for name in ("width", "depth"):
+            if self.diameter is None and getattr(self, name) is None:
+                raise KeyedError(name, NOTHING, self.declared()[name].allowed)
+        return self
 
 
 class Block(_Box):

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from importlib.resources.abc import Traversable
 from typing import Any, NamedTuple
 
-from warprock.case.keys import EXCLUSIVE
+from warprock.case.keys import rivals
 from warprock.errors import InputError, did_you_mean, listed
 from warprock.quantity import Said
 from warprock.reading import read_bytes, reason
@@ -203,7 +203,7 @@ def put(raw: dict[str, Any], key: str, value: Any, written: object) -> None:
             allowed = f"must not lie below {name}, which is not a table"
             raise InputError(OVERRIDE, key, written, allowed)
     table[last] = value
-    for other in EXCLUSIVE.get(key, ()):
+    for other in rivals(key):
         table.pop(other.rpartition(".")[2], None)
 
 

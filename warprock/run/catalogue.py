@@ -11,6 +11,7 @@ import pandas as pd
 from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
+from warprock.case.round_base import round_base_note
 from warprock.case.text import case_names, template_text
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Target
@@ -72,6 +73,7 @@ def explain_case(case: Case) -> dict[str, Any]:
             "why": _scene_text(scene),
             "left_out": list(scene.left_out),
             "friction_note": scene.friction_note,
+            "replaced": round_base_note(inputs) or None,
         },
         "lanes": case.lane_count,
         "inputs_of_lanes": lane_set.lanes.lane_count,
