@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pathlib
 import re
 import shlex
 import shutil
 import subprocess
+from typing import Any
 
 from click.testing import CliRunner
 
@@ -23,7 +25,7 @@ def test_the_first_screen_holds_the_two_commands():
     head = "\n".join(README.splitlines()[:FIRST_SCREEN])
     blocks = re.findall(r"^```bash\n(.*?)\n```$", head, re.M | re.S)
     assert len(blocks) == 2
-    assert blocks[0].endswith("warprock reproduce all -o results")
+    assert blocks[0].endswith("warprock reproduce single-block -o results")
     assert blocks[1].endswith("-m pytest")
     for block in blocks:
         assert block.startswith("python3 -m venv .venv && .venv/bin/python -m pip install -e ")
@@ -65,9 +67,29 @@ def test_ci_runs_the_readmes_test_command_and_then_programs_of_others(tmp_path: 
     assert {"ruff check", "ruff format --check", "mypy"} <= set(names)
 
 
-def test_every_command_is_in_the_readme_and_the_other_way_round():
-    named = set(re.findall(r"^\| `warprock (\w+)", README, re.M))
-    assert named == set(main.commands)
+def test_the_readme_is_short_and_its_links_lead_somewhere():
+    assert len(README.splitlines()) <= 150
+    links = re.findall(r"\]\(([^)#]+)\)", README)
+    assert {"CONTRIBUTING.md", "CHANGELOG.md"} < set(links)
+    assert all((ROOT / link).exists() for link in links)
+
+
+def test_the_python_of_the_readme_runs():
+    (text,) = re.findall(r"^```python\n(.*?)\n```$", README, re.M | re.S)
+    names: dict[str, Any] = {}
+    exec(text, names)
+    assert len(names["run"].table) == 21
+
+
+def test_the_commands_of_the_readme_run(tmp_path: pathlib.Path):
+    """As they stand there, with fewer lanes."""
+    (text,) = re.findall(r"^```sh\n(.*?)\n```$", README, re.M | re.S)
+    with contextlib.chdir(tmp_path):
+        for line in text.splitlines():
+            words = shlex.split(line.replace("lanes=2000", "lanes=40"), comments=True)
+            assert words[0] == "warprock"
+            result = CliRunner().invoke(main, words[1:])
+            assert result.exit_code == 0, (line, result.output)
 
 
 def test_every_command_explains_itself():

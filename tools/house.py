@@ -114,7 +114,7 @@ ROOMS = (
         "report",
         "the page of a folder of results: one HTML file, its template, style and player",
         f"{_BASE} case run sweep",
-        "jinja2 markupsafe numpy pandas pyarrow",
+        "PIL jinja2 markupsafe numpy pandas pyarrow",
     ),
     _room(
         "analysis",
@@ -154,6 +154,13 @@ ROOMS = (
         "numpy pandas rich",
     ),
     _room(
+        "api",
+        """`import warprock`: cases from objects, dicts and tables; the commands as functions; what
+        they find as an object with tables, figures and files""",
+        f"{_BASE} case run sweep analysis compare tables figures report",
+        "numpy pandas",
+    ),
+    _room(
         "cli",
         "the commands, one file each, and how they end",
         f"{_BASE} records case run sweep analysis compare measure tables figures paper report",
@@ -179,7 +186,7 @@ def floors() -> dict[str, int]:
 
 def readme_map() -> str:
     """The map of the house as the README shows it."""
-    width, lines = 100, []
+    width, lines = 128, []
     for room in ROOMS:
         folder = "" if room.name in MAPPED else "warprock/"
         head = f"{folder + room.name + ('.py' if room.name in MODULES else '/'):<22} "

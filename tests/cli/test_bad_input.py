@@ -298,15 +298,18 @@ def test_a_list_of_results_names_nothing_elsewhere(tmp_path: pathlib.Path):
 def test_labels_are_drawn_as_they_are_written(tmp_path: pathlib.Path, monkeypatch):
     # As a notebook sets it: Matplotlib itself may refuse it.
     monkeypatch.setenv("MPLBACKEND", "module://no_such_screen")
-    from warprock.figures.plots import drawing, save
+    from warprock.figures.drawing import Drawing, write_drawings
+    from warprock.figures.scales import logarithmic
+    from warprock.figures.sheet import style, subplots
 
-    with drawing() as plt:
-        figure, axes = plt.subplots()
+    with style():
+        figure, grid = subplots(1, 1, (4.0, 3.0))
+        axes = grid[0, 0]
         axes.set_title("$\\foo$ 5 $ and 6 $ a\\b")
-        axes.set_yscale("log")
+        logarithmic(axes.yaxis)
         axes.plot([1, 2], [1e-3, 1e3], label="$x_$")
         axes.legend()
-        save(figure, tmp_path / "a.png")
+    write_drawings([Drawing("a", figure, "$5", "$6")], tmp_path)
     assert (tmp_path / "a.png").stat().st_size > 0
     assert os.environ["MPLBACKEND"] == "module://no_such_screen"
 

@@ -16,6 +16,7 @@ from tests.shared.blocks import make_lanes, sines, single_block_engines
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Target
 from warprock.figures import atlas as plots_stability
+from warprock.figures.sheet import style
 from warprock.measure import atlas as stability
 from warprock.measure import atlas_summary as stability_summary
 from warprock.measure.atlas import (
@@ -312,20 +313,17 @@ def test_a_second_run_reads_what_is_there_and_runs_the_rest(
     assert ran[2:] == ["step--housner--float64.parquet"]
 
 
-def test_figures_can_be_read_without_a_caption(
-    table: pd.DataFrame, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
-):
-    kept = {}
-    monkeypatch.setattr(
-        plots_stability, "save", lambda figure, path: kept.update({path.name: figure}) or path
-    )
-    drawn = [(m.name, m.title, m.x, up) for m in MAPS for up in (m.y, m.other_y) if up]
-    plots_stability.write_figures(table, drawn, LABELS, tmp_path)
-    assert len(kept) == 2 * 5
-    assert sum(name.endswith("-penetration.png") for name in kept) == 5
-    for figure in kept.values():
-        figure.draw_without_rendering()
-        assert "lanes a cell" in figure.get_suptitle()
+def test_figures_can_be_read_without_a_caption(table: pd.DataFrame):
+    maps = [(m.name, m.title, m.x, up) for m in MAPS for up in (m.y, m.other_y) if up]
+    drawings = plots_stability.draw_maps(table, maps, LABELS)
+    assert len({each.name for each in drawings}) == len(drawings) == 2 * 5
+    assert sum(each.name.endswith("-penetration") for each in drawings) == 5
+    for each in drawings:
+        figure = each.figure
+        with style():
+            figure.draw_without_rendering()
+        assert any("lanes a cell" in text.get_text() for text in figure.texts)
+        assert each.title in each.alt
         assert figure.get_supylabel().endswith("]")
         assert all(axes.get_xlabel().endswith("]") for axes in figure.axes[-1:])
         assert all("lanes" in axes.get_title(loc="left") for axes in figure.axes)

@@ -12,6 +12,8 @@ from rich.console import Console
 
 from warprock.compare.checks import CheckRow
 from warprock.figures import study as plots_study
+from warprock.figures.drawing import write_drawings
+from warprock.figures.sheet import style
 from warprock.paper import conflicts, plots_forced, plots_free
 from warprock.paper import tables as paper_tables
 from warprock.paper.printed import (
@@ -173,40 +175,45 @@ def figure_makers():
     panels = [(name, engines) for name in INPUTS]
     printed = dict.fromkeys((*PAPER_COLUMNS, *INFERRED_NAMES), six)
     return {
-        "free": lambda p: plots_free.draw_free_response(p, TIMES, [("B0", engines)]),
-        "study": lambda p: plots_study.draw_histories(
-            p, "B0", TIMES, curve(0.0), {("impulse", "substeps", 20.0): curve(0.1)}
+        "free": lambda: plots_free.draw_free_response("free", TIMES, [("B0", engines)]),
+        "study": lambda: plots_study.draw_histories(
+            "study", "B0", TIMES, curve(0.0), {("impulse", "substeps", 20.0): curve(0.1)}
         ),
-        "panels": lambda p: plots_free.draw_free_panels(p, TIMES, panels),
-        "windows": lambda p: plots_forced.draw_windows(p, "t", TIMES, panels, windows, [0.2, 0.1]),
-        "readings": lambda p: plots_forced.draw_readings(
-            p, "t", TIMES, [(name, readings) for name in INPUTS], windows
+        "panels": lambda: plots_free.draw_free_panels("panels", TIMES, panels),
+        "windows": lambda: plots_forced.draw_windows(
+            "windows", "t", TIMES, panels, windows, [0.2, 0.1]
         ),
-        "trends": lambda p: plots_forced.draw_trends(
-            p, "t", peaks, printed, [("printed", six), ("true", 1.3 * six)]
+        "readings": lambda: plots_forced.draw_readings(
+            "readings", "t", TIMES, [(name, readings) for name in INPUTS], windows
+        ),
+        "trends": lambda: plots_forced.draw_trends(
+            "trends", "t", peaks, printed, [("printed", six), ("true", 1.3 * six)]
         ),
     }
 
 
+@pytest.fixture(scope="module")
+def drawings():
+    found = {name: make() for name, make in figure_makers().items()}
+    for each in found.values():
+        with style():
+            each.figure.draw_without_rendering()
+    return found
+
+
 @pytest.mark.parametrize("name", figure_makers())
-def test_a_figure_is_written_at_print_resolution(tmp_path, name: str):
-    path = figure_makers()[name](tmp_path / f"{name}.png")
+def test_a_figure_is_written_at_print_resolution(tmp_path, drawings, name: str):
+    (path,) = write_drawings([drawings[name]], tmp_path)
     width, _height = png_size(path)
     assert width >= 7.0 * 150
-    assert [file.name for file in tmp_path.iterdir()] == [path.name]
+    assert [file.name for file in tmp_path.iterdir()] == [f"{name}.png"]
+    assert "\n" not in drawings[name].title
+    assert drawings[name].title in drawings[name].alt
 
 
-def test_no_text_of_a_figure_is_smaller_than_8_points_and_legends_cover_no_curve(
-    tmp_path, monkeypatch
-):
-    kept = []
-    for module in (plots_forced, plots_free, plots_study):
-        monkeypatch.setattr(module, "save", lambda figure, path: kept.append(figure) or path)
-    for maker in figure_makers().values():
-        maker(tmp_path / "unused.png")
-    assert len(kept) == len(figure_makers())
-    for figure in kept:
-        figure.draw_without_rendering()
+def test_no_text_of_a_figure_is_smaller_than_8_points_and_legends_cover_no_curve(drawings):
+    for drawing in drawings.values():
+        figure = drawing.figure
         texts = figure.findobj(match=lambda artist: hasattr(artist, "get_fontsize"))
         assert min(text.get_fontsize() for text in texts if text.get_text()) >= 8.0
         legends = [*figure.legends, *(a.get_legend() for a in figure.axes if a.get_legend())]

@@ -16,6 +16,7 @@ from warprock.cli.options import asked_options, engine_for, list_written, say_en
 
 if TYPE_CHECKING:
     from warprock.case.case import Case
+    from warprock.figures.drawing import Drawing
     from warprock.run.engine_choice import EngineChoice
     from warprock.run.options import RunOptions
     from warprock.tables.report import Report
@@ -93,8 +94,7 @@ def case_work(
 
 def finish(
     report: Report,
-    figure: str,
-    draw: Callable[[pathlib.Path], pathlib.Path],
+    draw: Callable[[], Sequence[Drawing]],
     folder: pathlib.Path | None,
     *,
     as_json: bool,
@@ -103,18 +103,18 @@ def finish(
 
     Args:
         report: What it has to show.
-        figure: Name of its figure.
-        draw: Draws the figure to a file.
+        draw: Draws its figures.
         folder: Where to write; None writes nothing.
         as_json: Whether to print one JSON object.
     """
+    from warprock.figures.drawing import write_drawings
     from warprock.run.results import write_results
     from warprock.tables.terminal import print_json, print_written
 
     files: list[pathlib.Path] = []
     if folder is not None:
         files = write_results(folder, report.tables, report.facts)
-        files.append(draw(folder / figure))
+        files += write_drawings(draw(), folder)
         list_written(folder, files, beside=report.beside)
     if as_json:
         print_json({**report.json, "files": files})

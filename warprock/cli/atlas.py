@@ -40,7 +40,8 @@ def stability(
     Blocks of 5 cm to 50 m, steps of 1e-6 to 0.1 s, 5 g, 50 Hz, friction 0 to 10: maps as Parquet
     files and figures, and a summary made from them. A run that was stopped goes on where it was.
     """
-    from warprock.figures.atlas import write_figures
+    from warprock.figures.atlas import draw_maps
+    from warprock.figures.drawing import write_drawings
     from warprock.measure import atlas
     from warprock.measure.atlas_lanes import AtlasSize
     from warprock.measure.atlas_maps import LABELS, MAPS
@@ -73,7 +74,7 @@ def stability(
         raise InputError("--map", "", list(maps), "no engine that was asked for runs it")
     found: dict[str, Any] = {"explained": explained(), **summarise(table)}
     drawn = [(m.name, m.title, m.x, up) for m in chosen for up in (m.y, m.other_y) if up]
-    files = write_figures(table, drawn, LABELS, folder)
+    files = write_drawings(draw_maps(table, drawn, LABELS), folder)
     files.append(write_summary(found, folder))
     if as_json:
         print_json(found | {"files": files})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import pathlib
 
 import click
@@ -84,10 +85,8 @@ def fragility(
     )
     report = fragility_report(lanes, curves, str(table), intensity)
 
-    def draw(path: pathlib.Path) -> pathlib.Path:
-        return draw_curves(path, curves, intensity)
-
-    finish(report, "fragility.png", draw, folder, as_json=as_json)
+    draw = functools.partial(draw_curves, curves, intensity)
+    finish(report, draw, folder, as_json=as_json)
 
 
 COMMANDS = (fragility,)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import pathlib
 from typing import Any
 
@@ -53,10 +54,8 @@ def ida(
         groups = capacities(found, intensity=intensity, by=by)
     report = analysis_report(found, case, groups, intensity)
 
-    def draw(path: pathlib.Path) -> pathlib.Path:
-        return draw_analysis(path, found, groups, intensity)
-
-    finish(report, "ida.png", draw, folder, as_json=as_json)
+    draw = functools.partial(draw_analysis, found, groups, intensity)
+    finish(report, draw, folder, as_json=as_json)
 
 
 COMMANDS = (ida,)

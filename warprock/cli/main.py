@@ -170,7 +170,6 @@ def _write_run(
     case_run: CaseRun, folder: pathlib.Path, lanes: tuple[int, ...]
 ) -> list[pathlib.Path]:
     """Writes a run, with histories of some lanes, and its figures."""
-    from warprock.figures.drawing import write_drawings
     from warprock.figures.run import draw_run
     from warprock.report.scenes import scenes_of
     from warprock.run.case_run import run_lane
@@ -178,8 +177,8 @@ def _write_run(
 
     histories = {lane: run_lane(case_run, lane) for lane in lanes}
     files: list[pathlib.Path] = write_run(case_run, folder, histories)
-    files += write_drawings(draw_run(case_run), folder)
-    return leave(folder, files, scenes=scenes_of(case_run))
+    drawings = draw_run(case_run)
+    return leave(folder, files, drawings=drawings, scenes=scenes_of(case_run))
 
 
 def _is_default(option: str) -> bool:

@@ -4,39 +4,44 @@ from __future__ import annotations
 
 import pathlib
 import shlex
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from warprock.cli.exits import ASKED
 from warprock.cli.options import json_option, list_written
 
+if TYPE_CHECKING:
+    from warprock.figures.drawing import Drawing
+
 
 def leave(
     folder: pathlib.Path,
     files: list[pathlib.Path],
     *,
-    beside: bool = False,
+    drawings: Sequence[Drawing] = (),
     scenes: Mapping[str, Any] | None = None,
-    drawings: Mapping[str, Any] | None = None,
+    beside: bool = False,
 ) -> list[pathlib.Path]:
-    """Lists what a command wrote and writes the page of the folder.
+    """Writes the figures of a command, lists what it wrote, and writes the page of the folder.
 
     Args:
         folder: Where it wrote to.
         files: What it wrote.
-        beside: Whether that was made from the results in the folder, which stay.
+        drawings: Its figures.
         scenes: Lanes to play on the page.
-        drawings: Figures as they were drawn, by the names of their files.
+        beside: Whether all that was made from the results in the folder, which stay.
 
     Returns:
-        The files, the page behind them.
+        The files, the figures and the page behind them.
     """
+    from warprock.figures.drawing import write_drawings
     from warprock.report.writing import write_report
 
+    files = [*files, *write_drawings(drawings, folder)]
     list_written(folder, files, beside=beside)
-    page = write_report(folder, command=asked_command(), scenes=scenes, drawings=drawings)
+    page = write_report(folder, command=asked_command(), drawings=drawings, scenes=scenes)
     list_written(folder, [page], beside=True)
     return [*files, page]
 

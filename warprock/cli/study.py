@@ -68,15 +68,14 @@ def run_study_of(
 def _write(found: StudyRun, folder: pathlib.Path) -> list[pathlib.Path]:
     """Writes the table, what ran, and the figures."""
     from warprock.compare.study import write_study
+    from warprock.figures.drawing import write_drawings
     from warprock.figures.study import draw_histories, draw_study
 
     case, last = found.case, found.table["lane_name"].iloc[-1]
     duration = case.sample_times.duration
     times, reference, histories = found.times, found.reference, found.histories
-    return [
-        *write_study(found, folder),
-        draw_study(folder / "study.png", found.rows, case.title, duration),
-        draw_histories(
-            folder / "histories.png", f"{case.title}\n{last}", times, reference, histories
-        ),
+    drawings = [
+        draw_study("study", found.rows, case.title, duration),
+        draw_histories("histories", f"{case.title}, {last}", times, reference, histories),
     ]
+    return [*write_study(found, folder), *write_drawings(drawings, folder)]

@@ -33,6 +33,7 @@ def trade(
     Writes trade.parquet row by row, so that a run that was stopped goes on where it was; then
     trade.csv, in the form that `run --accuracy` reads, and the figure trade.png.
     """
+    from warprock.figures.drawing import write_drawings
     from warprock.figures.trade import draw_trade
     from warprock.measure.trade import TABLE, all_entries, level_rows, run_trade, write_csv
     from warprock.measure.trade_scenes import TRADE_SCENES
@@ -46,7 +47,7 @@ def trade(
         table = run_trade(entries, folder, progress)
     files = [folder / TABLE, write_csv(table, folder)]
     texts = {name: scene.text for name, scene in TRADE_SCENES.items()}
-    files.append(draw_trade(folder / "trade.png", table, texts))
+    files += write_drawings(draw_trade(table, texts), folder)
     levels = level_rows(table)
     if as_json:
         print_json({"levels": levels, "rows": table.to_dict("records"), "files": files})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import pathlib
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +10,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from warprock.figures.plots import BLACK, FIGURE_TITLE, ORANGE, RED, drawing, save
+from warprock.figures.drawing import Drawing
+from warprock.figures.palette import BLACK, ORANGE, VERMILION
+from warprock.figures.scales import plain
+from warprock.figures.sheet import headline, style, subplots
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,7 +23,7 @@ Array = npt.NDArray[np.float64]
 
 LEVELS = (1e-4, 1e-3, 1e-2, 1e-1)
 """Bounds of the classes of error; a last class is above all of them."""
-CLASS_NAMES = ("below 1e-4", "1e-4 to 1e-3", "1e-3 to 1e-2", "1e-2 to 0.1", "above 0.1")
+CLASS_NAMES = ("below 0.0001", "0.0001 to 0.001", "0.001 to 0.01", "0.01 to 0.1", "above 0.1")
 CLASS_COLORS = ("#1B7837", "#7FBF7B", "#FEE08B", "#C2A5CF", "#762A83")
 NOTHING_COLOR = "#E6E6E6"
 QUANTILE = 0.9
@@ -57,7 +59,7 @@ PENETRATION = Quantity(
     "penetration",
     "penetration / height of the block",
     (1e-8, 1e-6, 1e-4, 1e-2),
-    ("below 1e-8", "1e-8 to 1e-6", "1e-6 to 1e-4", "1e-4 to 1e-2", "above 1e-2"),
+    ("below 10⁻⁸", "10⁻⁸ to 10⁻⁶", "10⁻⁶ to 0.0001", "0.0001 to 0.01", "above 0.01"),
     "no lane that may be used",
     reference=False,
 )
@@ -73,52 +75,48 @@ MARKS: dict[str, tuple[str, dict[str, Any]]] = {
     ),
     "absurd": (
         "absurd number, status ok",
-        {"marker": "s", "color": RED, "markersize": 5.5, "markeredgecolor": "white"},
+        {"marker": "s", "color": VERMILION, "markersize": 5.5, "markeredgecolor": "white"},
     ),
 }
 """What at least one lane of a cell did: name in the legend, and mark."""
 
 
-def write_figures(
-    table: pd.DataFrame,
-    maps: list[tuple[str, str, str, str]],
-    labels: Mapping[str, str],
-    folder: pathlib.Path,
-) -> list[pathlib.Path]:
+def draw_maps(
+    table: pd.DataFrame, maps: list[tuple[str, str, str, str]], labels: Mapping[str, str]
+) -> list[Drawing]:
     """Draws every map that the table holds.
 
     Args:
         table: Lanes, as `measure.atlas.run_atlas` returns them.
         maps: Name of a map, its title, and its columns across and up; one entry a figure.
         labels: Axis labels by column.
-        folder: Where to; it exists.
 
     Returns:
-        The files written.
+        Two drawings a map: errors and penetrations.
     """
-    files = []
+    drawings = []
     for name, title, across, up in maps:
         rows = table[table["map"] == name]
         if len(rows):
             stem = f"{name}-{up.split('_')[0]}"
             for quantity, end in ((ERROR, ""), (PENETRATION, "-penetration")):
-                path = folder / f"{stem}{end}.png"
-                files.append(draw_map(path, rows, title, (across, up), labels, quantity))
-    return files
+                columns = (across, up)
+                drawings.append(draw_map(f"{stem}{end}", rows, title, columns, labels, quantity))
+    return drawings
 
 
 def draw_map(
-    path: pathlib.Path,
+    name: str,
     rows: pd.DataFrame,
     title: str,
     columns: tuple[str, str],
     labels: Mapping[str, str],
     quantity: Quantity = ERROR,
-) -> pathlib.Path:
+) -> Drawing:
     """Draws one map: colour is what nine lanes in ten stay below, marks are any lane's.
 
     Args:
-        path: File to write.
+        name: Name of the drawing.
         rows: Lanes of the map.
         title: What is put through what.
         columns: Columns across and up; a lane without the one across is drawn at all its values.
@@ -129,37 +127,47 @@ def draw_map(
     places = [np.sort(rows[column].dropna().unique()).astype(float) for column in columns]
     # Where no engine drawn has the knob, one column stands for all of its values.
     places = [values if len(values) else np.array([np.nan]) for values in places]
-    with drawing() as plt:
-        figure, grid = plt.subplots(
-            len(engines),
-            len(precisions),
-            figsize=(1.4 + 3.9 * len(precisions), 2.0 + 1.75 * len(engines)),
-            sharex=True,
-            sharey=True,
-            squeeze=False,
-            layout="constrained",
-        )
+    with style():
+        size = (1.4 + 3.9 * len(precisions), 1.5 + 1.75 * len(engines))
+        figure, grid = subplots(len(engines), len(precisions), size, sharex=True, sharey=True)
         fewest = []
         for engine, row in zip(engines, grid, strict=True):
             for precision, axes in zip(precisions, row, strict=True):
                 part = rows[(rows["engine"] == engine) & (rows["precision"] == precision)]
                 fewest.append(_draw_panel(axes, part, columns, places, quantity))
                 knob = "" if part[columns[0]].notna().any() else f", no {_knob(columns[0], labels)}"
-                axes.set_title(f"{engine}{knob}, {precision}, {len(part)} lanes", loc="left")
+                axes.set_title(f"{engine}{knob}, {precision}, {len(part)} lanes")
         for axes in grid[-1]:
             _name_places(axes.xaxis, places[0])
             axes.set_xlabel(labels[columns[0]])
         _name_places(grid[0, 0].yaxis, places[1])
         figure.supylabel(labels[columns[1]], fontsize=9.0)
+        _explain(figure, quantity)
         lasting = _span(rows["duration_s"].min(), rows["duration_s"].max())
-        figure.suptitle(
+        said = _message(rows, quantity)
+        about = (
             f"{title[0].upper()}{title[1:]}; runs of {lasting} s\n"
             f"colour: {quantity.name} that nine lanes in ten stay below; marks: one lane "
-            f"or more ({_span(min(fewest), max(fewest))} lanes a cell)",
-            **FIGURE_TITLE,
+            f"or more ({_span(min(fewest), max(fewest))} lanes a cell)"
         )
-        _explain(figure, quantity)
-        return save(figure, path)
+        headline(figure, said, about)
+    return Drawing(name, figure, said, f"Map of extremes: {title}. {said}.")
+
+
+def _message(rows: pd.DataFrame, quantity: Quantity) -> str:
+    """What nine lanes in ten stay below, from the best engine to the worst."""
+    counted = rows[rows["compared"]] if quantity.reference else rows
+    ends = counted.groupby("engine", sort=False)[quantity.column].apply(
+        lambda column: (column.fillna(np.inf) if quantity.reference else column.dropna()).quantile(
+            QUANTILE, interpolation="higher"
+        )
+    )
+    ends = ends.dropna().sort_values()
+    if not len(ends):
+        return f"No lane of this map has an {quantity.name}"
+    texts = [f"{_short(end)} ({name})" for name, end in ends.items()]
+    shown = texts[0] if len(texts) == 1 else f"{texts[0]} to {texts[-1]}"
+    return f"Nine lanes in ten stay below {shown}: {quantity.name}, all cells together"
 
 
 def cells(
@@ -225,9 +233,9 @@ def _draw_panel(
         edgecolors="white",
         linewidth=0.4,
     )
-    for name, (_, style) in MARKS.items():
+    for name, (_, look) in MARKS.items():
         at_y, at_x = np.nonzero(found[name])
-        axes.plot(at_x, at_y, linestyle="none", **style)
+        axes.plot(at_x, at_y, linestyle="none", **look)
     counts = found["count"]
     return int(counts[counts > 0].min())
 
@@ -244,16 +252,10 @@ def _span(low: float, high: float) -> str:
 
 
 def _short(value: float) -> str:
-    """Two digits, without an exponent from 0.01 to 9999; NaN is any value."""
+    """Two digits, without an exponent where plain digits do; NaN is any value."""
     if np.isnan(value):
         return "any"
-    digits = f"{value:.1e}"
-    if value < 1.0 == float(digits):
-        return f"{value:g}"
-    if value == 0.0 or 0.01 <= abs(value) < 1e4:
-        return f"{float(digits):g}"
-    mantissa, exponent = digits.split("e")
-    return f"{float(mantissa):g}e{int(exponent)}"
+    return "infinity" if np.isinf(value) else plain(float(f"{value:.1e}"))
 
 
 def _knob(column: str, labels: Mapping[str, str]) -> str:
@@ -271,6 +273,6 @@ def _explain(figure: Figure, quantity: Quantity) -> None:
         for color, name in zip((*CLASS_COLORS, NOTHING_COLOR), names, strict=True)
     ]
     handles += [
-        Line2D([], [], linestyle="none", label=name, **style) for name, style in MARKS.values()
+        Line2D([], [], linestyle="none", label=name, **look) for name, look in MARKS.values()
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)

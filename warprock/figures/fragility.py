@@ -1,8 +1,7 @@
-"""The figure of fragility functions: curves, bands, and the lanes they were fitted to."""
+"""The figure of fragility functions: curves, bands, medians, and the lanes they were fitted to."""
 
 from __future__ import annotations
 
-import pathlib
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -10,77 +9,97 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.analysis.fragility import Curve
-from warprock.case.columns import input_meaning
-from warprock.figures.plots import (
-    BLUE,
-    FIGURE_TITLE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    RED,
-    SKY,
-    drawing,
-    panel_grid,
-    save,
-)
+from warprock.analysis.limits import OVERTURNING, Limit
+from warprock.figures.drawing import Drawing
+from warprock.figures.palette import BLUE, GREEN, GREY, OLIVE, ORANGE, PURPLE, SKY, VERMILION
+from warprock.figures.scales import Measure, logarithmic, measure
+from warprock.figures.sheet import headline, style, subplots
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = npt.NDArray[np.float64]
 
-COLORS = (SKY, GREEN, ORANGE, RED, BLUE, PURPLE)
+COLORS = (SKY, GREEN, ORANGE, VERMILION, BLUE, PURPLE, OLIVE)
 DOTS = 12
 """Points that lanes are gathered into, where there are more intensities than that."""
-PANELS = 12
-"""Groups that a figure shows at most; the first ones."""
-COLUMNS = 3
+GROUPS = 8
+"""Groups that a figure shows at most, a row of panels each; the first ones."""
+COLUMNS = 4
 POINTS = 200
 
 
-def draw_curves(path: pathlib.Path, curves: Sequence[Curve], intensity: str) -> pathlib.Path:
-    """Draws every group's fragility functions in a panel of its own.
+def draw_curves(curves: Sequence[Curve], intensity: str) -> list[Drawing]:
+    """Draws every fragility function in a panel of its own, so that no band hides another.
 
     Args:
-        path: File to write.
         curves: The curves, those of a group behind one another.
         intensity: Column of the intensity measure.
 
     Returns:
-        The file.
+        One drawing: a row of panels a group, a column a limit state.
     """
     groups: dict[str, list[Curve]] = {}
     for curve in curves:
         groups.setdefault(curve.group_text, []).append(curve)
-    shown = dict(list(groups.items())[:PANELS])
-    with drawing() as plt:
-        figure, panels = panel_grid(
-            plt,
-            len(shown),
-            columns=COLUMNS,
-            width=(1.2, 3.6),
-            height=(1.4, 2.7),
-            least_width=6.4,
-            labels=(_axis_label(intensity), "probability [-]"),
-            same_x=False,
-        )
-        for axes, (group, mine) in zip(panels.flat, shown.items(), strict=False):
-            _draw_group(axes, mine)
-            axes.set_title(group or "all lanes", loc="left", fontsize=9)
-        handles, labels = panels.flat[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=min(4, len(labels)))
+    shown = dict(list(groups.items())[:GROUPS])
+    measured = measure(intensity)
+    limits = max(len(mine) for mine in shown.values())
+    columns = 2 if len(shown) == 1 and limits == 4 else min(limits, COLUMNS)
+    rows = -(-limits // columns)
+    wide = {1: 6.4, 2: 4.0}.get(columns, 3.0)
+    with style():
+        size = (0.6 + wide * columns, 0.6 + 2.3 * rows * len(shown))
+        figure, grid = subplots(rows * len(shown), columns, size, sharey=True)
+        for number, mine in enumerate(shown.values()):
+            panels = grid[rows * number : rows * (number + 1)]
+            for axes in panels.flat[len(mine) :]:
+                axes.set_visible(False)
+            for axes in panels[:, 0]:
+                axes.set_ylabel("probability [-]")
+            for at, axes in enumerate(panels.flat[: len(mine)]):
+                _draw_panel(axes, mine, at, measured)
+                if number == len(shown) - 1 and at + columns >= len(mine):
+                    axes.set_xlabel(measured.label)
+        title = _message(curves, measured)
         more = "" if len(shown) == len(groups) else f"; {len(shown)} of {len(groups)} groups"
-        figure.suptitle(f"Fragility{more}\n{_explained(curves)}", **FIGURE_TITLE)
-        return save(figure, path)
+        headline(figure, title, f"{_explained(curves)}{more}")
+    medians = ", ".join(
+        f"{f'{c.group_text}: ' if c.group_text else ''}{_name(c.limit)} {_median(c, measured)}"
+        for c in curves
+    )
+    alt = f"Fragility functions over {measured.name}. {title}. {medians}."
+    return [Drawing("fragility", figure, title, alt)]
 
 
-def _axis_label(intensity: str) -> str:
-    """Meaning and unit of the column of the intensity measure; its name where it has none."""
-    unit, text = input_meaning(intensity)
-    if text == input_meaning("")[1]:
-        return intensity
-    name = text.split(",")[0]
-    return name if unit == "-" else f"{name} [{unit.replace('^2', '²')}]"
+def _name(limit: Limit) -> str:
+    """A limit state in words."""
+    return limit.text if limit.ratio is None else f"rotation {limit.name} of slenderness"
+
+
+def _median(curve: Curve, measured: Measure) -> str:
+    """The median and the dispersion of a function, or why there is none."""
+    fit = curve.fit
+    if not fit.dispersion > 0.0:
+        return f"no function: {fit.verdict.value}"
+    return f"median {measured.text(fit.median)}, dispersion {fit.dispersion:.2f}"
+
+
+def _message(curves: Sequence[Curve], measured: Measure) -> str:
+    """At which intensity half of the lanes reach the worst limit state, by group."""
+    limits = {curve.limit.name: curve.limit for curve in curves}
+    worst = limits.get(OVERTURNING, curves[-1].limit)
+    mine = [curve for curve in curves if curve.limit == worst]
+    fitted = sorted((c for c in mine if c.fit.dispersion > 0.0), key=lambda c: c.fit.median)
+    what = "overturn" if worst.name == OVERTURNING else f"reach {_name(worst)}"
+    if not fitted:
+        return f"No fragility function for {_name(worst)}: {mine[0].fit.verdict.value}"
+    low, high = fitted[0], fitted[-1]
+    at = measured.text(low.fit.median)
+    if len(fitted) > 1:
+        last = measured.text(high.fit.median)
+        return f"Half of the lanes {what} at {at} ({low.group_text}) to {last} ({high.group_text})"
+    return f"Half of the lanes {what} at {at}, {measured.name}"
 
 
 def _explained(curves: Sequence[Curve]) -> str:
@@ -91,49 +110,46 @@ def _explained(curves: Sequence[Curve]) -> str:
     size = f"{lanes:,} lanes under {records:,} records" if records < lanes else f"{lanes:,} lanes"
     size += " in each panel" if same else " or more"
     what = "records" if records < lanes else "lanes"
-    band = f"; band: 5th to 95th percentile over {what}" if _banded(curves) else ""
-    return f"line: lognormal function{band}\ndots: share of lanes; {size}{_not_counted(curves)}"
+    banded = any(curve.band is not None for curve in curves)
+    band = f"; band: 5th to 95th percentile over {what}" if banded else ""
+    lines = f"Line: lognormal function (grey: the other limit states){band}; dotted: its median"
+    return f"{lines}; dots: share of lanes\n{size}{_not_counted(curves)}"
 
 
 def _not_counted(curves: Sequence[Curve]) -> str:
     """How many lanes are in doubt or left out; empty where none is."""
     most = max(curve.in_doubt for curve in curves)
-    groups = {curve.group_text: sum(curve.left_out.values()) for curve in curves}
-    doubt = f"\nin doubt: up to {most:,} lanes" if most else ""
-    left = sum(groups.values())
-    return doubt + (f"{', ' if doubt else chr(10)}left out: {left:,} lanes" if left else "")
+    left = sum({c.group_text: sum(c.left_out.values()) for c in curves}.values())
+    doubt = f"; in doubt: up to {most:,} lanes" if most else ""
+    return doubt + (f"; left out: {left:,} lanes" if left else "")
 
 
-def _banded(curves: Sequence[Curve]) -> bool:
-    return any(curve.band is not None for curve in curves)
-
-
-def _draw_group(axes: Axes, curves: Sequence[Curve]) -> None:
-    """One group: a colour a limit state."""
+def _draw_panel(axes: Axes, curves: Sequence[Curve], number: int, measured: Measure) -> None:
+    """One limit state of a group in its colour, the functions of the others in grey."""
     low = min(float(curve.seen.intensity.min()) for curve in curves)
     high = max(float(curve.seen.intensity.max()) for curve in curves)
     intensity = np.geomspace(low / 1.05, high * 1.05, POINTS)
-    for number, curve in enumerate(curves):
-        color = COLORS[number % len(COLORS)]
-        at, share = gathered(curve)
-        axes.plot(at, share, "o", color=color, markersize=3.0, alpha=0.8)
-        if curve.band is not None:
-            axes.fill_between(
-                intensity,
-                *curve.band.probabilities(intensity),
-                color=color,
-                alpha=0.2,
-                linewidth=0.0,
-            )
-        if curve.fit.dispersion > 0.0:
-            probability = curve.fit.probability(intensity)
-            axes.plot(intensity, probability, color=color, linewidth=1.5, label=curve.limit.text)
-        else:
-            name = f"{curve.limit.text} ({curve.fit.verdict.value})"
-            axes.plot([], [], "o", color=color, markersize=3.0, label=name)
-    axes.set_xscale("log")
+    across = intensity * measured.size
+    logarithmic(axes.xaxis)
+    for other in curves:
+        if other.fit.dispersion > 0.0 and other is not curves[number]:
+            axes.plot(across, other.fit.probability(intensity), color=GREY, linewidth=0.7)
+    curve, color = curves[number], COLORS[number % len(COLORS)]
+    if curve.band is not None:
+        ends = curve.band.probabilities(intensity)
+        axes.fill_between(across, *ends, color=color, alpha=0.25, linewidth=0.0)
+    if curve.fit.dispersion > 0.0:
+        axes.plot(across, curve.fit.probability(intensity), color=color, linewidth=1.8)
+        median = curve.fit.median * measured.size
+        if across[0] <= median <= across[-1]:
+            axes.plot([median, median], [0.0, 0.5], ":", color="black", linewidth=1.1)
+            axes.plot(median, 0.5, "D", color="black", markersize=3.5)
+    at, share = gathered(curve)
+    axes.plot(at * measured.size, share, "o", color=color, markersize=4.0, markeredgecolor="white")
+    axes.set_xlim(across[0], across[-1])
     axes.set_ylim(-0.03, 1.03)
-    axes.grid(visible=True, alpha=0.3)
+    group = f"{curve.group_text}: " if curve.group_text else ""
+    axes.set_title(f"{group}{_name(curve.limit)}\n{_median(curve, measured)}")
 
 
 def gathered(curve: Curve) -> tuple[Array, Array]:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import pathlib
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from warprock.analysis.capacities import (
-    FACTOR,
     FRACTILES,
     Capacities,
     fractile_curves,
@@ -18,8 +16,10 @@ from warprock.analysis.capacities import (
     unit_intensity,
 )
 from warprock.analysis.incremental import Analysis
-from warprock.case.columns import input_meaning
-from warprock.figures.plots import BLACK, BLUE, FIGURE_TITLE, ORANGE, RED, drawing, save
+from warprock.figures.drawing import Drawing
+from warprock.figures.palette import BLACK, BLUE, GREY, ORANGE
+from warprock.figures.scales import Measure, logarithmic, measure
+from warprock.figures.sheet import headline, legend_below, style, subplots
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,68 +31,72 @@ GROUPS = 6
 LINES = 200
 """Lanes of a group that are drawn one by one, at most; fractiles are of all."""
 FALLEN_AT = 1.15
-"""Where a curve that has fallen goes on, up the right edge of its panel."""
+"""Where a curve that has fallen goes on, along the upper edge of its panel."""
 LIFTED = 1e-3
 """Rotation / slenderness angle from which on a block has moved."""
 POINTS = 200
-_STYLES = {0.16: (0, (4, 2)), 0.5: "-", 0.84: (0, (1.5, 1.2))}
+_STYLES: dict[float, Any] = {0.16: (0, (4, 2)), 0.5: "-", 0.84: (0, (1.5, 1.2))}
 
 
-def draw_analysis(
-    path: pathlib.Path, found: Analysis, groups: Sequence[Capacities], intensity: str
-) -> pathlib.Path:
-    """Draws a row of two panels a group, the intensity up both.
+def draw_analysis(found: Analysis, groups: Sequence[Capacities], intensity: str) -> list[Drawing]:
+    """Draws a row of two panels a group, the intensity across both.
 
     Args:
-        path: File to write.
         found: The analysis.
         groups: Its capacities.
         intensity: The intensity measure.
 
     Returns:
-        The file.
+        One drawing.
     """
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
-
     shown = groups[:GROUPS]
-    unit = unit_intensity(found, intensity)
-    runs = run_curves(found, unit)
-    with drawing() as plt:
-        figure, grid = plt.subplots(
-            len(shown),
-            2,
-            figsize=(8.4, 2.0 + 2.6 * len(shown)),
-            sharex="col",
-            sharey=True,
-            squeeze=False,
-            layout="constrained",
-        )
+    measured = measure(intensity)
+    runs = run_curves(found, unit_intensity(found, intensity) * measured.size)
+    with style():
+        size = (9.6, 0.9 + 2.9 * len(shown))
+        figure, grid = subplots(len(shown), 2, size, sharex=True, sharey="col")
         for (left, right), group in zip(grid, shown, strict=True):
+            logarithmic(left.xaxis)
             _draw_curves(left, [runs[lane] for lane in group.lanes])
-            _draw_capacities(right, group)
-            left.set_title(f"{group.group_text or 'all lanes'}: {_size(group)}", loc="left")
-            left.set_ylabel(_label(intensity))
-            left.set_yscale("log")
-            left.set_ylim(*_range(runs))
-            left.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-            left.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-            left.yaxis.set_minor_locator(NullLocator())
-        grid[-1, 0].set_xlabel("largest rotation / slenderness angle [-]")
-        grid[-1, 1].set_xlabel("share of lanes that have overturned [-]")
-        handles, names = [], []
-        for axes in grid[0]:
-            for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
-                handles.append(handle)
-                names.append(name)
-        figure.legend(handles, names, loc="outside lower center", ncols=3, frameon=False)
+            _draw_capacities(right, group, measured)
+            left.set_title(f"{group.group_text or 'all lanes'}: {_size(group)}")
+            right.set_title(_distribution(group, measured))
+            left.set_ylabel("largest rotation /\nslenderness angle [-]")
+            right.set_ylabel("share of lanes overturned [-]")
+            left.set_xlim(*_range(runs))
+        for axes in grid[-1]:
+            axes.set_xlabel(measured.label)
+        legend_below(figure, *grid[0], columns=3)
+        title = _message(found, groups, measured)
         more = "" if len(shown) == len(groups) else f"; {len(shown)} of {len(groups)} groups"
-        name = found.plan.content["case"]["name"]
-        figure.suptitle(
-            f"Incremental dynamic analysis of {name}, {found.plan.engine}{more}\n"
-            f"{len(found.curves):,} runs; a curve goes right where its block first fell",
-            **FIGURE_TITLE,
+        about = (
+            f"{found.plan.content['case']['name']}, {found.plan.engine}: {len(found.curves):,} "
+            f"runs{more}. Left: a curve goes up where its block first falls. Right: intensities "
+            "at the first fall"
         )
-        return save(figure, path)
+        headline(figure, title, about)
+    fits = "; ".join(f"{g.group_text or 'all lanes'}: {_distribution(g, measured)}" for g in groups)
+    alt = f"Incremental dynamic analysis over {measured.name}. {title}. {fits}."
+    return [Drawing("ida", figure, title, alt)]
+
+
+def _message(found: Analysis, groups: Sequence[Capacities], measured: Measure) -> str:
+    """At which intensities the blocks fall first."""
+    fallen = np.concatenate([group.high[np.isfinite(group.high)] for group in groups])
+    count = sum(len(group.lanes) for group in groups)
+    if not len(fallen):
+        return f"None of {count:,} lanes falls, however strong the motion"
+    low, high = measured.text(fallen.min()), measured.text(fallen.max())
+    at = f"at {low}" if low == high else f"between {low} and {high}"
+    who = f"All {count:,}" if len(fallen) == count else f"{len(fallen):,} of {count:,}"
+    return f"{who} lanes first fall {at}, {measured.name}" if count > 1 else f"The block falls {at}"
+
+
+def _distribution(group: Capacities, measured: Measure) -> str:
+    """Median and dispersion of the capacities, or why there are none."""
+    if not group.fit.dispersion > 0.0:
+        return f"no distribution: {group.fit.verdict.value}"
+    return f"median {measured.text(group.fit.median)}, dispersion {group.fit.dispersion:.2f}"
 
 
 def _range(runs: Sequence[tuple[Array, Array]]) -> tuple[float, float]:
@@ -100,27 +104,14 @@ def _range(runs: Sequence[tuple[Array, Array]]) -> tuple[float, float]:
     moving = [float(at[ratio > LIFTED].min(initial=np.inf)) for at, ratio in runs]
     falls = [float(at[np.isinf(ratio)][0]) for at, ratio in runs if np.isinf(ratio).any()]
     top = max(float(at[-1]) for at, _ in runs if len(at))
-    highest = 1.5 * max(falls) if falls else top
+    highest = 1.3 * max(falls) if falls else top
     lowest = min(moving) if np.isfinite(min(moving)) else 0.1 * top
     return 0.8 * min(lowest, 0.5 * highest), highest
 
 
 def _size(group: Capacities) -> str:
-    records = f", {group.records} records" if group.records < len(group.lanes) else ""
-    return f"{len(group.lanes)} lanes{records}"
-
-
-def _label(intensity: str) -> str:
-    """Meaning and unit of the intensity measure."""
-    if intensity == FACTOR:
-        return "factor on the motion [-]"
-    unit, text = input_meaning(intensity)
-    name = {
-        "peak_acceleration_m_s2": "peak base acceleration",
-        "normalised_acceleration": "peak base acceleration\n/ (g tan(slenderness angle))",
-        "scale": "factor on the record",
-    }.get(intensity, text)
-    return f"{name} [{unit.replace('^2', '²')}]"
+    records = f"{group.records} record{'s' * (group.records > 1)}"
+    return f"{len(group.lanes)} lanes" + (f", {records}" * (group.records < len(group.lanes)))
 
 
 def _draw_curves(axes: Axes, runs: Sequence[tuple[Array, Array]]) -> None:
@@ -128,54 +119,42 @@ def _draw_curves(axes: Axes, runs: Sequence[tuple[Array, Array]]) -> None:
     step = max(1, len(runs) // LINES)
     for number, (at, ratio) in enumerate(runs[::step]):
         stop = int(np.argmax(np.isinf(ratio))) if np.isinf(ratio).any() else len(at)
-        across, up = ratio[:stop], at[:stop]
+        up, across = ratio[:stop], at[:stop]
         if stop < len(at):
-            across, up = np.append(across, FALLEN_AT), np.append(up, at[stop])
+            up, across = np.append(up, FALLEN_AT), np.append(across, at[stop])
         name = "one lane" if number == 0 else None
-        axes.plot(across, up, color="#9A9A9A", linewidth=0.6, alpha=0.7, label=name, zorder=2)
+        axes.plot(across, up, color=GREY, linewidth=0.6, alpha=0.7, label=name, zorder=2)
     levels, fractiles = fractile_curves(runs)
     for share, values in zip(FRACTILES, fractiles, strict=True):
         axes.plot(
-            np.where(np.isinf(values), FALLEN_AT, np.minimum(values, FALLEN_AT)),
             levels,
-            color=RED,
+            np.where(np.isinf(values), FALLEN_AT, np.minimum(values, FALLEN_AT)),
+            color=BLUE,
             linestyle=_STYLES[share],
             linewidth=1.5,
             label=f"{share:.0%} of the lanes rotate less",
             zorder=3,
         )
-    axes.set_xlim(0.0, FALLEN_AT)
-    axes.set_xticks([0.0, 0.25, 0.5, 0.75, 1.0, FALLEN_AT], ["0", "", "0.5", "", "1", "fell"])
+    axes.set_ylim(0.0, FALLEN_AT)
+    axes.set_yticks([0.0, 0.25, 0.5, 0.75, 1.0, FALLEN_AT], ["0", "", "0.5", "", "1", "fallen"])
 
 
-def _draw_capacities(axes: Axes, group: Capacities) -> None:
+def _draw_capacities(axes: Axes, group: Capacities, measured: Measure) -> None:
     """Share of lanes that have overturned, the lognormal distribution, and its band."""
     known = np.sort(group.high[np.isfinite(group.high)])
     share = np.arange(1, len(known) + 1) / len(group.high)
     # At every capacity the share steps to the next.
     steps = np.repeat(np.append(0.0, share), 2)[1:-1]
-    name = "lanes, at their first fall"
-    axes.plot(steps, np.repeat(known, 2), color=BLACK, linewidth=1.0, label=name)
-    low = float(np.min(np.where(group.low > 0.0, group.low, np.inf)))
+    at = np.repeat(known, 2) * measured.size
+    axes.plot(at, steps, color=BLACK, linewidth=1.0, label="lanes, at their first fall")
     ends = np.concatenate([known, group.low[group.low > 0.0]])
-    levels = np.geomspace(min(low, ends.min()), ends.max(), POINTS)
+    levels = np.geomspace(0.9 * ends.min(), 1.1 * ends.max(), POINTS)
+    across = levels * measured.size
     if group.band is not None:
-        axes.fill_betweenx(
-            levels,
-            *group.band.probabilities(levels),
-            color=ORANGE,
-            alpha=0.3,
-            linewidth=0.0,
-            label="5th to 95th percentile over records",
-        )
+        name = "5th to 95th percentile over records"
+        between = group.band.probabilities(levels)
+        axes.fill_between(across, *between, color=ORANGE, alpha=0.3, linewidth=0.0, label=name)
     if group.fit.dispersion > 0.0:
-        axes.plot(
-            group.fit.probability(levels),
-            levels,
-            color=BLUE,
-            linewidth=1.5,
-            label="lognormal distribution",
-        )
-    else:
-        axes.set_title(f"no distribution: {group.fit.verdict.value}", loc="left")
-    axes.set_xlim(-0.02, 1.02)
+        probability, name = group.fit.probability(levels), "lognormal distribution"
+        axes.plot(across, probability, color=ORANGE, linewidth=1.8, label=name)
+    axes.set_ylim(-0.02, 1.02)

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-import pathlib
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from warprock.analysis.overturning import Codes, Mode, OverturningMap
-from warprock.figures.plots import BLACK, drawing, panel_grid, save, wrapped_title
+from warprock.figures.drawing import Drawing
+from warprock.figures.palette import BLACK, GREY, ORANGE, PURPLE, SKY, VERMILION
+from warprock.figures.sheet import headline, legend_below, panel_grid, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 COLORS: dict[Mode, str] = {
     Mode.SAFE: "#FFFFFF",
-    Mode.WITH_IMPACT: "#E69F00",
-    Mode.WITHOUT_IMPACT: "#56B4E9",
+    Mode.WITH_IMPACT: ORANGE,
+    Mode.WITHOUT_IMPACT: SKY,
     Mode.NO_NUMBER: "#BBBBBB",
-    Mode.UNDECIDED: "#CC79A7",
+    Mode.UNDECIDED: PURPLE,
 }
 NAMES: dict[Mode, str] = {
     Mode.SAFE: "does not overturn",
@@ -30,61 +31,72 @@ NAMES: dict[Mode, str] = {
 ROWS = 600
 """Cells up a panel: finer than what is printed."""
 COLUMNS = 3
-_LETTERS = 15
-"""Letters of a title in an inch of its figure."""
 
 
-def draw_map(path: pathlib.Path, found: OverturningMap) -> pathlib.Path:
+def draw_map(found: OverturningMap) -> list[Drawing]:
     """Draws the modes of every group in a panel of its own.
 
     Args:
-        path: File to write.
         found: A map whose boundaries have been found.
 
     Returns:
-        The file.
+        One drawing.
     """
+    from matplotlib.patches import Rectangle
+
     count = len(found.groups)
-    with drawing() as plt:
+    with style():
         figure, panels = panel_grid(
-            plt,
             count,
             columns=COLUMNS,
             width=(1.0, 3.4),
-            height=(1.9, 3.3),
+            height=(1.3, 3.3),
             least_width=5.6,
-            labels=("ωₚ / p [-]", "aₚ / (g tan \N{GREEK SMALL LETTER ALPHA}) [-]"),
+            labels=(
+                "pulse frequency / frequency parameter, ωₚ / p [-]",
+                "peak acceleration of the pulse\n/ (g tan \N{GREEK SMALL LETTER ALPHA}) [-]",
+            ),
         )
         for number, axes in enumerate(panels.flat[:count]):
             _draw_group(axes, found, number)
-        shown = [mode for mode in Mode if np.any(found.mode == mode)]
-        handles = [
-            plt.Rectangle((0, 0), 1, 1, facecolor=COLORS[mode], edgecolor="#888888")
-            for mode in shown
-        ]
-        names = [NAMES[mode] for mode in shown]
-        for axes in panels.flat[:count]:
-            for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
-                if name not in names:
-                    handles.append(handle)
-                    names.append(name)
-        figure.legend(
-            handles, names, loc="outside lower center", ncols=2 if count > 1 else 1, frameon=False
-        )
-        wrapped_title(figure, _titles(found), _LETTERS)
-        return save(figure, path)
+        for mode in Mode:
+            if np.any(found.mode == mode):
+                patch = Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=COLORS[mode], edgecolor=GREY)
+                patch.set_label(NAMES[mode])
+                panels[0, 0].add_patch(patch)
+        legend_below(figure, *panels.flat[:count], columns=2 if count > 1 else 1)
+        title, about = _message(found), _about(found)
+        headline(figure, title, about)
+    return [Drawing("map", figure, title, f"Overturning map. {title}. {about}.")]
 
 
-def _titles(found: OverturningMap) -> tuple[str, str]:
+def _message(found: OverturningMap) -> str:
+    """Share of the grid that overturns, and the weakest pulse that does it."""
+    falls = np.isin(found.mode, (Mode.WITH_IMPACT, Mode.WITHOUT_IMPACT))
+    if not falls.any():
+        return f"None of {found.mode.size:,} pulses overturns the block"
+    lanes = found.run.lane_set.inputs
+    low = min(
+        float(found.strength[group][np.flatnonzero(falls[group].any(axis=1))[0]])
+        for group in range(len(found.groups))
+        if falls[group].any()
+    )
+    with_impact = int(np.sum(found.mode == Mode.WITH_IMPACT))
+    return (
+        f"{falls.mean():.0%} of {len(lanes):,} pulses overturn the block, {with_impact:,} of them "
+        f"after an impact; the weakest that does has {low:.3g} g tan \N{GREEK SMALL LETTER ALPHA}"
+    )
+
+
+def _about(found: OverturningMap) -> str:
     lanes = found.run.lane_set.inputs
     eta = sorted({f"{value:.3g}" for value in lanes["angular_restitution"]})
     tangents = sorted({f"{np.tan(value):.3g}" for value in lanes["slenderness_angle_rad"]})
-    of_pulse = "across: pulse frequency ωₚ over the block's p; up: its peak acceleration"
     return (
         f"{found.run.case.title}; {found.run.response.engine}, tan \N{GREEK SMALL LETTER ALPHA} = "
-        f"{', '.join(tangents)}, angular velocity kept at an impact: {', '.join(eta)}",
-        f"{of_pulse}; grid of {len(lanes):,} lanes, {len(found.boundaries):,} boundaries to "
-        f"{found.tolerance:g} of their height",
+        f"{', '.join(tangents)}, angular velocity kept at an impact: {', '.join(eta)}\n"
+        f"grid of {len(lanes):,} lanes, {len(found.boundaries):,} boundaries to "
+        f"{found.tolerance:g} of their height"
     )
 
 
@@ -116,11 +128,11 @@ def _draw_group(axes: Axes, found: OverturningMap, group: int) -> None:
     form = found.closed_form(group)
     if form is not None:
         label = "closed form of a slender block, no impact"
-        axes.plot(across, form[1], "--", color="#D55E00", linewidth=1.2, label=label)
+        axes.plot(across, form[1], "--", color=VERMILION, linewidth=1.2, label=label)
     axes.set_xlim(across.min(), across.max())
     axes.set_ylim(low, high)
     axes.grid(visible=False)
-    axes.set_title(found.groups[group] or "all lanes", loc="left")
+    axes.set_title(found.groups[group] or "all lanes")
 
 
 def _filled(found: OverturningMap, group: int, up: np.ndarray) -> Codes:

@@ -52,14 +52,3 @@ OTHER_MARKS = ((SKY, "h"), (OLIVE, "p"))
 def engine_marks(engine: str) -> tuple[str, str]:
     """Colour and marker of an engine."""
     return ENGINE_MARKS.get(engine, OTHER_MARKS[len(engine) % len(OTHER_MARKS)])
-
-
-ENGINE_STYLES: dict[str, dict[str, Any]] = {
-    name: {"color": engine_marks(name)[0], "linewidth": width, "linestyle": line, "zorder": order}
-    for name, width, line, order in (
-        ("housner", 1.8, "-", 2),
-        ("impulse", 1.1, (0, (4, 2)), 3),
-        ("oracle", 1.0, ":", 4),
-    )
-}
-"""Lines of rotation histories."""

@@ -2,61 +2,70 @@
 
 from __future__ import annotations
 
-import pathlib
 from typing import Any
 
 import numpy as np
 
 from warprock.analysis.sensitivity import Sensitivity
-from warprock.figures.plots import (
-    BLUE,
-    ORANGE,
-    drawing,
-    legend_below,
-    panel_grid,
-    save,
-    wrapped_title,
-)
+from warprock.figures.drawing import Drawing
+from warprock.figures.palette import BLUE, DARK, ORANGE
+from warprock.figures.sheet import headline, legend_below, panel_grid, style
 
 PANELS = 12
 """Groups that a figure shows at most; the first ones."""
 COLUMNS = 3
-_LETTERS = 13
-"""Letters of a title in an inch of its figure."""
-_BARS = (("first_order", "first order: alone", BLUE, -0.2), ("total", "total", ORANGE, 0.2))
+_BARS = (
+    ("first_order", "first order: by this input alone", BLUE, -0.2),
+    ("total", "total: with all that it takes part in", ORANGE, 0.2),
+)
 
 
-def draw_sensitivity(path: pathlib.Path, found: Sensitivity) -> pathlib.Path:
+def draw_sensitivity(found: Sensitivity) -> list[Drawing]:
     """Draws the indices of every group as bars, with their bands.
 
     Args:
-        path: File to write.
         found: The indices.
 
     Returns:
-        The file.
+        One drawing.
     """
     groups = found.groups.head(PANELS)
     inputs = list(dict.fromkeys(found.rows["input"]))
-    with drawing() as plt:
+    with style():
         figure, panels = panel_grid(
-            plt,
             len(groups),
             columns=COLUMNS,
             width=(2.6, 3.6),
-            height=(1.7, 0.7 + 0.42 * len(inputs)),
+            height=(1.0, 0.7 + 0.42 * len(inputs)),
             labels=("share of the variance [-]", ""),
         )
         for axes, group in zip(panels.flat, groups["group"], strict=False):
             _draw_group(axes, found, str(group), inputs)
         legend_below(figure, panels.flat[0], columns=2)
+        title = _message(found)
         lanes = int(groups["lanes"].iloc[0])
         about = (
-            f"Sobol' indices of {found.of}; {found.run.response.engine}, {lanes:,} lanes a panel; "
-            "lines: 5th to 95th percentile over resampled rows of the design"
+            f"{found.run.case.title}\nSobol' indices of {found.of}; {found.run.response.engine}, "
+            f"{lanes:,} lanes a panel; lines: 5th to 95th percentile over resampled rows of the "
+            "design"
         )
-        wrapped_title(figure, (found.run.case.title, about), _LETTERS)
-        return save(figure, path)
+        headline(figure, title, about)
+    return [
+        Drawing("sensitivity", figure, title, f"Bars of Sobol' indices of {found.of}. {title}.")
+    ]
+
+
+def _message(found: Sensitivity) -> str:
+    """The input that explains most, in each of the first groups."""
+    parts = []
+    for group, rows in found.rows.groupby("group", sort=False):
+        first = int(rows["total"].to_numpy(float).argmax())
+        head = f"{group!s}: " if group else ""
+        share = float(rows["total"].iloc[first])
+        parts.append(f"{head}{rows['input'].iloc[first]} ({share:.0%} of the variance)")
+    more = f" and {len(parts) - 3} more" if len(parts) > 3 else ""
+    of = found.of.replace("_", " ")
+    return f"{of[:1].upper()}{of[1:]} depends most on {', '.join(parts[:3])}{more}"
 
 
 def _draw_group(axes: Any, found: Sensitivity, group: str, inputs: list[str]) -> None:
@@ -76,5 +85,5 @@ def _draw_group(axes: Any, found: Sensitivity, group: str, inputs: list[str]) ->
         )
     axes.set_yticks(places, inputs)
     axes.set_ylim(len(inputs) - 0.5, -0.5)
-    axes.axvline(0.0, color="#666666", linewidth=0.8)
-    axes.set_title(group, loc="left")
+    axes.axvline(0.0, color=DARK, linewidth=0.8)
+    axes.set_title(group)

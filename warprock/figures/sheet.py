@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pathlib
+import sys
 import textwrap
 from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -30,18 +31,22 @@ MARGIN = 0.08
 """Inches left free around a title."""
 
 
-@contextmanager
+@contextlib.contextmanager
 def style() -> Iterator[None]:
     """Matplotlib with the style of `sheet.mplstyle` alone, for the block's duration.
 
-    A notebook names a screen in MPLBACKEND that Matplotlib may refuse where it is imported.
+    A notebook names a screen in MPLBACKEND that Matplotlib may refuse where it is imported; one
+    that it has stays that of the notebook.
     """
-    named = os.environ.pop("MPLBACKEND", None)
+    first, named = "matplotlib" not in sys.modules, os.environ.pop("MPLBACKEND", None)
     try:
         import matplotlib.style
     finally:
         if named is not None:
             os.environ["MPLBACKEND"] = named
+    if first and named is not None:
+        with contextlib.suppress(ValueError):
+            matplotlib.rcParams["backend"] = named
     with matplotlib.style.context(str(SHEET), after_reset=True):
         yield
 
@@ -106,7 +111,52 @@ def headline(figure: Figure, title: str, about: str) -> None:
         )
 
 
-def legend_below(figure: Figure, axes: Axes, *, columns: int = 4) -> None:
-    """One legend for all panels, below them, so that it covers no curve."""
-    handles, names = axes.get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=columns)
+def panel_grid(
+    count: int,
+    *,
+    columns: int,
+    width: tuple[float, float],
+    height: tuple[float, float],
+    least_width: float = 0.0,
+    labels: tuple[str, str],
+) -> tuple[Figure, Any]:
+    """A panel for each of some groups, row by row, with one scale.
+
+    Args:
+        count: Groups.
+        columns: Panels in a row, at most.
+        width: Inches beside the panels, and of a panel.
+        height: Inches above and below the panels, and of a panel.
+        least_width: Inches across, at least.
+        labels: What is drawn across and up.
+
+    Returns:
+        The figure and its axes, shape [row, column], those without a group hidden.
+    """
+    across = min(columns, count)
+    down = -(-count // across)
+    size = (max(least_width, width[0] + width[1] * across), height[0] + height[1] * down)
+    figure, panels = subplots(down, across, size, sharex=True, sharey=True)
+    for axes in panels.flat[count:]:
+        axes.set_visible(False)
+    for axes in panels.flat[max(0, count - across) : count]:
+        axes.xaxis.set_tick_params(labelbottom=True)
+        axes.set_xlabel(labels[0])
+    for axes in panels[:, 0]:
+        axes.set_ylabel(labels[1])
+    return figure, panels
+
+
+def legend_below(figure: Figure, *panels: Axes, columns: int = 4) -> None:
+    """One legend for all panels, below them, so that it covers no curve.
+
+    Args:
+        figure: The figure.
+        panels: Where its curves are; a name that several of them have stands once.
+        columns: Names side by side.
+    """
+    found: dict[str, Any] = {}
+    for axes in panels:
+        for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
+            found.setdefault(name, handle)
+    figure.legend(list(found.values()), list(found), loc="outside lower center", ncols=columns)

@@ -2,57 +2,42 @@
 
 from __future__ import annotations
 
-import pathlib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from warprock.analysis.spectrum import Spectrum
-from warprock.figures.plots import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    RED,
-    SKY,
-    drawing,
-    legend_below,
-    panel_grid,
-    save,
-    wrapped_title,
-)
+from warprock.figures.drawing import Drawing
+from warprock.figures.palette import BLUE, DASHES, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION
+from warprock.figures.sheet import headline, legend_below, panel_grid, style
 from warprock.model.response import USABLE, Outcome
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-COLORS = (BLUE, RED, GREEN, ORANGE, PURPLE, SKY)
-DASHES = ("-", (0, (4, 2)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)))
+COLORS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 FALLEN_AT = 1.2
 """Where blocks that overturned are marked, above all that stood."""
 COLUMNS = 2
-_LETTERS = 13
-"""Letters of a title in an inch of its figure."""
 
 
-def draw_spectrum(path: pathlib.Path, found: Spectrum) -> pathlib.Path:
+def draw_spectrum(found: Spectrum) -> list[Drawing]:
     """Draws every group of curves in a panel of its own.
 
     Args:
-        path: File to write.
         found: The spectra.
 
     Returns:
-        The file.
+        One drawing.
     """
     count = len(found.groups)
-    with drawing() as plt:
+    with style():
         figure, panels = panel_grid(
-            plt,
             count,
             columns=COLUMNS,
             width=(1.4, 5.2),
-            height=(1.7, 3.0),
+            height=(1.2, 3.2),
+            least_width=8.0,
             labels=(
                 "2π / p [s]: larger blocks to the right",
                 "peak rotation / slenderness angle [-]",
@@ -61,13 +46,24 @@ def draw_spectrum(path: pathlib.Path, found: Spectrum) -> pathlib.Path:
         for number, axes in enumerate(panels.flat[:count]):
             _draw_group(axes, found, number)
         legend_below(figure, panels.flat[0], columns=3 * min(COLUMNS, count))
+        title = _message(found)
         about = (
-            f"{found.run.response.engine}; {len(found.period):,} blocks, a curve a slenderness "
-            f"angle; angular velocity kept at an impact: {_restitution(found)}; crosses at the "
-            "top: blocks that overturned"
+            f"{found.run.case.title}; {found.run.response.engine}, {len(found.period):,} blocks, "
+            "a curve a slenderness angle; angular velocity kept at an impact: "
+            f"{_restitution(found)}; crosses in the upper strip: blocks that overturned"
         )
-        wrapped_title(figure, (found.run.case.title, about), _LETTERS)
-        return save(figure, path)
+        headline(figure, title, about)
+    return [Drawing("spectrum", figure, title, f"Rocking spectra. {title}. {about}.")]
+
+
+def _message(found: Spectrum) -> str:
+    """How many blocks overturn, and which is the largest of them."""
+    fell = found.run.response["outcome"] == Outcome.OVERTURNED
+    count = f"{len(found.period):,} blocks"
+    if not fell.any():
+        return f"None of {count} overturns"
+    last = float(found.period[fell].max())
+    return f"{int(fell.sum()):,} of {count} overturn, none with 2π / p above {last:.3g} s"
 
 
 def _restitution(found: Spectrum) -> str:
@@ -96,10 +92,10 @@ def _draw_group(axes: Axes, found: Spectrum, group: int) -> None:
         if len(gone):
             up = np.full(len(gone), high)
             axes.plot(found.period[gone], up, "x", color=color, markersize=3.0, clip_on=False)
-    axes.axhline(1.0, color="#999999", linewidth=0.8, linestyle=":")
+    axes.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":")
     top = FALLEN_AT + 0.035 * len(found.curves)
     largest = float(np.nanmax(drawn[found.lanes].ravel(), initial=0.0))
     anything_fell = bool(np.any(fell[found.lanes]))
     axes.set_ylim(0.0, top if anything_fell or largest > 0.5 else 1.15 * max(largest, 1e-3))
     axes.set_xlim(found.period.min(), found.period.max())
-    axes.set_title(found.groups[group], loc="left")
+    axes.set_title(found.groups[group])

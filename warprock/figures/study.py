@@ -3,39 +3,40 @@
 from __future__ import annotations
 
 import math
-import pathlib
-import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from warprock.figures.plots import (
+from warprock.figures.drawing import Drawing
+from warprock.figures.palette import (
     BLUE,
-    FIGURE_TITLE,
     GREEN,
+    GREY,
     ORANGE,
     PURPLE,
-    RED,
-    SHORT_ROTATION_LABEL,
     SKY,
-    TIME_LABEL,
-    drawing,
+    VERMILION,
     engine_marks,
+)
+from warprock.figures.scales import logarithmic, plain
+from warprock.figures.sheet import (
+    SHORT_ROTATION_LABEL,
+    TIME_LABEL,
+    headline,
     legend_below,
-    save,
+    style,
+    subplots,
 )
 from warprock.tables.study import setting_name
 
 Array = npt.NDArray[np.float64]
 
-_COLORS = (RED, BLUE, GREEN, ORANGE, PURPLE, SKY)
+_COLORS = (VERMILION, BLUE, GREEN, ORANGE, PURPLE, SKY)
 _DASHES: tuple[Any, ...] = ((0, (4, 2)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.5, 1.5)), "-")
 ERRORS = (("error_5s_ratio", "first 5 s", True), ("error_run_ratio", "whole run", False))
 """Column, name, and whether its marks are filled."""
-_LETTERS = 13
-"""Letters of a title in an inch of its figure."""
 _LEAST = 1e-6
 """Smallest difference from Housner's that is drawn."""
 LATE = 0.6
@@ -43,35 +44,21 @@ LATE = 0.6
 
 
 def draw_study(
-    path: pathlib.Path, rows: Sequence[Mapping[str, Any]], title: str, duration: float
-) -> pathlib.Path:
+    name: str, rows: Sequence[Mapping[str, Any]], title: str, duration: float
+) -> Drawing:
     """Errors above, CPU time below, a column of panels a setting.
 
     Args:
-        path: File to write.
+        name: Name of the drawing.
         rows: Those of `study.StudyRun.table`; the larger error of the lanes is drawn.
         title: Title of the case.
         duration: Length of the run [s].
     """
     settings = list(dict.fromkeys((row["setting"], row["unit"]) for row in rows))
     engines = list(dict.fromkeys(row["engine"] for row in rows))
-    with drawing() as plt:
-        width = max(2.4 * len(settings) + 0.6, 5.0)
-        figure, grid = plt.subplots(
-            2,
-            len(settings),
-            figsize=(width, 5.6),
-            sharex="col",
-            sharey="row",
-            layout="constrained",
-            squeeze=False,
-        )
-        about = (
-            "All other settings stay where the case has them (dotted line). Error against Housner, "
-            "the largest of the lanes where he holds; CPU time."
-        )
-        lines = [textwrap.fill(text, int(_LETTERS * width)) for text in (title, about)]
-        figure.suptitle("\n".join(lines), **FIGURE_TITLE)
+    with style():
+        size = (max(2.4 * len(settings) + 0.6, 5.0), 5.2)
+        figure, grid = subplots(2, len(settings), size, sharex="col", sharey="row")
         for (setting, unit), upper, lower in zip(settings, *grid, strict=True):
             mine = [row for row in rows if row["setting"] == setting]
             _draw_setting(upper, lower, mine, engines)
@@ -79,7 +66,30 @@ def draw_study(
         grid[0, 0].set_ylabel("largest |rotation - Housner's| /\nslenderness angle [-]")
         grid[1, 0].set_ylabel(f"CPU time for {duration:g} s of\none lane on one core [s]")
         legend_below(figure, grid[0, 0], columns=2)
-        return save(figure, path)
+        said = _message(rows)
+        about = (
+            f"{title}\nAll other settings stay where the case has them (dotted line). Error "
+            "against Housner, the largest of the lanes where he holds; CPU time"
+        )
+        headline(figure, said, about)
+    return Drawing(name, figure, said, f"{title}. {said}.")
+
+
+def _message(rows: Sequence[Mapping[str, Any]]) -> str:
+    """The setting that changes the error most, by how much."""
+    column, best = ERRORS[0][0], ("", "", 1.0)
+    for engine, setting in dict.fromkeys((row["engine"], row["setting"]) for row in rows):
+        mine = [r for r in rows if (r["engine"], r["setting"]) == (engine, setting)]
+        errors = [
+            _largest([r for r in mine if r["value"] == value], column)
+            for value in dict.fromkeys(r["value"] for r in mine)
+        ]
+        known = [error for error in errors if error > 0.0]
+        if known and max(known) / min(known) > best[2]:
+            best = (engine, setting, max(known) / min(known))
+    if not best[0]:
+        return "No setting changes the error"
+    return f"{best[1]} of {best[0]} changes the error most: {best[2]:.3g} times over its values"
 
 
 def _draw_setting(
@@ -107,11 +117,11 @@ def _draw_setting(
         lower.plot(sorted(runs), seconds, color=color, marker=marker, linewidth=1.2)
     for axes in (upper, lower):
         for own in {row["value"] for row in rows if row["baseline"]}:
-            axes.axvline(own, color="#999999", linestyle=":", linewidth=1.0, zorder=1)
+            axes.axvline(own, color=GREY, linestyle=":", linewidth=1.0, zorder=1)
         if values[0] > 0.0:
-            axes.set_xscale("log")
-        axes.set_yscale("log")
-    lower.set_xticks(values, [f"{value:g}" for value in values])
+            logarithmic(axes.xaxis)
+        logarithmic(axes.yaxis)
+    lower.set_xticks(values, [plain(value) for value in values])
     lower.set_xticks([], minor=True)
 
 
@@ -122,20 +132,20 @@ def _largest(rows: Sequence[Mapping[str, Any]], column: str) -> float:
 
 
 def draw_histories(
-    path: pathlib.Path,
+    name: str,
     title: str,
     times: Array,
     reference: Array,
     histories: Mapping[tuple[str, str, float], Array],
-) -> pathlib.Path:
+) -> Drawing:
     """Rotation of one lane over time, a row of panels an engine and setting (Fig. 4b to i).
 
     The last column is the largest difference from Housner's so far, which lines on top of one
     another hide.
 
     Args:
-        path: File to write.
-        title: Title of the figure.
+        name: Name of the drawing.
+        title: What is drawn.
         times: [s], shape [sample].
         reference: Housner's rotation / slenderness angle, shape [sample].
         histories: Engine, setting and value -> the same of that run.
@@ -145,35 +155,33 @@ def draw_histories(
         panels.setdefault((engine, setting), []).append((value, ratio))
     late = float(times[0] + LATE * (times[-1] - times[0]))
     windows = ((float(times[0]), float(times[-1])), (late, float(times[-1])))
-    with drawing() as plt:
-        figure, grid = plt.subplots(
-            len(panels),
-            len(windows) + 1,
-            figsize=(12.6, 1.9 * len(panels) + 0.5),
-            sharex="col",
-            layout="constrained",
-            squeeze=False,
-        )
-        figure.suptitle(title, **FIGURE_TITLE)
+    with style():
+        size = (12.6, 1.9 * len(panels) + 0.3)
+        figure, grid = subplots(len(panels), len(windows) + 1, size, sharex="col")
         for row, ((engine, setting), curves) in zip(grid, panels.items(), strict=True):
             for axes, window in zip(row[:-1], windows, strict=True):
                 _draw_window(axes, window, times, reference, curves)
             for number, (_, ratio) in enumerate(curves):
                 away = np.maximum.accumulate(np.abs(ratio - reference))
                 row[-1].plot(times, np.where(away > 0.0, away, np.nan), **_line(number))
-            row[-1].set_yscale("log")
+            logarithmic(row[-1].yaxis)
             row[-1].set_ylim(_LEAST, 1.0)
             row[-1].set_xlim(*windows[0])
             row[-1].set_ylabel("largest |difference|\nso far [-]")
-            row[0].set_title(f"{engine}, {setting}", loc="left")
+            row[0].set_title(f"{engine}, {setting}")
             row[0].set_ylabel(SHORT_ROTATION_LABEL)
             handles, names = row[0].get_legend_handles_labels()
-            row[-1].legend(
-                handles, names, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False
-            )
+            row[-1].legend(handles, names, loc="center left", bbox_to_anchor=(1.0, 0.5))
         for axes in grid[-1]:
             axes.set_xlabel(TIME_LABEL)
-        return save(figure, path)
+        farthest = {key: float(np.abs(ratio - reference).max()) for key, ratio in histories.items()}
+        (engine, setting, value), most = max(farthest.items(), key=lambda item: item[1])
+        said = (
+            f"{engine} with {setting} {plain(value)} strays furthest from Housner: by "
+            f"{most:.2g} of the slenderness angle"
+        )
+        headline(figure, said, title)
+    return Drawing(name, figure, said, f"{title}. {said}.")
 
 
 def _draw_window(
@@ -185,9 +193,9 @@ def _draw_window(
 ) -> None:
     """Curves within a window of time [s], Housner's wide and grey below them."""
     shown = (times >= window[0]) & (times <= window[1])
-    axes.plot(times[shown], reference[shown], label="housner", color="#999999", linewidth=2.2)
+    axes.plot(times[shown], reference[shown], label="housner", color=GREY, linewidth=2.2)
     for number, (value, ratio) in enumerate(curves):
-        axes.plot(times[shown], ratio[shown], label=f"{value:g}", **_line(number))
+        axes.plot(times[shown], ratio[shown], label=plain(value), **_line(number))
     axes.set_xlim(*window)
 
 

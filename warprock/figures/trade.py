@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pathlib
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +9,10 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from warprock.figures.plots import BLACK, FIGURE_TITLE, drawing, engine_marks, save
+from warprock.figures.drawing import Drawing
+from warprock.figures.palette import BLACK, engine_marks
+from warprock.figures.scales import logarithmic, plain
+from warprock.figures.sheet import headline, style, subplots
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,33 +23,31 @@ ANALYTICAL = ("housner", "two-block")
 ERROR_LIMITS = (1e-8, 2.0)
 """Errors drawn; smaller and larger ones stand at the edge."""
 
+ASKED = 1e-3
+"""Error / slenderness angle whose cost the title says."""
+
 COLUMNS = 3
 
 
-def draw_trade(path: pathlib.Path, table: pd.DataFrame, scenes: Mapping[str, str]) -> pathlib.Path:
+def draw_trade(table: pd.DataFrame, scenes: Mapping[str, str]) -> list[Drawing]:
     """Draws a trade table: error across, cost upwards, the front of those that can slide as a band.
 
     Args:
-        path: File to write.
         table: Rows of `measure.trade.run_trade`.
         scenes: What each scene is.
+
+    Returns:
+        One drawing.
     """
     names = list(dict.fromkeys(table["scene"]))
     rows = -(-(len(names) + 1) // COLUMNS)
-    with drawing() as plt:
-        figure, grid = plt.subplots(
-            rows,
-            COLUMNS,
-            figsize=(10.4, 3.6 * rows + 0.5),
-            sharex=True,
-            sharey=True,
-            layout="constrained",
-            squeeze=False,
-        )
+    with style():
+        size = (11.4, 3.6 * rows)
+        figure, grid = subplots(rows, COLUMNS, size, sharex=True, sharey=True)
         panels = grid.ravel()
         for axes, name in zip(panels, names, strict=False):
             _draw_scene(axes, table[table["scene"] == name])
-            axes.set_title(f"{name}: {_folded(scenes[name])}", loc="left", fontsize=8.5)
+            axes.set_title(f"{name}: {_folded(scenes[name])}", fontsize=8.5)
             axes.tick_params(labelbottom=True, labelleft=True)
         for axes in panels[len(names) :]:
             axes.axis("off")
@@ -56,9 +56,28 @@ def draw_trade(path: pathlib.Path, table: pd.DataFrame, scenes: Mapping[str, str
         for axes in panels[max(0, len(names) - COLUMNS) : len(names)]:
             axes.set_xlabel("largest error / slenderness angle [-]")
         _legend(panels[len(names)], table)
-        title = "What accuracy costs: to the left is more accurate, further down is faster"
-        figure.suptitle(title, **FIGURE_TITLE)
-        return save(figure, path)
+        title = _message(table)
+        about = (
+            "What accuracy costs, a mark a setting: to the left is more accurate, further down is "
+            "faster"
+        )
+        headline(figure, title, about)
+    return [Drawing("trade", figure, title, f"{about}. {title}.")]
+
+
+def _message(table: pd.DataFrame) -> str:
+    """What the cheapest setting below the asked error costs, over the first scene."""
+    scene = str(table["scene"].iloc[0])
+    rows = table[(table["scene"] == scene) & ~table["engine"].isin(ANALYTICAL)]
+    good = rows[rows["error_max"] <= ASKED]
+    if not len(good):
+        return f"No engine whose blocks can slide comes below an error of {ASKED:g} ({scene})"
+    best = good.iloc[int(good["cpu_s_per_simulated_s"].to_numpy(float).argmin())]
+    cost = plain(float(f"{best['cpu_s_per_simulated_s']:.2g}"))
+    return (
+        f"An error below {ASKED:g} costs {cost} CPU seconds a simulated second ({scene}, "
+        f"{best['engine']})"
+    )
 
 
 def _drawn_errors(table: pd.DataFrame) -> npt.NDArray[np.float64]:
@@ -67,8 +86,8 @@ def _drawn_errors(table: pd.DataFrame) -> npt.NDArray[np.float64]:
 
 def _draw_scene(axes: Axes, table: pd.DataFrame) -> None:
     """All rows of a scene; a line is the front of an engine, the band that of those that slide."""
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    logarithmic(axes.xaxis)
+    logarithmic(axes.yaxis)
     axes.set_xlim(ERROR_LIMITS[0] / 1.6, ERROR_LIMITS[1] * 1.6)
     front = _front(table[~table["engine"].isin(ANALYTICAL)])
     if len(front):
@@ -128,6 +147,6 @@ def _legend(axes: Axes, table: pd.DataFrame) -> None:
         Line2D([], [], label="filled: float64", **hollow),
         Line2D([], [], label="hollow: float32", markerfacecolor="white", **hollow),
         Line2D([], [], label="the cheapest whose blocks can slide", color="#CCCCCC", linewidth=6.0),
-        Line2D([], [], label="left edge: 1e-8 or less", linestyle="none"),
+        Line2D([], [], label="left edge: 10⁻⁸ or less", linestyle="none"),
     ]
-    axes.legend(handles=handles, loc="upper left", frameon=False, fontsize=9.0)
+    axes.legend(handles=handles, loc="upper left")

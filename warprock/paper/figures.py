@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import pathlib
 from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from warprock.figures.drawing import Drawing
 from warprock.paper import plots_forced, plots_free
 from warprock.paper.conflicts import BLOCK, inferred_experiment, peak_acceleration
 from warprock.paper.printed import INFERRED_NAMES, PAPER_COLUMNS, READING_NAMES, paper_table
@@ -39,7 +39,7 @@ def ratios(runs: PaperRuns, case: str, engine: str, *overrides: str) -> tuple[Ar
     return response.times, np.asarray(response["rotation"] / slenderness[:, None])
 
 
-def figure4(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
+def figure4(runs: PaperRuns) -> list[Drawing]:
     """B0 free, both heights."""
     lanes = runs.case(B0).lane_set.lanes
     curves = {engine: ratios(runs, B0, engine) for engine in ENGINES}
@@ -51,10 +51,10 @@ def figure4(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
         )
         for lane in range(lanes.lane_count)
     ]
-    return [plots_free.draw_free_response(folder / "fig4.png", curves["housner"][0], panels)]
+    return [plots_free.draw_free_response("fig4", curves["housner"][0], panels)]
 
 
-def figure5(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
+def figure5(runs: PaperRuns) -> list[Drawing]:
     """B1 to B3 free from three rotations, with residuals."""
     lane_set = runs.case(B123).lane_set
     curves = {engine: ratios(runs, B123, engine) for engine in ENGINES}
@@ -72,17 +72,17 @@ def figure5(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
             )
         )
     ]
-    return [plots_free.draw_free_panels(folder / "fig5.png", curves["housner"][0], panels)]
+    return [plots_free.draw_free_panels("fig5", curves["housner"][0], panels)]
 
 
 def _histories(
     runs: PaperRuns,
     case: str,
-    stem: pathlib.Path,
+    stem: str,
     title: str,
     windows: Sequence[tuple[float, float]],
     levels: Sequence[float] | None = None,
-) -> list[pathlib.Path]:
+) -> list[Drawing]:
     """One figure a reading with the engines over each other, and one with all readings."""
     inputs = runs.case(case).lane_set.inputs
     curves = {engine: ratios(runs, case, engine) for engine in ENGINES}
@@ -95,15 +95,15 @@ def _histories(
         f"{row.frequency_hz:g} Hz, {row.amplitude_mm:g} mm"
         for row in inputs.iloc[lanes_of[READINGS[0]]].itertuples()
     ]
-    files = []
+    drawings = []
     for reading, lanes in lanes_of.items():
         panels = [
             (name, {engine: curve[lane] for engine, (_, curve) in curves.items()})
             for name, lane in zip(names, lanes, strict=True)
         ]
-        files.append(
+        drawings.append(
             plots_forced.draw_windows(
-                stem.with_name(f"{stem.name}-{reading}.png"),
+                f"{stem}-{reading}",
                 f"{title}: {READING_NAMES[reading]}",
                 times,
                 panels,
@@ -116,29 +116,29 @@ def _histories(
         for index, name in enumerate(names)
     ]
     overview = plots_forced.draw_readings(
-        stem.with_name(f"{stem.name}.png"),
+        stem,
         f"{title}: Housner's equation under the three readings of the paper",
         times,
         panels,
         windows,
     )
-    return [overview, *files]
+    return [overview, *drawings]
 
 
-def figure7(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
+def figure7(runs: PaperRuns) -> list[Drawing]:
     """Histories under one cycle of sine, full and first 5 s."""
-    return _histories(runs, PULSE, folder / "fig7", "One cycle of sine", PULSE_WINDOWS)
+    return _histories(runs, PULSE, "fig7", "One cycle of sine", PULSE_WINDOWS)
 
 
-def figure10(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
+def figure10(runs: PaperRuns) -> list[Drawing]:
     """Histories under continuous sine: start, transient, steady."""
     levels = np.mean(inferred_experiment(lane_evidence(runs, SINE)), axis=0)
-    return _histories(runs, SINE, folder / "fig10", "Continuous sine", SINE_WINDOWS, levels)
+    return _histories(runs, SINE, "fig10", "Continuous sine", SINE_WINDOWS, levels)
 
 
 def _trends(
-    runs: PaperRuns, case: str, path: pathlib.Path, title: str, printed: dict[str, Array]
-) -> list[pathlib.Path]:
+    runs: PaperRuns, case: str, name: str, title: str, printed: dict[str, Array]
+) -> list[Drawing]:
     evidence = lane_evidence(runs, case)
     peaks = pd.concat(
         [
@@ -158,19 +158,19 @@ def _trends(
             acceleration / (GRAVITY * width / height),
         ),
     ]
-    return [plots_forced.draw_trends(path, title, peaks, printed, panels)]
+    return [plots_forced.draw_trends(name, title, peaks, printed, panels)]
 
 
-def figure8(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
+def figure8(runs: PaperRuns) -> list[Drawing]:
     """Peaks under one cycle of sine over normalised acceleration."""
     table = paper_table("table6")
     printed = {name: table[name].to_numpy(dtype=float) for name in PAPER_COLUMNS}
-    return _trends(runs, PULSE, folder / "fig8.png", "Peaks under one cycle of sine", printed)
+    return _trends(runs, PULSE, "fig8", "Peaks under one cycle of sine", printed)
 
 
-def figure11(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
+def figure11(runs: PaperRuns) -> list[Drawing]:
     """Peaks under continuous sine over normalised acceleration."""
     inferred = dict(
         zip(INFERRED_NAMES, inferred_experiment(lane_evidence(runs, SINE)), strict=True)
     )
-    return _trends(runs, SINE, folder / "fig11.png", "Peaks under continuous sine", inferred)
+    return _trends(runs, SINE, "fig11", "Peaks under continuous sine", inferred)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pathlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -10,17 +9,17 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from warprock.figures.plots import (
-    ENGINE_STYLES,
-    FIGURE_TITLE,
+from warprock.figures.drawing import Drawing
+from warprock.figures.palette import DARK
+from warprock.figures.sheet import (
     SHORT_ROTATION_LABEL,
     TIME_LABEL,
-    drawing,
-    history,
+    headline,
     legend_below,
-    save,
+    style,
+    subplots,
 )
-from warprock.paper.plots_free import PAPER_STYLES, READING_COLORS
+from warprock.paper.plots_free import ENGINE_STYLES, PAPER_STYLES, READING_COLORS, apart, history
 from warprock.paper.printed import PAPER_NAMES, READING_NAMES
 
 Array = npt.NDArray[np.float64]
@@ -31,35 +30,31 @@ Panel = tuple[str, Mapping[str, Array]]
 
 
 def draw_windows(
-    path: pathlib.Path,
+    stem: str,
     title: str,
     times: Array,
     panels: Sequence[Panel],
     windows: Sequence[Window],
     levels: Sequence[float] | None = None,
-) -> pathlib.Path:
+) -> Drawing:
     """Histories by engine, one row an input, one column a window of time.
 
     Args:
-        path: File to write.
-        title: Title of the figure.
+        stem: Name of the drawing.
+        title: What is drawn.
         times: [s], shape [sample].
         panels: One a row, by engine.
         windows: First and last time of every column [s].
         levels: A rotation ratio to mark in every row, the inferred maximum of the test.
     """
-    with drawing() as plt:
-        figure, grid = plt.subplots(
+    with style():
+        figure, grid = subplots(
             len(panels),
             len(windows),
-            figsize=(9.6, 1.75 * len(panels) + 0.9),
+            (9.6, 1.75 * len(panels) + 0.9),
             sharex="col",
             sharey="row",
-            layout="constrained",
-            squeeze=False,
         )
-        figure.suptitle(title, **FIGURE_TITLE)
-        figure.get_layout_engine().set(wspace=0.04)
         for row, (name, ratios) in enumerate(panels):
             for column, window in enumerate(windows):
                 axes = grid[row, column]
@@ -70,47 +65,59 @@ def draw_windows(
                 axes.set_xlim(*window)
                 if column == 0:
                     axes.set_ylabel(SHORT_ROTATION_LABEL)
-                    axes.set_title(name, loc="left")
+                    axes.set_title(name)
         for axes in grid[-1]:
             axes.set_xlabel(TIME_LABEL)
         legend_below(figure, grid[0, 0])
-        return save(figure, path)
+        (most, where), (part, at) = _largest(panels), _farthest(panels)
+        said = (
+            f"The block rotates furthest at {where}: {most:.2f} of the slenderness angle; impulse "
+            f"and housner part by up to {part:.2g} ({at})"
+        )
+        headline(figure, said, title)
+    return Drawing(stem, figure, said, f"{title}. {said}.")
+
+
+def _largest(panels: Sequence[Panel]) -> tuple[float, str]:
+    """The largest rotation ratio of Housner's block, and its input."""
+    return max((float(np.nanmax(np.abs(ratios["housner"]))), name) for name, ratios in panels)
+
+
+def _farthest(panels: Sequence[Panel]) -> tuple[float, str]:
+    """The largest difference of an engine from Housner, and its input."""
+    return max((apart(ratios), name) for name, ratios in panels)
 
 
 def _mark_level(axes: Any, level: float) -> None:
     for sign, label in ((1.0, "test maximum, inferred from Table 7"), (-1.0, None)):
-        axes.axhline(sign * level, color="#777777", linewidth=0.9, linestyle="-.", label=label)
+        axes.axhline(sign * level, color=DARK, linewidth=0.9, linestyle="-.", label=label)
 
 
 def draw_readings(
-    path: pathlib.Path,
+    stem: str,
     title: str,
     times: Array,
     panels: Sequence[Panel],
     windows: Sequence[Window],
-) -> pathlib.Path:
+) -> Drawing:
     """Housner's histories of all readings over each other, one row an input.
 
     Args:
-        path: File to write.
-        title: Title of the figure.
+        stem: Name of the drawing.
+        title: What is drawn.
         times: [s], shape [sample].
         panels: One a row, by reading.
         windows: First and last time of every column [s].
     """
     styles = dict(zip(READING_COLORS, ("-", (0, (5, 1.5)), (0, (1.5, 1.0))), strict=True))
-    with drawing() as plt:
-        figure, grid = plt.subplots(
+    with style():
+        figure, grid = subplots(
             len(panels),
             len(windows),
-            figsize=(9.6, 1.75 * len(panels) + 0.9),
+            (9.6, 1.75 * len(panels) + 0.9),
             sharex="col",
             sharey="row",
-            layout="constrained",
-            squeeze=False,
         )
-        figure.suptitle(title, **FIGURE_TITLE)
-        figure.get_layout_engine().set(wspace=0.04)
         for row, (name, ratios) in enumerate(panels):
             for column, (first, last) in enumerate(windows):
                 axes = grid[row, column]
@@ -127,40 +134,47 @@ def draw_readings(
                 axes.set_xlim(first, last)
                 if column == 0:
                     axes.set_ylabel(SHORT_ROTATION_LABEL)
-                    axes.set_title(name, loc="left")
+                    axes.set_title(name)
         for axes in grid[-1]:
             axes.set_xlabel(TIME_LABEL)
         legend_below(figure, grid[0, 0], columns=3)
-        return save(figure, path)
+        spans = []
+        for name, ratios in panels:
+            largest = [float(np.nanmax(np.abs(ratio))) for ratio in ratios.values()]
+            spans.append((max(largest) - min(largest), min(largest), max(largest), name))
+        _, low, high, name = max(spans)
+        said = (
+            f"The reading of the base motion decides: at {name} the peak is {low:.2f} to "
+            f"{high:.2f} of the slenderness angle"
+        )
+        headline(figure, said, title)
+    return Drawing(stem, figure, said, f"{title}. {said}.")
 
 
 def draw_trends(
-    path: pathlib.Path,
+    stem: str,
     title: str,
     peaks: pd.DataFrame,
     paper: Mapping[str, Array],
     axes_of_acceleration: Sequence[tuple[str, Array]],
-) -> pathlib.Path:
+) -> Drawing:
     """Peak rotation ratio over normalised base acceleration (Figs. 8 and 11).
 
     Args:
-        path: File to write.
-        title: Title of the figure.
+        stem: Name of the drawing.
+        title: What is drawn.
         peaks: Rows with `reading`, `source` and `peak_rotation_ratio`, the six inputs of Table 4
             in order within each reading and source.
         paper: Six printed or inferred values by name; NaN where there is none.
         axes_of_acceleration: Label and normalised acceleration of the six inputs, a panel each.
     """
-    with drawing() as plt:
-        figure, grid = plt.subplots(
+    with style():
+        figure, grid = subplots(
             1,
             len(axes_of_acceleration),
-            figsize=(9.6, 5.4),
+            (9.6, 5.4),
             sharey=True,
-            layout="constrained",
-            squeeze=False,
         )
-        figure.suptitle(title, **FIGURE_TITLE)
         for axes, (label, acceleration) in zip(grid[0], axes_of_acceleration, strict=True):
             order = np.argsort(acceleration)
             for (reading, source), rows in peaks.groupby(["reading", "source"], sort=False):
@@ -173,7 +187,7 @@ def draw_trends(
                     linewidth=1.5,
                 )
             for name, values in paper.items():
-                style = {"markersize": 7.0} | PAPER_STYLES[name]
+                look = {"markersize": 7.0} | PAPER_STYLES[name]
                 axes.plot(
                     acceleration,
                     values,
@@ -182,10 +196,27 @@ def draw_trends(
                     markeredgewidth=1.3,
                     label=f"paper: {PAPER_NAMES[name]}" if name in PAPER_NAMES else name,
                     zorder=5,
-                    **style,
+                    **look,
                 )
             axes.set_xlabel(label)
             axes.set_ylim(bottom=0.0)
         grid[0, 0].set_ylabel("peak rotation / slenderness angle [-]")
         legend_below(figure, grid[0, 0], columns=2)
-        return save(figure, path)
+        said = _spread_of_readings(peaks)
+        headline(figure, said, title)
+    return Drawing(stem, figure, said, f"{title}. {said}.")
+
+
+def _spread_of_readings(peaks: pd.DataFrame) -> str:
+    """What the readings, and what the engines, do to the peaks."""
+    every = peaks.assign(number=peaks.groupby(["reading", "source"]).cumcount())
+    table = every.pivot(
+        index=["number", "reading"], columns="source", values="peak_rotation_ratio"
+    ).astype(float)
+    engines = float((table.max(axis=1) - table.min(axis=1)).max())
+    by_reading = table.mean(axis=1).unstack("reading")
+    readings = float((by_reading.max(axis=1) - by_reading.min(axis=1)).max())
+    return (
+        f"The reading of the base motion moves a peak by up to {readings:.2g} of the slenderness "
+        f"angle, the engine by up to {engines:.1g}"
+    )

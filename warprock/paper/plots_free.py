@@ -2,40 +2,51 @@
 
 from __future__ import annotations
 
-import pathlib
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
-from warprock.paper.printed import INFERRED_NAMES
+import numpy as np
+import numpy.typing as npt
 
-if TYPE_CHECKING:
-    pass
-
-from warprock.figures.plots import (
+from warprock.figures.drawing import Drawing
+from warprock.figures.palette import (
     BLACK,
     BLUE,
-    ENGINE_STYLES,
-    FIGURE_TITLE,
     GREEN,
     ORANGE,
     PURPLE,
-    RED,
-    SHORT_ROTATION_LABEL,
     SKY,
-    TIME_LABEL,
-    Array,
-    drawing,
-    history,
-    legend_below,
-    save,
+    VERMILION,
+    engine_marks,
 )
+from warprock.figures.sheet import (
+    SHORT_ROTATION_LABEL,
+    TIME_LABEL,
+    headline,
+    legend_below,
+    style,
+    subplots,
+)
+from warprock.paper.printed import INFERRED_NAMES
+
+Array = npt.NDArray[np.float64]
+
+ENGINE_STYLES: dict[str, dict[str, Any]] = {
+    name: {"color": engine_marks(name)[0], "linewidth": width, "linestyle": line, "zorder": order}
+    for name, width, line, order in (
+        ("housner", 1.8, "-", 2),
+        ("impulse", 1.1, (0, (4, 2)), 3),
+        ("oracle", 1.0, ":", 4),
+    )
+}
+"""Lines of rotation histories."""
 
 READING_COLORS = {"displacement": BLUE, "acceleration": ORANGE, "slip": GREEN}
 
 
 PAPER_STYLES: dict[str, dict[str, Any]] = {
     "analytical": {"marker": "s", "color": GREEN},
-    "bullet": {"marker": "^", "color": RED},
+    "bullet": {"marker": "^", "color": VERMILION},
     "vortex": {"marker": "v", "color": PURPLE},
     "dem": {"marker": "D", "color": SKY},
     INFERRED_NAMES[0]: {"marker": "*", "color": BLACK, "markersize": 9.0},
@@ -43,57 +54,83 @@ PAPER_STYLES: dict[str, dict[str, Any]] = {
 }
 
 
+def history(
+    axes: Any, times: Array, ratio: Array, engine: str, window: tuple[float, float] | None = None
+) -> None:
+    """Draws one rotation history, normalised, in the style of its engine.
+
+    Args:
+        axes: Where to.
+        times: [s], shape [sample].
+        ratio: Rotation / slenderness angle, shape [sample].
+        engine: Name of the engine, for style and legend.
+        window: First and last time to draw [s]; None draws all.
+    """
+    shown = slice(None) if window is None else (times >= window[0]) & (times <= window[1])
+    axes.plot(times[shown], ratio[shown], label=engine, **ENGINE_STYLES[engine])
+
+
+def apart(ratios: Mapping[str, Array]) -> float:
+    """Largest difference of an engine from Housner / slenderness angle, of one panel."""
+    others = [ratio for engine, ratio in ratios.items() if engine != "housner"]
+    return max(float(np.nanmax(np.abs(ratio - ratios["housner"]))) for ratio in others)
+
+
 def draw_free_response(
-    path: pathlib.Path,
+    stem: str,
     times: Array,
     panels: Sequence[tuple[str, dict[str, Array]]],
-) -> pathlib.Path:
+) -> Drawing:
     """Free response of B0: one pair of panels (response, residual) a height (Fig. 4a).
 
     Args:
-        path: File to write.
+        stem: Name of the drawing.
         times: [s], shape [sample].
         panels: Title and rotation ratios by engine, `housner` among them, shape [sample] each.
     """
-    with drawing() as plt:
-        figure, grid = plt.subplots(
+    with style():
+        figure, grid = subplots(
             2 * len(panels),
             1,
-            figsize=(7.4, 3.6 * len(panels) + 0.4),
+            (8.4, 3.6 * len(panels) + 0.4),
             sharex=True,
             height_ratios=[2.4, 1.0] * len(panels),
-            layout="constrained",
         )
         for index, (title, ratios) in enumerate(panels):
-            response, residual = grid[2 * index], grid[2 * index + 1]
+            response, residual = grid[2 * index, 0], grid[2 * index + 1, 0]
             for engine, ratio in ratios.items():
                 history(response, times, ratio, engine)
                 if engine != "housner":
                     residual.plot(
                         times, ratio - ratios["housner"], label=engine, **ENGINE_STYLES[engine]
                     )
-            response.set_title(f"{title}; residual: impulse minus housner", loc="left")
+            response.set_title(title)
             response.set_ylabel(SHORT_ROTATION_LABEL)
-            residual.set_ylabel("residual [-]")
-            residual.ticklabel_format(axis="y", style="sci", scilimits=(-2, 2))
-        grid[-1].set_xlabel(TIME_LABEL)
-        grid[-1].set_xlim(times[0], times[-1])
-        legend_below(figure, grid[0])
-        return save(figure, path)
+            residual.set_ylabel("impulse minus\nhousner [-]")
+        grid[-1, 0].set_xlabel(TIME_LABEL)
+        grid[-1, 0].set_xlim(times[0], times[-1])
+        legend_below(figure, grid[0, 0])
+        most = max(apart(ratios) for _, ratios in panels)
+        title = f"impulse follows Housner to {most:.2g} of the slenderness angle"
+        about = (
+            f"Free rocking for {times[-1]:g} s; below each history the difference of the engines"
+        )
+        headline(figure, title, about)
+    return Drawing(stem, figure, title, f"{about}. {title}.")
 
 
 def draw_free_panels(
-    path: pathlib.Path,
+    stem: str,
     times: Array,
     panels: Sequence[tuple[str, dict[str, Array]]],
     *,
     columns: int = 3,
     duration: float = 5.0,
-) -> pathlib.Path:
+) -> Drawing:
     """Free responses in a grid, each with its residual below (Fig. 5).
 
     Args:
-        path: File to write.
+        stem: Name of the drawing.
         times: [s], shape [sample].
         panels: Title and rotation ratios by engine, `housner` among them, in reading order.
         columns: Panels in a row.
@@ -102,15 +139,13 @@ def draw_free_panels(
     rows = -(-len(panels) // columns)
     window = (0.0, duration)
     shown = times <= duration + 1e-9
-    with drawing() as plt:
-        figure, grid = plt.subplots(
+    with style():
+        figure, grid = subplots(
             2 * rows,
             columns,
-            figsize=(9.6, 2.9 * rows + 0.4),
+            (9.6, 2.9 * rows + 0.4),
             sharex=True,
             height_ratios=[2.2, 1.0] * rows,
-            layout="constrained",
-            squeeze=False,
         )
         for index, (title, ratios) in enumerate(panels):
             row, column = divmod(index, columns)
@@ -120,13 +155,17 @@ def draw_free_panels(
                 if engine != "housner":
                     difference = (ratio - ratios["housner"])[shown]
                     residual.plot(times[shown], 1e3 * difference, **ENGINE_STYLES[engine])
-            response.set_title(title, loc="left")
+            response.set_title(title)
             if column == 0:
                 response.set_ylabel(SHORT_ROTATION_LABEL)
-                residual.set_ylabel("residual\n[10⁻³]")
+                residual.set_ylabel("impulse minus\nhousner [10⁻³]")
             if row == rows - 1:
                 residual.set_xlabel(TIME_LABEL)
         grid[0, 0].set_xlim(0.0, duration)
-        figure.suptitle("Free rocking; residual: impulse minus housner", **FIGURE_TITLE)
         legend_below(figure, grid[0, 0])
-        return save(figure, path)
+        found = [(apart({e: r[shown] for e, r in ratios.items()}), name) for name, ratios in panels]
+        most, where = max(found)
+        title = f"impulse follows Housner to {most:.2g} of the slenderness angle ({where})"
+        about = f"Free rocking for {duration:g} s; below each history the difference of the engines"
+        headline(figure, title, about)
+    return Drawing(stem, figure, title, f"{about}. {title}.")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import pathlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -11,19 +10,9 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from warprock.figures.plots import (
-    BLACK,
-    BLUE,
-    FIGURE_TITLE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    RED,
-    SKY,
-    drawing,
-    legend_below,
-    save,
-)
+from warprock.figures.drawing import Drawing
+from warprock.figures.palette import BLACK, BLUE, GREEN, ORANGE, PALE, PURPLE, SKY, VERMILION
+from warprock.figures.sheet import headline, legend_below, style, subplots
 from warprock.paper.printed import PAPER_NAMES, REFERENCE_DEGREES
 
 Array = npt.NDArray[np.float64]
@@ -37,14 +26,14 @@ _HOLLOW: dict[str, Any] = {"markerfacecolor": "none", "markeredgewidth": 1.4, "m
 POINT_STYLES: dict[str, dict[str, Any]] = {
     "two-block": {"marker": "s", "color": GREEN, "markersize": 4.5},
     "event": {"marker": "_", "color": BLUE, "markersize": 11.0, "markeredgewidth": 2.0},
-    "impulse": {"marker": "_", "color": RED, "markersize": 11.0, "markeredgewidth": 2.0},
+    "impulse": {"marker": "_", "color": VERMILION, "markersize": 11.0, "markeredgewidth": 2.0},
     "dem": {"marker": "_", "color": BLACK, "markersize": 11.0, "markeredgewidth": 2.0},
     "paper: analytical": {"marker": "s", "color": GREEN} | _HOLLOW,
-    "paper: bullet": {"marker": "^", "color": RED} | _HOLLOW,
+    "paper: bullet": {"marker": "^", "color": VERMILION} | _HOLLOW,
     "paper: vortex": {"marker": "v", "color": PURPLE} | _HOLLOW,
     "paper: dem": {"marker": "D", "color": BLUE} | _HOLLOW,
     "implied: analytical": {"marker": "s", "color": GREEN} | _HOLLOW,
-    "implied: bullet": {"marker": "^", "color": RED} | _HOLLOW,
+    "implied: bullet": {"marker": "^", "color": VERMILION} | _HOLLOW,
     "implied: vortex": {"marker": "v", "color": PURPLE} | _HOLLOW,
     "test, by analytical": {"marker": "*", "color": BLACK, "markersize": 9.0},
     "test, by bullet": {"marker": "x", "color": BLACK, "markersize": 7.0, "markeredgewidth": 1.6},
@@ -84,17 +73,17 @@ class Panel:
 
 
 def draw_stack_peaks(
-    path: pathlib.Path,
+    stem: str,
     title: str,
     level: Array,
     names: Sequence[str],
     panels: Sequence[Panel],
-) -> pathlib.Path:
+) -> Drawing:
     """Ensembles as boxes and single values as marks, inputs in the order of their acceleration.
 
     Args:
-        path: File to write.
-        title: Title of the figure.
+        stem: Name of the drawing.
+        title: What is drawn.
         level: Normalised acceleration of every input, which orders them.
         names: What the axis says of every input.
         panels: One a block.
@@ -103,17 +92,12 @@ def draw_stack_peaks(
     place = np.empty(len(order))
     place[order] = np.arange(len(order))
     most = max(len(group) for panel in panels for box in panel.boxes.values() for group in box)
-    with drawing() as plt:
-        figure, grid = plt.subplots(
+    with style():
+        figure, grid = subplots(
             len(panels),
             1,
-            figsize=(10.4, 4.1 * len(panels) + 1.2),
+            (10.4, 4.1 * len(panels) + 1.2),
             sharex=True,
-            layout="constrained",
-            squeeze=False,
-        )
-        figure.suptitle(
-            f"{title}: boxes hold half of {most} members, whiskers 5 to 95 %", **FIGURE_TITLE
         )
         for axes, panel in zip(grid[:, 0], panels, strict=True):
             _draw_boxes(axes, panel, place)
@@ -129,11 +113,11 @@ def draw_stack_peaks(
                     va="top",
                     fontsize=8.5,
                 )
-            axes.set_title(f"{panel.block} block", loc="left")
+            axes.set_title(f"{panel.block} block")
             axes.set_ylabel(f"largest rotation / {REFERENCE_DEGREES} deg [-]")
             axes.set_ylim(0.0, (1.15 if panel.fallen else 1.0) * axes.get_ylim()[1])
             for edge in np.arange(len(order) - 1) + 0.5:
-                axes.axvline(edge, color="#BBBBBB", linewidth=0.8)
+                axes.axvline(edge, color=PALE, linewidth=0.8)
             axes.grid(visible=False, axis="x")
         grid[-1, 0].set_xticks(np.arange(len(order)), [names[i] for i in order])
         grid[-1, 0].set_xlim(-0.5, len(order) - 0.5)
@@ -142,7 +126,24 @@ def draw_stack_peaks(
             "frequency and amplitude of the base"
         )
         legend_below(figure, grid[0, 0], columns=3)
-        return save(figure, path)
+        said = _message(panels)
+        about = f"{title}: boxes hold half of {most} members, whiskers 5 to 95 %"
+        headline(figure, said, about)
+    return Drawing(stem, figure, said, f"{about}. {said}.")
+
+
+def _message(panels: Sequence[Panel]) -> str:
+    """How many values of the paper lie within the whiskers of an ensemble."""
+    inside, known = 0, 0
+    for panel in panels:
+        for values in panel.marks.values():
+            for index, value in enumerate(values):
+                if np.isfinite(value):
+                    groups = [box[index] for box in panel.boxes.values() if len(box[index])]
+                    ends = [np.quantile(group, (0.05, 0.95)) for group in groups]
+                    known += 1
+                    inside += any(low <= value <= high for low, high in ends)
+    return f"{inside} of {known} values from the paper lie within 5 to 95 % of an ensemble of ours"
 
 
 def _draw_boxes(axes: Any, panel: Panel, place: Array) -> None:
@@ -171,45 +172,48 @@ def _draw_points(axes: Any, panel: Panel, place: Array) -> None:
         axes.plot(at, values, linestyle="none", label=POINT_NAMES[name], **POINT_STYLES[name])
 
 
-def draw_collapse(path: pathlib.Path, table: pd.DataFrame) -> pathlib.Path:
+def draw_collapse(stem: str, table: pd.DataFrame) -> Drawing:
     """Share of members that collapse over friction and chamfer, a panel an input.
 
     Every cell also says how far the top block rotates in 95 % of its members.
 
     Args:
-        path: File to write.
+        stem: Name of the drawing.
         table: Rows with `frequency_hz`, `amplitude_mm`, `amplitude`, `friction_1`,
             `chamfer_1_mm`, `members`, `collapsed_share` and `high_95`.
     """
     panels = list(table.groupby(["frequency_hz", "amplitude_mm", "amplitude"], sort=False))
     columns = len(panels) // 2
-    with drawing() as plt:
-        figure, grid = plt.subplots(
+    with style():
+        figure, grid = subplots(
             2,
             columns,
-            figsize=(3.4 * columns + 1.0, 7.2),
+            (3.4 * columns + 1.0, 7.2),
             sharex=True,
             sharey=True,
-            layout="constrained",
-            squeeze=False,
         )
-        figure.suptitle(
-            "Two stacked blocks under 10 s of sine, geometry as printed, "
-            f"{int(table['members'].max())} members a cell.\n"
-            "Share of them that collapses; below it the 95 % quantile of the top block's largest\n"
-            f"rotation / {REFERENCE_DEGREES} deg",
-            **FIGURE_TITLE,
-        )
-        image = None
+        image: Any = None
         for axes, ((frequency, amplitude, scale), rows) in zip(grid.flat, panels, strict=True):
             image = _draw_shares(axes, rows)
-            axes.set_title(f"{frequency:g} Hz, {amplitude:g} mm ({scale})", loc="left")
+            axes.set_title(f"{frequency:g} Hz, {amplitude:g} mm ({scale})")
         for axes in grid[-1]:
             axes.set_xlabel("chamfer [mm]")
         for axes in grid[:, 0]:
             axes.set_ylabel("friction of both faces [-]")
         figure.colorbar(image, ax=grid, label="share of members that collapse [-]", shrink=0.7)
-        return save(figure, path)
+        usable = table["collapsed_share"].dropna()
+        said = (
+            f"Between {usable.min():.0%} and {usable.max():.0%} of the stacks collapse, by "
+            "friction, chamfer and motion"
+        )
+        about = (
+            "Two stacked blocks under 10 s of sine, geometry as printed, "
+            f"{int(table['members'].max())} members a cell. Upper number: share of them that "
+            "collapses; lower: 95 % quantile of the top block's largest rotation / "
+            f"{REFERENCE_DEGREES} deg"
+        )
+        headline(figure, said, about)
+    return Drawing(stem, figure, said, f"{about}. {said}.")
 
 
 def _draw_shares(axes: Any, rows: pd.DataFrame) -> Any:

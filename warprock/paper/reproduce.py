@@ -18,6 +18,7 @@ from warprock.compare import checks
 from warprock.compare.checks import compare_with_housner, plain_row
 from warprock.compare.study import COLUMNS as STUDY_COLUMNS
 from warprock.errors import InputError
+from warprock.figures.drawing import Drawing, write_drawings
 from warprock.paper import conflicts, conflicts_stack, figures
 from warprock.paper.dem import run_dem_study
 from warprock.paper.printed import PAPER_COLUMNS, paper_table
@@ -199,14 +200,14 @@ def _table7(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
 
 
 def _figure(
-    draw: Callable[[PaperRuns, pathlib.Path], list[pathlib.Path]], cases: Sequence[str]
+    draw: Callable[[PaperRuns], list[Drawing]], cases: Sequence[str]
 ) -> Callable[[str, PaperRuns, pathlib.Path], Reproduction]:
     """A maker that draws a figure and gives the rows of its cases."""
 
     def make(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
         folder.mkdir(parents=True, exist_ok=True)
         rows = [row for name in cases for row in _engine_rows(target, runs, name)]
-        files = [write_rows(rows, folder / f"{target}.csv"), *draw(runs, folder)]
+        files = [write_rows(rows, folder / f"{target}.csv"), *write_drawings(draw(runs), folder)]
         return Reproduction(rows, files)
 
     return make
@@ -222,7 +223,8 @@ def _figure4(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction
         | {column: found[column] for column in STUDY_COLUMNS}
         for found in study.table.to_dict("records")
     ]
-    files = [*free.files, write_rows(rows, folder / "fig4-study.csv"), *draw_figures(study, folder)]
+    table = write_rows(rows, folder / "fig4-study.csv")
+    files = [*free.files, table, *write_drawings(draw_figures(study), folder)]
     return Reproduction(free.rows + rows, files, (study_conflict(study),))
 
 

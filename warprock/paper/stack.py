@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from warprock.figures.drawing import Drawing, write_drawings
 from warprock.paper import stack_figures as figures
 from warprock.paper.conflicts_stack import OVERTURNED, StackEvidence
 from warprock.paper.printed import BLOCKS, PAPER_COLUMNS, REFERENCE_DEGREES, paper_table
@@ -176,12 +177,15 @@ def _collapse(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproductio
                     "amplitude": cell["amplitude"],
                 }
             )
-    files = [write_rows(rows, folder / f"{target}.csv"), *figures.collapse(runs, folder)]
+    files = [
+        write_rows(rows, folder / f"{target}.csv"),
+        *write_drawings(figures.collapse(runs), folder),
+    ]
     return Reproduction(rows, files)
 
 
 def _figure(
-    draw: Callable[[PaperRuns, pathlib.Path], list[pathlib.Path]],
+    draw: Callable[[PaperRuns], list[Drawing]],
 ) -> Callable[[str, PaperRuns, pathlib.Path], Reproduction]:
     """A maker that draws a figure and gives the rows of its cases, both blocks."""
 
@@ -193,7 +197,7 @@ def _figure(
             rows += _engine_rows(target, runs, case, block)
             for name in ensembles:
                 rows += _ensemble_rows(target, runs, name, block)
-        files = [write_rows(rows, folder / f"{target}.csv"), *draw(runs, folder)]
+        files = [write_rows(rows, folder / f"{target}.csv"), *write_drawings(draw(runs), folder)]
         return Reproduction(rows, files)
 
     return make

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import pathlib
-
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from warprock.figures.drawing import Drawing
 from warprock.paper import plots_stack, plots_stack_peaks
 from warprock.paper.conflicts_stack import CEILING, OVERTURNED, analytical_peaks, peaks_of, printed
 from warprock.paper.printed import BLOCKS, PAPER_COLUMNS, paper_table
@@ -42,8 +41,8 @@ PULSE_WINDOW, SINE_WINDOW = (0.0, 3.0), (0.0, 2.0)
 
 
 def _histories(
-    runs: PaperRuns, case: str, path: pathlib.Path, title: str, window: tuple[float, float]
-) -> list[pathlib.Path]:
+    runs: PaperRuns, case: str, name: str, title: str, window: tuple[float, float]
+) -> list[Drawing]:
     responses = runs.case(case)
     inputs = responses.lane_set.inputs
     curves = {}
@@ -56,20 +55,20 @@ def _histories(
         curves[engine] = responses[engine]["rotation"][lanes] / REFERENCE_ANGLE
     times = responses[CURVES[0][0]].times
     names = [f"{f:g} Hz, {a:g} mm" for f, a in input_keys()]
-    drawn = plots_stack.draw_stack_histories(path, title, times, names, curves, window)
+    drawn = plots_stack.draw_stack_histories(name, title, times, names, curves, window)
     return [drawn]
 
 
-def figure12(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
+def figure12(runs: PaperRuns) -> list[Drawing]:
     """Histories of both blocks under one cycle of sine."""
     title = "Two stacked blocks under one cycle of sine"
-    return _histories(runs, STACK_PULSE, folder / "fig12.png", title, PULSE_WINDOW)
+    return _histories(runs, STACK_PULSE, "fig12", title, PULSE_WINDOW)
 
 
-def figure14(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
+def figure14(runs: PaperRuns) -> list[Drawing]:
     """Histories of both blocks under continuous sine, its first two seconds."""
     title = "Two stacked blocks under continuous sine, the first two seconds"
-    return _histories(runs, STACK_SINE, folder / "fig14.png", title, SINE_WINDOW)
+    return _histories(runs, STACK_SINE, "fig14", title, SINE_WINDOW)
 
 
 def _boxes(cells: Cells, block: str) -> dict[str, list[Array]]:
@@ -95,7 +94,7 @@ def _levels() -> tuple[Array, list[str]]:
     return level, names
 
 
-def figure13(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
+def figure13(runs: PaperRuns) -> list[Drawing]:
     """Peaks under one cycle of sine over normalised acceleration."""
     cells, table = cells_of(runs, PULSE_ENSEMBLE), peak_table(runs, STACK_PULSE)
     level, names = _levels()
@@ -109,7 +108,7 @@ def figure13(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
         for block, name in zip(BLOCKS[::-1], ("table9", "table10"), strict=True)
     ]
     title = "Largest rotations under one cycle of sine"
-    return [plots_stack_peaks.draw_stack_peaks(folder / "fig13.png", title, level, names, panels)]
+    return [plots_stack_peaks.draw_stack_peaks("fig13", title, level, names, panels)]
 
 
 def _implied(column: str) -> Array:
@@ -119,7 +118,7 @@ def _implied(column: str) -> Array:
     return np.array([left[i] if key in OVERTURNED else np.nan for i, key in enumerate(keys)])
 
 
-def figure15(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
+def figure15(runs: PaperRuns) -> list[Drawing]:
     """Peaks under continuous sine over normalised acceleration."""
     cells, table = cells_of(runs, SINE_ENSEMBLE), peak_table(runs, STACK_SINE)
     level, names = _levels()
@@ -136,10 +135,10 @@ def figure15(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
         boxes, points = _boxes(cells, block), _engine_points(table, block)
         panels.append(plots_stack_peaks.Panel(block, boxes, points, marks, fallen))
     title = "Largest rotations under 10 s of continuous sine"
-    return [plots_stack_peaks.draw_stack_peaks(folder / "fig15.png", title, level, names, panels)]
+    return [plots_stack_peaks.draw_stack_peaks("fig15", title, level, names, panels)]
 
 
-def collapse(runs: PaperRuns, folder: pathlib.Path) -> list[pathlib.Path]:
+def collapse(runs: PaperRuns) -> list[Drawing]:
     """Shares of collapses and largest rotations over friction and chamfer."""
     table = cell_rows(cells_of(runs, COLLAPSE), "top")
-    return [plots_stack_peaks.draw_collapse(folder / "collapse.png", table)]
+    return [plots_stack_peaks.draw_collapse("collapse", table)]

@@ -5,23 +5,22 @@ The study itself, with all of its settings, is the shipped case `sensitivity-b0`
 
 from __future__ import annotations
 
-import pathlib
-
 import pandas as pd
 
 from warprock.compare.study import StudyRun
 from warprock.figures import study as plots_study
+from warprock.figures.drawing import Drawing
 from warprock.paper.conflict_texts import Conflict
 from warprock.paper.printed import paper_table
 
 
-def draw_figures(study: StudyRun, folder: pathlib.Path) -> list[pathlib.Path]:
+def draw_figures(study: StudyRun) -> list[Drawing]:
     """The rotations of the study (Fig. 4b to i), and its errors and costs."""
     lane = study.lane_set.lanes.lane_count - 1
     name = study.table["lane_name"].iloc[lane]
     return [
         plots_study.draw_histories(
-            folder / "fig4-sensitivity.png",
+            "fig4-sensitivity",
             f"Free rocking of B0, {name}: one setting of Table 2 at a time, all others as in "
             "Table 1",
             study.times,
@@ -29,7 +28,7 @@ def draw_figures(study: StudyRun, folder: pathlib.Path) -> list[pathlib.Path]:
             study.histories,
         ),
         plots_study.draw_study(
-            folder / "fig4-study.png",
+            "fig4-study",
             study.rows,
             "Free rocking of B0, one setting of Table 2 at a time",
             study.lane_set.times.duration,

@@ -8,8 +8,9 @@ import functools
 import hashlib
 import json
 import pathlib
-from collections.abc import Mapping
-from typing import Any
+import urllib.parse
+from collections.abc import Sequence
+from typing import Any, Protocol
 
 import pandas as pd
 import pyarrow as pa
@@ -24,17 +25,39 @@ MOST_ROWS = 5_000_000
 """Rows of a table that a page is made from; of a longer one the first are read."""
 
 
+class Drawn(Protocol):
+    """A figure at hand, as `warprock.figures` makes it."""
+
+    @property
+    def name(self) -> str:
+        """Name of its file without the ending."""
+
+    @property
+    def title(self) -> str:
+        """What it says, in one line."""
+
+    @property
+    def alt(self) -> str:
+        """What a reader who cannot see it is told."""
+
+    def svg(self) -> str:
+        """The figure as SVG."""
+
+    def png(self) -> bytes:
+        """The figure as PNG."""
+
+
 @dataclasses.dataclass(frozen=True)
 class ResultFolder:
     """A folder of results.
 
     Attributes:
         path: Where it is.
-        drawings: Figures that are at hand as drawn, by the names of their files.
+        drawings: Figures that are at hand as they were drawn.
     """
 
     path: pathlib.Path
-    drawings: Mapping[str, Picture] = dataclasses.field(default_factory=dict)
+    drawings: Sequence[Drawn] = ()
 
     def has(self, *names: str) -> bool:
         """Whether files of these names are all there."""
@@ -106,27 +129,41 @@ class ResultFolder:
 
     def _picture(self, name: str) -> Picture:
         digest = self.digest(name)
-        if name in self.drawings:
-            return dataclasses.replace(self.drawings[name], digest=digest)
-        text = base64.b64encode((self.path / name).read_bytes()).decode("ascii")
-        title = TITLES.get(name, name.removesuffix(".png").replace("-", " "))
-        return Picture(name, title, f"Figure: {title}", f"data:image/png;base64,{text}", digest)
+        for drawn in self.drawings:
+            if name == f"{drawn.name}.png":
+                return Picture(name, drawn.title, drawn.alt, _address(drawn), digest)
+        path = self.path / name
+        title, alt = _png_words(path)
+        title = title or name.removesuffix(".png").replace("-", " ")
+        return Picture(name, title, alt or f"Figure: {title}", _png(path.read_bytes()), digest)
 
 
-TITLES = {
-    "histories.png": "Rotation over time",
-    "peaks.png": "Peak rotation of every lane over the swept inputs",
-    "fragility.png": "Fragility functions",
-    "map.png": "Overturning map",
-    "spectrum.png": "Rocking spectra",
-    "ida.png": "Incremental dynamic analysis",
-    "sensitivity.png": "Sobol' indices",
-    "ensemble.png": "Distribution of every cell of the ensemble",
-    "space.png": "Paths in space",
-    "trade.png": "Error over cost of every engine",
-    "study.png": "Error and cost of every setting",
-}
-"""Titles of figures that only their files tell of."""
+MOST_SVG = 1_500_000
+"""Characters of a drawing as SVG; a longer one stands in the page as PNG."""
+
+
+def _address(drawn: Drawn) -> str:
+    """A drawing as a `data:` address."""
+    text = drawn.svg()
+    if len(text) > MOST_SVG:
+        return _png(drawn.png())
+    return "data:image/svg+xml," + urllib.parse.quote(text, safe=" =:/;,.()'<>[]{}!?*+-_~@&|^")
+
+
+def _png(content: bytes) -> str:
+    return f"data:image/png;base64,{base64.b64encode(content).decode('ascii')}"
+
+
+def _png_words(path: pathlib.Path) -> tuple[str, str]:
+    """Title and alternative text that a figure of ours has in its metadata; empty without."""
+    import PIL.Image
+
+    try:
+        with PIL.Image.open(path) as image:
+            words = image.info
+    except OSError as error:
+        raise InputError(str(path), "", "the file", f"must be a figure: {error}") from None
+    return str(words.get("Title", "")), str(words.get("Description", ""))
 
 
 def _first(file: pq.ParquetFile) -> pa.Table:

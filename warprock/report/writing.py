@@ -9,8 +9,8 @@ from typing import Any
 
 from warprock import __version__
 from warprock.errors import InputError
-from warprock.report.content import Chapter, Page, Picture
-from warprock.report.folder import ResultFolder
+from warprock.report.content import Chapter, Page
+from warprock.report.folder import Drawn, ResultFolder
 from warprock.report.page import REPORT, write_page
 from warprock.report.run_chapter import run_chapter
 from warprock.run.lane_table import LANE_TABLE
@@ -42,7 +42,7 @@ def write_report(
     *,
     command: str = "",
     scenes: Scenes | None = None,
-    drawings: Mapping[str, Picture] | None = None,
+    drawings: Sequence[Drawn] = (),
 ) -> pathlib.Path:
     """Writes the page of a folder of results.
 
@@ -50,7 +50,7 @@ def write_report(
         folder: The folder.
         command: The command that made the results; empty where it is not known.
         scenes: Lanes to play, of `scenes.scenes_of`; None where no run is at hand.
-        drawings: Figures as they were drawn, by the names of their files.
+        drawings: Figures that are at hand as they were drawn; others are taken as they lie there.
 
     Returns:
         The page, one file that needs nothing beside it.
@@ -60,7 +60,7 @@ def write_report(
     """
     if not folder.is_dir():
         raise InputError("DIR", "", str(folder), "must be a folder of results")
-    found = ResultFolder(folder, drawings or {})
+    found = ResultFolder(folder, drawings)
     if scenes is not None:
         scenes = {**scenes, "digest": found.digest(PROVENANCE)}
     chapters = [make(found, scenes) for there, make in _CHAPTERS if there(found)]
