@@ -7,9 +7,10 @@ import re
 import numpy as np
 import pytest
 
+from warprock.case.block import ROUND_DEPTH
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
-from warprock.case.round_base import DEPTH, round_base_note
+from warprock.case.round_base import round_base_note
 from warprock.errors import InputError
 
 DIAMETER, HEIGHT = 0.6, 1.1
@@ -27,7 +28,7 @@ def moments(depth_at: np.ndarray, x: np.ndarray) -> tuple[float, float, float]:
 def test_the_box_keeps_the_mass_and_its_inertia_is_off_as_said():
     x = (np.arange(200_000) + 0.5) * DIAMETER / 200_000
     chord = 2.0 * np.sqrt((DIAMETER / 2) ** 2 - (x - DIAMETER / 2) ** 2)
-    cylinder, box = moments(chord, x), moments(np.full_like(x, DEPTH * DIAMETER), x)
+    cylinder, box = moments(chord, x), moments(np.full_like(x, ROUND_DEPTH * DIAMETER), x)
     assert box[0] == pytest.approx(cylinder[0], rel=1e-6)
     sine = DIAMETER**2 / (DIAMETER**2 + HEIGHT**2)
     assert box[1] / cylinder[1] == pytest.approx(1.0 / (1.0 - sine / 16.0), rel=1e-6)

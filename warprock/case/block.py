@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Self
 
@@ -11,6 +12,9 @@ from warprock.case.contact import FRICTION
 from warprock.case.validation import KeyedError, Table, validated
 from warprock.model.runnable import MOST_BLOCKS
 from warprock.quantity import NOTHING, Column, FrictionKey, NumberKey, Said
+
+ROUND_DEPTH = math.pi / 4.0
+"""Depth over diameter of the box that stands for a round base: their areas are the same."""
 
 
 def _centre_offset(axis: str, along: str) -> NumberKey:

@@ -32,9 +32,6 @@ if TYPE_CHECKING:
 
     from warprock.case.values import LaneValues
 
-DEPTH = np.pi / 4.0
-"""Depth of the box over the diameter: the areas of the bases are the same."""
-
 _DIAMETER = re.compile(r"diameter(_\d)?_m")
 
 

@@ -174,11 +174,21 @@ def override(raw: dict[str, Any], text: str) -> str:
     Raises:
         InputError: It is not of that form, or lies below what is no table.
     """
+    key, value = read_override(text, OVERRIDE)
+    put(raw, key, value, text.partition("=")[2].strip())
+    return key
+
+
+def read_override(text: str, option: str) -> tuple[str, Any]:
+    """Key and value of one `key=value`, as a case file holds it.
+
+    Raises:
+        InputError: It is not of that form; the error names the option.
+    """
     key, equals, value = (part.strip() for part in text.partition("="))
     if not (key and equals and value) or not _is_unicode(text):
-        raise InputError(OVERRIDE, "", text, 'must be KEY=VALUE, such as block.height="5.5 m"')
-    put(raw, key, _override_value(key, value), value)
-    return key
+        raise InputError(option, "", text, 'must be KEY=VALUE, such as block.height="5.5 m"')
+    return key, _override_value(key, value)
 
 
 def put(raw: dict[str, Any], key: str, value: Any, written: object) -> None:

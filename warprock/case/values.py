@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.case.axes import LABEL, Column, Numbers, Texts, lane_indices
+from warprock.case.block import ROUND_DEPTH
 from warprock.case.case import Case
 from warprock.case.keys import KEYS, general_key
-from warprock.case.round_base import DEPTH
 from warprock.case.sampling import Distribution
 from warprock.errors import InputError
 from warprock.quantity import NumberKey, Said
@@ -55,7 +55,7 @@ class LaneValues:
         """
         table, _, name = key.rpartition(".")
         if name in ("width", "depth") and self.given(f"{table}.diameter"):
-            return (DEPTH if name == "depth" else 1.0) * self.numbers(f"{table}.diameter")
+            return (ROUND_DEPTH if name == "depth" else 1.0) * self.numbers(f"{table}.diameter")
         values = self._own_numbers(key)
         if self._spread is not None and key in self._spread.spread:
             return self._spread.moved(key, values, self._points)
