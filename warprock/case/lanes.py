@@ -71,6 +71,12 @@ class LaneSet:
             some lanes were asked for.
         step_factors: Factor on the engine's time step, shape [lane]; None is 1 for all.
         first: Number of the first lane, where only some were asked for.
+
+    Example:
+        >>> import warprock as wr
+        >>> lanes = wr.expand_lanes(wr.load_case("free-b1-b3"))
+        >>> lanes.shape, lanes.select({"block": "B2"}).tolist()
+        ((3, 3), [3, 4, 5])
     """
 
     lanes: Lanes
@@ -117,6 +123,11 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
 
     Raises:
         InputError: A combination of values that no engine could use.
+
+    Example:
+        >>> import warprock as wr
+        >>> wr.expand_lanes(wr.load_case("free-b0")).lanes.height.tolist()
+        [5.0, 5.5]
     """
     import pandas as pd
 

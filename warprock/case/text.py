@@ -49,7 +49,13 @@ class CaseText(NamedTuple):
 
 
 def case_names() -> list[str]:
-    """Names of the shipped cases, sorted."""
+    """Names of the shipped cases, sorted.
+
+    Example:
+        >>> import warprock as wr
+        >>> wr.case_names()[:3]
+        ['fragility-fema-p695', 'fragility-five-blocks', 'free-b0']
+    """
     return sorted(
         entry.name for entry in _shipped().iterdir() if entry.joinpath(CASE_FILE).is_file()
     )
