@@ -8,7 +8,7 @@ from typing import Any
 from warprock.report import asked
 from warprock.report.content import Chapter, Proof
 from warprock.report.folder import ResultFolder
-from warprock.report.lanes import lane_sheet
+from warprock.report.lanes import lane_sheet, needed
 from warprock.report.numbers import counted, listed, sheet_of, three
 from warprock.report.sentences import peak_sentences
 from warprock.run.lane_table import LANE_TABLE
@@ -92,7 +92,7 @@ def sweep_chapter(folder: ResultFolder, _scenes: Scenes | None) -> Chapter:
         found.append(f"Of these {asked.outcome_words(state['outcome'])}.")
     sheets = []
     if folder.has(LANE_TABLE):
-        table = folder.table(LANE_TABLE)
+        table = folder.table(LANE_TABLE, needed(facts))
         found += peak_sentences(facts, table)
         sheets.append(lane_sheet(facts, table, file=LANE_TABLE))
     else:

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import concurrent.futures
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
+
+import warp as wp
 
 from warprock.engines import engine_class
 from warprock.engines.base import AbstractEngine
@@ -21,7 +23,7 @@ from warprock.model.motion import GroundMotions
 from warprock.model.painleve import mark_ambiguous
 from warprock.model.response import Response, SampleTimes, join_responses
 from warprock.model.runnable import require_runnable
-from warprock.run.devices import keeping_kernels
+from warprock.run.devices import keeping_kernels, start_warp
 from warprock.run.machine import core_count, require_workers
 
 CHUNK_STEPS = 2.0e7
@@ -127,6 +129,28 @@ def run_batch(
     slices = [slice(low, min(low + size, count)) for low in range(0, count, size)]
     run_chunk = _chunk_runner(built, lanes, motions, times)
     return join_responses(_run_all(run_chunk, slices, threads, progress))
+
+
+def warm_up_together(batches: Iterable[tuple[str, Lanes, GroundMotions, Any]]) -> None:
+    """Compiles or loads the kernels of several runs side by side, on all cores.
+
+    A run on its own compiles what it needs on one core; what needs many kernels ends sooner where
+    they are known beforehand.
+
+    Args:
+        batches: Of each run the name of the engine, lanes, ground motions, and settings or None.
+
+    Raises:
+        InputError: The folder of the kernels cannot be written to.
+    """
+    start_warp()
+    with _WARMING_UP, keeping_kernels():
+        names = {
+            engine_class(engine)(settings, Target()).module_of(lanes, motions).__name__
+            for engine, lanes, motions, settings in batches
+        }
+        modules = [wp.get_module(name) for name in sorted(names)]
+        wp.force_load("cpu", modules, max_workers=core_count())
 
 
 def _chunk_runner(
