@@ -26,13 +26,14 @@ The names are imported when they are first used, so that `import warprock` is ch
 from __future__ import annotations
 
 import importlib
-import inspect
 import pathlib
 import sys
 import types
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    import inspect
+
     from warprock.api.analyses import fragility, ida, map, sensitivity, spectrum
     from warprock.api.case import Case, load_case
     from warprock.api.comparison import compare
@@ -190,10 +191,14 @@ class _RoomAndCommand(types.ModuleType):
 
     @property
     def __doc__(self) -> str | None:  # type: ignore[override]
+        import inspect
+
         return inspect.getdoc(self._command())
 
     @property
     def __signature__(self) -> inspect.Signature:
+        import inspect
+
         return inspect.signature(self._command())
 
 
