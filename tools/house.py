@@ -151,7 +151,7 @@ ROOMS = (
     _room(
         "paper",
         "all that serves only the seed paper: its printed numbers, ours beside them, its conflicts",
-        f"{_BASE} case engines run analysis compare oracle tables figures",
+        f"{_BASE} case engines run report analysis compare oracle tables figures",
         "numpy pandas rich",
     ),
     _room(
