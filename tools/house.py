@@ -56,7 +56,8 @@ ROOMS = (
     _room(
         "model",
         """the arrays that rooms hand one another (lanes, ground motions, scene, response), and
-        closed forms: rocking, stacking, pose, Painleve's limit, undecided lanes""",
+        closed forms: rocking, stacking, pose, the path of a base, Painleve's limit, undecided
+        lanes""",
         "errors units",
         "numpy",
     ),

@@ -24,7 +24,7 @@ from warprock.paper import reproduce as module
 from warprock.paper import stack as reproduce_stack
 from warprock.paper.conflicts import slip_deceleration
 from warprock.paper.printed import PAPER_COLUMNS, paper_table
-from warprock.paper.reproduce import CASES_OF, GROUPS, reproduce
+from warprock.paper.reproduce import CASES_OF, GROUPS, SENSITIVITY, reproduce
 
 KEYS = {"target", "frequency_hz", "amplitude_mm", "reading", "source", "peak_rotation_ratio"}
 DISPLACEMENT_PEAKS = (0.1864, 0.1366, 0.1858, 0.0903, 0.1079, 0.1228)
@@ -238,18 +238,21 @@ def test_all_makes_every_target_and_runs_a_case_once(tmp_path, answered, monkeyp
         ),
     )
     for name in FIGURES:
-        monkeypatch.setitem(
-            module._MAKERS, name, module._figure(lambda _runs, _folder: [], CASES_OF[name])
-        )
+        monkeypatch.setitem(module._MAKERS, name, module._figure(lambda _runs: [], CASES_OF[name]))
     for name in ("fig12", "fig13", "fig14", "fig15"):
-        monkeypatch.setitem(
-            module._MAKERS, name, reproduce_stack._figure(lambda _runs, _folder: [])
-        )
-    monkeypatch.setattr(reproduce_stack.figures, "collapse", lambda _runs, _folder: [])
+        monkeypatch.setitem(module._MAKERS, name, reproduce_stack._figure(lambda _runs: []))
+    monkeypatch.setattr(reproduce_stack.figures, "collapse", lambda _runs: [])
     done = []
     found = reproduce("all", tmp_path, progress=done.append, members=2)
     assert {row["target"] for row in found["rows"]} == set(GROUPS["all"])
     assert len(runs) == len(set(runs))
+    # What is compiled beforehand is what runs.
+    known = module._engines_of(GROUPS["all"])
+    assert {(case, e) for case, engines in known.items() for e in engines} <= {
+        (case, engine)
+        for case, overridden, engine in runs
+        if overridden <= {"ensemble.members"} and case != SENSITIVITY
+    }
     assert done == sorted(done)
     assert {conflict["item"] for conflict in found["conflicts"]} == set(range(1, 14))
 

@@ -37,13 +37,33 @@ def leave(
         The files, the figures and the page behind them.
     """
     from warprock.figures.drawing import write_drawings
-    from warprock.report.writing import write_report
+    from warprock.report.page import REPORT
 
     files = [*files, *write_drawings(drawings, folder)]
-    list_written(folder, files, beside=beside)
-    page = write_report(folder, command=asked_command(), drawings=drawings, scenes=scenes)
+    old = folder / REPORT
+    # The page that is there is about to be replaced, not left over.
+    list_written(folder, [*files, old] if old.is_file() else files, beside=beside)
+    page = add_page(folder, drawings=drawings, scenes=scenes)
     list_written(folder, [page], beside=True)
     return [*files, page]
+
+
+def add_page(
+    folder: pathlib.Path,
+    *,
+    drawings: Sequence[Drawing] = (),
+    scenes: Mapping[str, Any] | None = None,
+) -> pathlib.Path:
+    """Writes the page of a folder whose files are not listed: they stay whatever comes after them.
+
+    Args:
+        folder: The folder.
+        drawings: Figures of the command that runs.
+        scenes: Lanes to play on the page.
+    """
+    from warprock.report.writing import write_report
+
+    return write_report(folder, command=asked_command(), drawings=drawings, scenes=scenes)
 
 
 def asked_command() -> str:
