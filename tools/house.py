@@ -157,14 +157,14 @@ ROOMS = (
     _room(
         "paper",
         "all that serves only the seed paper: its printed numbers, ours beside them, its conflicts",
-        f"{_BASE} case engines run analysis compare oracle tables figures",
+        f"{_BASE} case engines run report analysis compare oracle tables figures",
         "numpy pandas rich",
     ),
     _room(
         "api",
         """`import warprock`: cases from objects, dicts and tables; the commands as functions; what
         they find as an object with tables, figures and files""",
-        f"{_BASE} case run sweep analysis compare tables figures report",
+        f"{_BASE} records case run sweep analysis compare tables figures report",
         "numpy pandas",
     ),
     _room(

@@ -4,7 +4,8 @@ import sys
 import types
 
 import warprock as wr
-from warprock.api.progress import shown
+from warprock.api.progress import _Bar, shown
+from warprock.run.compiling import TEXT
 
 
 class Handle:
@@ -34,6 +35,15 @@ def test_a_notebook_shows_a_bar_that_goes_when_the_work_is_done(monkeypatch, cap
     assert "2 of 2 lanes" in handle.shown[-2]
     assert handle.shown[-1] == ""
     assert capsys.readouterr() == ("", "")
+
+
+def test_a_bar_says_what_the_wait_is_for_until_it_moves_on():
+    bar = _Bar("case", 4)
+    bar.handle = Handle()
+    bar.say(TEXT)
+    bar(1)
+    assert TEXT in bar.handle.shown[0]
+    assert bar.handle.shown[1].endswith("1 of 4 lanes")
 
 
 def test_a_function_is_called_with_the_lanes_finished_so_far():

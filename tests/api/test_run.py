@@ -28,7 +28,7 @@ def test_a_run_has_the_numbers_of_the_command(run, tmp_path):
     pd.testing.assert_frame_equal(run.table, of_command, check_exact=True, check_categorical=False)
     assert run.table.attrs["columns"]["height_m"]["unit"] == "m"
     files = run.save(tmp_path / "api")
-    names = {path.name for path in (tmp_path / "cli").iterdir()} - {"report.html"}
+    names = {path.name for path in (tmp_path / "cli").iterdir()}
     assert {path.name for path in files} | {".warprock.json"} >= names
     facts = json.loads((tmp_path / "api/run.json").read_text())
     assert facts["engine"] == run.facts["engine"]
@@ -107,7 +107,7 @@ def test_plots_take_axes_and_give_them(run):
     assert figure.get_axes() == list(axes)
     own = run.plot_peaks()
     assert own.figure is not figure
-    assert own.get_title(loc="left").startswith("free-b0, housner: All 2 lanes stand")
+    assert own.get_title(loc="left").startswith("free-b0, housner: ")
 
 
 def test_a_notebook_sees_a_table_and_a_picture_with_words(run):
@@ -133,15 +133,14 @@ def test_an_ensemble_has_cells_and_another_run_says_that_it_has_none(run):
 
 def test_the_names_of_commands_are_rooms_and_functions():
     code = """if 1:
-        import warprock.run.case_run, warprock.sweep.plan, warprock.compare.checks
+        import warprock.run.options, warprock.sweep, warprock.compare
         import warprock as wr
         assert callable(wr.run) and callable(wr.sweep) and callable(wr.compare)
-        assert wr.run.case_run.run_case is wr.run_case
-        print(wr.run("free-b0", "housner", progress=False))
+        assert wr.run.options.RunOptions
     """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.stderr == ""
-    assert done.stdout == "Run(free-b0: housner, 2 lanes: 1 at rest, 1 rocking; 2 ok)\n"
     assert isinstance(wr.run, types.ModuleType)
+    assert wr.run.case_run.run_case is wr.run_case
     assert wr.run.__doc__.startswith("Runs every lane of a case with one engine.")
     assert list(inspect.signature(wr.run).parameters)[:2] == ["case", "engine"]

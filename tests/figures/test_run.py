@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from warprock.case.load import load_case
+from warprock.figures import histories
 from warprock.figures import run as plots_run
 from warprock.figures.drawing import Drawing, write_drawings
 from warprock.figures.run import draw_run
@@ -140,10 +141,14 @@ def test_no_title_or_name_below_an_axis_runs_into_another(figures):
 
 def test_axes_carry_their_units(figures):
     for name, figure in figures.items():
-        labels = [axes.get_ylabel() for axes in figure.axes] + [figure.get_supylabel()]
+        up = name != "one lane/peaks"
+        labels = [axes.get_ylabel() if up else axes.get_xlabel() for axes in figure.axes]
+        labels.append(figure.get_supylabel())
         assert any(label.endswith("[-]") for label in labels), name
         if name.endswith("histories"):
             assert {axes.get_xlabel() for axes in figure.axes} - {""} == {"time [s]"}
+            still = name.startswith("free")
+            assert any(label == "base [g]" for label in labels) is not still
     assert figures["one axis/peaks"].axes[0].get_xlabel() == "amplitude [g]"
     assert figures["map/peaks"].axes[0].get_xlabel() == "amplitude [g]"
     assert figures["map/peaks"].get_supylabel() == "frequency [Hz]"
@@ -156,7 +161,9 @@ def test_labels_are_colours_and_other_inputs_are_panels(drawings, figures):
     assert titles(figure) == ["frequency 1 Hz", "frequency 5 Hz"]
     figure = figures["panels/histories"]
     assert legend_texts(figure)[:2] == ["slender", "stocky"]
-    assert "amplitude 0.11 g, frequency 5 Hz - lanes 1, 9" in titles(figure)
+    assert "amplitude 0.11 g, frequency 5 Hz - lanes 1, 9 (peaks 0 / 0)" in [
+        title.replace("\n", " ") for title in titles(figure)
+    ]
     assert "evenly spaced" not in drawings["panels/histories"].alt
 
 
@@ -165,15 +172,15 @@ def test_few_enough_histories_are_drawn_and_their_choice_is_said(drawings, figur
     assert "12 of 1000 lanes, evenly spaced" in drawings["one axis/histories"].alt
     panels = [title for title in titles(figure) if title.startswith("amplitude")]
     assert len(panels) == 12
-    assert panels[0].endswith("lane 0")
-    assert panels[-1].endswith("lane 999")
+    assert panels[0].endswith("lane 0 (peak 0)")
+    assert panels[-1].endswith("lane 999 (overturned)")
 
 
 def test_a_history_is_that_of_its_lane(runs, figures):
     run = runs["record-ridgecrest"]
     figure = figures["record-ridgecrest/histories"]
     slenderness = run.lane_set.lanes.slenderness_angle
-    whole = [axes for axes in shown_axes(figure) if " - lane " in axes.get_title(loc="left")]
+    whole = [axes for axes in shown_axes(figure) if "rotation" in axes.get_ylabel()]
     assert len(whole) == 7
     for lane, axes in enumerate(whole):
         if run.response["outcome"][lane] != Outcome.OVERTURNED:
@@ -193,7 +200,12 @@ def test_fallen_blocks_squash_no_curve(runs, figures):
             if "rotation" in axes.get_ylabel():
                 assert axes.get_ylim()[1] < 1.4
         figure = figures[f"{name}/peaks"]
-        assert any(text.startswith("overturned (drawn at 1.") for text in legend_texts(figure))
+        if name == "one lane":
+            assert figure.axes[0].patches[0].get_width() < 1.4
+            continue
+        assert any(text == "overturned (drawn at the top)" for text in legend_texts(figure))
+        ticks = [text.get_text() for text in figure.axes[0].get_yticklabels()]
+        assert ticks[-1] in ("overturned", "fallen")
         low, high = figure.axes[0].get_ylim()
         marks = [line for line in figure.axes[0].lines if line.get_marker() == "^"]
         points = np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in marks])
@@ -201,7 +213,7 @@ def test_fallen_blocks_squash_no_curve(runs, figures):
         assert np.all((points > 1.0) & (points < high))
         assert len(set(points)) == 1
         assert low <= 0.0
-        assert high < 2.5
+        assert high < 3.0
 
 
 def test_a_block_still_falling_when_its_run_ends_squashes_no_curve(runs, figures):
@@ -211,7 +223,7 @@ def test_a_block_still_falling_when_its_run_ends_squashes_no_curve(runs, figures
     assert falling.any()
     figure = figures["one axis/peaks"]
     assert any(text.startswith("beyond 2, not overturned") for text in legend_texts(figure))
-    assert figure.axes[0].get_ylim()[1] < 2.5
+    assert figure.axes[0].get_ylim()[1] < 3.0
 
 
 def test_every_lane_has_its_mark(runs, figures):
@@ -239,14 +251,14 @@ def test_dense_runs_are_outlined_and_enlarged(figures):
     figure = figures[f"{CONTINUOUS}/histories"]
     assert any("largest and smallest in every" in text for text in legend_texts(figure))
     assert any(title.startswith("enlarged: 0 s to") for title in titles(figure))
-    assert "after a velocity step of 0.151 m/s" in titles(figure)[0]
+    assert "after a velocity step of 0.151 / 0 m/s" in titles(figure)[0].replace("\n", "")
     assert len(shown_axes(figures["free-b0/histories"])) == 1
 
 
 def test_an_outline_holds_the_extremes_and_ignores_what_is_missing():
     ratio = np.sin(np.linspace(0.0, 100.0, 1001))
     ratio[500:] = np.nan
-    times, values = plots_run._outline(np.linspace(0.0, 1.0, 1001), ratio, 10)
+    times, values = histories._outline(np.linspace(0.0, 1.0, 1001), ratio, 10)
     upper, lower = values[:10], values[11:]
     np.testing.assert_array_equal(times[:10], times[11:])
     assert upper[0] == ratio[:100].max()
@@ -262,11 +274,11 @@ def test_lanes_without_a_usable_number_are_left_out_and_counted(runs, monkeypatc
     broken = dataclasses.replace(run.response, fields=fields)
     monkeypatch.setattr(plots_run, "run_lanes", lambda _, lanes: nan_histories(len(lanes)))
     drawn = draw_run(dataclasses.replace(run, response=broken))
-    histories, peaks = (each.figure for each in drawn)
+    over_time, peaks = (each.figure for each in drawn)
     assert "8 have no usable number" in drawn[1].title
     assert any(
         "0: nonfinite, numbers not usable" in title.replace("\n", " ")
-        for title in titles(histories)
+        for title in titles(over_time)
     )
     marks = [line for axes in peaks.axes for line in axes.lines if line.get_marker() != "None"]
     assert sum(len(line.get_xdata()) for line in marks) == 8
@@ -305,3 +317,29 @@ def test_lanes_at_agrees_with_the_table_of_inputs(runs):
     assert set(rows["frequency_hz"]) == {5.0}
     assert frequencies.name(1) == "frequency 5 Hz"
     assert amplitudes.coordinates[3] * 9.81 == pytest.approx(rows["amplitude_m_s2"].iloc[0])
+
+
+def test_each_lane_has_its_own_base_and_small_rotations_a_scale_of_their_own(runs, figures):
+    figure = figures["record-ridgecrest/histories"]
+    strips = [axes for axes in shown_axes(figure) if axes.get_ylabel() == "base [g]"]
+    largest = [np.abs(axes.lines[0].get_ydata()).max() for axes in strips]
+    scales = runs["record-ridgecrest"].lane_set.inputs["scale"].to_numpy()
+    # A record is sampled at 4001 times over 80 s: its peaks lie beside them.
+    np.testing.assert_allclose(largest / largest[-1], scales / scales[-1], rtol=1e-9)
+    panels = [axes for axes in shown_axes(figure) if "rotation" in axes.get_ylabel()]
+    limits = [axes.get_ylim()[1] for axes in panels]
+    assert limits[0] == pytest.approx(1.1e-3)
+    assert limits[-1] == pytest.approx(1.1 * 1.2)
+
+
+def test_messages_are_made_from_the_numbers(runs, drawings):
+    for name, run in runs.items():
+        fell = int(np.sum(run.response["outcome"] == Outcome.OVERTURNED))
+        title = drawings[f"{name}/peaks"].title
+        assert "\n" not in title
+        if run.response.lane_count > 1 and fell:
+            assert f"{fell} overturn" in title
+        if not fell:
+            ratio = run.response["peak_rotation"] / run.lane_set.lanes.slenderness_angle
+            largest = f"{ratio.max():.3g} of the slenderness angle"
+            assert title.endswith(largest if ratio.any() else "none rotates")

@@ -23,8 +23,13 @@ from warprock.analysis.spectrum import run_spectrum
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
 from warprock.api.names import python_names
-from warprock.api.work import How, HowHeld, listing_how, working
+from warprock.api.work import How, HowHeld, Work, listing_how, working
 from warprock.errors import InputError
+from warprock.figures.fragility import draw_curves
+from warprock.figures.incremental import draw_analysis
+from warprock.figures.overturning import draw_map
+from warprock.figures.sensitivity import draw_sensitivity
+from warprock.figures.spectrum import draw_spectrum
 from warprock.tables.fragility import fragility_report
 from warprock.tables.incremental import analysis_report
 from warprock.tables.overturning import map_report
@@ -89,7 +94,7 @@ def fragility(
         f"fragility over {intensity}",
         curves,
         functools.partial(fragility_report, lanes, curves, source, intensity),
-        list,
+        functools.partial(draw_curves, curves, intensity),
     )
 
 
@@ -142,24 +147,38 @@ def ida(
     References:
         D. Vamvatsikos and C. A. Cornell (2002), Incremental dynamic analysis, *Earthquake
         Engineering and Structural Dynamics* 31(3).
+
+    Example:
+        >>> import warprock as wr
+        >>> shorter = {"motion.scale": 1.0, "run.duration": "20 s"}
+        >>> asked = {"lowest": 0.2, "highest": 2.0, "count": 5, "accuracy": 0.1, "progress": False}
+        >>> found = wr.ida("record-ridgecrest", "housner", **asked, overrides=shorter)
+        >>> found.table["overturning_factor"].round(3).tolist()
+        [1.299]
     """
     ladder = Ladder(lowest, highest, count, accuracy)
     with python_names():
         ladder.judge()
     with working(case, engine, counted=False, factors=ladder.factors.tolist(), **how) as work:
-        plan = plan_analysis(work.case, work.engine, ladder, work.options)
-        require_columns(work.case, intensity, by)
-        place = None if folder is None else pathlib.Path(folder)
-        options = work.options
-        found = run_analysis(
-            work.case, plan, ladder, place, workers=options.workers, progress=options.progress
-        )
-        groups = capacities(found, intensity=intensity, by=by)
+        return _ida(work, ladder, intensity, by, None if folder is None else pathlib.Path(folder))
+
+
+def _ida(
+    work: Work, ladder: Ladder, intensity: str, by: Sequence[str], folder: pathlib.Path | None
+) -> Found:
+    """Plans and runs an incremental dynamic analysis; stages are kept in the folder."""
+    options = work.options
+    plan = plan_analysis(work.case, work.engine, ladder, options)
+    require_columns(work.case, intensity, by)
+    found = run_analysis(
+        work.case, plan, ladder, folder, workers=options.workers, progress=options.progress
+    )
+    groups = capacities(found, intensity=intensity, by=by)
     return Found(
         f"{work.case.name}: incremental dynamic analysis with {work.engine}",
         found,
         functools.partial(analysis_report, found, work.case, groups, intensity),
-        list,
+        functools.partial(draw_analysis, found, groups, intensity),
     )
 
 
@@ -189,6 +208,14 @@ def map(
     References:
         J. Zhang and N. Makris (2001), Rocking response of free-standing blocks under cycloidal
         pulses, *Journal of Engineering Mechanics* 127(5).
+
+    Example:
+        >>> import warprock as wr
+        >>> grid = {"motion.frequency": ["1 Hz"], "motion.amplitude": ["0.01 g", "0.15 g"]}
+        >>> grid |= {"motion.waveform": "sine", "motion.cycles": 1}
+        >>> found = wr.map("overturning-map", "housner", overrides=grid, progress=False)
+        >>> found.tables["boundaries"]["acceleration_ratio"].round(2).tolist()
+        [1.23, 2.31, 2.35]
     """
     with working(case, engine, counted=False, **how) as work:
         require_tolerance(tolerance)
@@ -198,7 +225,7 @@ def map(
         f"{work.case.name}: overturning map with {work.engine}",
         found,
         functools.partial(map_report, found),
-        list,
+        functools.partial(draw_map, found),
     )
 
 
@@ -225,6 +252,14 @@ def spectrum(
     References:
         N. Makris and D. Konstantinidis (2003), The rocking spectrum and the limitations of
         practical design methodologies, *Earthquake Engineering and Structural Dynamics* 32.
+
+    Example:
+        >>> import warprock as wr
+        >>> curve = {"spectrum.period": ["2 s", "4 s"], "spectrum.slenderness": ["10 deg"]}
+        >>> curve |= {"run.duration": "20 s"}
+        >>> found = wr.spectrum("rocking-spectrum", "housner", overrides=curve, progress=False)
+        >>> found.table["period_s"].tolist()
+        [2.0, 4.0]
     """
     with working(case, engine, **how) as work:
         found = run_spectrum(work.case, work.engine, work.options)
@@ -232,7 +267,7 @@ def spectrum(
         f"{work.case.name}: rocking spectrum with {work.engine}",
         found,
         functools.partial(spectrum_report, found),
-        list,
+        functools.partial(draw_spectrum, found),
     )
 
 
@@ -264,6 +299,13 @@ def sensitivity(
     References:
         A. Saltelli et al. (2010), Variance based sensitivity analysis of model output, *Computer
         Physics Communications* 181.
+
+    Example:
+        >>> import warprock as wr
+        >>> fewer = {"overrides": {"sample.lanes": 16}, "progress": False}
+        >>> found = wr.sensitivity("sobol-single-block", "housner", resamples=10, **fewer)
+        >>> len(found.table)
+        12
     """
     _require_within("resamples", resamples, 10, 10_000)
     with working(case, engine, counted=False, **how) as work:
@@ -272,7 +314,7 @@ def sensitivity(
         f"{work.case.name}: Sobol' indices of {of} with {work.engine}",
         found,
         functools.partial(sensitivity_report, found),
-        list,
+        functools.partial(draw_sensitivity, found),
     )
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NoReturn
 
 import pandas as pd
 
@@ -61,7 +62,24 @@ def compare(
         with shown(progress, work.name, None) as report:
             found = compare_engines(work, list(engines), workers, report)
     title = f"{work.name}: {', '.join(engines)}"
-    return Found(title, found, functools.partial(_report, work, found), list)
+    return Comparison(title, found, functools.partial(_report, work, found), list)
+
+
+class Comparison(Found):
+    """Engines side by side: tables, without figures and without a page."""
+
+    _saves_page = False
+
+    def report(self, folder: str | os.PathLike[str] | None = None) -> NoReturn:
+        """A comparison has no page.
+
+        Args:
+            folder: Of no use.
+
+        Raises:
+            ValueError: Always.
+        """
+        raise ValueError(f"{self.title}: a comparison has no page")
 
 
 def _report(case: Case, found: dict[str, Any]) -> Report:

@@ -9,13 +9,13 @@ import os
 import pathlib
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import pandas as pd
 
 from warprock.api.names import python_names
 from warprock.figures.drawing import Drawing, write_drawings
-from warprock.report.writing import REPORT, write_report
+from warprock.report.writing import write_report
 from warprock.run.results import list_results, write_results
 
 if TYPE_CHECKING:
@@ -31,7 +31,16 @@ class Found:
     Attributes:
         title: What was run, in one line.
         found: The object that the rooms below handed over, with all that was computed.
+
+    Example:
+        >>> import warprock as wr
+        >>> found = wr.compare("free-b0", ["housner"], progress=False)
+        >>> found, list(found.tables)
+        (Comparison(free-b0: housner: 2 rows), ['comparison'])
     """
+
+    _saves_page: ClassVar[bool] = True
+    """Whether `save` leaves a page."""
 
     def __init__(
         self,
@@ -74,15 +83,25 @@ class Found:
             Drawings; each has a Matplotlib figure, `figure`, its `title`, and what a blind reader
             is told of it, `alt`. A notebook shows one that is the last line of a cell.
         """
-        return list(self._draw())
+        return list(self._drawings)
+
+    @functools.cached_property
+    def _drawings(self) -> Sequence[Drawing]:
+        return self._draw()
 
     def plot(self) -> Any:
         """Its first figure, as Matplotlib has it; `.axes` are its panels.
 
         Returns:
             A `matplotlib.figure.Figure`, which a notebook shows.
+
+        Raises:
+            ValueError: It has no figure.
         """
-        return self.figures()[0].figure
+        drawings = self.figures()
+        if not drawings:
+            raise ValueError(f"{self.title}: has no figure")
+        return drawings[0].figure
 
     def show(self) -> None:
         """Prints it as the command does."""
@@ -95,7 +114,7 @@ class Found:
             folder: Where to; made if it does not exist. What a command left there before goes.
 
         Returns:
-            The files; the page, report.html, comes last.
+            The files; the page, report.html, comes last where there is one.
 
         Raises:
             InputError: The folder cannot be written to.
@@ -105,10 +124,8 @@ class Found:
             files = self._write(place)
             files += write_drawings(self.figures(), place)
         list_results(place, files, beside=self._report.beside)
-        page = write_report(place, scenes=self._scenes())
-        list_results(place, [page], beside=True)
         self._saved = place
-        return [*files, page]
+        return [*files, self._write_page(place)] if self._saves_page else files
 
     def report(self, folder: str | os.PathLike[str] | None = None) -> pathlib.Path:
         """The page of it: one HTML file that a browser opens and a mail can carry.
@@ -124,9 +141,14 @@ class Found:
             InputError: The folder cannot be written to.
         """
         if folder is not None or self._saved is None:
-            self.save(folder or tempfile.mkdtemp(prefix="warprock-"))
-        assert self._saved is not None
-        return self._saved / REPORT
+            return self.save(folder or tempfile.mkdtemp(prefix="warprock-"))[-1]
+        return self._write_page(self._saved)
+
+    def _write_page(self, folder: pathlib.Path) -> pathlib.Path:
+        """Writes the page of a folder that it was saved to."""
+        page = write_report(folder, scenes=self._scenes(), drawings=self.figures())
+        list_results(folder, [page], beside=True)
+        return page
 
     def _scenes(self) -> Mapping[str, Any] | None:
         """Lanes to play on the page; None where there are none."""

@@ -8,6 +8,7 @@ import sys
 from collections.abc import Iterator
 from typing import Any
 
+from warprock.run.compiling import saying_when_compiling
 from warprock.run.options import Progress
 from warprock.tables.terminal import lane_progress
 
@@ -33,11 +34,17 @@ def shown(progress: Shown, text: str, total: int | None) -> Iterator[Progress]:
     elif not progress:
         yield lambda _: None
     elif (display := _notebook_display()) is not None:
-        with _notebook_bar(display, text, total) as bar:
+        with _notebook_bar(display, text, total) as bar, saying_when_compiling(bar.say):
             yield bar
     else:
-        with lane_progress(text, total) as bar:
-            yield bar
+        with lane_progress(text, total) as report, saying_when_compiling(_say):
+            yield report
+
+
+def _say(text: str) -> None:
+    """Says something on the terminal, where there is one."""
+    if sys.stderr.isatty():
+        print(text, file=sys.stderr)
 
 
 def _notebook_display() -> Any:
@@ -53,29 +60,40 @@ def _notebook_display() -> Any:
 
 
 @contextlib.contextmanager
-def _notebook_bar(display: Any, text: str, total: int | None) -> Iterator[Progress]:
+def _notebook_bar(display: Any, text: str, total: int | None) -> Iterator[_Bar]:
     """A bar below the cell, which goes when the block ends."""
-    handle = display(_Bar(text, total, 0), display_id=True)
+    bar = _Bar(text, total)
+    bar.handle = display(bar, display_id=True)
     try:
-        yield lambda done: handle.update(_Bar(text, total, done))
+        yield bar
     finally:
-        handle.update(_Bar("", None, 0))
+        bar.text = ""
+        bar.handle.update(bar)
 
 
 class _Bar:
-    """A bar as a notebook shows it."""
+    """A bar as a notebook shows it; it is called with the number of lanes finished so far."""
 
-    def __init__(self, text: str, total: int | None, done: int) -> None:
-        self.text, self.total, self.done = text, total, done
+    handle: Any
+
+    def __init__(self, text: str, total: int | None) -> None:
+        self.text, self.total, self.done, self.note = text, total, 0, ""
+
+    def __call__(self, done: int) -> None:
+        self.done, self.note = done, ""
+        self.handle.update(self)
+
+    def say(self, note: str) -> None:
+        """Shows a note beside the bar, until it moves on."""
+        self.note = f"; {note}"
+        self.handle.update(self)
 
     def __repr__(self) -> str:
-        return f"{self.text}: {self.done:,} lanes" if self.text else ""
+        return f"{self.text}: {self.done:,} lanes{self.note}" if self.text else ""
 
     def _repr_html_(self) -> str:
-        if not self.text:
-            return ""
+        if not self.text or self.total is None:
+            return html.escape(repr(self))
         name = html.escape(self.text)
-        if self.total is None:
-            return f"{name}: {self.done:,} lanes"
         bar = f'<progress value="{self.done}" max="{self.total}" aria-label="{name}"></progress>'
-        return f"{name} {bar} {self.done:,} of {self.total:,} lanes"
+        return f"{name} {bar} {self.done:,} of {self.total:,} lanes{self.note}"

@@ -13,6 +13,7 @@ from warprock.case.load import Overrides
 from warprock.compare import study as studies
 from warprock.errors import InputError
 from warprock.figures.drawing import Drawing
+from warprock.figures.study import draw_histories, draw_study
 from warprock.quantity import NOTHING
 from warprock.run.options import RunOptions
 from warprock.tables.report import Report
@@ -47,6 +48,14 @@ def study(
 
     Raises:
         InputError: Something cannot be used, said before anything runs.
+
+    Example:
+        >>> import warprock as wr
+        >>> shorter = {"run.duration": "1 s", "engines.direct.substeps": 10}
+        >>> settings = {"study.engines": ["direct"], "study.vary": {"substeps": [10, 20]}}
+        >>> found = wr.study("sensitivity-b0", overrides={**shorter, **settings}, progress=False)
+        >>> found.table["value"].tolist()
+        [10.0, 10.0, 20.0, 20.0]
     """
     with python_names():
         work = any_case(case, overrides).judged
@@ -78,4 +87,9 @@ def _report(found: studies.StudyRun) -> Report:
 
 
 def _draw(found: studies.StudyRun) -> Sequence[Drawing]:
-    return []
+    title, last = found.case.title, found.table["lane_name"].iloc[-1]
+    duration, curves = found.case.sample_times.duration, (found.times, found.reference)
+    return [
+        draw_study("study", found.rows, title, duration),
+        draw_histories("histories", f"{title}, {last}", *curves, found.histories),
+    ]

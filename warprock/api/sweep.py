@@ -64,11 +64,37 @@ def sweep(
         run_here(plan, place, work.options.workers)(chunks_to_run(plan, place, Shard()), report)
         merge(plan, place)
         table = _report(plan, place)
-    return Found(f"{work.case.name}: sweep with {work.engine}", plan, lambda: table, list)
+    return SweepFound(f"{work.case.name}: sweep with {work.engine}", plan, table, place)
+
+
+class SweepFound(Found):
+    """A sweep that is done, in a folder of its own; `save` writes its table to another one."""
+
+    _saves_page = False
+
+    def __init__(self, title: str, plan: Plan, report: Report, folder: pathlib.Path) -> None:
+        super().__init__(title, plan, lambda: report, list)
+        self.folder = folder
+
+    def report(self, folder: str | os.PathLike[str] | None = None) -> pathlib.Path:
+        """The page of the sweep, in its folder.
+
+        Args:
+            folder: That folder, or None.
+
+        Returns:
+            The file.
+
+        Raises:
+            ValueError: It is another folder.
+        """
+        if folder is not None and pathlib.Path(folder) != self.folder:
+            raise ValueError(f"{self.title}: its page lies in {self.folder}, not in {folder}")
+        return self._write_page(self.folder)
 
 
 def _report(plan: Plan, folder: pathlib.Path) -> Report:
     """What a sweep has to show: its merged table, and how far it is."""
     facts = sweep_state(plan, folder)
     show = functools.partial(print_state, facts, folder)
-    return Report(facts, {LANE_TABLE: read_lanes(folder)}, facts, show)
+    return Report(facts, {LANE_TABLE: read_lanes(folder)}, None, show)

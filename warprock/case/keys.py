@@ -5,7 +5,6 @@ The tables are the files of this room; what is here is made from them.
 
 from __future__ import annotations
 
-import itertools
 import re
 
 from warprock.case.block import Block, StackedBlock
@@ -44,16 +43,23 @@ def general_key(key: str) -> str:
     return _DIRECTION.sub("motion.", _BLOCK_NUMBER.sub("block.N.", key))
 
 
-def _exclusive() -> dict[str, frozenset[str]]:
+def _rivals() -> dict[str, frozenset[str]]:
     found: dict[str, frozenset[str]] = {}
     for key, declared in KEYS.items():
-        table, _, name = key.rpartition(".")
-        places = ("motion", "motion.y", "motion.z") if table == "motion" else (table,)
-        for place, rival in itertools.product(places, declared.others):
-            for one, other in itertools.permutations((f"{place}.{name}", f"{place}.{rival}")):
-                found[one] = found.get(one, frozenset()) | {other}
+        table = key.rpartition(".")[0]
+        for rival in declared.others:
+            other = f"{table}.{rival}"
+            found[key] = found.get(key, frozenset()) | {other}
+            found[other] = found.get(other, frozenset()) | {key}
     return found
 
 
-EXCLUSIVE: dict[str, frozenset[str]] = _exclusive()
-"""Key -> the other keys that say the same thing; only one of them may be given."""
+_RIVALS: dict[str, frozenset[str]] = _rivals()
+"""Key of `KEYS` -> the other keys that say the same thing."""
+
+
+def rivals(key: str) -> frozenset[str]:
+    """The other keys that say the same thing as a dotted key: only one of them may be given."""
+    table = key.rpartition(".")[0]
+    found = _RIVALS.get(general_key(key), frozenset())
+    return frozenset(f"{table}.{other.rpartition('.')[2]}" for other in found)

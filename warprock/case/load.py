@@ -19,7 +19,7 @@ from warprock.case.case import Case
 from warprock.case.case_file import APART, CaseFile
 from warprock.case.check import CheckSpec, HousnerCheck, PeaksCheck
 from warprock.case.ensemble import read_ensemble
-from warprock.case.keys import EXCLUSIVE, KEYS
+from warprock.case.keys import KEYS, rivals
 from warprock.case.sample import read_sample
 from warprock.case.spectrum import read_spectrum
 from warprock.case.study import read_study
@@ -71,7 +71,7 @@ def override_tables(raw: dict[str, Any], overrides: Overrides) -> frozenset[str]
     else:
         keys = [override(raw, text) for text in overrides]
     overridden = frozenset(keys)
-    fix_keys(raw, overridden.union(*(EXCLUSIVE.get(key, ()) for key in overridden)))
+    fix_keys(raw, overridden.union(*map(rivals, overridden)))
     with refusing(lambda _key: OVERRIDE):
         sweep_overrides(raw, keys)
     return overridden

@@ -72,6 +72,13 @@ def kinds(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> list
     return _starting(template_kinds(), incomplete)
 
 
+def bodies(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Bodies that a case may begin with."""
+    from warprock.case.template import bodies as known
+
+    return _starting(known(), incomplete)
+
+
 def targets(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """What `reproduce` takes."""
     from warprock.paper.reproduce import TARGETS

@@ -25,6 +25,7 @@ from warprock.cli.options import (
     set_option,
     workers_option,
 )
+from warprock.cli.pages import add_page
 
 EXIT_RESUMABLE = 75
 
@@ -82,8 +83,13 @@ def plan(
         )
     written = write_plan(made, folder)
     say_engine(choice)
-    found = plan_facts(made) | {"folder": str(folder), "written": written}
-    terminal.print_json(found) if as_json else sweeps.print_plan(found)
+    page = add_page(folder)
+    found = plan_facts(made) | {"folder": str(folder), "written": written, "files": [page]}
+    if as_json:
+        terminal.print_json(found)
+    else:
+        sweeps.print_plan(found)
+        terminal.print_written([page])
 
 
 @sweep.command()
@@ -193,6 +199,8 @@ def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> Non
     require_writable(folder, "DIR") if file is None else require_writable_file(file)
     with lane_progress("merge", found.lane_count) as progress:
         written = merge_chunks(found, folder, file, progress)
+    if file is None:
+        click.echo(f"wrote {add_page(folder)}", err=True)
     facts = {"plan": found.id, "lanes": found.lane_count, "file": str(written)}
     print_json(facts) if as_json else click.echo(written)
 

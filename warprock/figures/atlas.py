@@ -165,9 +165,11 @@ def _message(rows: pd.DataFrame, quantity: Quantity) -> str:
     ends = ends.dropna().sort_values()
     if not len(ends):
         return f"No lane of this map has an {quantity.name}"
-    texts = [f"{_short(end)} ({name})" for name, end in ends.items()]
-    shown = texts[0] if len(texts) == 1 else f"{texts[0]} to {texts[-1]}"
-    return f"Nine lanes in ten stay below {shown}: {quantity.name}, all cells together"
+    named = [f"{name} {_short(end)}" for name, end in ends.items() if np.isfinite(end)]
+    lost = [str(name) for name, end in ends.items() if np.isinf(end)]
+    shown = ", ".join(named[:1] + named[1:][-1:])
+    none = f"; more than one lane in ten of {', '.join(lost)} has no number" if lost else ""
+    return f"Nine lanes in ten of the whole map stay below: {shown or 'nothing'}{none}"
 
 
 def cells(
@@ -255,7 +257,7 @@ def _short(value: float) -> str:
     """Two digits, without an exponent where plain digits do; NaN is any value."""
     if np.isnan(value):
         return "any"
-    return "infinity" if np.isinf(value) else plain(float(f"{value:.1e}"))
+    return plain(float(f"{value:.1e}"))
 
 
 def _knob(column: str, labels: Mapping[str, str]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -62,9 +63,44 @@ def draw_cells(run: CaseRun) -> Drawing:
             axes.set_ylabel(f"block {block}\n{RATIO_LABEL}" if block else RATIO_LABEL)
         _draw_shares(shown[-1], table)
         _name_cells(shown, run.case)
-        title, about = run.case.title, _explained(run, len(table))
+        title = _message(run.case, table, blocks)
+        about = f"{run.case.title}\n{_explained(run, len(table))}"
         headline(figure, title, about)
-    return Drawing("ensemble", figure, title, f"{title}. {about}.")
+    return Drawing("ensemble", figure, title, f"{run.case.title}. {title}.")
+
+
+def _message(case: Case, table: pd.DataFrame, blocks: Mapping[str, str]) -> str:
+    """Where most members overturn, or else where the median peak is largest."""
+    share = np.nan_to_num(table["overturned"].to_numpy(float))
+    most = int(np.argmax(share))
+    if share[most] > 0.0:
+        low, high = (
+            100.0 * float(table[f"overturned_{end}"].iloc[most]) for end in ("low", "high")
+        )
+        return (
+            f"{int(np.sum(share > 0.0))} of {len(table)} cells have members that overturn, most of "
+            f"them {100.0 * share[most]:.3g} % ({low:.3g} to {high:.3g} %: {_cell(case, most)})"
+        )
+    medians = {
+        block: np.nan_to_num(table[f"{PEAK_RATIO}_median{end}"].to_numpy(float))
+        for block, end in blocks.items()
+    }
+    block = max(blocks, key=lambda each: float(medians[each].max()))
+    at = int(np.argmax(medians[block]))
+    of = f"block {block}, " if block else ""
+    return (
+        f"No member overturns; the largest median of a peak is {medians[block][at]:.3g} of the "
+        f"slenderness angle ({of}{_cell(case, at)})"
+    )
+
+
+def _cell(case: Case, number: int) -> str:
+    """The values of a cell in words."""
+    swept = swept_axes(case)
+    if not swept:
+        return case.name
+    place = np.unravel_index(number, [axis.length for axis in swept])
+    return ", ".join(value_name(axis, int(at)) for axis, at in zip(swept, place, strict=True))
 
 
 def _explained(run: CaseRun, cells: int) -> str:
@@ -75,7 +111,7 @@ def _explained(run: CaseRun, cells: int) -> str:
     )
     return (
         f"{run.response.engine}, {run.case.members} members a cell; line: median, {drawn}, "
-        "red: overturned"
+        "strip at the top: overturned"
     )
 
 
@@ -131,7 +167,7 @@ def _draw_shares(axes: Axes, table: pd.DataFrame) -> None:
         axes.bar(at, share, 2.0 * HALF_BOX, color=VERMILION, alpha=0.45, linewidth=0.0)
         axes.vlines(at, low, high, color=VERMILION, linewidth=1.3)
     if not np.any(share > 0.0):
-        axes.text(0.5, 0.5, "no member overturned", transform=axes.transAxes, ha="center")
+        axes.text(0.01, 0.8, "no member overturned", transform=axes.transAxes)
     axes.set_ylim(0.0, 100.0)
     axes.set_ylabel("overturned [%]\n(95 % interval)")
 

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
+from warprock.figures.palette import DARK
+from warprock.figures.scales import three_digits
 from warprock.model.response import USABLE, Outcome
 from warprock.run.case_run import CaseRun
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 Array = npt.NDArray[np.float64]
 
@@ -18,6 +24,8 @@ FARTHEST = 2.0
 """Rotation ratio beyond which a block that has not overturned is falling when its run ends."""
 OVERTURNED_AT = 1.15
 """Rotation ratio at which overturned lanes are marked, unless a standing one went as far."""
+SMALL, SEVERAL = 1e-3, 4
+"""Rotation ratio below which a logarithmic scale is linear, and lanes that ask for such a scale."""
 OUTCOMES: dict[int, tuple[str, str, bool]] = {
     Outcome.AT_REST: ("at rest at the end", "o", True),
     Outcome.ROCKING: ("still rocking at the end", "o", False),
@@ -57,12 +65,58 @@ class Peaks:
     @property
     def top(self) -> float:
         """Upper end of the ordinate."""
-        return 1.07 * (self.raised_at if self.raised.any() else self.largest_standing)
+        beyond = 1.35 if self.logarithmic else 1.07
+        return beyond * (self.raised_at if self.raised.any() else self.largest_standing)
 
     @property
     def raised_at(self) -> float:
         """Where overturned lanes are marked, whatever they reached."""
+        if self.logarithmic:
+            return max(2.0, round(1.6 * self.largest_standing, 2))
         return max(OVERTURNED_AT, round(1.1 * self.largest_standing, 2))
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether a quarter of what moved is so small that few large peaks would hide it."""
+        moved = self.ratio[~self.raised & (self.ratio > SMALL)]
+        return len(moved) >= SEVERAL and bool(
+            np.quantile(moved, 0.25) < 0.05 * self.largest_standing
+        )
+
+    def scale(self, axes: Axes) -> None:
+        """Scales the ordinate of a panel, with a strip for what fell above all others.
+
+        Args:
+            axes: The panel.
+        """
+        from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+        ticks = None
+        if self.logarithmic:
+            axes.set_yscale("symlog", linthresh=SMALL, linscale=0.35)
+            decades = [0.0, SMALL, 0.01, 0.1, 1.0]
+            ticks = [tick for tick in decades if tick <= max(self.largest_standing, 0.1)]
+        axes.set_ylim(-0.2 * SMALL if self.logarithmic else -0.03 * self.top, self.top)
+        if ticks is None:
+            ends = axes.get_yticks()
+            ticks = [tick for tick in ends if 0.0 <= tick < 0.97 * self.highest_tick]
+        names = {tick: f"{tick:.4g}" for tick in ticks}
+        if self.raised.any():
+            names[self.raised_at] = "overturned" if self.only_overturned else "fallen"
+            axes.axhline(1.0, color=DARK, linewidth=0.8, linestyle=":")
+        axes.yaxis.set_major_locator(FixedLocator(list(names)))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: names.get(value, "")))
+        axes.yaxis.set_minor_locator(NullLocator())
+
+    @property
+    def only_overturned(self) -> bool:
+        """Whether all lanes that are marked above the others overturned."""
+        return bool(np.all(self.outcome[self.raised] == Outcome.OVERTURNED))
+
+    @property
+    def highest_tick(self) -> float:
+        """Where the numbers of the ordinate end."""
+        return self.raised_at if self.raised.any() else np.inf
 
     @property
     def largest_standing(self) -> float:
@@ -78,7 +132,7 @@ class Peaks:
         """
         count = len(self.outcome)
         of = "the block" if block is None else f"block {block + 1}"
-        largest = f"{self.largest_standing:.3g} of the slenderness angle"
+        largest = f"{three_digits(self.largest_standing)} of the slenderness angle"
         if count == 1:
             return _alone(int(self.outcome[0]), largest, of)
         parts = [
@@ -89,7 +143,10 @@ class Peaks:
         if not np.any(~self.raised & (self.outcome != UNUSABLE)):
             return f"Of {count:,} lanes none stands at the end: {', '.join(parts)}"
         if not parts:
-            return f"All {count:,} lanes stand; the largest rotation of {of} is {largest}"
+            who = "Both lanes" if count == 2 else f"All {count:,} lanes"
+            if np.nanmax(self.ratio) == 0.0:
+                return f"{who} stand; none rotates"
+            return f"{who} stand; the largest rotation of {of} is {largest}"
         return (
             f"Of {count:,} lanes {', '.join(parts)}; in the others {of} rotates by up to {largest}"
         )

@@ -77,7 +77,7 @@ def _message(found: OverturningMap) -> str:
         return f"None of {found.mode.size:,} pulses overturns the block"
     lanes = found.run.lane_set.inputs
     low = min(
-        float(found.strength[group][np.flatnonzero(falls[group].any(axis=1))[0]])
+        float(found.strength[group][falls[group]].min())
         for group in range(len(found.groups))
         if falls[group].any()
     )

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from warprock.figures.drawing import Drawing
 from warprock.figures.outcomes import FAR, FARTHEST, OUTCOMES, RAISED, Peaks, read_peaks
 from warprock.figures.palette import DARK, DASHES, SCALE, SERIES, VERMILION
+from warprock.figures.scales import logarithmic, three_digits
 from warprock.figures.sheet import headline, style, subplots
 from warprock.model.response import Outcome
 from warprock.run.case_run import CaseRun
@@ -26,6 +27,10 @@ Indices = npt.NDArray[np.intp]
 
 PEAK_LABEL = "peak rotation / slenderness angle [-]"
 PANELS = 6
+SIDE = 2.5
+"""Points between marks of curves at one place of a scale."""
+WRITTEN = 24
+"""Marks at names up to which each has its number beside it."""
 DODGE = 0.4
 """Width over which the lanes of one name spread, the next name being 1 away."""
 LEGEND_TEXT, LEGEND_MARK = 140, 8
@@ -71,23 +76,51 @@ def draw_peaks(run: CaseRun, block: int | None = None) -> Drawing:
     columns = min(len(places), 3 if layout.as_map else 2)
     rows = -(-len(places) // columns)
     with style():
-        size = (9.6, (4.4 if rows == 1 else 3.0 * rows) + 0.8)
-        figure, grid = subplots(rows, columns, size, sharex=True, sharey=True)
-        for axes in grid.flat[len(places) :]:
-            axes.set_visible(False)
-        for axes, place in zip(grid.flat, places, strict=False):
-            at = {a.number: int(p) for a, p in zip(layout.panels, place, strict=True)}
-            names = [a.name(int(p)) for a, p in zip(layout.panels, place, strict=True)]
-            axes.set_title(", ".join(names))
-            if layout.as_map:
-                _draw_map(axes, run, peaks, layout, at)
-            else:
-                _draw_curves(axes, run, peaks, layout, at)
-        _label(figure, grid, layout, peaks)
+        if layout.across is None:
+            figure = _draw_one(peaks)
+        else:
+            size = (9.6, (4.0 if rows == 1 else 2.8 * rows) + 0.6)
+            figure, grid = subplots(rows, columns, size, sharex=True, sharey=True)
+            for axes in grid.flat[len(places) :]:
+                axes.set_visible(False)
+            for axes, place in zip(grid.flat, places, strict=False):
+                at = {a.number: int(p) for a, p in zip(layout.panels, place, strict=True)}
+                names = [a.name(int(p)) for a, p in zip(layout.panels, place, strict=True)]
+                axes.set_title(", ".join(names))
+                draw = _draw_map if layout.as_map else _draw_curves
+                draw(axes, run, peaks, layout, at)
+            _label(figure, grid, layout, peaks)
         title, about = peaks.message(block), _about(run, block, peaks, layout, len(places))
         headline(figure, title, about)
     name = "peaks" if block is None else f"peaks-block-{block + 1}"
     return Drawing(name, figure, title, f"{about}. {title}.".replace("\n", ". "))
+
+
+def _draw_one(peaks: Peaks) -> Figure:
+    """The peak of a case of one lane, as a bar beside the slenderness angle."""
+    figure, grid = subplots(1, 1, (9.6, 1.2))
+    axes = grid[0, 0]
+    code, ratio = int(peaks.outcome[0]), float(peaks.ratio[0])
+    raised = code in RAISED
+    long = peaks.raised_at if raised else ratio if np.isfinite(ratio) else 0.0
+    said = OUTCOMES[code][0] if code in OUTCOMES else "no usable number"
+    axes.barh(0.0, long, height=0.5, color=VERMILION if raised else SERIES[0])
+    text = said if raised or code not in OUTCOMES else f"{three_digits(ratio)}, {said}"
+    inside = long > 0.6
+    axes.annotate(
+        text,
+        (long, 0.0),
+        xytext=(-5 if inside else 5, 0),
+        textcoords="offset points",
+        ha="right" if inside else "left",
+        va="center",
+        color="white" if inside else "black",
+    )
+    axes.axvline(1.0, color=DARK, linewidth=0.8, linestyle=":")
+    axes.set_xlim(0.0, max(1.05, 1.05 * long))
+    axes.set_yticks([])
+    axes.set_xlabel(PEAK_LABEL)
+    return figure
 
 
 def _lay_out(axes: list[SweptAxis]) -> _Layout:
@@ -121,40 +154,65 @@ def _about(run: CaseRun, block: int | None, peaks: Peaks, layout: _Layout, panel
 def _draw_curves(
     axes: Axes, run: CaseRun, peaks: Peaks, layout: _Layout, at: dict[int, int]
 ) -> None:
-    """One curve for each value of the axis beside; a mark for each lane."""
+    """One curve for each value of the axis beside; a mark for each lane, of one size."""
     across, beside = layout.across, layout.beside
-    x = np.zeros(1) if across is None else across.coordinates
-    size = 9.0 if len(x) <= 60 else 4.0 if len(x) <= 300 else 2.0
+    assert across is not None
+    x = across.coordinates
+    size = 6.0 if len(x) <= 60 else 4.0 if len(x) <= 300 else 2.0
     count = 1 if beside is None else beside.length
     for index in range(count):
         here = at if beside is None else at | {beside.number: index}
         lanes = lanes_at(run.case, here)
         ratio, outcome = peaks.ratio[lanes], peaks.outcome[lanes]
         color = _series_color(beside, index)
-        # Lanes of equal peaks lie side by side between names, and in one another on a scale.
-        place = index / max(count - 1, 1)
-        beside_names = across is not None and across.nominal and count > 1
-        aside = DODGE * (place - 0.5) if beside_names else 0.0
-        if across is not None and not across.nominal:
-            axes.plot(
-                x,
-                np.where(peaks.raised[lanes], np.nan, ratio),
-                color=color,
-                linestyle=DASHES[index % len(DASHES)],
-                linewidth=1.2,
-            )
+        # Lanes of equal inputs lie side by side.
+        place = index / max(count - 1, 1) - 0.5
+        beside_names = across.nominal
+        aside = _moved(axes, 0.0 if beside_names else SIDE * (index - 0.5 * (count - 1)))
+        if not across.nominal:
+            standing = np.where(peaks.raised[lanes], np.nan, ratio)
+            line = DASHES[index % len(DASHES)]
+            axes.plot(x, standing, color=color, linestyle=line, transform=aside)
         for code, (_, marker, filled) in OUTCOMES.items():
             rows = outcome == code
-            raised = code in RAISED
+            up = np.full(int(rows.sum()), peaks.raised_at) if code in RAISED else ratio[rows]
             axes.plot(
-                x[rows] + aside,
-                np.full(int(rows.sum()), peaks.raised_at) if raised else ratio[rows],
+                x[rows] + (DODGE * place if beside_names and count > 1 else 0.0),
+                up,
                 linestyle="none",
                 marker=marker,
-                markersize=size * (1.0 if beside_names else 1.0 - 0.6 * place),
-                zorder=3.0 + place,
+                markersize=size,
+                markeredgewidth=0.9,
+                zorder=3.0,
                 color=color,
-                markerfacecolor=color if filled else "none",
+                markerfacecolor=color if filled else "white",
+                transform=aside,
+            )
+            if beside_names and len(x) * count <= WRITTEN:
+                _write(axes, x[rows] + (DODGE * place if count > 1 else 0.0), up, code, peaks)
+
+
+def _moved(axes: Axes, points: float) -> Any:
+    """The coordinates of a panel, moved across by some points."""
+    from matplotlib.transforms import ScaledTranslation
+
+    figure: Any = axes.get_figure()
+    return axes.transData + ScaledTranslation(points / 72.0, 0.0, figure.dpi_scale_trans)
+
+
+def _write(axes: Axes, across: Array, up: Array, code: int, peaks: Peaks) -> None:
+    """Writes peaks beside their marks; of what fell the scale says enough."""
+    for x, y in zip(across, up, strict=True):
+        if code not in RAISED and np.isfinite(y):
+            inside = y > 0.9 * peaks.top
+            axes.annotate(
+                three_digits(y),
+                (x, y),
+                xytext=(0, -5 if inside else 5),
+                textcoords="offset points",
+                ha="center",
+                va="top" if inside else "bottom",
+                fontsize=8.5,
             )
 
 
@@ -185,7 +243,7 @@ def _draw_map(axes: Axes, run: CaseRun, peaks: Peaks, layout: _Layout, at: dict[
     unusable = np.ma.masked_where(outcome >= 0, np.ones(outcome.shape))
     standing = np.ma.masked_where((outcome < 0) | peaks.raised[lanes], ratio)
     axes.pcolormesh(x, y, unusable, cmap=ListedColormap([UNUSABLE_COLOR]))
-    axes.pcolormesh(x, y, standing, cmap=SCALE, vmin=0.0, vmax=peaks.largest_standing)
+    axes.pcolormesh(x, y, standing, cmap=SCALE, vmin=0.0, vmax=min(peaks.largest_standing, 1.0))
     rocking = outcome == Outcome.ROCKING
     if rocking.any() and rocking.size <= DOTTED_CELLS:
         rows, columns = np.nonzero(rocking)
@@ -202,6 +260,14 @@ def _draw_map(axes: Axes, run: CaseRun, peaks: Peaks, layout: _Layout, at: dict[
     axes.grid(visible=False)
 
 
+def _ends(axis: SweptAxis) -> tuple[float, float]:
+    """Limits of a scale that leave room for marks beside one another."""
+    values = np.log(axis.coordinates) if axis.logarithmic else axis.coordinates
+    room = 0.6 if axis.nominal else 0.05 * float(np.ptp(values))
+    low, high = float(values.min()) - room, float(values.max()) + room
+    return (np.exp(low), np.exp(high)) if axis.logarithmic else (low, high)
+
+
 def _edges(axis: SweptAxis) -> Array:
     """Edges of the cells around the values of an axis, shape [axis + 1]."""
     values = np.log(axis.coordinates) if axis.logarithmic else axis.coordinates
@@ -215,23 +281,22 @@ def _label(figure: Figure, grid: Any, layout: _Layout, peaks: Peaks) -> None:
     """Labels, scales, ticks, and one legend below."""
     shown = [axes for axes in grid.flat if axes.get_visible()]
     for axes in shown:
-        if layout.across is None:
-            axes.set_xticks([0.0], ["the one lane of the case"])
-        else:
-            _scale(axes.xaxis, layout.across, axes.set_xscale, TICK_TEXT // grid.shape[1])
+        if layout.across is not None:
+            _scale(axes.xaxis, layout.across, TICK_TEXT // grid.shape[1])
         if layout.as_map and layout.beside is not None:
-            _scale(axes.yaxis, layout.beside, axes.set_yscale, None)
+            _scale(axes.yaxis, layout.beside, None)
         else:
-            axes.set_ylim(-0.02 * peaks.top, peaks.top)
-            if peaks.raised.any():
-                axes.axhline(1.0, color=DARK, linewidth=0.8, linestyle=":")
+            peaks.scale(axes)
+            if layout.across is not None:
+                axes.set_xlim(_ends(layout.across))
     if layout.across is not None:
         for axes in shown[-grid.shape[1] :]:
             axes.set_xlabel(layout.across.title)
             axes.tick_params(labelbottom=True)
     if layout.as_map and layout.beside is not None:
         figure.supylabel(layout.beside.title, fontsize=9.0)
-        figure.colorbar(shown[0].collections[1], ax=shown, label=PEAK_LABEL)
+        extend = "max" if peaks.largest_standing > 1.0 else "neither"
+        figure.colorbar(shown[0].collections[1], ax=shown, label=PEAK_LABEL, extend=extend)
     else:
         figure.supylabel(PEAK_LABEL, fontsize=9.0)
     handles = _map_handles(peaks) if layout.as_map else _curve_handles(layout, peaks)
@@ -246,13 +311,12 @@ def _label(figure: Figure, grid: Any, layout: _Layout, peaks: Peaks) -> None:
         )
 
 
-def _scale(ticked: Any, axis: SweptAxis, set_scale: Any, room: int | None) -> None:
+def _scale(ticked: Any, axis: SweptAxis, room: int | None) -> None:
     """Ticks with the names of a nominal axis; else a scale, with plain numbers.
 
     Args:
         ticked: Axis of matplotlib.
         axis: What lies along it.
-        set_scale: Sets its scale.
         room: Letters that fit side by side, beyond which names are slanted; None for no limit.
     """
     if axis.nominal:
@@ -264,13 +328,7 @@ def _scale(ticked: Any, axis: SweptAxis, set_scale: Any, room: int | None) -> No
         style = {"rotation": 25.0, "ha": "right", "rotation_mode": "anchor"} if slanted else {}
         ticked.set_ticks(at, [(", " if slanted else "\n").join(each) for each in words], **style)
     elif axis.logarithmic:
-        from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
-
-        set_scale("log")
-        wide = np.ptp(np.log10(axis.coordinates)) > 3.0
-        ticked.set_major_locator(LogLocator(subs=(1.0,) if wide else (1.0, 2.0, 5.0)))
-        ticked.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        ticked.set_minor_locator(NullLocator())
+        logarithmic(ticked)
 
 
 def _curve_handles(layout: _Layout, peaks: Peaks) -> list[Any]:
@@ -294,7 +352,7 @@ def _curve_handles(layout: _Layout, peaks: Peaks) -> list[Any]:
         if np.any(peaks.outcome == code):
             face = DARK if filled else "none"
             if code in RAISED:
-                name = f"{name} (drawn at {peaks.raised_at:g})"
+                name = f"{name} (drawn at the top)"
             handles.append(
                 Line2D([], [], color=DARK, ls="none", marker=marker, mfc=face, label=name)
             )

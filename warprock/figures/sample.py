@@ -13,6 +13,7 @@ from warprock.figures.drawing import Drawing
 from warprock.figures.outcomes import FAR, OUTCOMES, RAISED, Peaks, read_peaks
 from warprock.figures.palette import BLUE, GREEN, ORANGE, VERMILION
 from warprock.figures.peaks import PEAK_LABEL
+from warprock.figures.scales import logarithmic
 from warprock.figures.sheet import headline, legend_below, style, subplots
 from warprock.model.response import Outcome
 from warprock.run.case_run import CaseRun
@@ -77,7 +78,7 @@ def draw_sample_peaks(run: CaseRun, block: int | None = None) -> Drawing:
                     markerfacecolor=COLORS[code] if filled else "none",
                     label=label if np.any(peaks.outcome == code) else None,
                 )
-            axes.set_ylim(-0.03 * peaks.top, peaks.top)
+            peaks.scale(axes)
             if number % columns == 0:
                 axes.set_ylabel(PEAK_LABEL)
         legend_below(figure, grid[0, 0], columns=2)
@@ -94,12 +95,7 @@ def _across(axes: Axes, values: LaneValues, drawn: DrawnInput) -> npt.NDArray[An
         axes.set_xticks(range(len(drawn.names)), drawn.names)
         return values.texts(drawn.key)[1]
     if drawn.logarithmic:
-        from matplotlib.ticker import LogLocator, NullFormatter
-
-        axes.set_xscale("log")
-        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.xaxis.set_major_formatter("{x:g}")
-        axes.xaxis.set_minor_formatter(NullFormatter())
+        logarithmic(axes.xaxis)
     return values.numbers(drawn.key) / drawn.unit_size
 
 
@@ -109,7 +105,7 @@ def _about(run: CaseRun, block: int | None, count: int, shown: int, peaks: Peaks
     if shown < count:
         lines.append(f"{shown} of them shown, the first of every sample")
     if peaks.raised.any():
-        lines.append(f"what overturned, slid off or was falling is marked at {peaks.raised_at:g}")
+        lines.append("what overturned, slid off or was falling is marked at the top")
     unusable = int(np.sum(peaks.outcome < 0))
     if unusable:
         lines.append(f"lanes without a usable number: {unusable}")

@@ -79,6 +79,11 @@ def plain(value: float, *, power: bool = False) -> str:
     return ten if digits == 1.0 else f"{digits:g} x {ten}"
 
 
+def three_digits(value: float) -> str:
+    """A positive number with three digits, or that it is too small to matter."""
+    return f"below {SMALLEST:.4f}" if 0.0 < value < SMALLEST else f"{value:.3g}"
+
+
 def logarithmic(axis: Any) -> None:
     """Makes an axis of Matplotlib logarithmic, with a few plain numbers at its ticks.
 

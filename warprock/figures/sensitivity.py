@@ -60,9 +60,9 @@ def _message(found: Sensitivity) -> str:
     parts = []
     for group, rows in found.rows.groupby("group", sort=False):
         first = int(rows["total"].to_numpy(float).argmax())
-        head = f"{group!s}: " if group else ""
-        share = float(rows["total"].iloc[first])
-        parts.append(f"{head}{rows['input'].iloc[first]} ({share:.0%} of the variance)")
+        share = f"{float(rows['total'].iloc[first]):.0%} of the variance"
+        where = f"{group!s}: {share}" if group else share
+        parts.append(f"{rows['input'].iloc[first]} ({where})")
     more = f" and {len(parts) - 3} more" if len(parts) > 3 else ""
     of = found.of.replace("_", " ")
     return f"{of[:1].upper()}{of[1:]} depends most on {', '.join(parts[:3])}{more}"

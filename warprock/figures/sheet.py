@@ -21,7 +21,7 @@ TIME_LABEL = "time [s]"
 
 TITLE: dict[str, Any] = {"fontsize": 11.0, "fontweight": "bold", "color": "#000000"}
 ABOUT: dict[str, Any] = {"fontsize": 9.0, "color": "#444444"}
-TITLE_LETTERS, ABOUT_LETTERS = 9.4, 13.2
+TITLE_LETTERS, ABOUT_LETTERS = 10.6, 15.0
 """Letters of a title, and of the lines below it, that fit in an inch."""
 LINE = 1.3
 """Height of a line of text over the size of its letters."""

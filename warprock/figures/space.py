@@ -9,8 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.figures.drawing import Drawing
-from warprock.figures.palette import BLUE, ORANGE, PURPLE
-from warprock.figures.sheet import TIME_LABEL, headline, style, subplots
+from warprock.figures.palette import BLACK, BLUE, DASHES, ORANGE, PURPLE
+from warprock.figures.scales import at_least
+from warprock.figures.sheet import TIME_LABEL, headline, legend_below, style, subplots
 from warprock.model.lanes import SpatialLanes
 from warprock.model.response import Response
 from warprock.run.case_run import CaseRun
@@ -26,6 +27,10 @@ LETTERS = 58
 """Letters of a line above the widest panel: no name of a lane reaches the next one."""
 CAP = 1.5
 """Rotation / slenderness angle at which curves are cut: a fallen block would squash the others."""
+
+
+LEAST_RATIO, LEAST_YAW = 1e-2, 0.5
+"""Least heights of panels, as a rotation ratio and as a yaw [deg]: less would be round-off."""
 
 
 def draw_space(
@@ -49,34 +54,43 @@ def draw_space(
     picked = np.unique(np.linspace(0, len(numbers) - 1, min(ROWS, len(numbers))).astype(np.intp))
     names = [textwrap.fill(titles[at] or f"lane {numbers[at]}", LETTERS) for at in picked]
     extra = 0.17 * sum(name.count("\n") for name in names)
-    block = f" of block {lanes.block_count}, the highest" if lanes.stacked else ""
+    of = f" of block {lanes.block_count}, the highest" if lanes.stacked else ""
+    found = [_histories(lanes, int(numbers[at]), response, int(at)) for at in picked]
     with style():
-        figure, grid = subplots(
-            len(picked),
-            3,
-            (10.5, 1.1 + 2.0 * len(picked) + extra),
-            width_ratios=(2.2, 1.0, 1.4),
-            sharex="col",
-        )
-        for row, name, at in zip(grid, names, picked, strict=True):
-            in_plane, across, yaw = _histories(lanes, int(numbers[at]), response, int(at))
+        size = (10.5, 0.8 + 2.0 * len(picked) + extra)
+        figure, grid = subplots(len(picked), 3, size, width_ratios=(2.2, 1.2, 1.4), sharex="col")
+        for row, name, (in_plane, across, yaw) in zip(grid, names, found, strict=True):
             _draw_rotations(row[0], response.times, in_plane, across)
-            row[0].set_title(name, loc="left")
+            row[0].set_title(name)
             row[1].plot(in_plane, across, color=BLUE, linewidth=0.7)
+            row[1].plot(in_plane[:1], across[:1], "o", color=BLACK, markersize=4.0)
             row[1].set_ylabel("across the plane [-]")
-            row[2].plot(response.times, yaw, color=PURPLE, linewidth=0.9)
+            row[2].plot(response.times, yaw, color=PURPLE)
             row[2].set_ylabel("yaw [deg]")
-        grid[0, 1].set_title("path of the axis", loc="left")
-        grid[0, 2].set_title("turn about the vertical", loc="left")
-        grid[-1, 0].set_xlabel(TIME_LABEL)
-        grid[-1, 1].set_xlabel("in the plane [-]")
-        grid[-1, 2].set_xlabel(TIME_LABEL)
-        handles, labels = grid[0, 0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower left", ncols=2, frameon=False)
-        title = f"{run.case.title}: motion out of the plane of rocking{block}"
-        about = f"{len(picked)} of {len(numbers)} lanes"
+            for axes, least in zip(row, (LEAST_RATIO, LEAST_RATIO, LEAST_YAW), strict=True):
+                at_least(axes, least)
+        grid[0, 1].set_title("path of the axis; dot: start")
+        grid[0, 2].set_title("turn about the vertical")
+        for axes, label in zip(grid[-1], (TIME_LABEL, "in the plane [-]", TIME_LABEL), strict=True):
+            axes.set_xlabel(label)
+        legend_below(figure, grid[0, 0], columns=2)
+        title = _message(found, of)
+        about = (
+            f"{run.case.title}; {run.response.engine}, {len(picked)} of {run.case.lane_count} "
+            "lanes; rotations are over the slenderness angle of their direction"
+        )
         headline(figure, title, about)
-    return Drawing("space", figure, title, f"{about}. {title}.")
+    return Drawing("space", figure, title, f"{run.case.title}. {title}.")
+
+
+def _message(found: list[tuple[Array, Array, Array]], of: str) -> str:
+    """How far the blocks leave the plane of rocking, and how far they turn."""
+    out = max(float(np.nanmax(np.abs(across), initial=0.0)) for _, across, _ in found)
+    turn = max(float(np.nanmax(np.abs(yaw - yaw[0]), initial=0.0)) for _, _, yaw in found)
+    return (
+        f"Out of the plane of rocking the lanes shown rotate by up to {out:.2g} of the slenderness "
+        f"angle{of}; about the vertical they turn by up to {turn:.2g} deg"
+    )
 
 
 def _histories(
@@ -96,6 +110,7 @@ def _histories(
 
 
 def _draw_rotations(axes: Axes, times: Array, in_plane: Array, across: Array) -> None:
-    axes.plot(times, in_plane, color=BLUE, linewidth=0.9, label="in the plane of rocking")
-    axes.plot(times, across, color=ORANGE, linewidth=0.9, label="across it")
+    axes.plot(times, in_plane, color=BLUE, linewidth=1.6, label="in the plane of rocking")
+    look = {"color": ORANGE, "linestyle": DASHES[1], "linewidth": 1.2}
+    axes.plot(times, across, label="across it", **look)
     axes.set_ylabel("rotation /\nslenderness angle [-]")

@@ -97,5 +97,9 @@ def _draw_group(axes: Axes, found: Spectrum, group: int) -> None:
     largest = float(np.nanmax(drawn[found.lanes].ravel(), initial=0.0))
     anything_fell = bool(np.any(fell[found.lanes]))
     axes.set_ylim(0.0, top if anything_fell or largest > 0.5 else 1.15 * max(largest, 1e-3))
+    if anything_fell:
+        ticks = np.linspace(0.0, 1.0, 6)
+        middle = 0.5 * (FALLEN_AT + top)
+        axes.set_yticks([*ticks, middle], [*(f"{tick:g}" for tick in ticks), "overturned"])
     axes.set_xlim(found.period.min(), found.period.max())
     axes.set_title(found.groups[group])

@@ -89,7 +89,7 @@ def _message(rows: Sequence[Mapping[str, Any]]) -> str:
             best = (engine, setting, max(known) / min(known))
     if not best[0]:
         return "No setting changes the error"
-    return f"{best[1]} of {best[0]} changes the error most: {best[2]:.3g} times over its values"
+    return f"{best[1]} changes the error most: that of {best[0]} by a factor of {best[2]:.3g}"
 
 
 def _draw_setting(

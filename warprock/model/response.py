@@ -20,6 +20,11 @@ class Outcome(enum.IntEnum):
 
     A stack is at rest when all of its blocks are; it has overturned once one block has, and slid
     off once a block has left the face of the one below.
+
+    Example:
+        >>> import warprock as wr
+        >>> [outcome.name for outcome in wr.Outcome]
+        ['AT_REST', 'ROCKING', 'OVERTURNED', 'SLID_OFF']
     """
 
     AT_REST = 0
@@ -41,6 +46,11 @@ class Status(enum.IntEnum):
     sweeps too few, or float32 too coarse. Ambiguous is a block that slid with friction above the
     limit up to which the law of contact has one solution (see `warprock.model.painleve`): its
     numbers are one answer, and another engine may find another one.
+
+    Example:
+        >>> import warprock as wr
+        >>> wr.Status(0)
+        <Status.OK: 0>
     """
 
     OK = 0
@@ -264,6 +274,11 @@ class SampleTimes:
         duration: Length of the run [s], > 0.
         interval: Time between samples of the histories [s]; None asks for no histories.
         places: Whether histories tell where the blocks are, too, besides how they are turned.
+
+    Example:
+        >>> import warprock as wr
+        >>> wr.SampleTimes(1.0, 0.25).times.tolist()
+        [0.0, 0.25, 0.5, 0.75, 1.0]
     """
 
     duration: float
@@ -314,6 +329,12 @@ class Response:
             block, then the sample; `rotation` only where histories were asked for, `rotation_error`
             and `peak_rotation_error` only where the errors were estimated.
         times: Sample times of the histories [s], shape [sample]; empty without histories.
+
+    Example:
+        >>> import warprock as wr
+        >>> response = wr.run("free-b0", "housner", progress=False).response
+        >>> response.count(wr.Status.OK), response["peak_rotation"].round(4).tolist()
+        (2, [0.0987, 0.0899])
     """
 
     engine: str

@@ -8,6 +8,7 @@ import functools
 import hashlib
 import json
 import pathlib
+import re
 import urllib.parse
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -21,7 +22,7 @@ from warprock.reading import read_bytes, reason
 from warprock.report.content import Picture
 from warprock.run.results import PROVENANCE
 
-MOST_ROWS = 5_000_000
+MOST_ROWS = 1_000_000
 """Rows of a table that a page is made from; of a longer one the first are read."""
 
 
@@ -84,11 +85,12 @@ class ResultFolder:
             raise InputError(str(path), "", "the file", "must hold a JSON object")
         return found
 
-    def table(self, name: str) -> pd.DataFrame:
+    def table(self, name: str, wanted: str = "") -> pd.DataFrame:
         """A table; `attrs["columns"]` holds unit and meaning of columns where its file does.
 
         Args:
             name: Name of a file that ends in .parquet or .csv.
+            wanted: Pattern of the columns to read, of a Parquet file; empty reads all.
 
         Raises:
             InputError: It cannot be read.
@@ -98,7 +100,8 @@ class ResultFolder:
             if name.endswith(".csv"):
                 return pd.read_csv(path, nrows=MOST_ROWS, keep_default_na=True)
             with pq.ParquetFile(path) as file:
-                arrow = file.read() if file.metadata.num_rows <= MOST_ROWS else _first(file)
+                names = [each for each in file.schema_arrow.names if re.search(wanted, each)]
+                arrow = file.read_row_groups(_first_groups(file), columns=names)
         except (OSError, ValueError, pa.ArrowException) as error:
             raise InputError(str(path), "", "the file", f"must be a table: {error}") from None
         table: pd.DataFrame = arrow.to_pandas()
@@ -166,12 +169,11 @@ def _png_words(path: pathlib.Path) -> tuple[str, str]:
     return str(words.get("Title", "")), str(words.get("Description", ""))
 
 
-def _first(file: pq.ParquetFile) -> pa.Table:
+def _first_groups(file: pq.ParquetFile) -> list[int]:
     """The first row groups of a file, as many as a page is made from."""
-    parts, rows = [], 0
+    groups, rows = [], 0
     for group in range(file.metadata.num_row_groups):
+        if rows < MOST_ROWS:
+            groups.append(group)
         rows += file.metadata.row_group(group).num_rows
-        parts.append(group)
-        if rows >= MOST_ROWS:
-            break
-    return file.read_row_groups(parts)
+    return groups

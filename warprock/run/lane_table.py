@@ -40,6 +40,13 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
     Args:
         lane_set: Lanes, motions and inputs.
         response: The engine's answer for the same lanes.
+
+    Example:
+        >>> import warprock as wr
+        >>> run = wr.run_case(wr.load_case("free-b0"), "housner")
+        >>> table = wr.lane_table(run.lane_set, run.response)
+        >>> table.attrs["columns"]["peak_rotation_rad"]["unit"]
+        'rad'
     """
     columns: dict[str, Any] = {"lane": lane_set.first + np.arange(response.lane_count)}
     columns |= {str(name): lane_set.inputs[name].array for name in lane_set.inputs.columns}

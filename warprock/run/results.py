@@ -143,6 +143,14 @@ def write_run(
 
     Raises:
         InputError: The folder cannot be written to.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> import warprock as wr
+        >>> run = wr.run_case(wr.load_case("free-b0"), "housner")
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     [path.name for path in wr.write_run(run, pathlib.Path(folder))]
+        ['lanes.parquet', 'lanes.csv', 'run.json']
     """
     facts = provenance(run)
     table = lane_table(run.lane_set, run.response)

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from warprock.case.axes import lane_indices
 from warprock.case.columns import columns_of
+from warprock.case.round_base import round_base_note
 from warprock.model.response import Status
 from warprock.model.undecided import cut_text
 from warprock.run.case_run import CaseRun
@@ -137,7 +138,7 @@ def print_run(
         _print_ranges(out, title, table)
         if not files:
             say(out, "every lane is written with -o DIR")
-    _print_notes(out, run)
+    _print_notes(out, run, table)
     print_written(files, out)
 
 
@@ -254,13 +255,16 @@ def _print_ranges(out: Console, title: str, table: pd.DataFrame) -> None:
     print_table(out, made)
 
 
-def _print_notes(out: Console, run: CaseRun) -> None:
+def _print_notes(out: Console, run: CaseRun, table: pd.DataFrame) -> None:
     """Counts of outcomes and statuses, and what limits the numbers."""
     response = run.response
     for name in ("outcome", "status"):
         counts = count_words(response, name)
         words = ", ".join(f"{count:,} {word}" for word, count in counts.items() if count)
         say(out, f"{name}: {words}")
+    replaced = round_base_note(table)
+    if replaced:
+        say(out, replaced)
     cut = cut_text(run.lane_set.motions, run.lane_set.times.duration)
     if cut:
         say(out, cut)
