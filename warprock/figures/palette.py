@@ -14,8 +14,8 @@ BLACK, ORANGE, SKY, GREEN, VIOLET, BLUE, VERMILION, PURPLE = (
     "#D55E00",
     "#CC79A7",
 )
-"""Colours of Okabe and Ito (2008), with a violet for their yellow, which white paper hides and which,
-darkened, readers without red cones take for orange."""
+"""Colours of Okabe and Ito (2008), with a violet for their yellow: white paper hides it, and who is
+without red cones takes a darker one for orange."""
 DARK, GREY, PALE = "#555555", "#999999", "#DDDDDD"
 """Greys of marks that explain, of lines behind curves, and of what has no colour."""
 
