@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pathlib
 import re
 import shlex
 import shutil
 import subprocess
+from typing import Any
 
 from click.testing import CliRunner
 
@@ -23,7 +25,7 @@ def test_the_first_screen_holds_the_two_commands():
     head = "\n".join(README.splitlines()[:FIRST_SCREEN])
     blocks = re.findall(r"^```bash\n(.*?)\n```$", head, re.M | re.S)
     assert len(blocks) == 2
-    assert blocks[0].endswith("warprock reproduce all -o results")
+    assert blocks[0].endswith("warprock reproduce single-block -o results")
     assert blocks[1].endswith("-m pytest")
     for block in blocks:
         assert block.startswith("python3 -m venv .venv && .venv/bin/python -m pip install -e ")
@@ -39,7 +41,8 @@ def test_ci_runs_the_readmes_test_command_and_then_programs_of_others(tmp_path: 
     echo = f'#!/usr/bin/env bash\necho "$0 $*" >> {shlex.quote(str(log))}\n'
     pass_on = f'case "$1" in tools/*) exec {shlex.quote(real)} "$@";; esac\n'
     (tmp_path / "bin").mkdir()
-    for name in ("bin/python3", ".venv/bin/python", ".venv/bin/ruff", ".venv/bin/mypy"):
+    programs = ("python", "ruff", "mypy", "sphinx-build")
+    for name in ("bin/python3", *(f".venv/bin/{program}" for program in programs)):
         (tmp_path / name).write_text(echo + pass_on, encoding="utf-8")
         (tmp_path / name).chmod(0o755)
     path = os.pathsep.join([str(tmp_path / "bin"), os.environ["PATH"]])
@@ -56,18 +59,40 @@ def test_ci_runs_the_readmes_test_command_and_then_programs_of_others(tmp_path: 
     test_command = re.findall(r"^```bash\n(.*?)\n```$", README, re.M | re.S)[1]
     wanted = [shlex.split(part) for part in test_command.split(" && ")]
     got = [[pathlib.PurePath(call.split()[0]).name, *call.split()[1:]] for call in calls]
-    assert got[-7:-4] == [[pathlib.PurePath(part[0]).name, *part[1:]] for part in wanted]
-    assert got[-4][1:] == ["-m", "pytest", "-m", "thorough"]
-    assert got[-3][-1] == ".[mujoco,bullet,dask,fragility]"
-    assert got[-2][1:3] == ["-m", "pytest"]
+    assert got[-9:-6] == [[pathlib.PurePath(part[0]).name, *part[1:]] for part in wanted]
+    assert got[-6][1:] == ["-m", "pytest", "-m", "thorough"]
+    assert got[-5][-1] == ".[mujoco,bullet,dask,fragility]"
+    assert got[-4][1:3] == ["-m", "pytest"]
+    assert got[-3][-1] == ".[docs]"
+    assert got[-2] == ["sphinx-build", "-W", "--keep-going", "-q", "docs", "docs/_build"]
     assert got[-1][1:] == ["-m", "pytest", "-n", "0", "-m", "speed"]
     names = [" ".join(pathlib.PurePath(call).name.split()) for call in calls]
     assert {"ruff check", "ruff format --check", "mypy"} <= set(names)
 
 
-def test_every_command_is_in_the_readme_and_the_other_way_round():
-    named = set(re.findall(r"^\| `warprock (\w+)", README, re.M))
-    assert named == set(main.commands)
+def test_the_readme_is_short_and_its_links_lead_somewhere():
+    assert len(README.splitlines()) <= 150
+    links = re.findall(r"\]\(([^)#]+)\)", README)
+    assert {"CONTRIBUTING.md", "CHANGELOG.md"} < set(links)
+    assert all((ROOT / link).exists() for link in links)
+
+
+def test_the_python_of_the_readme_runs():
+    (text,) = re.findall(r"^```python\n(.*?)\n```$", README, re.M | re.S)
+    names: dict[str, Any] = {}
+    exec(text, names)
+    assert len(names["run"].table) == 21
+
+
+def test_the_commands_of_the_readme_run(tmp_path: pathlib.Path):
+    """As they stand there, with fewer lanes."""
+    (text,) = re.findall(r"^```sh\n(.*?)\n```$", README, re.M | re.S)
+    with contextlib.chdir(tmp_path):
+        for line in text.splitlines():
+            words = shlex.split(line.replace("lanes=2000", "lanes=40"), comments=True)
+            assert words[0] == "warprock"
+            result = CliRunner().invoke(main, words[1:])
+            assert result.exit_code == 0, (line, result.output)
 
 
 def test_every_command_explains_itself():

@@ -56,7 +56,8 @@ ROOMS = (
     _room(
         "model",
         """the arrays that rooms hand one another (lanes, ground motions, scene, response), and
-        closed forms: rocking, stacking, pose, Painleve's limit, undecided lanes""",
+        closed forms: rocking, stacking, pose, the path of a base, Painleve's limit, undecided
+        lanes""",
         "errors units",
         "numpy",
     ),
@@ -114,7 +115,7 @@ ROOMS = (
         "report",
         "the page of a folder of results: one HTML file, its template, style and player",
         f"{_BASE} case run sweep",
-        "jinja2 markupsafe numpy pandas pyarrow",
+        "PIL jinja2 markupsafe numpy pandas pyarrow",
     ),
     _room(
         "analysis",
@@ -150,8 +151,15 @@ ROOMS = (
     _room(
         "paper",
         "all that serves only the seed paper: its printed numbers, ours beside them, its conflicts",
-        f"{_BASE} case engines run analysis compare oracle tables figures",
+        f"{_BASE} case engines run report analysis compare oracle tables figures",
         "numpy pandas rich",
+    ),
+    _room(
+        "api",
+        """`import warprock`: cases from objects, dicts and tables; the commands as functions; what
+        they find as an object with tables, figures and files""",
+        f"{_BASE} records case run sweep analysis compare tables figures report",
+        "numpy pandas",
     ),
     _room(
         "cli",
@@ -179,7 +187,7 @@ def floors() -> dict[str, int]:
 
 def readme_map() -> str:
     """The map of the house as the README shows it."""
-    width, lines = 100, []
+    width, lines = 128, []
     for room in ROOMS:
         folder = "" if room.name in MAPPED else "warprock/"
         head = f"{folder + room.name + ('.py' if room.name in MODULES else '/'):<22} "

@@ -19,6 +19,14 @@ class InputError(ValueError):
     """Input that cannot be used, said in one line: file, key, value and bound.
 
     The command line prints it and exits with 2 before anything runs or is written.
+
+    Example:
+        >>> import warprock as wr
+        >>> try:
+        ...     wr.load_case("free-b0", {"contact.friction": -1})
+        ... except wr.InputError as error:
+        ...     print(error.key, error.got)
+        contact.friction -1
     """
 
     def __init__(self, source: str, key: str, got: object, allowed: str) -> None:

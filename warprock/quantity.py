@@ -106,7 +106,8 @@ class InputKey(Key):
     Attributes:
         swept: Whether it may differ from lane to lane.
         column: Column of the lane table that shows it.
-        instead_of: Key of the same table that says the same thing: only one of both may be given.
+        instead_of: Keys of the same table, blanks between them, that say the same thing: none of
+            them may be given beside it.
         needs_space: What a case that gives it does that blocks in the plane of rocking cannot do.
     """
 
@@ -115,6 +116,11 @@ class InputKey(Key):
     column: Column | None = None
     instead_of: str = ""
     needs_space: str = ""
+
+    @property
+    def others(self) -> tuple[str, ...]:
+        """The keys that may not be given beside it."""
+        return tuple(self.instead_of.split())
 
     @property
     def columns(self) -> tuple[Column, ...]:

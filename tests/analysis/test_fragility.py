@@ -224,7 +224,13 @@ def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path):
     # What is parted by no intensity has none; JSON has no NaN.
     assert {row["none_up_to"] for row in found["curves"]} == {None}
     names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert names == {".warprock.json", "fragility.csv", "fragility-p58.csv", "fragility.png"}
+    assert names == {
+        ".warprock.json",
+        "fragility.csv",
+        "fragility-p58.csv",
+        "fragility.png",
+        "report.html",
+    }
     printed = run(str(tmp_path), "--by", "size").stdout
     assert f"{written['median'][1]:.4g}" in printed
 

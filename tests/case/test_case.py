@@ -230,7 +230,7 @@ BAD_ADDITIONS = [
     ),
     (
         '[[check]]\nkind = "peaks"\nengine = "housner"\nbecause = "b"\nvalues = [0.1]\n'
-        'tolerance = 1e-3\nwhere = { reading = "slip" }\n',
+        'tolerance = 1e-3\nwhere = { reading = "double-size" }\n',
         "check[0].where.reading",
         "must be a label of the case (none)",
     ),
@@ -367,7 +367,12 @@ def test_the_table_of_keys_and_the_models_are_the_same_keys():
     models |= {f"block.{name}" for name in Block.model_fields}
     models |= {f"block.N.{name}" for name in StackedBlock.model_fields}
     assert set(KEYS) == models | {"model"}
-    assert set(KEYS) - set(SWEEP_KEYS) == {"model", "run.duration", "run.sample_interval"}
+    assert set(KEYS) - set(SWEEP_KEYS) == {
+        "model",
+        "motion.sa_period",
+        "run.duration",
+        "run.sample_interval",
+    }
 
 
 def test_suggestions_go_by_the_last_part_of_a_key():

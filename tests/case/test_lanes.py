@@ -1,6 +1,7 @@
 """Lanes of a case: which values meet in which lane, and what is refused."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -19,6 +20,8 @@ from warprock.model.motion import (
     SpatialMotions,
     StillBase,
 )
+from warprock.records import load_record
+from warprock.records.intensity import spectral_accelerations
 
 ANALYTIC_CASES = [name for name in RUNNABLE_CASES if name != "record-ridgecrest"]
 
@@ -72,8 +75,8 @@ def test_both_readings_of_b0():
 def test_the_inputs_of_table_4(name):
     lane_set = expand_lanes(load_case(name))
     inputs = lane_set.inputs
-    assert list(inputs["reading"].unique()) == ["displacement", "acceleration", "slip"]
-    for reading in ("displacement", "acceleration", "slip"):
+    assert list(inputs["reading"].unique()) == ["displacement", "acceleration", "double-size"]
+    for reading in ("displacement", "acceleration", "double-size"):
         rows = inputs.iloc[lane_set.select({"reading": reading})]
         assert list(rows["frequency_hz"]) == [3.0, 3.3, 3.3, 5.0, 5.0, 5.0]
         assert list(rows["amplitude_mm"]) == [8.0, 6.0, 8.0, 4.0, 5.0, 6.0]
@@ -83,7 +86,7 @@ def test_the_inputs_of_table_4(name):
         # A (2 pi f)^2 / (9.81 x 0.17), worked out by hand; full sizes or half, the ratio is one.
         ratios = [1.70, 1.55, 2.06, 2.37, 2.96, 3.55]
         np.testing.assert_allclose(rows["normalised_acceleration"], ratios, atol=5e-3)
-    slip = lane_set.select({"reading": "slip"})
+    slip = lane_set.select({"reading": "double-size"})
     np.testing.assert_array_equal(lane_set.lanes.width[slip], 0.34)
     np.testing.assert_array_equal(lane_set.lanes.height[slip], 2.0)
     assert {True} == {width == 0.17 for width in lane_set.lanes.width[: slip[0]]}
@@ -98,7 +101,7 @@ def test_velocity_steps_follow_the_reading():
     # A 2 pi f, by another order of products: a few units in the last place.
     np.testing.assert_allclose(motions.velocity_step_start[moved], step[moved], rtol=1e-15)
     np.testing.assert_allclose(motions.velocity_step_stop[moved], -step[moved], rtol=1e-15)
-    for reading in ("acceleration", "slip"):
+    for reading in ("acceleration", "double-size"):
         shaken = lane_set.select({"reading": reading})
         np.testing.assert_array_equal(motions.velocity_step_start[shaken], 0.0)
         np.testing.assert_array_equal(motions.velocity_step_stop[shaken], 0.0)
@@ -228,7 +231,7 @@ def test_labels_select_lanes():
     np.testing.assert_array_equal(lane_set.select({}), np.arange(9))
     np.testing.assert_array_equal(lane_set.select({"block": "B2"}), [3, 4, 5])
     with pytest.raises(InputError, match="must be a label of the case"):
-        lane_set.select({"reading": "slip"})
+        lane_set.select({"reading": "double-size"})
     with pytest.raises(InputError, match="must select at least one lane"):
         lane_set.select({"block": "B4"})
 
@@ -371,6 +374,43 @@ def test_a_record_that_does_not_exist_is_refused(expand, tmp_path):
         InputError, match=r"^-s: motion.record: got 'no-such-record', must be a file"
     ):
         expand_lanes(case)
+
+
+def test_a_record_is_scaled_to_a_target():
+    period = "motion.sa_period=1 s"
+    record = load_record("ridgecrest-2019-ccc-090")
+    own = spectral_accelerations(record, [1.0])[0]
+    to_peak = expand_lanes(
+        load_case("record-ridgecrest", ["motion.target_pga=0.1 g, 0.4 g", period])
+    ).inputs
+    np.testing.assert_allclose(to_peak["peak_acceleration_m_s2"], [0.981, 3.924], rtol=1e-14)
+    factors = np.array([0.981, 3.924]) / record.peak_acceleration
+    np.testing.assert_allclose(to_peak["scale"], factors, rtol=1e-12)
+    np.testing.assert_allclose(to_peak["spectral_acceleration_m_s2"], factors * own, rtol=1e-12)
+    to_sa = expand_lanes(load_case("record-ridgecrest", ["motion.target_sa=0.2 g", period])).inputs
+    assert to_sa["spectral_acceleration_m_s2"][0] == pytest.approx(0.2 * 9.81, rel=1e-14)
+    assert to_sa["scale"][0] == pytest.approx(0.2 * 9.81 / own, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        (["motion.target_sa=0.2 g"], "motion.sa_period: got nothing, must be given with"),
+        (["motion.target_pga=200 g"], "-s: motion.target_pga: got '200 g', must be the peak"),
+    ],
+)
+def test_a_target_that_cannot_be_met_is_refused(overrides: list[str], words: str):
+    with pytest.raises(InputError, match=re.escape(words)):
+        expand_lanes(load_case("record-ridgecrest", overrides))
+
+
+def test_what_a_record_cannot_say_is_refused(expand, tmp_path):
+    (tmp_path / "slow.csv").write_text(RECORD.format(unit="g"))
+    (tmp_path / "still.csv").write_text(RECORD.format(unit="g").replace("1\n-2", "0\n0"))
+    with pytest.raises(InputError, match=r"sa_period: got '0.004 s', must be at least 0.005 s for"):
+        expand(record_case("slow.csv"), "motion.sa_period=4 ms")
+    with pytest.raises(InputError, match=r"target_pga: got 9.81 m/s\^2, must be at most 1000"):
+        expand(record_case("still.csv"), "motion.target_pga=1 g")
 
 
 def test_a_case_without_a_record_has_none():

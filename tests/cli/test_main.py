@@ -8,6 +8,7 @@ import math
 import os
 import pathlib
 import pkgutil
+import re
 import shlex
 import signal
 import subprocess
@@ -18,6 +19,7 @@ from collections.abc import Callable
 import click
 import pandas as pd
 import pytest
+from click.shell_completion import ShellComplete
 from click.testing import CliRunner, Result
 
 import warprock.cli
@@ -225,13 +227,15 @@ def test_run_writes_a_table_that_the_screen_agrees_with(engine: str, case: pathl
         ".warprock.json",
         "histories.png",
         "history-lane-0.csv",
+        "lanes.csv",
         "lanes.parquet",
         "peaks.png",
         "report.html",
         "run.json",
     ]
     table = pd.read_parquet(folder / "lanes.parquet")
-    assert f"{table['peak_rotation_ratio'][0]:.6g}" in result.stdout
+    assert list(pd.read_csv(folder / "lanes.csv")) == list(table)
+    assert f"{table['peak_rotation_ratio'][0]:#.3g}" in result.stdout
     assert table["outcome"][0] in result.stdout
     assert engine in result.stdout
 
@@ -246,7 +250,8 @@ def test_init_writes_a_case_that_runs_and_never_overwrites(tmp_path: pathlib.Pat
         file = tmp_path / kind / "case.toml"
         result = invoke("init", kind, file)
         assert result.exit_code == 0, result.output
-        assert result.stdout.strip() == str(file)
+        assert result.stdout.splitlines()[0] == str(file)
+        assert f"warprock {'run' if kind not in ('map', 'spectrum') else kind}" in result.stdout
         assert invoke("explain", file).exit_code == 0
         text = file.read_text(encoding="utf-8")
         refused(invoke("init", kind, file), str(file), "must not exist")
@@ -380,3 +385,31 @@ def test_every_command_of_the_folder_can_be_called():
     for module in pkgutil.iter_modules(warprock.cli.__path__, "warprock.cli."):
         for value in vars(importlib.import_module(module.name)).values():
             assert not isinstance(value, click.Command) or value in found, value
+
+
+def test_help_shows_every_command_in_its_section():
+    printed = invoke("--help").stdout
+    sections = printed.partition("Start:")[2]
+    assert "Other" not in sections
+    assert all(re.search(rf"^  {name} ", sections, re.MULTILINE) for name in main.commands)
+    assert max(map(len, printed.splitlines())) <= 80
+
+
+@pytest.mark.parametrize(
+    ("typed", "offered"),
+    [
+        (["run", "free"], "free-b0"),
+        (["run", "free-b0", "-e", "h"], "housner"),
+        (["run", "free-b0", "-s", "motion.a"], "motion.amplitude="),
+        (["compare", "free-b0", "-e", "muj"], "mujoco"),
+        (["init", "re"], "record"),
+        (["keys", "mot"], "motion"),
+        (["reproduce", "table1"], "table12"),
+        (["records", "info", "ridge"], "ridgecrest-2019-ccc-090"),
+    ],
+)
+def test_shells_complete_what_is_typed(typed: list[str], offered: str):
+    *before, incomplete = typed
+    complete = ShellComplete(main, {}, "warprock", "_WARPROCK_COMPLETE")
+    assert offered in [item.value for item in complete.get_completions(before, incomplete)]
+    assert "_WARPROCK_COMPLETE" in invoke("completion", "zsh").stdout

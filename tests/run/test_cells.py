@@ -274,7 +274,7 @@ def test_a_run_prints_and_writes_cells(tmp_path: pathlib.Path):
     assert done.exit_code == 0, done.output
     assert "18 cells of 40 members" in done.stdout
     assert "housner has none" in done.stdout
-    names = {"lanes.parquet", "cells.csv", "run.json", "ensemble.png"}
+    names = {"lanes.parquet", "lanes.csv", "cells.csv", "run.json", "ensemble.png", "report.html"}
     assert {path.name for path in tmp_path.iterdir()} == names | {".warprock.json"}
     cells, lanes = pd.read_csv(tmp_path / "cells.csv"), pd.read_parquet(tmp_path / "lanes.parquet")
     assert (len(cells), len(lanes)) == (18, 720)

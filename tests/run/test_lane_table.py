@@ -42,6 +42,7 @@ def folder(run: CaseRun, tmp_path_factory: pytest.TempPathFactory) -> pathlib.Pa
 def test_a_run_leaves_its_files_and_no_others(folder: pathlib.Path):
     assert sorted(path.name for path in folder.iterdir()) == [
         "history-lane-4.csv",
+        "lanes.csv",
         "lanes.parquet",
         "run.json",
     ]

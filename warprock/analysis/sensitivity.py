@@ -80,7 +80,7 @@ def saltelli_case(case: Case) -> Case:
     design = SaltelliSample(sample.sampling, sample.seed, length, inputs, base)
     axes = (*case.axes[:-1], Axis(axis.columns, length, design))
     tables = case.tables.model_copy(update={"check": ()})
-    return case.replaced(axes=axes, tables=tables)
+    return dataclasses.replace(case, axes=axes, tables=tables)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Self
 
 import pydantic
 
@@ -11,6 +12,9 @@ from warprock.case.contact import FRICTION
 from warprock.case.validation import KeyedError, Table, validated
 from warprock.model.runnable import MOST_BLOCKS
 from warprock.quantity import NOTHING, Column, FrictionKey, NumberKey, Said
+
+ROUND_DEPTH = math.pi / 4.0
+"""Depth over diameter of the box that stands for a round base: their areas are the same."""
 
 
 def _centre_offset(axis: str, along: str) -> NumberKey:
@@ -30,14 +34,14 @@ class _Box(Table):
     """What every block has: full sizes [m] and density [kg/m^3]."""
 
     width: Annotated[
-        float,
+        float | None,
         NumberKey(
             "the full width of the block in the plane of rocking",
             "1 mm to 1 km",
             swept=True,
             column=Column("width"),
         ),
-    ]
+    ] = None
     height: Annotated[
         float,
         NumberKey(
@@ -45,14 +49,25 @@ class _Box(Table):
         ),
     ]
     depth: Annotated[
-        float,
+        float | None,
         NumberKey(
             "the full depth of the block across the plane of rocking",
             "1 mm to 1 km",
             swept=True,
             column=Column("depth"),
         ),
-    ]
+    ] = None
+    diameter: Annotated[
+        float | None,
+        NumberKey(
+            "the diameter of a round base: a cylinder or a drum, run as the box of the same mass, "
+            "slenderness and height",
+            "1 mm to 1 km",
+            swept=True,
+            instead_of="width depth",
+            column=Column("diameter", text="Diameter of a round base"),
+        ),
+    ] = None
     density: Annotated[
         float,
         NumberKey(
@@ -62,6 +77,13 @@ class _Box(Table):
             column=Column("density"),
         ),
     ]
+
+    @pydantic.model_validator(mode="after")
+    def _has_a_base(self) -> Self:
+        for name in ("width", "depth"):
+            if self.diameter is None and getattr(self, name) is None:
+                raise KeyedError(name, NOTHING, self.declared()[name].allowed)
+        return self
 
 
 class Block(_Box):

@@ -48,11 +48,6 @@ class Case:
     def __repr__(self) -> str:
         return f"<case {self.name}: {self.lane_count:,} lanes>"
 
-    def replaced(self, **changes: Any) -> Case:
-        """The case with other values of some attributes, which nobody judges anew."""
-        fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(Case)}
-        return Case(**fields | changes)
-
     def to_toml(self) -> str:
         """The text of a case file that reads as this case.
 

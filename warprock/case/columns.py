@@ -16,6 +16,9 @@ from warprock.units import UNITS, Dimension
 
 Array = npt.NDArray[np.float64]
 
+SPECTRAL = "spectral_acceleration"
+"""Column of the spectral acceleration of a record as it was scaled."""
+
 _COMPUTED = (
     Column("lane", text="Number of the lane"),
     Column(
@@ -33,6 +36,7 @@ _COMPUTED = (
     Column("stop", "s", "Time at which the motion stops"),
     Column("peak_acceleration", "m/s^2", "Largest acceleration of the base, velocity steps apart"),
     Column("peak_velocity", "m/s", "Largest velocity of the base, PGV"),
+    Column(SPECTRAL, "m/s^2", "Spectral acceleration of the motion, 5 % damping, at sa_period"),
     Column("member", text="Number of the member in its cell"),
     Column("time_step_factor", text="Factor on the engine's time step"),
     Column("normalised_velocity", text="Frequency parameter x PGV / (g tan(slenderness angle))"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -9,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.case.case import Case
-from warprock.case.columns import computed, key_column
+from warprock.case.columns import SPECTRAL, computed, key_column
 from warprock.case.keys import KEYS
 from warprock.case.values import LaneValues
 from warprock.case.waveforms import FAMILIES, FAMILY_OF
@@ -26,6 +27,7 @@ from warprock.model.motion import (
 )
 from warprock.model.stacking import uplift_ratio
 from warprock.quantity import NumberKey, Said
+from warprock.records.intensity import FINEST, spectral_accelerations
 from warprock.units import GRAVITY
 
 if TYPE_CHECKING:
@@ -180,16 +182,69 @@ def _records(values: LaneValues, table: str, start: Array) -> Motions:
     # All directions share the samples of all records.
     before = [key for key, _ in _record_names(values)].index(f"{table}.record")
     codes = before + values.texts(f"{table}.record")[1]
-    scale = values.numbers(f"{table}.scale")
-    motions = record_motions(records, index=codes, scale=scale, start=start)
     peaks = np.array([record.peak_acceleration for record in records])
+    spectral = _spectral(values, table, records)
+    scale = _scale(values, table, peaks[codes], None if spectral is None else spectral[codes])
+    motions = record_motions(records, index=codes, scale=scale, start=start)
     columns: dict[str, object] = {"record": values.column(f"{table}.record")}
     for name in _PROVENANCE:
         columns[f"record_{name}"] = _words([getattr(each, name) for each in records], codes)
     velocities = np.array([record.peak_velocity for record in records])
     columns |= key_column(f"{ALONG}.scale", scale)
+    if spectral is not None:
+        columns |= key_column(f"{ALONG}.sa_period", values.numbers(f"{table}.sa_period"))
+        columns |= computed(SPECTRAL, np.abs(scale) * spectral[codes])
+    for target in TARGETS:
+        if values.given(f"{table}.{target}"):
+            columns |= key_column(f"{ALONG}.{target}", values.numbers(f"{table}.{target}"))
     columns |= computed("peak_velocity", np.abs(scale) * velocities[codes])
     return motions, columns, np.abs(scale) * peaks[codes]
+
+
+TARGETS = ("target_pga", "target_sa")
+"""Keys of a motion that say what its record is scaled to."""
+
+MOST_SCALE = 1000.0
+"""Largest factor on a record, given or found."""
+
+
+def _scale(values: LaneValues, table: str, peaks: Array, spectral: Array | None) -> Array:
+    """Factor on the record of each lane, given or from what it is scaled to, shape [lane].
+
+    Args:
+        values: Values of the case.
+        table: Table of the motion.
+        peaks: PGA of each lane's record [m/s^2], shape [lane].
+        spectral: Its spectral acceleration [m/s^2], where the case has a period for it.
+    """
+    for target, own in zip(TARGETS, (peaks, spectral), strict=True):
+        key = f"{table}.{target}"
+        if values.given(key) and own is not None:
+            with np.errstate(divide="ignore"):
+                scale = np.asarray(values.numbers(key) / own)
+            allowed = f"must be at most {MOST_SCALE:g} times what the record has"
+            values.refuse(~(scale <= MOST_SCALE), key, allowed)
+            return scale
+    return values.numbers(f"{table}.scale")
+
+
+def _spectral(values: LaneValues, table: str, records: Sequence[Record]) -> Array | None:
+    """Spectral acceleration of every record [m/s^2], shape [record]; None without a period."""
+    key = f"{table}.sa_period"
+    if not values.given(key):
+        return None
+    period = float(values.numbers(key)[0])
+    for record in records:
+        shortest = record.interval / FINEST
+        if period < shortest:
+            allowed = f"must be at least {shortest:g} s for the record {record.name}"
+            raise InputError(values.case.source_of(key), key, f"{period:g} s", allowed)
+    return np.array([_spectral_acceleration(record, period) for record in records])
+
+
+@functools.lru_cache(maxsize=4096)
+def _spectral_acceleration(record: Record, period: float) -> float:
+    return float(spectral_accelerations(record, period)[0])
 
 
 _PROVENANCE = ("source", "licence", "sha256", "processing")

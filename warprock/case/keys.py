@@ -14,7 +14,7 @@ from warprock.case.motion import Direction
 from warprock.case.run import Run
 from warprock.case.start import Start
 from warprock.case.validation import Table
-from warprock.quantity import InputKey, NumberKey, TextKey
+from warprock.quantity import NumberKey, TextKey
 
 _TABLES: tuple[type[Table], ...] = (Block, Contact, Start, Direction, Run, StackedBlock)
 
@@ -43,16 +43,23 @@ def general_key(key: str) -> str:
     return _DIRECTION.sub("motion.", _BLOCK_NUMBER.sub("block.N.", key))
 
 
-def _exclusive() -> dict[str, str]:
-    found: dict[str, str] = {}
+def _rivals() -> dict[str, frozenset[str]]:
+    found: dict[str, frozenset[str]] = {}
     for key, declared in KEYS.items():
-        table, _, name = key.rpartition(".")
-        if isinstance(declared, InputKey) and declared.instead_of:
-            for place in ("motion", "motion.y", "motion.z") if table == "motion" else (table,):
-                one, other = f"{place}.{name}", f"{place}.{declared.instead_of}"
-                found |= {one: other, other: one}
+        table = key.rpartition(".")[0]
+        for rival in declared.others:
+            other = f"{table}.{rival}"
+            found[key] = found.get(key, frozenset()) | {other}
+            found[other] = found.get(other, frozenset()) | {key}
     return found
 
 
-EXCLUSIVE: dict[str, str] = _exclusive()
-"""Key -> the other key that says the same thing; only one of both may be given."""
+_RIVALS: dict[str, frozenset[str]] = _rivals()
+"""Key of `KEYS` -> the other keys that say the same thing."""
+
+
+def rivals(key: str) -> frozenset[str]:
+    """The other keys that say the same thing as a dotted key: only one of them may be given."""
+    table = key.rpartition(".")[0]
+    found = _RIVALS.get(general_key(key), frozenset())
+    return frozenset(f"{table}.{other.rpartition('.')[2]}" for other in found)

@@ -20,6 +20,8 @@ from warprock.case.check import PeaksCheck
 from warprock.case.columns import computed, key_column, lane_columns
 from warprock.case.ensemble import CELL_COLUMNS
 from warprock.case.ground_motions import lane_motions
+from warprock.case.keys import general_key
+from warprock.case.round_base import refuse_in_space, round_keys
 from warprock.case.space import optional, spatial_because, spatial_columns, spatial_lanes
 from warprock.case.stacks import stack_columns, stack_lanes
 from warprock.case.values import LaneValues
@@ -69,6 +71,12 @@ class LaneSet:
             some lanes were asked for.
         step_factors: Factor on the engine's time step, shape [lane]; None is 1 for all.
         first: Number of the first lane, where only some were asked for.
+
+    Example:
+        >>> import warprock as wr
+        >>> lanes = wr.expand_lanes(wr.load_case("free-b1-b3"))
+        >>> lanes.shape, lanes.select({"block": "B2"}).tolist()
+        ((3, 3), [3, 4, 5])
     """
 
     lanes: Lanes
@@ -104,17 +112,19 @@ class LaneSet:
 
 
 def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
-    """The lanes of a case.
+    """The lanes of a case, their motions and sampling, the kind of scene and the table of inputs.
 
     Args:
         case: The case.
         lanes: Numbers of the lanes wanted; None is all of them.
 
-    Returns:
-        Lanes, motions, sampling, kind of scene and the table of inputs.
-
     Raises:
         InputError: A combination of values that no engine could use.
+
+    Example:
+        >>> import warprock as wr
+        >>> wr.expand_lanes(wr.load_case("free-b0")).lanes.height.tolist()
+        [5.0, 5.5]
     """
     import pandas as pd
 
@@ -124,6 +134,8 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
     if not values.lanes:
         raise InputError(case.file, "sweep", Said("0 lanes"), "must make at least 1 lane")
     why = spatial_because(values)
+    if why:
+        refuse_in_space(values, why)
     blocks, motions, columns = _scene(values, in_space=bool(why))
     scene = scene_kind(
         blocks,
@@ -185,6 +197,8 @@ def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions,
     if in_space:
         blocks = spatial_lanes(values, blocks)
     columns = stack_columns(blocks) if stacked else _block_columns(blocks)
+    for number, key in round_keys(values).items():
+        columns |= key_column(general_key(key), values.numbers(key), number)
     if isinstance(blocks, SpatialLanes):
         columns |= spatial_columns(blocks)
     motions, more = lane_motions(values, blocks)

@@ -19,12 +19,12 @@ from warprock.case.case import Case
 from warprock.case.case_file import APART, CaseFile
 from warprock.case.check import CheckSpec, HousnerCheck, PeaksCheck
 from warprock.case.ensemble import read_ensemble
-from warprock.case.keys import EXCLUSIVE, KEYS
+from warprock.case.keys import KEYS, rivals
 from warprock.case.sample import read_sample
 from warprock.case.spectrum import read_spectrum
 from warprock.case.study import read_study
 from warprock.case.sweep import fix_keys, read_axes, sweep_overrides
-from warprock.case.text import find_case, override, parse_case, put, source_name
+from warprock.case.text import OVERRIDE, find_case, override, parse_case, put, source_name
 from warprock.case.validation import refusing, validated
 from warprock.errors import InputError
 from warprock.quantity import NOTHING
@@ -47,16 +47,15 @@ def load_case(name_or_path: str | os.PathLike[str], overrides: Overrides = ()) -
     """
     name, file, folder, text = find_case(os.fspath(name_or_path))
     raw = parse_case(text, file)
-    return build_case(name, file, folder, raw, override_tables(raw, overrides, file))
+    return build_case(name, file, folder, raw, override_tables(raw, overrides))
 
 
-def override_tables(raw: dict[str, Any], overrides: Overrides, file: str) -> frozenset[str]:
+def override_tables(raw: dict[str, Any], overrides: Overrides) -> frozenset[str]:
     """Puts overrides into a case.
 
     Args:
         raw: The case as written; changed in place.
         overrides: As in `load_case`.
-        file: Name of the case's file, for errors.
 
     Returns:
         The keys that they changed.
@@ -72,8 +71,8 @@ def override_tables(raw: dict[str, Any], overrides: Overrides, file: str) -> fro
     else:
         keys = [override(raw, text) for text in overrides]
     overridden = frozenset(keys)
-    fix_keys(raw, overridden | {EXCLUSIVE[key] for key in overridden if key in EXCLUSIVE})
-    with refusing(functools.partial(source_name, file=file, overridden=overridden)):
+    fix_keys(raw, overridden.union(*map(rivals, overridden)))
+    with refusing(lambda _key: OVERRIDE):
         sweep_overrides(raw, keys)
     return overridden
 

@@ -97,6 +97,36 @@ class Direction(Table):
         float,
         NumberKey("the factor on the record", "-1000 to 1000", swept=True, column=Column("scale")),
     ] = 1.0
+    target_pga: Annotated[
+        float | None,
+        NumberKey(
+            "the peak acceleration that the record is scaled to",
+            "0 g to 100 g",
+            low_open=True,
+            swept=True,
+            instead_of="scale",
+            column=Column("target_pga"),
+        ),
+    ] = None
+    target_sa: Annotated[
+        float | None,
+        NumberKey(
+            "the spectral acceleration, of 5 % damping at sa_period, that the record is scaled to",
+            "0 g to 100 g",
+            low_open=True,
+            swept=True,
+            instead_of="scale target_pga",
+            column=Column("target_sa"),
+        ),
+    ] = None
+    sa_period: Annotated[
+        float | None,
+        NumberKey(
+            "the period of the spectral acceleration, a column of every lane that follows a record",
+            "1e-3 s to 100 s",
+            column=Column("sa_period"),
+        ),
+    ] = None
 
     def takes(self, name: str) -> bool:
         """Whether the waveform has a use for a key of this table."""
@@ -113,6 +143,8 @@ class Direction(Table):
         for name in family.needs:
             if name not in given:
                 raise KeyedError(name, NOTHING, declared[name].allowed)
+        if "target_sa" in given and "sa_period" not in given:
+            raise KeyedError("sa_period", NOTHING, "must be given with motion.target_sa")
         if "duration" in family.may and not {"cycles", "duration"} & given:
             raise KeyedError("cycles", NOTHING, "must be given, or motion.duration")
         return self

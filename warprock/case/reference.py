@@ -153,7 +153,7 @@ def _row(key: str, declared: Key, default: str | None, required: bool) -> KeyRow
     return row._replace(
         swept=declared.swept,
         needs_space=declared.needs_space,
-        instead_of=declared.instead_of and f"{table}.{declared.instead_of}",
+        instead_of=" or ".join(f"{table}.{other}" for other in declared.others),
         columns=tuple(column.named(number) for column in declared.columns),
     )
 

@@ -174,6 +174,8 @@ def sweep_overrides(raw: dict[str, Any], keys: Iterable[str]) -> None:
         table: Any = raw
         for part in path:
             table = table[part]
+        if name not in table:
+            continue  # a later override says the same thing otherwise
         with below(key):
             values = several_values(table[name], words=isinstance(declared, NumberKey))
         if values is not None:

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from importlib.resources.abc import Traversable
 from typing import Any, NamedTuple
 
-from warprock.case.keys import EXCLUSIVE
+from warprock.case.keys import rivals
 from warprock.errors import InputError, did_you_mean, listed
 from warprock.quantity import Said
 from warprock.reading import read_bytes, reason
@@ -49,7 +49,13 @@ class CaseText(NamedTuple):
 
 
 def case_names() -> list[str]:
-    """Names of the shipped cases, sorted."""
+    """Names of the shipped cases, sorted.
+
+    Example:
+        >>> import warprock as wr
+        >>> wr.case_names()[:3]
+        ['fragility-fema-p695', 'fragility-five-blocks', 'free-b0']
+    """
     return sorted(
         entry.name for entry in _shipped().iterdir() if entry.joinpath(CASE_FILE).is_file()
     )
@@ -174,15 +180,25 @@ def override(raw: dict[str, Any], text: str) -> str:
     Raises:
         InputError: It is not of that form, or lies below what is no table.
     """
-    key, equals, value = (part.strip() for part in text.partition("="))
-    if not (key and equals and value) or not _is_unicode(text):
-        raise InputError(OVERRIDE, "", text, 'must be KEY=VALUE, such as block.height="5.5 m"')
-    put(raw, key, _override_value(key, value), value)
+    key, value = read_override(text, OVERRIDE)
+    put(raw, key, value, text.partition("=")[2].strip())
     return key
 
 
+def read_override(text: str, option: str) -> tuple[str, Any]:
+    """Key and value of one `key=value`, as a case file holds it.
+
+    Raises:
+        InputError: It is not of that form; the error names the option.
+    """
+    key, equals, value = (part.strip() for part in text.partition("="))
+    if not (key and equals and value) or not _is_unicode(text):
+        raise InputError(option, "", text, 'must be KEY=VALUE, such as block.height="5.5 m"')
+    return key, _override_value(key, value)
+
+
 def put(raw: dict[str, Any], key: str, value: Any, written: object) -> None:
-    """Puts a value into a case; the other key that says the same thing is taken out.
+    """Puts a value into a case; other keys that say the same thing are taken out.
 
     Args:
         raw: The case as written; changed in place.
@@ -203,8 +219,8 @@ def put(raw: dict[str, Any], key: str, value: Any, written: object) -> None:
             allowed = f"must not lie below {name}, which is not a table"
             raise InputError(OVERRIDE, key, written, allowed)
     table[last] = value
-    if key in EXCLUSIVE:
-        table.pop(EXCLUSIVE[key].rpartition(".")[2], None)
+    for other in rivals(key):
+        table.pop(other.rpartition(".")[2], None)
 
 
 def _is_unicode(text: str) -> bool:

@@ -126,10 +126,10 @@ class Table(pydantic.BaseModel):
     @pydantic.model_validator(mode="after")
     def _one_of_two(self) -> Self:
         for name, key in self.declared().items():
-            other = key.instead_of if isinstance(key, InputKey) else ""
-            if other and {name, other} <= self.model_fields_set:
-                allowed = f"must not be given beside {self.place}.{other}"
-                raise KeyedError(name, getattr(self, name), allowed)
+            for other in key.others if isinstance(key, InputKey) else ():
+                if {name, other} <= self.model_fields_set:
+                    allowed = f"must not be given beside {self.place}.{other}"
+                    raise KeyedError(name, getattr(self, name), allowed)
         return self
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.case.axes import LABEL, Column, Numbers, Texts, lane_indices
+from warprock.case.block import ROUND_DEPTH
 from warprock.case.case import Case
 from warprock.case.keys import KEYS, general_key
 from warprock.case.sampling import Distribution
@@ -48,7 +49,13 @@ class LaneValues:
         return key in self._swept or self.case.tables.constant(key) is not None
 
     def numbers(self, key: str) -> Array:
-        """Values of a numeric key, SI units or rad, shape [lane]."""
+        """Values of a numeric key, SI units or rad, shape [lane].
+
+        Of a block with a round base they are those of the box that is run in its place.
+        """
+        table, _, name = key.rpartition(".")
+        if name in ("width", "depth") and self.given(f"{table}.diameter"):
+            return (ROUND_DEPTH if name == "depth" else 1.0) * self.numbers(f"{table}.diameter")
         values = self._own_numbers(key)
         if self._spread is not None and key in self._spread.spread:
             return self._spread.moved(key, values, self._points)

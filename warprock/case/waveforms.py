@@ -176,7 +176,13 @@ FAMILIES = (
         (*_PULSE, "cycles", "phase"),
         _mavroeidis_papageorgiou,
     ),
-    Family((Waveform.RECORD,), ("record",), ("scale", "start"), ("record", "scale"), None),
+    Family(
+        (Waveform.RECORD,),
+        ("record",),
+        ("scale", "target_pga", "target_sa", "sa_period", "start"),
+        ("record", "scale"),
+        None,
+    ),
 )
 """All of them; records last."""
 

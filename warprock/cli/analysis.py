@@ -12,11 +12,13 @@ import pathlib
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from warprock.cli.options import asked_options, engine_for, list_written, say_engine
+from warprock.cli.options import asked_options, engine_for, say_engine
+from warprock.cli.pages import leave
 
 if TYPE_CHECKING:
     from warprock.case.case import Case
     from warprock.figures.drawing import Drawing
+    from warprock.run.case_run import CaseRun
     from warprock.run.engine_choice import EngineChoice
     from warprock.run.options import RunOptions
     from warprock.tables.report import Report
@@ -98,6 +100,7 @@ def finish(
     folder: pathlib.Path | None,
     *,
     as_json: bool,
+    run: CaseRun | None = None,
 ) -> None:
     """Writes an analysis where a folder is given, and prints it.
 
@@ -106,16 +109,17 @@ def finish(
         draw: Draws its figures.
         folder: Where to write; None writes nothing.
         as_json: Whether to print one JSON object.
+        run: What it ran, of which its page plays lanes; None where that is no run of a case.
     """
-    from warprock.figures.drawing import write_drawings
+    from warprock.report.scenes import scenes_of
     from warprock.run.results import write_results
     from warprock.tables.terminal import print_json, print_written
 
     files: list[pathlib.Path] = []
     if folder is not None:
         files = write_results(folder, report.tables, report.facts)
-        files += write_drawings(draw(), folder)
-        list_written(folder, files, beside=report.beside)
+        scenes = None if run is None else scenes_of(run)
+        files = leave(folder, files, drawings=draw(), scenes=scenes, beside=report.beside)
     if as_json:
         print_json({**report.json, "files": files})
     else:

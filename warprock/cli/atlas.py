@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from warprock.cli.options import json_option, output_to, require_within, workers_option
+from warprock.cli.pages import add_page
 from warprock.errors import InputError
 
 MOST_POINTS, MOST_STEPS = 256, 1_000_000_000
@@ -74,8 +75,9 @@ def stability(
         raise InputError("--map", "", list(maps), "no engine that was asked for runs it")
     found: dict[str, Any] = {"explained": explained(), **summarise(table)}
     drawn = [(m.name, m.title, m.x, up) for m in chosen for up in (m.y, m.other_y) if up]
-    files = write_drawings(draw_maps(table, drawn, LABELS), folder)
-    files.append(write_summary(found, folder))
+    drawings = draw_maps(table, drawn, LABELS)
+    files = [*write_drawings(drawings, folder), write_summary(found, folder)]
+    files.append(add_page(folder, drawings=drawings))
     if as_json:
         print_json(found | {"files": files})
     else:

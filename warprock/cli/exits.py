@@ -1,29 +1,19 @@
-"""How commands end: every error in one line and with its exit code, and what a long wait is for."""
+"""How commands end: every error in one line and with its exit code."""
 
 from __future__ import annotations
 
-import contextlib
-import os
-import pathlib
-import sys
-import threading
-import time
-from collections.abc import Iterator
+import functools
 from typing import Any
 
 import click
 
 from warprock.errors import InputError, one_line, shortened
+from warprock.run.compiling import saying_when_compiling
 
 EXIT_FAILED, EXIT_INPUT, EXIT_CHECK, EXIT_INTERRUPTED = 1, 2, 3, 130
 
 ASKED = "warprock.asked"
 """What a context keeps the arguments of the whole command under."""
-
-PATIENCE = 2.0
-"""Seconds of compiling after which a command says so."""
-_GLANCE = 0.25
-"""Seconds between two looks at the folder of the kernels."""
 
 
 class ExitCodes(click.Group):
@@ -43,7 +33,7 @@ class ExitCodes(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Runs a command; bad input exits with 2, Ctrl-C with 130, a full disk with 1."""
         try:
-            with saying_when_compiling():
+            with saying_when_compiling(functools.partial(click.echo, err=True)):
                 return super().invoke(ctx)
         except InputError as error:
             click.echo(f"error: {error}", err=True)
@@ -76,44 +66,3 @@ def _usage(error: click.UsageError) -> str:
     said = shortened(" ".join(error.format_message().split()))
     path = error.ctx.command_path if error.ctx is not None else "warprock"
     return f"{said} See {path} --help"
-
-
-@contextlib.contextmanager
-def saying_when_compiling() -> Iterator[None]:
-    """Says on stderr, once, that kernels are compiled, where that takes long in the block.
-
-    A command that runs a kernel for the first time compiles it, which may take a minute, and is
-    silent meanwhile. Warp compiles in a folder beside the kernels that bears the number of the
-    process; whether there is one tells a compiler at work from a kernel that is only loaded.
-    """
-    done = threading.Event()
-    watcher = threading.Thread(target=_watch, args=(done,), daemon=True)
-    watcher.start()
-    try:
-        yield
-    finally:
-        done.set()
-
-
-def _watch(done: threading.Event) -> None:
-    since: float | None = None
-    while not done.wait(_GLANCE):
-        if not _compiling():
-            since = None
-            continue
-        since = time.monotonic() if since is None else since
-        if time.monotonic() - since >= PATIENCE:
-            text = "compiling kernels: this takes a while the first time, and is kept for the next"
-            click.echo(text, err=True)
-            return
-
-
-def _compiling() -> bool:
-    """Whether this process is compiling a kernel now."""
-    warp = sys.modules.get("warp")
-    folder = getattr(getattr(warp, "config", None), "kernel_cache_dir", None)
-    if not folder:
-        return False
-    with contextlib.suppress(OSError):
-        return any(pathlib.Path(folder).glob(f"*_p{os.getpid()}_t*"))
-    return False

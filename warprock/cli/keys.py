@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import click
 
+from warprock.cli import completion
 from warprock.cli.options import json_option
 
 
 @click.command()
-@click.argument("table", required=False)
+@click.argument("table", required=False, shell_complete=completion.tables)
 @click.option("--markdown", is_flag=True, help="As a page of Markdown.")
 @json_option
 def keys(table: str | None, markdown: bool, as_json: bool) -> None:

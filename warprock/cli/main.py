@@ -7,24 +7,25 @@ Results go to stdout, progress and errors to stderr.
 from __future__ import annotations
 
 import dataclasses
-import functools
 import importlib
 import os
 import pathlib
 import pkgutil
+import shlex
 import signal
 import sys
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 import warprock.cli
 from warprock import __version__
-from warprock.cli.exits import EXIT_CHECK, EXIT_FAILED, EXIT_INTERRUPTED, ExitCodes
+from warprock.cli import completion
+from warprock.cli.exits import EXIT_INTERRUPTED
 from warprock.cli.options import (
     EXIT_BAD_LANES,
     asked_options,
+    case_argument,
     engine_for,
     engine_option,
     estimate_options,
@@ -32,15 +33,15 @@ from warprock.cli.options import (
     max_bad_option,
     output_option,
     output_to,
-    require_within,
     run_options,
     say_engine,
     set_option,
     workers_option,
 )
-from warprock.cli.pages import leave
+from warprock.cli.pages import add_page, asked_command, leave
+from warprock.cli.sections import Main
 from warprock.cli.study import run_study_of
-from warprock.cli.sweep import EXIT_RESUMABLE, bench_sweep
+from warprock.cli.sweep import EXIT_RESUMABLE
 from warprock.cli.trade import choose_for, require_accuracy_alone
 from warprock.errors import InputError
 
@@ -49,55 +50,21 @@ if TYPE_CHECKING:
     from warprock.run.case_run import CaseRun
 
 
-@click.group(cls=ExitCodes, context_settings={"help_option_names": ["-h", "--help"]})
+@click.group(cls=Main, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="warprock")
 def main() -> None:
-    """Batched simulation of rocking rigid blocks.
+    """Rocking of rigid blocks under ground motion, many inputs at once.
 
     A case (a folder with a case.toml, or the name of a shipped one) becomes lanes, one for each
     set of inputs; an engine answers for all lanes at once.
+
+    First steps: warprock run free-b0 -o results; warprock init record mine/case.toml; warprock
+    run mine -o results/mine.
     """
 
 
-@main.command("list")
-@json_option
-def list_command(as_json: bool) -> None:
-    """The shipped cases and the engines."""
-    from warprock.run.catalogue import list_all
-    from warprock.tables.listing import print_listing
-    from warprock.tables.terminal import print_json
-
-    found = list_all()
-    print_json(found) if as_json else print_listing(found)
-
-
 @main.command()
-@click.argument("case_name", metavar="CASE")
-@set_option
-@json_option
-def explain(case_name: str, overrides: tuple[str, ...], as_json: bool) -> None:
-    """What a case requires, and which kernels can run it."""
-    from warprock.case.load import load_case
-    from warprock.run.catalogue import explain_case
-    from warprock.tables.listing import print_explanation
-    from warprock.tables.terminal import print_json
-
-    found = explain_case(load_case(case_name, overrides))
-    print_json(found) if as_json else print_explanation(found)
-
-
-@main.command()
-@click.argument("kind")
-@click.argument("path", required=False, type=click.Path(path_type=pathlib.Path))
-def init(kind: str, path: pathlib.Path | None) -> None:
-    """Write a commented case file of a KIND to start from; an unknown KIND lists them all."""
-    from warprock.run.catalogue import write_template
-
-    click.echo(write_template(kind, path or pathlib.Path("case.toml")))
-
-
-@main.command()
-@click.argument("case_name", metavar="CASE")
+@case_argument
 @engine_option
 @set_option
 @output_option
@@ -137,7 +104,8 @@ def run(
     from warprock.case.lanes import require_room_for_lanes
     from warprock.case.load import load_case
     from warprock.run.case_run import require_histories, require_options, run_case
-    from warprock.tables.terminal import lane_progress
+    from warprock.tables.run import run_sentence
+    from warprock.tables.terminal import lane_progress, print_end
 
     case, choice = load_case(case_name, overrides), None
     if case.study is not None:
@@ -168,7 +136,26 @@ def run(
     say_engine(taken)
     files = [] if folder is None else _write_run(case_run, folder, lanes)
     _show_run(case_run, files, choice, as_json)
+    if not as_json:
+        print_end(run_sentence(case_run), _after_run(case_run, case_name, overrides, folder))
     _end(ctx, case_run, max_bad)
+
+
+def _after_run(
+    case_run: CaseRun, case_name: str, overrides: tuple[str, ...], folder: pathlib.Path | None
+) -> str:
+    """The command to try after a run."""
+    from warprock.model.response import Outcome
+
+    if folder is None:
+        return f"{asked_command()} -o results"
+    case = shlex.join([case_name, *(part for text in overrides for part in ("-s", text))])
+    fell = int((case_run.response["outcome"] == Outcome.OVERTURNED).sum())
+    if 0 < fell < case_run.response.lane_count and case_run.case.tables.motion is not None:
+        return f"warprock fragility {folder}"
+    if case_run.case.sample_times.interval is not None and "animate" in main.commands:
+        return f"warprock animate {folder} --lane 0"
+    return f"warprock compare {case} -e {case_run.response.engine} -e impulse"
 
 
 def _end(ctx: click.Context, case_run: CaseRun, max_bad: float | None) -> None:
@@ -183,7 +170,6 @@ def _write_run(
     case_run: CaseRun, folder: pathlib.Path, lanes: tuple[int, ...]
 ) -> list[pathlib.Path]:
     """Writes a run, with histories of some lanes, and its figures."""
-    from warprock.figures.drawing import write_drawings
     from warprock.figures.run import draw_run
     from warprock.report.scenes import scenes_of
     from warprock.run.case_run import run_lane
@@ -191,8 +177,8 @@ def _write_run(
 
     histories = {lane: run_lane(case_run, lane) for lane in lanes}
     files: list[pathlib.Path] = write_run(case_run, folder, histories)
-    files += write_drawings(draw_run(case_run), folder)
-    return leave(folder, files, scenes=scenes_of(case_run))
+    drawings = draw_run(case_run)
+    return leave(folder, files, drawings=drawings, scenes=scenes_of(case_run))
 
 
 def _is_default(option: str) -> bool:
@@ -228,7 +214,7 @@ def _show_run(
 
 
 @main.command()
-@click.argument("target")
+@click.argument("target", shell_complete=completion.targets)
 @output_to(
     "Folder for the results; made if it does not exist.", default="results", show_default=True
 )
@@ -241,6 +227,7 @@ def reproduce(target: str, folder: pathlib.Path, workers: int | None, as_json: b
     paper, with the conflicts in the paper.
     """
     from warprock.paper import reproduce as paper
+    from warprock.paper.page import keep
     from warprock.paper.tables import print_reproduction
     from warprock.run.case_run import require_choice
     from warprock.tables.terminal import lane_progress, print_json
@@ -248,108 +235,11 @@ def reproduce(target: str, folder: pathlib.Path, workers: int | None, as_json: b
     require_choice("reproduce", target, tuple(paper.TARGETS))
     with lane_progress(f"reproduce {target}", None) as progress:
         found = paper.reproduce(target, folder, workers=workers, progress=progress)
+    kept = keep(found, folder)
+    found["files"] += [str(kept), str(add_page(folder))]
     print_json(found) if as_json else print_reproduction(found)
 
 
-@main.command()
-@click.argument("case_name", metavar="[CASE]", required=False)
-@json_option
-@click.pass_context
-def check(ctx: click.Context, case_name: str | None, as_json: bool) -> None:
-    """Run the checks that a CASE holds, or those of all shipped cases; exit 3 if one fails."""
-    from warprock.case.load import load_case
-    from warprock.case.text import case_names
-    from warprock.compare import checks
-    from warprock.tables.compare import print_checks
-    from warprock.tables.terminal import print_json
-
-    rows = []
-    for name in case_names() if case_name is None else [case_name]:
-        rows += checks.run_checks(load_case(name))
-    if as_json:
-        print_json({"rows": [dataclasses.asdict(row) for row in rows]})
-    else:
-        print_checks(rows)
-    if not all(row.ok for row in rows):
-        ctx.exit(EXIT_CHECK)
-
-
-@main.command()
-@click.argument("case_name", metavar="CASE")
-@click.option("-e", "--engine", "engines", multiple=True, required=True, help="Repeat for each.")
-@set_option
-@json_option
-def compare(
-    case_name: str, engines: tuple[str, ...], overrides: tuple[str, ...], as_json: bool
-) -> None:
-    """Engines side by side on one CASE, lane by lane, held against Housner.
-
-    Stacks and blocks in space are held against the engine that is named first; ensembles, too, cell
-    by cell. Programs that we did not write (newton-xpbd, mujoco, bullet, blender, ...; `list` has
-    them) run beside. Settings of one run come behind its name: `-e event@time_step=1e-3`.
-    """
-    from warprock.case.load import load_case
-    from warprock.compare import checks
-    from warprock.tables.cells import print_cell_comparison
-    from warprock.tables.compare import print_comparison
-    from warprock.tables.peers import print_costs
-    from warprock.tables.stack import print_stack_comparison
-    from warprock.tables.terminal import lane_progress, print_json
-
-    case = load_case(case_name, overrides)
-    with lane_progress(case.name, None) as progress:
-        found = checks.compare(case, list(engines), progress=progress)
-    show: Callable[[dict[str, Any]], None] = print_comparison
-    if found["stacked"] or found.get("spatial"):
-        show = print_stack_comparison
-    if case.ensemble is not None:
-        show = functools.partial(print_cell_comparison, case)
-    print_json(found) if as_json else show(found)
-    if not as_json:
-        print_costs(found)
-
-
-@main.command()
-@json_option
-@click.pass_context
-def doctor(ctx: click.Context, as_json: bool) -> None:
-    """Versions, cores, vector instructions, Warp devices, kernel cache, and what is missing."""
-    from warprock.measure.doctor import examine
-    from warprock.tables.machine import print_examination
-    from warprock.tables.terminal import print_json
-
-    found = examine()
-    print_json(found) if as_json else print_examination(found)
-    if found["missing"]:
-        ctx.exit(EXIT_FAILED)
-
-
-@main.group(invoke_without_command=True)
-@click.option("--seconds", default=2.0, show_default=True, help="Time a measurement takes, about.")
-@workers_option
-@json_option
-@click.pass_context
-def bench(ctx: click.Context, seconds: float, workers: int | None, as_json: bool) -> None:
-    """What every engine's steps and accuracy cost on this machine, beside peers where installed.
-
-    The extras [mujoco] and [bullet] install peers; each runs the same block in the same run.
-    """
-    if ctx.invoked_subcommand is not None:
-        return
-    from warprock.measure import peers
-    from warprock.measure.bench import run_bench
-    from warprock.run.devices import start_warp
-    from warprock.tables.machine import print_bench
-    from warprock.tables.terminal import print_json
-
-    require_within("--seconds", seconds, 0.0, 3600.0)
-    start_warp()
-    found = run_bench(seconds=seconds, workers=workers)
-    found["peers"] = peers.compare(found["accuracy"], seconds)
-    print_json(found) if as_json else print_bench(found)
-
-
-bench.add_command(bench_sweep)
 for module in pkgutil.iter_modules(warprock.cli.__path__, "warprock.cli."):
     # A file in this folder adds the commands that it names in `COMMANDS`.
     for command in getattr(importlib.import_module(module.name), "COMMANDS", ()):

@@ -39,7 +39,7 @@ def overturning_map(
         grid = run_grid(work.case, work.engine, work.options)
         found = refine(grid, tolerance, progress=options.progress)
     draw = functools.partial(draw_map, found=found)
-    finish(map_report(found), draw, folder, as_json=as_json)
+    finish(map_report(found), draw, folder, as_json=as_json, run=found.run)
 
 
 COMMANDS = (overturning_map,)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from warprock.cli import completion
 from warprock.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,6 +20,11 @@ EXIT_BAD_LANES = 4
 """Exit code where more lanes are bad than `--max-bad` allows."""
 
 Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+def case_argument(command: Command) -> Command:
+    """CASE, as `case_name`."""
+    return click.argument("case_name", metavar="CASE", shell_complete=completion.cases)(command)
 
 
 def json_option(command: Command) -> Command:
@@ -34,7 +40,9 @@ def set_option(command: Command) -> Command:
         "overrides",
         multiple=True,
         metavar="KEY=VALUE",
-        help='Change a key of the case, such as -s block.height="5.5 m".',
+        shell_complete=completion.overrides,
+        help='Change a key of the case, such as -s block.height="5.5 m", or sweep it: '
+        '-s motion.amplitude="0.1 g to 2 g, 20", -s block.height="1 m, 2 m".',
     )(command)
 
 
@@ -190,6 +198,7 @@ def engine_option(command: Command) -> Command:
     return click.option(
         "-e",
         "--engine",
+        shell_complete=completion.engines,
         help="Engine; without, housner for one block that it can follow, else event.",
     )(command)
 
@@ -220,7 +229,7 @@ def case_options(command: Command) -> Command:
     """What every analysis of a case takes: CASE, `-e`, `-s`, `-o`, those of a run, and `--json`."""
     for option in (json_option, run_options, output_option, set_option, engine_option):
         command = option(command)
-    return click.argument("case_name", metavar="CASE")(command)
+    return case_argument(command)
 
 
 def reading_options(command: Command) -> Command:

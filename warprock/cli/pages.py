@@ -4,41 +4,78 @@ from __future__ import annotations
 
 import pathlib
 import shlex
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from warprock.cli.exits import ASKED
 from warprock.cli.options import json_option, list_written
 
+if TYPE_CHECKING:
+    from warprock.figures.drawing import Drawing
+    from warprock.report.content import Chapter
+    from warprock.report.folder import ResultFolder
+
 
 def leave(
     folder: pathlib.Path,
     files: list[pathlib.Path],
     *,
-    beside: bool = False,
+    drawings: Sequence[Drawing] = (),
     scenes: Mapping[str, Any] | None = None,
-    drawings: Mapping[str, Any] | None = None,
+    beside: bool = False,
 ) -> list[pathlib.Path]:
-    """Lists what a command wrote and writes the page of the folder.
+    """Writes the figures of a command, lists what it wrote, and writes the page of the folder.
 
     Args:
         folder: Where it wrote to.
         files: What it wrote.
-        beside: Whether that was made from the results in the folder, which stay.
+        drawings: Its figures.
         scenes: Lanes to play on the page.
-        drawings: Figures as they were drawn, by the names of their files.
+        beside: Whether all that was made from the results in the folder, which stay.
 
     Returns:
-        The files, the page behind them.
+        The files, the figures and the page behind them.
+    """
+    from warprock.figures.drawing import write_drawings
+    from warprock.report.page import REPORT
+
+    files = [*files, *write_drawings(drawings, folder)]
+    old = folder / REPORT
+    # The page that is there is about to be replaced, not left over.
+    list_written(folder, [*files, old] if old.is_file() else files, beside=beside)
+    page = add_page(folder, drawings=drawings, scenes=scenes)
+    list_written(folder, [page], beside=True)
+    return [*files, page]
+
+
+def add_page(
+    folder: pathlib.Path,
+    *,
+    drawings: Sequence[Drawing] = (),
+    scenes: Mapping[str, Any] | None = None,
+) -> pathlib.Path:
+    """Writes the page of a folder whose files are not listed: they stay whatever comes after them.
+
+    Args:
+        folder: The folder.
+        drawings: Figures of the command that runs.
+        scenes: Lanes to play on the page.
     """
     from warprock.report.writing import write_report
 
-    list_written(folder, files, beside=beside)
-    page = write_report(folder, command=asked_command(), scenes=scenes, drawings=drawings)
-    list_written(folder, [page], beside=True)
-    return [*files, page]
+    command = asked_command()
+    return write_report(
+        folder, command=command, drawings=drawings, scenes=scenes, first=_paper_chapters
+    )
+
+
+def _paper_chapters(folder: ResultFolder) -> list[Chapter]:
+    """What was reproduced of the seed paper in a folder, if anything was."""
+    from warprock.paper.page import FOUND, paper_chapter
+
+    return [paper_chapter(folder)] if folder.has(FOUND) else []
 
 
 def asked_command() -> str:
@@ -62,7 +99,7 @@ def report(folder: pathlib.Path, as_json: bool) -> None:
     from warprock.tables.terminal import print_json, print_written
 
     require_writable(folder, "DIR")
-    page = write_report(folder)
+    page = write_report(folder, first=_paper_chapters)
     list_written(folder, [page], beside=True)
     print_json({"files": [page]}) if as_json else print_written([page])
 

@@ -6,6 +6,7 @@ import pathlib
 
 import click
 
+from warprock.cli import completion
 from warprock.cli.options import json_option, reading_options
 
 _FOLDER = click.Path(path_type=pathlib.Path)
@@ -39,7 +40,7 @@ def list_command(fema: bool, as_json: bool) -> None:
 
 
 @records.command()
-@click.argument("file")
+@click.argument("file", shell_complete=completion.records)
 @click.option("--period", "periods", multiple=True, metavar="TIME", help="Of Sa; repeat for more.")
 @click.option("--damping", type=float, default=0.05, show_default=True, help="Of Sa.")
 @click.option("--width", metavar="LENGTH", help="Of a block, for PGA / (g tan alpha).")
@@ -80,7 +81,7 @@ def info(
 
 
 @records.command("import")
-@click.argument("file")
+@click.argument("file", shell_complete=completion.records)
 @click.option(
     "--step",
     "steps",

@@ -40,7 +40,7 @@ def sensitivity(
     with work.running(None) as options:
         found = run_sensitivity(work.case, work.engine, options, of=of, resamples=resamples)
     draw = functools.partial(draw_sensitivity, found=found)
-    finish(sensitivity_report(found), draw, folder, as_json=as_json)
+    finish(sensitivity_report(found), draw, folder, as_json=as_json, run=found.run)
 
 
 COMMANDS = (sensitivity,)

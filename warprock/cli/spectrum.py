@@ -29,7 +29,7 @@ def spectrum(folder: pathlib.Path | None, as_json: bool, **asked: Any) -> None:
     with work.running(work.case.lane_count) as options:
         found = run_spectrum(work.case, work.engine, options)
     draw = functools.partial(draw_spectrum, found=found)
-    finish(spectrum_report(found), draw, folder, as_json=as_json)
+    finish(spectrum_report(found), draw, folder, as_json=as_json, run=found.run)
 
 
 COMMANDS = (spectrum,)

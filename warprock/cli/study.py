@@ -6,7 +6,7 @@ import pathlib
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from warprock.cli.options import list_written
+from warprock.cli.pages import leave
 from warprock.errors import InputError
 
 if TYPE_CHECKING:
@@ -56,8 +56,6 @@ def run_study_of(
 
         found = study.run_study(case, engine, options, finished=finished)
     files = [] if folder is None else _write(found, folder)
-    if folder is not None:
-        list_written(folder, files)
     if as_json:
         summary = study.study_provenance(found) | {"rows": found.rows}
         print_json(summary | {"files": files})
@@ -68,7 +66,6 @@ def run_study_of(
 def _write(found: StudyRun, folder: pathlib.Path) -> list[pathlib.Path]:
     """Writes the table, what ran, and the figures."""
     from warprock.compare.study import write_study
-    from warprock.figures.drawing import write_drawings
     from warprock.figures.study import draw_histories, draw_study
 
     case, last = found.case, found.table["lane_name"].iloc[-1]
@@ -78,4 +75,4 @@ def _write(found: StudyRun, folder: pathlib.Path) -> list[pathlib.Path]:
         draw_study("study", found.rows, case.title, duration),
         draw_histories("histories", f"{case.title}, {last}", times, reference, histories),
     ]
-    return [*write_study(found, folder), *write_drawings(drawings, folder)]
+    return leave(folder, write_study(found, folder), drawings=drawings)

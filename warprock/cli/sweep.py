@@ -13,6 +13,7 @@ import click
 from warprock.cli.options import (
     EXIT_BAD_LANES,
     asked_options,
+    case_argument,
     device_options,
     engine_for,
     engine_option,
@@ -24,6 +25,7 @@ from warprock.cli.options import (
     set_option,
     workers_option,
 )
+from warprock.cli.pages import add_page
 
 EXIT_RESUMABLE = 75
 
@@ -44,7 +46,7 @@ def _folder_argument(command: Command) -> Command:
 
 
 @sweep.command()
-@click.argument("case_name", metavar="CASE")
+@case_argument
 @engine_option
 @set_option
 @output_to("Folder of the sweep; made if it does not exist.", required=True)
@@ -81,8 +83,13 @@ def plan(
         )
     written = write_plan(made, folder)
     say_engine(choice)
-    found = plan_facts(made) | {"folder": str(folder), "written": written}
-    terminal.print_json(found) if as_json else sweeps.print_plan(found)
+    page = add_page(folder)
+    found = plan_facts(made) | {"folder": str(folder), "written": written, "files": [page]}
+    if as_json:
+        terminal.print_json(found)
+    else:
+        sweeps.print_plan(found)
+        terminal.print_written([page])
 
 
 @sweep.command()
@@ -192,6 +199,8 @@ def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> Non
     require_writable(folder, "DIR") if file is None else require_writable_file(file)
     with lane_progress("merge", found.lane_count) as progress:
         written = merge_chunks(found, folder, file, progress)
+    if file is None:
+        click.echo(f"wrote {add_page(folder)}", err=True)
     facts = {"plan": found.id, "lanes": found.lane_count, "file": str(written)}
     print_json(facts) if as_json else click.echo(written)
 

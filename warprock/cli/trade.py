@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from warprock.cli.options import json_option, output_to
+from warprock.cli.pages import add_page
 from warprock.errors import InputError
 
 if TYPE_CHECKING:
@@ -47,7 +48,9 @@ def trade(
         table = run_trade(entries, folder, progress)
     files = [folder / TABLE, write_csv(table, folder)]
     texts = {name: scene.text for name, scene in TRADE_SCENES.items()}
-    files += write_drawings(draw_trade(table, texts), folder)
+    drawings = draw_trade(table, texts)
+    files += write_drawings(drawings, folder)
+    files.append(add_page(folder, drawings=drawings))
     levels = level_rows(table)
     if as_json:
         print_json({"levels": levels, "rows": table.to_dict("records"), "files": files})

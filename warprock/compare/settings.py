@@ -5,6 +5,7 @@ So one comparison can hold the same engine with several steps against the one na
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable
 
 from warprock.case.case import Case
@@ -63,7 +64,7 @@ def case_asked(case: Case, asked: str) -> Case:
     judged_settings(known, name, given, OPTION)
     tables = getattr(case.tables, kind)
     changed = {**tables, name: {**tables.get(name, {}), **given}}
-    return case.replaced(tables=case.tables.model_copy(update={kind: changed}))
+    return dataclasses.replace(case, tables=case.tables.model_copy(update={kind: changed}))
 
 
 def _setting(asked: str, part: str) -> tuple[str, int | float | str]:

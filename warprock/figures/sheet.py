@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pathlib
+import sys
 import textwrap
 from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -30,18 +31,22 @@ MARGIN = 0.08
 """Inches left free around a title."""
 
 
-@contextmanager
+@contextlib.contextmanager
 def style() -> Iterator[None]:
     """Matplotlib with the style of `sheet.mplstyle` alone, for the block's duration.
 
-    A notebook names a screen in MPLBACKEND that Matplotlib may refuse where it is imported.
+    A notebook names a screen in MPLBACKEND that Matplotlib may refuse where it is imported; one
+    that it has stays that of the notebook.
     """
-    named = os.environ.pop("MPLBACKEND", None)
+    first, named = "matplotlib" not in sys.modules, os.environ.pop("MPLBACKEND", None)
     try:
         import matplotlib.style
     finally:
         if named is not None:
             os.environ["MPLBACKEND"] = named
+    if first and named is not None:
+        with contextlib.suppress(ValueError):
+            matplotlib.rcParams["backend"] = named
     with matplotlib.style.context(str(SHEET), after_reset=True):
         yield
 

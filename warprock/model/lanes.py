@@ -31,6 +31,12 @@ class Lanes:
         rotation_start: Rotation at the start [rad], positive towards +x; released from rest.
         angular_restitution: Ratio of angular velocities after and before an impact on the base,
             shape [lane]; used by `housner` only, the other engines find it from their own laws.
+
+    Example:
+        >>> import warprock as wr
+        >>> lanes = wr.expand_lanes(wr.load_case("free-b0")).lanes
+        >>> lanes.slenderness_angle.round(4).tolist()
+        [0.1974, 0.1799]
     """
 
     width: Array

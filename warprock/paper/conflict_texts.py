@@ -7,7 +7,7 @@ import functools
 import importlib.resources
 import re
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -82,14 +82,14 @@ def conflict(name: str, parts: Parts) -> Conflict:
 
 
 def conflicts_about(
-    target: str, items: Sequence[tuple[str, Callable[[E], Parts]]], evidence: E
+    targets: Collection[str], items: Sequence[tuple[str, Callable[[E], Parts]]], evidence: E
 ) -> list[Conflict]:
-    """The conflicts that concern a target; every one for "all".
+    """The conflicts that concern one of the targets.
 
     Args:
-        target: What is reproduced.
+        targets: What is reproduced.
         items: Name of each conflict, and what finds its numbers.
         evidence: What the runs found.
     """
-    chosen = [row for row in items if target == "all" or target in _texts()[row[0]]["targets"]]
+    chosen = [row for row in items if not set(targets).isdisjoint(_texts()[row[0]]["targets"])]
     return [conflict(name, numbers(evidence)) for name, numbers in chosen]

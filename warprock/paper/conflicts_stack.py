@@ -6,7 +6,7 @@ Like `conflicts`: every item says what is printed, what the calculation gives an
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -289,6 +289,6 @@ _ITEMS = (
 """Name of each conflict, and what finds its numbers."""
 
 
-def stack_conflicts_of(target: str, evidence: StackEvidence) -> list[Conflict]:
-    """The conflicts on stacks that concern a target; every one for "all"."""
-    return conflicts_about(target, _ITEMS, evidence)
+def stack_conflicts_of(targets: Collection[str], evidence: StackEvidence) -> list[Conflict]:
+    """The conflicts on stacks that concern one of the targets."""
+    return conflicts_about(targets, _ITEMS, evidence)

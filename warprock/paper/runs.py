@@ -6,7 +6,7 @@ import dataclasses
 import math
 import pathlib
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.response import Response, SampleTimes
 from warprock.paper.conflict_texts import Conflict
+from warprock.run.batch import warm_up_together
 from warprock.run.case_run import require_options
 from warprock.run.files import replacing
 from warprock.run.options import RunOptions
@@ -30,13 +31,14 @@ Array = npt.NDArray[np.float64]
 Row = dict[str, Any]
 
 ENGINES = ("housner", "impulse")
-FAMILIES = (*ENGINES, "direct", "dem")
-"""Those, and our members of the families of the paper's other programs: Vortex and 3DEC."""
+FAMILIES = (*ENGINES, "event", "direct", "dem")
+"""Those, the most accurate one that slides, and our members of the families of the paper's other
+programs: Vortex and 3DEC."""
 ROUGH_FRICTION = 5.0
 """Friction that bears the velocity steps of the displacement reading without slip."""
 FIRST_SWING_TIME = 0.2
 """Time [s] that Fig. 9a of the paper shows."""
-READINGS = ("displacement", "acceleration", "slip")
+READINGS = ("displacement", "acceleration", "double-size")
 PULSE, SINE, B0, B123, SENSITIVITY = (
     "single-sine-pulse",
     "single-continuous-sine",
@@ -112,6 +114,16 @@ class PaperRuns:
                 case = load_case(name, [*overrides, f"ensemble.members={self._members}"])
             self._cases[key] = CaseResponses(case, self._workers, finished=self._note)
         return self._cases[key]
+
+    def warm_up(self, engines_of: Mapping[str, Iterable[str]]) -> None:
+        """Compiles or loads the kernels of cases, by their engines, side by side."""
+        batches = []
+        for name, engines in engines_of.items():
+            responses = self.case(name)
+            lanes, motions = responses.lane_set.lanes, responses.lane_set.motions
+            settings = responses.case.engine_settings
+            batches += [(engine, lanes, motions, settings(engine)) for engine in engines]
+        warm_up_together(batches)
 
     def study(self, name: str) -> StudyRun:
         """The study of a shipped case."""

@@ -41,12 +41,12 @@ def asked(facts: Facts) -> Pairs:
         pairs.append(("Lanes", f"{facts['lanes']:,}"))
     pairs += [("Engine", _engine(facts))] if "engine" in facts else []
     tolerance = facts.get("tolerance")
-    if tolerance is not None:
+    if facts.get("estimate") is False:
+        pairs.append(("Tolerance", "none: errors were not estimated"))
+    elif tolerance is not None:
         pairs.append(
             ("Tolerance", f"{tolerance:g} of the slenderness angle, on the error of a rotation")
         )
-    elif facts.get("estimate") is False:
-        pairs.append(("Tolerance", "none: errors were not estimated"))
     return pairs
 
 
@@ -71,7 +71,11 @@ def _flat(value: Any, key: str) -> list[tuple[str, str]]:
 
 def _text(value: Any) -> str:
     if isinstance(value, Mapping):
-        return ", ".join(f"{name} {_text(inner)}" for name, inner in value.items())
+        left = dict(value)
+        count, how = left.pop("count", None), left.pop("distribution", "")
+        parts = [f"{count} values" if count else str(how)]
+        parts += [f"{name} {_text(inner)}" for name, inner in left.items()]
+        return " ".join(part for part in parts if part)
     if isinstance(value, list):
         few = [str(each) for each in value[:VALUES_SHOWN]]
         more = f", ... ({len(value):,} values)" if len(value) > VALUES_SHOWN else ""
@@ -179,8 +183,8 @@ def provenance_pairs(facts: Facts) -> Pairs:
         pairs.append(("Kernels", f"SHA-256 {facts['kernel_sha256']}"))
     machine = facts.get("machine")
     if machine:
-        flags = ", ".join(machine["vector_flags"])
-        pairs.append(("Machine", f"{machine['cpu']}, {counted(machine['cores'], 'core')}, {flags}"))
+        flags = "".join(f", {flag}" for flag in machine["vector_flags"])
+        pairs.append(("Machine", f"{machine['cpu']}, {counted(machine['cores'], 'core')}{flags}"))
     for record in facts.get("records", []):
         parts = [record["source"], record["licence"] and f"licence: {record['licence']}"]
         parts += [f"SHA-256 {record['sha256']}"]
@@ -233,8 +237,16 @@ def citations(facts: Facts, extra: Sequence[str] = ()) -> list[str]:
     return [own, _HOUSNER, *([_PAIRS] if stacked else []), *extra, *dict.fromkeys(records)]
 
 
-def outcome_words(counts: Mapping[str, int], duration: float | None = None) -> str:
-    """What became of lanes, in one clause: `12 came to rest and 6 still rocked after 10 s`."""
+def outcome_words(
+    counts: Mapping[str, int], duration: float | None = None, falling: int = 0
+) -> str:
+    """What became of lanes, in one clause: `12 came to rest and 6 still rocked`.
+
+    Args:
+        counts: Lanes by the word of their outcome.
+        duration: Length of the run [s]; None leaves it out.
+        falling: Lanes that still moved far beyond the slenderness angle.
+    """
     ends = {
         "at_rest": "came to rest",
         "rocking": "still rocked"
@@ -242,6 +254,8 @@ def outcome_words(counts: Mapping[str, int], duration: float | None = None) -> s
         "overturned": "overturned",
         "slid_off": "slid off",
     }
+    if falling:
+        ends["rocking"] += f" ({falling:,} of them beyond twice the slenderness angle)"
     found = [f"{count:,} {ends[word]}" for word, count in counts.items() if count and word in ends]
     if not counts.get("overturned"):
         found.append("none overturned")

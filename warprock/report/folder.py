@@ -8,8 +8,10 @@ import functools
 import hashlib
 import json
 import pathlib
-from collections.abc import Mapping
-from typing import Any
+import re
+import urllib.parse
+from collections.abc import Sequence
+from typing import Any, Protocol
 
 import pandas as pd
 import pyarrow as pa
@@ -20,8 +22,30 @@ from warprock.reading import read_bytes, reason
 from warprock.report.content import Picture
 from warprock.run.results import PROVENANCE
 
-MOST_ROWS = 5_000_000
+MOST_ROWS = 1_000_000
 """Rows of a table that a page is made from; of a longer one the first are read."""
+
+
+class Drawn(Protocol):
+    """A figure at hand, as `warprock.figures` makes it."""
+
+    @property
+    def name(self) -> str:
+        """Name of its file without the ending."""
+
+    @property
+    def title(self) -> str:
+        """What it says, in one line."""
+
+    @property
+    def alt(self) -> str:
+        """What a reader who cannot see it is told."""
+
+    def svg(self) -> str:
+        """The figure as SVG."""
+
+    def png(self) -> bytes:
+        """The figure as PNG."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -30,11 +54,11 @@ class ResultFolder:
 
     Attributes:
         path: Where it is.
-        drawings: Figures that are at hand as drawn, by the names of their files.
+        drawings: Figures that are at hand as they were drawn.
     """
 
     path: pathlib.Path
-    drawings: Mapping[str, Picture] = dataclasses.field(default_factory=dict)
+    drawings: Sequence[Drawn] = ()
 
     def has(self, *names: str) -> bool:
         """Whether files of these names are all there."""
@@ -61,11 +85,12 @@ class ResultFolder:
             raise InputError(str(path), "", "the file", "must hold a JSON object")
         return found
 
-    def table(self, name: str) -> pd.DataFrame:
+    def table(self, name: str, wanted: str = "") -> pd.DataFrame:
         """A table; `attrs["columns"]` holds unit and meaning of columns where its file does.
 
         Args:
             name: Name of a file that ends in .parquet or .csv.
+            wanted: Pattern of the columns to read, of a Parquet file; empty reads all.
 
         Raises:
             InputError: It cannot be read.
@@ -75,7 +100,8 @@ class ResultFolder:
             if name.endswith(".csv"):
                 return pd.read_csv(path, nrows=MOST_ROWS, keep_default_na=True)
             with pq.ParquetFile(path) as file:
-                arrow = file.read() if file.metadata.num_rows <= MOST_ROWS else _first(file)
+                names = [each for each in file.schema_arrow.names if re.search(wanted, each)]
+                arrow = file.read_row_groups(_first_groups(file), columns=names)
         except (OSError, ValueError, pa.ArrowException) as error:
             raise InputError(str(path), "", "the file", f"must be a table: {error}") from None
         table: pd.DataFrame = arrow.to_pandas()
@@ -106,35 +132,48 @@ class ResultFolder:
 
     def _picture(self, name: str) -> Picture:
         digest = self.digest(name)
-        if name in self.drawings:
-            return dataclasses.replace(self.drawings[name], digest=digest)
-        text = base64.b64encode((self.path / name).read_bytes()).decode("ascii")
-        title = TITLES.get(name, name.removesuffix(".png").replace("-", " "))
-        return Picture(name, title, f"Figure: {title}", f"data:image/png;base64,{text}", digest)
+        for drawn in self.drawings:
+            if name == f"{drawn.name}.png":
+                return Picture(name, drawn.title, drawn.alt, _address(drawn), digest)
+        path = self.path / name
+        title, alt = _png_words(path)
+        title = title or name.removesuffix(".png").replace("-", " ")
+        return Picture(name, title, alt or f"Figure: {title}", _png(path.read_bytes()), digest)
 
 
-TITLES = {
-    "histories.png": "Rotation over time",
-    "peaks.png": "Peak rotation of every lane over the swept inputs",
-    "fragility.png": "Fragility functions",
-    "map.png": "Overturning map",
-    "spectrum.png": "Rocking spectra",
-    "ida.png": "Incremental dynamic analysis",
-    "sensitivity.png": "Sobol' indices",
-    "ensemble.png": "Distribution of every cell of the ensemble",
-    "space.png": "Paths in space",
-    "trade.png": "Error over cost of every engine",
-    "study.png": "Error and cost of every setting",
-}
-"""Titles of figures that only their files tell of."""
+MOST_SVG = 1_500_000
+"""Characters of a drawing as SVG; a longer one stands in the page as PNG."""
 
 
-def _first(file: pq.ParquetFile) -> pa.Table:
+def _address(drawn: Drawn) -> str:
+    """A drawing as a `data:` address."""
+    text = drawn.svg()
+    if len(text) > MOST_SVG:
+        return _png(drawn.png())
+    return "data:image/svg+xml," + urllib.parse.quote(text, safe=" =:/;,.()'<>[]{}!?*+-_~@&|^")
+
+
+def _png(content: bytes) -> str:
+    return f"data:image/png;base64,{base64.b64encode(content).decode('ascii')}"
+
+
+def _png_words(path: pathlib.Path) -> tuple[str, str]:
+    """Title and alternative text that a figure of ours has in its metadata; empty without."""
+    import PIL.Image
+
+    try:
+        with PIL.Image.open(path) as image:
+            words = image.info
+    except OSError as error:
+        raise InputError(str(path), "", "the file", f"must be a figure: {error}") from None
+    return str(words.get("Title", "")), str(words.get("Description", ""))
+
+
+def _first_groups(file: pq.ParquetFile) -> list[int]:
     """The first row groups of a file, as many as a page is made from."""
-    parts, rows = [], 0
+    groups, rows = [], 0
     for group in range(file.metadata.num_row_groups):
+        if rows < MOST_ROWS:
+            groups.append(group)
         rows += file.metadata.row_group(group).num_rows
-        parts.append(group)
-        if rows >= MOST_ROWS:
-            break
-    return file.read_row_groups(parts)
+    return groups

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from warprock.case.columns import columns_of
 from warprock.model.response import USABLE
 from warprock.report import asked
 from warprock.report.content import Heading, Sheet
@@ -15,6 +17,21 @@ from warprock.report.numbers import ROWS, heading, three
 from warprock.run.lane_table import PEAK_RATIO
 
 _USABLE = [code.name.lower() for code in USABLE]
+RESULTS = ("outcome", "status", "impact_count", "rest_time_s", "friction_needed")
+"""Results of a lane that a page shows."""
+
+
+def needed(facts: Mapping[str, Any]) -> str:
+    """A pattern of the columns of the lane table that a page needs."""
+    swept = [
+        name for key in asked.swept_keys(facts["case"]["resolved"]) for name in columns_of(key)
+    ]
+    names = "|".join(map(re.escape, ("lane", "member", *RESULTS, *swept)))
+    return rf"^({names})$|^{PEAK_RATIO}|^peak_(rotation|time|slide)(_[1-9])?_|^rotation_error"
+
+
+FAR = 2.0
+"""Rotation over the slenderness angle beyond which a block is taken to fall."""
 _DEGREES, _MILLIMETRES = 180.0 / np.pi, 1e3
 
 
@@ -26,9 +43,17 @@ def peak_ratio(table: pd.DataFrame) -> np.ndarray[Any, np.dtype[np.float64]]:
 
 
 def standing(table: pd.DataFrame) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    """Lanes with usable numbers whose blocks stayed up, shape [lane]."""
+    """Lanes with usable numbers whose blocks stayed up, shape [lane].
+
+    A block that was beyond `FAR` when its run ended was falling.
+    """
     up = ~table["outcome"].isin(["overturned", "slid_off"])
-    return np.asarray(up & table["status"].isin(_USABLE))
+    return np.asarray(up & table["status"].isin(_USABLE) & (peak_ratio(table) <= FAR))
+
+
+def falling(table: pd.DataFrame) -> int:
+    """Lanes that still moved when their run ended, and were beyond `FAR`."""
+    return int(((table["outcome"] == "rocking") & (peak_ratio(table) > FAR)).sum())
 
 
 def lane_name(facts: Mapping[str, Any], table: pd.DataFrame, row: int) -> str:
@@ -92,8 +117,7 @@ def _columns(
     wanted: list[tuple[Heading | None, str, float]] = [(Heading("lane"), "lane", 1.0)]
     wanted += [(None, name, 1.0) for name in (*asked.swept_columns(facts, table), *besides)]
     wanted += [column for block in blocks for column in of_block(block)]
-    results = ("outcome", "status", "impact_count", "rest_time_s", "friction_needed")
-    wanted += [(None, name, 1.0) for name in results]
+    wanted += [(None, name, 1.0) for name in RESULTS]
     for block in blocks:
         of = f" {block[1:]}" if block else ""
         head = Heading(f"error of rotation{of}", "deg")

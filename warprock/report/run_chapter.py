@@ -8,7 +8,7 @@ from typing import Any
 from warprock.report import asked
 from warprock.report.content import Chapter
 from warprock.report.folder import ResultFolder
-from warprock.report.lanes import lane_sheet
+from warprock.report.lanes import lane_sheet, needed
 from warprock.report.numbers import sheet_of
 from warprock.report.sentences import cell_sentences, run_sentences
 from warprock.run.lane_table import LANE_TABLE
@@ -24,7 +24,8 @@ def run_chapter(folder: ResultFolder, scenes: Mapping[str, Any] | None) -> Chapt
         folder: Its folder, which holds its lane table and `run.json`.
         scenes: Lanes to play; None where there are none.
     """
-    facts, table = folder.facts, folder.table(LANE_TABLE)
+    facts = folder.facts
+    table = folder.table(LANE_TABLE, needed(facts))
     case, found = facts["case"], run_sentences(facts, table)
     kind, sheets = "Run", []
     if folder.has(CELL_TABLE):

@@ -10,16 +10,18 @@ import pandas as pd
 
 from warprock.model.response import SOUND
 from warprock.report import asked
-from warprock.report.lanes import lane_name, peak_ratio, standing
+from warprock.report.lanes import falling, lane_name, peak_ratio, standing
 from warprock.report.numbers import counted, three
 
+WITHOUT_STEP = ("housner", "two-block")
+"""Engines whose numbers do not depend on a time step."""
 _SOUND = [code.name.lower() for code in SOUND]
 
 
 def run_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
     """What came out of a run, in three sentences made from its numbers."""
     count, outcome = len(table), facts["outcome"]
-    ended = asked.outcome_words(outcome, facts.get("duration_s"))
+    ended = asked.outcome_words(outcome, facts.get("duration_s"), falling(table))
     first = f"{counted(count, 'lane')} ran: {ended}."
     if count == 1:
         first = f"One lane ran: it {table['outcome'].iloc[0].replace('_', ' ')}."
@@ -62,7 +64,7 @@ def accuracy_sentences(facts: Mapping[str, Any]) -> list[str]:
     if bad:
         parts = [f"{n:,} {word.replace('_', ' ')}" for word, n in bad.items()]
         flagged = f" Statuses to mind: {', '.join(parts)} (see what the words mean)."
-    if tolerance is None:
+    if tolerance is None and facts["engine"]["name"] not in WITHOUT_STEP:
         return [
             f"Errors were not estimated, so nothing says how far the time step matters.{flagged}"
         ]

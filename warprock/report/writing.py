@@ -4,28 +4,77 @@ from __future__ import annotations
 
 import datetime
 import pathlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from warprock import __version__
 from warprock.errors import InputError
-from warprock.report.content import Chapter, Page, Picture
-from warprock.report.folder import ResultFolder
+from warprock.report.analysis_chapters import (
+    fragility_chapter,
+    incremental_chapter,
+    map_chapter,
+    sensitivity_chapter,
+    spectrum_chapter,
+    study_chapter,
+)
+from warprock.report.content import Chapter, Page
+from warprock.report.folder import Drawn, ResultFolder
+from warprock.report.measured_chapters import (
+    stability_chapter,
+    sweep_chapter,
+    trade_chapter,
+)
 from warprock.report.page import REPORT, write_page
 from warprock.report.run_chapter import run_chapter
 from warprock.run.lane_table import LANE_TABLE
 from warprock.run.results import CELL_TABLE, PROVENANCE
+from warprock.sweep.plan import PLAN
 
 Scenes = Mapping[str, Any]
 
-_CHAPTERS: tuple[tuple[Callable[[ResultFolder], bool], Callable[..., Chapter]], ...] = (
-    (lambda folder: folder.has(LANE_TABLE, PROVENANCE), run_chapter),
-)
-"""What is in a folder, and the chapter that it makes."""
+Make = Callable[[ResultFolder, Scenes | None], Chapter]
+
+
+def _makers(folder: ResultFolder) -> Iterator[Make]:
+    """What makes the chapters of the results that lie in a folder, one after another."""
+    facts = folder.facts
+    for key, make in _BY_FACT.items():
+        if key in facts:
+            yield make
+            break
+    else:
+        if facts and folder.has(LANE_TABLE):
+            yield run_chapter
+        elif folder.has(PLAN):
+            yield sweep_chapter
+    for name, make in _BY_FILE.items():
+        if folder.has(name):
+            yield make
+
+
+_BY_FACT: dict[str, Make] = {
+    "modes": map_chapter,
+    "curves": spectrum_chapter,
+    "incremental": incremental_chapter,
+    "study": study_chapter,
+    "of": sensitivity_chapter,
+}
+"""What only one kind of results says in `run.json`, and its chapter; a run has none of these."""
+_BY_FILE: dict[str, Make] = {
+    "fragility-p58.csv": fragility_chapter,
+    "trade.parquet": trade_chapter,
+    "summary.md": stability_chapter,
+}
+"""File of results that may lie beside others, and its chapter."""
 
 _FILES = {
+    "reproduce.json": "what was reproduced of the paper: rows, conflicts",
     LANE_TABLE: "every lane with every column: inputs, results, status, estimated errors",
     PROVENANCE: "the case as it was run, versions, machine, records, counts",
+    "boundaries.parquet": "where the mode changes",
+    "grid.parquet": "every lane of the grid",
+    PLAN: "what was planned, with all that the numbers depend on",
+    "fragility-p58.csv": "the fits as a component table after FEMA P-58",
     CELL_TABLE: "the distribution of every cell of the ensemble",
 }
 _ENDINGS = {
@@ -42,7 +91,8 @@ def write_report(
     *,
     command: str = "",
     scenes: Scenes | None = None,
-    drawings: Mapping[str, Picture] | None = None,
+    drawings: Sequence[Drawn] = (),
+    first: Callable[[ResultFolder], Sequence[Chapter]] | None = None,
 ) -> pathlib.Path:
     """Writes the page of a folder of results.
 
@@ -50,7 +100,8 @@ def write_report(
         folder: The folder.
         command: The command that made the results; empty where it is not known.
         scenes: Lanes to play, of `scenes.scenes_of`; None where no run is at hand.
-        drawings: Figures as they were drawn, by the names of their files.
+        drawings: Figures that are at hand as they were drawn; others are taken as they lie there.
+        first: What makes chapters of rooms above this one, which come first.
 
     Returns:
         The page, one file that needs nothing beside it.
@@ -60,10 +111,11 @@ def write_report(
     """
     if not folder.is_dir():
         raise InputError("DIR", "", str(folder), "must be a folder of results")
-    found = ResultFolder(folder, drawings or {})
+    found = ResultFolder(folder, drawings)
     if scenes is not None:
         scenes = {**scenes, "digest": found.digest(PROVENANCE)}
-    chapters = [make(found, scenes) for there, make in _CHAPTERS if there(found)]
+    chapters = [] if first is None else list(first(found))
+    chapters += [make(found, scenes) for make in _makers(found)]
     if not chapters:
         allowed = "must hold results of a warprock command, such as lanes.parquet and run.json"
         raise InputError("DIR", "", str(folder), allowed)

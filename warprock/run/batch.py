@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import concurrent.futures
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
+
+import warp as wp
 
 from warprock.engines import engine_class
 from warprock.engines.base import AbstractEngine
@@ -21,7 +23,7 @@ from warprock.model.motion import GroundMotions
 from warprock.model.painleve import mark_ambiguous
 from warprock.model.response import Response, SampleTimes, join_responses
 from warprock.model.runnable import require_runnable
-from warprock.run.devices import keeping_kernels
+from warprock.run.devices import keeping_kernels, start_warp
 from warprock.run.machine import core_count, require_workers
 
 CHUNK_STEPS = 2.0e7
@@ -82,7 +84,7 @@ def run_batch(
     most_steps: float = MOST_STEPS,
     progress: Callable[[int], None] | None = None,
 ) -> Response:
-    """Runs all lanes of a batch with one engine.
+    """Runs all lanes of a batch with one engine; the response has them in their order.
 
     Args:
         engine: Name in `ENGINES`.
@@ -98,14 +100,17 @@ def run_batch(
         most_steps: Steps that a lane may need, at most.
         progress: Called with the lanes finished so far.
 
-    Returns:
-        The response of all lanes, in their order.
-
     Raises:
         KeyError: Unknown engine.
         InputError: No lanes, lanes that cannot be run (see `require_runnable`) or need too many
             steps, fewer than one worker or lane of a chunk, histories too large to be held, or a
             kernel that is not built yet while its folder cannot be written to.
+
+    Example:
+        >>> import warprock as wr
+        >>> found = wr.expand_lanes(wr.load_case("free-b0"))
+        >>> wr.run_batch("housner", found.lanes, found.motions, found.times).lane_count
+        2
     """
     require_runnable(lanes, motions)
     count = lanes.lane_count
@@ -124,6 +129,28 @@ def run_batch(
     slices = [slice(low, min(low + size, count)) for low in range(0, count, size)]
     run_chunk = _chunk_runner(built, lanes, motions, times)
     return join_responses(_run_all(run_chunk, slices, threads, progress))
+
+
+def warm_up_together(batches: Iterable[tuple[str, Lanes, GroundMotions, Any]]) -> None:
+    """Compiles or loads the kernels of several runs side by side, on all cores.
+
+    A run on its own compiles what it needs on one core; what needs many kernels ends sooner where
+    they are known beforehand.
+
+    Args:
+        batches: Of each run the name of the engine, lanes, ground motions, and settings or None.
+
+    Raises:
+        InputError: The folder of the kernels cannot be written to.
+    """
+    start_warp()
+    with _WARMING_UP, keeping_kernels():
+        names = {
+            engine_class(engine)(settings, Target()).module_of(lanes, motions).__name__
+            for engine, lanes, motions, settings in batches
+        }
+        modules = [wp.get_module(name) for name in sorted(names)]
+        wp.force_load("cpu", modules, max_workers=core_count())
 
 
 def _chunk_runner(

@@ -43,6 +43,12 @@ class CaseRun:
         options: How it was run.
         settings: Settings dataclass of the engine, with the step asked for.
         wall_time: Time that the batch took [s], kernel build included.
+
+    Example:
+        >>> import warprock as wr
+        >>> run = wr.run_case(wr.load_case("free-b0"), "housner")
+        >>> run.settings.__class__.__name__, run.options.precision
+        ('HousnerSettings', 'float64')
     """
 
     case: Case
@@ -79,6 +85,11 @@ def run_case(
 
     Raises:
         InputError: An option is not one of those allowed, or the engine cannot do the scene.
+
+    Example:
+        >>> import warprock as wr
+        >>> wr.run_case(wr.load_case("free-b0"), "housner")
+        <run of free-b0: housner, 2 lanes>
     """
     require_options(engine, options)
     lane_set = expand_lanes(case)
@@ -165,7 +176,8 @@ def _run_again(
     options: RunOptions,
 ) -> Response:
     """Runs lanes of a finished run once, with histories, at a step; 0 is that of the settings."""
-    batch = (run.response.engine, lanes, motions, run.case.sample_times)
+    times = dataclasses.replace(run.case.sample_times, places=True)
+    batch = (run.response.engine, lanes, motions, times)
     if step > 0.0:
         return run_at_step(*batch, options, step=step, settings=settings)
     return run_batch(*batch, settings=settings, **options.of_batch)

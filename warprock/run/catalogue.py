@@ -11,7 +11,9 @@ import pandas as pd
 from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
-from warprock.case.text import case_names, template_text
+from warprock.case.round_base import round_base_note
+from warprock.case.template import Start
+from warprock.case.text import case_names
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.launching import Target
 from warprock.errors import InputError
@@ -72,6 +74,7 @@ def explain_case(case: Case) -> dict[str, Any]:
             "why": _scene_text(scene),
             "left_out": list(scene.left_out),
             "friction_note": scene.friction_note,
+            "replaced": round_base_note(inputs) or None,
         },
         "lanes": case.lane_count,
         "inputs_of_lanes": lane_set.lanes.lane_count,
@@ -87,28 +90,31 @@ def explain_case(case: Case) -> dict[str, Any]:
     }
 
 
-def write_template(kind: str, path: pathlib.Path) -> pathlib.Path:
-    """Writes a commented case file to start from.
+def write_case(start: Start, path: pathlib.Path) -> list[pathlib.Path]:
+    """Writes a case file to start from, and what it needs beside it.
 
     Args:
-        kind: One of `case.text.template_kinds()`.
+        start: What `case.template.start_case` made.
         path: File to write, or a folder to write `case.toml` into.
 
     Returns:
-        The file.
+        The files, the case file first.
 
     Raises:
-        InputError: Unknown kind, the file exists already, or its folder cannot be written to.
+        InputError: A file exists already, or its folder cannot be written to.
     """
-    text = template_text(kind)
     file = path / "case.toml" if path.is_dir() or path.suffix != ".toml" else path
-    if file.exists():
-        raise InputError("PATH", "", str(file), "must not exist already")
-    require_writable_file(file, "PATH")
+    contents = {file: start.text.encode()}
+    contents |= {file.parent / name: content for name, content in start.beside.items()}
+    for each in contents:
+        if each.exists():
+            raise InputError("PATH", "", str(each), "must not exist already")
+        require_writable_file(each, "PATH")
     file.parent.mkdir(parents=True, exist_ok=True)
-    with replacing(file) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    return file
+    for each, content in reversed(contents.items()):
+        with replacing(each) as temporary:
+            temporary.write_bytes(content)
+    return list(contents)
 
 
 def _scene_text(scene: SceneKind) -> str:

@@ -26,6 +26,9 @@ from warprock.run.provenance import provenance
 
 PROVENANCE = "run.json"
 CELL_TABLE = "cells.csv"
+LANE_CSV = "lanes.csv"
+MOST_CSV_LANES = 10_000
+"""Lanes up to which the lane table is written as CSV as well: some 5 MB."""
 HISTORY = "history-lane-{lane}.csv"
 WRITTEN = ".warprock.json"
 """List of the results in a folder: SHA-256 by name."""
@@ -128,6 +131,8 @@ def write_run(
 ) -> list[pathlib.Path]:
     """Writes the lane table, that of cells of an ensemble, histories asked for, and `run.json`.
 
+    The lane table is a Parquet file; of up to `MOST_CSV_LANES` lanes also a CSV file.
+
     Args:
         run: The run.
         folder: Where to; made if it does not exist.
@@ -138,13 +143,23 @@ def write_run(
 
     Raises:
         InputError: The folder cannot be written to.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> import warprock as wr
+        >>> run = wr.run_case(wr.load_case("free-b0"), "housner")
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     [path.name for path in wr.write_run(run, pathlib.Path(folder))]
+        ['lanes.parquet', 'lanes.csv', 'run.json']
     """
     facts = provenance(run)
     table = lane_table(run.lane_set, run.response)
     table.attrs["footer"] = {name: facts[name] for name in ("engine", "estimate", "tolerance")}
     tables = {LANE_TABLE: table}
+    if len(table) <= MOST_CSV_LANES:
+        tables[LANE_CSV] = table
     if run.case.ensemble is not None:
         tables[CELL_TABLE] = cell_table(run.lane_set, run.response)
     for lane, response in (histories or {}).items():
-        tables[HISTORY.format(lane=lane)] = history_table(response, 0)
+        tables[HISTORY.format(lane=lane)] = history_table(response, 0, run.lane_set, lane)
     return write_results(folder, tables, facts)

@@ -7,7 +7,14 @@ from typing import Any
 
 from rich.console import Console
 
-from warprock.tables.terminal import cell_text, print_rows, wide_stdout
+from warprock.tables.terminal import (
+    cell_text,
+    heading_text,
+    measured,
+    print_rows,
+    say,
+    wide_stdout,
+)
 
 
 def print_listing(found: Mapping[str, Any]) -> None:
@@ -23,7 +30,7 @@ def print_explanation(found: Mapping[str, Any]) -> None:
     case, scene = found["case"], found["scene"]
     out.print(f"{case['name']}: {case['title']}", style="bold")
     out.print(case["source"].strip())
-    out.print(f"\nScene: {scene['why']}.")
+    say(out, f"\nScene: {scene['why']}.")
     restitution = "given by the case" if scene["restitution_given"] else "Housner's closed form"
     if scene["stacked"] or scene["spatial_because"]:
         restitution = "from the contact laws of the engine"
@@ -33,51 +40,61 @@ def print_explanation(found: Mapping[str, Any]) -> None:
         ("contact points", scene["contact_point_count"]),
         ("ground motion", scene["motion"]),
         ("angular restitution", restitution),
-        (
-            "smallest friction / base acceleration in g that makes a block rock",
-            scene["friction_ratio"],
-        ),
-        ("lanes", found["lanes"]),
-        ("duration [s]", found["duration_s"]),
-        ("histories every [s]", "not asked for" if sampling is None else sampling),
+        ("lanes", f"{found['lanes']:,}"),
+        ("duration", f"{found['duration_s']:g} s"),
+        ("histories", "not asked for" if sampling is None else f"every {sampling:g} s"),
     ]
     for name, value in facts:
-        out.print(f"  {name}: {cell_text(value)}")
-    if found["motion_cut_short"]:
-        out.print(f"  {found['motion_cut_short']}", soft_wrap=True)
-    if scene["friction_note"]:
-        out.print(f"  friction: {scene['friction_note']}")
+        say(out, f"  {name}: {cell_text(value)}")
+    say(out, f"  friction: {_friction_text(scene)}")
+    for note in (found["scene"]["replaced"], found["motion_cut_short"], scene["friction_note"]):
+        if note:
+            say(out, f"  note: {note}")
     for axis in found["sweep"]:
         keys = ", ".join(axis["keys"])
         out.print(f"  sweep: {keys} ({axis['length']} values)")
     out.print("\nLeft out, because nothing here needs it:")
     for text in scene["left_out"]:
-        out.print(f"  {text}")
+        say(out, f"  {text}")
     if found["study"]:
         _print_study_plan(out, found["study"])
     part = found["inputs_of_lanes"] < found["lanes"]
     first = f" (of the first {found['inputs_of_lanes']:,} lanes)" if part else ""
     out.print(f"\nInputs{first}:")
     for name, spread in found["inputs"].items():
-        out.print(f"  {name}: {_spread_text(spread)}")
+        say(out, f"  {heading_text(name)}: {_spread_text(spread)}")
     engine = found["engine"]
-    out.print(f"\nWhere no engine is named, {engine['engine']} runs: {engine['why']}.")
+    say(out, f"\nWhere no engine is named, {engine['engine']} runs: {engine['why']}.")
     out.print("\nEngines:")
     for engine in found["engines"]:
         _print_engine(out, engine)
+    if any(engine["estimate"] for engine in found["engines"]):
+        say(out, f"\n{next(e['estimate'] for e in found['engines'] if e['estimate'])}")
+
+
+def _friction_text(scene: Mapping[str, Any]) -> str:
+    """Whether blocks rock or slide, in words."""
+    ratio = scene["friction_ratio"]
+    if ratio >= 1.0:
+        return (
+            f"at least {measured(ratio)} times what a block needs to rock instead of sliding "
+            "(friction / the base acceleration in g that lifts it)"
+        )
+    return (
+        f"in some lanes only {measured(ratio)} of what a block needs to rock: there it slides "
+        "instead (friction / the base acceleration in g that lifts it)"
+    )
 
 
 def _print_engine(out: Console, engine: Mapping[str, Any]) -> None:
     if engine["declines"]:
-        out.print(f"  {engine['name']}: declines: {engine['declines']}")
+        say(out, f"  {engine['name']}: declines: {engine['declines']}")
         return
-    out.print(f"  {engine['name']}: {engine['kernel']}")
+    say(out, f"  {engine['name']}: {engine['kernel']}")
     for name, value in engine["settings"].items():
         unit = engine["units"][name]
         suffix = "" if unit == "-" else f" {unit}"
         out.print(f"    {name} = {cell_text(value)}{suffix}")
-    if engine["estimate"]:
-        out.print(f"    {engine['estimate']}")
 
 
 def _print_study_plan(out: Console, study: Sequence[Mapping[str, Any]]) -> None:

@@ -3,34 +3,47 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
 
+import numpy as np
+import pandas as pd
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from warprock.case.axes import lane_indices
 from warprock.case.columns import columns_of
+from warprock.case.round_base import round_base_note
 from warprock.model.response import Status
 from warprock.model.undecided import cut_text
 from warprock.run.case_run import CaseRun
-from warprock.run.lane_table import lane_table, peak_ratio_columns
+from warprock.run.lane_table import PEAK_RATIO, lane_table
 from warprock.run.provenance import count_words, error_summary
 from warprock.tables.accuracy import run_accuracy_lines
-from warprock.tables.terminal import cell_text, print_rows, print_written, wide_stdout
-
-LANES_SHOWN = 40
-"""Lanes up to which `run` prints every one; a larger run prints its counts and ranges."""
-
-OUT_OF_PLANE = ("peak_rotation_across_rad", "peak_yaw_rad")
-"""What is shown besides of blocks in space."""
-
-RESULT_COLUMNS = (
-    "outcome",
-    "status",
-    "impact_count",
-    "rest_time_s",
+from warprock.tables.swept import drawn_inputs, swept_axes
+from warprock.tables.terminal import (
+    cell_text,
+    heading_text,
+    measured,
+    number,
+    plain_table,
+    print_table,
+    print_written,
+    say,
+    stdout,
 )
-"""Columns of the lane table that `run` prints behind the inputs and the peaks."""
 
+LANES_SHOWN = 24
+"""Lanes up to which `run` prints every one; a larger run prints counts and ranges."""
 
-MODEL_COLUMNS = ("friction_needed",)
-"""Columns behind those, of engines whose blocks cannot slide."""
+OUTCOMES = {
+    "at_rest": "came to rest",
+    "rocking": "still rocked at the end",
+    "overturned": "overturned",
+    "slid_off": "slid off",
+}
+"""Outcome -> what is said of lanes that have it."""
 
 OUTSIDE = (
     "outside_model: there the block needs more friction than it has, and would slide, or its base "
@@ -39,62 +52,261 @@ OUTSIDE = (
 """What is said of lanes outside Housner's model."""
 
 
-def print_run(run: CaseRun, files: Sequence[pathlib.Path]) -> None:
-    """Prints a run: every lane of a small one, counts and ranges of a large one."""
-    out = wide_stdout()
+class Result(NamedTuple):
+    """A result of a lane as `run` shows it.
+
+    Attributes:
+        column: Column of the lane table, of a block without its number.
+        heading: What it is called, with its unit, in short lines.
+        text: A value of the column as it is shown.
+        per_block: Whether each block of a stack has its own.
+        size: What the numbers are multiplied by; 0 where they are words.
+    """
+
+    column: str
+    heading: str
+    text: Callable[[Any], str] = measured
+    per_block: bool = False
+    size: float = 1.0
+
+
+DEGREES, MILLIMETRES = 180.0 / np.pi, 1e3
+
+
+def _slide(value: float) -> str:
+    """A slide in mm; what is below a nanometre is round-off."""
+    return "0" if abs(value) < 1e-6 else measured(value)
+
+
+def _whole(value: Any) -> str:
+    return f"{value:,.0f}"
+
+
+def _word(value: Any) -> str:
+    return str(value).replace("_", " ")
+
+
+def _small(value: Any) -> str:
+    return number(value, ".1e")
+
+
+RESULTS = (
+    Result("peak_rotation_rad", "peak\n[deg]", per_block=True, size=DEGREES),
+    Result(PEAK_RATIO, "peak /\nslend.\nangle", per_block=True),
+    Result("outcome", "outcome", _word, size=0.0),
+    Result("status", "status", _word, size=0.0),
+    Result("peak_slide_m", "slide\n[mm]", _slide, per_block=True, size=MILLIMETRES),
+    Result("peak_rotation_across_rad", "across\n[deg]", per_block=True, size=DEGREES),
+    Result("peak_yaw_rad", "yaw\n[deg]", per_block=True, size=DEGREES),
+    Result("friction_needed", "friction\nneeded"),
+    Result("rest_time_s", "at rest\nat [s]"),
+    Result("peak_time_s", "peak at\n[s]", per_block=True),
+    Result("impact_count", "impacts", _whole),
+    Result("rotation_error_rad", "error\n[deg]", _small, per_block=True, size=DEGREES),
+)
+"""What is shown of a lane, the most wanted first: the last gives way where there is no room."""
+
+
+class Column(NamedTuple):
+    """A column of what is printed: its heading, and the text of each lane."""
+
+    heading: str
+    cells: list[str]
+    left: bool = False
+
+
+def print_run(
+    run: CaseRun, files: Sequence[pathlib.Path] = (), console: Console | None = None
+) -> None:
+    """Prints a run: every lane of a small one, counts and ranges of a large one.
+
+    Args:
+        run: The run.
+        files: Files that were written.
+        console: Where to; the terminal if not given.
+    """
+    out = console or stdout()
     response = run.response
     table = lane_table(run.lane_set, response)
-    peaks = peak_ratio_columns(run.lane_set)
-    title = f"{run.case.name}: {response.engine}, {response.lane_count} lanes"
-    if response.lane_count <= LANES_SHOWN:
-        shown = ["lane", *_swept_columns(run), *peaks]
-        if "peak_time_s" in table:
-            shown.append("peak_time_s")
-        slides = [column for column in map(str, table) if column.startswith("peak_slide_")]
-        in_mm = {column: f"{column.removesuffix('_m')}_mm" for column in slides}
-        table = table.assign(**{mm: 1e3 * table[column] for column, mm in in_mm.items()})
-        shown += in_mm.values()
-        shown += [column for column in OUT_OF_PLANE if column in table]
-        errors = [column for column in map(str, table) if column.startswith("rotation_error_")]
-        for column in errors:
-            table[column] = table[column].map("{:.1e}".format)
-        needed = [column for column in MODEL_COLUMNS if column in table]
-        columns = [*shown, *RESULT_COLUMNS, *needed, *errors]
-        print_rows(title, table[columns].to_dict("records"))
+    count = response.lane_count
+    title = f"{run.case.name}: {response.engine}, {count:,} {'lane' if count == 1 else 'lanes'}"
+    if count == 1:
+        _print_one(out, title, table)
+    elif count <= LANES_SHOWN:
+        _print_lanes(out, title, run, table)
     else:
-        out.print(title, style="bold")
-        for name in peaks:
-            bounds = [float(table[name].min()), float(table[name].max())]
-            out.print(f"  {name}: {_range_text(bounds)}")
-    for name in ("outcome", "status"):
-        counts = count_words(response, name)
-        words = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
-        out.print(f"{name}: {words}")
-    cut = cut_text(run.lane_set.motions, run.lane_set.times.duration)
-    if cut:
-        out.print(cut, soft_wrap=True)
-    if run.lane_set.scene.friction_note and response.engine not in ("housner", "two-block"):
-        out.print(f"friction: {run.lane_set.scene.friction_note}")
-    if "friction_needed" in response.fields and response.count(Status.OUTSIDE_MODEL):
-        out.print(OUTSIDE)
-    error = error_summary(response)
-    if error is not None:
-        out.print(
-            f"estimated error of the rotations, lanes that are ok: median {error['median']:.2g} "
-            f"rad, largest {error['largest']:.2g} rad"
-        )
-    for line in run_accuracy_lines(run):
-        out.print(line, soft_wrap=True)
-    out.print(f"wall time: {run.wall_time:.3g} s")
+        _print_ranges(out, title, table)
+        if not files:
+            say(out, "every lane is written with -o DIR")
+    _print_notes(out, run, table)
     print_written(files, out)
 
 
-def _swept_columns(run: CaseRun) -> list[str]:
-    """Columns of the inputs that the case sweeps: `height_m` for the key `block.height`."""
-    swept = {name for axis in run.case.axes for key in axis.columns for name in columns_of(key)}
-    return [str(name) for name in run.lane_set.inputs.columns if name in swept]
+def _shown(table: pd.DataFrame) -> Iterator[tuple[Result, str, str]]:
+    """The results that a table has, with their columns and headings, block by block."""
+    names = [str(name) for name in table.columns]
+    for result in RESULTS:
+        if result.column in names:
+            yield result, result.column, result.heading
+        elif result.per_block:
+            for block in range(1, 7):
+                stem, unit = _split(result.column)
+                column = f"{stem}_{block}{unit}"
+                if column in names:
+                    yield result, column, f"block {block}\n{result.heading}"
 
 
-def _range_text(bounds: Sequence[float]) -> str:
-    low, high = bounds
-    return cell_text(low) if low == high else f"{cell_text(low)} to {cell_text(high)}"
+def _split(column: str) -> tuple[str, str]:
+    """The name of a column and the end that is its unit."""
+    for unit in ("_rad", "_m", "_s"):
+        if column.endswith(unit):
+            return column.removesuffix(unit), unit
+    return column, ""
+
+
+def _cells(result: Result, values: pd.Series[Any]) -> list[str]:
+    scaled = values if result.size in (0.0, 1.0) else values * result.size
+    return [result.text(value) for value in scaled]
+
+
+def _print_one(out: Console, title: str, table: pd.DataFrame) -> None:
+    """A run of one lane: a line for each result."""
+    out.print(title, style="bold", highlight=False)
+    for result, column, heading in _shown(table):
+        name = " ".join(heading.replace("slend.", "slenderness").split())
+        text = _cells(result, table[column])[0]
+        say(out, f"  {name:<30} {text}")
+
+
+def _print_lanes(out: Console, title: str, run: CaseRun, table: pd.DataFrame) -> None:
+    """A small run: a row a lane, with as many results as there is room for."""
+    inputs = [Column("lane", [str(lane) for lane in table["lane"]]), *_inputs(run, table)]
+    results = []
+    for result, column, heading in _shown(table):
+        if column == "status" and (table[column] == "ok").all():
+            continue
+        results.append(Column(heading, _cells(result, table[column]), result.size == 0.0))
+    shown = list(results)
+    while len(shown) > 1 and _width(made := _table(title, [*inputs, *shown])) > out.width:
+        shown.pop()
+    made = _table(title, [*inputs, *shown])
+    print_table(out, made)
+    left = ", ".join(" ".join(column.heading.split()) for column in results[len(shown) :])
+    if left:
+        text = f"no room for: {left}; a wider terminal, or the files of -o DIR, have them"
+        say(out, text)
+
+
+def _inputs(run: CaseRun, table: pd.DataFrame) -> list[Column]:
+    """What tells the lanes apart."""
+    shape, lanes = run.case.shape, range(run.response.lane_count)
+    positions = lane_indices(shape, lanes)
+    found = []
+    for axis in swept_axes(run.case):
+        at = positions[axis.number]
+        words = axis.texts
+        for heading, texts in axis.columns().items():
+            left = bool(words) and "[" not in heading
+            found.append(Column(heading, [texts[place] for place in at], left))
+    for drawn in drawn_inputs(run.case):
+        for name in columns_of(drawn.key) & set(map(str, table.columns)):
+            heading = heading_text(name).replace(" [", "\n[")
+            found.append(Column(heading, [_drawn(value) for value in table[name]]))
+    return found
+
+
+def _drawn(value: Any) -> str:
+    return measured(value) if isinstance(value, float) else cell_text(value)
+
+
+def _table(title: str, columns: Sequence[Column]) -> Table:
+    made = plain_table(
+        title,
+        [column.heading for column in columns],
+        [column.heading for column in columns if column.left],
+    )
+    for cells in zip(*(column.cells for column in columns), strict=True):
+        made.add_row(*cells)
+    return made
+
+
+def _width(table: Table) -> int:
+    """Characters that a table needs where nothing in it wraps."""
+    widths = 0
+    for column in table.columns:
+        cells = (str(column.header), *map(str, column.cells))
+        widths += 1 + max(len(line) for cell in cells for line in cell.split("\n"))
+    return widths
+
+
+def _print_ranges(out: Console, title: str, table: pd.DataFrame) -> None:
+    """A large run: least, median and largest of every result, and the lane of the largest."""
+    headings = ["", "least", "median", "largest", "in lane"]
+    made = plain_table(title, headings, headings[:1])
+    for result, column, heading in _shown(table):
+        values = table[column]
+        apart = result.size == 0.0 or column.startswith(("friction_needed", "rotation_error"))
+        if apart or not values.notna().any():
+            continue
+        name = " ".join(heading.replace("slend.", "slenderness").split())
+        part = pd.Series([values.min(), values.median(), values.max()])
+        most = int(np.nanargmax(values.to_numpy(dtype=float)))
+        made.add_row(escape(name), *_cells(result, part), str(table["lane"].iloc[most]))
+    print_table(out, made)
+
+
+def _print_notes(out: Console, run: CaseRun, table: pd.DataFrame) -> None:
+    """Counts of outcomes and statuses, and what limits the numbers."""
+    response = run.response
+    for name in ("outcome", "status"):
+        counts = count_words(response, name)
+        words = ", ".join(f"{count:,} {word}" for word, count in counts.items() if count)
+        say(out, f"{name}: {words}")
+    replaced = round_base_note(table)
+    if replaced:
+        say(out, replaced)
+    cut = cut_text(run.lane_set.motions, run.lane_set.times.duration)
+    if cut:
+        say(out, cut)
+    if run.lane_set.scene.friction_note and response.engine not in ("housner", "two-block"):
+        say(out, f"friction: {run.lane_set.scene.friction_note}")
+    if "friction_needed" in response.fields and response.count(Status.OUTSIDE_MODEL):
+        say(out, OUTSIDE)
+    error = error_summary(response)
+    if error is not None:
+        median, largest = (f"{error[name] * DEGREES:.2g} deg" for name in ("median", "largest"))
+        say(
+            out,
+            f"estimated error of the rotations, lanes that are ok: median {median}, largest "
+            f"{largest}",
+        )
+    for line in run_accuracy_lines(run):
+        say(out, line)
+    say(out, f"wall time: {run.wall_time:.3g} s")
+
+
+def run_sentence(run: CaseRun) -> str:
+    """What came out of a run, in one sentence."""
+    response = run.response
+    counts = {word: n for word, n in count_words(response, "outcome").items() if n}
+    lanes = f"{response.lane_count:,} lanes" if response.lane_count > 1 else "The block"
+    if response.lane_count > 1:
+        words = ", ".join(f"{count:,} {OUTCOMES[word]}" for word, count in counts.items())
+        said = f"Of {lanes} {words}"
+    else:
+        said = f"{'The stack' if run.lane_set.lanes.stacked else 'The block'} " + " and ".join(
+            OUTCOMES[word] for word in counts
+        )
+    if set(counts) <= {"overturned"}:
+        return f"{said}."
+    ratio = response["peak_rotation"] / run.lane_set.lanes.slenderness_angle
+    stands = ratio.reshape(response.lane_count, -1).max(axis=1)
+    stands = np.where(response["outcome"] >= 2, np.nan, stands)
+    if np.all(np.isnan(stands)):
+        return f"{said}."
+    lane = int(np.nanargmax(stands))
+    where = f", in lane {run.lane_set.first + lane}" if response.lane_count > 1 else ""
+    standing = "of those that stood " if "overturned" in counts or "slid_off" in counts else ""
+    return (
+        f"{said}; the largest peak {standing}is {stands[lane]:.3g} of the slenderness angle{where}."
+    )

@@ -131,6 +131,24 @@ class SweptAxis:
                 parts.append(text if bare else f"{_short(key)} {text}")
         return ", ".join(parts)
 
+    def columns(self) -> dict[str, list[str]]:
+        """What tells its values apart in a table: the text of each by its heading, with its unit.
+
+        Labels that differ stand for the numbers beside them.
+        """
+        found = {
+            _short(key).replace(" ", "\n"): [column.values[int(code)] for code in column.codes]
+            for key, column in self.texts.items()
+        }
+        if found and len(set(zip(*found.values(), strict=True))) == self.length:
+            return found
+        for key, column in self.numbers.items():
+            unit = _unit(column)
+            values = column.values / float(UNITS[column.dimension][unit])
+            heading = _short(key).replace(" ", "\n") + (f"\n[{unit}]" if unit else "")
+            found[heading] = [f"{value:.6g}" for value in values]
+        return found
+
 
 @dataclasses.dataclass(frozen=True)
 class DrawnInput:

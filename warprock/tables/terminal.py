@@ -23,6 +23,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.measure import Measurement
 from rich.table import Table
+from rich.text import Text
 
 Row = Mapping[str, Any]
 
@@ -41,6 +42,39 @@ def stdout() -> Console:
 def number(value: object, form: str) -> str:
     """A value in a format, or a dash where there is none."""
     return MISSING if value is None or value != value else format(value, form)
+
+
+def measured(value: float | None) -> str:
+    """A number that was computed or measured, to three digits; a dash where there is none."""
+    if value is None or math.isnan(value):
+        return MISSING
+    if value == 0.0 or not math.isfinite(value) or abs(value) >= 1e15:
+        return f"{value:.3g}"
+    if abs(value) < 999.5:
+        return f"{value:#.3g}".removesuffix(".")
+    rounded = float(f"{value:.3g}")
+    for size, name in ((1e9, "billion"), (1e6, "million")):
+        if abs(rounded) >= size:
+            return f"{rounded / size:#.3g} {name}".replace(". ", " ")
+    return f"{rounded:,.0f}"
+
+
+def print_end(came_out: str, command: str, console: Console | None = None) -> None:
+    """Says at the end of a command what came out, in one sentence, and what to try next.
+
+    Args:
+        came_out: The sentence.
+        command: The command, as it is typed.
+        console: Where to; the terminal if not given.
+    """
+    out = console or stdout()
+    say(out, came_out)
+    out.print(f"next: {command}", markup=False, highlight=False, soft_wrap=True)
+
+
+def say(out: Console, text: str, style: str | None = None) -> None:
+    """Prints a sentence, which a terminal breaks between words and a pipe not at all."""
+    out.print(text, style=style, markup=False, highlight=False, soft_wrap=not out.is_terminal)
 
 
 def print_written(files: Iterable[pathlib.Path | str], console: Console | None = None) -> None:
@@ -142,31 +176,91 @@ def wide_stdout() -> Console:
 
 
 def print_rows(title: str, rows: Sequence[Mapping[Any, Any]]) -> None:
-    """Prints rows as a table whose columns are their keys."""
+    """Prints rows as a table whose columns are their keys, numbers to three digits.
+
+    Headings break between words; a table that is wider than the terminal is printed in parts, each
+    with the first column.
+    """
     out = wide_stdout()
     names = list(dict.fromkeys(str(name) for row in rows for name in row))
-    cells = [[cell_text(row.get(name)) for name in names] for row in rows]
-    gaps = 2 * (len(names) - 1)
-    widths = _column_widths(names, cells, out.width - gaps)
-    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
-    for name, width in zip(names, widths, strict=True):
-        table.add_column(name, overflow="fold", width=width)
-    for row in cells:
-        table.add_row(*row)
-    out.width = max(out.width, sum(widths) + gaps)
-    out.print(table)
+    cells = {name: [_row_text(row.get(name)) for row in rows] for name in names}
+    for number, part in enumerate(_parts(names, cells, out.width)):
+        table = Table(box=None, pad_edge=False)
+        if number == 0:
+            table.title, table.title_justify = title, "left"
+        shown = {name: cells[name] for name in part}
+        widths = _column_widths(part, shown, out.width - _gaps(part))
+        for name, width in zip(part, widths, strict=True):
+            table.add_column(Text(heading_text(name)), width=width)
+        for row in zip(*shown.values(), strict=True):
+            table.add_row(*map(Text, row))
+        before, out.width = out.width, max(out.width, sum(widths) + _gaps(part))
+        out.print(table)
+        out.width = before
 
 
-def _column_widths(names: Sequence[str], cells: Sequence[Sequence[str]], room: int) -> list[int]:
-    """Characters of each column: headings are folded to fit, no word and no number of a cell."""
-    columns = list(zip(*cells, strict=True))
-    needed = [
-        max(cell_len(part) for cell in column for part in ("", *cell.split())) for column in columns
+_UNITS_OF_COLUMNS = {
+    "_m_s2": "m/s^2",
+    "_kg_m3": "kg/m^3",
+    "_rad_s": "rad/s",
+    "_per_s": "1/s",
+    "_m_s": "m/s",
+    "_rad": "rad",
+    "_mm": "mm",
+    "_hz": "Hz",
+    "_gb": "GB",
+    "_m": "m",
+    "_s": "s",
+    "_j": "J",
+}
+"""End of the name of a column -> its unit."""
+
+
+def heading_text(name: str) -> str:
+    """The name of a column as words, its unit in brackets: `peak time [s]`."""
+    for end, unit in _UNITS_OF_COLUMNS.items():
+        if name.lower().endswith(end):
+            return f"{name[: -len(end)].replace('_', ' ')} [{unit}]"
+    return name.replace("_", " ")
+
+
+def _gaps(names: Sequence[str]) -> int:
+    return 2 * (len(names) - 1)
+
+
+def _parts(
+    names: Sequence[str], cells: Mapping[str, Sequence[str]], room: int
+) -> Iterator[list[str]]:
+    """The columns of each part of a table: as many as the terminal has room for."""
+    part: list[str] = []
+    for name in names:
+        longer = [*part, name]
+        if len(part) > 1 and sum(_least_widths(longer, cells)) + _gaps(longer) > room:
+            yield part
+            part = [names[0], name]
+        else:
+            part = longer
+    yield part
+
+
+def _least_widths(names: Sequence[str], cells: Mapping[str, Sequence[str]]) -> list[int]:
+    """Characters that the longest word of each column takes, its heading included."""
+    return [
+        max(cell_len(word) for text in (heading_text(name), *cells[name]) for word in _words(text))
+        for name in names
     ]
-    wanted = [
-        max(cell_len(text) for text in (name, *column))
-        for name, column in zip(names, columns, strict=True)
-    ]
+
+
+def _words(text: str) -> list[str]:
+    return text.split() or [""]
+
+
+def _column_widths(
+    names: Sequence[str], cells: Mapping[str, Sequence[str]], room: int
+) -> list[int]:
+    """Characters of each column, the widest folded first, no word cut."""
+    needed = _least_widths(names, cells)
+    wanted = [max(cell_len(text) for text in (heading_text(n), *cells[n])) for n in names]
     found = wanted
     for most in range(max(wanted, default=0), 0, -1):
         found = [max(least, min(full, most)) for least, full in zip(needed, wanted, strict=True)]
@@ -175,8 +269,17 @@ def _column_widths(names: Sequence[str], cells: Sequence[Sequence[str]], room: i
     return found
 
 
-def cell_text(value: Any) -> str:
+def _row_text(value: Any) -> str:
     """A value as `print_rows` shows it."""
+    if isinstance(value, (float, np.floating)):
+        return measured(float(value))
+    if isinstance(value, int) and not isinstance(value, bool):
+        return f"{value:,}"
+    return cell_text(value)
+
+
+def cell_text(value: Any) -> str:
+    """A value as it was given: an input, a setting."""
     if value is None:
         return "-"
     if isinstance(value, (float, np.floating)):

@@ -1,0 +1,26 @@
+"""The examples in the docstrings of everything public: there are some, and they are true."""
+
+import doctest
+import importlib
+import inspect
+import pkgutil
+
+import pytest
+
+import warprock
+import warprock.api
+
+HOMES = {f"warprock.{home}" for home in warprock._HOME.values()}
+ROOM = {f"warprock.api.{found.name}" for found in pkgutil.iter_modules(warprock.api.__path__)}
+
+
+@pytest.mark.parametrize("name", sorted(HOMES | ROOM))
+def test_examples_come_to_what_they_say(name: str):
+    assert doctest.testmod(importlib.import_module(name)).failed == 0
+
+
+@pytest.mark.parametrize("name", warprock.__all__)
+def test_every_public_object_has_an_example(name: str):
+    found = getattr(warprock, name)
+    if callable(found):
+        assert "Example:" in inspect.getdoc(found)

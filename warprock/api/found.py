@@ -1,0 +1,193 @@
+"""What a command found, as an object: its tables, its figures, its files."""
+
+from __future__ import annotations
+
+import base64
+import functools
+import html
+import os
+import pathlib
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import pandas as pd
+
+from warprock.api.names import python_names
+from warprock.figures.drawing import Drawing, write_drawings
+from warprock.report.writing import write_report
+from warprock.run.results import list_results, write_results
+
+if TYPE_CHECKING:
+    from warprock.tables.report import Report
+
+ROWS_SHOWN = 8
+"""Rows of a table that a notebook shows."""
+
+
+class Found:
+    """What a command found.
+
+    Attributes:
+        title: What was run, in one line.
+        found: The object that the rooms below handed over, with all that was computed.
+
+    Example:
+        >>> import warprock as wr
+        >>> found = wr.compare("free-b0", ["housner"], progress=False)
+        >>> found, list(found.tables)
+        (Comparison(free-b0: housner: 2 rows), ['comparison'])
+    """
+
+    _saves_page: ClassVar[bool] = True
+    """Whether `save` leaves a page."""
+
+    def __init__(
+        self,
+        title: str,
+        found: Any,
+        report: Callable[[], Report],
+        draw: Callable[[], Sequence[Drawing]],
+    ) -> None:
+        self.title, self.found = title, found
+        self._reported, self._draw = report, draw
+        self._saved: pathlib.Path | None = None
+
+    @functools.cached_property
+    def _report(self) -> Report:
+        return self._reported()
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """The table that matters most.
+
+        Units are in the names of its columns; `table.attrs["columns"]`, where it is there, has the
+        unit and the meaning of every column.
+        """
+        return next(iter(self.tables.values()))
+
+    @property
+    def tables(self) -> Mapping[str, pd.DataFrame]:
+        """All tables, by the name of their file."""
+        return self._report.tables
+
+    @property
+    def facts(self) -> Mapping[str, Any]:
+        """What ran and what came of it, ready for JSON: the content of `run.json`."""
+        return self._report.json if self._report.facts is None else self._report.facts
+
+    def figures(self) -> list[Drawing]:
+        """Its figures.
+
+        Returns:
+            Drawings; each has a Matplotlib figure, `figure`, its `title`, and what a blind reader
+            is told of it, `alt`. A notebook shows one that is the last line of a cell.
+        """
+        return list(self._drawings)
+
+    @functools.cached_property
+    def _drawings(self) -> Sequence[Drawing]:
+        return self._draw()
+
+    def plot(self) -> Any:
+        """Its first figure, as Matplotlib has it; `.axes` are its panels.
+
+        Returns:
+            A `matplotlib.figure.Figure`, which a notebook shows.
+
+        Raises:
+            ValueError: It has no figure.
+        """
+        drawings = self.figures()
+        if not drawings:
+            raise ValueError(f"{self.title}: has no figure")
+        return drawings[0].figure
+
+    def show(self) -> None:
+        """Prints it as the command does."""
+        self._report.show()
+
+    def save(self, folder: str | os.PathLike[str]) -> list[pathlib.Path]:
+        """Writes all of it to a folder, as the command does with `-o`: tables, figures, a page.
+
+        Args:
+            folder: Where to; made if it does not exist. What a command left there before goes.
+
+        Returns:
+            The files; the page, report.html, comes last where there is one.
+
+        Raises:
+            InputError: The folder cannot be written to.
+        """
+        place = pathlib.Path(folder)
+        with python_names():
+            files = self._write(place)
+            files += write_drawings(self.figures(), place)
+        list_results(place, files, beside=self._report.beside)
+        self._saved = place
+        return [*files, self._write_page(place)] if self._saves_page else files
+
+    def report(self, folder: str | os.PathLike[str] | None = None) -> pathlib.Path:
+        """The page of it: one HTML file that a browser opens and a mail can carry.
+
+        Args:
+            folder: Where to write it, and all that `save` writes; where None, the folder that it
+                was saved to, or one for temporary files.
+
+        Returns:
+            The file.
+
+        Raises:
+            InputError: The folder cannot be written to.
+        """
+        if folder is not None or self._saved is None:
+            return self.save(folder or tempfile.mkdtemp(prefix="warprock-"))[-1]
+        return self._write_page(self._saved)
+
+    def _write_page(self, folder: pathlib.Path) -> pathlib.Path:
+        """Writes the page of a folder that it was saved to."""
+        page = write_report(folder, scenes=self._scenes(), drawings=self.figures())
+        list_results(folder, [page], beside=True)
+        return page
+
+    def _scenes(self) -> Mapping[str, Any] | None:
+        """Lanes to play on the page; None where there are none."""
+        return None
+
+    def _write(self, folder: pathlib.Path) -> list[pathlib.Path]:
+        """Writes all but the figures."""
+        return write_results(folder, self._report.tables, self._report.facts)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.title}: {len(self.table):,} rows)"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: what was run, the first rows, and a picture."""
+        drawings = self.figures()
+        pictures = "".join(_picture(drawing) for drawing in drawings[:1])
+        head = f"<p><b>{html.escape(repr(self))}</b></p>"
+        return head + _rows_html(self._shown()) + pictures
+
+    def _shown(self) -> pd.DataFrame:
+        """The table as a notebook shows it."""
+        return self.table
+
+
+def _rows_html(table: pd.DataFrame) -> str:
+    """The first rows of a table as HTML, three digits a number."""
+    rows = table.head(ROWS_SHOWN)
+    text = rows.to_html(index=False, border=0, float_format=_three_digits, na_rep="")
+    left = len(table) - len(rows)
+    more = f"<p>and {left:,} more rows in .table</p>" if left else ""
+    return f'<div style="overflow-x: auto">{text}</div>{more}'
+
+
+def _three_digits(value: float) -> str:
+    return f"{value:,.0f}" if 1000.0 <= abs(value) < 1e6 else f"{value:.3g}"
+
+
+def _picture(drawing: Drawing) -> str:
+    """A drawing as an image that stands in a page."""
+    text = base64.b64encode(drawing.png()).decode()
+    alt = html.escape(drawing.alt, quote=True)
+    return f'<img alt="{alt}" style="max-width: 100%" src="data:image/png;base64,{text}">'

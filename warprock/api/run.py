@@ -1,0 +1,258 @@
+"""The command `run` as a function, and what it finds."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import pathlib
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from warprock.api.case import AnyCase, Case
+from warprock.api.found import Found
+from warprock.api.names import python_names
+from warprock.api.progress import Shown
+from warprock.api.work import HowHeld, working
+from warprock.case.columns import columns_of
+from warprock.case.load import Overrides
+from warprock.case.run import Run as RunTable
+from warprock.case.validation import refusing, validated
+from warprock.errors import InputError
+from warprock.figures.axes import plot_history, plot_peaks
+from warprock.figures.run import draw_run
+from warprock.model.response import Response
+from warprock.quantity import Said
+from warprock.report.scenes import scenes_of
+from warprock.run.case_run import CaseRun, run_case, run_lane
+from warprock.run.cells import cell_table
+from warprock.run.engine_choice import EngineChoice
+from warprock.run.lane_table import LANE_TABLE, history_table, lane_table, peak_ratio_columns
+from warprock.run.options import TOLERANCE
+from warprock.run.provenance import count_words, provenance
+from warprock.run.results import CELL_TABLE, write_run
+from warprock.tables.cells import print_cells
+from warprock.tables.report import Report
+from warprock.tables.run import print_run
+
+if TYPE_CHECKING:
+    from warprock.figures.axes import Axes
+
+SAMPLES = 1000
+"""Samples of a history where neither the case nor the caller says how many."""
+
+RESULTS = ("outcome", "impact_count", "peak_slide_m", "status", "rotation_error_rad")
+"""Columns of results that a notebook shows behind the peaks."""
+
+
+class Run(Found):
+    """A case that was run: a lane for each set of inputs, and what became of it.
+
+    Attributes:
+        found: The case, its lanes and the engine's response, `CaseRun`.
+        choice: The engine, and why it was taken where none was named.
+
+    Example:
+        >>> import warprock as wr
+        >>> run = wr.run("free-b0", progress=False)
+        >>> run
+        Run(free-b0: housner, 2 lanes: 1 at rest, 1 rocking; 2 ok)
+        >>> run.table[["height_m", "peak_rotation_ratio"]].round(3)
+           height_m  peak_rotation_ratio
+        0       5.0                  0.5
+        1       5.5                  0.5
+    """
+
+    found: CaseRun
+
+    def __init__(self, found: CaseRun, choice: EngineChoice) -> None:
+        report = functools.partial(run_report, found)
+        super().__init__(found.case.name, found, report, functools.partial(draw_run, found))
+        self.choice = choice
+
+    @property
+    def case(self) -> Case:
+        """The case."""
+        return Case.of(self.found.case)
+
+    @property
+    def engine(self) -> str:
+        """Name of the engine."""
+        return self.found.response.engine
+
+    @property
+    def response(self) -> Response:
+        """The engine's answer: arrays in SI units and rad, shape [lane, ...]."""
+        return self.found.response
+
+    @property
+    def cells(self) -> pd.DataFrame:
+        """Distributions of an ensemble, one row a cell of the sweep.
+
+        Raises:
+            ValueError: The case has no ensemble.
+        """
+        if self.case.ensemble is None:
+            raise ValueError(f"{self.case.name}: has no ensemble, and so no cells")
+        return cell_table(self.found.lane_set, self.response)
+
+    def history(self, lane: int = 0, interval: str | None = None) -> pd.DataFrame:
+        """What a lane did over time: it runs again, alone, and gives the same numbers.
+
+        Args:
+            lane: Number of the lane, from 0.
+            interval: Time between samples, such as "10 ms"; that of the case where None, a
+                thousandth of the run where the case has none.
+
+        Returns:
+            One row a sample; units are in the names of the columns.
+
+        Raises:
+            InputError: There is no such lane, or the interval cannot be used.
+
+        Example:
+            >>> import warprock as wr
+            >>> run = wr.run("free-b0", progress=False)
+            >>> history = run.history(0, "1 s")
+            >>> len(history), float(history["time_s"].iloc[-1])
+            (21, 20.0)
+        """
+        run, response = self._sampled(lane, interval)
+        return history_table(response, 0, run.lane_set, lane)
+
+    def plot_history(self, lane: int = 0, *, interval: str | None = None, ax: Any = None) -> Axes:
+        """Draws the rotation of a lane over its slenderness angle, over time.
+
+        Args:
+            lane: Number of the lane, from 0.
+            interval: Time between samples, as in `history`.
+            ax: Matplotlib axes to draw on; new ones where None.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: There is no such lane, or the interval cannot be used.
+        """
+        return plot_history(*self._sampled(lane, interval), lane, ax)
+
+    def plot_peaks(self, x: str | None = None, *, ax: Any = None) -> Axes:
+        """Draws the largest rotation of every lane over the slenderness angle, over an input.
+
+        Args:
+            x: Column of the table; the first input that differs between lanes where None.
+            ax: Matplotlib axes to draw on; new ones where None.
+
+        Returns:
+            The axes.
+
+        Raises:
+            InputError: The table has no such column.
+        """
+        return plot_peaks(self.found, self.table, x, ax)
+
+    def _sampled(self, lane: int, interval: str | None) -> tuple[CaseRun, Response]:
+        """The run, and a lane of it with its history."""
+        with python_names():
+            run = _sampling(self.found, interval)
+            return run, run_lane(run, lane)
+
+    def _write(self, folder: pathlib.Path) -> list[pathlib.Path]:
+        return write_run(self.found, folder)
+
+    def _scenes(self) -> Mapping[str, Any]:
+        return scenes_of(self.found)
+
+    def _shown(self) -> pd.DataFrame:
+        keys = [key for axis in self.case.axes for key in axis.columns]
+        wanted = ["lane", *(name for key in keys for name in sorted(columns_of(key)))]
+        wanted += [*peak_ratio_columns(self.found.lane_set), *RESULTS]
+        return self.table[[name for name in dict.fromkeys(wanted) if name in self.table]]
+
+    def __repr__(self) -> str:
+        words = (
+            ", ".join(f"{n:,} {word.replace('_', ' ')}" for word, n in counts.items() if n)
+            for counts in (count_words(self.response, name) for name in ("outcome", "status"))
+        )
+        lanes = self.response.lane_count
+        head = f"{self.title}: {self.engine}, {lanes:,} lane{'s' * (lanes != 1)}"
+        return f"Run({head}: {'; '.join(words)})"
+
+
+def run(
+    case: AnyCase,
+    engine: str | None = None,
+    *,
+    overrides: Overrides = (),
+    tolerance: float | None = TOLERANCE,
+    precision: str = "float64",
+    device: str = "cpu",
+    workers: int | None = None,
+    progress: Shown = True,
+) -> Run:
+    """Runs every lane of a case with one engine.
+
+    Args:
+        case: A `Case`, the tables of one, the name of a shipped one, or the path of a case file.
+        engine: Name of the engine; where None, `housner` for one block that it can follow, else
+            `event`.
+        overrides: Values by dotted key, of settings too: `{"engines.event.time_step": 1e-3}`.
+        tolerance: Largest error of a rotation over the slenderness angle [-]: lanes that miss it by
+            their estimate run again at half the step, and again. None runs every lane once, and
+            nothing says how far off it is.
+        precision: "float64" or "float32".
+        device: Warp device, such as "cpu" or "cuda:0".
+        workers: Worker threads; None uses the cores at hand. No number depends on it.
+        progress: Whether to show how far it is, or a function that is called with the number of
+            lanes finished so far.
+
+    Raises:
+        InputError: Something cannot be used, said before anything runs.
+
+    Example:
+        >>> import warprock as wr
+        >>> run = wr.run("free-b0", overrides={"start.rotation_ratio": 0.9}, progress=False)
+        >>> run.table["peak_rotation_ratio"].round(6).tolist()
+        [0.9, 0.9]
+    """
+    how: HowHeld = {"overrides": overrides, "tolerance": tolerance, "precision": precision}
+    how |= {"device": device, "workers": workers, "progress": progress}
+    with working(case, engine, **how) as work:
+        if work.case.study is not None:
+            allowed = "must not be given: warprock.study runs a case with all settings of a study"
+            raise InputError(work.case.file, "study", Said("a table"), allowed)
+        found = run_case(work.case, work.engine, work.options, histories=False)
+        return Run(found, work.choice)
+
+
+def run_report(found: CaseRun) -> Report:
+    """What a run has to show.
+
+    Its files are the lane table, that of the cells of an ensemble, and what ran.
+    """
+    tables = {LANE_TABLE: lane_table(found.lane_set, found.response)}
+    show: Callable[[CaseRun, list[pathlib.Path]], None] = print_run
+    if found.case.ensemble is not None:
+        tables[CELL_TABLE], show = cell_table(found.lane_set, found.response), print_cells
+    facts = provenance(found)
+    return Report(facts, tables, facts, functools.partial(show, found, []))
+
+
+def _sampling(run: CaseRun, interval: str | None) -> CaseRun:
+    """The run of a case that says how to sample histories.
+
+    Raises:
+        InputError: The interval cannot be used.
+    """
+    times = run.case.tables.run
+    if interval is None and times.sample_interval is not None:
+        return run
+    asked = {
+        "duration": f"{times.duration!r} s",
+        "sample_interval": interval or f"{times.duration / SAMPLES!r} s",
+    }
+    with refusing(lambda _: "interval"):
+        sampled = validated(RunTable, asked)
+    tables = run.case.tables.model_copy(update={"run": sampled})
+    return dataclasses.replace(run, case=dataclasses.replace(run.case, tables=tables))

@@ -1,0 +1,100 @@
+"""The commands `sweep plan`, `run` and `merge` as one function."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import os
+import pathlib
+from typing import Unpack
+
+from warprock.analysis.lane_tables import read_lanes
+from warprock.api.case import AnyCase
+from warprock.api.found import Found
+from warprock.api.work import HowHeld, listing_how, working
+from warprock.run.lane_table import LANE_TABLE
+from warprock.sweep.chunks import merge, sweep_state
+from warprock.sweep.plan import CHUNK_LANES, Plan, make_plan, write_plan
+from warprock.sweep.run import Shard, chunks_to_run, run_here
+from warprock.tables.report import Report
+from warprock.tables.sweeps import print_state
+
+
+@listing_how
+def sweep(
+    case: AnyCase,
+    folder: str | os.PathLike[str],
+    engine: str | None = None,
+    *,
+    chunk_lanes: int = CHUNK_LANES,
+    **how: Unpack[HowHeld],
+) -> Found:
+    """Runs many lanes in chunks that are kept, and merges them.
+
+    Called again it goes on with the chunks that are missing. `warprock sweep run FOLDER` does the
+    same chunks, in the jobs of an array or on a cluster.
+
+    Args:
+        case: The case, as in `run`.
+        folder: Folder of the sweep: its plan, its chunks and the merged table.
+        engine: As in `run`.
+        chunk_lanes: Lanes in a chunk.
+        **how: overrides, tolerance, precision, device, workers and progress, as in `run`.
+
+    Returns:
+        A `Found` whose table is the lane table of all chunks.
+
+    Raises:
+        InputError: Something cannot be used, or the folder holds another plan.
+
+    Example:
+        >>> import tempfile
+        >>> import warprock as wr
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     found = wr.sweep("free-b0", folder, "housner", chunk_lanes=1, progress=False)
+        >>> found.facts["chunks_done"], len(found.table)
+        (2, 2)
+    """
+    place = pathlib.Path(folder)
+    with working(case, engine, **how) as work:
+        quiet = dataclasses.replace(work.options, progress=None)
+        plan = make_plan(work.case, work.engine, quiet, chunk_lanes=chunk_lanes)
+        write_plan(plan, place)
+        report = work.options.progress or (lambda _: None)
+        run_here(plan, place, work.options.workers)(chunks_to_run(plan, place, Shard()), report)
+        merge(plan, place)
+        table = _report(plan, place)
+    return SweepFound(f"{work.case.name}: sweep with {work.engine}", plan, table, place)
+
+
+class SweepFound(Found):
+    """A sweep that is done, in a folder of its own; `save` writes its table to another one."""
+
+    _saves_page = False
+
+    def __init__(self, title: str, plan: Plan, report: Report, folder: pathlib.Path) -> None:
+        super().__init__(title, plan, lambda: report, list)
+        self.folder = folder
+
+    def report(self, folder: str | os.PathLike[str] | None = None) -> pathlib.Path:
+        """The page of the sweep, in its folder.
+
+        Args:
+            folder: That folder, or None.
+
+        Returns:
+            The file.
+
+        Raises:
+            ValueError: It is another folder.
+        """
+        if folder is not None and pathlib.Path(folder) != self.folder:
+            raise ValueError(f"{self.title}: its page lies in {self.folder}, not in {folder}")
+        return self._write_page(self.folder)
+
+
+def _report(plan: Plan, folder: pathlib.Path) -> Report:
+    """What a sweep has to show: its merged table, and how far it is."""
+    facts = sweep_state(plan, folder)
+    show = functools.partial(print_state, facts, folder)
+    return Report(facts, {LANE_TABLE: read_lanes(folder)}, None, show)

@@ -1,0 +1,122 @@
+"""What all commands of this room take: a case, an engine, and how its lanes are run."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import functools
+import inspect
+import typing
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, TypedDict, TypeVar, cast
+
+from warprock.api.case import AnyCase, any_case
+from warprock.api.names import python_names
+from warprock.api.progress import Shown, shown
+from warprock.case.case import Case as JudgedCase
+from warprock.case.load import Overrides
+from warprock.run.engine_choice import EngineChoice, choose_engine
+from warprock.run.options import TOLERANCE, RunOptions
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+class How(TypedDict, total=False):
+    """How lanes are run; `run` says what each is."""
+
+    overrides: Overrides
+    precision: str
+    device: str
+    workers: int | None
+    progress: Shown
+
+
+class HowHeld(How, total=False):
+    """How lanes are run and held to a tolerance; `run` says what each is."""
+
+    tolerance: float | None
+
+
+@dataclasses.dataclass(frozen=True)
+class Work:
+    """A case to be worked on.
+
+    Attributes:
+        case: The case, as the rooms below take it.
+        choice: The engine named, or the one that the case has as a rule.
+        options: How its lanes are run, with the progress to report.
+    """
+
+    case: JudgedCase
+    choice: EngineChoice
+    options: RunOptions
+
+    @property
+    def engine(self) -> str:
+        """Name of the engine."""
+        return self.choice.engine
+
+
+@contextlib.contextmanager
+def working(
+    case: AnyCase,
+    engine: str | None,
+    *,
+    overrides: Overrides = (),
+    tolerance: float | None = TOLERANCE,
+    precision: str = "float64",
+    device: str = "cpu",
+    workers: int | None = None,
+    progress: Shown = True,
+    counted: bool = True,
+    factors: Sequence[float] = (1.0,),
+) -> Iterator[Work]:
+    """Finds the case and its engine, and shows how far the block is.
+
+    Args:
+        case: The case that is meant.
+        engine: Name of the engine; None takes the one that the case has as a rule.
+        overrides: As in `run`.
+        tolerance: As in `run`.
+        precision: As in `run`.
+        device: As in `run`.
+        workers: As in `run`.
+        progress: As in `run`.
+        counted: Whether as many lanes will run as the case has.
+        factors: On the motion of the case: those at which it will run.
+
+    Raises:
+        InputError: Something cannot be used, before the block or in it.
+    """
+    with python_names():
+        found = any_case(case, overrides).judged
+        named = None if engine is None else EngineChoice(engine, named=True)
+        choice = named or choose_engine(found, factors)
+        with shown(progress, found.name, found.lane_count if counted else None) as report:
+            options = RunOptions(precision, device, workers, tolerance, report)
+            yield Work(found, choice, options)
+
+
+def listing_how(command: Command) -> Command:
+    """Gives a command whose last parameter is a `How` a signature that lists what is in it.
+
+    What the signature does not have is refused in its name.
+    """
+    defaults = inspect.signature(working).parameters
+    own = inspect.signature(command)
+    *first, last = own.parameters.values()
+    kind = typing.get_type_hints(command)[last.name]
+    names = typing.get_args(kind)[0].__annotations__
+    how = [each for name, each in defaults.items() if name in names]
+    whole = own.replace(parameters=[*first, *how])
+
+    @functools.wraps(command)
+    def listed(*args: Any, **kwargs: Any) -> Any:
+        try:
+            whole.bind(*args, **kwargs)
+        except TypeError as error:
+            raise TypeError(f"{command.__name__}() {error}") from None
+        return command(*args, **kwargs)
+
+    listed.__signature__ = whole  # type: ignore[attr-defined]
+    return cast("Command", listed)

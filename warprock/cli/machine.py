@@ -1,0 +1,53 @@
+"""The commands `doctor` and `bench`: this machine, and what steps cost on it."""
+
+from __future__ import annotations
+
+import click
+
+from warprock.cli.exits import EXIT_FAILED
+from warprock.cli.options import json_option, require_within, workers_option
+from warprock.cli.sweep import bench_sweep
+
+
+@click.command()
+@json_option
+@click.pass_context
+def doctor(ctx: click.Context, as_json: bool) -> None:
+    """Versions, cores, vector instructions, Warp devices, kernel cache, and what is missing."""
+    from warprock.measure.doctor import examine
+    from warprock.tables.machine import print_examination
+    from warprock.tables.terminal import print_json
+
+    found = examine()
+    print_json(found) if as_json else print_examination(found)
+    if found["missing"]:
+        ctx.exit(EXIT_FAILED)
+
+
+@click.group(invoke_without_command=True)
+@click.option("--seconds", default=2.0, show_default=True, help="Time a measurement takes, about.")
+@workers_option
+@json_option
+@click.pass_context
+def bench(ctx: click.Context, seconds: float, workers: int | None, as_json: bool) -> None:
+    """What every engine's steps and accuracy cost on this machine, beside peers where installed.
+
+    The extras [mujoco] and [bullet] install peers; each runs the same block in the same run.
+    """
+    if ctx.invoked_subcommand is not None:
+        return
+    from warprock.measure import peers
+    from warprock.measure.bench import run_bench
+    from warprock.run.devices import start_warp
+    from warprock.tables.machine import print_bench
+    from warprock.tables.terminal import print_json
+
+    require_within("--seconds", seconds, 0.0, 3600.0)
+    start_warp()
+    found = run_bench(seconds=seconds, workers=workers)
+    found["peers"] = peers.compare(found["accuracy"], seconds)
+    print_json(found) if as_json else print_bench(found)
+
+
+bench.add_command(bench_sweep)
+COMMANDS = (doctor, bench)

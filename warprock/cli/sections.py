@@ -1,0 +1,68 @@
+"""The commands by what a person wants, in the order in which `warprock --help` shows them."""
+
+from __future__ import annotations
+
+import click
+
+from warprock.cli.exits import ExitCodes
+
+SECTIONS: dict[str, dict[str, str]] = {
+    "Start": {
+        "list": "the shipped cases, the engines, programs of others",
+        "init": "write a case of your own: a body, a record, a sweep",
+        "explain": "what a case asks for, and which engine runs it",
+        "keys": "every key of a case file, with bounds and units",
+        "records": "strong-motion records: shipped ones, and files of your own",
+    },
+    "Run": {
+        "run": "every lane of a case, with an error estimate of each",
+        "report": "a page of the results in a folder",
+        "animate": "a moving picture of a lane",
+        "view": "a lane in a viewer",
+    },
+    "Compare": {
+        "compare": "engines and programs of others side by side on one case",
+        "check": "what the shipped cases expect, checked",
+        "reproduce": "the tables and figures of the benchmark paper",
+    },
+    "Analyse": {
+        "fragility": "fragility functions from the lanes of a run or a sweep",
+        "ida": "the factor on a motion at which each lane first falls",
+        "map": "which pulses overturn a block, with an impact or without",
+        "spectrum": "rocking spectra: peaks of blocks of many sizes",
+        "sensitivity": "which inputs explain the variance of a result",
+    },
+    "Sweep": {
+        "sweep": "millions of lanes in chunks: resumed, shared out, merged",
+    },
+    "Examine": {
+        "doctor": "this machine, and what is missing on it",
+        "bench": "what steps and accuracy cost on this machine",
+        "trade": "error and cost of every engine over its settings",
+        "stability": "where each engine may be trusted, at the extremes",
+        "completion": "make the shell complete commands, cases and keys",
+    },
+}
+"""Heading -> command -> what it does, in one line of a terminal of 80 columns."""
+
+_OTHER = "Other"
+
+
+class Main(ExitCodes):
+    """The group of all commands, whose help has sections."""
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Writes the commands that there are, section by section."""
+        left = set(self.list_commands(ctx))
+        for heading, texts in SECTIONS.items():
+            rows = [(name, text) for name, text in texts.items() if name in left]
+            left -= texts.keys()
+            _write(formatter, heading, rows)
+        found = ((name, self.get_command(ctx, name)) for name in sorted(left))
+        _write(formatter, _OTHER, [(n, c.get_short_help_str(64)) for n, c in found if c])
+
+
+def _write(formatter: click.HelpFormatter, heading: str, rows: list[tuple[str, str]]) -> None:
+    if rows:
+        with formatter.section(heading):
+            formatter.write_dl([(f"{name:<11}", text) for name, text in rows])
