@@ -23,15 +23,15 @@ from warprock.figures.fragility import draw_curves
 from warprock.figures.run import draw_run
 from warprock.run.case_run import run_case
 
-FOLDER = pathlib.Path(__file__).parent / "images"
+FOLDER = pathlib.Path(__file__).parent.parent / "images"
 NAMES = ("histories", "peaks", "fragility")
 WIDTH = 480
 TOLERANCE = 5.0
 """Root of the mean square difference of shades of grey, of 255, of pictures 480 pixels wide.
 
-Without antialiased letters, which is further from them than the renderer of another machine is, the
+Without antialiased letters, which is further off than what another machine's renderer does, the
 pictures differ by 2.8 to 4.2; with another scale across by 7.3 and more, without curves by 6.4 and
-more. A single thin curve that is missing (0.9 to 3.5) is not seen: the other tests look at those."""
+more. A single thin curve that is missing (0.9 to 3.5) is not seen: other tests look at those."""
 
 
 def drawings() -> dict[str, Drawing]:
