@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.figures.drawing import Drawing
-from warprock.figures.palette import BLUE, GREY, ORANGE, VERMILION
+from warprock.figures.palette import BLUE, GREY, PURPLE, VERMILION
 from warprock.figures.sheet import TIME_LABEL, headline, legend_below, style, subplots
 from warprock.paper.printed import BLOCKS, REFERENCE_DEGREES
 
@@ -19,7 +19,7 @@ STACK_STYLES: dict[str, dict[str, Any]] = {
     "two-block": {"color": GREY, "linewidth": 2.4, "linestyle": "-", "zorder": 2},
     "event": {"color": BLUE, "linewidth": 1.4, "linestyle": "-", "zorder": 3},
     "impulse": {"color": VERMILION, "linewidth": 1.0, "linestyle": (0, (4, 2)), "zorder": 4},
-    "dem": {"color": ORANGE, "linewidth": 1.0, "linestyle": (0, (6, 1.5, 1.5, 1.5)), "zorder": 5},
+    "dem": {"color": PURPLE, "linewidth": 1.0, "linestyle": (0, (6, 1.5, 1.5, 1.5)), "zorder": 5},
 }
 STACK_NAMES = {
     "two-block": "two-block: analytical, acceleration drive, equal depths",
