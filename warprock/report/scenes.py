@@ -169,12 +169,12 @@ def _block(history: pd.DataFrame, row: pd.Series[Any], number: str) -> dict[str,
         "r": _column(history, f"rotation{number}_rad"),
     }
     found |= {axis: _column(history, f"{axis}{number}_m") for axis in "xyz"}
-    if f"x{number}_m" not in history:
-        # A history without positions: of a block that does not slide, about its edges.
-        half, angle = 0.5 * found["w"], found["r"]
-        pivot = np.sign(angle) * half
-        found["x"] = pivot - pivot * np.cos(angle) + 0.5 * found["h"] * np.sin(angle)
-        found["z"] = half * np.sin(np.abs(angle)) + 0.5 * found["h"] * np.cos(angle)
+    # Places are seen from the base; the page shows the ground.
+    for axis in "xyz":
+        found[axis] = found[axis] + _column(history, f"base_{axis}_m")
+    attitude = [f"attitude_{part}{number}" for part in "xyzw"]
+    if set(attitude) <= set(map(str, history)):
+        found["q"] = [_column(history, name) for name in attitude]
     return found
 
 
