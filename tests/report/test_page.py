@@ -140,3 +140,23 @@ def test_it_prints(opened: Browser):
     assert content[:5] == b"%PDF-"
     pages = content.count(b"/Type /Page\n") + content.count(b"/Type /Page ")
     assert 1 <= pages <= 6
+
+
+def test_a_page_written_again_keeps_its_drawings_and_its_lanes(page: pathlib.Path):
+    before = page.read_text(encoding="utf-8")
+    result = CliRunner().invoke(main, ["report", str(page.parent)])
+    assert result.exit_code == 0, result.output
+    after = page.read_text(encoding="utf-8")
+    assert after.count("data:image/svg+xml") == before.count("data:image/svg+xml") > 0
+    marks = ('class="scenes"', "</script>")
+    scenes = [text.partition(marks[0])[2].partition(marks[1])[0] for text in (before, after)]
+    assert scenes[0] == scenes[1] != ""
+
+
+def test_a_folder_without_results_is_refused(tmp_path: pathlib.Path):
+    for folder in (tmp_path, tmp_path / "none"):
+        result = CliRunner().invoke(main, ["report", str(folder)])
+        assert result.exit_code == 2
+        assert "DIR" in result.stderr
+        assert result.stderr.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
