@@ -155,15 +155,43 @@ def _paper_columns(rows: Sequence[Row], measure: str, form: str) -> dict[str, _C
             _value(rows, key, f"paper-{name}", "as printed", measure), form
         )
 
-    return {f"paper\n{title}": column(name) for name, title in PAPER_NAMES.items()}
+    headings = {
+        name: title.replace("analytical", "analy-\ntical") for name, title in PAPER_NAMES.items()
+    }
+    return {f"paper\n{heading}": column(name) for name, heading in headings.items()}
 
 
 def _print_peaks(out: Console, rows: Sequence[Row]) -> None:
     """Table 6: for each reading our columns, and the paper's beside them."""
     title = "Table 6: peak rotation / slenderness angle under one cycle of sine"
-    columns = _peak_columns(rows, OURS) | _paper_columns(rows, "peak_rotation_ratio", ".3f")
-    _print_inputs(out, title, rows, columns)
+    ours = _peak_columns(rows, ("housner", "event", "impulse", "oracle"))
+    _print_inputs(out, title, rows, ours | _paper_columns(rows, "peak_rotation_ratio", ".3f"))
     _print_readings(out)
+    _print_trust(out, rows)
+
+
+def _print_trust(out: Console, rows: Sequence[Row]) -> None:
+    """Which column of ours to trust, reading by reading, and how far the others are from it."""
+    found = [row for row in rows if row["source"] == "event"]
+    for reading in dict.fromkeys(row["reading"] for row in found):
+        mine = [row for row in found if row["reading"] == reading]
+        exact = all(row["holds"] for row in mine)
+        trusted, other = ("housner", "event") if exact else ("event", "housner")
+        off = max(
+            abs(
+                _value(rows, key, other, reading, RATIO)
+                / _value(rows, key, trusted, reading, RATIO)
+                - 1
+            )
+            for key in ((row["frequency_hz"], row["amplitude_mm"]) for row in mine)
+        )
+        why = "no block slides" if exact else "blocks slide, which housner leaves out"
+        text = f"  trust {trusted} for {reading}: {why}; {other} is within {100.0 * off:.2g} %"
+        out.print(text, markup=False, highlight=False)
+    out.print()
+
+
+RATIO = "peak_rotation_ratio"
 
 
 def _print_sine_peaks(out: Console, rows: Sequence[Row]) -> None:
@@ -172,7 +200,7 @@ def _print_sine_peaks(out: Console, rows: Sequence[Row]) -> None:
     def test(key: Input) -> list[float]:
         return [
             _value(rows, key, "inferred-experiment", reading, "peak_rotation_ratio")
-            for reading in ("slip", "displacement")
+            for reading in ("double-size", "displacement")
         ]
 
     def error(source: str) -> _Column:

@@ -12,7 +12,7 @@ from warprock.analysis.overturning import Mode, OverturningMap
 from warprock.run.lane_table import lane_table
 from warprock.run.provenance import provenance
 from warprock.tables.report import Report
-from warprock.tables.terminal import plain_table, print_table, stdout
+from warprock.tables.terminal import plain_table, print_table, say, stdout
 
 COLUMNS_SHOWN = 12
 """Frequencies of a group whose boundaries are printed."""
@@ -94,6 +94,11 @@ def print_map(found: OverturningMap, console: Console | None = None) -> None:
         for column in np.unique(np.linspace(0, last, min(COLUMNS_SHOWN, last + 1)).astype(int)):
             table.add_row(f"{ratios[column]:.4g}", column_text(found, number, int(column)))
         print_table(out, table)
+        if last + 1 > COLUMNS_SHOWN:
+            say(
+                out,
+                f"  {COLUMNS_SHOWN} of {last + 1} frequencies; all are in boundaries.csv of -o DIR",
+            )
     counts = ", ".join(f"{count:,} {mode}" for mode, count in facts["modes"].items() if count)
     out.print(f"grid of {facts['grid_lanes']:,} lanes: {counts}", highlight=False)
     out.print(
