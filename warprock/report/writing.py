@@ -18,6 +18,7 @@ from warprock.report.analysis_chapters import (
     study_chapter,
 )
 from warprock.report.content import Chapter, Page
+from warprock.report.earlier import earlier_scenes
 from warprock.report.folder import Drawn, ResultFolder
 from warprock.report.measured_chapters import (
     stability_chapter,
@@ -112,7 +113,9 @@ def write_report(
     if not folder.is_dir():
         raise InputError("DIR", "", str(folder), "must be a folder of results")
     found = ResultFolder(folder, drawings)
-    if scenes is not None:
+    if scenes is None and found.has(PROVENANCE):
+        scenes = earlier_scenes(folder, found.digest(PROVENANCE))
+    elif scenes is not None:
         scenes = {**scenes, "digest": found.digest(PROVENANCE)}
     chapters = [] if first is None else list(first(found))
     chapters += [make(found, scenes) for make in _makers(found)]
