@@ -307,6 +307,4 @@ def run_sentence(run: CaseRun) -> str:
     lane = int(np.nanargmax(stands))
     where = f", in lane {run.lane_set.first + lane}" if response.lane_count > 1 else ""
     standing = "of those that stood " if "overturned" in counts or "slid_off" in counts else ""
-    return (
-        f"{said}; the largest peak {standing}is {stands[lane]:.3g} of the slenderness angle{where}."
-    )
+    return f"{said}; the largest peak {standing}is {measured(float(stands[lane]))} of the slenderness angle{where}."
