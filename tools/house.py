@@ -56,7 +56,8 @@ ROOMS = (
     _room(
         "model",
         """the arrays that rooms hand one another (lanes, ground motions, scene, response), and
-        closed forms: rocking, stacking, pose, Painleve's limit, undecided lanes""",
+        closed forms: rocking, stacking, pose, the path of a base, Painleve's limit, undecided
+        lanes""",
         "errors units",
         "numpy",
     ),
@@ -150,14 +151,14 @@ ROOMS = (
     _room(
         "paper",
         "all that serves only the seed paper: its printed numbers, ours beside them, its conflicts",
-        f"{_BASE} case engines run analysis compare oracle tables figures",
+        f"{_BASE} case engines run report analysis compare oracle tables figures",
         "numpy pandas rich",
     ),
     _room(
         "api",
         """`import warprock`: cases from objects, dicts and tables; the commands as functions; what
         they find as an object with tables, figures and files""",
-        f"{_BASE} case run sweep analysis compare tables figures report",
+        f"{_BASE} records case run sweep analysis compare tables figures report",
         "numpy pandas",
     ),
     _room(

@@ -10,7 +10,8 @@ from warprock.kernels.dem.stack_lanes import observe_faces
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
 from warprock.kernels.shape.space import Block, matrix_of, turn_freely, turns_of
 
-Attitude = wp.types.vector(length=4, dtype=real)
+Pose = wp.types.vector(length=7, dtype=real)
+"""Attitude, and centre of mass [m]."""
 
 
 @wp.struct
@@ -185,11 +186,12 @@ def begin_step(
 
 
 @wp.func
-def attitude_before(
-    block: Block, qx: real, qy: real, qz: real, qw: real, lx: real, ly: real, lz: real, past: real
-) -> Attitude:
-    """Attitude of a block some time ago [s]."""
-    x, y, z, w = turn_freely(
+def pose_before(
+    block: Block, past: real, qx: real, qy: real, qz: real, qw: real, lx: real, ly: real, lz: real,
+    x: real, y: real, z: real, vx: real, vy: real, vz: real,
+) -> Pose:  # fmt: skip
+    """Attitude and centre of mass of a block some time ago [s]."""
+    ex, ey, ez, ew = turn_freely(
         qx, qy, qz, qw, lx, ly, lz, block.inverse_x, block.inverse_y, block.inverse_z, -past
     )
-    return Attitude(x, y, z, w)
+    return Pose(ex, ey, ez, ew, x - past * vx, y - past * vy, z - past * vz)

@@ -18,13 +18,13 @@ from warprock.kernels.dem.space_stack import integrate, load_blocks, solve_pair
 from warprock.kernels.dem.space_stack_meet import Link, Moving, find_contacts
 from warprock.kernels.dem.space_stack_rows import (
     Lane,
-    attitude_before,
     begin_step,
     gather,
     keep_link,
     move_base,
     observe_block,
     observe_interface,
+    pose_before,
     start_block,
     start_lane,
 )
@@ -69,8 +69,8 @@ def run_lanes(
     o, area, mu, wide, deep, cx, cy, p1, p2, p3 = R(), R(), R(), R(), R(), R(), R(), R(), R(), R()
     d1, d2, d3, a1, a2, a3, b1, b2, b3, v1 = R(), R(), R(), R(), R(), R(), R(), R(), R(), R()
     v2, v3, j1, j2, j3, k1, k2, k3, dt = R(), R(), R(), R(), R(), R(), R(), R(), R()
-    span, loss, spent, stored, at_start, lifted = R(), R(), R(), R(), R(), R()
-    moved, deepest, live, impacts, mode, steps = R(), R(), Count(), Count(), Count(), Count()
+    span, loss, spent, stored, at_start, lifted, moved = R(), R(), R(), R(), R(), R(), R()
+    deepest, live, impacts, mode, steps = R(), Count(), Count(), Count(), Count()
     # Variables, not constants: else Warp would unroll the loops over them.
     bodies, pairs, first, moves = int(BLOCKS + 1), int(PAIRS), wp.tid() * LANES, int(0)
     for i in range(LANES):
@@ -149,11 +149,14 @@ def run_lanes(
         if found.attitudes.shape[0] > 0:
             for k in range(1, bodies):
                 for i in range(LANES):
-                    was = attitude_before(blocks[k, first + i], qx[k, i], qy[k, i], qz[k, i],
-                        qw[k, i], lx[k, i], ly[k, i], lz[k, i],
-                        time_past(until, steps[i], dt[i], mode[i]))  # fmt: skip
+                    was = pose_before(blocks[k, first + i],
+                        time_past(until, steps[i], dt[i], mode[i]), qx[k, i], qy[k, i], qz[k, i],
+                        qw[k, i], lx[k, i], ly[k, i], lz[k, i], x[k, i], y[k, i], z[k, i], vx[k, i],
+                        vy[k, i], vz[k, i])  # fmt: skip
                     for c in range(4):
                         found.attitudes[sample, k, c, first + i] = was[c]
+                    for c in range(4, wp.where(found.places.shape[0] > 0, 7, 4)):
+                        found.places[sample, k, c - 4, first + i] = was[c]
     for i in range(LANES):
         lost = spent[i] - (stored[i] - at_start[i])
         found.results[first + i] = Result(lifted[i], moved[i], lost, deepest[i], impacts[i],

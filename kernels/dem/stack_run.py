@@ -220,11 +220,9 @@ def run_lanes(
                 lane = motions[first + i]
                 place = sample_index(lane, sample_segment(lane, mid))
                 v = base_velocity(lane, mid, pool[2, place], pool[0, place], pool[1, place])
-                begin_step(
-                    v, live[i] == 1, steps[i], dt[i], dv[i], base[i], span[i], stored[i],
+                begin_step(v, live[i] == 1, steps[i], dt[i], dv[i], base[i], span[i], stored[i],
                     at_start[i], loss[i], spent[i], given[i], jolt[i], supplied[i], taken[i],
-                    returned[i],
-                )  # fmt: skip
+                    returned[i])  # fmt: skip
             for k in range(1, bodies):
                 low, row = k - 1, (k - 1) * 2 * pairs
                 for i in range(LANES):
@@ -247,17 +245,13 @@ def run_lanes(
                             n[i], nq[i], t[i], tq[i], e[i], held[i],
                         )  # fmt: skip
                 for i in range(LANES):
-                    load_blocks(
-                        depth[k, i], ps[i], pc[i], rs[i], rc[i], side[i], de[i], dn[i], half[i],
-                        pe[i], pn[i], n[i], nq[i], t[i], tq[i], e[i], fx[k, i], fz[k, i],
+                    load_blocks(depth[k, i], ps[i], pc[i], rs[i], rc[i], side[i], de[i], dn[i],
+                        half[i], pe[i], pn[i], n[i], nq[i], t[i], tq[i], e[i], fx[k, i], fz[k, i],
                         moment[k, i], fx[low, i], fz[low, i], moment[low, i], live[i] == 1,
-                        stored[i],
-                    )  # fmt: skip
-                    observe_interface(
-                        live[i] == 1, real(steps[i] - 1) * dt[i], knobs.gravity, dt[i], overlap[i],
-                        tilt[i], half[i], vt[i], held[i], since[k, i], uplift_time[i], moved[i],
-                        deepest[i], impacts[i], mode[i],
-                    )  # fmt: skip
+                        stored[i])  # fmt: skip
+                    observe_interface(live[i] == 1, real(steps[i] - 1) * dt[i], knobs.gravity,
+                        dt[i], overlap[i], tilt[i], half[i], vt[i], held[i], since[k, i],
+                        uplift_time[i], moved[i], deepest[i], impacts[i], mode[i])  # fmt: skip
             for k in range(1, bodies):
                 for i in range(LANES):
                     integrate(
@@ -265,16 +259,20 @@ def run_lanes(
                         fz[k, i], moment[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
                         vx[k, i], vz[k, i], omega[k, i], loss[i], given[i],
                     )  # fmt: skip
-                    observe_block(
-                        live[i] == 1, real(steps[i]) * dt[i], theta[k, i],
+                    observe_block(live[i] == 1, real(steps[i]) * dt[i], theta[k, i],
                         vx[k, i] + vz[k, i] + omega[k, i], slid[k, i] - offset[k, i], peak[k, i],
-                        peak_time[k, i], slide[k, i], peak_slide[k, i], mode[i],
-                    )  # fmt: skip
+                        peak_time[k, i], slide[k, i], peak_slide[k, i], mode[i])  # fmt: skip
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):
                 for i in range(LANES):
                     past = time_past(until, steps[i], dt[i], mode[i])
                     found.rotations[sample, k - 1, first + i] = theta[k, i] - past * omega[k, i]
+        if found.places.shape[0] > 0:
+            for i in range(LANES):
+                past = time_past(until, steps[i], dt[i], mode[i])
+                for k in range(1, bodies):
+                    found.places[sample, k - 1, 0, first + i] = x[k, i] - past * vx[k, i]
+                    found.places[sample, k - 1, 1, first + i] = z[k, i] - past * vz[k, i]
     for i in range(LANES):
         lost = spent[i] - (stored[i] - at_start[i])
         book(dv[i], given[i], lost, jolt[i], supplied[i], taken[i], returned[i])

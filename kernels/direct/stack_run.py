@@ -25,7 +25,7 @@ from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_
 from warprock.kernels.parting import slack, slides, watch
 from warprock.kernels.shape.interface import GROUND_FACE, place_on
 from warprock.kernels.shape.stack import Counts, Rows, Three, Triples, Values, matrix_of, three_of
-from warprock.kernels.shape.stack_found import BlockResult, Found, Result
+from warprock.kernels.shape.stack_found import BlockResult, Found, Result, at_sample
 from warprock.kernels.shape.stack_run import Block, Stack, gap_of_end
 
 wp.set_module_options(LOOPS_STAY)
@@ -354,6 +354,11 @@ def run_lanes(
             for k in range(BLOCKS):
                 rate = state.velocity[3 * k + 2]
                 found.rotations[sample, k, lane] = state.theta[k] - past * rate
+        if found.places.shape[0] > 0:
+            for k in range(BLOCKS):
+                vx, vz = state.velocity[3 * k], state.velocity[3 * k + 1]
+                found.places[sample, k, 0, lane] = at_sample(mode, time - until, pose.x[k], vx)
+                found.places[sample, k, 1, lane] = at_sample(mode, time - until, pose.z[k], vz)
     found.results[lane] = Result(
         uplift_time, moved, loss, jolt, supplied, returned, deepest, impacts, mode, count
     )

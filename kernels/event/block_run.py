@@ -9,7 +9,7 @@ With one lane a thread the same text is the plain form.
 import warp as wp
 
 from warprock.kernels.event.block import Knobs, step
-from warprock.kernels.event.block_contact import Block
+from warprock.kernels.event.block_contact import Block, lower_corner
 from warprock.kernels.modes import FLAT, OVERTURNED, PIVOTING, STALLED
 from warprock.kernels.motion import Motion, sample_index
 
@@ -69,6 +69,37 @@ def rotation_at(
     return wp.where(until < time, inside, theta)
 
 
+@wp.func
+def place_at(
+    block: Block, part: real, tau: real, d: real, at: real, slide: real, gap: real,
+    theta0: real, slide0: real, gap0: real, vx0: real, vz0: real, omega0: real,
+):  # fmt: skip
+    """Centre of mass inside the last step [m], from the slide and the gap of the lower corner.
+
+    Args:
+        block: The block.
+        part: Part of the step that has passed.
+        tau: Time since it began [s].
+        d: Its length [s].
+        at: Rotation at that time [rad].
+        slide, gap: Of the lower corner at the end of the step [m].
+        theta0: State at its start; so all up to omega0.
+
+    Returns:
+        x and z.
+    """
+    side0 = sign_of(wp.where(theta0 != real(0.0), theta0, omega0))
+    x0, z0 = lower_corner(block, sine(side0 * theta0), cosine(theta0))
+    glide = vx0 + omega0 * z0
+    rise = vz0 - side0 * omega0 * x0
+    bend = part * part
+    slid = slide0 + tau * glide + bend * (slide - slide0 - d * glide)
+    high = gap0 + tau * rise + bend * (gap - gap0 - d * rise)
+    side = sign_of(at)
+    x1, z1 = lower_corner(block, sine(side * at), cosine(at))
+    return slid + side * (block.half_width - x1), high - z1
+
+
 @wp.struct
 class BlockResult:
     """What the run of one block leaves behind."""
@@ -99,6 +130,7 @@ class Found:
     results: wp.array(dtype=Result)
     blocks: wp.array2d(dtype=BlockResult)
     rotations: wp.array3d(dtype=real)
+    places: wp.array4d(dtype=real)
 
 
 Lane = wp.types.vector(length=LANES, dtype=real)
@@ -121,8 +153,10 @@ def run_lanes(
     results = found.results
     leaves = found.blocks
     rotations = found.rotations
+    places = found.places
     theta, slide, gap, vx, vz, omega, slip = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     time, base, cap, begun, theta0, omega0 = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    slide0, gap0, vx0, vz0 = Lane(), Lane(), Lane(), Lane()
     peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
     uplift_time, rest_time, loss = Lane(), Lane(), Lane()
     segment, mode, impacts, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
@@ -139,6 +173,15 @@ def run_lanes(
         until = sample_times[sample]
         busy = int(1)
         while busy > 0:
+            # In a loop of its own, so that runs without places do without it. A trial that is not
+            # taken changes nothing, and the next one starts with the same.
+            if places.shape[0] > 0:
+                for i in range(LANES):
+                    goes = mode[i] < OVERTURNED and time[i] < until
+                    slide0[i] = wp.where(goes, slide[i], slide0[i])
+                    gap0[i] = wp.where(goes, gap[i], gap0[i])
+                    vx0[i] = wp.where(goes, vx[i], vx0[i])
+                    vz0[i] = wp.where(goes, vz[i], vz0[i])
             for i in range(LANES):
                 m = motions[first + i]
                 place = sample_index(m, segment[i])
@@ -187,6 +230,19 @@ def run_lanes(
                 rotations[sample, 0, first + i] = rotation_at(
                     until, time[i], theta[i], begun[i], theta0[i], omega0[i]
                 )
+        if places.shape[0] > 0:
+            for i in range(LANES):
+                inside = until < time[i]
+                d = time[i] - begun[i]
+                tau = wp.where(inside, until - begun[i], d)
+                part = wp.where(inside and d > real(0.0), tau / d, real(1.0))
+                at = rotation_at(until, time[i], theta[i], begun[i], theta0[i], omega0[i])
+                spot, level = place_at(
+                    blocks[first + i], part, tau, d, at, slide[i], gap[i], theta0[i], slide0[i],
+                    gap0[i], vx0[i], vz0[i], omega0[i],
+                )  # fmt: skip
+                places[sample, 0, 0, first + i] = spot
+                places[sample, 0, 1, first + i] = level
     for i in range(LANES):
         results[first + i] = Result(
             uplift_time[i], rest_time[i], loss[i], deepest[i], impacts[i], mode[i], steps[i]

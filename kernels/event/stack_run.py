@@ -80,6 +80,7 @@ class Found:
     results: wp.array(dtype=Result)
     blocks: wp.array2d(dtype=BlockResult)
     rotations: wp.array3d(dtype=real)
+    places: wp.array4d(dtype=real)
 
 
 @wp.struct
@@ -145,17 +146,30 @@ def observe(blocks: Blocks, before: Seen, offset: Values, s0: State, s: State) -
 
 
 @wp.func
-def rotation_at(until: real, s0: State, s: State, k: int) -> real:
-    """Rotation of a block inside the last step, from one state to the next."""
-    theta = s.pose.theta[k]
+def centres(blocks: Blocks, pose: Pose):
+    """Centres x and z of all blocks [m]."""
+    x, z = Values(), Values()
+    at, up, s, c, height = real(0.0), real(0.0), real(0.0), real(1.0), real(0.0)
+    for k in range(BLOCKS):
+        reach = height + pose.above[k]
+        at = at + pose.along[k] * c + reach * s + blocks.half_height[k] * pose.sine[k]
+        up = up + reach * c - pose.along[k] * s + blocks.half_height[k] * pose.cosine[k]
+        s, c, height = pose.sine[k], pose.cosine[k], blocks.half_height[k]
+        x[k] = at
+        z[k] = up
+    return x, z
+
+
+@wp.func
+def between_steps(until: real, s0: State, s: State, first: real, rate: real, last: real) -> real:
+    """A coordinate inside the last step, from its first to its last value."""
+    value = last
     if until < s.time:
         d = s.time - s0.time
         tau = until - s0.time
         part = tau / d
-        line = s0.pose.theta[k] + s0.velocity[3 * k + 2] * tau
-        whole = s0.pose.theta[k] + s0.velocity[3 * k + 2] * d
-        theta = line + part * part * (theta - whole)
-    return theta
+        value = first + rate * tau + part * part * (last - (first + rate * d))
+    return value
 
 
 @wp.kernel
@@ -205,7 +219,16 @@ def run_lanes(
                 s.mode = STALLED
         if found.rotations.shape[0] > 0:
             for k in range(BLOCKS):
-                found.rotations[sample, k, lane] = rotation_at(until, s0, s, k)
+                found.rotations[sample, k, lane] = between_steps(
+                    until, s0, s, s0.pose.theta[k], s0.velocity[3 * k + 2], s.pose.theta[k]
+                )
+        if found.places.shape[0] > 0:
+            x0, z0 = centres(pile, s0.pose)
+            x1, z1 = centres(pile, s.pose)
+            for k in range(BLOCKS):
+                vx, vz = s0.velocity[3 * k], s0.velocity[3 * k + 1]
+                found.places[sample, k, 0, lane] = between_steps(until, s0, s, x0[k], vx, x1[k])
+                found.places[sample, k, 1, lane] = between_steps(until, s0, s, z0[k], vz, z1[k])
     result = Result()
     result.uplift_time = seen.uplift_time
     result.rest_time = seen.rest_time

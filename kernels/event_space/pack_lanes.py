@@ -21,8 +21,8 @@ TIME, TIME0, CAP, LOST, DEEPEST, UNTIL, UPLIFT, REST = 41, 42, 43, 44, 45, 46, 4
 PEAK, PEAK_TIME, ACROSS, TILT, YAW, SLIDE_X, SLIDE_Y, SLIDE = 49, 50, 51, 52, 53, 54, 55, 56
 LONGEST, REST_GAP, WIDTH, DEPTH, HEIGHT, CENTRE_X, CENTRE_Y = 57, 58, 59, 60, 61, 62, 63
 INVERSE, FRICTION, FLAT_X, FLAT_Y, FLAT_C, FLAT_S, QZ, QW = 64, 67, 68, 69, 70, 71, 72, 73
-OVER, INERTIA = 74, 75
-ROWS = 78
+OVER, INERTIA, X0, V0 = 74, 75, 78, 81
+ROWS = 84
 """Rows of real numbers, the first of several where they are a vector: of the state and, ending in
 0, of the one before the last step; of the hinge; of what is seen; of limits and block. UNTIL is the
 time of the next sample."""
@@ -141,7 +141,9 @@ def keep(s: State, m: wp.ref[Numbers], k: wp.ref[Marks], i: int):
 def before_of(m: wp.ref[Numbers], k: wp.ref[Marks], i: int) -> State:
     """What is kept of the state before the last step that was taken."""
     s = State()
+    s.x = three(m, X0, i)
     s.q = four(m, Q0, i)
+    s.v = three(m, V0, i)
     s.w = three(m, W0, i)
     s.time = at(m[TIME0, i])
     s.stance = mark(k[STANCE0, i])
@@ -151,7 +153,9 @@ def before_of(m: wp.ref[Numbers], k: wp.ref[Marks], i: int) -> State:
 @wp.func(inline=True)
 def keep_before(s: State, ok: bool, m: wp.ref[Numbers], k: wp.ref[Marks], i: int):
     """Keeps that, where `ok` says so."""
+    put_three(m, X0, i, ok, s.x)
     put_four(m, Q0, i, ok, s.q)
+    put_three(m, V0, i, ok, s.v)
     put_three(m, W0, i, ok, s.w)
     put(m, TIME0, i, ok, s.time)
     put_mark(k, STANCE0, i, ok, s.stance)

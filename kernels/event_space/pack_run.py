@@ -66,6 +66,7 @@ from warprock.kernels.event_space.space_run import (
     observe,
     observe_start,
     peaks_at,
+    place_at,
     start,
     turning,
 )
@@ -277,6 +278,10 @@ def run_lanes(
                     q = attitude_within(blocks[0, lane], sample_times[sample], s0, s)
                     for part in range(4):
                         found.attitudes[sample, 0, part, lane] = q[part]
+                    if found.places.shape[0] > 0:
+                        x = place_at(sample_times[sample], s0, s)
+                        for part in range(3):
+                            found.places[sample, 0, part, lane] = x[part]
                     sample += 1
                 k[SAMPLE, i] = sample
                 if ended:

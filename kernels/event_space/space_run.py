@@ -77,6 +77,18 @@ def attitude_at(block: Block, until: real, s0: State, s: State) -> Four:
 
 
 @wp.func
+def place_at(until: real, s0: State, s: State) -> Three:
+    """Centre of mass at a time inside the last step [m], from one state to the next."""
+    d = s.time - s0.time
+    x = s.x
+    if until < s.time and d > real(0.0):
+        tau = until - s0.time
+        part = tau / d
+        x = s0.x + tau * s0.v + part * part * (s.x - s0.x - d * s0.v)
+    return x
+
+
+@wp.func
 def peaks_at(block: Block, before: BlockResult, q: Four, time: real) -> BlockResult:
     """The largest turns so far, with those of an attitude."""
     leaf = before
@@ -200,5 +212,9 @@ def run_lanes(
             q = attitude_at(block, until, s0, s)
             for part in range(4):
                 found.attitudes[sample, 0, part, lane] = q[part]
+        if found.places.shape[0] > 0:
+            x = place_at(until, s0, s)
+            for part in range(3):
+                found.places[sample, 0, part, lane] = x[part]
     found.results[lane] = lane_result(block, steps, s, seen)
     found.blocks[0, lane] = block_result(s, seen)

@@ -73,6 +73,18 @@ def attitude_at(own: Own, k: int, until: real, s0: State, s: State) -> Attitude:
 
 
 @wp.func
+def place_at(k: int, until: real, s0: State, s: State) -> Vector:
+    """Centre of mass of a block at a time inside the last step [m], from one state to the next."""
+    d = s.time - s0.time
+    x = s.x[k]
+    if until < s.time and d > real(0.0) and not s.still:
+        tau = until - s0.time
+        part = tau / d
+        x = s0.x[k] + tau * s0.v[k] + (part * part) * (s.x[k] - s0.x[k] - d * s0.v[k])
+    return x
+
+
+@wp.func
 def observe(own: Own, before: Peaks, s: State) -> Peaks:
     """The peaks so far, with those of a state."""
     n = before
@@ -154,6 +166,11 @@ def run_lanes(
                 q = attitude_at(own, k, until, s0, s)
                 for part in range(4):
                     found.attitudes[sample, k - 1, part, lane] = q[part]
+        if found.places.shape[0] > 0:
+            for k in range(1, bodies):
+                x = place_at(k, until, s0, s)
+                for part in range(3):
+                    found.places[sample, k - 1, part, lane] = x[part]
     found.results[lane] = Result(
         uplift_time, rest_time, s.lost, s.deepest, s.impacts, s.mode, steps
     )

@@ -13,7 +13,7 @@ from warprock.kernels.modes import RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.parting import watch
 from warprock.kernels.shape.block import glides, height_of, limit_of, observe, slide_of
-from warprock.kernels.shape.stack_found import BlockResult, Found, Result
+from warprock.kernels.shape.stack_found import BlockResult, Found, Result, at_sample
 
 
 @wp.func
@@ -43,6 +43,7 @@ def run_lanes(
     results = found.results
     leaves = found.blocks
     rotations = found.rotations
+    places = found.places
     x, z, theta, vx, vz, omega = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     n1, f1, n2, f2, loss, base = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     given, jolt, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
@@ -114,11 +115,14 @@ def run_lanes(
                 deepest[i] = wp.where(live, larger(-gap, deepest[i]), deepest[i])
                 steps[i] = steps[i] + wp.where(live, 1, 0)
                 mode[i] = wp.where(live, mo, mode[i])
+        past = time - until
         if rotations.shape[0] > 0:
-            back = time - until
             for i in range(LANES):
-                at = theta[i] - wp.where(mode[i] == RUNNING, back * omega[i], real(0.0))
-                rotations[sample, 0, first + i] = at
+                rotations[sample, 0, first + i] = at_sample(mode[i], past, theta[i], omega[i])
+        if places.shape[0] > 0:
+            for i in range(LANES):
+                places[sample, 0, 0, first + i] = at_sample(mode[i], past, x[i], vx[i])
+                places[sample, 0, 1, first + i] = at_sample(mode[i], past, z[i], vz[i])
     for i in range(LANES):
         results[first + i] = Result(
             uplift_time[i], moved[i], loss[i], jolt[i], supplied[i], returned[i], deepest[i],

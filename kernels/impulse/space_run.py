@@ -287,17 +287,17 @@ def run_lanes(
                     slide_x[i], slide_y[i], peak[i], peak_time[i], peak_across[i], peak_tilt[i],
                     peak_yaw[i], peak_slide[i])  # fmt: skip
         for i in range(wp.where(found.attitudes.shape[0] > 0, LANES, 0)):
-            q = attitude_to_store(
-                mode[i] == RUNNING, sample_times[sample] - time, qx[i], qy[i], qz[i], qw[i], lx[i],
-                ly[i], lz[i], ix[i], iy[i], iz[i],
-            )  # fmt: skip
+            q = attitude_to_store(mode[i] == RUNNING, sample_times[sample] - time, qx[i], qy[i],
+                qz[i], qw[i], lx[i], ly[i], lz[i], ix[i], iy[i], iz[i])  # fmt: skip
             for d in range(4):
                 found.attitudes[sample, 0, d, first + i] = q[d]
+        for i in range(wp.where(found.places.shape[0] > 0, LANES, 0)):
+            past = wp.where(mode[i] == RUNNING, time - sample_times[sample], zero)
+            found.places[sample, 0, 0, first + i] = x[i] - past * vx[i]
+            found.places[sample, 0, 1, first + i] = y[i] - past * vy[i]
+            found.places[sample, 0, 2, first + i] = z[i] - past * vz[i]
     for i in range(LANES):
-        found.results[first + i] = Result(
-            uplift_time[i], moved[i], loss[i], deepest[i], impacts[i], mode[i], steps[i]
-        )
-        found.blocks[0, first + i] = BlockResult(
-            qz[i], qw[i], slide_x[i], slide_y[i], peak[i], peak_time[i], peak_across[i],
-            peak_tilt[i], peak_yaw[i], peak_slide[i],
-        )  # fmt: skip
+        found.results[first + i] = Result(uplift_time[i], moved[i], loss[i], deepest[i], impacts[i],
+            mode[i], steps[i])  # fmt: skip
+        found.blocks[0, first + i] = BlockResult(qz[i], qw[i], slide_x[i], slide_y[i], peak[i],
+            peak_time[i], peak_across[i], peak_tilt[i], peak_yaw[i], peak_slide[i])  # fmt: skip

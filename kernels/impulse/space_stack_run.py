@@ -235,20 +235,16 @@ def run_lanes(
                 lifted, landed = lifted | wide, landed | lands
                 deepest, shift = larger(deepest, deep), shift + push * axes[3 * k - 1]
                 lift[k] = shift
-            p, u, o = solve(
-                wp.where(count > 0, knobs.sweeps, SETTLING), total, knobs.rate, mu, light, axes,
-                ease, body, gap, ru, rl, p, u, o,
-            )  # fmt: skip
+            p, u, o = solve(wp.where(count > 0, knobs.sweeps, SETTLING), total, knobs.rate, mu,
+                light, axes, ease, body, gap, ru, rl, p, u, o)  # fmt: skip
             kept = Kept()
             for i in range(total):
                 kept[key[i]] = p[i]
             for k in range(1, bodies):
                 block = blocks[k - 1, lane]
                 r, down = frame(attitude[k]), wp.transpose(frame(attitude[k - 1]))
-                place, speed, turns, q, took = integrate(
-                    count == 0, block, knobs, dv, at[k], v[k], spin[k], attitude[k], r, u[k], o[k],
-                    lift[k],
-                )  # fmt: skip
+                place, speed, turns, q, took = integrate(count == 0, block, knobs, dv, at[k], v[k],
+                    spin[k], attitude[k], r, u[k], o[k], lift[k])  # fmt: skip
                 at[k] = place
                 v[k] = speed
                 spin[k] = turns
@@ -268,6 +264,10 @@ def run_lanes(
                 q = attitude_to_store(blocks[k - 1, lane], attitude[k], spin[k], past)
                 for i in range(4):
                     found.attitudes[sample, k - 1, i, lane] = q[i]
+                if found.places.shape[0] > 0:
+                    spot = at[k] + past * v[k]
+                    for i in range(3):
+                        found.places[sample, k - 1, i, lane] = spot[i]
     found.results[lane] = Result(uplift_time, moved, loss, deepest, impacts, mode, steps)
     for k in range(1, bodies):
         w = seen[k]

@@ -23,14 +23,13 @@ from warprock.kernels.impulse.stack import (
 )
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.shape.stack_found import BlockResult, Found, Result
+from warprock.kernels.shape.stack_found import BlockResult, Found, Result, at_sample
 from warprock.kernels.shape.stack_run import (
     Block,
     Stack,
     begin_step,
     observe,
     part_kept,
-    rotation_to_store,
     start_block,
     start_lane,
 )
@@ -164,18 +163,21 @@ def run_lanes(
                         uplift_time[i], moved[i], deepest[i], impacts[i], peak[k, i],
                         peak_time[k, i], slide[k, i], peak_slide[k, i], crept[k, i], mode[i],
                     )  # fmt: skip
+        past = time - until
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):
                 for i in range(LANES):
-                    turn = rotation_to_store(mode[i], time - until, theta[k, i], omega[k, i])
+                    turn = at_sample(mode[i], past, theta[k, i], omega[k, i])
                     found.rotations[sample, k - 1, first + i] = turn
+                    if found.places.shape[0] > 0:
+                        spot = at_sample(mode[i], past, x[k, i], vx[k, i])
+                        level = at_sample(mode[i], past, z[k, i], vz[k, i])
+                        found.places[sample, k - 1, 0, first + i] = spot
+                        found.places[sample, k - 1, 1, first + i] = level
     for i in range(LANES):
         book(dv[i], given[i], loss[i], jolt[i], supplied[i], taken[i], returned[i])
-        found.results[first + i] = Result(
-            uplift_time[i], moved[i], loss[i], jolt[i], supplied[i], returned[i], deepest[i],
-            impacts[i], mode[i], steps[i],
-        )  # fmt: skip
+        found.results[first + i] = Result(uplift_time[i], moved[i], loss[i], jolt[i], supplied[i],
+            returned[i], deepest[i], impacts[i], mode[i], steps[i])  # fmt: skip
         for k in range(1, bodies):
-            found.blocks[k - 1, first + i] = BlockResult(
-                slide[k, i], peak[k, i], peak_time[k, i], peak_slide[k, i]
-            )
+            found.blocks[k - 1, first + i] = BlockResult(slide[k, i], peak[k, i], peak_time[k, i],
+                peak_slide[k, i])  # fmt: skip

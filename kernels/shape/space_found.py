@@ -65,8 +65,11 @@ class Found:
         blocks: Of every block, shape [block, lane].
         attitudes: Quaternions at the samples, shape [sample, block, 4, lane]; empty if not asked
             for.
+        places: Centres of mass x, y and z at the samples [m], shape [sample, block, 3, lane];
+            likewise.
     """
 
     results: wp.array(dtype=Result)
     blocks: wp.array2d(dtype=BlockResult)
     attitudes: wp.array4d(dtype=real)
+    places: wp.array4d(dtype=real)

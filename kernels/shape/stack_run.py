@@ -187,13 +187,3 @@ def observe(
     peak_slide = wp.where(live, larger(size(slid), peak_slide), peak_slide)
     found = mode_after(theta, turn, overlap, theta + ux + uz + uo + overlap)
     mode = wp.where(live and mode == RUNNING, found, mode)
-
-
-@wp.func
-def rotation_to_store(mode: int, past: real, theta: real, omega: real) -> real:
-    """Rotation at a sample that a lane has passed by a time [s]; where it ended, its last one.
-
-    The velocities of a lane that has ended go on changing and need not be finite.
-    """
-    back = larger(past, real(0.0)) * omega
-    return theta - wp.where(mode == RUNNING, back, real(0.0))

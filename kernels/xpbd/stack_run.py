@@ -14,14 +14,13 @@ import warp as wp
 from warprock.kernels.account import book
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.shape.stack_found import BlockResult, Found, Result
+from warprock.kernels.shape.stack_found import BlockResult, Found, Result, at_sample
 from warprock.kernels.shape.stack_run import (
     Block,
     Stack,
     begin_step,
     observe,
     part_kept,
-    rotation_to_store,
     start_block,
     start_lane,
 )
@@ -148,12 +147,10 @@ def run_lanes(
             for k in range(1, bodies):
                 p, q = 2 * k - 2, 2 * k - 1
                 for i in range(LANES):
-                    predict(
-                        dv[i], hint[i], knobs, theta[k - 1, i], omega[k - 1, i], theta[k, i],
+                    predict(dv[i], hint[i], knobs, theta[k - 1, i], omega[k - 1, i], theta[k, i],
                         omega[k, i], vx[k, i], vz[k, i], ps[k, i], pc[k, i], qx[k, i], qz[k, i],
                         qo[k, i], lean[k, i], n[p, i], t[p, i], anchor[p, i], n[q, i], t[q, i],
-                        anchor[q, i],
-                    )  # fmt: skip
+                        anchor[q, i])  # fmt: skip
             for p in range(points):
                 low, k, r, turn = p // 2, p // 2 + 1, points + p, real(2 * (p % 2) - 1)
                 for i in range(LANES):
@@ -165,8 +162,7 @@ def run_lanes(
                         nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], need[p, i],
                         slip[p, i], dn[p, i], need[r, i], slip[r, i], dn[r, i], ds[p, i],
                         anchor[p, i], n[p, i], t[p, i], qx[k, i], qz[k, i], qo[k, i], qx[low, i],
-                        qz[low, i], qo[low, i],
-                    )  # fmt: skip
+                        qz[low, i], qo[low, i])  # fmt: skip
             for part in range(2):  # Velocities, then poses, which start from what those took.
                 for k in range(1, bodies * part):
                     p, q, u = 2 * k - 2, 2 * k - 1, bodies + k
@@ -203,16 +199,19 @@ def run_lanes(
                         when[k, i], slide[k, i], far[k, i], crept[k, i], mode[i])  # fmt: skip
         past = time - sample_times[sample]
         if found.rotations.shape[0] > 0:
-            past = time - sample_times[sample]
             for k in range(1, bodies):
                 for i in range(LANES):
-                    turn = rotation_to_store(mode[i], past, theta[k, i], omega[k, i])
+                    turn = at_sample(mode[i], past, theta[k, i], omega[k, i])
                     found.rotations[sample, k - 1, first + i] = turn
+                    if found.places.shape[0] > 0:
+                        spot = at_sample(mode[i], past, x[k, i], vx[k, i])
+                        level = at_sample(mode[i], past, z[k, i], vz[k, i])
+                        found.places[sample, k - 1, 0, first + i] = spot
+                        found.places[sample, k - 1, 1, first + i] = level
     for i in range(LANES):
         book(dv[i], given[i], loss[i], jolt[i], most[i], taken[i], back[i])
-        found.results[first + i] = Result(
-            lift[i], last[i], loss[i], jolt[i], most[i], back[i], deep[i], hit[i], mode[i], steps[i]
-        )
+        found.results[first + i] = Result(lift[i], last[i], loss[i], jolt[i], most[i], back[i],
+            deep[i], hit[i], mode[i], steps[i])  # fmt: skip
         for k in range(1, bodies):
             block = BlockResult(slide[k, i], peak[k, i], when[k, i], far[k, i])
             found.blocks[k - 1, first + i] = block

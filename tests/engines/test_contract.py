@@ -20,7 +20,7 @@ from warprock.units import GRAVITY
 
 LANES = 75
 """Two whole packs of 32 and a part of one."""
-TIMES = SampleTimes(duration=1.5, interval=0.05)
+TIMES = SampleTimes(duration=1.5, interval=0.05, places=True)
 
 RIGID = {
     "dem": DemSettings(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +20,7 @@ from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 
-TIMES = SampleTimes(1.2, 0.02)
+TIMES = SampleTimes(1.2, 0.02, places=True)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -72,20 +73,24 @@ BOUNDS = {
 }
 """By engine and the scene that its planar single block is held against."""
 
+HISTORIES = ("rotation", "slide", "x", "z")
+"""What is sampled of a block in the plane and in space alike."""
+
 LEFT_OUT = {"step_count"}
 """Fields that belong to the kernel, not to the block."""
 SEEN = 1e-4
 """Peak over the slenderness angle from which its time means something."""
 
 
+@functools.cache
 def run(engine: str, scene: str, kind: MotionKind) -> Response:
     """The response of the four lanes in a scene, its fields as those of single blocks."""
     lanes = lanes_of(scene, started=kind is MotionKind.STILL)
     response = run_batch(engine, lanes, motions_of(kind, lanes), TIMES, workers=1)
-    fields = {name: response[name] for name in (*LANE_FIELDS, "rotation")}
+    fields = {name: response[name] for name in (*LANE_FIELDS, *HISTORIES)}
     shape = {1: (4,), 2: (4, -1)}
     plain = {
-        name: values.reshape(shape[2 if name == "rotation" else 1])
+        name: values.reshape(shape[2 if name in HISTORIES else 1])
         for name, values in fields.items()
     }
     return Response(response.engine, plain, response.times)
@@ -101,6 +106,9 @@ def scales(lanes: Lanes, bounds: Bounds) -> dict[str, Array]:
     none = np.zeros(lanes.lane_count)
     return {
         "rotation": rotation,
+        "slide": slide,
+        "x": slide + lanes.height * rotation,
+        "z": slide + lanes.height * rotation,
         "peak_rotation": rotation,
         "peak_time": time,
         "outcome": none,
@@ -117,7 +125,7 @@ def scales(lanes: Lanes, bounds: Bounds) -> dict[str, Array]:
 
 def test_every_field_is_compared():
     compared = scales(lanes_of("block"), SECOND_ORDER)
-    assert set(compared) == {*LANE_FIELDS, "rotation"} - LEFT_OUT
+    assert set(compared) == {*LANE_FIELDS, *HISTORIES} - LEFT_OUT
 
 
 @pytest.mark.parametrize(("engine", "scene", "kind"), in_every_kind(BOUNDS))
@@ -137,6 +145,16 @@ def test_a_block_is_the_same_block_in_every_scene(engine: str, scene: str, kind:
                 f"{name}: {ours[:, 0]} and {theirs[:, 0]}, {apart} apart, {allowed} allowed"
             )
     assert not wrong, "\n".join([bounds.reason, *wrong])
+
+
+@pytest.mark.parametrize(("engine", "scene"), sorted(BOUNDS))
+def test_the_last_slide_is_that_of_the_lane(engine: str, scene: str):
+    for name in ("block", scene):
+        response = run(engine, name, MotionKind.HARMONIC)
+        assert np.max(np.abs(response["residual_slide"])) > 1e-3
+        # `dem` tells the slide from which the forces of its last step come; the others the same.
+        most = 1e-6 if engine == "dem" else 1e-12
+        np.testing.assert_allclose(response["slide"][:, -1], response["residual_slide"], 0.0, most)
 
 
 def stepped(engine: str, scene: str, end: float) -> tuple[Lanes, Array]:

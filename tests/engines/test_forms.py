@@ -24,7 +24,7 @@ from warprock.model.scene import scene_kind
 from warprock.run.batch import run_batch
 from warprock.run.catalogue import explain_case
 
-TIMES = SampleTimes(0.6, 0.1)
+TIMES = SampleTimes(0.6, 0.1, places=True)
 
 HOPS = ("event", "block in space")
 """Where round-off decides whether a corner that hardly leaves the base lands once more."""

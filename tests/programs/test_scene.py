@@ -13,6 +13,7 @@ from scipy.integrate import quad
 from tests.shared.blocks import free_lanes, make_lanes, sines
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
+from warprock.model.base_path import base_path
 from warprock.model.lanes import SpatialLanes
 from warprock.model.motion import (
     Control,
@@ -25,7 +26,6 @@ from warprock.model.motion import (
 )
 from warprock.model.pose import quaternion, start_poses, turned
 from warprock.model.response import LANE_FIELDS, SPATIAL_FIELDS, Outcome, SampleTimes, Status
-from warprock.programs.base_path import base_path
 from warprock.programs.response import FLAT_RATIO, REST_TIME, peer_response
 from warprock.programs.scene import PeerRun, multiplied_frictions, peer_scenes
 from warprock.run.batch import run_batch

@@ -118,7 +118,8 @@ class Run(Found):
             >>> len(history), float(history["time_s"].iloc[-1])
             (21, 20.0)
         """
-        return history_table(self._sampled(lane, interval)[1], 0)
+        run, response = self._sampled(lane, interval)
+        return history_table(response, 0, run.lane_set, lane)
 
     def plot_history(self, lane: int = 0, *, interval: str | None = None, ax: Any = None) -> Axes:
         """Draws the rotation of a lane over its slenderness angle, over time.

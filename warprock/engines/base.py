@@ -47,6 +47,8 @@ class AbstractEngine(abc.ABC):
     """What it does where impacts are concerned; None if it follows what a case prescribes."""
     slides: ClassVar[bool] = True
     """Whether its blocks can slide, so that its law of contact may have several solutions."""
+    above_rigid: ClassVar[bool] = False
+    """Whether its kernels tell heights as what they differ from those of a pile of rigid blocks."""
     rests_exactly: ClassVar[bool] = False
     """Whether a block at rest does not move at all, until its base lifts it or makes it slide."""
 
@@ -152,4 +154,5 @@ class AbstractEngine(abc.ABC):
             found = launch(module, self.target, motions, times, **inputs)
         found = found.above_ground(lanes.block_count)
         fields = self.fields(lanes, motions, times, found)
-        return respond(self.name, lanes, {**fields, **histories(lanes, found.history)}, times)
+        sampled = histories(lanes, found, times, above_rigid=self.above_rigid)
+        return respond(self.name, lanes, {**fields, **sampled}, times)

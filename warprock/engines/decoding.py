@@ -9,12 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.blocks import yawed
-from warprock.engines.launching import NEVER
+from warprock.engines.launching import NEVER, Found
+from warprock.engines.places import planar_places, spatial_places
 from warprock.kernels.modes import BROKEN, OVERTURNED, SLID_OFF, STALLED, UNSOLVED
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.pose import rotations
 from warprock.model.response import (
     FIELDS,
+    HISTORIES,
     INTEGER_FIELDS,
     LANE_FIELDS,
     MODEL_FIELDS,
@@ -129,24 +131,41 @@ def spatial_fields(lanes: Lanes, per_block: Rows) -> dict[str, Array]:
     }
 
 
-def histories(lanes: Lanes, history: Array | None) -> dict[str, Array]:
-    """Histories by field, if asked for, from what a kernel leaves of them, see `launching.Found`.
+def histories(
+    lanes: Lanes, found: Found, times: SampleTimes, *, above_rigid: bool
+) -> dict[str, Array]:
+    """Histories by field, as far as asked for, from what a kernel leaves of them.
 
-    Shape [lane, block, sample] each.
+    Shape [lane, block, sample] each. Rotations end at a right angle, as peaks do.
+
+    Args:
+        lanes: The lanes.
+        found: What the kernel has left.
+        times: Duration and sampling.
+        above_rigid: Whether it tells heights as what they differ from those of a rigid pile.
     """
-    if history is None:
+    if found.history is None:
         return {}
+    if found.places is not None and above_rigid:
+        height = as_stacks(lanes).height
+        found.places[..., -1] += (np.cumsum(height, axis=1) - 0.5 * height)[..., None]
     if not lanes.spatial:
-        return {"rotation": history}
-    angles = rotations(history)
-    return dict(zip(("rotation", "rotation_across", "yaw"), angles, strict=True))
+        fields = {"rotation": np.clip(found.history, -0.5 * np.pi, 0.5 * np.pi)}
+        if times.places:
+            fields |= planar_places(lanes, found.history, found.places)
+        return fields
+    angles = rotations(found.history)
+    fields = dict(zip(("rotation", "rotation_across", "yaw"), angles, strict=True))
+    if found.places is not None:
+        fields |= spatial_places(lanes, found.history, found.places)
+    return fields
 
 
 def respond(engine: str, lanes: Lanes, columns: Mapping[str, Rows], times: SampleTimes) -> Response:
     """A response from its fields: every lane field must be there, others that an engine has may be.
 
     A lane of which a number is not finite gets the status NONFINITE if its status would let that
-    pass, on any base. Rotations end at a right angle, as peaks do.
+    pass, on any base.
 
     Args:
         engine: Its name.
@@ -155,7 +174,7 @@ def respond(engine: str, lanes: Lanes, columns: Mapping[str, Rows], times: Sampl
             histories, if asked for.
         times: Duration and sampling.
     """
-    wanted = (*SPATIAL_FIELDS, *MODEL_FIELDS, "rotation", "rotation_across", "yaw")
+    wanted = (*SPATIAL_FIELDS, *MODEL_FIELDS, *HISTORIES)
     names = (*LANE_FIELDS, *(name for name in wanted if name in columns))
     fields: dict[str, Rows] = {}
     for name in names:
@@ -173,5 +192,4 @@ def respond(engine: str, lanes: Lanes, columns: Mapping[str, Rows], times: Sampl
     fields["status"] = np.where(broken, np.int64(Status.NONFINITE), status)
     if "rotation" not in fields:
         return Response(engine=engine, fields=fields, times=np.empty(0))
-    fields["rotation"] = np.clip(fields["rotation"], -0.5 * np.pi, 0.5 * np.pi)
     return Response(engine=engine, fields=fields, times=times.times)

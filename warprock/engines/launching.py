@@ -109,16 +109,21 @@ class Found:
         blocks: Rows of its struct `BlockResult`, shape [lane, block].
         history: At the samples, if asked for: in the plane rotations [rad], shape
             [lane, block, sample]; in space attitudes (quaternions), [lane, block, sample, 4].
+        places: Centres of mass at the samples from the origin of the base [m], if asked for: x and
+            z, shape [lane, block, sample, 2]; in space x, y and z, [lane, block, sample, 3]. None,
+            too, of a kernel whose blocks do not slide: there rotations tell where they are.
     """
 
     lanes: Rows
     blocks: Rows
     history: Array | None
+    places: Array | None
 
     def above_ground(self, block_count: int) -> Found:
         """The same of the highest blocks alone: kernels may have the ground as their first body."""
-        history = None if self.history is None else self.history[:, -block_count:]
-        return Found(self.lanes, self.blocks[:, -block_count:], history)
+        own = slice(-block_count, None)
+        seen = (None if part is None else part[:, own] for part in (self.history, self.places))
+        return Found(self.lanes, self.blocks[:, own], *seen)
 
 
 def launch(
@@ -145,15 +150,18 @@ def launch(
     count = -(-lane_count // module.LANES) * module.LANES
     pool, motion_rows = _pool_and_rows(module.Motion, motions, count)
     given = {"blocks": blocks, "motions": motion_rows, "pool": pool, "sample_times": times.times}
+    in_space, real = isinstance(motions, SpatialMotions), REALS[target.precision]
     sampled = times.count if times.interval is not None else 0
     with wp.ScopedDevice(target.device):
         found = module.Found()
         found.results = wp.empty(count, dtype=module.Result)
         found.blocks = wp.empty((block_count, count), dtype=module.BlockResult)
-        in_space, real = isinstance(motions, SpatialMotions), REALS[target.precision]
-        shape = (sampled, block_count, *((4,) if in_space else ()), count)
-        seen = wp.full(shape if sampled else (0,) * len(shape), value=np.inf, dtype=real)
+        seen = _samples((sampled, block_count, *((4,) if in_space else ()), count), real)
         setattr(found, "attitudes" if in_space else "rotations", seen)
+        placed = hasattr(found, "places")
+        if placed:
+            wanted = sampled if times.places else 0
+            found.places = _samples((wanted, block_count, 3 if in_space else 2, count), real)
         given |= others | {"found": found}
         kernel = module.run_lanes
         wp.launch(
@@ -163,10 +171,20 @@ def launch(
         )
         results = found.results.numpy()[:lane_count]
         per_block = found.blocks.numpy()[:, :lane_count].T
-        if not sampled:
-            return Found(results, per_block, None)
-        lanes_first = np.moveaxis(seen.numpy()[..., :lane_count], (-1, 1, 0), (0, 1, 2))
-        return Found(results, per_block, np.ascontiguousarray(lanes_first, dtype=np.float64))
+        history = _lanes_first(seen, lane_count) if sampled else None
+        places = _lanes_first(found.places, lane_count) if placed and wanted else None
+        return Found(results, per_block, history, places)
+
+
+def _samples(shape: tuple[int, ...], real: Any) -> Any:
+    """An array of samples, [sample, block, ..., lane], for a kernel to fill; empty if of none."""
+    return wp.full(shape if shape[0] else (0,) * len(shape), value=np.inf, dtype=real)
+
+
+def _lanes_first(samples: Any, lane_count: int) -> Array:
+    """Samples of a kernel as [lane, block, sample, ...]."""
+    lanes_first = np.moveaxis(samples.numpy()[..., :lane_count], (-1, 1, 0), (0, 1, 2))
+    return np.ascontiguousarray(lanes_first, dtype=np.float64)
 
 
 def _argument(argument: Any, value: Any, count: int) -> Any:

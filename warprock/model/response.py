@@ -180,6 +180,27 @@ FIELDS: dict[str, Field] = {
         Field("first_step_count", ("lane",), "-", "Time steps of one run at the step asked for"),
         Field("total_step_count", ("lane",), "-", "Time steps of all runs of the lane"),
         Field("rotation", ("lane", "sample"), "rad", "Rotation", per_block=True),
+        Field(
+            "slide",
+            ("lane", "sample"),
+            "m",
+            "Slide along what the block stands on",
+            per_block=True,
+        ),
+        Field(
+            "x",
+            ("lane", "sample"),
+            "m",
+            "Centre of the block along x, from where the lowest block stood on its base",
+            per_block=True,
+        ),
+        Field(
+            "z",
+            ("lane", "sample"),
+            "m",
+            "Height of the centre of the block above the base",
+            per_block=True,
+        ),
         _in_space("peak_tilt", "rad", "Largest angle between the block's axis and the vertical"),
         _in_space("peak_rotation_across", "rad", "Largest rotation across the plane of rocking"),
         _in_space("peak_yaw", "rad", "Largest turn about the vertical since the start"),
@@ -187,6 +208,12 @@ FIELDS: dict[str, Field] = {
         _in_space("residual_slide_across", "m", "Slide across the plane of rocking, at the end"),
         _in_space("rotation_across", "rad", "Rotation across the plane of rocking", "sample"),
         _in_space("yaw", "rad", "Turn about the vertical", "sample"),
+        _in_space("slide_across", "m", "Slide across the plane of rocking", "sample"),
+        _in_space("y", "m", "Centre of the block along y, as x", "sample"),
+        *(
+            _in_space(f"attitude_{part}", "-", f"Quaternion of the attitude, {part}", "sample")
+            for part in "xyzw"
+        ),
     )
 }
 """Every field by name.
@@ -202,6 +229,10 @@ included; a lane's run ends with its fall, and its histories stay where they are
 The yaw is the twist of the attitude about the vertical; the slide is that of the corner which
 touches, from where it stood at the start: `residual_slide` along x, `residual_slide_across` along
 y, `peak_slide` the length of both.
+
+Histories of places (`x`, `y`, `z`: of the middle of the block's box; `slide`, `attitude_x` to
+`attitude_w`) are seen from the base, which moves: x is along the base, in the plane of rocking, y
+across it, z upwards. The slide is that of the lowest corner, one in the air too.
 """
 
 ERROR_FIELDS: tuple[str, ...] = ("peak_rotation_error", "rotation_error", "peak_slide_error")
@@ -226,7 +257,8 @@ SPATIAL_FIELDS: tuple[str, ...] = tuple(
 )
 """Fields that an engine answers besides for blocks in space."""
 HISTORIES: tuple[str, ...] = tuple(n for n, f in FIELDS.items() if f.dims == ("lane", "sample"))
-"""Fields with the dimension sample: those in space only for blocks in space."""
+"""Fields with the dimension sample: those in space only for blocks in space, and but for the
+rotations and the yaw only where places were asked for, too."""
 INTEGER_FIELDS: tuple[str, ...] = ("outcome", "status", "impact_count", "step_count")
 
 
@@ -241,6 +273,7 @@ class SampleTimes:
     Attributes:
         duration: Length of the run [s], > 0.
         interval: Time between samples of the histories [s]; None asks for no histories.
+        places: Whether histories tell where the blocks are, too, besides how they are turned.
 
     Example:
         >>> import warprock as wr
@@ -250,6 +283,7 @@ class SampleTimes:
 
     duration: float
     interval: float | None = None
+    places: bool = False
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.duration) and self.duration > 0.0):

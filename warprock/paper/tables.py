@@ -31,35 +31,10 @@ def print_reproduction(found: Mapping[str, Any], console: Console | None = None)
         found: Its return value.
         console: Where to; the terminal if not given.
     """
-    from warprock.paper.tables_dem import print_dem_study
-    from warprock.paper.tables_families import print_families, print_times
-    from warprock.paper.tables_section6 import print_section6
-    from warprock.paper.tables_space import print_space
-    from warprock.tables.study import print_studies
-
     out = console or stdout()
-    rows: Sequence[Row] = found["rows"]
     shown: set[str] = set()
-    for target in dict.fromkeys(row["target"] for row in rows):
-        mine = [row for row in rows if row["target"] == target]
-        if target == "table6":
-            _print_peaks(out, mine)
-            print_families(out, mine)
-        elif target == "table7":
-            _print_sine_peaks(out, mine)
-        elif target == "times":
-            print_times(out, mine)
-        elif target == "dem":
-            print_dem_study(out, mine)
-        elif target == "table7-spatial":
-            print_space(out, mine)
-        kind = _CASE_OF_TARGET.get(target)
-        if kind is None:
-            print_section6(out, target, mine)
-        elif kind not in shown:
-            shown.add(kind)
-            _print_errors(out, mine, kind)
-            print_studies(out, mine)
+    for target, mine in by_target(found["rows"]).items():
+        print_target(out, target, mine, shown)
     if found["conflicts"]:
         out.print("[bold]Conflicts in the paper[/bold]")
     for conflict in found["conflicts"]:
@@ -74,6 +49,49 @@ def print_reproduction(found: Mapping[str, Any], console: Console | None = None)
         "warprock reproduce all" if found["target"] != "all" else "warprock init record",
         out,
     )
+
+
+def by_target(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    """The rows of every target, in their order."""
+    found: dict[str, list[Row]] = {}
+    for row in rows:
+        found.setdefault(row["target"], []).append(row)
+    return found
+
+
+def print_target(out: Console, target: str, rows: Sequence[Row], shown: set[str]) -> None:
+    """Prints the tables of one target.
+
+    Args:
+        out: Where to.
+        target: Its name.
+        rows: Its rows.
+        shown: Kinds of errors that were printed before, and need not be again; added to.
+    """
+    from warprock.paper.tables_dem import print_dem_study
+    from warprock.paper.tables_families import print_families, print_times
+    from warprock.paper.tables_section6 import print_section6
+    from warprock.paper.tables_space import print_space
+    from warprock.tables.study import print_studies
+
+    if target == "table6":
+        _print_peaks(out, rows)
+        print_families(out, rows)
+    elif target == "table7":
+        _print_sine_peaks(out, rows)
+    elif target == "times":
+        print_times(out, rows)
+    elif target == "dem":
+        print_dem_study(out, rows)
+    elif target == "table7-spatial":
+        print_space(out, rows)
+    kind = _CASE_OF_TARGET.get(target)
+    if kind is None:
+        print_section6(out, target, rows)
+    elif kind not in shown:
+        shown.add(kind)
+        _print_errors(out, rows, kind)
+        print_studies(out, rows)
 
 
 # Targets on single blocks, whose engines have errors against Housner.

@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from warprock.model.base_path import BasePath, base_path
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import GroundMotions
 from warprock.model.pose import start_poses
 from warprock.model.response import SampleTimes
-from warprock.programs.base_path import BasePath, base_path
 
 Array = npt.NDArray[np.float64]
 

@@ -183,8 +183,8 @@ def provenance_pairs(facts: Facts) -> Pairs:
         pairs.append(("Kernels", f"SHA-256 {facts['kernel_sha256']}"))
     machine = facts.get("machine")
     if machine:
-        flags = ", ".join(machine["vector_flags"])
-        pairs.append(("Machine", f"{machine['cpu']}, {counted(machine['cores'], 'core')}, {flags}"))
+        flags = "".join(f", {flag}" for flag in machine["vector_flags"])
+        pairs.append(("Machine", f"{machine['cpu']}, {counted(machine['cores'], 'core')}{flags}"))
     for record in facts.get("records", []):
         parts = [record["source"], record["licence"] and f"licence: {record['licence']}"]
         parts += [f"SHA-256 {record['sha256']}"]

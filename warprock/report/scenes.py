@@ -44,7 +44,12 @@ def scenes_of(run: CaseRun) -> dict[str, Any]:
     chosen = choose(table, _most(sampled.case))
     response = run_lanes(sampled, list(chosen))
     lanes = [
-        scene(history_table(response, row), table.iloc[lane], lane_name(facts, table, lane), why)
+        scene(
+            history_table(response, row, run.lane_set, lane),
+            table.iloc[lane],
+            lane_name(facts, table, lane),
+            why,
+        )
         for row, (lane, why) in enumerate(chosen.items())
     ]
     note = "All lanes of the run."

@@ -176,7 +176,8 @@ def _run_again(
     options: RunOptions,
 ) -> Response:
     """Runs lanes of a finished run once, with histories, at a step; 0 is that of the settings."""
-    batch = (run.response.engine, lanes, motions, run.case.sample_times)
+    times = dataclasses.replace(run.case.sample_times, places=True)
+    batch = (run.response.engine, lanes, motions, times)
     if step > 0.0:
         return run_at_step(*batch, options, step=step, settings=settings)
     return run_batch(*batch, settings=settings, **options.of_batch)

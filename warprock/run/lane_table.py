@@ -11,9 +11,11 @@ import pyarrow as pa
 
 from warprock.case.columns import input_meaning
 from warprock.case.lanes import LaneSet
+from warprock.model.base_path import base_path
 from warprock.model.response import (
     ESTIMATE_FIELDS,
     FIELDS,
+    HISTORIES,
     LANE_FIELDS,
     MODEL_FIELDS,
     SPATIAL_FIELDS,
@@ -101,17 +103,46 @@ def arrow_table(table: pd.DataFrame) -> pa.Table:
     return arrow.cast(pa.schema(fields, metadata=metadata))
 
 
-def history_table(response: Response, row: int) -> pd.DataFrame:
-    """Sampled histories of one lane of a response, one row a sample."""
+def history_table(response: Response, row: int, lane_set: LaneSet, lane: int) -> pd.DataFrame:
+    """Sampled histories of one lane, one row a sample: how and where its blocks and its base are.
+
+    Places of blocks are seen from the base, that of the base from where it was at the start. Units
+    are in the column names; `DataFrame.attrs["columns"]` holds the unit and the meaning of each.
+
+    Args:
+        response: A response with histories.
+        row: Row of the lane in it.
+        lane_set: Lanes of the case, and their motions.
+        lane: Number of the lane among them.
+    """
     columns: dict[str, Any] = {"time_s": response.times}
-    for field in (FIELDS[name] for name in response.fields):
-        if field.dims == ("lane", "sample"):
-            values = response[field.name][row]
-            of_field = {field.column: values}
-            if values.ndim == 2:
-                of_field = {field.block_column(k): v for k, v in enumerate(values, 1)}
-            columns |= of_field
-    return pd.DataFrame(columns)
+    meaning = {"time_s": ("s", "Time")}
+    for field in (FIELDS[name] for name in HISTORIES if name in response.fields):
+        values = response[field.name][row]
+        of_field = {field.column: values}
+        if values.ndim == 2:
+            of_field = {field.block_column(k): v for k, v in enumerate(values, 1)}
+        columns |= of_field
+        meaning |= dict.fromkeys(of_field, (field.unit, field.text))
+    path = base_path(lane_set.motions, lane)
+    places = path.displacement(response.times) if path else np.zeros((len(response.times), 3))
+    for axis, (name, motion) in enumerate(zip("xyz", lane_set.motions.components, strict=False)):
+        # Most scenes have one direction, whose acceleration needs no name.
+        pulled = "base_acceleration" + ("" if name == "x" else f"_{name}") + "_m_s2"
+        columns |= {
+            f"base_{name}_m": places[:, axis],
+            pulled: motion.acceleration(response.times, lane),
+        }
+        meaning[f"base_{name}_m"] = ("m", f"Displacement of the base along {name}")
+        meaning[pulled] = (
+            "m/s^2",
+            f"Acceleration of the base along {name}, without the steps of its velocity",
+        )
+    table = pd.DataFrame(columns)
+    table.attrs["columns"] = {
+        name: {"unit": unit, "text": text} for name, (unit, text) in meaning.items()
+    }
+    return table
 
 
 def words_of(field: Field) -> list[str]:

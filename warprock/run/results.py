@@ -161,5 +161,5 @@ def write_run(
     if run.case.ensemble is not None:
         tables[CELL_TABLE] = cell_table(run.lane_set, run.response)
     for lane, response in (histories or {}).items():
-        tables[HISTORY.format(lane=lane)] = history_table(response, 0)
+        tables[HISTORY.format(lane=lane)] = history_table(response, 0, run.lane_set, lane)
     return write_results(folder, tables, facts)

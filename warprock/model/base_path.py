@@ -1,8 +1,9 @@
 """Where a base is, and how fast, at any time: what a shake table follows.
 
 Engines of ours follow the acceleration of a base and the steps of its velocity; programs of others
-move a table through places. Displacements are integrals in closed form: they are zero until the
-motion starts, and after its end the base keeps its velocity. A velocity at a knot is that after it.
+move a table through places, and pictures show where the base is. Displacements are integrals in
+closed form: they are zero until the motion starts, and after its end the base keeps its velocity. A
+velocity at a knot is that after it.
 """
 
 from __future__ import annotations
@@ -13,7 +14,6 @@ from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
-from scipy.special import erf
 
 from warprock.errors import DeclinedError
 from warprock.model.motion import (
@@ -135,7 +135,7 @@ def _ricker_path(motions: RickerMotions, lane: int) -> Path:
     c0, c1, c2, c3 = (float(c[lane]) for c in (motions.c0, motions.c1, motions.c2, motions.c3))
 
     def integral(x: Array) -> Array:
-        e, area = np.exp(-x * x), 0.5 * math.sqrt(math.pi) * erf(x)
+        e, area = np.exp(-x * x), 0.5 * math.sqrt(math.pi) * np.vectorize(math.erf)(x)
         parts = c0 * area - 0.5 * c1 * e + 0.5 * c2 * (area - x * e) - 0.5 * c3 * (1.0 + x * x) * e
         return np.asarray(parts / rate)
 
