@@ -130,7 +130,7 @@ def fit_sentence(rows: pd.DataFrame, intensity: str, reached: str) -> str:
     """The last fit among some rows in one sentence, or why there is none.
 
     Args:
-        rows: What `curve_rows` or `capacities.capacity_rows` returned.
+        rows: What `curve_rows` or `analysis.capacities.capacity_rows` returned.
         intensity: Column of the intensity measure.
         reached: What the lanes reach: the limit state.
     """

@@ -52,12 +52,9 @@ def print_bench(found: Mapping[str, Any]) -> None:
     for line in peers["missing"]:
         wide_stdout().print(f"peer not installed: {line}")
     print_rows("Commands", [{"command": k, "seconds": v} for k, v in found["commands"].items()])
-    best = max(found["rows"], key=_steps)
+    best = max(found["rows"], key=lambda row: float(row["block_steps_per_s"]))
     print_end(
-        f"{best['engine']} makes {measured(_steps(best))} steps a second on this machine.",
+        f"{best['engine']} makes {measured(best['block_steps_per_s'])} steps of a block a second "
+        "on this machine.",
         "warprock trade",
     )
-
-
-def _steps(row: Mapping[str, Any]) -> float:
-    return max(float(value) for name, value in row.items() if "steps_per_s" in name)
