@@ -96,12 +96,16 @@ def report(folder: pathlib.Path, as_json: bool) -> None:
     """
     from warprock.report.writing import write_report
     from warprock.run.files import require_writable
-    from warprock.tables.terminal import print_json, print_written
+    from warprock.tables.terminal import print_end, print_json, print_written
 
     require_writable(folder, "DIR")
     page = write_report(folder, first=_paper_chapters)
     list_written(folder, [page], beside=True)
-    print_json({"files": [page]}) if as_json else print_written([page])
+    if as_json:
+        print_json({"files": [page]})
+    else:
+        print_written([page])
+        print_end("The page needs nothing beside it.", f"open {page}")
 
 
 COMMANDS = (report,)

@@ -13,6 +13,7 @@ from warprock.tables.terminal import (
     Row,
     number,
     plain_table,
+    print_end,
     print_table,
     print_written,
     stdout,
@@ -41,6 +42,13 @@ def print_reproduction(found: Mapping[str, Any], console: Console | None = None)
         out.print(conflict["text"], markup=False, highlight=False)
     out.print()
     print_written(found["files"], out)
+    conflicts = len(found["conflicts"])
+    print_end(
+        f"{found['target']} is recomputed beside the paper, {conflicts} "
+        f"{'conflict' if conflicts == 1 else 'conflicts'} in it named.",
+        "warprock reproduce all" if found["target"] != "all" else "warprock init record",
+        out,
+    )
 
 
 def by_target(rows: Sequence[Row]) -> dict[str, list[Row]]:

@@ -13,6 +13,7 @@ from warprock.run.lane_table import lane_table
 from warprock.run.provenance import provenance
 from warprock.tables.report import Report
 from warprock.tables.terminal import plain_table, print_table, say, stdout
+from warprock.units import GRAVITY
 
 COLUMNS_SHOWN = 12
 """Frequencies of a group whose boundaries are printed."""
@@ -71,6 +72,22 @@ def map_report(found: OverturningMap) -> Report:
         tables={"grid": grid_table(found), "boundaries": boundaries},
         facts=facts,
         show=lambda: print_map(found),
+        came_out=_sentence(found),
+        then="warprock spectrum rocking-spectrum -o results/spectrum",
+    )
+
+
+def _sentence(found: OverturningMap) -> str:
+    """The weakest pulse that overturns the block."""
+    fatal = (Mode.WITHOUT_IMPACT.text, Mode.WITH_IMPACT.text)
+    fell = found.boundaries[found.boundaries["above"].isin(fatal)]
+    if fell.empty:
+        return "No pulse of the map overturns the block."
+    weakest = fell.sort_values("acceleration_ratio").iloc[0]
+    return (
+        f"The weakest pulse that overturns the block has {weakest['acceleration_ratio']:.3g} times "
+        f"the acceleration that lifts it, {weakest['peak_acceleration_m_s2'] / GRAVITY:.3g} g at "
+        f"{weakest['frequency_hz']:.3g} Hz."
     )
 
 

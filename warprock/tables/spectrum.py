@@ -44,6 +44,20 @@ def spectrum_report(found: Spectrum) -> Report:
         tables={"spectrum": table},
         facts=facts,
         show=lambda: print_spectrum(found),
+        came_out=_sentence(found),
+        then="warprock sensitivity record-sample -o results/sensitivity",
+    )
+
+
+def _sentence(found: Spectrum) -> str:
+    """The largest block that fell, and how many did."""
+    fell = found.run.response["outcome"] == Outcome.OVERTURNED
+    if not fell.any():
+        return f"None of the {len(fell):,} blocks falls."
+    most = float(np.max(found.period[fell]))
+    return (
+        f"{int(fell.sum()):,} of {len(fell):,} blocks fall; the largest of them has 2 pi / p = "
+        f"{most:.3g} s."
     )
 
 
