@@ -147,7 +147,7 @@ def test_no_engine_imports_another_engine():
     ("package", "only_in"),
     [
         ("matplotlib", ("warprock/figures/",)),
-        ("newton", ("warprock/programs/newton",)),
+        ("newton", ("warprock/programs/newton", "warprock/scenes/viewers")),
         ("mujoco", ("warprock/programs/mujoco",)),
         ("pybullet", ("warprock/programs/bullet",)),
         ("bpy", ("warprock/programs/blender",)),

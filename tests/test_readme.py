@@ -41,7 +41,8 @@ def test_ci_runs_the_readmes_test_command_and_then_programs_of_others(tmp_path: 
     echo = f'#!/usr/bin/env bash\necho "$0 $*" >> {shlex.quote(str(log))}\n'
     pass_on = f'case "$1" in tools/*) exec {shlex.quote(real)} "$@";; esac\n'
     (tmp_path / "bin").mkdir()
-    for name in ("bin/python3", ".venv/bin/python", ".venv/bin/ruff", ".venv/bin/mypy"):
+    programs = ("python", "ruff", "mypy", "sphinx-build")
+    for name in ("bin/python3", *(f".venv/bin/{program}" for program in programs)):
         (tmp_path / name).write_text(echo + pass_on, encoding="utf-8")
         (tmp_path / name).chmod(0o755)
     path = os.pathsep.join([str(tmp_path / "bin"), os.environ["PATH"]])
@@ -58,10 +59,12 @@ def test_ci_runs_the_readmes_test_command_and_then_programs_of_others(tmp_path: 
     test_command = re.findall(r"^```bash\n(.*?)\n```$", README, re.M | re.S)[1]
     wanted = [shlex.split(part) for part in test_command.split(" && ")]
     got = [[pathlib.PurePath(call.split()[0]).name, *call.split()[1:]] for call in calls]
-    assert got[-7:-4] == [[pathlib.PurePath(part[0]).name, *part[1:]] for part in wanted]
-    assert got[-4][1:] == ["-m", "pytest", "-m", "thorough"]
-    assert got[-3][-1] == ".[mujoco,bullet,dask,fragility]"
-    assert got[-2][1:3] == ["-m", "pytest"]
+    assert got[-9:-6] == [[pathlib.PurePath(part[0]).name, *part[1:]] for part in wanted]
+    assert got[-6][1:] == ["-m", "pytest", "-m", "thorough"]
+    assert got[-5][-1] == ".[mujoco,bullet,dask,fragility]"
+    assert got[-4][1:3] == ["-m", "pytest"]
+    assert got[-3][-1] == ".[docs]"
+    assert got[-2] == ["sphinx-build", "-W", "--keep-going", "-q", "docs", "docs/_build"]
     assert got[-1][1:] == ["-m", "pytest", "-n", "0", "-m", "speed"]
     names = [" ".join(pathlib.PurePath(call).name.split()) for call in calls]
     assert {"ruff check", "ruff format --check", "mypy"} <= set(names)

@@ -149,22 +149,29 @@ ROOMS = (
         "matplotlib numpy pandas",
     ),
     _room(
+        "scenes",
+        "moving pictures of a lane as files (GIF, MP4, glTF, USD), and Newton's viewers",
+        f"{_BASE} case run figures",
+        "PIL imageio_ffmpeg newton numpy warp",
+    ),
+    _room(
         "paper",
         "all that serves only the seed paper: its printed numbers, ours beside them, its conflicts",
-        f"{_BASE} case engines run analysis compare oracle tables figures",
+        f"{_BASE} case engines run report analysis compare oracle tables figures",
         "numpy pandas rich",
     ),
     _room(
         "api",
         """`import warprock`: cases from objects, dicts and tables; the commands as functions; what
         they find as an object with tables, figures and files""",
-        f"{_BASE} case run sweep analysis compare tables figures report",
+        f"{_BASE} records case run sweep analysis compare tables figures report",
         "numpy pandas",
     ),
     _room(
         "cli",
         "the commands, one file each, and how they end",
-        f"{_BASE} records case run sweep analysis compare measure tables figures paper report",
+        f"""{_BASE} records case run sweep analysis compare measure tables figures scenes paper
+        report""",
         "click",
     ),
 )

@@ -16,8 +16,8 @@
 
 Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Contact`, `Start`,
 `Motion`, `Times`, `Sweep`, `Grid`, `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`,
-`Spectrum`, `Study`, `with_unit`. Commands: `run`, `fragility`, `map`, `spectrum`, `ida`,
-`sensitivity`, `sweep`, `compare`, `study`. Bad input is an `InputError`. Below them lie the
+`Spectrum`, `Study`, `with_unit`, `save_record`. Commands: `run`, `fragility`, `map`, `spectrum`,
+`ida`, `sensitivity`, `sweep`, `compare`, `study`. Bad input is an `InputError`. Below them lie the
 functions that they call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`, `write_run`.
 
 The names are imported when they are first used, so that `import warprock` is cheap.
@@ -26,13 +26,14 @@ The names are imported when they are first used, so that `import warprock` is ch
 from __future__ import annotations
 
 import importlib
-import inspect
 import pathlib
 import sys
 import types
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    import inspect
+
     from warprock.api.analyses import fragility, ida, map, sensitivity, spectrum
     from warprock.api.case import Case, load_case
     from warprock.api.comparison import compare
@@ -54,6 +55,7 @@ if TYPE_CHECKING:
         Uniform,
     )
     from warprock.api.plain import with_unit
+    from warprock.api.record import save_record
     from warprock.api.run import Run, run
     from warprock.api.study import study
     from warprock.api.sweep import sweep
@@ -109,6 +111,7 @@ _HOME = {
     "run": "api.run",
     "run_batch": "run.batch",
     "run_case": "run.case_run",
+    "save_record": "api.record",
     "sensitivity": "api.analyses",
     "spectrum": "api.analyses",
     "study": "api.study",
@@ -157,6 +160,7 @@ __all__ = [
     "run",
     "run_batch",
     "run_case",
+    "save_record",
     "sensitivity",
     "spectrum",
     "study",
@@ -187,10 +191,14 @@ class _RoomAndCommand(types.ModuleType):
 
     @property
     def __doc__(self) -> str | None:  # type: ignore[override]
+        import inspect
+
         return inspect.getdoc(self._command())
 
     @property
     def __signature__(self) -> inspect.Signature:
+        import inspect
+
         return inspect.signature(self._command())
 
 

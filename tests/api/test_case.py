@@ -14,6 +14,7 @@ from tests.shared.case_texts import FREE, PULSE
 from warprock.case.load import load_case
 from warprock.case.text import case_names
 from warprock.case.writing import toml_text
+from warprock.records import load_record
 
 BLOCK = wr.Block(width="0.5 m", height="2 m", depth="0.5 m", density="2400 kg/m^3")
 
@@ -150,3 +151,22 @@ def test_relative_records_start_from_the_folder(tmp_path):
     motion = wr.Motion(waveform="record", record="mine.csv")
     lanes = case(motion=motion, folder=tmp_path).lanes()
     assert lanes["peak_acceleration_m_s2"].iloc[0] == pytest.approx(5.15, abs=0.01)
+
+
+def test_samples_become_a_record(tmp_path):
+    samples = np.random.default_rng(3).normal(size=50)
+    file = wr.save_record(tmp_path / "new/mine.csv", samples, interval="20 ms", unit="m/s^2")
+    record = load_record(file)
+    assert record.name == "mine"
+    np.testing.assert_allclose(record.samples, samples, rtol=1e-7)
+    assert record.interval == 0.02
+    for samples, unit, said in (
+        ([1.0, np.nan], "g", "mine.csv"),
+        ([1.0], "g", "mine.csv"),
+        ([1.0, 2.0], "furlong", "unit: got 'furlong'"),
+    ):
+        with pytest.raises(wr.InputError) as error:
+            wr.save_record(file, samples, interval="20 ms", unit=unit)
+        assert said in str(error.value)
+        assert ".tmp" not in str(error.value)
+    assert load_record(file).sha256 == record.sha256

@@ -230,7 +230,7 @@ BAD_ADDITIONS = [
     ),
     (
         '[[check]]\nkind = "peaks"\nengine = "housner"\nbecause = "b"\nvalues = [0.1]\n'
-        'tolerance = 1e-3\nwhere = { reading = "slip" }\n',
+        'tolerance = 1e-3\nwhere = { reading = "double-size" }\n',
         "check[0].where.reading",
         "must be a label of the case (none)",
     ),

@@ -75,8 +75,8 @@ def test_both_readings_of_b0():
 def test_the_inputs_of_table_4(name):
     lane_set = expand_lanes(load_case(name))
     inputs = lane_set.inputs
-    assert list(inputs["reading"].unique()) == ["displacement", "acceleration", "slip"]
-    for reading in ("displacement", "acceleration", "slip"):
+    assert list(inputs["reading"].unique()) == ["displacement", "acceleration", "double-size"]
+    for reading in ("displacement", "acceleration", "double-size"):
         rows = inputs.iloc[lane_set.select({"reading": reading})]
         assert list(rows["frequency_hz"]) == [3.0, 3.3, 3.3, 5.0, 5.0, 5.0]
         assert list(rows["amplitude_mm"]) == [8.0, 6.0, 8.0, 4.0, 5.0, 6.0]
@@ -86,7 +86,7 @@ def test_the_inputs_of_table_4(name):
         # A (2 pi f)^2 / (9.81 x 0.17), worked out by hand; full sizes or half, the ratio is one.
         ratios = [1.70, 1.55, 2.06, 2.37, 2.96, 3.55]
         np.testing.assert_allclose(rows["normalised_acceleration"], ratios, atol=5e-3)
-    slip = lane_set.select({"reading": "slip"})
+    slip = lane_set.select({"reading": "double-size"})
     np.testing.assert_array_equal(lane_set.lanes.width[slip], 0.34)
     np.testing.assert_array_equal(lane_set.lanes.height[slip], 2.0)
     assert {True} == {width == 0.17 for width in lane_set.lanes.width[: slip[0]]}
@@ -101,7 +101,7 @@ def test_velocity_steps_follow_the_reading():
     # A 2 pi f, by another order of products: a few units in the last place.
     np.testing.assert_allclose(motions.velocity_step_start[moved], step[moved], rtol=1e-15)
     np.testing.assert_allclose(motions.velocity_step_stop[moved], -step[moved], rtol=1e-15)
-    for reading in ("acceleration", "slip"):
+    for reading in ("acceleration", "double-size"):
         shaken = lane_set.select({"reading": reading})
         np.testing.assert_array_equal(motions.velocity_step_start[shaken], 0.0)
         np.testing.assert_array_equal(motions.velocity_step_stop[shaken], 0.0)
@@ -231,7 +231,7 @@ def test_labels_select_lanes():
     np.testing.assert_array_equal(lane_set.select({}), np.arange(9))
     np.testing.assert_array_equal(lane_set.select({"block": "B2"}), [3, 4, 5])
     with pytest.raises(InputError, match="must be a label of the case"):
-        lane_set.select({"reading": "slip"})
+        lane_set.select({"reading": "double-size"})
     with pytest.raises(InputError, match="must select at least one lane"):
         lane_set.select({"block": "B4"})
 

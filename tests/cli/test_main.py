@@ -413,3 +413,17 @@ def test_shells_complete_what_is_typed(typed: list[str], offered: str):
     complete = ShellComplete(main, {}, "warprock", "_WARPROCK_COMPLETE")
     assert offered in [item.value for item in complete.get_completions(before, incomplete)]
     assert "_WARPROCK_COMPLETE" in invoke("completion", "zsh").stdout
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("list",), ("explain", "free-b0"), ("run", "free-b0"), ("keys", "run"), ("records", "list")],
+)
+def test_a_command_ends_with_what_came_out_and_a_command_that_there_is(arguments: tuple[str, ...]):
+    *_, sentence, last = invoke(*arguments).stdout.splitlines()
+    assert sentence.endswith(".")
+    program, command = last.removeprefix("next: ").split()[:2]
+    assert program == "warprock"
+    assert command in main.commands
+    for text in ("list", "--json"), ("run", "free-b0", "--json"):
+        assert "next: " not in invoke(*text).stdout

@@ -254,7 +254,7 @@ def test_run_writes_the_table_with_units_where_from_and_figures(file, folder):
     result = invoke("run", file, "-o", folder / "out", "--json")
     assert result.exit_code == 0, result.output
     found = json.loads(result.stdout)
-    names = ["study.parquet", "study.csv", "run.json", "study.png", "histories.png"]
+    names = ["study.parquet", "study.csv", "run.json", "study.png", "histories.png", "report.html"]
     assert found["files"] == [str(folder / "out" / name) for name in names]
     names.append(".warprock.json")
     assert sorted(path.name for path in (folder / "out").iterdir()) == sorted(names)

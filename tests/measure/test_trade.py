@@ -396,7 +396,8 @@ def test_trade_writes_what_it_prints(tmp_path: pathlib.Path) -> None:
     arguments = ["trade", "--scene", "free", "-e", "housner", "-o", str(tmp_path)]
     result = CliRunner().invoke(main, arguments)
     assert result.exit_code == 0, result.output
-    assert {path.name for path in tmp_path.iterdir()} == {"trade.parquet", "trade.csv", "trade.png"}
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {"trade.parquet", "trade.csv", "trade.png", "report.html"}
     assert "free: blocks B1 to B3" in result.stdout
     shipped_form = pd.read_csv(tmp_path / "trade.csv", comment="#")
     assert list(shipped_form) == list(shipped_trade())

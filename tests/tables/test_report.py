@@ -90,7 +90,7 @@ def test_the_inferred_test_divides_by_one_minus_the_printed_error():
     test = np.array([0.22, 0.15, 0.21, 0.1, 0.12, 0.13])
     sine = lanes_of(
         {
-            "slip": list(test * (1.0 - printed["analytical"] / 100.0)),
+            "double-size": list(test * (1.0 - printed["analytical"] / 100.0)),
             "displacement": list(test * (1.0 - printed["bullet"] / 100.0) * 1.03),
             "acceleration": [0.3] * 6,
         }
@@ -263,7 +263,7 @@ def reproduction_rows(target: str) -> list[dict]:
                 | {"reading": "as printed", "source": f"paper-{name}", "peak_rotation_ratio": 0.321}
                 | {"abs_error_pct": None if name == "dem" else 17.0}
             )
-        for reading in ("slip", "displacement"):
+        for reading in ("double-size", "displacement"):
             rows.append(
                 shared
                 | {"reading": reading, "source": "inferred-experiment", "peak_rotation_ratio": 0.2}
@@ -282,7 +282,7 @@ def test_a_reproduction_fits_an_80_column_terminal(target: str):
     text = printed_text(paper_tables.print_reproduction, found)
     lines = text.splitlines()
     assert "…" not in text
-    assert all(heading in text for heading in ("displacement", "acceleration", "slip"))
+    assert all(heading in text for heading in ("displacement", "acceleration", "double-size"))
     assert text.count("0.1234") == 18
     assert "-1.23%" in text
     assert "no: a" in text

@@ -31,7 +31,8 @@ Given = Mapping[str, Any]
 SOURCE = "Case"
 """What errors name as the source of a case that no file holds."""
 
-TITLE, ORIGIN = "A case made in Python", "made in Python"
+NAME, TITLE, ORIGIN = "case", "A case made in Python", "made in Python"
+"""Name, title and source of a case that has none."""
 
 
 class Case(JudgedCase):
@@ -58,7 +59,7 @@ class Case(JudgedCase):
         engines: Settings by engine: `{"event": {"time_step": 1e-3}}`.
         peers: Settings by program that `compare` runs beside the engines.
         check: What the case states of its own results, a list of tables.
-        title: One line that says what the case is.
+        title: One line that says what the case is; its name where None.
         source: Where its numbers come from.
         name: What its results are called.
         folder: Folder that relative paths of records start from; None is where Python runs.
@@ -108,14 +109,14 @@ class Case(JudgedCase):
         engines: Mapping[str, Given] | None = None,
         peers: Mapping[str, Given] | None = None,
         check: Sequence[Given] = (),
-        title: str = TITLE,
+        title: str | None = None,
         source: str = ORIGIN,
-        name: str = "case",
+        name: str = NAME,
         folder: str | os.PathLike[str] | None = None,
     ) -> None:
         with python_names():
             tables = {
-                "title": title,
+                "title": title or _title(name),
                 "source": source,
                 "model": model,
                 "block": block,
@@ -139,7 +140,7 @@ class Case(JudgedCase):
         cls,
         tables: Mapping[str, Any],
         *,
-        name: str = "case",
+        name: str = NAME,
         folder: str | os.PathLike[str] | None = None,
     ) -> Self:
         """A case from the tables of a case file, as a dict.
@@ -160,7 +161,7 @@ class Case(JudgedCase):
             True
         """
         with python_names():
-            filled = {"title": TITLE, "source": ORIGIN, **tables}
+            filled = {"title": _title(name), "source": ORIGIN, **tables}
             return cls.of(_judged(filled, name, folder))
 
     @classmethod
@@ -307,6 +308,10 @@ def any_case(case: AnyCase, overrides: Overrides = ()) -> Case:
     else:
         found = Case.from_dict(case)
     return found.override(overrides) if overrides else found
+
+
+def _title(name: str) -> str:
+    return TITLE if name == NAME else name
 
 
 def _values(overrides: Overrides) -> Overrides:

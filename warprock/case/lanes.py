@@ -112,14 +112,11 @@ class LaneSet:
 
 
 def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
-    """The lanes of a case.
+    """The lanes of a case, their motions and sampling, the kind of scene and the table of inputs.
 
     Args:
         case: The case.
         lanes: Numbers of the lanes wanted; None is all of them.
-
-    Returns:
-        Lanes, motions, sampling, kind of scene and the table of inputs.
 
     Raises:
         InputError: A combination of values that no engine could use.

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from warprock.cli.options import asked_options, engine_for, say_engine
-from warprock.cli.pages import leave
+from warprock.cli.pages import asked_command, leave
 
 if TYPE_CHECKING:
     from warprock.case.case import Case
@@ -113,7 +113,7 @@ def finish(
     """
     from warprock.report.scenes import scenes_of
     from warprock.run.results import write_results
-    from warprock.tables.terminal import print_json, print_written
+    from warprock.tables.terminal import print_end, print_json, print_written
 
     files: list[pathlib.Path] = []
     if folder is not None:
@@ -125,3 +125,5 @@ def finish(
     else:
         report.show()
         print_written(files)
+        then = report.then if folder is not None else f"{asked_command()} -o results"
+        print_end(report.came_out, then)

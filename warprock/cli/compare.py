@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import shlex
 from collections.abc import Callable
 from typing import Any
 
@@ -61,11 +62,12 @@ def compare(
     """
     from warprock.case.load import load_case
     from warprock.compare import checks
+    from warprock.compare.settings import plain_name
     from warprock.tables.cells import print_cell_comparison
     from warprock.tables.compare import print_comparison
     from warprock.tables.peers import print_costs
     from warprock.tables.stack import print_stack_comparison
-    from warprock.tables.terminal import lane_progress, print_json
+    from warprock.tables.terminal import lane_progress, print_end, print_json
 
     case = load_case(case_name, overrides)
     with lane_progress(case.name, None) as progress:
@@ -75,9 +77,16 @@ def compare(
         show = print_stack_comparison
     if case.ensemble is not None:
         show = functools.partial(print_cell_comparison, case)
-    print_json(found) if as_json else show(found)
-    if not as_json:
-        print_costs(found)
+    if as_json:
+        print_json(found)
+        return
+    show(found)
+    print_costs(found)
+    if show is not print_comparison:
+        print_end(
+            f"{len(engines)} engines were held against {engines[0]}.",
+            f"warprock run {shlex.quote(case_name)} -e {plain_name(engines[0])} -o results",
+        )
 
 
 COMMANDS = (check, compare)

@@ -38,7 +38,7 @@ from warprock.cli.options import (
     set_option,
     workers_option,
 )
-from warprock.cli.pages import asked_command, leave
+from warprock.cli.pages import add_page, asked_command, leave
 from warprock.cli.sections import Main
 from warprock.cli.study import run_study_of
 from warprock.cli.sweep import EXIT_RESUMABLE
@@ -227,6 +227,7 @@ def reproduce(target: str, folder: pathlib.Path, workers: int | None, as_json: b
     paper, with the conflicts in the paper.
     """
     from warprock.paper import reproduce as paper
+    from warprock.paper.page import keep
     from warprock.paper.tables import print_reproduction
     from warprock.run.case_run import require_choice
     from warprock.tables.terminal import lane_progress, print_json
@@ -234,6 +235,8 @@ def reproduce(target: str, folder: pathlib.Path, workers: int | None, as_json: b
     require_choice("reproduce", target, tuple(paper.TARGETS))
     with lane_progress(f"reproduce {target}", None) as progress:
         found = paper.reproduce(target, folder, workers=workers, progress=progress)
+    kept = keep(found, folder)
+    found["files"] += [str(kept), str(add_page(folder))]
     print_json(found) if as_json else print_reproduction(found)
 
 

@@ -14,6 +14,8 @@ from warprock.cli.options import json_option, list_written
 
 if TYPE_CHECKING:
     from warprock.figures.drawing import Drawing
+    from warprock.report.content import Chapter
+    from warprock.report.folder import ResultFolder
 
 
 def leave(
@@ -63,7 +65,17 @@ def add_page(
     """
     from warprock.report.writing import write_report
 
-    return write_report(folder, command=asked_command(), drawings=drawings, scenes=scenes)
+    command = asked_command()
+    return write_report(
+        folder, command=command, drawings=drawings, scenes=scenes, first=_paper_chapters
+    )
+
+
+def _paper_chapters(folder: ResultFolder) -> list[Chapter]:
+    """What was reproduced of the seed paper in a folder, if anything was."""
+    from warprock.paper.page import FOUND, paper_chapter
+
+    return [paper_chapter(folder)] if folder.has(FOUND) else []
 
 
 def asked_command() -> str:
@@ -84,12 +96,16 @@ def report(folder: pathlib.Path, as_json: bool) -> None:
     """
     from warprock.report.writing import write_report
     from warprock.run.files import require_writable
-    from warprock.tables.terminal import print_json, print_written
+    from warprock.tables.terminal import print_end, print_json, print_written
 
     require_writable(folder, "DIR")
-    page = write_report(folder)
+    page = write_report(folder, first=_paper_chapters)
     list_written(folder, [page], beside=True)
-    print_json({"files": [page]}) if as_json else print_written([page])
+    if as_json:
+        print_json({"files": [page]})
+    else:
+        print_written([page])
+        print_end("The page needs nothing beside it.", f"open {page}")
 
 
 COMMANDS = (report,)

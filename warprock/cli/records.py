@@ -77,7 +77,7 @@ def info(
     if as_json:
         print_json({"records": facts})
     else:
-        print_facts(facts)
+        print_facts(facts, file)
 
 
 @records.command("import")
@@ -191,8 +191,8 @@ def _write(output: pathlib.Path, content: bytes, as_json: bool) -> None:
     if as_json:
         print_json({"records": facts, "files": [output]})
     else:
-        print_facts(facts)
         print_written([output])
+        print_facts(facts, str(output))
 
 
 COMMANDS = (records,)

@@ -193,7 +193,7 @@ def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> Non
     from warprock.run.files import require_writable, require_writable_file
     from warprock.sweep.chunks import merge as merge_chunks
     from warprock.sweep.plan import read_plan
-    from warprock.tables.terminal import lane_progress, print_json
+    from warprock.tables.terminal import lane_progress, print_end, print_json
 
     found = read_plan(folder)
     require_writable(folder, "DIR") if file is None else require_writable_file(file)
@@ -202,7 +202,11 @@ def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> Non
     if file is None:
         click.echo(f"wrote {add_page(folder)}", err=True)
     facts = {"plan": found.id, "lanes": found.lane_count, "file": str(written)}
-    print_json(facts) if as_json else click.echo(written)
+    if as_json:
+        print_json(facts)
+    else:
+        click.echo(written)
+        print_end(f"{found.lane_count:,} lanes are in one table.", f"warprock fragility {written}")
 
 
 @click.command("sweep")

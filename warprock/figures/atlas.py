@@ -165,11 +165,12 @@ def _message(rows: pd.DataFrame, quantity: Quantity) -> str:
     ends = ends.dropna().sort_values()
     if not len(ends):
         return f"No lane of this map has an {quantity.name}"
-    named = [f"{name} {_short(end)}" for name, end in ends.items() if np.isfinite(end)]
+    named = [f"{_short(end)} ({name})" for name, end in ends.items() if np.isfinite(end)]
     lost = [str(name) for name, end in ends.items() if np.isinf(end)]
     shown = ", ".join(named[:1] + named[1:][-1:])
     none = f"; more than one lane in ten of {', '.join(lost)} has no number" if lost else ""
-    return f"Nine lanes in ten of the whole map stay below: {shown or 'nothing'}{none}"
+    what = f"{quantity.name[0].upper()}{quantity.name[1:]}"
+    return f"{what}, all cells together: nine lanes in ten below {shown or 'no number'}{none}"
 
 
 def cells(

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from warprock.analysis.fragility import Curve
 from warprock.analysis.limits import OVERTURNING, Limit
 from warprock.figures.drawing import Drawing
-from warprock.figures.palette import BLUE, GREEN, GREY, OLIVE, ORANGE, PURPLE, SKY, VERMILION
+from warprock.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, VIOLET
 from warprock.figures.scales import Measure, logarithmic, measure
 from warprock.figures.sheet import headline, style, subplots
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-COLORS = (SKY, GREEN, ORANGE, VERMILION, BLUE, PURPLE, OLIVE)
+COLORS = (SKY, GREEN, ORANGE, VERMILION, BLUE, PURPLE, VIOLET)
 DOTS = 12
 """Points that lanes are gathered into, where there are more intensities than that."""
 GROUPS = 8

@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from typing import Any
 
-BLACK, ORANGE, SKY, GREEN, OLIVE, BLUE, VERMILION, PURPLE = (
+BLACK, ORANGE, SKY, GREEN, VIOLET, BLUE, VERMILION, PURPLE = (
     "#000000",
     "#E69F00",
     "#56B4E9",
     "#009E73",
-    "#B79F00",
+    "#7722CC",
     "#0072B2",
     "#D55E00",
     "#CC79A7",
 )
-"""Colours of Okabe and Ito (2008), their yellow darkened to olive so that white paper shows it."""
+"""Colours of Okabe and Ito (2008), with a violet for their yellow: white paper hides it, and who is
+without red cones takes a darker one for orange."""
 DARK, GREY, PALE = "#555555", "#999999", "#DDDDDD"
 """Greys of marks that explain, of lines behind curves, and of what has no colour."""
 
-SERIES = (BLUE, ORANGE, GREEN, BLACK, VERMILION, SKY, PURPLE, OLIVE)
+SERIES = (BLUE, ORANGE, GREEN, BLACK, VERMILION, SKY, PURPLE, VIOLET)
 """Colours of curves, in this order; `sheet.mplstyle` has the same."""
 DASHES: tuple[Any, ...] = (
     "-",
@@ -45,7 +46,7 @@ ENGINE_MARKS: dict[str, tuple[str, str]] = {
     "oracle": (BLUE, "*"),
 }
 """Colour and marker of every engine, and of the oracle, in all figures that tell engines apart."""
-OTHER_MARKS = ((SKY, "h"), (OLIVE, "p"))
+OTHER_MARKS = ((SKY, "h"), (VIOLET, "p"))
 """Those of engines that are not in the list."""
 
 

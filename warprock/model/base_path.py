@@ -60,6 +60,12 @@ def base_path(motions: GroundMotions, lane: int) -> BasePath | None:
     return BasePath((x, y, z)) if x or y or z else None
 
 
+def base_places(motions: GroundMotions, lane: int, times: Array) -> Array:
+    """Displacements of one lane's base since the start [m], shape [time, 3]."""
+    path = base_path(motions, lane)
+    return path.displacement(times) if path else np.zeros((len(times), 3))
+
+
 def _path(motions: PlanarMotions, lane: int) -> Path | None:
     if isinstance(motions, StillBase):
         return None

@@ -68,11 +68,11 @@ def inferred_experiment(sine: pd.DataFrame) -> tuple[Array, Array]:
     The errors are read as underestimates, which the agreement of the routes supports.
 
     Returns:
-        From the analytical column (our slip reading), and from Bullet's column (our displacement
-        reading), six values each.
+        From the analytical column (our double-size reading), and from Bullet's column (our
+        displacement reading), six values each.
     """
     printed = paper_table("table7")
-    slip = reading_of(sine, "slip", "housner")
+    slip = reading_of(sine, "double-size", "housner")
     displacement = reading_of(sine, "displacement", "housner")
     return (
         np.asarray(slip / (1.0 - 1e-2 * printed["analytical"].to_numpy(dtype=float))),
@@ -137,7 +137,7 @@ def _full_for_half(evidence: Evidence) -> Parts:
     opening = {"full": 2 * half_diagonal, "half": half_diagonal}
     if evidence.pulse is None:
         return {"text": opening}
-    slip = reading_of(evidence.pulse, "slip", "housner")
+    slip = reading_of(evidence.pulse, "double-size", "housner")
     printed = paper_table("table6")["analytical"].to_numpy(dtype=float)
     numbers = {
         "slip": slip,
@@ -154,7 +154,7 @@ def _opposite_phase(evidence: Evidence) -> Parts:
     if evidence.pulse is None:
         return {"text": {}}
     moved = reading_of(evidence.pulse, "displacement", "first_swing")
-    accelerated = reading_of(evidence.pulse, "slip", "first_swing")
+    accelerated = reading_of(evidence.pulse, "double-size", "first_swing")
     return {"text": {}, "pulse": {"moved": moved, "accelerated": accelerated}}
 
 
@@ -163,7 +163,7 @@ def _table7(evidence: Evidence) -> Parts:
         return {"text": {}}
     by_analysis, by_bullet = inferred_experiment(evidence.sine)
     numbers = {
-        "slip": reading_of(evidence.sine, "slip", "housner"),
+        "slip": reading_of(evidence.sine, "double-size", "housner"),
         "by_analysis": by_analysis,
         "by_bullet": by_bullet,
         "apart": 100 * np.max(np.abs(by_analysis / by_bullet - 1.0)),

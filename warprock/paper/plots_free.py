@@ -41,7 +41,7 @@ ENGINE_STYLES: dict[str, dict[str, Any]] = {
 }
 """Lines of rotation histories."""
 
-READING_COLORS = {"displacement": BLUE, "acceleration": ORANGE, "slip": GREEN}
+READING_COLORS = {"displacement": BLUE, "acceleration": ORANGE, "double-size": GREEN}
 
 
 PAPER_STYLES: dict[str, dict[str, Any]] = {

@@ -9,17 +9,17 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.figures.drawing import Drawing
-from warprock.figures.palette import BLACK, BLUE, ORANGE, VERMILION
+from warprock.figures.palette import BLUE, GREY, PURPLE, VERMILION
 from warprock.figures.sheet import TIME_LABEL, headline, legend_below, style, subplots
 from warprock.paper.printed import BLOCKS, REFERENCE_DEGREES
 
 Array = npt.NDArray[np.float64]
 
 STACK_STYLES: dict[str, dict[str, Any]] = {
-    "two-block": {"color": BLACK, "linewidth": 1.5, "linestyle": "-", "zorder": 2},
+    "two-block": {"color": GREY, "linewidth": 2.4, "linestyle": "-", "zorder": 2},
     "event": {"color": BLUE, "linewidth": 1.4, "linestyle": "-", "zorder": 3},
     "impulse": {"color": VERMILION, "linewidth": 1.0, "linestyle": (0, (4, 2)), "zorder": 4},
-    "dem": {"color": ORANGE, "linewidth": 1.0, "linestyle": (0, (6, 1.5, 1.5, 1.5)), "zorder": 5},
+    "dem": {"color": PURPLE, "linewidth": 1.0, "linestyle": (0, (6, 1.5, 1.5, 1.5)), "zorder": 5},
 }
 STACK_NAMES = {
     "two-block": "two-block: analytical, acceleration drive, equal depths",
@@ -31,6 +31,9 @@ STACK_NAMES = {
 RATIO_LABEL = f"rotation /\n{REFERENCE_DEGREES} deg [-]"
 
 
+COLUMNS = 2
+
+
 def draw_stack_histories(
     stem: str,
     title: str,
@@ -38,11 +41,11 @@ def draw_stack_histories(
     names: Sequence[str],
     curves: Mapping[str, Array],
     window: tuple[float, float],
-) -> Drawing:
-    """Rotations of both blocks by engine: a row an input, a column a block, the top one first.
+) -> list[Drawing]:
+    """Rotations of both blocks by engine: a figure a block, the top one first, a panel an input.
 
     Args:
-        stem: Name of the drawing.
+        stem: Name of the drawing of the top block; that of the other ends with its name.
         title: What is drawn.
         times: [s], shape [sample].
         names: Name of every input.
@@ -50,39 +53,36 @@ def draw_stack_histories(
         window: First and last time to draw [s].
     """
     shown = (times >= window[0]) & (times <= window[1] + 1e-9)
-    with style():
-        figure, grid = subplots(
-            len(names),
-            len(BLOCKS),
-            (9.6, 1.5 * len(names) + 1.0),
-            sharex=True,
-        )
-        for row, name in enumerate(names):
-            for column, block in enumerate(reversed(BLOCKS)):
-                axes = grid[row, column]
-                for engine, ratio in curves.items():
-                    axes.plot(
-                        times[shown],
-                        ratio[row, BLOCKS.index(block)][shown],
-                        label=STACK_NAMES[engine],
-                        **STACK_STYLES[engine],
-                    )
-                axes.set_title(f"{name}: {block} block")
-            grid[row, 0].set_ylabel(RATIO_LABEL)
-        for axes in grid[-1]:
-            axes.set_xlabel(TIME_LABEL)
-            axes.set_xlim(*window)
-        legend_below(figure, grid[0, 0], columns=1)
-        said = _message(names, curves)
-        headline(figure, said, title)
-    return Drawing(stem, figure, said, f"{title}. {said}.")
+    rows = -(-len(names) // COLUMNS)
+    drawings = []
+    for number, block in enumerate(reversed(BLOCKS)):
+        mine = {engine: ratio[:, BLOCKS.index(block), shown] for engine, ratio in curves.items()}
+        with style():
+            figure, grid = subplots(rows, COLUMNS, (9.6, 1.9 * rows + 0.6), sharex=True)
+            for axes in grid.flat[len(names) :]:
+                axes.set_visible(False)
+            for at, (name, axes) in enumerate(zip(names, grid.flat, strict=False)):
+                for engine, ratio in mine.items():
+                    look = STACK_STYLES[engine]
+                    axes.plot(times[shown], ratio[at], label=STACK_NAMES[engine], **look)
+                axes.set_title(name)
+            for axes in grid[:, 0]:
+                axes.set_ylabel(RATIO_LABEL)
+            for axes in grid[-1]:
+                axes.set_xlabel(TIME_LABEL)
+                axes.set_xlim(*window)
+            legend_below(figure, grid[0, 0], columns=1)
+            said = _message(block, names, mine)
+            about = f"{title}, {block} block"
+            headline(figure, said, about)
+        name = f"{stem}-{block}" if number else stem
+        drawings.append(Drawing(name, figure, said, f"{about}. {said}."))
+    return drawings
 
 
-def _message(names: Sequence[str], curves: Mapping[str, Array]) -> str:
-    """Where the top block rotates furthest, by engine."""
-    peaks = {
-        name: np.nanmax(np.abs(c[:, BLOCKS.index("top")]), axis=-1) for name, c in curves.items()
-    }
+def _message(block: str, names: Sequence[str], curves: Mapping[str, Array]) -> str:
+    """Where a block rotates furthest, by engine; curves of shape [input, sample]."""
+    peaks = {name: np.nanmax(np.abs(curve), axis=-1) for name, curve in curves.items()}
     at = int(np.argmax(np.max(list(peaks.values()), axis=0)))
     found = ", ".join(f"{peak[at]:.2f} ({engine})" for engine, peak in peaks.items())
-    return f"At {names[at]} the top block rotates furthest: {found} of {REFERENCE_DEGREES} deg"
+    return f"At {names[at]} the {block} block rotates furthest: {found} of {REFERENCE_DEGREES} deg"

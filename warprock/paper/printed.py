@@ -29,7 +29,7 @@ PAPER_NAMES = {"analytical": "analytical", "bullet": "Bullet", "vortex": "Vortex
 READING_NAMES = {
     "displacement": "displacement drive",
     "acceleration": "acceleration drive, true size",
-    "slip": "acceleration drive, full sizes as half sizes",
+    "double-size": "acceleration drive, a block of twice the size: full sizes taken for half sizes",
 }
 """Readings of what the paper did, as the reader is told of them."""
 

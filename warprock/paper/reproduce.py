@@ -206,7 +206,7 @@ def _table7(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
                 row["why"] = "printed as collapsed: it overturned, where the test did not"
             rows.append(row)
         for column, reading, values in zip(
-            ("analytical", "bullet"), ("slip", "displacement"), routes, strict=True
+            ("analytical", "bullet"), ("double-size", "displacement"), routes, strict=True
         ):
             row = _row(target, printed | {"reading": reading}, "inferred-experiment", values[index])
             row["why"] = f"`housner` / (1 - error of the paper's {column} column), not measured"

@@ -31,13 +31,14 @@ Array = npt.NDArray[np.float64]
 Row = dict[str, Any]
 
 ENGINES = ("housner", "impulse")
-FAMILIES = (*ENGINES, "direct", "dem")
-"""Those, and our members of the families of the paper's other programs: Vortex and 3DEC."""
+FAMILIES = (*ENGINES, "event", "direct", "dem")
+"""Those, the most accurate one that slides, and our members of the families of the paper's other
+programs: Vortex and 3DEC."""
 ROUGH_FRICTION = 5.0
 """Friction that bears the velocity steps of the displacement reading without slip."""
 FIRST_SWING_TIME = 0.2
 """Time [s] that Fig. 9a of the paper shows."""
-READINGS = ("displacement", "acceleration", "slip")
+READINGS = ("displacement", "acceleration", "double-size")
 PULSE, SINE, B0, B123, SENSITIVITY = (
     "single-sine-pulse",
     "single-continuous-sine",

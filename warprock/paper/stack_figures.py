@@ -55,8 +55,7 @@ def _histories(
         curves[engine] = responses[engine]["rotation"][lanes] / REFERENCE_ANGLE
     times = responses[CURVES[0][0]].times
     names = [f"{f:g} Hz, {a:g} mm" for f, a in input_keys()]
-    drawn = plots_stack.draw_stack_histories(name, title, times, names, curves, window)
-    return [drawn]
+    return plots_stack.draw_stack_histories(name, title, times, names, curves, window)
 
 
 def figure12(runs: PaperRuns) -> list[Drawing]:

@@ -13,6 +13,7 @@ from warprock.tables.terminal import (
     Row,
     number,
     plain_table,
+    print_end,
     print_table,
     print_written,
     stdout,
@@ -30,35 +31,10 @@ def print_reproduction(found: Mapping[str, Any], console: Console | None = None)
         found: Its return value.
         console: Where to; the terminal if not given.
     """
-    from warprock.paper.tables_dem import print_dem_study
-    from warprock.paper.tables_families import print_families, print_times
-    from warprock.paper.tables_section6 import print_section6
-    from warprock.paper.tables_space import print_space
-    from warprock.tables.study import print_studies
-
     out = console or stdout()
-    rows: Sequence[Row] = found["rows"]
     shown: set[str] = set()
-    for target in dict.fromkeys(row["target"] for row in rows):
-        mine = [row for row in rows if row["target"] == target]
-        if target == "table6":
-            _print_peaks(out, mine)
-            print_families(out, mine)
-        elif target == "table7":
-            _print_sine_peaks(out, mine)
-        elif target == "times":
-            print_times(out, mine)
-        elif target == "dem":
-            print_dem_study(out, mine)
-        elif target == "table7-spatial":
-            print_space(out, mine)
-        kind = _CASE_OF_TARGET.get(target)
-        if kind is None:
-            print_section6(out, target, mine)
-        elif kind not in shown:
-            shown.add(kind)
-            _print_errors(out, mine, kind)
-            print_studies(out, mine)
+    for target, mine in by_target(found["rows"]).items():
+        print_target(out, target, mine, shown)
     if found["conflicts"]:
         out.print("[bold]Conflicts in the paper[/bold]")
     for conflict in found["conflicts"]:
@@ -66,6 +42,56 @@ def print_reproduction(found: Mapping[str, Any], console: Console | None = None)
         out.print(conflict["text"], markup=False, highlight=False)
     out.print()
     print_written(found["files"], out)
+    conflicts = len(found["conflicts"])
+    print_end(
+        f"{found['target']} is recomputed beside the paper, {conflicts} "
+        f"{'conflict' if conflicts == 1 else 'conflicts'} in it named.",
+        "warprock reproduce all" if found["target"] != "all" else "warprock init record",
+        out,
+    )
+
+
+def by_target(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    """The rows of every target, in their order."""
+    found: dict[str, list[Row]] = {}
+    for row in rows:
+        found.setdefault(row["target"], []).append(row)
+    return found
+
+
+def print_target(out: Console, target: str, rows: Sequence[Row], shown: set[str]) -> None:
+    """Prints the tables of one target.
+
+    Args:
+        out: Where to.
+        target: Its name.
+        rows: Its rows.
+        shown: Kinds of errors that were printed before, and need not be again; added to.
+    """
+    from warprock.paper.tables_dem import print_dem_study
+    from warprock.paper.tables_families import print_families, print_times
+    from warprock.paper.tables_section6 import print_section6
+    from warprock.paper.tables_space import print_space
+    from warprock.tables.study import print_studies
+
+    if target == "table6":
+        _print_peaks(out, rows)
+        print_families(out, rows)
+    elif target == "table7":
+        _print_sine_peaks(out, rows)
+    elif target == "times":
+        print_times(out, rows)
+    elif target == "dem":
+        print_dem_study(out, rows)
+    elif target == "table7-spatial":
+        print_space(out, rows)
+    kind = _CASE_OF_TARGET.get(target)
+    if kind is None:
+        print_section6(out, target, rows)
+    elif kind not in shown:
+        shown.add(kind)
+        _print_errors(out, rows, kind)
+        print_studies(out, rows)
 
 
 # Targets on single blocks, whose engines have errors against Housner.
@@ -137,15 +163,43 @@ def _paper_columns(rows: Sequence[Row], measure: str, form: str) -> dict[str, _C
             _value(rows, key, f"paper-{name}", "as printed", measure), form
         )
 
-    return {f"paper\n{title}": column(name) for name, title in PAPER_NAMES.items()}
+    headings = {
+        name: title.replace("analytical", "analy-\ntical") for name, title in PAPER_NAMES.items()
+    }
+    return {f"paper\n{heading}": column(name) for name, heading in headings.items()}
 
 
 def _print_peaks(out: Console, rows: Sequence[Row]) -> None:
     """Table 6: for each reading our columns, and the paper's beside them."""
     title = "Table 6: peak rotation / slenderness angle under one cycle of sine"
-    columns = _peak_columns(rows, OURS) | _paper_columns(rows, "peak_rotation_ratio", ".3f")
-    _print_inputs(out, title, rows, columns)
+    ours = _peak_columns(rows, ("housner", "event", "impulse", "oracle"))
+    _print_inputs(out, title, rows, ours | _paper_columns(rows, "peak_rotation_ratio", ".3f"))
     _print_readings(out)
+    _print_trust(out, rows)
+
+
+def _print_trust(out: Console, rows: Sequence[Row]) -> None:
+    """Which column of ours to trust, reading by reading, and how far the others are from it."""
+    found = [row for row in rows if row["source"] == "event"]
+    for reading in dict.fromkeys(row["reading"] for row in found):
+        mine = [row for row in found if row["reading"] == reading]
+        exact = all(row["holds"] for row in mine)
+        trusted, other = ("housner", "event") if exact else ("event", "housner")
+        off = max(
+            abs(
+                _value(rows, key, other, reading, RATIO)
+                / _value(rows, key, trusted, reading, RATIO)
+                - 1
+            )
+            for key in ((row["frequency_hz"], row["amplitude_mm"]) for row in mine)
+        )
+        why = "no block slides" if exact else "blocks slide, which housner leaves out"
+        text = f"  trust {trusted} for {reading}: {why}; {other} is within {100.0 * off:.2g} %"
+        out.print(text, markup=False, highlight=False)
+    out.print()
+
+
+RATIO = "peak_rotation_ratio"
 
 
 def _print_sine_peaks(out: Console, rows: Sequence[Row]) -> None:
@@ -154,7 +208,7 @@ def _print_sine_peaks(out: Console, rows: Sequence[Row]) -> None:
     def test(key: Input) -> list[float]:
         return [
             _value(rows, key, "inferred-experiment", reading, "peak_rotation_ratio")
-            for reading in ("slip", "displacement")
+            for reading in ("double-size", "displacement")
         ]
 
     def error(source: str) -> _Column:

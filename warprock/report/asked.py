@@ -146,7 +146,9 @@ def naming_columns(facts: Facts, table: pd.DataFrame) -> list[str]:
     for axis in facts.get("case", {}).get("resolved", {}).get("sweep", []):
         keys = [key for name, inner in axis.items() for key, _ in _flat(inner, name)]
         labels = axis.get("label", {})
-        told = any(len(set(v)) == len(v) for v in labels.values() if isinstance(v, list))
+        texts = [values for values in labels.values() if isinstance(values, list)]
+        together = list(zip(*texts, strict=False))
+        told = bool(together) and len(set(together)) == len(together)
         named += [key for key in keys if told and not key.startswith("label.")]
     beside = {name for key in named for name in columns_of(key)}
     return [name for name in swept_columns(facts, table) if name not in beside]
@@ -183,8 +185,8 @@ def provenance_pairs(facts: Facts) -> Pairs:
         pairs.append(("Kernels", f"SHA-256 {facts['kernel_sha256']}"))
     machine = facts.get("machine")
     if machine:
-        flags = ", ".join(machine["vector_flags"])
-        pairs.append(("Machine", f"{machine['cpu']}, {counted(machine['cores'], 'core')}, {flags}"))
+        flags = "".join(f", {flag}" for flag in machine["vector_flags"])
+        pairs.append(("Machine", f"{machine['cpu']}, {counted(machine['cores'], 'core')}{flags}"))
     for record in facts.get("records", []):
         parts = [record["source"], record["licence"] and f"licence: {record['licence']}"]
         parts += [f"SHA-256 {record['sha256']}"]

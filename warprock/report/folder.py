@@ -20,6 +20,7 @@ import pyarrow.parquet as pq
 from warprock.errors import InputError
 from warprock.reading import read_bytes, reason
 from warprock.report.content import Picture
+from warprock.report.earlier import earlier_sources
 from warprock.run.results import PROVENANCE
 
 MOST_ROWS = 1_000_000
@@ -138,7 +139,12 @@ class ResultFolder:
         path = self.path / name
         title, alt = _png_words(path)
         title = title or name.removesuffix(".png").replace("-", " ")
-        return Picture(name, title, alt or f"Figure: {title}", _png(path.read_bytes()), digest)
+        source = self._earlier.get(digest) or _png(path.read_bytes())
+        return Picture(name, title, alt or f"Figure: {title}", source, digest)
+
+    @functools.cached_property
+    def _earlier(self) -> dict[str, str]:
+        return earlier_sources(self.path)
 
 
 MOST_SVG = 1_500_000

@@ -115,7 +115,7 @@ def _columns(
         yield Heading(f"peak slide{of}", "mm"), f"peak_slide{block}_m", _MILLIMETRES
 
     wanted: list[tuple[Heading | None, str, float]] = [(Heading("lane"), "lane", 1.0)]
-    wanted += [(None, name, 1.0) for name in (*asked.swept_columns(facts, table), *besides)]
+    wanted += [(None, name, 1.0) for name in (*asked.naming_columns(facts, table), *besides)]
     wanted += [column for block in blocks for column in of_block(block)]
     wanted += [(None, name, 1.0) for name in RESULTS]
     for block in blocks:

@@ -83,6 +83,10 @@ _UNITS = {
 
 def heading(name: str, meaning: str = "", unit: str = "") -> Heading:
     """A column as a reader knows it, of its name in a file: `peak_time_s` is `peak time [s]`."""
+    for axis in "yz":
+        if name.endswith(f"_{axis}") and name.removesuffix(f"_{axis}").endswith(tuple(_UNITS)):
+            along = heading(name.removesuffix(f"_{axis}"), meaning)
+            return Heading(f"{along.text} along {axis}", along.unit, meaning)
     for ending in sorted(_UNITS, key=len, reverse=True):
         if name.endswith(ending) and len(name) > len(ending):
             return Heading(name.removesuffix(ending).replace("_", " "), _UNITS[ending], meaning)

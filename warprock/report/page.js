@@ -424,7 +424,7 @@
     if (panel.limit) most = Math.min(most, 1.6 * panel.limit);
     most = 1.08 * (most || 1);
     const y = (v) => top + 20 + (tall - 26) * (0.5 - v / (2 * most));
-    const step = roundStep(2 * most, 4);
+    const step = roundStep(2 * most, 6);
     for (let k = Math.ceil(-most / step); k * step <= most; k++) {
       make("line", { x1: this.left, y1: y(k * step), x2: this.right, y2: y(k * step), class: k === 0 ? "axis" : "grid" }, svg);
       make("text", { x: this.left - 5, y: y(k * step) + 4, "text-anchor": "end" }, svg, written(k * step, step));

@@ -169,12 +169,8 @@ def _block(history: pd.DataFrame, row: pd.Series[Any], number: str) -> dict[str,
         "r": _column(history, f"rotation{number}_rad"),
     }
     found |= {axis: _column(history, f"{axis}{number}_m") for axis in "xyz"}
-    if f"x{number}_m" not in history:
-        # A history without positions: of a block that does not slide, about its edges.
-        half, angle = 0.5 * found["w"], found["r"]
-        pivot = np.sign(angle) * half
-        found["x"] = pivot - pivot * np.cos(angle) + 0.5 * found["h"] * np.sin(angle)
-        found["z"] = half * np.sin(np.abs(angle)) + 0.5 * found["h"] * np.cos(angle)
+    if f"attitude_x{number}" in history:
+        found["q"] = [_column(history, f"attitude_{part}{number}") for part in "xyzw"]
     return found
 
 

@@ -18,6 +18,7 @@ from warprock.report.analysis_chapters import (
     study_chapter,
 )
 from warprock.report.content import Chapter, Page
+from warprock.report.earlier import earlier_scenes
 from warprock.report.folder import Drawn, ResultFolder
 from warprock.report.measured_chapters import (
     stability_chapter,
@@ -68,6 +69,7 @@ _BY_FILE: dict[str, Make] = {
 """File of results that may lie beside others, and its chapter."""
 
 _FILES = {
+    "reproduce.json": "what was reproduced of the paper: rows, conflicts",
     LANE_TABLE: "every lane with every column: inputs, results, status, estimated errors",
     PROVENANCE: "the case as it was run, versions, machine, records, counts",
     "boundaries.parquet": "where the mode changes",
@@ -91,6 +93,7 @@ def write_report(
     command: str = "",
     scenes: Scenes | None = None,
     drawings: Sequence[Drawn] = (),
+    first: Callable[[ResultFolder], Sequence[Chapter]] | None = None,
 ) -> pathlib.Path:
     """Writes the page of a folder of results.
 
@@ -99,6 +102,7 @@ def write_report(
         command: The command that made the results; empty where it is not known.
         scenes: Lanes to play, of `scenes.scenes_of`; None where no run is at hand.
         drawings: Figures that are at hand as they were drawn; others are taken as they lie there.
+        first: What makes chapters of rooms above this one, which come first.
 
     Returns:
         The page, one file that needs nothing beside it.
@@ -109,9 +113,12 @@ def write_report(
     if not folder.is_dir():
         raise InputError("DIR", "", str(folder), "must be a folder of results")
     found = ResultFolder(folder, drawings)
-    if scenes is not None:
+    if scenes is None and found.has(PROVENANCE):
+        scenes = earlier_scenes(folder, found.digest(PROVENANCE))
+    elif scenes is not None:
         scenes = {**scenes, "digest": found.digest(PROVENANCE)}
-    chapters = [make(found, scenes) for make in _makers(found)]
+    chapters = [] if first is None else list(first(found))
+    chapters += [make(found, scenes) for make in _makers(found)]
     if not chapters:
         allowed = "must hold results of a warprock command, such as lanes.parquet and run.json"
         raise InputError("DIR", "", str(folder), allowed)

@@ -11,7 +11,7 @@ import pyarrow as pa
 
 from warprock.case.columns import input_meaning
 from warprock.case.lanes import LaneSet
-from warprock.model.base_path import base_path
+from warprock.model.base_path import base_places
 from warprock.model.response import (
     ESTIMATE_FIELDS,
     FIELDS,
@@ -106,8 +106,9 @@ def arrow_table(table: pd.DataFrame) -> pa.Table:
 def history_table(response: Response, row: int, lane_set: LaneSet, lane: int) -> pd.DataFrame:
     """Sampled histories of one lane, one row a sample: how and where its blocks and its base are.
 
-    Places of blocks are seen from the base, that of the base from where it was at the start. Units
-    are in the column names; `DataFrame.attrs["columns"]` holds the unit and the meaning of each.
+    Places are seen from the ground: x, y and z of a block are those of the middle of its box from
+    where the middle of the lowest bottom face stood, the base moves from zero. Units are in the
+    column names; `DataFrame.attrs["columns"]` holds the unit and the meaning of each.
 
     Args:
         response: A response with histories.
@@ -124,8 +125,11 @@ def history_table(response: Response, row: int, lane_set: LaneSet, lane: int) ->
             of_field = {field.block_column(k): v for k, v in enumerate(values, 1)}
         columns |= of_field
         meaning |= dict.fromkeys(of_field, (field.unit, field.text))
-    path = base_path(lane_set.motions, lane)
-    places = path.displacement(response.times) if path else np.zeros((len(response.times), 3))
+    places = base_places(lane_set.motions, lane, response.times)
+    for axis, name in enumerate("xyz"):
+        for column in (c for c in columns if c == f"{name}_m" or c.startswith(f"{name}_")):
+            columns[column] = columns[column] + places[:, axis]
+            meaning[column] = ("m", f"Centre of the block along {name}, seen from the ground")
     for axis, (name, motion) in enumerate(zip("xyz", lane_set.motions.components, strict=False)):
         # Most scenes have one direction, whose acceleration needs no name.
         pulled = "base_acceleration" + ("" if name == "x" else f"_{name}") + "_m_s2"

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from warprock.model.response import USABLE
 from warprock.run.files import replacing
-from warprock.tables.terminal import plain_table, print_table, print_written, stdout
+from warprock.tables.terminal import plain_table, print_end, print_table, print_written, stdout
 
 SUMMARY = "summary.md"
 
@@ -38,6 +38,12 @@ def print_atlas(
     for line in summary_lines(found):
         out.print(line, markup=False, highlight=False)
     print_written(files, out)
+    absurd = sum(entry["absurd"] for entry in found["engines"])
+    print_end(
+        f"{absurd} lanes that said their numbers may be used had absurd ones.",
+        "warprock trade",
+        out,
+    )
 
 
 def summary_lines(found: Mapping[str, Any]) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import statistics
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,16 @@ from warprock.compare.housner import NEEDS, SLIDE_BOUND
 if TYPE_CHECKING:
     from warprock.compare.checks import CheckRow
 
-from warprock.tables.terminal import MISSING, Row, number, plain_table, print_table, stdout
+from warprock.tables.terminal import (
+    MISSING,
+    Row,
+    number,
+    plain_table,
+    print_end,
+    print_table,
+    say,
+    stdout,
+)
 
 COMPARED_COLUMNS = (
     ("error_5s_ratio", "diff.*\nfirst 5 s", ".1e"),
@@ -97,7 +107,13 @@ def print_checks(rows: Sequence[CheckRow], console: Console | None = None) -> No
             out.print(f"\n{row.case}, {row.engine}, {row.lanes}: {row.note}", markup=False)
             out.print(f"because: {' '.join(row.because.split())}", markup=False)
     failed = sum(not row.ok for row in rows)
-    out.print(f"\n{len(rows) - failed} passed, {failed} failed", highlight=False)
+    out.print()
+    what = f"{rows[0].case}" if len({row.case for row in rows}) == 1 else "free-b0"
+    print_end(
+        f"{len(rows) - failed} passed, {failed} failed.",
+        f"warprock compare {what} -e event -e impulse",
+        out,
+    )
 
 
 def print_comparison(found: Mapping[str, Any], console: Console | None = None) -> None:
@@ -131,5 +147,41 @@ def print_comparison(found: Mapping[str, Any], console: Console | None = None) -
                 number(row["friction_needed"], ".3g"),
                 letters.cell(row),
             )
+    if len(rows) <= ROWS_SHOWN:
+        print_table(out, table)
+        letters.print(out)
+    _print_engines(out, found, count=len(rows))
+
+
+ROWS_SHOWN = 24
+"""Rows of lanes and engines that are printed; of more, what they come to."""
+
+
+def _print_engines(out: Console, found: Mapping[str, Any], count: int) -> None:
+    """What a comparison comes to, an engine a row, and in one sentence."""
+    headings = ["engine", "lanes", "diff.*\nmedian", "diff.*\nlargest", "peak error\nlargest"]
+    table = plain_table(f"{found['case']}: lanes in which Housner holds", headings, ["engine"])
+    largest: dict[str, float] = {}
+    for engine in dict.fromkeys(row["engine"] for row in found["rows"]):
+        mine = [r for r in found["rows"] if r["engine"] == engine and r["holds"]]
+        off = [r["error_run_ratio"] for r in mine if r["error_run_ratio"] is not None]
+        peaks = [abs(r["peak_error"]) for r in mine if r["peak_error"] is not None]
+        table.add_row(
+            engine,
+            str(len(mine)),
+            number(statistics.median(off) if off else None, ".1e"),
+            number(max(off, default=None), ".1e"),
+            number(max(peaks, default=None), ".2%"),
+        )
+        if off:
+            largest[engine] = max(off)
     print_table(out, table)
-    letters.print(out)
+    out.print(DIFFERENCE, markup=False, highlight=False)
+    if count > ROWS_SHOWN:
+        say(out, f"  all {count} rows, lane by lane: --json")
+    best = min(largest, key=lambda engine: largest[engine], default=None)
+    said = f"{best} is nearest to Housner" if best else "Housner holds in no lane"
+    off_by = f": within {largest[best]:.2g} of the slenderness angle" if best else ""
+    print_end(
+        f"{said}{off_by}.", f"warprock run {found['case']} -e {best or 'event'} -o results", out
+    )

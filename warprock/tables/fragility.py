@@ -12,7 +12,7 @@ from rich.console import Console
 from warprock.analysis.fragility import RULE, Curve, component_rows, curve_rows, warnings
 from warprock.model.undecided import UNDECIDED
 from warprock.tables.report import Report
-from warprock.tables.terminal import plain_table, print_table, stdout
+from warprock.tables.terminal import heading_text, plain_table, print_table, stdout
 
 CURVES = "fragility.csv"
 COMPONENTS = "fragility-p58.csv"
@@ -49,6 +49,8 @@ def fragility_report(
         tables={CURVES: rows, COMPONENTS: component_rows(curves, intensity)},
         facts=None,
         show=show,
+        came_out=fit_sentence(rows, intensity, str(rows["limit_state"].iloc[-1])),
+        then="warprock ida fragility-five-blocks -o results/ida",
         beside=True,
     )
 
@@ -122,6 +124,27 @@ def print_undecided(table: pd.DataFrame, console: Console | None = None) -> None
             "but still rocked or were still shaken; they count as standing, with the peaks so far",
             highlight=False,
         )
+
+
+def fit_sentence(rows: pd.DataFrame, intensity: str, reached: str) -> str:
+    """The last fit among some rows in one sentence, or why there is none.
+
+    Args:
+        rows: What `curve_rows` or `analysis.capacities.capacity_rows` returned.
+        intensity: Column of the intensity measure.
+        reached: What the lanes reach: the limit state.
+    """
+    row = rows.iloc[-1]
+    name = heading_text(intensity)
+    if row["verdict"] != "fitted":
+        median, why = fit_cells(row)
+        return (
+            f"No function of {reached} was fitted ({why.removeprefix('none: ')}; {median} {name})."
+        )
+    return (
+        f"Half of the lanes reach {reached} at {row['median']:.3g} {name}, with a dispersion of "
+        f"{row['dispersion']:.3g}."
+    )
 
 
 def fit_cells(row: pd.Series[Any]) -> tuple[str, str]:

@@ -18,7 +18,7 @@ from warprock.analysis.capacities import (
 from warprock.analysis.incremental import Analysis
 from warprock.case.case import Case
 from warprock.run.provenance import case_facts, surroundings
-from warprock.tables.fragility import fit_cells
+from warprock.tables.fragility import fit_cells, fit_sentence
 from warprock.tables.report import Report
 from warprock.tables.terminal import plain_table, print_table, stdout
 
@@ -71,6 +71,8 @@ def analysis_report(
         },
         facts={"case": case_facts(case), **facts, "intensity": intensity, **surroundings(case)},
         show=lambda: print_analysis(found, rows, intensity),
+        came_out=fit_sentence(rows, intensity, "overturning"),
+        then="warprock map overturning-map -o results/map",
     )
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 from warprock.case.reference import Section, facts
-from warprock.tables.terminal import stdout
+from warprock.tables.terminal import print_end, stdout
 
 
-def print_keys(found: Iterable[Section]) -> None:
+def print_keys(found: Sequence[Section]) -> None:
     """Prints tables of a case file: of each key what it may hold, and what it means."""
     out = stdout()
     for section in found:
@@ -22,3 +22,5 @@ def print_keys(found: Iterable[Section]) -> None:
             for name, line in zip([f"  {row.key}", *([""] * len(lines))], lines, strict=False):
                 out.print(f"{name:<{width}}{line}", markup=False, highlight=False, soft_wrap=True)
         out.print()
+    count = sum(len(section.keys) for section in found)
+    print_end(f"{count} keys are listed.", "warprock init pulse mine/case.toml", out)

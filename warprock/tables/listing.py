@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pathlib
+import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -11,6 +13,7 @@ from warprock.tables.terminal import (
     cell_text,
     heading_text,
     measured,
+    print_end,
     print_rows,
     say,
     wide_stdout,
@@ -22,12 +25,19 @@ def print_listing(found: Mapping[str, Any]) -> None:
     print_rows("Cases", found["cases"])
     print_rows("Engines", found["engines"])
     print_rows("Programs of others, for compare", found["programs"])
+    print_end(
+        f"{len(found['cases'])} cases are shipped, {len(found['engines'])} engines run them.",
+        "warprock explain free-b0",
+    )
 
 
 def print_explanation(found: Mapping[str, Any]) -> None:
     """Prints what `run.catalogue.explain_case` found."""
     out = wide_stdout()
     case, scene = found["case"], found["scene"]
+    shipped = (
+        case["file"] == f"{case['name']}/case.toml" and not pathlib.Path(case["file"]).exists()
+    )
     out.print(f"{case['name']}: {case['title']}", style="bold")
     out.print(case["source"].strip())
     say(out, f"\nScene: {scene['why']}.")
@@ -70,6 +80,12 @@ def print_explanation(found: Mapping[str, Any]) -> None:
         _print_engine(out, engine)
     if any(engine["estimate"] for engine in found["engines"]):
         say(out, f"\n{next(e['estimate'] for e in found['engines'] if e['estimate'])}")
+    print_end(
+        f"{case['name']} makes {found['lanes']:,} {'lane' if found['lanes'] == 1 else 'lanes'}; "
+        f"{found['engine']['engine']} runs them unless another engine is named.",
+        f"warprock run {shlex.quote(case['name'] if shipped else case['file'])} -o results",
+        out,
+    )
 
 
 def _friction_text(scene: Mapping[str, Any]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from warprock.tables.terminal import print_rows, wide_stdout
+from warprock.tables.terminal import measured, print_end, print_rows, wide_stdout
 
 
 def print_examination(found: Mapping[str, Any]) -> None:
@@ -29,7 +29,7 @@ def print_examination(found: Mapping[str, Any]) -> None:
     for thing in found["missing"]:
         out.print(f"missing: {thing}", style="bold red")
     if not found["missing"]:
-        out.print("nothing is missing")
+        print_end("Nothing is missing.", "warprock run free-b0 -o results")
 
 
 def print_bench(found: Mapping[str, Any]) -> None:
@@ -52,3 +52,9 @@ def print_bench(found: Mapping[str, Any]) -> None:
     for line in peers["missing"]:
         wide_stdout().print(f"peer not installed: {line}")
     print_rows("Commands", [{"command": k, "seconds": v} for k, v in found["commands"].items()])
+    best = max(found["rows"], key=lambda row: float(row["block_steps_per_s"]))
+    print_end(
+        f"{best['engine']} makes {measured(best['block_steps_per_s'])} steps of a block a second "
+        "on this machine.",
+        "warprock trade",
+    )

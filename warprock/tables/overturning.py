@@ -12,7 +12,8 @@ from warprock.analysis.overturning import Mode, OverturningMap
 from warprock.run.lane_table import lane_table
 from warprock.run.provenance import provenance
 from warprock.tables.report import Report
-from warprock.tables.terminal import plain_table, print_table, stdout
+from warprock.tables.terminal import plain_table, print_table, say, stdout
+from warprock.units import GRAVITY
 
 COLUMNS_SHOWN = 12
 """Frequencies of a group whose boundaries are printed."""
@@ -71,6 +72,22 @@ def map_report(found: OverturningMap) -> Report:
         tables={"grid": grid_table(found), "boundaries": boundaries},
         facts=facts,
         show=lambda: print_map(found),
+        came_out=_sentence(found),
+        then="warprock spectrum rocking-spectrum -o results/spectrum",
+    )
+
+
+def _sentence(found: OverturningMap) -> str:
+    """The weakest pulse that overturns the block."""
+    fatal = (Mode.WITHOUT_IMPACT.text, Mode.WITH_IMPACT.text)
+    fell = found.boundaries[found.boundaries["above"].isin(fatal)]
+    if fell.empty:
+        return "No pulse of the map overturns the block."
+    weakest = fell.sort_values("acceleration_ratio").iloc[0]
+    return (
+        f"The weakest pulse that overturns the block has {weakest['acceleration_ratio']:.3g} times "
+        f"the acceleration that lifts it, {weakest['peak_acceleration_m_s2'] / GRAVITY:.3g} g at "
+        f"{weakest['frequency_hz']:.3g} Hz."
     )
 
 
@@ -94,6 +111,11 @@ def print_map(found: OverturningMap, console: Console | None = None) -> None:
         for column in np.unique(np.linspace(0, last, min(COLUMNS_SHOWN, last + 1)).astype(int)):
             table.add_row(f"{ratios[column]:.4g}", column_text(found, number, int(column)))
         print_table(out, table)
+        if last + 1 > COLUMNS_SHOWN:
+            say(
+                out,
+                f"  {COLUMNS_SHOWN} of {last + 1} frequencies; all are in boundaries.csv of -o DIR",
+            )
     counts = ", ".join(f"{count:,} {mode}" for mode, count in facts["modes"].items() if count)
     out.print(f"grid of {facts['grid_lanes']:,} lanes: {counts}", highlight=False)
     out.print(

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
 
-from warprock.tables.terminal import plain_table, print_table, stdout
+from warprock.tables.terminal import plain_table, print_end, print_table, stdout
 from warprock.units import GRAVITY
 
 _HASH_SHOWN = 12
@@ -53,13 +54,23 @@ def print_records(rows: Sequence[Mapping[str, Any]], console: Console | None = N
     for licence in dict.fromkeys(row["licence"] for row in rows):
         count = sum(row["licence"] == licence for row in rows)
         out.print(f"  licence of {count}: {licence or 'not stated'}", soft_wrap=True)
+    most = max(rows, key=lambda row: row["pga_m_s2"])
+    peak = most["pga_m_s2"] / GRAVITY
+    print_end(
+        f"{len(rows)} records; the strongest is {most['name']}, {peak:.3g} g.",
+        f"warprock init record mine/case.toml --record {most['name']}",
+        out,
+    )
 
 
-def print_facts(records: Sequence[Mapping[str, Any]], console: Console | None = None) -> None:
+def print_facts(
+    records: Sequence[Mapping[str, Any]], asked: str, console: Console | None = None
+) -> None:
     """Prints what `records.summary.record_facts` found.
 
     Args:
         records: One a channel.
+        asked: Record or file, as it was asked for.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
@@ -81,10 +92,16 @@ def print_facts(records: Sequence[Mapping[str, Any]], console: Console | None = 
         )
         for key, name, unit in MEASURES:
             if key in facts:
-                more = f" ({facts[key] / GRAVITY:.4g} g)" if key == "pga_m_s2" else ""
-                out.print(f"  {name}: {facts[key]:.4g} {unit}".rstrip() + more, highlight=False)
-        spectrum = ", ".join(f"{t} s: {sa / GRAVITY:.4g} g" for t, sa in facts["sa_m_s2"].items())
+                more = f" ({facts[key] / GRAVITY:.3g} g)" if key == "pga_m_s2" else ""
+                out.print(f"  {name}: {facts[key]:.3g} {unit}".rstrip() + more, highlight=False)
+        spectrum = ", ".join(f"{t} s: {sa / GRAVITY:.3g} g" for t, sa in facts["sa_m_s2"].items())
         damping = f"{100 * facts['damping']:g} % damping"
         out.print(f"  Sa ({damping}): {spectrum}", soft_wrap=True, highlight=False)
         for warning in facts["warnings"]:
             out.print(f"  note: {warning}", soft_wrap=True, markup=False, style="yellow")
+    first = records[0]
+    print_end(
+        f"The record reaches {first['pga_m_s2'] / GRAVITY:.3g} g in {first['duration_s']:.3g} s.",
+        f"warprock init record mine/case.toml --record {shlex.quote(asked)}",
+        out,
+    )

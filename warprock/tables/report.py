@@ -19,6 +19,8 @@ class Report:
         facts: What `run.json` holds; None writes none.
         show: Prints the analysis on the terminal.
         beside: Whether it was made from the results in a folder, which stay when it is written.
+        came_out: What came out, in one sentence.
+        then: The command to try next, once the results are in a folder.
     """
 
     json: Mapping[str, Any]
@@ -26,3 +28,5 @@ class Report:
     facts: Mapping[str, Any] | None
     show: Callable[[], None]
     beside: bool = False
+    came_out: str = ""
+    then: str = ""

@@ -307,6 +307,5 @@ def run_sentence(run: CaseRun) -> str:
     lane = int(np.nanargmax(stands))
     where = f", in lane {run.lane_set.first + lane}" if response.lane_count > 1 else ""
     standing = "of those that stood " if "overturned" in counts or "slid_off" in counts else ""
-    return (
-        f"{said}; the largest peak {standing}is {stands[lane]:.3g} of the slenderness angle{where}."
-    )
+    peak = measured(float(stands[lane]))
+    return f"{said}; the largest peak {standing}is {peak} of the slenderness angle{where}."

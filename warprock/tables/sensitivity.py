@@ -36,6 +36,21 @@ def sensitivity_report(found: Sensitivity) -> Report:
         tables={"sensitivity": table},
         facts=facts,
         show=lambda: print_sensitivity(found),
+        came_out=_sentence(found),
+        then="warprock ida fragility-five-blocks -o results/ida",
+    )
+
+
+def _sentence(found: Sensitivity) -> str:
+    """The input that matters most."""
+    known = found.rows[found.rows["total"].notna()]
+    if known.empty:
+        return f"Nothing explains {found.of}: it does not vary."
+    most = known.sort_values("total", ascending=False).iloc[0]
+    return (
+        f"{most['input']} matters most to {found.of}: alone it explains "
+        f"{100.0 * most['first_order']:.3g} % of the variance, with its interactions "
+        f"{100.0 * most['total']:.3g} %."
     )
 
 

@@ -15,7 +15,7 @@ from warprock.run.lane_table import lane_table
 from warprock.run.provenance import provenance
 from warprock.tables.accuracy import run_accuracy_lines
 from warprock.tables.report import Report
-from warprock.tables.terminal import number, plain_table, print_table, stdout
+from warprock.tables.terminal import number, plain_table, print_table, say, stdout
 
 PERIODS_SHOWN = 16
 """Periods that are printed, an even selection."""
@@ -44,6 +44,20 @@ def spectrum_report(found: Spectrum) -> Report:
         tables={"spectrum": table},
         facts=facts,
         show=lambda: print_spectrum(found),
+        came_out=_sentence(found),
+        then="warprock sensitivity record-sample -o results/sensitivity",
+    )
+
+
+def _sentence(found: Spectrum) -> str:
+    """The largest block that fell, and how many did."""
+    fell = found.run.response["outcome"] == Outcome.OVERTURNED
+    if not fell.any():
+        return f"None of the {len(fell):,} blocks falls."
+    most = float(np.max(found.period[fell]))
+    return (
+        f"{int(fell.sum()):,} of {len(fell):,} blocks fall; the largest of them has 2 pi / p = "
+        f"{most:.3g} s."
     )
 
 
@@ -73,6 +87,8 @@ def print_spectrum(found: Spectrum, console: Console | None = None) -> None:
                 cells.append(cell if usable[lane] else NOTHING)
             table.add_row(f"{periods[lanes[0, place]]:.3g}", *cells)
         print_table(out, table)
+        if last + 1 > PERIODS_SHOWN:
+            say(out, f"  {PERIODS_SHOWN} of {last + 1} periods; all are in spectrum.csv of -o DIR")
     facts = spectrum_facts(found)
     counts = ", ".join(f"{count:,} {word}" for word, count in facts["outcome"].items() if count)
     out.print(f"{len(periods):,} lanes: {counts}; {found.run.wall_time:.1f} s", highlight=False)

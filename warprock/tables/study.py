@@ -14,7 +14,7 @@ from warprock.case.load import load_case
 from warprock.case.study import Study
 from warprock.compare.housner import EARLY_TIME
 from warprock.tables.compare import reasons
-from warprock.tables.terminal import MISSING, number, plain_table, print_written, stdout
+from warprock.tables.terminal import MISSING, number, plain_table, print_end, print_written, stdout
 
 Row = Mapping[str, Any]
 
@@ -95,6 +95,12 @@ def print_study_run(
     print_study(out, rows, case)
     out.print(f"wall time: {wall_time:.3g} s", highlight=False)
     print_written(files, out)
+    runs = len({(row["engine"], row["setting"], row["value"]) for row in rows})
+    print_end(
+        f"{runs} settings were held against Housner's solution.",
+        "warprock trade" if files else f"warprock run {case.name} -o results",
+        out,
+    )
 
 
 def setting_name(setting: str, unit: str) -> str:

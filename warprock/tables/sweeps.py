@@ -104,6 +104,8 @@ def print_counts(found: Mapping[str, Any], engine: str, settings: Any) -> None:
     advice = f"plan anew with {smaller_step(engine, settings)}" if found["accuracy"] else ""
     for line in accuracy_lines(found["accuracy"], found["tolerance"], found["lanes_done"], advice):
         _print(f"  {line}")
+    done = found["lanes_done"] == found["lanes"]
+    _print(f"next: warprock sweep {'merge' if done else 'status'} {found['folder']}")
 
 
 def print_state(found: Mapping[str, Any], folder: pathlib.Path) -> None:
@@ -119,8 +121,8 @@ def print_state(found: Mapping[str, Any], folder: pathlib.Path) -> None:
         _print(f"  other files beside the chunks: {_first(found['strangers'])}")
     _print(f"  lanes: {found['lanes_done']} of {found['lanes']} done")
     _print_words(found)
-    if found["chunks_done"] < found["chunks"]:
-        _print(f"next: warprock sweep run {folder}")
+    done = found["chunks_done"] == found["chunks"]
+    _print(f"next: warprock sweep {'merge' if done else 'run'} {folder}")
 
 
 def print_sweep_bench(rows: Sequence[Mapping[str, Any]]) -> None:

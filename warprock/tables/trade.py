@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from warprock.tables.terminal import plain_table, print_table, print_written, stdout
+from warprock.tables.terminal import plain_table, print_end, print_table, print_written, stdout
 
 
 def print_trade(
@@ -45,6 +45,11 @@ def print_trade(
         print_table(out, table)
     out.print("  * the cheapest of all engines; -: no setting tried met it")
     print_written(files, out)
+    print_end(
+        f"{len({row['engine'] for row in levels})} engines were timed on {len(scenes)} scenes.",
+        "warprock run free-b1-b3 --accuracy 1e-3",
+        out,
+    )
 
 
 def _cheapest(rows: Sequence[Mapping[str, Any]], level: float) -> Mapping[str, Any] | None:

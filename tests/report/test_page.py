@@ -1,0 +1,162 @@
+"""The page in a real browser: nothing complains, keys work, it fits a phone, it prints."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Iterator
+
+import pytest
+from click.testing import CliRunner
+
+from tests.shared.browser import Browser, browser_path
+from warprock.cli.main import main
+
+CASE = """
+title = "A block under pulses"
+source = "Made for this test."
+
+[block]
+width = "0.2 m"
+height = "1 m"
+depth = "0.5 m"
+density = "2400 kg/m^3"
+
+[contact]
+friction = 1.0
+
+[motion]
+waveform = "sine"
+control = "acceleration"
+frequency = "2 Hz"
+amplitude = "0.3 g"
+cycles = 1
+
+[run]
+duration = "3 s"
+sample_interval = "20 ms"
+
+[[sweep]]
+motion.amplitude = ["0.25 g", "0.3 g", "0.4 g", "0.9 g"]
+"""
+PHONE = 360
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    folder = tmp_path_factory.mktemp("page")
+    (folder / "case.toml").write_text(CASE)
+    arguments = ["run", str(folder / "case.toml"), "-e", "housner", "-o", str(folder / "out")]
+    result = CliRunner().invoke(main, arguments)
+    assert result.exit_code == 0, result.output
+    return folder / "out" / "report.html"
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    program = browser_path()
+    if program is None:
+        pytest.skip("no Chromium is installed here: apt-get install chromium")
+    found = Browser(program, tmp_path_factory.mktemp("profile"))
+    yield found
+    found.close()
+
+
+@pytest.fixture
+def opened(browser: Browser, page: pathlib.Path) -> Browser:
+    browser.open(page)
+    return browser
+
+
+def test_nothing_complains_and_nothing_is_fetched(opened: Browser):
+    assert opened.run("document.title") == "A block under pulses"
+    assert opened.complaints == []
+    assert opened.asked == []
+
+
+def test_every_figure_has_words_and_is_drawn(opened: Browser):
+    images = opened.run(
+        "Array.from(document.images).map(i => [i.alt, i.naturalWidth, i.src.slice(0, 18)])"
+    )
+    assert images
+    for alt, width, source in images:
+        assert len(alt) > 20
+        assert width > 100
+        assert source == "data:image/svg+xml"
+    names = "[role=img], [role=region], [role=group], nav"
+    assert opened.run(f"Array.from(document.querySelectorAll('{names}')).every(e => e.ariaLabel)")
+
+
+def test_a_lane_is_picked_and_plays_by_keys(opened: Browser):
+    clock = "parseFloat(document.querySelector('.scene .clock').textContent)"
+    # At first the picture is that of the largest rotation.
+    assert opened.run(clock) > 0.0
+    opened.run("document.querySelector('.player .plot').focus()")
+    opened.press("Home")
+    assert opened.run(clock) == 0.0
+    still = opened.run("document.querySelector('.block').getAttribute('points')")
+    opened.press("End")
+    assert opened.run(clock) == pytest.approx(3.0)
+    opened.press("Home")
+    opened.press(" ", " ")
+    assert opened.run("document.querySelector('.play').textContent") == "Pause"
+    opened.wait(f"{clock} > 0.3")
+    opened.press(" ", " ")
+    assert opened.run("document.querySelector('.play').textContent") == "Play"
+    assert opened.run("document.querySelector('.block').getAttribute('points')") != still
+    assert opened.run("Number(document.querySelector('.time').value)") == pytest.approx(
+        opened.run(clock), abs=0.03
+    )
+
+
+def test_a_row_of_the_table_plays_its_lane(opened: Browser):
+    opened.run("document.querySelectorAll('.show-lane')[3].click()")
+    assert "lane 3" in opened.run("document.querySelector('.lane').selectedOptions[0].text")
+    assert "overturned" in opened.run("document.querySelector('.about').textContent")
+
+
+def test_a_table_is_sorted_by_a_key(opened: Browser):
+    rows = "Array.from(document.querySelectorAll('.sheet tbody tr'))"
+    column = f"{rows}.map(r => r.cells[0].innerText)"
+    first = [text.split()[-1] for text in opened.run(column)]
+    assert first == ["0", "1", "2", "3"]
+    opened.run("document.querySelector('.sheet thead button').focus()")
+    opened.press("Enter", "\r")
+    opened.press("Enter", "\r")
+    assert [text.split()[-1] for text in opened.run(column)] == first[::-1]
+    assert opened.run("document.querySelector('.sheet thead th').ariaSort") == "descending"
+
+
+def test_it_fits_a_phone(opened: Browser):
+    opened.size(PHONE, 740)
+    opened.wait(f"window.innerWidth === {PHONE}")
+    assert opened.run("document.documentElement.scrollWidth") <= PHONE
+    opened.wait(f"document.querySelector('.scene').viewBox.baseVal.width < {PHONE}")
+    small = "Array.from(document.querySelectorAll('button.play, .lane')).map(b => b.offsetHeight)"
+    assert min(opened.run(small)) >= 30
+
+
+def test_it_prints(opened: Browser):
+    content = opened.pdf()
+    assert content[:5] == b"%PDF-"
+    pages = content.count(b"/Type /Page\n") + content.count(b"/Type /Page ")
+    assert 1 <= pages <= 6
+
+
+def test_a_page_written_again_keeps_its_drawings_and_its_lanes(page: pathlib.Path):
+    before = page.read_text(encoding="utf-8")
+    result = CliRunner().invoke(main, ["report", str(page.parent)])
+    assert result.exit_code == 0, result.output
+    after = page.read_text(encoding="utf-8")
+    assert after.count("data:image/svg+xml") == before.count("data:image/svg+xml") > 0
+    marks = ('class="scenes"', "</script>")
+    scenes = [text.partition(marks[0])[2].partition(marks[1])[0] for text in (before, after)]
+    assert scenes[0] == scenes[1] != ""
+
+
+def test_a_folder_without_results_is_refused(tmp_path: pathlib.Path):
+    for folder in (tmp_path, tmp_path / "none"):
+        result = CliRunner().invoke(main, ["report", str(folder)])
+        assert result.exit_code == 2
+        assert "DIR" in result.stderr
+        assert result.stderr.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,29 @@
+"""A scene in motion that tests of pictures share."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warprock.model.pose import quaternion
+from warprock.run.scene_motion import SceneMotion
+
+
+def swinging(samples: int = 5, *, spatial: bool = False, drift: float = 0.01) -> SceneMotion:
+    """Two blocks that swing on a base which drifts [m]."""
+    times = 0.1 * np.arange(samples)
+    turn = 0.2 * np.sin(2.0 * np.pi * times)
+    still = np.zeros_like(times)
+    base = np.stack([drift * times, still, still], axis=-1)
+    attitude = quaternion(np.stack([still, turn, still], axis=-1))
+    return SceneMotion(
+        name="a case, lane 0, event",
+        outcome="rocking",
+        spatial=spatial,
+        times=times,
+        sizes=np.array([[0.4, 0.5, 1.0], [0.3, 0.4, 0.6]]),
+        position=np.stack([base + np.array([0.0, 0.0, height]) for height in (0.5, 1.3)]),
+        attitude=np.stack([attitude, attitude]),
+        ratio=np.stack([turn / 0.38, turn / 0.46]),
+        base=base,
+        acceleration=np.zeros_like(base),
+    )

@@ -1,0 +1,248 @@
+"""Frames of a moving picture of one lane: its blocks, its base, the ground, and time.
+
+The view stands still while the base stays within it; where the base drifts far, the view goes with
+the base and the marks of the ground pass by.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.figures.palette import DARK, FALLEN, GREY, PALE, SERIES
+from warprock.figures.sheet import style
+from warprock.run.scene_motion import SceneMotion
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = npt.NDArray[np.float64]
+Frame = npt.NDArray[np.uint8]
+
+SIZE = (7.2, 6.4)
+"""Inches."""
+DPI = 100
+AZIMUTH, ELEVATION = np.deg2rad(-55.0), np.deg2rad(18.0)
+"""From where blocks in space are seen: turned about the vertical, and from above."""
+FAR = 1.0
+"""Drift of the base over the size of the scene from which the view goes with it."""
+FACES = np.array(
+    [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+)
+"""Corners of the faces of a block, as `SceneMotion.corners_in_space` numbers them, seen from
+outside against the clock."""
+
+
+def frames(motion: SceneMotion) -> Iterator[Frame]:
+    """One picture a sample, each [row, column, 3] of red, green and blue, 0 to 255.
+
+    Args:
+        motion: The lane.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with style():
+        figure = Figure(figsize=SIZE, dpi=DPI)
+        canvas = FigureCanvasAgg(figure)
+        grid = figure.add_gridspec(
+            3, 1, height_ratios=(6.0, 1.0, 1.0), left=0.11, right=0.97, top=0.9, bottom=0.08
+        )
+        scene, turn, pull = (figure.add_subplot(grid[row]) for row in range(3))
+        view = _View(scene, motion)
+        lines = [_curves(turn, motion), _shaking(pull, motion)]
+        figure.text(0.02, 0.965, motion.name, fontsize=11, fontweight="bold", va="center")
+        said = figure.text(0.02, 0.925, "", fontsize=9.5, color=DARK, va="center")
+        moving = [*view.artists, *lines, said]
+        for artist in moving:
+            artist.set_animated(True)
+        # What stands still is drawn once.
+        drawn: Any = canvas
+        drawn.draw()
+        background = drawn.copy_from_bbox(figure.bbox)
+        for sample, time in enumerate(motion.times):
+            view.show(sample)
+            for line in lines:
+                line.set_xdata([time, time])
+            said.set_text(_said(motion, sample))
+            drawn.restore_region(background)
+            for artist in sorted(moving, key=lambda each: each.get_zorder()):
+                figure.draw_artist(artist)
+            yield np.asarray(drawn.buffer_rgba())[..., :3].copy()
+
+
+def _said(motion: SceneMotion, sample: int) -> str:
+    """What stands above the scene at a sample."""
+    parts = [f"time {motion.times[sample]:.2f} s"]
+    if np.any(motion.acceleration) or np.any(motion.base):
+        names = "xyz" if motion.spatial else "x"
+        moved = ", ".join(
+            f"{name} {round(1e3 * float(motion.base[sample, axis]), 1) + 0.0:.1f} mm"
+            for axis, name in enumerate(names)
+        )
+        parts.append(f"base moved by {moved}")
+    if sample == len(motion.times) - 1:
+        parts.append(f"end: {motion.outcome}")
+    return "     ".join(parts)
+
+
+def _curves(axes: Axes, motion: SceneMotion) -> Any:
+    """Rotations over time; returns the line that marks the time."""
+    for block, ratio in enumerate(motion.ratio):
+        axes.plot(motion.times, ratio, color=SERIES[block % len(SERIES)], linewidth=1.0)
+    axes.set_ylabel("rotation /\nslenderness", fontsize=8)
+    axes.set_xlim(motion.times[0], max(motion.times[-1], 1e-9))
+    axes.tick_params(labelbottom=False, labelsize=8)
+    return axes.axvline(0.0, color=FALLEN, linewidth=1.2)
+
+
+def _shaking(axes: Axes, motion: SceneMotion) -> Any:
+    """The acceleration of the base over time; returns the line that marks the time."""
+    for axis, name in enumerate("xyz" if motion.spatial else "x"):
+        look = (DARK, GREY, PALE)[axis]
+        axes.plot(motion.times, motion.acceleration[:, axis], color=look, linewidth=1.0, label=name)
+    if motion.spatial and np.any(motion.acceleration):
+        axes.legend(loc="upper right", fontsize=7, ncols=3)
+    axes.set_ylabel("base accel.\n[m/s²]", fontsize=8)
+    axes.set_xlabel("time [s]", fontsize=8)
+    axes.set_xlim(motion.times[0], max(motion.times[-1], 1e-9))
+    axes.tick_params(labelsize=8)
+    return axes.axvline(0.0, color=FALLEN, linewidth=1.2)
+
+
+class _View:
+    """The scene: what stands still is drawn once, what moves is put in place a sample."""
+
+    def __init__(self, axes: Axes, motion: SceneMotion) -> None:
+        """Draws the ground, and makes the base and the blocks."""
+        from matplotlib.patches import Polygon
+
+        self.axes, self.motion = axes, motion
+        corners = motion.corners_in_space() if motion.spatial else motion.corners()
+        self.reach = 0.75 * float(motion.sizes[:, :2].max()) + 0.3 * float(motion.sizes[:, 2].sum())
+        self.slab = 0.06 * float(motion.sizes[:, 2].sum())
+        # Corners as seen from the base, where the view goes with it.
+        drift = float(np.ptp(motion.base[:, :2], axis=0).max())
+        self.follows = drift > FAR * 2.0 * self.reach
+        self.off = motion.base if self.follows else np.zeros_like(motion.base)
+        self.corners = corners - (
+            self.off[None, :, None] if motion.spatial else self.off[None, :, None, [0, 2]]
+        )
+        self.base = motion.base - self.off
+        pieces = 6 if motion.spatial else 1
+        self.ground: list[Any] = []
+        self.slabs = [Polygon(np.zeros((4, 2)), facecolor=PALE, edgecolor=DARK, linewidth=0.8)]
+        self.blocks = [
+            Polygon(np.zeros((4, 2)), edgecolor="black", linewidth=1.0, alpha=1.0)
+            for _ in range(pieces * len(motion.sizes))
+        ]
+        for patch in (*self.slabs, *self.blocks):
+            axes.add_patch(patch)
+        self.marks = axes.plot([], [], color=GREY, linewidth=0.8, zorder=0.5)[0]
+        self.pin = axes.plot([], [], color=FALLEN, linewidth=1.6, zorder=1.5)[0]
+        self.artists = [self.marks, *self.slabs, *self.blocks, self.pin]
+        axes.set_aspect("equal", adjustable="box")
+        axes.set_xticks([])
+        axes.set_yticks([])
+        for side in axes.spines.values():
+            side.set_visible(False)
+        self._frame()
+
+    def _seen(self, points: Array) -> Array:
+        """Where points in space lie in the picture, to the right and up."""
+        c, s = np.cos(AZIMUTH), np.sin(AZIMUTH)
+        x, y, z = points[..., 0], points[..., 1], points[..., 2]
+        across, away = -s * x + c * y, -(c * x + s * y)
+        up = z * np.cos(ELEVATION) + away * np.sin(ELEVATION)
+        return np.stack([across, up], axis=-1)
+
+    def _depth(self, points: Array) -> Array:
+        """How near to the reader points in space lie."""
+        c, s = np.cos(AZIMUTH), np.sin(AZIMUTH)
+        near = c * points[..., 0] + s * points[..., 1]
+        return np.asarray(near * np.cos(ELEVATION) + points[..., 2] * np.sin(ELEVATION))
+
+    def _slab(self, base: Array) -> Array:
+        """Outline of the base in the picture."""
+        if not self.motion.spatial:
+            low = [(-self.reach, -self.slab), (self.reach, -self.slab)]
+            return np.array([*low, (self.reach, 0.0), (-self.reach, 0.0)]) + base[[0, 2]]
+        flat = np.array([(-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0)])
+        return self._seen(flat * self.reach + base)
+
+    def _frame(self) -> None:
+        """Sets the limits so that nothing leaves the picture."""
+        seen = self._seen(self.corners) if self.motion.spatial else self.corners
+        ends = np.concatenate(
+            [seen.reshape(-1, 2), *(self._slab(self.base[k]) for k in _extremes(self.base))]
+        )
+        low, high = ends.min(axis=0), ends.max(axis=0)
+        margin = 0.04 * float((high - low).max())
+        self.axes.set_xlim(low[0] - margin, high[0] + margin)
+        self.axes.set_ylim(low[1] - 3.0 * margin, high[1] + margin)
+
+    def show(self, sample: int) -> None:
+        """Puts everything where it is at a sample."""
+        base = self.base[sample]
+        self.slabs[0].set_xy(self._slab(base))
+        self._show_ground(sample)
+        if not self.motion.spatial:
+            for block, patch in enumerate(self.blocks):
+                patch.set_xy(self.corners[block, sample])
+                patch.set_facecolor(SERIES[block % len(SERIES)])
+                patch.set_zorder(2)
+            return
+        for block in range(len(self.motion.sizes)):
+            corners = self.corners[block, sample]
+            for face, which in enumerate(FACES):
+                points = corners[which]
+                normal = np.cross(points[1] - points[0], points[2] - points[1])
+                normal = normal / max(float(np.linalg.norm(normal)), 1e-12)
+                near = float(self._depth(normal))
+                patch = self.blocks[6 * block + face]
+                patch.set_visible(near > 0.0)
+                patch.set_xy(self._seen(points))
+                patch.set_facecolor(_shaded(SERIES[block % len(SERIES)], 0.55 + 0.45 * near))
+                patch.set_zorder(2.0 + 0.001 * float(self._depth(points.mean(axis=0))) + block)
+
+    def _show_ground(self, sample: int) -> None:
+        """Marks of the ground, every tenth or so of the picture, and how far the base has gone."""
+        step = 10.0 ** np.floor(np.log10(self.reach))
+        off = self.off[sample]
+        first = np.ceil((off[0] - 2.0 * self.reach) / step)
+        places = step * (first + np.arange(int(4.0 * self.reach / step) + 1)) - off[0]
+        base, down = self.base[sample], self.slab
+        if not self.motion.spatial:
+            level = -1.6 * down
+            xs = np.column_stack([places, places, np.full(len(places), np.nan)]).ravel()
+            zs = np.tile([level, level - 0.6 * down, np.nan], len(places))
+            ends = self.axes.get_xlim()
+            self.marks.set_data(
+                np.concatenate([[*ends, np.nan], xs]), np.concatenate([[level, level, np.nan], zs])
+            )
+            self.pin.set_data([base[0], base[0]], [base[2], level])
+            return
+        far = np.stack([np.full_like(places, -self.reach), np.full_like(places, self.reach)])
+        deep = np.full_like(far, -self.slab)
+        lines = self._seen(np.stack([np.tile(places, (2, 1)), far, deep], axis=-1))
+        gaps = np.full((1, len(places), 2), np.nan)
+        drawn = np.concatenate([lines, gaps]).transpose(1, 0, 2).reshape(-1, 2)
+        self.marks.set_data(drawn[:, 0], drawn[:, 1])
+        origin = self._seen(np.stack([-off, base]))
+        self.pin.set_data(origin[:, 0], origin[:, 1])
+
+
+def _extremes(base: Array) -> list[int]:
+    """Samples at which the base is farthest along each axis."""
+    return sorted({int(k) for axis in base.T for k in (axis.argmin(), axis.argmax())})
+
+
+def _shaded(colour: str, light: float) -> tuple[float, float, float]:
+    """A colour in less light."""
+    from matplotlib.colors import to_rgb
+
+    red, green, blue = to_rgb(colour)
+    return red * light, green * light, blue * light

@@ -1,0 +1,199 @@
+"""A lane as a scene in motion: where its blocks and its base are over time, seen from the ground.
+
+A lane is run again, alone, at the step of its numbers; so these are its numbers, at the frames of
+a picture.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import pathlib
+from typing import Any, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.case.case import Case
+from warprock.case.lanes import expand_lanes
+from warprock.case.load import build_case
+from warprock.errors import InputError
+from warprock.model.base_path import base_places
+from warprock.model.lanes import as_stacks
+from warprock.model.pose import quaternion, turned
+from warprock.model.response import Outcome, Response
+from warprock.reading import read_bytes
+from warprock.run.case_run import CaseRun, require_options, require_support, run_lane
+from warprock.run.lane_table import LANE_TABLE
+from warprock.run.options import RunOptions
+from warprock.run.results import PROVENANCE
+
+Array = npt.NDArray[np.float64]
+
+_PLANE = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)])
+_SPACE = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+
+
+@dataclasses.dataclass(frozen=True)
+class SceneMotion:
+    """The motion of one lane, SI units, seen from the ground; x in the plane of rocking, z upwards.
+
+    Attributes:
+        name: Case and lane, in words.
+        outcome: What became of the lane.
+        spatial: Whether its blocks move in space.
+        times: Times of the samples [s], shape [sample].
+        sizes: Full width, depth and height of the blocks [m], lowest first, shape [block, 3].
+        position: Middles of the blocks [m], shape [block, sample, 3].
+        attitude: Quaternions (x, y, z, w) of the blocks, shape [block, sample, 4].
+        ratio: Rotations over the slenderness angles [-], shape [block, sample].
+        base: Displacement of the base since the start [m], shape [sample, 3].
+        acceleration: Acceleration of the base [m/s^2], shape [sample, 3].
+    """
+
+    name: str
+    outcome: str
+    spatial: bool
+    times: Array
+    sizes: Array
+    position: Array
+    attitude: Array
+    ratio: Array
+    base: Array
+    acceleration: Array
+
+    def corners(self) -> Array:
+        """Corners of the blocks in their plane, going round [m], shape [block, sample, 4, 2]."""
+        flat = _PLANE * self.sizes[:, None, None, [0, 2]]
+        arms = np.insert(flat, 1, 0.0, axis=-1)
+        return np.asarray(self._placed(arms)[..., [0, 2]])
+
+    def corners_in_space(self) -> Array:
+        """All corners of the blocks [m], shape [block, sample, 8, 3]: -y, +y for -x, then +x.
+
+        That is, corner 4 i + 2 j + k lies on the side i along the width, j along the depth and k
+        along the height, 0 being the negative one.
+        """
+        return self._placed(_SPACE * self.sizes[:, None, None, :])
+
+    def _placed(self, arms: Array) -> Array:
+        shape = (*self.position.shape[:2], arms.shape[-2], 3)
+        seen = turned(self.attitude[:, :, None], np.broadcast_to(arms, shape))
+        return np.asarray(seen + self.position[:, :, None])
+
+
+def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
+    """The motion of one lane of a run, run again.
+
+    Args:
+        run: The run.
+        lane: Number of the lane, from 0.
+        interval: Time between samples [s].
+
+    Raises:
+        InputError: There is no such lane, or its samples would be too many.
+    """
+    case = _sampled(run.case, interval)
+    response = run_lane(dataclasses.replace(run, case=case), lane)
+    lanes = as_stacks(run.lane_set.lanes.take(np.array([lane])))
+    spatial = run.lane_set.lanes.spatial
+    shape = (lanes.block_count, len(response.times))
+    fields = {name: np.reshape(response[name], shape) for name in _histories(response)}
+    base = base_places(run.lane_set.motions, lane, response.times)
+    nothing = np.zeros(shape)
+    place = np.stack([fields["x"], fields.get("y", nothing), fields["z"]], axis=-1) + base
+    if spatial:
+        attitude = np.stack([fields[f"attitude_{part}"] for part in "xyzw"], axis=-1)
+    else:
+        # Clockwise in the plane, towards +x: about +y.
+        attitude = quaternion(np.stack([nothing, fields["rotation"], nothing], axis=-1))
+    pulled = np.zeros_like(base)
+    for axis, motion in enumerate(run.lane_set.motions.components):
+        pulled[:, axis] = motion.acceleration(response.times, lane)
+    return SceneMotion(
+        name=f"{case.name}, lane {lane}, {response.engine}",
+        outcome=Outcome(int(response["outcome"][0])).name.lower().replace("_", " "),
+        spatial=spatial,
+        times=response.times,
+        sizes=np.stack([lanes.width[0], lanes.depth[0], lanes.height[0]], axis=-1),
+        position=place,
+        attitude=attitude,
+        ratio=fields["rotation"] / lanes.slenderness_angle[0][:, None],
+        base=base,
+        acceleration=pulled,
+    )
+
+
+def _histories(response: Response) -> list[str]:
+    """Fields of a one-lane response that have a sample axis."""
+    return [name for name, values in response.fields.items() if values.ndim > 1 and values.size > 1
+            and values.shape[-1] == len(response.times)]  # fmt: skip
+
+
+def _sampled(case: Case, interval: float) -> Case:
+    """The case with another time between samples."""
+    run = case.tables.run
+    of_run = run.model_copy(update={"sample_interval": min(interval, run.duration)})
+    return dataclasses.replace(case, tables=case.tables.model_copy(update={"run": of_run}))
+
+
+def run_of_folder(folder: pathlib.Path) -> CaseRun:
+    """A run as its folder tells it, for its lanes to be run again; without their results.
+
+    Args:
+        folder: What `warprock run -o` wrote: `run.json` and the lane table.
+
+    Raises:
+        InputError: The folder holds no run, or one that cannot be run here.
+    """
+    facts = _facts(folder)
+    path = pathlib.Path(facts["case"]["file"])
+    case = build_case(
+        facts["case"]["name"],
+        facts["case"]["file"],
+        path.parent if path.is_file() else None,
+        facts["case"]["resolved"],
+    )
+    engine, tolerance = facts["engine"]["name"], facts.get("tolerance")
+    options = RunOptions(precision=facts["precision"], device=facts["device"], tolerance=tolerance)
+    require_options(engine, options)
+    lane_set = expand_lanes(case)
+    require_support(case, lane_set, engine)
+    fields = {"status": np.zeros(lane_set.lanes.lane_count)} | _steps(folder / LANE_TABLE)
+    settings = case.engine_settings(engine)
+    settings = type(settings)(**facts["engine"]["settings"])
+    return CaseRun(case, lane_set, Response(engine, fields, np.empty(0)), options, settings, 0.0)
+
+
+def _facts(folder: pathlib.Path) -> dict[str, Any]:
+    """What `run.json` says of a run.
+
+    Raises:
+        InputError: It is not there, cannot be read, or tells of something else than a run.
+    """
+    source, allowed = str(folder / PROVENANCE), "must be what `warprock run -o DIR` writes"
+    try:
+        facts = json.loads(read_bytes(folder / PROVENANCE))
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(source, "", "nothing readable", allowed) from error
+    found = facts if isinstance(facts, dict) else {}
+    parts = (found.get("case"), found.get("engine"))
+    if not all(isinstance(part, dict) for part in parts) or "settings" not in found["engine"]:
+        raise InputError(source, "", "no run", allowed)
+    return cast(dict[str, Any], found)
+
+
+def _steps(table: pathlib.Path) -> dict[str, Any]:
+    """The time steps that the numbers of the lanes are from, where their errors were estimated."""
+    import pyarrow.parquet as pq
+
+    try:
+        schema = pq.read_schema(table)
+        if "time_step_s" not in schema.names:
+            return {}
+        return {
+            "time_step": pq.read_table(table, columns=["time_step_s"])["time_step_s"].to_numpy()
+        }
+    except (OSError, ValueError) as error:
+        allowed = "must be the lane table that `warprock run -o DIR` writes"
+        raise InputError(str(table), "", "nothing readable", allowed) from error

@@ -1,0 +1,1 @@
+"""Moving pictures of lanes, and viewers of them."""

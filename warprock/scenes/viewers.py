@@ -1,0 +1,131 @@
+"""A lane in Newton's viewers: in the browser (viser), rerun, a window, or a USD file."""
+
+from __future__ import annotations
+
+import pathlib
+import time
+from typing import Any
+
+import numpy as np
+
+from warprock.figures.palette import SERIES
+from warprock.run.scene_motion import SceneMotion
+
+PAUSE = 1.0
+"""Seconds for which the end of a lane is shown before it plays again."""
+BASE_COLOUR, GROUND_COLOUR = (0.75, 0.75, 0.75), (0.92, 0.92, 0.92)
+
+
+def open_viewer(kind: str, port: int) -> Any:
+    """One of Newton's viewers.
+
+    Args:
+        kind: "viser", "rerun" or "window".
+        port: Port of a viewer in the browser.
+    """
+    import newton.viewer
+
+    if kind == "viser":
+        return newton.viewer.ViewerViser(host="127.0.0.1", port=port, label="warprock")
+    if kind == "rerun":
+        return newton.viewer.ViewerRerun(app_id="warprock", web_port=port)
+    return newton.viewer.ViewerGL()
+
+
+def write_usd(path: pathlib.Path, motion: SceneMotion, rate: float) -> None:
+    """Writes a lane as a USD file with one time code a sample.
+
+    Args:
+        path: The file, ending in .usd, .usda or .usdc.
+        motion: The lane.
+        rate: Samples a second of playing.
+    """
+    import newton.viewer
+
+    viewer = newton.viewer.ViewerUSD(str(path), fps=round(rate), num_frames=None)
+    for sample in range(len(motion.times)):
+        _show(viewer, motion, sample, sample / round(rate))
+    viewer.close()
+
+
+def play(viewer: Any, motion: SceneMotion, speed: float, *, rounds: int | None = None) -> None:
+    """Plays a lane in a viewer, over and over, until it is closed.
+
+    Args:
+        viewer: One of Newton's viewers.
+        motion: The lane.
+        speed: Seconds of the lane in a second.
+        rounds: How often; None until the viewer is closed.
+    """
+    _look(viewer, motion)
+    done = 0
+    while viewer.is_running() and (rounds is None or done < rounds):
+        begun, sample = time.perf_counter(), 0
+        while viewer.is_running() and sample < len(motion.times):
+            if viewer.is_paused():
+                begun += _waited(0.05)
+                continue
+            due = motion.times[sample] / speed - (time.perf_counter() - begun)
+            time.sleep(max(0.0, due))
+            _show(viewer, motion, sample, float(motion.times[sample]))
+            sample += 1
+        _waited(PAUSE if rounds is None else 0.0)
+        done += 1
+
+
+def _waited(seconds: float) -> float:
+    time.sleep(seconds)
+    return seconds
+
+
+def _look(viewer: Any, motion: SceneMotion) -> None:
+    """Puts the camera where the whole scene is seen."""
+    import warp as wp
+
+    size = float(motion.sizes[:, 2].sum() + motion.sizes[:, :2].max())
+    viewer.set_camera(wp.vec3(0.0, -2.2 * size, 0.9 * size), -12.0, 90.0)
+
+
+def _show(viewer: Any, motion: SceneMotion, sample: int, at: float) -> None:
+    """Shows a sample of a lane, at a time of the viewer [s]."""
+    import newton
+    import warp as wp
+
+    viewer.begin_frame(at)
+    tall = float(motion.sizes[:, 2].sum())
+    reach, thick = 0.75 * float(motion.sizes[:, :2].max()) + 0.3 * tall, 0.03 * tall
+    base = motion.base[sample]
+    still = np.array([0.0, 0.0, 0.0, 1.0])
+    shapes = [
+        ("base", (reach, reach, thick), base - np.array([0.0, 0.0, thick]), still, BASE_COLOUR),
+        (
+            "ground",
+            (3.0 * reach, 3.0 * reach, 0.2 * thick),
+            np.array([0.0, 0.0, -3.0 * thick - max(0.0, -float(motion.base[:, 2].min()))]),
+            still,
+            GROUND_COLOUR,
+        ),
+    ]
+    for block, size in enumerate(motion.sizes):
+        colour = _rgb(SERIES[block % len(SERIES)])
+        place, turn = motion.position[block, sample], motion.attitude[block, sample]
+        shapes.append((f"block_{block + 1}", tuple(0.5 * size), place, turn, colour))
+    for name, half, place, turn, colour in shapes:
+        viewer.log_shapes(
+            f"/{name}",
+            newton.GeoType.BOX,
+            tuple(float(part) for part in half),
+            wp.array([wp.transform(place, turn)], dtype=wp.transform),
+            wp.array([wp.vec3(*colour)], dtype=wp.vec3),
+        )
+    viewer.log_scalar("time [s]", float(motion.times[sample]))
+    viewer.log_scalar("base acceleration [m/s^2]", float(motion.acceleration[sample, 0]))
+    for block, ratio in enumerate(motion.ratio[:, sample]):
+        viewer.log_scalar(f"rotation / slenderness, block {block + 1}", float(ratio))
+    viewer.end_frame()
+
+
+def _rgb(colour: str) -> tuple[float, float, float]:
+    """A colour `#RRGGBB` as parts of one."""
+    red, green, blue = (int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5))
+    return red, green, blue
