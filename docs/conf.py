@@ -27,6 +27,7 @@ extensions = [
     "sphinx_click",
     "sphinx_copybutton",
     "commands",
+    "mathml",
     "registries",
 ]
 exclude_patterns = ["_build", "_made", "jupyter_execute"]
@@ -45,6 +46,7 @@ autodoc_member_order = "bysource"
 napoleon_google_docstring = True
 napoleon_numpy_docstring = False
 
+html_math_renderer = "mathml"
 html_theme = "furo"
 html_static_path = ["_static"]
 html_css_files = ["manual.css"]
