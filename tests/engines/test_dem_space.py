@@ -218,7 +218,11 @@ def test_rotation_in_flight_keeps_angular_momentum_and_energy(
     taken = []
     shown = base.histories
     monkeypatch.setattr(
-        base, "histories", lambda lanes, seen: taken.append(seen) or shown(lanes, seen)
+        base,
+        "histories",
+        lambda lanes, seen, *more, **options: (
+            taken.append(seen.history) or shown(lanes, seen, *more, **options)
+        ),
     )
     still_along = no_motion(drop)
     interval = 1e-3

@@ -413,7 +413,7 @@ def test_run_shows_the_estimates_and_leaves_them_out_on_request(tmp_path: pathli
     found = json.loads(invoke("--json"))
     errors = [row["rotation_error_rad"] for row in found["rows"]]
     assert found["rotation_error_rad"]["median"] == pytest.approx(np.median(errors))
-    assert f"largest {max(errors):.2g} rad" in invoke()
+    assert f"largest {np.rad2deg(max(errors)):.2g} deg" in invoke()
     bare = json.loads(invoke("--json", "--no-estimate"))
     assert bare["rotation_error_rad"] is None
     assert not {"rotation_error_rad", "peak_rotation_error_rad"} & set(bare["rows"][0])

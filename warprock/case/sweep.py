@@ -37,10 +37,9 @@ _MOST_VALUES = 100_000_000
 LIST, LIST_OR_GRID = "must be a list", "must be a list or a grid { from, to, count, spacing }"
 
 _GRID_TEXT = re.compile(
-    r"\s*(?P<first>\S.*?)\s+to\s+(?P<last>\S.*?)\s*(?:,\s*(?P<count>\d+))?"
-    r"(?:\s+(?P<spacing>log|linear))?\s*"
+    r"(?P<first>\S.*?) to (?P<last>\S.*?) ?(?:, ?(?P<count>\d+))?(?: (?P<spacing>log|linear))?"
 )
-"""A grid in words."""
+"""A grid in words, with single spaces between them."""
 
 Value = TypeVar("Value")
 
@@ -197,7 +196,7 @@ def several_values(got: object, *, words: bool) -> list[object] | Mapping[str, o
         return got
     if not words or not isinstance(got, str):
         return None
-    grid = _GRID_TEXT.fullmatch(got)
+    grid = _GRID_TEXT.fullmatch(" ".join(got.split()))
     if grid is not None:
         if grid["count"] is None:
             allowed = 'must say how many values: "FROM to TO, COUNT", such as "0.1 g to 2 g, 20"'
