@@ -418,5 +418,5 @@ def test_run_shows_the_estimates_and_leaves_them_out_on_request(tmp_path: pathli
     assert bare["rotation_error_rad"] is None
     assert not {"rotation_error_rad", "peak_rotation_error_rad"} & set(bare["rows"][0])
     explained = CliRunner().invoke(main, ["explain", "free-b1-b3"]).stdout
-    with_order = [name for name in FREE_ENGINES if engine_class(name).order is not None]
-    assert explained.count("--no-estimate") == len(with_order)
+    assert any(engine_class(name).order is not None for name in FREE_ENGINES)
+    assert explained.count("--no-estimate") == 1
