@@ -40,7 +40,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 DOCS = ROOT / "docs"
 MADE = "_made"
 WORKERS = 2
-WIDTH = 92
+WIDTH = 104
 """Characters of a line that a page has room for."""
 LIMIT_S = 120
 """Longest time of one block [s]."""
