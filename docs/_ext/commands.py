@@ -25,6 +25,7 @@ import re
 import shutil
 import subprocess
 import sys
+import textwrap
 import time
 from collections.abc import Callable
 from typing import Any, ClassVar, NamedTuple
@@ -39,6 +40,8 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 DOCS = ROOT / "docs"
 MADE = "_made"
 WORKERS = 2
+WIDTH = 104
+"""Characters of a line that a page has room for."""
 LIMIT_S = 120
 """Longest time of one block [s]."""
 
@@ -189,6 +192,13 @@ class _Shown(SphinxDirective):
         return around
 
 
+def _wrapped(line: str) -> list[str]:
+    """A sentence in lines that a page has room for; a row of a table as it is."""
+    if len(line) <= WIDTH or "  " in line.strip() or "\u2500" in line:
+        return [line]
+    return textwrap.wrap(line, WIDTH, subsequent_indent="  ")
+
+
 class Command(_Shown):
     """A command and what it prints."""
 
@@ -215,10 +225,10 @@ class Command(_Shown):
         return found
 
     def _cut(self, printed: str) -> str:
-        lines = printed.splitlines()
+        lines = [part for line in printed.splitlines() for part in _wrapped(line)]
         head, tail = self.options.get("head"), self.options.get("tail", 0)
         if (head is None and not tail) or len(lines) <= (head or 0) + tail:
-            return printed
+            return "\n".join(lines)
         kept = lines[: head or 0], lines[len(lines) - tail :]
         return "\n".join([*kept[0], "...", *kept[1]])
 
