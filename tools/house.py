@@ -144,7 +144,7 @@ ROOMS = (
     ),
     _room(
         "figures",
-        "figures as PNG: one style, one file a kind",
+        "figures, drawn before they are written: one style, one file a kind",
         f"{_BASE} case run analysis compare tables",
         "matplotlib numpy pandas",
     ),
