@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from rich.console import Console
 
+from warprock.figures.drawing import write_drawings
 from warprock.paper import tables_families
 from warprock.paper.printed import paper_table
 from warprock.paper.runs import B0, PULSE, SENSITIVITY, PaperRuns
@@ -137,7 +138,7 @@ def test_the_study_is_printed_and_drawn(study, tmp_path):
     # At 5.5 m no setting comes to rest within 20 s, and the column is left out.
     assert text.partition("substeps")[0].count(" rest ") == 1
     assert printed(tables_study.print_studies, []) == ""
-    files = draw_figures(study, tmp_path)
+    files = write_drawings(draw_figures(study), tmp_path)
     assert [path.name for path in files] == ["fig4-sensitivity.png", "fig4-study.png"]
     assert all(path.stat().st_size > 10_000 for path in files)
 
