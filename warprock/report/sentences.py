@@ -69,7 +69,7 @@ def accuracy_sentences(facts: Mapping[str, Any]) -> list[str]:
             f"Errors were not estimated, so nothing says how far the time step matters.{flagged}"
         ]
     if not counts:
-        own = "The engine follows its equations without a time step, so there is no error of one."
+        own = "The engine follows its equations without a time step, so no step adds an error."
         return [f"{own}{flagged}"]
     met = counts["met"]
     who = "all" if met == lanes else f"{met:,} of the {lanes:,}"
