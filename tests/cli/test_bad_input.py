@@ -295,9 +295,17 @@ def test_a_list_of_results_names_nothing_elsewhere(tmp_path: pathlib.Path):
     assert outside.exists()
 
 
-def test_labels_are_drawn_as_they_are_written(tmp_path: pathlib.Path, monkeypatch):
+def no_screen() -> None:
+    """Takes back the screen that Matplotlib was given, or other tests in this process lack one."""
+    import matplotlib
+
+    matplotlib.rcParams["backend"] = "agg"
+
+
+def test_labels_are_drawn_as_they_are_written(tmp_path: pathlib.Path, monkeypatch, request):
     # As a notebook sets it: Matplotlib itself may refuse it.
     monkeypatch.setenv("MPLBACKEND", "module://no_such_screen")
+    request.addfinalizer(no_screen)
     from warprock.figures.drawing import Drawing, write_drawings
     from warprock.figures.scales import logarithmic
     from warprock.figures.sheet import style, subplots
