@@ -35,7 +35,7 @@ LONGEST = (
     "engines/test_dem.py",
     "measure/test_peers.py",
 )
-"""Files that take the longest, under `tests/`: no two that compile the same kernels side by side."""
+"""Files that take the longest, under `tests/`; such as compile the same kernels stand apart."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
