@@ -234,6 +234,7 @@ def assert_same(one: Response, other: Response) -> None:
         np.testing.assert_array_equal(values, other.fields[name], err_msg=name)
 
 
+@pytest.mark.thorough
 def test_a_stack_does_not_depend_on_batch_chunk_workers_or_place() -> None:
     lanes, motions = mixed()
     whole = run_batch("impulse", lanes, motions, MIXED_TIMES, workers=1, chunk_size=75)
@@ -252,6 +253,7 @@ def test_a_stack_does_not_depend_on_batch_chunk_workers_or_place() -> None:
         np.testing.assert_array_equal(values[order], shuffled[name], err_msg=name)
 
 
+@pytest.mark.thorough
 def test_a_bad_stack_harms_no_neighbour(unjudged: None) -> None:
     lanes, motions = mixed()
     good = run_batch("impulse", lanes, motions, MIXED_TIMES)
@@ -265,6 +267,7 @@ def test_a_bad_stack_harms_no_neighbour(unjudged: None) -> None:
         np.testing.assert_array_equal(response[name][others], good[name][others], err_msg=name)
 
 
+@pytest.mark.thorough
 def test_a_mirrored_stack_responds_mirrored() -> None:
     lanes, motions = mixed()
     mirrored = dataclasses.replace(
@@ -372,6 +375,7 @@ def test_blocks_overturn() -> None:
     assert response["rotation"][0, 1, -1] < 0.0 < response["rotation"][1, 1, -1]
 
 
+@pytest.mark.thorough
 def test_a_tower_stands_while_its_centres_of_mass_are_supported() -> None:
     # Equal blocks of width w stand while what is above a face has its centre within w / 2: two
     # blocks up to an offset of w / 2, and with that, below them, up to w / 4.

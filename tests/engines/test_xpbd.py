@@ -166,7 +166,8 @@ def test_compliance_vanishes_at_first_order() -> None:
     assert found[2] <= 3e-4
 
 
-@pytest.mark.parametrize("substeps", [pytest.param(1, marks=pytest.mark.thorough), 20])
+@pytest.mark.thorough
+@pytest.mark.parametrize("substeps", [1, 20])
 def test_a_compliant_stack_sinks_by_the_force_on_each_end(substeps: int) -> None:
     # The upper block is offset by 0.1 m: on 0.5 m of ground, twice its weight at 0.05 m; between
     # the blocks, 0.4 m of overlap, its weight at 0.1 m, which is 0.25 m from the far end.
@@ -336,6 +337,7 @@ def test_more_sweeps_than_unrolled_give_the_same_physics() -> None:
     assert np.max(np.abs(few - many)) > 0.0
 
 
+@pytest.mark.thorough
 def test_a_mirrored_stack_responds_mirrored() -> None:
     lanes, motions = mixed()
     mirrored = dataclasses.replace(
@@ -354,6 +356,7 @@ def test_a_mirrored_stack_responds_mirrored() -> None:
     np.testing.assert_array_equal(there["outcome"], response["outcome"])
 
 
+@pytest.mark.thorough
 def test_a_stack_depends_on_no_other(unjudged: None) -> None:
     lanes, motions = mixed()
     whole = run_batch("xpbd", lanes, motions, MIXED_TIMES, workers=1, chunk_size=64)
