@@ -12,7 +12,7 @@ import pytest
 from tests.shared.blocks import Array, every_height_of_stack, free_lanes, sines, velocity_steps
 from tests.shared.speed import require_gain
 from warprock.engines.launching import Form
-from warprock.model.lanes import Lanes
+from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import Control, GroundMotions, StillBase
 from warprock.model.response import LANE_FIELDS, Outcome, Response, SampleTimes, Status
 from warprock.oracle.pair import rock_two_blocks
@@ -87,8 +87,7 @@ def oracle(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Array:
 @pytest.mark.thorough
 def test_a_stack_of_one_is_the_single_block() -> None:
     single = free_lanes()
-    names = [f.name for f in dataclasses.fields(single) if f.name != "angular_restitution"]
-    alone = dataclasses.replace(single, **{n: getattr(single, n)[:, None] for n in names})
+    alone = as_stacks(single)
     times = SampleTimes(2.0, 0.01)
     one, other = (run(lanes, StillBase(9), times) for lanes in (single, alone))
     # The starts differ by what the sweeps leave (0.36^10 of a step's fall); the rest is round-off.

@@ -21,7 +21,7 @@ from tests.shared.blocks import (
 from tests.shared.speed import require_gain
 from warprock.engines.launching import Form
 from warprock.model import rocking
-from warprock.model.lanes import Lanes
+from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import Control, GroundMotions, StillBase
 from warprock.model.response import LANE_FIELDS, SOUND, Outcome, Response, SampleTimes, Status
 from warprock.oracle.pair import rock_two_blocks
@@ -199,8 +199,7 @@ def test_a_stack_that_nothing_lifts_rests(count: int) -> None:
 
 def test_a_stack_of_one_is_the_single_block() -> None:
     single = free_lanes()
-    names = [f.name for f in dataclasses.fields(single) if f.name != "angular_restitution"]
-    alone = dataclasses.replace(single, **{n: getattr(single, n)[:, None] for n in names})
+    alone = as_stacks(single)
     times = SampleTimes(1.0, 0.01)
     one, other = (run(lanes, StillBase(9), times, COARSE) for lanes in (single, alone))
     np.testing.assert_array_equal(other["rotation"][:, 0], one["rotation"])

@@ -27,8 +27,8 @@ KINDS = (MotionKind.STILL, MotionKind.HARMONIC, MotionKind.RECORD)
 def in_every_kind(scenes: Iterable[tuple[str, str]]) -> list[Any]:
     """Engines and scenes, each in every kind of motion, as parameters of a test.
 
-    Every kind is a kernel to compile, and in space a long one. The ordinary run has single blocks in
-    the plane, as stacks of one, too, in the analytic kind; the rest comes with `thorough`.
+    Every kind is a kernel to compile, and in space a long one. The ordinary run has single blocks
+    in the plane, as stacks of one, too, in the analytic kind; the rest comes with `thorough`.
     """
     return [
         pytest.param(
