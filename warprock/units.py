@@ -29,6 +29,7 @@ class Dimension(enum.StrEnum):
     ANGLE = "angle"
     ACCELERATION = "acceleration"
     VELOCITY = "velocity"
+    ANGULAR_VELOCITY = "angular velocity"
     DENSITY = "density"
     DIMENSIONLESS = "dimensionless"
 
@@ -67,6 +68,7 @@ UNITS: dict[Dimension, dict[str, str]] = {
         "gal": "0.01",
     },
     Dimension.VELOCITY: {"m/s": "1", "cm/s": "0.01", "mm/s": "0.001"},
+    Dimension.ANGULAR_VELOCITY: {"rad/s": "1", "deg/s": "0.0174532925199432957692369076849"},
     Dimension.DENSITY: {"kg/m^3": "1", "g/cm^3": "1000", "t/m^3": "1000"},
     Dimension.DIMENSIONLESS: {"": "1"},
 }
@@ -96,11 +98,14 @@ EXAMPLES: dict[Dimension, str] = {
     Dimension.ANGLE: "10 deg",
     Dimension.ACCELERATION: "0.35 g",
     Dimension.VELOCITY: "25 cm/s",
+    Dimension.ANGULAR_VELOCITY: "2 rad/s",
     Dimension.DENSITY: "2670 kg/m^3",
     Dimension.DIMENSIONLESS: "1.0",
 }
 
-_ARTICLE = {Dimension.ANGLE: "an", Dimension.ACCELERATION: "an"}
+_ARTICLE = dict.fromkeys(
+    (Dimension.ANGLE, Dimension.ACCELERATION, Dimension.ANGULAR_VELOCITY), "an"
+)
 
 MOST_CHARACTERS = 1000
 """Characters of a quantity, blanks included."""

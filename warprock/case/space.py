@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -64,7 +65,7 @@ def spatial_lanes(values: LaneValues, planar: Lanes) -> SpatialLanes:
     Raises:
         InputError: A start or an offset that leaves a block beside what it stands on.
     """
-    parts = {f.name: getattr(planar, f.name) for f in dataclasses.fields(planar)}
+    parts: dict[str, Any] = {f.name: getattr(planar, f.name) for f in dataclasses.fields(planar)}
     more = _of_stacks(values, planar) if planar.stacked else _of_blocks(values, planar)
     lanes = SpatialLanes(**parts, **more)
     _refuse(values, lanes)
@@ -140,8 +141,9 @@ def _block(lanes: SpatialLanes, block: int) -> SpatialLanes:
     """One block of stacks as single blocks; single blocks as they are."""
     if not lanes.stacked:
         return lanes
-    parts = {f.name: getattr(lanes, f.name) for f in dataclasses.fields(lanes)}
-    flat = {k: v[:, block] if v.ndim == 2 else v for k, v in parts.items()}
+    flat: dict[str, Any] = {
+        name: each[:, block] if each.ndim == 2 else each for name, each in lanes.arrays.items()
+    }
     return dataclasses.replace(lanes, **flat)
 
 

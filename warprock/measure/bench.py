@@ -91,8 +91,8 @@ def free_lanes(count: int) -> Lanes:
 
 def in_space(lanes: Lanes) -> SpatialLanes:
     """The same single blocks in space, without an imperfection."""
-    parts = {field.name: getattr(lanes, field.name) for field in dataclasses.fields(lanes)}
-    more = {field.name for field in dataclasses.fields(SpatialLanes)} - parts.keys()
+    parts = lanes.arrays
+    more = {f.name for f in dataclasses.fields(SpatialLanes)} - set(vars(lanes))
     return SpatialLanes(**parts, **dict.fromkeys(more, np.zeros(lanes.lane_count)))
 
 

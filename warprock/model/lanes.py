@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
+from warprock.model.release import Release
+
 Array = npt.NDArray[np.float64]
+
+_NO_ARRAYS = ("release",)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -31,6 +35,8 @@ class Lanes:
         rotation_start: Rotation at the start [rad], positive towards +x; released from rest.
         angular_restitution: Ratio of angular velocities after and before an impact on the base,
             shape [lane]; used by `housner` only, the other engines find it from their own laws.
+        release: Velocities at the start, and attitudes of blocks that are thrown; None of blocks
+            that are let go from rest.
 
     Example:
         >>> import warprock as wr
@@ -48,6 +54,7 @@ class Lanes:
     offset: Array
     rotation_start: Array
     angular_restitution: Array
+    release: Release | None = dataclasses.field(default=None, kw_only=True)
 
     @property
     def lane_count(self) -> int:
@@ -63,6 +70,18 @@ class Lanes:
     def spatial(self) -> bool:
         """Whether the blocks move in space, not in the plane of rocking alone."""
         return isinstance(self, SpatialLanes)
+
+    @property
+    def moving(self) -> str:
+        """What a case does whose blocks are not let go from rest; empty where they are."""
+        if self.release is None:
+            return ""
+        return "throws its blocks" if self.thrown else "starts its blocks with velocities"
+
+    @property
+    def thrown(self) -> bool:
+        """Whether the blocks are thrown, so that they may fall on any of their faces."""
+        return self.release is not None and self.release.thrown
 
     @property
     def block_count(self) -> int:
@@ -91,8 +110,16 @@ class Lanes:
 
     def take(self, lanes: slice | npt.NDArray[np.intp]) -> Self:
         """Some of the lanes, by slice or by number."""
-        parts = {f.name: getattr(self, f.name)[lanes] for f in dataclasses.fields(self)}
+        parts: dict[str, Any] = {name: each[lanes] for name, each in self.arrays.items()}
+        if self.release is not None:
+            parts["release"] = self.release.take(lanes)
         return dataclasses.replace(self, **parts)
+
+    @property
+    def arrays(self) -> dict[str, Array]:
+        """What is an array of the lanes itself, by the name of its field."""
+        fields = (field.name for field in dataclasses.fields(self))
+        return {name: getattr(self, name) for name in fields if name not in _NO_ARRAYS}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -140,9 +167,7 @@ def as_stacks(lanes: Lanes) -> Lanes:
     """The lanes with a block axis: a single block is a stack of one."""
     if lanes.stacked:
         return lanes
-    parts = {
-        field.name: getattr(lanes, field.name)[:, None]
-        for field in dataclasses.fields(lanes)
-        if field.name != "angular_restitution"
+    parts: dict[str, Any] = {
+        name: each[:, None] for name, each in lanes.arrays.items() if name != "angular_restitution"
     }
     return dataclasses.replace(lanes, **parts)

@@ -82,8 +82,14 @@ def start_poses(lanes: SpatialLanes) -> tuple[Array, Array]:
 
     Returns:
         Positions, shape [lane, 3], and quaternions, shape [lane, 4]; with a block axis after the
-        lane's for stacks. The middle of the lowest block's flat bottom is the origin.
+        lane's for stacks. The middle of the lowest block's flat bottom is the origin; of a block
+        that is thrown, the point below its centre.
     """
+    thrown = lanes.release
+    if thrown is not None and thrown.attitude is not None and thrown.height is not None:
+        place = np.stack([0.0 * thrown.height, 0.0 * thrown.height, thrown.height], axis=-1)
+        shape = lanes.width.shape
+        return place.reshape(*shape, 3), thrown.attitude.reshape(*shape, 4)
     nothing = np.zeros_like(lanes.width)
     yaw = quaternion(np.stack([nothing, nothing, lanes.yaw_start], axis=-1))
     lean = np.stack([-lanes.rotation_across_start, lanes.rotation_start, nothing], axis=-1)

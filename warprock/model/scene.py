@@ -24,6 +24,7 @@ class SceneKind:
             space four of the lowest, and eight between two faces that are turned.
         centred: Whether every block starts above the centre of what it stands on.
         restitution_given: Whether the case prescribes the angular restitution.
+        moving: What starts in motion; empty where blocks are let go from rest.
         spatial_because: What makes a planar model fall short; empty where the scene is planar.
         friction_ratio: Smallest friction coefficient / base acceleration in g that makes the block
             rock, tan(slenderness angle) of a single one; below 1 a block slides before it rocks.
@@ -40,6 +41,7 @@ class SceneKind:
     contact_point_count: int
     centred: bool
     restitution_given: bool
+    moving: str
     spatial_because: str
     friction_ratio: float
     angular_restitution: float
@@ -66,8 +68,9 @@ class SceneKind:
             parts += ["contact between blocks: there is one, and it touches its base alone"]
         parts += [
             "the search for pairs that might touch: each face can meet but the one it stands on",
-            "the sides of blocks: a lane ends once a block has overturned or slid off",
         ]
+        if not self.moving.startswith("throws"):
+            parts += ["the sides of blocks: a lane ends once a block has overturned or slid off"]
         return tuple(parts)
 
     @property
@@ -114,6 +117,7 @@ def scene_kind(
         contact_point_count=_contact_points(lanes),
         centred=not lanes.offset.any(),
         restitution_given=restitution_given,
+        moving=lanes.moving,
         spatial_because=spatial_because if lanes.spatial else "",
         friction_ratio=float(np.min(lanes.friction / uplift)),
         angular_restitution=float(np.min(lanes.angular_restitution)),
