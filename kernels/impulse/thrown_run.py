@@ -46,14 +46,14 @@ Four = wp.types.vector(length=4, dtype=real)
 class Body:
     """State of one lane.
 
-    Place x, attitude q, velocity v and angular momentum l of unit mass, base its velocity; lean to
+    Place x, attitude q, velocity v, spin, the angular momentum of unit mass, base, the velocity of the base; lean to
     which side; impulses of the corners and whether they have parted; what has been seen.
     """
 
     x: Three
     q: Four
     v: Three
-    l: Three
+    spin: Three
     base: Three
     lean_x: real
     lean_y: real
@@ -84,7 +84,7 @@ def start_body(block: Block, knobs: Knobs, throw: Throw) -> Body:
     turn = Matrix(r11, r12, r13, r21, r22, r23, r31, r32, r33)
     one = real(1.0)
     inertia = wp.diag(Three(one / block.inverse_x, one / block.inverse_y, one / block.inverse_z))
-    b.l = turn * (inertia * (wp.transpose(turn) * Three(throw.wx, throw.wy, throw.wz)))
+    b.spin = turn * (inertia * (wp.transpose(turn) * Three(throw.wx, throw.wy, throw.wz)))
     b.lean_x = sign_of(block.centre_x)
     b.lean_y = sign_of(block.centre_y)
     b.uplift_time = wp.where(block.standing == real(4.0), NEVER, real(0.0))
@@ -120,7 +120,7 @@ def look(
     slide, yaw = real(b.leaf.peak_slide), real(b.leaf.peak_yaw)
     peak, peak_time = real(b.leaf.peak), real(b.leaf.peak_time)
     across, tilt, mode = real(b.leaf.peak_across), real(b.leaf.peak_tilt), int(b.mode)
-    speed = b.v[0] + b.v[1] + b.v[2] + b.l[0] + b.l[1] + b.l[2]
+    speed = b.v[0] + b.v[1] + b.v[2] + b.spin[0] + b.spin[1] + b.spin[2]
     observe_block(
         live, time, block, b.x[0], b.x[1], b.x[2], qx, qy, qz, qw, speed, slide_x, slide_y, peak,
         peak_time, across, tilt, yaw, slide, mode,
@@ -146,7 +146,7 @@ def advance(
     x, y, z = real(b.x[0]), real(b.x[1]), real(b.x[2])
     qx, qy, qz, qw = real(b.q[0]), real(b.q[1]), real(b.q[2]), real(b.q[3])
     vx, vy, vz = real(b.v[0]), real(b.v[1]), real(b.v[2])
-    lx, ly, lz = real(b.l[0]), real(b.l[1]), real(b.l[2])
+    lx, ly, lz = real(b.spin[0]), real(b.spin[1]), real(b.spin[2])
     ux, uy, uz, ox, oy, oz = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
     jxx, jxy, jxz, jyy, jyz, jzz = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
     lean_x, lean_y, swap_x, swap_y = real(b.lean_x), real(b.lean_y), real(0.0), real(0.0)
@@ -210,7 +210,7 @@ def advance(
     b.x = Three(x, y, z)
     b.q = Four(qx, qy, qz, qw)
     b.v = Three(vx, vy, vz)
-    b.l = Three(lx, ly, lz)
+    b.spin = Three(lx, ly, lz)
     b.lean_x = lean_x
     b.lean_y = lean_y
     b.fx = fx
@@ -272,7 +272,7 @@ def run_lanes(
                 b.q[0], b.q[1], b.q[2], b.q[3], -named[0], -named[1], -named[2], named[3]
             )
             q = attitude_to_store(
-                b.mode == RUNNING, -past, x, y, z, w, b.l[0], b.l[1], b.l[2], block.inverse_x,
+                b.mode == RUNNING, -past, x, y, z, w, b.spin[0], b.spin[1], b.spin[2], block.inverse_x,
                 block.inverse_y, block.inverse_z,
             )  # fmt: skip
             for d in range(4):

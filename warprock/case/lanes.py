@@ -15,12 +15,14 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.case.axes import LABEL
+from warprock.case.body_lanes import body_columns, body_lanes, body_of
 from warprock.case.case import Case
 from warprock.case.check import PeaksCheck
 from warprock.case.columns import computed, key_column, lane_columns
 from warprock.case.ensemble import CELL_COLUMNS
 from warprock.case.ground_motions import lane_motions
 from warprock.case.keys import general_key
+from warprock.case.release import release_columns, release_of
 from warprock.case.round_base import refuse_in_space, round_keys
 from warprock.case.space import optional, spatial_because, spatial_columns, spatial_lanes
 from warprock.case.stacks import stack_columns, stack_lanes
@@ -193,14 +195,25 @@ def require_room_for_lanes(case: Case) -> None:
 def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions, dict[str, object]]:
     """Blocks, ground motions, and the columns of both in the table of inputs."""
     stacked = values.case.tables.stacked
-    blocks = stack_lanes(values) if stacked else _blocks(values, in_space=in_space)
+    body = body_of(values)
+    if body is not None:
+        blocks = body_lanes(values, body, in_space=in_space)
+    else:
+        blocks = stack_lanes(values) if stacked else _blocks(values, in_space=in_space)
     if in_space:
         blocks = spatial_lanes(values, blocks)
-    columns = stack_columns(blocks) if stacked else _block_columns(blocks)
+    if body is not None:
+        columns = body_columns(values, blocks)
+    else:
+        columns = stack_columns(blocks) if stacked else _block_columns(blocks)
     for number, key in round_keys(values).items():
         columns |= key_column(general_key(key), values.numbers(key), number)
     if isinstance(blocks, SpatialLanes):
         columns |= spatial_columns(blocks)
+    release = None if blocks.stacked else release_of(values, blocks)
+    if release is not None:
+        blocks = dataclasses.replace(blocks, release=release)
+        columns |= release_columns(values, blocks)
     motions, more = lane_motions(values, blocks)
     return blocks, motions, columns | more
 
@@ -235,6 +248,7 @@ def _blocks(values: LaneValues, *, in_space: bool) -> Lanes:
         offset=np.zeros_like(width),
         rotation_start=rotation_start,
         angular_restitution=restitution,
+        restitution_given=values.given("contact.angular_restitution"),
     )
 
 

@@ -13,7 +13,6 @@ from typing import Annotated, ClassVar
 from warprock.case.validation import Table
 from warprock.quantity import Column, NumberKey
 
-
 AXES = ("x", "y", "z")
 """Axes of the base."""
 ATTITUDE = ("x", "y", "z", "w")

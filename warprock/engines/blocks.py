@@ -12,8 +12,8 @@ import numpy.typing as npt
 
 from warprock.engines.launching import NEVER
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
-from warprock.model.release import Release
 from warprock.model.pose import bottom_corners, start_poses, turned
+from warprock.model.release import Release
 
 Array = npt.NDArray[np.float64]
 
@@ -148,6 +148,9 @@ def spatial_columns(lanes: Lanes) -> dict[str, Array]:
         "flat_s": np.sin(turn),
         "standing": np.sum(above <= TOUCHING, axis=-1).astype(np.float64),
     }
+    if lanes.body is not None:
+        over = 1.0 / lanes.body.gyration
+        columns |= {f"inverse_{axis}": over[:, i, None] for i, axis in enumerate("xyz")}
     columns |= {name: position[..., axis] for axis, name in enumerate(("x", "y", "z"))}
     return columns | {
         name: attitude[..., part] for part, name in enumerate(("qx", "qy", "qz", "qw"))

@@ -8,11 +8,12 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from warprock.model.bodies import Bodies
 from warprock.model.release import Release
 
 Array = npt.NDArray[np.float64]
 
-_NO_ARRAYS = ("release",)
+_NO_ARRAYS = ("body", "release", "restitution_given")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,6 +36,9 @@ class Lanes:
         rotation_start: Rotation at the start [rad], positive towards +x; released from rest.
         angular_restitution: Ratio of angular velocities after and before an impact on the base,
             shape [lane]; used by `housner` only, the other engines find it from their own laws.
+        body: Bodies, where single blocks are no boxes; their width, height, depth and density are
+            then those of the box around them, and say nothing of how they move.
+        restitution_given: Whether the case prescribes the angular restitution, of all lanes.
         release: Velocities at the start, and attitudes of blocks that are thrown; None of blocks
             that are let go from rest.
 
@@ -54,6 +58,8 @@ class Lanes:
     offset: Array
     rotation_start: Array
     angular_restitution: Array
+    body: Bodies | None = dataclasses.field(default=None, kw_only=True)
+    restitution_given: bool = dataclasses.field(default=False, kw_only=True)
     release: Release | None = dataclasses.field(default=None, kw_only=True)
 
     @property
@@ -96,12 +102,30 @@ class Lanes:
     @property
     def mass(self) -> Array:
         """Mass of the blocks [kg]."""
+        if self.body is not None:
+            return self.body.mass
         return np.asarray(self.density * self.width * self.height * self.depth)
 
     @property
     def slenderness_angle(self) -> Array:
-        """Critical angle of every block on a flat base [rad]."""
+        """Critical angle of every block on a flat base [rad]; of a body to its weaker side."""
+        if self.body is not None:
+            return np.asarray(self.body.slenderness_angles.min(axis=1))
         return np.arctan2(self.face_width, self.height)
+
+    @property
+    def slenderness_angles(self) -> Array:
+        """Critical angles of single blocks to -x and to +x [rad], shape [lane, 2]."""
+        if self.body is not None:
+            return self.body.slenderness_angles
+        return np.stack([self.slenderness_angle] * 2, axis=1)
+
+    @property
+    def uplift_ratios(self) -> Array:
+        """Base acceleration / g along x that lifts single blocks over either end, [lane, 2]."""
+        if self.body is not None:
+            return self.body.uplift_ratios
+        return np.stack([self.face_width / self.height] * 2, axis=1)
 
     @property
     def face_depth(self) -> Array:
@@ -111,6 +135,8 @@ class Lanes:
     def take(self, lanes: slice | npt.NDArray[np.intp]) -> Self:
         """Some of the lanes, by slice or by number."""
         parts: dict[str, Any] = {name: each[lanes] for name, each in self.arrays.items()}
+        if self.body is not None:
+            parts["body"] = self.body.take(lanes)
         if self.release is not None:
             parts["release"] = self.release.take(lanes)
         return dataclasses.replace(self, **parts)
@@ -135,6 +161,9 @@ class SpatialLanes(Lanes):
     inertia about it remain those of the uniform box. Slenderness angles are those of the weaker
     side, to whose edge the centre of mass is nearer.
 
+    A body starts at rest in the axes in which it was described; the origin of the ground is below
+    its centre of mass, and its offsets of the centre are nothing.
+
     Attributes:
         rotation_across_start: Rotation towards +y at the start [rad].
         yaw_start: Turn about the vertical at the start [rad], positive from +x to +y.
@@ -155,11 +184,15 @@ class SpatialLanes(Lanes):
     @property
     def slenderness_angle(self) -> Array:
         """Critical angle of every block about the nearer edge at the ends of its width [rad]."""
+        if self.body is not None:
+            return np.asarray(self.body.slenderness_angles.min(axis=1))
         return np.arctan2(self.face_width - 2.0 * np.abs(self.centre_offset_x), self.height)
 
     @property
     def slenderness_angle_across(self) -> Array:
         """The same about the nearer edge at the ends of its depth [rad]."""
+        if self.body is not None:
+            return np.asarray(self.body.slenderness_angles_across.min(axis=1))
         return np.arctan2(self.face_depth - 2.0 * np.abs(self.centre_offset_y), self.height)
 
 

@@ -50,10 +50,10 @@ def require_runnable(lanes: Lanes, motions: GroundMotions, source: str = "run_ba
     if len(shape) not in (1, 2) or shape[0] < 1 or not 1 <= (*shape, 1)[1] <= MOST_BLOCKS:
         allowed = f"must be [lane] or [lane, block], with 1 lane or more, 1 to {MOST_BLOCKS} blocks"
         raise InputError(source, "lanes.width", list(shape), f"the shape of its array {allowed}")
-    for field, each in lanes.arrays.items():
+    for field, got in lanes.arrays.items():
         name = f"lanes.{field}"
         wanted = shape[:1] if field in _PER_LANE else shape
-        values = _numbers(each, wanted, source, name)
+        values = _numbers(got, wanted, source, name)
         # Engines that follow their own contact law have no use for it, and it may be any number.
         if field not in _PER_LANE:
             _require(values, np.isfinite(values), source, name, "must be finite")
