@@ -184,6 +184,12 @@ def parse_any(text: object, dimensions: Iterable[Dimension]) -> Quantity:
     )
 
 
+def bare_number(text: str) -> bool:
+    """Whether text is a number without a unit."""
+    match = _QUANTITY.fullmatch(text) if len(text) <= MOST_CHARACTERS else None
+    return match is not None and match["unit"] is None
+
+
 def _scaled(number: str, size: str) -> decimal.Decimal | float:
     """Product of number and size, rounded once; nan and inf pass through."""
     try:
