@@ -20,6 +20,8 @@ from warprock.run.batch import run_batch
 from warprock.settings.engines import DirectSettings
 from warprock.units import GRAVITY
 
+pytestmark = pytest.mark.thorough
+
 contact: Any = kernel_module("direct/stack", precision="float64", blocks=2)
 Rows, Triples = contact.Rows, contact.Triples
 Numbers: Any = wp.array2d(dtype=wp.float64)
@@ -80,7 +82,6 @@ def solved(rows: Any, by_lemke: bool) -> Array:
     return values[:, 1:]
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize("by_lemke", [False, True])
 @pytest.mark.parametrize("box", [False, True])
 def test_solve_meets_the_contact_laws(box: bool, by_lemke: bool) -> None:
@@ -133,7 +134,6 @@ def run(lanes: Lanes, motions: GroundMotions, times: SampleTimes, **settings: An
     return response
 
 
-@pytest.mark.thorough
 def test_a_stack_of_one_is_the_single_block() -> None:
     single = free_lanes()
     names = [f.name for f in dataclasses.fields(single) if f.name != "angular_restitution"]

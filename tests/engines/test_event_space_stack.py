@@ -19,6 +19,8 @@ from warprock.run.batch import run_batch
 from warprock.settings.engines import EventSettings, ImpulseSettings
 from warprock.units import GRAVITY
 
+pytestmark = pytest.mark.thorough
+
 
 def respond(
     lanes: Lanes, motions: GroundMotions, times: SampleTimes, step: float = 5e-3
@@ -61,7 +63,6 @@ def dropped(count: int) -> SpatialLanes:
     return SpatialLanes(**parts)
 
 
-@pytest.mark.thorough
 def test_a_tall_crooked_stack_stands_to_the_last_digit() -> None:
     lanes = spatial_stack(
         np.full(6, 0.4), 0.4, depth=0.5,
@@ -77,7 +78,6 @@ def test_a_tall_crooked_stack_stands_to_the_last_digit() -> None:
     assert found["step_count"][0] <= 10
 
 
-@pytest.mark.thorough
 def test_dropped_stacks_come_to_rest_and_lose_what_they_held() -> None:
     lanes = dropped(8)
     lost = [
