@@ -66,6 +66,7 @@ class Judged:
         table: Lane table of its tests, `record` replaced by what tests share; None of a baseline.
         curves: Its fragility function over each intensity measure; empty of a baseline.
         threshold: Intensity from which on a baseline says that a block overturns; NaN else.
+        settings: Settings of an engine or of a program.
         wall_time: Time that its run took [s].
     """
 
@@ -76,6 +77,7 @@ class Judged:
     table: pd.DataFrame | None = None
     curves: tuple[Curve, ...] = ()
     threshold: float = np.nan
+    settings: Any = None
     wall_time: float = 0.0
 
 
@@ -167,9 +169,10 @@ def run_validation(
     judged, before = [], 0
     for engine in engines:
         started = time.perf_counter()
-        response = _answer(case, lane_set, engine, options.counting_from(before))
+        response, settings = _answer(case, lane_set, engine, options.counting_from(before))
         found = judge(response, engine, lane_set, tests, records, shakings)
-        judged.append(dataclasses.replace(found, wall_time=time.perf_counter() - started))
+        seconds = time.perf_counter() - started
+        judged.append(dataclasses.replace(found, settings=settings, wall_time=seconds))
         before += lane_set.lanes.lane_count
     baselines = tuple(_baselines(shakings, tests, records))
     pairs = [(a, b) for a, b in itertools.combinations(judged, 2)]
@@ -188,14 +191,17 @@ def run_validation(
     )
 
 
-def _answer(case: Case, lane_set: LaneSet, engine: str, options: RunOptions) -> Response:
-    """The response of an engine or of a program."""
+def _answer(
+    case: Case, lane_set: LaneSet, engine: str, options: RunOptions
+) -> tuple[Response, Any]:
+    """The response of an engine or of a program, and its settings."""
     asked, name = case_asked(case, engine), plain_name(engine)
     if name in PROGRAMS:
-        return run_peer(asked, lane_set, name, options.progress).response
+        answer = run_peer(asked, lane_set, name, options.progress)
+        return answer.response, asked.peer_settings(name)
     times = dataclasses.replace(lane_set.times, interval=None)
     settings = asked.engine_settings(name)
-    return run_lane_set(name, lane_set, times, options, settings=settings)
+    return run_lane_set(name, lane_set, times, options, settings=settings), settings
 
 
 def judge(

@@ -15,9 +15,8 @@ from warprock.analysis.bands import LEAST_RECORDS
 from warprock.analysis.groups import fit_columns
 from warprock.analysis.scores import SCORES, reliability
 from warprock.compare.measured import measured_quantities, measured_rows, predicted, unit_of
-from warprock.compare.settings import case_asked, plain_name
+from warprock.compare.settings import plain_name
 from warprock.compare.validation import Judged, Validation, status_rows
-from warprock.engines import ENGINES
 from warprock.model.response import USABLE
 from warprock.run.provenance import case_facts, surroundings
 from warprock.tables.report import Report
@@ -95,14 +94,12 @@ def validation_facts(found: Validation) -> dict[str, Any]:
 
 def _engine_facts(found: Validation, engine: Judged) -> dict[str, Any]:
     """An engine: its settings, and the lanes that gave no number."""
-    case, name = case_asked(found.case, engine.name), plain_name(engine.name)
-    settings = case.engine_settings(name) if name in ENGINES else case.peer_settings(name)
     assert engine.table is not None
     status = engine.table["status"].astype(str).value_counts()
     usable = {each.name.lower() for each in USABLE}
     return {
         "name": engine.name,
-        "settings": dataclasses.asdict(settings),
+        "settings": dataclasses.asdict(engine.settings),
         "left_out": len(found.tests.names) - len(engine.tests),
         "left_out_lanes": {k: int(n) for k, n in status.items() if k not in usable},
         "wall_time_s": engine.wall_time,
