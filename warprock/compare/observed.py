@@ -31,6 +31,8 @@ from warprock.units import Dimension, allowed_text, parse_quantity
 
 Array = npt.NDArray[np.float64]
 Places = npt.NDArray[np.intp]
+Source = pathlib.Path | pd.DataFrame | None
+"""Where outcomes are: a file, a table, or the labels of the case."""
 
 OBSERVED = "observed"
 """Column of the outcome, where the file or the case's own table has one of this name."""
@@ -71,15 +73,14 @@ class Tests:
     source: str
 
 
-def read_tests(
-    case: Case, lane_set: LaneSet, file: pathlib.Path | None, column: str | None = None
-) -> Tests:
+def read_tests(case: Case, lane_set: LaneSet, observed: Source, column: str | None = None) -> Tests:
     """The tests of a case that somebody observed.
 
     Args:
         case: The case.
         lane_set: Its lanes.
-        file: CSV or Parquet file with one row a test; None takes the labels of the case itself.
+        observed: CSV or Parquet file with one row a test, or the same as a table; None takes the
+            labels of the case itself.
         column: Column of the outcome; None takes `observed`, or the only one that there is.
 
     Raises:
@@ -87,19 +88,16 @@ def read_tests(
             test of the case or several, or two rows of one test.
     """
     tests = _tests_of(case, lane_set)
-    if file is None:
+    if observed is None:
         name = column or OBSERVED
         if name not in lane_set.labels:
-            allowed = (
-                f"must be given: a table of observed outcomes, where no label {name} of the case "
-                "says them"
-            )
-            raise InputError(OPTION, "", NOTHING, allowed)
+            allowed = "must say the outcomes of its tests, where no --observed FILE does"
+            raise InputError(case.file, f"label.{name}", NOTHING, allowed)
         table, source, keys = tests.astype(str), case.file, []
         places = np.arange(len(tests), dtype=np.intp)
     else:
-        table, source, name = _read(file), str(file), column or ""
-        name = name or _outcome_column(table, source)
+        table, source = _read(observed)
+        name = column or _outcome_column(table, source)
         if name not in table:
             names = [str(each) for each in table.columns]
             allowed = f"must be a column of {source}: {listed(name, names)}"
@@ -143,14 +141,16 @@ def _same_within(column: pd.Series, members: int) -> bool:
     return bool((codes == codes[:, :1]).all())
 
 
-def _read(file: pathlib.Path) -> pd.DataFrame:
-    """A table of texts; empty where a cell is."""
+def _read(observed: pathlib.Path | pd.DataFrame) -> tuple[pd.DataFrame, str]:
+    """A table of texts, empty where a cell is, and what errors call it."""
+    if isinstance(observed, pd.DataFrame):
+        return _judged(_texts(observed), "observed")
     allowed = "must be a CSV or Parquet file with one row a test"
+    file = str(observed)
     try:
-        content = read_bytes(file)
-        if file.suffix.lower() == ".parquet":
-            table = pd.read_parquet(io.BytesIO(content))
-            texts = table.astype(object).where(table.notna(), "").astype(str)
+        content = read_bytes(observed)
+        if observed.suffix.lower() == ".parquet":
+            texts = _texts(pd.read_parquet(io.BytesIO(content)))
         else:
             text = content.decode("utf-8-sig")
             texts = pd.read_csv(
@@ -162,16 +162,26 @@ def _read(file: pathlib.Path) -> pd.DataFrame:
                 skipinitialspace=True,
             )
     except OSError as error:
-        raise InputError(OPTION, "", str(file), f"{allowed} ({reason(error)})") from None
+        raise InputError(OPTION, "", file, f"{allowed} ({reason(error)})") from None
     except (ValueError, TypeError, KeyError) as error:
         why = (str(error).splitlines() or [""])[0]
-        raise InputError(OPTION, "", str(file), f"{allowed} ({why})") from None
+        raise InputError(OPTION, "", file, f"{allowed} ({why})") from None
+    return _judged(texts, file)
+
+
+def _texts(table: pd.DataFrame) -> pd.DataFrame:
+    """A table as texts."""
+    return table.astype(object).where(table.notna(), "").astype(str).reset_index(drop=True)
+
+
+def _judged(texts: pd.DataFrame, source: str) -> tuple[pd.DataFrame, str]:
+    """A table with rows and with columns that can be told apart."""
     texts.columns = pd.Index([str(name).strip() for name in texts.columns])
     for name in texts.columns[texts.columns.duplicated()]:
-        raise InputError(str(file), str(name), "the column again", "must be there once")
+        raise InputError(source, str(name), "the column again", "must be there once")
     if texts.empty:
-        raise InputError(str(file), "", Said("0 rows"), "must have at least one row")
-    return texts
+        raise InputError(source, "", Said("0 rows"), "must have at least one row")
+    return texts, source
 
 
 def _separator(text: str) -> str:

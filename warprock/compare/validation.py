@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import pathlib
 import time
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -31,7 +30,7 @@ from warprock.analysis.scores import Paired, Prediction, Scores, compare_pair, s
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.compare.beside import require_programs, require_scene, run_peer
-from warprock.compare.observed import Tests, read_tests
+from warprock.compare.observed import Source, Tests, read_tests
 from warprock.compare.settings import OPTION, case_asked, plain_name, require_known
 from warprock.engines import ENGINES
 from warprock.errors import InputError, listed
@@ -132,7 +131,7 @@ class Validation:
 def run_validation(
     case: Case,
     engines: Sequence[str],
-    observed: pathlib.Path | None = None,
+    observed: Source = None,
     options: RunOptions = DEFAULT_OPTIONS,
     *,
     column: str | None = None,
@@ -143,7 +142,8 @@ def run_validation(
     Args:
         case: The case.
         engines: Names of engines and of programs, each with settings of its own or without.
-        observed: File of the tests, see `observed`; None takes the label `observed` of the case.
+        observed: The tests, see `warprock.compare.observed`; None takes the label `observed` of
+            the case.
         options: How its lanes are run.
         column: Column of the outcome in the file.
         group: Column of the file or of the lane table that says which tests share a ground motion;
