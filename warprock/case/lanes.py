@@ -22,6 +22,7 @@ from warprock.case.columns import computed, key_column, lane_columns
 from warprock.case.ensemble import CELL_COLUMNS
 from warprock.case.ground_motions import lane_motions
 from warprock.case.keys import general_key
+from warprock.case.release import release_columns, release_of
 from warprock.case.round_base import refuse_in_space, round_keys
 from warprock.case.space import optional, spatial_because, spatial_columns, spatial_lanes
 from warprock.case.stacks import stack_columns, stack_lanes
@@ -209,6 +210,10 @@ def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions,
         columns |= key_column(general_key(key), values.numbers(key), number)
     if isinstance(blocks, SpatialLanes):
         columns |= spatial_columns(blocks)
+    release = None if blocks.stacked else release_of(values, blocks)
+    if release is not None:
+        blocks = dataclasses.replace(blocks, release=release)
+        columns |= release_columns(values, blocks)
     motions, more = lane_motions(values, blocks)
     return blocks, motions, columns | more
 

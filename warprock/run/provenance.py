@@ -53,7 +53,28 @@ def case_facts(case: Case) -> dict[str, Any]:
         "source": case.source_text,
         "file": case.file,
         "resolved": case.raw,
+        **table_facts(case),
     }
+
+
+def table_facts(case: Case) -> dict[str, Any]:
+    """The files whose rows are lanes of a case: which sweep, their hash, and their columns.
+
+    Nothing where there are none.
+    """
+    found = [
+        {
+            "sweep": number,
+            "file": axis.source.written,
+            "sha256": axis.source.sha256,
+            "rows": axis.length,
+            "keys": list(axis.columns),
+            "labelled": axis.labels_differ,
+        }
+        for number, axis in enumerate(case.axes)
+        if axis.source is not None
+    ]
+    return {"tables": found} if found else {}
 
 
 def surroundings(case: Case) -> dict[str, Any]:
