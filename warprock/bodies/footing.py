@@ -63,8 +63,8 @@ class Footing:
         """
         normals, distances = self._edges()
         weak = normals[distances <= distances.min() + SAME * np.abs(self.polygon).max()]
-        angles = np.round(np.arctan2(weak[:, 1], weak[:, 0]), 9)
-        return float(min(angles, key=lambda angle: (abs(angle), -angle))) + 0.0
+        angles = np.arctan2(weak[:, 1], weak[:, 0])
+        return float(min(angles, key=lambda angle: (round(abs(angle), 6), -angle)))
 
     def edge_directions(self) -> Array:
         """Directions across the edges, outwards [rad], shape [edge]."""
@@ -97,7 +97,8 @@ class Footing:
         along = np.roll(self.polygon, -1, axis=0) - self.polygon
         normals = np.stack([along[:, 1], -along[:, 0]], axis=1)
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        return normals, np.einsum("ij,ij->i", normals, self.polygon)
+        # Zero and not -0, whose direction would be -pi.
+        return normals + 0.0, np.einsum("ij,ij->i", normals, self.polygon)
 
 
 def footing_of(points: Array, centre: Array, tolerance: float) -> Footing:

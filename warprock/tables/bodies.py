@@ -172,12 +172,12 @@ def print_body(body: Body, console: Console | None = None) -> None:
             "ground",
         ),
         ("slenderness angle", _angles(body)),
+        ("with other tolerances", _other_tolerances(body)),
         ("frequency parameter p", f"{measured(body.frequency_parameter)} rad/s"),
     ):
         table.add_row(*row)
     print_table(out, table)
     print_table(out, _rest_table(body))
-    print_table(out, _tolerance_table(body))
     for note in body_notes(body):
         say(out, note)
 
@@ -214,11 +214,10 @@ def _rest_table(body: Body) -> Any:
     return table
 
 
-def _tolerance_table(body: Body) -> Any:
+def _other_tolerances(body: Body) -> str:
     """What the tolerance changes."""
-    table = plain_table("Slenderness angle, by what touches the ground", ["within [mm]", "[deg]"])
+    found = []
     for tolerance, angle in body.by_tolerance():
-        table.add_row(
-            measured(1e3 * tolerance), measured(math.degrees(angle)) if angle > 0 else "falls"
-        )
-    return table
+        lean = f"{math.degrees(angle):.3g} deg" if angle > 0.0 else "falls"
+        found.append(f"{lean} within {1e3 * tolerance:.3g} mm")
+    return ", ".join(found)
