@@ -91,12 +91,13 @@ def explain_case(case: Case) -> dict[str, Any]:
     }
 
 
-def write_case(start: Start, path: pathlib.Path) -> list[pathlib.Path]:
+def write_case(start: Start, path: pathlib.Path, source: str = "PATH") -> list[pathlib.Path]:
     """Writes a case file to start from, and what it needs beside it.
 
     Args:
         start: What `case.template.start_case` made.
         path: File to write, or a folder to write `case.toml` into.
+        source: Argument or option that names it, as errors say.
 
     Returns:
         The files, the case file first.
@@ -109,8 +110,8 @@ def write_case(start: Start, path: pathlib.Path) -> list[pathlib.Path]:
     contents |= {file.parent / name: content for name, content in start.beside.items()}
     for each in contents:
         if each.exists():
-            raise InputError("PATH", "", str(each), "must not exist already")
-        require_writable_file(each, "PATH")
+            raise InputError(source, "", str(each), "must not exist already")
+        require_writable_file(each, source)
     file.parent.mkdir(parents=True, exist_ok=True)
     for each, content in reversed(contents.items()):
         with replacing(each) as temporary:
