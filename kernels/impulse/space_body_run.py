@@ -39,9 +39,12 @@ R = wp.types.vector(length=LANES, dtype=real)
 """A number a lane."""
 LaneInt = wp.types.vector(length=LANES, dtype=int)
 Three = wp.types.matrix(shape=(3, LANES), dtype=real)
-P = wp.types.matrix(shape=(POINTS, LANES), dtype=real)
+ROWS = POINTS + 1
+"""One more than there are: an even number would put the same point of all matrices in the same
+places of the processor's cache, ten times slower."""
+P = wp.types.matrix(shape=(ROWS, LANES), dtype=real)
 """A number a point."""
-Counts = wp.types.vector(length=POINTS, dtype=int)
+Counts = wp.types.vector(length=ROWS, dtype=int)
 
 
 @wp.func
