@@ -87,7 +87,7 @@ def find_motion(
     ax, ay, az, rise = over_count * mx, over_count * my, over_count * mz, over_count * t
     axx, axy, ayy = xx - mx * ax, xy - mx * ay, yy - my * ay
     flat, whole = spans(count, axx, axy, ayy), axx + ayy
-    some, alone = count > zero, whole <= APART * reach * reach
+    some, alone = count > zero, count < real(1.5) or whole <= APART * reach * reach
     # Slopes of the plane, or the line, through the points; and of their aims.
     slope_x, slope_y = solved(flat, axx, axy, ayy, zx - mz * ax, zy - mz * ay)
     climb_x, climb_y = solved(flat, axx, axy, ayy, tx - t * ax, ty - t * ay)

@@ -14,8 +14,9 @@ POINTS = 64
 PLANE = by_precision(1.0e-8, 1.0e-4)
 """Least product of the two principal second moments of points that span a plane, over the square of
 their sum: of narrower ones a body turns about the line along them."""
-APART = by_precision(1.0e-20, 1.0e-10)
-"""Least second moment of points that are not one, over the square of the body's reach."""
+APART = by_precision(1.0e-12, 1.0e-6)
+"""Least second moment of points that are not one, over the square of the body's reach: what is less
+is round-off."""
 
 
 @wp.struct
