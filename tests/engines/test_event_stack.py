@@ -62,8 +62,8 @@ def orders(found: Array) -> Array:
 @pytest.mark.thorough
 def test_stack_of_one_is_the_single_block_and_second_order() -> None:
     single = free_lanes()
-    names = [f.name for f in dataclasses.fields(Lanes) if f.name != "angular_restitution"]
-    columns = {name: getattr(single, name)[:, None] for name in names}
+    arrays = single.arrays.items()
+    columns = {name: each[:, None] for name, each in arrays if name != "angular_restitution"}
     lanes = Lanes(**columns, angular_restitution=single.angular_restitution)
     times = SampleTimes(5.0, 0.01)
     motions = StillBase(9)

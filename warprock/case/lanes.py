@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.case.axes import LABEL
+from warprock.case.body_lanes import body_columns, body_lanes, body_of
 from warprock.case.case import Case
 from warprock.case.check import PeaksCheck
 from warprock.case.columns import computed, key_column, lane_columns
@@ -193,10 +194,17 @@ def require_room_for_lanes(case: Case) -> None:
 def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions, dict[str, object]]:
     """Blocks, ground motions, and the columns of both in the table of inputs."""
     stacked = values.case.tables.stacked
-    blocks = stack_lanes(values) if stacked else _blocks(values, in_space=in_space)
+    body = body_of(values)
+    if body is not None:
+        blocks = body_lanes(values, body, in_space=in_space)
+    else:
+        blocks = stack_lanes(values) if stacked else _blocks(values, in_space=in_space)
     if in_space:
         blocks = spatial_lanes(values, blocks)
-    columns = stack_columns(blocks) if stacked else _block_columns(blocks)
+    if body is not None:
+        columns = body_columns(values, blocks)
+    else:
+        columns = stack_columns(blocks) if stacked else _block_columns(blocks)
     for number, key in round_keys(values).items():
         columns |= key_column(general_key(key), values.numbers(key), number)
     if isinstance(blocks, SpatialLanes):
@@ -235,6 +243,7 @@ def _blocks(values: LaneValues, *, in_space: bool) -> Lanes:
         offset=np.zeros_like(width),
         rotation_start=rotation_start,
         angular_restitution=restitution,
+        restitution_given=values.given("contact.angular_restitution"),
     )
 
 

@@ -43,6 +43,10 @@ class AbstractEngine(abc.ABC):
     """Order in the time step of the error after impacts; None if the step is not the knob."""
     spatial: ClassVar[bool] = False
     """Whether its blocks can move in space."""
+    bodies: ClassVar[tuple[bool, bool]] = (False, False)
+    """Whether its blocks can be bodies that are no boxes, in the plane and in space."""
+    rounded: ClassVar[bool] = False
+    """Whether it can roll a body on rounded corners."""
     restitution: ClassVar[str | None] = "finds the angular restitution from its contact law"
     """What it does where impacts are concerned; None if it follows what a case prescribes."""
     slides: ClassVar[bool] = True
@@ -61,6 +65,12 @@ class AbstractEngine(abc.ABC):
         """Why the engine cannot run a scene; None if it can."""
         if scene.beyond_the_plane and not cls.spatial:
             return scene.beyond_the_plane
+        if scene.bodies and not cls.bodies[scene.spatial]:
+            place = " in space" if scene.spatial else " in the plane"
+            where = place if any(cls.bodies) else ""
+            return f"{cls.name} runs boxes alone{where}, and the case has a body (block.base)"
+        if scene.rounded and not cls.rounded:
+            return f"{cls.name} has sharp corners, and the case rounds them (block.corner_radius)"
         declined = cls.declines(scene)
         if declined is None and cls.restitution is not None and scene.restitution_given:
             return (
@@ -92,6 +102,7 @@ class AbstractEngine(abc.ABC):
             blocks=lanes.block_count,
             lanes=kernel.lanes,
             friction=kernel.friction,
+            points=kernel.points,
         )
         return module
 

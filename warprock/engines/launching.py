@@ -87,12 +87,14 @@ class Kernel:
         lanes: Lanes that a thread runs side by side.
         iterations: Sweeps of its solver, or points of its springs, where they are a constant.
         friction: Law of friction where a block slides in two directions: cone or box.
+        points: Contact points of a body, where they are a constant.
     """
 
     file: str
     lanes: int = 1
     iterations: int = 0
     friction: str = "cone"
+    points: int = 0
 
     @property
     def packed(self) -> bool:

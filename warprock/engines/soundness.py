@@ -259,9 +259,8 @@ def unstable(
     """
     if lanes.block_count == 1:
         # A stack of one is judged as a single block.
-        parts = {
-            field.name: getattr(lanes, field.name).reshape(lanes.lane_count)
-            for field in dataclasses.fields(lanes)
+        parts: dict[str, Any] = {
+            name: each.reshape(lanes.lane_count) for name, each in lanes.arrays.items()
         }
         lanes, lean = dataclasses.replace(lanes, **parts), lean.reshape(lanes.lane_count)
     held = energy_at_start(lanes) + account.supplied

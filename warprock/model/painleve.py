@@ -33,6 +33,7 @@ from typing import cast
 import numpy as np
 import numpy.typing as npt
 
+from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.response import Response, Status
 
@@ -62,6 +63,20 @@ def friction_limit(
     return np.asarray((1.0 + 3.0 * s * s) / (3.0 * s * c))
 
 
+def body_limit(body: Bodies) -> Array:
+    """Least friction coefficient [-] of bodies up to which rigid contact has one solution, [lane].
+
+    Of a point R (s, c) from the centre of mass that touches alone the limit is (k^2 + R^2 s^2) /
+    (R^2 s c), k the radius of gyration; over all leans the least is 2 sqrt(q (1 + q)), q = k^2 /
+    R^2, which is 4/3 for a rectangle. The farthest point has the least; in space about the axis of
+    least inertia.
+    """
+    square = np.sum(body.points**2, axis=-1).max(axis=1)
+    gyration = body.gyration.min(axis=1) if body.spatial else body.gyration
+    part = gyration / square
+    return np.asarray(2.0 * np.sqrt(part * (1.0 + part)))
+
+
 def above_limit(lanes: Lanes) -> tuple[npt.NDArray[np.bool_], Array]:
     """Lanes with friction above the least limit of their block, and that limit, shape [lane] each.
 
@@ -69,6 +84,9 @@ def above_limit(lanes: Lanes) -> tuple[npt.NDArray[np.bool_], Array]:
     """
     if lanes.block_count > 1:
         return np.zeros(lanes.lane_count, np.bool_), np.full(lanes.lane_count, np.inf)
+    if lanes.body is not None:
+        limit = body_limit(lanes.body)
+        return lanes.friction > limit, limit
     limit = friction_limit(lanes.face_width, lanes.height, 0.5 * np.pi).reshape(lanes.lane_count)
     return lanes.friction.reshape(lanes.lane_count) > limit, limit
 
@@ -78,6 +96,9 @@ def ambiguous(lanes: Lanes, response: Response) -> npt.NDArray[np.bool_]:
     count = lanes.lane_count
     if lanes.block_count > 1:
         return np.zeros(count, dtype=np.bool_)
+    if lanes.body is not None:
+        above, _limit = above_limit(lanes)
+        return np.asarray(above & (response["peak_slide"].reshape(count) > SLID * lanes.width))
     one = {name: response[name].reshape(count) for name in ("peak_rotation", "peak_slide")}
     width, height, friction = (
         values.reshape(count) for values in (lanes.face_width, lanes.height, lanes.friction)

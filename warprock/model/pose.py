@@ -10,16 +10,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from warprock.model.bodies import turned as turned
 from warprock.model.lanes import SpatialLanes
 
 Array = npt.NDArray[np.float64]
-
-
-def turned(attitude: Array, vector: Array) -> Array:
-    """Vectors given in body axes, shape [..., 3], seen from the base."""
-    imaginary, real = attitude[..., :3], attitude[..., 3:]
-    twice = 2.0 * np.cross(imaginary, vector)
-    return np.asarray(vector + real * twice + np.cross(imaginary, twice))
 
 
 def product(first: Array, second: Array) -> Array:
@@ -82,17 +76,22 @@ def start_poses(lanes: SpatialLanes) -> tuple[Array, Array]:
 
     Returns:
         Positions, shape [lane, 3], and quaternions, shape [lane, 4]; with a block axis after the
-        lane's for stacks. The middle of the lowest block's flat bottom is the origin.
+        lane's for stacks. The middle of the lowest block's flat bottom is the origin; of a body
+        the place below its centre of mass. Attitudes are those of the axes of the block.
     """
     nothing = np.zeros_like(lanes.width)
+    body = lanes.body
     yaw = quaternion(np.stack([nothing, nothing, lanes.yaw_start], axis=-1))
     lean = np.stack([-lanes.rotation_across_start, lanes.rotation_start, nothing], axis=-1)
     attitude = product(yaw, quaternion(lean))
-    corners = bottom_corners(lanes)
+    corners = bottom_corners(lanes) if body is None else body.points_in_block_axes
+    rise = 0.5 * lanes.height if body is None else body.centre_height
+    if lanes.stacked and body is not None:
+        corners, rise = corners[:, None], rise[:, None]
     seen = turned(attitude[..., None, :], corners)
     lowest = np.argmin(seen[..., 2], axis=-1)[..., None, None]
     touching = np.take_along_axis(seen, lowest, axis=-2)[..., 0, :]
-    centre = np.stack([lanes.centre_offset_x, lanes.centre_offset_y, 0.5 * lanes.height], axis=-1)
+    centre = np.stack([lanes.centre_offset_x, lanes.centre_offset_y, rise], axis=-1)
     flat = np.take_along_axis(corners, lowest, axis=-2)[..., 0, :] + centre
     stands = np.stack([lanes.offset, lanes.offset_across, lanes.gap_start], axis=-1)
     if lanes.stacked:

@@ -24,6 +24,8 @@ class SceneKind:
             space four of the lowest, and eight between two faces that are turned.
         centred: Whether every block starts above the centre of what it stands on.
         restitution_given: Whether the case prescribes the angular restitution.
+        bodies: Whether the blocks are bodies, of which the box says nothing.
+        rounded: Whether the corners of a body are rounded.
         spatial_because: What makes a planar model fall short; empty where the scene is planar.
         friction_ratio: Smallest friction coefficient / base acceleration in g that makes the block
             rock, tan(slenderness angle) of a single one; below 1 a block slides before it rocks.
@@ -45,6 +47,8 @@ class SceneKind:
     angular_restitution: float
     above_friction_limit: int
     friction_limit: float
+    bodies: bool = False
+    rounded: bool = False
 
     @property
     def spatial(self) -> bool:
@@ -106,7 +110,11 @@ def scene_kind(
         spatial_because: What asks for space, of lanes that are spatial.
     """
     above, limit = above_limit(lanes)
-    uplift = uplift_ratio(lanes) if lanes.stacked else lanes.face_width / lanes.height
+    body = lanes.body
+    if body is not None:
+        uplift = body.uplift_ratios.min(axis=1)
+    else:
+        uplift = uplift_ratio(lanes) if lanes.stacked else lanes.face_width / lanes.height
     return SceneKind(
         motion=motions.kind,
         stacked=lanes.stacked,
@@ -119,11 +127,15 @@ def scene_kind(
         angular_restitution=float(np.min(lanes.angular_restitution)),
         above_friction_limit=int(np.sum(above)),
         friction_limit=float(limit[above].min()) if above.any() else np.inf,
+        bodies=body is not None,
+        rounded=body is not None and bool(body.corner_radius.any()),
     )
 
 
 def _contact_points(lanes: Lanes) -> int:
     """Points that can touch at once."""
+    if lanes.body is not None:
+        return lanes.body.most_points
     if lanes.spatial:
         return 4 + 8 * (lanes.block_count - 1)
     return 2 * lanes.block_count
