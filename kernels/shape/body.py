@@ -1,7 +1,7 @@
 """A body on contact points in the plane, as the schemes share it.
 
 Its contact points are the corners of a chain, convex towards the ground, from the one farthest to
--x to the one farthest to +x; seen from the centre of mass, at the rotation zero, corner k is (x, z).
+-x to the one farthest to +x; from the centre of mass, at the rotation zero, corner k is at (x, z).
 Ground is flat, so that at a rotation theta (clockwise) no other corner can be lowest than the one
 with
 
@@ -36,11 +36,11 @@ def is_past(theta: real, angle: real) -> int:
 
 @wp.func
 def turned_x(x: real, z: real, s: real, c: real) -> real:
-    """x of a corner of a body turned by an angle with the sine s and the cosine c [m]."""
+    """X of a corner of a body turned by an angle with the sine s and the cosine c [m]."""
     return x * c + z * s
 
 
 @wp.func
 def turned_z(x: real, z: real, s: real, c: real) -> real:
-    """z of the same [m]."""
+    """Z of the same [m]."""
     return z * c - x * s

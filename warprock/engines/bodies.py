@@ -98,7 +98,7 @@ class Corners:
         return np.asarray(both[:, 1] - both[:, 0])
 
     def least_rise(self, rotation: Array) -> Array:
-        """The lesser rise since the rotation zero at a rotation to either side [m], shape [lane]."""
+        """The lesser rise of a body that turned from zero to either side [m], shape [lane]."""
         turns = np.stack([-rotation, rotation, np.zeros_like(rotation)], axis=1)
         heights = -self.lever(turns)[1]
         return np.asarray(heights[:, :2].min(axis=1) - heights[:, 2])
@@ -137,4 +137,5 @@ def _convex(points: Array, count: npt.NDArray[np.int32]) -> tuple[Array, Array]:
     kept = keeps.sum(axis=1)
     rows = np.argsort(~keeps, axis=1, kind="stable")
     rows = np.take_along_axis(rows, np.minimum(np.arange(kept.max()), kept[:, None] - 1), axis=1)
-    return tuple(np.take_along_axis(points[..., axis], rows, axis=1) for axis in (0, 1))
+    x, z = (np.take_along_axis(points[..., axis], rows, axis=1) for axis in (0, 1))
+    return x, z

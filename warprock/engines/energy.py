@@ -56,7 +56,9 @@ def overturning_rise(lanes: Lanes) -> Array:
     """
     if lanes.body is not None:
         corners, angles = Corners.of(lanes.body), lanes.slenderness_angles
-        rises = [corners.rise(side * each, angles) for side, each in zip((-1, 1), angles.T, strict=True)]
+        rises = [
+            corners.rise(side * each, angles) for side, each in zip((-1, 1), angles.T, strict=True)
+        ]
         return np.asarray(np.min(rises, axis=0))
     return np.asarray(0.5 * (np.hypot(lanes.width, lanes.height) - lanes.height))
 

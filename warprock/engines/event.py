@@ -75,7 +75,7 @@ class Event(AbstractEngine):
 
     @classmethod
     def declines(cls, scene: SceneKind) -> str | None:
-        """Why its model is not for a scene: a prescribed restitution is for one block in a plane."""
+        """Why its model is not for a scene: what is prescribed is for one block in the plane."""
         if scene.restitution_given and (scene.spatial or scene.stacked):
             where = "in space" if scene.spatial else "of stacks"
             return (

@@ -8,8 +8,8 @@ from typing import Any, ClassVar, final
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.bodies import Corners
 from warprock.engines.blocks import planar_columns, spatial_columns, stack_columns
+from warprock.engines.bodies import Corners
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.soundness import account_in_space, account_of, unstable
