@@ -49,6 +49,59 @@ def visit(
     return n1, f1, vx + (f1 - f), vz1, vo1 + w * z * (f1 - f)
 
 
+@wp.struct
+class Rows:
+    """The rows of three corners, each as `visit` takes it."""
+
+    mu: real
+    w: real
+    x1: real
+    z1: real
+    dn1: real
+    dt1: real
+    wish1: real
+    x2: real
+    z2: real
+    dn2: real
+    dt2: real
+    wish2: real
+    x3: real
+    z3: real
+    dn3: real
+    dt3: real
+    wish3: real
+
+
+@wp.func
+def sweep(
+    r: Rows, n1: real, f1: real, n2: real, f2: real, n3: real, f3: real,
+    vx: real, vz: real, vo: real,
+):  # fmt: skip
+    """Impulses of three corners [m/s] and velocities of the body after one sweep."""
+    n1, f1, vx, vz, vo = visit(r.mu, r.w, r.x1, r.z1, r.dn1, r.dt1, r.wish1, n1, f1, vx, vz, vo)
+    n2, f2, vx, vz, vo = visit(r.mu, r.w, r.x2, r.z2, r.dn2, r.dt2, r.wish2, n2, f2, vx, vz, vo)
+    n3, f3, vx, vz, vo = visit(r.mu, r.w, r.x3, r.z3, r.dn3, r.dt3, r.wish3, n3, f3, vx, vz, vo)
+    return n1, f1, n2, f2, n3, f3, vx, vz, vo
+
+
+@wp.func
+def sweeps(
+    r: Rows, n1: real, f1: real, n2: real, f2: real, n3: real, f3: real,
+    vx: real, vz: real, vo: real,
+):  # fmt: skip
+    """All sweeps from the impulses n1 to f3 [m/s] and velocities with them."""
+    if ENDS_EARLY:
+        for _ in range(ITERATIONS):
+            o1, p1, o2, p2, o3, p3 = n1, f1, n2, f2, n3, f3
+            n1, f1, n2, f2, n3, f3, vx, vz, vo = sweep(r, n1, f1, n2, f2, n3, f3, vx, vz, vo)
+            if n1 == o1 and f1 == p1 and n2 == o2 and f2 == p2 and n3 == o3 and f3 == p3:
+                break
+    else:
+        for _ in range(ITERATIONS):
+            n1, f1, n2, f2, n3, f3, vx, vz, vo = sweep(r, n1, f1, n2, f2, n3, f3, vx, vz, vo)
+    return n1, f1, n2, f2, n3, f3
+
+
 @wp.func
 def lonely(
     mu: real, w: real, x: real, z: real, dn: real, dt: real, wished: real,
@@ -95,16 +148,10 @@ def solve(
     vx = ux + f1 + f2 + f3
     vz = uz + n1 + n2 + n3
     vo = uo + w * (f1 * z1 - n1 * x1 + f2 * z2 - n2 * x2 + f3 * z3 - n3 * x3)
-    for _ in range(ITERATIONS):
-        old1, old2, old3 = f1, n2, n3
-        old4, old5 = f2, f3
-        n1, f1, vx, vz, vo = visit(mu, w, x1, z1, dn1, dt1, wish1, n1, f1, vx, vz, vo)
-        n2, f2, vx, vz, vo = visit(mu, w, x2, z2, dn2, dt2, wish2, n2, f2, vx, vz, vo)
-        n3, f3, vx, vz, vo = visit(mu, w, x3, z3, dn3, dt3, wish3, n3, f3, vx, vz, vo)
-        if ENDS_EARLY:
-            same = f1 == old1 and n2 == old2 and n3 == old3 and f2 == old4 and f3 == old5
-            if same:
-                break
+    r = Rows(
+        mu, w, x1, z1, dn1, dt1, wish1, x2, z2, dn2, dt2, wish2, x3, z3, dn3, dt3, wish3
+    )  # fmt: skip
+    n1, f1, n2, f2, n3, f3 = sweeps(r, n1, f1, n2, f2, n3, f3, vx, vz, vo)
     alone_now = count == one
     return (
         wp.where(alone_now, on1 * n, n1), wp.where(alone_now, on1 * f, f1),
