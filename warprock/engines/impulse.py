@@ -8,10 +8,11 @@ from typing import Any, ClassVar, final
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.blocks import planar_columns, spatial_columns, stack_columns
+from warprock.engines.blocks import planar_columns, stack_columns
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.soundness import account_in_space, account_of, unstable
+from warprock.engines.spatial_bodies import spatial_inputs
 from warprock.kernels.instance import MAX_UNROLL
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import GroundMotions
@@ -44,6 +45,7 @@ class Impulse(AbstractEngine):
     settings_type = ImpulseSettings
     order: ClassVar[int | None] = 1
     spatial: ClassVar[bool] = True
+    bodies = (False, True)
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: stacks in space run one lane a thread on any device.
@@ -56,7 +58,9 @@ class Impulse(AbstractEngine):
             friction = "box" if self.settings.friction_box else "cone"
             if scene.stacked:
                 return Kernel("impulse/space_stack_run", friction=friction)
-            return Kernel("impulse/space_run", lanes=lanes, friction=friction)
+            bodies = scene.bodies if isinstance(scene, SceneKind) else scene.body is not None
+            name = "space_body_run" if bodies else "space_run"
+            return Kernel(f"impulse/{name}", lanes=lanes, friction=friction)
         if scene.stacked:
             return Kernel("impulse/stack_run", lanes=lanes, iterations=sweeps)
         slow = self.target.form is None and sweeps > MAX_UNROLL
@@ -75,7 +79,7 @@ class Impulse(AbstractEngine):
         knobs.erp = self.settings.erp
         if lanes.spatial:
             knobs.sweeps = self.settings.iterations
-            return {"blocks": spatial_columns(lanes), "knobs": knobs}
+            return spatial_inputs(lanes) | {"knobs": knobs}
         if lanes.stacked:
             blocks = planar_columns(lanes, GRAVITY * step)
             return {"blocks": blocks, "lanes": stack_columns(lanes), "knobs": knobs}
