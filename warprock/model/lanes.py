@@ -108,7 +108,7 @@ class Lanes:
     def mass(self) -> Array:
         """Mass of the blocks [kg]."""
         if self.body is not None:
-            return self.body.mass
+            return self.body.mass[:, None] if self.stacked else self.body.mass
         return np.asarray(self.density * self.width * self.height * self.depth)
 
     @property
