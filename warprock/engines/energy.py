@@ -24,7 +24,7 @@ from warprock.engines.bodies import Corners
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions
-from warprock.model.pose import start_poses
+from warprock.model.pose import start_poses, turned
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -33,8 +33,27 @@ Array = npt.NDArray[np.float64]
 def energy_at_start(lanes: Lanes) -> Array:
     """Energy at the start [J], shape [lane]; negative where a stack in the plane is to fall."""
     if lanes.spatial:
-        return np.maximum(spatial_energy_held(lanes), 0.0)
-    return stack_energy_held(lanes) if lanes.stacked else energy_held(lanes, lanes.rotation_start)
+        return np.maximum(spatial_energy_held(lanes), 0.0) + kinetic_energy_at_start(lanes)
+    if lanes.stacked:
+        return stack_energy_held(lanes)
+    return energy_held(lanes, lanes.rotation_start) + kinetic_energy_at_start(lanes)
+
+
+def kinetic_energy_at_start(lanes: Lanes) -> Array:
+    """Kinetic energy of single blocks at the start [J], shape [lane]."""
+    release = lanes.release
+    if release is None:
+        return np.zeros(lanes.lane_count)
+    squares = np.stack([lanes.width, lanes.depth, lanes.height], axis=-1) ** 2
+    inertia = (squares.sum(axis=-1, keepdims=True) - squares) / 12.0
+    if lanes.body is not None:
+        inertia = lanes.body.gyration
+    spin = release.angular_velocity
+    if lanes.spatial:
+        attitude = start_poses(cast(SpatialLanes, lanes))[1]
+        spin = turned(attitude * np.array([-1.0, -1.0, -1.0, 1.0]), spin)
+    moving = (release.velocity**2).sum(axis=-1) + (inertia * spin**2).sum(axis=-1)
+    return np.asarray(0.5 * lanes.mass * moving)
 
 
 def energy_held(lanes: Lanes, rotation: Array) -> Array:
@@ -76,6 +95,8 @@ def spatial_energy_held(lanes: Lanes) -> Array:
     """Energy at the start above the state in which all blocks are flat [J], shape [lane]."""
     stacks = cast(SpatialLanes, as_stacks(lanes))
     height = np.cumsum(stacks.height, axis=1) - 0.5 * stacks.height
+    if lanes.thrown:
+        height = 0.5 * np.minimum(np.minimum(stacks.width, stacks.depth), stacks.height)
     rise = start_poses(stacks)[0][..., 2] - height
     return np.asarray(GRAVITY * (stacks.mass * rise).sum(axis=1))
 

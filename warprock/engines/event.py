@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.blocks import spatial_columns
+from warprock.engines.blocks import spatial_columns, throw_columns
 from warprock.engines.bodies import Corners, box_bodies
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, time_or_nan
 from warprock.engines.launching import Form, Found, Kernel
@@ -68,6 +68,7 @@ class Event(AbstractEngine):
     settings_type = EventSettings
     order: ClassVar[int | None] = 2
     spatial: ClassVar[bool] = True
+    starts_moving: ClassVar[tuple[str, ...]] = ("space",)
     bodies: ClassVar[tuple[bool, bool]] = (True, False)
     rounded: ClassVar[bool] = True
     restitution: ClassVar[str | None] = None
@@ -95,6 +96,8 @@ class Event(AbstractEngine):
         friction = "box" if self.settings.friction_box else "cone"
         if scene.stacked:
             return Kernel("event_space/space_stack_run", friction=friction)
+        if scene.moving:
+            return Kernel("event_space/thrown_run", friction=friction)
         if self.target.kernel_form is Form.PACKED and friction == "cone":
             return Kernel("event_space/pack_run", lanes=PACK)
         return Kernel("event_space/space_run", friction=friction)
@@ -129,7 +132,8 @@ class Event(AbstractEngine):
         }
         if lanes.spatial:
             per_lane["rest_gap"] = _rest_gap(lanes, self.settings)
-            return {"blocks": spatial_columns(lanes), "lanes": per_lane, "knobs": knobs}
+            columns = {"blocks": spatial_columns(lanes), "lanes": per_lane, "knobs": knobs}
+            return columns | ({"throws": throw_columns(lanes)} if lanes.moving else {})
         if lanes.stacked:
             per_lane["mass"] = lanes.mass.sum(axis=1)
             blocks = _stacked_blocks(lanes, self.settings)

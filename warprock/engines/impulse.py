@@ -8,7 +8,12 @@ from typing import Any, ClassVar, final
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.blocks import planar_columns, spatial_columns, stack_columns
+from warprock.engines.blocks import (
+    planar_columns,
+    spatial_columns,
+    stack_columns,
+    throw_columns,
+)
 from warprock.engines.bodies import Corners
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
 from warprock.engines.launching import Found, Kernel
@@ -45,6 +50,7 @@ class Impulse(AbstractEngine):
     settings_type = ImpulseSettings
     order: ClassVar[int | None] = 1
     spatial: ClassVar[bool] = True
+    starts_moving: ClassVar[tuple[str, ...]] = ("space",)
     bodies: ClassVar[tuple[bool, bool]] = (True, False)
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
@@ -58,6 +64,8 @@ class Impulse(AbstractEngine):
             friction = "box" if self.settings.friction_box else "cone"
             if scene.stacked:
                 return Kernel("impulse/space_stack_run", friction=friction)
+            if scene.moving or self.settings.restitution > 0.0:
+                return Kernel("impulse/thrown_run", friction=friction)
             return Kernel("impulse/space_run", lanes=lanes, friction=friction)
         if scene.stacked:
             return Kernel("impulse/stack_run", lanes=lanes, iterations=sweeps)
@@ -78,7 +86,11 @@ class Impulse(AbstractEngine):
         knobs.erp = self.settings.erp
         if lanes.spatial:
             knobs.sweeps = self.settings.iterations
-            return {"blocks": spatial_columns(lanes), "knobs": knobs}
+            knobs.restitution = self.settings.restitution
+            columns = {"blocks": spatial_columns(lanes), "knobs": knobs}
+            bounces = self.settings.restitution > 0.0 and not lanes.stacked
+            starts = lanes.moving or bounces
+            return columns | ({"throws": throw_columns(lanes)} if starts else {})
         if lanes.stacked:
             blocks = planar_columns(lanes, GRAVITY * step)
             return {"blocks": blocks, "lanes": stack_columns(lanes), "knobs": knobs}

@@ -116,7 +116,8 @@ def spatial_places(lanes: Lanes, attitude: Array, places: Array) -> dict[str, Ar
     zero = np.zeros_like(stacks.width)
     beside = np.stack([stacks.centre_offset_x, stacks.centre_offset_y, zero], axis=-1)
     middle = places - turned(attitude, np.broadcast_to(beside[:, :, None], places.shape))
-    slide = _spatial_slides(stacks, attitude, places)
+    # Of a block that tumbles, the way of its centre.
+    slide = places[..., :2] if lanes.thrown else _spatial_slides(stacks, attitude, places)
     found = {"slide": slide[..., 0], "slide_across": slide[..., 1]}
     found |= {name: middle[..., axis] for axis, name in enumerate("xyz")}
     return found | {f"attitude_{name}": attitude[..., k] for k, name in enumerate("xyzw")}

@@ -152,6 +152,7 @@ def moved_by_nothing(lanes: Lanes, pull: Array, lean: Array) -> Mask:
         ratio = body.uplift_ratios.min(axis=1) if body else uplift_ratio(as_stacks(lanes))
     count = lanes.lane_count
     flat = ~np.any([each.reshape(count, -1).any(axis=1) for each in leans], axis=0)
+    flat &= lanes.release is None
     weak = pull < (1.0 - BARRIER_SHARE) * GRAVITY * ratio.reshape(count, -1).min(axis=1)
     turned = (np.abs(lean).reshape(angle.shape) / angle).reshape(count, -1).max(axis=1)
     return np.asarray(flat & weak & (turned > 1.0 - math.sqrt(1.0 - BARRIER_SHARE)))
@@ -318,7 +319,7 @@ def _gained_in_space(
 ) -> Mask:
     """The same of blocks in space, whose contacts may have given back what nobody counts."""
     found = exploded(lanes, held, -account.lost)
-    if lanes.stacked:
+    if lanes.stacked or lanes.thrown:
         return found
     # Springs let a centre sink below where a rigid corner would hold it.
     bound = EXPLOSION_BOUND if rigid else COMPLETE_BOUND
