@@ -155,15 +155,15 @@ def run_lanes(
                 lies = mode[i] == FLAT
                 resting = lies and slip[i] == real(0.0)
                 d, ti, passed, kick, a, dv = begin(
-                    blocks[first + i], knobs, m, pool[0, place], pool[1, place], end, going, resting,
-                    time[i], segment[i], omega[i], base[i], cap[i],
+                    blocks[first + i], knobs, m, pool[0, place], pool[1, place], end, going,
+                    resting, time[i], segment[i], omega[i], base[i], cap[i],
                 )  # fmt: skip
                 k = corner[i]
                 k2 = wp.min(k + 1, last[i])
                 tips = tips_about_second(
-                    blocks[first + i], knobs.gravity, corners[k, first + i].x, corners[k, first + i].z,
-                    corners[k2, first + i].x, corners[k2, first + i].z, theta[i], slip[i], vx[i],
-                    dv, d,
+                    blocks[first + i], knobs.gravity, corners[k, first + i].x,
+                    corners[k, first + i].z, corners[k2, first + i].x, corners[k2, first + i].z,
+                    theta[i], slip[i], vx[i], dv, d,
                 )  # fmt: skip
                 second = lies and tips
                 j = wp.where(second, k2, k)
