@@ -7,7 +7,7 @@ counts as the interface that parts and lands.
 import warp as wp
 
 from warprock.kernels.account import book
-from warprock.kernels.dem.body import Spring, press
+from warprock.kernels.dem.body import Spring, find_overlap, press
 from warprock.kernels.dem.stack import Knobs, integrate
 from warprock.kernels.dem.stack_lanes import passes_left, time_past
 from warprock.kernels.dem.stack_run import begin_step, observe_block, observe_interface
@@ -21,11 +21,12 @@ wp.set_module_options(ONE_VECTOR)
 
 @wp.struct
 class Body:
-    """One lane's body, and where it starts; z from where it would be if it were rigid."""
+    """One lane's body, and where it starts: z is from its height at rest if it were rigid."""
 
     inverse_mass: real
     inverse_inertia: real
     friction: real
+    height: real
     time_step: real
     uplift_time: real
     x: real
@@ -49,7 +50,7 @@ def run_lanes(
     m, j, mu, x, z, theta, s, c = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     vx, vz, omega, fx, fz, moment = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     since, slid, peak, peak_time, slide, peak_slide = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    deep, second, glide = Lane(), Lane(), Lane()
+    deep, second, overlap, height = Lane(), Lane(), Lane(), Lane()
     dt, span, base, dv, loss, spent, stored = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     at_start, given, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
     uplift_time, moved, deepest, jolt = Lane(), Lane(), Lane(), Lane()
@@ -61,6 +62,7 @@ def run_lanes(
         m[i] = body.inverse_mass
         j[i] = body.inverse_inertia
         mu[i] = body.friction
+        height[i] = body.height
         dt[i] = body.time_step
         uplift_time[i] = body.uplift_time
         x[i] = body.x
@@ -89,18 +91,30 @@ def run_lanes(
                 deep[i] = -NEVER
                 second[i] = -NEVER
             for p in range(points):
+                busy = LaneInt()
                 for i in range(LANES):
-                    press(
-                        knobs, live[i] == 1, mu[i], dt[i], corners[p, first + i].x,
-                        corners[p, first + i].z, corners[p, first + i].raised,
-                        corners[p, first + i].along, corners[p, first + i].area, x[i], z[i], s[i],
-                        c[i], vx[i], vz[i], omega[i], u[p, i], slip[p, i], fx[i], fz[i], moment[i],
-                        stored[i], held[i], deep[i], second[i], slid[i], glide[i],
+                    find_overlap(
+                        corners[p, first + i].x, corners[p, first + i].z,
+                        corners[p, first + i].raised, corners[p, first + i].along,
+                        corners[p, first + i].area, x[i], z[i], s[i], c[i], u[p, i], slip[p, i],
+                        overlap[i], deep[i], second[i], slid[i], busy[i],
                     )  # fmt: skip
+                works = int(0)
+                for i in range(LANES):
+                    works = works + busy[i]
+                if works > 0:
+                    for i in range(LANES):
+                        press(
+                            knobs, live[i] == 1, mu[i], dt[i], corners[p, first + i].x,
+                            corners[p, first + i].z, corners[p, first + i].area, overlap[i], s[i],
+                            c[i], vx[i], vz[i], omega[i], u[p, i], slip[p, i], fx[i], fz[i],
+                            moment[i], stored[i], held[i],
+                        )  # fmt: skip
             for i in range(LANES):
                 middle = HALF * (deep[i] + second[i])
+                speed = vx[i] - omega[i] * (height[i] + z[i])
                 observe_interface(live[i] == 1, real(steps[i] - 1) * dt[i], knobs.gravity,
-                    dt[i], middle, deep[i] - middle, real(1.0), glide[i], held[i], since[i],
+                    dt[i], middle, deep[i] - middle, real(1.0), speed, held[i], since[i],
                     uplift_time[i], moved[i], deepest[i], impacts[i], mode[i])  # fmt: skip
                 integrate(
                     live[i] == 1, dv[i], dt[i], span[i], knobs, m[i], j[i], fx[i], fz[i],

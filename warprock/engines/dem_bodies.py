@@ -26,12 +26,12 @@ over the width of the error of the one before."""
 
 
 def corner_rows(points: int) -> int:
-    """Rows of corners that a kernel is made for: a power of two, for few kernels.
+    """Rows of corners that a kernel is made for: a multiple of four, for few kernels.
 
     Args:
         points: Most contact points of a body.
     """
-    return 1 << max(points - 1, 1).bit_length()
+    return -(-points // 4) * 4
 
 
 @dataclasses.dataclass(frozen=True)
@@ -143,6 +143,7 @@ def cornered_columns(
         "inverse_mass": 1.0 / lanes.mass,
         "inverse_inertia": 1.0 / (lanes.mass * springs.body.gyration),
         "friction": lanes.friction,
+        "height": springs.body.centre_height,
         "time_step": time_step,
         "uplift_time": np.where(lanes.rotation_start == 0.0, NEVER, 0.0),
         **springs.start(lanes.rotation_start),
