@@ -122,7 +122,7 @@ def scene_kind(
         motion=motions.kind,
         stacked=lanes.stacked,
         block_count=lanes.block_count,
-        contact_point_count=_contact_points(lanes),
+        contact_point_count=lanes.contact_point_count,
         centred=not lanes.offset.any(),
         restitution_given=restitution_given,
         moving=lanes.moving,
@@ -134,12 +134,3 @@ def scene_kind(
         bodies=body is not None and not lanes.thrown,
         rounded=body is not None and bool(body.corner_radius.any()),
     )
-
-
-def _contact_points(lanes: Lanes) -> int:
-    """Points that can touch at once."""
-    if lanes.body is not None:
-        return lanes.body.most_points
-    if lanes.spatial:
-        return 4 + 8 * (lanes.block_count - 1)
-    return 2 * lanes.block_count
