@@ -40,6 +40,9 @@ def planar_places(lanes: Lanes, rotation: Array, places: Array | None) -> dict[s
         By field, shape [lane, block, sample] each.
     """
     stacks = as_stacks(lanes)
+    if places is None and lanes.body is not None:
+        x, z = (each[:, None] for each in lanes.body.rolled(rotation[:, 0]))
+        return {"slide": np.zeros_like(rotation), "x": x, "z": z}
     if places is None:
         x, z = _pivoted(stacks, rotation)
         return {"slide": np.zeros_like(rotation), "x": x, "z": z}

@@ -61,7 +61,12 @@ class SceneKind:
     def left_out(self) -> tuple[str, ...]:
         """What the model does without because nothing in the scene needs it, and why."""
         parts = []
-        if not self.spatial:
+        if not self.spatial and self.bodies:
+            parts += [
+                "motion out of the plane of rocking, of which the base is a profile: three degrees "
+                "of freedom are enough where it stays in that plane",
+            ]
+        elif not self.spatial:
             parts += [
                 "motion out of the plane of rocking: the base moves along x at most and each block "
                 "is symmetric about the plane, so three degrees of freedom a block are enough",
