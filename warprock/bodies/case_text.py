@@ -50,7 +50,7 @@ def case_text(body: Body) -> str:
     lift = math.tan(float(body.in_plane(body.direction)[0]))
     frequency = PULSE * body.frequency_parameter / (2.0 * math.pi)
     tops = ", ".join(f'"{_two(share * lift)} g"' for share in np.linspace(LOWEST, HIGHEST, STEPS))
-    pose = "as scanned" if asked.pose == 0 else f"rest {asked.pose}"
+    pose = f"pose {asked.pose}" if asked.pose else "as scanned"
     title = shortened(f"{body.name if is_plain(body.name) else 'A body'} on a pulse")
     source = f"Mesh {shortened(name)}, {pose}; mass, inertia and base by warprock body."
     lines = [
@@ -92,6 +92,7 @@ _LEGEND = "Lines after #\n# are comments; `warprock keys` says of every key what
 def _block(body: Body) -> list[str]:
     """The table [block]."""
     tolerance = f"{1e3 * body.asked.tolerance:.3g} mm"
+    more = ", and what touches it later" if body.asked.base == "hull" else ""
     tensor = body.mass * body.inertia
     six = [tensor[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
     largest = max(abs(each) for each in six)
@@ -104,7 +105,7 @@ def _block(body: Body) -> list[str]:
         f'centre = ["0 m", "0 m", "{body.base.height:.5g} m"]   # centre of mass',
         "# About the centre of mass [kg m^2]: xx, yy, zz, xy, xz, yz (xy = -integral of x y dm).",
         f"inertia = [{texts}]",
-        f"# Contact points [m]: what lies within {tolerance} of the ground, pressed flat.",
+        f"# Contact points [m]: what lies within {tolerance} of the ground, pressed to it{more}.",
         "base = [",
         *points,
         "]",

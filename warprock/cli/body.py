@@ -26,15 +26,21 @@ from warprock.cli.pages import asked_command, leave
 @click.option(
     "--pose",
     type=int,
-    default=0,
-    show_default=True,
-    help="0 stands as in the file; 1, 2, ... is a pose in which it rests, as listed.",
+    help="Number of a pose in which it rests, as listed; 0 is that of the file as it is. Without, "
+    "the rest next to that, into which it settles.",
 )
 @click.option(
     "--tolerance",
     metavar="LENGTH",
     help="What lies at most so high above its lowest point touches the ground. 1 mm without: a gap "
     "that a good scan tells and an uneven floor has. The slenderness angle may hang on it.",
+)
+@click.option(
+    "--base",
+    default="flat",
+    show_default=True,
+    help="flat: what touches the ground, pressed to it; hull: also what is above it and touches it "
+    "as the body leans, of a base that is not flat.",
 )
 @click.option(
     "--points",
