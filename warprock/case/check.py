@@ -81,7 +81,24 @@ class BoundariesCheck(Check):
     tolerance: Annotated[float, _more_than_0("the largest absolute difference of a value")]
 
 
-CheckSpec = PeaksCheck | HousnerCheck | BoundariesCheck
+class OutcomesCheck(Check):
+    """What becomes of blocks against what tests showed, as `warprock validate` counts it."""
+
+    kind: Literal["outcomes"]
+    observed: Annotated[
+        str | None,
+        TextKey("file with one row a test, from the folder of the case; else the label observed"),
+    ] = None
+    limit_wrong: Annotated[
+        float, SettingKey("the largest share of tests that may be said wrongly", 0.0, 1.0)
+    ]
+    limit_brier: Annotated[
+        float | None,
+        SettingKey("the largest Brier score, which is not checked without it", 0.0, 1.0),
+    ] = None
+
+
+CheckSpec = PeaksCheck | HousnerCheck | BoundariesCheck | OutcomesCheck
 
 
 def kind_of(check: type[Check]) -> str:
@@ -90,7 +107,7 @@ def kind_of(check: type[Check]) -> str:
 
 
 CHECKS: dict[str, type[CheckSpec]] = {
-    kind_of(check): check for check in (PeaksCheck, HousnerCheck, BoundariesCheck)
+    kind_of(check): check for check in (PeaksCheck, HousnerCheck, BoundariesCheck, OutcomesCheck)
 }
 """Kind of a check -> its keys."""
 

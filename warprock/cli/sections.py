@@ -23,6 +23,7 @@ SECTIONS: dict[str, dict[str, str]] = {
     },
     "Compare": {
         "compare": "engines and programs of others side by side on one case",
+        "validate": "engines held to what tests showed",
         "check": "what the shipped cases expect, checked",
         "reproduce": "the tables and figures of the benchmark paper",
     },

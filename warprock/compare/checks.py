@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -21,7 +20,9 @@ from warprock.compare.beside import (
     run_peer,
 )
 from warprock.compare.blocks import compare_blocks
+from warprock.compare.check_row import CheckRow
 from warprock.compare.housner import compare_with_housner
+from warprock.compare.outcomes import outcome_rows
 from warprock.compare.settings import case_asked, plain_name, require_known
 from warprock.engines import ENGINES
 from warprock.errors import InputError
@@ -35,36 +36,6 @@ __all__ = ["CHECKS", "ORACLE", "CheckRow", "compare", "compare_with_housner", "r
 
 REFERENCE = "housner"
 """Engine that the others are held against."""
-
-
-@dataclasses.dataclass(frozen=True)
-class CheckRow:
-    """One result of one check.
-
-    Attributes:
-        case: Name of the case.
-        name: What is measured.
-        engine: Engine that is checked.
-        lanes: The lanes that were selected, in words.
-        value: What was found [-].
-        limit: Largest value that passes [-].
-        ok: Whether it passes.
-        because: Why the limit is right, as the case says it.
-        note: Lanes left out and why, or the worst lane.
-        outside: Lanes selected that are outside the model: of the engine, or of Housner where the
-            engine is held against him; None where that is not known.
-    """
-
-    case: str
-    name: str
-    engine: str
-    lanes: str
-    value: float
-    limit: float
-    ok: bool
-    because: str
-    note: str
-    outside: int | None = None
 
 
 class CaseResponses:
@@ -269,10 +240,18 @@ def _check_boundaries(check: Any, responses: CaseResponses) -> list[CheckRow]:
     ]
 
 
+def _check_outcomes(check: Any, responses: CaseResponses) -> list[CheckRow]:
+    """What became of the selected lanes against what tests showed."""
+    lane_set, response = responses.lane_set, responses[check.engine]
+    text = _selection_text(check.where)
+    return outcome_rows(check, responses.case, lane_set, response, text)
+
+
 CHECKS: dict[str, Callable[[Any, CaseResponses], list[CheckRow]]] = {
     "peaks": _check_peaks,
     "housner": _check_housner,
     "boundaries": _check_boundaries,
+    "outcomes": _check_outcomes,
 }
 """Kind of a check -> the function that makes its rows."""
 

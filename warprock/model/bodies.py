@@ -35,6 +35,10 @@ LEVEL = 1e-6
 far above the round-off of a file of text, far below what a base is known to."""
 
 
+CORNERS = 8
+"""Corners of a box."""
+
+
 @dataclasses.dataclass(frozen=True)
 class Bodies:
     """Bodies, one a lane, SI units.
@@ -81,6 +85,18 @@ class Bodies:
         """Some of the lanes, by slice or by number."""
         parts = {f.name: getattr(self, f.name)[lanes] for f in dataclasses.fields(self)}
         return dataclasses.replace(self, **parts)
+
+    @property
+    def boxed(self) -> bool:
+        """Whether all are boxes: eight corners about the centre of mass, along principal axes."""
+        if not self.spatial or self.points.shape[1] != CORNERS or np.any(self.count != CORNERS):
+            return False
+        half = np.abs(self.points).max(axis=1, keepdims=True)
+        near = LEVEL * half.max(axis=-1, keepdims=True)
+        signs = np.sort((self.points > 0.0) @ np.array([1, 2, 4]), axis=1)
+        straight = bool(np.all(np.abs(self.axes[:, :3]) <= LEVEL))
+        at_corners = bool(np.all(np.abs(np.abs(self.points) - half) <= near))
+        return straight and at_corners and bool(np.all(signs == np.arange(CORNERS)))
 
     @property
     def points_in_block_axes(self) -> Array:

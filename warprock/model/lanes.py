@@ -9,10 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.model.bodies import Bodies
+from warprock.model.release import Release
 
 Array = npt.NDArray[np.float64]
 
-_NO_ARRAYS = ("body", "restitution_given")
+_NO_ARRAYS = ("body", "release", "restitution_given")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -38,6 +39,8 @@ class Lanes:
         body: Bodies, where single blocks are no boxes; their width, height, depth and density are
             then those of the box around them, and say nothing of how they move.
         restitution_given: Whether the case prescribes the angular restitution, of all lanes.
+        release: Velocities at the start, and attitudes of blocks that are thrown; None of blocks
+            that are let go from rest.
 
     Example:
         >>> import warprock as wr
@@ -57,6 +60,7 @@ class Lanes:
     angular_restitution: Array
     body: Bodies | None = dataclasses.field(default=None, kw_only=True)
     restitution_given: bool = dataclasses.field(default=False, kw_only=True)
+    release: Release | None = dataclasses.field(default=None, kw_only=True)
 
     @property
     def lane_count(self) -> int:
@@ -74,6 +78,23 @@ class Lanes:
         return isinstance(self, SpatialLanes)
 
     @property
+    def moving(self) -> str:
+        """What a case does whose blocks are not let go from rest; empty where they are."""
+        if self.release is None:
+            return ""
+        return "throws its blocks" if self.thrown else "starts its blocks with velocities"
+
+    @property
+    def thrown(self) -> bool:
+        """Whether the blocks are thrown, so that they may fall on any of their faces."""
+        return self.release is not None and self.release.thrown
+
+    @property
+    def bodies(self) -> bool:
+        """Whether the blocks are bodies, of which the box says nothing."""
+        return self.body is not None
+
+    @property
     def block_count(self) -> int:
         """Blocks in a lane."""
         return self.width.shape[1] if self.stacked else 1
@@ -87,7 +108,7 @@ class Lanes:
     def mass(self) -> Array:
         """Mass of the blocks [kg]."""
         if self.body is not None:
-            return self.body.mass
+            return self.body.mass[:, None] if self.stacked else self.body.mass
         return np.asarray(self.density * self.width * self.height * self.depth)
 
     @property
@@ -121,6 +142,8 @@ class Lanes:
         parts: dict[str, Any] = {name: each[lanes] for name, each in self.arrays.items()}
         if self.body is not None:
             parts["body"] = self.body.take(lanes)
+        if self.release is not None:
+            parts["release"] = self.release.take(lanes)
         return dataclasses.replace(self, **parts)
 
     @property

@@ -26,6 +26,7 @@ class SceneKind:
         restitution_given: Whether the case prescribes the angular restitution.
         bodies: Whether the blocks are bodies, of which the box says nothing.
         rounded: Whether the corners of a body are rounded.
+        moving: What starts in motion; empty where blocks are let go from rest.
         spatial_because: What makes a planar model fall short; empty where the scene is planar.
         friction_ratio: Smallest friction coefficient / base acceleration in g that makes the block
             rock, tan(slenderness angle) of a single one; below 1 a block slides before it rocks.
@@ -42,6 +43,7 @@ class SceneKind:
     contact_point_count: int
     centred: bool
     restitution_given: bool
+    moving: str
     spatial_because: str
     friction_ratio: float
     angular_restitution: float
@@ -70,8 +72,9 @@ class SceneKind:
             parts += ["contact between blocks: there is one, and it touches its base alone"]
         parts += [
             "the search for pairs that might touch: each face can meet but the one it stands on",
-            "the sides of blocks: a lane ends once a block has overturned or slid off",
         ]
+        if not self.moving.startswith("throws"):
+            parts += ["the sides of blocks: a lane ends once a block has overturned or slid off"]
         return tuple(parts)
 
     @property
@@ -122,12 +125,13 @@ def scene_kind(
         contact_point_count=_contact_points(lanes),
         centred=not lanes.offset.any(),
         restitution_given=restitution_given,
+        moving=lanes.moving,
         spatial_because=spatial_because if lanes.spatial else "",
         friction_ratio=float(np.min(lanes.friction / uplift)),
         angular_restitution=float(np.min(lanes.angular_restitution)),
         above_friction_limit=int(np.sum(above)),
         friction_limit=float(limit[above].min()) if above.any() else np.inf,
-        bodies=body is not None,
+        bodies=body is not None and not lanes.thrown,
         rounded=body is not None and bool(body.corner_radius.any()),
     )
 

@@ -78,9 +78,10 @@ def explain_case(case: Case) -> dict[str, Any]:
         },
         "lanes": case.lane_count,
         "inputs_of_lanes": lane_set.lanes.lane_count,
-        "duration_s": lane_set.times.duration,
-        "motion_cut_short": cut_text(lane_set.motions, lane_set.times.duration) or None,
-        "sample_interval_s": lane_set.times.interval,
+        "duration_s": max(case.durations),
+        "shortest_duration_s": min(case.durations),
+        "motion_cut_short": cut_text(lane_set.motions, lane_set.ends) or None,
+        "sample_interval_s": lane_set.longest.interval,
         "sweep": [{"keys": list(axis.columns), "length": axis.length} for axis in case.axes]
         + ([{"keys": ["member"], "length": case.members}] if case.ensemble else []),
         "study": [case.study.plan(name) for name in case.study.engines] if case.study else None,
