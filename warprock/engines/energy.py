@@ -96,13 +96,10 @@ def spatial_energy_held(lanes: Lanes) -> Array:
     """Energy at the start above the state in which all blocks are flat [J], shape [lane]."""
     stacks = cast(SpatialLanes, as_stacks(lanes))
     height = np.cumsum(stacks.height, axis=1) - 0.5 * stacks.height
-<<<<<<< HEAD
     if lanes.thrown:
         height = 0.5 * np.minimum(np.minimum(stacks.width, stacks.depth), stacks.height)
-=======
     if lanes.body is not None:
         height = lanes.body.centre_height[:, None]
->>>>>>> f-space
     rise = start_poses(stacks)[0][..., 2] - height
     return np.asarray(GRAVITY * (stacks.mass * rise).sum(axis=1))
 

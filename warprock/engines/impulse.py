@@ -8,17 +8,8 @@ from typing import Any, ClassVar, final
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-<<<<<<< HEAD
-from warprock.engines.blocks import (
-    planar_columns,
-    spatial_columns,
-    stack_columns,
-    throw_columns,
-)
+from warprock.engines.blocks import planar_columns, stack_columns, throw_columns
 from warprock.engines.bodies import Corners
-=======
-from warprock.engines.blocks import planar_columns, stack_columns
->>>>>>> f-space
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.soundness import account_in_space, account_of, unstable
@@ -55,12 +46,8 @@ class Impulse(AbstractEngine):
     settings_type = ImpulseSettings
     order: ClassVar[int | None] = 1
     spatial: ClassVar[bool] = True
-<<<<<<< HEAD
     starts_moving: ClassVar[tuple[str, ...]] = ("space",)
-    bodies: ClassVar[tuple[bool, bool]] = (True, False)
-=======
-    bodies = (False, True)
->>>>>>> f-space
+    bodies: ClassVar[tuple[bool, bool]] = (True, True)
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: stacks in space run one lane a thread on any device.
@@ -73,15 +60,11 @@ class Impulse(AbstractEngine):
             friction = "box" if self.settings.friction_box else "cone"
             if scene.stacked:
                 return Kernel("impulse/space_stack_run", friction=friction)
-<<<<<<< HEAD
+            if scene.bodies:
+                return Kernel("impulse/space_body_run", lanes=lanes, friction=friction)
             if scene.moving or self.settings.restitution > 0.0:
                 return Kernel("impulse/thrown_run", friction=friction)
             return Kernel("impulse/space_run", lanes=lanes, friction=friction)
-=======
-            bodies = scene.bodies if isinstance(scene, SceneKind) else scene.body is not None
-            name = "space_body_run" if bodies else "space_run"
-            return Kernel(f"impulse/{name}", lanes=lanes, friction=friction)
->>>>>>> f-space
         if scene.stacked:
             return Kernel("impulse/stack_run", lanes=lanes, iterations=sweeps)
         slow = self.target.form is None and sweeps > MAX_UNROLL
@@ -101,15 +84,11 @@ class Impulse(AbstractEngine):
         knobs.erp = self.settings.erp
         if lanes.spatial:
             knobs.sweeps = self.settings.iterations
-<<<<<<< HEAD
             knobs.restitution = self.settings.restitution
-            columns = {"blocks": spatial_columns(lanes), "knobs": knobs}
-            bounces = self.settings.restitution > 0.0 and not lanes.stacked
+            columns = spatial_inputs(lanes) | {"knobs": knobs}
+            bounces = self.settings.restitution > 0.0 and not (lanes.stacked or lanes.bodies)
             starts = lanes.moving or bounces
             return columns | ({"throws": throw_columns(lanes)} if starts else {})
-=======
-            return spatial_inputs(lanes) | {"knobs": knobs}
->>>>>>> f-space
         if lanes.stacked:
             blocks = planar_columns(lanes, GRAVITY * step)
             return {"blocks": blocks, "lanes": stack_columns(lanes), "knobs": knobs}
