@@ -10,7 +10,7 @@ import pytest
 import trimesh
 
 from tests.shared.meshes import cap, l_profile, turned, write
-from warprock.bodies.body import Asked, Body, find_body, read_asked
+from warprock.bodies.body import Asked, Body, Texts, find_body, read_asked
 from warprock.bodies.case_text import case_of
 from warprock.bodies.rests import heights_at
 from warprock.case.lanes import expand_lanes
@@ -18,20 +18,6 @@ from warprock.case.load import build_case
 from warprock.case.text import parse_case
 from warprock.errors import InputError
 from warprock.tables.bodies import body_notes
-
-PLAIN = {
-    "density": "2000 kg/m^3",
-    "mass": None,
-    "unit": None,
-    "up": "z",
-    "pose": None,
-    "tolerance": None,
-    "base": "flat",
-    "points": 24,
-    "model": "planar",
-    "direction": None,
-}
-
 
 def _body(folder: pathlib.Path, mesh: trimesh.Trimesh, **asked: object) -> Body:
     return find_body(write(mesh, folder), Asked(**({"density": 2000.0} | asked)))
@@ -171,4 +157,6 @@ def test_a_base_thinned_too_far_is_refused(tmp_path: pathlib.Path):
 )
 def test_what_cannot_be_asked_is_one_line(change: dict[str, object], said: str):
     with pytest.raises(InputError, match=said):
-        read_asked(**(PLAIN | change))
+        given = {"density": "2000 kg/m^3"} | change
+        texts = Texts(**{name: given.pop(name) for name in Texts._fields if name in given})
+        read_asked(Asked(**given), texts)

@@ -10,7 +10,7 @@ import tomllib
 from warprock.api.case import Case
 from warprock.api.found import Found
 from warprock.api.names import python_names
-from warprock.bodies.body import POINTS, Body, find_body, read_asked
+from warprock.bodies.body import POINTS, Asked, Body, Texts, find_body, read_asked
 from warprock.bodies.case_text import CASE_FILE, case_of
 from warprock.case.template import Start
 from warprock.figures.body import draw_body
@@ -31,6 +31,7 @@ def body(
     points: int = POINTS,
     model: str = "planar",
     direction: str | None = None,
+    record: str | None = None,
 ) -> BodyFound:
     """A rigid body from its mesh: mass, inertia, what it stands on, and a case of it.
 
@@ -46,9 +47,10 @@ def body(
         points: Contact points that the case may have, from 3 to 48.
         model: "planar", in the plane of the direction, or "spatial".
         direction: Direction of shaking, from x towards y, such as "-25 deg"; None is the weakest.
+        record: A shipped record, or a file that says its unit; None shakes the case by a pulse.
 
     Returns:
-        A `Found` whose table has slenderness angles by direction, and whose `case` runs on a pulse.
+        A `Found` whose table has slenderness angles by direction, and whose `case` is ready to run.
 
     Raises:
         InputError: An argument or the mesh cannot be used: holes, several bodies, no rest, mm.
@@ -64,20 +66,10 @@ def body(
         (2160, np.float64(14.04))
     """
     with python_names():
-        asked = read_asked(
-            density=density,
-            mass=mass,
-            unit=unit,
-            up=up,
-            pose=pose,
-            tolerance=tolerance,
-            base=base,
-            points=points,
-            model=model,
-            direction=direction,
-        )
-        found = find_body(pathlib.Path(mesh), asked)
-        return BodyFound(found, case_of(found))
+        asked = Asked(unit=unit, up=up, pose=pose, base=base, points=points, model=model)
+        texts = Texts(density, mass, tolerance, direction)
+        found = find_body(pathlib.Path(mesh), read_asked(asked, texts))
+        return BodyFound(found, case_of(found, record))
 
 
 class BodyFound(Found):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import pathlib
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -173,36 +174,32 @@ _READ = {
 """Options that are quantities."""
 
 
-def read_asked(
-    *,
-    density: str | None,
-    mass: str | None,
-    unit: str | None,
-    up: str,
-    pose: int | None,
-    tolerance: str | None,
-    base: str,
-    points: int,
-    model: str,
-    direction: str | None,
-) -> Asked:
-    """What is asked, from the texts of options; each is a field of `Asked`.
+class Texts(NamedTuple):
+    """Quantities as they are written, with their units; None where one is left out."""
+
+    density: str | None = None
+    mass: str | None = None
+    tolerance: str | None = None
+    direction: str | None = None
+
+
+def read_asked(asked: Asked, texts: Texts) -> Asked:
+    """What is asked, with quantities from the texts of options.
 
     Raises:
-        InputError: One cannot be used.
+        InputError: Something cannot be used.
     """
-    texts = {"density": density, "mass": mass, "tolerance": tolerance, "direction": direction}
     read: dict[str, float] = {}
-    for name, text in texts.items():
+    for name, text in texts._asdict().items():
         if text is None:
             continue
         try:
             read[name] = _READ[name].read(text).value
         except ValueError as error:
             raise InputError(f"--{name}", "", text, str(error)) from None
-    asked = Asked(unit=unit, up=up, pose=pose, base=base, points=points, model=model, **read)
-    _judge(asked)
-    return asked
+    whole = dataclasses.replace(asked, **read)
+    _judge(whole)
+    return whole
 
 
 def find_body(path: pathlib.Path, asked: Asked) -> Body:
