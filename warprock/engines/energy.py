@@ -74,6 +74,9 @@ def overturning_rise(lanes: Lanes) -> Array:
 
     Shape [lane], or [lane, block] for stacks.
     """
+    if lanes.body is not None and lanes.spatial:
+        height = lanes.body.centre_height
+        return np.asarray(np.hypot(np.maximum(nearest_edge(lanes), 0.0), height) - height)
     if lanes.body is not None:
         corners, angles = Corners.of(lanes.body), lanes.slenderness_angles
         rises = [

@@ -14,11 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.blocks import spatial_columns, yawed
-<<<<<<< HEAD
 from warprock.engines.bodies import Corners
-=======
 from warprock.engines.spatial_bodies import body_of, farthest, stood_places, there_are
->>>>>>> f-space
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.pose import turned
 
@@ -114,19 +111,18 @@ def spatial_places(lanes: Lanes, attitude: Array, places: Array) -> dict[str, Ar
         places: Centres of mass [m], shape [lane, block, sample, 3].
 
     Returns:
-        By field, shape [lane, block, sample] each; x, y and z are those of the middle of the box, of a body of
-        its centre of mass.
+        By field, shape [lane, block, sample] each; x, y and z are those of the middle of the box,
+        of a body of its centre of mass.
     """
     stacks = cast(SpatialLanes, as_stacks(lanes))
     zero = np.zeros_like(stacks.width)
     beside = np.stack([stacks.centre_offset_x, stacks.centre_offset_y, zero], axis=-1)
     middle = places - turned(attitude, np.broadcast_to(beside[:, :, None], places.shape))
-<<<<<<< HEAD
-    # Of a block that tumbles, the way of its centre.
-    slide = places[..., :2] if lanes.thrown else _spatial_slides(stacks, attitude, places)
-=======
-    slide = (_spatial_slides if lanes.body is None else _body_slides)(stacks, attitude, places)
->>>>>>> f-space
+    if lanes.thrown:
+        # Of a block that tumbles, the way of its centre.
+        slide = places[..., :2]
+    else:
+        slide = (_body_slides if lanes.bodies else _spatial_slides)(stacks, attitude, places)
     found = {"slide": slide[..., 0], "slide_across": slide[..., 1]}
     found |= {name: middle[..., axis] for axis, name in enumerate("xyz")}
     return found | {f"attitude_{name}": attitude[..., k] for k, name in enumerate("xyzw")}

@@ -65,17 +65,9 @@ def exploded(lanes: Lanes, held: Array, gained: Array, bound: float = EXPLOSION_
         gained: Energy gained from nowhere [J], shape [lane].
         bound: Energy gained over energy held and supplied up to which an error counts as small.
     """
-<<<<<<< HEAD
     barrier = (
         (GRAVITY * lanes.mass * overturning_rise(lanes)).reshape(lanes.lane_count, -1).sum(axis=1)
     )
-=======
-    rise = 0.5 * (np.hypot(lanes.width, lanes.height) - lanes.height)
-    if lanes.body is not None and lanes.spatial:
-        height, edge = lanes.body.centre_height, np.maximum(nearest_edge(lanes), 0.0)
-        rise = np.hypot(edge, height) - height
-    barrier = (GRAVITY * lanes.mass * rise).reshape(lanes.lane_count, -1).sum(axis=1)
->>>>>>> f-space
     return np.asarray((gained > bound * held) & (gained > BARRIER_SHARE * barrier))
 
 
