@@ -19,6 +19,7 @@ from warprock.case.text import parse_case
 from warprock.errors import InputError
 from warprock.tables.bodies import body_notes
 
+
 def _body(folder: pathlib.Path, mesh: trimesh.Trimesh, **asked: object) -> Body:
     return find_body(write(mesh, folder), Asked(**({"density": 2000.0} | asked)))
 
@@ -156,7 +157,7 @@ def test_a_base_thinned_too_far_is_refused(tmp_path: pathlib.Path):
     ],
 )
 def test_what_cannot_be_asked_is_one_line(change: dict[str, object], said: str):
+    given = {"density": "2000 kg/m^3"} | change
+    texts = Texts(**{name: given.pop(name) for name in Texts._fields if name in given})
     with pytest.raises(InputError, match=said):
-        given = {"density": "2000 kg/m^3"} | change
-        texts = Texts(**{name: given.pop(name) for name in Texts._fields if name in given})
         read_asked(Asked(**given), texts)

@@ -189,17 +189,26 @@ def read_asked(asked: Asked, texts: Texts) -> Asked:
     Raises:
         InputError: Something cannot be used.
     """
-    read: dict[str, float] = {}
-    for name, text in texts._asdict().items():
-        if text is None:
-            continue
-        try:
-            read[name] = _READ[name].read(text).value
-        except ValueError as error:
-            raise InputError(f"--{name}", "", text, str(error)) from None
-    whole = dataclasses.replace(asked, **read)
+    read = {name: _quantity(name, text) for name, text in texts._asdict().items()}
+    whole = dataclasses.replace(
+        asked,
+        density=read["density"],
+        mass=read["mass"],
+        direction=read["direction"],
+        tolerance=TOLERANCE if read["tolerance"] is None else read["tolerance"],
+    )
     _judge(whole)
     return whole
+
+
+def _quantity(name: str, text: str | None) -> float | None:
+    """The value of an option in SI units or rad."""
+    if text is None:
+        return None
+    try:
+        return _READ[name].read(text).value
+    except ValueError as error:
+        raise InputError(f"--{name}", "", text, str(error)) from None
 
 
 def find_body(path: pathlib.Path, asked: Asked) -> Body:
