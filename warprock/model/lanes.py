@@ -90,6 +90,11 @@ class Lanes:
         return self.release is not None and self.release.thrown
 
     @property
+    def bodies(self) -> bool:
+        """Whether the blocks are bodies, of which the box says nothing."""
+        return self.body is not None
+
+    @property
     def block_count(self) -> int:
         """Blocks in a lane."""
         return self.width.shape[1] if self.stacked else 1
@@ -103,7 +108,7 @@ class Lanes:
     def mass(self) -> Array:
         """Mass of the blocks [kg]."""
         if self.body is not None:
-            return self.body.mass
+            return self.body.mass[:, None] if self.stacked else self.body.mass
         return np.asarray(self.density * self.width * self.height * self.depth)
 
     @property

@@ -17,6 +17,7 @@ from warprock.report.analysis_chapters import (
     spectrum_chapter,
     study_chapter,
 )
+from warprock.report.body_chapter import body_chapter
 from warprock.report.content import Chapter, Page
 from warprock.report.earlier import earlier_scenes
 from warprock.report.folder import Drawn, ResultFolder
@@ -61,6 +62,7 @@ _BY_FACT: dict[str, Make] = {
     "study": study_chapter,
     "of": sensitivity_chapter,
     "validation": validation_chapter,
+    "body": body_chapter,
 }
 """What only one kind of results says in `run.json`, and its chapter; a run has none of these."""
 _BY_FILE: dict[str, Make] = {
