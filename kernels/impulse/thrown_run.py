@@ -46,8 +46,9 @@ Four = wp.types.vector(length=4, dtype=real)
 class Body:
     """State of one lane.
 
-    Place x, attitude q, velocity v, spin, the angular momentum of unit mass, base, the velocity of the base; lean to
-    which side; impulses of the corners and whether they have parted; what has been seen.
+    Place x, attitude q, velocity v; spin, the angular momentum of unit mass; base, the velocity of
+    the base; to which sides the block leans; impulses of the corners and whether they have parted;
+    what has been seen.
     """
 
     x: Three
@@ -272,8 +273,8 @@ def run_lanes(
                 b.q[0], b.q[1], b.q[2], b.q[3], -named[0], -named[1], -named[2], named[3]
             )
             q = attitude_to_store(
-                b.mode == RUNNING, -past, x, y, z, w, b.spin[0], b.spin[1], b.spin[2], block.inverse_x,
-                block.inverse_y, block.inverse_z,
+                b.mode == RUNNING, -past, x, y, z, w, b.spin[0], b.spin[1], b.spin[2],
+                block.inverse_x, block.inverse_y, block.inverse_z,
             )  # fmt: skip
             for d in range(4):
                 found.attitudes[sample, 0, d, lane] = q[d]

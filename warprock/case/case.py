@@ -10,7 +10,7 @@ from typing import Any
 
 from warprock.case.axes import LABEL, Axis, axis_shape
 from warprock.case.case_file import CaseFile
-from warprock.case.check import CheckSpec
+from warprock.case.check import CheckSpec, PosesCheck
 from warprock.case.ensemble import Ensemble
 from warprock.case.settings import ENGINES, PEERS, read_settings
 from warprock.case.study import Study
@@ -73,7 +73,15 @@ class Case:
     @property
     def sample_times(self) -> SampleTimes:
         """Length of the run and sampling of its histories."""
-        return SampleTimes(self.tables.run.duration, self.tables.run.sample_interval)
+        run = self.tables.run
+        places = self.observed_poses is not None and run.sample_interval is not None
+        return SampleTimes(run.duration, run.sample_interval, places=places)
+
+    @property
+    def observed_poses(self) -> str | None:
+        """Path of the file with poses that were observed; None of a case without such a check."""
+        files = (check.file for check in self.checks if isinstance(check, PosesCheck))
+        return next(files, None)
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -12,7 +12,7 @@ import pydantic
 from warprock.case.table_keys import OtherKey, ProseKey
 from warprock.case.validation import KeyedError, Table, validated
 from warprock.model.runnable import MOST_BLOCKS
-from warprock.quantity import NOTHING, TextKey
+from warprock.quantity import NOTHING, NumberKey, TextKey
 from warprock.settings.engines import SETTINGS
 from warprock.settings.setting import SettingKey
 
@@ -81,7 +81,24 @@ class BoundariesCheck(Check):
     tolerance: Annotated[float, _more_than_0("the largest absolute difference of a value")]
 
 
-CheckSpec = PeaksCheck | HousnerCheck | BoundariesCheck
+class PosesCheck(Check):
+    """Where the blocks of the selected lanes are, against where they were seen."""
+
+    kind: Literal["poses"]
+    file: Annotated[
+        str, TextKey("the path of a CSV file with the poses that were observed", most=4096)
+    ]
+    position: Annotated[
+        float,
+        NumberKey("the largest mean error of the position", "0 m to 1 km", low_open=True),
+    ]
+    rotation: Annotated[
+        float,
+        NumberKey("the largest mean error of the rotation", "0 deg to 180 deg", low_open=True),
+    ]
+
+
+CheckSpec = PeaksCheck | HousnerCheck | BoundariesCheck | PosesCheck
 
 
 def kind_of(check: type[Check]) -> str:
@@ -90,7 +107,7 @@ def kind_of(check: type[Check]) -> str:
 
 
 CHECKS: dict[str, type[CheckSpec]] = {
-    kind_of(check): check for check in (PeaksCheck, HousnerCheck, BoundariesCheck)
+    kind_of(check): check for check in (PeaksCheck, HousnerCheck, BoundariesCheck, PosesCheck)
 }
 """Kind of a check -> its keys."""
 

@@ -137,7 +137,7 @@ def spatial_columns(lanes: Lanes) -> dict[str, Array]:
         "half_height": 0.5 * height,
         "centre_x": stacks.centre_offset_x,
         "centre_y": stacks.centre_offset_y,
-        "mass": stacks.mass,
+        "mass": stacks.mass.reshape(width.shape),
         "inverse_x": 12.0 / (depth**2 + height**2),
         "inverse_y": 12.0 / (width**2 + height**2),
         "inverse_z": 12.0 / (width**2 + depth**2),
