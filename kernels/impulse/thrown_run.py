@@ -47,8 +47,8 @@ class Body:
     """State of one lane.
 
     Place x, attitude q, velocity v; spin, the angular momentum of unit mass; base, the velocity of
-    the base; to which sides the block leans; impulses of the corners and whether they have parted;
-    what has been seen.
+    the base; the side that it leans to; impulses of the corners and whether they have parted; what
+    has been seen.
     """
 
     x: Three

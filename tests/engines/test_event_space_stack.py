@@ -49,10 +49,7 @@ def dropped(count: int) -> SpatialLanes:
     """Stacks of two, turned against one another; the upper block starts on a corner in the air."""
     rng = np.random.default_rng(3)
     one = spatial_stack([0.5, 0.4], [0.3, 0.3])
-    parts = {
-        field.name: np.repeat(getattr(one, field.name), count, axis=0)
-        for field in dataclasses.fields(one)
-    }
+    parts = {name: np.repeat(each, count, axis=0) for name, each in one.arrays.items()}
     upper = np.array([0.0, 1.0])
     parts["friction"] = 10.0 ** rng.uniform(-1.0, 0.0, (count, 2))
     parts["yaw_start"] = rng.uniform(-0.5, 0.5, (count, 2))

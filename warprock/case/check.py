@@ -98,7 +98,24 @@ class PosesCheck(Check):
     ]
 
 
-CheckSpec = PeaksCheck | HousnerCheck | BoundariesCheck | PosesCheck
+class OutcomesCheck(Check):
+    """What becomes of blocks against what tests showed, as `warprock validate` counts it."""
+
+    kind: Literal["outcomes"]
+    observed: Annotated[
+        str | None,
+        TextKey("file with one row a test, from the folder of the case; else the label observed"),
+    ] = None
+    limit_wrong: Annotated[
+        float, SettingKey("the largest share of tests that may be said wrongly", 0.0, 1.0)
+    ]
+    limit_brier: Annotated[
+        float | None,
+        SettingKey("the largest Brier score, which is not checked without it", 0.0, 1.0),
+    ] = None
+
+
+CheckSpec = PeaksCheck | HousnerCheck | BoundariesCheck | OutcomesCheck | PosesCheck
 
 
 def kind_of(check: type[Check]) -> str:
@@ -107,7 +124,8 @@ def kind_of(check: type[Check]) -> str:
 
 
 CHECKS: dict[str, type[CheckSpec]] = {
-    kind_of(check): check for check in (PeaksCheck, HousnerCheck, BoundariesCheck, PosesCheck)
+    kind_of(check): check
+    for check in (PeaksCheck, HousnerCheck, BoundariesCheck, OutcomesCheck, PosesCheck)
 }
 """Kind of a check -> its keys."""
 

@@ -35,7 +35,6 @@ _PLAIN = {
     "motion.file": _FILE,
     "label": f"{LABEL}label",
     "observed": OBSERVED,
-    "duration": "run.duration",
 }
 """Names of columns that are no columns of the lane table -> key."""
 

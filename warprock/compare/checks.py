@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -20,11 +19,12 @@ from warprock.compare.beside import (
     run_peer,
 )
 from warprock.compare.blocks import compare_blocks
+from warprock.compare.check_row import CheckRow
 from warprock.compare.housner import compare_with_housner
 from warprock.compare.lane_names import lane_name
-from warprock.compare.observed_poses import compare_with_observed
+from warprock.compare.observed_poses import compare_with_observed, pose_rows
+from warprock.compare.outcomes import outcome_rows
 from warprock.compare.plain import plain_row
-from warprock.compare.poses import compare_poses, read_poses
 from warprock.compare.settings import case_asked, plain_name, require_known
 from warprock.engines import ENGINES
 from warprock.errors import InputError
@@ -38,36 +38,6 @@ __all__ = ["CHECKS", "ORACLE", "CheckRow", "compare", "compare_with_housner", "r
 
 REFERENCE = "housner"
 """Engine that the others are held against."""
-
-
-@dataclasses.dataclass(frozen=True)
-class CheckRow:
-    """One result of one check.
-
-    Attributes:
-        case: Name of the case.
-        name: What is measured.
-        engine: Engine that is checked.
-        lanes: The lanes that were selected, in words.
-        value: What was found [-].
-        limit: Largest value that passes [-].
-        ok: Whether it passes.
-        because: Why the limit is right, as the case says it.
-        note: Lanes left out and why, or the worst lane.
-        outside: Lanes selected that are outside the model: of the engine, or of Housner where the
-            engine is held against him; None where that is not known.
-    """
-
-    case: str
-    name: str
-    engine: str
-    lanes: str
-    value: float
-    limit: float
-    ok: bool
-    because: str
-    note: str
-    outside: int | None = None
 
 
 class CaseResponses:
@@ -232,41 +202,25 @@ def _check_boundaries(check: Any, responses: CaseResponses) -> list[CheckRow]:
     ]
 
 
+def _check_outcomes(check: Any, responses: CaseResponses) -> list[CheckRow]:
+    """What became of the selected lanes against what tests showed."""
+    lane_set, response = responses.lane_set, responses[check.engine]
+    text = _selection_text(check.where)
+    return outcome_rows(check, responses.case, lane_set, response, text)
+
+
 def _check_poses(check: Any, responses: CaseResponses) -> list[CheckRow]:
     """Where the selected lanes are, against where their blocks were seen."""
-    lane_set = responses.lane_set
-    lanes = lane_set.select(check.where)
-    seen = read_poses(responses.case, lane_set, check.file)
-    table = compare_poses(lane_set, responses[check.engine], seen)
-    held = table[table["lane_number"].isin(lanes)]
-    rows = []
-    for column, what, limit in (
-        ("position_error_mm", "position error / mm", 1e3 * check.position),
-        ("rotation_error_deg", "rotation error / deg", float(np.rad2deg(check.rotation))),
-    ):
-        errors = held[column].to_numpy(dtype=float)
-        value = float(errors.mean())
-        worst = int(held["lane_number"].to_numpy()[int(np.argmax(errors))])
-        rows.append(
-            CheckRow(
-                case=responses.case.name,
-                name=f"{what}, mean of lanes over time",
-                engine=check.engine,
-                lanes=_selection_text(check.where),
-                value=value,
-                limit=limit,
-                ok=value <= limit,
-                because=check.because,
-                note=f"worst lane: {lane_name(lane_set, worst)}",
-            )
-        )
-    return rows
+    lane_set, response = responses.lane_set, responses[check.engine]
+    text = _selection_text(check.where)
+    return pose_rows(check, responses.case, lane_set, response, text)
 
 
 CHECKS: dict[str, Callable[[Any, CaseResponses], list[CheckRow]]] = {
     "peaks": _check_peaks,
     "housner": _check_housner,
     "boundaries": _check_boundaries,
+    "outcomes": _check_outcomes,
     "poses": _check_poses,
 }
 """Kind of a check -> the function that makes its rows."""
@@ -323,7 +277,8 @@ def compare(
     if case.ensemble is not None:
         return compare_distributions(responses, engines)
     if case.observed_poses is not None:
-        return compare_with_observed(responses, engines)
+        found = compare_with_observed(case, responses.lane_set, engines, responses)
+        return found | {"costs": cost_rows(case, responses.answers)}
     stacked, spatial = case.tables.stacked, responses.lane_set.scene.spatial
     reference = engines[0] if stacked or spatial else REFERENCE
     hold = compare_blocks if stacked or spatial else compare_with_housner

@@ -137,7 +137,7 @@ def spatial_columns(lanes: Lanes) -> dict[str, Array]:
         "half_height": 0.5 * height,
         "centre_x": stacks.centre_offset_x,
         "centre_y": stacks.centre_offset_y,
-        "mass": stacks.mass.reshape(width.shape),
+        "mass": stacks.mass,
         "inverse_x": 12.0 / (depth**2 + height**2),
         "inverse_y": 12.0 / (width**2 + height**2),
         "inverse_z": 12.0 / (width**2 + depth**2),
@@ -148,8 +148,8 @@ def spatial_columns(lanes: Lanes) -> dict[str, Array]:
         "flat_s": np.sin(turn),
         "standing": np.sum(above <= TOUCHING, axis=-1).astype(np.float64),
     }
-    if lanes.body is not None:
-        over = 1.0 / lanes.body.gyration
+    if lanes.release is not None and lanes.release.gyration is not None:
+        over = 1.0 / lanes.release.gyration
         columns |= {f"inverse_{axis}": over[:, i, None] for i, axis in enumerate("xyz")}
     columns |= {name: position[..., axis] for axis, name in enumerate(("x", "y", "z"))}
     return columns | {

@@ -20,6 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.blocks import start_on_corners
+from warprock.engines.bodies import Corners
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions
@@ -45,8 +46,8 @@ def kinetic_energy_at_start(lanes: Lanes) -> Array:
         return np.zeros(lanes.lane_count)
     squares = np.stack([lanes.width, lanes.depth, lanes.height], axis=-1) ** 2
     inertia = (squares.sum(axis=-1, keepdims=True) - squares) / 12.0
-    if lanes.body is not None:
-        inertia = lanes.body.gyration
+    if release.gyration is not None:
+        inertia = release.gyration
     spin = release.angular_velocity
     if lanes.spatial:
         attitude = start_poses(cast(SpatialLanes, lanes))[1]
@@ -60,8 +61,25 @@ def energy_held(lanes: Lanes, rotation: Array) -> Array:
 
     Beyond the slenderness angle it is what it takes to get there.
     """
+    if lanes.body is not None:
+        rise = Corners.of(lanes.body).rise(rotation, lanes.slenderness_angles)
+        return np.asarray(GRAVITY * lanes.mass * rise)
     turned = np.minimum(np.abs(rotation), lanes.slenderness_angle)
     return rocking.energy(lanes.width, lanes.height, lanes.depth, lanes.density, turned, 0.0)
+
+
+def overturning_rise(lanes: Lanes) -> Array:
+    """How far the centres of blocks rise where they overturn, each by itself [m].
+
+    Shape [lane], or [lane, block] for stacks.
+    """
+    if lanes.body is not None:
+        corners, angles = Corners.of(lanes.body), lanes.slenderness_angles
+        rises = [
+            corners.rise(side * each, angles) for side, each in zip((-1, 1), angles.T, strict=True)
+        ]
+        return np.asarray(np.min(rises, axis=0))
+    return np.asarray(0.5 * (np.hypot(lanes.width, lanes.height) - lanes.height))
 
 
 def stack_energy_held(lanes: Lanes) -> Array:

@@ -14,6 +14,7 @@ from warprock.engines.blocks import (
     stack_columns,
     throw_columns,
 )
+from warprock.engines.bodies import Corners
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.soundness import account_in_space, account_of, unstable
@@ -50,6 +51,7 @@ class Impulse(AbstractEngine):
     order: ClassVar[int | None] = 1
     spatial: ClassVar[bool] = True
     starts_moving: ClassVar[tuple[str, ...]] = ("space",)
+    bodies: ClassVar[tuple[bool, bool]] = (True, False)
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: stacks in space run one lane a thread on any device.
@@ -68,7 +70,8 @@ class Impulse(AbstractEngine):
         if scene.stacked:
             return Kernel("impulse/stack_run", lanes=lanes, iterations=sweeps)
         slow = self.target.form is None and sweeps > MAX_UNROLL
-        return Kernel("impulse/block_run", lanes=1 if slow else lanes, iterations=sweeps)
+        file = "impulse/body_run" if scene.bodies else "impulse/block_run"
+        return Kernel(file, lanes=1 if slow else lanes, iterations=sweeps)
 
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
@@ -91,6 +94,16 @@ class Impulse(AbstractEngine):
         if lanes.stacked:
             blocks = planar_columns(lanes, GRAVITY * step)
             return {"blocks": blocks, "lanes": stack_columns(lanes), "knobs": knobs}
+        if lanes.body is not None:
+            corners = Corners.of(lanes.body)
+            blocks = {
+                "inverse_inertia": 1.0 / lanes.body.gyration,
+                "friction": lanes.friction,
+                "reach": corners.reach,
+            }
+            blocks = {name: each[:, None] for name, each in blocks.items()}
+            others = {"corners": corners.columns, "starts": lanes.rotation_start}
+            return {"blocks": blocks, "knobs": knobs} | others
         stacks = as_stacks(lanes)
         blocks = {
             "half_width": 0.5 * stacks.width,

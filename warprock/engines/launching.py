@@ -196,7 +196,7 @@ def _argument(argument: Any, value: Any, count: int) -> Any:
     of single blocks with a second index in its loop over lanes is not made vector code.)
     """
     if isinstance(value, Mapping):
-        rows = block_rows if argument.label == "blocks" else struct_rows
+        rows = struct_rows if next(iter(value.values())).ndim == 1 else block_rows
         value = rows(argument.type.dtype, value, count)
     if isinstance(value, np.ndarray):
         value = value[0] if value.ndim > argument.type.ndim else value

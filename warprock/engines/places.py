@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.blocks import spatial_columns, yawed
+from warprock.engines.bodies import Corners
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.pose import turned
 
@@ -42,6 +43,9 @@ def planar_places(lanes: Lanes, rotation: Array, places: Array | None) -> dict[s
         x, z = _pivoted(stacks, rotation)
         return {"slide": np.zeros_like(rotation), "x": x, "z": z}
     x, z = places[..., 0], places[..., 1]
+    if lanes.body is not None:
+        slide = Corners.of(lanes.body).slide(rotation[:, 0], x[:, 0])
+        return {"slide": slide[:, None], "x": x, "z": z}
     return {"slide": _planar_slides(stacks, rotation, x, z), "x": x, "z": z}
 
 

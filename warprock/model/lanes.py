@@ -90,6 +90,11 @@ class Lanes:
         return self.release is not None and self.release.thrown
 
     @property
+    def bodies(self) -> bool:
+        """Whether the blocks are bodies, of which the box says nothing."""
+        return self.body is not None
+
+    @property
     def block_count(self) -> int:
         """Blocks in a lane."""
         return self.width.shape[1] if self.stacked else 1

@@ -78,9 +78,10 @@ def explain_case(case: Case) -> dict[str, Any]:
         },
         "lanes": case.lane_count,
         "inputs_of_lanes": lane_set.lanes.lane_count,
-        "duration_s": lane_set.times.duration,
-        "motion_cut_short": cut_text(lane_set.motions, lane_set.times.duration) or None,
-        "sample_interval_s": lane_set.times.interval,
+        "duration_s": max(case.durations),
+        "shortest_duration_s": min(case.durations),
+        "motion_cut_short": cut_text(lane_set.motions, lane_set.ends) or None,
+        "sample_interval_s": lane_set.longest.interval,
         "sweep": [{"keys": list(axis.columns), "length": axis.length} for axis in case.axes]
         + ([{"keys": ["member"], "length": case.members}] if case.ensemble else []),
         "study": [case.study.plan(name) for name in case.study.engines] if case.study else None,
@@ -90,12 +91,13 @@ def explain_case(case: Case) -> dict[str, Any]:
     }
 
 
-def write_case(start: Start, path: pathlib.Path) -> list[pathlib.Path]:
+def write_case(start: Start, path: pathlib.Path, source: str = "PATH") -> list[pathlib.Path]:
     """Writes a case file to start from, and what it needs beside it.
 
     Args:
         start: What `case.template.start_case` made.
         path: File to write, or a folder to write `case.toml` into.
+        source: Argument or option that names it, as errors say.
 
     Returns:
         The files, the case file first.
@@ -108,8 +110,8 @@ def write_case(start: Start, path: pathlib.Path) -> list[pathlib.Path]:
     contents |= {file.parent / name: content for name, content in start.beside.items()}
     for each in contents:
         if each.exists():
-            raise InputError("PATH", "", str(each), "must not exist already")
-        require_writable_file(each, "PATH")
+            raise InputError(source, "", str(each), "must not exist already")
+        require_writable_file(each, source)
     file.parent.mkdir(parents=True, exist_ok=True)
     for each, content in reversed(contents.items()):
         with replacing(each) as temporary:

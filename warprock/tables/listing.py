@@ -31,6 +31,11 @@ def print_listing(found: Mapping[str, Any]) -> None:
     )
 
 
+def _duration_text(found: Mapping[str, Any]) -> str:
+    least, most = found["shortest_duration_s"], found["duration_s"]
+    return f"{most:g} s" if least == most else f"{least:g} s to {most:g} s"
+
+
 def print_explanation(found: Mapping[str, Any]) -> None:
     """Prints what `run.catalogue.explain_case` found."""
     out = wide_stdout()
@@ -51,7 +56,7 @@ def print_explanation(found: Mapping[str, Any]) -> None:
         ("ground motion", scene["motion"]),
         ("angular restitution", restitution),
         ("lanes", f"{found['lanes']:,}"),
-        ("duration", f"{found['duration_s']:g} s"),
+        ("duration", _duration_text(found)),
         ("histories", "not asked for" if sampling is None else f"every {sampling:g} s"),
     ]
     for name, value in facts:
