@@ -47,8 +47,8 @@ def kinetic_energy_at_start(lanes: Lanes) -> Array:
         return np.zeros(lanes.lane_count)
     squares = np.stack([lanes.width, lanes.depth, lanes.height], axis=-1) ** 2
     inertia = (squares.sum(axis=-1, keepdims=True) - squares) / 12.0
-    if lanes.body is not None:
-        inertia = lanes.body.gyration
+    if release.gyration is not None:
+        inertia = release.gyration
     spin = release.angular_velocity
     if lanes.spatial:
         attitude = start_poses(cast(SpatialLanes, lanes))[1]

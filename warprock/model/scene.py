@@ -136,6 +136,6 @@ def scene_kind(
         angular_restitution=float(np.min(lanes.angular_restitution)),
         above_friction_limit=int(np.sum(above)),
         friction_limit=float(limit[above].min()) if above.any() else np.inf,
-        bodies=body is not None and not lanes.thrown,
+        bodies=body is not None,
         rounded=body is not None and bool(body.corner_radius.any()),
     )
