@@ -115,7 +115,7 @@ def nearest_edge(lanes: Lanes) -> Array:
     return np.asarray(np.minimum(along, across))
 
 
-TILTS, DIRECTIONS = 24, 48
+TILTS, DIRECTIONS = 12, 96
 """Tilts, and directions of them, at which the height of a centre of mass is looked up."""
 
 
@@ -148,7 +148,7 @@ def nearest_edge_of_bodies(body: Bodies) -> Array:
     points, stands = body.points_in_block_axes, body.standing
     ends = [
         np.where(stands, points[..., 0] * np.cos(way) + points[..., 1] * np.sin(way), -np.inf)
-        for way in np.arange(2 * DIRECTIONS) * (np.pi / DIRECTIONS)
+        for way in np.arange(DIRECTIONS) * (2.0 * np.pi / DIRECTIONS)
     ]
     return np.asarray(np.min([end.max(axis=1) for end in ends], axis=0))
 

@@ -9,10 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.blocks import spatial_columns
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, time_or_nan
+from warprock.engines.energy import nearest_edge
 from warprock.engines.launching import Form, Found, Kernel
 from warprock.engines.soundness import account_in_space, unstable
+from warprock.engines.spatial_bodies import has_bodies, quickest, spatial_inputs
 from warprock.engines.workload import step_limit
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, as_stacks
@@ -64,6 +65,7 @@ class Event(AbstractEngine):
     order: ClassVar[int | None] = 2
     spatial: ClassVar[bool] = True
     rests_exactly: ClassVar[bool] = True
+    bodies = (False, True)
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: packed are single blocks alone, in space on a cone."""
@@ -74,6 +76,8 @@ class Event(AbstractEngine):
         friction = "box" if self.settings.friction_box else "cone"
         if scene.stacked:
             return Kernel("event_space/space_stack_run", friction=friction)
+        if has_bodies(scene):
+            return Kernel("event_space/space_body_run", friction=friction)
         if self.target.kernel_form is Form.PACKED and friction == "cone":
             return Kernel("event_space/pack_run", lanes=PACK)
         return Kernel("event_space/space_run", friction=friction)
@@ -84,6 +88,8 @@ class Event(AbstractEngine):
 
     def _own_step(self, lanes: Lanes) -> Array:
         """Longest step [s]: a part of 1 / p, the largest of blocks, and in space of both planes."""
+        if lanes.body is not None and lanes.spatial:
+            return np.asarray(np.minimum(self.settings.time_step, PHASE_STEP / quickest(lanes.body)))
         sides = (lanes.width, lanes.depth) if lanes.spatial else (lanes.width,)
         rates = [
             rocking.frequency_parameter(side, lanes.height).reshape(lanes.lane_count, -1)
@@ -105,7 +111,7 @@ class Event(AbstractEngine):
         }
         if lanes.spatial:
             per_lane["rest_gap"] = _rest_gap(lanes, self.settings)
-            return {"blocks": spatial_columns(lanes), "lanes": per_lane, "knobs": knobs}
+            return spatial_inputs(lanes) | {"lanes": per_lane, "knobs": knobs}
         if lanes.stacked:
             per_lane["mass"] = lanes.mass.sum(axis=1)
             blocks = _stacked_blocks(lanes, self.settings)
@@ -165,6 +171,10 @@ def _stacked_blocks(lanes: Lanes, settings: EventSettings) -> dict[str, Array]:
 
 def _rest_gap(lanes: Lanes, settings: EventSettings) -> Array:
     """Rise of a corner from which a block in space rests [m], the least of a lane, shape [lane]."""
+    if lanes.body is not None:
+        edge, height = np.maximum(nearest_edge(lanes), 0.0), lanes.body.centre_height
+        size = lanes.body.reaches.min(axis=1)
+        return np.asarray(settings.rest_rotation_ratio * np.arctan2(edge, height) * size)
     face = np.minimum(lanes.face_width, lanes.face_depth)
     gap = settings.rest_rotation_ratio * np.arctan2(face, lanes.height) * face
     return np.asarray(gap.reshape(lanes.lane_count, -1).min(axis=1))

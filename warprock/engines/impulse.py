@@ -12,7 +12,7 @@ from warprock.engines.blocks import planar_columns, stack_columns
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.soundness import account_in_space, account_of, unstable
-from warprock.engines.spatial_bodies import spatial_inputs
+from warprock.engines.spatial_bodies import has_bodies, spatial_inputs
 from warprock.kernels.instance import MAX_UNROLL
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import GroundMotions
@@ -58,8 +58,7 @@ class Impulse(AbstractEngine):
             friction = "box" if self.settings.friction_box else "cone"
             if scene.stacked:
                 return Kernel("impulse/space_stack_run", friction=friction)
-            bodies = scene.bodies if isinstance(scene, SceneKind) else scene.body is not None
-            name = "space_body_run" if bodies else "space_run"
+            name = "space_body_run" if has_bodies(scene) else "space_run"
             return Kernel(f"impulse/{name}", lanes=lanes, friction=friction)
         if scene.stacked:
             return Kernel("impulse/stack_run", lanes=lanes, iterations=sweeps)

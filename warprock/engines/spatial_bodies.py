@@ -12,11 +12,26 @@ from warprock.errors import InputError
 from warprock.model.bodies import LEVEL, Bodies
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.pose import start_poses, turned
+from warprock.model.scene import SceneKind
+from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 
 MOST_POINTS = 64
 """Most contact points of a body: the rows that kernels have room for."""
+
+
+def has_bodies(scene: SceneKind | Lanes) -> bool:
+    """Whether the blocks of a scene, or of lanes, are bodies."""
+    return scene.bodies if isinstance(scene, SceneKind) else scene.body is not None
+
+
+def quickest(body: Bodies) -> Array:
+    """Largest frequency parameter about any of the contact points [rad/s], shape [lane]."""
+    square = np.sum(body.points**2, axis=-1)
+    least = body.gyration.min(axis=1, keepdims=True)
+    rate = np.sqrt(GRAVITY * np.sqrt(square) / (least + square))
+    return np.asarray(rate.max(axis=1))
 
 
 def body_of(lanes: Lanes) -> Bodies:
