@@ -36,7 +36,7 @@ from warprock.kernels.impulse.space_stack import (
 )
 from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape.space import Block
-from warprock.kernels.shape.space_body import APART, MOST_POINTS, Point, spans
+from warprock.kernels.shape.space_body import APART, Point, spans
 
 SWEEPS = 4000
 """Most sweeps of a solve."""
@@ -53,22 +53,27 @@ KEEP = 2
 """Laws of a point: it pushes with friction within its bound, it does not move, it does not leave
 or approach."""
 
-Points = wp.types.matrix(shape=(MOST_POINTS, 3), dtype=real)
-PointGains = wp.types.matrix(shape=(MOST_POINTS, 12), dtype=real)
-PointInts = wp.types.vector(length=MOST_POINTS, dtype=int)
-PointNumbers = wp.types.vector(length=MOST_POINTS, dtype=real)
+# Rows for at least as many points as a body has: POINTS of them.
+Points = wp.types.matrix(shape=(POINTS, 3), dtype=real)
+PointGains = wp.types.matrix(shape=(POINTS, 12), dtype=real)
+PointInts = wp.types.vector(length=POINTS, dtype=int)
+PointNumbers = wp.types.vector(length=POINTS, dtype=real)
 
 
 @wp.struct
 class Shape:
-    """What a body is: friction coefficient, inverse moments of inertia, reach [m], points."""
+    """What a body is: friction coefficient, inverse moments of inertia, reach [m], and its points.
+
+    These are a row of all lanes' points; `feet` are those that it stands on at rest.
+    """
 
     friction: real
     inverse: Vector
     reach: real
     count: int
-    points: Points
     feet: wp.uint64
+    points: wp.array2d(dtype=Point)
+    lane: int
 
 
 @wp.struct
@@ -110,13 +115,14 @@ def shape_of(block: Block, reach: real, points: wp.array2d(dtype=Point), lane: i
     s.friction = block.friction
     s.inverse = Vector(block.inverse_x, block.inverse_y, block.inverse_z)
     s.reach = reach
+    s.points = points
+    s.lane = lane
     rows = points.shape[0]
     for c in range(rows):
-        point = points[c, lane]
-        if point.foot >= real(0.0):
-            s.points[c] = Vector(point.x, point.y, point.z)
+        foot = points[c, lane].foot
+        if foot >= real(0.0):
             s.count = c + 1
-            if point.foot > real(0.0):
+            if foot > real(0.0):
                 s.feet = s.feet | bit_of(c)
     return s
 
@@ -137,7 +143,8 @@ def posed(s: Shape, x: Vector, q: Attitude) -> Pose:
 @wp.func
 def lever_of(s: Shape, pose: Pose, k: int) -> Vector:
     """Place of a point from the centre of mass [m]."""
-    return pose.turn * s.points[k]
+    point = s.points[k, s.lane]
+    return pose.turn * Vector(point.x, point.y, point.z)
 
 
 @wp.func

@@ -120,9 +120,7 @@ def upright(frame: Frame, q: Attitude) -> Vector:
 
 
 @wp.func
-def slide_of_body(
-    body: Shape, half_width: real, points: wp.array2d(dtype=Point), lane: int, s: State
-) -> Vector:  # fmt: skip
+def slide_of_body(body: Shape, half_width: real, s: State) -> Vector:
     """Mean displacement of the points that touch, from where each stood; the third is zero."""
     pose, lowest, count = posed(body, s.x, s.q), real(NEVER), body.count
     total, way = real(0.0), Vector()
@@ -131,7 +129,7 @@ def slide_of_body(
     for k in range(count):
         r = lever_of(body, pose, k)
         if touches_as_lowest(r[2], lowest, half_width):
-            point = points[k, lane]
+            point = body.points[k, body.lane]
             total += real(1.0)
             way += Vector(s.x[0] + r[0] - point.stood_x, s.x[1] + r[1] - point.stood_y, real(0.0))
     return way / total
@@ -139,8 +137,7 @@ def slide_of_body(
 
 @wp.func
 def observe(
-    block: Block, frame: Frame, body: Shape, points: wp.array2d(dtype=Point), lane: int,
-    before: Seen, s0: State, s: State,
+    block: Block, frame: Frame, body: Shape, before: Seen, s0: State, s: State,
 ) -> Seen:  # fmt: skip
     """What a step from one state to the next adds to what has been observed."""
     seen, d = before, s.time - s0.time
@@ -153,7 +150,7 @@ def observe(
             seen.leaf = peaks_at(block, frame, seen.leaf, q, time)
     seen.leaf = peaks_at(block, frame, seen.leaf, s.q, s.time)
     if not s.flies:
-        way = slide_of_body(body, block.half_width, points, lane, s)
+        way = slide_of_body(body, block.half_width, s)
         seen.leaf.slide_x = way[0]
         seen.leaf.slide_y = way[1]
         seen.leaf.peak_slide = larger(wp.length_sq(way), seen.leaf.peak_slide)
@@ -199,7 +196,7 @@ def run_lanes(
             slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
             n = step(block, frame, body, limits, mx, my, mz, value, slope, end, s)
             if n.taken:
-                seen = observe(block, frame, body, points, lane, seen, s, n)
+                seen = observe(block, frame, body, seen, s, n)
                 s0 = s
             s = n
             if steps >= lanes[lane].step_limit and s.mode == RUNNING:

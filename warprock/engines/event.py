@@ -13,7 +13,7 @@ from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields
 from warprock.engines.energy import nearest_edge
 from warprock.engines.launching import Form, Found, Kernel
 from warprock.engines.soundness import account_in_space, unstable
-from warprock.engines.spatial_bodies import has_bodies, quickest, spatial_inputs
+from warprock.engines.spatial_bodies import has_bodies, point_rows, quickest, spatial_inputs
 from warprock.engines.workload import step_limit
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, as_stacks
@@ -77,7 +77,8 @@ class Event(AbstractEngine):
         if scene.stacked:
             return Kernel("event_space/space_stack_run", friction=friction)
         if has_bodies(scene):
-            return Kernel("event_space/space_body_run", friction=friction)
+            rows = point_rows(scene)
+            return Kernel("event_space/space_body_run", friction=friction, points=rows)
         if self.target.kernel_form is Form.PACKED and friction == "cone":
             return Kernel("event_space/pack_run", lanes=PACK)
         return Kernel("event_space/space_run", friction=friction)

@@ -26,6 +26,18 @@ def has_bodies(scene: SceneKind | Lanes) -> bool:
     return scene.bodies if isinstance(scene, SceneKind) else scene.body is not None
 
 
+def point_rows(scene: SceneKind | Lanes) -> int:
+    """Rows for points of a kernel that has a constant number of them: a power of two, at least 8.
+
+    So bodies of different bases share few kernels.
+    """
+    if isinstance(scene, SceneKind):
+        count = scene.contact_point_count
+    else:
+        count = body_of(scene).most_points
+    return 1 << max(3, (count - 1).bit_length())
+
+
 def quickest(body: Bodies) -> Array:
     """Largest frequency parameter about any of the contact points [rad/s], shape [lane]."""
     square = np.sum(body.points**2, axis=-1)
