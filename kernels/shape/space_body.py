@@ -87,9 +87,9 @@ def turns_of_body(block: Block, frame: Frame, qx: real, qy: real, qz: real, qw: 
 
 
 @wp.func
-def touches_as_lowest(gap: real, lowest: real, reach: real) -> bool:
+def touches_as_lowest(gap: real, lowest: real, half_width: real) -> bool:
     """Whether a point counts as touching where a slide is told."""
-    return gap <= lowest + TOUCH * reach
+    return gap <= lowest + TOUCH * half_width
 
 
 @wp.func

@@ -148,8 +148,8 @@ def spatial_columns(lanes: Lanes) -> dict[str, Array]:
         "flat_s": np.sin(turn),
         "standing": np.sum(above <= TOUCHING, axis=-1).astype(np.float64),
     }
-    if lanes.body is not None:
-        over = 1.0 / lanes.body.gyration
+    if lanes.release is not None and lanes.release.gyration is not None:
+        over = 1.0 / lanes.release.gyration
         columns |= {f"inverse_{axis}": over[:, i, None] for i, axis in enumerate("xyz")}
     columns |= {name: position[..., axis] for axis, name in enumerate(("x", "y", "z"))}
     return columns | {

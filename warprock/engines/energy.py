@@ -47,8 +47,8 @@ def kinetic_energy_at_start(lanes: Lanes) -> Array:
         return np.zeros(lanes.lane_count)
     squares = np.stack([lanes.width, lanes.depth, lanes.height], axis=-1) ** 2
     inertia = (squares.sum(axis=-1, keepdims=True) - squares) / 12.0
-    if lanes.body is not None:
-        inertia = lanes.body.gyration
+    if release.gyration is not None:
+        inertia = release.gyration
     spin = release.angular_velocity
     if lanes.spatial:
         attitude = start_poses(cast(SpatialLanes, lanes))[1]
@@ -157,7 +157,7 @@ def nearest_edge(lanes: Lanes) -> Array:
     return np.asarray(np.minimum(along, across))
 
 
-TILTS, DIRECTIONS = 24, 48
+TILTS, DIRECTIONS = 12, 96
 """Tilts, and directions of them, at which the height of a centre of mass is looked up."""
 
 
@@ -169,13 +169,11 @@ def energy_to_tilt_bodies(body: Bodies, tilt: Array) -> Array:
     """
     points, rest = body.points_in_block_axes, body.centre_height
     lean, needed = np.minimum(np.abs(tilt), 0.5 * np.pi), np.zeros_like(rest)
+    along = _along(points)
     for part in np.arange(1, TILTS + 1) / TILTS:
-        up, aside = np.cos(part * lean)[:, None] * points[..., 2], np.sin(part * lean)[:, None]
-        lowest = [
-            (up - aside * (points[..., 0] * np.cos(way) + points[..., 1] * np.sin(way))).min(axis=1)
-            for way in np.arange(DIRECTIONS) * (2.0 * np.pi / DIRECTIONS)
-        ]
-        needed = np.maximum(needed, -np.max(lowest, axis=0) - rest)
+        up = np.cos(part * lean)[:, None] * points[..., 2]
+        lowest = (up[..., None] - np.sin(part * lean)[:, None, None] * along).min(axis=1)
+        needed = np.maximum(needed, -lowest.max(axis=1) - rest)
     # Between two directions the height is less than at both by no more than this.
     far = np.linalg.norm(points, axis=-1).max(axis=1)
     missed = far * np.sin(lean) * np.pi / DIRECTIONS
@@ -187,12 +185,14 @@ def nearest_edge_of_bodies(body: Bodies) -> Array:
 
     Zero or less where the centre of mass is not above what the body stands on.
     """
-    points, stands = body.points_in_block_axes, body.standing
-    ends = [
-        np.where(stands, points[..., 0] * np.cos(way) + points[..., 1] * np.sin(way), -np.inf)
-        for way in np.arange(2 * DIRECTIONS) * (np.pi / DIRECTIONS)
-    ]
-    return np.asarray(np.min([end.max(axis=1) for end in ends], axis=0))
+    ends = np.where(body.standing[..., None], _along(body.points_in_block_axes), -np.inf)
+    return np.asarray(ends.max(axis=1).min(axis=1))
+
+
+def _along(points: Array) -> Array:
+    """Points [lane, point, 3] along `DIRECTIONS` of the ground [m], [lane, point, direction]."""
+    angle = np.arange(DIRECTIONS) * (2.0 * np.pi / DIRECTIONS)
+    return np.asarray(points[..., :2] @ np.stack([np.cos(angle), np.sin(angle)]))
 
 
 def _flat(lanes: Lanes) -> Lanes:

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from warprock.engines.blocks import spatial_columns, yawed
 from warprock.engines.bodies import Corners
-from warprock.engines.spatial_bodies import body_of, farthest, stood_places, there_are
+from warprock.engines.spatial_bodies import body_of, stood_places, there_are
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.pose import turned
 
@@ -40,6 +40,9 @@ def planar_places(lanes: Lanes, rotation: Array, places: Array | None) -> dict[s
         By field, shape [lane, block, sample] each.
     """
     stacks = as_stacks(lanes)
+    if places is None and lanes.body is not None:
+        x, z = (each[:, None] for each in lanes.body.rolled(rotation[:, 0]))
+        return {"slide": np.zeros_like(rotation), "x": x, "z": z}
     if places is None:
         x, z = _pivoted(stacks, rotation)
         return {"slide": np.zeros_like(rotation), "x": x, "z": z}
@@ -167,6 +170,6 @@ def _body_slides(stacks: SpatialLanes, attitude: Array, places: Array) -> Array:
     there = there_are(body)[:, None]
     height = np.where(there, seen[..., 2], np.inf)
     lowest = height.min(axis=-1, keepdims=True)
-    touches = there & (height <= lowest + TOUCH * farthest(body)[:, None, None])
+    touches = there & (height <= lowest + TOUCH * 0.5 * stacks.width[..., None])
     way = np.where(touches[..., None], seen[..., :2] - stood[:, None], 0.0).sum(axis=-2)
     return np.asarray((way / touches.sum(axis=-1)[..., None])[:, None])

@@ -12,11 +12,38 @@ from warprock.errors import InputError
 from warprock.model.bodies import LEVEL, Bodies
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.pose import start_poses, turned
+from warprock.model.scene import SceneKind
+from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 
 MOST_POINTS = 64
 """Most contact points of a body: the rows that kernels have room for."""
+
+
+def has_bodies(scene: SceneKind | Lanes) -> bool:
+    """Whether the blocks of a scene, or of lanes, are bodies."""
+    return scene.bodies if isinstance(scene, SceneKind) else scene.body is not None
+
+
+def point_rows(scene: SceneKind | Lanes) -> int:
+    """Rows for points of a kernel that has a constant number of them: a power of two, at least 8.
+
+    So bodies of different bases share few kernels.
+    """
+    if isinstance(scene, SceneKind):
+        count = scene.contact_point_count
+    else:
+        count = body_of(scene).most_points
+    return 1 << max(3, (count - 1).bit_length())
+
+
+def quickest(body: Bodies) -> Array:
+    """Largest frequency parameter about any of the contact points [rad/s], shape [lane]."""
+    square = np.sum(body.points**2, axis=-1)
+    least = body.gyration.min(axis=1, keepdims=True)
+    rate = np.sqrt(GRAVITY * np.sqrt(square) / (least + square))
+    return np.asarray(rate.max(axis=1))
 
 
 def body_of(lanes: Lanes) -> Bodies:
