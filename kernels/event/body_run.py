@@ -151,21 +151,21 @@ def run_lanes(
                 going = mode[i] < OVERTURNED and time[i] < until
                 count = steps[i] + wp.where(going, 1, 0)
                 # Loaded before an `and`, which would branch around the load: no vector code then.
-                body = blocks[first + i]
-                spent = count >= body.step_limit
+                spent = count >= blocks[first + i].step_limit
                 lies = mode[i] == FLAT
                 resting = lies and slip[i] == real(0.0)
                 d, ti, passed, kick, a, dv = begin(
-                    body, knobs, m, pool[0, place], pool[1, place], end, going, resting,
-                    time[i], segment[i], omega[i], base[i], cap[i],
+                    blocks[first + i], knobs, m, pool[0, place], pool[1, place], end, going,
+                    resting, time[i], segment[i], omega[i], base[i], cap[i],
                 )  # fmt: skip
                 k = corner[i]
                 k2 = wp.min(k + 1, last[i])
-                second = lies and tips_about_second(
-                    body, knobs.gravity, corners[k, first + i].x, corners[k, first + i].z,
-                    corners[k2, first + i].x, corners[k2, first + i].z, theta[i], slip[i], vx[i],
-                    dv, d,
+                tips = tips_about_second(
+                    blocks[first + i], knobs.gravity, corners[k, first + i].x,
+                    corners[k, first + i].z, corners[k2, first + i].x, corners[k2, first + i].z,
+                    theta[i], slip[i], vx[i], dv, d,
                 )  # fmt: skip
+                second = lies and tips
                 j = wp.where(second, k2, k)
                 j0 = wp.max(j - 1, 0)
                 j2 = wp.min(j + 1, last[i])
@@ -179,7 +179,7 @@ def run_lanes(
                 )  # fmt: skip
                 co, th, sl, ga, ux, uz, om, di, mo, ti, se, ba, ca, ap, at, lo, ta, hit, ok, dp = (
                     step(
-                        body, knobs, view, going, d, ti, passed, kick, a, dv, k,
+                        blocks[first + i], knobs, view, going, d, ti, passed, kick, a, dv, k,
                         theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], slip[i], mode[i],
                         time[i], segment[i], base[i], cap[i],
                     )

@@ -240,7 +240,7 @@ def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions,
     if in_space:
         blocks = spatial_lanes(values, blocks)
     if body is not None:
-        columns = body_columns(values, blocks)
+        columns = body_columns(values, body, blocks)
     else:
         columns = stack_columns(blocks) if stacked else _block_columns(blocks)
     for number, key in round_keys(values).items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -65,15 +66,18 @@ class CaseResponses:
         self._responses: dict[str, Response] = {}
         self.answers: dict[str, PeerAnswer] = {}
         self._progress, self._done = progress, 0
+        self._running = threading.RLock()
 
     def __getitem__(self, engine: str) -> Response:
-        if engine not in self._responses:
-            self._responses[engine] = self._run(engine)
-            if self._finished is not None:
-                self._finished(self.lane_set.lanes.lane_count)
-            self._done += self.lane_set.lanes.lane_count
-            self._report(0)
-        return self._responses[engine]
+        # Whoever asks for what another thread runs waits for it.
+        with self._running:
+            if engine not in self._responses:
+                self._responses[engine] = self._run(engine)
+                if self._finished is not None:
+                    self._finished(self.lane_set.lanes.lane_count)
+                self._done += self.lane_set.lanes.lane_count
+                self._report(0)
+            return self._responses[engine]
 
     def _report(self, lanes: int) -> None:
         """Reports lanes finished of the run at hand beside those of the runs before it."""

@@ -74,6 +74,8 @@ class AbstractEngine(abc.ABC):
         if scene.rounded and not cls.rounded:
             return f"{cls.name} has sharp corners, and the case rounds them (block.corner_radius)"
         where = "space" if scene.spatial else "plane"
+        if scene.moving and scene.bodies:
+            return f"{cls.name} lets bodies go from rest, and the case {scene.moving}"
         if scene.moving and where not in cls.starts_moving:
             return f"{cls.name} lets blocks go from rest, and the case {scene.moving}"
         declined = cls.declines(scene)

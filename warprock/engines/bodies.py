@@ -43,7 +43,12 @@ class Corners:
     @classmethod
     def of(cls, bodies: Bodies) -> Corners:
         """The corners of bodies in the plane."""
-        x, z = _convex(bodies.centres, bodies.count)
+        points = bodies.centres.copy()
+        # What it stands on at rest is level: round-off there would be an edge of its own.
+        base = points[..., 1].min(axis=1, keepdims=True)
+        level = LEVEL * np.ptp(points, axis=1).max(axis=-1)[:, None]
+        points[..., 1] = np.where(points[..., 1] - base <= level, base, points[..., 1])
+        x, z = _convex(points, bodies.count)
         dx, dz = np.diff(x, axis=1), np.diff(z, axis=1)
         length = np.hypot(dx, dz)
         last = np.full((len(x), 1), NEVER)
@@ -59,6 +64,11 @@ class Corners:
     def columns(self) -> dict[str, Array]:
         """Fields of the struct `Corner` of kernels/shape/body.py, shape [lane, corner]."""
         return {"x": self.x, "z": self.z, "angle": self.angle, "along": self.along}
+
+    @property
+    def last(self) -> npt.NDArray[np.intp]:
+        """Number of the last corner, shape [lane]."""
+        return np.asarray((self.angle < NEVER).sum(axis=1))
 
     @property
     def reach(self) -> Array:

@@ -151,7 +151,10 @@ def histories(
         return {}
     if found.places is not None and above_rigid:
         height = as_stacks(lanes).height
-        found.places[..., -1] += (np.cumsum(height, axis=1) - 0.5 * height)[..., None]
+        centre = np.cumsum(height, axis=1) - 0.5 * height
+        if lanes.body is not None:
+            centre = lanes.body.centre_height[:, None]
+        found.places[..., -1] += centre[..., None]
     if not lanes.spatial:
         fields = {"rotation": np.clip(found.history, -0.5 * np.pi, 0.5 * np.pi)}
         if times.places:

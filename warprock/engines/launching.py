@@ -146,7 +146,8 @@ def launch(
         times: Duration and sampling.
         blocks: Fields of the struct of its argument `blocks`, shape [lane, block] each.
         others: What the kernel takes besides, by the names of its arguments: fields of the struct
-            of `lanes`, shape [lane] each; numbers; a Warp struct.
+            of `lanes`, shape [lane] each, or [lane, number] where it takes several of a lane;
+            numbers; a Warp struct.
     """
     lane_count, block_count = next(iter(blocks.values())).shape
     count = -(-lane_count // module.LANES) * module.LANES

@@ -95,6 +95,18 @@ class Lanes:
         return self.body is not None
 
     @property
+    def contact_point_count(self) -> int:
+        """Points that can touch at once: two of every block in the plane, all of a body.
+
+        In space four of the lowest block, and eight between two faces that are turned.
+        """
+        if self.body is not None:
+            return self.body.most_points
+        if self.spatial:
+            return 4 + 8 * (self.block_count - 1)
+        return 2 * self.block_count
+
+    @property
     def block_count(self) -> int:
         """Blocks in a lane."""
         return self.width.shape[1] if self.stacked else 1
@@ -108,7 +120,7 @@ class Lanes:
     def mass(self) -> Array:
         """Mass of the blocks [kg]."""
         if self.body is not None:
-            return self.body.mass
+            return self.body.mass[:, None] if self.stacked else self.body.mass
         return np.asarray(self.density * self.width * self.height * self.depth)
 
     @property

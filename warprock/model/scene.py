@@ -61,7 +61,12 @@ class SceneKind:
     def left_out(self) -> tuple[str, ...]:
         """What the model does without because nothing in the scene needs it, and why."""
         parts = []
-        if not self.spatial:
+        if not self.spatial and self.bodies:
+            parts += [
+                "motion out of the plane of rocking, of which the base is a profile: three degrees "
+                "of freedom are enough where it stays in that plane",
+            ]
+        elif not self.spatial:
             parts += [
                 "motion out of the plane of rocking: the base moves along x at most and each block "
                 "is symmetric about the plane, so three degrees of freedom a block are enough",
@@ -122,7 +127,7 @@ def scene_kind(
         motion=motions.kind,
         stacked=lanes.stacked,
         block_count=lanes.block_count,
-        contact_point_count=_contact_points(lanes),
+        contact_point_count=lanes.contact_point_count,
         centred=not lanes.offset.any(),
         restitution_given=restitution_given,
         moving=lanes.moving,
@@ -134,12 +139,3 @@ def scene_kind(
         bodies=body is not None,
         rounded=body is not None and bool(body.corner_radius.any()),
     )
-
-
-def _contact_points(lanes: Lanes) -> int:
-    """Points that can touch at once."""
-    if lanes.body is not None:
-        return lanes.body.most_points
-    if lanes.spatial:
-        return 4 + 8 * (lanes.block_count - 1)
-    return 2 * lanes.block_count

@@ -19,6 +19,8 @@ from warprock.tables.terminal import measured, plain_table, print_table, say, st
 RESTS_SHOWN = 8
 ROLLS_ON = 1.2
 """Lean at which the hull turns over, over the slenderness angle, above which that is said."""
+KEPT = 0.98
+"""Part of the slenderness angle that fewer points leave, below which that is said."""
 
 _COLUMNS = {
     "direction_deg": ("deg", "From the x axis of the mesh towards y"),
@@ -59,6 +61,7 @@ def body_facts(body: Body) -> dict[str, Any]:
             "pose": body.asked.pose,
             "turned_deg": math.degrees(body.pose.turn),
             "tolerance_m": body.asked.tolerance,
+            "base": body.asked.base,
             "model": body.asked.model,
             "sizes_m": body.sizes.tolist(),
             "volume_m3": body.volume,
@@ -110,20 +113,19 @@ def body_notes(body: Body) -> list[str]:
     notes, asked = [], body.asked
     if asked.unit is None:
         notes.append("The file names no unit: its lengths were taken as metres (--unit).")
-    if asked.pose == 0 and body.rests and 1e-4 < body.rests[0].turn < math.radians(5.0):
-        lean = math.degrees(body.rests[0].turn)
-        notes.append(
-            f"As scanned it leans {lean:.2g} deg from the pose in which it would settle, --pose 1."
-        )
+    if asked.pose is None and body.pose.turn > 1e-4:
+        settled = math.degrees(body.pose.turn)
+        notes.append(f"It settles by {settled:.2g} deg from its pose in the file, --pose 0.")
     weak, angle = body.base.weakest, body.base.slenderness_angle
     over = float(body.turns_over(np.array([weak]))[0])
     if over > ROLLS_ON * angle:
         notes.append(
-            f"Its base is not flat: beyond its contact points it rolls on, and turns over at "
-            f"{math.degrees(over):.3g} deg. A larger --tolerance takes more points."
+            "Its base is not flat: beyond what touches the ground at rest it rolls on, and turns "
+            f"over at {math.degrees(over):.3g} deg."
+            + ("" if asked.base == "hull" else " --base hull keeps the points that touch then.")
         )
     full = body.footing.slenderness_angle
-    if angle < 0.98 * full:
+    if angle < KEPT * full:
         notes.append(
             f"{len(body.base.polygon)} of its {len(body.footing.polygon)} contact points were kept "
             f"(--points); with all of them it leans {math.degrees(full):.3g} deg."
@@ -166,11 +168,7 @@ def print_body(body: Body, console: Console | None = None) -> None:
         ("mass", f"{measured(body.mass)} kg, {measured(body.density)} kg/m^3"),
         ("centre of mass", f"{measured(body.base.height)} m above the ground"),
         ("radii of gyration", f"{', '.join(ways)} m"),
-        (
-            "contact points",
-            f"{len(body.base.polygon)}, within {measured(1e3 * body.asked.tolerance)} mm of the "
-            "ground",
-        ),
+        ("contact points", _contacts(body)),
         ("slenderness angle", _angles(body)),
         ("with other tolerances", _other_tolerances(body)),
         ("frequency parameter p", f"{measured(body.frequency_parameter)} rad/s"),
@@ -180,6 +178,14 @@ def print_body(body: Body, console: Console | None = None) -> None:
     print_table(out, _rest_table(body))
     for note in body_notes(body):
         say(out, note)
+
+
+def _contacts(body: Body) -> str:
+    """How many contact points, and where."""
+    low, tolerance = len(body.base.polygon), f"{1e3 * body.asked.tolerance:.3g} mm"
+    raised = len(body.points) - low
+    more = f", and {raised} up to {1e3 * body.points[:, 2].max():.3g} mm above" if raised else ""
+    return f"{low} within {tolerance} of the ground{more}"
 
 
 def _angles(body: Body) -> str:
