@@ -29,6 +29,7 @@ class Dimension(enum.StrEnum):
     ANGLE = "angle"
     ACCELERATION = "acceleration"
     VELOCITY = "velocity"
+    ANGULAR_VELOCITY = "angular velocity"
     DENSITY = "density"
     MASS = "mass"
     INERTIA = "moment of inertia"
@@ -69,6 +70,7 @@ UNITS: dict[Dimension, dict[str, str]] = {
         "gal": "0.01",
     },
     Dimension.VELOCITY: {"m/s": "1", "cm/s": "0.01", "mm/s": "0.001"},
+    Dimension.ANGULAR_VELOCITY: {"rad/s": "1", "deg/s": "0.0174532925199432957692369076849"},
     Dimension.DENSITY: {"kg/m^3": "1", "g/cm^3": "1000", "t/m^3": "1000"},
     Dimension.MASS: {"kg": "1", "t": "1000"},
     Dimension.INERTIA: {"kg m^2": "1", "t m^2": "1000"},
@@ -103,13 +105,16 @@ EXAMPLES: dict[Dimension, str] = {
     Dimension.ANGLE: "10 deg",
     Dimension.ACCELERATION: "0.35 g",
     Dimension.VELOCITY: "25 cm/s",
+    Dimension.ANGULAR_VELOCITY: "2 rad/s",
     Dimension.DENSITY: "2670 kg/m^3",
     Dimension.MASS: "350 kg",
     Dimension.INERTIA: "18 kg m^2",
     Dimension.DIMENSIONLESS: "1.0",
 }
 
-_ARTICLE = {Dimension.ANGLE: "an", Dimension.ACCELERATION: "an"}
+_ARTICLE = dict.fromkeys(
+    (Dimension.ANGLE, Dimension.ACCELERATION, Dimension.ANGULAR_VELOCITY), "an"
+)
 
 MOST_CHARACTERS = 1000
 """Characters of a quantity, blanks included."""
@@ -177,6 +182,12 @@ def parse_any(text: object, dimensions: Iterable[Dimension]) -> Quantity:
     raise ValueError(
         f'{allowed}; did you mean "{number} {near[0]}"?' if near and len(number) < 40 else allowed
     )
+
+
+def bare_number(text: str) -> bool:
+    """Whether text is a number without a unit."""
+    match = _QUANTITY.fullmatch(text) if len(text) <= MOST_CHARACTERS else None
+    return match is not None and match["unit"] is None
 
 
 def _scaled(number: str, size: str) -> decimal.Decimal | float:

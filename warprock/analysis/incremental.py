@@ -219,11 +219,12 @@ def _run_stage(
         lanes=lane_set.lanes.take(lanes),
         motions=lane_set.motions.take(lanes).scaled(factors),
         step_factors=None if steps is None else steps[lanes],
+        durations=None if lane_set.durations is None else lane_set.durations[lanes],
     )
     response = run_lane_set(
         plan.engine,
         chosen,
-        SampleTimes(lane_set.times.duration),
+        SampleTimes(lane_set.longest.duration),
         options,
         settings=case.engine_settings(plan.engine),
     )

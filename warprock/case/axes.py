@@ -10,7 +10,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -67,6 +67,20 @@ class Texts:
         return len(self.codes)
 
 
+class TableSource(NamedTuple):
+    """The file that an axis is from.
+
+    Attributes:
+        written: Its path as the case has it.
+        file: Its path, as errors name it.
+        sha256: Hash of its bytes.
+    """
+
+    written: str
+    file: str
+    sha256: str
+
+
 Column = Numbers | Texts | Distribution
 """What a key of an axis has: values, or a distribution that they are drawn from."""
 
@@ -80,11 +94,23 @@ class Axis:
         length: Values along the axis, >= 1.
         sample: What draws the values of every column, one of a list with equal chances; None
             where the columns list them.
+        source: The file whose rows they are; None where the case lists them.
     """
 
     columns: Mapping[str, Column]
     length: int
     sample: Sample | None = None
+    source: TableSource | None = None
+
+    @property
+    def labels_differ(self) -> bool:
+        """Whether its labels name every value along it."""
+        codes = [
+            column.codes
+            for key, column in self.columns.items()
+            if key.startswith(LABEL) and isinstance(column, Texts)
+        ]
+        return bool(codes) and len(np.unique(np.stack(codes), axis=1).T) == self.length
 
     def places(self, positions: npt.NDArray[np.intp]) -> dict[str, npt.NDArray[Any]]:
         """Where each column has its values at some positions along the axis.

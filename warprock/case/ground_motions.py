@@ -13,6 +13,7 @@ from warprock.case.body_lanes import DIRECTION
 from warprock.case.case import Case
 from warprock.case.columns import SPECTRAL, computed, key_column
 from warprock.case.keys import KEYS
+from warprock.case.run import DURATION
 from warprock.case.values import LaneValues
 from warprock.case.waveforms import FAMILIES, FAMILY_OF
 from warprock.errors import InputError
@@ -143,10 +144,10 @@ def _refuse_families(values: LaneValues, tables: Sequence[str]) -> None:
 def _component(values: LaneValues, table: str) -> Motions:
     """The motion of one direction."""
     start = values.numbers(f"{table}.start")
-    duration = values.case.sample_times.duration
-    values.refuse(
-        start >= duration, f"{table}.start", f"must be before the end of the run, {duration:g} s"
-    )
+    duration, key = values.numbers(DURATION), f"{table}.start"
+    late = start >= duration
+    at = int(np.argmax(late))
+    values.refuse(late, key, f"must be before the end of the run, {duration[at]:g} s")
     family = FAMILY_OF[Waveform(values.texts(f"{table}.waveform")[0][0])]
     columns: dict[str, object] = {"waveform": values.column(f"{table}.waveform")}
     if family.follow is None:

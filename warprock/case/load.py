@@ -14,7 +14,7 @@ import pathlib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from warprock.case.axes import LABEL, Axis
+from warprock.case.axes import LABEL, Axis, Texts
 from warprock.case.case import Case
 from warprock.case.case_file import APART, CaseFile
 from warprock.case.check import CheckSpec, HousnerCheck, PeaksCheck
@@ -23,8 +23,16 @@ from warprock.case.keys import KEYS, rivals
 from warprock.case.sample import read_sample
 from warprock.case.spectrum import read_spectrum
 from warprock.case.study import read_study
-from warprock.case.sweep import fix_keys, read_axes, sweep_overrides
-from warprock.case.text import OVERRIDE, find_case, override, parse_case, put, source_name
+from warprock.case.sweep import fix_keys, read_axes, sweep_entries, sweep_overrides
+from warprock.case.text import (
+    OVERRIDE,
+    data_folder,
+    find_case,
+    override,
+    parse_case,
+    put,
+    source_name,
+)
 from warprock.case.validation import refusing, validated
 from warprock.errors import InputError
 from warprock.quantity import NOTHING
@@ -86,8 +94,10 @@ def build_case(
 ) -> Case:
     """A case from what was written, judged as by `load_case`; arguments as in `Case`."""
     source_of = functools.partial(source_name, file=file, overridden=overridden)
+    if isinstance(raw.get("sweep"), Mapping):
+        raw = {**raw, "sweep": sweep_entries(raw)}
     with refusing(source_of):
-        axes = read_axes(raw.get("sweep", []))
+        axes = read_axes(raw, data_folder(name, folder))
         axes += read_spectrum(raw, axes)
         axes += read_sample(raw, axes)
     with refusing(source_of, elsewhere=KEYS):
@@ -129,10 +139,10 @@ def _first_lane(raw: Mapping[str, Any], axes: Sequence[Axis]) -> dict[str, Any]:
 def _judge_checks(case: Case) -> None:
     """Refuses a check that cannot be made on its case."""
     values = {
-        key.removeprefix(LABEL): getattr(column, "values", ())
+        key.removeprefix(LABEL): column.values
         for axis in case.axes
         for key, column in axis.columns.items()
-        if key.startswith(LABEL)
+        if key.startswith(LABEL) and isinstance(column, Texts)
     }
     for number, check in enumerate(case.checks):
         for label, value in check.where.items():

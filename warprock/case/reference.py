@@ -24,6 +24,7 @@ from warprock.case.spectrum import SpectrumTable
 from warprock.case.start import Start
 from warprock.case.study import StudyTable
 from warprock.case.sweep import Grid
+from warprock.case.table_file import TableEntry
 from warprock.case.validation import Table
 from warprock.case.waveforms import FAMILIES, Family
 from warprock.errors import InputError, did_you_mean, listed
@@ -93,6 +94,7 @@ def sections() -> Iterator[Section]:
     yield _section("[motion], [motion.y], [motion.z]", Motion)
     yield _section("[run]", Run)
     yield _section("[[sweep]] KEY = { ... }", Grid)
+    yield _section('[[sweep]] table = "FILE"', TableEntry)
     yield _section("[sample]", SampleTable)
     for shape, distribution in DISTRIBUTIONS.items():
         yield _section(f'[sample.over] KEY = {{ distribution = "{shape}", ... }}', distribution)

@@ -1,7 +1,8 @@
 """The tables [[sweep]]: each is one axis of the case, its keys zipped.
 
 A key of an axis lists its values, or lays a grid: `{ from = "1 m", to = "2 m", count = 5 }`. It is
-any key that may be swept, or `label.NAME`, whose texts name lanes and change nothing in them.
+any key that may be swept, or `label.NAME`, whose texts name lanes and change nothing in them. Or
+an axis is the rows of a file, `table = "tests.csv"` (see `table_file`).
 
 An override may sweep a key, too: as a list or a grid in TOML, or in words, "1 m, 1.5 m, 2 m" and
 "0.1 g to 2 g, 20" (or "0.1 g to 2 g, 20 log").
@@ -10,6 +11,7 @@ An override may sweep a key, too: as a list or a grid in TOML, or in words, "1 m
 from __future__ import annotations
 
 import dataclasses
+import pathlib
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
@@ -19,11 +21,13 @@ import numpy as np
 import numpy.typing as npt
 import pydantic
 
-from warprock.case.axes import LABEL, Axis, Numbers, Texts
+from warprock.case.axes import LABEL, Axis, Numbers, TableSource, Texts
 from warprock.case.keys import KEYS, SWEEP_KEYS, general_key
+from warprock.case.table_columns import OBSERVED
+from warprock.case.table_file import LEAVE_OUT, TABLE, read_table_sweep
 from warprock.case.table_keys import ChoiceKey, WholeKey
 from warprock.case.validation import KeyedError, Table, below, validated
-from warprock.errors import did_you_mean, listed
+from warprock.errors import InputError, did_you_mean, listed
 from warprock.quantity import Key, NumberKey, Said, TextKey
 from warprock.units import Dimension, Quantity
 
@@ -32,6 +36,7 @@ if TYPE_CHECKING:
 
 _LABEL_NAME = re.compile(r"[a-z][a-z0-9_]*")
 _LABEL_KEY = TextKey("text that names lanes", most=100)
+_OBSERVED_KEY = NumberKey("what was observed", "-1e30 to 1e30")
 _MOST_VALUES = 100_000_000
 
 LIST, LIST_OR_GRID = "must be a list", "must be a list or a grid { from, to, count, spacing }"
@@ -143,16 +148,30 @@ def fix_keys(raw: dict[str, Any], fixed: AbstractSet[str]) -> None:
         raw: The case as written; changed in place.
         fixed: The dotted keys, or "sweep" or "sample" where those tables were given anew.
     """
-    entries, sample = raw.get("sweep"), raw.get("sample", {})
+    entries, sample = sweep_entries(raw), raw.get("sample", {})
     if isinstance(entries, list) and "sweep" not in fixed:
         kept = [e for e in entries if not (isinstance(e, Mapping) and fixed & axis_keys(e).keys())]
-        if len(kept) < len(entries):
+        kept = [_without(e, fixed) if isinstance(e, Mapping) and TABLE in e else e for e in kept]
+        if kept != entries:
             raw["sweep"] = kept
     if isinstance(sample, Mapping) and "sample" not in fixed:
         over = sample.get("over")
         if isinstance(over, Mapping):
             drawn = {key: value for key, value in axis_keys(over).items() if key not in fixed}
             raw["sample"] = {**sample, "over": drawn}
+
+
+def sweep_entries(raw: Mapping[str, Any]) -> Any:
+    """The [[sweep]] tables of a case as written; one [sweep] is a list of one."""
+    entries = raw.get("sweep", [])
+    return [entries] if isinstance(entries, Mapping) else entries
+
+
+def _without(entry: Mapping[str, Any], fixed: AbstractSet[str]) -> dict[str, Any]:
+    """The rows of a file without the columns of some keys, which every lane has alike."""
+    keys = sorted(key for key in fixed if general_key(key) in SWEEP_KEYS)
+    left = entry.get(LEAVE_OUT, [])
+    return {**entry, LEAVE_OUT: [*left, *keys]} if keys and isinstance(left, list) else {**entry}
 
 
 def sweep_overrides(raw: dict[str, Any], keys: Iterable[str]) -> None:
@@ -179,7 +198,7 @@ def sweep_overrides(raw: dict[str, Any], keys: Iterable[str]) -> None:
             values = several_values(table[name], words=isinstance(declared, NumberKey))
         if values is not None:
             del table[name]
-            raw["sweep"] = [*raw.get("sweep", []), {key: values}]
+            raw["sweep"] = [*sweep_entries(raw), {key: values}]
 
 
 def several_values(got: object, *, words: bool) -> list[object] | Mapping[str, object] | None:
@@ -206,32 +225,61 @@ def several_values(got: object, *, words: bool) -> list[object] | Mapping[str, o
     return [part.strip() for part in got.split(",")] if "," in got else None
 
 
-def read_axes(entries: object) -> tuple[Axis, ...]:
+def read_axes(raw: Mapping[str, Any], folder: pathlib.Path | None = None) -> tuple[Axis, ...]:
     """The axes that the [[sweep]] tables of a case make.
 
     Args:
-        entries: What the case holds under `sweep`.
+        raw: The case as written.
+        folder: Folder that relative paths of tables start from; the working folder where None.
 
     Raises:
         KeyedError: Unknown key, a value out of bounds, an empty list or grid, zipped lists of
             different length, or a key in two axes.
+        InputError: A table that cannot be read, or a cell of it that cannot be used.
     """
+    entries = sweep_entries(raw)
     if not isinstance(entries, list) or not all(isinstance(e, Mapping) for e in entries):
         raise KeyedError("sweep", entries, "must be [[sweep]] tables")
     axes: list[Axis] = []
     seen: dict[str, int] = {}
     for number, entry in enumerate(entries):
-        columns: dict[str, Numbers | Texts] = {}
         with below("sweep", number):
-            for key, value in axis_keys(entry).items():
+            if TABLE in entry:
+                columns, source = _table_columns(entry, folder)
+            else:
+                columns, source = _listed_columns(entry), None
+            for key in columns:
                 if key in seen:
                     also = f"must be in one axis only; sweep[{seen[key]}] has it too"
                     raise KeyedError(key, Said("the key again"), also)
                 seen[key] = number
-                with below(key):
-                    columns[key] = _read_column(key, value)
-            axes.append(Axis(columns, _common_length(columns)))
+            axes.append(Axis(columns, _common_length(columns), source=source))
     return tuple(axes)
+
+
+def _listed_columns(entry: Mapping[str, object]) -> dict[str, Numbers | Texts]:
+    """The values that an entry lists by key."""
+    columns: dict[str, Numbers | Texts] = {}
+    for key, value in axis_keys(entry).items():
+        with below(key):
+            columns[key] = _read_column(key, value)
+    return columns
+
+
+def _table_columns(
+    entry: Mapping[str, object], folder: pathlib.Path | None
+) -> tuple[dict[str, Numbers | Texts], TableSource]:
+    """The values of the rows of a file by key."""
+    found = read_table_sweep(entry, folder)
+    columns: dict[str, Numbers | Texts] = {}
+    for key, values in found.values.items():
+        try:
+            columns[key] = _read_column(key, values)
+        except KeyedError as error:
+            column, at = found.columns[key], error.path[:1]
+            place = f"{column}, row {at[0] + 1}" if at and isinstance(at[0], int) else column
+            raise InputError(found.source.file, place, error.got, error.allowed) from None
+    return columns, found.source
 
 
 def _common_length(columns: Mapping[str, Numbers | Texts]) -> int:
@@ -256,13 +304,18 @@ def _read_column(key: str, value: object) -> Numbers | Texts:
         if not _LABEL_NAME.fullmatch(key.removeprefix(LABEL)):
             allowed = "must be label.NAME, a name of lower case letters, digits, _"
             raise KeyedError((), key, allowed)
-        return read_values(_LABEL_KEY, value)
+        numbers = key.startswith(OBSERVED) and isinstance(value, list) and not _has_text(value)
+        return read_values(_OBSERVED_KEY if numbers else _LABEL_KEY, value)
     if general_key(key) in SWEEP_KEYS:
         return read_values(KEYS[general_key(key)], value)
     if key in KEYS:
         raise KeyedError((), value, "must not be swept: it is the same for every lane")
     near = did_you_mean(key, SWEEP_KEYS)
     raise KeyedError((), key, f"must be label.NAME or one of {listed(key, SWEEP_KEYS)}{near}")
+
+
+def _has_text(values: Sequence[object]) -> bool:
+    return any(isinstance(value, str) for value in values)
 
 
 def read_values(declared: NumberKey | TextKey, value: object) -> Numbers | Texts:

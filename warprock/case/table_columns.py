@@ -1,10 +1,16 @@
-"""Columns of a table, one row a lane, as keys of a sweep: `height_mm` is `block.height` in mm."""
+"""Columns of a table, one row a lane, as keys of a sweep: `height_mm` is `block.height` in mm.
+
+A column may be a key, `block.height`, whose values have units; a key and a unit, `block.height
+[mm]`; a column of the lane table in any unit of its kind, `height_m`, `height_mm`, or without one,
+`height`, whose values have units. `file` is the record. `label` and `observed`, alone or with a
+point and a name behind, change nothing: they become columns of the lane table.
+"""
 
 from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from warprock.case.axes import LABEL
@@ -12,7 +18,7 @@ from warprock.case.keys import KEYS, SWEEP_KEYS, general_key
 from warprock.errors import InputError, did_you_mean, listed
 from warprock.model.runnable import MOST_BLOCKS
 from warprock.quantity import NOTHING, Column, NumberKey, Said
-from warprock.units import UNITS
+from warprock.units import UNITS, bare_number
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -20,13 +26,24 @@ if TYPE_CHECKING:
 _KEY_AND_UNIT = re.compile(r"\s*([\w.]+?)\s*(?:\[\s*(.*?)\s*\])?\s*")
 
 
+OBSERVED = f"{LABEL}observed"
+"""Beginning of the keys of columns that hold what was observed, numbers or words."""
+
+_FILE = "motion.record"
+_PLAIN = {
+    "file": _FILE,
+    "motion.file": _FILE,
+    "label": f"{LABEL}label",
+    "observed": OBSERVED,
+}
+"""Names of columns that are no columns of the lane table -> key."""
+
+
 def swept_columns(table: pd.DataFrame, source: str) -> dict[str, list[Any]]:
     """A [[sweep]] entry whose lanes are the rows of a table.
 
     Args:
-        table: One row a lane. A column is a key, `block.height`, whose values have units; a key
-            and a unit, `block.height [mm]`; or a column of the lane table in any unit of its kind,
-            `height_m`, `height_mm`. Labels are `label.NAME`.
+        table: One row a lane, with columns as above.
         source: What errors name as their source.
 
     Returns:
@@ -35,42 +52,91 @@ def swept_columns(table: pd.DataFrame, source: str) -> dict[str, list[Any]]:
     Raises:
         InputError: A column that is no key, two columns for one key, an empty cell, or no row.
     """
+    found = key_columns(table, source)
+    return {
+        key: list(values_of(table, name, key, unit, source)) for key, (name, unit) in found.items()
+    }
+
+
+def key_columns(
+    table: pd.DataFrame, source: str, leave_out: Collection[str] = ()
+) -> dict[str, tuple[str, str]]:
+    """The keys that the columns of a table are of, each with the column's name and unit.
+
+    Args:
+        table: One row a lane.
+        source: What errors name as their source.
+        leave_out: Names of columns, or keys, that are not asked for.
+
+    Raises:
+        InputError: A column that is no key, two columns for one key, or no row.
+    """
     if not len(table):
         raise InputError(source, "", "0 rows", "must have at least one row: each is a lane")
-    found: dict[str, list[Any]] = {}
+    found: dict[str, tuple[str, str]] = {}
     for name in map(str, table.columns):
+        if name in leave_out:
+            continue
         key, unit = _key_of(name, source)
+        if key in leave_out:
+            continue
         if key in found:
             raise InputError(source, name, key, "must be there once")
-        found[key] = list(_values(table, name, unit, source))
+        found[key] = name, unit
     return found
 
 
 def _key_of(name: str, source: str) -> tuple[str, str]:
     """The key that a column is of, and the unit of its numbers."""
     match = _KEY_AND_UNIT.fullmatch(name)
+    known = _keys_of_columns()
     if match is not None:
         key, unit = match[1], match[2] or ""
+        if key.startswith("observed."):
+            return f"{OBSERVED}_{key.removeprefix('observed.')}", ""
+        key = _PLAIN.get(key, key)
         if key.startswith(LABEL) or general_key(key) in SWEEP_KEYS:
             return key, unit
-    known = _keys_of_columns()
+        if unit and known.get(key, ("", "-"))[1] == "":
+            return known[key][0], unit
     if name in known:
         return known[name]
     near = [*SWEEP_KEYS, *known]
     allowed = (
         "must be a key, such as block.height, or a column of the lane table, such as height_m "
-        f"({listed(name, near)}), or label.NAME{did_you_mean(name, near)}"
+        f"({listed(name, near)}), label.NAME or observed.NAME, or stand in leave_out of the sweep"
+        f"{did_you_mean(name, near)}"
     )
     raise InputError(source, name, Said("the column"), allowed)
 
 
-def _values(table: pd.DataFrame, name: str, unit: str, source: str) -> Iterator[Any]:
-    """The values of a column as a case file holds them."""
-    for row, value in enumerate(table[name].tolist()):
+def values_of(
+    table: pd.DataFrame, name: str, key: str, unit: str, source: str, *, first_row: int = 0
+) -> Iterator[Any]:
+    """The values of a column as a case file holds them.
+
+    Args:
+        table: One row a lane.
+        name: Name of the column.
+        key: The key that it is of.
+        unit: Unit of its bare numbers.
+        source: What errors name as their source.
+        first_row: What the first row is called.
+
+    Raises:
+        InputError: An empty cell.
+    """
+    number = isinstance(KEYS.get(general_key(key)), NumberKey)
+    for row, value in enumerate(table[name].tolist(), first_row):
         if value is None or value != value:
             raise InputError(source, name, NOTHING, f"must be given in every row (row {row})")
-        plain = isinstance(value, str | bool)
-        yield value if plain or not unit else f"{value!r} {unit}"
+        if isinstance(value, bool) or not number:
+            yield value
+        elif isinstance(value, str):
+            bare = bare_number(value)
+            yield f"{value} {unit}" if bare and unit else float(value) if bare else value
+        else:
+            yield f"{value!r} {unit}" if unit else value
 
 
 @functools.cache
@@ -81,6 +147,9 @@ def _keys_of_columns() -> dict[str, tuple[str, str]]:
         for key, number, direction in _instances(general):
             for column, unit in _columns(general):
                 found.setdefault(column.named(number) + direction, (key, unit))
+            shown = KEYS[general].column
+            if shown is not None:
+                found.setdefault(f"{shown.name}{number}{direction}", (key, ""))
     return found
 
 

@@ -43,10 +43,20 @@ class LaneValues:
             for axis, position in zip(case.axes, positions, strict=True)
             for key, place in axis.places(position).items()
         }
+        self._rows = {
+            key: (axis.source.file, position)
+            for axis, position in zip(case.axes, positions, strict=True)
+            if axis.source is not None
+            for key in axis.columns
+        }
 
     def given(self, key: str) -> bool:
         """Whether the case gives a key, swept or not."""
         return key in self._swept or self.case.tables.constant(key) is not None
+
+    def swept(self, key: str) -> bool:
+        """Whether a key lies on an axis of the case."""
+        return key in self._swept
 
     def numbers(self, key: str) -> Array:
         """Values of a numeric key, SI units or rad, shape [lane].
@@ -108,7 +118,12 @@ class LaneValues:
 
     def labels(self) -> dict[str, object]:
         """Label columns by their names, shape [lane]."""
-        return {label: self.column(LABEL + label) for label in self.case.labels}
+        return {label: self._label(LABEL + label) for label in self.case.labels}
+
+    def _label(self, key: str) -> object:
+        """A label's texts, or the numbers that were observed."""
+        column, position = self._swept[key]
+        return column.values[position] if isinstance(column, Numbers) else self.column(key)
 
     def refuse(self, bad: npt.NDArray[np.bool_], key: str, allowed: str) -> None:
         """Refuses the first lane in which something is wrong.
@@ -124,6 +139,9 @@ class LaneValues:
         if bad.any():
             at = int(np.argmax(bad))
             said, source = self._said(key, at), self.case.source_of(key)
+            if key in self._rows:
+                source, rows = self._rows[key]
+                key = f"{key}, row {rows[at] + 1}"
             raise InputError(source, key, said, f"{allowed} (lane {self.lanes[at]})")
 
     def _said(self, key: str, at: int) -> Said:

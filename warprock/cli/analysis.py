@@ -117,7 +117,7 @@ def finish(
 
     files: list[pathlib.Path] = []
     if folder is not None:
-        files = write_results(folder, report.tables, report.facts)
+        files = write_results(folder, report.tables, report.facts, report.texts)
         scenes = None if run is None else scenes_of(run)
         files = leave(folder, files, drawings=draw(), scenes=scenes, beside=report.beside)
     if as_json:

@@ -91,7 +91,7 @@ def _motion(folder: pathlib.Path, lane: int, interval: float) -> SceneMotion:
     count = run.lane_set.lanes.lane_count
     if not 0 <= lane < count:
         raise InputError("--lane", "", lane, f"must be a lane from 0 to {count - 1}")
-    pictures = int(run.case.tables.run.duration / interval)
+    pictures = int(max(run.case.durations) / interval)
     if pictures > MOST_FRAMES:
         allowed = f"must make at most {MOST_FRAMES:,} pictures: a higher --speed or a lower --rate"
         raise InputError("--rate", "", f"{pictures:,} pictures", allowed)

@@ -103,7 +103,7 @@ def run_peer(
     """
     require_programs([name])
     # An ensemble has too many lanes to hold the histories of.
-    times = case.sample_times
+    times = lane_set.times
     if case.ensemble is not None:
         times = SampleTimes(times.duration)
     require_scene(case, lane_set, name)

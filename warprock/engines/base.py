@@ -53,6 +53,8 @@ class AbstractEngine(abc.ABC):
     """Whether its blocks can slide, so that its law of contact may have several solutions."""
     above_rigid: ClassVar[bool] = False
     """Whether its kernels tell heights as what they differ from those of a pile of rigid blocks."""
+    starts_moving: ClassVar[tuple[str, ...]] = ()
+    """Where blocks may start with velocities or be thrown: plane, space."""
     rests_exactly: ClassVar[bool] = False
     """Whether a block at rest does not move at all, until its base lifts it or makes it slide."""
 
@@ -71,6 +73,11 @@ class AbstractEngine(abc.ABC):
             return f"{cls.name} runs boxes alone{where}, and the case has a body (block.base)"
         if scene.rounded and not cls.rounded:
             return f"{cls.name} has sharp corners, and the case rounds them (block.corner_radius)"
+        where = "space" if scene.spatial else "plane"
+        if scene.moving and scene.bodies:
+            return f"{cls.name} lets bodies go from rest, and the case {scene.moving}"
+        if scene.moving and where not in cls.starts_moving:
+            return f"{cls.name} lets blocks go from rest, and the case {scene.moving}"
         declined = cls.declines(scene)
         if declined is None and cls.restitution is not None and scene.restitution_given:
             return (

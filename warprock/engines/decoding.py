@@ -13,7 +13,7 @@ from warprock.engines.launching import NEVER, Found
 from warprock.engines.places import planar_places, spatial_places
 from warprock.kernels.modes import BROKEN, OVERTURNED, SLID_OFF, STALLED, UNSOLVED
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
-from warprock.model.pose import rotations
+from warprock.model.pose import rotations, start_poses
 from warprock.model.response import (
     FIELDS,
     HISTORIES,
@@ -117,7 +117,10 @@ def spatial_fields(lanes: Lanes, per_block: Rows) -> dict[str, Array]:
     rows = {name: per_block[name].astype(np.float64) for name in per_block.dtype.names or ()}
     below = np.concatenate([np.zeros_like(stacks.yaw_start[:, :1]), stacks.yaw_start[:, :-1]], 1)
     slide = yawed(np.stack([rows["slide_x"], rows["slide_y"]], axis=-1), below)
-    yaw = 2.0 * np.arctan2(rows["qz"], rows["qw"]) - stacks.yaw_start
+    yaw_start = stacks.yaw_start
+    if stacks.thrown:
+        yaw_start = rotations(start_poses(stacks)[1])[2]
+    yaw = 2.0 * np.arctan2(rows["qz"], rows["qw"]) - yaw_start
     return {
         "peak_rotation": np.arctan(rows["peak"]),
         "peak_time": rows["peak_time"],
@@ -148,7 +151,10 @@ def histories(
         return {}
     if found.places is not None and above_rigid:
         height = as_stacks(lanes).height
-        found.places[..., -1] += (np.cumsum(height, axis=1) - 0.5 * height)[..., None]
+        centre = np.cumsum(height, axis=1) - 0.5 * height
+        if lanes.body is not None:
+            centre = lanes.body.centre_height[:, None]
+        found.places[..., -1] += centre[..., None]
     if not lanes.spatial:
         fields = {"rotation": np.clip(found.history, -0.5 * np.pi, 0.5 * np.pi)}
         if times.places:

@@ -20,11 +20,12 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.blocks import start_on_corners
+from warprock.engines.bodies import Corners
 from warprock.model import rocking
 from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions
-from warprock.model.pose import start_poses
+from warprock.model.pose import start_poses, turned
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -33,8 +34,27 @@ Array = npt.NDArray[np.float64]
 def energy_at_start(lanes: Lanes) -> Array:
     """Energy at the start [J], shape [lane]; negative where a stack in the plane is to fall."""
     if lanes.spatial:
-        return np.maximum(spatial_energy_held(lanes), 0.0)
-    return stack_energy_held(lanes) if lanes.stacked else energy_held(lanes, lanes.rotation_start)
+        return np.maximum(spatial_energy_held(lanes), 0.0) + kinetic_energy_at_start(lanes)
+    if lanes.stacked:
+        return stack_energy_held(lanes)
+    return energy_held(lanes, lanes.rotation_start) + kinetic_energy_at_start(lanes)
+
+
+def kinetic_energy_at_start(lanes: Lanes) -> Array:
+    """Kinetic energy of single blocks at the start [J], shape [lane]."""
+    release = lanes.release
+    if release is None:
+        return np.zeros(lanes.lane_count)
+    squares = np.stack([lanes.width, lanes.depth, lanes.height], axis=-1) ** 2
+    inertia = (squares.sum(axis=-1, keepdims=True) - squares) / 12.0
+    if release.gyration is not None:
+        inertia = release.gyration
+    spin = release.angular_velocity
+    if lanes.spatial:
+        attitude = start_poses(cast(SpatialLanes, lanes))[1]
+        spin = turned(attitude * np.array([-1.0, -1.0, -1.0, 1.0]), spin)
+    moving = (release.velocity**2).sum(axis=-1) + (inertia * spin**2).sum(axis=-1)
+    return np.asarray(0.5 * lanes.mass * moving)
 
 
 def energy_held(lanes: Lanes, rotation: Array) -> Array:
@@ -42,8 +62,28 @@ def energy_held(lanes: Lanes, rotation: Array) -> Array:
 
     Beyond the slenderness angle it is what it takes to get there.
     """
+    if lanes.body is not None:
+        rise = Corners.of(lanes.body).rise(rotation, lanes.slenderness_angles)
+        return np.asarray(GRAVITY * lanes.mass * rise)
     turned = np.minimum(np.abs(rotation), lanes.slenderness_angle)
     return rocking.energy(lanes.width, lanes.height, lanes.depth, lanes.density, turned, 0.0)
+
+
+def overturning_rise(lanes: Lanes) -> Array:
+    """How far the centres of blocks rise where they overturn, each by itself [m].
+
+    Shape [lane], or [lane, block] for stacks.
+    """
+    if lanes.body is not None and lanes.spatial:
+        height = lanes.body.centre_height
+        return np.asarray(np.hypot(np.maximum(nearest_edge(lanes), 0.0), height) - height)
+    if lanes.body is not None:
+        corners, angles = Corners.of(lanes.body), lanes.slenderness_angles
+        rises = [
+            corners.rise(side * each, angles) for side, each in zip((-1, 1), angles.T, strict=True)
+        ]
+        return np.asarray(np.min(rises, axis=0))
+    return np.asarray(0.5 * (np.hypot(lanes.width, lanes.height) - lanes.height))
 
 
 def stack_energy_held(lanes: Lanes) -> Array:
@@ -59,6 +99,8 @@ def spatial_energy_held(lanes: Lanes) -> Array:
     """Energy at the start above the state in which all blocks are flat [J], shape [lane]."""
     stacks = cast(SpatialLanes, as_stacks(lanes))
     height = np.cumsum(stacks.height, axis=1) - 0.5 * stacks.height
+    if lanes.thrown:
+        height = 0.5 * np.minimum(np.minimum(stacks.width, stacks.depth), stacks.height)
     if lanes.body is not None:
         height = lanes.body.centre_height[:, None]
     rise = start_poses(stacks)[0][..., 2] - height

@@ -146,7 +146,8 @@ def launch(
         times: Duration and sampling.
         blocks: Fields of the struct of its argument `blocks`, shape [lane, block] each.
         others: What the kernel takes besides, by the names of its arguments: fields of the struct
-            of `lanes`, shape [lane] each; numbers; a Warp struct.
+            of `lanes`, shape [lane] each, or [lane, number] where it takes several of a lane;
+            numbers; a Warp struct.
     """
     lane_count, block_count = next(iter(blocks.values())).shape
     count = -(-lane_count // module.LANES) * module.LANES
@@ -196,7 +197,7 @@ def _argument(argument: Any, value: Any, count: int) -> Any:
     of single blocks with a second index in its loop over lanes is not made vector code.)
     """
     if isinstance(value, Mapping):
-        rows = block_rows if next(iter(value.values())).ndim == 2 else struct_rows
+        rows = struct_rows if next(iter(value.values())).ndim == 1 else block_rows
         value = rows(argument.type.dtype, value, count)
     if isinstance(value, np.ndarray):
         value = value[0] if value.ndim > argument.type.ndim else value

@@ -35,6 +35,10 @@ LEVEL = 1e-6
 far above the round-off of a file of text, far below what a base is known to."""
 
 
+CORNERS = 8
+"""Corners of a box."""
+
+
 @dataclasses.dataclass(frozen=True)
 class Bodies:
     """Bodies, one a lane, SI units.
@@ -81,6 +85,18 @@ class Bodies:
         """Some of the lanes, by slice or by number."""
         parts = {f.name: getattr(self, f.name)[lanes] for f in dataclasses.fields(self)}
         return dataclasses.replace(self, **parts)
+
+    @property
+    def boxed(self) -> bool:
+        """Whether all are boxes: eight corners about the centre of mass, along principal axes."""
+        if not self.spatial or self.points.shape[1] != CORNERS or np.any(self.count != CORNERS):
+            return False
+        half = np.abs(self.points).max(axis=1, keepdims=True)
+        near = LEVEL * half.max(axis=-1, keepdims=True)
+        signs = np.sort((self.points > 0.0) @ np.array([1, 2, 4]), axis=1)
+        straight = bool(np.all(np.abs(self.axes[:, :3]) <= LEVEL))
+        at_corners = bool(np.all(np.abs(np.abs(self.points) - half) <= near))
+        return straight and at_corners and bool(np.all(signs == np.arange(CORNERS)))
 
     @property
     def points_in_block_axes(self) -> Array:
@@ -186,6 +202,39 @@ class Bodies:
             return self.gyration
         y = turned(self.axes * np.array([-1.0, -1.0, -1.0, 1.0]), np.array([[0.0, 1.0, 0.0]]))
         return np.asarray(np.sum(self.gyration * y**2, axis=1))
+
+    def rolled(self, rotation: Array) -> tuple[Array, Array]:
+        """Where the centre of mass of planar bodies is that have rolled without sliding [m].
+
+        Args:
+            rotation: [rad], shape [lane, sample].
+
+        Returns:
+            x from where it is at rest, and z above the ground, shape [lane, sample] each.
+        """
+        x, z = np.moveaxis(self.centres, -1, 0)
+        far, alpha = np.hypot(x, z), np.arctan2(x, -z)
+
+        def levers(turn: Array, foot: npt.NDArray[np.intp]) -> Array:
+            at, angle = (np.take_along_axis(each, foot, axis=1) for each in (far, alpha))
+            return np.asarray(at * np.sin(turn - angle))
+
+        # Where one point takes over from another the centre does not jump.
+        edge = np.arctan2(np.diff(z, axis=1), np.diff(x, axis=1))
+        number = np.broadcast_to(np.arange(edge.shape[1]), edge.shape)
+        jumps = levers(edge, number) - levers(edge, number + 1)
+        stood = np.concatenate([np.zeros_like(x[:, :1]), np.cumsum(jumps, axis=1)], axis=1)
+
+        def along(turn: Array) -> tuple[Array, Array]:
+            high = far[:, None] * np.cos(turn[..., None] - alpha[:, None])
+            foot = np.argmax(high, axis=-1)
+            radius = self.corner_radius[:, None]
+            at = np.take_along_axis(stood, foot, axis=1) + levers(turn, foot) + radius * turn
+            return at, radius + high.max(axis=-1)
+
+        start, _ = along(np.zeros_like(rotation[:, :1]))
+        moved, above = along(rotation)
+        return moved - start, above
 
     def _balance(self, points: Array) -> Array:
         """Angles above the farthest point of either side, shape [lane, 2]."""

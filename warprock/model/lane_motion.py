@@ -178,7 +178,7 @@ class LaneMotions(abc.ABC):
         start, stop = self.velocity_steps
         return np.where((start != 0.0) | (stop != 0.0), np.inf, self.acceleration_bound())
 
-    def left_acceleration(self, duration: float) -> Array:
+    def left_acceleration(self, duration: Array | float) -> Array:
         """At most the |acceleration| of the base after a time [m/s^2], shape [lane].
 
         Infinite where a velocity step is left.

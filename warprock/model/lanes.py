@@ -9,10 +9,11 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.model.bodies import Bodies
+from warprock.model.release import Release
 
 Array = npt.NDArray[np.float64]
 
-_NO_ARRAYS = ("body", "restitution_given")
+_NO_ARRAYS = ("body", "release", "restitution_given")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -38,6 +39,8 @@ class Lanes:
         body: Bodies, where single blocks are no boxes; their width, height, depth and density are
             then those of the box around them, and say nothing of how they move.
         restitution_given: Whether the case prescribes the angular restitution, of all lanes.
+        release: Velocities at the start, and attitudes of blocks that are thrown; None of blocks
+            that are let go from rest.
 
     Example:
         >>> import warprock as wr
@@ -57,6 +60,7 @@ class Lanes:
     angular_restitution: Array
     body: Bodies | None = dataclasses.field(default=None, kw_only=True)
     restitution_given: bool = dataclasses.field(default=False, kw_only=True)
+    release: Release | None = dataclasses.field(default=None, kw_only=True)
 
     @property
     def lane_count(self) -> int:
@@ -72,6 +76,35 @@ class Lanes:
     def spatial(self) -> bool:
         """Whether the blocks move in space, not in the plane of rocking alone."""
         return isinstance(self, SpatialLanes)
+
+    @property
+    def moving(self) -> str:
+        """What a case does whose blocks are not let go from rest; empty where they are."""
+        if self.release is None:
+            return ""
+        return "throws its blocks" if self.thrown else "starts its blocks with velocities"
+
+    @property
+    def thrown(self) -> bool:
+        """Whether the blocks are thrown, so that they may fall on any of their faces."""
+        return self.release is not None and self.release.thrown
+
+    @property
+    def bodies(self) -> bool:
+        """Whether the blocks are bodies, of which the box says nothing."""
+        return self.body is not None
+
+    @property
+    def contact_point_count(self) -> int:
+        """Points that can touch at once: two of every block in the plane, all of a body.
+
+        In space four of the lowest block, and eight between two faces that are turned.
+        """
+        if self.body is not None:
+            return self.body.most_points
+        if self.spatial:
+            return 4 + 8 * (self.block_count - 1)
+        return 2 * self.block_count
 
     @property
     def block_count(self) -> int:
@@ -121,6 +154,8 @@ class Lanes:
         parts: dict[str, Any] = {name: each[lanes] for name, each in self.arrays.items()}
         if self.body is not None:
             parts["body"] = self.body.take(lanes)
+        if self.release is not None:
+            parts["release"] = self.release.take(lanes)
         return dataclasses.replace(self, **parts)
 
     @property

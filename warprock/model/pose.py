@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.model.bodies import turned as turned
-from warprock.model.lanes import SpatialLanes
+from warprock.model.lanes import Lanes, SpatialLanes
 
 Array = npt.NDArray[np.float64]
 
@@ -71,14 +71,42 @@ def bottom_corners(lanes: SpatialLanes) -> Array:
     return np.concatenate([flat, low], axis=-1)
 
 
+def start_corners(lanes: Lanes) -> Array:
+    """Corners of single blocks that touch at the start, from the centre of mass [m].
+
+    Along the axes of the base, shape [lane, corner, 3]; NaN where one does not touch.
+    """
+    if isinstance(lanes, SpatialLanes):
+        position, attitude = start_poses(lanes)
+        seen, height = turned(attitude[:, None], bottom_corners(lanes)), position[:, 2]
+    else:
+        side = np.array([-0.5, 0.5])
+        s, c = np.sin(lanes.rotation_start)[:, None], np.cos(lanes.rotation_start)[:, None]
+        x, z = side * lanes.face_width[:, None], -0.5 * lanes.height[:, None]
+        seen = np.stack([x * c + z * s, np.zeros_like(x), z * c - x * s], axis=-1)
+        height = -seen[..., 2].min(axis=1)
+    touches = seen[..., 2] + height[:, None] <= TOUCHING
+    return np.where(touches[..., None], seen, np.nan)
+
+
+TOUCHING = 1e-9
+"""Height above the ground up to which a corner touches at the start [m]."""
+
+
 def start_poses(lanes: SpatialLanes) -> tuple[Array, Array]:
     """Centres of mass [m] and attitudes at the start.
 
     Returns:
         Positions, shape [lane, 3], and quaternions, shape [lane, 4]; with a block axis after the
         lane's for stacks. The middle of the lowest block's flat bottom is the origin; of a body
-        the place below its centre of mass. Attitudes are those of the axes of the block.
+        the place below its centre of mass, and of a block that is thrown. Attitudes are those of
+        the axes of the block.
     """
+    thrown = lanes.release
+    if thrown is not None and thrown.attitude is not None and thrown.height is not None:
+        place = np.stack([0.0 * thrown.height, 0.0 * thrown.height, thrown.height], axis=-1)
+        shape = lanes.width.shape
+        return place.reshape(*shape, 3), thrown.attitude.reshape(*shape, 4)
     nothing = np.zeros_like(lanes.width)
     body = lanes.body
     yaw = quaternion(np.stack([nothing, nothing, lanes.yaw_start], axis=-1))

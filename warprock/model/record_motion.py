@@ -172,7 +172,7 @@ class RecordMotions(LaneMotions):
             pull[lanes] = np.maximum(np.abs(begin), np.abs(end)).max()
         return np.asarray(pull * np.abs(self.scale))
 
-    def left_acceleration(self, duration: float) -> Array:
+    def left_acceleration(self, duration: Array | float) -> Array:
         """The largest |acceleration| of the base after a time [m/s^2], shape [lane].
 
         Infinite where a velocity step is left.

@@ -356,10 +356,26 @@ class Response:
 
 
 def join_responses(parts: Sequence[Response]) -> Response:
-    """Joins the responses of consecutive chunks, in lane order."""
-    first = parts[0]
-    fields = {name: np.concatenate([part.fields[name] for part in parts]) for name in first.fields}
-    return Response(engine=first.engine, fields=fields, times=first.times)
+    """Joins the responses of several lots of lanes, in their order.
+
+    Histories of runs that end earlier go on as NaN.
+    """
+    longest = max(parts, key=lambda part: len(part.times))
+    count = len(longest.times)
+    fields = {
+        name: np.concatenate([_lengthened(name, part, count) for part in parts])
+        for name in longest.fields
+    }
+    return Response(engine=longest.engine, fields=fields, times=longest.times)
+
+
+def _lengthened(name: str, part: Response, count: int) -> npt.NDArray[Any]:
+    """A field, with NaN up to a count of samples where it is a history."""
+    values, missing = part.fields[name], count - len(part.times)
+    if missing == 0 or FIELDS[name].dims[-1] != "sample":
+        return values
+    ends = [(0, 0)] * (values.ndim - 1)
+    return np.pad(values, [*ends, (0, missing)], constant_values=np.nan)
 
 
 def take_lanes(response: Response, lanes: npt.NDArray[np.intp]) -> Response:

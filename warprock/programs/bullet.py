@@ -149,6 +149,9 @@ def _build(bullet: Any, world: int, scene: PeerScene) -> tuple[int, list[int]]:
             angularDamping=0.0,
             **here,
         )
+    for body, block in zip(blocks, scene.blocks, strict=True):
+        if block.moving:
+            bullet.resetBaseVelocity(body, block.velocity, block.spin, **here)
     return int(table), [int(block) for block in blocks]
 
 

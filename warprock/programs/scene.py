@@ -2,8 +2,8 @@
 
 A scene is boxes in space: x in the plane of rocking, y across it, z upwards, the base at z = 0 at
 the start. Everything is as a program of rigid bodies takes it: full sizes, masses and moments of
-inertia, the position of the centre of mass and the attitude as a quaternion at the start, from
-rest, one friction coefficient for each face, and a base that translates as it is told to.
+inertia, the position of the centre of mass and the attitude as a quaternion at the start, its
+velocities there, one friction coefficient for each face, and a base that translates as it is told.
 """
 
 from __future__ import annotations
@@ -45,6 +45,8 @@ class PeerBlock:
         stands: Where its middle stands when all blocks are flat, x and y from the middle of the
             lowest block [m].
         yaw: Turn about the vertical at the start [rad].
+        velocity: Of the centre of mass at the start, in the axes of the base [m/s].
+        spin: Angular velocity at the start, in the axes of the base [rad/s].
     """
 
     size: Sequence[float]
@@ -57,6 +59,13 @@ class PeerBlock:
     attitude: Sequence[float]
     stands: Sequence[float]
     yaw: float
+    velocity: Sequence[float] = (0.0, 0.0, 0.0)
+    spin: Sequence[float] = (0.0, 0.0, 0.0)
+
+    @property
+    def moving(self) -> bool:
+        """Whether it starts in motion."""
+        return any(self.velocity) or any(self.spin)
 
     @property
     def chamfered(self) -> bool:
@@ -187,6 +196,11 @@ def _blocks(lanes: Lanes, lane: int, position: Array, attitude: Array) -> list[P
     mass = of("density") * size.prod(axis=-1)
     squares = size**2
     inertia = mass[:, None] / 12.0 * (squares.sum(axis=-1, keepdims=True) - squares)
+    velocity, spin = np.zeros((2, *position.shape))
+    if lanes.release is not None:
+        velocity[0], spin[0] = lanes.release.velocity[lane], lanes.release.angular_velocity[lane]
+        if lanes.release.gyration is not None:
+            inertia = mass[:, None] * lanes.release.gyration[lane]
     # In the plane of rocking only the edges across it are chamfered.
     depth = of("face_depth") if lanes.spatial else of("depth")
     face = np.stack([of("face_width"), depth], axis=-1)
@@ -196,7 +210,7 @@ def _blocks(lanes: Lanes, lane: int, position: Array, attitude: Array) -> list[P
     stands = np.cumsum(np.stack([of("offset"), of("offset_across")], axis=-1), axis=0)
     yaw = of("yaw_start")
     rows: tuple[Any, ...] = (size, face, middle, mass, inertia, friction)
-    rows += (position, attitude, stands, yaw)
+    rows += (position, attitude, stands, yaw, velocity, spin)
     found: Any = zip(*(part.tolist() for part in rows), strict=True)
     return [PeerBlock(*parts) for parts in found]
 

@@ -21,6 +21,7 @@ from warprock.errors import InputError
 from warprock.model.motion import Control
 from warprock.quantity import NOTHING, Said
 from warprock.records.record import CONTROL_OF
+from warprock.records.rows import plain_column
 from warprock.records.text_file import Channel, TextFile
 from warprock.units import Dimension, parse_any, parse_quantity
 
@@ -118,6 +119,9 @@ def _interval(file: str, head: dict[str, str]) -> float:
 
 
 def _samples(text: TextFile, first: int) -> Array:
+    plain = plain_column(text.lines[first:])
+    if plain is not None and len(plain) > 1:
+        return plain
     values = []
     for at, line in enumerate(text.lines[first:], first):
         if line.strip():

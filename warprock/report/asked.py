@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from warprock.case.columns import columns_of
+from warprock.case.round_base import round_base_note
 from warprock.model.response import Outcome, Status
 from warprock.model.words import OUTCOMES, STATUSES
 from warprock.report.numbers import counted, listed, three
@@ -23,20 +24,23 @@ VALUES_SHOWN = 8
 """Values of an axis that are written out."""
 
 
-def asked(facts: Facts) -> Pairs:
+def asked(facts: Facts, table: pd.DataFrame | None = None) -> Pairs:
     """What was asked, from the facts of a run.
 
     Args:
         facts: What `run.json` holds.
+        table: The lane table, where it is at hand: what a box changes of a round base is told from
+            its sizes.
     """
     case = facts.get("case", {})
     raw = case.get("resolved", {})
     pairs = [("Case", f"{case['name']} ({case['file']})")] if case else []
-    pairs += [("Inputs", text)] if (text := _inputs(raw)) else []
+    pairs += [("Inputs", text)] if (text := _inputs(case)) else []
     if "sweep" in raw:
-        pairs.append(("Sweep", "; crossed with ".join(_axis(axis) for axis in raw["sweep"])))
+        pairs.append(("Sweep", "; crossed with ".join(map(_axis, _axes(case)))))
     pairs += [("Sample", _sample(raw["sample"]))] if "sample" in raw else []
     pairs += [("Ensemble", _ensemble(raw["ensemble"]))] if "ensemble" in raw else []
+    pairs += [("Round base", text)] if (text := _round_base(case, table)) else []
     if "lanes" in facts:
         pairs.append(("Lanes", f"{facts['lanes']:,}"))
     pairs += [("Engine", _engine(facts))] if "engine" in facts else []
@@ -50,12 +54,22 @@ def asked(facts: Facts) -> Pairs:
     return pairs
 
 
-def _inputs(raw: Facts) -> str:
+def _round_base(case: Facts, table: pd.DataFrame | None) -> str:
+    """What runs in the place of a cylinder; empty where there is none."""
+    blocks = dict(_flat(case.get("resolved", {}).get("block", {}), "block"))
+    if not any(key.endswith(".diameter") for key in [*blocks, *swept_keys(case)]):
+        return ""
+    without = "run as a box as wide as the diameter and pi / 4 of it deep, of the same mass, base "
+    without += "area and slenderness angle; `warprock explain` says what its inertia changes"
+    return without if table is None else round_base_note(table)
+
+
+def _inputs(case: Facts) -> str:
     """Inputs that all lanes share, as the case writes them."""
-    swept = set(swept_keys(raw))
+    swept = set(swept_keys(case))
     found = [
         f"{key} = {value}"
-        for name, table in raw.items()
+        for name, table in case.get("resolved", {}).items()
         if name not in _APART
         for key, value in _flat(table, name)
         if key not in swept
@@ -83,14 +97,27 @@ def _text(value: Any) -> str:
     return str(value)
 
 
-def _axis(axis: Facts) -> str:
+def _axes(case: Facts) -> list[dict[str, str]]:
+    """The axes of a case's sweep: its keys, and their values in words."""
+    of_files = {table["sweep"]: table for table in case.get("tables", [])}
+    found = []
+    for number, axis in enumerate(case.get("resolved", {}).get("sweep", [])):
+        rows = of_files.get(number)
+        if rows is not None:
+            words = f"{rows['rows']:,} rows of {rows['file']}"
+            found.append(dict.fromkeys(rows["keys"], words))
+        else:
+            found.append({k: text for name, t in axis.items() for k, text in _flat(t, name)})
+    return found
+
+
+def _axis(axis: Mapping[str, str]) -> str:
     """One axis of a sweep."""
-    parts = [
-        (key.removeprefix("label."), _text(value))
-        for name, table in axis.items()
-        for key, value in _flat(table, name)
-    ]
-    return ", with ".join(f"{key}: {text}" for key, text in parts)
+    names = [key.removeprefix("label.") for key in axis]
+    texts = list(axis.values())
+    if len(names) > 1 and len(set(texts)) == 1:
+        return f"{', '.join(names)}: {texts[0]}"
+    return ", with ".join(f"{name}: {text}" for name, text in zip(names, texts, strict=True))
 
 
 def _sample(sample: Facts) -> str:
@@ -120,20 +147,19 @@ def _engine(facts: Facts) -> str:
     return f"{engine['name']}" + (f" ({settings})" if settings else "") + f"; {', '.join(where)}"
 
 
-def swept_keys(raw: Facts) -> list[str]:
-    """Keys that a case sweeps or draws, labels included."""
-    found = [
-        key
-        for axis in raw.get("sweep", [])
-        for name, t in axis.items()
-        for key, _ in _flat(t, name)
-    ]
-    return found + list(raw.get("sample", {}).get("over", {}))
+def swept_keys(case: Facts) -> list[str]:
+    """Keys that a case sweeps or draws, labels included.
+
+    Args:
+        case: What `run.json` says of the case.
+    """
+    found = [key for axis in _axes(case) for key in axis]
+    return found + list(case.get("resolved", {}).get("sample", {}).get("over", {}))
 
 
 def swept_columns(facts: Facts, table: pd.DataFrame) -> list[str]:
     """Columns of the lane table in which the inputs that vary stand, labels first."""
-    keys = swept_keys(facts.get("case", {}).get("resolved", {}))
+    keys = swept_keys(facts.get("case", {}))
     columns = [name for key in keys for name in sorted(columns_of(key))]
     columns += ["member"] if "member" in table else []
     varying = [name for name in dict.fromkeys(columns) if name in table and _varies(table[name])]
@@ -142,14 +168,15 @@ def swept_columns(facts: Facts, table: pd.DataFrame) -> list[str]:
 
 def naming_columns(facts: Facts, table: pd.DataFrame) -> list[str]:
     """Columns that tell lanes apart: of an axis with labels that differ, the labels alone."""
-    named = []
-    for axis in facts.get("case", {}).get("resolved", {}).get("sweep", []):
-        keys = [key for name, inner in axis.items() for key, _ in _flat(inner, name)]
+    case, named = facts.get("case", {}), []
+    of_files = {table["sweep"]: table for table in case.get("tables", [])}
+    for number, axis in enumerate(case.get("resolved", {}).get("sweep", [])):
         labels = axis.get("label", {})
         texts = [values for values in labels.values() if isinstance(values, list)]
         together = list(zip(*texts, strict=False))
         told = bool(together) and len(set(together)) == len(together)
-        named += [key for key in keys if told and not key.startswith("label.")]
+        told = of_files.get(number, {}).get("labelled", told)
+        named += [key for key in _axes(case)[number] if told and not key.startswith("label.")]
     beside = {name for key in named for name in columns_of(key)}
     return [name for name in swept_columns(facts, table) if name not in beside]
 

@@ -62,9 +62,9 @@ def _sampled(case: Case) -> Case:
     """The case with histories that a page can play."""
     if case.sample_times.interval is not None:
         return case
-    run = case.tables.run
-    interval = max(INTERVAL, run.duration / SAMPLES)
-    of_run = run.model_copy(update={"sample_interval": min(interval, run.duration)})
+    run, (shortest, longest) = case.tables.run, case.durations
+    interval = min(max(INTERVAL, longest / SAMPLES), shortest)
+    of_run = run.model_copy(update={"sample_interval": interval})
     return dataclasses.replace(case, tables=case.tables.model_copy(update={"run": of_run}))
 
 

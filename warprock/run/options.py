@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -61,6 +62,32 @@ def counted_from(progress: Progress | None, before: int) -> Progress | None:
     if progress is None or before == 0:
         return progress
     return lambda done: progress(before + done)
+
+
+class Counted:
+    """Lanes finished of several batches that run side by side."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        """Starts at none.
+
+        Args:
+            progress: What is told their sum; for None nothing is counted.
+        """
+        self._progress, self._lock = progress, threading.Lock()
+        self._done: dict[int, int] = {}
+
+    def of(self, number: int) -> Progress | None:
+        """The progress of one batch."""
+        if self._progress is None:
+            return None
+
+        def report(done: int) -> None:
+            assert self._progress is not None
+            with self._lock:
+                self._done[number] = done
+                self._progress(sum(self._done.values()))
+
+        return report
 
 
 DEFAULT_OPTIONS = RunOptions()

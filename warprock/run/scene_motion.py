@@ -133,7 +133,7 @@ def _histories(response: Response) -> list[str]:
 def _sampled(case: Case, interval: float) -> Case:
     """The case with another time between samples."""
     run = case.tables.run
-    of_run = run.model_copy(update={"sample_interval": min(interval, run.duration)})
+    of_run = run.model_copy(update={"sample_interval": min(interval, min(case.durations))})
     return dataclasses.replace(case, tables=case.tables.model_copy(update={"run": of_run}))
 
 

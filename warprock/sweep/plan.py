@@ -27,7 +27,7 @@ from warprock.run import machine
 from warprock.run.case_run import require_options, require_support
 from warprock.run.files import replacing, require_writable
 from warprock.run.options import DEFAULT_OPTIONS, Progress, RunOptions
-from warprock.run.provenance import PACKAGES, record_rows
+from warprock.run.provenance import PACKAGES, record_rows, table_facts
 
 PLAN = "plan.json"
 FORMAT = 2
@@ -170,6 +170,7 @@ def _content(case: Case, engine: str, options: RunOptions) -> dict[str, Any]:
             "source": case.source_text,
             # Nothing is checked in a sweep, and overrides may have taken a check's lanes away.
             "resolved": {key: value for key, value in case.raw.items() if key != "check"},
+            **table_facts(case),
         },
         "lanes": case.lane_count,
         "engine": {

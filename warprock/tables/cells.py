@@ -78,7 +78,7 @@ def print_cells(
         out.print(
             f"time step: {run.response.engine} has none, so ensemble.time_step changes nothing"
         )
-    cut = cut_text(run.lane_set.motions, run.lane_set.times.duration)
+    cut = cut_text(run.lane_set.motions, run.lane_set.ends)
     if cut:
         out.print(cut, highlight=False)
     for line in run_accuracy_lines(run):

@@ -265,7 +265,7 @@ def _print_notes(out: Console, run: CaseRun, table: pd.DataFrame) -> None:
     replaced = round_base_note(table)
     if replaced:
         say(out, replaced)
-    cut = cut_text(run.lane_set.motions, run.lane_set.times.duration)
+    cut = cut_text(run.lane_set.motions, run.lane_set.ends)
     if cut:
         say(out, cut)
     if run.lane_set.scene.friction_note and response.engine not in ("housner", "two-block"):

@@ -1,0 +1,83 @@
+"""What steps show of a body on contact points: the lowest corner and its two neighbours.
+
+As parting.py for the two ends of an interface: a corner has *parted* once it gapes by more than
+`slack`, and has *landed*, an impact, once it carries again after it had parted. A body stands on an
+edge while two of its corners are closed, so it has *lifted* once less than two are, and it *moves*
+while that is so, or slips.
+"""
+
+import warp as wp
+
+
+@wp.func
+def moved_along(by: int, left: real, middle: real, right: real):
+    """What is kept of three corners where the lowest is now one further to +x, or by any number.
+
+    Of a corner that comes into view nothing is known: zero.
+    """
+    zero = real(0.0)
+    on, back = by == 1, by == -1
+    return (
+        wp.where(on, middle, wp.where(by == 0, left, zero)),
+        wp.where(on, right, wp.where(back, left, wp.where(by == 0, middle, zero))),
+        wp.where(back, middle, wp.where(by == 0, right, zero)),
+    )
+
+
+@wp.func
+def moved_parts(by: int, left: int, middle: int, right: int):
+    """The same of whether corners have parted; those that come into view have."""
+    on, back = by == 1, by == -1
+    return (
+        wp.where(on, middle, wp.where(by == 0, left, 1)),
+        wp.where(on, right, wp.where(back, left, wp.where(by == 0, middle, 1))),
+        wp.where(back, middle, wp.where(by == 0, right, 1)),
+    )
+
+
+@wp.func
+def parted(is_there: bool, was: int, n: real, gap: real, limit: real):
+    """Whether a corner has parted, 1 or 0, and whether it has landed."""
+    zero = real(0.0)
+    now = wp.where(gap > limit or (was > 0 and n <= zero), 1, 0)
+    lands = wp.where(is_there and was > 0 and n > zero, 1, 0)
+    return wp.where(is_there, now, 1), lands
+
+
+@wp.func
+def watch(
+    time: real, limit: real, has_l: bool, has_r: bool, nl: real, gap_l: real, nm: real, gap_m: real,
+    nr: real, gap_r: real, slips: bool, since: real, apart_l: int, apart_m: int, apart_r: int,
+    uplift_time: real, moved: real,
+):  # fmt: skip
+    """What a step shows of the corners that may carry.
+
+    Args:
+        time: End of the step [s].
+        limit: Gap beyond which a corner has parted [m].
+        has_l, has_r: Whether there is a neighbour to -x, to +x.
+        nl: What the one to -x carries in this step; nm the lowest, nr the one to +x.
+        gap_l: How wide it gapes after the step [m]; gap_m and gap_r likewise.
+        slips: Whether the body slides.
+        since: Time since which less than two corners have carried [s], or NEVER; 0 at first.
+        apart_l: 1 where it has parted and not landed since, else 0; apart_m, apart_r likewise.
+        uplift_time: Time at which the body first lifted [s], or NEVER.
+        moved: Last time at which it moved [s].
+
+    Returns:
+        apart_l, apart_m, apart_r, since, uplift_time, moved, and corners that have landed.
+    """
+    zero = real(0.0)
+    carry = wp.where(nl > zero, 1, 0) + wp.where(nm > zero, 1, 0) + wp.where(nr > zero, 1, 0)
+    waits = wp.where(carry < 2, smaller(since, time), NEVER)
+    now_l, lands_l = parted(has_l, apart_l, nl, gap_l, limit)
+    now_m, lands_m = parted(True, apart_m, nm, gap_m, limit)
+    now_r, lands_r = parted(has_r, apart_r, nr, gap_r, limit)
+    gapes = now_l + now_m + now_r > 1
+    lifted = smaller(uplift_time, smaller(waits, time))
+    return (
+        now_l, now_m, now_r, waits,
+        wp.where(gapes, lifted, uplift_time),
+        wp.where(gapes or slips, time, moved),
+        lands_l + lands_m + lands_r,
+    )  # fmt: skip
