@@ -33,15 +33,15 @@ from warprock.cli.pages import asked_command, leave
 @click.option(
     "--tolerance",
     metavar="LENGTH",
-    help="What lies at most so high above its lowest point touches the ground. 1 mm without: a gap "
-    "that a good scan tells and an uneven floor has. The slenderness angle may hang on it.",
+    help="What lies at most so high above its lowest point is pressed to the ground; 0.3 mm "
+    "without, about what a good scan can tell.",
 )
 @click.option(
     "--base",
-    default="flat",
+    default="hull",
     show_default=True,
-    help="flat: what touches the ground, pressed to it; hull: also what is above it and touches it "
-    "as the body leans, of a base that is not flat.",
+    help="hull: what touches the ground, and what touches it as the body leans, of a base that is "
+    "not flat; flat: the first alone.",
 )
 @click.option(
     "--points",
