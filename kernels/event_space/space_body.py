@@ -370,6 +370,4 @@ def step(
         n.w = Vector()
         n.swing = Vector()
         return n
-    return integrate(
-        block, frame, body, limits, s, n, b, pose0, pose, spin, vm, wm, held, stuck
-    )
+    return integrate(block, frame, body, limits, s, n, b, pose0, pose, spin, vm, wm, held, stuck)
