@@ -42,7 +42,7 @@ from warprock.kernels.event_space.space_body_contact import (
     bit_of,
     held_motion,
     levelled,
-    lever_of,
+    place_of,
     posed,
     solve,
     solve_by_sweeps,
@@ -146,7 +146,8 @@ def looked(
     n.cut = TWO * NEVER
     count = body.count
     for k in range(count):
-        r0, r1 = lever_of(body, pose0, k), lever_of(body, pose, k)
+        place = place_of(body.points[k, body.lane])
+        r0, r1 = pose0.turn * place, pose.turn * place
         rate0 = s.v[2] + s.w[0] * r0[1] - s.w[1] * r0[0]
         rate = v[2] + w[0] * r1[1] - w[1] * r1[0]
         gap = pose.x[2] + r1[2]
@@ -199,8 +200,8 @@ def put_back(
         if stuck:
             now, way, total = posed(body, n.x, n.q), Vector(), t.total
             for k in range(total):
-                i = t.which[k]
-                way += pose0.x + lever_of(body, pose0, i) - now.x - lever_of(body, now, i)
+                place = place_of(body.points[t.which[k], body.lane])
+                way += pose0.x + pose0.turn * place - now.x - now.turn * place
             n.x[0] = n.x[0] + way[0] / real(total)
             n.x[1] = n.x[1] + way[1] / real(total)
     return n

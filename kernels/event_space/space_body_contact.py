@@ -141,10 +141,9 @@ def posed(s: Shape, x: Vector, q: Attitude) -> Pose:
 
 
 @wp.func
-def lever_of(s: Shape, pose: Pose, k: int) -> Vector:
-    """Place of a point from the centre of mass [m]."""
-    point = s.points[k, s.lane]
-    return pose.turn * Vector(point.x, point.y, point.z)
+def place_of(point: Point) -> Vector:
+    """Place of a point from the centre of mass in the body's axes [m]."""
+    return Vector(point.x, point.y, point.z)
 
 
 @wp.func
@@ -155,7 +154,7 @@ def touches_of(s: Shape, pose: Pose, bits: wp.uint64) -> Touches:
     for k in range(count):
         if among(k, bits):
             t.which[t.total] = k
-            t.lever[t.total] = lever_of(s, pose, k)
+            t.lever[t.total] = pose.turn * place_of(s.points[k, s.lane])
             t.total += 1
     return t
 

@@ -12,13 +12,13 @@ from warprock.kernels.event_space.space_body import State, step
 from warprock.kernels.event_space.space_body_contact import (
     Shape,
     bit_of,
-    lever_of,
+    place_of,
     posed,
     shape_of,
 )
 from warprock.kernels.event_space.space_run import turning
 from warprock.kernels.event_space.trial import Limits
-from warprock.kernels.impulse.space_stack import Attitude
+from warprock.kernels.impulse.space_stack import Attitude, frame as frame_of
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
@@ -59,7 +59,7 @@ def start(block: Block, frame: Frame, body: Shape, limits: Limits) -> State:
     pose = posed(body, s.x, s.q)
     count = body.count
     for k in range(count):
-        if s.x[2] + lever_of(body, pose, k)[2] <= limits.rest_gap:
+        if s.x[2] + wp.dot(pose.turn[2], place_of(body.points[k, body.lane])) <= limits.rest_gap:
             s.touch = s.touch | bit_of(k)
     s.flies = s.touch == wp.uint64(0)
     s.stands = (s.touch & body.feet) == body.feet
@@ -122,14 +122,14 @@ def upright(frame: Frame, q: Attitude) -> Vector:
 @wp.func
 def slide_of_body(body: Shape, half_width: real, s: State) -> Vector:
     """Mean displacement of the points that touch, from where each stood; the third is zero."""
-    pose, lowest, count = posed(body, s.x, s.q), real(NEVER), body.count
+    turn, lowest, count = frame_of(s.q), real(NEVER), body.count
     total, way = real(0.0), Vector()
     for k in range(count):
-        lowest = smaller(lowest, lever_of(body, pose, k)[2])
+        lowest = smaller(lowest, wp.dot(turn[2], place_of(body.points[k, body.lane])))
     for k in range(count):
-        r = lever_of(body, pose, k)
-        if touches_as_lowest(r[2], lowest, half_width):
-            point = body.points[k, body.lane]
+        point = body.points[k, body.lane]
+        if touches_as_lowest(wp.dot(turn[2], place_of(point)), lowest, half_width):
+            r = turn * place_of(point)
             total += real(1.0)
             way += Vector(s.x[0] + r[0] - point.stood_x, s.x[1] + r[1] - point.stood_y, real(0.0))
     return way / total

@@ -68,6 +68,12 @@ class PeerBlock:
         return any(self.velocity) or any(self.spin)
 
     @property
+    def even_inertia(self) -> list[float]:
+        """Moments of inertia of a box that is the same all through [kg m^2]."""
+        squares = [size**2 for size in self.size]
+        return [self.mass / 12.0 * (sum(squares) - square) for square in squares]
+
+    @property
     def chamfered(self) -> bool:
         """Whether its faces are smaller than its sections."""
         return list(self.face) != list(self.size[:2])
