@@ -100,6 +100,7 @@ def run_lanes(
     pool: wp.array2d(dtype=real),
     starts: wp.array(dtype=real),
     sample_times: wp.array(dtype=real),
+    sides: wp.array2d(dtype=real),
     knobs: Knobs,
     found: Found,
 ):
@@ -114,6 +115,7 @@ def run_lanes(
     time, base, cap, begun, theta0, omega0 = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     slide0, gap0, vx0, vz0 = Lane(), Lane(), Lane(), Lane()
     peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
+    left, right = Lane(), Lane()
     uplift_time, rest_time, loss = Lane(), Lane(), Lane()
     segment, mode, impacts, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
     corner, last, about = LaneInt(), LaneInt(), LaneInt()
@@ -206,6 +208,8 @@ def run_lanes(
                 base[i] = ba
                 cap[i] = ca
                 peak[i] = pk
+                left[i] = larger(-th, left[i])
+                right[i] = larger(th, right[i])
                 peak_time[i] = pt
                 peak_slide[i] = ps
                 uplift_time[i] = ut
@@ -239,4 +243,6 @@ def run_lanes(
         results[first + i] = Result(
             uplift_time[i], rest_time[i], loss[i], deepest[i], impacts[i], mode[i], steps[i]
         )
+        sides[0, first + i] = left[i]
+        sides[1, first + i] = right[i]
         leaves[0, first + i] = BlockResult(slide[i], peak[i], peak_time[i], peak_slide[i])

@@ -33,6 +33,7 @@ def run_lanes(
     pool: wp.array2d(dtype=real),
     starts: wp.array(dtype=real),
     sample_times: wp.array(dtype=real),
+    sides: wp.array2d(dtype=real),
     knobs: Knobs,
     found: Found,
 ):
@@ -48,6 +49,7 @@ def run_lanes(
     loss, base, slide = Lane(), Lane(), Lane()
     given, jolt, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
     peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
+    left, right = Lane(), Lane()
     uplift_time, moved, since = Lane(), Lane(), Lane()
     impacts, mode, steps = LaneInt(), LaneInt(), LaneInt()
     apart_l, apart_m, apart_r, low, last = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
@@ -163,6 +165,8 @@ def run_lanes(
                 book(dv, given[i], loss[i], jolt[i], supplied[i], taken[i], returned[i])
                 slide[i] = wp.where(live, slid, slide[i])
                 peak[i] = wp.where(live, pk, peak[i])
+                left[i] = larger(-theta[i], left[i])
+                right[i] = larger(theta[i], right[i])
                 peak_time[i] = wp.where(live, pt, peak_time[i])
                 peak_slide[i] = wp.where(live, ps, peak_slide[i])
                 deepest[i] = wp.where(live, larger(-gap, deepest[i]), deepest[i])
@@ -181,4 +185,6 @@ def run_lanes(
             uplift_time[i], moved[i], loss[i], jolt[i], supplied[i], returned[i], deepest[i],
             impacts[i], mode[i], steps[i],
         )  # fmt: skip
+        sides[0, first + i] = left[i]
+        sides[1, first + i] = right[i]
         leaves[0, first + i] = BlockResult(slide[i], peak[i], peak_time[i], peak_slide[i])
