@@ -371,6 +371,4 @@ def step(
         n.w = Vector()
         n.swing = Vector()
         return n
-    return integrate(
-        block, frame, body, limits, s, n, b, pose0, pose, spin, vm, wm, held, stuck
-    )
+    return integrate(block, frame, body, limits, s, n, b, pose0, pose, spin, vm, wm, held, stuck)
