@@ -7,6 +7,7 @@ it has its part of the area of the base that the body stands on at rest.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from typing import Self, cast
 
 import numpy as np
@@ -177,7 +178,7 @@ def _hull_area(points: Array) -> float:
             while len(chain) > 1 and _cross(chain[-1] - chain[-2], point - chain[-2]) <= 0.0:
                 chain.pop()
             chain.append(point)
-        area += 0.5 * sum(_cross(a, b) for a, b in zip(chain[:-1], chain[1:], strict=True))
+        area += 0.5 * sum(_cross(a, b) for a, b in itertools.pairwise(chain))
     return area
 
 
