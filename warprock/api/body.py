@@ -27,7 +27,7 @@ def body(
     up: str = "z",
     pose: int | None = None,
     tolerance: str | None = None,
-    base: str = "flat",
+    base: str = "hull",
     points: int = POINTS,
     model: str = "planar",
     direction: str | None = None,
@@ -42,8 +42,8 @@ def body(
         unit: Unit of lengths in the file; None takes metres if its size looks like that.
         up: Axis of the file that points upwards: "x", "y", "z", "-x", "-y" or "-z".
         pose: Number of a pose in which it rests; 0 is as in the file, None settles from there.
-        tolerance: What lies at most so high touches the ground; None is 1 mm.
-        base: "flat", or "hull" with points above the ground that touch it as the body leans.
+        tolerance: What lies at most so high is pressed to the ground; None is 0.3 mm.
+        base: "hull" keeps points above the ground that touch it as the body leans; or "flat".
         points: Contact points that the case may have, from 3 to 48.
         model: "planar", in the plane of the direction, or "spatial".
         direction: Direction of shaking, from x towards y, such as "-25 deg"; None is the weakest.

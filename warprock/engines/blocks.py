@@ -157,6 +157,13 @@ def spatial_columns(lanes: Lanes) -> dict[str, Array]:
     }
 
 
+def start_columns(lanes: Lanes) -> dict[str, npt.NDArray[Any]]:
+    """Rotations [rad] and angular velocities [rad/s] of single blocks in the plane, [lane] each."""
+    release = lanes.release
+    rates = np.zeros(lanes.lane_count) if release is None else release.angular_velocity[:, 1]
+    return {"starts": lanes.rotation_start, "rates": np.ascontiguousarray(rates)}
+
+
 def throw_columns(lanes: Lanes) -> dict[str, npt.NDArray[Any]]:
     """Fields of the struct `Throw` of kernels/shape/thrown.py, shape [lane] each."""
     count = lanes.lane_count

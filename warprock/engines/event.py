@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.blocks import throw_columns
+from warprock.engines.blocks import start_columns, throw_columns
 from warprock.engines.bodies import Corners, box_bodies
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, time_or_nan
 from warprock.engines.energy import nearest_edge
@@ -70,7 +70,7 @@ class Event(AbstractEngine):
     settings_type = EventSettings
     order: ClassVar[int | None] = 2
     spatial: ClassVar[bool] = True
-    starts_moving: ClassVar[tuple[str, ...]] = ("space",)
+    starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
     rounded: ClassVar[bool] = True
     restitution: ClassVar[str | None] = None
@@ -84,6 +84,11 @@ class Event(AbstractEngine):
             return (
                 f"event finds the angular restitution {where} from its contact law and cannot "
                 "follow the prescribed contact.angular_restitution"
+            )
+        if scene.restitution_given and scene.moving:
+            return (
+                "event lets blocks go from rest where contact.angular_restitution is prescribed, "
+                f"and the case {scene.moving}"
             )
         return None
 
@@ -155,7 +160,7 @@ class Event(AbstractEngine):
             return {"blocks": blocks, "knobs": knobs} | others
         blocks = _single_blocks(lanes, self.settings)
         blocks |= {name: each[:, None] for name, each in per_lane.items()}
-        return {"blocks": blocks, "starts": lanes.rotation_start, "knobs": knobs}
+        return {"blocks": blocks, "knobs": knobs} | start_columns(lanes)
 
     def fields(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found

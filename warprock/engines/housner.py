@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
+from warprock.engines.blocks import start_columns
 from warprock.engines.decoding import lane_fields, planar_fields, time_or_nan
 from warprock.engines.housner_body import body_inputs
 from warprock.engines.launching import NEVER, Found, Kernel
@@ -64,6 +65,7 @@ class Housner(AbstractEngine):
     order: ClassVar[int | None] = None
     restitution: ClassVar[str | None] = None
     slides: ClassVar[bool] = False
+    starts_moving: ClassVar[tuple[str, ...]] = ("plane",)
     bodies: ClassVar[tuple[bool, bool]] = (True, False)
     rounded: ClassVar[bool] = True
 
@@ -121,7 +123,7 @@ class Housner(AbstractEngine):
         }
         return {
             "blocks": {name: each[:, None] for name, each in blocks.items()},
-            "starts": lanes.rotation_start,
+            **start_columns(lanes),
         }
 
     def _body_inputs(

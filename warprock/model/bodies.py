@@ -203,6 +203,24 @@ class Bodies:
         y = turned(self.axes * np.array([-1.0, -1.0, -1.0, 1.0]), np.array([[0.0, 1.0, 0.0]]))
         return np.asarray(np.sum(self.gyration * y**2, axis=1))
 
+    def outline(self, height: Array) -> Array:
+        """Corners of the bodies as pictures show them [m], along the axes of the block.
+
+        That is their base, and straight above it their top: of what lies between them a body says
+        nothing.
+
+        Args:
+            height: Full height [m], shape [lane].
+
+        Returns:
+            From the centre of mass, shape [lane, corner, 2], going round from -x along the base; in
+            space [lane, corner, 3], the hull of which is the picture.
+        """
+        base = self.points_in_block_axes
+        top = np.array(base if self.spatial else base[:, ::-1])
+        top[..., -1] = np.maximum(height - self.centre_height, 0.0)[:, None]
+        return np.concatenate([base, top], axis=1)
+
     def rolled(self, rotation: Array) -> tuple[Array, Array]:
         """Where the centre of mass of planar bodies is that have rolled without sliding [m].
 
