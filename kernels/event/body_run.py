@@ -10,8 +10,9 @@ import warp as wp
 
 from warprock.kernels.event.block import Knobs
 from warprock.kernels.event.block_run import BlockResult, Found, Result, rotation_at
-from warprock.kernels.event.body import View, begin, step, tips_about_second
+from warprock.kernels.event.body import begin, step
 from warprock.kernels.event.body_contact import Body
+from warprock.kernels.event.body_view import View, tips_about_second
 from warprock.kernels.modes import FLAT, OVERTURNED, PIVOTING, STALLED
 from warprock.kernels.motion import Motion, sample_index
 from warprock.kernels.shape.body import Corner, is_past, turned_x, turned_z

@@ -92,7 +92,8 @@ def sweeps(
     """All sweeps from the impulses n1 to f3 [m/s] and velocities with them."""
     if ENDS_EARLY:
         for _ in range(ITERATIONS):
-            o1, p1, o2, p2, o3, p3 = n1, f1, n2, f2, n3, f3
+            o1, p1, o2 = real(n1), real(f1), real(n2)
+            p2, o3, p3 = real(f2), real(n3), real(f3)
             n1, f1, n2, f2, n3, f3, vx, vz, vo = sweep(r, n1, f1, n2, f2, n3, f3, vx, vz, vo)
             if n1 == o1 and f1 == p1 and n2 == o2 and f2 == p2 and n3 == o3 and f3 == p3:
                 break
