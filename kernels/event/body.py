@@ -38,7 +38,7 @@ from warprock.kernels.event.body_contact import (
 )
 from warprock.kernels.event.body_impact import end_of_step
 from warprock.kernels.event.body_view import View, contacts_at, edge_below
-from warprock.kernels.modes import BROKEN, FLYING, OVERTURNED
+from warprock.kernels.modes import BROKEN, FLAT, FLYING, OVERTURNED
 from warprock.kernels.motion import Motion, knot_step, knot_time, series
 from warprock.kernels.shape.body import turned_x, turned_z
 
@@ -46,7 +46,7 @@ from warprock.kernels.shape.body import turned_x, turned_z
 @wp.func
 def begin(
     body: Body, knobs: Knobs, m: Motion, sample: real, sample_slope: real, end: real, live: bool,
-    resting: bool, time: real, segment: int, omega: real, base: real, cap: real,
+    mode: int, slip: real, time: real, segment: int, omega: real, base: real, cap: real,
 ):  # fmt: skip
     """What a trial step of a lane begins with.
 
@@ -59,8 +59,8 @@ def begin(
     target = smaller(knot, end)
     room = larger(target - time, zero)
     d = smaller(smaller(body.longest_step, REACH / (size(omega) + SLOWEST)), cap)
-    quiet = segment == 0 or knot >= NEVER
-    d = smaller(wp.where(resting and quiet, room, d), room)
+    quiet = mode == FLAT and slip == zero and (segment == 0 or knot >= NEVER)
+    d = smaller(wp.where(quiet, room, d), room)
     d = wp.where(live, d, zero)
     time1 = wp.where(d >= target - time, target, time + d)
     passed = time1 >= knot

@@ -5,7 +5,7 @@ import warp as wp
 from warprock.kernels.event.block import GRAIN, NEARLY
 from warprock.kernels.event.body_contact import Body, Edge, tips_right
 from warprock.kernels.modes import FLAT, FLYING
-from warprock.kernels.shape.body import turned_x, turned_z
+from warprock.kernels.shape.body import Corner, turned_x, turned_z
 
 
 @wp.struct
@@ -57,11 +57,11 @@ def edge_below(body: Body, view: View, s: real, c: real) -> Edge:
 
 @wp.func
 def tips_about_second(
-    body: Body, gravity: real, x1: real, z1: real, x2: real, z2: real, theta: real, slip: real,
+    body: Body, gravity: real, first: Corner, second: Corner, theta: real, slip: real,
     vx: real, dv: real, d: real,
 ) -> bool:  # fmt: skip
     """Whether a body on an edge would tip about its end at +x, see `tips_right`."""
-    edge = edge_of(body, x1, z1, x2, z2, sine(theta), cosine(theta))
+    edge = edge_of(body, first.x, first.z, second.x, second.z, sine(theta), cosine(theta))
     return tips_right(body.friction, slip, edge, vx - HALF * dv, -HALF * d * gravity)
 
 
