@@ -48,8 +48,8 @@ def observe(
     going: bool, step_limit: int, mode0: int, slip0: real, time0: real, theta0: real, mode: int,
     slip: real, time: real, theta: real, slide: real, turn: real, turn_time: real, tail: real,
     lost: real, deep: real, hit: bool, peak: wp.ref[real], peak_time: wp.ref[real],
-    peak_slide: wp.ref[real], uplift_time: wp.ref[real], rest_time: wp.ref[real], loss: wp.ref[real],
-    deepest: wp.ref[real], impacts: wp.ref[int], steps: wp.ref[int],
+    peak_slide: wp.ref[real], uplift_time: wp.ref[real], rest_time: wp.ref[real],
+    loss: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int], steps: wp.ref[int],
 ) -> int:  # fmt: skip
     """What a step adds to the response of one lane, as in event/block_run.py; its mode.
 

@@ -29,6 +29,36 @@ def turned_corner(corner: Corner, s: real, c: real):
 
 
 @wp.func
+def keep(
+    live: bool, new1: real, new2: real, new3: real, new4: real, new5: real, new6: real,
+    a1: wp.ref[real], a2: wp.ref[real], a3: wp.ref[real], a4: wp.ref[real], a5: wp.ref[real],
+    a6: wp.ref[real],
+):  # fmt: skip
+    """Takes over six numbers of a lane that still runs."""
+    a1 = wp.where(live, new1, a1)
+    a2 = wp.where(live, new2, a2)
+    a3 = wp.where(live, new3, a3)
+    a4 = wp.where(live, new4, a4)
+    a5 = wp.where(live, new5, a5)
+    a6 = wp.where(live, new6, a6)
+
+
+@wp.func
+def see(
+    live: bool, mode: int, time: real, theta: real, omega: real, slide: real,
+    peak: wp.ref[real], peak_time: wp.ref[real], peak_slide: wp.ref[real],
+) -> int:  # fmt: skip
+    """Peaks of a lane that still runs after a step, see `observe` in shape/block.py; its mode."""
+    how, highest, when, farthest = observe(
+        mode, time, theta, omega, slide, peak, peak_time, peak_slide
+    )
+    peak = wp.where(live, highest, peak)
+    peak_time = wp.where(live, when, peak_time)
+    peak_slide = wp.where(live, farthest, peak_slide)
+    return wp.where(live, how, mode)
+
+
+@wp.func
 def start_lane(
     corner: Corner, ahead: Corner, start: real, fall: real, x: wp.ref[real], z: wp.ref[real],
     theta: wp.ref[real], vz: wp.ref[real], nm: wp.ref[real], nr: wp.ref[real], peak: wp.ref[real],
@@ -130,9 +160,6 @@ def run_lanes(
                 s1, c1 = sine(in_range(qt)), cosine(in_range(qt))
                 x1, _z1 = turned_corner(corners[mid, first + i], s1, c1)
                 slid = qx + x1 - corners[mid, first + i].along
-                mo, pk, pt, ps = observe(
-                    mode[i], time, qt, uo, slid, peak[i], peak_time[i], peak_slide[i]
-                )
                 live = mode[i] == RUNNING
                 reach = blocks[first + i].reach
                 limit = slack(knobs.time_step, knobs.gravity, reach, uo * uo, reach)
@@ -143,31 +170,20 @@ def run_lanes(
                     since[i], apart_l[i], apart_m[i], apart_r[i], uplift_time[i], moved[i],
                     impacts[i],
                 )  # fmt: skip
-                x[i] = wp.where(live, qx, x[i])
-                z[i] = wp.where(live, qz, z[i])
-                theta[i] = wp.where(live, qt, theta[i])
                 dv = moving - base[i]
                 given[i] = given[i] - wp.where(live, HALF * dv * (vx[i] + ux), real(0.0))
-                vx[i] = wp.where(live, ux, vx[i])
-                vz[i] = wp.where(live, uz, vz[i])
-                omega[i] = wp.where(live, uo, omega[i])
-                nl[i] = wp.where(live, pl, nl[i])
-                fl[i] = wp.where(live, tl, fl[i])
-                nm[i] = wp.where(live, pm, nm[i])
-                fm[i] = wp.where(live, tm, fm[i])
-                nr[i] = wp.where(live, pr, nr[i])
-                fr[i] = wp.where(live, tr, fr[i])
-                low[i] = mid
                 loss[i] = wp.where(live, lo, loss[i])
                 base[i] = moving
                 book(dv, given[i], loss[i], jolt[i], supplied[i], taken[i], returned[i])
+                keep(live, qx, qz, qt, ux, uz, uo, x[i], z[i], theta[i], vx[i], vz[i], omega[i])
+                keep(live, pl, tl, pm, tm, pr, tr, nl[i], fl[i], nm[i], fm[i], nr[i], fr[i])
+                low[i] = mid
                 slide[i] = wp.where(live, slid, slide[i])
-                peak[i] = wp.where(live, pk, peak[i])
-                peak_time[i] = wp.where(live, pt, peak_time[i])
-                peak_slide[i] = wp.where(live, ps, peak_slide[i])
                 deepest[i] = wp.where(live, larger(-gap, deepest[i]), deepest[i])
                 steps[i] = steps[i] + wp.where(live, 1, 0)
-                mode[i] = wp.where(live, mo, mode[i])
+                mode[i] = see(
+                    live, mode[i], time, qt, uo, slid, peak[i], peak_time[i], peak_slide[i]
+                )
         past = time - until
         if rotations.shape[0] > 0:
             for i in range(LANES):
