@@ -71,7 +71,7 @@ ROOMS = (
         "records",
         "files of ground motion: formats, processing, intensity measures, synthetic records",
         "errors units quantity reading model",
-        "numpy scipy tables",
+        "numpy pyarrow scipy tables",
     ),
     _room(
         "case",

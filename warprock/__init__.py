@@ -17,8 +17,8 @@
 Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Contact`, `Start`,
 `Motion`, `Times`, `Sweep`, `Grid`, `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`,
 `Spectrum`, `Study`, `with_unit`, `save_record`. Commands: `run`, `fragility`, `map`, `spectrum`,
-`ida`, `sensitivity`, `sweep`, `compare`, `study`, `body`. Bad input is an `InputError`. Below them
-lie the functions that they call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`,
+`ida`, `sensitivity`, `sweep`, `compare`, `validate`, `study`, `body`. Bad input is an `InputError`.
+Below them lie the functions that they call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`,
 `write_run`.
 
 The names are imported when they are first used, so that `import warprock` is cheap.
@@ -61,6 +61,7 @@ if TYPE_CHECKING:
     from warprock.api.run import Run, run
     from warprock.api.study import study
     from warprock.api.sweep import sweep
+    from warprock.api.validation import validate
     from warprock.case.lanes import LaneSet, expand_lanes
     from warprock.case.text import case_names
     from warprock.engines import ENGINES
@@ -119,6 +120,7 @@ _HOME = {
     "spectrum": "api.analyses",
     "study": "api.study",
     "sweep": "api.sweep",
+    "validate": "api.validation",
     "with_unit": "api.plain",
     "write_run": "run.results",
 }
@@ -169,6 +171,7 @@ __all__ = [
     "spectrum",
     "study",
     "sweep",
+    "validate",
     "with_unit",
     "write_run",
 ]

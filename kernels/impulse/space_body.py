@@ -116,7 +116,7 @@ def find_point(
 
 @wp.func
 def find_contact(
-    knobs: Knobs, foot: real, reach: real, lowest: real, x: real, y: real, z: real,
+    knobs: Knobs, foot: real, reach: real, half_width: real, lowest: real, x: real, y: real, z: real,
     rx: real, ry: real, rz: real, stood_x: real, stood_y: real, ox: real, oy: real, oz: real,
     aim: wp.ref[real], on: wp.ref[real], held: wp.ref[real],
     fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real], apart: wp.ref[real],
@@ -140,7 +140,7 @@ def find_contact(
     xx = xx + a * rx
     xy = xy + a * ry
     yy = yy + b * ry
-    low = touches_as_lowest(g, lowest, reach)
+    low = touches_as_lowest(g, lowest, half_width)
     touching = touching + wp.where(low, one, zero)
     slide_x = slide_x + wp.where(low, x + rx - stood_x, zero)
     slide_y = slide_y + wp.where(low, y + ry - stood_y, zero)

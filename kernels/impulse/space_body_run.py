@@ -30,7 +30,7 @@ from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.modes import RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.space import Block
-from warprock.kernels.shape.space_body import POINTS, Frame, Point, block_attitude
+from warprock.kernels.shape.space_body import MOST_POINTS, Frame, Point, block_attitude
 from warprock.kernels.shape.space_found import BlockResult, Found, Result
 
 wp.set_module_options(ONE_VECTOR)
@@ -39,7 +39,7 @@ R = wp.types.vector(length=LANES, dtype=real)
 """A number a lane."""
 LaneInt = wp.types.vector(length=LANES, dtype=int)
 Three = wp.types.matrix(shape=(3, LANES), dtype=real)
-ROWS = POINTS + 1
+ROWS = MOST_POINTS + 1
 """One more than there are: an even number would put the same point of all matrices in the same
 places of the processor's cache, ten times slower."""
 P = wp.types.matrix(shape=(ROWS, LANES), dtype=real)
@@ -164,7 +164,7 @@ def run_lanes(
             for c in range(rows):
                 for i in range(LANES):
                     find_contact(
-                        knobs, foot[c, i], frames[first + i].reach, lowest[i], x[i], y[i], z[i],
+                        knobs, foot[c, i], frames[first + i].reach, blocks[0, first + i].half_width, lowest[i], x[i], y[i], z[i],
                         rx[c, i], ry[c, i], rz[c, i], stood_x[c, i], stood_y[c, i], ox[i], oy[i],
                         oz[i], aim[c, i], on[c, i], held[c, i], fx[c, i], fy[c, i], n[c, i],
                         apart[c, i], lifted[i], landed[i], count[i], mx[i], my[i], xx[i], xy[i],

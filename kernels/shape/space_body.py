@@ -9,7 +9,7 @@ import warp as wp
 
 from warprock.kernels.shape.space import TOUCH, Block, matrix_of, turns_of
 
-POINTS = 64
+MOST_POINTS = 64
 """Most contact points of a body: rows of what a kernel keeps of them."""
 PLANE = by_precision(1.0e-8, 1.0e-4)
 """Least product of the two principal second moments of points that span a plane, over the square of
@@ -87,9 +87,9 @@ def turns_of_body(block: Block, frame: Frame, qx: real, qy: real, qz: real, qw: 
 
 
 @wp.func
-def touches_as_lowest(gap: real, lowest: real, reach: real) -> bool:
+def touches_as_lowest(gap: real, lowest: real, half_width: real) -> bool:
     """Whether a point counts as touching where a slide is told."""
-    return gap <= lowest + TOUCH * reach
+    return gap <= lowest + TOUCH * half_width
 
 
 @wp.func

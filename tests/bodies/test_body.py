@@ -10,24 +10,14 @@ import pytest
 import trimesh
 
 from tests.shared.meshes import cap, l_profile, turned, write
-from warprock.bodies.body import Asked, Body, find_body, read_asked
+from warprock.bodies.body import Asked, Body, Texts, find_body, read_asked
 from warprock.bodies.case_text import case_of
+from warprock.bodies.rests import heights_at
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import build_case
 from warprock.case.text import parse_case
 from warprock.errors import InputError
-
-PLAIN = {
-    "density": "2000 kg/m^3",
-    "mass": None,
-    "unit": None,
-    "up": "z",
-    "pose": 0,
-    "tolerance": None,
-    "points": 24,
-    "model": "planar",
-    "direction": None,
-}
+from warprock.tables.bodies import body_notes
 
 
 def _body(folder: pathlib.Path, mesh: trimesh.Trimesh, **asked: object) -> Body:
@@ -74,6 +64,17 @@ def test_the_first_lane_is_below_uplift_and_others_are_above(tmp_path: pathlib.P
     np.testing.assert_allclose(ratios, np.linspace(0.5, 4.0, 8), rtol=0.05)
 
 
+def test_a_scan_out_of_level_settles_unless_its_pose_is_asked_for(tmp_path: pathlib.Path):
+    mesh = turned(l_profile(), 3.0, (1.0, 1.0, 0.0))
+    body = _body(tmp_path, mesh)
+    assert math.degrees(body.pose.turn) == pytest.approx(3.0, abs=1e-4)
+    assert body.base.height == pytest.approx(0.1928571, rel=1e-6)
+    with pytest.raises(InputError, match="does not stand as scanned"):
+        _body(tmp_path, mesh, pose=0)
+    # Level, it stands as it is.
+    assert _body(tmp_path, l_profile(), pose=0).pose.turn == 0.0
+
+
 def test_the_axis_that_points_upwards_is_asked_for(tmp_path: pathlib.Path):
     box = trimesh.creation.box((0.4, 0.6, 1.2))
     for up, height, slender in (("z", 1.2, 0.4), ("y", 0.6, 0.4), ("-x", 0.4, 0.6)):
@@ -84,10 +85,10 @@ def test_the_axis_that_points_upwards_is_asked_for(tmp_path: pathlib.Path):
 
 
 def test_a_pose_by_its_number_settles_the_body(tmp_path: pathlib.Path):
-    mesh = turned(l_profile(), 4.0, (1.0, 1.0, 0.0))
-    with pytest.raises(InputError, match=r"--pose 1, turned by 4 deg, does") as error:
+    mesh = turned(l_profile(), 6.0, (1.0, 1.0, 0.0))
+    with pytest.raises(InputError, match=r"--pose 1, turned by 6 deg, does") as error:
         _body(tmp_path, mesh)
-    assert "does not stand as it was scanned" in str(error.value)
+    assert "does not stand as scanned" in str(error.value)
     body = _body(tmp_path, mesh, pose=1)
     assert body.base.height == pytest.approx(0.1928571, rel=1e-6)
     # Turned back about the same axis, so that x and y are where they were.
@@ -103,12 +104,11 @@ def test_a_pose_by_its_number_settles_the_body(tmp_path: pathlib.Path):
     ("mesh", "said"),
     [
         (trimesh.creation.icosphere(4, 0.5), "a body without a stable rest"),
-        (cap(0.5, upside_down=True), "touches the ground at one point alone"),
         (
             turned(trimesh.creation.cylinder(0.3, 1.0), 90.0, (0.0, 1.0, 0.0)),
-            "does not stand as it was scanned",
+            "does not stand as scanned",
         ),
-        (turned(trimesh.creation.box((0.01, 1.0, 1.0)), 0.1, (1, 0, 0)), "does not stand as it"),
+        (trimesh.creation.box((0.01, 1.0, 1.0)), r"falls at a lean of 0\.57 deg"),
     ],
 )
 def test_a_body_that_does_not_stand_is_one_line(
@@ -117,6 +117,32 @@ def test_a_body_that_does_not_stand_is_one_line(
     with pytest.raises(InputError, match=said) as error:
         _body(tmp_path, mesh)
     assert "\n" not in str(error.value)
+
+
+def test_a_bowl_stands_and_is_said_to_roll_on(tmp_path: pathlib.Path):
+    """A half ball on its round side: its centre only rises, so it never turns over."""
+    flat = _body(tmp_path, cap(0.5, upside_down=True), base="flat")
+    assert math.degrees(flat.base.slenderness_angle) < 10.0
+    assert flat.turns_over(0.0)[0].lean == pytest.approx(float(flat.in_plane(0.0)[0]))
+    assert "rolls on, and turns over at 90 deg" in " ".join(body_notes(flat))
+    # With the points that touch as it leans it only rises.
+    hull = _body(tmp_path, cap(0.5, upside_down=True), points=48)
+    heights = heights_at(hull.contacts, np.array([0.0]), np.radians([0.0, 10.0, 20.0, 30.0]))[0]
+    assert (np.diff(heights) > 0.0).all()
+
+
+def test_the_points_of_a_case_turn_over_where_the_body_does(tmp_path: pathlib.Path):
+    """A foot of 0.1 m below a bulge of 0.2 m, 20 mm above the ground, in every direction."""
+    outline = np.array([(0.0, 0.0), (0.1, 0.0), (0.2, 0.02), (0.15, 1.0), (0.0, 1.0)])
+    body = _body(tmp_path, trimesh.creation.revolve(outline, sections=32))
+    height = body.base.height
+    fall = body.turns_over(body.weakest)[0]
+    # Across an edge of its 32-sided outline the bulge lies at 0.2 m cos(pi / 32).
+    aside = 0.2 * np.cos(np.pi / 32)
+    assert fall.lean == pytest.approx(np.arctan2(aside, height - 0.02), rel=0.02)
+    assert fall.rise == pytest.approx(np.hypot(aside, height - 0.02) - height, rel=0.05)
+    assert math.tan(float(body.in_plane(body.weakest)[0])) == pytest.approx(0.1 / height, rel=0.02)
+    assert body.points[:, 2].max() == pytest.approx(0.02, rel=1e-4)
 
 
 def test_a_base_thinned_too_far_is_refused(tmp_path: pathlib.Path):
@@ -140,9 +166,12 @@ def test_a_base_thinned_too_far_is_refused(tmp_path: pathlib.Path):
         ({"direction": "north"}, "--direction: got 'north', must be an angle"),
         ({"up": "w"}, "--up: got 'w', must be one of z, y, x"),
         ({"model": "flat"}, "--model: got 'flat', must be one of planar, spatial"),
+        ({"base": "round"}, "--base: got 'round', must be one of flat, hull"),
         ({"points": 2}, "--points: got 2, must be from 3 to 48"),
     ],
 )
 def test_what_cannot_be_asked_is_one_line(change: dict[str, object], said: str):
+    given = {"density": "2000 kg/m^3"} | change
+    texts = Texts(**{name: given.pop(name) for name in Texts._fields if name in given})
     with pytest.raises(InputError, match=said):
-        read_asked(**(PLAIN | change))
+        read_asked(Asked(**given), texts)

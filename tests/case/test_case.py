@@ -205,9 +205,9 @@ BAD_ADDITIONS = [
     (
         '[[check]]\nkind = "peek"\n',
         "check[0].kind",
-        "got 'peek', must be peaks, housner or boundaries",
+        "got 'peek', must be peaks, housner, boundaries or outcomes",
     ),
-    ("[[check]]\n", "check[0].kind", "got nothing, must be peaks, housner or boundaries"),
+    ("[[check]]\n", "check[0].kind", "got nothing, must be peaks, housner, boundaries or outcomes"),
     (
         '[[check]]\nkind = "housner"\nengine = "impulse"\nbecause = "b"\nlimit = 1.0\n',
         "check[0].limit",

@@ -10,7 +10,7 @@ import tomllib
 from warprock.api.case import Case
 from warprock.api.found import Found
 from warprock.api.names import python_names
-from warprock.bodies.body import POINTS, Body, find_body, read_asked
+from warprock.bodies.body import POINTS, Asked, Body, Texts, find_body, read_asked
 from warprock.bodies.case_text import CASE_FILE, case_of
 from warprock.case.template import Start
 from warprock.figures.body import draw_body
@@ -25,11 +25,13 @@ def body(
     mass: str | None = None,
     unit: str | None = None,
     up: str = "z",
-    pose: int = 0,
+    pose: int | None = None,
     tolerance: str | None = None,
+    base: str = "hull",
     points: int = POINTS,
     model: str = "planar",
     direction: str | None = None,
+    record: str | None = None,
 ) -> BodyFound:
     """A rigid body from its mesh: mass, inertia, what it stands on, and a case of it.
 
@@ -39,44 +41,35 @@ def body(
         mass: Such as "350 kg".
         unit: Unit of lengths in the file; None takes metres if its size looks like that.
         up: Axis of the file that points upwards: "x", "y", "z", "-x", "-y" or "-z".
-        pose: 0 stands as in the file; 1, 2, ... are the poses in which it rests.
-        tolerance: What lies at most so high touches the ground; None is 1 mm.
+        pose: Number of a pose in which it rests; 0 is as in the file, None settles from there.
+        tolerance: What lies at most so high is pressed to the ground; None is 0.3 mm.
+        base: "hull" keeps points above the ground that touch it as the body leans; or "flat".
         points: Contact points that the case may have, from 3 to 48.
         model: "planar", in the plane of the direction, or "spatial".
         direction: Direction of shaking, from x towards y, such as "-25 deg"; None is the weakest.
+        record: A shipped record, or a file that says its unit; None shakes the case by a pulse.
 
     Returns:
-        A `Found` whose table has slenderness angles by direction, and whose `case` runs on a pulse.
+        A `Found` whose table has slenderness angles by direction, and whose `case` is ready to run.
 
     Raises:
-        InputError: An argument or the mesh cannot be used: it has holes, it is several bodies, its
-            size looks like another unit, or it does not stand.
+        InputError: An argument or the mesh cannot be used: holes, several bodies, no rest, mm.
 
     Example:
         >>> import tempfile
         >>> import trimesh
         >>> import warprock as wr
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     slab = trimesh.creation.box((0.5, 0.8, 2.0))
-        ...     _ = slab.export(f"{folder}/slab.ply")
+        ...     _ = trimesh.creation.box((0.5, 0.8, 2.0)).export(f"{folder}/slab.ply")
         ...     found = wr.body(f"{folder}/slab.ply", density="2700 kg/m^3")
         >>> round(found.found.mass), found.table["slenderness_angle_deg"].min().round(2)
         (2160, np.float64(14.04))
     """
     with python_names():
-        asked = read_asked(
-            density=density,
-            mass=mass,
-            unit=unit,
-            up=up,
-            pose=pose,
-            tolerance=tolerance,
-            points=points,
-            model=model,
-            direction=direction,
-        )
-        found = find_body(pathlib.Path(mesh), asked)
-        return BodyFound(found, case_of(found))
+        asked = Asked(unit=unit, up=up, pose=pose, base=base, points=points, model=model)
+        texts = Texts(density, mass, tolerance, direction)
+        found = find_body(pathlib.Path(mesh), read_asked(asked, texts))
+        return BodyFound(found, case_of(found, record))
 
 
 class BodyFound(Found):

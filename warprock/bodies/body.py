@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 import pathlib
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from warprock.bodies.footing import Footing, thinned
+from warprock.bodies.footing import Footing, hull_of
 from warprock.bodies.mesh import Solid, read_solid
-from warprock.bodies.rests import DOWN, STEADY, Rest, hull_points, rest_at, rests_of, rolls
+from warprock.bodies.raised import flat_points, raised_points
+from warprock.bodies.rests import (
+    DOWN,
+    STEADY,
+    Fall,
+    Rest,
+    hull_points,
+    least_lean,
+    rest_at,
+    rests_of,
+    rolls,
+)
 from warprock.bodies.rests import turns_over as hull_turns_over
 from warprock.errors import InputError
 from warprock.quantity import NOTHING, NumberKey, Said
@@ -29,11 +42,16 @@ UPWARDS: dict[str, tuple[float, float, float]] = {
 }
 """Name of an axis of a file -> its direction."""
 MODELS = ("planar", "spatial")
-TOLERANCE = 1e-3
-"""Height over the ground up to which a point touches it [m], where none is named: a gap that a good
-scan can tell, and that an uneven floor has."""
-OTHER_TOLERANCES = (0.3, 1.0, 3.0, 10.0)
-"""Tolerances at which the slenderness angle is listed beside that asked for, over it."""
+BASES = ("flat", "hull")
+SAME_RISE = 1e-5
+"""Rises that differ by so much of the least one are equal."""
+SETTLED = math.radians(5.0)
+"""Turn up to which a body settles from the pose of its file [rad]: scans are out of level."""
+TOLERANCE = 3e-4
+"""Height over the ground up to which a point is pressed to it [m], where none is named: about what
+a good scan can tell."""
+FLAT_TOLERANCES = (3e-4, 1e-3, 3e-3, 1e-2)
+"""Tolerances at which the slenderness angle of a base pressed flat is listed [m]."""
 POINTS = 24
 """Contact points of a case, at most: a round base of so many loses 0.9 % of its radius."""
 LEAST_POINTS, MOST_POINTS = 3, 48
@@ -48,8 +66,11 @@ class Asked:
         density: Density [kg/m^3]; None where the mass is given.
         unit: Unit of lengths in the file; None takes metres if its size looks like that.
         up: Axis of the file that points upwards, of `UPWARDS`.
-        pose: 0 for the pose of the file, or the number of a rest, from 1.
+        pose: The number of a rest, from 1; 0 is the pose of the file as it is, and None the rest
+            next to it, into which the body settles.
         tolerance: Points at most so high above the lowest one touch the ground [m].
+        base: "hull" keeps points above the ground, too, that touch it as the body leans; "flat"
+            leaves them out.
         points: Contact points that the case may have.
         model: "planar" or "spatial".
         direction: Direction of shaking, from the x axis towards y [rad]; None takes the weakest.
@@ -59,8 +80,9 @@ class Asked:
     density: float | None = None
     unit: str | None = None
     up: str = "z"
-    pose: int = 0
+    pose: int | None = None
     tolerance: float = TOLERANCE
+    base: str = "hull"
     points: int = POINTS
     model: str = "planar"
     direction: float | None = None
@@ -78,7 +100,8 @@ class Body:
         inertia: Inertia tensor about the centre of mass over the mass [m^2], shape [3, 3].
         hull: Corners of its convex hull from the centre of mass [m], shape [corner, 3].
         footing: All that it stands on.
-        base: The contact points of the case: those of the footing, thinned.
+        contacts: The contact points of the case from the centre of mass [m], shape [point, 3].
+        base: What it stands on in the case: the lowest of these.
         rests: Poses in which it stands, those that ask for the least turn first.
         pose: The pose; of `rests` where it was asked for by number.
         sha256: SHA-256 of the file.
@@ -91,6 +114,7 @@ class Body:
     inertia: Array
     hull: Array
     footing: Footing
+    contacts: Array
     base: Footing
     rests: tuple[Rest, ...]
     pose: Rest
@@ -104,7 +128,7 @@ class Body:
     @property
     def points(self) -> Array:
         """Contact points of the case [m], shape [point, 3]."""
-        return np.pad(self.base.polygon, ((0, 0), (0, 1)))
+        return np.asarray(self.contacts + np.array([0.0, 0.0, self.base.height]))
 
     @property
     def density(self) -> float:
@@ -116,10 +140,21 @@ class Body:
         """Sizes of the box around it along x, y and z [m], shape [3]."""
         return np.asarray(np.ptp(self.hull, axis=0))
 
+    @functools.cached_property
+    def weakest(self) -> float:
+        """The weakest direction [rad]: that in which its centre rises least until it turns over.
+
+        Of a flat base it is across the nearest edge.
+        """
+        around = np.concatenate([self.base.edge_directions(), np.radians(np.arange(-179.0, 181.0))])
+        rises = np.array([fall.rise for fall in self.turns_over(*around)])
+        weak = around[rises <= rises.min() * (1.0 + SAME_RISE)]
+        return float(min(weak, key=lambda angle: (round(abs(angle), 6), -angle)))
+
     @property
     def direction(self) -> float:
         """Direction of shaking [rad]: that asked for, or the weakest."""
-        return self.base.weakest if self.asked.direction is None else self.asked.direction
+        return self.weakest if self.asked.direction is None else self.asked.direction
 
     @property
     def frequency_parameter(self) -> float:
@@ -134,19 +169,18 @@ class Body:
         """Slenderness angles of the base of the case in planes of shaking [rad]."""
         return self.base.in_plane(np.array(directions))
 
-    def turns_over(self, directions: Array) -> Array:
-        """Lean at which the body turns over in a plane, rolling on its hull [rad].
+    def turns_over(self, *directions: float) -> list[Fall]:
+        """Where it turns over in planes of shaking, rolling on the contact points of the case.
 
         Args:
-            directions: From the x axis towards y [rad], shape [direction].
+            directions: From the x axis towards y [rad].
         """
-        return hull_turns_over(self.hull, directions, self.asked.tolerance)
+        return hull_turns_over(self.contacts, np.array(directions))
 
     def by_tolerance(self) -> list[tuple[float, float]]:
-        """Tolerances [m] and the slenderness angle in the weakest direction at each [rad]."""
+        """Tolerances [m], and the least slenderness angle of a base pressed flat at each [rad]."""
         found = []
-        for factor in OTHER_TOLERANCES:
-            tolerance = factor * self.asked.tolerance
+        for tolerance in FLAT_TOLERANCES:
             rest = rest_at(self.hull, DOWN, tolerance)
             found.append((tolerance, rest.footing.slenderness_angle))
         return found
@@ -163,35 +197,41 @@ _READ = {
 """Options that are quantities."""
 
 
-def read_asked(
-    *,
-    density: str | None,
-    mass: str | None,
-    unit: str | None,
-    up: str,
-    pose: int,
-    tolerance: str | None,
-    points: int,
-    model: str,
-    direction: str | None,
-) -> Asked:
-    """What is asked, from the texts of options; each is a field of `Asked`.
+class Texts(NamedTuple):
+    """Quantities as they are written, with their units; None where one is left out."""
+
+    density: str | None = None
+    mass: str | None = None
+    tolerance: str | None = None
+    direction: str | None = None
+
+
+def read_asked(asked: Asked, texts: Texts) -> Asked:
+    """What is asked, with quantities from the texts of options.
 
     Raises:
-        InputError: One cannot be used.
+        InputError: Something cannot be used.
     """
-    texts = {"density": density, "mass": mass, "tolerance": tolerance, "direction": direction}
-    read: dict[str, float] = {}
-    for name, text in texts.items():
-        if text is None:
-            continue
-        try:
-            read[name] = _READ[name].read(text).value
-        except ValueError as error:
-            raise InputError(f"--{name}", "", text, str(error)) from None
-    asked = Asked(unit=unit, up=up, pose=pose, points=points, model=model, **read)
-    _judge(asked)
-    return asked
+    read = {name: _quantity(name, text) for name, text in texts._asdict().items()}
+    whole = dataclasses.replace(
+        asked,
+        density=read["density"],
+        mass=read["mass"],
+        direction=read["direction"],
+        tolerance=TOLERANCE if read["tolerance"] is None else read["tolerance"],
+    )
+    _judge(whole)
+    return whole
+
+
+def _quantity(name: str, text: str | None) -> float | None:
+    """The value of an option in SI units or rad."""
+    if text is None:
+        return None
+    try:
+        return _READ[name].read(text).value
+    except ValueError as error:
+        raise InputError(f"--{name}", "", text, str(error)) from None
 
 
 def find_body(path: pathlib.Path, asked: Asked) -> Body:
@@ -209,7 +249,12 @@ def find_body(path: pathlib.Path, asked: Asked) -> Body:
     points = hull_points(solid) - solid.centre
     pose = _pose(str(path), asked, points, rests)
     footing = pose.footing
-    base = Footing(thinned(footing.polygon, asked.points), footing.height)
+    hull = points @ pose.rotation.T
+    contacts = flat_points(footing, asked.points)
+    if asked.base == "hull":
+        contacts = raised_points(hull, footing, asked.points, asked.tolerance)
+    low = contacts[contacts[:, 2] <= -footing.height]
+    base = Footing(hull_of(low[:, :2]), footing.height)
     if base.arm <= 0.0:
         allowed = f"must be more: the body falls off a base of {asked.points} points"
         raise InputError("--points", "", asked.points, allowed)
@@ -222,8 +267,9 @@ def find_body(path: pathlib.Path, asked: Asked) -> Body:
         solid.volume,
         mass,
         turn @ solid.inertia @ turn.T,
-        points @ turn.T,
+        hull,
         footing,
+        contacts,
         base,
         rests,
         pose,
@@ -243,6 +289,8 @@ def _judge(asked: Asked) -> None:
         raise InputError("--density", "", got, allowed)
     if asked.up not in UPWARDS:
         raise InputError("--up", "", asked.up, f"must be one of {', '.join(UPWARDS)}")
+    if asked.base not in BASES:
+        raise InputError("--base", "", asked.base, f"must be one of {', '.join(BASES)}")
     if asked.model not in MODELS:
         raise InputError("--model", "", asked.model, f"must be one of {', '.join(MODELS)}")
     if not LEAST_POINTS <= asked.points <= MOST_POINTS:
@@ -272,26 +320,22 @@ def _pose(source: str, asked: Asked, points: Array, rests: tuple[Rest, ...]) -> 
     if asked.pose:
         if not 1 <= asked.pose <= len(rests):
             known = f"from 1 to {len(rests)}" if rests else "0: it stands in no other pose"
-            raise InputError(
-                "--pose", "", asked.pose, f"must be 0, the pose of the file, or {known}"
-            )
+            allowed = f"must be 0, the pose of the file, or {known}"
+            raise InputError("--pose", "", asked.pose, allowed)
         return rests[asked.pose - 1]
+    if asked.pose is None and rests and rests[0].turn < SETTLED:
+        return rests[0]
     pose = rest_at(points, DOWN, asked.tolerance)
     why = _falls(pose.footing, points)
     if not why:
         return pose
     if not rests:
-        allowed = "must stand in some pose without rolling away"
-        raise InputError(source, "", Said(f"a body without a stable rest: it {why}"), allowed)
-    nearest = rests[0]
-    allowed = (
-        f"must stand: --pose 1, turned by {np.degrees(nearest.turn):.3g} deg, does"
-        f"{'' if len(rests) == 1 else f' (poses 1 to {len(rests)} do)'}, or say --up or a larger "
-        "--tolerance"
-    )
-    raise InputError(
-        source, "", Said(f"a body that does not stand as it was scanned: it {why}"), allowed
-    )
+        got = Said(f"a body without a stable rest: it {why}")
+        raise InputError(source, "", got, "must stand in some pose without rolling away")
+    turn = np.degrees(rests[0].turn)
+    more = "" if len(rests) == 1 else f" (poses 1 to {len(rests)} do)"
+    allowed = f"must stand: --pose 1, turned by {turn:.3g} deg, does{more}, or say --up"
+    raise InputError(source, "", Said(f"a body that does not stand as scanned: it {why}"), allowed)
 
 
 def _falls(footing: Footing, points: Array) -> str:
@@ -301,7 +345,7 @@ def _falls(footing: Footing, points: Array) -> str:
         return f"touches the ground at {'one point' if count == 1 else 'points of one line'} alone"
     if footing.slenderness_angle <= 0.0:
         return f"has its centre of mass {-1e3 * footing.arm:.3g} mm outside its contact points"
-    if footing.slenderness_angle < STEADY:
-        lean = np.degrees(footing.slenderness_angle)
-        return f"falls when it leans {lean:.2g} deg, less than {np.degrees(STEADY):.2g} deg"
+    least = least_lean(points, footing)
+    if least < STEADY:
+        return f"falls at a lean of {np.degrees(least):.2g} deg, less than {np.degrees(STEADY):.2g}"
     return "rolls" if rolls(points, footing) else ""

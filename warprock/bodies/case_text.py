@@ -8,7 +8,7 @@ import numpy as np
 
 from warprock.bodies.body import Body
 from warprock.case.load import build_case
-from warprock.case.template import Start
+from warprock.case.template import Start, TakenRecord, take_record
 from warprock.case.text import parse_case
 from warprock.case.writing import toml_text
 from warprock.errors import is_plain, shortened
@@ -20,38 +20,36 @@ PULSE = 2.0
 length overturn with the least acceleration of their own size."""
 LOWEST, HIGHEST, STEPS = 0.5, 4.0, 8
 """Amplitudes of the pulse, over that which lifts the body, and how many."""
+STRONGEST, SCALES = 8.0, 16
+"""Peak acceleration of the strongest record over that which lifts the body, and how many there are:
+a record falls below its peak sooner than a pulse."""
 FRICTION = 0.7
 DURATION = 10.0
 
 
-def case_of(body: Body) -> Start:
+def case_of(body: Body, record: str | None = None) -> Start:
     """The case of a body, judged as any case is.
-
-    Raises:
-        InputError: The body is beyond what a case may hold.
-    """
-    text = case_text(body)
-    case = build_case(body.name, CASE_FILE, None, parse_case(text, CASE_FILE))
-    return Start(text, case.lane_count, {})
-
-
-def case_text(body: Body) -> str:
-    """The case of a body.
 
     Args:
         body: The body.
+        record: Name of a shipped record, or a file; None shakes it by a pulse.
 
-    Returns:
-        The text of a case file: the body, friction, a pulse in its direction, amplitudes from half
-        of what lifts it.
+    Raises:
+        InputError: The body is beyond what a case may hold, or the record is none.
     """
-    asked, degrees = body.asked, math.degrees(body.direction)
+    taken = None if record is None else take_record(record)
+    text = _case_text(body, taken)
+    case = build_case(body.name, CASE_FILE, None, parse_case(text, CASE_FILE))
+    return Start(text, case.lane_count, {} if taken is None else taken.beside)
+
+
+def _case_text(body: Body, taken: TakenRecord | None) -> str:
+    """The text of the case: the body, friction, and a motion from half of what lifts it."""
+    asked = body.asked
     name = body.file.name if is_plain(body.file.name) else "a mesh"
-    lift = math.tan(float(body.in_plane(body.direction)[0]))
-    frequency = PULSE * body.frequency_parameter / (2.0 * math.pi)
-    tops = ", ".join(f'"{_two(share * lift)} g"' for share in np.linspace(LOWEST, HIGHEST, STEPS))
-    pose = "as scanned" if asked.pose == 0 else f"rest {asked.pose}"
-    title = shortened(f"{body.name if is_plain(body.name) else 'A body'} on a pulse")
+    pose = f"pose {asked.pose}" if asked.pose else "as scanned"
+    shaken = "a pulse" if taken is None else "a record"
+    title = shortened(f"{body.name if is_plain(body.name) else 'A body'} on {shaken}")
     source = f"Mesh {shortened(name)}, {pose}; mass, inertia and base by warprock body."
     lines = [
         f"# A body from a mesh, made by `warprock body`: what it is stands in [block]. {_LEGEND}",
@@ -65,15 +63,26 @@ def case_text(body: Body) -> str:
         "[contact]",
         f'friction = {FRICTION}   # yours: a coefficient, or a friction angle such as "35 deg"',
         "",
+        *(_pulse(body) if taken is None else _record(body, taken)),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _pulse(body: Body) -> list[str]:
+    """The tables of a motion that its user replaces."""
+    lift = _lift(body)
+    frequency = PULSE * body.frequency_parameter / (2.0 * math.pi)
+    tops = ", ".join(f'"{_two(share * lift)} g"' for share in np.linspace(LOWEST, HIGHEST, STEPS))
+    return [
         '# Replace this pulse by the motion of your site: waveform = "record", record = "FILE.csv"',
         "# (warprock records import), without control, frequency, amplitude and cycles.",
         "[motion]",
         'waveform = "sine"',
         'control = "acceleration"',
         f'frequency = "{_two(frequency)} Hz"',
-        f'amplitude = "{_two(2.0 * lift)} g"   # g tan(slenderness angle) is {_two(lift)} g',
+        f'amplitude = "{_two(2.0 * lift)} g"   # {_two(lift)} g lifts the body',
         "cycles = 1",
-        f'direction = "{round(degrees, 3) + 0.0:g} deg"   # {_direction_note(body)}',
+        _direction(body),
         "",
         "[run]",
         f'duration = "{DURATION:g} s"',
@@ -83,7 +92,32 @@ def case_text(body: Body) -> str:
         "[[sweep]]",
         f"motion.amplitude = [{tops}]",
     ]
-    return "\n".join(lines) + "\n"
+
+
+def _record(body: Body, taken: TakenRecord) -> list[str]:
+    """The tables of a record, scaled to peak accelerations."""
+    lift = _lift(body)
+    ends = f'from = "{_two(LOWEST * lift)} g", to = "{_two(STRONGEST * lift)} g"'
+    return [
+        "[motion]",
+        'waveform = "record"',
+        toml_text({"record": taken.name}).strip(),
+        f'target_pga = "{_two(lift)} g"   # scaled to this peak acceleration, which lifts the body',
+        _direction(body),
+        "",
+        "[run]",
+        f'duration = "{taken.duration}"',
+        'sample_interval = "20 ms"',
+        "",
+        "# One lane for each peak acceleration.",
+        "[[sweep]]",
+        f"motion.target_pga = {{ {ends}, count = {SCALES} }}",
+    ]
+
+
+def _lift(body: Body) -> float:
+    """Base acceleration in the direction that lifts a body, over g."""
+    return math.tan(float(body.in_plane(body.direction)[0]))
 
 
 _LEGEND = "Lines after #\n# are comments; `warprock keys` says of every key what it may hold."
@@ -92,6 +126,8 @@ _LEGEND = "Lines after #\n# are comments; `warprock keys` says of every key what
 def _block(body: Body) -> list[str]:
     """The table [block]."""
     tolerance = f"{1e3 * body.asked.tolerance:.3g} mm"
+    raised = (body.contacts[:, 2] > -body.base.height).any()
+    more = "; of others their height" if raised else ""
     tensor = body.mass * body.inertia
     six = [tensor[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
     largest = max(abs(each) for each in six)
@@ -104,7 +140,7 @@ def _block(body: Body) -> list[str]:
         f'centre = ["0 m", "0 m", "{body.base.height:.5g} m"]   # centre of mass',
         "# About the centre of mass [kg m^2]: xx, yy, zz, xy, xz, yz (xy = -integral of x y dm).",
         f"inertia = [{texts}]",
-        f"# Contact points [m]: what lies within {tolerance} of the ground, pressed flat.",
+        f"# Contact points [m]: what lies within {tolerance} of the ground, pressed to it{more}.",
         "base = [",
         *points,
         "]",
@@ -112,13 +148,15 @@ def _block(body: Body) -> list[str]:
     ]
 
 
-def _direction_note(body: Body) -> str:
-    """What the direction is."""
-    angle = math.degrees(float(body.in_plane(body.direction)[0]))
+def _direction(body: Body) -> str:
+    """The key of the direction, and what it is."""
+    lean = math.degrees(body.turns_over(body.direction)[0].lean)
+    note = f"it turns over at a lean of {lean:.3g} deg"
     if body.asked.direction is None:
-        return f"the weakest: slenderness angle {angle:.3g} deg; from x towards y"
-    weakest = math.degrees(body.base.weakest)
-    return f"slenderness angle {angle:.3g} deg; the weakest is {weakest:.3g} deg"
+        note = f"from x towards y, the weakest: {note}"
+    else:
+        note += f"; the weakest direction is {math.degrees(body.weakest):.3g} deg"
+    return f'direction = "{round(math.degrees(body.direction), 3) + 0.0:g} deg"   # {note}'
 
 
 def _two(value: float) -> str:

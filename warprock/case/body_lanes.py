@@ -23,6 +23,9 @@ Array = npt.NDArray[np.float64]
 DIRECTION = "motion.direction"
 """Key of the direction of shaking."""
 
+_BOX = tuple(f"block.{name}" for name in ("width", "height", "depth"))
+"""Keys of the box around a body, in the order of their columns."""
+
 _SIDES = ("left", "right")
 """What columns call the sides at -x and at +x."""
 
@@ -163,15 +166,17 @@ def _start(values: LaneValues, bodies: Bodies, *, in_space: bool) -> Array:
     return np.zeros(len(values.lanes))
 
 
-def body_columns(values: LaneValues, lanes: Lanes) -> dict[str, object]:
+def body_columns(values: LaneValues, table: Body, lanes: Lanes) -> dict[str, object]:
     """Input columns of bodies."""
     body = lanes.body
     assert body is not None
     columns: dict[str, object] = {**key_column("block.mass", body.mass)}
+    # Whatever an ensemble or a sweep moves is given in the table of its first lane, too.
+    given = table.model_fields_set
     for name in ("base_scale", "corner_radius"):
-        if values.given(f"block.{name}"):
+        if name in given:
             columns |= key_column(f"block.{name}", values.numbers(f"block.{name}"))
-    columns |= key_column("block.height", lanes.height)
+    columns |= lane_columns(_BOX, lanes)
     columns |= lane_columns(["contact.friction", "contact.angular_restitution"], lanes)
     columns |= computed("slenderness_angle", lanes.slenderness_angle)
     for side, angle in zip(_SIDES, lanes.slenderness_angles.T, strict=True):

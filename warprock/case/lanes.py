@@ -22,7 +22,7 @@ from warprock.case.columns import computed, key_column, lane_columns
 from warprock.case.ensemble import CELL_COLUMNS
 from warprock.case.ground_motions import lane_motions
 from warprock.case.keys import general_key
-from warprock.case.release import release_columns, release_of
+from warprock.case.release import release_columns, released
 from warprock.case.round_base import refuse_in_space, round_keys
 from warprock.case.run import DURATION
 from warprock.case.space import optional, spatial_because, spatial_columns, spatial_lanes
@@ -240,17 +240,16 @@ def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions,
     if in_space:
         blocks = spatial_lanes(values, blocks)
     if body is not None:
-        columns = body_columns(values, blocks)
+        columns = body_columns(values, body, blocks)
     else:
         columns = stack_columns(blocks) if stacked else _block_columns(blocks)
     for number, key in round_keys(values).items():
         columns |= key_column(general_key(key), values.numbers(key), number)
     if isinstance(blocks, SpatialLanes):
         columns |= spatial_columns(blocks)
-    release = None if blocks.stacked else release_of(values, blocks)
-    if release is not None:
-        blocks = dataclasses.replace(blocks, release=release)
-        columns |= release_columns(values, blocks)
+    if not blocks.stacked:
+        blocks = released(values, blocks)
+        columns |= release_columns(values)
     motions, more = lane_motions(values, blocks)
     if values.swept(DURATION):
         more |= key_column(DURATION, values.numbers(DURATION))

@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from warprock.cli import completion
 from warprock.cli.options import json_option, output_to
 from warprock.cli.pages import asked_command, leave
 
@@ -26,15 +27,21 @@ from warprock.cli.pages import asked_command, leave
 @click.option(
     "--pose",
     type=int,
-    default=0,
-    show_default=True,
-    help="0 stands as in the file; 1, 2, ... is a pose in which it rests, as listed.",
+    help="Number of a pose in which it rests, as listed; 0 is that of the file as it is. Without, "
+    "the rest next to that, into which it settles.",
 )
 @click.option(
     "--tolerance",
     metavar="LENGTH",
-    help="What lies at most so high above its lowest point touches the ground. 1 mm without: a gap "
-    "that a good scan tells and an uneven floor has. The slenderness angle may hang on it.",
+    help="What lies at most so high above its lowest point is pressed to the ground; 0.3 mm "
+    "without, about what a good scan can tell.",
+)
+@click.option(
+    "--base",
+    default="hull",
+    show_default=True,
+    help="hull: what touches the ground, and what touches it as the body leans, of a base that is "
+    "not flat; flat: the first alone.",
 )
 @click.option(
     "--points",
@@ -54,17 +61,32 @@ from warprock.cli.pages import asked_command, leave
     metavar="ANGLE",
     help='Direction of shaking, from x towards y, such as "-25 deg"; the weakest without.',
 )
+@click.option(
+    "--record",
+    shell_complete=completion.records,
+    help="A shipped record, or a file that says its unit, in the place of a pulse.",
+)
 @output_to("Folder for the case, a figure and a page; made if it does not exist.", metavar="CASE")
 @json_option
-def body(mesh: pathlib.Path, folder: pathlib.Path | None, as_json: bool, **asked: Any) -> None:
+def body(
+    mesh: pathlib.Path,
+    record: str | None,
+    folder: pathlib.Path | None,
+    as_json: bool,
+    density: str | None,
+    mass: str | None,
+    tolerance: str | None,
+    direction: str | None,
+    **asked: Any,
+) -> None:
     """A body from a MESH (PLY, OBJ, STL): what it weighs, where it stands on, which way it falls.
 
     The mesh is closed and one body; the extra `mesh` brings what reads it. With -o its case is
-    written, ready to run on a pulse that you replace by a motion of your own.
+    written, ready to run on the record, or on a pulse that you replace by a motion of your own.
 
     For example: warprock body statue.ply --density "2700 kg/m^3" -o statue
     """
-    from warprock.bodies.body import find_body, read_asked
+    from warprock.bodies.body import Asked, Texts, find_body, read_asked
     from warprock.bodies.case_text import CASE_FILE, case_of
     from warprock.figures.body import draw_body
     from warprock.run.catalogue import write_case
@@ -72,8 +94,9 @@ def body(mesh: pathlib.Path, folder: pathlib.Path | None, as_json: bool, **asked
     from warprock.tables.bodies import body_report
     from warprock.tables.terminal import print_end, print_json, print_written
 
-    found = find_body(mesh, read_asked(**asked))
-    start = case_of(found)
+    texts = Texts(density, mass, tolerance, direction)
+    found = find_body(mesh, read_asked(Asked(**asked), texts))
+    start = case_of(found, record)
     report = body_report(found, "CASE" if folder is None else shlex.quote(str(folder)))
     files: list[pathlib.Path] = []
     if folder is not None:

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.analysis.scores import rank_correlation
-from warprock.compare.observed import MEASURED
+from warprock.compare.observations import MEASURED
 from warprock.compare.validation import Judged, Validation
 from warprock.model.response import FIELDS, USABLE
 

@@ -12,7 +12,7 @@ from warprock.case.case import Case
 from warprock.case.check import OutcomesCheck
 from warprock.case.lanes import LaneSet
 from warprock.compare.check_row import CheckRow
-from warprock.compare.observed import Tests, read_tests
+from warprock.compare.observations import ObservedTests, read_tests
 from warprock.compare.validation import Judged, judge
 from warprock.errors import InputError
 from warprock.model.response import Response, Status
@@ -61,7 +61,7 @@ def outcome_rows(
     ]
 
 
-def _within(tests: Tests, lanes: npt.NDArray[np.intp]) -> Tests:
+def _within(tests: ObservedTests, lanes: npt.NDArray[np.intp]) -> ObservedTests:
     """The tests of which all lanes are among some lanes."""
     inside = np.flatnonzero(np.isin(tests.lanes, lanes).all(axis=1))
     return dataclasses.replace(
@@ -74,7 +74,7 @@ def _within(tests: Tests, lanes: npt.NDArray[np.intp]) -> Tests:
     )
 
 
-def _note(found: Judged, tests: Tests) -> str:
+def _note(found: Judged, tests: ObservedTests) -> str:
     """How many tests were said rightly, and how many have no lane with numbers."""
     scores = found.scores
     right = scores.hits + scores.correct_rejections

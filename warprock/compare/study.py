@@ -21,7 +21,9 @@ from warprock.case.case import Case
 from warprock.case.columns import input_meaning
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.study import Study, Variation
-from warprock.compare.checks import REFERENCE, compare_with_housner, lane_name, plain_row
+from warprock.compare.checks import REFERENCE, compare_with_housner
+from warprock.compare.lane_names import lane_name
+from warprock.compare.plain import plain_row
 from warprock.engines import engine_class
 from warprock.engines.launching import Form, Target
 from warprock.errors import InputError

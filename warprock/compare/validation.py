@@ -30,7 +30,7 @@ from warprock.analysis.scores import Paired, Prediction, Scores, compare_pair, s
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.compare.beside import require_programs, require_scene, run_peer
-from warprock.compare.observed import Source, Tests, read_tests
+from warprock.compare.observations import ObservedTests, Source, read_tests
 from warprock.compare.settings import OPTION, case_asked, plain_name, require_known
 from warprock.engines import ENGINES
 from warprock.errors import InputError, listed
@@ -118,7 +118,7 @@ class Validation:
 
     case: Case
     lane_set: LaneSet
-    tests: Tests
+    tests: ObservedTests
     group: str
     records: Places
     engines: tuple[Judged, ...]
@@ -142,7 +142,7 @@ def run_validation(
     Args:
         case: The case.
         engines: Names of engines and of programs, each with settings of its own or without.
-        observed: The tests, see `warprock.compare.observed`; None takes the label `observed` of
+        observed: The tests, see `warprock.compare.observations`; None takes the label `observed` of
             the case.
         options: How its lanes are run.
         column: Column of the outcome in the file.
@@ -208,7 +208,7 @@ def judge(
     response: Response,
     name: str,
     lane_set: LaneSet,
-    tests: Tests,
+    tests: ObservedTests,
     records: Places,
     shakings: Sequence[Shaking] = (),
 ) -> Judged:
@@ -252,7 +252,7 @@ def judge(
     return Judged(name, said, prediction, scores, table, tuple(curves))
 
 
-def _groups(lane_set: LaneSet, tests: Tests, group: str | None) -> tuple[str, Places]:
+def _groups(lane_set: LaneSet, tests: ObservedTests, group: str | None) -> tuple[str, Places]:
     """The column that says which tests share a ground motion, and its number for every test."""
     first = lane_set.inputs.iloc[tests.lanes[:, 0]]
     name = group or (RECORD if RECORD in first else "")
@@ -266,7 +266,7 @@ def _groups(lane_set: LaneSet, tests: Tests, group: str | None) -> tuple[str, Pl
     return name, np.asarray(pd.factorize(values)[0], dtype=np.intp)
 
 
-def _shakings(lane_set: LaneSet, tests: Tests, records: Places) -> Iterator[Shaking]:
+def _shakings(lane_set: LaneSet, tests: ObservedTests, records: Places) -> Iterator[Shaking]:
     """What was observed over the intensity measures that the lanes have and that vary."""
     for column in MEASURES:
         if column not in lane_set.inputs:
@@ -280,7 +280,9 @@ def _shakings(lane_set: LaneSet, tests: Tests, records: Places) -> Iterator[Shak
         yield Shaking(column, intensity, seen, fit, band)
 
 
-def _baselines(shakings: Sequence[Shaking], tests: Tests, records: Places) -> Iterator[Judged]:
+def _baselines(
+    shakings: Sequence[Shaking], tests: ObservedTests, records: Places
+) -> Iterator[Judged]:
     """What each intensity measure says alone."""
     for each in shakings:
         name = MEASURES[each.column]
@@ -294,7 +296,7 @@ def _baselines(shakings: Sequence[Shaking], tests: Tests, records: Places) -> It
         yield Judged(name, everything, said, scores, threshold=threshold)
 
 
-def _pair(a: Judged, b: Judged, tests: Tests, records: Places) -> Paired:
+def _pair(a: Judged, b: Judged, tests: ObservedTests, records: Places) -> Paired:
     """Two predictors on the tests that both say something of."""
     both = np.intersect1d(a.tests, b.tests)
     said = [each.said.take(np.searchsorted(each.tests, both)) for each in (a, b)]

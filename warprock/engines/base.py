@@ -74,8 +74,11 @@ class AbstractEngine(abc.ABC):
         if scene.rounded and not cls.rounded:
             return f"{cls.name} has sharp corners, and the case rounds them (block.corner_radius)"
         where = "space" if scene.spatial else "plane"
+        if scene.moving and scene.bodies:
+            return f"{cls.name} lets bodies go from rest, and the case {scene.moving}"
         if scene.moving and where not in cls.starts_moving:
-            return f"{cls.name} lets blocks go from rest, and the case {scene.moving}"
+            place = "in space" if scene.spatial else "in the plane"
+            return f"{cls.name} lets blocks go from rest {place}, and the case {scene.moving}"
         declined = cls.declines(scene)
         if declined is None and cls.restitution is not None and scene.restitution_given:
             return (

@@ -242,7 +242,9 @@ def _with_ground(columns: dict[str, Array]) -> dict[str, Array]:
     }
 
 
-def equivalent_restitution(lanes: Lanes, settings: DemSettings | None = None) -> Array:
+def equivalent_restitution(
+    lanes: Lanes, settings: DemSettings | None = None, base: GroundMotions | None = None
+) -> Array:
     """Angular restitution of a rigid block that swings back as far as the one on springs [-].
 
     The root of the ratio of the energies at the first turn on the other side and at the release,
@@ -253,6 +255,8 @@ def equivalent_restitution(lanes: Lanes, settings: DemSettings | None = None) ->
     Args:
         lanes: Single blocks, released from `rotation_start`, not zero.
         settings: Defaults where None.
+        base: Motions of a base that stays where it is, of a kind whose kernel is at hand; none
+            where None.
 
     Returns:
         Shape [lane].
@@ -263,7 +267,7 @@ def equivalent_restitution(lanes: Lanes, settings: DemSettings | None = None) ->
     quarter = rocking.quarter_period(lanes.width, lanes.height, lanes.rotation_start)
     duration = 2.5 * float(np.max(quarter))
     times = SampleTimes(duration, duration / TURN_SAMPLES)
-    response = Dem(settings).run(lanes, StillBase(lanes.lane_count), times)
+    response = Dem(settings).run(lanes, base or StillBase(lanes.lane_count), times)
     away = -np.sign(lanes.rotation_start)[:, None] * response["rotation"]
     turn = np.maximum(away.max(axis=1), 0.0)
     angle = lanes.slenderness_angle

@@ -9,11 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.blocks import spatial_columns, throw_columns
+from warprock.engines.blocks import start_columns, throw_columns
 from warprock.engines.bodies import Corners, box_bodies
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, time_or_nan
+from warprock.engines.energy import nearest_edge
 from warprock.engines.launching import Form, Found, Kernel
 from warprock.engines.soundness import account_in_space, unstable
+from warprock.engines.spatial_bodies import point_rows, quickest, spatial_inputs
 from warprock.engines.workload import step_limit
 from warprock.model import rocking
 from warprock.model.bodies import Bodies
@@ -68,8 +70,8 @@ class Event(AbstractEngine):
     settings_type = EventSettings
     order: ClassVar[int | None] = 2
     spatial: ClassVar[bool] = True
-    starts_moving: ClassVar[tuple[str, ...]] = ("space",)
-    bodies: ClassVar[tuple[bool, bool]] = (True, False)
+    starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
+    bodies: ClassVar[tuple[bool, bool]] = (True, True)
     rounded: ClassVar[bool] = True
     restitution: ClassVar[str | None] = None
     rests_exactly: ClassVar[bool] = True
@@ -82,6 +84,11 @@ class Event(AbstractEngine):
             return (
                 f"event finds the angular restitution {where} from its contact law and cannot "
                 "follow the prescribed contact.angular_restitution"
+            )
+        if scene.restitution_given and scene.moving:
+            return (
+                "event lets blocks go from rest where contact.angular_restitution is prescribed, "
+                f"and the case {scene.moving}"
             )
         return None
 
@@ -96,6 +103,9 @@ class Event(AbstractEngine):
         friction = "box" if self.settings.friction_box else "cone"
         if scene.stacked:
             return Kernel("event_space/space_stack_run", friction=friction)
+        if scene.bodies:
+            rows = point_rows(scene)
+            return Kernel("event_space/space_body_run", friction=friction, points=rows)
         if scene.moving:
             return Kernel("event_space/thrown_run", friction=friction)
         if self.target.kernel_form is Form.PACKED and friction == "cone":
@@ -108,6 +118,9 @@ class Event(AbstractEngine):
 
     def _own_step(self, lanes: Lanes) -> Array:
         """Longest step [s]: a part of 1 / p, the largest of blocks, and in space of both planes."""
+        if lanes.body is not None and lanes.spatial:
+            fastest = quickest(lanes.body)
+            return np.asarray(np.minimum(self.settings.time_step, PHASE_STEP / fastest))
         if lanes.body is not None:
             fastest = Corners.of(lanes.body).fastest_rate(lanes.body.gyration)
             return np.asarray(np.minimum(self.settings.time_step, PHASE_STEP / fastest))
@@ -132,7 +145,7 @@ class Event(AbstractEngine):
         }
         if lanes.spatial:
             per_lane["rest_gap"] = _rest_gap(lanes, self.settings)
-            columns = {"blocks": spatial_columns(lanes), "lanes": per_lane, "knobs": knobs}
+            columns = spatial_inputs(lanes) | {"lanes": per_lane, "knobs": knobs}
             return columns | ({"throws": throw_columns(lanes)} if lanes.moving else {})
         if lanes.stacked:
             per_lane["mass"] = lanes.mass.sum(axis=1)
@@ -147,7 +160,7 @@ class Event(AbstractEngine):
             return {"blocks": blocks, "knobs": knobs} | others
         blocks = _single_blocks(lanes, self.settings)
         blocks |= {name: each[:, None] for name, each in per_lane.items()}
-        return {"blocks": blocks, "starts": lanes.rotation_start, "knobs": knobs}
+        return {"blocks": blocks, "knobs": knobs} | start_columns(lanes)
 
     def fields(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
@@ -215,6 +228,10 @@ def _stacked_blocks(lanes: Lanes, settings: EventSettings) -> dict[str, Array]:
 
 def _rest_gap(lanes: Lanes, settings: EventSettings) -> Array:
     """Rise of a corner from which a block in space rests [m], the least of a lane, shape [lane]."""
+    if lanes.body is not None:
+        edge, height = np.maximum(nearest_edge(lanes), 0.0), lanes.body.centre_height
+        size = lanes.body.reaches.min(axis=1)
+        return np.asarray(settings.rest_rotation_ratio * np.arctan2(edge, height) * size)
     face = np.minimum(lanes.face_width, lanes.face_depth)
     gap = settings.rest_rotation_ratio * np.arctan2(face, lanes.height) * face
     return np.asarray(gap.reshape(lanes.lane_count, -1).min(axis=1))

@@ -146,7 +146,8 @@ def launch(
         times: Duration and sampling.
         blocks: Fields of the struct of its argument `blocks`, shape [lane, block] each.
         others: What the kernel takes besides, by the names of its arguments: fields of the struct
-            of `lanes`, shape [lane] each; numbers; a Warp struct.
+            of `lanes`, shape [lane] each, or [lane, number] where it takes several of a lane;
+            numbers; a Warp struct.
     """
     lane_count, block_count = next(iter(blocks.values())).shape
     count = -(-lane_count // module.LANES) * module.LANES
@@ -235,11 +236,12 @@ def _pool_and_rows(struct: Any, motions: GroundMotions, count: int) -> tuple[Arr
     """
     pools, rows, first = [], [], 0
     for part in motions.components:
-        placed = part
-        if isinstance(part, RecordMotions):
-            placed = dataclasses.replace(part, offset=(part.offset + first).astype(np.int32))
+        placed = part.compact()
+        if isinstance(placed, RecordMotions):
+            placed = dataclasses.replace(placed, offset=(placed.offset + first).astype(np.int32))
+        pool = placed.pool
         names = np.dtype(struct.numpy_dtype()).names or ()
         rows.append(struct_rows(struct, {name: getattr(placed, name) for name in names}, count))
-        pools.append(part.pool)
-        first += part.pool.shape[1]
+        pools.append(pool)
+        first += pool.shape[1]
     return np.concatenate(pools, axis=1), np.stack(rows)

@@ -143,7 +143,9 @@ def moved_by_nothing(lanes: Lanes, pull: Array, lean: Array) -> Mask:
         if lanes.block_count > 1:
             return np.zeros(lanes.lane_count, dtype=bool)
         leans = [blocks.rotation_start, blocks.rotation_across_start, blocks.gap_start]
-        ratio = nearest_edge(lanes) / (0.5 * lanes.height)
+        body = lanes.body
+        height = 0.5 * lanes.height if body is None else body.centre_height
+        ratio = nearest_edge(lanes) / height
         angle = np.arctan(ratio)
     else:
         leans = [lanes.rotation_start]

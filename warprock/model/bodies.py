@@ -203,6 +203,57 @@ class Bodies:
         y = turned(self.axes * np.array([-1.0, -1.0, -1.0, 1.0]), np.array([[0.0, 1.0, 0.0]]))
         return np.asarray(np.sum(self.gyration * y**2, axis=1))
 
+    def outline(self, height: Array) -> Array:
+        """Corners of the bodies as pictures show them [m], along the axes of the block.
+
+        That is their base, and straight above it their top: of what lies between them a body says
+        nothing.
+
+        Args:
+            height: Full height [m], shape [lane].
+
+        Returns:
+            From the centre of mass, shape [lane, corner, 2], going round from -x along the base; in
+            space [lane, corner, 3], the hull of which is the picture.
+        """
+        base = self.points_in_block_axes
+        top = np.array(base if self.spatial else base[:, ::-1])
+        top[..., -1] = np.maximum(height - self.centre_height, 0.0)[:, None]
+        return np.concatenate([base, top], axis=1)
+
+    def rolled(self, rotation: Array) -> tuple[Array, Array]:
+        """Where the centre of mass of planar bodies is that have rolled without sliding [m].
+
+        Args:
+            rotation: [rad], shape [lane, sample].
+
+        Returns:
+            x from where it is at rest, and z above the ground, shape [lane, sample] each.
+        """
+        x, z = np.moveaxis(self.centres, -1, 0)
+        far, alpha = np.hypot(x, z), np.arctan2(x, -z)
+
+        def levers(turn: Array, foot: npt.NDArray[np.intp]) -> Array:
+            at, angle = (np.take_along_axis(each, foot, axis=1) for each in (far, alpha))
+            return np.asarray(at * np.sin(turn - angle))
+
+        # Where one point takes over from another the centre does not jump.
+        edge = np.arctan2(np.diff(z, axis=1), np.diff(x, axis=1))
+        number = np.broadcast_to(np.arange(edge.shape[1]), edge.shape)
+        jumps = levers(edge, number) - levers(edge, number + 1)
+        stood = np.concatenate([np.zeros_like(x[:, :1]), np.cumsum(jumps, axis=1)], axis=1)
+
+        def along(turn: Array) -> tuple[Array, Array]:
+            high = far[:, None] * np.cos(turn[..., None] - alpha[:, None])
+            foot = np.argmax(high, axis=-1)
+            radius = self.corner_radius[:, None]
+            at = np.take_along_axis(stood, foot, axis=1) + levers(turn, foot) + radius * turn
+            return at, radius + high.max(axis=-1)
+
+        start, _ = along(np.zeros_like(rotation[:, :1]))
+        moved, above = along(rotation)
+        return moved - start, above
+
     def _balance(self, points: Array) -> Array:
         """Angles above the farthest point of either side, shape [lane, 2]."""
         far = np.hypot(points[..., 0], points[..., 1])

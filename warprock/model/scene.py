@@ -61,7 +61,12 @@ class SceneKind:
     def left_out(self) -> tuple[str, ...]:
         """What the model does without because nothing in the scene needs it, and why."""
         parts = []
-        if not self.spatial:
+        if not self.spatial and self.bodies:
+            parts += [
+                "motion out of the plane of rocking, of which the base is a profile: three degrees "
+                "of freedom are enough where it stays in that plane",
+            ]
+        elif not self.spatial:
             parts += [
                 "motion out of the plane of rocking: the base moves along x at most and each block "
                 "is symmetric about the plane, so three degrees of freedom a block are enough",
@@ -131,6 +136,6 @@ def scene_kind(
         angular_restitution=float(np.min(lanes.angular_restitution)),
         above_friction_limit=int(np.sum(above)),
         friction_limit=float(limit[above].min()) if above.any() else np.inf,
-        bodies=body is not None and not lanes.thrown,
+        bodies=body is not None,
         rounded=body is not None and bool(body.corner_radius.any()),
     )

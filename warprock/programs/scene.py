@@ -68,6 +68,12 @@ class PeerBlock:
         return any(self.velocity) or any(self.spin)
 
     @property
+    def even_inertia(self) -> list[float]:
+        """Moments of inertia of a box that is the same all through [kg m^2]."""
+        squares = [size**2 for size in self.size]
+        return [self.mass / 12.0 * (sum(squares) - square) for square in squares]
+
+    @property
     def chamfered(self) -> bool:
         """Whether its faces are smaller than its sections."""
         return list(self.face) != list(self.size[:2])
@@ -196,11 +202,11 @@ def _blocks(lanes: Lanes, lane: int, position: Array, attitude: Array) -> list[P
     mass = of("density") * size.prod(axis=-1)
     squares = size**2
     inertia = mass[:, None] / 12.0 * (squares.sum(axis=-1, keepdims=True) - squares)
-    if lanes.body is not None:
-        inertia = mass[:, None] * lanes.body.gyration[lane]
     velocity, spin = np.zeros((2, *position.shape))
     if lanes.release is not None:
         velocity[0], spin[0] = lanes.release.velocity[lane], lanes.release.angular_velocity[lane]
+        if lanes.release.gyration is not None:
+            inertia = mass[:, None] * lanes.release.gyration[lane]
     # In the plane of rocking only the edges across it are chamfered.
     depth = of("face_depth") if lanes.spatial else of("depth")
     face = np.stack([of("face_width"), depth], axis=-1)

@@ -21,7 +21,7 @@ def body_chapter(folder: ResultFolder, scenes: Mapping[str, Any] | None) -> Chap
         sheet_of(title, pd.DataFrame(facts[key], columns=list(columns)).rename(columns=columns))
         for key, title, columns in (
             ("rests", "Poses in which it stands; pose 0 is that of the file", _RESTS),
-            ("by_tolerance", "What touches the ground, and what that changes", _TOLERANCES),
+            ("by_tolerance", "Slenderness angle of a base pressed flat, by tolerance", _TOLERANCES),
         )
         if facts[key]
     ]

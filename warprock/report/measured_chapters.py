@@ -90,7 +90,7 @@ def sweep_chapter(folder: ResultFolder, _scenes: Scenes | None) -> Chapter:
     found = [f"{done} are done, in {state['chunks_done']:,} of {state['chunks']:,} chunks."]
     if state["lanes_done"]:
         found.append(f"Of these {asked.outcome_words(state['outcome'])}.")
-    sheets = []
+    sheets, table = [], None
     if folder.has(LANE_TABLE):
         table = folder.table(LANE_TABLE, needed(facts))
         found += peak_sentences(facts, table)
@@ -101,7 +101,10 @@ def sweep_chapter(folder: ResultFolder, _scenes: Scenes | None) -> Chapter:
         kind=f"Sweep, {plan.engine}",
         title=case["title"],
         found=found,
-        asked=[*asked.asked(facts), ("Chunks", f"{plan.chunk_count:,} of {plan.chunk_lanes:,}")],
+        asked=[
+            *asked.asked(facts, table),
+            ("Chunks", f"{plan.chunk_count:,} of {plan.chunk_lanes:,}"),
+        ],
         background=[case["source"]] if case["source"] else [],
         sheets=sheets,
         words=asked.words(facts),

@@ -11,6 +11,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.case.case import Case
+from warprock.model.lanes import Lanes
 from warprock.report.lanes import lane_name, peak_ratio, standing
 from warprock.run.case_run import CaseRun, run_lanes
 from warprock.run.lane_table import history_table, lane_table
@@ -49,6 +50,7 @@ def scenes_of(run: CaseRun) -> dict[str, Any]:
             table.iloc[lane],
             lane_name(facts, table, lane),
             why,
+            _outline(run.lane_set.lanes, lane),
         )
         for row, (lane, why) in enumerate(chosen.items())
     ]
@@ -56,6 +58,17 @@ def scenes_of(run: CaseRun) -> dict[str, Any]:
     if len(chosen) < len(table):
         note = f"{len(chosen)} of {len(table):,} lanes, chosen because they tell most."
     return {"note": note, "lanes": lanes}
+
+
+def _outline(lanes: Lanes, lane: int) -> list[list[float]] | None:
+    """Corners of a body that is no box, from its centre of mass [m]."""
+    one = lanes.take(np.array([lane]))
+    if one.body is None:
+        return None
+    corners = one.body.outline(one.height)[0]
+    across = corners if one.spatial else np.insert(corners, 1, 0.0, axis=-1)
+    found: list[list[float]] = np.round(across, 6).tolist()
+    return found
 
 
 def _sampled(case: Case) -> Case:
@@ -111,7 +124,13 @@ def _first(table: pd.DataFrame, column: str, word: str) -> npt.NDArray[np.intp]:
     return np.flatnonzero((table[column] == word).to_numpy())
 
 
-def scene(history: pd.DataFrame, row: pd.Series[Any], name: str, why: str) -> dict[str, Any]:
+def scene(
+    history: pd.DataFrame,
+    row: pd.Series[Any],
+    name: str,
+    why: str,
+    outline: list[list[float]] | None = None,
+) -> dict[str, Any]:
     """One lane as a page plays it: whole numbers, and what one of them is worth.
 
     Args:
@@ -119,6 +138,8 @@ def scene(history: pd.DataFrame, row: pd.Series[Any], name: str, why: str) -> di
         row: Its row of the lane table.
         name: What sets it apart.
         why: Why it was chosen; empty where all lanes are.
+        outline: Corners of a body from its centre of mass [m], going round where it is in the
+            plane; None of boxes.
     """
     stride = -(-(len(history) - 1) // SAMPLES) if len(history) > SAMPLES + 1 else 1
     shown = history.iloc[::stride].reset_index(drop=True)
@@ -149,6 +170,7 @@ def scene(history: pd.DataFrame, row: pd.Series[Any], name: str, why: str) -> di
         "attitude": 1.0 / DIGITS,
         "blocks": [
             {name: part[name] for name in ("w", "h", "d", "alpha")}
+            | ({} if outline is None else {"p": outline})
             | {"r": _whole(part["r"], angle)}
             | {axis: _whole(part[axis], length) for axis in "xyz"}
             | ({"q": [_whole(q, 1.0 / DIGITS) for q in part["q"]]} if "q" in part else {})

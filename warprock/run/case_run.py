@@ -259,7 +259,7 @@ def _parts(
             _Part(
                 places,
                 lane_set.lanes.take(which),
-                lane_set.motions.take(which),
+                lane_set.motions.take(which).compact(),
                 dataclasses.replace(times, duration=float(duration)),
                 settings if factor == 1.0 else settings.with_step_scaled(float(factor)),
             )

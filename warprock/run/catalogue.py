@@ -27,6 +27,9 @@ from warprock.settings.engines import SETTINGS, declared_settings
 VALUES_SHOWN = 12
 """Distinct values of an input up to which all of them are listed."""
 
+WORDS_SHOWN = 4
+"""Words that are named of an input that has more of them than that."""
+
 LANES_SHOWN = 100_000
 """Lanes whose inputs are looked through; of more, the first ones."""
 
@@ -121,6 +124,10 @@ def write_case(start: Start, path: pathlib.Path, source: str = "PATH") -> list[p
 
 def _scene_text(scene: SceneKind) -> str:
     """What a lane is, in words."""
+    if scene.bodies:
+        where = f"in space: the case {scene.spatial_because}" if scene.spatial else "in the plane"
+        corners = ", their corners rounded" if scene.rounded else ""
+        return f"one body on at most {scene.contact_point_count} points{corners}, {where}"
     if scene.spatial:
         touch = "which can touch its base at four corners"
         if scene.stacked:
@@ -180,8 +187,13 @@ def _kernel_text(case: Case, name: str, scene: SceneKind) -> str:
 
 
 def _spread(values: pd.Series[Any]) -> dict[str, Any]:
-    """Distinct values in order of appearance, or least and greatest where there are many."""
+    """Distinct values in order of appearance, or least and greatest where there are many.
+
+    Of many words the first ones, and how many there are.
+    """
     distinct = values.drop_duplicates().tolist()
-    if len(distinct) <= VALUES_SHOWN or not pd.api.types.is_numeric_dtype(values):
+    if len(distinct) <= VALUES_SHOWN:
         return {"values": distinct}
+    if not pd.api.types.is_numeric_dtype(values):
+        return {"values": distinct[:WORDS_SHOWN], "count": len(distinct)}
     return {"from": float(values.min()), "to": float(values.max()), "count": len(distinct)}

@@ -53,6 +53,7 @@ from warprock.model.response import (
     Response,
     SampleTimes,
     Status,
+    join_responses,
     take_lanes,
 )
 from warprock.run.batch import run_batch
@@ -61,6 +62,7 @@ from warprock.run.companions import (
     Companions,
     as_columns,
     cut_off,
+    cut_samples,
     fallen,
     gap,
     halved,
@@ -104,6 +106,9 @@ difference in three of four and less than 15 % in nine of ten."""
 
 PARTS = 32
 """Parts of a run: the record of a companion ends with one of them, so that lanes share records."""
+
+PIECES_KEPT = 2**24
+"""Samples of records that end that are held at a time, 400 MB: more of them run in parts."""
 
 MARGIN = 1.0 / 64.0
 """Part of the run that a record goes on behind the time at which its lane came to rest."""
@@ -239,7 +244,13 @@ def _run_until_rest(
     case: Companions, halvings: Numbers, ends: Array, work: Array, known: _Known, lanes: Numbers
 ) -> Response:
     """Companions under records that end; longer ones where a lane did not rest by then."""
-    short = np.isfinite(ends)
+    short, half = np.isfinite(ends), len(ends) // 2
+    if half and np.any(short) and cut_samples(case.motions, ends) > PIECES_KEPT:
+        parts = [
+            _run_until_rest(case.take(p), halvings[p], ends[p], work[p], known, lanes[p])
+            for p in (slice(None, half), slice(half, None))
+        ]
+        return join_responses(parts)
     cut = case
     if np.any(short):
         cut = dataclasses.replace(case, motions=cut_off(case.motions, ends))

@@ -125,7 +125,8 @@ def _median_rows(found: Validation) -> Iterator[dict[str, Any]]:
         yield {"intensity": shaking.column, "source": "observed", **own, "over_observed": 1.0}
         for engine in found.engines:
             fit, band = engine.curves[number].fit, engine.curves[number].band
-            ratio = fit.median / shaking.fit.median
+            both = fit.dispersion > 0.0 and shaking.fit.dispersion > 0.0
+            ratio = fit.median / shaking.fit.median if both else np.nan
             row = {"intensity": shaking.column, "source": engine.name, **fit_columns(fit, band)}
             yield row | {"over_observed": ratio}
 

@@ -13,7 +13,6 @@ that nobody saw.
 from __future__ import annotations
 
 import dataclasses
-import io
 import pathlib
 import re
 from collections.abc import Callable, Sequence
@@ -24,6 +23,7 @@ import pandas as pd
 
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet
+from warprock.case.table_file import PARQUET, csv_texts, parquet_table
 from warprock.errors import InputError, did_you_mean, listed
 from warprock.quantity import NOTHING, Said
 from warprock.reading import read_bytes, reason
@@ -35,7 +35,7 @@ Source = pathlib.Path | pd.DataFrame | None
 """Where outcomes are: a file, a table, or the labels of the case."""
 
 OBSERVED = "observed"
-"""Column of the outcome, where the file or the case's own table has one of this name."""
+"""Column of the outcome; of the labels of a case that begin with it, no test is named by one."""
 OPTION = "--observed"
 RECORD, LANE, CELL = "record", "lane", "cell"
 TRUE = ("1", "true", "yes", "overturned", "fell", "fallen", "toppled", "overturn")
@@ -46,11 +46,11 @@ UNSEEN = ("", "nan", "na", "n/a", "none", "-")
 MEASURED = {"peak_rotation": Dimension.ANGLE, "peak_slide": Dimension.LENGTH}
 """What may have been measured besides, and its kind; the unit is in the heading."""
 
-_HEADING = re.compile(r"(peak_rotation|peak_slide)(?:_|\s*[\[(])\s*(\w+)\s*[\])]?")
+_HEADING = re.compile(r"(?:observed_)?(peak_rotation|peak_slide)(?:_|\s*[\[(])\s*(\w+)\s*[\])]?")
 
 
 @dataclasses.dataclass(frozen=True)
-class Tests:
+class ObservedTests:
     """Observed tests, each with its lanes.
 
     Attributes:
@@ -73,7 +73,9 @@ class Tests:
     source: str
 
 
-def read_tests(case: Case, lane_set: LaneSet, observed: Source, column: str | None = None) -> Tests:
+def read_tests(
+    case: Case, lane_set: LaneSet, observed: Source, column: str | None = None
+) -> ObservedTests:
     """The tests of a case that somebody observed.
 
     Args:
@@ -88,12 +90,12 @@ def read_tests(case: Case, lane_set: LaneSet, observed: Source, column: str | No
             test of the case or several, or two rows of one test.
     """
     tests = _tests_of(case, lane_set)
+    members = lane_set.lanes.lane_count // len(tests)
+    keys: list[str] = []
     if observed is None:
-        name = column or OBSERVED
-        if name not in lane_set.labels:
-            allowed = "must say the outcomes of its tests, where no --observed FILE does"
-            raise InputError(case.file, f"label.{name}", NOTHING, allowed)
-        table, source, keys = tests.astype(str), case.file, []
+        table = lane_set.inputs.iloc[::members][list(lane_set.labels)]
+        table, source = _texts(table), case.file
+        name = _own_column(list(lane_set.labels), column, source)
         places = np.arange(len(tests), dtype=np.intp)
     else:
         table, source = _read(observed)
@@ -108,10 +110,8 @@ def read_tests(case: Case, lane_set: LaneSet, observed: Source, column: str | No
     seen = np.array([each is not None for each in outcome], dtype=np.bool_)
     if not seen.any():
         raise InputError(source, name, Said("no outcome"), "must say of a test whether it fell")
-    members = lane_set.lanes.lane_count // len(tests)
-    named = keys or [key for key in (*lane_set.labels, RECORD) if key in tests and key != name]
-    shown = tests.iloc[places[seen]][named or [tests.columns[-1]]].astype(str)
-    return Tests(
+    shown = tests.iloc[places[seen]][keys or [*tests.columns[:-1]] or [tests.columns[-1]]]
+    return ObservedTests(
         names=tuple(" ".join(row) for row in shown.itertuples(index=False)),
         overturned=np.array([each for each in outcome if each is not None], dtype=np.bool_),
         lanes=places[seen][:, None] * members + np.arange(members),
@@ -127,7 +127,7 @@ def _tests_of(case: Case, lane_set: LaneSet) -> pd.DataFrame:
     last = case.axes[-1] if case.axes else None
     members = case.members * (last.length if last is not None and last.sample is not None else 1)
     first = lane_set.inputs.iloc[::members].reset_index(drop=True)
-    names = list(lane_set.labels)
+    names = [name for name in lane_set.labels if not name.startswith(OBSERVED)]
     if RECORD in first and (members == 1 or _same_within(lane_set.inputs[RECORD], members)):
         names.append(RECORD)
     found = first[names].astype(str)
@@ -145,28 +145,14 @@ def _read(observed: pathlib.Path | pd.DataFrame) -> tuple[pd.DataFrame, str]:
     """A table of texts, empty where a cell is, and what errors call it."""
     if isinstance(observed, pd.DataFrame):
         return _judged(_texts(observed), "observed")
-    allowed = "must be a CSV or Parquet file with one row a test"
     file = str(observed)
     try:
         content = read_bytes(observed)
-        if observed.suffix.lower() == ".parquet":
-            texts = _texts(pd.read_parquet(io.BytesIO(content)))
-        else:
-            text = content.decode("utf-8-sig")
-            texts = pd.read_csv(
-                io.StringIO(text),
-                dtype=str,
-                keep_default_na=False,
-                comment="#",
-                sep=_separator(text),
-                skipinitialspace=True,
-            )
     except OSError as error:
-        raise InputError(OPTION, "", file, f"{allowed} ({reason(error)})") from None
-    except (ValueError, TypeError, KeyError) as error:
-        why = (str(error).splitlines() or [""])[0]
-        raise InputError(OPTION, "", file, f"{allowed} ({why})") from None
-    return _judged(texts, file)
+        allowed = f"must be a CSV or Parquet file with one row a test ({reason(error)})"
+        raise InputError(OPTION, "", file, allowed) from None
+    read = parquet_table if content.startswith(PARQUET) else csv_texts
+    return _judged(_texts(read(content, file)), file)
 
 
 def _texts(table: pd.DataFrame) -> pd.DataFrame:
@@ -184,11 +170,25 @@ def _judged(texts: pd.DataFrame, source: str) -> tuple[pd.DataFrame, str]:
     return texts, source
 
 
-def _separator(text: str) -> str:
-    """What parts the columns of a header: the one of , ; and tab that it has most of."""
-    lines = (line for line in text.splitlines() if line.strip() and not line.startswith("#"))
-    header = next(lines, "")
-    return max(",;\t", key=header.count)
+def _own_column(labels: Sequence[str], asked: str | None, source: str) -> str:
+    """The label of the outcome among those of a case."""
+    own = [name for name in labels if name.startswith(OBSERVED) and not _HEADING.fullmatch(name)]
+    if asked is not None:
+        wanted = asked.replace(f"{OBSERVED}.", f"{OBSERVED}_")
+        for name in (wanted, f"{OBSERVED}_{wanted}"):
+            if name in labels:
+                return name
+        allowed = f"must be a label of the case: {listed(asked, own or labels) or 'it has none'}"
+        raise InputError("--column", "", asked, allowed)
+    if OBSERVED in own:
+        return OBSERVED
+    if len(own) == 1:
+        return own[0]
+    if own:
+        allowed = f"must say which outcome is meant: {listed('', own)}"
+        raise InputError("--column", "", NOTHING, allowed)
+    allowed = "must say the outcomes of its tests, where no --observed FILE does"
+    raise InputError(source, f"label.{OBSERVED}", NOTHING, allowed)
 
 
 def _outcome_column(table: pd.DataFrame, source: str) -> str:
