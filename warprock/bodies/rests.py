@@ -111,7 +111,7 @@ def stands(points: Array, footing: Footing) -> bool:
     """
     if len(footing.polygon) < 3 or footing.arm <= 0.0 or rolls(points, footing):
         return False
-    return least_lean(points, footing) >= STEADY
+    return bool(least_lean(points, footing) >= STEADY)
 
 
 def least_lean(points: Array, footing: Footing) -> float:
