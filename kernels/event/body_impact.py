@@ -77,8 +77,10 @@ def end_of_step(
     struck = hit or (kick != zero and mode != FLYING)
     kicked = vx - kick
     right, beside, swaps, x, z, other = struck_corner(body, view, up, down, mode, theta, kicked)
+    # What is prescribed is for the edge that the body stands on at first.
+    prescribed = falls and mode == PIVOTING and theta == zero
     vx1, vz1, omega1, mode1, slip1, lost = struck_velocity(
-        body, beside, falls and mode == PIVOTING, x, z, other, kicked, vz, omega
+        body, beside, prescribed, x, z, other, kicked, vz, omega
     )
     # The base's work on the body is at the mean of both velocities: see account.py.
     lost = lost - HALF * kick * (vx1 - kicked)
