@@ -41,9 +41,9 @@ def scenes_of(run: CaseRun) -> dict[str, Any]:
         `note`, which lanes these are and why, and `lanes`, ready for JSON.
     """
     table, facts = lane_table(run.lane_set, run.response), provenance(run)
-    sampled = dataclasses.replace(run, case=_sampled(run.case))
-    chosen = choose(table, _most(sampled.case))
-    response = run_lanes(sampled, list(chosen))
+    shown = dataclasses.replace(run, case=sampled(run.case))
+    chosen = choose(table, _most(shown.case))
+    response = run_lanes(shown, list(chosen))
     lanes = [
         scene(
             history_table(response, row, run.lane_set, lane),
@@ -71,7 +71,7 @@ def _outline(lanes: Lanes, lane: int) -> list[list[float]] | None:
     return found
 
 
-def _sampled(case: Case) -> Case:
+def sampled(case: Case) -> Case:
     """The case with histories that a page can play."""
     if case.sample_times.interval is not None:
         return case

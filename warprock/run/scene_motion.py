@@ -123,7 +123,7 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
     for axis, motion in enumerate(run.lane_set.motions.components):
         pulled[:, axis] = motion.acceleration(response.times, lane)
     return SceneMotion(
-        name=f"{case.name}, lane {lane}, {response.engine}",
+        name=f"{case.name}, lane {run.lane_set.first + lane}, {response.engine}",
         outcome=Outcome(int(response["outcome"][0])).name.lower().replace("_", " "),
         spatial=spatial,
         times=response.times,
