@@ -41,9 +41,9 @@ def scenes_of(run: CaseRun) -> dict[str, Any]:
         `note`, which lanes these are and why, and `lanes`, ready for JSON.
     """
     table, facts = lane_table(run.lane_set, run.response), provenance(run)
-    sampled = dataclasses.replace(run, case=_sampled(run.case))
-    chosen = choose(table, _most(sampled.case))
-    response = run_lanes(sampled, list(chosen))
+    shown = dataclasses.replace(run, case=sampled(run.case))
+    chosen = choose(table, _most(shown.case))
+    response = run_lanes(shown, list(chosen))
     lanes = [
         scene(
             history_table(response, row, run.lane_set, lane),
@@ -71,7 +71,7 @@ def _outline(lanes: Lanes, lane: int) -> list[list[float]] | None:
     return found
 
 
-def _sampled(case: Case) -> Case:
+def sampled(case: Case) -> Case:
     """The case with histories that a page can play."""
     if case.sample_times.interval is not None:
         return case
@@ -187,13 +187,20 @@ def _block(history: pd.DataFrame, row: pd.Series[Any], number: str) -> dict[str,
         "w": float(row[f"width{number}_m"]),
         "h": float(row[f"height{number}_m"]),
         "d": float(row[f"depth{number}_m"]),
-        "alpha": float(row[f"slenderness_angle{number}_rad"]),
+        "alpha": _sides(row, number),
         "r": _column(history, f"rotation{number}_rad"),
     }
     found |= {axis: _column(history, f"{axis}{number}_m") for axis in "xyz"}
     if f"attitude_x{number}" in history:
         found["q"] = [_column(history, f"attitude_{part}{number}") for part in "xyzw"]
     return found
+
+
+def _sides(row: pd.Series[Any], number: str) -> list[float]:
+    """Slenderness angles to -x and to +x [rad]."""
+    weaker = f"slenderness_angle{number}_rad"
+    sides = [f"slenderness_angle_{side}_rad" for side in ("left", "right")]
+    return [float(row[side if side in row else weaker]) for side in sides]
 
 
 def _column(history: pd.DataFrame, name: str) -> Array:
