@@ -17,13 +17,13 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 LONGEST = (
     "programs/test_newton.py",
     "engines/test_contract.py",
-    "engines/test_forms.py",
     "sweep/test_harm.py",
     "paper/test_stack.py",
     "paper/test_reproduce.py",
     "engines/test_event_space_stack.py",
     "engines/test_event_stack.py",
     "engines/test_xpbd.py",
+    "engines/test_forms.py",
     "engines/test_impulse_stack.py",
     "engines/test_direct_stack.py",
     "engines/test_two_block.py",
@@ -35,7 +35,7 @@ LONGEST = (
     "engines/test_dem.py",
     "measure/test_peers.py",
 )
-"""Files that take the longest, under `tests/`."""
+"""Files that take the longest, under `tests/`; such as compile the same kernels stand apart."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

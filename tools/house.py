@@ -81,6 +81,13 @@ ROOMS = (
         "numpy pandas pydantic pydantic_core scipy",
     ),
     _room(
+        "bodies",
+        """bodies from meshes: mass, centre, inertia, poses at rest, contact points, and the case of
+        each""",
+        f"{_BASE} records case",
+        "numpy scipy trimesh",
+    ),
+    _room(
         "engines",
         "engines by name, one file a scheme: launch of its kernels, decoding, soundness of lanes",
         "errors units model settings kernels",
@@ -139,13 +146,13 @@ ROOMS = (
     _room(
         "tables",
         "tables on the terminal",
-        f"{_BASE} case run analysis compare",
+        f"{_BASE} case bodies run analysis compare",
         "numpy pandas rich",
     ),
     _room(
         "figures",
         "figures, drawn before they are written: one style, one file a kind",
-        f"{_BASE} case run analysis compare tables",
+        f"{_BASE} case bodies run analysis compare tables",
         "matplotlib numpy pandas",
     ),
     _room(
@@ -164,14 +171,14 @@ ROOMS = (
         "api",
         """`import warprock`: cases from objects, dicts and tables; the commands as functions; what
         they find as an object with tables, figures and files""",
-        f"{_BASE} records case run sweep analysis compare tables figures report",
+        f"{_BASE} records case bodies run sweep analysis compare tables figures report",
         "numpy pandas",
     ),
     _room(
         "cli",
         "the commands, one file each, and how they end",
-        f"""{_BASE} records case run sweep analysis compare measure tables figures scenes paper
-        report""",
+        f"""{_BASE} records case bodies run sweep analysis compare measure tables figures scenes
+        paper report""",
         "click",
     ),
 )

@@ -53,7 +53,7 @@ class Column(NamedTuple):
 
     def named(self, number: str = "") -> str:
         """Its full name, such as `chamfer_2_mm` for the number "_2"."""
-        unit = self.unit.lower().replace("/", "_").replace("^", "")
+        unit = self.unit.lower().translate({ord("/"): "_", ord(" "): "_", ord("^"): None})
         return f"{self.name}{number}{'' if unit in ('', '-') else f'_{unit}'}"
 
 

@@ -30,6 +30,8 @@ class Dimension(enum.StrEnum):
     ACCELERATION = "acceleration"
     VELOCITY = "velocity"
     DENSITY = "density"
+    MASS = "mass"
+    INERTIA = "moment of inertia"
     DIMENSIONLESS = "dimensionless"
 
 
@@ -57,7 +59,12 @@ UNITS: dict[Dimension, dict[str, str]] = {
         "ft": "0.3048",
     },
     Dimension.TIME: {"s": "1", "ms": "0.001", "min": "60"},
-    Dimension.FREQUENCY: {"Hz": "1", "kHz": "1000", "rad/s": "0.159154943091895335768883763373"},
+    Dimension.FREQUENCY: {
+        "Hz": "1",
+        "kHz": "1000",
+        "rad/s": "0.159154943091895335768883763373",
+        "deg/s": "0.00277777777777777777777777777778",
+    },
     Dimension.ANGLE: {"rad": "1", "mrad": "0.001", "deg": "0.0174532925199432957692369076849"},
     Dimension.ACCELERATION: {
         "m/s^2": "1",
@@ -68,6 +75,8 @@ UNITS: dict[Dimension, dict[str, str]] = {
     },
     Dimension.VELOCITY: {"m/s": "1", "cm/s": "0.01", "mm/s": "0.001"},
     Dimension.DENSITY: {"kg/m^3": "1", "g/cm^3": "1000", "t/m^3": "1000"},
+    Dimension.MASS: {"kg": "1", "t": "1000"},
+    Dimension.INERTIA: {"kg m^2": "1", "t m^2": "1000"},
     Dimension.DIMENSIONLESS: {"": "1"},
 }
 
@@ -85,6 +94,9 @@ ALIASES: dict[str, str] = {
     "g/cm3": "g/cm^3",
     "g/cm³": "g/cm^3",
     "t/m3": "t/m^3",
+    "kg m2": "kg m^2",
+    "kg m²": "kg m^2",
+    "kg*m^2": "kg m^2",
     "t/m³": "t/m^3",
 }
 """Other spellings of units that are understood."""
@@ -97,6 +109,8 @@ EXAMPLES: dict[Dimension, str] = {
     Dimension.ACCELERATION: "0.35 g",
     Dimension.VELOCITY: "25 cm/s",
     Dimension.DENSITY: "2670 kg/m^3",
+    Dimension.MASS: "350 kg",
+    Dimension.INERTIA: "18 kg m^2",
     Dimension.DIMENSIONLESS: "1.0",
 }
 

@@ -48,7 +48,10 @@ FAR = real(1.0e30)
 
 @wp.struct
 class Knobs:
-    """What a step needs to know of the settings; `rate` is the inverse of the time step [1/s]."""
+    """What a step needs to know of the settings; `rate` is the inverse of the time step [1/s].
+
+    `restitution` is read by impulse/thrown_run.py alone.
+    """
 
     time_step: real
     rate: real
@@ -56,6 +59,7 @@ class Knobs:
     collision_margin: real
     erp: real
     sweeps: int
+    restitution: real
 
 
 @wp.func

@@ -20,6 +20,7 @@ from warprock.units import Dimension, Quantity
 
 def test_the_shipped_cases_are_these_and_load():
     assert case_names() == [
+        "cube-tosses",
         "fragility-fema-p695",
         "fragility-five-blocks",
         "free-b0",
@@ -205,9 +206,13 @@ BAD_ADDITIONS = [
     (
         '[[check]]\nkind = "peek"\n',
         "check[0].kind",
-        "got 'peek', must be peaks, housner or boundaries",
+        "got 'peek', must be peaks, housner, boundaries, outcomes or poses",
     ),
-    ("[[check]]\n", "check[0].kind", "got nothing, must be peaks, housner or boundaries"),
+    (
+        "[[check]]\n",
+        "check[0].kind",
+        "got nothing, must be peaks, housner, boundaries, outcomes or poses",
+    ),
     (
         '[[check]]\nkind = "housner"\nengine = "impulse"\nbecause = "b"\nlimit = 1.0\n',
         "check[0].limit",
@@ -356,14 +361,17 @@ def test_engine_settings_of_a_case_and_defaults(write):
 
 def test_the_table_of_keys_and_the_models_are_the_same_keys():
     from warprock.case.block import Block, StackedBlock
-    from warprock.case.motion import Direction
+    from warprock.case.body import Body
+    from warprock.case.motion import Motion
 
     models = {
         f"{table}.{name}"
         for table in ("contact", "start", "run")
         for name in CaseFile.model_fields[table].annotation.model_fields
     }
-    models |= {f"motion.{name}" for name in Direction.model_fields}
+    models |= {f"motion.{name}" for name in Motion.model_fields if name not in "yz"}
+    lists = {"base", "centre", "inertia"}
+    models |= {f"block.{name}" for name in Body.model_fields if name not in lists}
     models |= {f"block.{name}" for name in Block.model_fields}
     models |= {f"block.N.{name}" for name in StackedBlock.model_fields}
     assert set(KEYS) == models | {"model"}

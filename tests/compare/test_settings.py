@@ -72,6 +72,7 @@ def test_event_comes_to_its_finest_step_with_the_square_of_the_step() -> None:
     assert 3.2 < sizes[1] / sizes[2] < 5.0
 
 
+@pytest.mark.thorough
 def test_impulse_with_sweeps_enough_comes_to_event() -> None:
     """First order: a quarter of the step, less than half of the difference in the worst lane."""
     engines = ["impulse@iterations=100", "impulse@substeps=83,iterations=100"]

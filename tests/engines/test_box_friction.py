@@ -24,6 +24,8 @@ from warprock.run.batch import run_batch
 from warprock.settings.engines import DemSettings, EventSettings, ImpulseSettings
 from warprock.units import GRAVITY
 
+pytestmark = pytest.mark.thorough
+
 ANGLES = ("rotation", "rotation_across", "yaw")
 SLIDES = ("residual_slide", "residual_slide_across")
 STIFFEST = 1e11
@@ -97,7 +99,6 @@ def test_each_component_of_a_slide_is_braked_by_itself(box: int) -> None:
     assert np.all(found["peak_yaw"] <= 1e-12)
 
 
-@pytest.mark.thorough
 def test_springs_brake_each_component_by_itself() -> None:
     angle, speed, friction = np.linspace(0.0, np.pi, 5), 0.3, 0.1
     lanes = spatial_lanes(np.full(5, 1.0), 0.5, friction, depth=1.0)
@@ -113,7 +114,7 @@ def test_springs_brake_each_component_by_itself() -> None:
     np.testing.assert_allclose(found["energy_lost"], 0.5 * lanes.mass * speed**2, rtol=0.01)
 
 
-@pytest.mark.parametrize("engine", ["event", pytest.param("dem", marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("engine", ["event", "dem"])
 def test_a_block_sticks_where_the_box_holds_and_the_cone_does_not(engine: str) -> None:
     # Along the diagonal the box holds sqrt(2) times what it holds along x.
     friction = 0.3
@@ -131,7 +132,7 @@ def test_a_block_sticks_where_the_box_holds_and_the_cone_does_not(engine: str) -
     np.testing.assert_array_equal(slides[1], [False, True, False])
 
 
-@pytest.mark.parametrize("engine", ["event", pytest.param("dem", marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("engine", ["event", "dem"])
 def test_planar_scenes_know_no_difference(engine: str) -> None:
     frequency = np.linspace(2.6, 4.4, 6)
     pulse = sines(Control.ACCELERATION, 0.5 * GRAVITY, frequency, 1.0)
@@ -158,7 +159,6 @@ def test_planar_scenes_know_no_difference(engine: str) -> None:
         np.testing.assert_array_equal(found[0]["outcome"], found[1]["outcome"])
 
 
-@pytest.mark.thorough
 def test_impulse_and_springs_come_to_event_as_they_grow_fine() -> None:
     count = 8
     lanes = spatial_lanes(
@@ -196,7 +196,6 @@ def leaning(count: int, friction: float) -> SpatialLanes:
     )  # fmt: skip
 
 
-@pytest.mark.thorough
 def test_rocking_blocks_that_slide_are_those_of_impulse() -> None:
     lanes, times = leaning(6, 0.25), SampleTimes(0.4, 0.02)
     exact = event(lanes, at_rest(6), times, 1e-3)
@@ -303,7 +302,7 @@ def test_mirror_images_and_quarter_turns_have_the_same_answer() -> None:
     np.testing.assert_allclose(turned[SLIDES[0]], -found[SLIDES[1]], atol=1e-7)
 
 
-@pytest.mark.parametrize("engine", ["event", pytest.param("dem", marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("engine", ["event", "dem"])
 def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(
     engine: str, unjudged: None
 ) -> None:
@@ -323,7 +322,6 @@ def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(
     assert broken["status"][2] == Status.NONFINITE
 
 
-@pytest.mark.thorough
 def test_a_stack_slides_as_one_and_each_component_by_itself() -> None:
     lanes = spatial_stack([0.5, 0.4], [0.2, 0.2], friction=0.3, depth=0.5)
     found = event(lanes, pushed(np.full(1, 0.6), np.full(1, 0.8)), SampleTimes(1.0))
@@ -337,7 +335,6 @@ def test_a_stack_slides_as_one_and_each_component_by_itself() -> None:
     np.testing.assert_allclose(found["energy_lost"], expected, rtol=1e-6)
 
 
-@pytest.mark.thorough
 def test_blocks_of_a_stack_slide_on_one_another_as_in_impulse() -> None:
     # The box of the upper block is turned with the face of the lower one.
     lanes = spatial_stack([0.4, 0.35], [0.6, 0.5], depth=0.4, yaw_start=[[0.1, 0.3]], friction=0.35)

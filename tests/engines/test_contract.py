@@ -79,7 +79,10 @@ def test_lane_does_not_depend_on_batch_chunk_workers_or_place(engine: str) -> No
 
 def take(lanes, order):
     """Lanes or motions in another order."""
-    parts = {f.name: getattr(lanes, f.name)[order] for f in dataclasses.fields(lanes)}
+    arrays = getattr(lanes, "arrays", None) or {
+        f.name: getattr(lanes, f.name) for f in dataclasses.fields(lanes)
+    }
+    parts = {name: each[order] for name, each in arrays.items()}
     return dataclasses.replace(lanes, **parts)
 
 

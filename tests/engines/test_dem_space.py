@@ -81,6 +81,7 @@ def test_planar_scenes_are_those_of_the_planar_engine() -> None:
         assert np.all(here["peak_yaw"] == 0.0)
 
 
+@pytest.mark.thorough
 def test_planar_stacks_are_near_those_of_the_planar_engine() -> None:
     lanes = make_stacks(np.array([[0.4, 0.3], [0.3, 0.4], [0.3, 0.3]]), 0.6)
     motions = sines(Control.ACCELERATION, np.full(3, 5.0), 2.0, cycles=1.0)
@@ -113,6 +114,7 @@ def test_lane_does_not_depend_on_batch_chunk_workers_or_place(unjudged: None) ->
         np.testing.assert_array_equal(whole[name][order][good], shuffled[name][good], err_msg=name)
 
 
+@pytest.mark.thorough
 def test_packed_and_plain_kernels_agree() -> None:
     lanes, motions = mixed_batch()
     times = SampleTimes(0.6, 0.05)

@@ -335,6 +335,7 @@ def test_sticking_block_does_not_slide() -> None:
     assert response["peak_slide"][0] < 1e-4
 
 
+@pytest.mark.thorough
 def test_record_is_followed_in_time_and_size() -> None:
     record = load_record("ridgecrest-2019-ccc-090")
     lanes = make_lanes(np.full(2, 0.4), 2.0, friction=2.0)

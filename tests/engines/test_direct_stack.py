@@ -13,12 +13,14 @@ import warp as wp
 from tests.engines.test_impulse_stack import oracle, potential, random_pairs, stacks
 from tests.shared.blocks import Array, every_height_of_stack, free_lanes, sines, velocity_steps
 from warprock.kernels.instance import LOOPS_STAY, kernel_module, module_options
-from warprock.model.lanes import Lanes
+from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import Control, GroundMotions, StillBase
 from warprock.model.response import LANE_FIELDS, Outcome, Response, SampleTimes, Status
 from warprock.run.batch import run_batch
 from warprock.settings.engines import DirectSettings
 from warprock.units import GRAVITY
+
+pytestmark = pytest.mark.thorough
 
 contact: Any = kernel_module("direct/stack", precision="float64", blocks=2)
 Rows, Triples = contact.Rows, contact.Triples
@@ -80,7 +82,6 @@ def solved(rows: Any, by_lemke: bool) -> Array:
     return values[:, 1:]
 
 
-@pytest.mark.thorough
 @pytest.mark.parametrize("by_lemke", [False, True])
 @pytest.mark.parametrize("box", [False, True])
 def test_solve_meets_the_contact_laws(box: bool, by_lemke: bool) -> None:
@@ -133,11 +134,9 @@ def run(lanes: Lanes, motions: GroundMotions, times: SampleTimes, **settings: An
     return response
 
 
-@pytest.mark.thorough
 def test_a_stack_of_one_is_the_single_block() -> None:
     single = free_lanes()
-    names = [f.name for f in dataclasses.fields(single) if f.name != "angular_restitution"]
-    alone = dataclasses.replace(single, **{n: getattr(single, n)[:, None] for n in names})
+    alone = as_stacks(single)
     times = SampleTimes(2.0, 0.01)
     for box in (0, 1):
         one, other = (run(each, StillBase(9), times, friction_box=box) for each in (single, alone))

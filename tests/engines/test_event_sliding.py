@@ -101,6 +101,7 @@ def test_rotations_and_slides_are_those_of_an_independent_integration(
         assert np.max(slide_error(response["peak_slide"], slides)) <= 4.0 * most
 
 
+@pytest.mark.thorough
 def test_random_displacement_pulses_are_second_order() -> None:
     steps = np.array([5e-3, 2e-3, 1e-3, 5e-4])
     lanes, motions = random_pulses(Control.DISPLACEMENT, 1, 100)

@@ -49,6 +49,7 @@ def shaken(count: int) -> SpatialMotions:
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("friction", "duration"), [((5.0,), 1.2), ((0.3, 0.5, 5.0), 0.3)])
 def test_packed_and_plain_are_the_same_to_round_off(
     friction: tuple[float, ...], duration: float

@@ -19,6 +19,8 @@ from warprock.run.batch import run_batch
 from warprock.settings.engines import EventSettings, ImpulseSettings
 from warprock.units import GRAVITY
 
+pytestmark = pytest.mark.thorough
+
 
 def respond(
     lanes: Lanes, motions: GroundMotions, times: SampleTimes, step: float = 5e-3
@@ -47,10 +49,7 @@ def dropped(count: int) -> SpatialLanes:
     """Stacks of two, turned against one another; the upper block starts on a corner in the air."""
     rng = np.random.default_rng(3)
     one = spatial_stack([0.5, 0.4], [0.3, 0.3])
-    parts = {
-        field.name: np.repeat(getattr(one, field.name), count, axis=0)
-        for field in dataclasses.fields(one)
-    }
+    parts = {name: np.repeat(each, count, axis=0) for name, each in one.arrays.items()}
     upper = np.array([0.0, 1.0])
     parts["friction"] = 10.0 ** rng.uniform(-1.0, 0.0, (count, 2))
     parts["yaw_start"] = rng.uniform(-0.5, 0.5, (count, 2))
@@ -61,7 +60,6 @@ def dropped(count: int) -> SpatialLanes:
     return SpatialLanes(**parts)
 
 
-@pytest.mark.thorough
 def test_a_tall_crooked_stack_stands_to_the_last_digit() -> None:
     lanes = spatial_stack(
         np.full(6, 0.4), 0.4, depth=0.5,
@@ -77,7 +75,6 @@ def test_a_tall_crooked_stack_stands_to_the_last_digit() -> None:
     assert found["step_count"][0] <= 10
 
 
-@pytest.mark.thorough
 def test_dropped_stacks_come_to_rest_and_lose_what_they_held() -> None:
     lanes = dropped(8)
     lost = [

@@ -62,8 +62,8 @@ def orders(found: Array) -> Array:
 @pytest.mark.thorough
 def test_stack_of_one_is_the_single_block_and_second_order() -> None:
     single = free_lanes()
-    names = [f.name for f in dataclasses.fields(Lanes) if f.name != "angular_restitution"]
-    columns = {name: getattr(single, name)[:, None] for name in names}
+    arrays = single.arrays.items()
+    columns = {name: each[:, None] for name, each in arrays if name != "angular_restitution"}
     lanes = Lanes(**columns, angular_restitution=single.angular_restitution)
     times = SampleTimes(5.0, 0.01)
     motions = StillBase(9)
@@ -181,6 +181,7 @@ def released_energy(lanes: Lanes) -> Array:
     return energy
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("friction", [10.0, 0.4])
 def test_energy_lost_is_what_released_stacks_had(friction: float) -> None:
     start = np.array([[0.02, 0.02, 0.02], [0.0, 0.05, 0.05], [0.03, 0.0, 0.02], [0.02, 0.05, 0.01]])
@@ -322,6 +323,7 @@ def test_uplift_follows_chamfer_and_offset(
     assert response["peak_rotation"][1, 0] == 0.0
 
 
+@pytest.mark.thorough
 def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(unjudged: None) -> None:
     lanes, motions = shaken(6)
     times = SampleTimes(1.0, 0.05)

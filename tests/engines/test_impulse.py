@@ -76,6 +76,7 @@ def test_pulses_converge_to_housner_where_housner_holds(control: Control) -> Non
     assert fine <= coarse / 5.0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("waveform", [Waveform.COSINE, Waveform.RICKER])
 def test_other_waveforms_are_followed(waveform: Waveform) -> None:
     lanes = make_lanes(np.full(2, 0.2), 1.0, friction=10.0)
@@ -92,6 +93,7 @@ def test_other_waveforms_are_followed(waveform: Waveform) -> None:
     assert np.max(errors(lanes, motions, times, ImpulseSettings(substeps=200))) <= 1e-2
 
 
+@pytest.mark.thorough
 def test_record_is_followed_in_time_and_size() -> None:
     record = load_record("ridgecrest-2019-ccc-090")
     lanes = make_lanes(np.full(2, 0.4), 2.0, friction=2.0)

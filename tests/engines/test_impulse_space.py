@@ -315,6 +315,7 @@ def test_a_tall_stack_stands() -> None:
     assert np.max(found["peak_tilt"]) <= 1e-3
 
 
+@pytest.mark.thorough
 def test_a_planar_stack_in_space_follows_the_planar_one() -> None:
     stack = spatial_stack([0.3, 0.3], [0.5, 0.5], friction=0.8)
     flat = {f.name: getattr(stack, f.name) for f in dataclasses.fields(make_lanes(1.0, 1.0))}

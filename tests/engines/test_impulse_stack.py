@@ -12,7 +12,7 @@ import pytest
 from tests.shared.blocks import Array, every_height_of_stack, free_lanes, sines, velocity_steps
 from tests.shared.speed import require_gain
 from warprock.engines.launching import Form
-from warprock.model.lanes import Lanes
+from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import Control, GroundMotions, StillBase
 from warprock.model.response import LANE_FIELDS, Outcome, Response, SampleTimes, Status
 from warprock.oracle.pair import rock_two_blocks
@@ -87,8 +87,7 @@ def oracle(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Array:
 @pytest.mark.thorough
 def test_a_stack_of_one_is_the_single_block() -> None:
     single = free_lanes()
-    names = [f.name for f in dataclasses.fields(single) if f.name != "angular_restitution"]
-    alone = dataclasses.replace(single, **{n: getattr(single, n)[:, None] for n in names})
+    alone = as_stacks(single)
     times = SampleTimes(2.0, 0.01)
     one, other = (run(lanes, StillBase(9), times) for lanes in (single, alone))
     # The starts differ by what the sweeps leave (0.36^10 of a step's fall); the rest is round-off.
@@ -234,6 +233,7 @@ def assert_same(one: Response, other: Response) -> None:
         np.testing.assert_array_equal(values, other.fields[name], err_msg=name)
 
 
+@pytest.mark.thorough
 def test_a_stack_does_not_depend_on_batch_chunk_workers_or_place() -> None:
     lanes, motions = mixed()
     whole = run_batch("impulse", lanes, motions, MIXED_TIMES, workers=1, chunk_size=75)
@@ -252,6 +252,7 @@ def test_a_stack_does_not_depend_on_batch_chunk_workers_or_place() -> None:
         np.testing.assert_array_equal(values[order], shuffled[name], err_msg=name)
 
 
+@pytest.mark.thorough
 def test_a_bad_stack_harms_no_neighbour(unjudged: None) -> None:
     lanes, motions = mixed()
     good = run_batch("impulse", lanes, motions, MIXED_TIMES)
@@ -265,6 +266,7 @@ def test_a_bad_stack_harms_no_neighbour(unjudged: None) -> None:
         np.testing.assert_array_equal(response[name][others], good[name][others], err_msg=name)
 
 
+@pytest.mark.thorough
 def test_a_mirrored_stack_responds_mirrored() -> None:
     lanes, motions = mixed()
     mirrored = dataclasses.replace(
@@ -372,6 +374,7 @@ def test_blocks_overturn() -> None:
     assert response["rotation"][0, 1, -1] < 0.0 < response["rotation"][1, 1, -1]
 
 
+@pytest.mark.thorough
 def test_a_tower_stands_while_its_centres_of_mass_are_supported() -> None:
     # Equal blocks of width w stand while what is above a face has its centre within w / 2: two
     # blocks up to an offset of w / 2, and with that, below them, up to w / 4.

@@ -23,9 +23,9 @@ def two_equal(lanes: Lanes) -> Lanes:
     """Two flat blocks of each lane, one on the other."""
     stacks = as_stacks(lanes)
     parts = {
-        field.name: np.repeat(getattr(stacks, field.name), 2, axis=1)
-        for field in dataclasses.fields(stacks)
-        if field.name != "angular_restitution"
+        name: np.repeat(each, 2, axis=1)
+        for name, each in stacks.arrays.items()
+        if name != "angular_restitution"
     }
     return dataclasses.replace(stacks, **parts)
 

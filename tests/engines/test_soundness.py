@@ -193,10 +193,7 @@ def barrier_on_a_grid(lanes: Lanes) -> float:
     angles = np.linspace(-0.4, 0.4, 161)
     lower, upper = (each.ravel() for each in np.meshgrid(angles, angles, indexing="ij"))
     many = Lanes(
-        **{
-            field.name: np.repeat(getattr(lanes, field.name), len(lower), axis=0)
-            for field in dataclasses.fields(lanes)
-        }
+        **{name: np.repeat(each, len(lower), axis=0) for name, each in lanes.arrays.items()}
     )
     states = dataclasses.replace(many, rotation_start=np.stack([lower, upper], axis=1))
     energy = stack_energy_held(states).reshape(len(angles), -1)

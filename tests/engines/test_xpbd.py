@@ -21,7 +21,7 @@ from tests.shared.blocks import (
 from tests.shared.speed import require_gain
 from warprock.engines.launching import Form
 from warprock.model import rocking
-from warprock.model.lanes import Lanes
+from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import Control, GroundMotions, StillBase
 from warprock.model.response import LANE_FIELDS, SOUND, Outcome, Response, SampleTimes, Status
 from warprock.oracle.pair import rock_two_blocks
@@ -166,7 +166,8 @@ def test_compliance_vanishes_at_first_order() -> None:
     assert found[2] <= 3e-4
 
 
-@pytest.mark.parametrize("substeps", [pytest.param(1, marks=pytest.mark.thorough), 20])
+@pytest.mark.thorough
+@pytest.mark.parametrize("substeps", [1, 20])
 def test_a_compliant_stack_sinks_by_the_force_on_each_end(substeps: int) -> None:
     # The upper block is offset by 0.1 m: on 0.5 m of ground, twice its weight at 0.05 m; between
     # the blocks, 0.4 m of overlap, its weight at 0.1 m, which is 0.25 m from the far end.
@@ -198,8 +199,7 @@ def test_a_stack_that_nothing_lifts_rests(count: int) -> None:
 
 def test_a_stack_of_one_is_the_single_block() -> None:
     single = free_lanes()
-    names = [f.name for f in dataclasses.fields(single) if f.name != "angular_restitution"]
-    alone = dataclasses.replace(single, **{n: getattr(single, n)[:, None] for n in names})
+    alone = as_stacks(single)
     times = SampleTimes(1.0, 0.01)
     one, other = (run(lanes, StillBase(9), times, COARSE) for lanes in (single, alone))
     np.testing.assert_array_equal(other["rotation"][:, 0], one["rotation"])
@@ -336,6 +336,7 @@ def test_more_sweeps_than_unrolled_give_the_same_physics() -> None:
     assert np.max(np.abs(few - many)) > 0.0
 
 
+@pytest.mark.thorough
 def test_a_mirrored_stack_responds_mirrored() -> None:
     lanes, motions = mixed()
     mirrored = dataclasses.replace(
@@ -354,6 +355,7 @@ def test_a_mirrored_stack_responds_mirrored() -> None:
     np.testing.assert_array_equal(there["outcome"], response["outcome"])
 
 
+@pytest.mark.thorough
 def test_a_stack_depends_on_no_other(unjudged: None) -> None:
     lanes, motions = mixed()
     whole = run_batch("xpbd", lanes, motions, MIXED_TIMES, workers=1, chunk_size=64)

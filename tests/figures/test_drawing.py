@@ -63,3 +63,18 @@ def test_a_users_script_can_take_the_style_by_its_name():
 
     with matplotlib.style.context("warprock.figures.sheet"):
         assert matplotlib.rcParams["image.cmap"] == "cividis"
+
+
+def test_panels_are_laid_out_again_only_where_something_has_changed(drawing, monkeypatch):
+    """Laying out is the dearer half of saving: a page takes the drawing that a file took before."""
+    drawing.png()
+    engine = drawing.figure.get_layout_engine()
+    laid_out = []
+    monkeypatch.setattr(engine, "execute", lambda figure: laid_out.append(figure))
+    drawing.svg()
+    assert not laid_out
+    assert drawing.figure.get_layout_engine() is engine
+    drawing.figure.axes[0].set_ylabel("what follows makes room for")
+    drawing.svg()
+    assert laid_out
+    drawing.figure.axes[0].set_ylabel("")

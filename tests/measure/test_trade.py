@@ -161,9 +161,9 @@ def test_error_of_a_lane_is_that_of_its_worst_block_and_infinite_without_an_answ
     stacked = dataclasses.replace(
         lanes,
         **{
-            f.name: np.stack([getattr(lanes, f.name)] * 2, axis=1)
-            for f in dataclasses.fields(lanes)
-            if f.name != "angular_restitution"
+            name: np.stack([each] * 2, axis=1)
+            for name, each in lanes.arrays.items()
+            if name != "angular_restitution"
         },
     )
     right = np.zeros((3, 2, 4))

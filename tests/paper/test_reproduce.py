@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+import threading
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from warprock.case.load import load_case
 from warprock.compare import study
 from warprock.compare.checks import CaseResponses
 from warprock.errors import InputError
+from warprock.figures.drawing import Drawing
 from warprock.model.response import (
     FIELDS,
     INTEGER_FIELDS,
@@ -25,6 +28,7 @@ from warprock.paper import stack as reproduce_stack
 from warprock.paper.conflicts import slip_deceleration
 from warprock.paper.printed import PAPER_COLUMNS, paper_table
 from warprock.paper.reproduce import CASES_OF, GROUPS, SENSITIVITY, reproduce
+from warprock.paper.runs import MEMBERS
 
 KEYS = {"target", "frequency_hz", "amplitude_mm", "reading", "source", "peak_rotation_ratio"}
 DISPLACEMENT_PEAKS = (0.1864, 0.1366, 0.1858, 0.0903, 0.1079, 0.1228)
@@ -219,9 +223,11 @@ FIGURES = {
     ],
 )
 def test_a_figure_target_writes_its_figures_and_its_numbers(target: str, tmp_path, answered):
-    found = reproduce(target, tmp_path / "new")
+    drawings: list[Drawing] = []
+    found = reproduce(target, tmp_path / "new", drawings=drawings)
     names = {path.name for path in (tmp_path / "new").iterdir()}
     assert names == FIGURES[target] | {f"{target}.csv"}
+    assert {f"{each.name}.png" for each in drawings} == {n for n in names if n.endswith(".png")}
     assert sorted(names) == sorted(file.rsplit("/", 1)[1] for file in found["files"])
     assert all(row.keys() >= KEYS for row in found["rows"])
     errors = [row["peak_error"] for row in rows_of(found, source="impulse")]
@@ -257,6 +263,48 @@ def test_all_makes_every_target_and_runs_a_case_once(tmp_path, answered, monkeyp
     }
     assert done == sorted(done)
     assert {conflict["item"] for conflict in found["conflicts"]} == set(range(1, 14))
+
+
+def test_runs_ahead_are_run_once_and_a_failing_one_fails_where_it_is_asked_for(monkeypatch):
+    """Whoever asks for a run that another thread has in hand waits for it."""
+    held, begun, ran = threading.Event(), threading.Event(), []
+
+    def run(self, engine):
+        ran.append(engine)
+        if engine == "dem":
+            raise InputError("case", "key", "value", "must be another")
+        begun.set()
+        assert held.wait(10.0)
+        return _answer(self, engine)
+
+    monkeypatch.setattr(CaseResponses, "_run", run)
+    runs = module.PaperRuns()
+    case = runs.case("free-b0")
+    runs.run_ahead([(case, "impulse"), (case, "dem"), (case, "event")])
+    assert begun.wait(10.0)
+    threading.Timer(0.1, held.set).start()
+    assert case["impulse"].engine == "impulse"
+    with pytest.raises(InputError, match="must be another"):
+        case["dem"]
+    assert ran.count("impulse") == 1
+    assert "event" not in ran
+
+
+@pytest.mark.parametrize(
+    ("asked", "few"), [({}, True), ({"full": True}, False), ({"members": 3}, None)]
+)
+def test_ensembles_have_fewer_members_than_their_cases_unless_all_are_asked_for(asked, few):
+    runs = module.PaperRuns(**asked)
+    for name, members in MEMBERS.items():
+        case = runs.case(*name)
+        most = load_case(name[0]).ensemble.members
+        assert case.lane_set.members == {True: members, False: most, None: 3}[few]
+        assert members < most
+    # Blocks fall under one input alone, and few of them: its members are all those of the case.
+    (falling, *_) = (
+        case for case, _ in module.space_ensembles(runs) if len(case.lane_set.cells) == 1
+    )
+    assert falling.lane_set.members == (asked.get("members") or 128)
 
 
 def test_groups_are_of_targets_and_all_is_every_one():

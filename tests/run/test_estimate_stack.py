@@ -36,6 +36,7 @@ def pairs(random: np.random.Generator) -> Lanes:
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("time_step", [1e-2, 5e-3])
 def test_the_error_of_most_blocks_is_below_its_estimate(time_step: float) -> None:
     """400 such pairs: 0.95 and 0.91 of the blocks, the estimate 1.5 times the error (median).

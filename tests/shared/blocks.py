@@ -55,9 +55,9 @@ def two_equal(lanes: Lanes) -> Lanes:
     """Two blocks of each lane, one on the other, let go as one."""
     stacks = as_stacks(lanes)
     parts = {
-        field.name: np.repeat(getattr(stacks, field.name), 2, axis=1)
-        for field in dataclasses.fields(stacks)
-        if field.name != "angular_restitution"
+        name: np.repeat(each, 2, axis=1)
+        for name, each in stacks.arrays.items()
+        if name != "angular_restitution"
     }
     halved = 0.3 * parts.pop("rotation_start")
     return dataclasses.replace(stacks, rotation_start=halved, **parts)

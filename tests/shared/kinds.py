@@ -27,8 +27,8 @@ KINDS = (MotionKind.STILL, MotionKind.HARMONIC, MotionKind.RECORD)
 def in_every_kind(scenes: Iterable[tuple[str, str]]) -> list[Any]:
     """Engines and scenes, each in every kind of motion, as parameters of a test.
 
-    Every kind is a kernel to compile, and in space a long one. The ordinary run has every engine in
-    the plane in the analytic kind; all the rest comes with `thorough`.
+    Every kind is a kernel to compile, and in space a long one. The ordinary run has single blocks
+    in the plane, as stacks of one, too, in the analytic kind; the rest comes with `thorough`.
     """
     return [
         pytest.param(
@@ -36,7 +36,7 @@ def in_every_kind(scenes: Iterable[tuple[str, str]]) -> list[Any]:
             scene,
             kind,
             marks=()
-            if kind is MotionKind.HARMONIC and "in space" not in scene
+            if kind is MotionKind.HARMONIC and scene in ("block", "stack of one")
             else pytest.mark.thorough,
         )
         for engine, scene in scenes

@@ -49,9 +49,7 @@ def spatial_stack(
     """One stack in space from the full widths and heights of its blocks [m]; more by name."""
     flat = make_lanes(width, height)
     parts = {
-        field.name: getattr(flat, field.name)[None, :]
-        for field in dataclasses.fields(flat)
-        if field.name != "angular_restitution"
+        name: each[None, :] for name, each in flat.arrays.items() if name != "angular_restitution"
     }
     return in_space(Lanes(**parts, angular_restitution=np.ones(1)), **more)
 

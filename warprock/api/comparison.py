@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NoReturn
 
 import pandas as pd
@@ -16,9 +16,12 @@ from warprock.api.progress import Shown, shown
 from warprock.case.case import Case
 from warprock.case.load import Overrides
 from warprock.compare.checks import compare as compare_engines
+from warprock.figures.drawing import Drawing
+from warprock.figures.poses import draw_poses
 from warprock.tables.cells import print_cell_comparison
 from warprock.tables.compare import print_comparison
 from warprock.tables.peers import print_costs
+from warprock.tables.poses import print_pose_comparison
 from warprock.tables.report import Report
 from warprock.tables.stack import print_stack_comparison
 
@@ -34,7 +37,7 @@ def compare(
     """Engines side by side on one case, lane by lane, held against Housner's solution.
 
     Stacks and blocks in space are held against the engine that is named first; ensembles, too, cell
-    by cell.
+    by cell. Of a case with a check of poses that were observed, all are held against those.
 
     Args:
         case: The case, as in `run`.
@@ -62,11 +65,14 @@ def compare(
         with shown(progress, work.name, None) as report:
             found = compare_engines(work, list(engines), workers, report)
     title = f"{work.name}: {', '.join(engines)}"
-    return Comparison(title, found, functools.partial(_report, work, found), list)
+    draw: Callable[[], list[Drawing]] = list
+    if "observed" in found:
+        draw = functools.partial(draw_poses, found)
+    return Comparison(title, found, functools.partial(_report, work, found), draw)
 
 
 class Comparison(Found):
-    """Engines side by side: tables, without figures and without a page."""
+    """Engines side by side: tables, without a page; figures beside observed poses alone."""
 
     _saves_page = False
 
@@ -92,6 +98,8 @@ def _report(case: Case, found: dict[str, Any]) -> Report:
 def _show(case: Case, found: dict[str, Any]) -> None:
     if case.ensemble is not None:
         print_cell_comparison(case, found)
+    elif "observed" in found:
+        print_pose_comparison(found)
     elif found["stacked"] or found["spatial"]:
         print_stack_comparison(found)
     else:

@@ -17,8 +17,9 @@ import pandas as pd
 from warprock.api.plain import plain
 from warprock.case.block import Block as BlockTable
 from warprock.case.block import StackedBlock
+from warprock.case.body import Body as BodyTable
 from warprock.case.contact import Contact as ContactTable
-from warprock.case.motion import Direction
+from warprock.case.motion import Motion as MotionTable
 from warprock.case.run import Run as RunTable
 from warprock.case.start import Start as StartTable
 from warprock.case.table_columns import swept_columns
@@ -124,7 +125,7 @@ class Block(_Declared):
 mm, km, in, ft), such as "8 mm"
     """
 
-    _tables = (StackedBlock, BlockTable)
+    _tables = (StackedBlock, BodyTable, BlockTable)
 
 
 class Contact(_Declared):
@@ -178,7 +179,7 @@ class Motion(_Declared):
         0.5
     """
 
-    _tables = (Direction,)
+    _tables = (MotionTable,)
 
     @classmethod
     def _inner(cls) -> dict[str, str]:

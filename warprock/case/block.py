@@ -8,6 +8,7 @@ from typing import Annotated, Any, ClassVar, Self
 
 import pydantic
 
+from warprock.case.body import HEIGHT, Body
 from warprock.case.contact import FRICTION
 from warprock.case.validation import KeyedError, Table, validated
 from warprock.model.runnable import MOST_BLOCKS
@@ -42,12 +43,7 @@ class _Box(Table):
             column=Column("width"),
         ),
     ] = None
-    height: Annotated[
-        float,
-        NumberKey(
-            "the full height of the block", "1 mm to 1 km", swept=True, column=Column("height")
-        ),
-    ]
+    height: Annotated[float, HEIGHT]
     depth: Annotated[
         float | None,
         NumberKey(
@@ -195,7 +191,14 @@ class Stack(pydantic.RootModel[dict[str, StackedBlock]]):
         return blocks
 
 
-def read_block(table: object) -> Block | Stack:
-    """[block] as one block or, where it has a key that is a number, as a stack."""
-    numbered = isinstance(table, Mapping) and any(str(name).isdecimal() for name in table)
-    return validated(Stack, table) if numbered else validated(Block, table)
+def read_block(table: object) -> Block | Stack | Body:
+    """[block] as one block, or as a stack where it has a key that is a number.
+
+    A key that a body alone has, such as `base`, makes it a body.
+    """
+    if isinstance(table, Mapping):
+        if any(str(name).isdecimal() for name in table):
+            return validated(Stack, table)
+        if Body.own().intersection(table):
+            return validated(Body, table)
+    return validated(Block, table)

@@ -10,7 +10,7 @@ from typing import Any
 
 from warprock.case.axes import LABEL, Axis, Numbers, axis_shape
 from warprock.case.case_file import CaseFile
-from warprock.case.check import CheckSpec
+from warprock.case.check import CheckSpec, PosesCheck
 from warprock.case.ensemble import Ensemble
 from warprock.case.run import DURATION
 from warprock.case.settings import ENGINES, PEERS, read_settings
@@ -74,7 +74,15 @@ class Case:
     @property
     def sample_times(self) -> SampleTimes:
         """Length of the longest run and sampling of its histories."""
-        return SampleTimes(max(self.durations), self.tables.run.sample_interval)
+        interval = self.tables.run.sample_interval
+        places = self.observed_poses is not None and interval is not None
+        return SampleTimes(max(self.durations), interval, places=places)
+
+    @property
+    def observed_poses(self) -> str | None:
+        """Path of the file with poses that were observed; None of a case without such a check."""
+        files = (check.file for check in self.checks if isinstance(check, PosesCheck))
+        return next(files, None)
 
     @property
     def durations(self) -> tuple[float, float]:

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Self
 import pydantic
 
 from warprock.case.block import Block, Stack, read_block
+from warprock.case.body import Body
 from warprock.case.check import CheckSpec, read_check
 from warprock.case.contact import Contact
 from warprock.case.motion import Motion
@@ -36,7 +37,7 @@ class CaseFile(Table):
     title: Annotated[str, TextKey("text that says what the case is")]
     source: Annotated[str, ProseKey("where the numbers of the case come from")]
     model: Annotated[str | None, TextKey("the space that blocks move in", (PLANAR, SPATIAL))] = None
-    block: Annotated[Block | Stack, pydantic.PlainValidator(read_block)]
+    block: Annotated[Block | Stack | Body, pydantic.PlainValidator(read_block)]
     contact: Contact
     start: Start = Start()
     motion: Motion | None = None

@@ -27,7 +27,14 @@ _COMPUTED = (
         "Slenderness (critical) angle; of an eccentric block that of its weaker side",
     ),
     Column("slenderness_angle_across", "rad", "The same about the edges at the ends of its depth"),
-    Column("half_diagonal", "m", "Half diagonal"),
+    Column("slenderness_angle_left", "rad", "Slenderness angle of a body to its side at -x"),
+    Column("slenderness_angle_right", "rad", "Slenderness angle of a body to its side at +x"),
+    Column(
+        "half_diagonal",
+        "m",
+        "Half diagonal; of a body the distance from its centre of mass to the nearer end of its "
+        "base",
+    ),
     Column("frequency_parameter", "rad/s", "Frequency parameter"),
     Column("record_source", text="Where the record is from"),
     Column("record_licence", text="Licence of the record"),

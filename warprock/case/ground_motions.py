@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from warprock.case.body_lanes import DIRECTION
 from warprock.case.case import Case
 from warprock.case.columns import SPECTRAL, computed, key_column
 from warprock.case.keys import KEYS
@@ -56,10 +57,12 @@ def lane_motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[
     _refuse_families(values, tables)
     found = {table: _component(values, table) for table in tables}
     along, columns, peak = found[ALONG]
-    uplift = _uplift(lanes, ALONG)
+    # In the plane a direction has turned the body.
+    turn = values.numbers(DIRECTION) if lanes.spatial and values.given(DIRECTION) else None
+    uplift = _uplift(lanes, ALONG, turn)
     columns |= {"normalised_acceleration": peak / (GRAVITY * uplift)}
     if _PEAK_VELOCITY in columns and not lanes.stacked:
-        p = rocking.frequency_parameter(lanes.width, lanes.height)
+        p = _frequency_parameter(lanes)
         columns["normalised_velocity"] = (
             p * np.asarray(columns[_PEAK_VELOCITY]) / (GRAVITY * uplift)
         )
@@ -72,21 +75,44 @@ def lane_motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[
             columns |= {f"{name}_{table[-1]}": column for name, column in more.items()}
     rest = no_motion(along)
     across, upwards = (found[t][0] if t in found else rest for t in (ACROSS, UPWARDS))
+    if turn is not None:
+        if lanes.body is None:
+            columns |= key_column(DIRECTION, turn)
+        along, across = along.scaled(np.cos(turn)), along.scaled(np.sin(turn))
     return SpatialMotions(along, across, upwards), columns
 
 
-def _uplift(lanes: Lanes, table: str) -> Array:
+def _frequency_parameter(lanes: Lanes) -> Array:
+    """Frequency parameter of single blocks [rad/s], shape [lane]."""
+    if lanes.body is not None:
+        return lanes.body.frequency_parameter
+    return rocking.frequency_parameter(lanes.width, lanes.height)
+
+
+def _uplift(lanes: Lanes, table: str, turn: Array | None = None) -> Array:
     """Base acceleration / g along a direction, x or y, from which on a lane begins to rock [-].
 
     There the resultant of weight and inertia leaves the face on which a block stands. In space that
     is over whichever edge is met first, to either side, from below an eccentric centre of mass and
     across a face that is turned by the yaw.
+
+    Args:
+        lanes: The lanes.
+        table: Whether along x or y.
+        turn: Angle by which the direction is turned in space [rad], shape [lane].
     """
     if lanes.stacked:
         return np.asarray(uplift_ratio(lanes).min(axis=1))
     if not isinstance(lanes, SpatialLanes):
-        return np.asarray(lanes.width / lanes.height)
-    along, across = np.abs([np.cos(lanes.yaw_start), np.sin(lanes.yaw_start)])
+        return lanes.uplift_ratios.min(axis=1) if lanes.body else lanes.width / lanes.height
+    angle = lanes.yaw_start if turn is None else turn - lanes.yaw_start
+    if lanes.body is not None:
+        ahead = (
+            turn if turn is not None else np.full(lanes.lane_count, 0.5 * np.pi * (table == ACROSS))
+        )
+        ends = lanes.body.reach(ahead - lanes.yaw_start)
+        return np.asarray(np.abs(ends).min(axis=1) / lanes.body.centre_height)
+    along, across = np.abs([np.cos(angle), np.sin(angle)])
     if table == ACROSS:
         along, across = across, along
     with np.errstate(divide="ignore"):

@@ -8,15 +8,16 @@ from __future__ import annotations
 import re
 
 from warprock.case.block import Block, StackedBlock
+from warprock.case.body import Body
 from warprock.case.case_file import CaseFile
 from warprock.case.contact import Contact
-from warprock.case.motion import Direction
+from warprock.case.motion import Motion
 from warprock.case.run import DURATION, Run
 from warprock.case.start import Start
 from warprock.case.validation import Table
 from warprock.quantity import NumberKey, TextKey
 
-_TABLES: tuple[type[Table], ...] = (Block, Contact, Start, Direction, Run, StackedBlock)
+_TABLES: tuple[type[Table], ...] = (Body, Block, Contact, Start, Motion, Run, StackedBlock)
 
 
 def _keys() -> dict[str, NumberKey | TextKey]:

@@ -15,12 +15,14 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.case.axes import LABEL
+from warprock.case.body_lanes import body_columns, body_lanes, body_of
 from warprock.case.case import Case
 from warprock.case.check import PeaksCheck
 from warprock.case.columns import computed, key_column, lane_columns
 from warprock.case.ensemble import CELL_COLUMNS
 from warprock.case.ground_motions import lane_motions
 from warprock.case.keys import general_key
+from warprock.case.release import release_columns, released
 from warprock.case.round_base import refuse_in_space, round_keys
 from warprock.case.run import DURATION
 from warprock.case.space import optional, spatial_because, spatial_columns, spatial_lanes
@@ -116,6 +118,26 @@ class LaneSet:
         """Length of the runs in words."""
         least, most = np.min(self.ends), np.max(self.ends)
         return f"{most:g} s" if least == most else f"{least:g} s to {most:g} s"
+
+    def take(self, chosen: npt.NDArray[np.intp]) -> LaneSet:
+        """Some lanes, in any order and as often as they are named; `first` stays what it was.
+
+        Args:
+            chosen: Places of the lanes in this set, from 0.
+        """
+        steps, durations = self.step_factors, self.durations
+        return dataclasses.replace(
+            self,
+            lanes=self.lanes.take(chosen),
+            motions=self.motions.take(chosen),
+            inputs=self.inputs.iloc[chosen].reset_index(drop=True),
+            step_factors=None if steps is None else steps[chosen],
+            durations=None if durations is None else durations[chosen],
+        )
+
+    def alone(self, lane: int) -> LaneSet:
+        """One lane, by its place from 0, with its number."""
+        return dataclasses.replace(self.take(np.array([lane])), first=self.first + lane)
 
     def select(self, where: Mapping[str, str]) -> npt.NDArray[np.intp]:
         """Lanes with certain labels, in lane order.
@@ -230,14 +252,24 @@ def require_room_for_lanes(case: Case) -> None:
 def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions, dict[str, object]]:
     """Blocks, ground motions, and the columns of both in the table of inputs."""
     stacked = values.case.tables.stacked
-    blocks = stack_lanes(values) if stacked else _blocks(values, in_space=in_space)
+    body = body_of(values)
+    if body is not None:
+        blocks = body_lanes(values, body, in_space=in_space)
+    else:
+        blocks = stack_lanes(values) if stacked else _blocks(values, in_space=in_space)
     if in_space:
         blocks = spatial_lanes(values, blocks)
-    columns = stack_columns(blocks) if stacked else _block_columns(blocks)
+    if body is not None:
+        columns = body_columns(values, body, blocks)
+    else:
+        columns = stack_columns(blocks) if stacked else _block_columns(blocks)
     for number, key in round_keys(values).items():
         columns |= key_column(general_key(key), values.numbers(key), number)
     if isinstance(blocks, SpatialLanes):
         columns |= spatial_columns(blocks)
+    if not blocks.stacked:
+        blocks = released(values, blocks)
+        columns |= release_columns(values)
     motions, more = lane_motions(values, blocks)
     if values.swept(DURATION):
         more |= key_column(DURATION, values.numbers(DURATION))
@@ -274,6 +306,7 @@ def _blocks(values: LaneValues, *, in_space: bool) -> Lanes:
         offset=np.zeros_like(width),
         rotation_start=rotation_start,
         angular_restitution=restitution,
+        restitution_given=values.given("contact.angular_restitution"),
     )
 
 

@@ -130,12 +130,12 @@ class Direction(Table):
 
     def takes(self, name: str) -> bool:
         """Whether the waveform has a use for a key of this table."""
-        return name in FAMILY_OF[self.waveform].keys
+        return name == "direction" or name in FAMILY_OF[self.waveform].keys
 
     @pydantic.model_validator(mode="after")
     def _keys_of_the_waveform(self) -> Self:
         family, declared = FAMILY_OF[self.waveform], self.declared()
-        given = self.model_fields_set - {"waveform", "y", "z"}
+        given = self.model_fields_set - {"waveform", "direction", "y", "z"}
         for name in declared:
             if name in given and name not in family.keys:
                 allowed = f"must not be given with waveform {self.waveform}"
@@ -153,5 +153,22 @@ class Direction(Table):
 class Motion(Direction):
     """How the base moves: along x, and in space also along y and z."""
 
+    direction: Annotated[
+        float | None,
+        NumberKey(
+            "the angle from the block's x axis to the axis that [motion] moves along, about the "
+            "vertical; of a body run in the plane it turns the plane of rocking",
+            "-360 deg to 360 deg",
+            swept=True,
+            column=Column("direction", "deg"),
+        ),
+    ] = None
     y: Direction | None = None
     z: Direction | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _one_direction(self) -> Self:
+        if self.direction is not None and self.y is not None:
+            allowed = "must not be given beside motion.y, which says how the base moves across"
+            raise KeyedError("direction", self.direction, allowed)
+        return self

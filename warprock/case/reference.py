@@ -10,12 +10,13 @@ from typing import Any, NamedTuple
 from pydantic.fields import FieldInfo
 
 from warprock.case.block import Block, StackedBlock
+from warprock.case.body import Body
 from warprock.case.case_file import CaseFile
 from warprock.case.check import CHECKS
 from warprock.case.contact import Contact
 from warprock.case.ensemble import EnsembleTable
 from warprock.case.keys import general_key
-from warprock.case.motion import Direction
+from warprock.case.motion import Motion
 from warprock.case.run import Run
 from warprock.case.sample import DISTRIBUTIONS, SampleTable
 from warprock.case.settings import ENGINES, PEERS
@@ -86,10 +87,11 @@ def sections() -> Iterator[Section]:
     """Every table of a case file."""
     yield _section("the file itself", CaseFile)
     yield _section("[block]", Block)
+    yield _section("[block] of a body", Body)
     yield _section("[block.N]", StackedBlock)
     yield _section("[contact]", Contact)
     yield _section("[start]", Start)
-    yield _section("[motion], [motion.y], [motion.z]", Direction)
+    yield _section("[motion], [motion.y], [motion.z]", Motion)
     yield _section("[run]", Run)
     yield _section("[[sweep]] KEY = { ... }", Grid)
     yield _section('[[sweep]] table = "FILE"', TableEntry)
@@ -147,7 +149,7 @@ def _row(key: str, declared: Key, default: str | None, required: bool) -> KeyRow
         allowed_with=_waveforms(family for family in FAMILIES if name in family.may),
         text=declared.text,
     )
-    if table != Direction.place or row.needed_by + row.allowed_with == _waveforms(FAMILIES):
+    if table != Motion.place or row.needed_by + row.allowed_with == _waveforms(FAMILIES):
         row = row._replace(needed_by=(), allowed_with=())
     if not isinstance(declared, InputKey):
         return row

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from warprock.case.block import Block, StackedBlock
+from warprock.case.body_lanes import DIRECTION, body_of
 from warprock.case.case_file import PLANAR, SPATIAL
 from warprock.case.columns import attribute, computed, lane_columns
 from warprock.case.start import Start
@@ -46,6 +48,11 @@ def spatial_because(values: LaneValues) -> str:
     """
     tables = values.case.tables
     reasons = dict(_REASONS)
+    body = body_of(values)
+    if tables.model != PLANAR and body is None:
+        reasons[DIRECTION] = "moves its base at an angle to the plane of rocking"
+    if tables.model != PLANAR and body is not None and body.spatial:
+        reasons["block.base"] = "has a body in space"
     for block in range(1, tables.block_count + 1):
         reasons |= StackedBlock.needs_space(f"block.{block}")
     given = [key for key in reasons if values.given(key)]
@@ -64,9 +71,10 @@ def spatial_lanes(values: LaneValues, planar: Lanes) -> SpatialLanes:
     Raises:
         InputError: A start or an offset that leaves a block beside what it stands on.
     """
-    parts = {f.name: getattr(planar, f.name) for f in dataclasses.fields(planar)}
+    parts: dict[str, Any] = {f.name: getattr(planar, f.name) for f in dataclasses.fields(planar)}
     more = _of_stacks(values, planar) if planar.stacked else _of_blocks(values, planar)
-    lanes = SpatialLanes(**parts, **more)
+    parts |= more
+    lanes = SpatialLanes(**parts)
     _refuse(values, lanes)
     return lanes
 
@@ -94,6 +102,8 @@ def _of_stacks(values: LaneValues, planar: Lanes) -> dict[str, Array]:
 
 def _refuse(values: LaneValues, lanes: SpatialLanes) -> None:
     """Refuses blocks that do not start above what they stand on."""
+    if lanes.body is not None:
+        return _refuse_fallen_bodies(values, lanes)
     for block in range(lanes.block_count):
         table = f"block.{block + 1}" if lanes.stacked else "block"
         one = _block(lanes, block)
@@ -122,6 +132,21 @@ def _refuse_fallen(values: LaneValues, lanes: SpatialLanes) -> None:
         values.refuse(beyond & (start != 0.0), f"start.{key}", allowed)
 
 
+def _refuse_fallen_bodies(values: LaneValues, lanes: SpatialLanes) -> None:
+    """The same of bodies."""
+    body = lanes.body
+    assert body is not None
+    for key, start, sides in (
+        ("rotation", lanes.rotation_start, body.slenderness_angles),
+        ("rotation_across", lanes.rotation_across_start, body.slenderness_angles_across),
+    ):
+        angle = np.where(start < 0.0, sides[:, 0], sides[:, 1])
+        beyond = np.abs(start) >= angle
+        limit = np.rad2deg(angle[int(np.argmax(beyond))])
+        allowed = f"must be less than the slenderness angle of that side, {limit:.6g} deg"
+        values.refuse(beyond & (start != 0.0), f"start.{key}", allowed)
+
+
 def _refuse_in_stack(values: LaneValues, lanes: SpatialLanes, block: int, table: str) -> None:
     allowed = "must be 0 in space: stacks start flat there"
     values.refuse(lanes.rotation_start[:, block] != 0.0, f"{table}.rotation", allowed)
@@ -140,8 +165,7 @@ def _block(lanes: SpatialLanes, block: int) -> SpatialLanes:
     """One block of stacks as single blocks; single blocks as they are."""
     if not lanes.stacked:
         return lanes
-    parts = {f.name: getattr(lanes, f.name) for f in dataclasses.fields(lanes)}
-    flat = {k: v[:, block] if v.ndim == 2 else v for k, v in parts.items()}
+    flat: dict[str, Any] = {k: v[:, block] if v.ndim == 2 else v for k, v in lanes.arrays.items()}
     return dataclasses.replace(lanes, **flat)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -31,7 +33,7 @@ def stack_lanes(values: LaneValues) -> Lanes:
         values.numbers(key if values.given(key) else "contact.friction")
         for key in (f"block.{number}.friction" for number in numbers)
     ]
-    found = {
+    found: dict[str, Any] = {
         attribute(key): np.stack(
             [values.numbers(key.replace("N", str(number))) for number in numbers], axis=1
         )

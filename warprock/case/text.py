@@ -61,6 +61,18 @@ def case_names() -> list[str]:
     )
 
 
+def data_folder(name: str, folder: pathlib.Path | None) -> pathlib.Path | None:
+    """Folder of the tables that belong to a case: its own, also where it is a shipped one.
+
+    Args:
+        name: Name of the case.
+        folder: Its folder; None for a shipped case, and for one that has no file.
+    """
+    if folder is None and name in case_names():
+        return pathlib.Path(str(_shipped().joinpath(name)))
+    return folder
+
+
 def template_kinds() -> list[str]:
     """Kinds of commented case files that `template_text` knows, sorted."""
     names = (entry.name for entry in _shipped().joinpath("templates").iterdir())

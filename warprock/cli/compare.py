@@ -57,8 +57,9 @@ def compare(
     """Engines side by side on one CASE, lane by lane, held against Housner.
 
     Stacks and blocks in space are held against the engine that is named first; ensembles, too, cell
-    by cell. Programs that we did not write (newton-xpbd, mujoco, bullet, blender, ...; `list` has
-    them) run beside. Settings of one run come behind its name: `-e event@time_step=1e-3`.
+    by cell; a case with poses that were observed against those. Programs that we did not write
+    (newton-xpbd, mujoco, bullet, blender, ...; `list` has them) run beside. Settings of one run
+    come behind its name: `-e event@time_step=1e-3`.
     """
     from warprock.case.load import load_case
     from warprock.compare import checks
@@ -66,6 +67,7 @@ def compare(
     from warprock.tables.cells import print_cell_comparison
     from warprock.tables.compare import print_comparison
     from warprock.tables.peers import print_costs
+    from warprock.tables.poses import print_pose_comparison
     from warprock.tables.stack import print_stack_comparison
     from warprock.tables.terminal import lane_progress, print_end, print_json
 
@@ -75,6 +77,8 @@ def compare(
     show: Callable[[dict[str, Any]], None] = print_comparison
     if found["stacked"] or found.get("spatial"):
         show = print_stack_comparison
+    if "observed" in found:
+        show = print_pose_comparison
     if case.ensemble is not None:
         show = functools.partial(print_cell_comparison, case)
     if as_json:
@@ -82,7 +86,7 @@ def compare(
         return
     show(found)
     print_costs(found)
-    if show is not print_comparison:
+    if show not in (print_comparison, print_pose_comparison):
         print_end(
             f"{len(engines)} engines were held against {engines[0]}.",
             f"warprock run {shlex.quote(case_name)} -e {plain_name(engines[0])} -o results",

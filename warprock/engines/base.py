@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
-from warprock.engines.decoding import histories, respond
+from warprock.engines.decoding import histories, respond, side_fields
 from warprock.engines.launching import Found, Kernel, Target, launch
 from warprock.kernels.instance import kernel_module
 from warprock.model.lanes import Lanes
@@ -43,12 +43,18 @@ class AbstractEngine(abc.ABC):
     """Order in the time step of the error after impacts; None if the step is not the knob."""
     spatial: ClassVar[bool] = False
     """Whether its blocks can move in space."""
+    bodies: ClassVar[tuple[bool, bool]] = (False, False)
+    """Whether its blocks can be bodies that are no boxes, in the plane and in space."""
+    rounded: ClassVar[bool] = False
+    """Whether it can roll a body on rounded corners."""
     restitution: ClassVar[str | None] = "finds the angular restitution from its contact law"
     """What it does where impacts are concerned; None if it follows what a case prescribes."""
     slides: ClassVar[bool] = True
     """Whether its blocks can slide, so that its law of contact may have several solutions."""
     above_rigid: ClassVar[bool] = False
     """Whether its kernels tell heights as what they differ from those of a pile of rigid blocks."""
+    starts_moving: ClassVar[tuple[str, ...]] = ()
+    """Where blocks may start with velocities or be thrown: plane, space."""
     rests_exactly: ClassVar[bool] = False
     """Whether a block at rest does not move at all, until its base lifts it or makes it slide."""
 
@@ -61,6 +67,18 @@ class AbstractEngine(abc.ABC):
         """Why the engine cannot run a scene; None if it can."""
         if scene.beyond_the_plane and not cls.spatial:
             return scene.beyond_the_plane
+        if scene.bodies and not cls.bodies[scene.spatial]:
+            place = " in space" if scene.spatial else " in the plane"
+            where = place if any(cls.bodies) else ""
+            return f"{cls.name} runs boxes alone{where}, and the case has a body (block.base)"
+        if scene.rounded and not cls.rounded:
+            return f"{cls.name} has sharp corners, and the case rounds them (block.corner_radius)"
+        where = "space" if scene.spatial else "plane"
+        if scene.moving and scene.bodies:
+            return f"{cls.name} lets bodies go from rest, and the case {scene.moving}"
+        if scene.moving and where not in cls.starts_moving:
+            place = "in space" if scene.spatial else "in the plane"
+            return f"{cls.name} lets blocks go from rest {place}, and the case {scene.moving}"
         declined = cls.declines(scene)
         if declined is None and cls.restitution is not None and scene.restitution_given:
             return (
@@ -92,6 +110,7 @@ class AbstractEngine(abc.ABC):
             blocks=lanes.block_count,
             lanes=kernel.lanes,
             friction=kernel.friction,
+            points=kernel.points,
         )
         return module
 
@@ -153,6 +172,8 @@ class AbstractEngine(abc.ABC):
             inputs = self.inputs(module, lanes, motions, times)
             found = launch(module, self.target, motions, times, **inputs)
         found = found.above_ground(lanes.block_count)
-        fields = self.fields(lanes, motions, times, found)
+        fields = dict(self.fields(lanes, motions, times, found))
+        if found.sides is not None:
+            fields |= side_fields(found.sides, fields["peak_rotation"].reshape(lanes.lane_count))
         sampled = histories(lanes, found, times, above_rigid=self.above_rigid)
         return respond(self.name, lanes, {**fields, **sampled}, times)

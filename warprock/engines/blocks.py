@@ -5,7 +5,7 @@ Lowest block first; a single block is a stack of one.
 
 from __future__ import annotations
 
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,7 @@ import numpy.typing as npt
 from warprock.engines.launching import NEVER
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.pose import bottom_corners, start_poses, turned
+from warprock.model.release import Release
 
 Array = npt.NDArray[np.float64]
 
@@ -147,10 +148,32 @@ def spatial_columns(lanes: Lanes) -> dict[str, Array]:
         "flat_s": np.sin(turn),
         "standing": np.sum(above <= TOUCHING, axis=-1).astype(np.float64),
     }
+    if lanes.release is not None and lanes.release.gyration is not None:
+        over = 1.0 / lanes.release.gyration
+        columns |= {f"inverse_{axis}": over[:, i, None] for i, axis in enumerate("xyz")}
     columns |= {name: position[..., axis] for axis, name in enumerate(("x", "y", "z"))}
     return columns | {
         name: attitude[..., part] for part, name in enumerate(("qx", "qy", "qz", "qw"))
     }
+
+
+def start_columns(lanes: Lanes) -> dict[str, npt.NDArray[Any]]:
+    """Rotations [rad] and angular velocities [rad/s] of single blocks in the plane, [lane] each."""
+    release = lanes.release
+    rates = np.zeros(lanes.lane_count) if release is None else release.angular_velocity[:, 1]
+    return {"starts": lanes.rotation_start, "rates": np.ascontiguousarray(rates)}
+
+
+def throw_columns(lanes: Lanes) -> dict[str, npt.NDArray[Any]]:
+    """Fields of the struct `Throw` of kernels/shape/thrown.py, shape [lane] each."""
+    count = lanes.lane_count
+    release = lanes.release or Release(np.zeros((count, 3)), np.zeros((count, 3)))
+    found: dict[str, npt.NDArray[Any]] = {
+        f"{kind}{axis}": each[:, number]
+        for kind, each in (("v", release.velocity), ("w", release.angular_velocity))
+        for number, axis in enumerate("xyz")
+    }
+    return found | {"tumbles": np.full(count, int(release.thrown), np.int32)}
 
 
 def _flat_places(stacks: SpatialLanes) -> Array:

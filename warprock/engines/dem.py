@@ -12,6 +12,8 @@ import numpy.typing as npt
 from warprock.engines.base import AbstractEngine
 from warprock.engines.blocks import body_columns
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
+from warprock.engines.dem_bodies import CornerSprings, corner_rows, cornered_columns
+from warprock.engines.dem_bodies_space import PointSprings, sprung_inputs
 from warprock.engines.dem_springs import (
     interface_depth,
     stable_step,
@@ -85,21 +87,32 @@ class Dem(AbstractEngine):
     settings_type = DemSettings
     order: ClassVar[int | None] = 1
     spatial: ClassVar[bool] = True
+    bodies: ClassVar[tuple[bool, bool]] = (True, True)
     above_rigid: ClassVar[bool] = True
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: the same text for a single block and for a stack."""
         lanes, settings = self.target.lanes, self.settings
+        if scene.bodies and not scene.spatial:
+            points = corner_rows(scene.contact_point_count)
+            return Kernel("dem/body_run", lanes=lanes, points=points)
         if not scene.spatial:
             return Kernel("dem/stack_run", lanes=lanes, iterations=settings.subcontacts)
+        if scene.bodies:
+            friction = "box" if settings.friction_box else "cone"
+            return Kernel("dem/space_body_run", lanes=lanes, friction=friction)
         pairs = point_pairs(settings.subcontacts, settings.subcontacts_across).shape[1]
         friction = "box" if settings.friction_box else "cone"
         return Kernel("dem/space_stack_run", lanes=lanes, iterations=pairs, friction=friction)
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step of every lane [s], from its stiffest mode and the damping."""
-        if lanes.spatial:
+        if lanes.spatial and lanes.body is not None:
+            stiffest = PointSprings.of(lanes, self.settings).stiffest_frequency()
+        elif lanes.spatial:
             stiffest = spatial_frequencies(lanes, self.settings)[:, -1]
+        elif lanes.body is not None:
+            stiffest = CornerSprings.of(lanes, self.settings).stiffest_frequency(self.settings)
         else:
             stiffest = stiffest_frequency(as_stacks(lanes), self.settings)
         limit = self.settings.step_safety * stable_step(stiffest, self.settings)
@@ -107,8 +120,12 @@ class Dem(AbstractEngine):
 
     def reserve(self, lanes: Lanes) -> tuple[Array, str]:
         """Whether blocks can stand on their springs; see `AbstractEngine.reserve`."""
-        if lanes.spatial:
+        if lanes.spatial and lanes.body is not None:
+            ratio = PointSprings.of(lanes, self.settings).standing_ratio()
+        elif lanes.spatial:
             ratio = _standing_ratio_in_space(lanes, self.settings)
+        elif lanes.body is not None:
+            ratio = CornerSprings.of(lanes, self.settings).standing_ratio()
         else:
             ratio = standing_ratio(as_stacks(lanes), self.settings)
         return ratio.min(axis=1), (
@@ -123,6 +140,13 @@ class Dem(AbstractEngine):
         stacks, step = as_stacks(lanes), self.longest_step(lanes, motions)
         # A lane whose sizes are not finite takes one step to find that out.
         per_lane = {"time_step": np.where(np.isfinite(step), step, times.duration)}
+        if lanes.spatial and lanes.body is not None:
+            columns = sprung_inputs(lanes, self.settings, per_lane["time_step"])
+            return columns | {"knobs": self._knobs(module)}
+        if lanes.body is not None:
+            springs, time_step = CornerSprings.of(lanes, self.settings), per_lane["time_step"]
+            blocks = cornered_columns(springs, lanes, time_step)
+            return {"blocks": blocks, "corners": springs.columns, "knobs": self._knobs(module)}
         if not lanes.spatial:
             turned = np.diff(stacks.rotation_start, axis=1, prepend=0.0).any(axis=1)
             per_lane["uplift_time"] = np.where(turned, 0.0, NEVER)
@@ -229,7 +253,9 @@ def _with_ground(columns: dict[str, Array]) -> dict[str, Array]:
     }
 
 
-def equivalent_restitution(lanes: Lanes, settings: DemSettings | None = None) -> Array:
+def equivalent_restitution(
+    lanes: Lanes, settings: DemSettings | None = None, base: GroundMotions | None = None
+) -> Array:
     """Angular restitution of a rigid block that swings back as far as the one on springs [-].
 
     The root of the ratio of the energies at the first turn on the other side and at the release,
@@ -240,6 +266,8 @@ def equivalent_restitution(lanes: Lanes, settings: DemSettings | None = None) ->
     Args:
         lanes: Single blocks, released from `rotation_start`, not zero.
         settings: Defaults where None.
+        base: Motions of a base that stays where it is, of a kind whose kernel is at hand; none
+            where None.
 
     Returns:
         Shape [lane].
@@ -250,7 +278,7 @@ def equivalent_restitution(lanes: Lanes, settings: DemSettings | None = None) ->
     quarter = rocking.quarter_period(lanes.width, lanes.height, lanes.rotation_start)
     duration = 2.5 * float(np.max(quarter))
     times = SampleTimes(duration, duration / TURN_SAMPLES)
-    response = Dem(settings).run(lanes, StillBase(lanes.lane_count), times)
+    response = Dem(settings).run(lanes, base or StillBase(lanes.lane_count), times)
     away = -np.sign(lanes.rotation_start)[:, None] * response["rotation"]
     turn = np.maximum(away.max(axis=1), 0.0)
     angle = lanes.slenderness_angle

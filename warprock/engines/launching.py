@@ -87,12 +87,14 @@ class Kernel:
         lanes: Lanes that a thread runs side by side.
         iterations: Sweeps of its solver, or points of its springs, where they are a constant.
         friction: Law of friction where a block slides in two directions: cone or box.
+        points: Contact points of a body, where they are a constant.
     """
 
     file: str
     lanes: int = 1
     iterations: int = 0
     friction: str = "cone"
+    points: int = 0
 
     @property
     def packed(self) -> bool:
@@ -112,18 +114,23 @@ class Found:
         places: Centres of mass at the samples from the origin of the base [m], if asked for: x and
             z, shape [lane, block, sample, 2]; in space x, y and z, [lane, block, sample, 3]. None,
             too, of a kernel whose blocks do not slide: there rotations tell where they are.
+        sides: Largest rotation of a body to -x and to +x at the end of a step [rad], both >= 0,
+            shape [lane, 2]; None of a kernel that does not tell.
     """
 
     lanes: Rows
     blocks: Rows
     history: Array | None
     places: Array | None
+    sides: Array | None = None
 
     def above_ground(self, block_count: int) -> Found:
         """The same of the highest blocks alone: kernels may have the ground as their first body."""
         own = slice(-block_count, None)
-        seen = (None if part is None else part[:, own] for part in (self.history, self.places))
-        return Found(self.lanes, self.blocks[:, own], *seen)
+        history, places = (
+            None if part is None else part[:, own] for part in (self.history, self.places)
+        )
+        return Found(self.lanes, self.blocks[:, own], history, places, self.sides)
 
 
 def launch(
@@ -144,7 +151,8 @@ def launch(
         times: Duration and sampling.
         blocks: Fields of the struct of its argument `blocks`, shape [lane, block] each.
         others: What the kernel takes besides, by the names of its arguments: fields of the struct
-            of `lanes`, shape [lane] each; numbers; a Warp struct.
+            of `lanes`, shape [lane] each, or [lane, number] where it takes several of a lane;
+            numbers; a Warp struct.
     """
     lane_count, block_count = next(iter(blocks.values())).shape
     count = -(-lane_count // module.LANES) * module.LANES
@@ -162,8 +170,11 @@ def launch(
         if placed:
             wanted = sampled if times.places else 0
             found.places = _samples((wanted, block_count, 3 if in_space else 2, count), real)
-        given |= others | {"found": found}
         kernel = module.run_lanes
+        sides = None
+        if any(each.label == "sides" for each in kernel.adj.args):
+            sides = wp.zeros((2, count), dtype=real)
+        given |= others | {"found": found, "sides": sides}
         wp.launch(
             kernel,
             dim=count // module.LANES,
@@ -173,7 +184,8 @@ def launch(
         per_block = found.blocks.numpy()[:, :lane_count].T
         history = _lanes_first(seen, lane_count) if sampled else None
         places = _lanes_first(found.places, lane_count) if placed and wanted else None
-        return Found(results, per_block, history, places)
+        reached = None if sides is None else sides.numpy()[:, :lane_count].T.astype(np.float64)
+        return Found(results, per_block, history, places, reached)
 
 
 def _samples(shape: tuple[int, ...], real: Any) -> Any:
@@ -194,7 +206,7 @@ def _argument(argument: Any, value: Any, count: int) -> Any:
     of single blocks with a second index in its loop over lanes is not made vector code.)
     """
     if isinstance(value, Mapping):
-        rows = block_rows if argument.label == "blocks" else struct_rows
+        rows = struct_rows if next(iter(value.values())).ndim == 1 else block_rows
         value = rows(argument.type.dtype, value, count)
     if isinstance(value, np.ndarray):
         value = value[0] if value.ndim > argument.type.ndim else value

@@ -60,7 +60,13 @@ class Drawing:
         with style(), warnings.catch_warnings(), matplotlib.rc_context({"svg.hashsalt": self.name}):
             # A letter that the font lacks is drawn as an empty box.
             warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+            layout = self.figure.get_layout_engine()
+            if not self.figure.stale:
+                # Nothing has changed since it was last saved: its panels stay where they are.
+                self.figure.set_layout_engine("none")
             self.figure.savefig(file, format=form, metadata=metadata)
+            self.figure.set_layout_engine(layout)
+            self.figure.stale = False
         return file.getvalue()
 
 

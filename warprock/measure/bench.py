@@ -91,9 +91,9 @@ def free_lanes(count: int) -> Lanes:
 
 def in_space(lanes: Lanes) -> SpatialLanes:
     """The same single blocks in space, without an imperfection."""
-    parts = {field.name: getattr(lanes, field.name) for field in dataclasses.fields(lanes)}
+    parts: dict[str, Any] = {f.name: getattr(lanes, f.name) for f in dataclasses.fields(lanes)}
     more = {field.name for field in dataclasses.fields(SpatialLanes)} - parts.keys()
-    return SpatialLanes(**parts, **dict.fromkeys(more, np.zeros(lanes.lane_count)))
+    return SpatialLanes(**parts | dict.fromkeys(more, np.zeros(lanes.lane_count)))
 
 
 def b0_lanes(ratios: Array) -> Lanes:

@@ -14,6 +14,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -96,7 +97,9 @@ def _filled(shape: tuple[int, ...], width: npt.ArrayLike, height: npt.ArrayLike)
     """Blocks of the paper's stone at rest, some for each lane or one."""
     parts = {"width": width, "height": height, "depth": 0.5, "density": 2670.0}
     parts |= {"friction": FRICTION, "chamfer": 0.0, "offset": 0.0, "rotation_start": 0.0}
-    columns = {name: np.array(np.broadcast_to(part, shape), float) for name, part in parts.items()}
+    columns: dict[str, Any] = {
+        name: np.array(np.broadcast_to(part, shape), float) for name, part in parts.items()
+    }
     angle = rocking.slenderness_angle(columns["width"], columns["height"])
     restitution = rocking.angular_restitution(angle) if len(shape) == 1 else np.ones(shape[0])
     return Lanes(**columns, angular_restitution=restitution)

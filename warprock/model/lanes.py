@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
+from warprock.model.bodies import Bodies
+from warprock.model.release import Release
+
 Array = npt.NDArray[np.float64]
+
+_NO_ARRAYS = ("body", "release", "restitution_given")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -31,6 +36,11 @@ class Lanes:
         rotation_start: Rotation at the start [rad], positive towards +x; released from rest.
         angular_restitution: Ratio of angular velocities after and before an impact on the base,
             shape [lane]; used by `housner` only, the other engines find it from their own laws.
+        body: Bodies, where single blocks are no boxes; their width, height, depth and density are
+            then those of the box around them, and say nothing of how they move.
+        restitution_given: Whether the case prescribes the angular restitution, of all lanes.
+        release: Velocities at the start, and attitudes of blocks that are thrown; None of blocks
+            that are let go from rest.
 
     Example:
         >>> import warprock as wr
@@ -48,6 +58,9 @@ class Lanes:
     offset: Array
     rotation_start: Array
     angular_restitution: Array
+    body: Bodies | None = dataclasses.field(default=None, kw_only=True)
+    restitution_given: bool = dataclasses.field(default=False, kw_only=True)
+    release: Release | None = dataclasses.field(default=None, kw_only=True)
 
     @property
     def lane_count(self) -> int:
@@ -65,6 +78,35 @@ class Lanes:
         return isinstance(self, SpatialLanes)
 
     @property
+    def moving(self) -> str:
+        """What a case does whose blocks are not let go from rest; empty where they are."""
+        if self.release is None:
+            return ""
+        return "throws its blocks" if self.thrown else "starts its blocks with velocities"
+
+    @property
+    def thrown(self) -> bool:
+        """Whether the blocks are thrown, so that they may fall on any of their faces."""
+        return self.release is not None and self.release.thrown
+
+    @property
+    def bodies(self) -> bool:
+        """Whether the blocks are bodies, of which the box says nothing."""
+        return self.body is not None
+
+    @property
+    def contact_point_count(self) -> int:
+        """Points that can touch at once: two of every block in the plane, all of a body.
+
+        In space four of the lowest block, and eight between two faces that are turned.
+        """
+        if self.body is not None:
+            return self.body.most_points
+        if self.spatial:
+            return 4 + 8 * (self.block_count - 1)
+        return 2 * self.block_count
+
+    @property
     def block_count(self) -> int:
         """Blocks in a lane."""
         return self.width.shape[1] if self.stacked else 1
@@ -77,12 +119,34 @@ class Lanes:
     @property
     def mass(self) -> Array:
         """Mass of the blocks [kg]."""
+        if self.body is not None:
+            return self._of_body(self.body.mass)
         return np.asarray(self.density * self.width * self.height * self.depth)
+
+    def _of_body(self, values: Array) -> Array:
+        """Values of bodies in the shape of those of blocks."""
+        return values[:, None] if self.stacked else values
 
     @property
     def slenderness_angle(self) -> Array:
-        """Critical angle of every block on a flat base [rad]."""
+        """Critical angle of every block on a flat base [rad]; of a body to its weaker side."""
+        if self.body is not None:
+            return self._of_body(self.body.slenderness_angles.min(axis=1))
         return np.arctan2(self.face_width, self.height)
+
+    @property
+    def slenderness_angles(self) -> Array:
+        """Critical angles of single blocks to -x and to +x [rad], shape [lane, 2]."""
+        if self.body is not None:
+            return self.body.slenderness_angles
+        return np.stack([self.slenderness_angle] * 2, axis=1)
+
+    @property
+    def uplift_ratios(self) -> Array:
+        """Base acceleration / g along x that lifts single blocks over either end, [lane, 2]."""
+        if self.body is not None:
+            return self.body.uplift_ratios
+        return np.stack([self.face_width / self.height] * 2, axis=1)
 
     @property
     def face_depth(self) -> Array:
@@ -91,8 +155,18 @@ class Lanes:
 
     def take(self, lanes: slice | npt.NDArray[np.intp]) -> Self:
         """Some of the lanes, by slice or by number."""
-        parts = {f.name: getattr(self, f.name)[lanes] for f in dataclasses.fields(self)}
+        parts: dict[str, Any] = {name: each[lanes] for name, each in self.arrays.items()}
+        if self.body is not None:
+            parts["body"] = self.body.take(lanes)
+        if self.release is not None:
+            parts["release"] = self.release.take(lanes)
         return dataclasses.replace(self, **parts)
+
+    @property
+    def arrays(self) -> dict[str, Array]:
+        """What is an array of the lanes itself, by the name of its field."""
+        fields = (field.name for field in dataclasses.fields(self))
+        return {name: getattr(self, name) for name in fields if name not in _NO_ARRAYS}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -107,6 +181,9 @@ class SpatialLanes(Lanes):
     A centre of mass beside the middle of the box moves the corners as seen from it; the moments of
     inertia about it remain those of the uniform box. Slenderness angles are those of the weaker
     side, to whose edge the centre of mass is nearer.
+
+    A body starts at rest in the axes in which it was described; the origin of the ground is below
+    its centre of mass, and its offsets of the centre are nothing.
 
     Attributes:
         rotation_across_start: Rotation towards +y at the start [rad].
@@ -128,11 +205,15 @@ class SpatialLanes(Lanes):
     @property
     def slenderness_angle(self) -> Array:
         """Critical angle of every block about the nearer edge at the ends of its width [rad]."""
+        if self.body is not None:
+            return self._of_body(self.body.slenderness_angles.min(axis=1))
         return np.arctan2(self.face_width - 2.0 * np.abs(self.centre_offset_x), self.height)
 
     @property
     def slenderness_angle_across(self) -> Array:
         """The same about the nearer edge at the ends of its depth [rad]."""
+        if self.body is not None:
+            return self._of_body(self.body.slenderness_angles_across.min(axis=1))
         return np.arctan2(self.face_depth - 2.0 * np.abs(self.centre_offset_y), self.height)
 
 
@@ -140,9 +221,7 @@ def as_stacks(lanes: Lanes) -> Lanes:
     """The lanes with a block axis: a single block is a stack of one."""
     if lanes.stacked:
         return lanes
-    parts = {
-        field.name: getattr(lanes, field.name)[:, None]
-        for field in dataclasses.fields(lanes)
-        if field.name != "angular_restitution"
+    parts: dict[str, Any] = {
+        name: each[:, None] for name, each in lanes.arrays.items() if name != "angular_restitution"
     }
     return dataclasses.replace(lanes, **parts)

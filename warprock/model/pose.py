@@ -10,16 +10,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from warprock.model.lanes import SpatialLanes
+from warprock.model.bodies import turned as turned
+from warprock.model.lanes import Lanes, SpatialLanes
 
 Array = npt.NDArray[np.float64]
-
-
-def turned(attitude: Array, vector: Array) -> Array:
-    """Vectors given in body axes, shape [..., 3], seen from the base."""
-    imaginary, real = attitude[..., :3], attitude[..., 3:]
-    twice = 2.0 * np.cross(imaginary, vector)
-    return np.asarray(vector + real * twice + np.cross(imaginary, twice))
 
 
 def product(first: Array, second: Array) -> Array:
@@ -77,22 +71,55 @@ def bottom_corners(lanes: SpatialLanes) -> Array:
     return np.concatenate([flat, low], axis=-1)
 
 
+def start_corners(lanes: Lanes) -> Array:
+    """Corners of single blocks that touch at the start, from the centre of mass [m].
+
+    Along the axes of the base, shape [lane, corner, 3]; NaN where one does not touch.
+    """
+    if isinstance(lanes, SpatialLanes):
+        position, attitude = start_poses(lanes)
+        seen, height = turned(attitude[:, None], bottom_corners(lanes)), position[:, 2]
+    else:
+        side = np.array([-0.5, 0.5])
+        s, c = np.sin(lanes.rotation_start)[:, None], np.cos(lanes.rotation_start)[:, None]
+        x, z = side * lanes.face_width[:, None], -0.5 * lanes.height[:, None]
+        seen = np.stack([x * c + z * s, np.zeros_like(x), z * c - x * s], axis=-1)
+        height = -seen[..., 2].min(axis=1)
+    touches = seen[..., 2] + height[:, None] <= TOUCHING
+    return np.where(touches[..., None], seen, np.nan)
+
+
+TOUCHING = 1e-9
+"""Height above the ground up to which a corner touches at the start [m]."""
+
+
 def start_poses(lanes: SpatialLanes) -> tuple[Array, Array]:
     """Centres of mass [m] and attitudes at the start.
 
     Returns:
         Positions, shape [lane, 3], and quaternions, shape [lane, 4]; with a block axis after the
-        lane's for stacks. The middle of the lowest block's flat bottom is the origin.
+        lane's for stacks. The middle of the lowest block's flat bottom is the origin; of a body
+        the place below its centre of mass, and of a block that is thrown. Attitudes are those of
+        the axes of the block.
     """
+    thrown = lanes.release
+    if thrown is not None and thrown.attitude is not None and thrown.height is not None:
+        place = np.stack([0.0 * thrown.height, 0.0 * thrown.height, thrown.height], axis=-1)
+        shape = lanes.width.shape
+        return place.reshape(*shape, 3), thrown.attitude.reshape(*shape, 4)
     nothing = np.zeros_like(lanes.width)
+    body = lanes.body
     yaw = quaternion(np.stack([nothing, nothing, lanes.yaw_start], axis=-1))
     lean = np.stack([-lanes.rotation_across_start, lanes.rotation_start, nothing], axis=-1)
     attitude = product(yaw, quaternion(lean))
-    corners = bottom_corners(lanes)
+    corners = bottom_corners(lanes) if body is None else body.points_in_block_axes
+    rise = 0.5 * lanes.height if body is None else body.centre_height
+    if lanes.stacked and body is not None:
+        corners, rise = corners[:, None], rise[:, None]
     seen = turned(attitude[..., None, :], corners)
     lowest = np.argmin(seen[..., 2], axis=-1)[..., None, None]
     touching = np.take_along_axis(seen, lowest, axis=-2)[..., 0, :]
-    centre = np.stack([lanes.centre_offset_x, lanes.centre_offset_y, 0.5 * lanes.height], axis=-1)
+    centre = np.stack([lanes.centre_offset_x, lanes.centre_offset_y, rise], axis=-1)
     flat = np.take_along_axis(corners, lowest, axis=-2)[..., 0, :] + centre
     stands = np.stack([lanes.offset, lanes.offset_across, lanes.gap_start], axis=-1)
     if lanes.stacked:

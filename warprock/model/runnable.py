@@ -50,16 +50,16 @@ def require_runnable(lanes: Lanes, motions: GroundMotions, source: str = "run_ba
     if len(shape) not in (1, 2) or shape[0] < 1 or not 1 <= (*shape, 1)[1] <= MOST_BLOCKS:
         allowed = f"must be [lane] or [lane, block], with 1 lane or more, 1 to {MOST_BLOCKS} blocks"
         raise InputError(source, "lanes.width", list(shape), f"the shape of its array {allowed}")
-    for field in dataclasses.fields(lanes):
-        name = f"lanes.{field.name}"
-        wanted = shape[:1] if field.name in _PER_LANE else shape
-        values = _numbers(getattr(lanes, field.name), wanted, source, name)
+    for field, got in lanes.arrays.items():
+        name = f"lanes.{field}"
+        wanted = shape[:1] if field in _PER_LANE else shape
+        values = _numbers(got, wanted, source, name)
         # Engines that follow their own contact law have no use for it, and it may be any number.
-        if field.name not in _PER_LANE:
+        if field not in _PER_LANE:
             _require(values, np.isfinite(values), source, name, "must be finite")
-        if field.name in _ABOVE_ZERO:
+        if field in _ABOVE_ZERO:
             _require(values, values > 0.0, source, name, "must be more than 0")
-        elif field.name in _NOT_NEGATIVE:
+        elif field in _NOT_NEGATIVE:
             _require(values, values >= 0.0, source, name, "must be at least 0")
     _require_faces(lanes, source)
     _require_motions(lanes, motions, source)

@@ -24,6 +24,9 @@ class SceneKind:
             space four of the lowest, and eight between two faces that are turned.
         centred: Whether every block starts above the centre of what it stands on.
         restitution_given: Whether the case prescribes the angular restitution.
+        bodies: Whether the blocks are bodies, of which the box says nothing.
+        rounded: Whether the corners of a body are rounded.
+        moving: What starts in motion; empty where blocks are let go from rest.
         spatial_because: What makes a planar model fall short; empty where the scene is planar.
         friction_ratio: Smallest friction coefficient / base acceleration in g that makes the block
             rock, tan(slenderness angle) of a single one; below 1 a block slides before it rocks.
@@ -40,11 +43,14 @@ class SceneKind:
     contact_point_count: int
     centred: bool
     restitution_given: bool
+    moving: str
     spatial_because: str
     friction_ratio: float
     angular_restitution: float
     above_friction_limit: int
     friction_limit: float
+    bodies: bool = False
+    rounded: bool = False
 
     @property
     def spatial(self) -> bool:
@@ -55,7 +61,12 @@ class SceneKind:
     def left_out(self) -> tuple[str, ...]:
         """What the model does without because nothing in the scene needs it, and why."""
         parts = []
-        if not self.spatial:
+        if not self.spatial and self.bodies:
+            parts += [
+                "motion out of the plane of rocking, of which the base is a profile: three degrees "
+                "of freedom are enough where it stays in that plane",
+            ]
+        elif not self.spatial:
             parts += [
                 "motion out of the plane of rocking: the base moves along x at most and each block "
                 "is symmetric about the plane, so three degrees of freedom a block are enough",
@@ -66,8 +77,9 @@ class SceneKind:
             parts += ["contact between blocks: there is one, and it touches its base alone"]
         parts += [
             "the search for pairs that might touch: each face can meet but the one it stands on",
-            "the sides of blocks: a lane ends once a block has overturned or slid off",
         ]
+        if not self.moving.startswith("throws"):
+            parts += ["the sides of blocks: a lane ends once a block has overturned or slid off"]
         return tuple(parts)
 
     @property
@@ -106,24 +118,24 @@ def scene_kind(
         spatial_because: What asks for space, of lanes that are spatial.
     """
     above, limit = above_limit(lanes)
-    uplift = uplift_ratio(lanes) if lanes.stacked else lanes.face_width / lanes.height
+    body = lanes.body
+    if body is not None:
+        uplift = body.uplift_ratios.min(axis=1)
+    else:
+        uplift = uplift_ratio(lanes) if lanes.stacked else lanes.face_width / lanes.height
     return SceneKind(
         motion=motions.kind,
         stacked=lanes.stacked,
         block_count=lanes.block_count,
-        contact_point_count=_contact_points(lanes),
+        contact_point_count=lanes.contact_point_count,
         centred=not lanes.offset.any(),
         restitution_given=restitution_given,
+        moving=lanes.moving,
         spatial_because=spatial_because if lanes.spatial else "",
         friction_ratio=float(np.min(lanes.friction / uplift)),
         angular_restitution=float(np.min(lanes.angular_restitution)),
         above_friction_limit=int(np.sum(above)),
         friction_limit=float(limit[above].min()) if above.any() else np.inf,
+        bodies=body is not None,
+        rounded=body is not None and bool(body.corner_radius.any()),
     )
-
-
-def _contact_points(lanes: Lanes) -> int:
-    """Points that can touch at once."""
-    if lanes.spatial:
-        return 4 + 8 * (lanes.block_count - 1)
-    return 2 * lanes.block_count

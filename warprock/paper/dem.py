@@ -15,12 +15,14 @@ from typing import Any
 
 import numpy as np
 
+from warprock.engines import engine_class
 from warprock.engines.dem import equivalent_restitution
 from warprock.model import rocking
 from warprock.model.response import SampleTimes
 from warprock.paper.printed import paper_table
 from warprock.paper.runs import (
     PULSE,
+    Batch,
     PaperRuns,
     Reproduction,
     Row,
@@ -60,6 +62,15 @@ VARIANTS: tuple[tuple[str, float | None, dict[str, Any], float | None], ...] = (
 """Knob, its value, the settings that differ from Table 5, and the friction where it differs."""
 
 
+def dem_batches(runs: PaperRuns) -> list[Batch]:
+    """What the study runs, for its kernels."""
+    lane_set = runs.case(PULSE).lane_set
+    return [
+        (engine_class("dem")(DemSettings(**changed)), lane_set.lanes, lane_set.motions)
+        for _, _, changed, _ in VARIANTS
+    ]
+
+
 def run_dem_study(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
     """Table 6's six inputs under displacement control with every variant of the springs.
 
@@ -77,6 +88,8 @@ def run_dem_study(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reprodu
     slenderness = lanes.slenderness_angle
     held, _ = runs.timed("housner", lanes, motions, times)
     rigid = held["peak_rotation"] / slenderness
+    # A motion of no amplitude needs no kernel of its own.
+    at_rest = motions.take(slice(0, 1)).scaled(np.zeros(1))
     paper = paper_table("table6")["dem"].to_numpy(dtype=float)
     rows: list[Row] = []
     for knob, value, changed, friction in VARIANTS:
@@ -88,7 +101,7 @@ def run_dem_study(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reprodu
         alike = dataclasses.replace(
             run_lanes.take(slice(0, 1)), rotation_start=RELEASED_FROM * slenderness[:1]
         )
-        restitution = float(equivalent_restitution(alike, DemSettings(**changed))[0])
+        restitution = float(equivalent_restitution(alike, DemSettings(**changed), at_rest)[0])
         rows += [
             {
                 "target": target,

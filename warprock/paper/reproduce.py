@@ -15,22 +15,28 @@ from typing import Any
 import pandas as pd
 
 from warprock.compare import checks
-from warprock.compare.checks import compare_with_housner, plain_row
+from warprock.compare.checks import CaseResponses, compare_with_housner
+from warprock.compare.plain import plain_row
 from warprock.compare.study import COLUMNS as STUDY_COLUMNS
 from warprock.errors import InputError
 from warprock.figures.drawing import Drawing, write_drawings
 from warprock.paper import conflicts, conflicts_stack, figures
-from warprock.paper.dem import run_dem_study
+from warprock.paper.dem import dem_batches, run_dem_study
 from warprock.paper.printed import PAPER_COLUMNS, paper_table
 from warprock.paper.runs import (
     B0,
     B123,
+    COLLAPSE,
     ENGINES,
     FAMILIES,
     ORACLE_TIME,
     PULSE,
+    PULSE_ENSEMBLE,
     SENSITIVITY,
     SINE,
+    SINE_ENSEMBLE,
+    SPACE,
+    Batch,
     PaperRuns,
     Reproduction,
     Row,
@@ -39,10 +45,10 @@ from warprock.paper.runs import (
     written_number,
 )
 from warprock.paper.space import ENGINES as SPACE_ENGINES
-from warprock.paper.space import SPACE, run_space
+from warprock.paper.space import run_space, space_ensembles
 from warprock.paper.stack import STACK_ENGINES_OF, STACK_MAKERS, stack_evidence
 from warprock.paper.study import draw_figures, study_conflict
-from warprock.paper.times import run_times
+from warprock.paper.times import run_times, times_batches
 from warprock.run.files import require_writable
 
 ENGINES_OF: dict[str, dict[str, tuple[str, ...]]] = {
@@ -93,6 +99,8 @@ def reproduce(
     workers: int | None = None,
     progress: Callable[[int], None] | None = None,
     members: int | None = None,
+    full: bool = False,
+    drawings: list[Drawing] | None = None,
 ) -> dict[str, Any]:
     """Recomputes a table or a figure of the paper and writes its CSV and PNG files.
 
@@ -101,7 +109,9 @@ def reproduce(
         folder: Where to write; made if it does not exist.
         workers: Worker threads of a run; None leaves it to the batch runner.
         progress: Called with the number of lanes finished so far.
-        members: Members in a cell of an ensemble; None takes those of its case.
+        members: Members in a cell of an ensemble; None takes fewer than their cases have.
+        full: Whether ensembles have all members of their cases where `members` is None.
+        drawings: A list that takes the figures, which are written in any case.
 
     Returns:
         `target`; `rows`, each with `target`, `frequency_hz`, `amplitude_mm`, `reading`, `source`
@@ -116,12 +126,21 @@ def reproduce(
     if target not in TARGETS:
         raise InputError("TARGET", "", target, f"must be one of {', '.join(TARGETS)}")
     require_writable(folder)
-    runs = PaperRuns(workers, progress, members)
+    runs = PaperRuns(workers, progress, members, full)
     targets = GROUPS.get(target, (target,))
     cases = {case for name in targets for case in CASES_OF[name]}
     if len(targets) > 1:
-        runs.warm_up(_engines_of(targets))
-    parts = [_MAKERS[name](name, runs, folder) for name in targets]
+        others = [batch for name in targets if name in _BATCHES for batch in _BATCHES[name](runs)]
+        runs.warm_up(_engines_of(targets), others)
+    found: dict[str, Reproduction] = {}
+    # What tells of run times comes first and has the machine for itself.
+    for name in sorted(targets, key=lambda name: name not in _TIMED):
+        if name not in _TIMED and len(found) == len(_TIMED.intersection(targets)):
+            runs.run_ahead(_ensembles(targets, runs))
+        found[name] = _MAKERS[name](name, runs, folder)
+    parts = [found[name] for name in targets]
+    if drawings is not None:
+        drawings += [drawing for part in parts for drawing in part.drawings]
     rows = [row for part in parts for row in part.rows]
     evidence = conflicts.Evidence(
         pulse=lane_evidence(runs, PULSE) if PULSE in cases else None,
@@ -136,6 +155,25 @@ def reproduce(
         "conflicts": [dataclasses.asdict(c) for c in sorted(named, key=lambda c: c.item)],
         "files": [str(file) for part in parts for file in part.files],
     }
+
+
+_BATCHES: dict[str, Callable[[PaperRuns], list[Batch]]] = {
+    "fig4": lambda runs: runs.study_batches(SENSITIVITY),
+    "dem": dem_batches,
+    "times": times_batches,
+}
+"""Target -> what it runs beside the shipped cases, for its kernels."""
+_TIMED = {"fig4", "times"}
+"""Targets that say how long something took."""
+
+
+def _ensembles(targets: Sequence[str], runs: PaperRuns) -> list[tuple[CaseResponses, str]]:
+    """The ensembles of targets, each with its engine: the long runs."""
+    found = space_ensembles(runs) if "table7-spatial" in targets else []
+    engines_of = _engines_of(targets)
+    for case in (PULSE_ENSEMBLE, SINE_ENSEMBLE, COLLAPSE):
+        found += [(runs.case(case), engine) for engine in engines_of.get(case, ())]
+    return found
 
 
 def _engines_of(targets: Iterable[str]) -> dict[str, set[str]]:
@@ -222,8 +260,9 @@ def _figure(
     def make(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
         folder.mkdir(parents=True, exist_ok=True)
         rows = [row for name in cases for row in _engine_rows(target, runs, name)]
-        files = [write_rows(rows, folder / f"{target}.csv"), *write_drawings(draw(runs), folder)]
-        return Reproduction(rows, files)
+        drawings = draw(runs)
+        files = [write_rows(rows, folder / f"{target}.csv"), *write_drawings(drawings, folder)]
+        return Reproduction(rows, files, drawings=drawings)
 
     return make
 
@@ -239,8 +278,10 @@ def _figure4(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction
         for found in study.table.to_dict("records")
     ]
     table = write_rows(rows, folder / "fig4-study.csv")
-    files = [*free.files, table, *write_drawings(draw_figures(study), folder)]
-    return Reproduction(free.rows + rows, files, (study_conflict(study),))
+    drawings = draw_figures(study)
+    files = [*free.files, table, *write_drawings(drawings, folder)]
+    conflict = study_conflict(study)
+    return Reproduction(free.rows + rows, files, (conflict,), [*free.drawings, *drawings])
 
 
 _MAKERS: dict[str, Callable[[str, PaperRuns, pathlib.Path], Reproduction]] = {

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 import pathlib
+import threading
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,7 +19,9 @@ from warprock.case.load import load_case
 from warprock.compare.checks import CaseResponses
 from warprock.compare.study import StudyRun, run_study
 from warprock.engines import engine_class
+from warprock.engines.base import AbstractEngine
 from warprock.engines.launching import Form, Target
+from warprock.figures.drawing import Drawing
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.response import Response, SampleTimes
@@ -29,6 +33,8 @@ from warprock.run.options import RunOptions
 
 Array = npt.NDArray[np.float64]
 Row = dict[str, Any]
+Batch = tuple[AbstractEngine, Lanes, GroundMotions]
+"""What needs a kernel."""
 
 ENGINES = ("housner", "impulse")
 FAMILIES = (*ENGINES, "event", "direct", "dem")
@@ -46,7 +52,23 @@ PULSE, SINE, B0, B123, SENSITIVITY = (
     "free-b1-b3",
     "sensitivity-b0",
 )
+PULSE_ENSEMBLE, SINE_ENSEMBLE = "stack-sine-pulse-ensemble", "stack-continuous-sine-ensemble"
+COLLAPSE, SPACE = "stack-collapse", "single-spatial-sine"
 """The shipped cases that the targets run."""
+
+MEMBERS: dict[tuple[str, ...], int] = {
+    (PULSE_ENSEMBLE,): 256,
+    (SINE_ENSEMBLE,): 128,
+    (COLLAPSE,): 32,
+    (SPACE,): 16,
+}
+"""Members in a cell where not all of a case run: powers of two, as Sobol' points are balanced then.
+
+Of 128 members a quantile lies within 4.4 points of its rank at the median, 1.9 at 5 % (standard
+error, at most); against all 2,000 the medians of the pulses move by 4 % at most, those of the sine
+by 9 %, and no value of the paper enters or leaves the range from 5 to 95 %. A share has a standard
+error of 9 % at most in 32 members. The input under which blocks fall in space keeps all of its own.
+"""
 
 ORACLE_TIME = {PULSE: 3.0, SINE: 5.0}
 """Time [s] that the oracle follows a case for its peaks.
@@ -64,11 +86,13 @@ class Reproduction:
         rows: Tidy rows, ours and the paper's.
         files: Files written.
         conflicts: Conflicts that these rows alone can tell of.
+        drawings: Its figures, which are among the files.
     """
 
     rows: list[Row]
     files: list[pathlib.Path]
     conflicts: tuple[Conflict, ...] = ()
+    drawings: Sequence[Drawing] = ()
 
 
 def write_rows(rows: list[Row], path: pathlib.Path) -> pathlib.Path:
@@ -92,38 +116,69 @@ class PaperRuns:
         workers: int | None = None,
         progress: Callable[[int], None] | None = None,
         members: int | None = None,
+        full: bool = False,
     ) -> None:
         """Holds nothing yet.
 
         Args:
             workers: Worker threads of a run; None leaves it to the batch runner.
             progress: Called with the number of lanes finished so far, over all runs.
-            members: Members in a cell of an ensemble; None takes those of its case.
+            members: Members in a cell of an ensemble; None takes those of `MEMBERS`.
+            full: Whether ensembles have all members of their cases where `members` is None.
         """
-        self._workers, self._progress, self._members = workers, progress, members
+        self._workers, self._progress = workers, progress
+        self._members, self._full = members, full
         self._cases: dict[tuple[str, ...], CaseResponses] = {}
         self._oracle_peaks: dict[str, Array] = {}
-        self._lanes_done = 0
+        self._lanes_done, self._counting = 0, threading.Lock()
 
     def case(self, name: str, *overrides: str) -> CaseResponses:
         """The responses of a shipped case, run when they are asked for."""
         key = (name, *overrides)
         if key not in self._cases:
             case = load_case(name, overrides)
-            if case.ensemble is not None and self._members is not None:
-                case = load_case(name, [*overrides, f"ensemble.members={self._members}"])
+            members = self._members or (None if self._full else MEMBERS.get(key))
+            if case.ensemble is not None and members is not None:
+                case = load_case(name, [*overrides, f"ensemble.members={members}"])
             self._cases[key] = CaseResponses(case, self._workers, finished=self._note)
         return self._cases[key]
 
-    def warm_up(self, engines_of: Mapping[str, Iterable[str]]) -> None:
-        """Compiles or loads the kernels of cases, by their engines, side by side."""
-        batches = []
+    def warm_up(
+        self, engines_of: Mapping[str, Iterable[str]], others: Iterable[Batch] = ()
+    ) -> None:
+        """Compiles or loads the kernels of cases, by their engines, and of others, side by side."""
+        batches = list(others)
         for name, engines in engines_of.items():
             responses = self.case(name)
             lanes, motions = responses.lane_set.lanes, responses.lane_set.motions
             settings = responses.case.engine_settings
-            batches += [(engine, lanes, motions, settings(engine)) for engine in engines]
+            batches += [(engine_class(e)(settings(e)), lanes, motions) for e in engines]
         warm_up_together(batches)
+
+    def run_ahead(self, wanted: Iterable[tuple[CaseResponses, str]]) -> None:
+        """Runs engines on cases on a thread of its own; who asks for one in hand waits for it.
+
+        A run that fails there is run again, and fails, where it is asked for.
+        """
+
+        def run() -> None:
+            with contextlib.suppress(Exception):
+                for responses, engine in wanted:
+                    responses[engine]
+
+        threading.Thread(target=run, daemon=True).start()
+
+    def study_batches(self, name: str) -> list[Batch]:
+        """What the study of a shipped case runs, for its kernels."""
+        responses = self.case(name)
+        study, lane_set = responses.case.study, responses.lane_set
+        assert study is not None
+        plain = Target(form=Form.PLAIN)
+        return [
+            (engine_class(engine)(variation.settings, plain), lane_set.lanes, lane_set.motions)
+            for engine in study.engines
+            for variation in study.variations(engine)
+        ]
 
     def study(self, name: str) -> StudyRun:
         """The study of a shipped case."""
@@ -153,6 +208,7 @@ class PaperRuns:
         settings: Any = None,
         form: Form | None = None,
         repeats: int = 1,
+        enough: float = math.inf,
     ) -> tuple[Response, float]:
         """A response, and the CPU time that it took one core [s], kernels built and loaded before.
 
@@ -164,6 +220,7 @@ class PaperRuns:
             settings: Settings of the engine; its defaults where None.
             form: Form of the kernel; the fast one where None.
             repeats: Runs, of which the quickest counts.
+            enough: CPU time of all runs [s] after which no more are made.
 
         Raises:
             InputError: No engine has that name.
@@ -171,18 +228,22 @@ class PaperRuns:
         require_options(engine)
         built = engine_class(engine)(settings, Target(form=form))
         built.warm_up(lanes, motions)
-        least = math.inf
+        least, spent = math.inf, 0.0
         for _ in range(repeats):
             begin = time.thread_time()
             response = built.run(lanes, motions, times)
-            least = min(least, time.thread_time() - begin)
+            took = time.thread_time() - begin
+            least, spent = min(least, took), spent + took
+            if spent >= enough:
+                break
         self._note(lanes.lane_count)
         return response, least
 
     def _note(self, lane_count: int) -> None:
-        self._lanes_done += lane_count
-        if self._progress is not None:
-            self._progress(self._lanes_done)
+        with self._counting:
+            self._lanes_done += lane_count
+            if self._progress is not None:
+                self._progress(self._lanes_done)
 
 
 def lane_evidence(runs: PaperRuns, name: str) -> pd.DataFrame:

@@ -19,14 +19,20 @@ from warprock.figures.drawing import Drawing, write_drawings
 from warprock.paper import stack_figures as figures
 from warprock.paper.conflicts_stack import OVERTURNED, StackEvidence
 from warprock.paper.printed import BLOCKS, PAPER_COLUMNS, REFERENCE_DEGREES, paper_table
-from warprock.paper.runs import PaperRuns, Reproduction, Row, write_rows, written_number
-from warprock.paper.stack_runs import (
+from warprock.paper.runs import (
     COLLAPSE,
+    PULSE_ENSEMBLE,
+    SINE_ENSEMBLE,
+    PaperRuns,
+    Reproduction,
+    Row,
+    write_rows,
+    written_number,
+)
+from warprock.paper.stack_runs import (
     ENSEMBLE_ENGINE,
     GEOMETRIES,
     INPUTS,
-    PULSE_ENSEMBLE,
-    SINE_ENSEMBLE,
     STACK_ENGINES,
     STACK_PULSE,
     STACK_SINE,
@@ -182,11 +188,9 @@ def _collapse(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproductio
                     "amplitude": cell["amplitude"],
                 }
             )
-    files = [
-        write_rows(rows, folder / f"{target}.csv"),
-        *write_drawings(figures.collapse(runs), folder),
-    ]
-    return Reproduction(rows, files)
+    drawings = figures.collapse(runs)
+    files = [write_rows(rows, folder / f"{target}.csv"), *write_drawings(drawings, folder)]
+    return Reproduction(rows, files, drawings=drawings)
 
 
 def _figure(
@@ -202,8 +206,9 @@ def _figure(
             rows += _engine_rows(target, runs, case, block)
             for name in ensembles:
                 rows += _ensemble_rows(target, runs, name, block)
-        files = [write_rows(rows, folder / f"{target}.csv"), *write_drawings(draw(runs), folder)]
-        return Reproduction(rows, files)
+        drawings = draw(runs)
+        files = [write_rows(rows, folder / f"{target}.csv"), *write_drawings(drawings, folder)]
+        return Reproduction(rows, files, drawings=drawings)
 
     return make
 

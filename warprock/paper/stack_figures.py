@@ -10,13 +10,10 @@ from warprock.figures.drawing import Drawing
 from warprock.paper import plots_stack, plots_stack_peaks
 from warprock.paper.conflicts_stack import CEILING, OVERTURNED, analytical_peaks, peaks_of, printed
 from warprock.paper.printed import BLOCKS, PAPER_COLUMNS, paper_table
-from warprock.paper.runs import PaperRuns
+from warprock.paper.runs import COLLAPSE, PULSE_ENSEMBLE, SINE_ENSEMBLE, PaperRuns
 from warprock.paper.stack_runs import (
-    COLLAPSE,
     GEOMETRIES,
-    PULSE_ENSEMBLE,
     REFERENCE_ANGLE,
-    SINE_ENSEMBLE,
     STACK_PULSE,
     STACK_SINE,
     Cells,

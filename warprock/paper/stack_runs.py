@@ -20,15 +20,13 @@ from warprock.paper.conflicts_stack import (
     rows_at,
 )
 from warprock.paper.printed import BLOCKS, REFERENCE_DEGREES, paper_table
-from warprock.paper.runs import PaperRuns
+from warprock.paper.runs import SINE_ENSEMBLE, PaperRuns
 from warprock.run.cells import percentile_of, wilson_interval
 
 Array = npt.NDArray[np.float64]
 
 STACK_PULSE, STACK_SINE = "stack-sine-pulse", "stack-continuous-sine"
-PULSE_ENSEMBLE, SINE_ENSEMBLE = "stack-sine-pulse-ensemble", "stack-continuous-sine-ensemble"
-COLLAPSE = "stack-collapse"
-"""The shipped cases that the targets run."""
+"""The shipped cases that the targets run without spread."""
 
 STACK_ENGINES = ("two-block", "event", "impulse", "dem")
 ENSEMBLE_ENGINE = "event"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -173,9 +174,20 @@ def _print_ensembles(
             ),
         )
     print_table(out, table)
+    members = max(row.get("members") or 0 for row in found.rows)
+    out.print(f"  {members_text(members)}", markup=False, highlight=False)
     for note in NOTES:
         out.print(f"  {note}", markup=False, highlight=False)
     out.print()
+
+
+def members_text(members: int) -> str:
+    """How many members an ensemble has, and how well its quantiles are known."""
+    middle, end = (100.0 * math.sqrt(p * (1.0 - p) / members) for p in (0.5, 0.05))
+    return (
+        f"{members} members each: the median is that of all such stacks within {middle:.1f} points "
+        f"of percentile (standard error), the ends at 5 and 95 % within {end:.1f}."
+    )
 
 
 def _error(row: Row) -> str:

@@ -41,10 +41,15 @@ def print_space(out: Console, rows: Sequence[Row]) -> None:
         )
         last = name
     print_table(out, table)
-    members = max(row["members"] for row in ours)
+    few, many = (pick(row["members"] for row in ours) for pick in (min, max))
+    most = next(row for row in reversed(ours) if row["members"] == many)
+    said = f"{many} members an input"
+    if few < many:
+        said += f" at {most['frequency_hz']:g} Hz, {most['amplitude_mm']:g} mm, {few} at the others"
     out.print(
-        f"  {members} members an input. Peaks: rotation in the plane of rocking / slenderness\n"
-        "  angle. Wobbling: standing, with a rotation across the plane above a twentieth of the\n"
+        f"  {said}.\n"
+        "  Peaks: rotation in the plane of rocking / slenderness angle.\n"
+        "  Wobbling: standing, with a rotation across the plane above a twentieth of the\n"
         "  slenderness angle there. After: median time. Across, yaw: largest of those that stand.\n"
         "  In brackets: 95 % interval of the share.",
         highlight=False,

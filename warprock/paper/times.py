@@ -6,7 +6,6 @@ engine at its default settings, on whatever machine this runs, kernels built bef
 
 from __future__ import annotations
 
-import dataclasses
 import pathlib
 from typing import Any
 
@@ -16,12 +15,13 @@ import pandas as pd
 from warprock.case.lanes import LaneSet
 from warprock.engines import ENGINES, engine_class
 from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions, HarmonicMotions
+from warprock.model.motion import GroundMotions
 from warprock.paper.conflict_texts import Conflict
 from warprock.paper.printed import PAPER_COLUMNS, paper_table
 from warprock.paper.runs import (
     PULSE,
     SINE,
+    Batch,
     PaperRuns,
     Reproduction,
     Row,
@@ -29,6 +29,7 @@ from warprock.paper.runs import (
     written_number,
 )
 from warprock.paper.stack_runs import STACK_PULSE, STACK_SINE
+from warprock.run.batch import LANE_QUANTUM
 
 SCENES: dict[tuple[str, str], tuple[str, dict[str, str]]] = {
     ("single", "pulse"): (PULSE, {"reading": "displacement"}),
@@ -44,12 +45,12 @@ SCENES: dict[tuple[str, str], tuple[str, dict[str, str]]] = {
 }
 """System and excitation of the paper's run times -> the shipped case, and labels of its lane."""
 
-BATCH = 64
-"""Lanes of a batch: two packs."""
+BATCH = LANE_QUANTUM
+"""Lanes of a batch: one pack."""
 SPREAD = 0.01
 """Part by which the amplitudes of a batch differ, so that its lanes do not do the same."""
-REPEATS = 3
-"""Runs of a lane, of which the quickest counts."""
+REPEATS, ENOUGH = 3, 0.5
+"""Runs of a lane, of which the quickest counts, and CPU time [s] after which no more are made."""
 
 
 def scene_lane(lane_set: LaneSet, labels: dict[str, str], inputs: Any) -> int:
@@ -65,17 +66,23 @@ def scene_lane(lane_set: LaneSet, labels: dict[str, str], inputs: Any) -> int:
 def spread_batch(lane_set: LaneSet, lane: int, count: int) -> tuple[Lanes, GroundMotions]:
     """A lane many times over, with amplitudes that differ by `SPREAD` from least to largest."""
     places = np.full(count, lane)
-    motions = lane_set.motions.take(places)
-    assert isinstance(motions, HarmonicMotions)
     factor = 1.0 + SPREAD * np.linspace(-0.5, 0.5, count)
-    scaled = {
-        name: factor * getattr(motions, name)
-        for name in (
-            *("velocity_step_start", "velocity_step_stop", "velocity_final"),
-            *("acceleration_amplitude", "velocity_offset"),
-        )
-    }
-    return lane_set.lanes.take(places), dataclasses.replace(motions, **scaled)
+    return lane_set.lanes.take(places), lane_set.motions.take(places).scaled(factor)
+
+
+def times_batches(runs: PaperRuns) -> list[Batch]:
+    """What is timed, for its kernels."""
+    sets = [runs.case(case).lane_set for case, _ in SCENES.values()]
+    return [
+        (engine_class(name)(), lane_set.lanes, lane_set.motions)
+        for lane_set in sets
+        for name in _engines(lane_set)
+    ]
+
+
+def _engines(lane_set: LaneSet) -> list[str]:
+    """Engines that can do a scene."""
+    return [name for name in ENGINES if engine_class(name).supports(lane_set.scene) is None]
 
 
 def run_times(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproduction:
@@ -109,9 +116,10 @@ def run_times(target: str, runs: PaperRuns, folder: pathlib.Path) -> Reproductio
             for name in PAPER_COLUMNS[1:]
         ]
         lane = scene_lane(lane_set, labels, inputs)
-        for engine in ENGINES:
-            if engine_class(engine).supports(lane_set.scene) is None:
-                rows.append(shared | {"source": engine} | _timed(runs, engine, lane_set, lane))
+        rows += [
+            shared | {"source": engine} | _timed(runs, engine, lane_set, lane)
+            for engine in _engines(lane_set)
+        ]
     return Reproduction(
         rows, [write_rows(rows, folder / f"{target}.csv")], (_swapped(pd.DataFrame(rows)),)
     )
@@ -125,6 +133,7 @@ def _timed(runs: PaperRuns, engine: str, lane_set: LaneSet, lane: int) -> Row:
         lane_set.motions.take(alone),
         lane_set.times,
         repeats=REPEATS,
+        enough=ENOUGH,
     )
     _, of_all = runs.timed(engine, *spread_batch(lane_set, lane, BATCH), lane_set.times)
     return {

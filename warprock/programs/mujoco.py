@@ -19,10 +19,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from warprock.programs.scene import PeerRun, PeerScene, missing
+from warprock.model.pose import turned
+from warprock.programs.scene import PeerBlock, PeerRun, PeerScene, missing
 from warprock.settings.programs import MujocoSettings
 from warprock.units import GRAVITY
+
+Array = npt.NDArray[np.float64]
 
 SETTINGS = "Newton solver, elliptic cones, solref (2 dt, 2), solimp .9999 .9999 1e-6"
 
@@ -98,6 +102,7 @@ def _run_scene(mujoco: Any, scene: PeerScene, settings: MujocoSettings) -> PeerR
     poses[:] = np.concatenate(
         [(*block.position, block.attitude[3], *block.attitude[:3]) for block in scene.blocks]
     )
+    state.qvel[first:] = np.concatenate([_velocities(block) for block in scene.blocks])
     seen = np.empty((scene.frame_count + 1, len(poses)))
     seen[0] = poses
     begin = time.process_time()
@@ -113,6 +118,12 @@ def _run_scene(mujoco: Any, scene: PeerScene, settings: MujocoSettings) -> PeerR
     cpu_s = time.process_time() - begin
     found = seen.reshape(len(seen), -1, 7)
     return PeerRun(found[..., :3], found[..., [4, 5, 6, 3]], cpu_s, scene.frame_count * steps)
+
+
+def _velocities(block: PeerBlock) -> Array:
+    """Velocity in the axes of the base [m/s], angular velocity in those of the block [rad/s]."""
+    x, y, z, w = block.attitude
+    return np.concatenate([block.velocity, turned(np.array([-x, -y, -z, w]), np.array(block.spin))])
 
 
 def _model_text(scene: PeerScene, step: float) -> str:

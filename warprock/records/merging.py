@@ -20,6 +20,8 @@ References:
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
 from warprock.model.motion import Control
@@ -70,9 +72,14 @@ def merge(motion: Sampled, crossover: float) -> Sampled:
         raise ValueError("must be the first step, with --displacement beside the acceleration")
     require_corners(motion, crossover)
     beside = Sampled(motion.beside, motion.interval, quantity=Control.DISPLACEMENT)
-    low = differentiate(beside).samples
     sections = signal.butter(ORDER, crossover, "lowpass", fs=1.0 / motion.interval, output="sos")
     count = pad_length(motion, crossover)
-    high, apart = (np.pad(each, count) for each in (motion.samples, low - motion.samples))
-    whole = Sampled(high + signal.sosfiltfilt(sections, apart), motion.interval)
+    # The noise of a displacement has large derivatives, which at an end do not cancel: it is
+    # smoothed before. Beyond its ends a motion goes on as it is there, an offset too.
+    smooth, drift = (
+        signal.sosfiltfilt(sections, np.pad(each, count, mode="edge"))
+        for each in (motion.beside, motion.samples)
+    )
+    low = differentiate(dataclasses.replace(beside, samples=smooth)).samples
+    whole = Sampled(np.pad(motion.samples, count, mode="edge") - drift + low, motion.interval)
     return part(whole, count, count + len(motion.samples))

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 
 from warprock.case.columns import columns_of
+from warprock.case.round_base import round_base_note
 from warprock.model.response import Outcome, Status
 from warprock.model.words import OUTCOMES, STATUSES
 from warprock.report.numbers import counted, listed, three
@@ -23,11 +24,13 @@ VALUES_SHOWN = 8
 """Values of an axis that are written out."""
 
 
-def asked(facts: Facts) -> Pairs:
+def asked(facts: Facts, table: pd.DataFrame | None = None) -> Pairs:
     """What was asked, from the facts of a run.
 
     Args:
         facts: What `run.json` holds.
+        table: The lane table, where it is at hand: what a box changes of a round base is told from
+            its sizes.
     """
     case = facts.get("case", {})
     raw = case.get("resolved", {})
@@ -37,6 +40,7 @@ def asked(facts: Facts) -> Pairs:
         pairs.append(("Sweep", "; crossed with ".join(map(_axis, _axes(case)))))
     pairs += [("Sample", _sample(raw["sample"]))] if "sample" in raw else []
     pairs += [("Ensemble", _ensemble(raw["ensemble"]))] if "ensemble" in raw else []
+    pairs += [("Round base", text)] if (text := _round_base(case, table)) else []
     if "lanes" in facts:
         pairs.append(("Lanes", f"{facts['lanes']:,}"))
     pairs += [("Engine", _engine(facts))] if "engine" in facts else []
@@ -48,6 +52,16 @@ def asked(facts: Facts) -> Pairs:
             ("Tolerance", f"{tolerance:g} of the slenderness angle, on the error of a rotation")
         )
     return pairs
+
+
+def _round_base(case: Facts, table: pd.DataFrame | None) -> str:
+    """What runs in the place of a cylinder; empty where there is none."""
+    blocks = dict(_flat(case.get("resolved", {}).get("block", {}), "block"))
+    if not any(key.endswith(".diameter") for key in [*blocks, *swept_keys(case)]):
+        return ""
+    without = "run as a box as wide as the diameter and pi / 4 of it deep, of the same mass, base "
+    without += "area and slenderness angle; `warprock explain` says what its inertia changes"
+    return without if table is None else round_base_note(table)
 
 
 def _inputs(case: Facts) -> str:

@@ -25,6 +25,7 @@ def needed(facts: Mapping[str, Any]) -> str:
     """A pattern of the columns of the lane table that a page needs."""
     swept = [name for key in asked.swept_keys(facts["case"]) for name in columns_of(key)]
     names = "|".join(map(re.escape, ("lane", "member", *RESULTS, *swept)))
+    names += r"|(diameter|height)(_[1-9])?_m"
     return rf"^({names})$|^{PEAK_RATIO}|^peak_(rotation|time|slide)(_[1-9])?_|^rotation_error"
 
 

@@ -70,7 +70,7 @@ def stability_chapter(folder: ResultFolder, _scenes: Scenes | None) -> Chapter:
     )
 
 
-def sweep_chapter(folder: ResultFolder, _scenes: Scenes | None) -> Chapter:
+def sweep_chapter(folder: ResultFolder, scenes: Scenes | None) -> Chapter:
     """The chapter of a sweep: its plan, how far it is, and its lanes once they are merged."""
     plan = read_plan(folder.path)
     state, content = sweep_state(plan, folder.path), plan.content
@@ -90,19 +90,26 @@ def sweep_chapter(folder: ResultFolder, _scenes: Scenes | None) -> Chapter:
     found = [f"{done} are done, in {state['chunks_done']:,} of {state['chunks']:,} chunks."]
     if state["lanes_done"]:
         found.append(f"Of these {asked.outcome_words(state['outcome'])}.")
-    sheets = []
+    sheets, table = [], None
     if folder.has(LANE_TABLE):
         table = folder.table(LANE_TABLE, needed(facts))
         found += peak_sentences(facts, table)
         sheets.append(lane_sheet(facts, table, file=LANE_TABLE))
+        if scenes is None:
+            text = "Any lane as a moving picture: warprock animate DIR --lane N."
+            found.append(text.replace("DIR", str(folder.path)))
     else:
         found.append(f"Next: warprock sweep run {folder.path}, then warprock sweep merge.")
     return Chapter(
         kind=f"Sweep, {plan.engine}",
         title=case["title"],
         found=found,
-        asked=[*asked.asked(facts), ("Chunks", f"{plan.chunk_count:,} of {plan.chunk_lanes:,}")],
+        asked=[
+            *asked.asked(facts, table),
+            ("Chunks", f"{plan.chunk_count:,} of {plan.chunk_lanes:,}"),
+        ],
         background=[case["source"]] if case["source"] else [],
+        scenes=scenes,
         sheets=sheets,
         words=asked.words(facts),
         provenance=[("Plan", f"SHA-256 {plan.id}"), *asked.provenance_pairs(content)],

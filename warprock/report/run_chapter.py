@@ -37,7 +37,7 @@ def run_chapter(folder: ResultFolder, scenes: Mapping[str, Any] | None) -> Chapt
         kind=f"{kind}, {facts['engine']['name']}",
         title=case["title"],
         found=found,
-        asked=asked.asked(facts),
+        asked=asked.asked(facts, table),
         background=[case["source"]] if case.get("source") else [],
         scenes=scenes,
         pictures=folder.pictures(*FIGURES),

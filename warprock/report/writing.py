@@ -17,6 +17,7 @@ from warprock.report.analysis_chapters import (
     spectrum_chapter,
     study_chapter,
 )
+from warprock.report.body_chapter import body_chapter
 from warprock.report.content import Chapter, Page
 from warprock.report.earlier import earlier_scenes
 from warprock.report.folder import Drawn, ResultFolder
@@ -27,6 +28,7 @@ from warprock.report.measured_chapters import (
 )
 from warprock.report.page import REPORT, write_page
 from warprock.report.run_chapter import run_chapter
+from warprock.report.validation_chapter import validation_chapter
 from warprock.run.lane_table import LANE_TABLE
 from warprock.run.results import CELL_TABLE, PROVENANCE
 from warprock.sweep.plan import PLAN
@@ -59,8 +61,12 @@ _BY_FACT: dict[str, Make] = {
     "incremental": incremental_chapter,
     "study": study_chapter,
     "of": sensitivity_chapter,
+    "validation": validation_chapter,
+    "body": body_chapter,
 }
 """What only one kind of results says in `run.json`, and its chapter; a run has none of these."""
+FITS = "fragility.csv"
+"""Fragility functions, which may lie beside the run that they are of."""
 _BY_FILE: dict[str, Make] = {
     "fragility-p58.csv": fragility_chapter,
     "trade.parquet": trade_chapter,
@@ -113,10 +119,9 @@ def write_report(
     if not folder.is_dir():
         raise InputError("DIR", "", str(folder), "must be a folder of results")
     found = ResultFolder(folder, drawings)
-    if scenes is None and found.has(PROVENANCE):
-        scenes = earlier_scenes(folder, found.digest(PROVENANCE))
-    elif scenes is not None:
-        scenes = {**scenes, "digest": found.digest(PROVENANCE)}
+    of = next((name for name in (PROVENANCE, PLAN, FITS) if found.has(name)), None)
+    digest = "" if of is None else found.digest(of)
+    scenes = earlier_scenes(folder, digest) if scenes is None else {**scenes, "digest": digest}
     chapters = [] if first is None else list(first(found))
     chapters += [make(found, scenes) for make in _makers(found)]
     if not chapters:

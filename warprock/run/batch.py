@@ -131,24 +131,21 @@ def run_batch(
     return join_responses(_run_all(run_chunk, slices, threads, progress))
 
 
-def warm_up_together(batches: Iterable[tuple[str, Lanes, GroundMotions, Any]]) -> None:
+def warm_up_together(batches: Iterable[tuple[AbstractEngine, Lanes, GroundMotions]]) -> None:
     """Compiles or loads the kernels of several runs side by side, on all cores.
 
     A run on its own compiles what it needs on one core; what needs many kernels ends sooner where
     they are known beforehand.
 
     Args:
-        batches: Of each run the name of the engine, lanes, ground motions, and settings or None.
+        batches: Of each run the engine, its lanes and their ground motions.
 
     Raises:
         InputError: The folder of the kernels cannot be written to.
     """
     start_warp()
     with _WARMING_UP, keeping_kernels():
-        names = {
-            engine_class(engine)(settings, Target()).module_of(lanes, motions).__name__
-            for engine, lanes, motions, settings in batches
-        }
+        names = {engine.module_of(lanes, motions).__name__ for engine, lanes, motions in batches}
         modules = [wp.get_module(name) for name in sorted(names)]
         wp.force_load("cpu", modules, max_workers=core_count())
 

@@ -85,6 +85,15 @@ class ImpulseSettings(FramedSettings):
         ),
     ] = 1e-8
     erp: Annotated[float, SettingKey("part of a penetration that a step removes", 0.0, 1.0)] = 0.2
+    restitution: Annotated[
+        float,
+        SettingKey(
+            "of single blocks in space: speed at which a corner that lands leaves the base again, "
+            "as a part of that at which it came",
+            0.0,
+            1.0,
+        ),
+    ] = 0.0
     friction_box: Annotated[int, FRICTION_IN_SPACE] = 0
 
 

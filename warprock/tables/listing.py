@@ -134,5 +134,7 @@ def _print_study_plan(out: Console, study: Sequence[Mapping[str, Any]]) -> None:
 
 def _spread_text(spread: Mapping[str, Any]) -> str:
     if "values" in spread:
-        return ", ".join(cell_text(value) for value in spread["values"])
+        shown = spread["values"]
+        rest = spread.get("count", len(shown)) - len(shown)
+        return ", ".join(map(cell_text, shown)) + (f" and {rest:,} more" if rest else "")
     return f"{cell_text(spread['from'])} to {cell_text(spread['to'])}, {spread['count']} values"

@@ -1,0 +1,407 @@
+"""Rigid bodies that are no boxes: mass, moments of inertia, and the points that they stand on.
+
+A body stands at rest on its lowest contact points. Of bodies in the plane those points are kept
+that can touch flat ground at all, the lower convex hull, from -x to +x. With a point at (x, -h)
+from the centre of mass the body is in balance above it at the rotation atan(x / h), and its centre
+is then as high as that point is far from it: over the farthest point of a side it falls.
+
+With a radius of gyration k, an impact in which a body that turns about the point o comes to turn
+about the point n (both from the centre of mass) keeps the angular momentum about n, and so the part
+
+    eta = (k^2 + o . n) / (k^2 + n . n)
+
+of the angular velocity: Housner's 1 - 3/2 sin^2(alpha) where the body is a rectangle.
+
+References:
+    Housner, G. W. (1963). The behavior of inverted pendulum structures during earthquakes.
+        Bulletin of the Seismological Society of America 53(2), 403-417.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Self
+
+import numpy as np
+import numpy.typing as npt
+
+from warprock.units import GRAVITY
+
+Array = npt.NDArray[np.float64]
+Counts = npt.NDArray[np.int32]
+
+LEVEL = 1e-6
+"""Height above the lowest point, over the size of the base, up to which a body stands on a point:
+far above the round-off of a file of text, far below what a base is known to."""
+
+
+CORNERS = 8
+"""Corners of a box."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Bodies:
+    """Bodies, one a lane, SI units.
+
+    Attributes:
+        mass: [kg], shape [lane].
+        gyration: Moment of inertia about the centre of mass over the mass [m^2]: in the plane shape
+            [lane]; in space those about the principal axes, [lane, 3].
+        points: Contact points from the centre of mass [m]: in the plane x and z, shape
+            [lane, point, 2], from -x to +x; in space [lane, point, 3], along the principal axes.
+        count: Points of each lane, shape [lane]; rows beyond repeat the last point.
+        corner_radius: Radius that the corners of the base are rounded with [m], shape [lane]; in
+            space zero.
+        axes: In space, the attitude of the principal axes as seen in the axes of the block,
+            quaternions (x, y, z, w), shape [lane, 4]; in the plane (0, 0, 0, 1).
+
+    Example:
+        >>> import numpy as np
+        >>> from warprock.model.bodies import planar_bodies
+        >>> base = np.array([[-0.1, -0.3], [0.2, -0.3]])
+        >>> body = planar_bodies(mass=350.0, inertia=18.0, points=base)
+        >>> body.slenderness_angles.round(3).tolist()
+        [[0.322, 0.588]]
+    """
+
+    mass: Array
+    gyration: Array
+    points: Array
+    count: Counts
+    corner_radius: Array
+    axes: Array
+
+    @property
+    def spatial(self) -> bool:
+        """Whether they are bodies in space."""
+        return bool(self.points.shape[-1] == 3)
+
+    @property
+    def most_points(self) -> int:
+        """Contact points of the body that has most."""
+        return int(self.points.shape[1])
+
+    def take(self, lanes: slice | npt.NDArray[np.intp]) -> Self:
+        """Some of the lanes, by slice or by number."""
+        parts = {f.name: getattr(self, f.name)[lanes] for f in dataclasses.fields(self)}
+        return dataclasses.replace(self, **parts)
+
+    @property
+    def boxed(self) -> bool:
+        """Whether all are boxes: eight corners about the centre of mass, along principal axes."""
+        if not self.spatial or self.points.shape[1] != CORNERS or np.any(self.count != CORNERS):
+            return False
+        half = np.abs(self.points).max(axis=1, keepdims=True)
+        near = LEVEL * half.max(axis=-1, keepdims=True)
+        signs = np.sort((self.points > 0.0) @ np.array([1, 2, 4]), axis=1)
+        straight = bool(np.all(np.abs(self.axes[:, :3]) <= LEVEL))
+        at_corners = bool(np.all(np.abs(np.abs(self.points) - half) <= near))
+        return straight and at_corners and bool(np.all(signs == np.arange(CORNERS)))
+
+    @property
+    def points_in_block_axes(self) -> Array:
+        """Contact points from the centre of mass along the axes of the block [m]."""
+        if not self.spatial:
+            return self.points
+        return turned(self.axes[:, None], self.points)
+
+    @property
+    def centre_height(self) -> Array:
+        """Height of the centre of mass above the ground at rest [m], shape [lane]."""
+        return np.asarray(-self.points_in_block_axes[..., -1].min(axis=1))
+
+    @property
+    def standing(self) -> npt.NDArray[np.bool_]:
+        """Whether the body stands on a point at rest, shape [lane, point]."""
+        points = self.points_in_block_axes
+        low = points[..., -1] - points[..., -1].min(axis=1, keepdims=True)
+        return np.asarray(low <= LEVEL * np.ptp(points, axis=1).max(axis=-1)[:, None])
+
+    @property
+    def base_ends(self) -> Array:
+        """Ends of what the body stands on at rest, along x, from below the centre of mass [m].
+
+        Shape [lane, 2]; of rounded corners, where the flat base ends. In space they are where the
+        line along x leaves the base.
+        """
+        if self.spatial:
+            return self.reach(np.zeros(len(self.mass)))
+        x, stands = self.centres[..., 0], self.standing
+        ends = [np.where(stands, x, np.inf).min(axis=1), np.where(stands, x, -np.inf).max(axis=1)]
+        return np.stack(ends, axis=1)
+
+    def reach(self, direction: Array) -> Array:
+        """Where a line through the projected centre of mass leaves the base, in space.
+
+        Args:
+            direction: Angle of the line from the block's x axis [rad], shape [lane].
+
+        Returns:
+            Its ends behind (<= 0) and ahead of the centre [m], shape [lane, 2].
+        """
+        points, stands = self.points_in_block_axes, self.standing
+        c, s = np.cos(direction)[:, None], np.sin(direction)[:, None]
+        along = points[..., 0] * c + points[..., 1] * s
+        across = points[..., 1] * c - points[..., 0] * s
+        # The line crosses the hull where a chord between any two of its points does, outermost.
+        first, second = np.triu_indices(points.shape[1], 1)
+        a, b = across[:, first], across[:, second]
+        crosses = (a * b <= 0.0) & (a != b) & stands[:, first] & stands[:, second]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            at = (along[:, first] * b - along[:, second] * a) / (b - a)
+        ends = [np.where(crosses, at, np.inf).min(axis=1), np.where(crosses, at, -np.inf).max(1)]
+        return np.stack(ends, axis=1)
+
+    @property
+    def uplift_ratios(self) -> Array:
+        """Base acceleration / g that lifts the body over its -x and its +x end, shape [lane, 2]."""
+        ends = self.base_ends * np.array([-1.0, 1.0])
+        return np.asarray(ends / self.centre_height[:, None])
+
+    @property
+    def slenderness_angles(self) -> Array:
+        """Rotation of unstable balance to -x and to +x [rad], both positive, shape [lane, 2].
+
+        In space that of the body's outline in the plane of x and z.
+        """
+        return self._balance(self.centres[..., [0, -1]])
+
+    @property
+    def slenderness_angles_across(self) -> Array:
+        """The same to -y and to +y, of bodies in space."""
+        return self._balance(self.points_in_block_axes[..., 1:])
+
+    @property
+    def centres(self) -> Array:
+        """Centres of the arcs that round the corners, in the axes of the block [m].
+
+        The contact points themselves where the radius is zero. A corner of the plane is rounded
+        between the edges that meet in it, beside an end by the vertical.
+        """
+        points = self.points_in_block_axes
+        return rounded_centres(points, self.corner_radius) if self.corner_radius.any() else points
+
+    @property
+    def reaches(self) -> Array:
+        """Distances from the centre of mass to both ends of the base at rest [m], [lane, 2]."""
+        return np.hypot(self.base_ends, self.centre_height[:, None])
+
+    @property
+    def frequency_parameter(self) -> Array:
+        """sqrt(g R / (k^2 + R^2)) about the nearer end of the base at rest [rad/s], shape [lane].
+
+        R is the distance to it; in space k that about y, which the body turns about in the plane.
+        """
+        radius = self.reaches.min(axis=1)
+        return np.asarray(np.sqrt(GRAVITY * radius / (self.gyration_in_plane + radius**2)))
+
+    @property
+    def gyration_in_plane(self) -> Array:
+        """Moment of inertia about y, through the centre of mass, over the mass [m^2], [lane]."""
+        if not self.spatial:
+            return self.gyration
+        y = turned(self.axes * np.array([-1.0, -1.0, -1.0, 1.0]), np.array([[0.0, 1.0, 0.0]]))
+        return np.asarray(np.sum(self.gyration * y**2, axis=1))
+
+    def outline(self, height: Array) -> Array:
+        """Corners of the bodies as pictures show them [m], along the axes of the block.
+
+        That is their base, and straight above it their top: of what lies between them a body says
+        nothing.
+
+        Args:
+            height: Full height [m], shape [lane].
+
+        Returns:
+            From the centre of mass, shape [lane, corner, 2], going round from -x along the base; in
+            space [lane, corner, 3], the hull of which is the picture.
+        """
+        base = self.points_in_block_axes
+        top = np.array(base if self.spatial else base[:, ::-1])
+        top[..., -1] = np.maximum(height - self.centre_height, 0.0)[:, None]
+        return np.concatenate([base, top], axis=1)
+
+    def rolled(self, rotation: Array) -> tuple[Array, Array]:
+        """Where the centre of mass of planar bodies is that have rolled without sliding [m].
+
+        Args:
+            rotation: [rad], shape [lane, sample].
+
+        Returns:
+            x from where it is at rest, and z above the ground, shape [lane, sample] each.
+        """
+        x, z = np.moveaxis(self.centres, -1, 0)
+        far, alpha = np.hypot(x, z), np.arctan2(x, -z)
+
+        def levers(turn: Array, foot: npt.NDArray[np.intp]) -> Array:
+            at, angle = (np.take_along_axis(each, foot, axis=1) for each in (far, alpha))
+            return np.asarray(at * np.sin(turn - angle))
+
+        # Where one point takes over from another the centre does not jump.
+        edge = np.arctan2(np.diff(z, axis=1), np.diff(x, axis=1))
+        number = np.broadcast_to(np.arange(edge.shape[1]), edge.shape)
+        jumps = levers(edge, number) - levers(edge, number + 1)
+        stood = np.concatenate([np.zeros_like(x[:, :1]), np.cumsum(jumps, axis=1)], axis=1)
+
+        def along(turn: Array) -> tuple[Array, Array]:
+            high = far[:, None] * np.cos(turn[..., None] - alpha[:, None])
+            foot = np.argmax(high, axis=-1)
+            radius = self.corner_radius[:, None]
+            at = np.take_along_axis(stood, foot, axis=1) + levers(turn, foot) + radius * turn
+            return at, radius + high.max(axis=-1)
+
+        start, _ = along(np.zeros_like(rotation[:, :1]))
+        moved, above = along(rotation)
+        return moved - start, above
+
+    def _balance(self, points: Array) -> Array:
+        """Angles above the farthest point of either side, shape [lane, 2]."""
+        far = np.hypot(points[..., 0], points[..., 1])
+        angles = []
+        for sign in (-1.0, 1.0):
+            beside = sign * points[..., 0] > 0.0
+            at = np.argmax(np.where(beside, far, -1.0), axis=1)[:, None, None]
+            x, z = np.moveaxis(np.take_along_axis(points, at, axis=1)[:, 0], -1, 0)
+            angles.append(np.arctan2(sign * x, -z))
+        return np.stack(angles, axis=1)
+
+    @property
+    def angular_restitutions(self) -> Array:
+        """Part of the angular velocity kept by an impact on the -x and on the +x end, [lane, 2].
+
+        Of planar bodies that turn from one end of the base at rest to the other.
+        """
+        ends = self.base_ends
+        below = self.gyration + self.centre_height**2
+        kept = below + ends.prod(axis=1)
+        return np.asarray(kept[:, None] / (below[:, None] + ends**2))
+
+
+def turned(attitude: Array, vector: Array) -> Array:
+    """Vectors given in body axes, shape [..., 3], seen from the base."""
+    imaginary, real = attitude[..., :3], attitude[..., 3:]
+    twice = 2.0 * np.cross(imaginary, vector)
+    return np.asarray(vector + real * twice + np.cross(imaginary, twice))
+
+
+def rounded_centres(points: Array, radius: Array) -> Array:
+    """Points moved inwards by a radius from both edges that meet in them.
+
+    Args:
+        points: Lower convex hulls from -x to +x [m], shape [lane, point, 2].
+        radius: [m], shape [lane].
+    """
+    edge = np.diff(points, axis=1)
+    length = np.hypot(edge[..., 0], edge[..., 1])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inwards = np.stack([-edge[..., 1], edge[..., 0]], axis=-1) / length[..., None]
+    # Rows that repeat the last point have edges of no length: the vertical takes their place.
+    inwards = np.where((length > 0.0)[..., None], inwards, np.array([-1.0, 0.0]))
+    sides = np.ones_like(points[:, :1])
+    before = np.concatenate([sides * np.array([1.0, 0.0]), inwards], axis=1)
+    behind = np.concatenate([inwards, sides * np.array([-1.0, 0.0])], axis=1)
+    # Moved by r along (u + v) / (1 + u . v), a point lies r inside both edges.
+    share = 1.0 + np.sum(before * behind, axis=-1, keepdims=True)
+    moved = points + radius[:, None, None] * (before + behind) / share
+    repeats = np.concatenate([np.zeros_like(length[:, :1], dtype=bool), length == 0.0], axis=1)
+    last = np.maximum.accumulate(np.where(repeats, 0, np.arange(points.shape[1])), axis=1)
+    return np.take_along_axis(moved, last[..., None], axis=1)
+
+
+def planar_bodies(
+    *,
+    mass: npt.ArrayLike,
+    inertia: npt.ArrayLike,
+    points: Array,
+    corner_radius: npt.ArrayLike = 0.0,
+) -> Bodies:
+    """Bodies in the plane, all with the same base.
+
+    Args:
+        mass: [kg], one or shape [lane].
+        inertia: Moment of inertia about the centre of mass [kg m^2], one or shape [lane].
+        points: Contact points from the centre of mass, x and z [m], shape [point, 2].
+        corner_radius: [m], one or shape [lane].
+    """
+    parts = np.broadcast_arrays(*(np.asarray(v, float) for v in (mass, inertia, corner_radius)))
+    mass, inertia, radius = (np.atleast_1d(part) for part in parts)
+    base, count = lower_hull(points), len(mass)
+    return Bodies(
+        mass=mass,
+        gyration=np.asarray(inertia / mass),
+        points=np.broadcast_to(base, (count, *base.shape)),
+        count=np.full(count, len(base), np.int32),
+        corner_radius=radius,
+        axes=np.broadcast_to((0.0, 0.0, 0.0, 1.0), (count, 4)),
+    )
+
+
+def lower_hull(points: Array) -> Array:
+    """Those of some points [m], shape [point, 2], that can touch flat ground, from -x to +x.
+
+    Points on an edge of the hull are kept: a body that lies on that edge touches there, too.
+    """
+    ordered = points[np.lexsort((points[:, 1], points[:, 0]))]
+    near = LEVEL * float(np.ptp(points, axis=0).max())
+    kept: list[Array] = []
+    for point in ordered:
+        if kept and point[0] - kept[-1][0] <= near:
+            if point[1] >= kept[-1][1]:
+                continue
+            kept.pop()
+        while len(kept) > 1 and _above(kept[-1], kept[-2], point) > near:
+            kept.pop()
+        kept.append(point)
+    return np.array(kept)
+
+
+def _above(point: Array, first: Array, second: Array) -> float:
+    """Height of a point above the line through two others [m]."""
+    along = second - first
+    aside = along[0] * (point[1] - first[1]) - along[1] * (point[0] - first[0])
+    return float(aside / np.hypot(*along))
+
+
+def principal_axes(tensor: Array) -> tuple[Array, Array]:
+    """Principal moments of inertia, and the attitude of their axes.
+
+    Each axis is that which is nearest to x, y or z, so that of a body whose axes are principal
+    nothing turns.
+
+    Args:
+        tensor: Symmetric, shape [3, 3].
+
+    Returns:
+        Moments, shape [3], and a quaternion (x, y, z, w), shape [4], which turns the principal
+        axes' components of a vector into those along the axes of the tensor.
+    """
+    import itertools
+
+    moments, vectors = np.linalg.eigh(tensor)
+    order = max(
+        itertools.permutations(range(3)),
+        key=lambda p: sum(abs(vectors[i, j]) for i, j in enumerate(p)),
+    )
+    moments, vectors = moments[list(order)], vectors[:, list(order)]
+    vectors = vectors * np.where(np.diag(vectors) < 0.0, -1.0, 1.0)
+    if np.linalg.det(vectors) < 0.0:
+        vectors[:, np.argmin(np.abs(np.diag(vectors)))] *= -1.0
+    return moments, _quaternion(vectors)
+
+
+def _quaternion(turn: Array) -> Array:
+    """Quaternion (x, y, z, w) of a matrix that turns, w >= 0.
+
+    It is the eigenvector of the largest eigenvalue of a symmetric matrix (Bar-Itzhack 2000).
+    """
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = turn
+    symmetric = np.array(
+        [
+            [xx - yy - zz, xy + yx, xz + zx, zy - yz],
+            [xy + yx, yy - xx - zz, yz + zy, xz - zx],
+            [xz + zx, yz + zy, zz - xx - yy, yx - xy],
+            [zy - yz, xz - zx, yx - xy, xx + yy + zz],
+        ]
+    )
+    found = np.linalg.eigh(symmetric)[1][:, -1]
+    return np.asarray(found if found[3] >= 0.0 else -found)
