@@ -46,13 +46,16 @@ def keep(
 @wp.func
 def see(
     live: bool, mode: int, time: real, theta: real, omega: real, slide: real,
-    peak: wp.ref[real], peak_time: wp.ref[real], peak_slide: wp.ref[real],
+    peak: wp.ref[real], left: wp.ref[real], right: wp.ref[real], peak_time: wp.ref[real],
+    peak_slide: wp.ref[real],
 ) -> int:  # fmt: skip
     """Peaks of a lane that still runs after a step, see `observe` in shape/block.py; its mode."""
     how, highest, when, farthest = observe(
         mode, time, theta, omega, slide, peak, peak_time, peak_slide
     )
     peak = wp.where(live, highest, peak)
+    left = wp.where(live, larger(-theta, left), left)
+    right = wp.where(live, larger(theta, right), right)
     peak_time = wp.where(live, when, peak_time)
     peak_slide = wp.where(live, farthest, peak_slide)
     return wp.where(live, how, mode)
@@ -95,8 +98,8 @@ def run_lanes(
     corners: wp.array2d(dtype=Corner),
     motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real),
-    starts: wp.array(dtype=real),
     sample_times: wp.array(dtype=real),
+    sides: wp.array2d(dtype=real),
     knobs: Knobs,
     found: Found,
 ):
@@ -112,17 +115,18 @@ def run_lanes(
     loss, base, slide = Lane(), Lane(), Lane()
     given, jolt, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
     peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
+    left, right = Lane(), Lane()
     uplift_time, moved, since = Lane(), Lane(), Lane()
     impacts, mode, steps = LaneInt(), LaneInt(), LaneInt()
     apart_l, apart_m, apart_r, low, last = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
     edges = corners.shape[0] - 1
     for i in range(LANES):
         for k in range(edges):
-            low[i] = low[i] + is_past(starts[first + i], corners[k, first + i].angle)
+            low[i] = low[i] + is_past(blocks[first + i].start, corners[k, first + i].angle)
             last[i] = last[i] + wp.where(corners[k, first + i].angle < NEVER, 1, 0)
         start_lane(
             corners[low[i], first + i], corners[wp.min(low[i] + 1, last[i]), first + i],
-            starts[first + i], HALF * knobs.time_step * knobs.gravity, x[i], z[i], theta[i],
+            blocks[first + i].start, HALF * knobs.time_step * knobs.gravity, x[i], z[i], theta[i],
             vz[i], nm[i], nr[i], peak[i], uplift_time[i], mode[i],
         )  # fmt: skip
     k = int(0)
@@ -182,8 +186,9 @@ def run_lanes(
                 deepest[i] = wp.where(live, larger(-gap, deepest[i]), deepest[i])
                 steps[i] = steps[i] + wp.where(live, 1, 0)
                 mode[i] = see(
-                    live, mode[i], time, qt, uo, slid, peak[i], peak_time[i], peak_slide[i]
-                )
+                    live, mode[i], time, qt, uo, slid, peak[i], left[i], right[i], peak_time[i],
+                    peak_slide[i],
+                )  # fmt: skip
         past = time - until
         if rotations.shape[0] > 0:
             for i in range(LANES):
@@ -197,4 +202,6 @@ def run_lanes(
             uplift_time[i], moved[i], loss[i], jolt[i], supplied[i], returned[i], deepest[i],
             impacts[i], mode[i], steps[i],
         )  # fmt: skip
+        sides[0, first + i] = left[i]
+        sides[1, first + i] = right[i]
         leaves[0, first + i] = BlockResult(slide[i], peak[i], peak_time[i], peak_slide[i])

@@ -30,6 +30,7 @@ class Program:
         install: The command that installs them.
         text: What it is, in one line.
         starts_moving: Whether its adapter starts blocks with velocities.
+        bodies: Whether its adapter builds bodies that are no boxes.
     """
 
     module: str
@@ -37,6 +38,7 @@ class Program:
     install: str
     text: str
     starts_moving: bool = False
+    bodies: bool = False
 
     @property
     def installed(self) -> bool:
@@ -125,6 +127,8 @@ def require_scenes(
     """
     if lanes.moving and not PROGRAMS[name].starts_moving:
         raise DeclinedError(f"it lets blocks go from rest here, and the case {lanes.moving}")
+    if lanes.bodies and not PROGRAMS[name].bodies:
+        raise DeclinedError("it runs boxes alone here, and the case has a body (block.base)")
     adapter = importlib.import_module(PROGRAMS[name].module)
     declines = getattr(adapter, "require_scenes", None)
     if declines is not None:

@@ -173,7 +173,8 @@
     let peak = 0;
     let where = 0;
     lane.blocks.forEach((block) => block.r.forEach((value, i) => {
-      if (Math.abs(value) / block.alpha > peak) [peak, where] = [Math.abs(value) / block.alpha, i];
+      const ratio = Math.abs(value) / block.alpha[value < 0 ? 0 : 1];
+      if (ratio > peak) [peak, where] = [ratio, i];
     }));
     this.touched = false;
     this.time = where * lane.dt;
@@ -394,7 +395,7 @@
     const parts = lane.blocks.map((block, k) => {
       const r = this.at(block.r, lane.angle);
       const name = lane.blocks.length > 1 ? "block " + (k + 1) + ": " : "rotation ";
-      return name + ((r * 180) / Math.PI).toFixed(2) + "° (" + (r / block.alpha).toFixed(3) + " of its slenderness angle)";
+      return name + ((r * 180) / Math.PI).toFixed(2) + "° (" + (r / block.alpha[r < 0 ? 0 : 1]).toFixed(3) + " of its slenderness angle)";
     });
     if (!this.follow.closest("label").hidden)
       parts.push("base moved " + (1000 * base[0]).toFixed(1) + " mm, accelerated " + this.at(lane.acc, lane.rate).toFixed(2) + " m/s²");
@@ -411,7 +412,7 @@
     const lane = this.lane;
     const svg = this.plot;
     const shaken = lane.acc && lane.acc.some((value) => value !== 0);
-    const panels = [{ title: "rotation / slenderness angle", curves: lane.blocks.map((block) => block.r.map((v) => (v * lane.angle) / block.alpha)), limit: 1 }];
+    const panels = [{ title: "rotation / slenderness angle", curves: lane.blocks.map((block) => block.r.map((v) => (v * lane.angle) / block.alpha[v < 0 ? 0 : 1])), limit: 1 }];
     if (shaken) panels.push({ title: "base acceleration [m/s²]", curves: [lane.acc.map((v) => v * lane.rate)] });
     const tall = [128, 86];
     const height = panels.reduce((sum, _, k) => sum + tall[k], 0) + 26;

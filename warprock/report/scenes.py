@@ -187,13 +187,20 @@ def _block(history: pd.DataFrame, row: pd.Series[Any], number: str) -> dict[str,
         "w": float(row[f"width{number}_m"]),
         "h": float(row[f"height{number}_m"]),
         "d": float(row[f"depth{number}_m"]),
-        "alpha": float(row[f"slenderness_angle{number}_rad"]),
+        "alpha": _sides(row, number),
         "r": _column(history, f"rotation{number}_rad"),
     }
     found |= {axis: _column(history, f"{axis}{number}_m") for axis in "xyz"}
     if f"attitude_x{number}" in history:
         found["q"] = [_column(history, f"attitude_{part}{number}") for part in "xyzw"]
     return found
+
+
+def _sides(row: pd.Series[Any], number: str) -> list[float]:
+    """Slenderness angles to -x and to +x [rad]."""
+    weaker = f"slenderness_angle{number}_rad"
+    sides = [f"slenderness_angle_{side}_rad" for side in ("left", "right")]
+    return [float(row[side if side in row else weaker]) for side in sides]
 
 
 def _column(history: pd.DataFrame, name: str) -> Array:

@@ -19,8 +19,9 @@ from warprock.case.lanes import expand_lanes
 from warprock.case.load import build_case
 from warprock.errors import InputError
 from warprock.model.base_path import base_places
-from warprock.model.lanes import as_stacks
+from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.pose import quaternion, turned
+from warprock.model.ratios import rotation_ratio
 from warprock.model.response import Outcome, Response
 from warprock.reading import read_bytes
 from warprock.run.case_run import CaseRun, require_options, require_support, run_lane
@@ -129,11 +130,18 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
         sizes=np.stack([lanes.width[0], lanes.depth[0], lanes.height[0]], axis=-1),
         position=place,
         attitude=attitude,
-        ratio=fields["rotation"] / lanes.slenderness_angle[0][:, None],
+        ratio=_ratio(fields["rotation"], lanes),
         base=base,
         acceleration=pulled,
         outline=outline,
     )
+
+
+def _ratio(rotation: Array, lanes: Lanes) -> Array:
+    """Rotations of one lane over slenderness angles, shape [block, sample]."""
+    if lanes.body is not None:
+        return rotation_ratio(rotation, lanes)
+    return np.asarray(rotation / lanes.slenderness_angle[0][:, None])
 
 
 def _histories(response: Response) -> list[str]:
