@@ -241,11 +241,6 @@ def run_lanes(
                 segment[i] = se
                 base[i] = ba
                 cap[i] = ca
-<<<<<<< HEAD
-                left[i] = larger(larger(-th, -ap), left[i])
-                right[i] = larger(larger(th, ap), right[i])
-=======
->>>>>>> f-contact
             busy = int(0)
             for i in range(LANES):
                 busy = busy + wp.where(mode[i] < OVERTURNED and time[i] < until, 1, 0)

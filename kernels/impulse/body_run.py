@@ -183,11 +183,6 @@ def run_lanes(
                 keep(live, pl, tl, pm, tm, pr, tr, nl[i], fl[i], nm[i], fm[i], nr[i], fr[i])
                 low[i] = mid
                 slide[i] = wp.where(live, slid, slide[i])
-<<<<<<< HEAD
-                left[i] = larger(-theta[i], left[i])
-                right[i] = larger(theta[i], right[i])
-=======
->>>>>>> f-contact
                 deepest[i] = wp.where(live, larger(-gap, deepest[i]), deepest[i])
                 steps[i] = steps[i] + wp.where(live, 1, 0)
                 mode[i] = see(
