@@ -43,7 +43,8 @@ Point = wp.types.matrix(shape=(POINTS, LANES), dtype=real)
 def run_lanes(
     blocks: wp.array(dtype=Body), corners: wp.array2d(dtype=Spring),
     motions: wp.array(dtype=Motion), pool: wp.array2d(dtype=real),
-    sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
+    sample_times: wp.array(dtype=real), sides: wp.array2d(dtype=real), knobs: Knobs,
+    found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, each at its own time."""
     u, slip = Point(), Point()
@@ -51,6 +52,7 @@ def run_lanes(
     vx, vz, omega, fx, fz, moment = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     since, slid, peak, peak_time, slide, peak_slide = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     deep, second, overlap, height = Lane(), Lane(), Lane(), Lane()
+    left, right = Lane(), Lane()
     dt, span, base, dv, loss, spent, stored = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     at_start, given, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
     uplift_time, moved, deepest, jolt = Lane(), Lane(), Lane(), Lane()
@@ -124,6 +126,8 @@ def run_lanes(
                 observe_block(live[i] == 1, real(steps[i]) * dt[i], theta[i],
                     vx[i] + vz[i] + omega[i], slid[i], peak[i], peak_time[i], slide[i],
                     peak_slide[i], mode[i])  # fmt: skip
+                left[i] = larger(-theta[i], left[i])
+                right[i] = larger(theta[i], right[i])
         if found.rotations.shape[0] > 0:
             for i in range(LANES):
                 past = time_past(until, steps[i], dt[i], mode[i])
@@ -140,4 +144,6 @@ def run_lanes(
             uplift_time[i], moved[i], lost, jolt[i], supplied[i], returned[i], deepest[i],
             impacts[i], mode[i], steps[i],
         )  # fmt: skip
+        sides[0, first + i] = left[i]
+        sides[1, first + i] = right[i]
         found.blocks[0, first + i] = BlockResult(slide[i], peak[i], peak_time[i], peak_slide[i])

@@ -42,7 +42,7 @@ from warprock.kernels.event_space.space_body_contact import (
     bit_of,
     held_motion,
     levelled,
-    lever_of,
+    place_of,
     posed,
     solve,
     solve_by_sweeps,
@@ -50,12 +50,12 @@ from warprock.kernels.event_space.space_body_contact import (
 )
 from warprock.kernels.event_space.trial import Base, Knots, Limits, next_step
 from warprock.kernels.event_space.trial import State as BlockState
-from warprock.kernels.impulse.space_stack import Attitude
+from warprock.kernels.impulse.space_stack import Attitude, frame
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, UNSOLVED
 from warprock.kernels.motion import Motion
 from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape.space import Block
-from warprock.kernels.shape.space_body import Frame, spans, turns_of_body
+from warprock.kernels.shape.space_body import spans
 
 NEARLY = by_precision(1.0e-7, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""
@@ -76,9 +76,10 @@ class State:
 
     Centre of mass, attitude, velocity, angular velocity; turn in the last step [rad], and angular
     velocity at its end before its impact, swing; force of the points in the last step, for unit
-    mass [N/kg]; points that touch; whether the body flies, stands still, and stands; time [s]; knots of the motion passed; base velocity [m/s]; cap, the longest
-    next step [s]; mode; lost energy for unit mass [J/kg]; deepest penetration [m]; impacts; whether
-    the last trial was a step.
+    mass [N/kg]; points that touch; whether the body flies, stands still, and stands; time [s];
+    knots of the motion passed; base velocity [m/s]; cap, the longest next step [s]; mode; lost
+    energy for unit mass [J/kg]; deepest penetration [m]; impacts; whether the last trial was a
+    step.
     """
 
     x: Vector
@@ -146,7 +147,8 @@ def looked(
     n.cut = TWO * NEVER
     count = body.count
     for k in range(count):
-        r0, r1 = lever_of(body, pose0, k), lever_of(body, pose, k)
+        place = place_of(body.points[k, body.lane])
+        r0, r1 = pose0.turn * place, pose.turn * place
         rate0 = s.v[2] + s.w[0] * r0[1] - s.w[1] * r0[0]
         rate = v[2] + w[0] * r1[1] - w[1] * r1[0]
         gap = pose.x[2] + r1[2]
@@ -190,26 +192,25 @@ def put_back(
 ) -> State:  # fmt: skip
     """The state with points that pushed on the base, and where they stuck in their places there."""
     n = reached
-    pose = posed(body, n.x, n.q)
-    t = touches_of(body, pose, held)
+    t = touches_of(body, frame(n.q), held)
     if t.total > 0:
-        up, turn = levelled(body, pose, t)
+        up, turn = levelled(body, n.x[2], t)
         n.x[2] = n.x[2] + up
         n.q = turned(n.q, turn)
         if stuck:
-            now, way, total = posed(body, n.x, n.q), Vector(), t.total
+            now, way, total = frame(n.q), Vector(), t.total
             for k in range(total):
-                i = t.which[k]
-                way += pose0.x + lever_of(body, pose0, i) - now.x - lever_of(body, now, i)
-            n.x[0] = n.x[0] + way[0] / real(total)
-            n.x[1] = n.x[1] + way[1] / real(total)
+                place = place_of(body.points[t.which[k], body.lane])
+                way += pose0.turn * place - now * place
+            n.x[0] = pose0.x[0] + way[0] / real(total)
+            n.x[1] = pose0.x[1] + way[1] / real(total)
     return n
 
 
 @wp.func
 def bound(body: Shape, pose: Pose, held: wp.uint64, stuck: wp.uint64, v: Vector, w: Vector):
     """Velocities projected on the points that pushed."""
-    t = touches_of(body, pose, held)
+    t = touches_of(body, pose.turn, held)
     if t.total == 0:
         return v, w
     if held == stuck:
@@ -233,7 +234,7 @@ def end_of_step(
     v, w = bound(body, pose, held, stuck, n.v, n.w)
     n.lost = n.lost - energy(limits, pose, v, w)
     landed = look.lands != wp.uint64(0)
-    pushes, t = held, touches_of(body, pose, look.touch)
+    pushes, t = held, touches_of(body, pose.turn, look.touch)
     if landed or wp.length_sq(b.kick) > real(0.0):
         v0 = v - b.kick
         v1, w1, p, fits = solve(
@@ -287,7 +288,7 @@ def next_step_of_body(
 
 @wp.func
 def integrate(
-    block: Block, frame: Frame, body: Shape, limits: Limits, s: State, begun: State, b: Base,
+    block: Block, body: Shape, limits: Limits, s: State, begun: State, b: Base,
     pose0: Pose, pose: Pose, spin: Vector, vm: Vector, wm: Vector, held: wp.uint64,
     stuck: wp.uint64,
 ) -> State:  # fmt: skip
@@ -309,7 +310,7 @@ def integrate(
     n.lost = s.lost + energy(limits, pose0, s.v, s.w) - wp.dot(vm, b.change)
     n.deepest = larger(s.deepest, look.deepest)
     n = end_of_step(body, limits, s, n, pose0, look, b, held, stuck)
-    _a, _b, _c, _d, up, _e, _f = turns_of_body(block, frame, n.q[0], n.q[1], n.q[2], n.q[3])
+    up = wp.dot(frame(n.q)[2], body.axis)
     n.mode = wp.where(n.mode == RUNNING and up <= real(0.0), OVERTURNED, n.mode)
     sound = n.time + n.lost + wp.length(n.x) + wp.length(n.v) + wp.length(n.w) + up
     n.mode = wp.where(sound - sound == real(0.0), n.mode, BROKEN)
@@ -318,7 +319,7 @@ def integrate(
 
 @wp.func
 def step(
-    block: Block, frame: Frame, body: Shape, limits: Limits,
+    block: Block, body: Shape, limits: Limits,
     mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real, s: State,
 ) -> State:  # fmt: skip
     """One trial step of one lane, at most to its next knot or to `end`.
@@ -332,7 +333,7 @@ def step(
     pose = posed(body, s.x + (HALF * d) * s.v, attitude_after(block, s, spin, s.w, HALF * d))
     v = s.v - HALF * b.change - Vector(real(0.0), real(0.0), HALF * d * limits.gravity)
     w = pose.inverse * spin
-    t = touches_of(body, pose, s.touch)
+    t = touches_of(body, pose.turn, s.touch)
     first, total = Points(), t.total
     for k in range(total):
         first[k] = HALF * d * s.force[t.which[k]]
@@ -370,4 +371,4 @@ def step(
         n.w = Vector()
         n.swing = Vector()
         return n
-    return integrate(block, frame, body, limits, s, n, b, pose0, pose, spin, vm, wm, held, stuck)
+    return integrate(block, body, limits, s, n, b, pose0, pose, spin, vm, wm, held, stuck)

@@ -36,7 +36,7 @@ from warprock.kernels.impulse.space_stack import (
 )
 from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape.space import Block
-from warprock.kernels.shape.space_body import APART, Point, spans
+from warprock.kernels.shape.space_body import APART, Frame, Point, spans
 
 SWEEPS = 4000
 """Most sweeps of a solve."""
@@ -64,11 +64,13 @@ PointNumbers = wp.types.vector(length=POINTS, dtype=real)
 class Shape:
     """What a body is: friction coefficient, inverse moments of inertia, reach [m], and its points.
 
-    These are a row of all lanes' points; `feet` are those that it stands on at rest.
+    These are a row of all lanes' points; `feet` are those that it stands on at rest. `axis` is the
+    block's axis, seen in the body's axes.
     """
 
     friction: real
     inverse: Vector
+    axis: Vector
     reach: real
     count: int
     feet: wp.uint64
@@ -109,12 +111,13 @@ def among(k: int, bits: wp.uint64) -> bool:
 
 
 @wp.func
-def shape_of(block: Block, reach: real, points: wp.array2d(dtype=Point), lane: int) -> Shape:
+def shape_of(block: Block, own: Frame, points: wp.array2d(dtype=Point), lane: int) -> Shape:
     """The body of a lane."""
     s = Shape()
     s.friction = block.friction
     s.inverse = Vector(block.inverse_x, block.inverse_y, block.inverse_z)
-    s.reach = reach
+    s.reach = own.reach
+    s.axis = frame(Attitude(own.ax, own.ay, own.az, own.aw))[2]
     s.points = points
     s.lane = lane
     rows = points.shape[0]
@@ -141,21 +144,20 @@ def posed(s: Shape, x: Vector, q: Attitude) -> Pose:
 
 
 @wp.func
-def lever_of(s: Shape, pose: Pose, k: int) -> Vector:
-    """Place of a point from the centre of mass [m]."""
-    point = s.points[k, s.lane]
-    return pose.turn * Vector(point.x, point.y, point.z)
+def place_of(point: Point) -> Vector:
+    """Place of a point from the centre of mass in the body's axes [m]."""
+    return Vector(point.x, point.y, point.z)
 
 
 @wp.func
-def touches_of(s: Shape, pose: Pose, bits: wp.uint64) -> Touches:
-    """Some of the points, in a pose."""
+def touches_of(s: Shape, turn: Matrix, bits: wp.uint64) -> Touches:
+    """Some of the points, in an attitude."""
     t = Touches()
     count = s.count
     for k in range(count):
         if among(k, bits):
             t.which[t.total] = k
-            t.lever[t.total] = lever_of(s, pose, k)
+            t.lever[t.total] = turn * place_of(s.points[k, s.lane])
             t.total += 1
     return t
 
@@ -168,7 +170,7 @@ def held_motion(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector):
     yy, zx, zy, a, ax, ay = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
     vx, vy, vz, ox, oy, oz = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
     ex, ey, ez, gz, push, bx = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
-    by, l, m, i = real(0.0), pose.inertia * w, pose.turn, s.inverse
+    by, spin, m, i = real(0.0), pose.inertia * w, pose.turn, s.inverse
     total = t.total
     for k in range(total):
         r = t.lever[k]
@@ -176,9 +178,9 @@ def held_motion(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector):
             real(1.0), r[0], r[1], r[2], zero, count, mx, my, mz, xx, xy, yy, zx, zy, a, ax, ay
         )
     find_motion(
-        s.reach, v[0], v[1], v[2], w[0], w[1], w[2], l[0], l[1], l[2], m[0, 0], m[0, 1], m[0, 2],
-        m[1, 0], m[1, 1], m[1, 2], m[2, 0], m[2, 1], m[2, 2], i[0], i[1], i[2], count, mx, my, mz,
-        xx, xy, yy, zx, zy, a, ax, ay, vx, vy, vz, ox, oy, oz, ex, ey, ez, gz, push, bx, by,
+        s.reach, v[0], v[1], v[2], w[0], w[1], w[2], spin[0], spin[1], spin[2], m[0, 0], m[0, 1],
+        m[0, 2], m[1, 0], m[1, 1], m[1, 2], m[2, 0], m[2, 1], m[2, 2], i[0], i[1], i[2], count, mx,
+        my, mz, xx, xy, yy, zx, zy, a, ax, ay, vx, vy, vz, ox, oy, oz, ex, ey, ez, gz, push, bx, by,
     )  # fmt: skip
     return Vector(vx, vy, vz), Vector(ox, oy, oz)
 
@@ -207,7 +209,7 @@ def hold(s: Shape, pose: Pose, t: Touches, dust: real, v: Vector, w: Vector):
     ex, ey, ez, gz, push, bx = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
     by, good, cx, cy, turn = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
     fx, fy, n = real(0.0), real(0.0), real(0.0)
-    l, m, i, total = pose.inertia * w, pose.turn, s.inverse, t.total
+    spin, m, i, total = pose.inertia * w, pose.turn, s.inverse, t.total
     held, p = PointNumbers(), Points()
     for k in range(total):
         held[k] = one
@@ -222,10 +224,10 @@ def hold(s: Shape, pose: Pose, t: Touches, dust: real, v: Vector, w: Vector):
                 held[k], r[0], r[1], r[2], zero, count, mx, my, mz, xx, xy, yy, zx, zy, a, ax, ay
             )
         find_motion(
-            s.reach, v[0], v[1], v[2], w[0], w[1], w[2], l[0], l[1], l[2], m[0, 0], m[0, 1],
-            m[0, 2], m[1, 0], m[1, 1], m[1, 2], m[2, 0], m[2, 1], m[2, 2], i[0], i[1], i[2], count,
-            mx, my, mz, xx, xy, yy, zx, zy, a, ax, ay, vx, vy, vz, ox, oy, oz, ex, ey, ez, gz,
-            push, bx, by,
+            s.reach, v[0], v[1], v[2], w[0], w[1], w[2], spin[0], spin[1], spin[2], m[0, 0],
+            m[0, 1], m[0, 2], m[1, 0], m[1, 1], m[1, 2], m[2, 0], m[2, 1], m[2, 2], i[0], i[1],
+            i[2], count, mx, my, mz, xx, xy, yy, zx, zy, a, ax, ay, vx, vy, vz, ox, oy, oz, ex, ey,
+            ez, gz, push, bx, by,
         )  # fmt: skip
         good = one
         for k in range(total):
@@ -268,7 +270,7 @@ def by_law(
 def solve_by_sweeps(
     s: Shape, pose: Pose, t: Touches, laws: PointInts, first: Points, v: Vector, w: Vector
 ):
-    """Impulses of the points by their laws, from first ones: velocities, impulses, if it settled."""
+    """Velocities and impulses of points that obey their laws; whether the sweeps have settled."""
     u, o, p, gains, good = v, w, Points(), PointGains(), bool(False)
     e, total = wp.identity(n=3, dtype=real), t.total
     for step in range(-1, SWEEPS):
@@ -305,8 +307,11 @@ def solve(s: Shape, pose: Pose, t: Touches, dust: real, first: Points, v: Vector
 
 
 @wp.func
-def levelled(s: Shape, pose: Pose, t: Touches):
-    """Shift upwards [m] and turn [rad] that put points on the base, or nearest to it."""
+def levelled(s: Shape, z: real, t: Touches):
+    """Shift upwards [m] and turn [rad] that put points on the base, or nearest to it.
+
+    z is the height of the centre of mass [m].
+    """
     zero, part = real(0.0), real(1.0) / larger(real(t.total), real(1.0))
     mx, my, xx, xy, yy = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
     height, hx, hy, total = real(0.0), real(0.0), real(0.0), t.total
@@ -314,10 +319,10 @@ def levelled(s: Shape, pose: Pose, t: Touches):
         r = t.lever[k]
         mx += part * r[0]
         my += part * r[1]
-        height += part * (pose.x[2] + r[2])
+        height += part * (z + r[2])
     for k in range(total):
         x, y = t.lever[k][0] - mx, t.lever[k][1] - my
-        gap = pose.x[2] + t.lever[k][2] - height
+        gap = z + t.lever[k][2] - height
         xx += x * x
         xy += x * y
         yy += y * y

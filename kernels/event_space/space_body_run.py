@@ -11,25 +11,26 @@ from warprock.kernels.event_space.moves import flown, turned
 from warprock.kernels.event_space.space_body import State, step
 from warprock.kernels.event_space.space_body_contact import (
     Shape,
+    among,
     bit_of,
-    lever_of,
+    place_of,
     posed,
     shape_of,
 )
 from warprock.kernels.event_space.space_run import turning
 from warprock.kernels.event_space.trial import Limits
 from warprock.kernels.impulse.space_stack import Attitude
+from warprock.kernels.impulse.space_stack import frame as matrix_at
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
 from warprock.kernels.shape.faces import Vector
-from warprock.kernels.shape.space import Block, matrix_of
+from warprock.kernels.shape.space import Block
 from warprock.kernels.shape.space_body import (
     Frame,
     Point,
     block_attitude,
     body_attitude,
-    touches_as_lowest,
     turns_of_body,
 )
 from warprock.kernels.shape.space_found import BlockResult, Found, Result
@@ -59,7 +60,7 @@ def start(block: Block, frame: Frame, body: Shape, limits: Limits) -> State:
     pose = posed(body, s.x, s.q)
     count = body.count
     for k in range(count):
-        if s.x[2] + lever_of(body, pose, k)[2] <= limits.rest_gap:
+        if s.x[2] + wp.dot(pose.turn[2], place_of(body.points[k, body.lane])) <= limits.rest_gap:
             s.touch = s.touch | bit_of(k)
     s.flies = s.touch == wp.uint64(0)
     s.stands = (s.touch & body.feet) == body.feet
@@ -112,24 +113,13 @@ def peaks_at(block: Block, frame: Frame, before: BlockResult, q: Attitude, time:
 
 
 @wp.func
-def upright(frame: Frame, q: Attitude) -> Vector:
-    """The block's axis."""
-    ex, ey, ez, ew = block_attitude(frame, q[0], q[1], q[2], q[3])
-    _11, _12, r13, _21, _22, r23, _31, _32, r33 = matrix_of(ex, ey, ez, ew)
-    return Vector(r13, r23, r33)
-
-
-@wp.func
-def slide_of_body(body: Shape, half_width: real, s: State) -> Vector:
+def slide_of_body(body: Shape, s: State) -> Vector:
     """Mean displacement of the points that touch, from where each stood; the third is zero."""
-    pose, lowest, count = posed(body, s.x, s.q), real(NEVER), body.count
-    total, way = real(0.0), Vector()
+    turn, count, total, way = matrix_at(s.q), body.count, real(0.0), Vector()
     for k in range(count):
-        lowest = smaller(lowest, lever_of(body, pose, k)[2])
-    for k in range(count):
-        r = lever_of(body, pose, k)
-        if touches_as_lowest(r[2], lowest, half_width):
+        if among(k, s.touch):
             point = body.points[k, body.lane]
+            r = turn * place_of(point)
             total += real(1.0)
             way += Vector(s.x[0] + r[0] - point.stood_x, s.x[1] + r[1] - point.stood_y, real(0.0))
     return way / total
@@ -141,7 +131,7 @@ def observe(
 ) -> Seen:  # fmt: skip
     """What a step from one state to the next adds to what has been observed."""
     seen, d = before, s.time - s0.time
-    axis0, axis1 = upright(frame, s0.q), upright(frame, s.q)
+    axis0, axis1 = matrix_at(s0.q) * body.axis, matrix_at(s.q) * body.axis
     for i in range(2):
         at = turning(axis0, wp.cross(s0.w, axis0), axis1, wp.cross(s.swing, axis1), i, d)
         if at > real(0.0):
@@ -150,7 +140,7 @@ def observe(
             seen.leaf = peaks_at(block, frame, seen.leaf, q, time)
     seen.leaf = peaks_at(block, frame, seen.leaf, s.q, s.time)
     if not s.flies:
-        way = slide_of_body(body, block.half_width, s)
+        way = slide_of_body(body, s)
         seen.leaf.slide_x = way[0]
         seen.leaf.slide_y = way[1]
         seen.leaf.peak_slide = larger(wp.length_sq(way), seen.leaf.peak_slide)
@@ -176,7 +166,7 @@ def run_lanes(
     limits.gravity = knobs.gravity
     limits.longest_step = lanes[lane].longest_step
     limits.rest_gap = lanes[lane].rest_gap
-    body = shape_of(block, frame.reach, points, lane)
+    body = shape_of(block, frame, points, lane)
     s = start(block, frame, body, limits)
     s0 = s
     seen = Seen()
@@ -194,7 +184,7 @@ def run_lanes(
             pz = sample_index(mz, s.knots[2])
             value = Vector(pool[0, px], pool[0, py], pool[0, pz])
             slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
-            n = step(block, frame, body, limits, mx, my, mz, value, slope, end, s)
+            n = step(block, body, limits, mx, my, mz, value, slope, end, s)
             if n.taken:
                 seen = observe(block, frame, body, seen, s, n)
                 s0 = s

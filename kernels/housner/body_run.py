@@ -57,6 +57,7 @@ def run_lanes(
     pool: wp.array2d(dtype=real),
     starts: wp.array(dtype=Start),
     sample_times: wp.array(dtype=real),
+    sides: wp.array2d(dtype=real),
     found: Found,
 ):
     """Runs LANES lanes a thread, which take their steps side by side.
@@ -76,6 +77,8 @@ def run_lanes(
     mode = LaneInt()
     peak = Lane()
     peak_time = Lane()
+    left = Lane()
+    right = Lane()
     uplift_time = Lane()
     rest_time = Lane()
     loss = Lane()
@@ -119,6 +122,8 @@ def run_lanes(
                 )  # fmt: skip
                 # A lane that waits for others takes no step, not even one of length zero.
                 theta[i] = wp.where(going, th, theta[i])
+                left[i] = larger(-theta[i], left[i])
+                right[i] = larger(theta[i], right[i])
                 omega[i] = wp.where(going, om, omega[i])
                 place[i] = wp.where(going, pl, place[i])
                 time[i] = wp.where(going, ti, time[i])
@@ -144,4 +149,6 @@ def run_lanes(
         results[first + i] = Result(
             uplift_time[i], rest_time[i], loss[i], needed[i], impacts[i], mode[i], steps[i]
         )
+        sides[0, first + i] = left[i]
+        sides[1, first + i] = right[i]
         leaves[0, first + i] = BlockResult(peak[i], peak_time[i])

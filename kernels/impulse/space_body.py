@@ -116,8 +116,9 @@ def find_point(
 
 @wp.func
 def find_contact(
-    knobs: Knobs, foot: real, reach: real, half_width: real, lowest: real, x: real, y: real, z: real,
-    rx: real, ry: real, rz: real, stood_x: real, stood_y: real, ox: real, oy: real, oz: real,
+    knobs: Knobs, foot: real, reach: real, half_width: real, lowest: real,
+    x: real, y: real, z: real, rx: real, ry: real, rz: real, stood_x: real, stood_y: real,
+    ox: real, oy: real, oz: real,
     aim: wp.ref[real], on: wp.ref[real], held: wp.ref[real],
     fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real], apart: wp.ref[real],
     lifted: wp.ref[real], landed: wp.ref[real],

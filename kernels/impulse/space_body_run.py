@@ -164,11 +164,11 @@ def run_lanes(
             for c in range(rows):
                 for i in range(LANES):
                     find_contact(
-                        knobs, foot[c, i], frames[first + i].reach, blocks[0, first + i].half_width, lowest[i], x[i], y[i], z[i],
-                        rx[c, i], ry[c, i], rz[c, i], stood_x[c, i], stood_y[c, i], ox[i], oy[i],
-                        oz[i], aim[c, i], on[c, i], held[c, i], fx[c, i], fy[c, i], n[c, i],
-                        apart[c, i], lifted[i], landed[i], count[i], mx[i], my[i], xx[i], xy[i],
-                        yy[i], touching[i], way_x[i], way_y[i],
+                        knobs, foot[c, i], frames[first + i].reach, blocks[0, first + i].half_width,
+                        lowest[i], x[i], y[i], z[i], rx[c, i], ry[c, i], rz[c, i], stood_x[c, i],
+                        stood_y[c, i], ox[i], oy[i], oz[i], aim[c, i], on[c, i], held[c, i],
+                        fx[c, i], fy[c, i], n[c, i], apart[c, i], lifted[i], landed[i], count[i],
+                        mx[i], my[i], xx[i], xy[i], yy[i], touching[i], way_x[i], way_y[i],
                     )  # fmt: skip
             for i in range(LANES):
                 tell_stance(

@@ -103,12 +103,12 @@ def test_a_pose_by_its_number_settles_the_body(tmp_path: pathlib.Path):
 @pytest.mark.parametrize(
     ("mesh", "said"),
     [
-        (trimesh.creation.icosphere(4, 0.5), "a body without a stable rest"),
+        (trimesh.creation.icosphere(3, 0.5), "a body without a stable rest"),
         (
             turned(trimesh.creation.cylinder(0.3, 1.0), 90.0, (0.0, 1.0, 0.0)),
             "does not stand as scanned",
         ),
-        (trimesh.creation.box((0.01, 1.0, 1.0)), r"falls when it leans 0\.57 deg"),
+        (trimesh.creation.box((0.01, 1.0, 1.0)), r"falls at a lean of 0\.57 deg"),
     ],
 )
 def test_a_body_that_does_not_stand_is_one_line(
@@ -121,14 +121,28 @@ def test_a_body_that_does_not_stand_is_one_line(
 
 def test_a_bowl_stands_and_is_said_to_roll_on(tmp_path: pathlib.Path):
     """A half ball on its round side: its centre only rises, so it never turns over."""
-    body = _body(tmp_path, cap(0.5, upside_down=True))
-    assert math.degrees(body.base.slenderness_angle) < 10.0
-    assert np.degrees(body.turns_over(np.array([0.0, 2.0]))) == pytest.approx(90.0)
-    assert "rolls on, and turns over at 90 deg" in " ".join(body_notes(body))
-    # With the points that touch as it leans it does not fall below 30 degrees either.
-    hull = _body(tmp_path, cap(0.5, upside_down=True), base="hull", points=48)
+    flat = _body(tmp_path, cap(0.5, upside_down=True), base="flat")
+    assert math.degrees(flat.base.slenderness_angle) < 10.0
+    assert flat.turns_over(0.0)[0].lean == pytest.approx(float(flat.in_plane(0.0)[0]))
+    assert "rolls on, and turns over at 90 deg" in " ".join(body_notes(flat))
+    # With the points that touch as it leans it only rises.
+    hull = _body(tmp_path, cap(0.5, upside_down=True), points=48)
     heights = heights_at(hull.contacts, np.array([0.0]), np.radians([0.0, 10.0, 20.0, 30.0]))[0]
     assert (np.diff(heights) > 0.0).all()
+
+
+def test_the_points_of_a_case_turn_over_where_the_body_does(tmp_path: pathlib.Path):
+    """A foot of 0.1 m below a bulge of 0.2 m, 20 mm above the ground, in every direction."""
+    outline = np.array([(0.0, 0.0), (0.1, 0.0), (0.2, 0.02), (0.15, 1.0), (0.0, 1.0)])
+    body = _body(tmp_path, trimesh.creation.revolve(outline, sections=32))
+    height = body.base.height
+    fall = body.turns_over(body.weakest)[0]
+    # Across an edge of its 32-sided outline the bulge lies at 0.2 m cos(pi / 32).
+    aside = 0.2 * np.cos(np.pi / 32)
+    assert fall.lean == pytest.approx(np.arctan2(aside, height - 0.02), rel=0.02)
+    assert fall.rise == pytest.approx(np.hypot(aside, height - 0.02) - height, rel=0.05)
+    assert math.tan(float(body.in_plane(body.weakest)[0])) == pytest.approx(0.1 / height, rel=0.02)
+    assert body.points[:, 2].max() == pytest.approx(0.02, rel=1e-4)
 
 
 def test_a_base_thinned_too_far_is_refused(tmp_path: pathlib.Path):

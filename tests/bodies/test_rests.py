@@ -105,6 +105,7 @@ def test_the_centre_of_a_box_that_leans_is_on_a_circle():
     slender, radius = np.arctan2(0.2, 0.6), np.hypot(0.2, 0.6)
     found = heights_at(points, np.array([0.0]), leans)
     np.testing.assert_allclose(found[0], radius * np.cos(slender - leans), rtol=1e-12)
-    # Within the quarter of a degree at which leans are tried.
-    over = np.degrees(turns_over(points, np.array([0.0, np.pi / 2]), TOLERANCE))
-    np.testing.assert_allclose(over, np.degrees(np.arctan([1 / 3, 0.5])), atol=0.25)
+    over = turns_over(points, np.array([0.0, np.pi / 2]))
+    np.testing.assert_allclose([fall.lean for fall in over], np.arctan([1 / 3, 0.5]), rtol=1e-12)
+    rises = [np.hypot(0.2, 0.6) - 0.6, np.hypot(0.3, 0.6) - 0.6]
+    np.testing.assert_allclose([fall.rise for fall in over], rises, rtol=1e-12)

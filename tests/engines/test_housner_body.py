@@ -21,6 +21,7 @@ from warprock.engines.housner import Housner
 from warprock.model.bodies import Bodies, planar_bodies
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, StillBase
+from warprock.model.ratios import peak_ratio, rotation_ratio
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.run.batch import run_batch
 from warprock.settings.engines import HousnerSettings
@@ -252,12 +253,15 @@ def test_uplift_to_each_side_at_its_own_acceleration() -> None:
     assert np.all(found["status"] == Status.OK)
 
 
-def test_the_centre_of_mass_stays_above_the_body_that_rolls() -> None:
-    body = planar_bodies(mass=300.0, inertia=12.0, points=STEPPED, corner_radius=0.02)
-    turn = np.linspace(-1.2, 1.2, 100_001)[None]
-    x, z = body.rolled(turn)
-    # Rolling: what the centre moves along is its height times the turn.
-    moved = np.cumsum(0.5 * (z[0, 1:] + z[0, :-1]) * np.diff(turn[0]))
-    np.testing.assert_allclose(x[0, 1:] - x[0, 0], moved, atol=1e-9)
-    assert z[0, 50_000] == pytest.approx(0.3)
-    assert x[0, 50_000] == pytest.approx(0.0, abs=1e-15)
+def test_peaks_are_measured_by_the_side_that_they_are_on() -> None:
+    body = planar_bodies(mass=300.0, inertia=12.0, points=STEPPED)
+    left, right = body.slenderness_angles[0]
+    lanes = lanes_of(body, start=0.9 * right)
+    found = run(lanes, StillBase(1), SampleTimes(3.0, 1e-3))
+    turned = found["rotation"][0]
+    assert found["peak_rotation_right"][0] == found["peak_rotation"][0] == 0.9 * right
+    # Seen at the ends of steps, of which one lies at each turning point.
+    assert found["peak_rotation_left"][0] == pytest.approx(-turned.min(), rel=1e-5)
+    assert peak_ratio(found, lanes)[0] == pytest.approx(max(0.9, -turned.min() / left), rel=1e-5)
+    ratio = rotation_ratio(found["rotation"], lanes)[0]
+    np.testing.assert_array_equal(ratio, turned / np.where(turned < 0.0, left, right))

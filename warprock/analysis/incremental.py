@@ -29,6 +29,7 @@ import pyarrow as pa
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.errors import InputError
+from warprock.model.ratios import peak_ratio
 from warprock.model.response import USABLE, Outcome, Response, SampleTimes, Status
 from warprock.quantity import Said
 from warprock.run.accuracy import missed_tolerance
@@ -204,6 +205,39 @@ def run_analysis(
     return Analysis(plan, lane_set, curves, stage, kept)
 
 
+def at_factors(lane_set: LaneSet, lanes: npt.NDArray[np.intp], factors: Array) -> LaneSet:
+    """Some lanes, each with its motion a factor stronger; their inputs are those at factor 1."""
+    chosen = lane_set.take(lanes)
+    return dataclasses.replace(chosen, motions=chosen.motions.scaled(factors))
+
+
+def telling(found: Analysis) -> list[tuple[int, float, str]]:
+    """Runs at either side of the first fall, of the weakest, the median and the strongest lane.
+
+    Args:
+        found: The analysis.
+
+    Returns:
+        Lane, factor on its motion, and what this run is.
+    """
+    known = found.capacities
+    bracketed = np.flatnonzero(known["verdict"] == Verdict.BRACKETED.value)
+    ranked = bracketed[np.argsort(known["overturning_factor"].to_numpy()[bracketed], kind="stable")]
+    if not len(ranked):
+        return []
+    places = {0: "falls first", len(ranked) - 1: "falls last", len(ranked) // 2: "is the median"}
+    runs = []
+    for place in sorted(places):
+        lane = int(ranked[place])
+        for column, what in (
+            ("standing_factor", "the strongest motion below its fall"),
+            ("overturning_factor", "the weakest motion that fells it"),
+        ):
+            why = f"{what}; of the lanes that fall this one {places[place]}"
+            runs.append((lane, float(known[column].iloc[lane]), why))
+    return runs
+
+
 def _run_stage(
     plan: Plan,
     case: Case,
@@ -213,14 +247,7 @@ def _run_stage(
     options: RunOptions,
 ) -> pd.DataFrame:
     """One batch: some lanes, each at a factor."""
-    steps = lane_set.step_factors
-    chosen = dataclasses.replace(
-        lane_set,
-        lanes=lane_set.lanes.take(lanes),
-        motions=lane_set.motions.take(lanes).scaled(factors),
-        step_factors=None if steps is None else steps[lanes],
-        durations=None if lane_set.durations is None else lane_set.durations[lanes],
-    )
+    chosen = at_factors(lane_set, lanes, factors)
     response = run_lane_set(
         plan.engine,
         chosen,
@@ -228,7 +255,7 @@ def _run_stage(
         options,
         settings=case.engine_settings(plan.engine),
     )
-    ratio = response["peak_rotation"] / chosen.lanes.slenderness_angle
+    ratio = peak_ratio(response, chosen.lanes)
     return pd.DataFrame(
         {
             "lane": lanes,

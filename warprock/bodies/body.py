@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 import pathlib
 from typing import NamedTuple
@@ -13,7 +14,17 @@ import numpy.typing as npt
 from warprock.bodies.footing import Footing, hull_of
 from warprock.bodies.mesh import Solid, read_solid
 from warprock.bodies.raised import flat_points, raised_points
-from warprock.bodies.rests import DOWN, STEADY, Rest, hull_points, rest_at, rests_of, rolls
+from warprock.bodies.rests import (
+    DOWN,
+    STEADY,
+    Fall,
+    Rest,
+    hull_points,
+    least_lean,
+    rest_at,
+    rests_of,
+    rolls,
+)
 from warprock.bodies.rests import turns_over as hull_turns_over
 from warprock.errors import InputError
 from warprock.quantity import NOTHING, NumberKey, Said
@@ -32,15 +43,18 @@ UPWARDS: dict[str, tuple[float, float, float]] = {
 """Name of an axis of a file -> its direction."""
 MODELS = ("planar", "spatial")
 BASES = ("flat", "hull")
+SAME_RISE = 1e-5
+"""Rises that differ by so much of the least one are equal."""
 SETTLED = math.radians(5.0)
 """Turn up to which a body settles from the pose of its file [rad]: scans are out of level."""
-TOLERANCE = 1e-3
-"""Height over the ground up to which a point touches it [m], where none is named: a gap that a good
-scan can tell, and that an uneven floor has."""
-OTHER_TOLERANCES = (0.3, 1.0, 3.0, 10.0)
-"""Tolerances at which the slenderness angle is listed beside that asked for, over it."""
-POINTS = 24
-"""Contact points of a case, at most: a round base of so many loses 0.9 % of its radius."""
+TOLERANCE = 3e-4
+"""Height over the ground up to which a point is pressed to it [m], where none is named: about what
+a good scan can tell."""
+FLAT_TOLERANCES = (3e-4, 1e-3, 3e-3, 1e-2)
+"""Tolerances at which the slenderness angle of a base pressed flat is listed [m]."""
+POINTS = {"planar": 24, "spatial": 12}
+"""Contact points of a case, at most, by its model: in a plane few of them touch, in space each
+costs. A round base of 24 loses 0.9 % of its radius, one of 12 loses 3.4 %."""
 LEAST_POINTS, MOST_POINTS = 3, 48
 
 
@@ -56,9 +70,9 @@ class Asked:
         pose: The number of a rest, from 1; 0 is the pose of the file as it is, and None the rest
             next to it, into which the body settles.
         tolerance: Points at most so high above the lowest one touch the ground [m].
-        base: "flat" presses to the ground what touches it and leaves out all else; "hull" keeps the
-            points above it, too, that touch the ground as the body leans.
-        points: Contact points that the case may have.
+        base: "hull" keeps points above the ground, too, that touch it as the body leans; "flat"
+            leaves them out.
+        points: Contact points that the case may have; None takes those of `POINTS`.
         model: "planar" or "spatial".
         direction: Direction of shaking, from the x axis towards y [rad]; None takes the weakest.
     """
@@ -69,8 +83,8 @@ class Asked:
     up: str = "z"
     pose: int | None = None
     tolerance: float = TOLERANCE
-    base: str = "flat"
-    points: int = POINTS
+    base: str = "hull"
+    points: int | None = None
     model: str = "planar"
     direction: float | None = None
 
@@ -127,10 +141,21 @@ class Body:
         """Sizes of the box around it along x, y and z [m], shape [3]."""
         return np.asarray(np.ptp(self.hull, axis=0))
 
+    @functools.cached_property
+    def weakest(self) -> float:
+        """The weakest direction [rad]: that in which its centre rises least until it turns over.
+
+        Of a flat base it is across the nearest edge.
+        """
+        around = np.concatenate([self.base.edge_directions(), np.radians(np.arange(-179.0, 181.0))])
+        rises = np.array([fall.rise for fall in self.turns_over(*around)])
+        weak = around[rises <= rises.min() * (1.0 + SAME_RISE)]
+        return float(min(weak, key=lambda angle: (round(abs(angle), 6), -angle)))
+
     @property
     def direction(self) -> float:
         """Direction of shaking [rad]: that asked for, or the weakest."""
-        return self.base.weakest if self.asked.direction is None else self.asked.direction
+        return self.weakest if self.asked.direction is None else self.asked.direction
 
     @property
     def frequency_parameter(self) -> float:
@@ -145,19 +170,18 @@ class Body:
         """Slenderness angles of the base of the case in planes of shaking [rad]."""
         return self.base.in_plane(np.array(directions))
 
-    def turns_over(self, directions: Array) -> Array:
-        """Lean at which the body turns over in a plane, rolling on its hull [rad].
+    def turns_over(self, *directions: float) -> list[Fall]:
+        """Where it turns over in planes of shaking, rolling on the contact points of the case.
 
         Args:
-            directions: From the x axis towards y [rad], shape [direction].
+            directions: From the x axis towards y [rad].
         """
-        return hull_turns_over(self.hull, directions, self.asked.tolerance)
+        return hull_turns_over(self.contacts, np.array(directions))
 
     def by_tolerance(self) -> list[tuple[float, float]]:
-        """Tolerances [m] and the slenderness angle in the weakest direction at each [rad]."""
+        """Tolerances [m], and the least slenderness angle of a base pressed flat at each [rad]."""
         found = []
-        for factor in OTHER_TOLERANCES:
-            tolerance = factor * self.asked.tolerance
+        for tolerance in FLAT_TOLERANCES:
             rest = rest_at(self.hull, DOWN, tolerance)
             found.append((tolerance, rest.footing.slenderness_angle))
         return found
@@ -227,14 +251,15 @@ def find_body(path: pathlib.Path, asked: Asked) -> Body:
     pose = _pose(str(path), asked, points, rests)
     footing = pose.footing
     hull = points @ pose.rotation.T
-    contacts = flat_points(footing, asked.points)
+    most = asked.points or POINTS[asked.model]
+    contacts = flat_points(footing, most)
     if asked.base == "hull":
-        contacts = raised_points(hull, footing, asked.points, asked.tolerance)
+        contacts = raised_points(hull, footing, most, asked.tolerance)
     low = contacts[contacts[:, 2] <= -footing.height]
     base = Footing(hull_of(low[:, :2]), footing.height)
     if base.arm <= 0.0:
-        allowed = f"must be more: the body falls off a base of {asked.points} points"
-        raise InputError("--points", "", asked.points, allowed)
+        allowed = f"must be more: the body falls off a base of {most} points"
+        raise InputError("--points", "", most, allowed)
     mass = solid.volume * asked.density if asked.density is not None else asked.mass
     assert mass is not None
     turn = pose.rotation
@@ -270,7 +295,7 @@ def _judge(asked: Asked) -> None:
         raise InputError("--base", "", asked.base, f"must be one of {', '.join(BASES)}")
     if asked.model not in MODELS:
         raise InputError("--model", "", asked.model, f"must be one of {', '.join(MODELS)}")
-    if not LEAST_POINTS <= asked.points <= MOST_POINTS:
+    if asked.points is not None and not LEAST_POINTS <= asked.points <= MOST_POINTS:
         allowed = f"must be from {LEAST_POINTS} to {MOST_POINTS} contact points"
         raise InputError("--points", "", asked.points, allowed)
 
@@ -322,7 +347,7 @@ def _falls(footing: Footing, points: Array) -> str:
         return f"touches the ground at {'one point' if count == 1 else 'points of one line'} alone"
     if footing.slenderness_angle <= 0.0:
         return f"has its centre of mass {-1e3 * footing.arm:.3g} mm outside its contact points"
-    if footing.slenderness_angle < STEADY:
-        lean = np.degrees(footing.slenderness_angle)
-        return f"falls when it leans {lean:.2g} deg, less than {np.degrees(STEADY):.2g} deg"
+    least = least_lean(points, footing)
+    if least < STEADY:
+        return f"falls at a lean of {np.degrees(least):.2g} deg, less than {np.degrees(STEADY):.2g}"
     return "rolls" if rolls(points, footing) else ""

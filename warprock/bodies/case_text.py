@@ -126,7 +126,8 @@ _LEGEND = "Lines after #\n# are comments; `warprock keys` says of every key what
 def _block(body: Body) -> list[str]:
     """The table [block]."""
     tolerance = f"{1e3 * body.asked.tolerance:.3g} mm"
-    more = ", and what touches it later" if body.asked.base == "hull" else ""
+    raised = (body.contacts[:, 2] > -body.base.height).any()
+    more = "; of others their height" if raised else ""
     tensor = body.mass * body.inertia
     six = [tensor[i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
     largest = max(abs(each) for each in six)
@@ -149,12 +150,12 @@ def _block(body: Body) -> list[str]:
 
 def _direction(body: Body) -> str:
     """The key of the direction, and what it is."""
-    angle = math.degrees(float(body.in_plane(body.direction)[0]))
-    note = f"slenderness angle {angle:.3g} deg"
+    lean = math.degrees(body.turns_over(body.direction)[0].lean)
+    note = f"it turns over at a lean of {lean:.3g} deg"
     if body.asked.direction is None:
         note = f"from x towards y, the weakest: {note}"
     else:
-        note += f"; the weakest direction is {math.degrees(body.base.weakest):.3g} deg"
+        note += f"; the weakest direction is {math.degrees(body.weakest):.3g} deg"
     return f'direction = "{round(math.degrees(body.direction), 3) + 0.0:g} deg"   # {note}'
 
 

@@ -1,8 +1,8 @@
 """Contact points above the ground: a base that is not flat, which a body rolls on as it leans.
 
 The height of the centre of mass is the support function of the hull (`bodies.rests`). Of a few of
-its corners it is lower at most, and lowest by most where the corner that touches there is missing:
-that one is taken next.
+its corners it is lower where the corner that touches there is missing: where that is most, over the
+rise that turns the body over in that direction, the missing one is taken next.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ LEANS = np.radians(np.arange(1.0, 31.0))
 """How far it leans [rad]: beyond, nearly every body has fallen."""
 FALLEN = np.radians(2.0)
 """Lean beyond that at which it turns over after which nothing has to be known [rad]."""
-CLOSE = 0.1
-"""Error of the centre's height, over the tolerance, that is small enough."""
+
+CLOSE = 0.01
+"""Error of the centre's height, over its rise until the body turns over, that is small enough."""
 
 
 def flat_points(footing: Footing, most: int) -> Array:
@@ -51,11 +52,13 @@ def raised_points(hull: Array, footing: Footing, most: int, tolerance: float) ->
     above = hull[hull[:, 2] > tolerance - footing.height]
     others = np.vstack([_lifted(footing.polygon, -footing.height), above])
     wanted = heights_at(hull, AROUND, LEANS)
-    fallen = turns_over(hull, AROUND, tolerance)[:, None] + FALLEN < LEANS
+    ends, rises = np.array(turns_over(hull, AROUND)).T
+    fallen = ends[:, None] + FALLEN < LEANS
     while len(found) < most:
-        missing = np.where(fallen, 0.0, wanted - heights_at(found, AROUND, LEANS))
+        lower = np.where(fallen, 0.0, wanted - heights_at(found, AROUND, LEANS))
+        missing = lower / rises[:, None]
         direction, lean = np.unravel_index(int(np.argmax(missing)), missing.shape)
-        if missing[direction, lean] < CLOSE * tolerance:
+        if missing[direction, lean] < CLOSE:
             break
         touching = others @ _down(AROUND[direction], LEANS[lean])
         found = np.vstack([found, others[int(np.argmax(touching))]])

@@ -10,6 +10,7 @@ support function of the hull, the distance to the plane that touches it,
 from __future__ import annotations
 
 import dataclasses
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -21,8 +22,7 @@ Array = npt.NDArray[np.float64]
 
 DOWN = np.array([0.0, 0.0, -1.0])
 STEADY = np.radians(1.0)
-"""Least slenderness angle at which a body is said to stand [rad]: with less it falls when a door is
-shut."""
+"""Least lean at which a body that stands turns over [rad]: with less it falls when a door shuts."""
 NEAR = np.radians(2.0)
 """Turn between two poses that are one [rad]: a scan of a flat face has many facets."""
 MOST_FACETS = 200
@@ -31,6 +31,8 @@ ROLLING = 0.015
 """Change of the centre's height, over the height, within `LEAN` below which a body rolls. On a flat
 base it changes by 0.024 at least (at a slenderness angle of 12 degrees), whatever the shape."""
 LEAN, LEANS = np.radians(30.0), 16
+LEVEL = 1e-9
+"""Part of its height by which a centre is as high as at rest: round-off."""
 EDGES = 24
 """Edges that are looked at."""
 
@@ -107,9 +109,14 @@ def stands(points: Array, footing: Footing) -> bool:
         points: Corners of its hull from the centre of mass, z upwards [m], shape [corner, 3].
         footing: What it stands on there.
     """
-    if len(footing.polygon) < 3 or footing.slenderness_angle < STEADY:
+    if len(footing.polygon) < 3 or footing.arm <= 0.0 or rolls(points, footing):
         return False
-    return not rolls(points, footing)
+    return bool(least_lean(points, footing) >= STEADY)
+
+
+def least_lean(points: Array, footing: Footing) -> float:
+    """Least lean at which a body turns over across an edge [rad]; arguments as `stands`."""
+    return min(fall.lean for fall in turns_over(points, _across(footing)))
 
 
 def rolls(points: Array, footing: Footing) -> bool:
@@ -119,10 +126,14 @@ def rolls(points: Array, footing: Footing) -> bool:
         points: As in `stands`.
         footing: As in `stands`.
     """
-    edges = Footing(thinned(footing.polygon, EDGES), footing.height)
-    heights = heights_at(points, edges.edge_directions(), np.linspace(0.0, LEAN, LEANS))
+    heights = heights_at(points, _across(footing), np.linspace(0.0, LEAN, LEANS))
     change = np.abs(heights / heights[:, :1] - 1.0).max(axis=1)
     return bool((change < ROLLING).any())
+
+
+def _across(footing: Footing) -> Array:
+    """Directions across the edges of a base, or of the largest of them [rad]."""
+    return Footing(thinned(footing.polygon, EDGES), footing.height).edge_directions()
 
 
 def heights_at(points: Array, directions: Array, leans: Array) -> Array:
@@ -144,24 +155,47 @@ def heights_at(points: Array, directions: Array, leans: Array) -> Array:
     return found
 
 
-def turns_over(points: Array, directions: Array, slack: float) -> Array:
-    """Lean at which a body turns over in a plane, rolling on its hull: its centre is highest there.
+class Fall(NamedTuple):
+    """Where a body turns over, in one direction.
+
+    Attributes:
+        lean: Lean at which its centre of mass is highest [rad]; a right angle where it only rises.
+        rise: How much higher than at rest [m].
+    """
+
+    lean: float
+    rise: float
+
+
+def turns_over(points: Array, directions: Array) -> list[Fall]:
+    """Where a body turns over in planes of shaking, rolling on its points.
+
+    It has turned over where its centre of mass is lower than at rest. Until then it may roll over
+    bumps, and lie on others.
 
     Args:
-        points: As in `heights_at`.
-        directions: As in `heights_at`.
-        slack: The centre has turned over once it is so far below its highest place [m].
+        points: Corners of its hull from the centre of mass, z upwards [m], shape [corner, 3].
+        directions: Where to it leans, from the x axis towards y [rad], shape [direction].
 
     Returns:
-        Leans [rad], shape [direction]; a right angle where it does not turn over before.
+        One a direction.
     """
     leans = np.radians(np.linspace(0.0, 90.0, 361))
     heights = heights_at(points, directions, leans)
-    highest = np.maximum.accumulate(heights, axis=1)
-    over = heights < highest - slack
-    ends = np.where(over.any(axis=1), over.argmax(axis=1), len(leans) - 1)
-    tops = [int(np.argmax(row[: end + 1])) for row, end in zip(heights, ends, strict=True)]
-    return np.asarray(leans[tops])
+    over = heights < heights[:, :1] * (1.0 - LEVEL)
+    ends = np.where(over.any(axis=1), over.argmax(axis=1), len(leans))
+    found = []
+    for direction, row, end in zip(directions, heights, ends, strict=True):
+        top = int(np.argmax(row[:end]))
+        lean, height = float(leans[top]), float(row[top])
+        # On a corner the centre goes round in a circle, and is highest straight above it.
+        aside = points[:, :2] @ np.array([np.cos(direction), np.sin(direction)])
+        touches = int(np.argmax(aside * np.sin(lean) - points[:, 2] * np.cos(lean)))
+        above = float(np.arctan2(aside[touches], -points[touches, 2]))
+        if abs(above - lean) <= leans[1]:
+            lean, height = above, float(np.hypot(aside[touches], points[touches, 2]))
+        found.append(Fall(lean, height - float(row[0])))
+    return found
 
 
 def _holds_foot(facets: Array, feet: Array) -> npt.NDArray[np.bool_]:

@@ -206,9 +206,10 @@ def _records(values: LaneValues, table: str, start: Array) -> Motions:
     from warprock.records import record_motions
 
     records = case_records(values.case)
-    # All directions share the samples of all records.
     before = [key for key, _ in _record_names(values)].index(f"{table}.record")
-    codes = before + values.texts(f"{table}.record")[1]
+    # The lanes asked for may follow few of them.
+    used, codes = np.unique(before + values.texts(f"{table}.record")[1], return_inverse=True)
+    records = [records[each] for each in used]
     peaks = np.array([record.peak_acceleration for record in records])
     spectral = _spectral(values, table, records)
     scale = _scale(values, table, peaks[codes], None if spectral is None else spectral[codes])

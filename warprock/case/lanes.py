@@ -119,6 +119,26 @@ class LaneSet:
         least, most = np.min(self.ends), np.max(self.ends)
         return f"{most:g} s" if least == most else f"{least:g} s to {most:g} s"
 
+    def take(self, chosen: npt.NDArray[np.intp]) -> LaneSet:
+        """Some lanes, in any order and as often as they are named; `first` stays what it was.
+
+        Args:
+            chosen: Places of the lanes in this set, from 0.
+        """
+        steps, durations = self.step_factors, self.durations
+        return dataclasses.replace(
+            self,
+            lanes=self.lanes.take(chosen),
+            motions=self.motions.take(chosen),
+            inputs=self.inputs.iloc[chosen].reset_index(drop=True),
+            step_factors=None if steps is None else steps[chosen],
+            durations=None if durations is None else durations[chosen],
+        )
+
+    def alone(self, lane: int) -> LaneSet:
+        """One lane, by its place from 0, with its number."""
+        return dataclasses.replace(self.take(np.array([lane])), first=self.first + lane)
+
     def select(self, where: Mapping[str, str]) -> npt.NDArray[np.intp]:
         """Lanes with certain labels, in lane order.
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import pathlib
-from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from warprock.cli.options import asked_options, engine_for, say_engine
 from warprock.cli.pages import asked_command, leave
@@ -101,6 +101,7 @@ def finish(
     *,
     as_json: bool,
     run: CaseRun | None = None,
+    play: Callable[[], Mapping[str, Any] | None] | None = None,
 ) -> None:
     """Writes an analysis where a folder is given, and prints it.
 
@@ -110,6 +111,7 @@ def finish(
         folder: Where to write; None writes nothing.
         as_json: Whether to print one JSON object.
         run: What it ran, of which its page plays lanes; None where that is no run of a case.
+        play: What runs lanes for its page again in that case.
     """
     from warprock.report.scenes import scenes_of
     from warprock.run.results import write_results
@@ -118,7 +120,11 @@ def finish(
     files: list[pathlib.Path] = []
     if folder is not None:
         files = write_results(folder, report.tables, report.facts, report.texts)
-        scenes = None if run is None else scenes_of(run)
+        scenes: Mapping[str, Any] | None = None
+        if run is not None:
+            scenes = scenes_of(run)
+        elif play is not None:
+            scenes = play()
         files = leave(folder, files, drawings=draw(), scenes=scenes, beside=report.beside)
     if as_json:
         print_json({**report.json, "files": files})

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import pathlib
 import shlex
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from warprock.cli import completion
 from warprock.cli.options import json_option, output_to
 from warprock.cli.pages import asked_command, leave
+
+if TYPE_CHECKING:
+    from warprock.bodies.body import Body
+    from warprock.case.template import Start
+    from warprock.tables.report import Report
 
 
 @click.command()
@@ -33,22 +38,21 @@ from warprock.cli.pages import asked_command, leave
 @click.option(
     "--tolerance",
     metavar="LENGTH",
-    help="What lies at most so high above its lowest point touches the ground. 1 mm without: a gap "
-    "that a good scan tells and an uneven floor has. The slenderness angle may hang on it.",
+    help="What lies at most so high above its lowest point is pressed to the ground; 0.3 mm "
+    "without, about what a good scan can tell.",
 )
 @click.option(
     "--base",
-    default="flat",
+    default="hull",
     show_default=True,
-    help="flat: what touches the ground, pressed to it; hull: also what is above it and touches it "
-    "as the body leans, of a base that is not flat.",
+    help="hull: what touches the ground, and what touches it as the body leans, of a base that is "
+    "not flat; flat: the first alone.",
 )
 @click.option(
     "--points",
     type=int,
-    default=24,
-    show_default=True,
-    help="Contact points that the case may have, from 3 to 48.",
+    help="Contact points that the case may have, from 3 to 48; without, 24 in the plane and 12 in "
+    "space, where each costs.",
 )
 @click.option(
     "--model",
@@ -87,10 +91,7 @@ def body(
     For example: warprock body statue.ply --density "2700 kg/m^3" -o statue
     """
     from warprock.bodies.body import Asked, Texts, find_body, read_asked
-    from warprock.bodies.case_text import CASE_FILE, case_of
-    from warprock.figures.body import draw_body
-    from warprock.run.catalogue import write_case
-    from warprock.run.results import write_results
+    from warprock.bodies.case_text import case_of
     from warprock.tables.bodies import body_report
     from warprock.tables.terminal import print_end, print_json, print_written
 
@@ -100,9 +101,7 @@ def body(
     report = body_report(found, "CASE" if folder is None else shlex.quote(str(folder)))
     files: list[pathlib.Path] = []
     if folder is not None:
-        files = write_case(start, folder / CASE_FILE, "--output")
-        results = write_results(folder, report.tables, report.facts)
-        files += leave(folder, results, drawings=draw_body(found))
+        files = _write(found, start, report, folder)
     if as_json:
         print_json({**report.json, "files": files})
     else:
@@ -110,6 +109,18 @@ def body(
         print_written(files)
         then = report.then if folder is not None else f"{asked_command()} -o mine"
         print_end(report.came_out, then)
+
+
+def _write(found: Body, start: Start, report: Report, folder: pathlib.Path) -> list[pathlib.Path]:
+    """Writes the case of a body, what was found, and the page."""
+    from warprock.bodies.case_text import CASE_FILE
+    from warprock.figures.body import draw_body
+    from warprock.run.catalogue import write_case
+    from warprock.run.results import write_results
+
+    files = write_case(start, folder / CASE_FILE, "--output")
+    results = write_results(folder, report.tables, report.facts)
+    return [*files, *leave(folder, results, drawings=draw_body(found))]
 
 
 COMMANDS = (body,)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import pathlib
+from typing import Any
 
 import click
 
@@ -86,7 +87,15 @@ def fragility(
     report = fragility_report(lanes, curves, str(table), intensity)
 
     draw = functools.partial(draw_curves, curves, intensity)
-    finish(report, draw, folder, as_json=as_json)
+    source = table if table.is_dir() else table.parent
+
+    def play() -> dict[str, Any] | None:
+        from warprock.report.replays import played_beside
+
+        beside = folder is not None and folder.resolve() == source.resolve()
+        return None if beside else played_beside(lanes, source, intensity)
+
+    finish(report, draw, folder, as_json=as_json, play=play)
 
 
 COMMANDS = (fragility,)

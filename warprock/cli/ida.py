@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import functools
 import pathlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from warprock.cli.analysis import case_work, finish
+from warprock.cli.analysis import CaseWork, case_work, finish
 from warprock.cli.options import by_option, case_options, estimate_options, intensity_option
+
+if TYPE_CHECKING:
+    from warprock.analysis.incremental import Analysis
 
 
 @click.command()
@@ -55,7 +58,31 @@ def ida(
     report = analysis_report(found, case, groups, intensity)
 
     draw = functools.partial(draw_analysis, found, groups, intensity)
-    finish(report, draw, folder, as_json=as_json)
+    play = functools.partial(_play, work, found)
+    finish(report, draw, folder, as_json=as_json, play=play)
+
+
+def _play(work: CaseWork, found: Analysis) -> dict[str, Any] | None:
+    """The runs at either side of the first fall, of a few lanes."""
+    import numpy as np
+
+    from warprock.analysis.incremental import at_factors, telling
+    from warprock.report.replays import Replay, played
+
+    runs, settings = telling(found), work.case.engine_settings(work.engine)
+    replays = [
+        Replay(
+            at_factors(found.lane_set.alone(lane), np.array([0]), np.array([factor])),
+            work.engine,
+            settings,
+            f"lane {lane}, {factor:.3g} times its motion",
+            why,
+        )
+        for lane, factor, why in runs
+    ]
+    lanes = len({lane for lane, _, _ in runs})
+    note = f"{lanes} of the lanes that fall, each just below and at the motion that fells it."
+    return played(work.case, work.options, replays, note)
 
 
 COMMANDS = (ida,)

@@ -56,7 +56,7 @@ def animate(
     rate: int,
     as_json: bool,
 ) -> None:
-    """Make a moving picture of a lane of the run in DIR: its blocks, its base, and time.
+    """Make a moving picture of a lane of the run or sweep in DIR: its blocks, its base, and time.
 
     The lane runs again, alone, at the step of its numbers. GIF and glTF need nothing besides; MP4
     needs the extra `movie`, USD the extra `usd`.
@@ -85,17 +85,27 @@ def _motion(folder: pathlib.Path, lane: int, interval: float) -> SceneMotion:
         InputError: There is no such lane, or it would take too many pictures.
     """
     from warprock.errors import InputError
+    from warprock.run.results import PROVENANCE
     from warprock.run.scene_motion import run_of_folder, scene_motion
+    from warprock.sweep.lane import run_of_lane
+    from warprock.sweep.plan import PLAN, read_plan
 
-    run = run_of_folder(folder)
-    count = run.lane_set.lanes.lane_count
+    ran = (folder / PROVENANCE).is_file() or not (folder / PLAN).is_file()
+    if ran:
+        run = run_of_folder(folder)
+        case, count = run.case, run.lane_set.lanes.lane_count
+    else:
+        plan = read_plan(folder)
+        case, count = plan.case, plan.lane_count
     if not 0 <= lane < count:
         raise InputError("--lane", "", lane, f"must be a lane from 0 to {count - 1}")
-    pictures = int(max(run.case.durations) / interval)
+    pictures = int(max(case.durations) / interval)
     if pictures > MOST_FRAMES:
         allowed = f"must make at most {MOST_FRAMES:,} pictures: a higher --speed or a lower --rate"
         raise InputError("--rate", "", f"{pictures:,} pictures", allowed)
-    return scene_motion(run, lane, interval)
+    if ran:
+        return scene_motion(run, lane, interval)
+    return scene_motion(run_of_lane(plan, lane), 0, interval)
 
 
 def _write(path: pathlib.Path, motion: SceneMotion, rate: int) -> None:
@@ -127,9 +137,10 @@ def _write(path: pathlib.Path, motion: SceneMotion, rate: int) -> None:
 @click.option("--port", type=click.IntRange(1, 65535), default=8080, help="Port for the browser.")
 @_SPEED
 def view(folder: pathlib.Path, lane: int, viewer: str, port: int, speed: float) -> None:
-    """Show a lane of the run in DIR in one of Newton's viewers, over and over, until Ctrl-C.
+    """Show a lane of the run or sweep in DIR in one of Newton's viewers, until Ctrl-C.
 
-    Each needs an extra of its name: viser, rerun or window. For a USD file: warprock animate.
+    It plays over and over. Each viewer needs an extra of its name: viser, rerun or window. For a
+    USD file: warprock animate.
     """
     from warprock.scenes.needs import require_package
     from warprock.scenes.viewers import open_viewer, play

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import pathlib
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from warprock.cli.pages import leave
 from warprock.errors import InputError
@@ -75,4 +76,29 @@ def _write(found: StudyRun, folder: pathlib.Path) -> list[pathlib.Path]:
         draw_study("study", found.rows, case.title, duration),
         draw_histories("histories", f"{case.title}, {last}", times, reference, histories),
     ]
-    return leave(folder, write_study(found, folder), drawings=drawings)
+    files = write_study(found, folder)
+    return leave(folder, files, drawings=drawings, scenes=_play(found))
+
+
+def _play(found: StudyRun) -> Mapping[str, Any] | None:
+    """Lanes of the case with every engine of the study, at the settings that all others vary."""
+    from warprock.report.replays import Replay, played
+    from warprock.report.scenes import SOME
+
+    study = found.case.study
+    assert study is not None
+    names = found.table.drop_duplicates("lane").set_index("lane")["lane_name"]
+    lanes = list(names.index)[: max(1, SOME // len(found.engines))]
+    replays = [
+        Replay(
+            found.lane_set.alone(lane),
+            engine,
+            study.baseline[engine],
+            f"{engine}, lane {lane} ({names[lane]})",
+        )
+        for lane in lanes
+        for engine in found.engines
+    ]
+    note = "The engines of the study at the settings of the case, before one of them is varied."
+    once = dataclasses.replace(found.options, tolerance=None)
+    return played(found.case, once, replays, note)

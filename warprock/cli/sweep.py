@@ -190,6 +190,7 @@ def status(folder: pathlib.Path, as_json: bool) -> None:
 @json_option
 def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> None:
     """Join the chunks of a sweep that is done in one Parquet file, all lanes in order."""
+    from warprock.report.replays import played_of_sweep
     from warprock.run.files import require_writable, require_writable_file
     from warprock.sweep.chunks import merge as merge_chunks
     from warprock.sweep.plan import read_plan
@@ -200,7 +201,8 @@ def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> Non
     with lane_progress("merge", found.lane_count) as progress:
         written = merge_chunks(found, folder, file, progress)
     if file is None:
-        click.echo(f"wrote {add_page(folder)}", err=True)
+        page = add_page(folder, scenes=played_of_sweep(found, folder))
+        click.echo(f"wrote {page}", err=True)
     facts = {"plan": found.id, "lanes": found.lane_count, "file": str(written)}
     if as_json:
         print_json(facts)

@@ -51,6 +51,8 @@ def _beyond_the_oracle(lane_set: LaneSet) -> str | None:
     reason = lane_set.scene.beyond_the_plane
     if lane_set.scene.moving:
         return f"it lets blocks go from rest, and the case {lane_set.scene.moving}"
+    if reason is None and lane_set.scene.bodies:
+        return "it knows boxes alone, and the case has a body (block.base)"
     if reason is not None or not lane_set.lanes.stacked:
         return reason
     from warprock.oracle.pair_lanes import why_not

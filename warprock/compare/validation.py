@@ -199,7 +199,7 @@ def _answer(
     if name in PROGRAMS:
         answer = run_peer(asked, lane_set, name, options.progress)
         return answer.response, asked.peer_settings(name)
-    times = dataclasses.replace(lane_set.times, interval=None)
+    times = dataclasses.replace(lane_set.longest, interval=None)
     settings = asked.engine_settings(name)
     return run_lane_set(name, lane_set, times, options, settings=settings), settings
 

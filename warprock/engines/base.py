@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
-from warprock.engines.decoding import histories, respond
+from warprock.engines.decoding import histories, respond, side_fields
 from warprock.engines.launching import Found, Kernel, Target, launch
 from warprock.kernels.instance import kernel_module
 from warprock.model.lanes import Lanes
@@ -172,6 +172,8 @@ class AbstractEngine(abc.ABC):
             inputs = self.inputs(module, lanes, motions, times)
             found = launch(module, self.target, motions, times, **inputs)
         found = found.above_ground(lanes.block_count)
-        fields = self.fields(lanes, motions, times, found)
+        fields = dict(self.fields(lanes, motions, times, found))
+        if found.sides is not None:
+            fields |= side_fields(found.sides, fields["peak_rotation"].reshape(lanes.lane_count))
         sampled = histories(lanes, found, times, above_rigid=self.above_rigid)
         return respond(self.name, lanes, {**fields, **sampled}, times)

@@ -13,6 +13,7 @@ from warprock.engines.base import AbstractEngine
 from warprock.engines.blocks import body_columns
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
 from warprock.engines.dem_bodies import CornerSprings, corner_rows, cornered_columns
+from warprock.engines.dem_bodies_space import PointSprings, sprung_inputs
 from warprock.engines.dem_springs import (
     interface_depth,
     stable_step,
@@ -86,7 +87,7 @@ class Dem(AbstractEngine):
     settings_type = DemSettings
     order: ClassVar[int | None] = 1
     spatial: ClassVar[bool] = True
-    bodies: ClassVar[tuple[bool, bool]] = (True, False)
+    bodies: ClassVar[tuple[bool, bool]] = (True, True)
     above_rigid: ClassVar[bool] = True
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
@@ -97,13 +98,18 @@ class Dem(AbstractEngine):
             return Kernel("dem/body_run", lanes=lanes, points=points)
         if not scene.spatial:
             return Kernel("dem/stack_run", lanes=lanes, iterations=settings.subcontacts)
+        if scene.bodies:
+            friction = "box" if settings.friction_box else "cone"
+            return Kernel("dem/space_body_run", lanes=lanes, friction=friction)
         pairs = point_pairs(settings.subcontacts, settings.subcontacts_across).shape[1]
         friction = "box" if settings.friction_box else "cone"
         return Kernel("dem/space_stack_run", lanes=lanes, iterations=pairs, friction=friction)
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step of every lane [s], from its stiffest mode and the damping."""
-        if lanes.spatial:
+        if lanes.spatial and lanes.body is not None:
+            stiffest = PointSprings.of(lanes, self.settings).stiffest_frequency()
+        elif lanes.spatial:
             stiffest = spatial_frequencies(lanes, self.settings)[:, -1]
         elif lanes.body is not None:
             stiffest = CornerSprings.of(lanes, self.settings).stiffest_frequency(self.settings)
@@ -114,7 +120,9 @@ class Dem(AbstractEngine):
 
     def reserve(self, lanes: Lanes) -> tuple[Array, str]:
         """Whether blocks can stand on their springs; see `AbstractEngine.reserve`."""
-        if lanes.spatial:
+        if lanes.spatial and lanes.body is not None:
+            ratio = PointSprings.of(lanes, self.settings).standing_ratio()
+        elif lanes.spatial:
             ratio = _standing_ratio_in_space(lanes, self.settings)
         elif lanes.body is not None:
             ratio = CornerSprings.of(lanes, self.settings).standing_ratio()
@@ -132,6 +140,9 @@ class Dem(AbstractEngine):
         stacks, step = as_stacks(lanes), self.longest_step(lanes, motions)
         # A lane whose sizes are not finite takes one step to find that out.
         per_lane = {"time_step": np.where(np.isfinite(step), step, times.duration)}
+        if lanes.spatial and lanes.body is not None:
+            columns = sprung_inputs(lanes, self.settings, per_lane["time_step"])
+            return columns | {"knobs": self._knobs(module)}
         if lanes.body is not None:
             springs, time_step = CornerSprings.of(lanes, self.settings), per_lane["time_step"]
             blocks = cornered_columns(springs, lanes, time_step)

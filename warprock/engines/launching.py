@@ -114,18 +114,23 @@ class Found:
         places: Centres of mass at the samples from the origin of the base [m], if asked for: x and
             z, shape [lane, block, sample, 2]; in space x, y and z, [lane, block, sample, 3]. None,
             too, of a kernel whose blocks do not slide: there rotations tell where they are.
+        sides: Largest rotation of a body to -x and to +x at the end of a step [rad], both >= 0,
+            shape [lane, 2]; None of a kernel that does not tell.
     """
 
     lanes: Rows
     blocks: Rows
     history: Array | None
     places: Array | None
+    sides: Array | None = None
 
     def above_ground(self, block_count: int) -> Found:
         """The same of the highest blocks alone: kernels may have the ground as their first body."""
         own = slice(-block_count, None)
-        seen = (None if part is None else part[:, own] for part in (self.history, self.places))
-        return Found(self.lanes, self.blocks[:, own], *seen)
+        history, places = (
+            None if part is None else part[:, own] for part in (self.history, self.places)
+        )
+        return Found(self.lanes, self.blocks[:, own], history, places, self.sides)
 
 
 def launch(
@@ -165,8 +170,11 @@ def launch(
         if placed:
             wanted = sampled if times.places else 0
             found.places = _samples((wanted, block_count, 3 if in_space else 2, count), real)
-        given |= others | {"found": found}
         kernel = module.run_lanes
+        sides = None
+        if any(each.label == "sides" for each in kernel.adj.args):
+            sides = wp.zeros((2, count), dtype=real)
+        given |= others | {"found": found, "sides": sides}
         wp.launch(
             kernel,
             dim=count // module.LANES,
@@ -176,7 +184,8 @@ def launch(
         per_block = found.blocks.numpy()[:, :lane_count].T
         history = _lanes_first(seen, lane_count) if sampled else None
         places = _lanes_first(found.places, lane_count) if placed and wanted else None
-        return Found(results, per_block, history, places)
+        reached = None if sides is None else sides.numpy()[:, :lane_count].T.astype(np.float64)
+        return Found(results, per_block, history, places, reached)
 
 
 def _samples(shape: tuple[int, ...], real: Any) -> Any:
@@ -236,11 +245,12 @@ def _pool_and_rows(struct: Any, motions: GroundMotions, count: int) -> tuple[Arr
     """
     pools, rows, first = [], [], 0
     for part in motions.components:
-        placed = part
-        if isinstance(part, RecordMotions):
-            placed = dataclasses.replace(part, offset=(part.offset + first).astype(np.int32))
+        placed = part.compact()
+        if isinstance(placed, RecordMotions):
+            placed = dataclasses.replace(placed, offset=(placed.offset + first).astype(np.int32))
+        pool = placed.pool
         names = np.dtype(struct.numpy_dtype()).names or ()
         rows.append(struct_rows(struct, {name: getattr(placed, name) for name in names}, count))
-        pools.append(part.pool)
-        first += part.pool.shape[1]
+        pools.append(pool)
+        first += pool.shape[1]
     return np.concatenate(pools, axis=1), np.stack(rows)

@@ -21,21 +21,12 @@ MOST_POINTS = 64
 """Most contact points of a body: the rows that kernels have room for."""
 
 
-def has_bodies(scene: SceneKind | Lanes) -> bool:
-    """Whether the blocks of a scene, or of lanes, are bodies."""
-    return scene.bodies if isinstance(scene, SceneKind) else scene.body is not None
-
-
 def point_rows(scene: SceneKind | Lanes) -> int:
     """Rows for points of a kernel that has a constant number of them: a power of two, at least 8.
 
     So bodies of different bases share few kernels.
     """
-    if isinstance(scene, SceneKind):
-        count = scene.contact_point_count
-    else:
-        count = body_of(scene).most_points
-    return 1 << max(3, (count - 1).bit_length())
+    return 1 << max(3, (scene.contact_point_count - 1).bit_length())
 
 
 def quickest(body: Bodies) -> Array:

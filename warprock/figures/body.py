@@ -42,11 +42,11 @@ def draw_body(body: Body) -> list[Drawing]:
 
 def _message(body: Body) -> str:
     """How weak it is, and where."""
-    weak, angle = math.degrees(body.base.weakest), math.degrees(body.base.slenderness_angle)
-    other = math.degrees(float(body.in_plane(body.base.weakest + math.pi)[0]))
+    weak, other = body.turns_over(body.weakest, body.weakest + math.pi)
     return (
-        f"{body.name} falls at a lean of {angle:.3g}° towards {weak:.3g}° from x, its weakest "
-        f"direction, and at {other:.3g}° on the opposite side"
+        f"{body.name} turns over at a lean of {math.degrees(weak.lean):.3g}° towards "
+        f"{math.degrees(body.weakest):.3g}° from x, its weakest direction, and at "
+        f"{math.degrees(other.lean):.3g}° on the opposite side"
     )
 
 
@@ -54,10 +54,10 @@ def _about(body: Body) -> str:
     """What is drawn."""
     tolerance = f"{1e3 * body.asked.tolerance:.3g} mm"
     return (
-        f"{body.mass:.3g} kg, centre of mass {body.base.height:.3g} m above the ground; left: from "
-        f"above, with {len(body.base.polygon)} contact points, within {tolerance} of the ground; "
-        "right: in space it falls over the edge that lies there, in a plane of shaking about the "
-        "axis across it"
+        f"{body.mass:.3g} kg, centre of mass {body.base.height:.3g} m above the ground; "
+        f"{len(body.base.polygon)} points within {tolerance} of the ground, "
+        f"{len(body.contacts) - len(body.base.polygon)} above that touch it as the body leans\n"
+        "right: as far as the body leans in that direction, in a plane"
     )
 
 
@@ -66,12 +66,18 @@ def _draw_footprint(axes: Axes, body: Body) -> None:
     outline, base = hull_of(body.hull[:, :2]), body.base.polygon
     axes.fill(*outline.T, facecolor=PALE, edgecolor=GREY, linewidth=0.8, label="body from above")
     axes.fill(*base.T, facecolor=BLUE, alpha=0.25, linewidth=0)
-    axes.plot(*_closed(base).T, color=BLUE, marker="o", markersize=3.5, label="contact points")
+    axes.plot(*_closed(base).T, color=BLUE, marker="o", markersize=3.5, label="on the ground")
+    raised = body.contacts[body.contacts[:, 2] > -body.base.height]
+    if len(raised):
+        name = "above it: touch as it leans"
+        axes.plot(
+            *raised[:, :2].T, "o", color=BLUE, markersize=3.5, markerfacecolor="none", label=name
+        )
     axes.plot(
         0.0, 0.0, "+", color=BLACK, markersize=12, markeredgewidth=1.8, label="centre of mass"
     )
-    weak, arm = body.base.weakest, body.base.arm
-    end = arm * np.array([math.cos(weak), math.sin(weak)])
+    weak = body.weakest
+    end = _reach(body, weak) * np.array([math.cos(weak), math.sin(weak)])
     axes.plot([0.0, end[0]], [0.0, end[1]], color=VERMILION, label="weakest direction")
     axes.set_title("From above")
     axes.set_aspect("equal", adjustable="datalim")
@@ -83,20 +89,27 @@ def _draw_footprint(axes: Axes, body: Body) -> None:
 def _draw_directions(axes: Any, body: Body) -> None:
     """Slenderness angles around the body."""
     around = np.linspace(-math.pi, math.pi, DIRECTIONS + 1)
+    over = np.array([fall.lean for fall in body.turns_over(*around)])
     kinds = (
-        (body.base.in_plane(around), "slenderness angle in a plane of shaking", ORANGE, DASHES[1]),
-        (body.base.in_space(around), "slenderness angle in space", BLUE, DASHES[0]),
+        (over, "turns over", ORANGE, DASHES[1]),
+        (body.base.in_plane(around), "lifts off: slenderness angle", BLUE, DASHES[0]),
     )
     for angles, name, color, dashes in kinds:
         axes.plot(around, np.degrees(angles), color=color, linestyle=dashes, label=name)
-    weak = body.base.weakest
-    axes.plot([weak, weak], [0.0, math.degrees(body.base.slenderness_angle)], color=VERMILION)
-    axes.set_title("Slenderness angle by direction")
+    weak = body.weakest
+    lean = math.degrees(body.turns_over(weak)[0].lean)
+    axes.plot([weak, weak], [0.0, lean], color=VERMILION)
+    axes.set_title("Lean by direction")
     axes.set_ylim(0.0, None)
     axes.yaxis.get_major_locator().base.set_params(nbins=4)
     axes.yaxis.set_major_formatter("{x:g}°")
     axes.tick_params(axis="y", labelcolor=DARK)
     axes.set_rlabel_position(math.degrees(weak) + 180.0)
+
+
+def _reach(body: Body, direction: float) -> float:
+    """Distance from below the centre to where the base ends in a direction [m]."""
+    return body.base.height * math.tan(float(body.base.in_space(np.array([direction]))[0]))
 
 
 def _closed(polygon: Any) -> Any:

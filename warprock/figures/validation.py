@@ -15,7 +15,7 @@ from warprock.compare.settings import plain_name
 from warprock.compare.validation import Judged, Shaking, Validation
 from warprock.figures.drawing import Drawing
 from warprock.figures.fragility import gathered
-from warprock.figures.palette import DARK, GREY, PALE, engine_marks
+from warprock.figures.palette import DARK, GREY, ORANGE, engine_marks
 from warprock.figures.scales import logarithmic, measure
 from warprock.figures.sheet import headline, legend_below, style, subplots
 from warprock.run.cells import wilson_interval
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 POINTS = 200
+OBSERVED = ORANGE
+"""Colour of what was observed."""
 MOST_BANDS = 2
 """Engines up to which each has its band: of more, bands hide one another."""
 DASHES = ("-", "--", ":", "-.")
@@ -121,7 +123,7 @@ def _draw_reliability(axes: Axes, found: Validation) -> None:
                 axes.annotate(
                     f"{tests:,}",
                     (x, top),
-                    xytext=(0, 2),
+                    xytext=(0, 5),
                     textcoords="offset points",
                     ha="center",
                     fontsize=7,
@@ -162,10 +164,14 @@ def _draw_panel(axes: Axes, found: Validation, shaking: Shaking, number: int) ->
     logarithmic(axes.xaxis)
     if shaking.band is not None and seen.record_count >= LEAST_RECORDS:
         ends = shaking.band.probabilities(intensity)
-        axes.fill_between(across, *ends, color=PALE, linewidth=0.0)
+        axes.fill_between(across, *ends, color=OBSERVED, alpha=0.25, linewidth=0.0)
     if shaking.fit.dispersion > 0.0:
         axes.plot(
-            across, shaking.fit.probability(intensity), color=DARK, linewidth=2.0, label="observed"
+            across,
+            shaking.fit.probability(intensity),
+            color=OBSERVED,
+            linewidth=2.2,
+            label="observed",
         )
     _dots(axes, seen, measured.size)
     for at, each in enumerate(found.engines):
@@ -190,7 +196,7 @@ def _draw_panel(axes: Axes, found: Validation, shaking: Shaking, number: int) ->
 def _dots(axes: Axes, seen: Observations, size: float) -> None:
     """Tests of neighbouring intensities gathered, and the share of them that overturned."""
     at, share = gathered(seen)
-    axes.plot(at * size, share, "o", color=DARK, markersize=4.0, markeredgecolor="white")
+    axes.plot(at * size, share, "o", color=OBSERVED, markersize=5.0, markeredgecolor="white")
 
 
 def _medians(found: Validation, shaking: Shaking, number: int) -> str:

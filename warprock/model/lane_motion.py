@@ -146,6 +146,10 @@ class LaneMotions(abc.ABC):
     def take(self, lanes: Lanes) -> Self:
         """The motions of some lanes."""
 
+    def compact(self) -> Self:
+        """The same motions, without what they do not use."""
+        return self
+
     @abc.abstractmethod
     def scaled(self, factors: Array) -> Self:
         """The motions times a factor, with the knots that they had.

@@ -120,14 +120,18 @@ class Lanes:
     def mass(self) -> Array:
         """Mass of the blocks [kg]."""
         if self.body is not None:
-            return self.body.mass[:, None] if self.stacked else self.body.mass
+            return self._of_body(self.body.mass)
         return np.asarray(self.density * self.width * self.height * self.depth)
+
+    def _of_body(self, values: Array) -> Array:
+        """Values of bodies in the shape of those of blocks."""
+        return values[:, None] if self.stacked else values
 
     @property
     def slenderness_angle(self) -> Array:
         """Critical angle of every block on a flat base [rad]; of a body to its weaker side."""
         if self.body is not None:
-            return np.asarray(self.body.slenderness_angles.min(axis=1))
+            return self._of_body(self.body.slenderness_angles.min(axis=1))
         return np.arctan2(self.face_width, self.height)
 
     @property
@@ -202,14 +206,14 @@ class SpatialLanes(Lanes):
     def slenderness_angle(self) -> Array:
         """Critical angle of every block about the nearer edge at the ends of its width [rad]."""
         if self.body is not None:
-            return np.asarray(self.body.slenderness_angles.min(axis=1))
+            return self._of_body(self.body.slenderness_angles.min(axis=1))
         return np.arctan2(self.face_width - 2.0 * np.abs(self.centre_offset_x), self.height)
 
     @property
     def slenderness_angle_across(self) -> Array:
         """The same about the nearer edge at the ends of its depth [rad]."""
         if self.body is not None:
-            return np.asarray(self.body.slenderness_angles_across.min(axis=1))
+            return self._of_body(self.body.slenderness_angles_across.min(axis=1))
         return np.arctan2(self.face_depth - 2.0 * np.abs(self.centre_offset_y), self.height)
 
 

@@ -155,6 +155,8 @@ FIELDS: dict[str, Field] = {
             "Friction without which the block would slide; infinite where its base would have to "
             "pull",
         ),
+        Field("peak_rotation_left", ("lane",), "rad", "Largest rotation of a body towards -x"),
+        Field("peak_rotation_right", ("lane",), "rad", "Largest rotation of a body towards +x"),
         Field(
             "peak_rotation_error",
             ("lane",),
@@ -246,10 +248,14 @@ ESTIMATE_FIELDS: tuple[str, ...] = (
 """Errors, and what runs they took: `warprock.run.tolerance` adds these."""
 MODEL_FIELDS: tuple[str, ...] = ("friction_needed",)
 """Fields that `housner` and its reference answer besides: their block cannot slide."""
+BODY_FIELDS: tuple[str, ...] = ("peak_rotation_left", "peak_rotation_right")
+"""Fields that engines answer besides for bodies in the plane, whose sides may differ."""
 LANE_FIELDS: tuple[str, ...] = tuple(
     n
     for n, f in FIELDS.items()
-    if f.dims == ("lane",) and n not in (*ESTIMATE_FIELDS, *MODEL_FIELDS) and not f.spatial
+    if f.dims == ("lane",)
+    and n not in (*ESTIMATE_FIELDS, *MODEL_FIELDS, *BODY_FIELDS)
+    and not f.spatial
 )
 """Fields that every engine answers."""
 SPATIAL_FIELDS: tuple[str, ...] = tuple(

@@ -28,7 +28,7 @@ from warprock.quantity import NOTHING, Said
 from warprock.records.record import CONTROL_OF
 from warprock.records.rows import plain_columns
 from warprock.records.text_file import Channel, TextFile
-from warprock.units import Dimension, parse_any, parse_quantity
+from warprock.units import Dimension, Quantity, parse_any, parse_quantity
 
 Array = npt.NDArray[np.float64]
 
@@ -50,7 +50,7 @@ class Reading(NamedTuple):
 
     Attributes:
         column: Name or number, from 1, of the column of the motion.
-        unit: Unit of that column, where its header has none.
+        unit: Unit of that column, where its header has none; or a number of them, "-1 g".
         interval: Time between samples, with its unit, where there is no column of time.
     """
 
@@ -267,13 +267,25 @@ def _with_units(
         if not unit:
             continue
         try:
-            size, dimension = parse_any(f"1 {unit}", CONTROL_OF)
+            size, dimension = _size(unit)
         except ValueError:
             if asked.unit:
-                allowed = f"must be a unit of a motion: {MOTION_UNITS}"
+                allowed = f'must be a unit of a motion: {MOTION_UNITS}, or a number of one, "-1 g"'
                 raise InputError("--unit", "", asked.unit, allowed) from None
             continue
         yield column, CONTROL_OF[dimension], size
+
+
+def _size(unit: str) -> Quantity:
+    """The size of a unit, or of a number of them, such as "-1 g" where a sensor's sign is opposite.
+
+    Raises:
+        ValueError: It is no unit of a motion, or nothing of one.
+    """
+    found = parse_any(unit if unit[0] in "+-.0123456789" else f"1 {unit}", CONTROL_OF)
+    if found.value == 0.0:
+        raise ValueError("must not be 0")
+    return found
 
 
 def _comment(text: TextFile, key: str) -> str:

@@ -91,7 +91,8 @@ def csv_text(entries: Mapping[str, str], samples: Array) -> str:
         samples: In that unit, shape [sample]; eight significant digits are written.
     """
     head = "".join(f"# {key}: {' '.join(value.split())}\n" for key, value in entries.items())
-    return head + "".join(f"{value + 0.0:.8g}\n" for value in samples)  # + 0.0 makes -0 a 0
+    # + 0.0 makes -0 a 0
+    return head + ("%.8g\n" * len(samples)) % tuple((samples + 0.0).tolist())
 
 
 def _unit(file: str, head: dict[str, str]) -> tuple[Control, float]:

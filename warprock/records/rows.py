@@ -48,12 +48,14 @@ def plain_columns(
     """Some columns of a table of numbers, shape [row, wanted]; None where some are not plain.
 
     Args:
-        lines: The rows; empty ones are passed over.
+        lines: The rows; empty ones at the end are passed over.
         separator: What stands between cells; None for blanks.
         count: Cells of every row.
         wanted: Numbers of the columns, from 1.
     """
-    rows = [line for line in lines if line.strip()]
+    rows = list(lines)
+    while rows and not rows[-1].strip():
+        rows.pop()
     if not rows or not _all_have(rows, separator, count):
         return None
     places = [number - 1 for number in wanted]
@@ -75,10 +77,10 @@ def _all_have(rows: Sequence[str], separator: str | None, count: int) -> bool:
     letters = np.frombuffer("\n".join(["", *rows]).encode(), np.uint8)
     if separator is None:
         filled = letters > _BLANK
-        marks = np.append(False, filled[1:] & ~filled[:-1])
+        cells = np.flatnonzero(filled[1:] > filled[:-1])  # the blanks before them
     else:
-        marks = letters == ord(separator)
+        cells = np.flatnonzero(letters == ord(separator))
         count -= 1
-    cells, starts = np.flatnonzero(marks), np.flatnonzero(letters == _END)
+    starts = np.flatnonzero(letters == _END)
     before = np.append(np.searchsorted(cells, starts), len(cells))
     return bool((np.diff(before) == count).all())

@@ -14,6 +14,7 @@ from warprock.report.folder import ResultFolder
 from warprock.report.lanes import lane_sheet
 from warprock.report.numbers import counted, heading, listed, sheet_of, three
 from warprock.report.sentences import accuracy_sentences
+from warprock.run.lane_table import LANE_TABLE
 
 Scenes = Mapping[str, Any]
 
@@ -183,7 +184,7 @@ def _indices(group: str, rows: pd.DataFrame, of: str) -> str:
     return f"{text}; {listed(idle)} changes less than 1 % of it." if idle else f"{text}."
 
 
-def study_chapter(folder: ResultFolder, _scenes: Scenes | None) -> Chapter:
+def study_chapter(folder: ResultFolder, scenes: Scenes | None) -> Chapter:
     """The chapter of a study of settings."""
     facts, table = folder.facts, folder.table("study.parquet")
     found = []
@@ -223,11 +224,12 @@ def study_chapter(folder: ResultFolder, _scenes: Scenes | None) -> Chapter:
         found,
         pictures=folder.pictures("study*.png", "histories*.png"),
         sheets=sheets,
+        scenes=scenes,
         more=plans,
     )
 
 
-def fragility_chapter(folder: ResultFolder, _scenes: Scenes | None) -> Chapter:
+def fragility_chapter(folder: ResultFolder, scenes: Scenes | None) -> Chapter:
     """The chapter of fragility functions that were fitted to a lane table."""
     table = folder.table("fragility.csv")
     names = folder.table("fragility-p58.csv")
@@ -253,6 +255,8 @@ def fragility_chapter(folder: ResultFolder, _scenes: Scenes | None) -> Chapter:
             ("Function", "lognormal, of greatest likelihood; bands over records"),
         ],
         pictures=folder.pictures("fragility*.png"),
+        # Beside a run the player is that of the run.
+        scenes=None if folder.has(LANE_TABLE) else scenes,
         sheets=[
             sheet_of(
                 "Fits: a row for each group and limit state",
@@ -296,7 +300,7 @@ def _sentence(text: str) -> str:
     return f"{text[0].upper()}{text[1:]}."
 
 
-def incremental_chapter(folder: ResultFolder, _scenes: Scenes | None) -> Chapter:
+def incremental_chapter(folder: ResultFolder, scenes: Scenes | None) -> Chapter:
     """The chapter of an incremental dynamic analysis."""
     facts, groups = folder.facts, folder.table("fragility.parquet")
     lanes = folder.table("capacities.parquet")
@@ -325,6 +329,7 @@ def incremental_chapter(folder: ResultFolder, _scenes: Scenes | None) -> Chapter
         "Incremental dynamic analysis",
         found,
         pictures=folder.pictures("ida*.png"),
+        scenes=scenes,
         sheets=[
             sheet_of("Capacities of groups", groups.dropna(axis="columns", how="all")),
             sheet_of("Capacities of lanes", shown, lanes.attrs["columns"], file="capacities.csv"),

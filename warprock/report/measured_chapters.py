@@ -70,7 +70,7 @@ def stability_chapter(folder: ResultFolder, _scenes: Scenes | None) -> Chapter:
     )
 
 
-def sweep_chapter(folder: ResultFolder, _scenes: Scenes | None) -> Chapter:
+def sweep_chapter(folder: ResultFolder, scenes: Scenes | None) -> Chapter:
     """The chapter of a sweep: its plan, how far it is, and its lanes once they are merged."""
     plan = read_plan(folder.path)
     state, content = sweep_state(plan, folder.path), plan.content
@@ -95,6 +95,9 @@ def sweep_chapter(folder: ResultFolder, _scenes: Scenes | None) -> Chapter:
         table = folder.table(LANE_TABLE, needed(facts))
         found += peak_sentences(facts, table)
         sheets.append(lane_sheet(facts, table, file=LANE_TABLE))
+        if scenes is None:
+            text = "Any lane as a moving picture: warprock animate DIR --lane N."
+            found.append(text.replace("DIR", str(folder.path)))
     else:
         found.append(f"Next: warprock sweep run {folder.path}, then warprock sweep merge.")
     return Chapter(
@@ -106,6 +109,7 @@ def sweep_chapter(folder: ResultFolder, _scenes: Scenes | None) -> Chapter:
             ("Chunks", f"{plan.chunk_count:,} of {plan.chunk_lanes:,}"),
         ],
         background=[case["source"]] if case["source"] else [],
+        scenes=scenes,
         sheets=sheets,
         words=asked.words(facts),
         provenance=[("Plan", f"SHA-256 {plan.id}"), *asked.provenance_pairs(content)],

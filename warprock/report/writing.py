@@ -65,6 +65,8 @@ _BY_FACT: dict[str, Make] = {
     "body": body_chapter,
 }
 """What only one kind of results says in `run.json`, and its chapter; a run has none of these."""
+FITS = "fragility.csv"
+"""Fragility functions, which may lie beside the run that they are of."""
 _BY_FILE: dict[str, Make] = {
     "fragility-p58.csv": fragility_chapter,
     "trade.parquet": trade_chapter,
@@ -117,10 +119,9 @@ def write_report(
     if not folder.is_dir():
         raise InputError("DIR", "", str(folder), "must be a folder of results")
     found = ResultFolder(folder, drawings)
-    if scenes is None and found.has(PROVENANCE):
-        scenes = earlier_scenes(folder, found.digest(PROVENANCE))
-    elif scenes is not None:
-        scenes = {**scenes, "digest": found.digest(PROVENANCE)}
+    of = next((name for name in (PROVENANCE, PLAN, FITS) if found.has(name)), None)
+    digest = "" if of is None else found.digest(of)
+    scenes = earlier_scenes(folder, digest) if scenes is None else {**scenes, "digest": digest}
     chapters = [] if first is None else list(first(found))
     chapters += [make(found, scenes) for make in _makers(found)]
     if not chapters:

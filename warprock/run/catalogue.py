@@ -27,6 +27,9 @@ from warprock.settings.engines import SETTINGS, declared_settings
 VALUES_SHOWN = 12
 """Distinct values of an input up to which all of them are listed."""
 
+WORDS_SHOWN = 4
+"""Words that are named of an input that has more of them than that."""
+
 LANES_SHOWN = 100_000
 """Lanes whose inputs are looked through; of more, the first ones."""
 
@@ -192,5 +195,5 @@ def _spread(values: pd.Series[Any]) -> dict[str, Any]:
     if len(distinct) <= VALUES_SHOWN:
         return {"values": distinct}
     if not pd.api.types.is_numeric_dtype(values):
-        return {"values": distinct[:VALUES_SHOWN], "count": len(distinct)}
+        return {"values": distinct[:WORDS_SHOWN], "count": len(distinct)}
     return {"from": float(values.min()), "to": float(values.max()), "count": len(distinct)}

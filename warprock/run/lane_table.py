@@ -12,7 +12,9 @@ import pyarrow as pa
 from warprock.case.columns import input_meaning
 from warprock.case.lanes import LaneSet
 from warprock.model.base_path import base_places
+from warprock.model.ratios import peak_ratio
 from warprock.model.response import (
+    BODY_FIELDS,
     ESTIMATE_FIELDS,
     FIELDS,
     HISTORIES,
@@ -54,7 +56,7 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
     columns: dict[str, Any] = {"lane": lane_set.first + np.arange(response.lane_count)}
     columns |= {str(name): lane_set.inputs[name].array for name in lane_set.inputs.columns}
     meaning = {name: input_meaning(name) for name in columns}
-    optional = (*SPATIAL_FIELDS, *MODEL_FIELDS, *ESTIMATE_FIELDS)
+    optional = (*SPATIAL_FIELDS, *MODEL_FIELDS, *BODY_FIELDS, *ESTIMATE_FIELDS)
     besides = [name for name in optional if name in response.fields]
     for field in (FIELDS[name] for name in (*LANE_FIELDS, *besides)):
         values = response[field.name]
@@ -67,7 +69,7 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
         meaning |= dict.fromkeys(of_field, (field.unit, field.text))
     columns[UNDECIDED] = undecided(response, lane_set.lanes, lane_set.motions, lane_set.ends)
     meaning[UNDECIDED] = ("-", UNDECIDED_TEXT)
-    ratio = response["peak_rotation"] / lane_set.lanes.slenderness_angle
+    ratio = peak_ratio(response, lane_set.lanes)
     ratios = dict(zip(peak_ratio_columns(lane_set), np.atleast_2d(ratio.T), strict=True))
     columns |= ratios
     meaning |= dict.fromkeys(ratios, ("-", "Largest rotation / slenderness angle"))

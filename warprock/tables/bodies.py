@@ -12,33 +12,30 @@ from rich.console import Console
 
 from warprock.bodies.body import Body
 from warprock.bodies.footing import DIRECTIONS
+from warprock.bodies.rests import turns_over as hull_turns_over
 from warprock.run.machine import package_versions
 from warprock.tables.report import Report
 from warprock.tables.terminal import measured, plain_table, print_table, say, stdout
 
 RESTS_SHOWN = 8
 ROLLS_ON = 1.2
-"""Lean at which the hull turns over, over the slenderness angle, above which that is said."""
+"""Lean at which the hull turns over, over that of the base, above which that is said."""
 KEPT = 0.98
 """Part of the slenderness angle that fewer points leave, below which that is said."""
 
 _COLUMNS = {
     "direction_deg": ("deg", "From the x axis of the mesh towards y"),
-    "slenderness_angle_deg": ("deg", "Lean at which it falls over the edge that lies there"),
-    "slenderness_angle_plane_deg": ("deg", "The same where it turns about the axis across it"),
-    "turns_over_deg": ("deg", "Lean at which its hull, rolling in that plane, turns over"),
+    "slenderness_angle_deg": ("deg", "Slenderness angle of the base, to the edge that lies there"),
+    "slenderness_angle_plane_deg": ("deg", "The same in the plane, to the farthest contact point"),
+    "turns_over_deg": ("deg", "Lean at which it turns over in that plane, rolling on its points"),
 }
 
 
 def direction_table(body: Body) -> pd.DataFrame:
     """Slenderness angles by direction, one row a direction around the body."""
     around = np.radians(np.linspace(-180.0, 180.0, DIRECTIONS + 1)[1:])
-    values = (
-        around,
-        body.base.in_space(around),
-        body.base.in_plane(around),
-        body.turns_over(around),
-    )
+    leans = np.array([fall.lean for fall in body.turns_over(*around)])
+    values = (around, body.base.in_space(around), body.base.in_plane(around), leans)
     columns = {
         name: np.round(np.degrees(value), 4) for name, value in zip(_COLUMNS, values, strict=True)
     }
@@ -70,10 +67,10 @@ def body_facts(body: Body) -> dict[str, Any]:
             "centre_height_m": body.base.height,
             "inertia_kg_m2": tensor.tolist(),
             "base_m": body.points.tolist(),
-            "touching": len(body.footing.polygon),
-            "slenderness_angle_deg": math.degrees(body.base.slenderness_angle),
-            "weakest_deg": math.degrees(body.base.weakest),
-            "opposite_deg": math.degrees(_opposite(body)),
+            "on_the_ground": len(body.base.polygon),
+            "weakest_deg": math.degrees(body.weakest),
+            **{f"weakest_{name}": value for name, value in _side(body, body.weakest).items()},
+            **{f"opposite_{name}": v for name, v in _side(body, body.weakest + math.pi).items()},
             "direction_deg": math.degrees(body.direction),
             "frequency_parameter_rad_s": body.frequency_parameter,
         },
@@ -81,14 +78,12 @@ def body_facts(body: Body) -> dict[str, Any]:
             {
                 "pose": number,
                 "turn_deg": math.degrees(rest.turn),
-                "slenderness_angle_deg": math.degrees(rest.footing.slenderness_angle),
-                "weakest_deg": math.degrees(rest.footing.weakest),
                 "centre_height_m": rest.footing.height,
             }
             for number, rest in enumerate(body.rests, start=1)
         ],
         "by_tolerance": [
-            {"tolerance_m": tolerance, "slenderness_angle_deg": math.degrees(angle)}
+            {"tolerance_mm": 1e3 * tolerance, "slenderness_angle_deg": math.degrees(angle)}
             for tolerance, angle in body.by_tolerance()
         ],
         "came_out": body_sentence(body),
@@ -101,11 +96,22 @@ def body_facts(body: Body) -> dict[str, Any]:
 
 def body_sentence(body: Body) -> str:
     """How weak the body is, and where, in one sentence."""
-    angle, weakest = math.degrees(body.base.slenderness_angle), math.degrees(body.base.weakest)
+    weak, other = _side(body, body.weakest), _side(body, body.weakest + math.pi)
     return (
-        f"{body.name} is weakest towards {weakest:.3g} deg from x: it falls when it leans "
-        f"{angle:.3g} deg there, {math.degrees(_opposite(body)):.3g} deg on the opposite side."
+        f"{body.name} is weakest towards {math.degrees(body.weakest):.3g} deg from x: it lifts off "
+        f"at {weak['lift_g']:.3g} g and turns over at a lean of {weak['turns_over_deg']:.3g} deg; "
+        f"on the opposite side at {other['lift_g']:.3g} g and {other['turns_over_deg']:.3g} deg."
     )
+
+
+def _side(body: Body, direction: float) -> dict[str, float]:
+    """What a body bears in a direction, in the plane."""
+    angle = float(body.in_plane(direction)[0])
+    return {
+        "slenderness_angle_deg": math.degrees(angle),
+        "lift_g": math.tan(angle),
+        "turns_over_deg": math.degrees(body.turns_over(direction)[0].lean),
+    }
 
 
 def body_notes(body: Body) -> list[str]:
@@ -116,19 +122,23 @@ def body_notes(body: Body) -> list[str]:
     if asked.pose is None and body.pose.turn > 1e-4:
         settled = math.degrees(body.pose.turn)
         notes.append(f"It settles by {settled:.2g} deg from its pose in the file, --pose 0.")
-    weak, angle = body.base.weakest, body.base.slenderness_angle
-    over = float(body.turns_over(np.array([weak]))[0])
-    if over > ROLLS_ON * angle:
+    weak = _side(body, body.weakest)
+    hull = math.degrees(hull_turns_over(body.hull, np.array([body.weakest]))[0].lean)
+    if asked.base == "flat" and hull > ROLLS_ON * weak["turns_over_deg"]:
         notes.append(
             "Its base is not flat: beyond what touches the ground at rest it rolls on, and turns "
-            f"over at {math.degrees(over):.3g} deg."
-            + ("" if asked.base == "hull" else " --base hull keeps the points that touch then.")
+            f"over at {hull:.3g} deg. --base hull keeps the points that touch then."
         )
-    full = body.footing.slenderness_angle
-    if angle < KEPT * full:
+    if asked.base == "hull" and hull > ROLLS_ON * weak["slenderness_angle_deg"]:
         notes.append(
-            f"{len(body.base.polygon)} of its {len(body.footing.polygon)} contact points were kept "
-            f"(--points); with all of them it leans {math.degrees(full):.3g} deg."
+            "Its base is not flat: it lifts off early, and rolls on to points above the ground."
+        )
+    full, kept = body.footing.slenderness_angle, body.base.slenderness_angle
+    if kept < KEPT * full:
+        notes.append(
+            f"{len(body.base.polygon)} of the {len(body.footing.polygon)} points that touch the "
+            f"ground were kept (--points): {math.degrees(kept):.3g} deg is its slenderness angle "
+            f"with them, {math.degrees(full):.3g} deg with all."
         )
     return notes
 
@@ -169,8 +179,8 @@ def print_body(body: Body, console: Console | None = None) -> None:
         ("centre of mass", f"{measured(body.base.height)} m above the ground"),
         ("radii of gyration", f"{', '.join(ways)} m"),
         ("contact points", _contacts(body)),
-        ("slenderness angle", _angles(body)),
-        ("with other tolerances", _other_tolerances(body)),
+        *_sides(body),
+        ("base pressed flat", _flat_bases(body)),
         ("frequency parameter p", f"{measured(body.frequency_parameter)} rad/s"),
     ):
         table.add_row(*row)
@@ -188,40 +198,36 @@ def _contacts(body: Body) -> str:
     return f"{low} within {tolerance} of the ground{more}"
 
 
-def _angles(body: Body) -> str:
-    """The slenderness angle of the weakest side, and of the opposite one."""
-    angle, weakest = math.degrees(body.base.slenderness_angle), math.degrees(body.base.weakest)
-    return (
-        f"{angle:.3g} deg towards {weakest:.3g} deg from x, the weakest; "
-        f"{math.degrees(_opposite(body)):.3g} deg on the opposite side"
-    )
-
-
-def _opposite(body: Body) -> float:
-    """Slenderness angle in the plane, on the side opposite to the weakest [rad]."""
-    return float(body.in_plane(body.base.weakest + math.pi)[0])
+def _sides(body: Body) -> list[tuple[str, str]]:
+    """What its weakest side and the opposite one bear."""
+    rows = []
+    for name, direction in (("weakest", body.weakest), ("opposite", body.weakest + math.pi)):
+        side, towards = _side(body, direction), math.remainder(direction, 2.0 * math.pi)
+        rows.append(
+            (
+                name,
+                f"towards {math.degrees(towards):.3g} deg from x, lifts off at "
+                f"{side['lift_g']:.3g} g ({side['slenderness_angle_deg']:.3g} deg), turns over at "
+                f"a lean of {side['turns_over_deg']:.3g} deg",
+            )
+        )
+    return rows
 
 
 def _rest_table(body: Body) -> Any:
     """Poses in which it stands."""
     shown = body.rests[:RESTS_SHOWN]
     more = f" ({RESTS_SHOWN} of {len(body.rests)})" if len(body.rests) > RESTS_SHOWN else ""
-    headings = ("--pose", "turned [deg]", "centre at [m]", "slenderness [deg]", "towards [deg]")
+    headings = ("--pose", "turned by [deg]", "centre of mass at [m]")
     table = plain_table(f"Poses in which it stands{more}; 0 is the pose of the file", headings)
     for number, rest in enumerate(shown, start=1):
-        foot = rest.footing
-        table.add_row(
-            str(number),
-            measured(math.degrees(rest.turn)),
-            measured(foot.height),
-            measured(math.degrees(foot.slenderness_angle)),
-            f"{math.degrees(foot.weakest):.3g}",
-        )
+        turn, height = measured(math.degrees(rest.turn)), measured(rest.footing.height)
+        table.add_row(str(number), turn, height)
     return table
 
 
-def _other_tolerances(body: Body) -> str:
-    """What the tolerance changes."""
+def _flat_bases(body: Body) -> str:
+    """What a tolerance makes of a base pressed flat."""
     found = []
     for tolerance, angle in body.by_tolerance():
         lean = f"{math.degrees(angle):.3g} deg" if angle > 0.0 else "falls"

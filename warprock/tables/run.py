@@ -15,6 +15,7 @@ from rich.table import Table
 from warprock.case.axes import lane_indices
 from warprock.case.columns import columns_of
 from warprock.case.round_base import round_base_note
+from warprock.model.ratios import peak_ratio
 from warprock.model.response import Status
 from warprock.model.undecided import cut_text
 from warprock.run.case_run import CaseRun
@@ -299,7 +300,7 @@ def run_sentence(run: CaseRun) -> str:
         )
     if set(counts) <= {"overturned"}:
         return f"{said}."
-    ratio = response["peak_rotation"] / run.lane_set.lanes.slenderness_angle
+    ratio = peak_ratio(response, run.lane_set.lanes)
     stands = ratio.reshape(response.lane_count, -1).max(axis=1)
     stands = np.where(response["outcome"] >= 2, np.nan, stands)
     if np.all(np.isnan(stands)):

@@ -18,7 +18,7 @@ from warprock.compare.measured import measured_quantities, measured_rows, predic
 from warprock.compare.settings import plain_name
 from warprock.compare.validation import Judged, Validation, status_rows
 from warprock.model.response import USABLE
-from warprock.run.provenance import case_facts, surroundings
+from warprock.run.provenance import case_facts, duration_facts, surroundings
 from warprock.tables.report import Report
 from warprock.tables.terminal import plain
 from warprock.tables.validation_text import markdown_lines, print_validation
@@ -76,7 +76,7 @@ def validation_facts(found: Validation) -> dict[str, Any]:
         "tolerance": found.options.tolerance,
         **surroundings(found.case),
         "lanes": found.lane_set.lanes.lane_count,
-        "duration_s": found.lane_set.times.duration,
+        **duration_facts(found.lane_set),
         "scores": [_score_row(each) for each in (*found.engines, *found.baselines)],
         "by_status": status_rows(found),
         "reliability": [
@@ -125,7 +125,8 @@ def _median_rows(found: Validation) -> Iterator[dict[str, Any]]:
         yield {"intensity": shaking.column, "source": "observed", **own, "over_observed": 1.0}
         for engine in found.engines:
             fit, band = engine.curves[number].fit, engine.curves[number].band
-            ratio = fit.median / shaking.fit.median
+            both = fit.dispersion > 0.0 and shaking.fit.dispersion > 0.0
+            ratio = fit.median / shaking.fit.median if both else np.nan
             row = {"intensity": shaking.column, "source": engine.name, **fit_columns(fit, band)}
             yield row | {"over_observed": ratio}
 

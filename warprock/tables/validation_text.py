@@ -93,7 +93,8 @@ def _counts(facts: Facts) -> str:
     if about["members"] > 1:
         text += f"; {about['members']:,} lanes a test"
     if about["group"]:
-        text += f"; {about['records']:,} ground motions ({about['group']})"
+        motions = "ground motion" if about["records"] == 1 else "ground motions"
+        text += f"; {about['records']:,} {motions} ({about['group']})"
     if about["unobserved"]:
         text += f"; {about['unobserved']:,} tests of the case without an observed outcome"
     return f"{text}."
@@ -117,10 +118,13 @@ def _scores(facts: Facts) -> Section:
         [row["predictor"], f"{row['tests']:,}", *(_with_band(row, name) for name in names)]
         for row in facts["scores"]
     ]
-    note = "in brackets: 5th and 95th percentile over ground motions drawn again"
+    notes = []
+    if any(row["accuracy_p05"] is not None for row in facts["scores"]):
+        notes.append("in brackets: 5th and 95th percentile over ground motions drawn again")
     if facts["validation"]["members"] == 1:
-        note += "; of single lanes the Brier score is 1 - accuracy"
-    return Section("Scores", ["predictor", "tests", *names.values()], rows, note=note)
+        notes.append("of an engine's single lanes the Brier score is 1 - accuracy")
+    headings = ["predictor", "tests", *names.values()]
+    return Section("Scores", headings, rows, note="; ".join(notes))
 
 
 def _confusion(facts: Facts) -> Section:
@@ -141,18 +145,19 @@ def _threshold(row: Mapping[str, Any]) -> str:
 
 
 def _statuses(facts: Facts) -> Section:
+    # Lanes of one test are alike: of ensembles their number says nothing of how sure the share is.
+    alone = facts["validation"]["members"] == 1
     rows = []
     for row in facts["by_status"]:
-        low, high = "", ""
-        if row["right"] is not None:
-            right = round(row["right"] * row["lanes"])
-            ends = wilson_interval(np.array([right]), np.array([row["lanes"]]))
-            low, high = (f"{float(end[0]):.3f}" for end in ends)
-        share = f"{row['right']:.3f} [{low}, {high}]" if low else "no numbers"
+        share = "no numbers" if row["right"] is None else f"{row['right']:.3f}"
+        if alone and row["right"] is not None:
+            right = np.array([round(row["right"] * row["lanes"])])
+            low, high = wilson_interval(right, np.array([row["lanes"]]))
+            share += f" [{low[0]:.3f}, {high[0]:.3f}]"
         rows.append([row["engine"], row["status"], f"{row['lanes']:,}", share])
-    headings = ["engine", "status", "lanes", "right"]
-    note = "share of lanes that became what was observed; in brackets: its 95 % interval (Wilson)"
-    return Section("Right by status", headings, rows, 2, note)
+    note = "share of lanes that became what was observed"
+    note += "; in brackets: its 95 % interval (Wilson)" if alone else ""
+    return Section("Right by status", ["engine", "status", "lanes", "right"], rows, 2, note)
 
 
 def _medians(facts: Facts) -> Section:

@@ -1,0 +1,121 @@
+"""Lanes that pages of sweeps and analyses play: those of the tables that tell most."""
+
+from __future__ import annotations
+
+import json
+import pathlib
+import re
+from typing import Any
+
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+from warprock.cli.main import main
+
+CASE = """
+title = "A block under pulses"
+source = "Made for this test."
+
+[block]
+width = "0.2 m"
+height = "1 m"
+depth = "0.5 m"
+density = "2400 kg/m^3"
+
+[contact]
+friction = 1.0
+
+[motion]
+waveform = "sine"
+control = "acceleration"
+frequency = "2 Hz"
+amplitude = "0.3 g"
+cycles = 1
+
+[run]
+duration = "3 s"
+
+[[sweep]]
+motion.amplitude = {from = "0.2 g", to = "1.5 g", count = 30}
+"""
+
+
+def command(*arguments: object) -> str:
+    result = CliRunner().invoke(main, [str(each) for each in arguments])
+    assert result.exit_code == 0, result.output
+    return result.output
+
+
+def scenes(folder: pathlib.Path) -> dict[str, Any]:
+    """What the player of a page holds, which has one."""
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    (found,) = re.findall(r'class="scenes" data-digest="[0-9a-f]+">(.*?)</script>', page, re.S)
+    return json.loads(found)
+
+
+def peak(lane: dict[str, Any]) -> float:
+    (block,) = lane["blocks"]
+    return max(map(abs, block["r"])) * lane["angle"] / block["alpha"]
+
+
+@pytest.fixture(scope="module")
+def sweep(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    folder = tmp_path_factory.mktemp("sweep")
+    (folder / "case.toml").write_text(CASE)
+    command("sweep", "plan", folder / "case.toml", "-e", "housner", "-o", folder / "out")
+    command("sweep", "run", folder / "out")
+    command("sweep", "merge", folder / "out")
+    return folder / "out"
+
+
+def test_a_merged_sweep_plays_the_lanes_of_its_table(sweep: pathlib.Path):
+    table, found = pd.read_parquet(sweep / "lanes.parquet"), scenes(sweep)
+    assert len(found["lanes"]) < len(table)
+    assert f"of {len(table)} lanes" in found["note"]
+    stood = table[table["outcome"] != "overturned"]
+    far = stood.loc[stood["peak_rotation_ratio"].idxmax()]
+    told = next(each for each in found["lanes"] if "largest rotation" in each["about"])
+    assert told["lane"] == far["lane"]
+    # The page holds a sample in 10 ms: near its peak the block moves by less than a percent in it.
+    assert peak(told) == pytest.approx(far["peak_rotation_ratio"], rel=0.01)
+    command("report", sweep)
+    assert scenes(sweep) == found
+
+
+def test_a_lane_of_a_sweep_is_a_moving_picture(sweep: pathlib.Path):
+    command("animate", sweep, "--lane", 7, "--rate", 2, "--speed", 1)
+    assert (sweep / "lane-7.gif").stat().st_size > 0
+    result = CliRunner().invoke(main, ["animate", str(sweep), "--lane", "30"])
+    assert result.exit_code == 2
+    assert "must be a lane from 0 to 29" in result.output
+
+
+def test_fragility_plays_both_sides_of_the_fall(sweep: pathlib.Path, tmp_path: pathlib.Path):
+    """The table lies in the folder of a sweep; its own page stays with the player of the sweep."""
+    asked = ("fragility", sweep, "--im", "normalised_acceleration", "--limit", "overturning")
+    command(*asked, "-o", tmp_path)
+    table = pd.read_parquet(sweep / "lanes.parquet")
+    fell = table[table["outcome"] == "overturned"]
+    weakest = fell.loc[fell["normalised_acceleration"].idxmin(), "lane"]
+    about = {each["lane"]: each["about"] for each in scenes(tmp_path)["lanes"]}
+    assert "the weakest motion that felled one" in about[weakest]
+    command("report", tmp_path)
+    assert {each["lane"] for each in scenes(tmp_path)["lanes"]} == set(about)
+    before = scenes(sweep)
+    command(*asked, "-o", sweep)
+    assert scenes(sweep) == before
+
+
+def test_an_incremental_analysis_plays_a_lane_just_below_and_at_its_fall(tmp_path: pathlib.Path):
+    (tmp_path / "case.toml").write_text(CASE)
+    over = ("-s", "motion.amplitude=0.3 g", "-s", "motion.frequency=1 Hz, 2 Hz")
+    asked = ("--im", "factor", "--count", 5, "--accuracy", 0.1, "-o", tmp_path / "out")
+    command("ida", tmp_path / "case.toml", "-e", "housner", *over, *asked)
+    found = scenes(tmp_path / "out")["lanes"]
+    assert {each["lane"] for each in found} == {0, 1}
+    for below, above in zip(found[::2], found[1::2], strict=True):
+        assert below["lane"] == above["lane"]
+        assert "below its fall" in below["about"]
+        assert peak(below) < 1.5 < peak(above)
+        assert "overturned" in above["about"]
