@@ -341,25 +341,44 @@ def lower_hull(points: Array) -> Array:
 
     Points on an edge of the hull are kept: a body that lies on that edge touches there, too.
     """
-    ordered = points[np.lexsort((points[:, 1], points[:, 0]))]
-    near = LEVEL * float(np.ptp(points, axis=0).max())
-    kept: list[Array] = []
-    for point in ordered:
-        if kept and point[0] - kept[-1][0] <= near:
-            if point[1] >= kept[-1][1]:
-                continue
-            kept.pop()
-        while len(kept) > 1 and _above(kept[-1], kept[-2], point) > near:
-            kept.pop()
-        kept.append(point)
-    return np.array(kept)
+    hulls, count = lower_hulls(points[None])
+    return np.asarray(hulls[0, : count[0]])
 
 
-def _above(point: Array, first: Array, second: Array) -> float:
-    """Height of a point above the line through two others [m]."""
-    along = second - first
-    aside = along[0] * (point[1] - first[1]) - along[1] * (point[0] - first[0])
-    return float(aside / np.hypot(*along))
+def lower_hulls(points: Array) -> tuple[Array, Counts]:
+    """The same of many bodies, each on its own.
+
+    From the lowest of the points that are farthest to -x the next one is always that to which the
+    steepest descent leads, or the nearest of those that lie on the way there.
+
+    Args:
+        points: [m], shape [lane, point, 2].
+
+    Returns:
+        Points of the hulls, the last one repeated, shape [lane, most, 2], and how many there are,
+        shape [lane].
+    """
+    x, z = points[..., 0], points[..., 1]
+    near = LEVEL * np.ptp(points, axis=1).max(axis=1)
+    first = x <= x.min(axis=1, keepdims=True) + near[:, None]
+    at = np.argmin(np.where(first, z, np.inf), axis=1)
+    lanes, kept, count = np.arange(len(points)), [at], np.ones(len(points), np.int32)
+    while True:
+        here = points[lanes, at]
+        along, up = x - here[:, :1], z - here[:, 1:]
+        ahead = along > near[:, None]
+        if not ahead.any():
+            break
+        slope = np.divide(up, along, out=np.full_like(up, np.inf), where=ahead)
+        steepest = slope.min(axis=1, keepdims=True)
+        steepest = np.where(np.isfinite(steepest), steepest, 0.0)
+        aside = (up - steepest * along) / np.hypot(1.0, steepest)
+        on_the_way = ahead & (aside <= near[:, None])
+        more = ahead.any(axis=1)
+        at = np.where(more, np.argmin(np.where(on_the_way, x, np.inf), axis=1), at)
+        kept.append(at)
+        count += more
+    return points[lanes[:, None], np.stack(kept, axis=1)], count
 
 
 def principal_axes(tensor: Array) -> tuple[Array, Array]:
