@@ -8,6 +8,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from warprock.model import rocking
 from warprock.model.bodies import Bodies
 from warprock.model.release import Release
 
@@ -140,6 +141,13 @@ class Lanes:
         if self.body is not None:
             return self.body.slenderness_angles
         return np.stack([self.slenderness_angle] * 2, axis=1)
+
+    @property
+    def frequency_parameter(self) -> Array:
+        """Frequency parameter of single blocks [rad/s], of a body about its nearer end."""
+        if self.body is not None:
+            return self.body.frequency_parameter
+        return rocking.frequency_parameter(self.width, self.height)
 
     @property
     def uplift_ratios(self) -> Array:
