@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import re
 from collections.abc import Callable
 
 import numpy as np
@@ -18,6 +19,7 @@ from scipy.integrate import solve_ivp
 
 from tests.shared.blocks import Array, free_lanes, make_lanes, sines
 from warprock.engines.housner import Housner
+from warprock.errors import InputError
 from warprock.model.bodies import Bodies, planar_bodies
 from warprock.model.hull import rounded_centres
 from warprock.model.lanes import Lanes
@@ -314,3 +316,19 @@ def test_random_bodies_lose_what_they_held_above_the_edge_they_rest_on() -> None
     heights = together.rolled(np.stack([lanes.rotation_start, ends], axis=1))[1]
     held = 100.0 * GRAVITY * (heights[:, 0] - heights[:, 1])
     np.testing.assert_allclose(found["energy_lost"][rests], held[rests], rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("field", "values", "said"),
+    [
+        ("mass", np.array([300.0, 0.0]), "lanes.body.mass: got 0.0, must be more than 0 (lane 1)"),
+        ("mass", np.array([300.0]), "lanes.body.mass: got [1]"),
+        ("points", np.tile(np.add(STEPPED, (0.2, 0.0)), (2, 1, 1)), "above the area between"),
+        ("gyration", np.full((2, 3), 0.04), "lanes.body.gyration: got [2, 3]"),
+    ],
+)
+def test_bodies_that_cannot_be_run_get_one_line(field: str, values: Array, said: str) -> None:
+    body = planar_bodies(mass=[300.0] * 2, inertia=12.0, points=STEPPED)
+    wrong = dataclasses.replace(lanes_of(body), body=dataclasses.replace(body, **{field: values}))
+    with pytest.raises(InputError, match=re.escape(said)):
+        run_batch("housner", wrong, StillBase(2), SampleTimes(1.0))
