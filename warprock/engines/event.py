@@ -157,8 +157,7 @@ class Event(AbstractEngine):
             corners = Corners.of(body)
             per_lane |= _bodies(lanes, body, corners, self.settings)
             blocks = {name: each[:, None] for name, each in per_lane.items()}
-            others = {"corners": corners.columns, "starts": lanes.rotation_start}
-            return {"blocks": blocks, "knobs": knobs} | others
+            return {"blocks": blocks, "corners": corners.columns, "knobs": knobs}
         blocks = _single_blocks(lanes, self.settings)
         blocks |= {name: each[:, None] for name, each in per_lane.items()}
         return {"blocks": blocks, "knobs": knobs} | start_columns(lanes)
@@ -207,6 +206,7 @@ def _bodies(
         "inverse_inertia": 1.0 / body.gyration,
         "friction": lanes.friction,
         "radius": corners.radius,
+        "start": lanes.rotation_start,
         "restitution": np.broadcast_to(given, lanes.friction.shape),
         "rest_rotation": settings.rest_rotation_ratio * lanes.slenderness_angle,
     }
