@@ -19,7 +19,7 @@ from warprock.kernels.modes import FLAT, FLYING, PIVOTING
 
 @wp.struct
 class Body:
-    """What a step needs to know of one lane's body.
+    """What a step needs to know of one lane's body, and the rotation at which it is let go [rad].
 
     `restitution` is the part of the angular velocity that is left where the body rocks over the
     edge that it stands on at first; negative where the law of contact finds it.
@@ -30,6 +30,7 @@ class Body:
     friction: real
     radius: real
     restitution: real
+    start: real
     rest_rotation: real
     longest_step: real
     step_limit: int

@@ -9,7 +9,7 @@ With one lane a thread the same text is the plain form.
 import warp as wp
 
 from warprock.kernels.event.block import Knobs
-from warprock.kernels.event.block_run import BlockResult, Found, Result, rotation_at
+from warprock.kernels.event.block_run import BlockResult, Result, rotation_at
 from warprock.kernels.event.body import begin, step
 from warprock.kernels.event.body_contact import Body
 from warprock.kernels.event.body_view import View, tips_about_second
@@ -49,7 +49,8 @@ def observe(
     slip: real, time: real, theta: real, slide: real, turn: real, turn_time: real, tail: real,
     lost: real, deep: real, hit: bool, peak: wp.ref[real], peak_time: wp.ref[real],
     peak_slide: wp.ref[real], uplift_time: wp.ref[real], rest_time: wp.ref[real],
-    loss: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int], steps: wp.ref[int],
+    loss: wp.ref[real], deepest: wp.ref[real], left: wp.ref[real], right: wp.ref[real],
+    impacts: wp.ref[int], steps: wp.ref[int],
 ) -> int:  # fmt: skip
     """What a step adds to the response of one lane, as in event/block_run.py; its mode.
 
@@ -81,6 +82,8 @@ def observe(
     rest_time = wp.where(rests, wp.where(rested, rest_time, time + tail), NEVER)
     loss = loss + lost
     deepest = larger(deep, deepest)
+    left = larger(larger(-theta, -turn), left)
+    right = larger(larger(theta, turn), right)
     impacts = impacts + wp.where(hit, 1, 0)
     steps = steps + wp.where(going, 1, 0)
     limited = going and steps >= step_limit
@@ -143,6 +146,17 @@ def place_at(
     )
 
 
+@wp.struct
+class Found:
+    """Where the answers go; `sides`: largest rotations to -x and to +x [rad], shape [2, lane]."""
+
+    results: wp.array(dtype=Result)
+    blocks: wp.array2d(dtype=BlockResult)
+    rotations: wp.array3d(dtype=real)
+    places: wp.array4d(dtype=real)
+    sides: wp.array2d(dtype=real)
+
+
 Lane = wp.types.vector(length=LANES, dtype=real)
 LaneInt = wp.types.vector(length=LANES, dtype=int)
 
@@ -153,9 +167,7 @@ def run_lanes(
     corners: wp.array2d(dtype=Corner),
     motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real),
-    starts: wp.array(dtype=real),
     sample_times: wp.array(dtype=real),
-    sides: wp.array2d(dtype=real),
     knobs: Knobs,
     found: Found,
 ):
@@ -165,6 +177,7 @@ def run_lanes(
     results = found.results
     leaves = found.blocks
     rotations = found.rotations
+    sides = found.sides
     places = found.places
     theta, slide, gap, vx, vz, omega, slip = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     time, base, cap, begun, theta0, omega0 = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
@@ -177,11 +190,11 @@ def run_lanes(
     edges = corners.shape[0] - 1
     for i in range(LANES):
         for k in range(edges):
-            corner[i] = corner[i] + is_past(starts[first + i], corners[k, first + i].angle)
+            corner[i] = corner[i] + is_past(blocks[first + i].start, corners[k, first + i].angle)
             last[i] = last[i] + is_past(HALF_PI, corners[k, first + i].angle)
         start_lane(
-            corners[corner[i], first + i], starts[first + i], theta[i], mode[i], cap[i], peak[i],
-            uplift_time[i], rest_time[i],
+            corners[corner[i], first + i], blocks[first + i].start, theta[i], mode[i], cap[i],
+            peak[i], uplift_time[i], rest_time[i],
         )  # fmt: skip
         about[i] = corner[i]
     end = sample_times[sample_times.shape[0] - 1]
@@ -223,7 +236,8 @@ def run_lanes(
                 mo = observe(
                     going, blocks[first + i].step_limit, mode[i], slip[i], time[i], theta[i], mo,
                     di, ti, th, sl, ap, at, ta, lo, dp, hit, peak[i], peak_time[i], peak_slide[i],
-                    uplift_time[i], rest_time[i], loss[i], deepest[i], impacts[i], steps[i],
+                    uplift_time[i], rest_time[i], loss[i], deepest[i], left[i], right[i],
+                    impacts[i], steps[i],
                 )  # fmt: skip
                 corner[i] = co
                 theta[i] = th
@@ -238,8 +252,6 @@ def run_lanes(
                 segment[i] = se
                 base[i] = ba
                 cap[i] = ca
-                left[i] = larger(larger(-th, -ap), left[i])
-                right[i] = larger(larger(th, ap), right[i])
             busy = int(0)
             for i in range(LANES):
                 busy = busy + wp.where(mode[i] < OVERTURNED and time[i] < until, 1, 0)

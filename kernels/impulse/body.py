@@ -18,11 +18,16 @@ from warprock.kernels.impulse.block import ENDS_EARLY, Knobs, wish
 
 @wp.struct
 class Body:
-    """What a step needs to know of one lane's body; `reach` is how far its corners are [m]."""
+    """What a step needs to know of one lane's body.
+
+    `reach` is how far its corners are from the centre of mass [m], `start` the rotation at which it
+    is let go [rad].
+    """
 
     inverse_inertia: real
     friction: real
     reach: real
+    start: real
 
 
 @wp.func

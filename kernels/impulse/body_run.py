@@ -18,8 +18,9 @@ from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_
 from warprock.kernels.parting import slack, slides
 from warprock.kernels.shape.block import observe
 from warprock.kernels.shape.body import Corner, is_past, turned_x, turned_z
+from warprock.kernels.shape.body_found import Found
 from warprock.kernels.shape.body_seen import moved_along, watch
-from warprock.kernels.shape.stack_found import BlockResult, Found, Result, at_sample
+from warprock.kernels.shape.stack_found import BlockResult, Result, at_sample
 
 
 @wp.func
@@ -46,13 +47,16 @@ def keep(
 @wp.func
 def see(
     live: bool, mode: int, time: real, theta: real, omega: real, slide: real,
-    peak: wp.ref[real], peak_time: wp.ref[real], peak_slide: wp.ref[real],
+    peak: wp.ref[real], left: wp.ref[real], right: wp.ref[real], peak_time: wp.ref[real],
+    peak_slide: wp.ref[real],
 ) -> int:  # fmt: skip
     """Peaks of a lane that still runs after a step, see `observe` in shape/block.py; its mode."""
     how, highest, when, farthest = observe(
         mode, time, theta, omega, slide, peak, peak_time, peak_slide
     )
     peak = wp.where(live, highest, peak)
+    left = wp.where(live, larger(-theta, left), left)
+    right = wp.where(live, larger(theta, right), right)
     peak_time = wp.where(live, when, peak_time)
     peak_slide = wp.where(live, farthest, peak_slide)
     return wp.where(live, how, mode)
@@ -95,9 +99,7 @@ def run_lanes(
     corners: wp.array2d(dtype=Corner),
     motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real),
-    starts: wp.array(dtype=real),
     sample_times: wp.array(dtype=real),
-    sides: wp.array2d(dtype=real),
     knobs: Knobs,
     found: Found,
 ):
@@ -107,6 +109,7 @@ def run_lanes(
     results = found.results
     leaves = found.blocks
     rotations = found.rotations
+    sides = found.sides
     places = found.places
     x, z, theta, vx, vz, omega = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     nl, fl, nm, fm, nr, fr = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
@@ -120,11 +123,11 @@ def run_lanes(
     edges = corners.shape[0] - 1
     for i in range(LANES):
         for k in range(edges):
-            low[i] = low[i] + is_past(starts[first + i], corners[k, first + i].angle)
+            low[i] = low[i] + is_past(blocks[first + i].start, corners[k, first + i].angle)
             last[i] = last[i] + wp.where(corners[k, first + i].angle < NEVER, 1, 0)
         start_lane(
             corners[low[i], first + i], corners[wp.min(low[i] + 1, last[i]), first + i],
-            starts[first + i], HALF * knobs.time_step * knobs.gravity, x[i], z[i], theta[i],
+            blocks[first + i].start, HALF * knobs.time_step * knobs.gravity, x[i], z[i], theta[i],
             vz[i], nm[i], nr[i], peak[i], uplift_time[i], mode[i],
         )  # fmt: skip
     k = int(0)
@@ -181,13 +184,12 @@ def run_lanes(
                 keep(live, pl, tl, pm, tm, pr, tr, nl[i], fl[i], nm[i], fm[i], nr[i], fr[i])
                 low[i] = mid
                 slide[i] = wp.where(live, slid, slide[i])
-                left[i] = larger(-theta[i], left[i])
-                right[i] = larger(theta[i], right[i])
                 deepest[i] = wp.where(live, larger(-gap, deepest[i]), deepest[i])
                 steps[i] = steps[i] + wp.where(live, 1, 0)
                 mode[i] = see(
-                    live, mode[i], time, qt, uo, slid, peak[i], peak_time[i], peak_slide[i]
-                )
+                    live, mode[i], time, qt, uo, slid, peak[i], left[i], right[i], peak_time[i],
+                    peak_slide[i],
+                )  # fmt: skip
         past = time - until
         if rotations.shape[0] > 0:
             for i in range(LANES):
