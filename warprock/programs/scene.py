@@ -245,9 +245,7 @@ def _body(bodies: Bodies, lane: int) -> PeerBody:
     axes = turned(body.axes, np.eye(3))
     xx, yy, zz = (body.mass[0] * body.gyration[0]) @ (axes**2)
     tensor = (axes.T * (body.mass[0] * body.gyration[0])) @ axes
-    return PeerBody(
-        points.tolist(), [xx, yy, zz, tensor[0, 1], tensor[0, 2], tensor[1, 2]]
-    )
+    return PeerBody(points.tolist(), [xx, yy, zz, tensor[0, 1], tensor[0, 2], tensor[1, 2]])
 
 
 def _starts(lanes: Lanes) -> tuple[Array, Array]:
