@@ -19,10 +19,10 @@ from warprock.kernels.modes import FLAT, FLYING, PIVOTING
 
 @wp.struct
 class Body:
-    """What a step needs to know of one lane's body.
+    """What a step needs to know of one lane's body, and the rotation at which it is let go [rad].
 
-    `restitution` is the part of the angular velocity that an impact of a body that turns about the
-    corner beside leaves; negative where the law of contact finds it.
+    `restitution` is the part of the angular velocity that is left where the body rocks over the
+    edge that it stands on at first; negative where the law of contact finds it.
     """
 
     inertia: real
@@ -30,6 +30,7 @@ class Body:
     friction: real
     radius: real
     restitution: real
+    start: real
     rest_rotation: real
     longest_step: real
     step_limit: int
@@ -198,7 +199,7 @@ def held_velocity(
 
 @wp.func
 def struck_velocity(
-    body: Body, beside: bool, rolls: bool, x: real, z: real, other: real,
+    body: Body, beside: bool, prescribed: bool, x: real, z: real, other: real,
     ux: real, uz: real, uo: real,
 ):  # fmt: skip
     """Velocity after an inelastic impact: a corner has landed or the base stepped its velocity.
@@ -209,7 +210,7 @@ def struck_velocity(
     Args:
         body: The body.
         beside: Whether a second corner is at the base.
-        rolls: Whether the body has turned about that corner until now.
+        prescribed: Whether a prescribed restitution is for this impact.
         x, z: The corner that is struck, what touches of it, from the centre of mass [m].
         other: x of the second corner [m].
         ux, uz: Velocity along the base and across it before [m/s].
@@ -226,7 +227,7 @@ def struck_velocity(
     vo = uo + w * (f * z - n * x)
     asked = body.restitution * uo
     press = asked * x - uz
-    follows = rolls and body.restitution >= zero and press >= zero
+    follows = prescribed and body.restitution >= zero and press >= zero
     grip = -asked * z - ux
     holds = size(grip) <= body.friction * press
     sticks = wp.where(follows, holds, sticks)

@@ -9,33 +9,63 @@ With one lane a thread the same text is the plain form.
 import warp as wp
 
 from warprock.kernels.event.block import Knobs
-from warprock.kernels.event.block_run import BlockResult, Found, Result, rotation_at
-from warprock.kernels.event.body import View, begin, step, tips_about_second
+from warprock.kernels.event.block_run import BlockResult, Result, rotation_at
+from warprock.kernels.event.body import begin, step
 from warprock.kernels.event.body_contact import Body
+from warprock.kernels.event.body_view import View, tips_about_second
 from warprock.kernels.modes import FLAT, OVERTURNED, PIVOTING, STALLED
 from warprock.kernels.motion import Motion, sample_index
 from warprock.kernels.shape.body import Corner, is_past, turned_x, turned_z
 
 
 @wp.func
-def observe(
-    limited: bool, mode0: int, slip0: real, time0: real, theta0: real, mode: int, slip: real,
-    time: real, theta: real, slide: real, turn: real, turn_time: real, tail: real,
-    peak: real, peak_time: real, peak_slide: real, uplift_time: real, rest_time: real,
+def start_lane(
+    lowest: Corner, start: real, theta: wp.ref[real], mode: wp.ref[int], cap: wp.ref[real],
+    peak: wp.ref[real], uplift_time: wp.ref[real], rest_time: wp.ref[real],
 ):  # fmt: skip
-    """What a step adds to the response of one lane, as in event/block_run.py.
+    """Lets a body go at a rotation [rad], at which a corner is lowest."""
+    flat = start == lowest.angle
+    theta = start
+    mode = wp.where(flat, FLAT, PIVOTING)
+    cap = NEVER
+    peak = size(start)
+    uplift_time = wp.where(flat, NEVER, real(0.0))
+    rest_time = wp.where(flat, real(0.0), NEVER)
+
+
+@wp.func
+def view_of(number: int, left: Corner, own: Corner, right: Corner, flat_right: bool) -> View:
+    """A corner, its number, and those beside it; of the first and the last one itself."""
+    low = wp.where(number > 0, larger(left.angle, -HALF_PI), -HALF_PI)
+    return View(
+        number, own.x, own.z, low, smaller(own.angle, HALF_PI),
+        left.x, left.z, right.x, right.z, flat_right,
+    )  # fmt: skip
+
+
+@wp.func
+def observe(
+    going: bool, step_limit: int, mode0: int, slip0: real, time0: real, theta0: real, mode: int,
+    slip: real, time: real, theta: real, slide: real, turn: real, turn_time: real, tail: real,
+    lost: real, deep: real, hit: bool, peak: wp.ref[real], peak_time: wp.ref[real],
+    peak_slide: wp.ref[real], uplift_time: wp.ref[real], rest_time: wp.ref[real],
+    loss: wp.ref[real], deepest: wp.ref[real], left: wp.ref[real], right: wp.ref[real],
+    impacts: wp.ref[int], steps: wp.ref[int],
+) -> int:  # fmt: skip
+    """What a step adds to the response of one lane, as in event/block_run.py; its mode.
 
     Args:
-        limited: Whether the lane has used up its steps.
+        going: Whether the lane took part in it.
+        step_limit: Steps that it may take, trials included.
         mode0, slip0, time0, theta0: State before the step.
         mode, slip, time, theta, slide: State after it.
         turn: Turning point of the rotation in it [rad], zero where there was none.
         turn_time: Its time [s].
         tail: Time of the impacts that resting leaves out [s].
+        lost: Energy lost in it per unit mass [J/kg].
+        deep: Penetration at its end [m].
+        hit: Whether an impact ended it.
         peak: Largest |theta| so far [rad]; all after it likewise.
-
-    Returns:
-        mode, peak, peak_time, peak_slide, uplift_time, rest_time.
     """
     apex = size(turn)
     highest = larger(size(theta), apex)
@@ -44,36 +74,64 @@ def observe(
     lifted = wp.where(theta == theta0, time, time0)
     rested = mode0 == FLAT and slip0 == real(0.0)
     rests = mode == FLAT and slip == real(0.0)
-    return (
-        wp.where(limited and mode < OVERTURNED, STALLED, mode),
-        larger(highest, peak),
-        wp.where(highest > peak, wp.where(apex >= highest, turn_time, time), peak_time),
-        larger(size(slide), peak_slide),
-        wp.where(lifts, lifted, uplift_time),
-        wp.where(rests, wp.where(rested, rest_time, time + tail), NEVER),
-    )
+    higher = highest > peak
+    peak_time = wp.where(higher, wp.where(apex >= highest, turn_time, time), peak_time)
+    peak = larger(highest, peak)
+    peak_slide = larger(size(slide), peak_slide)
+    uplift_time = wp.where(lifts, lifted, uplift_time)
+    rest_time = wp.where(rests, wp.where(rested, rest_time, time + tail), NEVER)
+    loss = loss + lost
+    deepest = larger(deep, deepest)
+    left = larger(larger(-theta, -turn), left)
+    right = larger(larger(theta, turn), right)
+    impacts = impacts + wp.where(hit, 1, 0)
+    steps = steps + wp.where(going, 1, 0)
+    limited = going and steps >= step_limit
+    return wp.where(limited and mode < OVERTURNED, STALLED, mode)
+
+
+@wp.func
+def remember(
+    taken: bool, time: real, theta: real, slide: real, gap: real, vx: real, vz: real, omega: real,
+    corner: int, begun: wp.ref[real], theta0: wp.ref[real], slide0: wp.ref[real],
+    gap0: wp.ref[real], vx0: wp.ref[real], vz0: wp.ref[real], omega0: wp.ref[real],
+    about: wp.ref[int],
+):  # fmt: skip
+    """Keeps the state that a step began with, and its corner, for samples that lie inside it."""
+    begun = wp.where(taken, time, begun)
+    theta0 = wp.where(taken, theta, theta0)
+    slide0 = wp.where(taken, slide, slide0)
+    gap0 = wp.where(taken, gap, gap0)
+    vx0 = wp.where(taken, vx, vx0)
+    vz0 = wp.where(taken, vz, vz0)
+    omega0 = wp.where(taken, omega, omega0)
+    about = wp.where(taken, corner, about)
 
 
 @wp.func
 def place_at(
-    corner: Corner, radius: real, part: real, tau: real, d: real, at: real, slide: real, gap: real,
-    theta0: real, slide0: real, gap0: real, vx0: real, vz0: real, omega0: real,
+    corner: Corner, radius: real, until: real, time: real, begun: real, theta: real,
+    slide: real, gap: real, theta0: real, slide0: real, gap0: real, vx0: real, vz0: real,
+    omega0: real,
 ):  # fmt: skip
     """Centre of mass inside the last step [m], from the slide and the gap of its corner.
 
     Args:
         corner: The corner.
         radius: Of its arc [m].
-        part: Part of the step that has passed.
-        tau: Time since it began [s].
-        d: Its length [s].
-        at: Rotation at that time [rad].
-        slide, gap: At the end of the step [m].
+        until: The time asked for [s]; after the end of the step, that counts.
+        time, begun: End and start of the step [s].
+        theta, slide, gap: State at its end.
         theta0: State at its start; so all up to omega0.
 
     Returns:
         x and z.
     """
+    inside = until < time
+    d = time - begun
+    tau = wp.where(inside, until - begun, d)
+    part = wp.where(inside and d > real(0.0), tau / d, real(1.0))
+    at = rotation_at(until, time, theta, begun, theta0, omega0)
     s0, c0 = sine(theta0), cosine(theta0)
     glide = vx0 + omega0 * (turned_z(corner.x, corner.z, s0, c0) - radius)
     rise = vz0 - omega0 * turned_x(corner.x, corner.z, s0, c0)
@@ -88,6 +146,17 @@ def place_at(
     )
 
 
+@wp.struct
+class Found:
+    """Where the answers go; `sides`: largest rotations to -x and to +x [rad], shape [2, lane]."""
+
+    results: wp.array(dtype=Result)
+    blocks: wp.array2d(dtype=BlockResult)
+    rotations: wp.array3d(dtype=real)
+    places: wp.array4d(dtype=real)
+    sides: wp.array2d(dtype=real)
+
+
 Lane = wp.types.vector(length=LANES, dtype=real)
 LaneInt = wp.types.vector(length=LANES, dtype=int)
 
@@ -98,9 +167,7 @@ def run_lanes(
     corners: wp.array2d(dtype=Corner),
     motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real),
-    starts: wp.array(dtype=real),
     sample_times: wp.array(dtype=real),
-    sides: wp.array2d(dtype=real),
     knobs: Knobs,
     found: Found,
 ):
@@ -110,6 +177,7 @@ def run_lanes(
     results = found.results
     leaves = found.blocks
     rotations = found.rotations
+    sides = found.sides
     places = found.places
     theta, slide, gap, vx, vz, omega, slip = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     time, base, cap, begun, theta0, omega0 = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
@@ -122,77 +190,54 @@ def run_lanes(
     edges = corners.shape[0] - 1
     for i in range(LANES):
         for k in range(edges):
-            angle = corners[k, first + i].angle
-            corner[i] = corner[i] + is_past(starts[first + i], angle)
-            last[i] = last[i] + is_past(HALF_PI, angle)
-        flat = starts[first + i] == corners[corner[i], first + i].angle
-        theta[i] = starts[first + i]
-        mode[i] = wp.where(flat, FLAT, PIVOTING)
-        cap[i] = NEVER
-        peak[i] = size(starts[first + i])
-        uplift_time[i] = wp.where(flat, NEVER, real(0.0))
-        rest_time[i] = wp.where(flat, real(0.0), NEVER)
+            corner[i] = corner[i] + is_past(blocks[first + i].start, corners[k, first + i].angle)
+            last[i] = last[i] + is_past(HALF_PI, corners[k, first + i].angle)
+        start_lane(
+            corners[corner[i], first + i], blocks[first + i].start, theta[i], mode[i], cap[i],
+            peak[i], uplift_time[i], rest_time[i],
+        )  # fmt: skip
         about[i] = corner[i]
     end = sample_times[sample_times.shape[0] - 1]
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
         busy = int(1)
         while busy > 0:
-            # In a loop of its own, so that runs without places do without it. A trial that is not
-            # taken changes nothing, and the next one starts with the same.
-            if places.shape[0] > 0:
-                for i in range(LANES):
-                    goes = mode[i] < OVERTURNED and time[i] < until
-                    slide0[i] = wp.where(goes, slide[i], slide0[i])
-                    gap0[i] = wp.where(goes, gap[i], gap0[i])
-                    vx0[i] = wp.where(goes, vx[i], vx0[i])
-                    vz0[i] = wp.where(goes, vz[i], vz0[i])
             for i in range(LANES):
                 m = motions[first + i]
                 place = sample_index(m, segment[i])
                 going = mode[i] < OVERTURNED and time[i] < until
-                count = steps[i] + wp.where(going, 1, 0)
-                # Loaded before an `and`, which would branch around the load: no vector code then.
-                spent = count >= blocks[first + i].step_limit
-                lies = mode[i] == FLAT
-                resting = lies and slip[i] == real(0.0)
                 d, ti, passed, kick, a, dv = begin(
                     blocks[first + i], knobs, m, pool[0, place], pool[1, place], end, going,
-                    resting, time[i], segment[i], omega[i], base[i], cap[i],
+                    mode[i], slip[i], time[i], segment[i], omega[i], base[i], cap[i],
                 )  # fmt: skip
-                k = corner[i]
-                k2 = wp.min(k + 1, last[i])
+                ahead = wp.min(corner[i] + 1, last[i])
                 tips = tips_about_second(
-                    blocks[first + i], knobs.gravity, corners[k, first + i].x,
-                    corners[k, first + i].z, corners[k2, first + i].x, corners[k2, first + i].z,
-                    theta[i], slip[i], vx[i], dv, d,
+                    blocks[first + i], knobs.gravity, corners[corner[i], first + i],
+                    corners[ahead, first + i], theta[i], slip[i], vx[i], dv, d,
                 )  # fmt: skip
-                second = lies and tips
-                j = wp.where(second, k2, k)
-                j0 = wp.max(j - 1, 0)
-                j2 = wp.min(j + 1, last[i])
-                view = View(
-                    j, corners[j, first + i].x, corners[j, first + i].z,
-                    wp.where(j > 0, larger(corners[j0, first + i].angle, -HALF_PI), -HALF_PI),
-                    smaller(corners[j, first + i].angle, HALF_PI),
-                    corners[j0, first + i].x, corners[j0, first + i].z,
-                    corners[j2, first + i].x, corners[j2, first + i].z,
-                    not second,
+                second = mode[i] == FLAT and tips
+                k = wp.where(second, ahead, corner[i])
+                view = view_of(
+                    k, corners[wp.max(k - 1, 0), first + i], corners[k, first + i],
+                    corners[wp.min(k + 1, last[i]), first + i], not second,
                 )  # fmt: skip
                 co, th, sl, ga, ux, uz, om, di, mo, ti, se, ba, ca, ap, at, lo, ta, hit, ok, dp = (
                     step(
-                        blocks[first + i], knobs, view, going, d, ti, passed, kick, a, dv, k,
+                        blocks[first + i], knobs, view, going, d, ti, passed, kick, a, dv,
+                        corner[i],
                         theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], slip[i], mode[i],
                         time[i], segment[i], base[i], cap[i],
                     )
                 )  # fmt: skip
-                begun[i] = wp.where(ok, time[i], begun[i])
-                theta0[i] = wp.where(ok, theta[i], theta0[i])
-                omega0[i] = wp.where(ok, omega[i], omega0[i])
-                about[i] = wp.where(ok, j, about[i])
-                mo, pk, pt, ps, ut, rt = observe(
-                    going and spent, mode[i], slip[i], time[i], theta[i], mo, di, ti, th, sl, ap,
-                    at, ta, peak[i], peak_time[i], peak_slide[i], uplift_time[i], rest_time[i],
+                remember(
+                    ok, time[i], theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], k, begun[i],
+                    theta0[i], slide0[i], gap0[i], vx0[i], vz0[i], omega0[i], about[i],
+                )  # fmt: skip
+                mo = observe(
+                    going, blocks[first + i].step_limit, mode[i], slip[i], time[i], theta[i], mo,
+                    di, ti, th, sl, ap, at, ta, lo, dp, hit, peak[i], peak_time[i], peak_slide[i],
+                    uplift_time[i], rest_time[i], loss[i], deepest[i], left[i], right[i],
+                    impacts[i], steps[i],
                 )  # fmt: skip
                 corner[i] = co
                 theta[i] = th
@@ -207,17 +252,6 @@ def run_lanes(
                 segment[i] = se
                 base[i] = ba
                 cap[i] = ca
-                peak[i] = pk
-                left[i] = larger(-th, left[i])
-                right[i] = larger(th, right[i])
-                peak_time[i] = pt
-                peak_slide[i] = ps
-                uplift_time[i] = ut
-                rest_time[i] = rt
-                loss[i] = loss[i] + lo
-                deepest[i] = larger(dp, deepest[i])
-                impacts[i] = impacts[i] + wp.where(hit, 1, 0)
-                steps[i] = count
             busy = int(0)
             for i in range(LANES):
                 busy = busy + wp.where(mode[i] < OVERTURNED and time[i] < until, 1, 0)
@@ -228,14 +262,10 @@ def run_lanes(
                 )
         if places.shape[0] > 0:
             for i in range(LANES):
-                inside = until < time[i]
-                d = time[i] - begun[i]
-                tau = wp.where(inside, until - begun[i], d)
-                part = wp.where(inside and d > real(0.0), tau / d, real(1.0))
-                at = rotation_at(until, time[i], theta[i], begun[i], theta0[i], omega0[i])
                 spot, level = place_at(
-                    corners[about[i], first + i], blocks[first + i].radius, part, tau, d, at,
-                    slide[i], gap[i], theta0[i], slide0[i], gap0[i], vx0[i], vz0[i], omega0[i],
+                    corners[about[i], first + i], blocks[first + i].radius, until, time[i],
+                    begun[i], theta[i], slide[i], gap[i], theta0[i], slide0[i], gap0[i], vx0[i],
+                    vz0[i], omega0[i],
                 )  # fmt: skip
                 places[sample, 0, 0, first + i] = spot
                 places[sample, 0, 1, first + i] = level

@@ -18,11 +18,16 @@ from warprock.kernels.impulse.block import ENDS_EARLY, Knobs, wish
 
 @wp.struct
 class Body:
-    """What a step needs to know of one lane's body; `reach` is how far its corners are [m]."""
+    """What a step needs to know of one lane's body.
+
+    `reach` is how far its corners are from the centre of mass [m], `start` the rotation at which it
+    is let go [rad].
+    """
 
     inverse_inertia: real
     friction: real
     reach: real
+    start: real
 
 
 @wp.func
@@ -92,7 +97,8 @@ def sweeps(
     """All sweeps from the impulses n1 to f3 [m/s] and velocities with them."""
     if ENDS_EARLY:
         for _ in range(ITERATIONS):
-            o1, p1, o2, p2, o3, p3 = n1, f1, n2, f2, n3, f3
+            o1, p1, o2 = real(n1), real(f1), real(n2)
+            p2, o3, p3 = real(f2), real(n3), real(f3)
             n1, f1, n2, f2, n3, f3, vx, vz, vo = sweep(r, n1, f1, n2, f2, n3, f3, vx, vz, vo)
             if n1 == o1 and f1 == p1 and n2 == o2 and f2 == p2 and n3 == o3 and f3 == p3:
                 break
@@ -161,6 +167,12 @@ def solve(
 
 
 @wp.func
+def work(x: real, z: real, n: real, f: real, vx: real, vz: real, vo: real) -> real:
+    """Work of the impulses of a corner [J/kg] at a velocity of the body."""
+    return n * (vz - vo * x) + f * (vx + vo * z)
+
+
+@wp.func
 def step(
     body: Body, knobs: Knobs, dv: real,
     xl: real, zl: real, xm: real, zm: real, xr: real, zr: real, has_l: bool, has_r: bool,
@@ -169,16 +181,9 @@ def step(
 ):  # fmt: skip
     """One step of one lane, in which the base velocity changes by dv [m/s].
 
-    Args:
-        body: The body.
-        knobs: The settings.
-        dv: Change of the base velocity [m/s].
-        xl, zl: Neighbour to -x of the lowest corner, from the centre of mass [m]; m is the lowest
-            one, r the neighbour to +x.
-        has_l, has_r: Whether there is such a neighbour.
-        x, z, theta: Place; vx, vz and omega velocities.
-        nl: Impulses of the corners in the last step [m/s]; all up to fr likewise.
-        loss: See impulse/block.py.
+    The corners are seen from the centre of mass [m]: l is the neighbour of the lowest one to -x, if
+    there is one (`has_l`), m the lowest one, r that to +x. nl to fr are their impulses in the last
+    step [m/s].
 
     Returns:
         All from `x` on after the step; the gap of the lowest corner at its start [m], and the gaps
@@ -186,9 +191,7 @@ def step(
     """
     zero = real(0.0)
     one = real(1.0)
-    half = real(0.5)
-    w = body.inverse_inertia
-    dt = knobs.time_step
+    w, dt = body.inverse_inertia, knobs.time_step
     lean = wp.where(theta != zero, theta, wp.where(omega != zero, omega, -dv))
     m = sign_of(lean)
     left = m < zero
@@ -212,12 +215,10 @@ def step(
     vx1 = ux + t1 + t2 + t3
     vz1 = uz + p1 + p2 + p3
     vo1 = uo + w * (t1 * z1 - p1 * x1 + t2 * z2 - p2 * x2 + t3 * z3 - p3 * x3)
-    # Work of the contact impulses on the mean velocity of their corners, a loss.
-    mx = half * (m * vx + vx1)
-    mz = half * (vz + vz1)
-    mo = half * (uo + vo1)
-    work = p1 * (mz - mo * x1) + t1 * (mx + mo * z1) + p2 * (mz - mo * x2) + t2 * (mx + mo * z2)
-    work = work + p3 * (mz - mo * x3) + t3 * (mx + mo * z3)
+    # Of the contact impulses on the mean velocity of their corners, a loss.
+    mx, mz, mo = HALF * (m * vx + vx1), HALF * (vz + vz1), HALF * (uo + vo1)
+    done = work(x1, z1, p1, t1, mx, mz, mo) + work(x2, z2, p2, t2, mx, mz, mo)
+    done = done + work(x3, z3, p3, t3, mx, mz, mo)
     lowest = smaller(gap2, smaller(gap1, gap3))
     lift = -knobs.erp * smaller(lowest + real(2.0) * dt * dt * knobs.gravity, zero)
     ahead1 = gap1 + dt * (vz1 - vo1 * x1)
@@ -229,6 +230,6 @@ def step(
         x + dt * vx1, z + dt * vz1 + lift, theta + dt * vo1, vx1, vz1, vo1,
         wp.where(left, p3, p1), m * wp.where(left, t3, t1), p2, m * t2,
         wp.where(left, p1, p3), m * wp.where(left, t1, t3),
-        loss - work - knobs.gravity * lift, lowest,
+        loss - done - knobs.gravity * lift, lowest,
         wp.where(left, ahead3, ahead1), ahead2, wp.where(left, ahead1, ahead3),
     )  # fmt: skip

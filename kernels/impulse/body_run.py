@@ -18,8 +18,76 @@ from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_
 from warprock.kernels.parting import slack, slides
 from warprock.kernels.shape.block import observe
 from warprock.kernels.shape.body import Corner, is_past, turned_x, turned_z
-from warprock.kernels.shape.body_seen import moved_along, moved_parts, watch
-from warprock.kernels.shape.stack_found import BlockResult, Found, Result, at_sample
+from warprock.kernels.shape.body_found import Found
+from warprock.kernels.shape.body_seen import moved_along, watch
+from warprock.kernels.shape.stack_found import BlockResult, Result, at_sample
+
+
+@wp.func
+def turned_corner(corner: Corner, s: real, c: real):
+    """A corner, x and z from the centre of mass [m], of a body turned by (s, c)."""
+    return turned_x(corner.x, corner.z, s, c), turned_z(corner.x, corner.z, s, c)
+
+
+@wp.func
+def keep(
+    live: bool, new1: real, new2: real, new3: real, new4: real, new5: real, new6: real,
+    a1: wp.ref[real], a2: wp.ref[real], a3: wp.ref[real], a4: wp.ref[real], a5: wp.ref[real],
+    a6: wp.ref[real],
+):  # fmt: skip
+    """Takes over six numbers of a lane that still runs."""
+    a1 = wp.where(live, new1, a1)
+    a2 = wp.where(live, new2, a2)
+    a3 = wp.where(live, new3, a3)
+    a4 = wp.where(live, new4, a4)
+    a5 = wp.where(live, new5, a5)
+    a6 = wp.where(live, new6, a6)
+
+
+@wp.func
+def see(
+    live: bool, mode: int, time: real, theta: real, omega: real, slide: real,
+    peak: wp.ref[real], left: wp.ref[real], right: wp.ref[real], peak_time: wp.ref[real],
+    peak_slide: wp.ref[real],
+) -> int:  # fmt: skip
+    """Peaks of a lane that still runs after a step, see `observe` in shape/block.py; its mode."""
+    how, highest, when, farthest = observe(
+        mode, time, theta, omega, slide, peak, peak_time, peak_slide
+    )
+    peak = wp.where(live, highest, peak)
+    left = wp.where(live, larger(-theta, left), left)
+    right = wp.where(live, larger(theta, right), right)
+    peak_time = wp.where(live, when, peak_time)
+    peak_slide = wp.where(live, farthest, peak_slide)
+    return wp.where(live, how, mode)
+
+
+@wp.func
+def start_lane(
+    corner: Corner, ahead: Corner, start: real, fall: real, x: wp.ref[real], z: wp.ref[real],
+    theta: wp.ref[real], vz: wp.ref[real], nm: wp.ref[real], nr: wp.ref[real], peak: wp.ref[real],
+    uplift_time: wp.ref[real], mode: wp.ref[int],
+):  # fmt: skip
+    """Lets a body go at a rotation [rad], at which a corner is lowest; `ahead` is the next one.
+
+    `fall` is what half a step of gravity makes of a velocity [m/s]. On an edge the first corner
+    counts as the lowest; the other one has its share of the weight by statics.
+    """
+    foot, low = turned_corner(corner, sine(start), cosine(start))
+    flat = start == corner.angle
+    length = wp.where(flat, ahead.along - corner.along, real(1.0))
+    share = larger(smaller(-foot / length, real(1.0)), real(0.0))
+    share = wp.where(flat, share, real(0.0))
+    x = corner.along - foot
+    z = -low
+    theta = start
+    vz = fall
+    nm = (real(1.0) - share) * fall
+    nr = share * fall
+    peak = size(start)
+    uplift_time = wp.where(flat, NEVER, real(0.0))
+    mode = RUNNING
+
 
 Lane = wp.types.vector(length=LANES, dtype=real)
 LaneInt = wp.types.vector(length=LANES, dtype=int)
@@ -31,9 +99,7 @@ def run_lanes(
     corners: wp.array2d(dtype=Corner),
     motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real),
-    starts: wp.array(dtype=real),
     sample_times: wp.array(dtype=real),
-    sides: wp.array2d(dtype=real),
     knobs: Knobs,
     found: Found,
 ):
@@ -43,6 +109,7 @@ def run_lanes(
     results = found.results
     leaves = found.blocks
     rotations = found.rotations
+    sides = found.sides
     places = found.places
     x, z, theta, vx, vz, omega = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     nl, fl, nm, fm, nr, fr = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
@@ -55,29 +122,14 @@ def run_lanes(
     apart_l, apart_m, apart_r, low, last = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
     edges = corners.shape[0] - 1
     for i in range(LANES):
-        th = starts[first + i]
-        theta[i] = th
         for k in range(edges):
-            low[i] = low[i] + is_past(th, corners[k, first + i].angle)
-        for k in range(edges):
+            low[i] = low[i] + is_past(blocks[first + i].start, corners[k, first + i].angle)
             last[i] = last[i] + wp.where(corners[k, first + i].angle < NEVER, 1, 0)
-        s, c = sine(th), cosine(th)
-        corner = corners[low[i], first + i]
-        z[i] = -turned_z(corner.x, corner.z, s, c)
-        vz[i] = HALF * knobs.time_step * knobs.gravity
-        # On an edge the lowest corner counts as its first one; the second has its share by statics.
-        flat = th == corner.angle
-        ahead = wp.where(flat, wp.min(low[i] + 1, edges), low[i])
-        foot = turned_x(corner.x, corner.z, s, c)
-        x[i] = corner.along - foot
-        length = corners[ahead, first + i].along - corner.along
-        share = larger(smaller(-foot / wp.where(flat, length, real(1.0)), real(1.0)), real(0.0))
-        share = wp.where(flat, share, real(0.0))
-        nm[i] = (real(1.0) - share) * HALF * knobs.time_step * knobs.gravity
-        nr[i] = share * HALF * knobs.time_step * knobs.gravity
-        peak[i] = size(th)
-        uplift_time[i] = wp.where(flat, NEVER, real(0.0))
-        mode[i] = RUNNING
+        start_lane(
+            corners[low[i], first + i], corners[wp.min(low[i] + 1, last[i]), first + i],
+            blocks[first + i].start, HALF * knobs.time_step * knobs.gravity, x[i], z[i], theta[i],
+            vz[i], nm[i], nr[i], peak[i], uplift_time[i], mode[i],
+        )  # fmt: skip
     k = int(0)
     time = real(0.0)
     for sample in range(sample_times.shape[0]):
@@ -92,11 +144,6 @@ def run_lanes(
                     now[i] = now[i] + is_past(theta[i], corners[e, first + i].angle)
             for i in range(LANES):
                 m = motions[first + i]
-                # Field by field: four float32 loaded at once would keep the loop scalar.
-                body = Body()
-                body.inverse_inertia = blocks[first + i].inverse_inertia
-                body.friction = blocks[first + i].friction
-                body.reach = blocks[first + i].reach
                 place = sample_index(m, sample_segment(m, half))
                 moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
                 mid = now[i]
@@ -104,74 +151,45 @@ def run_lanes(
                 has_l, has_r = mid > 0, mid < last[i]
                 before, behind = wp.where(has_l, mid - 1, mid), wp.where(has_r, mid + 1, mid)
                 s, c = sine(in_range(theta[i])), cosine(in_range(theta[i]))
-                xl = turned_x(corners[before, first + i].x, corners[before, first + i].z, s, c)
-                zl = turned_z(corners[before, first + i].x, corners[before, first + i].z, s, c)
-                xm = turned_x(corners[mid, first + i].x, corners[mid, first + i].z, s, c)
-                zm = turned_z(corners[mid, first + i].x, corners[mid, first + i].z, s, c)
-                xr = turned_x(corners[behind, first + i].x, corners[behind, first + i].z, s, c)
-                zr = turned_z(corners[behind, first + i].x, corners[behind, first + i].z, s, c)
+                xl, zl = turned_corner(corners[before, first + i], s, c)
+                xm, zm = turned_corner(corners[mid, first + i], s, c)
+                xr, zr = turned_corner(corners[behind, first + i], s, c)
                 gl, gm, gr = moved_along(by, nl[i], nm[i], nr[i])
                 hl, hm, hr = moved_along(by, fl[i], fm[i], fr[i])
-                al, am, ar = moved_parts(by, apart_l[i], apart_m[i], apart_r[i])
                 qx, qz, qt, ux, uz, uo, pl, tl, pm, tm, pr, tr, lo, gap, gap_l, gap_m, gap_r = step(
-                    body, knobs, moving - base[i], xl, zl, xm, zm, xr, zr, has_l, has_r,
-                    x[i], z[i], theta[i], vx[i], vz[i], omega[i], gl, hl, gm, hm, gr, hr, loss[i],
+                    blocks[first + i], knobs, moving - base[i],
+                    xl, zl, xm, zm, xr, zr, has_l, has_r, x[i], z[i], theta[i],
+                    vx[i], vz[i], omega[i], gl, hl, gm, hm, gr, hr, loss[i],
                 )  # fmt: skip
                 # The corner that was lowest at the start of the step tells the slide.
                 s1, c1 = sine(in_range(qt)), cosine(in_range(qt))
-                slid = (
-                    qx
-                    + turned_x(corners[mid, first + i].x, corners[mid, first + i].z, s1, c1)
-                    - corners[mid, first + i].along
-                )
-                mo, pk, pt, ps = observe(
-                    mode[i], time, qt, uo, slid, peak[i], peak_time[i], peak_slide[i]
-                )
+                x1, _z1 = turned_corner(corners[mid, first + i], s1, c1)
+                slid = qx + x1 - corners[mid, first + i].along
                 live = mode[i] == RUNNING
-                limit = slack(
-                    knobs.time_step, knobs.gravity, body.reach, uo * uo, body.reach
+                reach = blocks[first + i].reach
+                limit = slack(knobs.time_step, knobs.gravity, reach, uo * uo, reach)
+                way = knobs.time_step * (ux + uo * zm)
+                glides = slides(way, knobs.time_step, knobs.gravity)
+                watch(
+                    live, by, time, limit, has_l, has_r, pl, gap_l, pm, gap_m, pr, gap_r, glides,
+                    since[i], apart_l[i], apart_m[i], apart_r[i], uplift_time[i], moved[i],
+                    impacts[i],
                 )  # fmt: skip
-                glides = slides(
-                    knobs.time_step * (ux + uo * zm), knobs.time_step, knobs.gravity
-                )  # fmt: skip
-                nowl, nowm, nowr, waits, up, mv, landed = watch(
-                    time, limit, has_l, has_r, pl, gap_l, pm, gap_m, pr, gap_r, glides,
-                    since[i], al, am, ar, uplift_time[i], moved[i],
-                )  # fmt: skip
-                since[i] = waits
-                apart_l[i] = nowl
-                apart_m[i] = nowm
-                apart_r[i] = nowr
-                uplift_time[i] = wp.where(live, up, uplift_time[i])
-                moved[i] = wp.where(live, mv, moved[i])
-                impacts[i] = impacts[i] + wp.where(live, landed, 0)
-                x[i] = wp.where(live, qx, x[i])
-                z[i] = wp.where(live, qz, z[i])
-                theta[i] = wp.where(live, qt, theta[i])
                 dv = moving - base[i]
                 given[i] = given[i] - wp.where(live, HALF * dv * (vx[i] + ux), real(0.0))
-                vx[i] = wp.where(live, ux, vx[i])
-                vz[i] = wp.where(live, uz, vz[i])
-                omega[i] = wp.where(live, uo, omega[i])
-                nl[i] = wp.where(live, pl, nl[i])
-                fl[i] = wp.where(live, tl, fl[i])
-                nm[i] = wp.where(live, pm, nm[i])
-                fm[i] = wp.where(live, tm, fm[i])
-                nr[i] = wp.where(live, pr, nr[i])
-                fr[i] = wp.where(live, tr, fr[i])
-                low[i] = mid
                 loss[i] = wp.where(live, lo, loss[i])
                 base[i] = moving
                 book(dv, given[i], loss[i], jolt[i], supplied[i], taken[i], returned[i])
+                keep(live, qx, qz, qt, ux, uz, uo, x[i], z[i], theta[i], vx[i], vz[i], omega[i])
+                keep(live, pl, tl, pm, tm, pr, tr, nl[i], fl[i], nm[i], fm[i], nr[i], fr[i])
+                low[i] = mid
                 slide[i] = wp.where(live, slid, slide[i])
-                peak[i] = wp.where(live, pk, peak[i])
-                left[i] = larger(-theta[i], left[i])
-                right[i] = larger(theta[i], right[i])
-                peak_time[i] = wp.where(live, pt, peak_time[i])
-                peak_slide[i] = wp.where(live, ps, peak_slide[i])
                 deepest[i] = wp.where(live, larger(-gap, deepest[i]), deepest[i])
                 steps[i] = steps[i] + wp.where(live, 1, 0)
-                mode[i] = wp.where(live, mo, mode[i])
+                mode[i] = see(
+                    live, mode[i], time, qt, uo, slid, peak[i], left[i], right[i], peak_time[i],
+                    peak_slide[i],
+                )  # fmt: skip
         past = time - until
         if rotations.shape[0] > 0:
             for i in range(LANES):

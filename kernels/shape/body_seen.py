@@ -46,13 +46,16 @@ def parted(is_there: bool, was: int, n: real, gap: real, limit: real):
 
 @wp.func
 def watch(
-    time: real, limit: real, has_l: bool, has_r: bool, nl: real, gap_l: real, nm: real, gap_m: real,
-    nr: real, gap_r: real, slips: bool, since: real, apart_l: int, apart_m: int, apart_r: int,
-    uplift_time: real, moved: real,
+    live: bool, by: int, time: real, limit: real, has_l: bool, has_r: bool, nl: real, gap_l: real,
+    nm: real, gap_m: real, nr: real, gap_r: real, slips: bool, since: wp.ref[real],
+    apart_l: wp.ref[int], apart_m: wp.ref[int], apart_r: wp.ref[int], uplift_time: wp.ref[real],
+    moved: wp.ref[real], impacts: wp.ref[int],
 ):  # fmt: skip
     """What a step shows of the corners that may carry.
 
     Args:
+        live: Whether the lane still runs.
+        by: By how many corners to +x the lowest one has moved since the last step.
         time: End of the step [s].
         limit: Gap beyond which a corner has parted [m].
         has_l, has_r: Whether there is a neighbour to -x, to +x.
@@ -63,21 +66,20 @@ def watch(
         apart_l: 1 where it has parted and not landed since, else 0; apart_m, apart_r likewise.
         uplift_time: Time at which the body first lifted [s], or NEVER.
         moved: Last time at which it moved [s].
-
-    Returns:
-        apart_l, apart_m, apart_r, since, uplift_time, moved, and corners that have landed.
+        impacts: Corners that have landed.
     """
     zero = real(0.0)
     carry = wp.where(nl > zero, 1, 0) + wp.where(nm > zero, 1, 0) + wp.where(nr > zero, 1, 0)
     waits = wp.where(carry < 2, smaller(since, time), NEVER)
-    now_l, lands_l = parted(has_l, apart_l, nl, gap_l, limit)
-    now_m, lands_m = parted(True, apart_m, nm, gap_m, limit)
-    now_r, lands_r = parted(has_r, apart_r, nr, gap_r, limit)
-    gapes = now_l + now_m + now_r > 1
-    lifted = smaller(uplift_time, smaller(waits, time))
-    return (
-        now_l, now_m, now_r, waits,
-        wp.where(gapes, lifted, uplift_time),
-        wp.where(gapes or slips, time, moved),
-        lands_l + lands_m + lands_r,
-    )  # fmt: skip
+    was_l, was_m, was_r = moved_parts(by, apart_l, apart_m, apart_r)
+    now_l, lands_l = parted(has_l, was_l, nl, gap_l, limit)
+    now_m, lands_m = parted(True, was_m, nm, gap_m, limit)
+    now_r, lands_r = parted(has_r, was_r, nr, gap_r, limit)
+    gapes = live and now_l + now_m + now_r > 1
+    uplift_time = wp.where(gapes, smaller(uplift_time, smaller(waits, time)), uplift_time)
+    moved = wp.where(gapes or (live and slips), time, moved)
+    impacts = impacts + wp.where(live, lands_l + lands_m + lands_r, 0)
+    since = waits
+    apart_l = now_l
+    apart_m = now_m
+    apart_r = now_r

@@ -183,7 +183,7 @@ BAD = [
     ('"18 kg m^2"', '"18 kg"', "block.inertia", "kg m^2"),
     ('"18 kg m^2"', '"-1 kg m^2"', "block.inertia", "more than 0"),
     ('"18 kg m^2"', "[1, 2, 3, 0, 0, 0]", "block.inertia", "in the plane"),
-    ("[block]", '[block]\nwidth = "1 m"', "block.width", "unknown key"),
+    ("[block]", '[block]\nwidth = "1 m"', "block.width", "a body is no box"),
     ("[block]", '[block]\ncorner_radius = "0.2 m"', "block.corner_radius", "must leave an edge"),
     ("[block]", "model = 1\n[block]", "run.model", "unknown key"),
 ]

@@ -20,6 +20,7 @@ from warprock.units import Dimension, Quantity
 
 def test_the_shipped_cases_are_these_and_load():
     assert case_names() == [
+        "cube-tosses",
         "fragility-fema-p695",
         "fragility-five-blocks",
         "free-b0",
@@ -205,9 +206,13 @@ BAD_ADDITIONS = [
     (
         '[[check]]\nkind = "peek"\n',
         "check[0].kind",
-        "got 'peek', must be peaks, housner, boundaries or outcomes",
+        "got 'peek', must be peaks, housner, boundaries, outcomes or poses",
     ),
-    ("[[check]]\n", "check[0].kind", "got nothing, must be peaks, housner, boundaries or outcomes"),
+    (
+        "[[check]]\n",
+        "check[0].kind",
+        "got nothing, must be peaks, housner, boundaries, outcomes or poses",
+    ),
     (
         '[[check]]\nkind = "housner"\nengine = "impulse"\nbecause = "b"\nlimit = 1.0\n',
         "check[0].limit",

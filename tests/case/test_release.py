@@ -86,7 +86,7 @@ def test_a_body_of_eight_corners_is_thrown_as_a_box_with_its_inertia():
         (SIDE + 'gap = "1 m"\nheight = "1 m"\n', "must not be given beside start.gap"),
         (SIDE + 'yaw = "3 deg"\n', "must not be given beside start.yaw"),
         ('velocity_x = "1 rad/s"\n', "must be a velocity with a unit"),
-        ('angular_velocity_y = "1 Hz"\n', "an angular velocity with a unit .rad/s, deg/s."),
+        ('angular_velocity_y = "1 m/s"\n', "a frequency with a unit .Hz, kHz, rad/s, deg/s."),
         ('angular_velocity_y = "1 rad/s"\nvelocity_q = 1\n', "velocity_q"),
     ],
 )

@@ -10,7 +10,7 @@ import tomllib
 from warprock.api.case import Case
 from warprock.api.found import Found
 from warprock.api.names import python_names
-from warprock.bodies.body import POINTS, Asked, Body, Texts, find_body, read_asked
+from warprock.bodies.body import Asked, Body, Texts, find_body, read_asked
 from warprock.bodies.case_text import CASE_FILE, case_of
 from warprock.case.template import Start
 from warprock.figures.body import draw_body
@@ -28,7 +28,7 @@ def body(
     pose: int | None = None,
     tolerance: str | None = None,
     base: str = "hull",
-    points: int = POINTS,
+    points: int | None = None,
     model: str = "planar",
     direction: str | None = None,
     record: str | None = None,
@@ -44,7 +44,7 @@ def body(
         pose: Number of a pose in which it rests; 0 is as in the file, None settles from there.
         tolerance: What lies at most so high is pressed to the ground; None is 0.3 mm.
         base: "hull" keeps points above the ground that touch it as the body leans; or "flat".
-        points: Contact points that the case may have, from 3 to 48.
+        points: Contact points that the case may have; None is 24 in the plane, 12 in space.
         model: "planar", in the plane of the direction, or "spatial".
         direction: Direction of shaking, from x towards y, such as "-25 deg"; None is the weakest.
         record: A shipped record, or a file that says its unit; None shakes the case by a pulse.

@@ -109,9 +109,9 @@ def stands(points: Array, footing: Footing) -> bool:
         points: Corners of its hull from the centre of mass, z upwards [m], shape [corner, 3].
         footing: What it stands on there.
     """
-    if len(footing.polygon) < 3 or footing.arm <= 0.0 or least_lean(points, footing) < STEADY:
+    if len(footing.polygon) < 3 or footing.arm <= 0.0 or rolls(points, footing):
         return False
-    return not rolls(points, footing)
+    return bool(least_lean(points, footing) >= STEADY)
 
 
 def least_lean(points: Array, footing: Footing) -> float:

@@ -125,13 +125,14 @@ class LaneSet:
         Args:
             chosen: Places of the lanes in this set, from 0.
         """
-        steps = self.step_factors
+        steps, durations = self.step_factors, self.durations
         return dataclasses.replace(
             self,
             lanes=self.lanes.take(chosen),
             motions=self.motions.take(chosen),
             inputs=self.inputs.iloc[chosen].reset_index(drop=True),
             step_factors=None if steps is None else steps[chosen],
+            durations=None if durations is None else durations[chosen],
         )
 
     def alone(self, lane: int) -> LaneSet:

@@ -49,7 +49,8 @@ def released(values: LaneValues, lanes: Lanes) -> Lanes:
     given = [key for key in (*VELOCITY, *SPIN, *PARTS, HEIGHT) if values.given(key)]
     if not given:
         return lanes
-    spin = np.stack([optional(values, key) for key in SPIN], axis=-1)
+    # Frequencies are in Hz.
+    spin = 2.0 * np.pi * np.stack([optional(values, key) for key in SPIN], axis=-1)
     velocity = np.stack([optional(values, key) for key in VELOCITY], axis=-1)
     if {*PARTS, HEIGHT}.intersection(given):
         attitude = _attitude(values)

@@ -32,10 +32,9 @@ def _velocity(axis: str, where: str) -> NumberKey:
 def _spin(axis: str, where: str, needs_space: str = "") -> NumberKey:
     return NumberKey(
         f"the angular velocity at the start about {axis}, {where}",
-        # In deg/s, for rad/s may be a frequency, too.
-        "-36000 deg/s to 36000 deg/s",
+        "-1000 rad/s to 1000 rad/s",
         swept=True,
-        column=Column(f"angular_velocity_{axis}_start"),
+        column=Column(f"angular_velocity_{axis}_start", "rad/s"),
         needs_space=needs_space,
     )
 

@@ -51,9 +51,8 @@ if TYPE_CHECKING:
 @click.option(
     "--points",
     type=int,
-    default=24,
-    show_default=True,
-    help="Contact points that the case may have, from 3 to 48.",
+    help="Contact points that the case may have, from 3 to 48; without, 24 in the plane and 12 in "
+    "space, where each costs.",
 )
 @click.option(
     "--model",

@@ -145,7 +145,8 @@ class Event(AbstractEngine):
         }
         if lanes.spatial:
             per_lane["rest_gap"] = _rest_gap(lanes, self.settings)
-            columns = spatial_inputs(lanes) | {"lanes": per_lane, "knobs": knobs}
+            columns = spatial_inputs(lanes)
+            columns |= {"lanes": per_lane | columns.get("frames", {}), "knobs": knobs}
             return columns | ({"throws": throw_columns(lanes)} if lanes.moving else {})
         if lanes.stacked:
             per_lane["mass"] = lanes.mass.sum(axis=1)
@@ -156,8 +157,7 @@ class Event(AbstractEngine):
             corners = Corners.of(body)
             per_lane |= _bodies(lanes, body, corners, self.settings)
             blocks = {name: each[:, None] for name, each in per_lane.items()}
-            others = {"corners": corners.columns, "starts": lanes.rotation_start}
-            return {"blocks": blocks, "knobs": knobs} | others
+            return {"blocks": blocks, "corners": corners.columns, "knobs": knobs}
         blocks = _single_blocks(lanes, self.settings)
         blocks |= {name: each[:, None] for name, each in per_lane.items()}
         return {"blocks": blocks, "knobs": knobs} | start_columns(lanes)
@@ -206,6 +206,7 @@ def _bodies(
         "inverse_inertia": 1.0 / body.gyration,
         "friction": lanes.friction,
         "radius": corners.radius,
+        "start": lanes.rotation_start,
         "restitution": np.broadcast_to(given, lanes.friction.shape),
         "rest_rotation": settings.rest_rotation_ratio * lanes.slenderness_angle,
     }

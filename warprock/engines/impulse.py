@@ -98,10 +98,10 @@ class Impulse(AbstractEngine):
                 "inverse_inertia": 1.0 / lanes.body.gyration,
                 "friction": lanes.friction,
                 "reach": corners.reach,
+                "start": lanes.rotation_start,
             }
             blocks = {name: each[:, None] for name, each in blocks.items()}
-            others = {"corners": corners.columns, "starts": lanes.rotation_start}
-            return {"blocks": blocks, "knobs": knobs} | others
+            return {"blocks": blocks, "corners": corners.columns, "knobs": knobs}
         stacks = as_stacks(lanes)
         blocks = {
             "half_width": 0.5 * stacks.width,

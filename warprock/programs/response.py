@@ -215,13 +215,16 @@ def _look(scene: PeerScene, run: PeerRun, *, spatial: bool, thrown: bool) -> _Se
 
 
 def _corners(scene: PeerScene, block: int) -> tuple[Array, Array]:
-    """Corners of the stretch of a block's bottom that lies on what is below.
+    """Corners of the stretch of a block's bottom that lies on what is below, or a body's points.
 
     Returns:
-        The corners in body axes, shape [4, 3], and where they would stand if the block were flat,
-        from the middle of the face below and along its axes, shape [4, 2] [m].
+        The corners in body axes, shape [corner, 3], and where they would stand if the block were
+        flat, from the middle of the face below and along its axes, shape [corner, 2] [m].
     """
     own = scene.blocks[block]
+    if own.body is not None:
+        points = np.array(own.body.points)
+        return points, np.array(own.stands) + _turned_by(own.yaw, points[:, :2])
     half, offset, yaw = 0.5 * np.array(own.face), np.zeros(2), own.yaw
     low, high = -half, half
     if block > 0:

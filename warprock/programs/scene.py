@@ -235,7 +235,7 @@ def _blocks(lanes: Lanes, lane: int, position: Array, attitude: Array) -> list[P
     rows += (position, attitude, stands, yaw, velocity, spin)
     found: Any = zip(*(part.tolist() for part in rows), strict=True)
     body = None if lanes.body is None else _body(lanes.body, lane)
-    return [PeerBlock(*parts, body=body) for parts in found]
+    return [dataclasses.replace(PeerBlock(*parts), body=body) for parts in found]
 
 
 def _body(bodies: Bodies, lane: int) -> PeerBody:

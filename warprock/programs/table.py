@@ -30,7 +30,7 @@ class Program:
         install: The command that installs them.
         text: What it is, in one line.
         starts_moving: Whether its adapter starts blocks with velocities.
-        bodies: Whether its adapter builds bodies that are no boxes.
+        bodies: Whether its adapter knows bodies in space that are no boxes.
     """
 
     module: str
@@ -61,6 +61,7 @@ PROGRAMS: dict[str, Program] = {
         'pip install "warprock[mujoco]"',
         "MuJoCo: soft convex contacts, Newton's method, elliptic cones.",
         starts_moving=True,
+        bodies=True,
     ),
     "bullet": Program(
         "warprock.programs.bullet",
@@ -127,9 +128,11 @@ def require_scenes(
     """
     if lanes.moving and not PROGRAMS[name].starts_moving:
         raise DeclinedError(f"it lets blocks go from rest here, and the case {lanes.moving}")
-    if lanes.bodies and not PROGRAMS[name].bodies:
-        raise DeclinedError("it runs boxes alone here, and the case has a body (block.base)")
-    adapter = importlib.import_module(PROGRAMS[name].module)
+    program = PROGRAMS[name]
+    if lanes.body is not None and not (program.bodies and lanes.spatial):
+        where = "; bodies in space it can do" if program.bodies else ""
+        raise DeclinedError(f"it is given boxes alone, and the case has a body (block.base){where}")
+    adapter = importlib.import_module(program.module)
     declines = getattr(adapter, "require_scenes", None)
     if declines is not None:
         declines(peer_scenes(lanes, motions, times), settings)

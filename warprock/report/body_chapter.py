@@ -41,10 +41,8 @@ _RESTS = {
     "pose": "pose",
     "turn_deg": "turned_deg",
     "centre_height_m": "centre_height_m",
-    "slenderness_angle_deg": "slenderness_angle_deg",
-    "weakest_deg": "weakest_direction_deg",
 }
-_TOLERANCES = {"tolerance_m": "within_m", "slenderness_angle_deg": "slenderness_angle_deg"}
+_TOLERANCES = {"tolerance_mm": "within_mm", "slenderness_angle_deg": "slenderness_angle_deg"}
 
 
 def _asked(body: Mapping[str, Any]) -> Sequence[tuple[str, str]]:
@@ -55,6 +53,14 @@ def _asked(body: Mapping[str, Any]) -> Sequence[tuple[str, str]]:
         ("Size", f"{size} m"),
         ("Mass", f"{three(body['mass_kg'])} kg, {three(body['density_kg_m3'])} kg/m³"),
         ("Centre of mass", f"{three(body['centre_height_m'])} m above the ground"),
-        ("Contact points", f"{len(body['base_m'])} within {three(1e3 * body['tolerance_m'])} mm"),
+        ("Contact points", _contacts(body)),
         ("Model", f"{body['model']}, shaken at {three(body['direction_deg'])} deg from x"),
     ]
+
+
+def _contacts(body: Mapping[str, Any]) -> str:
+    """How many contact points, and where."""
+    low, tolerance = body["on_the_ground"], 1e3 * body["tolerance_m"]
+    raised = len(body["base_m"]) - low
+    above = f", {raised} above that touch it as the body leans" if raised else ""
+    return f"{low} within {tolerance:.3g} mm of the ground{above}"

@@ -5,29 +5,26 @@ Everything that can be refused is refused here, before a kernel is built.
 
 from __future__ import annotations
 
-import concurrent.futures
 import dataclasses
 import functools
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.workload import require_workload
 from warprock.errors import InputError, listed
-from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions
 from warprock.model.response import Response, SampleTimes, join_responses, take_lanes
 from warprock.quantity import NOTHING
 from warprock.run.batch import require_room, run_batch
 from warprock.run.devices import require_device
-from warprock.run.machine import core_count, require_workers
-from warprock.run.options import DEFAULT_OPTIONS, Counted, RunOptions
+from warprock.run.lane_parts import Part, run_parts
+from warprock.run.machine import require_workers
+from warprock.run.options import DEFAULT_OPTIONS, RunOptions
 from warprock.run.tolerance import run_at_step, run_to_tolerance
 
 PRECISIONS = ("float64", "float32")
@@ -124,18 +121,18 @@ def run_lane_set(
     Args:
         engine: Name of the engine.
         lane_set: The lanes, all of a case or some.
-        times: Length of the longest run and sampling of its histories.
+        times: Sampling of the histories; how long lanes run is said by the lanes.
         options: How they are run.
         settings: Settings of the engine.
     """
 
-    def run(part: _Part, options: RunOptions) -> Response:
+    def run(part: Part, options: RunOptions) -> Response:
         batch = (engine, part.lanes, part.motions, part.times)
         if options.tolerance is None:
             return run_batch(*batch, settings=part.settings, **options.of_batch)
         return run_to_tolerance(*batch, options, settings=part.settings)
 
-    return _run_parts(run, lane_set, None, times, settings, options)
+    return run_parts(run, lane_set, None, times, settings, options)
 
 
 def run_lane(run: CaseRun, lane: int) -> Response:
@@ -165,111 +162,16 @@ def run_lanes(run: CaseRun, lanes: Sequence[int]) -> Response:
         places.append(np.flatnonzero(steps == step))
         run_again = functools.partial(_run_again, run, float(step))
         part, times = chosen[places[-1]], dataclasses.replace(run.case.sample_times, places=True)
-        parts.append(_run_parts(run_again, run.lane_set, part, times, run.settings, run.options))
+        parts.append(run_parts(run_again, run.lane_set, part, times, run.settings, run.options))
     return take_lanes(join_responses(parts), np.argsort(np.concatenate(places)))
 
 
-@dataclasses.dataclass(frozen=True)
-class _Part:
-    """Lanes of a case that run together: those of one time step and one duration.
-
-    Attributes:
-        numbers: Their places among the lanes wanted.
-        lanes: The lanes.
-        motions: Their ground motions.
-        times: Duration and sampling.
-        settings: Settings of the engine.
-    """
-
-    numbers: npt.NDArray[np.intp]
-    lanes: Lanes
-    motions: GroundMotions
-    times: SampleTimes
-    settings: Any
-
-
-def _run_again(run: CaseRun, step: float, part: _Part, options: RunOptions) -> Response:
+def _run_again(run: CaseRun, step: float, part: Part, options: RunOptions) -> Response:
     """Runs lanes of a finished run once, with histories, at a step; 0 is that of the settings."""
     batch = (run.response.engine, part.lanes, part.motions, part.times)
     if step > 0.0:
         return run_at_step(*batch, options, step=step, settings=part.settings)
     return run_batch(*batch, settings=part.settings, **options.of_batch)
-
-
-def _run_parts(
-    run: Callable[[_Part, RunOptions], Response],
-    lane_set: LaneSet,
-    chosen: npt.NDArray[np.intp] | None,
-    times: SampleTimes,
-    settings: Any,
-    options: RunOptions,
-) -> Response:
-    """Runs lanes of a case, those that run alike together, and puts them in order again.
-
-    Parts run side by side, for one of few lanes does not keep all workers busy.
-
-    Args:
-        run: What runs a part.
-        lane_set: Lanes of the case, with the factors on the time step that an ensemble asks for
-            (an engine without a time step has no use for them) and the durations they may have.
-        chosen: Numbers of the lanes wanted, in the order wanted; None is all.
-        times: Length of the longest run and sampling of its histories.
-        settings: Settings of the engine, with the time step that the factors change.
-        options: How they are run.
-    """
-    parts = _parts(lane_set, chosen, times, settings)
-    if len(parts) == 1:
-        return run(parts[0], options)
-    workers = options.workers or core_count()
-    side_by_side = min(workers, len(parts)) if options.device.startswith("cpu") else 1
-    counted = Counted(options.progress)
-    each = dataclasses.replace(options, workers=workers // side_by_side)
-
-    def run_part(number: int) -> Response:
-        return run(parts[number], dataclasses.replace(each, progress=counted.of(number)))
-
-    pool = concurrent.futures.ThreadPoolExecutor(side_by_side)
-    try:
-        found = list(pool.map(run_part, range(len(parts))))
-    finally:
-        # Whoever stops a run does not wait for the parts that are left.
-        pool.shutdown(wait=False, cancel_futures=True)
-    order = np.concatenate([part.numbers for part in parts])
-    return take_lanes(join_responses(found), np.argsort(order))
-
-
-def _parts(
-    lane_set: LaneSet, chosen: npt.NDArray[np.intp] | None, times: SampleTimes, settings: Any
-) -> list[_Part]:
-    """The lanes wanted, by time step and duration; arguments as of `_run_parts`."""
-    numbers = np.arange(lane_set.lanes.lane_count) if chosen is None else chosen
-    alike = np.ones((2, len(numbers)))
-    if lane_set.step_factors is not None and has_time_step(settings):
-        alike[0] = lane_set.step_factors[numbers]
-    alike[1] = times.duration
-    if lane_set.durations is not None:
-        alike[1] = lane_set.durations[numbers]
-    kinds, kind = np.unique(alike, axis=1, return_inverse=True)
-    by_kind = np.argsort(kind.reshape(-1), kind="stable")
-    ends = np.cumsum(np.bincount(kind.reshape(-1)))
-    parts = []
-    for (factor, duration), places in zip(kinds.T, np.split(by_kind, ends[:-1]), strict=True):
-        which = slice(None) if chosen is None and len(kinds.T) == 1 else numbers[places]
-        parts.append(
-            _Part(
-                places,
-                lane_set.lanes.take(which),
-                lane_set.motions.take(which).compact(),
-                dataclasses.replace(times, duration=float(duration)),
-                settings if factor == 1.0 else settings.with_step_scaled(float(factor)),
-            )
-        )
-    return parts
-
-
-def has_time_step(settings: Any) -> bool:
-    """Whether an engine with these settings has a time step that an ensemble can spread."""
-    return hasattr(settings, "with_step_scaled")
 
 
 def require_options(engine: str, options: RunOptions = DEFAULT_OPTIONS) -> None:

@@ -31,6 +31,10 @@ Mask = npt.NDArray[np.bool_]
 Numbers = npt.NDArray[np.intp]
 
 
+PIECES_KEPT = 2**24
+"""Samples of records that end that are held at a time, 400 MB: lanes of more run in parts."""
+
+
 def sample_times(duration: float, interval: float) -> SampleTimes:
     """Sample times for comparing runs; they end exactly where the run does.
 
@@ -62,9 +66,10 @@ def cut_off(motions: GroundMotions, ends: Array) -> GroundMotions:
     return _cut_record(motions, ends)
 
 
-def cut_samples(motions: GroundMotions, ends: Array) -> int:
-    """Samples in the pools of `cut_off`, all directions together."""
-    return sum(int(_pieces(part, ends)[0][:, 1].sum()) for part in motions.components)
+def many_pieces(motions: GroundMotions, ends: Array) -> bool:
+    """Whether the pools of `cut_off` would be too large to be held at a time."""
+    samples = sum(int(_pieces(part, ends)[0][:, 1].sum()) for part in motions.components)
+    return samples > PIECES_KEPT
 
 
 def _pieces(motions: Any, ends: Array) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.intp]]:

@@ -5,7 +5,10 @@ from __future__ import annotations
 import dataclasses
 import threading
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from warprock.engines.launching import Form
 
 Progress = Callable[[int], None]
 """Called with the number of lanes finished so far."""
@@ -26,6 +29,7 @@ class RunOptions:
             misses it by its estimate runs again at finer steps. None estimates no error, and runs
             every lane once.
         progress: Called with the number of lanes finished so far.
+        form: Form of the kernels; None is the fast one for many lanes.
     """
 
     precision: str = "float64"
@@ -33,6 +37,7 @@ class RunOptions:
     workers: int | None = None
     tolerance: float | None = TOLERANCE
     progress: Progress | None = None
+    form: Form | None = None
 
     @property
     def of_batch(self) -> dict[str, Any]:
@@ -42,7 +47,13 @@ class RunOptions:
             "device": self.device,
             "workers": self.workers,
             "progress": self.progress,
+            "form": self.form,
         }
+
+    @property
+    def on_cpu(self) -> bool:
+        """Whether the device is the CPU."""
+        return self.device.startswith("cpu")
 
     def counting_from(self, before: int) -> RunOptions:
         """The options for the next of several batches.

@@ -62,11 +62,11 @@ from warprock.run.companions import (
     Companions,
     as_columns,
     cut_off,
-    cut_samples,
     fallen,
     gap,
     halved,
     largest,
+    many_pieces,
     parted,
     peak_gap,
     record_alone,
@@ -106,9 +106,6 @@ difference in three of four and less than 15 % in nine of ten."""
 
 PARTS = 32
 """Parts of a run: the record of a companion ends with one of them, so that lanes share records."""
-
-PIECES_KEPT = 2**24
-"""Samples of records that end that are held at a time, 400 MB: more of them run in parts."""
 
 MARGIN = 1.0 / 64.0
 """Part of the run that a record goes on behind the time at which its lane came to rest."""
@@ -245,7 +242,7 @@ def _run_until_rest(
 ) -> Response:
     """Companions under records that end; longer ones where a lane did not rest by then."""
     short, half = np.isfinite(ends), len(ends) // 2
-    if half and np.any(short) and cut_samples(case.motions, ends) > PIECES_KEPT:
+    if half and np.any(short) and many_pieces(case.motions, ends):
         parts = [
             _run_until_rest(case.take(p), halvings[p], ends[p], work[p], known, lanes[p])
             for p in (slice(None, half), slice(half, None))

@@ -67,7 +67,7 @@ def body_facts(body: Body) -> dict[str, Any]:
             "centre_height_m": body.base.height,
             "inertia_kg_m2": tensor.tolist(),
             "base_m": body.points.tolist(),
-            "touching": len(body.footing.polygon),
+            "on_the_ground": len(body.base.polygon),
             "weakest_deg": math.degrees(body.weakest),
             **{f"weakest_{name}": value for name, value in _side(body, body.weakest).items()},
             **{f"opposite_{name}": v for name, v in _side(body, body.weakest + math.pi).items()},
@@ -78,14 +78,12 @@ def body_facts(body: Body) -> dict[str, Any]:
             {
                 "pose": number,
                 "turn_deg": math.degrees(rest.turn),
-                "slenderness_angle_deg": math.degrees(rest.footing.slenderness_angle),
-                "weakest_deg": math.degrees(rest.footing.weakest),
                 "centre_height_m": rest.footing.height,
             }
             for number, rest in enumerate(body.rests, start=1)
         ],
         "by_tolerance": [
-            {"tolerance_m": tolerance, "slenderness_angle_deg": math.degrees(angle)}
+            {"tolerance_mm": 1e3 * tolerance, "slenderness_angle_deg": math.degrees(angle)}
             for tolerance, angle in body.by_tolerance()
         ],
         "came_out": body_sentence(body),
@@ -220,17 +218,11 @@ def _rest_table(body: Body) -> Any:
     """Poses in which it stands."""
     shown = body.rests[:RESTS_SHOWN]
     more = f" ({RESTS_SHOWN} of {len(body.rests)})" if len(body.rests) > RESTS_SHOWN else ""
-    headings = ("--pose", "turned [deg]", "centre at [m]", "slenderness [deg]", "towards [deg]")
+    headings = ("--pose", "turned by [deg]", "centre of mass at [m]")
     table = plain_table(f"Poses in which it stands{more}; 0 is the pose of the file", headings)
     for number, rest in enumerate(shown, start=1):
-        foot = rest.footing
-        table.add_row(
-            str(number),
-            measured(math.degrees(rest.turn)),
-            measured(foot.height),
-            measured(math.degrees(foot.slenderness_angle)),
-            f"{math.degrees(foot.weakest):.3g}",
-        )
+        turn, height = measured(math.degrees(rest.turn)), measured(rest.footing.height)
+        table.add_row(str(number), turn, height)
     return table
 
 
