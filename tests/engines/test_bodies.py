@@ -22,6 +22,16 @@ def test_points_on_an_edge_are_no_corners() -> None:
     assert corners.along.tolist() == [[-0.2, 0.3]]
 
 
+def test_round_off_makes_no_corners() -> None:
+    # A level base with noise of a ten millionth, and points beside it that are no further out.
+    rng = np.random.default_rng(1)
+    noise = [[x, -0.5 + 1e-7 * rng.random()] for x in np.linspace(-0.2, 0.3, 20)]
+    corners = corners_of([[-0.4, -0.3], [-0.3, -0.4 + 1e-8], *noise, [0.4, -0.45], [0.5, -0.4]])
+    np.testing.assert_allclose(corners.x[0], [-0.4, -0.2, 0.3, 0.5])
+    assert corners.angle[0, 1] == 0.0
+    assert np.all(np.diff(corners.angle[0]) > 0.0)
+
+
 def test_edges_lie_flat_at_their_angles_and_roll_out_by_their_lengths() -> None:
     corners = corners_of([list(each) for each in STEPPED])
     angles = np.arctan2([-0.04, -0.02, 0.0, 0.03], [0.08, 0.12, 0.25, 0.1])

@@ -35,7 +35,8 @@ class Lanes:
             its face, at the start; of the lowest block nothing.
         rotation_start: Rotation at the start [rad], positive towards +x; released from rest.
         angular_restitution: Ratio of angular velocities after and before an impact on the base,
-            shape [lane]; used by `housner` only, the other engines find it from their own laws.
+            shape [lane]; followed by `housner` and, where it is given, by `event` in the plane; the
+            other engines find it from their own laws.
         body: Bodies, where single blocks are no boxes; their width, height, depth and density are
             then those of the box around them, and say nothing of how they move.
         restitution_given: Whether the case prescribes the angular restitution, of all lanes.
