@@ -54,7 +54,7 @@ def case_names() -> list[str]:
     Example:
         >>> import warprock as wr
         >>> wr.case_names()[:3]
-        ['fragility-fema-p695', 'fragility-five-blocks', 'free-b0']
+        ['cube-tosses', 'fragility-fema-p695', 'fragility-five-blocks']
     """
     return sorted(
         entry.name for entry in _shipped().iterdir() if entry.joinpath(CASE_FILE).is_file()
