@@ -201,7 +201,7 @@ def sprung_inputs(
     bound = lanes.friction * GRAVITY * lanes.mass
     bound = bound + settings.cohesion * springs.area * springs.feet.sum(axis=1)
     whole = springs.shear * springs.feet.sum(axis=1)
-    columns["lanes"] = {
+    columns["lanes"] = columns["frames"] | {
         "time_step": time_step,
         "creep": np.maximum(bound / np.sqrt(whole * body.mass), LEAST_CREEP),
         "uplift_time": np.where(leans | (blocks.gap_start > 0.0), 0.0, NEVER),
