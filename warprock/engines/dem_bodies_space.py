@@ -240,19 +240,8 @@ def sprung_inputs(
             columns["blocks"][name] = part[:, None]
     leans = (blocks.rotation_start != 0.0) | (blocks.rotation_across_start != 0.0)
     bound = lanes.friction * GRAVITY * lanes.mass
-<<<<<<< HEAD
     bound = bound + settings.cohesion * springs.area * base_of(body).sum(axis=1)
     whole = springs.shear * base_of(body).sum(axis=1)
-    columns["lanes"] = columns["frames"] | {
-        "time_step": time_step,
-        "creep": np.maximum(bound / np.sqrt(whole * body.mass), LEAST_CREEP),
-        "uplift_time": np.where(leans | (blocks.gap_start > 0.0), 0.0, NEVER),
-        "height": body.centre_height,
-        "area": springs.area,
-    }
-=======
-    bound = bound + settings.cohesion * springs.area * springs.feet.sum(axis=1)
-    whole = springs.shear * springs.feet.sum(axis=1)
     columns["lanes"] = (
         columns["frames"]
         | throw_columns(lanes)
@@ -264,5 +253,4 @@ def sprung_inputs(
             "area": springs.area,
         }
     )
->>>>>>> f-toss
     return columns
