@@ -106,13 +106,12 @@ def test_a_sweep_goes_on_where_it_was_and_has_the_lanes_of_a_run(tmp_path):
     assert wr.fragility(again, most_doubt=1).table.equals(wr.fragility(run, most_doubt=1).table)
 
 
-def test_a_comparison_has_tables_and_no_page(tmp_path, capsys):
+def test_a_comparison_has_tables_and_a_page(tmp_path, capsys):
     found = wr.compare("free-b0", ["housner", "event"], **QUIET)
     assert found.table["engine"].tolist() == ["housner", "housner", "event", "event"]
     names = [path.name for path in found.save(tmp_path)]
-    assert names == ["comparison.parquet", "comparison.csv", "run.json"]
-    with pytest.raises(ValueError, match="has no page"):
-        found.report()
+    assert names == ["comparison.parquet", "comparison.csv", "run.json", "report.html"]
+    assert found.report() == tmp_path / "report.html"
     with pytest.raises(ValueError, match="has no figure"):
         found.plot()
     assert "<table" in found._repr_html_()

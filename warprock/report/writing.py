@@ -17,6 +17,7 @@ from warprock.report.analysis_chapters import (
     spectrum_chapter,
     study_chapter,
 )
+from warprock.report.comparison_chapter import comparison_chapter
 from warprock.report.content import Chapter, Page
 from warprock.report.earlier import earlier_scenes
 from warprock.report.folder import Drawn, ResultFolder
@@ -59,6 +60,7 @@ _BY_FACT: dict[str, Make] = {
     "incremental": incremental_chapter,
     "study": study_chapter,
     "of": sensitivity_chapter,
+    "asked": comparison_chapter,
 }
 """What only one kind of results says in `run.json`, and its chapter; a run has none of these."""
 FITS = "fragility.csv"
