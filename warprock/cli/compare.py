@@ -98,15 +98,15 @@ def _play(case: Case, found: Mapping[str, Any]) -> Mapping[str, Any] | None:
     from warprock.case.lanes import expand_lanes
     from warprock.compare.checks import lane_name
     from warprock.compare.settings import case_asked, plain_name
-    from warprock.engines import ENGINES
     from warprock.report.replays import Replay, played
     from warprock.report.scenes import SOME
     from warprock.run.options import RunOptions
+    from warprock.settings.engines import SETTINGS
 
     if case.ensemble is not None:
         return None
     lane_set, worst = expand_lanes(case), _worst(found, case.tables.block_count)
-    ours = [engine for engine in found["engines"] if plain_name(engine) in ENGINES][:SOME]
+    ours = [engine for engine in found["engines"] if plain_name(engine) in SETTINGS][:SOME]
     lanes = list(dict.fromkeys((worst, 0)))[: SOME // max(1, len(ours)) or 1]
     replays = [
         Replay(

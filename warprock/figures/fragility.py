@@ -39,19 +39,16 @@ def draw_curves(curves: Sequence[Curve], intensity: str) -> list[Drawing]:
     Returns:
         One drawing: a row of panels a group, a column a limit state.
     """
-    groups: dict[str, list[Curve]] = {}
-    for curve in curves:
-        groups.setdefault(curve.group_text, []).append(curve)
-    shown = dict(list(groups.items())[:GROUPS])
-    measured = measure(intensity)
-    limits = max(len(mine) for mine in shown.values())
+    groups = groups_of(curves)
+    shown, measured = groups[:GROUPS], measure(intensity)
+    limits = max(map(len, shown))
     columns = 2 if len(shown) == 1 and limits == 4 else min(limits, COLUMNS)
     rows = -(-limits // columns)
     wide = {1: 6.4, 2: 4.0}.get(columns, 3.0)
     with style():
         size = (0.6 + wide * columns, 0.6 + 2.3 * rows * len(shown))
         figure, grid = subplots(rows * len(shown), columns, size, sharey=True)
-        for number, mine in enumerate(shown.values()):
+        for number, mine in enumerate(shown):
             panels = grid[rows * number : rows * (number + 1)]
             for axes in panels.flat[len(mine) :]:
                 axes.set_visible(False)
@@ -70,6 +67,41 @@ def draw_curves(curves: Sequence[Curve], intensity: str) -> list[Drawing]:
     )
     alt = f"Fragility functions over {measured.name}. {title}. {medians}."
     return [Drawing("fragility", figure, title, alt)]
+
+
+def plot_curves(axes: Axes, curves: Sequence[Curve], intensity: str, group: int = 0) -> None:
+    """Draws the fragility functions of one group over one another, with the lanes as dots.
+
+    Args:
+        axes: Where to.
+        curves: The curves of all groups.
+        intensity: Column of the intensity measure.
+        group: Number of the group, from 0.
+    """
+    mine, measured = groups_of(curves)[group], measure(intensity)
+    seen = [curve.seen.intensity for curve in mine]
+    ends = min(map(np.min, seen)) / 1.05, max(map(np.max, seen)) * 1.05
+    at = np.geomspace(*ends, POINTS)
+    logarithmic(axes.xaxis)
+    for number, curve in enumerate(mine):
+        color = COLORS[number % len(COLORS)]
+        label = f"{_name(curve.limit)}: {_median(curve, measured)}"
+        dots, share = gathered(curve)
+        line = curve.fit.probability(at) if curve.fit.dispersion > 0.0 else np.full_like(at, np.nan)
+        axes.plot(at * measured.size, line, color=color, label=label)
+        axes.plot(dots * measured.size, share, "o", color=color, markersize=3.5)
+    axes.set(xlabel=measured.label, ylabel="probability [-]", ylim=(-0.03, 1.03))
+    axes.set_xlim(ends[0] * measured.size, ends[1] * measured.size)
+    axes.set_title(mine[0].group_text)
+    axes.legend()
+
+
+def groups_of(curves: Sequence[Curve]) -> list[list[Curve]]:
+    """The curves of each group, in their order."""
+    groups: dict[str, list[Curve]] = {}
+    for curve in curves:
+        groups.setdefault(curve.group_text, []).append(curve)
+    return list(groups.values())
 
 
 def _name(limit: Limit) -> str:
