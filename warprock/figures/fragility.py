@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -27,6 +28,14 @@ GROUPS = 8
 """Groups that a figure shows at most, a row of panels each; the first ones."""
 COLUMNS = 4
 POINTS = 200
+LETTERS = 12.0
+"""Letters of a label that fit in an inch."""
+WHY_NONE = {
+    "separated": "the data are parted",
+    "none reached": "no lane reached it",
+    "all reached": "every lane reached it",
+}
+"""Why there is no function, in words."""
 
 
 def draw_curves(curves: Sequence[Curve], intensity: str) -> list[Drawing]:
@@ -57,7 +66,7 @@ def draw_curves(curves: Sequence[Curve], intensity: str) -> list[Drawing]:
             for at, axes in enumerate(panels.flat[: len(mine)]):
                 _draw_panel(axes, mine, at, measured)
                 if number == len(shown) - 1 and at + columns >= len(mine):
-                    axes.set_xlabel(measured.label)
+                    axes.set_xlabel(textwrap.fill(measured.label, int(LETTERS * wide)))
         title = _message(curves, measured)
         more = "" if len(shown) == len(groups) else f"; {len(shown)} of {len(groups)} groups"
         headline(figure, title, f"{_explained(curves)}{more}")
@@ -113,7 +122,7 @@ def _median(curve: Curve, measured: Measure) -> str:
     """The median and the dispersion of a function, or why there is none."""
     fit = curve.fit
     if not fit.dispersion > 0.0:
-        return f"no function: {fit.verdict.value}"
+        return f"no function: {WHY_NONE.get(fit.verdict.value, fit.verdict.value)}"
     return f"median {measured.text(fit.median)}, dispersion {fit.dispersion:.2f}"
 
 
@@ -125,7 +134,9 @@ def _message(curves: Sequence[Curve], measured: Measure) -> str:
     fitted = sorted((c for c in mine if c.fit.dispersion > 0.0), key=lambda c: c.fit.median)
     what = "overturn" if worst.name == OVERTURNING else f"reach {_name(worst)}"
     if not fitted:
-        return f"No fragility function for {_name(worst)}: {mine[0].fit.verdict.value}"
+        reasons = {WHY_NONE.get(c.fit.verdict.value, c.fit.verdict.value) for c in mine}
+        where = f" in any of {len(mine)} groups" if len(mine) > 1 else ""
+        return f"No fragility function for {_name(worst)}{where}: {' or '.join(sorted(reasons))}"
     low, high = fitted[0], fitted[-1]
     at = measured.text(low.fit.median)
     if len(fitted) > 1:
@@ -139,7 +150,9 @@ def _explained(curves: Sequence[Curve]) -> str:
     lanes = int(curves[0].seen.count.sum())
     records = curves[0].seen.record_count
     same = len({(int(c.seen.count.sum()), c.seen.record_count) for c in curves}) == 1
-    size = f"{lanes:,} lanes under {records:,} records" if records < lanes else f"{lanes:,} lanes"
+    size = f"{lanes:,} lanes"
+    if records < lanes:
+        size += f" under {records:,} record{'s' * (records != 1)}"
     size += " in each panel" if same else " or more"
     what = "records" if records < lanes else "lanes"
     banded = any(curve.band is not None for curve in curves)
@@ -180,7 +193,8 @@ def _draw_panel(axes: Axes, curves: Sequence[Curve], number: int, measured: Meas
     axes.plot(at * measured.size, share, "o", color=color, markersize=4.0, markeredgecolor="white")
     axes.set_xlim(across[0], across[-1])
     axes.set_ylim(-0.03, 1.03)
-    group = f"{curve.group_text}: " if curve.group_text else ""
+    # The name of a group stands once, above its first panel, and may be as long as the row.
+    group = f"{curve.group_text}\n" if curve.group_text and number == 0 else ""
     axes.set_title(f"{group}{_name(curve.limit)}\n{_median(curve, measured)}")
 
 
