@@ -156,10 +156,11 @@ def test_no_engine_imports_another_engine():
             (
                 *("warprock/oracle/", "warprock/records/", "warprock/programs/"),
                 *("warprock/case/sampling", "warprock/run/cells"),
-                *("warprock/analysis/",),
+                *("warprock/analysis/", "warprock/bodies/"),
             ),
         ),
         ("tables", ("warprock/records/fema_p695",)),
+        ("trimesh", ("warprock/bodies/",)),
         ("click", ("warprock/cli/",)),
     ],
 )

@@ -71,7 +71,7 @@ ROOMS = (
         "records",
         "files of ground motion: formats, processing, intensity measures, synthetic records",
         "errors units quantity reading model",
-        "numpy scipy tables",
+        "numpy pyarrow scipy tables",
     ),
     _room(
         "case",
@@ -79,6 +79,13 @@ ROOMS = (
         each key is declared once; what tables become, in `lanes.py` and beside it""",
         f"{_BASE} records",
         "numpy pandas pydantic pydantic_core scipy",
+    ),
+    _room(
+        "bodies",
+        """bodies from meshes: mass, centre, inertia, poses at rest, contact points, and the case of
+        each""",
+        f"{_BASE} records case",
+        "numpy scipy trimesh",
     ),
     _room(
         "engines",
@@ -139,13 +146,13 @@ ROOMS = (
     _room(
         "tables",
         "tables on the terminal",
-        f"{_BASE} case run analysis compare",
+        f"{_BASE} case bodies run analysis compare",
         "numpy pandas rich",
     ),
     _room(
         "figures",
         "figures, drawn before they are written: one style, one file a kind",
-        f"{_BASE} case run analysis compare tables",
+        f"{_BASE} case bodies run analysis compare tables",
         "matplotlib numpy pandas",
     ),
     _room(
@@ -164,14 +171,14 @@ ROOMS = (
         "api",
         """`import warprock`: cases from objects, dicts and tables; the commands as functions; what
         they find as an object with tables, figures and files""",
-        f"{_BASE} records case run sweep analysis compare measure tables figures report",
+        f"{_BASE} records case bodies run sweep analysis compare measure tables figures report",
         "numpy pandas",
     ),
     _room(
         "cli",
         "the commands, one file each, and how they end",
-        f"""{_BASE} records case run sweep analysis compare measure tables figures scenes paper
-        report""",
+        f"""{_BASE} records case bodies run sweep analysis compare measure tables figures scenes
+        paper report""",
         "click",
     ),
 )

@@ -17,8 +17,9 @@
 Cases: `Case`, `load_case`, `case_names`, and the tables of a case, `Block`, `Contact`, `Start`,
 `Motion`, `Times`, `Sweep`, `Grid`, `Sample`, `Uniform`, `Loguniform`, `Lognormal`, `Ensemble`,
 `Spectrum`, `Study`, `with_unit`, `save_record`. Commands: `run`, `fragility`, `map`, `spectrum`,
-`ida`, `sensitivity`, `sweep`, `compare`, `study`. Bad input is an `InputError`. Below them lie the
-functions that they call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`, `write_run`.
+`ida`, `sensitivity`, `sweep`, `compare`, `validate`, `study`, `body`. Bad input is an `InputError`.
+Below them lie the functions that they call: `expand_lanes`, `run_case`, `run_batch`, `lane_table`,
+`write_run`.
 
 The names are imported when they are first used, so that `import warprock` is cheap.
 """
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     import inspect
 
     from warprock.api.analyses import fragility, ida, map, sensitivity, spectrum
+    from warprock.api.body import body
     from warprock.api.case import Case, load_case
     from warprock.api.comparison import compare
     from warprock.api.found import Found
@@ -59,6 +61,7 @@ if TYPE_CHECKING:
     from warprock.api.run import Run, run
     from warprock.api.study import study
     from warprock.api.sweep import sweep
+    from warprock.api.validation import validate
     from warprock.case.lanes import LaneSet, expand_lanes
     from warprock.case.text import case_names
     from warprock.engines import ENGINES
@@ -100,6 +103,7 @@ _HOME = {
     "Sweep": "api.parts",
     "Times": "api.parts",
     "Uniform": "api.parts",
+    "body": "api.body",
     "case_names": "case.text",
     "compare": "api.comparison",
     "expand_lanes": "case.lanes",
@@ -116,6 +120,7 @@ _HOME = {
     "spectrum": "api.analyses",
     "study": "api.study",
     "sweep": "api.sweep",
+    "validate": "api.validation",
     "with_unit": "api.plain",
     "write_run": "run.results",
 }
@@ -149,6 +154,7 @@ __all__ = [
     "Sweep",
     "Times",
     "Uniform",
+    "body",
     "case_names",
     "compare",
     "expand_lanes",
@@ -165,6 +171,7 @@ __all__ = [
     "spectrum",
     "study",
     "sweep",
+    "validate",
     "with_unit",
     "write_run",
 ]

@@ -29,7 +29,6 @@ class Dimension(enum.StrEnum):
     ANGLE = "angle"
     ACCELERATION = "acceleration"
     VELOCITY = "velocity"
-    ANGULAR_VELOCITY = "angular velocity"
     DENSITY = "density"
     MASS = "mass"
     INERTIA = "moment of inertia"
@@ -60,7 +59,12 @@ UNITS: dict[Dimension, dict[str, str]] = {
         "ft": "0.3048",
     },
     Dimension.TIME: {"s": "1", "ms": "0.001", "min": "60"},
-    Dimension.FREQUENCY: {"Hz": "1", "kHz": "1000", "rad/s": "0.159154943091895335768883763373"},
+    Dimension.FREQUENCY: {
+        "Hz": "1",
+        "kHz": "1000",
+        "rad/s": "0.159154943091895335768883763373",
+        "deg/s": "0.00277777777777777777777777777778",
+    },
     Dimension.ANGLE: {"rad": "1", "mrad": "0.001", "deg": "0.0174532925199432957692369076849"},
     Dimension.ACCELERATION: {
         "m/s^2": "1",
@@ -70,7 +74,6 @@ UNITS: dict[Dimension, dict[str, str]] = {
         "gal": "0.01",
     },
     Dimension.VELOCITY: {"m/s": "1", "cm/s": "0.01", "mm/s": "0.001"},
-    Dimension.ANGULAR_VELOCITY: {"rad/s": "1", "deg/s": "0.0174532925199432957692369076849"},
     Dimension.DENSITY: {"kg/m^3": "1", "g/cm^3": "1000", "t/m^3": "1000"},
     Dimension.MASS: {"kg": "1", "t": "1000"},
     Dimension.INERTIA: {"kg m^2": "1", "t m^2": "1000"},
@@ -105,16 +108,13 @@ EXAMPLES: dict[Dimension, str] = {
     Dimension.ANGLE: "10 deg",
     Dimension.ACCELERATION: "0.35 g",
     Dimension.VELOCITY: "25 cm/s",
-    Dimension.ANGULAR_VELOCITY: "2 rad/s",
     Dimension.DENSITY: "2670 kg/m^3",
     Dimension.MASS: "350 kg",
     Dimension.INERTIA: "18 kg m^2",
     Dimension.DIMENSIONLESS: "1.0",
 }
 
-_ARTICLE = dict.fromkeys(
-    (Dimension.ANGLE, Dimension.ACCELERATION, Dimension.ANGULAR_VELOCITY), "an"
-)
+_ARTICLE = {Dimension.ANGLE: "an", Dimension.ACCELERATION: "an"}
 
 MOST_CHARACTERS = 1000
 """Characters of a quantity, blanks included."""

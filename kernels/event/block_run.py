@@ -100,6 +100,15 @@ def place_at(
     return slid + side * (block.half_width - x1), high - z1
 
 
+@wp.func
+def pivoting(block: Block, theta: real, omega: real):
+    """Velocity of the centre of a block that turns about its lower corner [m/s]."""
+    side = sign_of(wp.where(theta != real(0.0), theta, omega))
+    x, z = lower_corner(block, sine(side * theta), cosine(theta))
+    # Zero is added so that no number is -0.
+    return -omega * z + real(0.0), side * omega * x + real(0.0)
+
+
 @wp.struct
 class BlockResult:
     """What the run of one block leaves behind."""
@@ -139,14 +148,10 @@ LaneInt = wp.types.vector(length=LANES, dtype=int)
 
 @wp.kernel
 def run_lanes(
-    blocks: wp.array(dtype=Block),
-    motions: wp.array(dtype=Motion),
-    pool: wp.array2d(dtype=real),
-    starts: wp.array(dtype=real),
-    sample_times: wp.array(dtype=real),
-    knobs: Knobs,
-    found: Found,
-):
+    blocks: wp.array(dtype=Block), motions: wp.array(dtype=Motion), pool: wp.array2d(dtype=real),
+    starts: wp.array(dtype=real), rates: wp.array(dtype=real), sample_times: wp.array(dtype=real),
+    knobs: Knobs, found: Found,
+):  # fmt: skip
     """Runs LANES lanes a thread, which take their steps side by side."""
     first = wp.tid() * LANES
     # By names of their own: read off the struct they would keep the loop over lanes scalar.
@@ -161,8 +166,12 @@ def run_lanes(
     uplift_time, rest_time, loss = Lane(), Lane(), Lane()
     segment, mode, impacts, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
     for i in range(LANES):
-        flat = starts[first + i] == real(0.0)
+        flat = starts[first + i] == real(0.0) and rates[first + i] == real(0.0)
         theta[i] = starts[first + i]
+        omega[i] = rates[first + i]
+        along, up = pivoting(blocks[first + i], theta[i], omega[i])
+        vx[i] = along
+        vz[i] = up
         mode[i] = wp.where(flat, FLAT, PIVOTING)
         cap[i] = NEVER
         peak[i] = size(starts[first + i])

@@ -50,6 +50,7 @@ def run_lanes(
     motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real),
     starts: wp.array(dtype=real),
+    rates: wp.array(dtype=real),
     sample_times: wp.array(dtype=real),
     found: Found,
 ):
@@ -76,12 +77,14 @@ def run_lanes(
     steps = LaneInt()
     for i in range(LANES):
         theta[i] = starts[first + i]
-        side[i] = sign_of(theta[i])
-        mode[i] = wp.where(theta[i] == real(0.0), RESTING, ROCKING)
+        omega[i] = rates[first + i]
+        side[i] = sign_of(wp.where(theta[i] == real(0.0), omega[i], theta[i]))
+        rests = theta[i] == real(0.0) and omega[i] == real(0.0)
+        mode[i] = wp.where(rests, RESTING, ROCKING)
         peak[i] = size(theta[i])
         cap[i] = NEVER
-        uplift_time[i] = wp.where(theta[i] == real(0.0), NEVER, real(0.0))
-        rest_time[i] = wp.where(theta[i] == real(0.0), real(0.0), NEVER)
+        uplift_time[i] = wp.where(rests, NEVER, real(0.0))
+        rest_time[i] = wp.where(rests, real(0.0), NEVER)
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
         busy = int(1)

@@ -46,8 +46,9 @@ Four = wp.types.vector(length=4, dtype=real)
 class Body:
     """State of one lane.
 
-    Place x, attitude q, velocity v, spin, the angular momentum of unit mass, base, the velocity of the base; lean to
-    which side; impulses of the corners and whether they have parted; what has been seen.
+    Place x, attitude q, velocity v; spin, the angular momentum of unit mass; base, the velocity of
+    the base; the side that it leans to; impulses of the corners and whether they have parted; what
+    has been seen.
     """
 
     x: Three
@@ -151,7 +152,7 @@ def advance(
     jxx, jxy, jxz, jyy, jyz, jzz = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
     lean_x, lean_y, swap_x, swap_y = real(b.lean_x), real(b.lean_y), real(0.0), real(0.0)
     lowest, lifted, landed = real(0.0), real(0.0), real(0.0)
-    fx, fy, n, apart = b.fx, b.fy, b.n, b.apart
+    fx, fy, n, apart = b.fx + Four(), b.fy + Four(), b.n + Four(), b.apart + Four()
     rx, ry, rz, aim, on = Four(), Four(), Four(), Four(), Four()
     kx, ky, pn, p1, p2, p3 = Four(), Four(), Four(), Four(), Four(), Four()
     h11, h12, h13, h22, h23, h33 = Four(), Four(), Four(), Four(), Four(), Four()
@@ -272,8 +273,8 @@ def run_lanes(
                 b.q[0], b.q[1], b.q[2], b.q[3], -named[0], -named[1], -named[2], named[3]
             )
             q = attitude_to_store(
-                b.mode == RUNNING, -past, x, y, z, w, b.spin[0], b.spin[1], b.spin[2], block.inverse_x,
-                block.inverse_y, block.inverse_z,
+                b.mode == RUNNING, -past, x, y, z, w, b.spin[0], b.spin[1], b.spin[2],
+                block.inverse_x, block.inverse_y, block.inverse_z,
             )  # fmt: skip
             for d in range(4):
                 found.attitudes[sample, 0, d, lane] = q[d]

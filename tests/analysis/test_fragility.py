@@ -168,7 +168,7 @@ def test_fewer_than_five_records_have_no_band(records: int, banded: bool):
 def test_dots_are_as_many_lanes_each():
     lanes = lane_table(1200)
     (curve,) = fragility_curves(lanes, source="t", limits=read_limits(["0.5"]))
-    at, share = gathered(curve)
+    at, share = gathered(curve.seen)
     assert len(at) == 12
     assert np.all(np.diff(at) > 0.0)
     # Of a hundred lanes each.

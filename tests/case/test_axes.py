@@ -24,7 +24,7 @@ BAD_SWEEPS = [
         "got '-1 m', must be the full height of the block, at least 1 mm",
     ),
     ('[[sweep]]\nblock.hight = ["1 m"]', "sweep[0].block.hight", "did you mean block.height?"),
-    ('[[sweep]]\nrun.duration = ["1 s"]', "sweep[0].run.duration", "must not be swept"),
+    ('[[sweep]]\nrun.sample_interval = ["1 s"]', "sweep[0].run.sample_interval", "must not be"),
     ('[[sweep]]\nlabel.Name = ["a"]', "sweep[0].label.Name", "lower case letters"),
     ("[[sweep]]\nlabel.name = [1]", "sweep[0].label.name[0]", "must be text that names lanes"),
     (

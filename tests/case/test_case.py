@@ -20,6 +20,7 @@ from warprock.units import Dimension, Quantity
 
 def test_the_shipped_cases_are_these_and_load():
     assert case_names() == [
+        "cube-tosses",
         "fragility-fema-p695",
         "fragility-five-blocks",
         "free-b0",
@@ -205,9 +206,13 @@ BAD_ADDITIONS = [
     (
         '[[check]]\nkind = "peek"\n',
         "check[0].kind",
-        "got 'peek', must be peaks, housner or boundaries",
+        "got 'peek', must be peaks, housner, boundaries, outcomes or poses",
     ),
-    ("[[check]]\n", "check[0].kind", "got nothing, must be peaks, housner or boundaries"),
+    (
+        "[[check]]\n",
+        "check[0].kind",
+        "got nothing, must be peaks, housner, boundaries, outcomes or poses",
+    ),
     (
         '[[check]]\nkind = "housner"\nengine = "impulse"\nbecause = "b"\nlimit = 1.0\n',
         "check[0].limit",
@@ -330,7 +335,7 @@ def test_an_override_may_sweep_its_key(override: str, values: list[float]):
         ),
         ("motion.amplitude=1 m, 2 kg", "-s: sweep[1].motion.amplitude[1]: got '2 kg', must be"),
         ("motion.amplitude=0 m to 1 m, 3 log", "-s: sweep[1].motion.amplitude.from: got '0 m'"),
-        ("run.duration=1 s, 2 s", "-s: run.duration: got '1 s, 2 s', must be a time"),
+        ("run.sample_interval=1 s, 2 s", "-s: run.sample_interval: got '1 s, 2 s', must be a time"),
     ],
 )
 def test_a_bad_sweep_is_named_by_its_option(override: str, words: str):
@@ -373,7 +378,6 @@ def test_the_table_of_keys_and_the_models_are_the_same_keys():
     assert set(KEYS) - set(SWEEP_KEYS) == {
         "model",
         "motion.sa_period",
-        "run.duration",
         "run.sample_interval",
     }
 

@@ -2,6 +2,8 @@
 
 import functools
 import json
+import pathlib
+import shutil
 import tomllib
 
 import pandas as pd
@@ -12,7 +14,7 @@ from hypothesis import strategies as st
 from tests.shared.shipped import RUNNABLE_CASES
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import build_case, load_case
-from warprock.case.text import case_names, template_kinds, template_text
+from warprock.case.text import case_names, data_folder, template_kinds, template_text
 from warprock.case.writing import WIDTH, toml_text
 from warprock.units import UNITS, Dimension, parse_quantity
 
@@ -22,7 +24,10 @@ of_name = functools.cache(load_case)
 @pytest.mark.parametrize("name", case_names())
 def test_a_shipped_case_that_is_written_reads_as_it_was(name: str, write):
     case = of_name(name)
-    again = load_case(write(case.to_toml()))
+    file = write(case.to_toml())
+    for table in data_folder(name, None).glob("*.csv"):
+        shutil.copy(table, pathlib.Path(file).parent)
+    again = load_case(file)
     # As JSON the order is compared, too: it numbers lanes and the dimensions of a sample.
     for table, written in again.raw.items():
         assert json.dumps(written) == json.dumps(case.raw[table])

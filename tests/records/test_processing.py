@@ -6,7 +6,8 @@ import pytest
 from warprock.errors import InputError
 from warprock.model.motion import Control
 from warprock.records import Record
-from warprock.records.processing import Sampled, Step, parse_step, process
+from warprock.records.processing import Step, parse_step, process
+from warprock.records.sampled import Sampled
 from warprock.records.stochastic import (
     GroundNoise,
     envelope,

@@ -28,7 +28,7 @@ from warprock.model.response import (
     Status,
 )
 from warprock.run.batch import run_batch
-from warprock.run.case_run import has_time_step, run_case, run_lanes
+from warprock.run.case_run import run_case, run_lanes
 from warprock.run.cells import (
     DIFFERENT,
     QUANTILES,
@@ -38,6 +38,7 @@ from warprock.run.cells import (
     percentile_of,
     wilson_interval,
 )
+from warprock.run.lane_parts import has_time_step
 from warprock.run.options import RunOptions
 from warprock.settings.engines import SETTINGS
 

@@ -22,6 +22,7 @@ def test_the_batch_takes_every_option_but_the_tolerance():
         "device": "cpu",
         "workers": 3,
         "progress": print,
+        "form": None,
     }
 
 

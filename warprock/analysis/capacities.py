@@ -223,7 +223,8 @@ def undecided_runs(found: Analysis) -> int:
     }
     response = Response("", {name: np.array(each) for name, each in codes.items()}, np.empty(0))
     blocks, motions = lane_set.lanes.take(lanes), lane_set.motions.take(lanes)
-    return int(undecided(response, blocks, motions, lane_set.times.duration).sum())
+    ends = np.broadcast_to(lane_set.ends, lane_set.lanes.lane_count)[lanes]
+    return int(undecided(response, blocks, motions, ends).sum())
 
 
 def run_rows(found: Analysis, intensity: str) -> pd.DataFrame:

@@ -29,6 +29,7 @@ import pyarrow as pa
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.errors import InputError
+from warprock.model.ratios import peak_ratio
 from warprock.model.response import USABLE, Outcome, Response, SampleTimes, Status
 from warprock.quantity import Said
 from warprock.run.accuracy import missed_tolerance
@@ -250,11 +251,11 @@ def _run_stage(
     response = run_lane_set(
         plan.engine,
         chosen,
-        SampleTimes(lane_set.times.duration),
+        SampleTimes(lane_set.longest.duration),
         options,
         settings=case.engine_settings(plan.engine),
     )
-    ratio = response["peak_rotation"] / chosen.lanes.slenderness_angle
+    ratio = peak_ratio(response, chosen.lanes)
     return pd.DataFrame(
         {
             "lane": lanes,

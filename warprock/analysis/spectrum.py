@@ -17,6 +17,7 @@ from warprock.case.axes import LABEL, crossed_labels
 from warprock.case.case import Case
 from warprock.case.spectrum import SLENDERNESS, SPECTRUM
 from warprock.errors import InputError
+from warprock.model.ratios import peak_ratio
 from warprock.quantity import NOTHING, Said
 from warprock.run.case_run import CaseRun, run_case
 from warprock.run.options import DEFAULT_OPTIONS, RunOptions
@@ -49,9 +50,7 @@ class Spectrum:
     @property
     def ratio(self) -> Array:
         """Peak rotation / slenderness angle of every lane [-], shape [lane]."""
-        return np.asarray(
-            self.run.response["peak_rotation"] / self.run.lane_set.lanes.slenderness_angle
-        )
+        return peak_ratio(self.run.response, self.run.lane_set.lanes)
 
 
 def run_spectrum(

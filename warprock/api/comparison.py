@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from warprock.api.case import AnyCase, any_case
 from warprock.api.found import Found
@@ -11,6 +11,8 @@ from warprock.api.names import python_names
 from warprock.api.progress import Shown, shown
 from warprock.case.load import Overrides
 from warprock.compare.checks import compare as compare_engines
+from warprock.figures.drawing import Drawing
+from warprock.figures.poses import draw_poses
 from warprock.tables.comparison import comparison_report
 
 
@@ -25,7 +27,7 @@ def compare(
     """Engines side by side on one case, lane by lane, held against Housner's solution.
 
     Stacks and blocks in space are held against the engine that is named first; ensembles, too, cell
-    by cell.
+    by cell. Of a case with a check of poses that were observed, all are held against those.
 
     Args:
         case: The case, as in `run`.
@@ -53,8 +55,11 @@ def compare(
         with shown(progress, work.name, None) as report:
             found = compare_engines(work, list(engines), workers, report)
     title = f"{work.name}: {', '.join(engines)}"
-    return Comparison(title, found, functools.partial(comparison_report, work, found), list)
+    draw: Callable[[], list[Drawing]] = list
+    if "observed" in found:
+        draw = functools.partial(draw_poses, found)
+    return Comparison(title, found, functools.partial(comparison_report, work, found), draw)
 
 
 class Comparison(Found):
-    """Engines side by side: tables and a page, without figures."""
+    """Engines side by side: tables and a page; figures beside observed poses alone."""

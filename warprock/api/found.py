@@ -188,7 +188,8 @@ class Found:
 
     def _write(self, folder: pathlib.Path) -> list[pathlib.Path]:
         """Writes all but the figures."""
-        return write_results(folder, self._report.tables, self._report.facts)
+        report = self._report
+        return write_results(folder, report.tables, report.facts, report.texts)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.title}: {len(self.table):,} rows)"

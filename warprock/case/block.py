@@ -199,6 +199,11 @@ def read_block(table: object) -> Block | Stack | Body:
     if isinstance(table, Mapping):
         if any(str(name).isdecimal() for name in table):
             return validated(Stack, table)
-        if Body.own().intersection(table):
+        of_body = Body.own().intersection(table)
+        if of_body:
+            for name in table:
+                if name in Block.declared() and name not in Body.declared():
+                    allowed = f"must not be given beside {min(of_body)}: a body is no box"
+                    raise KeyedError(name, table[name], allowed)
             return validated(Body, table)
     return validated(Block, table)

@@ -11,7 +11,7 @@ import pydantic
 
 from warprock.case.table_keys import OtherKey
 from warprock.case.validation import KeyedError, Table
-from warprock.model.bodies import LEVEL, lower_hull
+from warprock.model.hull import LEVEL, lower_hulls
 from warprock.quantity import Column, NumberKey, Said
 from warprock.units import Dimension, allowed_text, parse_any
 
@@ -214,12 +214,16 @@ def _inside(points: Array) -> bool:
     return bool(gaps.max() < np.pi * (1.0 - LEVEL))
 
 
-def profile(points: Array, direction: float) -> Array:
-    """The contact points of a body in space as seen in a vertical plane, those that can touch.
+def profiles(points: Array, directions: Array) -> tuple[Array, npt.NDArray[np.int32]]:
+    """The contact points of a body in space as seen in vertical planes, those that can touch.
 
     Args:
         points: From the centre of mass [m], shape [point, 3].
-        direction: Angle from the x axis to the plane [rad].
+        directions: Angles from the x axis to the planes [rad], shape [lane].
+
+    Returns:
+        As `lower_hulls`.
     """
-    along = points[:, 0] * np.cos(direction) + points[:, 1] * np.sin(direction)
-    return lower_hull(np.stack([along, points[:, 2]], axis=1))
+    c, s = np.cos(directions)[:, None], np.sin(directions)[:, None]
+    along = points[:, 0] * c + points[:, 1] * s
+    return lower_hulls(np.stack([along, np.broadcast_to(points[:, 2], along.shape)], axis=-1))

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case.body import Body, profile
+from warprock.case.body import Body, profiles
 from warprock.case.columns import computed, key_column, lane_columns
 from warprock.errors import InputError
 from warprock.model import rocking
-from warprock.model.bodies import LEVEL, Bodies, lower_hull, principal_axes, turned
+from warprock.model.bodies import Bodies, principal_axes, turned
+from warprock.model.hull import LEVEL, lower_hulls
 from warprock.model.lanes import Lanes
 from warprock.quantity import Said
 
@@ -22,6 +23,9 @@ Array = npt.NDArray[np.float64]
 
 DIRECTION = "motion.direction"
 """Key of the direction of shaking."""
+
+_BOX = tuple(f"block.{name}" for name in ("width", "height", "depth"))
+"""Keys of the box around a body, in the order of their columns."""
 
 _SIDES = ("left", "right")
 """What columns call the sides at -x and at +x."""
@@ -111,15 +115,14 @@ def _in_plane(values: LaneValues, body: Body) -> Bodies:
         given = values.given(DIRECTION)
         direction = values.numbers(DIRECTION) if given else np.zeros(count)
         distinct, place = np.unique(direction, return_inverse=True)
-        profiles = [profile(body.points, each) for each in distinct]
+        hulls, counts = profiles(body.points, distinct)
         normal = np.stack([-np.sin(distinct), np.cos(distinct), np.zeros_like(distinct)], axis=1)
         inertia = np.einsum("ij,jk,ik->i", normal, body.tensor, normal)[place]
     else:
-        profiles, place = [lower_hull(body.points)], np.zeros(count, np.intp)
+        hulls, counts = lower_hulls(body.points[None])
+        place = np.zeros(count, np.intp)
         inertia = np.full(count, body.inertia[0])
-    counts = np.array([len(each) for each in profiles], np.int32)
-    padded = [np.pad(p, ((0, counts.max() - len(p)), (0, 0)), mode="edge") for p in profiles]
-    points = np.stack(padded)[place]
+    points = hulls[place]
     points[..., 0] *= values.numbers("block.base_scale")[:, None]
     bodies = Bodies(
         mass=mass,
@@ -163,15 +166,17 @@ def _start(values: LaneValues, bodies: Bodies, *, in_space: bool) -> Array:
     return np.zeros(len(values.lanes))
 
 
-def body_columns(values: LaneValues, lanes: Lanes) -> dict[str, object]:
+def body_columns(values: LaneValues, table: Body, lanes: Lanes) -> dict[str, object]:
     """Input columns of bodies."""
     body = lanes.body
     assert body is not None
     columns: dict[str, object] = {**key_column("block.mass", body.mass)}
+    # Whatever an ensemble or a sweep moves is given in the table of its first lane, too.
+    given = table.model_fields_set
     for name in ("base_scale", "corner_radius"):
-        if values.given(f"block.{name}"):
+        if name in given:
             columns |= key_column(f"block.{name}", values.numbers(f"block.{name}"))
-    columns |= key_column("block.height", lanes.height)
+    columns |= lane_columns(_BOX, lanes)
     columns |= lane_columns(["contact.friction", "contact.angular_restitution"], lanes)
     columns |= computed("slenderness_angle", lanes.slenderness_angle)
     for side, angle in zip(_SIDES, lanes.slenderness_angles.T, strict=True):

@@ -8,10 +8,11 @@ import pathlib
 from collections.abc import Mapping
 from typing import Any
 
-from warprock.case.axes import LABEL, Axis, axis_shape
+from warprock.case.axes import LABEL, Axis, Numbers, axis_shape
 from warprock.case.case_file import CaseFile
-from warprock.case.check import CheckSpec
+from warprock.case.check import CheckSpec, PosesCheck
 from warprock.case.ensemble import Ensemble
+from warprock.case.run import DURATION
 from warprock.case.settings import ENGINES, PEERS, read_settings
 from warprock.case.study import Study
 from warprock.case.text import source_name
@@ -72,8 +73,25 @@ class Case:
 
     @property
     def sample_times(self) -> SampleTimes:
-        """Length of the run and sampling of its histories."""
-        return SampleTimes(self.tables.run.duration, self.tables.run.sample_interval)
+        """Length of the longest run and sampling of its histories."""
+        interval = self.tables.run.sample_interval
+        places = self.observed_poses is not None and interval is not None
+        return SampleTimes(max(self.durations), interval, places=places)
+
+    @property
+    def observed_poses(self) -> str | None:
+        """Path of the file with poses that were observed; None of a case without such a check."""
+        files = (check.file for check in self.checks if isinstance(check, PosesCheck))
+        return next(files, None)
+
+    @property
+    def durations(self) -> tuple[float, float]:
+        """Length of the shortest and of the longest run of a lane [s]."""
+        for axis in self.axes:
+            column = axis.columns.get(DURATION)
+            if isinstance(column, Numbers):
+                return float(column.values.min()), float(column.values.max())
+        return self.tables.run.duration, self.tables.run.duration
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -12,7 +12,7 @@ import pydantic
 from warprock.case.table_keys import OtherKey, ProseKey
 from warprock.case.validation import KeyedError, Table, validated
 from warprock.model.runnable import MOST_BLOCKS
-from warprock.quantity import NOTHING, TextKey
+from warprock.quantity import NOTHING, NumberKey, TextKey
 from warprock.settings.engines import SETTINGS
 from warprock.settings.setting import SettingKey
 
@@ -81,7 +81,41 @@ class BoundariesCheck(Check):
     tolerance: Annotated[float, _more_than_0("the largest absolute difference of a value")]
 
 
-CheckSpec = PeaksCheck | HousnerCheck | BoundariesCheck
+class PosesCheck(Check):
+    """Where the blocks of the selected lanes are, against where they were seen."""
+
+    kind: Literal["poses"]
+    file: Annotated[
+        str, TextKey("the path of a CSV file with the poses that were observed", most=4096)
+    ]
+    position: Annotated[
+        float,
+        NumberKey("the largest mean error of the position", "0 m to 1 km", low_open=True),
+    ]
+    rotation: Annotated[
+        float,
+        NumberKey("the largest mean error of the rotation", "0 deg to 180 deg", low_open=True),
+    ]
+
+
+class OutcomesCheck(Check):
+    """What becomes of blocks against what tests showed, as `warprock validate` counts it."""
+
+    kind: Literal["outcomes"]
+    observed: Annotated[
+        str | None,
+        TextKey("file with one row a test, from the folder of the case; else the label observed"),
+    ] = None
+    limit_wrong: Annotated[
+        float, SettingKey("the largest share of tests that may be said wrongly", 0.0, 1.0)
+    ]
+    limit_brier: Annotated[
+        float | None,
+        SettingKey("the largest Brier score, which is not checked without it", 0.0, 1.0),
+    ] = None
+
+
+CheckSpec = PeaksCheck | HousnerCheck | BoundariesCheck | OutcomesCheck | PosesCheck
 
 
 def kind_of(check: type[Check]) -> str:
@@ -90,7 +124,8 @@ def kind_of(check: type[Check]) -> str:
 
 
 CHECKS: dict[str, type[CheckSpec]] = {
-    kind_of(check): check for check in (PeaksCheck, HousnerCheck, BoundariesCheck)
+    kind_of(check): check
+    for check in (PeaksCheck, HousnerCheck, BoundariesCheck, OutcomesCheck, PosesCheck)
 }
 """Kind of a check -> its keys."""
 

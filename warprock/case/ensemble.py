@@ -18,7 +18,7 @@ import pydantic
 
 from warprock.case.axes import Axis, Numbers
 from warprock.case.case_file import CaseFile
-from warprock.case.keys import KEYS, SWEEP_KEYS, general_key
+from warprock.case.keys import DRAWN_KEYS, KEYS, general_key
 from warprock.case.sampling import SAMPLING, SEED, Sample
 from warprock.case.sweep import axis_keys
 from warprock.case.table_keys import OtherKey, WholeKey
@@ -145,7 +145,7 @@ def _read_spread(table: object) -> dict[str, object]:
     return found
 
 
-_SPREAD_KEYS = [key for key in SWEEP_KEYS if isinstance(KEYS[key], NumberKey)]
+_SPREAD_KEYS = [key for key in DRAWN_KEYS if isinstance(KEYS[key], NumberKey)]
 
 
 class EnsembleTable(Table):

@@ -13,10 +13,10 @@ from warprock.case.body_lanes import DIRECTION
 from warprock.case.case import Case
 from warprock.case.columns import SPECTRAL, computed, key_column
 from warprock.case.keys import KEYS
+from warprock.case.run import DURATION
 from warprock.case.values import LaneValues
 from warprock.case.waveforms import FAMILIES, FAMILY_OF
 from warprock.errors import InputError
-from warprock.model import rocking
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import (
     GroundMotions,
@@ -61,7 +61,7 @@ def lane_motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[
     uplift = _uplift(lanes, ALONG, turn)
     columns |= {"normalised_acceleration": peak / (GRAVITY * uplift)}
     if _PEAK_VELOCITY in columns and not lanes.stacked:
-        p = _frequency_parameter(lanes)
+        p = lanes.frequency_parameter
         columns["normalised_velocity"] = (
             p * np.asarray(columns[_PEAK_VELOCITY]) / (GRAVITY * uplift)
         )
@@ -79,13 +79,6 @@ def lane_motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[
             columns |= key_column(DIRECTION, turn)
         along, across = along.scaled(np.cos(turn)), along.scaled(np.sin(turn))
     return SpatialMotions(along, across, upwards), columns
-
-
-def _frequency_parameter(lanes: Lanes) -> Array:
-    """Frequency parameter of single blocks [rad/s], shape [lane]."""
-    if lanes.body is not None:
-        return lanes.body.frequency_parameter
-    return rocking.frequency_parameter(lanes.width, lanes.height)
 
 
 def _uplift(lanes: Lanes, table: str, turn: Array | None = None) -> Array:
@@ -143,10 +136,10 @@ def _refuse_families(values: LaneValues, tables: Sequence[str]) -> None:
 def _component(values: LaneValues, table: str) -> Motions:
     """The motion of one direction."""
     start = values.numbers(f"{table}.start")
-    duration = values.case.sample_times.duration
-    values.refuse(
-        start >= duration, f"{table}.start", f"must be before the end of the run, {duration:g} s"
-    )
+    duration, key = values.numbers(DURATION), f"{table}.start"
+    late = start >= duration
+    at = int(np.argmax(late))
+    values.refuse(late, key, f"must be before the end of the run, {duration[at]:g} s")
     family = FAMILY_OF[Waveform(values.texts(f"{table}.waveform")[0][0])]
     columns: dict[str, object] = {"waveform": values.column(f"{table}.waveform")}
     if family.follow is None:
@@ -205,9 +198,10 @@ def _records(values: LaneValues, table: str, start: Array) -> Motions:
     from warprock.records import record_motions
 
     records = case_records(values.case)
-    # All directions share the samples of all records.
     before = [key for key, _ in _record_names(values)].index(f"{table}.record")
-    codes = before + values.texts(f"{table}.record")[1]
+    # The lanes asked for may follow few of them.
+    used, codes = np.unique(before + values.texts(f"{table}.record")[1], return_inverse=True)
+    records = [records[each] for each in used]
     peaks = np.array([record.peak_acceleration for record in records])
     spectral = _spectral(values, table, records)
     scale = _scale(values, table, peaks[codes], None if spectral is None else spectral[codes])

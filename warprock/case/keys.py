@@ -12,7 +12,7 @@ from warprock.case.body import Body
 from warprock.case.case_file import CaseFile
 from warprock.case.contact import Contact
 from warprock.case.motion import Motion
-from warprock.case.run import Run
+from warprock.case.run import DURATION, Run
 from warprock.case.start import Start
 from warprock.case.validation import Table
 from warprock.quantity import NumberKey, TextKey
@@ -31,6 +31,10 @@ KEYS: dict[str, NumberKey | TextKey] = _keys()
 
 SWEEP_KEYS: tuple[str, ...] = tuple(key for key, declared in KEYS.items() if declared.swept)
 """Keys that may differ from lane to lane."""
+
+DRAWN_KEYS: tuple[str, ...] = tuple(key for key in SWEEP_KEYS if key != DURATION)
+"""Keys that may be drawn or spread: lanes of one duration run together, so that it should have few
+values."""
 
 _BLOCK_NUMBER = re.compile(r"^block\.[1-9][0-9]*\.")
 _DIRECTION = re.compile(r"^motion\.[yz]\.")

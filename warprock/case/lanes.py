@@ -22,8 +22,9 @@ from warprock.case.columns import computed, key_column, lane_columns
 from warprock.case.ensemble import CELL_COLUMNS
 from warprock.case.ground_motions import lane_motions
 from warprock.case.keys import general_key
-from warprock.case.release import release_columns, release_of
+from warprock.case.release import release_columns, released
 from warprock.case.round_base import refuse_in_space, round_keys
+from warprock.case.run import DURATION
 from warprock.case.space import optional, spatial_because, spatial_columns, spatial_lanes
 from warprock.case.stacks import stack_columns, stack_lanes
 from warprock.case.values import LaneValues
@@ -63,7 +64,7 @@ class LaneSet:
     Attributes:
         lanes: Blocks and starts, shape [lane].
         motions: Ground motions of the same lanes.
-        times: Length of the run and sampling of its histories.
+        longest: Length of the longest run and sampling of its histories.
         scene: What the case requires of an engine.
         inputs: One row a lane: labels, then physical inputs with their units in the column names.
         labels: Names of the label columns.
@@ -73,6 +74,7 @@ class LaneSet:
             some lanes were asked for.
         step_factors: Factor on the engine's time step, shape [lane]; None is 1 for all.
         first: Number of the first lane, where only some were asked for.
+        durations: Length of every lane's run [s], shape [lane]; None where all are the longest.
 
     Example:
         >>> import warprock as wr
@@ -83,7 +85,7 @@ class LaneSet:
 
     lanes: Lanes
     motions: GroundMotions
-    times: SampleTimes
+    longest: SampleTimes
     scene: SceneKind
     inputs: pd.DataFrame
     labels: tuple[str, ...]
@@ -92,6 +94,30 @@ class LaneSet:
     cells: pd.DataFrame | None = None
     step_factors: Array | None = None
     first: int = 0
+    durations: Array | None = None
+
+    @property
+    def times(self) -> SampleTimes:
+        """Length of the run and sampling of its histories, the same for all lanes.
+
+        Raises:
+            InputError: They differ, so whoever asks cannot run these lanes together.
+        """
+        if self.durations is not None:
+            got = Said(self.duration_text)
+            raise InputError("run_lanes", DURATION, got, "must be the same for all lanes here")
+        return self.longest
+
+    @property
+    def ends(self) -> Array | float:
+        """When lanes end [s]: shape [lane], or one time for all."""
+        return self.longest.duration if self.durations is None else self.durations
+
+    @property
+    def duration_text(self) -> str:
+        """Length of the runs in words."""
+        least, most = np.min(self.ends), np.max(self.ends)
+        return f"{most:g} s" if least == most else f"{least:g} s to {most:g} s"
 
     def take(self, chosen: npt.NDArray[np.intp]) -> LaneSet:
         """Some lanes, in any order and as often as they are named; `first` stays what it was.
@@ -99,13 +125,14 @@ class LaneSet:
         Args:
             chosen: Places of the lanes in this set, from 0.
         """
-        steps = self.step_factors
+        steps, durations = self.step_factors, self.durations
         return dataclasses.replace(
             self,
             lanes=self.lanes.take(chosen),
             motions=self.motions.take(chosen),
             inputs=self.inputs.iloc[chosen].reset_index(drop=True),
             step_factors=None if steps is None else steps[chosen],
+            durations=None if durations is None else durations[chosen],
         )
 
     def alone(self, lane: int) -> LaneSet:
@@ -152,6 +179,7 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
     if lanes is None:
         require_room_for_lanes(case)
     values = LaneValues(case, range(case.lane_count) if lanes is None else lanes)
+    durations = _durations(values)
     if not values.lanes:
         raise InputError(case.file, "sweep", Said("0 lanes"), "must make at least 1 lane")
     why = spatial_because(values)
@@ -177,7 +205,7 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
     lane_set = LaneSet(
         lanes=blocks,
         motions=motions,
-        times=case.sample_times,
+        longest=dataclasses.replace(case.sample_times, duration=float(durations.max())),
         scene=scene,
         inputs=pd.DataFrame(values.labels() | columns),
         labels=case.labels,
@@ -186,10 +214,20 @@ def expand_lanes(case: Case, lanes: range | None = None) -> LaneSet:
         cells=cells,
         step_factors=step_factors,
         first=values.lanes.start,
+        durations=durations if durations.min() < durations.max() else None,
     )
     if lanes is None and not case.overridden:
         _refuse_checks(case, lane_set)
     return lane_set
+
+
+def _durations(values: LaneValues) -> Array:
+    """Length of every lane's run [s], shape [lane]; each has a sample besides the first."""
+    durations, interval = values.numbers(DURATION), values.case.sample_times.interval
+    if interval is not None:
+        allowed = f"must be at least run.sample_interval, {interval:g} s"
+        values.refuse(durations < interval, DURATION, allowed)
+    return durations
 
 
 def require_room_for_lanes(case: Case) -> None:
@@ -222,18 +260,19 @@ def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions,
     if in_space:
         blocks = spatial_lanes(values, blocks)
     if body is not None:
-        columns = body_columns(values, blocks)
+        columns = body_columns(values, body, blocks)
     else:
         columns = stack_columns(blocks) if stacked else _block_columns(blocks)
     for number, key in round_keys(values).items():
         columns |= key_column(general_key(key), values.numbers(key), number)
     if isinstance(blocks, SpatialLanes):
         columns |= spatial_columns(blocks)
-    release = None if blocks.stacked else release_of(values, blocks)
-    if release is not None:
-        blocks = dataclasses.replace(blocks, release=release)
-        columns |= release_columns(values, blocks)
+    if not blocks.stacked:
+        blocks = released(values, blocks)
+        columns |= release_columns(values)
     motions, more = lane_motions(values, blocks)
+    if values.swept(DURATION):
+        more |= key_column(DURATION, values.numbers(DURATION))
     return blocks, motions, columns | more
 
 

@@ -24,7 +24,15 @@ from warprock.case.sample import read_sample
 from warprock.case.spectrum import read_spectrum
 from warprock.case.study import read_study
 from warprock.case.sweep import fix_keys, read_axes, sweep_entries, sweep_overrides
-from warprock.case.text import OVERRIDE, find_case, override, parse_case, put, source_name
+from warprock.case.text import (
+    OVERRIDE,
+    data_folder,
+    find_case,
+    override,
+    parse_case,
+    put,
+    source_name,
+)
 from warprock.case.validation import refusing, validated
 from warprock.errors import InputError
 from warprock.quantity import NOTHING
@@ -89,7 +97,7 @@ def build_case(
     if isinstance(raw.get("sweep"), Mapping):
         raw = {**raw, "sweep": sweep_entries(raw)}
     with refusing(source_of):
-        axes = read_axes(raw, folder)
+        axes = read_axes(raw, data_folder(name, folder))
         axes += read_spectrum(raw, axes)
         axes += read_sample(raw, axes)
     with refusing(source_of, elsewhere=KEYS):

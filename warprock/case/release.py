@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
@@ -32,8 +33,10 @@ SUNK = 1e-9
 """Part of a block's size by which its lowest corner may start below the ground: round-off."""
 
 
-def release_of(values: LaneValues, lanes: Lanes) -> Release | None:
-    """How the blocks of a case are let go; None where that is from rest, on their bottom.
+def released(values: LaneValues, lanes: Lanes) -> Lanes:
+    """Single blocks as the case lets them go: from rest on their bottom, or as it says.
+
+    A box that is thrown is one also where the case describes it as a body, by its eight corners.
 
     Args:
         values: Values of the case.
@@ -45,20 +48,44 @@ def release_of(values: LaneValues, lanes: Lanes) -> Release | None:
     """
     given = [key for key in (*VELOCITY, *SPIN, *PARTS, HEIGHT) if values.given(key)]
     if not given:
-        return None
-    spin = np.stack([optional(values, key) for key in SPIN], axis=-1)
+        return lanes
+    # Frequencies are in Hz.
+    spin = 2.0 * np.pi * np.stack([optional(values, key) for key in SPIN], axis=-1)
     velocity = np.stack([optional(values, key) for key in VELOCITY], axis=-1)
     if {*PARTS, HEIGHT}.intersection(given):
         attitude = _attitude(values)
-        height = _height(values, lanes, attitude)
-        return Release(velocity, spin, attitude, height)
+        boxes = _boxes(values, lanes)
+        height = _height(values, boxes, attitude)
+        gyration = None if lanes.body is None else lanes.body.gyration
+        thrown = Release(velocity, spin, attitude, height, gyration)
+        return dataclasses.replace(boxes, release=thrown)
     if lanes.body is not None:
         source = values.case.source_of(given[0])
         allowed = "must be left out of a case with a body (block.base), unless it throws a box"
         raise InputError(source, given[0], Said("a velocity"), allowed)
     if not any(values.given(key) for key in VELOCITY):
         velocity = rolling(start_corners(lanes), spin)
-    return Release(velocity, spin)
+    return dataclasses.replace(lanes, release=Release(velocity, spin))
+
+
+def _boxes(values: LaneValues, lanes: Lanes) -> Lanes:
+    """Blocks that are thrown: boxes about their centre of mass."""
+    blocks, body = cast(SpatialLanes, lanes), lanes.body
+    everywhere = np.ones(len(values.lanes), dtype=bool)
+    for axis in "xy":
+        beside = getattr(blocks, f"centre_offset_{axis}") != 0.0
+        values.refuse(beside, f"block.centre_offset_{axis}", "must be 0 where a block is thrown")
+    if body is None:
+        return lanes
+    if not body.boxed:
+        allowed = "must be left out: only boxes are thrown, and the points of block.base are not "
+        allowed += "the eight corners of one about its centre of mass"
+        values.refuse(everywhere, PARTS[-1], allowed)
+    width, depth, height = np.ptp(body.points, axis=1).T
+    sizes = {"width": width, "depth": depth, "height": height}
+    return dataclasses.replace(
+        lanes, body=None, density=body.mass / (width * depth * height), **sizes
+    )
 
 
 def _attitude(values: LaneValues) -> Array:
@@ -78,17 +105,7 @@ def _attitude(values: LaneValues) -> Array:
 
 def _height(values: LaneValues, lanes: Lanes, attitude: Array) -> Array:
     """Heights of the centres of thrown blocks [m]; without one the lowest corner touches."""
-    blocks = cast(SpatialLanes, lanes)
-    everywhere = np.ones(len(values.lanes), dtype=bool)
-    if blocks.body is not None and not blocks.body.boxed:
-        allowed = "must be left out: only boxes are thrown, and the points of block.base are not "
-        allowed += "the eight corners of one about its centre of mass"
-        values.refuse(everywhere, PARTS[-1], allowed)
-    for axis in "xy":
-        beside = getattr(blocks, f"centre_offset_{axis}") != 0.0
-        allowed = "must be 0 where a block is thrown"
-        values.refuse(beside, f"block.centre_offset_{axis}", allowed)
-    half = 0.5 * np.stack([blocks.width, blocks.depth, blocks.height], axis=-1)
+    half = 0.5 * np.stack([lanes.width, lanes.depth, lanes.height], axis=-1)
     back = attitude * np.array([-1.0, -1.0, -1.0, 1.0])
     up = turned(back, np.broadcast_to((0.0, 0.0, 1.0), half.shape))
     reach = np.sum(np.abs(up) * half, axis=-1)
@@ -101,11 +118,9 @@ def _height(values: LaneValues, lanes: Lanes, attitude: Array) -> Array:
     return np.asarray(np.maximum(height, reach))
 
 
-def release_columns(values: LaneValues, lanes: Lanes) -> dict[str, object]:
+def release_columns(values: LaneValues) -> dict[str, object]:
     """Input columns of what the blocks start with: those of the keys that are given."""
     columns: dict[str, object] = {}
-    if lanes.release is None:
-        return columns
     for key in (*VELOCITY, *SPIN, *PARTS, HEIGHT):
         if values.given(key):
             columns |= key_column(key, values.numbers(key))

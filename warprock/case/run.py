@@ -7,18 +7,31 @@ from typing import Annotated, ClassVar, Self
 import pydantic
 
 from warprock.case.validation import KeyedError, Table
-from warprock.quantity import NumberKey
+from warprock.quantity import Column, NumberKey
 
 MOST_SAMPLES = 1_000_000
 """Samples of a history that a case may ask for: more than a figure shows or a table is read for."""
 
 
+DURATION = "run.duration"
+"""Key of the length of the run."""
+
+
 class Run(Table):
-    """Length of the run and time between samples of its histories [s], the same for every lane."""
+    """Length of the run, which lanes may have of their own, and time between samples [s]."""
 
     place: ClassVar[str] = "run"
 
-    duration: Annotated[float, NumberKey("the length of the run", "0 s to 1e5 s", low_open=True)]
+    duration: Annotated[
+        float,
+        NumberKey(
+            "the length of the run",
+            "0 s to 1e5 s",
+            low_open=True,
+            swept=True,
+            column=Column("duration"),
+        ),
+    ]
     sample_interval: Annotated[
         float | None, NumberKey("the time between samples", "0 s to 1e5 s", low_open=True)
     ] = None

@@ -14,7 +14,7 @@ from typing import Annotated, Any, ClassVar, Self
 import pydantic
 
 from warprock.case.axes import Axis, Column
-from warprock.case.keys import KEYS, SWEEP_KEYS, general_key
+from warprock.case.keys import DRAWN_KEYS, KEYS, general_key
 from warprock.case.sampling import (
     END_SCORE,
     MOST_POINTS,
@@ -163,8 +163,8 @@ def _read_over(over: object) -> dict[str, Column]:
         raise KeyedError((), over, "must be a table of keys and distributions")
     found: dict[str, Column] = {}
     for key, got in axis_keys(over).items():
-        if general_key(key) not in SWEEP_KEYS:
-            raise unknown_key(key, got, SWEEP_KEYS)
+        if general_key(key) not in DRAWN_KEYS:
+            raise unknown_key(key, got, DRAWN_KEYS)
         declared = KEYS[general_key(key)]
         with below(key):
             found[key] = _read_column(key, declared, got)

@@ -75,6 +75,9 @@ def _refuse_sizes(raw: Mapping[str, Any], axes: Sequence[Axis]) -> None:
         if key in SIZES or key == LABEL + SLENDERNESS:
             allowed = "must not be given beside [spectrum], which makes it"
             raise KeyedError(key, Said("a value"), allowed)
+        if key == "block.base":
+            allowed = "must not be given beside [spectrum], whose blocks are boxes"
+            raise KeyedError(key, Said("a body"), allowed)
         if key.removeprefix("block.").isdecimal():
             allowed = "must be one block, not a stack: it has one slenderness"
             raise KeyedError("block", Said("a stack"), allowed)

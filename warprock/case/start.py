@@ -34,7 +34,7 @@ def _spin(axis: str, where: str, needs_space: str = "") -> NumberKey:
         f"the angular velocity at the start about {axis}, {where}",
         "-1000 rad/s to 1000 rad/s",
         swept=True,
-        column=Column(f"angular_velocity_{axis}_start"),
+        column=Column(f"angular_velocity_{axis}_start", "rad/s"),
         needs_space=needs_space,
     )
 

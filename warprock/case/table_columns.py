@@ -2,8 +2,8 @@
 
 A column may be a key, `block.height`, whose values have units; a key and a unit, `block.height
 [mm]`; a column of the lane table in any unit of its kind, `height_m`, `height_mm`, or without one,
-`height`, whose values have units. `file` is the record. `label`, `label.NAME`, `observed` and
-`observed.NAME` change nothing: they become columns of the lane table.
+`height`, whose values have units. `file` is the record. `label` and `observed`, alone or with a
+point and a name behind, change nothing: they become columns of the lane table.
 """
 
 from __future__ import annotations
@@ -35,7 +35,6 @@ _PLAIN = {
     "motion.file": _FILE,
     "label": f"{LABEL}label",
     "observed": OBSERVED,
-    "duration": "run.duration",
 }
 """Names of columns that are no columns of the lane table -> key."""
 

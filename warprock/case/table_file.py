@@ -35,7 +35,7 @@ LEAVE_OUT = "leave_out"
 MOST_ROWS = 100_000_000
 """Rows of a table, at most, as of a list."""
 
-_PARQUET = b"PAR1"
+PARQUET = b"PAR1"
 """What a Parquet file begins with."""
 
 _SEPARATORS = (",", ";", "\t")
@@ -90,8 +90,8 @@ def read_table_sweep(entry: Mapping[str, object], folder: pathlib.Path | None) -
     except OSError as error:
         allowed = f"must be a file to read ({reason(error)})"
         raise InputError(str(path), TABLE, asked.table, allowed) from None
-    source, parquet = str(path), content.startswith(_PARQUET)
-    frame = _parquet(content, source) if parquet else _csv(content, source)
+    source, parquet = str(path), content.startswith(PARQUET)
+    frame = parquet_table(content, source) if parquet else csv_texts(content, source)
     if len(frame) > MOST_ROWS:
         raise InputError(source, "", Said(f"{len(frame):,} rows"), f"must be <= {MOST_ROWS:,}")
     found = key_columns(frame, source, asked.leave_out)
@@ -113,7 +113,12 @@ def _typed(key: str, values: list[Any]) -> list[Any]:
     return values
 
 
-def _parquet(content: bytes, file: str) -> pd.DataFrame:
+def parquet_table(content: bytes, file: str) -> pd.DataFrame:
+    """A table from the bytes of a Parquet file.
+
+    Raises:
+        InputError: They are none.
+    """
     import pandas as pd
 
     try:
@@ -123,8 +128,12 @@ def _parquet(content: bytes, file: str) -> pd.DataFrame:
         raise InputError(file, "", Said("the file"), f"must be whole Parquet: {why}") from None
 
 
-def _csv(content: bytes, file: str) -> pd.DataFrame:
-    """A table of text, an empty cell as it is missing."""
+def csv_texts(content: bytes, file: str) -> pd.DataFrame:
+    """A table of text from the bytes of a CSV file, an empty cell as it is missing.
+
+    Raises:
+        InputError: They are none, or have nothing, or rows of another length than the header.
+    """
     import pandas as pd
 
     try:

@@ -13,7 +13,7 @@ import pathlib
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from warprock.case.keys import KEYS, general_key, rivals
 from warprock.case.load import build_case
@@ -25,6 +25,7 @@ from warprock.errors import InputError, did_you_mean
 from warprock.quantity import NumberKey
 from warprock.records import load_record, record_names
 from warprock.records.column_file import Reading
+from warprock.records.loading import AS_WRITTEN
 from warprock.records.record import Record
 from warprock.records.writing import imported_csv
 from warprock.units import Dimension, parse_quantity
@@ -256,11 +257,41 @@ def _put_record(draft: Draft, kind: str, name: str, reading: Reading) -> dict[st
     if motion.get("waveform") != "record":
         allowed = f"must be left out with {kind}, which follows no record: warprock init record"
         raise InputError("--record", "", name, allowed)
+    taken = take_record(name, reading)
+    draft.give("run.duration", taken.duration)
+    draft.give("motion.record", taken.name)
+    return taken.beside
+
+
+class TakenRecord(NamedTuple):
+    """A record as a case takes it.
+
+    Attributes:
+        name: `motion.record`.
+        duration: `run.duration`: it lasts beyond the record.
+        beside: Bytes of the file that has to lie beside the case, by its name; empty of a shipped
+            record.
+    """
+
+    name: str
+    duration: str
+    beside: dict[str, bytes]
+
+
+def take_record(name: str, reading: Reading = AS_WRITTEN) -> TakenRecord:
+    """A record for a case.
+
+    Args:
+        name: Name of a shipped record, or a file.
+        reading: What is said of that file besides its header.
+
+    Raises:
+        InputError: There is no such record, or the file is none.
+    """
     record: Record = load_record(name, asked=reading)
-    draft.give("run.duration", f"{math.ceil(record.duration + AFTERWARDS):g} s")
+    duration = f"{math.ceil(record.duration + AFTERWARDS):g} s"
     if name in record_names():
-        draft.give("motion.record", name)
-        return {}
+        return TakenRecord(name, duration, {})
     file = f"{re.sub(r'[^A-Za-z0-9._-]+', '-', pathlib.Path(record.name).stem)}.csv"
-    draft.give("motion.record", file)
-    return {file: imported_csv(record, (), name=pathlib.Path(file).stem)}
+    content = imported_csv(record, (), name=pathlib.Path(file).stem)
+    return TakenRecord(file, duration, {file: content})

@@ -54,11 +54,23 @@ def case_names() -> list[str]:
     Example:
         >>> import warprock as wr
         >>> wr.case_names()[:3]
-        ['fragility-fema-p695', 'fragility-five-blocks', 'free-b0']
+        ['cube-tosses', 'fragility-fema-p695', 'fragility-five-blocks']
     """
     return sorted(
         entry.name for entry in _shipped().iterdir() if entry.joinpath(CASE_FILE).is_file()
     )
+
+
+def data_folder(name: str, folder: pathlib.Path | None) -> pathlib.Path | None:
+    """Folder of the tables that belong to a case: its own, also where it is a shipped one.
+
+    Args:
+        name: Name of the case.
+        folder: Its folder; None for a shipped case, and for one that has no file.
+    """
+    if folder is None and name in case_names():
+        return pathlib.Path(str(_shipped().joinpath(name)))
+    return folder
 
 
 def template_kinds() -> list[str]:

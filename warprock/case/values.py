@@ -54,6 +54,10 @@ class LaneValues:
         """Whether the case gives a key, swept or not."""
         return key in self._swept or self.case.tables.constant(key) is not None
 
+    def swept(self, key: str) -> bool:
+        """Whether a key lies on an axis of the case."""
+        return key in self._swept
+
     def numbers(self, key: str) -> Array:
         """Values of a numeric key, SI units or rad, shape [lane].
 

@@ -119,7 +119,7 @@ def finish(
 
     files: list[pathlib.Path] = []
     if folder is not None:
-        files = write_results(folder, report.tables, report.facts)
+        files = write_results(folder, report.tables, report.facts, report.texts)
         scenes: Mapping[str, Any] | None = None
         if run is not None:
             scenes = scenes_of(run)

@@ -65,11 +65,13 @@ def compare(
     """Engines side by side on one CASE, lane by lane, held against Housner.
 
     Stacks and blocks in space are held against the engine that is named first; ensembles, too, cell
-    by cell. Programs that we did not write (newton-xpbd, mujoco, bullet, blender, ...; `list` has
-    them) run beside. Settings of one run come behind its name: `-e event@time_step=1e-3`.
+    by cell; a case with poses that were observed against those. Programs that we did not write
+    (newton-xpbd, mujoco, bullet, blender, ...; `list` has them) run beside. Settings of one run
+    come behind its name: `-e event@time_step=1e-3`.
     """
     from warprock.case.load import load_case
     from warprock.compare import checks
+    from warprock.figures.poses import draw_poses
     from warprock.run.files import require_writable
     from warprock.run.results import write_results
     from warprock.tables.comparison import comparison_report
@@ -84,19 +86,21 @@ def compare(
     report, files = comparison_report(case, found), []
     if folder is not None:
         files = write_results(folder, report.tables, report.facts)
-        files = leave(folder, files, scenes=_play(case, found))
+        drawings = draw_poses(found) if "observed" in found else []
+        files = leave(folder, files, drawings=drawings, scenes=_play(case, found))
     if as_json:
         print_json({**found, "files": files} if files else found)
         return
     report.show()
     print_written(files)
-    print_end(report.came_out, report.then)
+    if report.came_out:
+        print_end(report.came_out, report.then)
 
 
 def _play(case: Case, found: Mapping[str, Any]) -> Mapping[str, Any] | None:
     """The lane in which engines differ most, and the first, with every engine of ours."""
     from warprock.case.lanes import expand_lanes
-    from warprock.compare.checks import lane_name
+    from warprock.compare.lane_names import lane_name
     from warprock.compare.settings import case_asked, plain_name
     from warprock.report.replays import Replay, played
     from warprock.report.scenes import SOME
@@ -123,13 +127,17 @@ def _play(case: Case, found: Mapping[str, Any]) -> Mapping[str, Any] | None:
     return played(case, RunOptions(tolerance=None), replays, note)
 
 
+_OFF = ("error_run_ratio", "difference_run_ratio", "position_error_mm")
+"""How far a lane is from Housner, from the engine named first, or from what was observed."""
+
+
 def _worst(found: Mapping[str, Any], blocks: int) -> int:
     """The lane in which an engine is farthest from what it was held against."""
     most, worst = 0.0, 0
     for engine in found["engines"]:
         mine = [row for row in found["rows"] if row["engine"] == engine]
         for place, row in enumerate(mine):
-            off = row.get("error_run_ratio", row.get("difference_run_ratio")) or 0.0
+            off = next((row[name] for name in _OFF if row.get(name) is not None), 0.0)
             if off > most:
                 most, worst = off, place // blocks
     return worst

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import pathlib
+from typing import TYPE_CHECKING
 
 import click
 
 from warprock.cli import completion
-from warprock.cli.options import json_option, reading_options
+from warprock.cli.options import json_option, reading_options, workers_option
+
+if TYPE_CHECKING:
+    from warprock.records.importing import Importing
 
 _FOLDER = click.Path(path_type=pathlib.Path)
 
@@ -81,28 +85,39 @@ def info(
 
 
 @records.command("import")
-@click.argument("file", shell_complete=completion.records)
+@click.argument("files", metavar="FILE...", nargs=-1, required=True)
 @click.option(
     "--step",
     "steps",
     multiple=True,
     metavar="STEP",
     help='Processing, in order: "mean TIME", "baseline DEGREE", "bandpass LOW, HIGH[, ORDER]", '
-    '"trim START, STOP", "taper RISE, FALL", "resample INTERVAL".',
+    '"trim START, STOP", "taper RISE, FALL", "resample INTERVAL", "differentiate" (a velocity or a '
+    'displacement), "merge CROSSOVER".',
+)
+@click.option(
+    "--displacement",
+    metavar="COLUMN, UNIT",
+    help='Column of the displacement for "merge", and its unit, or a number of them: "6, 0.5 mm".',
 )
 @click.option("--name", help="Name of the record; that of the output file without one.")
 @click.option("--source", default="", help="Where the record is from.")
 @click.option("--licence", default="", help="Its licence.")
 @reading_options
-@click.option("-o", "--output", type=_FOLDER, required=True, help="CSV file to write.")
+@click.option(
+    "-o", "--output", type=_FOLDER, required=True, help="CSV file to write; of several, a folder."
+)
+@workers_option
 @json_option
 def import_command(
-    file: str,
+    files: tuple[str, ...],
     steps: tuple[str, ...],
+    displacement: str | None,
     name: str | None,
     source: str,
     licence: str,
     output: pathlib.Path,
+    workers: int | None,
     as_json: bool,
     **table: str | None,
 ) -> None:
@@ -111,21 +126,48 @@ def import_command(
     A table of time and acceleration whose header has no unit: --column acceleration --unit g.
     A raw file: --step "mean 20 s" --step "bandpass 0.1 Hz, 25 Hz" --step "trim 20 s,
     90 s" --step "taper 2 s, 5 s".
-    """
-    from warprock.records import load_record
-    from warprock.records.column_file import Reading
-    from warprock.records.processing import parse_step
-    from warprock.records.writing import imported_csv
 
-    record = load_record(file, asked=Reading(**table))
-    content = imported_csv(
-        record,
-        [parse_step(step) for step in steps],
-        name=name or output.stem,
-        source=source,
-        licence=licence,
+    Several files, a pattern in quotes ("raw/*.txt") or a folder are written to the folder OUTPUT,
+    each under its own name.
+    """
+    from warprock.records.column_file import Reading
+    from warprock.records.importing import (
+        Importing,
+        displacement_reading,
+        found_files,
+        imported,
+        require_one_name,
     )
-    _write(output, content, as_json)
+    from warprock.records.processing import parse_step
+
+    asked, beside = Reading(**table), None
+    if displacement is not None:
+        beside = displacement_reading(displacement, asked)
+    how = Importing(asked, beside, tuple(map(parse_step, steps)), source, licence)
+    found = found_files(files)
+    if tuple(found) == files and len(found) == 1:
+        _write(output, imported(found[0], how, name or output.stem), as_json)
+        return
+    require_one_name(name, len(found))
+    _write_many(output, found, how, workers, as_json)
+
+
+def _write_many(
+    output: pathlib.Path, files: list[str], how: Importing, workers: int | None, as_json: bool
+) -> None:
+    """Writes several records to a folder and says what is in them."""
+    from warprock.records.importing import import_files
+    from warprock.run.files import require_writable
+    from warprock.run.machine import core_count
+    from warprock.tables.records import print_imported
+    from warprock.tables.terminal import print_json
+
+    require_writable(output)
+    rows = import_files(files, how, output, workers or core_count())
+    if as_json:
+        print_json({"records": rows, "files": [row["file"] for row in rows]})
+    else:
+        print_imported(rows, output)
 
 
 @records.command()

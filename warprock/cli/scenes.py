@@ -99,7 +99,7 @@ def _motion(folder: pathlib.Path, lane: int, interval: float) -> SceneMotion:
         case, count = plan.case, plan.lane_count
     if not 0 <= lane < count:
         raise InputError("--lane", "", lane, f"must be a lane from 0 to {count - 1}")
-    pictures = int(case.tables.run.duration / interval)
+    pictures = int(max(case.durations) / interval)
     if pictures > MOST_FRAMES:
         allowed = f"must make at most {MOST_FRAMES:,} pictures: a higher --speed or a lower --rate"
         raise InputError("--rate", "", f"{pictures:,} pictures", allowed)

@@ -10,6 +10,7 @@ SECTIONS: dict[str, dict[str, str]] = {
     "Start": {
         "list": "the shipped cases, the engines, programs of others",
         "init": "write a case of your own: a body, a record, a sweep",
+        "body": "a case of a statue, a machine or a rock, from its mesh",
         "explain": "what a case asks for, and which engine runs it",
         "keys": "every key of a case file, with bounds and units",
         "records": "strong-motion records: shipped ones, and files of your own",
@@ -22,6 +23,7 @@ SECTIONS: dict[str, dict[str, str]] = {
     },
     "Compare": {
         "compare": "engines and programs of others side by side on one case",
+        "validate": "engines held to what tests showed",
         "check": "what the shipped cases expect, checked",
         "reproduce": "the tables and figures of the benchmark paper",
     },

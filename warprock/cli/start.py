@@ -74,6 +74,8 @@ def init(
 ) -> None:
     """Write a commented case file of a KIND to start from, case.toml or PATH.
 
+    For a body of any shape, from its mesh: warprock body.
+
     KIND is free, pulse, record, stack, spatial, sweep, sample, ensemble, map, spectrum or study.
 
     For example: warprock init record mine/case.toml --body cabinet --record quake.csv --unit g

@@ -49,6 +49,10 @@ def require_scene(case: Case, lane_set: LaneSet, name: str) -> None:
 def _beyond_the_oracle(lane_set: LaneSet) -> str | None:
     """Why the SciPy reference cannot do lanes; None where it can."""
     reason = lane_set.scene.beyond_the_plane
+    if lane_set.scene.moving:
+        return f"it lets blocks go from rest, and the case {lane_set.scene.moving}"
+    if reason is None and lane_set.scene.bodies:
+        return "it knows boxes alone, and the case has a body (block.base)"
     if reason is not None or not lane_set.lanes.stacked:
         return reason
     from warprock.oracle.pair_lanes import why_not
@@ -103,7 +107,7 @@ def run_peer(
     """
     require_programs([name])
     # An ensemble has too many lanes to hold the histories of.
-    times = case.sample_times
+    times = lane_set.times
     if case.ensemble is not None:
         times = SampleTimes(times.duration)
     require_scene(case, lane_set, name)

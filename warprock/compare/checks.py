@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-import re
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -12,7 +10,7 @@ import numpy as np
 
 from warprock.analysis.boundaries import boundaries_at
 from warprock.case.case import Case
-from warprock.case.lanes import LaneSet, expand_lanes
+from warprock.case.lanes import expand_lanes
 from warprock.compare.beside import (
     ORACLE,
     cost_rows,
@@ -22,7 +20,12 @@ from warprock.compare.beside import (
     run_peer,
 )
 from warprock.compare.blocks import compare_blocks
+from warprock.compare.check_row import CheckRow
 from warprock.compare.housner import compare_with_housner
+from warprock.compare.lane_names import lane_name
+from warprock.compare.observed_poses import compare_with_observed, pose_rows
+from warprock.compare.outcomes import outcome_rows
+from warprock.compare.plain import plain_row
 from warprock.compare.settings import case_asked, plain_name, require_known
 from warprock.engines import ENGINES
 from warprock.errors import InputError
@@ -36,36 +39,6 @@ __all__ = ["CHECKS", "ORACLE", "CheckRow", "compare", "compare_with_housner", "r
 
 REFERENCE = "housner"
 """Engine that the others are held against."""
-
-
-@dataclasses.dataclass(frozen=True)
-class CheckRow:
-    """One result of one check.
-
-    Attributes:
-        case: Name of the case.
-        name: What is measured.
-        engine: Engine that is checked.
-        lanes: The lanes that were selected, in words.
-        value: What was found [-].
-        limit: Largest value that passes [-].
-        ok: Whether it passes.
-        because: Why the limit is right, as the case says it.
-        note: Lanes left out and why, or the worst lane.
-        outside: Lanes selected that are outside the model: of the engine, or of Housner where the
-            engine is held against him; None where that is not known.
-    """
-
-    case: str
-    name: str
-    engine: str
-    lanes: str
-    value: float
-    limit: float
-    ok: bool
-    because: str
-    note: str
-    outside: int | None = None
 
 
 class CaseResponses:
@@ -123,46 +96,6 @@ class CaseResponses:
         # Engines are compared at the step asked for, not at the finer one that a lane may need.
         options = RunOptions(workers=self._workers, tolerance=None)
         return run_case(case, name, options, histories=histories).response
-
-
-def lane_name(lane_set: LaneSet, lane: int) -> str:
-    """A lane in words: its labels and what distinguishes it from the others."""
-    inputs = lane_set.inputs
-    parts = []
-    for name in inputs.columns:
-        value = inputs[name].iloc[lane]
-        if name in lane_set.labels:
-            parts.append(str(value))
-        elif inputs[name].nunique(dropna=False) > 1:
-            block = _BLOCK_COLUMN.fullmatch(name)
-            if block:
-                parts.append(f"{block[1].replace('_', ' ')} {value:g} {block[2] or ''}".strip())
-            elif name in _NAMING_COLUMNS:
-                unit = _NAMING_COLUMNS[name]
-                number = isinstance(value, (int, float, np.number))
-                parts.append(f"{value:g} {unit}".strip() if number else str(value))
-    return " ".join(parts) or f"lane {lane}"
-
-
-_BLOCK_COLUMN = re.compile(
-    r"((?:width|height|depth|density|chamfer|offset|friction|rotation_start)_[1-9])(?:_(\w+))?"
-)
-"""Input columns of one block of a stack: their stem, and the unit behind it."""
-
-_NAMING_COLUMNS = {
-    "frequency_hz": "Hz",
-    "amplitude_mm": "mm",
-    "amplitude_m_s": "m/s",
-    "amplitude_m_s2": "m/s^2",
-    "record": "",
-    "scale": "x",
-    "rotation_ratio_start": "of slenderness",
-    "rotation_across_start_rad": "rad across",
-    "yaw_start_rad": "rad of yaw",
-    "amplitude_mm_y": "mm across",
-    "amplitude_mm_z": "mm upwards",
-}
-"""Input columns that name a lane when they vary, and their units."""
 
 
 def _selection_text(where: Mapping[str, str]) -> str:
@@ -273,10 +206,26 @@ def _check_boundaries(check: Any, responses: CaseResponses) -> list[CheckRow]:
     ]
 
 
+def _check_outcomes(check: Any, responses: CaseResponses) -> list[CheckRow]:
+    """What became of the selected lanes against what tests showed."""
+    lane_set, response = responses.lane_set, responses[check.engine]
+    text = _selection_text(check.where)
+    return outcome_rows(check, responses.case, lane_set, response, text)
+
+
+def _check_poses(check: Any, responses: CaseResponses) -> list[CheckRow]:
+    """Where the selected lanes are, against where their blocks were seen."""
+    lane_set, response = responses.lane_set, responses[check.engine]
+    text = _selection_text(check.where)
+    return pose_rows(check, responses.case, lane_set, response, text)
+
+
 CHECKS: dict[str, Callable[[Any, CaseResponses], list[CheckRow]]] = {
     "peaks": _check_peaks,
     "housner": _check_housner,
     "boundaries": _check_boundaries,
+    "outcomes": _check_outcomes,
+    "poses": _check_poses,
 }
 """Kind of a check -> the function that makes its rows."""
 
@@ -316,7 +265,8 @@ def compare(
         `case`, `engines`, `stacked`, `spatial`, `costs` (`beside.cost_rows`) and `rows`:
         those of `compare_with_housner`, or of `compare_blocks` against the first engine for stacks
         and in space, with `lane` (its name); a value that does not exist is None. For an ensemble,
-        what `compare_distributions` returns.
+        what `compare_distributions` returns; of a case that has a check of observed poses, what
+        `compare_with_observed` does.
 
     Raises:
         InputError: An unknown engine, a program that is not installed, or a single engine for an
@@ -330,6 +280,9 @@ def compare(
         require_scene(case_asked(case, engine), responses.lane_set, plain_name(engine))
     if case.ensemble is not None:
         return compare_distributions(responses, engines)
+    if case.observed_poses is not None:
+        found = compare_with_observed(case, responses.lane_set, engines, responses)
+        return found | {"costs": cost_rows(case, responses.answers)}
     stacked, spatial = case.tables.stacked, responses.lane_set.scene.spatial
     reference = engines[0] if stacked or spatial else REFERENCE
     hold = compare_blocks if stacked or spatial else compare_with_housner
@@ -386,16 +339,3 @@ def compare_distributions(responses: CaseResponses, engines: Sequence[str]) -> d
         "costs": cost_rows(responses.case, responses.answers),
         "rows": [plain_row(row) for row in rows],
     }
-
-
-def plain_row(row: Mapping[Any, object]) -> dict[str, object]:
-    """A row whose values JSON can hold: Python numbers, and None for a missing one."""
-    return {str(key): _plain(value) for key, value in row.items()}
-
-
-def _plain(value: object) -> object:
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value

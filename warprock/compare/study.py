@@ -21,10 +21,13 @@ from warprock.case.case import Case
 from warprock.case.columns import input_meaning
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.study import Study, Variation
-from warprock.compare.checks import REFERENCE, compare_with_housner, lane_name, plain_row
+from warprock.compare.checks import REFERENCE, compare_with_housner
+from warprock.compare.lane_names import lane_name
+from warprock.compare.plain import plain_row
 from warprock.engines import engine_class
 from warprock.engines.launching import Form, Target
 from warprock.errors import InputError
+from warprock.model.ratios import rotation_ratio
 from warprock.model.response import Response, Status
 from warprock.run.batch import run_batch
 from warprock.run.case_run import require_options, require_support
@@ -262,7 +265,7 @@ class _Timed:
 
 def _ratio(lane_set: LaneSet, response: Response) -> Array:
     """Rotation / slenderness angle, shape [lane, sample]."""
-    return np.asarray(response["rotation"] / lane_set.lanes.slenderness_angle[:, None])
+    return rotation_ratio(response["rotation"], lane_set.lanes)
 
 
 def _joined(tables: list[pd.DataFrame]) -> pd.DataFrame:

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
-from warprock.engines.decoding import histories, respond
+from warprock.engines.decoding import histories, respond, side_fields
 from warprock.engines.launching import Found, Kernel, Target, launch
 from warprock.kernels.instance import kernel_module
 from warprock.model.lanes import Lanes
@@ -74,8 +74,11 @@ class AbstractEngine(abc.ABC):
         if scene.rounded and not cls.rounded:
             return f"{cls.name} has sharp corners, and the case rounds them (block.corner_radius)"
         where = "space" if scene.spatial else "plane"
+        if scene.moving and scene.bodies:
+            return f"{cls.name} lets bodies go from rest, and the case {scene.moving}"
         if scene.moving and where not in cls.starts_moving:
-            return f"{cls.name} lets blocks go from rest, and the case {scene.moving}"
+            place = "in space" if scene.spatial else "in the plane"
+            return f"{cls.name} lets blocks go from rest {place}, and the case {scene.moving}"
         declined = cls.declines(scene)
         if declined is None and cls.restitution is not None and scene.restitution_given:
             return (
@@ -169,6 +172,8 @@ class AbstractEngine(abc.ABC):
             inputs = self.inputs(module, lanes, motions, times)
             found = launch(module, self.target, motions, times, **inputs)
         found = found.above_ground(lanes.block_count)
-        fields = self.fields(lanes, motions, times, found)
+        fields = dict(self.fields(lanes, motions, times, found))
+        if found.sides is not None and lanes.bodies:
+            fields |= side_fields(found.sides, fields["peak_rotation"].reshape(lanes.lane_count))
         sampled = histories(lanes, found, times, above_rigid=self.above_rigid)
         return respond(self.name, lanes, {**fields, **sampled}, times)

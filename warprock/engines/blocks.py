@@ -148,13 +148,20 @@ def spatial_columns(lanes: Lanes) -> dict[str, Array]:
         "flat_s": np.sin(turn),
         "standing": np.sum(above <= TOUCHING, axis=-1).astype(np.float64),
     }
-    if lanes.body is not None:
-        over = 1.0 / lanes.body.gyration
+    if lanes.release is not None and lanes.release.gyration is not None:
+        over = 1.0 / lanes.release.gyration
         columns |= {f"inverse_{axis}": over[:, i, None] for i, axis in enumerate("xyz")}
     columns |= {name: position[..., axis] for axis, name in enumerate(("x", "y", "z"))}
     return columns | {
         name: attitude[..., part] for part, name in enumerate(("qx", "qy", "qz", "qw"))
     }
+
+
+def start_columns(lanes: Lanes) -> dict[str, npt.NDArray[Any]]:
+    """Rotations [rad] and angular velocities [rad/s] of single blocks in the plane, [lane] each."""
+    release = lanes.release
+    rates = np.zeros(lanes.lane_count) if release is None else release.angular_velocity[:, 1]
+    return {"starts": lanes.rotation_start, "rates": np.ascontiguousarray(rates)}
 
 
 def throw_columns(lanes: Lanes) -> dict[str, npt.NDArray[Any]]:

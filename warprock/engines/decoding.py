@@ -15,6 +15,7 @@ from warprock.kernels.modes import BROKEN, OVERTURNED, SLID_OFF, STALLED, UNSOLV
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.pose import rotations, start_poses
 from warprock.model.response import (
+    BODY_FIELDS,
     FIELDS,
     HISTORIES,
     INTEGER_FIELDS,
@@ -111,6 +112,17 @@ def planar_fields(per_block: Rows) -> dict[str, Rows]:
     return {field: per_block[name] if name in told else zero for field, name in names.items()}
 
 
+def side_fields(sides: Array, peak: Array) -> dict[str, Array]:
+    """Largest rotations of bodies to either side.
+
+    Args:
+        sides: Those to -x and to +x that a kernel saw at the ends of steps [rad], [lane, 2].
+        peak: Largest rotation, inside steps, too [rad], shape [lane].
+    """
+    higher = (sides == sides.max(axis=1, keepdims=True)) & (sides > 0.0)
+    return dict(zip(BODY_FIELDS, np.where(higher, peak[:, None], sides).T, strict=True))
+
+
 def spatial_fields(lanes: Lanes, per_block: Rows) -> dict[str, Array]:
     """Fields of blocks in space from rows of `BlockResult`, shape [lane, block] each."""
     stacks = cast(SpatialLanes, as_stacks(lanes))
@@ -151,7 +163,10 @@ def histories(
         return {}
     if found.places is not None and above_rigid:
         height = as_stacks(lanes).height
-        found.places[..., -1] += (np.cumsum(height, axis=1) - 0.5 * height)[..., None]
+        centre = np.cumsum(height, axis=1) - 0.5 * height
+        if lanes.body is not None:
+            centre = lanes.body.centre_height[:, None]
+        found.places[..., -1] += centre[..., None]
     if not lanes.spatial:
         fields = {"rotation": np.clip(found.history, -0.5 * np.pi, 0.5 * np.pi)}
         if times.places:
@@ -177,7 +192,7 @@ def respond(engine: str, lanes: Lanes, columns: Mapping[str, Rows], times: Sampl
             histories, if asked for.
         times: Duration and sampling.
     """
-    wanted = (*SPATIAL_FIELDS, *MODEL_FIELDS, *HISTORIES)
+    wanted = (*SPATIAL_FIELDS, *MODEL_FIELDS, *BODY_FIELDS, *HISTORIES)
     names = (*LANE_FIELDS, *(name for name in wanted if name in columns))
     fields: dict[str, Rows] = {}
     for name in names:

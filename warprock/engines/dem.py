@@ -12,6 +12,8 @@ import numpy.typing as npt
 from warprock.engines.base import AbstractEngine
 from warprock.engines.blocks import body_columns
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
+from warprock.engines.dem_bodies import CornerSprings, corner_rows, cornered_columns
+from warprock.engines.dem_bodies_space import PointSprings, on_corners, sprung_inputs
 from warprock.engines.dem_springs import (
     interface_depth,
     stable_step,
@@ -85,21 +87,41 @@ class Dem(AbstractEngine):
     settings_type = DemSettings
     order: ClassVar[int | None] = 1
     spatial: ClassVar[bool] = True
+    starts_moving: ClassVar[tuple[str, ...]] = ("space",)
+    bodies: ClassVar[tuple[bool, bool]] = (True, True)
     above_rigid: ClassVar[bool] = True
+
+    @classmethod
+    def declines(cls, scene: SceneKind) -> str | None:
+        """Why its model is not for a scene: a box on springs at its corners is thrown alone."""
+        if scene.moving and not scene.thrown:
+            return f"dem lets blocks go from rest, or thrown, and the case {scene.moving}"
+        return None
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: the same text for a single block and for a stack."""
         lanes, settings = self.target.lanes, self.settings
+        if scene.bodies and not scene.spatial:
+            points = corner_rows(scene.contact_point_count)
+            return Kernel("dem/body_run", lanes=lanes, points=points)
         if not scene.spatial:
             return Kernel("dem/stack_run", lanes=lanes, iterations=settings.subcontacts)
+        if scene.bodies or scene.moving:
+            friction = "box" if settings.friction_box else "cone"
+            return Kernel("dem/space_body_run", lanes=lanes, friction=friction)
         pairs = point_pairs(settings.subcontacts, settings.subcontacts_across).shape[1]
         friction = "box" if settings.friction_box else "cone"
         return Kernel("dem/space_stack_run", lanes=lanes, iterations=pairs, friction=friction)
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step of every lane [s], from its stiffest mode and the damping."""
-        if lanes.spatial:
+        lanes = on_corners(lanes)
+        if lanes.spatial and lanes.body is not None:
+            stiffest = PointSprings.of(lanes, self.settings).stiffest_frequency()
+        elif lanes.spatial:
             stiffest = spatial_frequencies(lanes, self.settings)[:, -1]
+        elif lanes.body is not None:
+            stiffest = CornerSprings.of(lanes, self.settings).stiffest_frequency(self.settings)
         else:
             stiffest = stiffest_frequency(as_stacks(lanes), self.settings)
         limit = self.settings.step_safety * stable_step(stiffest, self.settings)
@@ -107,8 +129,13 @@ class Dem(AbstractEngine):
 
     def reserve(self, lanes: Lanes) -> tuple[Array, str]:
         """Whether blocks can stand on their springs; see `AbstractEngine.reserve`."""
-        if lanes.spatial:
+        lanes = on_corners(lanes)
+        if lanes.spatial and lanes.body is not None:
+            ratio = PointSprings.of(lanes, self.settings).standing_ratio()
+        elif lanes.spatial:
             ratio = _standing_ratio_in_space(lanes, self.settings)
+        elif lanes.body is not None:
+            ratio = CornerSprings.of(lanes, self.settings).standing_ratio()
         else:
             ratio = standing_ratio(as_stacks(lanes), self.settings)
         return ratio.min(axis=1), (
@@ -120,9 +147,17 @@ class Dem(AbstractEngine):
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
         """What the kernel takes; see `AbstractEngine.inputs`."""
+        lanes = on_corners(lanes)
         stacks, step = as_stacks(lanes), self.longest_step(lanes, motions)
         # A lane whose sizes are not finite takes one step to find that out.
         per_lane = {"time_step": np.where(np.isfinite(step), step, times.duration)}
+        if lanes.spatial and lanes.body is not None:
+            columns = sprung_inputs(lanes, self.settings, per_lane["time_step"])
+            return columns | {"knobs": self._knobs(module)}
+        if lanes.body is not None:
+            springs, time_step = CornerSprings.of(lanes, self.settings), per_lane["time_step"]
+            blocks = cornered_columns(springs, lanes, time_step)
+            return {"blocks": blocks, "corners": springs.columns, "knobs": self._knobs(module)}
         if not lanes.spatial:
             turned = np.diff(stacks.rotation_start, axis=1, prepend=0.0).any(axis=1)
             per_lane["uplift_time"] = np.where(turned, 0.0, NEVER)

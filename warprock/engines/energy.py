@@ -20,7 +20,9 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.blocks import start_on_corners
+from warprock.engines.bodies import Corners
 from warprock.model import rocking
+from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions
 from warprock.model.pose import start_poses, turned
@@ -45,8 +47,8 @@ def kinetic_energy_at_start(lanes: Lanes) -> Array:
         return np.zeros(lanes.lane_count)
     squares = np.stack([lanes.width, lanes.depth, lanes.height], axis=-1) ** 2
     inertia = (squares.sum(axis=-1, keepdims=True) - squares) / 12.0
-    if lanes.body is not None:
-        inertia = lanes.body.gyration
+    if release.gyration is not None:
+        inertia = release.gyration
     spin = release.angular_velocity
     if lanes.spatial:
         attitude = start_poses(cast(SpatialLanes, lanes))[1]
@@ -60,8 +62,28 @@ def energy_held(lanes: Lanes, rotation: Array) -> Array:
 
     Beyond the slenderness angle it is what it takes to get there.
     """
+    if lanes.body is not None:
+        rise = Corners.of(lanes.body).rise(rotation, lanes.slenderness_angles)
+        return np.asarray(GRAVITY * lanes.mass * rise)
     turned = np.minimum(np.abs(rotation), lanes.slenderness_angle)
     return rocking.energy(lanes.width, lanes.height, lanes.depth, lanes.density, turned, 0.0)
+
+
+def overturning_rise(lanes: Lanes) -> Array:
+    """How far the centres of blocks rise where they overturn, each by itself [m].
+
+    Shape [lane], or [lane, block] for stacks.
+    """
+    if lanes.body is not None and lanes.spatial:
+        height = lanes.body.centre_height
+        return np.asarray(np.hypot(np.maximum(nearest_edge(lanes), 0.0), height) - height)
+    if lanes.body is not None:
+        corners, angles = Corners.of(lanes.body), lanes.slenderness_angles
+        rises = [
+            corners.rise(side * each, angles) for side, each in zip((-1, 1), angles.T, strict=True)
+        ]
+        return np.asarray(np.min(rises, axis=0))
+    return np.asarray(0.5 * (np.hypot(lanes.width, lanes.height) - lanes.height))
 
 
 def stack_energy_held(lanes: Lanes) -> Array:
@@ -79,6 +101,8 @@ def spatial_energy_held(lanes: Lanes) -> Array:
     height = np.cumsum(stacks.height, axis=1) - 0.5 * stacks.height
     if lanes.thrown:
         height = 0.5 * np.minimum(np.minimum(stacks.width, stacks.depth), stacks.height)
+    if lanes.body is not None:
+        height = lanes.body.centre_height[:, None]
     rise = start_poses(stacks)[0][..., 2] - height
     return np.asarray(GRAVITY * (stacks.mass * rise).sum(axis=1))
 
@@ -115,6 +139,8 @@ def energy_to_tilt(lanes: Lanes, tilt: Array) -> Array:
 
     That is a turn about the nearest edge of the face; beyond where it overturns, what that takes.
     """
+    if lanes.body is not None:
+        return energy_to_tilt_bodies(lanes.body, tilt)
     arm, half = nearest_edge(lanes), 0.5 * lanes.height
     turned = np.minimum(np.abs(tilt), np.arctan2(arm, half))
     rise = arm * np.sin(turned) + half * (np.cos(turned) - 1.0)
@@ -123,10 +149,50 @@ def energy_to_tilt(lanes: Lanes, tilt: Array) -> Array:
 
 def nearest_edge(lanes: Lanes) -> Array:
     """Distance of the nearest edge of the bottom face from the centre of mass [m], [lane]."""
+    if lanes.body is not None:
+        return nearest_edge_of_bodies(lanes.body)
     blocks = cast(SpatialLanes, lanes)
     along = 0.5 * blocks.face_width - np.abs(blocks.centre_offset_x)
     across = 0.5 * blocks.face_depth - np.abs(blocks.centre_offset_y)
     return np.asarray(np.minimum(along, across))
+
+
+TILTS, DIRECTIONS = 12, 96
+"""Tilts, and directions of them, at which the height of a centre of mass is looked up."""
+
+
+def energy_to_tilt_bodies(body: Bodies, tilt: Array) -> Array:
+    """Least energy above the flat state of bodies whose axes lean by an angle [J], shape [lane].
+
+    On its way there the axis passes all smaller tilts, and at each the centre of mass is at least
+    as high as its lowest point asks for in the direction in which that is least.
+    """
+    points, rest = body.points_in_block_axes, body.centre_height
+    lean, needed = np.minimum(np.abs(tilt), 0.5 * np.pi), np.zeros_like(rest)
+    along = _along(points)
+    for part in np.arange(1, TILTS + 1) / TILTS:
+        up = np.cos(part * lean)[:, None] * points[..., 2]
+        lowest = (up[..., None] - np.sin(part * lean)[:, None, None] * along).min(axis=1)
+        needed = np.maximum(needed, -lowest.max(axis=1) - rest)
+    # Between two directions the height is less than at both by no more than this.
+    far = np.linalg.norm(points, axis=-1).max(axis=1)
+    missed = far * np.sin(lean) * np.pi / DIRECTIONS
+    return np.asarray(GRAVITY * body.mass * np.maximum(needed - missed, 0.0))
+
+
+def nearest_edge_of_bodies(body: Bodies) -> Array:
+    """Distance of the nearest edge of the base from below the centre of mass [m], shape [lane].
+
+    Zero or less where the centre of mass is not above what the body stands on.
+    """
+    ends = np.where(body.standing[..., None], _along(body.points_in_block_axes), -np.inf)
+    return np.asarray(ends.max(axis=1).min(axis=1))
+
+
+def _along(points: Array) -> Array:
+    """Points [lane, point, 3] along `DIRECTIONS` of the ground [m], [lane, point, direction]."""
+    angle = np.arange(DIRECTIONS) * (2.0 * np.pi / DIRECTIONS)
+    return np.asarray(points[..., :2] @ np.stack([np.cos(angle), np.sin(angle)]))
 
 
 def _flat(lanes: Lanes) -> Lanes:

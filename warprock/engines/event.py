@@ -9,12 +9,16 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.blocks import spatial_columns, throw_columns
+from warprock.engines.blocks import start_columns, throw_columns
+from warprock.engines.bodies import Corners, box_bodies
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, time_or_nan
+from warprock.engines.energy import nearest_edge
 from warprock.engines.launching import Form, Found, Kernel
 from warprock.engines.soundness import account_in_space, unstable
+from warprock.engines.spatial_bodies import point_rows, quickest, spatial_inputs
 from warprock.engines.workload import step_limit
 from warprock.model import rocking
+from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import GroundMotions
 from warprock.model.response import SampleTimes, Status
@@ -37,6 +41,9 @@ PACK = 8
 are taken one by one in between, so that more in flight gain nothing, and a batch smaller than a
 pack costs less."""
 
+OF_ITS_OWN = -1.0
+"""Angular restitution of a body whose law of contact finds it."""
+
 
 @final
 @dataclasses.dataclass(frozen=True)
@@ -53,6 +60,11 @@ class Event(AbstractEngine):
     impacts, too, and first order where they
     slide or an edge lets go of an end: that is not located there.
 
+    Bodies on contact points in the plane, whose corners may be rounded, have kernels of their own
+    (kernels/event/body.py); so have single blocks of which the angular restitution is prescribed.
+    An impact on the other corner of what a body stands on at first leaves that part of the angular
+    velocity then, and the corner takes the impulses which that asks for, within its friction.
+
     With friction as a box single blocks are second order through the ends of their slips, along x
     and along y; of blocks that rock and slide errors scatter (1.4 to 2). How rigid faces share
     their load is not determined, and where they slide along x and stick along y the yaw of a stack
@@ -63,18 +75,42 @@ class Event(AbstractEngine):
     settings_type = EventSettings
     order: ClassVar[int | None] = 2
     spatial: ClassVar[bool] = True
-    starts_moving: ClassVar[tuple[str, ...]] = ("space",)
+    starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
+    bodies: ClassVar[tuple[bool, bool]] = (True, True)
+    rounded: ClassVar[bool] = True
+    restitution: ClassVar[str | None] = None
     rests_exactly: ClassVar[bool] = True
+
+    @classmethod
+    def declines(cls, scene: SceneKind) -> str | None:
+        """Why its model is not for a scene: what is prescribed is for one block in the plane."""
+        if scene.restitution_given and (scene.spatial or scene.stacked):
+            where = "in space" if scene.spatial else "of stacks"
+            return (
+                f"event finds the angular restitution {where} from its contact law and cannot "
+                "follow the prescribed contact.angular_restitution"
+            )
+        if scene.restitution_given and scene.moving:
+            return (
+                "event lets blocks go from rest where contact.angular_restitution is prescribed, "
+                f"and the case {scene.moving}"
+            )
+        return None
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: packed are single blocks alone, in space on a cone."""
         if not scene.spatial:
             if scene.stacked:
                 return Kernel("event/stack_run")
-            return Kernel("event/block_run", lanes=self.target.lanes)
+            cornered = scene.bodies or scene.restitution_given
+            file = "event/body_run" if cornered else "event/block_run"
+            return Kernel(file, lanes=self.target.lanes)
         friction = "box" if self.settings.friction_box else "cone"
         if scene.stacked:
             return Kernel("event_space/space_stack_run", friction=friction)
+        if scene.bodies:
+            rows = point_rows(scene)
+            return Kernel("event_space/space_body_run", friction=friction, points=rows)
         if scene.moving:
             return Kernel("event_space/thrown_run", friction=friction)
         if self.target.kernel_form is Form.PACKED and friction == "cone":
@@ -87,6 +123,12 @@ class Event(AbstractEngine):
 
     def _own_step(self, lanes: Lanes) -> Array:
         """Longest step [s]: a part of 1 / p, the largest of blocks, and in space of both planes."""
+        if lanes.body is not None and lanes.spatial:
+            fastest = quickest(lanes.body)
+            return np.asarray(np.minimum(self.settings.time_step, PHASE_STEP / fastest))
+        if lanes.body is not None:
+            fastest = Corners.of(lanes.body).fastest_rate(lanes.body.gyration)
+            return np.asarray(np.minimum(self.settings.time_step, PHASE_STEP / fastest))
         sides = (lanes.width, lanes.depth) if lanes.spatial else (lanes.width,)
         rates = [
             rocking.frequency_parameter(side, lanes.height).reshape(lanes.lane_count, -1)
@@ -108,15 +150,22 @@ class Event(AbstractEngine):
         }
         if lanes.spatial:
             per_lane["rest_gap"] = _rest_gap(lanes, self.settings)
-            columns = {"blocks": spatial_columns(lanes), "lanes": per_lane, "knobs": knobs}
+            columns = spatial_inputs(lanes)
+            columns |= {"lanes": per_lane | columns.get("frames", {}), "knobs": knobs}
             return columns | ({"throws": throw_columns(lanes)} if lanes.moving else {})
         if lanes.stacked:
             per_lane["mass"] = lanes.mass.sum(axis=1)
             blocks = _stacked_blocks(lanes, self.settings)
             return {"blocks": blocks, "lanes": per_lane, "knobs": knobs}
+        if lanes.body is not None or lanes.restitution_given:
+            body = lanes.body or box_bodies(lanes)
+            corners = Corners.of(body)
+            per_lane |= _bodies(lanes, body, corners, self.settings)
+            blocks = {name: each[:, None] for name, each in per_lane.items()}
+            return {"blocks": blocks, "corners": corners.columns, "knobs": knobs}
         blocks = _single_blocks(lanes, self.settings)
         blocks |= {name: each[:, None] for name, each in per_lane.items()}
-        return {"blocks": blocks, "starts": lanes.rotation_start, "knobs": knobs}
+        return {"blocks": blocks, "knobs": knobs} | start_columns(lanes)
 
     def fields(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
@@ -152,6 +201,22 @@ def _single_blocks(lanes: Lanes, settings: EventSettings) -> dict[str, npt.NDArr
     }
 
 
+def _bodies(
+    lanes: Lanes, body: Bodies, corners: Corners, settings: EventSettings
+) -> dict[str, npt.NDArray[Any]]:
+    """Fields of the struct `Body`, shape [lane] each; they have the mass 1."""
+    given = lanes.angular_restitution if lanes.restitution_given else np.array(OF_ITS_OWN)
+    return {
+        "inertia": body.gyration,
+        "inverse_inertia": 1.0 / body.gyration,
+        "friction": lanes.friction,
+        "radius": corners.radius,
+        "start": lanes.rotation_start,
+        "restitution": np.broadcast_to(given, lanes.friction.shape),
+        "rest_rotation": settings.rest_rotation_ratio * lanes.slenderness_angle,
+    }
+
+
 def _stacked_blocks(lanes: Lanes, settings: EventSettings) -> dict[str, Array]:
     """Fields of the struct `Block` of stacks, shape [lane, block] each."""
     inertia = lanes.mass * (lanes.width**2 + lanes.height**2) / 12.0
@@ -169,6 +234,10 @@ def _stacked_blocks(lanes: Lanes, settings: EventSettings) -> dict[str, Array]:
 
 def _rest_gap(lanes: Lanes, settings: EventSettings) -> Array:
     """Rise of a corner from which a block in space rests [m], the least of a lane, shape [lane]."""
+    if lanes.body is not None:
+        edge, height = np.maximum(nearest_edge(lanes), 0.0), lanes.body.centre_height
+        size = lanes.body.reaches.min(axis=1)
+        return np.asarray(settings.rest_rotation_ratio * np.arctan2(edge, height) * size)
     face = np.minimum(lanes.face_width, lanes.face_depth)
     gap = settings.rest_rotation_ratio * np.arctan2(face, lanes.height) * face
     return np.asarray(gap.reshape(lanes.lane_count, -1).min(axis=1))

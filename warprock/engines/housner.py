@@ -9,7 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
+from warprock.engines.blocks import start_columns
 from warprock.engines.decoding import lane_fields, planar_fields, time_or_nan
+from warprock.engines.housner_body import body_inputs
 from warprock.engines.launching import NEVER, Found, Kernel
 from warprock.engines.workload import step_limit
 from warprock.kernels.modes import RESTING
@@ -63,13 +65,16 @@ class Housner(AbstractEngine):
     order: ClassVar[int | None] = None
     restitution: ClassVar[str | None] = None
     slides: ClassVar[bool] = False
+    starts_moving: ClassVar[tuple[str, ...]] = ("plane",)
+    bodies: ClassVar[tuple[bool, bool]] = (True, False)
+    rounded: ClassVar[bool] = True
 
     @classmethod
     def declines(cls, scene: SceneKind) -> str | None:
         """Why its model is not for a scene: Housner's block must not slide."""
         if scene.stacked:
             return "housner runs single blocks, and the case has a stack"
-        if scene.angular_restitution <= 0.0:
+        if scene.angular_restitution <= 0.0 and not scene.bodies:
             return (
                 "housner needs an angular restitution above 0 in every lane, a width below "
                 f"{WIDEST:.4g} times the height: the smallest is {scene.angular_restitution:.3g}, "
@@ -84,12 +89,16 @@ class Housner(AbstractEngine):
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene; see `AbstractEngine.kernel_of`."""
-        return Kernel("housner/block_run", lanes=self.target.lanes)
+        bodies = scene.bodies if isinstance(scene, SceneKind) else scene.body is not None
+        file = "housner/body_run" if bodies else "housner/block_run"
+        return Kernel(file, lanes=self.target.lanes)
 
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
         """What the kernel takes; see `AbstractEngine.inputs`."""
+        if lanes.body is not None:
+            return self._body_inputs(lanes, motions, times)
         alpha = lanes.slenderness_angle
         radius = rocking.half_diagonal(lanes.width, lanes.height)
         frequency_squared = 3.0 * GRAVITY / (4.0 * radius)
@@ -114,8 +123,22 @@ class Housner(AbstractEngine):
         }
         return {
             "blocks": {name: each[:, None] for name, each in blocks.items()},
-            "starts": lanes.rotation_start,
+            **start_columns(lanes),
         }
+
+    def _body_inputs(
+        self, lanes: Lanes, motions: GroundMotions, times: SampleTimes
+    ) -> dict[str, Any]:
+        """What the kernel of bodies takes."""
+        precision = self.target.precision
+        ratio = max(self.settings.rest_rotation_ratio, REST_RATIO_LEAST[precision])
+        found = body_inputs(lanes, ratio)
+        rate = np.maximum(found.pop("rate"), motions.components[0].fastest_rate)
+        step_length = PHASE_STEP[precision] / rate
+        spare = STEPS_SPARE * found["feet"]["alpha"].shape[1]
+        limit = step_limit(motions, times.duration, step_length, spare, len(times.times))
+        blocks = found["blocks"] | {"step_length": step_length, "step_limit": limit}
+        return found | {"blocks": {name: each[:, None] for name, each in blocks.items()}}
 
     def fields(
         self, lanes: Lanes, motions: GroundMotions, times: SampleTimes, found: Found
@@ -125,7 +148,12 @@ class Housner(AbstractEngine):
         needed = np.asarray(rows["needed"], dtype=np.float64)
         needed[needed >= NEVER] = np.inf
         slack = 1.0 + FRICTION_SLACK[self.target.precision]
-        inertia = 4.0 / 3.0 * lanes.mass * rocking.half_diagonal(lanes.width, lanes.height) ** 2
+        if lanes.body is not None:
+            # The kernel has weighed every impact with the inertia about its own points.
+            inertia = lanes.mass
+        else:
+            radius = rocking.half_diagonal(lanes.width, lanes.height)
+            inertia = 4.0 / 3.0 * lanes.mass * radius**2
         rest_time = np.where(rows["mode"] == RESTING, time_or_nan(rows["rest_time"]), np.nan)
         marks = [(needed > slack * lanes.friction, Status.OUTSIDE_MODEL)]
         return {

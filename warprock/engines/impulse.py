@@ -8,15 +8,12 @@ from typing import Any, ClassVar, final
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.blocks import (
-    planar_columns,
-    spatial_columns,
-    stack_columns,
-    throw_columns,
-)
+from warprock.engines.blocks import planar_columns, stack_columns, throw_columns
+from warprock.engines.bodies import Corners
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.soundness import account_in_space, account_of, unstable
+from warprock.engines.spatial_bodies import spatial_inputs
 from warprock.kernels.instance import MAX_UNROLL
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import GroundMotions
@@ -50,6 +47,7 @@ class Impulse(AbstractEngine):
     order: ClassVar[int | None] = 1
     spatial: ClassVar[bool] = True
     starts_moving: ClassVar[tuple[str, ...]] = ("space",)
+    bodies: ClassVar[tuple[bool, bool]] = (True, True)
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: stacks in space run one lane a thread on any device.
@@ -62,13 +60,16 @@ class Impulse(AbstractEngine):
             friction = "box" if self.settings.friction_box else "cone"
             if scene.stacked:
                 return Kernel("impulse/space_stack_run", friction=friction)
+            if scene.bodies:
+                return Kernel("impulse/space_body_run", lanes=lanes, friction=friction)
             if scene.moving or self.settings.restitution > 0.0:
                 return Kernel("impulse/thrown_run", friction=friction)
             return Kernel("impulse/space_run", lanes=lanes, friction=friction)
         if scene.stacked:
             return Kernel("impulse/stack_run", lanes=lanes, iterations=sweeps)
         slow = self.target.form is None and sweeps > MAX_UNROLL
-        return Kernel("impulse/block_run", lanes=1 if slow else lanes, iterations=sweeps)
+        file = "impulse/body_run" if scene.bodies else "impulse/block_run"
+        return Kernel(file, lanes=1 if slow else lanes, iterations=sweeps)
 
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
@@ -84,13 +85,23 @@ class Impulse(AbstractEngine):
         if lanes.spatial:
             knobs.sweeps = self.settings.iterations
             knobs.restitution = self.settings.restitution
-            columns = {"blocks": spatial_columns(lanes), "knobs": knobs}
-            bounces = self.settings.restitution > 0.0 and not lanes.stacked
+            columns = spatial_inputs(lanes) | {"knobs": knobs}
+            bounces = self.settings.restitution > 0.0 and not (lanes.stacked or lanes.bodies)
             starts = lanes.moving or bounces
             return columns | ({"throws": throw_columns(lanes)} if starts else {})
         if lanes.stacked:
             blocks = planar_columns(lanes, GRAVITY * step)
             return {"blocks": blocks, "lanes": stack_columns(lanes), "knobs": knobs}
+        if lanes.body is not None:
+            corners = Corners.of(lanes.body)
+            blocks = {
+                "inverse_inertia": 1.0 / lanes.body.gyration,
+                "friction": lanes.friction,
+                "reach": corners.reach,
+                "start": lanes.rotation_start,
+            }
+            blocks = {name: each[:, None] for name, each in blocks.items()}
+            return {"blocks": blocks, "corners": corners.columns, "knobs": knobs}
         stacks = as_stacks(lanes)
         blocks = {
             "half_width": 0.5 * stacks.width,

@@ -114,18 +114,23 @@ class Found:
         places: Centres of mass at the samples from the origin of the base [m], if asked for: x and
             z, shape [lane, block, sample, 2]; in space x, y and z, [lane, block, sample, 3]. None,
             too, of a kernel whose blocks do not slide: there rotations tell where they are.
+        sides: Largest rotation of a body to -x and to +x at the end of a step [rad], both >= 0,
+            shape [lane, 2]; None of a kernel that does not tell.
     """
 
     lanes: Rows
     blocks: Rows
     history: Array | None
     places: Array | None
+    sides: Array | None = None
 
     def above_ground(self, block_count: int) -> Found:
         """The same of the highest blocks alone: kernels may have the ground as their first body."""
         own = slice(-block_count, None)
-        seen = (None if part is None else part[:, own] for part in (self.history, self.places))
-        return Found(self.lanes, self.blocks[:, own], *seen)
+        history, places = (
+            None if part is None else part[:, own] for part in (self.history, self.places)
+        )
+        return Found(self.lanes, self.blocks[:, own], history, places, self.sides)
 
 
 def launch(
@@ -146,7 +151,8 @@ def launch(
         times: Duration and sampling.
         blocks: Fields of the struct of its argument `blocks`, shape [lane, block] each.
         others: What the kernel takes besides, by the names of its arguments: fields of the struct
-            of `lanes`, shape [lane] each; numbers; a Warp struct.
+            of `lanes`, shape [lane] each, or [lane, number] where it takes several of a lane;
+            numbers; a Warp struct.
     """
     lane_count, block_count = next(iter(blocks.values())).shape
     count = -(-lane_count // module.LANES) * module.LANES
@@ -164,8 +170,10 @@ def launch(
         if placed:
             wanted = sampled if times.places else 0
             found.places = _samples((wanted, block_count, 3 if in_space else 2, count), real)
-        given |= others | {"found": found}
+        if hasattr(found, "sides"):
+            found.sides = wp.zeros((2, count), dtype=real)
         kernel = module.run_lanes
+        given |= others | {"found": found}
         wp.launch(
             kernel,
             dim=count // module.LANES,
@@ -175,7 +183,10 @@ def launch(
         per_block = found.blocks.numpy()[:, :lane_count].T
         history = _lanes_first(seen, lane_count) if sampled else None
         places = _lanes_first(found.places, lane_count) if placed and wanted else None
-        return Found(results, per_block, history, places)
+        sides = None
+        if hasattr(found, "sides"):
+            sides = found.sides.numpy()[:, :lane_count].T.astype(np.float64)
+        return Found(results, per_block, history, places, sides)
 
 
 def _samples(shape: tuple[int, ...], real: Any) -> Any:
@@ -196,7 +207,7 @@ def _argument(argument: Any, value: Any, count: int) -> Any:
     of single blocks with a second index in its loop over lanes is not made vector code.)
     """
     if isinstance(value, Mapping):
-        rows = block_rows if argument.label == "blocks" else struct_rows
+        rows = struct_rows if next(iter(value.values())).ndim == 1 else block_rows
         value = rows(argument.type.dtype, value, count)
     if isinstance(value, np.ndarray):
         value = value[0] if value.ndim > argument.type.ndim else value
@@ -235,11 +246,12 @@ def _pool_and_rows(struct: Any, motions: GroundMotions, count: int) -> tuple[Arr
     """
     pools, rows, first = [], [], 0
     for part in motions.components:
-        placed = part
-        if isinstance(part, RecordMotions):
-            placed = dataclasses.replace(part, offset=(part.offset + first).astype(np.int32))
+        placed = part.compact()
+        if isinstance(placed, RecordMotions):
+            placed = dataclasses.replace(placed, offset=(placed.offset + first).astype(np.int32))
+        pool = placed.pool
         names = np.dtype(struct.numpy_dtype()).names or ()
         rows.append(struct_rows(struct, {name: getattr(placed, name) for name in names}, count))
-        pools.append(part.pool)
-        first += part.pool.shape[1]
+        pools.append(pool)
+        first += pool.shape[1]
     return np.concatenate(pools, axis=1), np.stack(rows)

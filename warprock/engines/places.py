@@ -14,6 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.blocks import spatial_columns, yawed
+from warprock.engines.bodies import Corners
+from warprock.engines.spatial_bodies import body_of, stood_places, there_are
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.pose import turned
 
@@ -38,10 +40,16 @@ def planar_places(lanes: Lanes, rotation: Array, places: Array | None) -> dict[s
         By field, shape [lane, block, sample] each.
     """
     stacks = as_stacks(lanes)
+    if places is None and lanes.body is not None:
+        x, z = (each[:, None] for each in lanes.body.rolled(rotation[:, 0]))
+        return {"slide": np.zeros_like(rotation), "x": x, "z": z}
     if places is None:
         x, z = _pivoted(stacks, rotation)
         return {"slide": np.zeros_like(rotation), "x": x, "z": z}
     x, z = places[..., 0], places[..., 1]
+    if lanes.body is not None:
+        slide = Corners.of(lanes.body).slide(rotation[:, 0], x[:, 0])
+        return {"slide": slide[:, None], "x": x, "z": z}
     return {"slide": _planar_slides(stacks, rotation, x, z), "x": x, "z": z}
 
 
@@ -106,14 +114,18 @@ def spatial_places(lanes: Lanes, attitude: Array, places: Array) -> dict[str, Ar
         places: Centres of mass [m], shape [lane, block, sample, 3].
 
     Returns:
-        By field, shape [lane, block, sample] each; x, y and z are those of the middle of the box.
+        By field, shape [lane, block, sample] each; x, y and z are those of the middle of the box,
+        of a body of its centre of mass.
     """
     stacks = cast(SpatialLanes, as_stacks(lanes))
     zero = np.zeros_like(stacks.width)
     beside = np.stack([stacks.centre_offset_x, stacks.centre_offset_y, zero], axis=-1)
     middle = places - turned(attitude, np.broadcast_to(beside[:, :, None], places.shape))
-    # Of a block that tumbles, the way of its centre.
-    slide = places[..., :2] if lanes.thrown else _spatial_slides(stacks, attitude, places)
+    if lanes.thrown:
+        # Of a block that tumbles, the way of its centre.
+        slide = places[..., :2]
+    else:
+        slide = (_body_slides if lanes.bodies else _spatial_slides)(stacks, attitude, places)
     found = {"slide": slide[..., 0], "slide_across": slide[..., 1]}
     found |= {name: middle[..., axis] for axis, name in enumerate("xyz")}
     return found | {f"attitude_{name}": attitude[..., k] for k, name in enumerate("xyzw")}
@@ -148,3 +160,16 @@ def _spatial_slides(stacks: SpatialLanes, attitude: Array, places: Array) -> Arr
         slides[:, k] = yawed(mean, below_yaw[:, None])
         below, below_place, below_yaw = attitude[:, k], places[:, k], stacks.yaw_start[:, k]
     return slides
+
+
+def _body_slides(stacks: SpatialLanes, attitude: Array, places: Array) -> Array:
+    """The same of bodies, [lane, 1, sample, 2]: mean of the points that touch."""
+    body = body_of(stacks)
+    points, stood = body.points_in_block_axes, stood_places(stacks)
+    seen = turned(attitude[:, 0, :, None], points[:, None]) + places[:, 0, :, None]
+    there = there_are(body)[:, None]
+    height = np.where(there, seen[..., 2], np.inf)
+    lowest = height.min(axis=-1, keepdims=True)
+    touches = there & (height <= lowest + TOUCH * 0.5 * stacks.width[..., None])
+    way = np.where(touches[..., None], seen[..., :2] - stood[:, None], 0.0).sum(axis=-2)
+    return np.asarray((way / touches.sum(axis=-1)[..., None])[:, None])

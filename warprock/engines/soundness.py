@@ -14,6 +14,7 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
+from warprock.engines.bodies import Corners
 from warprock.engines.energy import (
     energy_at_start,
     energy_held,
@@ -21,6 +22,7 @@ from warprock.engines.energy import (
     least_barrier,
     most_energy,
     nearest_edge,
+    overturning_rise,
 )
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
@@ -63,8 +65,9 @@ def exploded(lanes: Lanes, held: Array, gained: Array, bound: float = EXPLOSION_
         gained: Energy gained from nowhere [J], shape [lane].
         bound: Energy gained over energy held and supplied up to which an error counts as small.
     """
-    rise = 0.5 * (np.hypot(lanes.width, lanes.height) - lanes.height)
-    barrier = (GRAVITY * lanes.mass * rise).reshape(lanes.lane_count, -1).sum(axis=1)
+    barrier = (
+        (GRAVITY * lanes.mass * overturning_rise(lanes)).reshape(lanes.lane_count, -1).sum(axis=1)
+    )
     return np.asarray((gained > bound * held) & (gained > BARRIER_SHARE * barrier))
 
 
@@ -107,6 +110,12 @@ def fallen(lanes: Lanes, held: Array, peak_rotation: Array) -> Array:
         held: Energy at the start above the flat state, and what the base supplied [J], [lane].
         peak_rotation: Largest rotations [rad], shape [lane], or [lane, block] for stacks.
     """
+    if lanes.body is not None:
+        # It is the least that it takes to either side, and the most that is set free.
+        able = held >= (1.0 - BARRIER_SHARE) * GRAVITY * lanes.mass * overturning_rise(lanes)
+        turned = np.minimum(np.abs(peak_rotation), 0.5 * np.pi)
+        sunk = -Corners.of(lanes.body).least_rise(turned)
+        return np.asarray(np.where(able, GRAVITY * lanes.mass * np.maximum(sunk, 0.0), 0.0))
     stacks = as_stacks(lanes)
     able = held >= (1.0 - BARRIER_SHARE) * least_barrier(stacks)[0]
     turned, angle = np.abs(peak_rotation).reshape(stacks.width.shape), stacks.slenderness_angle
@@ -134,11 +143,15 @@ def moved_by_nothing(lanes: Lanes, pull: Array, lean: Array) -> Mask:
         if lanes.block_count > 1:
             return np.zeros(lanes.lane_count, dtype=bool)
         leans = [blocks.rotation_start, blocks.rotation_across_start, blocks.gap_start]
-        ratio = nearest_edge(lanes) / (0.5 * lanes.height)
+        body = lanes.body
+        height = 0.5 * lanes.height if body is None else body.centre_height
+        ratio = nearest_edge(lanes) / height
         angle = np.arctan(ratio)
     else:
         leans = [lanes.rotation_start]
-        ratio, angle = uplift_ratio(as_stacks(lanes)), lanes.slenderness_angle
+        angle = lanes.slenderness_angle
+        body = lanes.body
+        ratio = body.uplift_ratios.min(axis=1) if body else uplift_ratio(as_stacks(lanes))
     count = lanes.lane_count
     flat = ~np.any([each.reshape(count, -1).any(axis=1) for each in leans], axis=0)
     flat &= lanes.release is None
@@ -289,7 +302,11 @@ def _gained_in_plane(
     found |= exploded(lanes, held + sunk + fell, account.returned, bound)
     if lanes.stacked:
         return np.asarray(found | (rigid & toppled_from_nothing(lanes, held, lean)))
-    reached = np.where(rigid, energy_held(lanes, lean) - held, 0.0)
+    # Of a body it is not known to which side it turned so far: the side that takes less.
+    needed = energy_held(lanes, lean)
+    if lanes.body is not None:
+        needed = np.minimum(needed, energy_held(lanes, -lean))
+    reached = np.where(rigid, needed - held, 0.0)
     return np.asarray(found | exploded(lanes, held, reached))
 
 

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from warprock.analysis.fragility import Curve
 from warprock.analysis.limits import OVERTURNING, Limit
+from warprock.analysis.lognormal import Observations
 from warprock.figures.drawing import Drawing
 from warprock.figures.palette import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, VIOLET
 from warprock.figures.scales import Measure, logarithmic, measure
@@ -95,7 +96,7 @@ def plot_curves(axes: Axes, curves: Sequence[Curve], intensity: str, group: int 
     for number, curve in enumerate(mine):
         color = COLORS[number % len(COLORS)]
         label = f"{_name(curve.limit)}: {_median(curve, measured)}"
-        dots, share = gathered(curve)
+        dots, share = gathered(curve.seen)
         line = curve.fit.probability(at) if curve.fit.dispersion > 0.0 else np.full_like(at, np.nan)
         axes.plot(at * measured.size, line, color=color, label=label)
         axes.plot(dots * measured.size, share, "o", color=color, markersize=3.5)
@@ -189,7 +190,7 @@ def _draw_panel(axes: Axes, curves: Sequence[Curve], number: int, measured: Meas
         if across[0] <= median <= across[-1]:
             axes.plot([median, median], [0.0, 0.5], ":", color="black", linewidth=1.1)
             axes.plot(median, 0.5, "D", color="black", markersize=3.5)
-    at, share = gathered(curve)
+    at, share = gathered(curve.seen)
     axes.plot(at * measured.size, share, "o", color=color, markersize=4.0, markeredgecolor="white")
     axes.set_xlim(across[0], across[-1])
     axes.set_ylim(-0.03, 1.03)
@@ -198,13 +199,12 @@ def _draw_panel(axes: Axes, curves: Sequence[Curve], number: int, measured: Meas
     axes.set_title(f"{group}{_name(curve.limit)}\n{_median(curve, measured)}")
 
 
-def gathered(curve: Curve) -> tuple[Array, Array]:
+def gathered(seen: Observations) -> tuple[Array, Array]:
     """Intensities and the share of lanes that reached the limit state there, shape [dot].
 
     Intensities that several lanes share are a dot each; where there are more than `DOTS`, lanes of
     neighbouring intensities are gathered, as many in each dot, at their geometric mean.
     """
-    seen = curve.seen
     at, which = np.unique(seen.intensity, return_inverse=True)
     if len(at) > DOTS:
         order = np.argsort(seen.intensity, kind="stable")

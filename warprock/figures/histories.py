@@ -25,6 +25,7 @@ from warprock.figures.sheet import (
     style,
     subplots,
 )
+from warprock.model.ratios import peak_ratio, rotation_ratio
 from warprock.model.response import FIELDS, USABLE, Outcome, Response, Status
 from warprock.run.case_run import CaseRun
 from warprock.tables.swept import lanes_at, spread, swept_axes
@@ -131,9 +132,12 @@ def draw_histories(run: CaseRun, shown: ShownLanes, response: Response) -> Drawi
         shown: Which lanes, and their names.
         response: Their histories, in the order of `shown.lanes`, read along its rows.
     """
-    slenderness = run.lane_set.lanes.slenderness_angle[shown.lanes.ravel()].ravel()
+    lanes = run.lane_set.lanes.take(shown.lanes.ravel())
     response = _by_curve(response)
-    ratios = response["rotation"] / slenderness[:, None]
+    if lanes.stacked:
+        ratios = response["rotation"] / lanes.slenderness_angle.reshape(-1, 1)
+    else:
+        ratios = rotation_ratio(response["rotation"], lanes)
     ratios = ratios.reshape(len(shown.lanes), len(shown.overlays), -1)
     curves = _Curves(response, ratios, run.case.sample_times.duration)
     bases = Bases.of(run, shown.lanes)
@@ -275,7 +279,7 @@ def _panel_title(run: CaseRun, shown: ShownLanes, index: int, base: str) -> str:
 
 def _peaks_of(run: CaseRun, lanes: Indices) -> list[str]:
     """Peaks of lanes over slenderness angles, or that they fell; nothing of what has no number."""
-    ratios = run.response["peak_rotation"] / run.lane_set.lanes.slenderness_angle
+    ratios = peak_ratio(run.response, run.lane_set.lanes)
     found = []
     for lane in lanes:
         if run.response["outcome"][lane] == Outcome.OVERTURNED:

@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from warprock.figures.palette import DARK, FALLEN, GREY, PALE, SERIES
 from warprock.figures.sheet import style
+from warprock.model.hull import lower_hull
 from warprock.run.scene_motion import SceneMotion
 
 if TYPE_CHECKING:
@@ -132,7 +133,7 @@ class _View:
             self.off[None, :, None] if motion.spatial else self.off[None, :, None, [0, 2]]
         )
         self.base = motion.base - self.off
-        pieces = 6 if motion.spatial else 1
+        pieces = len(FACES) if motion.spatial and motion.outline is None else 1
         self.ground: list[Any] = []
         self.slabs = [Polygon(np.zeros((4, 2)), facecolor=PALE, edgecolor=DARK, linewidth=0.8)]
         self.blocks = [
@@ -195,6 +196,11 @@ class _View:
                 patch.set_facecolor(SERIES[block % len(SERIES)])
                 patch.set_zorder(2)
             return
+        if self.motion.outline is not None:
+            self.blocks[0].set_xy(_hull(self._seen(self.corners[0, sample])))
+            self.blocks[0].set_facecolor(SERIES[0])
+            self.blocks[0].set_zorder(2.0)
+            return
         for block in range(len(self.motion.sizes)):
             corners = self.corners[block, sample]
             for face, which in enumerate(FACES):
@@ -233,6 +239,11 @@ class _View:
         self.marks.set_data(drawn[:, 0], drawn[:, 1])
         origin = self._seen(np.stack([-off, base]))
         self.pin.set_data(origin[:, 0], origin[:, 1])
+
+
+def _hull(points: Array) -> Array:
+    """Those of some points of the picture that the others lie between, going round."""
+    return np.concatenate([lower_hull(points), -lower_hull(-points)])
 
 
 def _extremes(base: Array) -> list[int]:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from warprock.figures.palette import DARK
 from warprock.figures.scales import three_digits
+from warprock.model.ratios import peak_ratio
 from warprock.model.response import USABLE, Outcome
 from warprock.run.case_run import CaseRun
 
@@ -175,7 +176,7 @@ def read_peaks(run: CaseRun, block: int | None = None) -> Peaks:
             each stack which rotates furthest.
     """
     response = run.response
-    ratio = response["peak_rotation"] / run.lane_set.lanes.slenderness_angle
+    ratio = peak_ratio(response, run.lane_set.lanes)
     if block is not None:
         ratio = ratio[:, block]
     elif run.lane_set.lanes.stacked:

@@ -164,7 +164,8 @@ def _sticks(lane_set: LaneSet) -> bool:
     if lanes.stacked:
         return True
     chosen = np.array(judged_lanes(lanes.lane_count))
-    return not outside_model(lanes.take(chosen), lane_set.motions.take(chosen), lane_set.times)
+    ends = np.full(len(chosen), lane_set.times.duration)
+    return not outside_model(lanes.take(chosen), lane_set.motions.take(chosen), ends)
 
 
 def _nothing(rows: pd.DataFrame, name: str, who: str) -> str:

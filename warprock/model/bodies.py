@@ -25,14 +25,11 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
+from warprock.model.hull import LEVEL, lower_hull, rounded_centres
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 Counts = npt.NDArray[np.int32]
-
-LEVEL = 1e-6
-"""Height above the lowest point, over the size of the base, up to which a body stands on a point:
-far above the round-off of a file of text, far below what a base is known to."""
 
 
 CORNERS = 8
@@ -203,6 +200,57 @@ class Bodies:
         y = turned(self.axes * np.array([-1.0, -1.0, -1.0, 1.0]), np.array([[0.0, 1.0, 0.0]]))
         return np.asarray(np.sum(self.gyration * y**2, axis=1))
 
+    def outline(self, height: Array) -> Array:
+        """Corners of the bodies as pictures show them [m], along the axes of the block.
+
+        That is their base, and straight above it their top: of what lies between them a body says
+        nothing.
+
+        Args:
+            height: Full height [m], shape [lane].
+
+        Returns:
+            From the centre of mass, shape [lane, corner, 2], going round from -x along the base; in
+            space [lane, corner, 3], the hull of which is the picture.
+        """
+        base = self.points_in_block_axes
+        top = np.array(base if self.spatial else base[:, ::-1])
+        top[..., -1] = np.maximum(height - self.centre_height, 0.0)[:, None]
+        return np.concatenate([base, top], axis=1)
+
+    def rolled(self, rotation: Array) -> tuple[Array, Array]:
+        """Where the centre of mass of planar bodies is that have rolled without sliding [m].
+
+        Args:
+            rotation: [rad], shape [lane, sample].
+
+        Returns:
+            x from where it is at rest, and z above the ground, shape [lane, sample] each.
+        """
+        x, z = np.moveaxis(self.centres, -1, 0)
+        far, alpha = np.hypot(x, z), np.arctan2(x, -z)
+
+        def levers(turn: Array, foot: npt.NDArray[np.intp]) -> Array:
+            at, angle = (np.take_along_axis(each, foot, axis=1) for each in (far, alpha))
+            return np.asarray(at * np.sin(turn - angle))
+
+        # Where one point takes over from another the centre does not jump.
+        edge = np.arctan2(np.diff(z, axis=1), np.diff(x, axis=1))
+        number = np.broadcast_to(np.arange(edge.shape[1]), edge.shape)
+        jumps = levers(edge, number) - levers(edge, number + 1)
+        stood = np.concatenate([np.zeros_like(x[:, :1]), np.cumsum(jumps, axis=1)], axis=1)
+
+        def along(turn: Array) -> tuple[Array, Array]:
+            high = far[:, None] * np.cos(turn[..., None] - alpha[:, None])
+            foot = np.argmax(high, axis=-1)
+            radius = self.corner_radius[:, None]
+            at = np.take_along_axis(stood, foot, axis=1) + levers(turn, foot) + radius * turn
+            return at, radius + high.max(axis=-1)
+
+        start, _ = along(np.zeros_like(rotation[:, :1]))
+        moved, above = along(rotation)
+        return moved - start, above
+
     def _balance(self, points: Array) -> Array:
         """Angles above the farthest point of either side, shape [lane, 2]."""
         far = np.hypot(points[..., 0], points[..., 1])
@@ -233,30 +281,6 @@ def turned(attitude: Array, vector: Array) -> Array:
     return np.asarray(vector + real * twice + np.cross(imaginary, twice))
 
 
-def rounded_centres(points: Array, radius: Array) -> Array:
-    """Points moved inwards by a radius from both edges that meet in them.
-
-    Args:
-        points: Lower convex hulls from -x to +x [m], shape [lane, point, 2].
-        radius: [m], shape [lane].
-    """
-    edge = np.diff(points, axis=1)
-    length = np.hypot(edge[..., 0], edge[..., 1])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        inwards = np.stack([-edge[..., 1], edge[..., 0]], axis=-1) / length[..., None]
-    # Rows that repeat the last point have edges of no length: the vertical takes their place.
-    inwards = np.where((length > 0.0)[..., None], inwards, np.array([-1.0, 0.0]))
-    sides = np.ones_like(points[:, :1])
-    before = np.concatenate([sides * np.array([1.0, 0.0]), inwards], axis=1)
-    behind = np.concatenate([inwards, sides * np.array([-1.0, 0.0])], axis=1)
-    # Moved by r along (u + v) / (1 + u . v), a point lies r inside both edges.
-    share = 1.0 + np.sum(before * behind, axis=-1, keepdims=True)
-    moved = points + radius[:, None, None] * (before + behind) / share
-    repeats = np.concatenate([np.zeros_like(length[:, :1], dtype=bool), length == 0.0], axis=1)
-    last = np.maximum.accumulate(np.where(repeats, 0, np.arange(points.shape[1])), axis=1)
-    return np.take_along_axis(moved, last[..., None], axis=1)
-
-
 def planar_bodies(
     *,
     mass: npt.ArrayLike,
@@ -283,32 +307,6 @@ def planar_bodies(
         corner_radius=radius,
         axes=np.broadcast_to((0.0, 0.0, 0.0, 1.0), (count, 4)),
     )
-
-
-def lower_hull(points: Array) -> Array:
-    """Those of some points [m], shape [point, 2], that can touch flat ground, from -x to +x.
-
-    Points on an edge of the hull are kept: a body that lies on that edge touches there, too.
-    """
-    ordered = points[np.lexsort((points[:, 1], points[:, 0]))]
-    near = LEVEL * float(np.ptp(points, axis=0).max())
-    kept: list[Array] = []
-    for point in ordered:
-        if kept and point[0] - kept[-1][0] <= near:
-            if point[1] >= kept[-1][1]:
-                continue
-            kept.pop()
-        while len(kept) > 1 and _above(kept[-1], kept[-2], point) > near:
-            kept.pop()
-        kept.append(point)
-    return np.array(kept)
-
-
-def _above(point: Array, first: Array, second: Array) -> float:
-    """Height of a point above the line through two others [m]."""
-    along = second - first
-    aside = along[0] * (point[1] - first[1]) - along[1] * (point[0] - first[0])
-    return float(aside / np.hypot(*along))
 
 
 def principal_axes(tensor: Array) -> tuple[Array, Array]:

@@ -146,6 +146,10 @@ class LaneMotions(abc.ABC):
     def take(self, lanes: Lanes) -> Self:
         """The motions of some lanes."""
 
+    def compact(self) -> Self:
+        """The same motions, without what they do not use."""
+        return self
+
     @abc.abstractmethod
     def scaled(self, factors: Array) -> Self:
         """The motions times a factor, with the knots that they had.
@@ -178,7 +182,7 @@ class LaneMotions(abc.ABC):
         start, stop = self.velocity_steps
         return np.where((start != 0.0) | (stop != 0.0), np.inf, self.acceleration_bound())
 
-    def left_acceleration(self, duration: float) -> Array:
+    def left_acceleration(self, duration: Array | float) -> Array:
         """At most the |acceleration| of the base after a time [m/s^2], shape [lane].
 
         Infinite where a velocity step is left.

@@ -8,6 +8,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from warprock.model import rocking
 from warprock.model.bodies import Bodies
 from warprock.model.release import Release
 
@@ -35,7 +36,9 @@ class Lanes:
             its face, at the start; of the lowest block nothing.
         rotation_start: Rotation at the start [rad], positive towards +x; released from rest.
         angular_restitution: Ratio of angular velocities after and before an impact on the base,
-            shape [lane]; used by `housner` only, the other engines find it from their own laws.
+            shape [lane]; Housner's where the case prescribes none, of a body the smaller one of
+            its sides. `housner` follows it and, where it is given, `event` in the plane; the other
+            engines find it from their own laws.
         body: Bodies, where single blocks are no boxes; their width, height, depth and density are
             then those of the box around them, and say nothing of how they move.
         restitution_given: Whether the case prescribes the angular restitution, of all lanes.
@@ -90,6 +93,23 @@ class Lanes:
         return self.release is not None and self.release.thrown
 
     @property
+    def bodies(self) -> bool:
+        """Whether the blocks are bodies, of which the box says nothing."""
+        return self.body is not None
+
+    @property
+    def contact_point_count(self) -> int:
+        """Points that can touch at once: two of every block in the plane, all of a body.
+
+        In space four of the lowest block, and eight between two faces that are turned.
+        """
+        if self.body is not None:
+            return self.body.most_points
+        if self.spatial:
+            return 4 + 8 * (self.block_count - 1)
+        return 2 * self.block_count
+
+    @property
     def block_count(self) -> int:
         """Blocks in a lane."""
         return self.width.shape[1] if self.stacked else 1
@@ -103,14 +123,18 @@ class Lanes:
     def mass(self) -> Array:
         """Mass of the blocks [kg]."""
         if self.body is not None:
-            return self.body.mass
+            return self._of_body(self.body.mass)
         return np.asarray(self.density * self.width * self.height * self.depth)
+
+    def _of_body(self, values: Array) -> Array:
+        """Values of bodies in the shape of those of blocks."""
+        return values[:, None] if self.stacked else values
 
     @property
     def slenderness_angle(self) -> Array:
         """Critical angle of every block on a flat base [rad]; of a body to its weaker side."""
         if self.body is not None:
-            return np.asarray(self.body.slenderness_angles.min(axis=1))
+            return self._of_body(self.body.slenderness_angles.min(axis=1))
         return np.arctan2(self.face_width, self.height)
 
     @property
@@ -119,6 +143,13 @@ class Lanes:
         if self.body is not None:
             return self.body.slenderness_angles
         return np.stack([self.slenderness_angle] * 2, axis=1)
+
+    @property
+    def frequency_parameter(self) -> Array:
+        """Frequency parameter of single blocks [rad/s], of a body about its nearer end."""
+        if self.body is not None:
+            return self.body.frequency_parameter
+        return rocking.frequency_parameter(self.width, self.height)
 
     @property
     def uplift_ratios(self) -> Array:
@@ -185,14 +216,14 @@ class SpatialLanes(Lanes):
     def slenderness_angle(self) -> Array:
         """Critical angle of every block about the nearer edge at the ends of its width [rad]."""
         if self.body is not None:
-            return np.asarray(self.body.slenderness_angles.min(axis=1))
+            return self._of_body(self.body.slenderness_angles.min(axis=1))
         return np.arctan2(self.face_width - 2.0 * np.abs(self.centre_offset_x), self.height)
 
     @property
     def slenderness_angle_across(self) -> Array:
         """The same about the nearer edge at the ends of its depth [rad]."""
         if self.body is not None:
-            return np.asarray(self.body.slenderness_angles_across.min(axis=1))
+            return self._of_body(self.body.slenderness_angles_across.min(axis=1))
         return np.arctan2(self.face_depth - 2.0 * np.abs(self.centre_offset_y), self.height)
 
 

@@ -102,6 +102,11 @@ class SpatialMotions:
             self, x=self.x.take(lanes), y=self.y.take(lanes), z=self.z.take(lanes)
         )
 
+    def compact(self) -> Self:
+        """The same motions, without what they do not use."""
+        x, y, z = (part.compact() for part in self.components)
+        return dataclasses.replace(self, x=x, y=y, z=z)
+
     @property
     def knot_count(self) -> npt.NDArray[np.int32] | int:
         """Samples of the records of all directions."""

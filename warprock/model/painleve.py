@@ -33,7 +33,7 @@ from typing import cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.model.bodies import Bodies
+from warprock.model.bodies import Bodies, turned
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.response import Response, Status
 
@@ -45,6 +45,11 @@ SLID = 1e-4
 """Slide from which a block counts as one that slid, over its width: sweeps creep by less."""
 ROCKED = 1e-3
 """Rotation from which a block in space has rocked across, over the angle at which it falls."""
+
+TILTS, DIRECTIONS = 8, 24
+"""Tilts of a body, and directions of them, at which the limit is looked up."""
+TINY = 1e-12
+"""Keeps a quotient by zero finite."""
 
 
 def friction_limit(
@@ -68,13 +73,35 @@ def body_limit(body: Bodies) -> Array:
 
     Of a point R (s, c) from the centre of mass that touches alone the limit is (k^2 + R^2 s^2) /
     (R^2 s c), k the radius of gyration; over all leans the least is 2 sqrt(q (1 + q)), q = k^2 /
-    R^2, which is 4/3 for a rectangle. The farthest point has the least; in space about the axis of
-    least inertia.
+    R^2, which is 4/3 for a rectangle. The farthest point has the least.
     """
-    square = np.sum(body.points**2, axis=-1).max(axis=1)
-    gyration = body.gyration.min(axis=1) if body.spatial else body.gyration
-    part = gyration / square
+    if body.spatial:
+        return spatial_limit(body, np.full(len(body.mass), 0.5 * np.pi))
+    part = body.gyration / np.sum(body.points**2, axis=-1).max(axis=1)
     return np.asarray(2.0 * np.sqrt(part * (1.0 + part)))
+
+
+def spatial_limit(body: Bodies, tilt: Array) -> Array:
+    """The same of bodies in space that tilt up to an angle [rad], shape [lane].
+
+    With n the vertical in the principal axes, p the point that then is lowest and J the inverse
+    inertia for unit mass, an impulse along n moves that point by c = n + J (p x n) x p: the limit
+    is the part of c along n over the one across it.
+    """
+    angle = np.arange(DIRECTIONS) * (2.0 * np.pi / DIRECTIONS)
+    least = np.full(len(body.mass), np.inf)
+    back = (body.axes * np.array([-1.0, -1.0, -1.0, 1.0]))[:, None]
+    for part in np.arange(1, TILTS + 1) / TILTS:
+        s, c = np.sin(part * tilt)[:, None], np.cos(part * tilt)[:, None]
+        parts = np.broadcast_arrays(-s * np.cos(angle), -s * np.sin(angle), c)
+        up = turned(back, np.stack(parts, axis=-1))
+        lowest = np.argmin(up @ np.swapaxes(body.points, 1, 2), axis=-1)
+        point = np.take_along_axis(body.points, lowest[..., None], axis=1)
+        moved = up + np.cross(np.cross(point, up) / body.gyration[:, None], point)
+        along = np.sum(moved * up, axis=-1)
+        across = np.linalg.norm(moved - along[..., None] * up, axis=-1)
+        least = np.minimum(least, (along / np.maximum(across, TINY)).min(axis=1))
+    return least
 
 
 def above_limit(lanes: Lanes) -> tuple[npt.NDArray[np.bool_], Array]:
@@ -98,6 +125,9 @@ def ambiguous(lanes: Lanes, response: Response) -> npt.NDArray[np.bool_]:
         return np.zeros(count, dtype=np.bool_)
     if lanes.body is not None:
         above, _limit = above_limit(lanes)
+        if lanes.spatial:
+            tilt = response["peak_tilt"].reshape(count)
+            above = lanes.friction.reshape(count) > spatial_limit(lanes.body, tilt)
         return np.asarray(above & (response["peak_slide"].reshape(count) > SLID * lanes.width))
     one = {name: response[name].reshape(count) for name in ("peak_rotation", "peak_slide")}
     width, height, friction = (

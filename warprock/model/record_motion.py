@@ -104,6 +104,28 @@ class RecordMotions(LaneMotions):
         names = [f.name for f in dataclasses.fields(self) if not f.name.startswith("pool_")]
         return dataclasses.replace(self, **{name: getattr(self, name)[lanes] for name in names})
 
+    def compact(self) -> Self:
+        """The same motions with a pool of the samples that they use, where that is half as large.
+
+        A chunk of lanes follows few of the records of a large case, and its pool is copied.
+        """
+        offsets, of_lane = np.unique(self.offset, return_inverse=True)
+        counts = np.zeros_like(offsets)
+        np.maximum.at(counts, of_lane, self.count)
+        if 2 * counts.sum() > len(self.pool_velocity):
+            return self
+        used = np.concatenate(
+            [np.arange(at, at + n) for at, n in zip(offsets, counts, strict=True)]
+        )
+        ends = np.cumsum(counts)
+        return dataclasses.replace(
+            self,
+            offset=(ends - counts)[of_lane].astype(np.int32),
+            pool_acceleration=self.pool_acceleration[used],
+            pool_slope=self.pool_slope[used],
+            pool_velocity=self.pool_velocity[used],
+        )
+
     def scaled(self, factors: Array) -> Self:
         """The motions times a factor."""
         return dataclasses.replace(self, scale=self.scale * factors)
@@ -172,7 +194,7 @@ class RecordMotions(LaneMotions):
             pull[lanes] = np.maximum(np.abs(begin), np.abs(end)).max()
         return np.asarray(pull * np.abs(self.scale))
 
-    def left_acceleration(self, duration: float) -> Array:
+    def left_acceleration(self, duration: Array | float) -> Array:
         """The largest |acceleration| of the base after a time [m/s^2], shape [lane].
 
         Infinite where a velocity step is left.

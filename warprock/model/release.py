@@ -25,12 +25,15 @@ class Release:
         attitude: Quaternion (x, y, z, w) of a thrown block, shape [lane, 4]; None of blocks that
             start on their bottom.
         height: Height of the centre of a thrown block [m], shape [lane]; None likewise.
+        gyration: Moments of inertia over the mass about the axes of a thrown block [m^2], shape
+            [lane, 3]; None where it is the same all through.
     """
 
     velocity: Array
     angular_velocity: Array
     attitude: Array | None = None
     height: Array | None = None
+    gyration: Array | None = None
 
     @property
     def thrown(self) -> bool:

@@ -155,6 +155,8 @@ FIELDS: dict[str, Field] = {
             "Friction without which the block would slide; infinite where its base would have to "
             "pull",
         ),
+        Field("peak_rotation_left", ("lane",), "rad", "Largest rotation of a body towards -x"),
+        Field("peak_rotation_right", ("lane",), "rad", "Largest rotation of a body towards +x"),
         Field(
             "peak_rotation_error",
             ("lane",),
@@ -246,10 +248,14 @@ ESTIMATE_FIELDS: tuple[str, ...] = (
 """Errors, and what runs they took: `warprock.run.tolerance` adds these."""
 MODEL_FIELDS: tuple[str, ...] = ("friction_needed",)
 """Fields that `housner` and its reference answer besides: their block cannot slide."""
+BODY_FIELDS: tuple[str, ...] = ("peak_rotation_left", "peak_rotation_right")
+"""Fields that engines answer besides for bodies in the plane, whose sides may differ."""
 LANE_FIELDS: tuple[str, ...] = tuple(
     n
     for n, f in FIELDS.items()
-    if f.dims == ("lane",) and n not in (*ESTIMATE_FIELDS, *MODEL_FIELDS) and not f.spatial
+    if f.dims == ("lane",)
+    and n not in (*ESTIMATE_FIELDS, *MODEL_FIELDS, *BODY_FIELDS)
+    and not f.spatial
 )
 """Fields that every engine answers."""
 SPATIAL_FIELDS: tuple[str, ...] = tuple(
@@ -356,10 +362,26 @@ class Response:
 
 
 def join_responses(parts: Sequence[Response]) -> Response:
-    """Joins the responses of consecutive chunks, in lane order."""
-    first = parts[0]
-    fields = {name: np.concatenate([part.fields[name] for part in parts]) for name in first.fields}
-    return Response(engine=first.engine, fields=fields, times=first.times)
+    """Joins the responses of several lots of lanes, in their order.
+
+    Histories of runs that end earlier go on as NaN.
+    """
+    longest = max(parts, key=lambda part: len(part.times))
+    count = len(longest.times)
+    fields = {
+        name: np.concatenate([_lengthened(name, part, count) for part in parts])
+        for name in longest.fields
+    }
+    return Response(engine=longest.engine, fields=fields, times=longest.times)
+
+
+def _lengthened(name: str, part: Response, count: int) -> npt.NDArray[Any]:
+    """A field, with NaN up to a count of samples where it is a history."""
+    values, missing = part.fields[name], count - len(part.times)
+    if missing == 0 or FIELDS[name].dims[-1] != "sample":
+        return values
+    ends = [(0, 0)] * (values.ndim - 1)
+    return np.pad(values, [*ends, (0, missing)], constant_values=np.nan)
 
 
 def take_lanes(response: Response, lanes: npt.NDArray[np.intp]) -> Response:

@@ -58,10 +58,20 @@ class SceneKind:
         return bool(self.spatial_because)
 
     @property
+    def thrown(self) -> bool:
+        """Whether its blocks are thrown, so that they may fall on any of their faces."""
+        return self.moving.startswith("throws")
+
+    @property
     def left_out(self) -> tuple[str, ...]:
         """What the model does without because nothing in the scene needs it, and why."""
         parts = []
-        if not self.spatial:
+        if not self.spatial and self.bodies:
+            parts += [
+                "motion out of the plane of rocking, of which the base is a profile: three degrees "
+                "of freedom are enough where it stays in that plane",
+            ]
+        elif not self.spatial:
             parts += [
                 "motion out of the plane of rocking: the base moves along x at most and each block "
                 "is symmetric about the plane, so three degrees of freedom a block are enough",
@@ -73,7 +83,7 @@ class SceneKind:
         parts += [
             "the search for pairs that might touch: each face can meet but the one it stands on",
         ]
-        if not self.moving.startswith("throws"):
+        if not self.thrown:
             parts += ["the sides of blocks: a lane ends once a block has overturned or slid off"]
         return tuple(parts)
 
@@ -122,7 +132,7 @@ def scene_kind(
         motion=motions.kind,
         stacked=lanes.stacked,
         block_count=lanes.block_count,
-        contact_point_count=_contact_points(lanes),
+        contact_point_count=lanes.contact_point_count,
         centred=not lanes.offset.any(),
         restitution_given=restitution_given,
         moving=lanes.moving,
@@ -131,15 +141,6 @@ def scene_kind(
         angular_restitution=float(np.min(lanes.angular_restitution)),
         above_friction_limit=int(np.sum(above)),
         friction_limit=float(limit[above].min()) if above.any() else np.inf,
-        bodies=body is not None and not lanes.thrown,
+        bodies=body is not None,
         rounded=body is not None and bool(body.corner_radius.any()),
     )
-
-
-def _contact_points(lanes: Lanes) -> int:
-    """Points that can touch at once."""
-    if lanes.body is not None:
-        return lanes.body.most_points
-    if lanes.spatial:
-        return 4 + 8 * (lanes.block_count - 1)
-    return 2 * lanes.block_count

@@ -20,7 +20,8 @@ from warprock.model.motion import (
     GroundMotions,
 )
 from warprock.model.response import USABLE, Outcome, Response
-from warprock.model.rocking import frequency_parameter, uplift_acceleration
+from warprock.model.rocking import uplift_acceleration
+from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -43,44 +44,52 @@ _ROUND_OFF = 1e-9
 """Part of its length by which a run may be shorter than its motion and still be as long."""
 
 
-def cut_short(motions: GroundMotions, duration: float) -> Mask:
-    """Whether a run ends before the ground motion of a lane does, shape [lane]."""
+def cut_short(motions: GroundMotions, duration: Array | float) -> Mask:
+    """Whether a lane's run, of a duration [s], ends before its ground motion does, shape [lane]."""
     return np.asarray(motions.end > duration * (1.0 + _ROUND_OFF))
 
 
-def undecided(response: Response, lanes: Lanes, motions: GroundMotions, duration: float) -> Mask:
+def undecided(
+    response: Response, lanes: Lanes, motions: GroundMotions, duration: Array | float
+) -> Mask:
     """Which lanes have neither fallen nor come to stand, shape [lane].
 
     Args:
         response: What became of the lanes.
         lanes: Their blocks.
         motions: Their ground motions.
-        duration: Of the run [s].
+        duration: Of the run [s], shape [lane] or one for all.
     """
     outcome = response["outcome"]
     upright = np.isin(outcome, [Outcome.AT_REST, Outcome.ROCKING])
     rocks, cut = outcome == Outcome.ROCKING, cut_short(motions, duration)
     may_fall = rocks | cut
     if not (lanes.stacked or lanes.spatial):
-        free = (duration - motions.end) * frequency_parameter(lanes.width, lanes.height)
+        free = (duration - motions.end) * lanes.frequency_parameter
         may_fall = cut | (rocks & (free < SWUNG))
         if cut.any() and response.engine != SPRINGS:
             lifts = uplift_acceleration(lanes.width, lanes.height)
+            if lanes.body is not None:
+                lifts = GRAVITY * lanes.uplift_ratios.min(axis=1)
             may_fall &= rocks | (motions.components[0].left_acceleration(duration) >= lifts)
     usable = np.isin(response["status"], USABLE)
     return np.asarray(usable & upright & may_fall)
 
 
-def cut_text(motions: GroundMotions, duration: float) -> str:
+def cut_text(motions: GroundMotions, duration: Array | float) -> str:
     """That a run ends before its ground motions do, in words; empty where it does not."""
     cut = cut_short(motions, duration)
     if not cut.any():
         return ""
-    ends = motions.end[cut]
-    when = f"{ends.min():.6g} s"
-    if ends.max() > ends.min():
-        when = f"{ends.min():.6g} to {ends.max():.6g} s"
+    when = _span(motions.end[cut])
+    runs = np.broadcast_to(duration, cut.shape)[cut]
     return (
-        f"the run ends at {duration:.6g} s, before the ground motion of {int(cut.sum()):,} of "
+        f"the run ends at {_span(runs)}, before the ground motion of {int(cut.sum()):,} of "
         f"{len(cut):,} lanes ({when}): blocks that have not fallen by then are undecided"
     )
+
+
+def _span(times: Array) -> str:
+    """Times in words, from the least to the greatest."""
+    least, most = times.min(), times.max()
+    return f"{most:.6g} s" if least == most else f"{least:.6g} to {most:.6g} s"

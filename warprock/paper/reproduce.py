@@ -15,7 +15,8 @@ from typing import Any
 import pandas as pd
 
 from warprock.compare import checks
-from warprock.compare.checks import CaseResponses, compare_with_housner, plain_row
+from warprock.compare.checks import CaseResponses, compare_with_housner
+from warprock.compare.plain import plain_row
 from warprock.compare.study import COLUMNS as STUDY_COLUMNS
 from warprock.errors import InputError
 from warprock.figures.drawing import Drawing, write_drawings

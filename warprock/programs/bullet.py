@@ -77,7 +77,7 @@ def run(
 
 def _run_scene(bullet: Any, world: int, scene: PeerScene, settings: BulletSettings) -> PeerRun:
     steps = scene.steps_per_frame(settings.steps_per_second)
-    table, blocks = _build(bullet, world, scene)
+    table, blocks = _build(bullet, world, scene, settings.restitution)
     moving = scene.base is not None
     bullet.setPhysicsEngineParameter(
         fixedTimeStep=scene.frame / steps if moving else scene.frame,
@@ -114,7 +114,7 @@ def _run_scene(bullet: Any, world: int, scene: PeerScene, settings: BulletSettin
     return PeerRun(position, attitude, cpu_s, scene.frame_count * steps)
 
 
-def _build(bullet: Any, world: int, scene: PeerScene) -> tuple[int, list[int]]:
+def _build(bullet: Any, world: int, scene: PeerScene, restitution: float) -> tuple[int, list[int]]:
     """The base and the blocks in a world; their numbers."""
     bullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=world)
     here = {"physicsClientId": world}
@@ -137,19 +137,27 @@ def _build(bullet: Any, world: int, scene: PeerScene) -> tuple[int, list[int]]:
         )
         for block in scene.blocks
     ]
-    for body, friction in zip((table, *blocks), multiplied_frictions(scene), strict=True):
+    # Restitutions are multiplied, as frictions are.
+    bounces = [float(restitution > 0.0)] + [restitution] * len(blocks)
+    for body, friction, bounce in zip(
+        (table, *blocks), multiplied_frictions(scene), bounces, strict=True
+    ):
         bullet.changeDynamics(
             body,
             -1,
             lateralFriction=friction,
             rollingFriction=0.0,
             spinningFriction=0.0,
-            restitution=0.0,
+            restitution=bounce,
             linearDamping=0.0,
             angularDamping=0.0,
             **here,
         )
     for body, block in zip(blocks, scene.blocks, strict=True):
+        if not np.allclose(block.inertia, block.even_inertia):
+            # Without the mass beside it Bullet takes that away.
+            inertia = {"mass": block.mass, "localInertiaDiagonal": block.inertia}
+            bullet.changeDynamics(body, -1, **inertia, **here)
         if block.moving:
             bullet.resetBaseVelocity(body, block.velocity, block.spin, **here)
     return int(table), [int(block) for block in blocks]

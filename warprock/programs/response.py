@@ -98,6 +98,8 @@ def peer_response(
     if times.interval is None:
         return Response(name, fields, np.empty(0))
     every = frames_per_sample(times)
+    if times.places and lanes.spatial and not lanes.stacked:
+        fields |= _places(runs, every)
     histories = ("rotation", "rotation_across", "yaw") if lanes.spatial else ("rotation",)
     for field in histories:
         whole = np.array([row[f"history_{field}"] for row in rows])
@@ -105,9 +107,19 @@ def peer_response(
     return Response(name, fields, times.times)
 
 
+def _places(runs: Sequence[PeerRun], every: int) -> dict[str, npt.NDArray[np.generic]]:
+    """Histories of the centres of mass and the attitudes of single blocks, [lane, sample] each."""
+    position = np.stack([run.position[::every, 0] for run in runs])
+    attitude = np.stack([run.attitude[::every, 0] for run in runs])
+    found: dict[str, npt.NDArray[np.generic]] = dict(
+        zip("xyz", np.moveaxis(position, -1, 0), strict=True)
+    )
+    return found | {f"attitude_{name}": attitude[..., k] for k, name in enumerate("xyzw")}
+
+
 def _lane(lanes: Lanes, lane: int, scene: PeerScene, run: PeerRun) -> dict[str, object]:
     """Every field of one lane; blocks first where the lane is a stack."""
-    seen = _look(scene, run, spatial=lanes.spatial)
+    seen = _look(scene, run, spatial=lanes.spatial, thrown=lanes.thrown)
     slenderness = np.atleast_1d(lanes.slenderness_angle[lane])
     peaks = [_peak(seen.rotation[: seen.last + 1, k], scene.frame) for k in range(len(slenderness))]
     peak, peak_time = (np.array(part) for part in zip(*peaks, strict=True))
@@ -150,10 +162,11 @@ def _lane(lanes: Lanes, lane: int, scene: PeerScene, run: PeerRun) -> dict[str, 
     }
 
 
-def _look(scene: PeerScene, run: PeerRun, *, spatial: bool) -> _Seen:
+def _look(scene: PeerScene, run: PeerRun, *, spatial: bool, thrown: bool) -> _Seen:
     """Rotations and places of the blocks of one lane against what is below them.
 
-    In the plane a block lies flat on its side, however little the program let it leave the plane.
+    In the plane a block lies flat on its side, however little the program let it leave the plane. A
+    thrown block never falls, and its slide is the way of its centre.
     """
     attitude, position = run.attitude, run.position
     base = scene.base.displacement(scene.times) if scene.base else np.zeros((len(scene.times), 3))
@@ -162,9 +175,10 @@ def _look(scene: PeerScene, run: PeerRun, *, spatial: bool) -> _Seen:
     upwards[..., 2] = 1.0
     axis = turned(attitude, upwards)
     tilt = np.arctan2(np.hypot(axis[..., 0], axis[..., 1]), axis[..., 2])
-    fallen = np.flatnonzero((tilt >= FALLEN_ANGLE).any(axis=1))
+    falls = np.inf if thrown else FALLEN_ANGLE
+    fallen = np.flatnonzero((tilt >= falls).any(axis=1))
     last = int(fallen[0]) if len(fallen) else len(rotation) - 1
-    down = tilt[last] >= FALLEN_ANGLE
+    down = tilt[last] >= falls
     # Twists run on where a turn passes half of a round.
     yaw = np.unwrap(yaw, axis=0)
     below = np.zeros_like(attitude[:, 0])
@@ -192,7 +206,7 @@ def _look(scene: PeerScene, run: PeerRun, *, spatial: bool) -> _Seen:
         yaw=yaw,
         tilt=tilt,
         lean=np.stack(leans, axis=1),
-        slide=np.stack(slides, axis=1),
+        slide=position[..., :2] - position[0, :, :2] if thrown else np.stack(slides, axis=1),
         depth=np.stack(depths, axis=1),
         last=last,
         down=down,
@@ -201,13 +215,16 @@ def _look(scene: PeerScene, run: PeerRun, *, spatial: bool) -> _Seen:
 
 
 def _corners(scene: PeerScene, block: int) -> tuple[Array, Array]:
-    """Corners of the stretch of a block's bottom that lies on what is below.
+    """Corners of the stretch of a block's bottom that lies on what is below, or a body's points.
 
     Returns:
-        The corners in body axes, shape [4, 3], and where they would stand if the block were flat,
-        from the middle of the face below and along its axes, shape [4, 2] [m].
+        The corners in body axes, shape [corner, 3], and where they would stand if the block were
+        flat, from the middle of the face below and along its axes, shape [corner, 2] [m].
     """
     own = scene.blocks[block]
+    if own.body is not None:
+        points = np.array(own.body.points)
+        return points, np.array(own.stands) + _turned_by(own.yaw, points[:, :2])
     half, offset, yaw = 0.5 * np.array(own.face), np.zeros(2), own.yaw
     low, high = -half, half
     if block > 0:

@@ -17,9 +17,10 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.model.base_path import BasePath, base_path
+from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import GroundMotions
-from warprock.model.pose import start_poses
+from warprock.model.pose import start_poses, turned
 from warprock.model.response import SampleTimes
 
 Array = npt.NDArray[np.float64]
@@ -29,8 +30,21 @@ FRAME_LONGEST = 0.01
 
 
 @dataclasses.dataclass(frozen=True)
+class PeerBody:
+    """What a body is that is no box, in the axes of the block from the centre of mass.
+
+    Attributes:
+        points: Contact points [m].
+        tensor: Moments of inertia xx, yy, zz, xy, xz and yz, entries of the tensor [kg m^2].
+    """
+
+    points: Sequence[Sequence[float]]
+    tensor: Sequence[float]
+
+
+@dataclasses.dataclass(frozen=True)
 class PeerBlock:
-    """One box; SI units, full dimensions.
+    """One box, or a body in the box around it; SI units, full dimensions.
 
     Attributes:
         size: Width, depth and height [m].
@@ -47,6 +61,7 @@ class PeerBlock:
         yaw: Turn about the vertical at the start [rad].
         velocity: Of the centre of mass at the start, in the axes of the base [m/s].
         spin: Angular velocity at the start, in the axes of the base [rad/s].
+        body: What it is if it is no box; its size and middle are for pictures then.
     """
 
     size: Sequence[float]
@@ -61,11 +76,18 @@ class PeerBlock:
     yaw: float
     velocity: Sequence[float] = (0.0, 0.0, 0.0)
     spin: Sequence[float] = (0.0, 0.0, 0.0)
+    body: PeerBody | None = None
 
     @property
     def moving(self) -> bool:
         """Whether it starts in motion."""
         return any(self.velocity) or any(self.spin)
+
+    @property
+    def even_inertia(self) -> list[float]:
+        """Moments of inertia of a box that is the same all through [kg m^2]."""
+        squares = [size**2 for size in self.size]
+        return [self.mass / 12.0 * (sum(squares) - square) for square in squares]
 
     @property
     def chamfered(self) -> bool:
@@ -196,11 +218,11 @@ def _blocks(lanes: Lanes, lane: int, position: Array, attitude: Array) -> list[P
     mass = of("density") * size.prod(axis=-1)
     squares = size**2
     inertia = mass[:, None] / 12.0 * (squares.sum(axis=-1, keepdims=True) - squares)
-    if lanes.body is not None:
-        inertia = mass[:, None] * lanes.body.gyration[lane]
     velocity, spin = np.zeros((2, *position.shape))
     if lanes.release is not None:
         velocity[0], spin[0] = lanes.release.velocity[lane], lanes.release.angular_velocity[lane]
+        if lanes.release.gyration is not None:
+            inertia = mass[:, None] * lanes.release.gyration[lane]
     # In the plane of rocking only the edges across it are chamfered.
     depth = of("face_depth") if lanes.spatial else of("depth")
     face = np.stack([of("face_width"), depth], axis=-1)
@@ -212,7 +234,18 @@ def _blocks(lanes: Lanes, lane: int, position: Array, attitude: Array) -> list[P
     rows: tuple[Any, ...] = (size, face, middle, mass, inertia, friction)
     rows += (position, attitude, stands, yaw, velocity, spin)
     found: Any = zip(*(part.tolist() for part in rows), strict=True)
-    return [PeerBlock(*parts) for parts in found]
+    body = None if lanes.body is None else _body(lanes.body, lane)
+    return [dataclasses.replace(PeerBlock(*parts), body=body) for parts in found]
+
+
+def _body(bodies: Bodies, lane: int) -> PeerBody:
+    """The body of one lane, in space."""
+    body = bodies.take(slice(lane, lane + 1))
+    points = body.points_in_block_axes[0, : body.count[0]]
+    axes = turned(body.axes, np.eye(3))
+    xx, yy, zz = (body.mass[0] * body.gyration[0]) @ (axes**2)
+    tensor = (axes.T * (body.mass[0] * body.gyration[0])) @ axes
+    return PeerBody(points.tolist(), [xx, yy, zz, tensor[0, 1], tensor[0, 2], tensor[1, 2]])
 
 
 def _starts(lanes: Lanes) -> tuple[Array, Array]:

@@ -12,6 +12,7 @@ import importlib.util
 from collections.abc import Callable
 from typing import Any
 
+from warprock.errors import DeclinedError
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.response import Response, SampleTimes
@@ -28,12 +29,16 @@ class Program:
         packages: Packages that have to be there.
         install: The command that installs them.
         text: What it is, in one line.
+        starts_moving: Whether its adapter starts blocks with velocities.
+        bodies: Whether its adapter knows bodies in space that are no boxes.
     """
 
     module: str
     packages: tuple[str, ...]
     install: str
     text: str
+    starts_moving: bool = False
+    bodies: bool = False
 
     @property
     def installed(self) -> bool:
@@ -55,12 +60,15 @@ PROGRAMS: dict[str, Program] = {
         ("mujoco",),
         'pip install "warprock[mujoco]"',
         "MuJoCo: soft convex contacts, Newton's method, elliptic cones.",
+        starts_moving=True,
+        bodies=True,
     ),
     "bullet": Program(
         "warprock.programs.bullet",
         ("pybullet",),
         'pip install "warprock[bullet]"',
         "Bullet through pybullet: sequential impulses.",
+        starts_moving=True,
     ),
     "blender": Program(
         "warprock.programs.blender",
@@ -118,7 +126,13 @@ def require_scenes(
     Raises:
         DeclinedError: It cannot do a scene.
     """
-    adapter = importlib.import_module(PROGRAMS[name].module)
+    if lanes.moving and not PROGRAMS[name].starts_moving:
+        raise DeclinedError(f"it lets blocks go from rest here, and the case {lanes.moving}")
+    program = PROGRAMS[name]
+    if lanes.body is not None and not (program.bodies and lanes.spatial):
+        where = "; bodies in space it can do" if program.bodies else ""
+        raise DeclinedError(f"it is given boxes alone, and the case has a body (block.base){where}")
+    adapter = importlib.import_module(program.module)
     declines = getattr(adapter, "require_scenes", None)
     if declines is not None:
         declines(peer_scenes(lanes, motions, times), settings)

@@ -26,8 +26,9 @@ from warprock.errors import InputError, listed
 from warprock.model.motion import Control
 from warprock.quantity import NOTHING, Said
 from warprock.records.record import CONTROL_OF
+from warprock.records.rows import plain_columns
 from warprock.records.text_file import Channel, TextFile
-from warprock.units import Dimension, parse_any, parse_quantity
+from warprock.units import Dimension, Quantity, parse_any, parse_quantity
 
 Array = npt.NDArray[np.float64]
 
@@ -49,7 +50,7 @@ class Reading(NamedTuple):
 
     Attributes:
         column: Name or number, from 1, of the column of the motion.
-        unit: Unit of that column, where its header has none.
+        unit: Unit of that column, where its header has none; or a number of them, "-1 g".
         interval: Time between samples, with its unit, where there is no column of time.
     """
 
@@ -96,16 +97,19 @@ def read(text: TextFile, asked: Reading) -> list[Channel]:
     head = _fields(text.lines[at], separator)
     named = not all(map(_is_number, head))
     columns = [_column(n, name if named else "") for n, name in enumerate(head, 1)]
-    values = _values(text, at + named, separator, len(columns))
     time = next((c for c in columns if c.name.casefold() in _TIMES), None)
-    interval = _interval(text.file, asked, time, values)
     chosen = _motions(text.file, columns, time, asked)
+    wanted = [column.number for column, *_ in chosen] + ([] if time is None else [time.number])
+    values = dict(
+        zip(wanted, _values(text, at + named, separator, len(columns), wanted).T, strict=True)
+    )
+    interval = _interval(text.file, asked, time, None if time is None else values[time.number])
     return [
         Channel(
             label=column.header,
             quantity=quantity,
             interval=interval,
-            samples=size * values[:, column.number - 1],
+            samples=size * values[column.number],
             source=_comment(text, "source"),
             licence=_comment(text, "licence"),
             processing=_comment(text, "processing")
@@ -126,6 +130,8 @@ def _layout(text: TextFile) -> tuple[int, str | None]:
         return 0, ""
     at, line = first
     separator = next((s for s in _SEPARATORS if s is None or s in line), None)
+    if separator == "\t" and all(map(_is_number, line.split())):
+        separator = None  # rows of numbers may mix tabs and blanks
     fields = _fields(line, separator)
     above = text.lines[at - 1].lstrip("# ") if at else ""
     if all(map(_is_number, fields)) and len(fields) > 1:
@@ -172,8 +178,13 @@ def _unit(text: str) -> Dimension | None:
         return None
 
 
-def _values(text: TextFile, first: int, separator: str | None, count: int) -> Array:
-    """The numbers of all rows, shape [sample, column]; the decimal mark may be a comma."""
+def _values(
+    text: TextFile, first: int, separator: str | None, count: int, wanted: Sequence[int]
+) -> Array:
+    """The numbers in some columns, shape [sample, wanted]; the decimal mark may be a comma."""
+    plain = plain_columns(text.lines[first:], separator, count, wanted)
+    if plain is not None and len(plain) > 1:
+        return plain
     rows = []
     for at, line in enumerate(text.lines[first:], first):
         if not line.strip():
@@ -182,7 +193,7 @@ def _values(text: TextFile, first: int, separator: str | None, count: int) -> Ar
         if len(fields) != count:
             got = Said(f"{len(fields)} fields")
             raise text.refusal(at, f"must have {count} fields, as the rows above", got)
-        rows.append([text.number(at, field.replace(",", ".", 1)) for field in fields])
+        rows.append([text.number(at, fields[n - 1].replace(",", ".", 1)) for n in wanted])
     if len(rows) < 2:
         raise InputError(
             text.file, "samples", Said(f"{len(rows)} samples"), "must be at least 2 samples"
@@ -190,8 +201,8 @@ def _values(text: TextFile, first: int, separator: str | None, count: int) -> Ar
     return np.array(rows)
 
 
-def _interval(file: str, asked: Reading, time: _Column | None, values: Array) -> float:
-    """Time between samples [s]."""
+def _interval(file: str, asked: Reading, time: _Column | None, values: Array | None) -> float:
+    """Time between samples [s], as said or from the values in the column of time."""
     if asked.interval is not None:
         try:
             interval = parse_quantity(asked.interval, Dimension.TIME)
@@ -200,11 +211,11 @@ def _interval(file: str, asked: Reading, time: _Column | None, values: Array) ->
         if interval <= 0.0:
             raise InputError("--interval", "", asked.interval, "must be a time above 0 s")
         return interval
-    if time is None:
+    if time is None or values is None:
         allowed = 'must be a column named time, or the time between samples: --interval "0.01 s"'
         raise InputError(file, "time", NOTHING, f"{allowed} of {_COMMANDS}")
     size = parse_quantity(f"1 {time.unit or 's'}", Dimension.TIME)
-    times = size * values[:, time.number - 1]
+    times = size * values
     interval = float(f"{(times[-1] - times[0]) / (len(times) - 1):.12g}")
     even = times[0] + interval * np.arange(len(times))
     uneven = ~(np.abs(times - even) <= UNEVEN * interval)
@@ -256,13 +267,25 @@ def _with_units(
         if not unit:
             continue
         try:
-            size, dimension = parse_any(f"1 {unit}", CONTROL_OF)
+            size, dimension = _size(unit)
         except ValueError:
             if asked.unit:
-                allowed = f"must be a unit of a motion: {MOTION_UNITS}"
+                allowed = f'must be a unit of a motion: {MOTION_UNITS}, or a number of one, "-1 g"'
                 raise InputError("--unit", "", asked.unit, allowed) from None
             continue
         yield column, CONTROL_OF[dimension], size
+
+
+def _size(unit: str) -> Quantity:
+    """The size of a unit, or of a number of them, such as "-1 g" where a sensor's sign is opposite.
+
+    Raises:
+        ValueError: It is no unit of a motion, or nothing of one.
+    """
+    found = parse_any(unit if unit[0] in "+-.0123456789" else f"1 {unit}", CONTROL_OF)
+    if found.value == 0.0:
+        raise ValueError("must not be 0")
+    return found
 
 
 def _comment(text: TextFile, key: str) -> str:

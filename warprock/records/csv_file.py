@@ -21,6 +21,7 @@ from warprock.errors import InputError
 from warprock.model.motion import Control
 from warprock.quantity import NOTHING, Said
 from warprock.records.record import CONTROL_OF
+from warprock.records.rows import plain_column
 from warprock.records.text_file import Channel, TextFile
 from warprock.units import Dimension, parse_any, parse_quantity
 
@@ -90,7 +91,8 @@ def csv_text(entries: Mapping[str, str], samples: Array) -> str:
         samples: In that unit, shape [sample]; eight significant digits are written.
     """
     head = "".join(f"# {key}: {' '.join(value.split())}\n" for key, value in entries.items())
-    return head + "".join(f"{value + 0.0:.8g}\n" for value in samples)  # + 0.0 makes -0 a 0
+    # + 0.0 makes -0 a 0
+    return head + ("%.8g\n" * len(samples)) % tuple((samples + 0.0).tolist())
 
 
 def _unit(file: str, head: dict[str, str]) -> tuple[Control, float]:
@@ -118,6 +120,9 @@ def _interval(file: str, head: dict[str, str]) -> float:
 
 
 def _samples(text: TextFile, first: int) -> Array:
+    plain = plain_column(text.lines[first:])
+    if plain is not None and len(plain) > 1:
+        return plain
     values = []
     for at, line in enumerate(text.lines[first:], first):
         if line.strip():

@@ -69,8 +69,9 @@ CHANNEL = "#"
 INTERVALS = ("1e-6 s", "1e5 s")
 """Least and greatest time between samples; a run is no longer than the greatest."""
 
-FILES_KEPT = 256
-"""Files whose records stay in memory, so that a sweep reads them once and not for every chunk."""
+SAMPLES_KEPT = 2**27
+"""Samples that stay in memory, 1 GB, so that a sweep reads its records once and not for every
+chunk: some 5,000 records of 30 s at 800 Hz. Beyond that the oldest files go."""
 
 
 @functools.cache
@@ -150,10 +151,16 @@ def _records(path: pathlib.Path, name: str, asked: Reading) -> tuple[Record, ...
         raise _missing(path, name, error) from None
     key = str(path), hashlib.sha256(content).hexdigest(), asked
     if key not in _kept:
-        while len(_kept) >= FILES_KEPT:
+        found = _parsed(*key, content)
+        room = SAMPLES_KEPT - _sample_count(found)
+        while _kept and sum(map(_sample_count, _kept.values())) > room:
             _kept.pop(next(iter(_kept)), None)
-        _kept[key] = _parsed(*key, content)
+        _kept[key] = found
     return _kept[key]
+
+
+def _sample_count(records: Sequence[Record]) -> int:
+    return sum(len(record.samples) for record in records)
 
 
 _kept: dict[tuple[str, str, Reading], tuple[Record, ...]] = {}

@@ -4,6 +4,8 @@ A step is a name and values with units, `bandpass 0.1 Hz, 25 Hz, 4`:
 
 | step | does |
 | --- | --- |
+| `differentiate` | makes a displacement or a velocity an acceleration (see `merging`) |
+| `merge CROSSOVER` | takes frequencies below CROSSOVER from a displacement beside it (see there) |
 | `mean TIME` | subtracts the mean of the first TIME, the seconds before the event |
 | `baseline DEGREE` | subtracts the slope of a polynomial fitted to the velocity, zero at first |
 | `bandpass LOW, HIGH[, ORDER]` | Butterworth, forwards and backwards, no shift in time |
@@ -37,19 +39,16 @@ import numpy.typing as npt
 from warprock.errors import InputError, did_you_mean
 from warprock.model.motion import Control
 from warprock.quantity import NOTHING
+from warprock.records.merging import DIFFERENTIATE, differentiate, merge
+from warprock.records.merging import ORDER as MERGE_ORDER
 from warprock.records.record import Record
+from warprock.records.sampled import Sampled, pad_length, part, require_corners
 from warprock.units import Dimension, format_quantity, parse_quantity
 
 Array = npt.NDArray[np.float64]
 
 ORDER = 4
 """Order of the band-pass in each of its two passes, where none is given."""
-
-PAD_PERIODS = 3.0
-"""Zeros at both ends of a record while it is filtered, in periods of the lower corner."""
-
-LONGEST_PAD = 100
-"""Longest pad in lengths of the record; lower corners are out of reach of so short a record."""
 
 HIGHEST_ORDER = 10
 """Highest order of a band-pass, beyond which a narrow one loses its digits."""
@@ -59,34 +58,6 @@ HIGHEST_DEGREE = 20
 
 LARGEST_RATIO = 1000
 """Largest whole number in the ratio of two times between samples."""
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class Sampled:
-    """Accelerations, and how the base moves at the first of them.
-
-    Attributes:
-        samples: [m/s^2], shape [sample].
-        interval: Time between samples [s].
-        velocity: At the first sample [m/s].
-        displacement: At the first sample [m].
-    """
-
-    samples: Array
-    interval: float
-    velocity: float = 0.0
-    displacement: float = 0.0
-
-    def integrals(self) -> tuple[Array, Array]:
-        """Velocity [m/s] and displacement [m] at the samples, by the trapezoidal rule."""
-        velocity = self.velocity + _integral(self.samples, self.interval)
-        return velocity, self.displacement + _integral(velocity, self.interval)
-
-
-def _integral(values: Array, interval: float) -> Array:
-    """Cumulative trapezoidal integral from zero."""
-    steps = 0.5 * interval * (values[1:] + values[:-1])
-    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 class Argument(NamedTuple):
@@ -191,13 +162,19 @@ def _value(option: str, name: str, argument: Argument, part: str) -> float:
     return value
 
 
-def process(record: Record, steps: Sequence[Step], option: str = "--step") -> tuple[Sampled, str]:
+def process(
+    record: Record,
+    steps: Sequence[Step],
+    option: str = "--step",
+    displacement: Record | None = None,
+) -> tuple[Sampled, str]:
     """A record after some steps.
 
     Args:
-        record: An acceleration record.
+        record: An acceleration record, or one whose first step is to differentiate it.
         steps: In order.
         option: What errors blame.
+        displacement: What another instrument measured beside it, for the step `merge`.
 
     Returns:
         The motion, and what its provenance says: what the record's own said, and the steps.
@@ -205,17 +182,36 @@ def process(record: Record, steps: Sequence[Step], option: str = "--step") -> tu
     Raises:
         InputError: Not an acceleration, or a step that this record has no room for.
     """
-    if steps and record.quantity is not Control.ACCELERATION:
-        allowed = "must be used on an acceleration"
-        raise InputError(option, steps[0].name, f"a {record.quantity} record", allowed)
-    motion = Sampled(record.samples, record.interval)
+    beside = None if displacement is None else _beside(record, displacement)
+    motion = Sampled(record.samples, record.interval, quantity=record.quantity, beside=beside)
+    if displacement is not None and not any(step.name == "merge" for step in steps):
+        allowed = 'must be used by a step, such as "merge 1 Hz"'
+        raise InputError("--displacement", "", displacement.name, allowed)
     for step in steps:
+        given, wanted = motion.quantity is Control.ACCELERATION, step.name != DIFFERENTIATE
+        if given is not wanted:
+            allowed = f"must be used on an acceleration: {DIFFERENTIATE} it first"
+            if not wanted:
+                allowed = "must be used on a displacement or a velocity"
+            raise InputError(option, step.name, f"a {motion.quantity} record", allowed)
         try:
             motion = STEPS[step.name].apply(motion, *step.values)
         except ValueError as error:
             raise InputError(option, step.name, step.text, str(error)) from None
     said = [record.processing, *(step.text for step in steps)]
     return motion, "; ".join(part for part in said if part)
+
+
+def _beside(record: Record, displacement: Record) -> Array:
+    """The samples of a displacement that was measured beside a record.
+
+    Raises:
+        InputError: It is no displacement.
+    """
+    if displacement.quantity is not Control.DISPLACEMENT:
+        got = f"a {displacement.quantity} record"
+        raise InputError("--displacement", "", got, "must be a displacement")
+    return displacement.samples
 
 
 def _mean(motion: Sampled, quiet: float) -> Sampled:
@@ -241,38 +237,23 @@ def _baseline(motion: Sampled, degree: float) -> Sampled:
 def _bandpass(motion: Sampled, low: float, high: float, order: float) -> Sampled:
     from scipy import signal
 
-    nyquist = 0.5 / motion.interval
-    lowest = PAD_PERIODS / (LONGEST_PAD * len(motion.samples) * motion.interval)
-    if not lowest <= low < high < nyquist:
-        allowed = f"must have its corners in order between {lowest:.3g} and {nyquist:g} Hz"
-        raise ValueError(allowed)
+    require_corners(motion, low, high)
     if order > HIGHEST_ORDER:
         raise ValueError(f"must be of an order up to {HIGHEST_ORDER}")
     sections = signal.butter(
         round(order), [low, high], "bandpass", fs=1.0 / motion.interval, output="sos"
     )
-    pad = np.zeros(round(PAD_PERIODS / (low * motion.interval)))
+    pad = np.zeros(pad_length(motion, low))
     filtered = signal.sosfiltfilt(sections, np.concatenate([pad, motion.samples, pad]))
     whole = Sampled(np.asarray(filtered), motion.interval)
-    return _part(whole, len(pad), len(pad) + len(motion.samples))
+    return part(whole, len(pad), len(pad) + len(motion.samples))
 
 
 def _trim(motion: Sampled, start: float, stop: float) -> Sampled:
     first, last = round(start / motion.interval), round(stop / motion.interval)
     if not first < last < len(motion.samples):
         raise ValueError(_inside(motion, "its stop") + " and after its start")
-    return _part(motion, first, last + 1)
-
-
-def _part(motion: Sampled, first: int, end: int) -> Sampled:
-    """The samples from `first` to before `end`."""
-    velocity, displacement = motion.integrals()
-    return Sampled(
-        motion.samples[first:end],
-        motion.interval,
-        float(velocity[first]),
-        float(displacement[first]),
-    )
+    return part(motion, first, last + 1)
 
 
 def _taper(motion: Sampled, rise: float, fall: float) -> Sampled:
@@ -302,7 +283,7 @@ def _resample(motion: Sampled, interval: float) -> Sampled:
     samples = signal.resample_poly(motion.samples, ratio.numerator, ratio.denominator)
     if len(samples) < 2:
         raise ValueError(_inside(motion, "the time between samples"))
-    return dataclasses.replace(motion, samples=np.asarray(samples), interval=interval)
+    return dataclasses.replace(motion, samples=np.asarray(samples), interval=interval, beside=None)
 
 
 def _inside(motion: Sampled, what: str) -> str:
@@ -338,5 +319,12 @@ STEPS: dict[str, Kind] = {
         _taper,
     ),
     "resample": Kind((Argument("INTERVAL", _TIME),), "resampled to {0}", _resample),
+    DIFFERENTIATE: Kind((), "differentiated as a cubic spline", differentiate),
+    "merge": Kind(
+        (Argument("CROSSOVER", _RATE),),
+        "below {0} from the displacement (spline, differentiated twice), above from the "
+        f"acceleration (acausal Butterworth low-pass of order {MERGE_ORDER} and its complement)",
+        merge,
+    ),
 }
 """Steps by name."""

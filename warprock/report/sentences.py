@@ -21,7 +21,8 @@ _SOUND = [code.name.lower() for code in SOUND]
 def run_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
     """What came out of a run, in three sentences made from its numbers."""
     count, outcome = len(table), facts["outcome"]
-    ended = asked.outcome_words(outcome, facts.get("duration_s"), falling(table))
+    together = None if "shortest_duration_s" in facts else facts.get("duration_s")
+    ended = asked.outcome_words(outcome, together, falling(table))
     first = f"{counted(count, 'lane')} ran: {ended}."
     if count == 1:
         first = f"One lane ran: it {table['outcome'].iloc[0].replace('_', ' ')}."

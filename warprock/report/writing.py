@@ -17,6 +17,7 @@ from warprock.report.analysis_chapters import (
     spectrum_chapter,
     study_chapter,
 )
+from warprock.report.body_chapter import body_chapter
 from warprock.report.comparison_chapter import comparison_chapter
 from warprock.report.content import Chapter, Page
 from warprock.report.earlier import earlier_scenes
@@ -28,6 +29,7 @@ from warprock.report.measured_chapters import (
 )
 from warprock.report.page import REPORT, write_page
 from warprock.report.run_chapter import run_chapter
+from warprock.report.validation_chapter import validation_chapter
 from warprock.run.lane_table import LANE_TABLE
 from warprock.run.results import CELL_TABLE, PROVENANCE
 from warprock.sweep.plan import PLAN
@@ -60,6 +62,8 @@ _BY_FACT: dict[str, Make] = {
     "incremental": incremental_chapter,
     "study": study_chapter,
     "of": sensitivity_chapter,
+    "validation": validation_chapter,
+    "body": body_chapter,
     "asked": comparison_chapter,
 }
 """What only one kind of results says in `run.json`, and its chapter; a run has none of these."""

@@ -8,23 +8,21 @@ from __future__ import annotations
 import dataclasses
 import functools
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.engines import ENGINES, engine_class
 from warprock.engines.workload import require_workload
 from warprock.errors import InputError, listed
-from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions
 from warprock.model.response import Response, SampleTimes, join_responses, take_lanes
 from warprock.quantity import NOTHING
 from warprock.run.batch import require_room, run_batch
 from warprock.run.devices import require_device
+from warprock.run.lane_parts import Part, run_parts
 from warprock.run.machine import require_workers
 from warprock.run.options import DEFAULT_OPTIONS, RunOptions
 from warprock.run.tolerance import run_at_step, run_to_tolerance
@@ -123,17 +121,18 @@ def run_lane_set(
     Args:
         engine: Name of the engine.
         lane_set: The lanes, all of a case or some.
-        times: Length of the run and sampling of its histories.
+        times: Sampling of the histories; how long lanes run is said by the lanes.
         options: How they are run.
         settings: Settings of the engine.
     """
 
-    def run(lanes: Lanes, motions: GroundMotions, settings: Any, options: RunOptions) -> Response:
+    def run(part: Part, options: RunOptions) -> Response:
+        batch = (engine, part.lanes, part.motions, part.times)
         if options.tolerance is None:
-            return run_batch(engine, lanes, motions, times, settings=settings, **options.of_batch)
-        return run_to_tolerance(engine, lanes, motions, times, options, settings=settings)
+            return run_batch(*batch, settings=part.settings, **options.of_batch)
+        return run_to_tolerance(*batch, options, settings=part.settings)
 
-    return _run_members(run, lane_set, None, settings, options)
+    return run_parts(run, lane_set, None, times, settings, options)
 
 
 def run_lane(run: CaseRun, lane: int) -> Response:
@@ -162,68 +161,17 @@ def run_lanes(run: CaseRun, lanes: Sequence[int]) -> Response:
     for step in np.unique(steps):
         places.append(np.flatnonzero(steps == step))
         run_again = functools.partial(_run_again, run, float(step))
-        part = chosen[places[-1]]
-        parts.append(_run_members(run_again, run.lane_set, part, run.settings, run.options))
+        part, times = chosen[places[-1]], dataclasses.replace(run.case.sample_times, places=True)
+        parts.append(run_parts(run_again, run.lane_set, part, times, run.settings, run.options))
     return take_lanes(join_responses(parts), np.argsort(np.concatenate(places)))
 
 
-def _run_again(
-    run: CaseRun,
-    step: float,
-    lanes: Lanes,
-    motions: GroundMotions,
-    settings: Any,
-    options: RunOptions,
-) -> Response:
+def _run_again(run: CaseRun, step: float, part: Part, options: RunOptions) -> Response:
     """Runs lanes of a finished run once, with histories, at a step; 0 is that of the settings."""
-    times = dataclasses.replace(run.case.sample_times, places=True)
-    batch = (run.response.engine, lanes, motions, times)
+    batch = (run.response.engine, part.lanes, part.motions, part.times)
     if step > 0.0:
-        return run_at_step(*batch, options, step=step, settings=settings)
-    return run_batch(*batch, settings=settings, **options.of_batch)
-
-
-RunMembers = Callable[[Lanes, GroundMotions, Any, RunOptions], Response]
-"""Runs a batch of one time step: lanes, their motions, settings of the engine, options."""
-
-
-def _run_members(
-    run: RunMembers,
-    lane_set: LaneSet,
-    chosen: npt.NDArray[np.intp] | None,
-    settings: Any,
-    options: RunOptions,
-) -> Response:
-    """Runs lanes of a case, those of each time step together, and puts them in order again.
-
-    Args:
-        run: What runs a batch of one time step.
-        lane_set: Lanes of the case, and the factors on the time step that an ensemble asks for;
-            an engine without a time step has no use for them.
-        chosen: Numbers of the lanes wanted, in the order wanted; None is all.
-        settings: Settings of the engine, with the time step that the factors change.
-        options: How they are run.
-    """
-    lanes, motions, factors = lane_set.lanes, lane_set.motions, lane_set.step_factors
-    if chosen is not None:
-        lanes, motions = lanes.take(chosen), motions.take(chosen)
-        factors = None if factors is None else factors[chosen]
-    if factors is None or not has_time_step(settings):
-        return run(lanes, motions, settings, options)
-    parts, numbers, before = [], [], 0
-    for factor in np.unique(factors):
-        members = np.flatnonzero(factors == factor)
-        scaled = settings.with_step_scaled(float(factor))
-        batch = (lanes.take(members), motions.take(members))
-        parts.append(run(*batch, scaled, options.counting_from(before)))
-        numbers.append(members)
-        before += len(members)
-    return take_lanes(join_responses(parts), np.argsort(np.concatenate(numbers)))
-
-
-def has_time_step(settings: Any) -> bool:
-    """Whether an engine with these settings has a time step that an ensemble can spread."""
-    return hasattr(settings, "with_step_scaled")
+        return run_at_step(*batch, options, step=step, settings=part.settings)
+    return run_batch(*batch, settings=part.settings, **options.of_batch)
 
 
 def require_options(engine: str, options: RunOptions = DEFAULT_OPTIONS) -> None:

@@ -27,6 +27,9 @@ from warprock.settings.engines import SETTINGS, declared_settings
 VALUES_SHOWN = 12
 """Distinct values of an input up to which all of them are listed."""
 
+WORDS_SHOWN = 4
+"""Words that are named of an input that has more of them than that."""
+
 LANES_SHOWN = 100_000
 """Lanes whose inputs are looked through; of more, the first ones."""
 
@@ -78,9 +81,10 @@ def explain_case(case: Case) -> dict[str, Any]:
         },
         "lanes": case.lane_count,
         "inputs_of_lanes": lane_set.lanes.lane_count,
-        "duration_s": lane_set.times.duration,
-        "motion_cut_short": cut_text(lane_set.motions, lane_set.times.duration) or None,
-        "sample_interval_s": lane_set.times.interval,
+        "duration_s": max(case.durations),
+        "shortest_duration_s": min(case.durations),
+        "motion_cut_short": cut_text(lane_set.motions, lane_set.ends) or None,
+        "sample_interval_s": lane_set.longest.interval,
         "sweep": [{"keys": list(axis.columns), "length": axis.length} for axis in case.axes]
         + ([{"keys": ["member"], "length": case.members}] if case.ensemble else []),
         "study": [case.study.plan(name) for name in case.study.engines] if case.study else None,
@@ -90,12 +94,13 @@ def explain_case(case: Case) -> dict[str, Any]:
     }
 
 
-def write_case(start: Start, path: pathlib.Path) -> list[pathlib.Path]:
+def write_case(start: Start, path: pathlib.Path, source: str = "PATH") -> list[pathlib.Path]:
     """Writes a case file to start from, and what it needs beside it.
 
     Args:
         start: What `case.template.start_case` made.
         path: File to write, or a folder to write `case.toml` into.
+        source: Argument or option that names it, as errors say.
 
     Returns:
         The files, the case file first.
@@ -108,8 +113,8 @@ def write_case(start: Start, path: pathlib.Path) -> list[pathlib.Path]:
     contents |= {file.parent / name: content for name, content in start.beside.items()}
     for each in contents:
         if each.exists():
-            raise InputError("PATH", "", str(each), "must not exist already")
-        require_writable_file(each, "PATH")
+            raise InputError(source, "", str(each), "must not exist already")
+        require_writable_file(each, source)
     file.parent.mkdir(parents=True, exist_ok=True)
     for each, content in reversed(contents.items()):
         with replacing(each) as temporary:
@@ -119,6 +124,10 @@ def write_case(start: Start, path: pathlib.Path) -> list[pathlib.Path]:
 
 def _scene_text(scene: SceneKind) -> str:
     """What a lane is, in words."""
+    if scene.bodies:
+        where = f"in space: the case {scene.spatial_because}" if scene.spatial else "in the plane"
+        corners = ", their corners rounded" if scene.rounded else ""
+        return f"one body on at most {scene.contact_point_count} points{corners}, {where}"
     if scene.spatial:
         touch = "which can touch its base at four corners"
         if scene.stacked:
@@ -178,8 +187,13 @@ def _kernel_text(case: Case, name: str, scene: SceneKind) -> str:
 
 
 def _spread(values: pd.Series[Any]) -> dict[str, Any]:
-    """Distinct values in order of appearance, or least and greatest where there are many."""
+    """Distinct values in order of appearance, or least and greatest where there are many.
+
+    Of many words the first ones, and how many there are.
+    """
     distinct = values.drop_duplicates().tolist()
-    if len(distinct) <= VALUES_SHOWN or not pd.api.types.is_numeric_dtype(values):
+    if len(distinct) <= VALUES_SHOWN:
         return {"values": distinct}
+    if not pd.api.types.is_numeric_dtype(values):
+        return {"values": distinct[:WORDS_SHOWN], "count": len(distinct)}
     return {"from": float(values.min()), "to": float(values.max()), "count": len(distinct)}

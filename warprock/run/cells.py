@@ -18,6 +18,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.case.lanes import LaneSet
+from warprock.model.ratios import peak_ratio
 from warprock.model.response import USABLE, Outcome, Response
 
 Array = npt.NDArray[np.float64]
@@ -200,7 +201,7 @@ def _peak_ratios(lane_set: LaneSet, response: Response) -> dict[str, Array]:
 
     +infinity where a lane overturned or slid off, NaN where its numbers may not be used.
     """
-    ratios = response["peak_rotation"] / lane_set.lanes.slenderness_angle
+    ratios = peak_ratio(response, lane_set.lanes)
     fallen = np.isin(response["outcome"], _FALLEN)
     usable = np.isin(response["status"], USABLE)
     stacked = lane_set.lanes.stacked

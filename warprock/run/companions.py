@@ -31,6 +31,10 @@ Mask = npt.NDArray[np.bool_]
 Numbers = npt.NDArray[np.intp]
 
 
+PIECES_KEPT = 2**24
+"""Samples of records that end that are held at a time, 400 MB: lanes of more run in parts."""
+
+
 def sample_times(duration: float, interval: float) -> SampleTimes:
     """Sample times for comparing runs; they end exactly where the run does.
 
@@ -62,8 +66,18 @@ def cut_off(motions: GroundMotions, ends: Array) -> GroundMotions:
     return _cut_record(motions, ends)
 
 
-def _cut_record(motions: Any, ends: Array) -> RecordMotions:
-    """The records of one direction, each cut off, with a pool of the pieces that are left."""
+def many_pieces(motions: GroundMotions, ends: Array) -> bool:
+    """Whether the pools of `cut_off` would be too large to be held at a time."""
+    samples = sum(int(_pieces(part, ends)[0][:, 1].sum()) for part in motions.components)
+    return samples > PIECES_KEPT
+
+
+def _pieces(motions: Any, ends: Array) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.intp]]:
+    """What is left of records that end: offset, samples left and samples of each piece.
+
+    Returns:
+        Shape [piece, 3], and the piece of every lane, shape [lane].
+    """
     assert isinstance(motions, RecordMotions)
     with np.errstate(invalid="ignore"):
         samples = np.ceil((ends - motions.start) / motions.interval) + 1.0
@@ -71,19 +85,27 @@ def _cut_record(motions: Any, ends: Array) -> RecordMotions:
     pieces, piece = np.unique(
         np.stack([motions.offset, count, motions.count], axis=1), axis=0, return_inverse=True
     )
+    return pieces, piece.reshape(-1)
+
+
+def _cut_record(motions: Any, ends: Array) -> RecordMotions:
+    """The records of one direction, each cut off, with a pool of the pieces that are left."""
+    pieces, piece = _pieces(motions, ends)
+    count = pieces[piece, 1]
     places = [np.arange(offset, offset + kept) for offset, kept, _ in pieces]
     where = np.concatenate(places)
     last = np.cumsum(pieces[:, 1]) - 1
     # The last sample of a record is an empty segment.
     pool = {n: getattr(motions, f"pool_{n}")[where] for n in ("acceleration", "slope", "velocity")}
     pool["acceleration"][last], pool["slope"][last] = 0.0, 0.0
-    return dataclasses.replace(
+    found: RecordMotions = dataclasses.replace(
         motions,
-        offset=(last - pieces[:, 1] + 1).astype(np.int32)[piece.reshape(-1)],
+        offset=(last - pieces[:, 1] + 1).astype(np.int32)[piece],
         count=count,
         velocity_step_stop=np.where(count < motions.count, 0.0, motions.velocity_step_stop),
         **{f"pool_{name}": values for name, values in pool.items()},
     )
+    return found
 
 
 @dataclasses.dataclass(frozen=True)

@@ -18,6 +18,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from warprock.case.case import Case
 from warprock.case.lanes import expand_lanes
@@ -90,10 +91,9 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
         return EngineChoice(ANALYTICAL, declined)
     runs = np.array(judged_lanes(len(lanes) * len(factors)))
     chosen, factor = runs // len(factors), np.asarray(factors)[runs % len(factors)]
+    ends = np.broadcast_to(lane_set.ends, len(lanes))[chosen]
     outside = outside_model(
-        lane_set.lanes.take(chosen),
-        lane_set.motions.take(chosen).scaled(factor),
-        lane_set.times,
+        lane_set.lanes.take(chosen), lane_set.motions.take(chosen).scaled(factor), ends
     )
     part = f"{outside} of {len(runs)} lanes" if outside else f"none of {len(runs)} lanes"
     whole = case.lane_count * len(factors)
@@ -106,11 +106,21 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
     return EngineChoice(ANALYTICAL, why, outside)
 
 
-def outside_model(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> int:
-    """Number of single blocks that would slide, or be pulled down, in Housner's model."""
+def outside_model(lanes: Lanes, motions: GroundMotions, ends: npt.NDArray[np.float64]) -> int:
+    """Number of single blocks that would slide, or be pulled down, in Housner's model.
+
+    Args:
+        lanes: The blocks.
+        motions: Their ground motions.
+        ends: When their runs end [s], shape [lane].
+    """
     start_warp()
-    response = run_batch(ANALYTICAL, lanes, motions, SampleTimes(times.duration))
-    return response.count(Status.OUTSIDE_MODEL)
+    found = 0
+    for end in np.unique(ends):
+        alike = np.flatnonzero(ends == end)
+        batch = lanes.take(alike), motions.take(alike), SampleTimes(float(end))
+        found += run_batch(ANALYTICAL, *batch).count(Status.OUTSIDE_MODEL)
+    return found
 
 
 def judged_lanes(count: int) -> range:

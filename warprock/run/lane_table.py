@@ -12,7 +12,9 @@ import pyarrow as pa
 from warprock.case.columns import input_meaning
 from warprock.case.lanes import LaneSet
 from warprock.model.base_path import base_places
+from warprock.model.ratios import peak_ratio
 from warprock.model.response import (
+    BODY_FIELDS,
     ESTIMATE_FIELDS,
     FIELDS,
     HISTORIES,
@@ -27,6 +29,9 @@ from warprock.run.parts import FOOTER
 
 LANE_TABLE = "lanes.parquet"
 """Name of the file that a run, and a sweep that was merged, keep it in."""
+
+_ROUND_OFF = 1e-12
+"""Part of its length by which the last sample of a run may lie behind its end."""
 
 PEAK_RATIO = "peak_rotation_ratio"
 
@@ -51,7 +56,7 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
     columns: dict[str, Any] = {"lane": lane_set.first + np.arange(response.lane_count)}
     columns |= {str(name): lane_set.inputs[name].array for name in lane_set.inputs.columns}
     meaning = {name: input_meaning(name) for name in columns}
-    optional = (*SPATIAL_FIELDS, *MODEL_FIELDS, *ESTIMATE_FIELDS)
+    optional = (*SPATIAL_FIELDS, *MODEL_FIELDS, *BODY_FIELDS, *ESTIMATE_FIELDS)
     besides = [name for name in optional if name in response.fields]
     for field in (FIELDS[name] for name in (*LANE_FIELDS, *besides)):
         values = response[field.name]
@@ -62,11 +67,9 @@ def lane_table(lane_set: LaneSet, response: Response) -> pd.DataFrame:
             of_field = {field.block_column(k): v for k, v in enumerate(values.T, 1)}
         columns |= of_field
         meaning |= dict.fromkeys(of_field, (field.unit, field.text))
-    columns[UNDECIDED] = undecided(
-        response, lane_set.lanes, lane_set.motions, lane_set.times.duration
-    )
+    columns[UNDECIDED] = undecided(response, lane_set.lanes, lane_set.motions, lane_set.ends)
     meaning[UNDECIDED] = ("-", UNDECIDED_TEXT)
-    ratio = response["peak_rotation"] / lane_set.lanes.slenderness_angle
+    ratio = peak_ratio(response, lane_set.lanes)
     ratios = dict(zip(peak_ratio_columns(lane_set), np.atleast_2d(ratio.T), strict=True))
     columns |= ratios
     meaning |= dict.fromkeys(ratios, ("-", "Largest rotation / slenderness angle"))
@@ -116,16 +119,18 @@ def history_table(response: Response, row: int, lane_set: LaneSet, lane: int) ->
         lane_set: Lanes of the case, and their motions.
         lane: Number of the lane among them.
     """
-    columns: dict[str, Any] = {"time_s": response.times}
+    end = np.broadcast_to(lane_set.ends, lane_set.lanes.lane_count)[lane]
+    times = response.times[response.times <= end * (1.0 + _ROUND_OFF)]
+    columns: dict[str, Any] = {"time_s": times}
     meaning = {"time_s": ("s", "Time")}
     for field in (FIELDS[name] for name in HISTORIES if name in response.fields):
-        values = response[field.name][row]
+        values = response[field.name][row][..., : len(times)]
         of_field = {field.column: values}
         if values.ndim == 2:
             of_field = {field.block_column(k): v for k, v in enumerate(values, 1)}
         columns |= of_field
         meaning |= dict.fromkeys(of_field, (field.unit, field.text))
-    places = base_places(lane_set.motions, lane, response.times)
+    places = base_places(lane_set.motions, lane, times)
     for axis, name in enumerate("xyz"):
         for column in (c for c in columns if c == f"{name}_m" or c.startswith(f"{name}_")):
             columns[column] = columns[column] + places[:, axis]
@@ -135,7 +140,7 @@ def history_table(response: Response, row: int, lane_set: LaneSet, lane: int) ->
         pulled = "base_acceleration" + ("" if name == "x" else f"_{name}") + "_m_s2"
         columns |= {
             f"base_{name}_m": places[:, axis],
-            pulled: motion.acceleration(response.times, lane),
+            pulled: motion.acceleration(times, lane),
         }
         meaning[f"base_{name}_m"] = ("m", f"Displacement of the base along {name}")
         meaning[pulled] = (

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import threading
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from warprock.engines.launching import Form
 
 Progress = Callable[[int], None]
 """Called with the number of lanes finished so far."""
@@ -25,6 +29,7 @@ class RunOptions:
             misses it by its estimate runs again at finer steps. None estimates no error, and runs
             every lane once.
         progress: Called with the number of lanes finished so far.
+        form: Form of the kernels; None is the fast one for many lanes.
     """
 
     precision: str = "float64"
@@ -32,6 +37,7 @@ class RunOptions:
     workers: int | None = None
     tolerance: float | None = TOLERANCE
     progress: Progress | None = None
+    form: Form | None = None
 
     @property
     def of_batch(self) -> dict[str, Any]:
@@ -41,7 +47,13 @@ class RunOptions:
             "device": self.device,
             "workers": self.workers,
             "progress": self.progress,
+            "form": self.form,
         }
+
+    @property
+    def on_cpu(self) -> bool:
+        """Whether the device is the CPU."""
+        return self.device.startswith("cpu")
 
     def counting_from(self, before: int) -> RunOptions:
         """The options for the next of several batches.
@@ -61,6 +73,32 @@ def counted_from(progress: Progress | None, before: int) -> Progress | None:
     if progress is None or before == 0:
         return progress
     return lambda done: progress(before + done)
+
+
+class Counted:
+    """Lanes finished of several batches that run side by side."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        """Starts at none.
+
+        Args:
+            progress: What is told their sum; for None nothing is counted.
+        """
+        self._progress, self._lock = progress, threading.Lock()
+        self._done: dict[int, int] = {}
+
+    def of(self, number: int) -> Progress | None:
+        """The progress of one batch."""
+        if self._progress is None:
+            return None
+
+        def report(done: int) -> None:
+            assert self._progress is not None
+            with self._lock:
+                self._done[number] = done
+                self._progress(sum(self._done.values()))
+
+        return report
 
 
 DEFAULT_OPTIONS = RunOptions()

@@ -40,9 +40,17 @@ def provenance(run: CaseRun) -> dict[str, Any]:
         "tolerance": run.options.tolerance,
         "accuracy": accuracy_counts(response, run.lane_set, run.settings, run.options.tolerance),
         "rotation_error_rad": error_summary(response),
-        "duration_s": run.lane_set.times.duration,
+        **duration_facts(run.lane_set),
         "wall_time_s": run.wall_time,
     }
+
+
+def duration_facts(lane_set: LaneSet) -> dict[str, float]:
+    """Length of the longest run of a lane [s], and of the shortest where they differ."""
+    found = {"duration_s": lane_set.longest.duration}
+    if lane_set.durations is not None:
+        found["shortest_duration_s"] = float(lane_set.durations.min())
+    return found
 
 
 def case_facts(case: Case) -> dict[str, Any]:
@@ -117,10 +125,10 @@ def count_words(response: Response, name: str) -> dict[str, int]:
 
 def undecided_counts(lane_set: LaneSet, response: Response) -> dict[str, int]:
     """How many lanes a run left undecided, and of how many it cut the ground motion short."""
-    motions, duration = lane_set.motions, lane_set.times.duration
+    motions, ends = lane_set.motions, lane_set.ends
     return {
-        UNDECIDED: int(undecided(response, lane_set.lanes, motions, duration).sum()),
-        "motion_cut_short": int(cut_short(motions, duration).sum()),
+        UNDECIDED: int(undecided(response, lane_set.lanes, motions, ends).sum()),
+        "motion_cut_short": int(cut_short(motions, ends).sum()),
     }
 
 

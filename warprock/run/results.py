@@ -88,8 +88,9 @@ def write_results(
     folder: pathlib.Path,
     tables: Mapping[str, pd.DataFrame],
     facts: Mapping[str, Any] | None = None,
+    texts: Mapping[str, str] | None = None,
 ) -> list[pathlib.Path]:
-    """Writes tables, and `run.json` where there are facts.
+    """Writes tables and texts, and `run.json` where there are facts.
 
     Args:
         folder: Where to; made if it does not exist.
@@ -97,6 +98,7 @@ def write_results(
             meaning of columns. A name that ends in .parquet or .csv is that file; a name without an
             ending is written twice, NAME.parquet and NAME.csv.
         facts: What ran and what came of it, ready for JSON.
+        texts: Name of a file -> what it says.
 
     Returns:
         The files; `run.json` comes last.
@@ -117,6 +119,10 @@ def write_results(
                 else:
                     pq.write_table(arrow_table(table), temporary)
             written.append(folder / file)
+    for name, content in (texts or {}).items():
+        with replacing(folder / name) as temporary:
+            temporary.write_text(content, encoding="utf-8")
+        written.append(folder / name)
     if facts is None:
         return written
     path = folder / PROVENANCE

@@ -19,8 +19,9 @@ from warprock.case.lanes import expand_lanes
 from warprock.case.load import build_case
 from warprock.errors import InputError
 from warprock.model.base_path import base_places
-from warprock.model.lanes import as_stacks
+from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.pose import quaternion, turned
+from warprock.model.ratios import rotation_ratio
 from warprock.model.response import Outcome, Response
 from warprock.reading import read_bytes
 from warprock.run.case_run import CaseRun, require_options, require_support, run_lane
@@ -49,6 +50,8 @@ class SceneMotion:
         ratio: Rotations over the slenderness angles [-], shape [block, sample].
         base: Displacement of the base since the start [m], shape [sample, 3].
         acceleration: Acceleration of the base [m/s^2], shape [sample, 3].
+        outline: Corners of a body that is no box, as `Bodies.outline` gives them, in its plane with
+            y = 0 [m], shape [corner, 3]; None of boxes. Its position is that of its centre of mass.
     """
 
     name: str
@@ -61,9 +64,12 @@ class SceneMotion:
     ratio: Array
     base: Array
     acceleration: Array
+    outline: Array | None = None
 
     def corners(self) -> Array:
-        """Corners of the blocks in their plane, going round [m], shape [block, sample, 4, 2]."""
+        """Corners of the blocks in their plane, going round [m], [block, sample, corner, 2]."""
+        if self.outline is not None:
+            return np.asarray(self._placed(self.outline[None, None])[..., [0, 2]])
         flat = _PLANE * self.sizes[:, None, None, [0, 2]]
         arms = np.insert(flat, 1, 0.0, axis=-1)
         return np.asarray(self._placed(arms)[..., [0, 2]])
@@ -72,8 +78,10 @@ class SceneMotion:
         """All corners of the blocks [m], shape [block, sample, 8, 3]: -y, +y for -x, then +x.
 
         That is, corner 4 i + 2 j + k lies on the side i along the width, j along the depth and k
-        along the height, 0 being the negative one.
+        along the height, 0 being the negative one. Of a body all corners of its outline.
         """
+        if self.outline is not None:
+            return self._placed(self.outline[None, None])
         return self._placed(_SPACE * self.sizes[:, None, None, :])
 
     def _placed(self, arms: Array) -> Array:
@@ -107,6 +115,10 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
     else:
         # Clockwise in the plane, towards +x: about +y.
         attitude = quaternion(np.stack([nothing, fields["rotation"], nothing], axis=-1))
+    outline = None
+    if lanes.body is not None:
+        outline = lanes.body.outline(lanes.height[:, 0])[0]
+        outline = outline if spatial else np.insert(outline, 1, 0.0, axis=-1)
     pulled = np.zeros_like(base)
     for axis, motion in enumerate(run.lane_set.motions.components):
         pulled[:, axis] = motion.acceleration(response.times, lane)
@@ -118,10 +130,18 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
         sizes=np.stack([lanes.width[0], lanes.depth[0], lanes.height[0]], axis=-1),
         position=place,
         attitude=attitude,
-        ratio=fields["rotation"] / lanes.slenderness_angle[0][:, None],
+        ratio=_ratio(fields["rotation"], lanes),
         base=base,
         acceleration=pulled,
+        outline=outline,
     )
+
+
+def _ratio(rotation: Array, lanes: Lanes) -> Array:
+    """Rotations of one lane over slenderness angles, shape [block, sample]."""
+    if lanes.body is not None:
+        return rotation_ratio(rotation, lanes)
+    return np.asarray(rotation / lanes.slenderness_angle[0][:, None])
 
 
 def _histories(response: Response) -> list[str]:
@@ -133,7 +153,7 @@ def _histories(response: Response) -> list[str]:
 def _sampled(case: Case, interval: float) -> Case:
     """The case with another time between samples."""
     run = case.tables.run
-    of_run = run.model_copy(update={"sample_interval": min(interval, run.duration)})
+    of_run = run.model_copy(update={"sample_interval": min(interval, min(case.durations))})
     return dataclasses.replace(case, tables=case.tables.model_copy(update={"run": of_run}))
 
 

@@ -53,6 +53,7 @@ from warprock.model.response import (
     Response,
     SampleTimes,
     Status,
+    join_responses,
     take_lanes,
 )
 from warprock.run.batch import run_batch
@@ -65,6 +66,7 @@ from warprock.run.companions import (
     gap,
     halved,
     largest,
+    many_pieces,
     parted,
     peak_gap,
     record_alone,
@@ -239,7 +241,13 @@ def _run_until_rest(
     case: Companions, halvings: Numbers, ends: Array, work: Array, known: _Known, lanes: Numbers
 ) -> Response:
     """Companions under records that end; longer ones where a lane did not rest by then."""
-    short = np.isfinite(ends)
+    short, half = np.isfinite(ends), len(ends) // 2
+    if half and np.any(short) and many_pieces(case.motions, ends):
+        parts = [
+            _run_until_rest(case.take(p), halvings[p], ends[p], work[p], known, lanes[p])
+            for p in (slice(None, half), slice(half, None))
+        ]
+        return join_responses(parts)
     cut = case
     if np.any(short):
         cut = dataclasses.replace(case, motions=cut_off(case.motions, ends))

@@ -46,6 +46,9 @@ class BulletSettings:
             "m",
         ),
     ] = 0.0
+    restitution: Annotated[
+        float, SettingKey("normal restitution of the blocks and of their base", 0.0, 1.0)
+    ] = 0.0
 
 
 @dataclasses.dataclass(frozen=True)

@@ -126,7 +126,7 @@ def run_chunk(
     response = run_lane_set(
         plan.engine,
         lane_set,
-        SampleTimes(lane_set.times.duration),
+        SampleTimes(lane_set.longest.duration),
         plan.options(workers, progress),
         settings=case.engine_settings(plan.engine),
     )

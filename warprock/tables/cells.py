@@ -12,8 +12,9 @@ from rich.console import Console
 
 from warprock.case.case import Case
 from warprock.model.undecided import cut_text
-from warprock.run.case_run import CaseRun, has_time_step
+from warprock.run.case_run import CaseRun
 from warprock.run.cells import PEAK_RATIO, QUANTILES, cell_table
+from warprock.run.lane_parts import has_time_step
 from warprock.tables.accuracy import run_accuracy_lines
 from warprock.tables.swept import SweptAxis, swept_axes
 from warprock.tables.terminal import plain_table, print_table, print_written, stdout
@@ -78,7 +79,7 @@ def print_cells(
         out.print(
             f"time step: {run.response.engine} has none, so ensemble.time_step changes nothing"
         )
-    cut = cut_text(run.lane_set.motions, run.lane_set.times.duration)
+    cut = cut_text(run.lane_set.motions, run.lane_set.ends)
     if cut:
         out.print(cut, highlight=False)
     for line in run_accuracy_lines(run):

@@ -31,6 +31,11 @@ def print_listing(found: Mapping[str, Any]) -> None:
     )
 
 
+def _duration_text(found: Mapping[str, Any]) -> str:
+    least, most = found["shortest_duration_s"], found["duration_s"]
+    return f"{most:g} s" if least == most else f"{least:g} s to {most:g} s"
+
+
 def print_explanation(found: Mapping[str, Any]) -> None:
     """Prints what `run.catalogue.explain_case` found."""
     out = wide_stdout()
@@ -51,7 +56,7 @@ def print_explanation(found: Mapping[str, Any]) -> None:
         ("ground motion", scene["motion"]),
         ("angular restitution", restitution),
         ("lanes", f"{found['lanes']:,}"),
-        ("duration", f"{found['duration_s']:g} s"),
+        ("duration", _duration_text(found)),
         ("histories", "not asked for" if sampling is None else f"every {sampling:g} s"),
     ]
     for name, value in facts:
@@ -129,5 +134,7 @@ def _print_study_plan(out: Console, study: Sequence[Mapping[str, Any]]) -> None:
 
 def _spread_text(spread: Mapping[str, Any]) -> str:
     if "values" in spread:
-        return ", ".join(cell_text(value) for value in spread["values"])
+        shown = spread["values"]
+        rest = spread.get("count", len(shown)) - len(shown)
+        return ", ".join(map(cell_text, shown)) + (f" and {rest:,} more" if rest else "")
     return f"{cell_text(spread['from'])} to {cell_text(spread['to'])}, {spread['count']} values"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pathlib
 import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -59,6 +60,33 @@ def print_records(rows: Sequence[Mapping[str, Any]], console: Console | None = N
     print_end(
         f"{len(rows)} records; the strongest is {most['name']}, {peak:.3g} g.",
         f"warprock init record mine/case.toml --record {most['name']}",
+        out,
+    )
+
+
+def print_imported(
+    rows: Sequence[Mapping[str, Any]], folder: pathlib.Path, console: Console | None = None
+) -> None:
+    """Prints what records were written to a folder.
+
+    Args:
+        rows: One a record, as of `records.importing.import_files`.
+        folder: The folder.
+        console: Where to; the terminal if not given.
+    """
+    out = console or stdout()
+    for key, name, unit, size in (
+        ("duration_s", "length", "s", 1.0),
+        ("interval_s", "time between samples", "s", 1.0),
+        ("pga_m_s2", "PGA", "g", GRAVITY),
+        ("pgv_m_s", "PGV", "m/s", 1.0),
+    ):
+        values = [row[key] / size for row in rows]
+        least, most = f"{min(values):.3g}", f"{max(values):.3g}"
+        out.print(f"  {name}: {least if least == most else f'{least} to {most}'} {unit}")
+    print_end(
+        f"{len(rows)} records were written to {folder}.",
+        f"warprock records info {shlex.quote(rows[0]['file'])}",
         out,
     )
 

@@ -21,6 +21,7 @@ class Report:
         beside: Whether it was made from the results in a folder, which stay when it is written.
         came_out: What came out, in one sentence.
         then: The command to try next, once the results are in a folder.
+        texts: Texts to write, by the name of their file.
     """
 
     json: Mapping[str, Any]
@@ -30,3 +31,4 @@ class Report:
     beside: bool = False
     came_out: str = ""
     then: str = ""
+    texts: Mapping[str, str] = dataclasses.field(default_factory=dict)

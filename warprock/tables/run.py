@@ -15,6 +15,7 @@ from rich.table import Table
 from warprock.case.axes import lane_indices
 from warprock.case.columns import columns_of
 from warprock.case.round_base import round_base_note
+from warprock.model.ratios import peak_ratio
 from warprock.model.response import Status
 from warprock.model.undecided import cut_text
 from warprock.run.case_run import CaseRun
@@ -265,7 +266,7 @@ def _print_notes(out: Console, run: CaseRun, table: pd.DataFrame) -> None:
     replaced = round_base_note(table)
     if replaced:
         say(out, replaced)
-    cut = cut_text(run.lane_set.motions, run.lane_set.times.duration)
+    cut = cut_text(run.lane_set.motions, run.lane_set.ends)
     if cut:
         say(out, cut)
     if run.lane_set.scene.friction_note and response.engine not in ("housner", "two-block"):
@@ -299,7 +300,7 @@ def run_sentence(run: CaseRun) -> str:
         )
     if set(counts) <= {"overturned"}:
         return f"{said}."
-    ratio = response["peak_rotation"] / run.lane_set.lanes.slenderness_angle
+    ratio = peak_ratio(response, run.lane_set.lanes)
     stands = ratio.reshape(response.lane_count, -1).max(axis=1)
     stands = np.where(response["outcome"] >= 2, np.nan, stands)
     if np.all(np.isnan(stands)):

@@ -202,6 +202,8 @@ def print_rows(title: str, rows: Sequence[Mapping[Any, Any]]) -> None:
 _UNITS_OF_COLUMNS = {
     "_m_s2": "m/s^2",
     "_kg_m3": "kg/m^3",
+    "_kg": "kg",
+    "_deg": "deg",
     "_rad_s": "rad/s",
     "_per_s": "1/s",
     "_m_s": "m/s",

@@ -1,0 +1,96 @@
+"""What a step of a body on contact points sees: one corner, and what is on both sides of it."""
+
+import warp as wp
+
+from warprock.kernels.event.block import GRAIN, NEARLY
+from warprock.kernels.event.body_contact import Body, Edge, tips_right
+from warprock.kernels.modes import FLAT, FLYING
+from warprock.kernels.shape.body import Corner, turned_x, turned_z
+
+
+@wp.struct
+class View:
+    """Corner k and what is on both sides of it, from the centre of mass at the rotation zero.
+
+    Attributes:
+        corner: k.
+        x, z: Where it is [m].
+        low, high: Rotations at which the edges on both sides lie flat [rad].
+        left_x, left_z: The corner to -x [m], k itself if it is the first; right_x, right_z to +x.
+        flat_right: Whether a body that lies flat lies on the edge to +x of it.
+    """
+
+    corner: int
+    x: real
+    z: real
+    low: real
+    high: real
+    left_x: real
+    left_z: real
+    right_x: real
+    right_z: real
+    flat_right: bool
+
+
+@wp.func
+def edge_of(body: Body, x1: real, z1: real, x2: real, z2: real, s: real, c: real) -> Edge:
+    """The edge between two corners, the first at -x, of a body turned by (s, c)."""
+    return Edge(
+        turned_x(x1, z1, s, c), turned_x(x2, z2, s, c), body.radius - turned_z(x1, z1, s, c)
+    )
+
+
+@wp.func
+def edge_below(body: Body, view: View, s: real, c: real) -> Edge:
+    """The edge on which a body lies that is flat, turned by (s, c)."""
+    right = view.flat_right
+    return edge_of(
+        body,
+        wp.where(right, view.x, view.left_x),
+        wp.where(right, view.z, view.left_z),
+        wp.where(right, view.right_x, view.x),
+        wp.where(right, view.right_z, view.z),
+        s,
+        c,
+    )
+
+
+@wp.func
+def tips_about_second(
+    body: Body, gravity: real, first: Corner, second: Corner, theta: real, slip: real,
+    vx: real, dv: real, d: real,
+) -> bool:  # fmt: skip
+    """Whether a body on an edge would tip about its end at +x, see `tips_right`."""
+    edge = edge_of(body, first.x, first.z, second.x, second.z, sine(theta), cosine(theta))
+    return tips_right(body.friction, slip, edge, vx - HALF * dv, -HALF * d * gravity)
+
+
+@wp.func
+def contacts_at(
+    body: Body, view: View, mode: int, theta: real, gap: real, raw_gap: real, vz: real, omega: real
+):
+    """Which corners have come down to the base at the end of a step.
+
+    Args:
+        body: The body.
+        view: The corner and its neighbours.
+        mode: In the step.
+        theta, gap, vz, omega: At its end.
+        raw_gap: Gap before what is put back [m].
+
+    Returns:
+        Whether the corner to +x has landed or taken the place of the lowest, whether that to -x
+        has; whether a flying corner lands; how deep a corner is [m].
+    """
+    near = NEARLY * body.longest_step
+    s, c = sine(theta), cosine(theta)
+    spot = turned_z(view.x, view.z, s, c)
+    up = mode != FLAT and omega > real(0.0) and theta >= view.high - near * omega
+    down = mode != FLAT and omega < real(0.0) and theta <= view.low - near * omega
+    rise = vz - omega * turned_x(view.x, view.z, s, c)
+    grain = GRAIN * (body.radius - spot)
+    lands = mode == FLYING and rise < real(0.0) and gap <= grain - near * rise
+    below = smaller(
+        turned_z(view.left_x, view.left_z, s, c), turned_z(view.right_x, view.right_z, s, c)
+    )
+    return up, down, lands, larger(-raw_gap, spot - below - raw_gap)

@@ -1,0 +1,325 @@
+"""Housner's block as a body on a convex base: it turns about one point of it, event by event.
+
+The base is a chain of feet from -x to +x (head of housner/body_series.py), 0 to n - 1. Between two
+of them is an edge, which lies on the ground at the rotation where the lines to both are level: foot
+j is the one that touches from that of the edge before it, `low`, up to that of the edge behind it,
+`high`; of the outer feet up to a right angle. Where a body that turns about a foot comes to such an
+end, the next foot strikes the ground. With their places x_o and x_n beside the centre of mass, its
+height H above the ground and the radius of gyration k, the angular momentum about the new foot
+keeps
+
+    eta = (k^2 + x_o x_n + H^2) / (k^2 + x_n^2 + H^2)
+
+of the angular velocity, or what the case prescribes for the edge that the body stands on at first.
+At eta <= 0 it stays on both feet. On an edge it rests as long as the base acceleration lies between
+-g x_right / H and -g x_left / H, and is lifted over that end otherwise; where the centre of mass is
+beyond an end that is at once.
+
+A step is as in housner/block.py. What is watched while the body rocks is the distance to the edge
+that it moves towards, or has just left; a step that would pass the other end of the foot's range
+is repeated up to there. A lane's state is that of housner/block.py, with `place` for the side: the
+number of the foot that the body turns about, at rest of the one at -x of its edge. `loss` is the
+sum of I_o w_o^2 - I_n w_n^2 over the impacts, I over the mass [m^2/s^2].
+"""
+
+import warp as wp
+
+from warprock.kernels.housner.block import (
+    NEARLY,
+    REACH,
+    ROUND_OFF,
+    TICK,
+    next_event,
+)  # fmt: skip
+from warprock.kernels.housner.block_contact import needed_in_step, ratio
+from warprock.kernels.housner.body_series import force_series, rolling_series, sine_cosine
+from warprock.kernels.modes import OVERTURNED, RESTING, ROCKING
+from warprock.kernels.motion import Motion, knot_time, series
+from warprock.kernels.shape.taylor import slope_at, value_at
+
+
+@wp.struct
+class Body:
+    """What a step needs to know of one lane's body."""
+
+    gravity: real
+    radius: real
+    fall_left: real
+    fall_right: real
+    rest_rotation: real
+    step_length: real
+    step_limit: int
+
+
+@wp.struct
+class Foot:
+    """A point of the base; the symbols are those of housner/body_series.py."""
+
+    alpha: real
+    reach: real
+    p2: real
+    q: real
+    rho: real
+    eps: real
+    low: real
+    high: real
+
+
+@wp.struct
+class Edge:
+    """What there is between a foot, on the left, and the next one, on the right.
+
+    `hold`: base acceleration that lifts the body over that end; `weight` and `pull`: angular
+    acceleration about that end that weight and a unit of base acceleration make; `inertia`: about
+    that end, over the mass; `kept`: eta of the impact on that end, and `slip`, the friction that it
+    needs.
+    """
+
+    hold_left: real
+    hold_right: real
+    weight_left: real
+    weight_right: real
+    pull_left: real
+    pull_right: real
+    inertia_left: real
+    inertia_right: real
+    kept_left: real
+    kept_right: real
+    slip_left: real
+    slip_right: real
+
+
+@wp.func
+def may_rest(edge: Edge, rest_rotation: real, omega: real, acceleration: real):
+    """Whether a body stays on an edge, and the time of the impacts that are left out."""
+    one = real(1.0)
+    left = edge.weight_left - edge.pull_left * acceleration
+    right = edge.weight_right + edge.pull_right * acceleration
+    weaker = smaller(left + ROUND_OFF * edge.weight_left, right + ROUND_OFF * edge.weight_right)
+    rests = weaker > real(0.0) and omega * omega <= TWO * weaker * rest_rotation
+    to_right = omega > real(0.0)
+    here, there = wp.where(to_right, right, left), wp.where(to_right, left, right)
+    eta = wp.where(to_right, edge.kept_left, edge.kept_right)
+    lost = larger(one - edge.kept_left * edge.kept_right, real(1.0e-6))
+    return rests, TWO * size(omega) * (one / here + eta / there) / lost
+
+
+@wp.func
+def watched(
+    resting: bool, upper: bool, limit: real, pull: real, theta: real, foot: Foot,
+    omega: real, t2: real, t3: real, t4: real, t5: real, t6: real, t7: real, t8: real, t9: real,
+    t10: real,
+    a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, a7: real, a8: real,
+    h: real,
+):  # fmt: skip
+    """First event within a step of length h; as `next_event`.
+
+    Watched is how far the rotation is from the upper or the lower end of the foot's range; at rest
+    what a pull of the base lacks to the limit.
+    """
+    zero = real(0.0)
+    s = wp.where(upper, real(-1.0), real(1.0))
+    e0 = wp.where(upper, foot.high - theta, theta - foot.low)
+    e0 = wp.where(resting, limit - pull * a0, e0)
+    tau, turned, crossed, cap = next_event(
+        e0,
+        wp.where(resting, -pull * a1, s * omega),
+        wp.where(resting, -pull * a2, s * t2),
+        wp.where(resting, -pull * a3, s * t3),
+        wp.where(resting, -pull * a4, s * t4),
+        wp.where(resting, -pull * a5, s * t5),
+        wp.where(resting, -pull * a6, s * t6),
+        wp.where(resting, -pull * a7, s * t7),
+        wp.where(resting, -pull * a8, s * t8),
+        wp.where(resting, zero, s * t9),
+        wp.where(resting, zero, s * t10),
+        h,
+    )
+    # A jump of the acceleration lifts a resting body, round-off sinks a rocking one: at once.
+    a_end = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, h)
+    lifts = e0 < -NEARLY * size(limit) or (e0 <= zero and limit - pull * a_end < zero)
+    at_once = wp.where(resting, lifts, e0 < zero)
+    return (
+        wp.where(at_once, zero, tau),
+        turned and not at_once,
+        crossed or at_once,
+        wp.where(at_once, NEVER, cap),
+    )
+
+
+@wp.func
+def weaker_hold(edge: Edge, a0: real, a_end: real):
+    """The pull, 1 to +x or -1, that is nearer to lifting a body off an edge, and its limit."""
+    zero = real(0.0)
+    left = edge.hold_left - larger(a0, a_end)
+    right = edge.hold_right + smaller(a0, a_end)
+    to_left = left < right
+    hold = wp.where(to_left, edge.hold_left, edge.hold_right)
+    slack = TWO * ROUND_OFF * size(hold)
+    return wp.where(to_left, real(1.0), real(-1.0)), hold + slack + zero
+
+
+@wp.func
+def towards(foot: Foot, theta: real, omega: real, t2: real, t3: real, h: real) -> bool:
+    """Whether the upper end of a foot's range is watched, not the lower one.
+
+    It is the end that a step starts at, else the one that the body moves towards.
+    """
+    still = wp.where(size(t2) > NEARLY * size(t3) * h, t2, t3)
+    moves = wp.where(omega == real(0.0), still, omega)
+    return theta == foot.high or (theta != foot.low and moves > real(0.0))
+
+
+@wp.func
+def event_step(
+    body: Body, edge: Edge, impact: bool, uplift: bool, upper: bool, pull: real,
+    acceleration: real, time: real,
+    omega: real, place: int, mode: int, uplift_time: real, rest_time: real, loss: real,
+    needed: real,
+):  # fmt: skip
+    """What an impact on an edge, or an uplift from one, does to a body."""
+    zero = real(0.0)
+    kept = larger(wp.where(upper, edge.kept_right, edge.kept_left), zero)
+    before = wp.where(upper, edge.inertia_left, edge.inertia_right)
+    behind = wp.where(upper, edge.inertia_right, edge.inertia_left)
+    slip = wp.where(upper, edge.slip_right, edge.slip_left)
+    after = kept * omega
+    stays, tail = may_rest(edge, body.rest_rotation, after, acceleration)
+    # A body that keeps nothing stays on both feet; what moves it from there is an uplift.
+    rests = impact and (stays or kept == zero)
+    after = wp.where(rests, zero, after)
+    # At rest the place is that of the foot at -x of the edge.
+    struck = wp.where(upper, wp.where(rests, place, place + 1), place - 1)
+    lifted = wp.where(pull > zero, place, place + 1)
+    return (
+        wp.where(impact, after, omega),
+        wp.where(uplift, lifted, wp.where(impact, struck, place)),
+        wp.where(rests, RESTING, wp.where(uplift, ROCKING, mode)),
+        wp.where(uplift, smaller(uplift_time, time), uplift_time),
+        wp.where(rests, time + wp.where(stays, tail, zero), wp.where(uplift, NEVER, rest_time)),
+        loss + wp.where(impact, before * omega * omega - behind * after * after, zero),
+        wp.where(impact, larger(slip, needed), needed),
+    )
+
+
+@wp.func
+def motion_step(
+    body: Body, foot: Foot, edge: Edge, passed: bool, dv: real, time: real,
+    theta: real, omega: real, place: int, mode: int, uplift_time: real, rest_time: real,
+    needed: real,
+):  # fmt: skip
+    """What a velocity step dv of the base at a knot does to a body, if it is passed."""
+    zero = real(0.0)
+    steps = passed and dv != zero
+    s, c = sine_cosine(theta - foot.alpha)
+    kick = -(foot.rho + foot.q * c) / (real(1.0) + foot.eps * c) * dv
+    off = -wp.where(dv > zero, edge.pull_left, edge.pull_right) * dv
+    rests, _tail = may_rest(edge, body.rest_rotation, off, zero)
+    rocks = steps and mode == ROCKING
+    lifts = steps and mode == RESTING and not rests
+    omega1 = wp.where(rocks, omega + kick, wp.where(lifts, off, omega))
+    # Thrown back where a foot has just come down, the body turns about the one that it left.
+    place1 = wp.where(rocks and theta == foot.high and omega1 > zero, place + 1, place)
+    place1 = wp.where(rocks and theta == foot.low and omega1 < zero, place - 1, place1)
+    place1 = wp.where(lifts and dv < zero, place + 1, place1)
+    along = dv + (body.radius + foot.reach * c) * kick
+    falls = (theta >= body.fall_right and omega >= zero) or (
+        theta <= -body.fall_left and omega <= zero
+    )
+    asked = ratio(along, -foot.reach * s * kick)
+    return (
+        omega1,
+        place1,
+        wp.where(lifts, ROCKING, mode),
+        wp.where(lifts, smaller(uplift_time, time), uplift_time),
+        wp.where(lifts, NEVER, rest_time),
+        wp.where(rocks and not falls and asked > needed, asked, needed),
+    )
+
+
+@wp.func
+def overshot(live: bool, excess: real, omega: real, tau: real, cap: real):
+    """Whether a body passes the other end of its foot's range: it repeats the step up to there.
+
+    Returns:
+        That, the length of the step (0 if it is repeated), the longest step allowed next time.
+    """
+    past = live and excess > NEARLY
+    return (
+        past,
+        wp.where(past or not live, real(0.0), tau),
+        wp.where(past, larger(tau - excess / size(omega), HALF * tau), cap),
+    )
+
+
+@wp.func
+def advance(
+    body: Body, foot: Foot, behind: Edge, last: int,
+    m: Motion, sample: real, sample_slope: real, until: real,
+    theta: real, omega: real, place: int, time: real, segment: int, mode: int, cap: real,
+    needed: real,
+):  # fmt: skip
+    """The way of one lane to its next event, or at most to `until`.
+
+    Args:
+        body: The body.
+        foot: The foot that it turns about.
+        behind: The edge behind that foot, on which it lies at rest.
+        last: Number of the last foot.
+        m: Ground motion.
+        sample: Acceleration of a record's segment.
+        sample_slope: Its slope.
+        until: Where a step ends at the latest.
+        theta: The lane's state from here on, as in the head of the file.
+
+    Returns:
+        Rotation, its rate and the time at the end; the base acceleration there; whether the event
+        is at the upper end of the foot's range; the pull that lifts a body at rest; whether it
+        strikes the next foot, and whether it is lifted; the longest step allowed next time; the
+        friction needed.
+    """
+    zero = real(0.0)
+    live, resting, rocking = mode < OVERTURNED, mode == RESTING, mode == ROCKING
+    target = smaller(knot_time(m, segment), until)
+    room = target - time
+    h = smaller(smaller(smaller(body.step_length, REACH / size(omega)), room), cap)
+    h = wp.where(live, larger(h, zero), zero)
+    a0, a1, a2, a3, a4, a5, a6, a7, a8 = series(m, segment, time, sample, sample_slope)
+    (
+        t2, t3, t4, t5, t6, t7, t8, t9, t10,
+        c2, c3, c4, c5, c6, c7, c8, s2, s3, s4, s5, s6, s7, s8,
+    ) = rolling_series(
+        foot.p2, foot.q, foot.rho, foot.eps, theta - foot.alpha, omega,
+        a0, a1, a2, a3, a4, a5, a6, a7, a8,
+    )  # fmt: skip
+    upper = resting or towards(foot, theta, omega, t2, t3, h)
+    a_end = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, h)
+    pull, limit = weaker_hold(behind, a0, a_end)
+    tau, turned, crossed, cap1 = watched(
+        resting, upper, limit, pull, theta, foot,
+        omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, a0, a1, a2, a3, a4, a5, a6, a7, a8, h,
+    )  # fmt: skip
+    theta1 = value_at(theta, omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
+    omega1 = slope_at(omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
+    excess = wp.where(upper, foot.low - theta1, theta1 - foot.high)
+    past, tau, cap1 = overshot(live, wp.where(rocking, excess, zero), omega1, tau, cap1)
+    n0, n1, n2, n3, n4, n5, n6, f0, f1, f2, f3, f4, f5, f6 = force_series(
+        body.gravity, body.radius, foot.reach, t2, t3, t4, t5, t6, t7, t8,
+        c2, c3, c4, c5, c6, c7, c8, s2, s3, s4, s5, s6, s7, s8, a0, a1, a2, a3, a4, a5, a6,
+    )  # fmt: skip
+    side = sign_of(theta)
+    fall = wp.where(theta < zero, body.fall_left, body.fall_right)
+    needed1 = needed_in_step(
+        needed, rocking, fall, side * theta, side * omega, side * omega1, tau,
+        n0, n1, n2, n3, n4, n5, n6, f0, f1, f2, f3, f4, f5, f6,
+    )  # fmt: skip
+    reaches = rocking and crossed and not past
+    end = wp.where(upper, foot.high, foot.low)
+    strikes = wp.where(upper, place < last, place > 0)
+    return (
+        wp.where(rocking and not past, wp.where(reaches, end, theta1), theta),
+        wp.where(past, omega, wp.where(rocking and not turned, omega1, zero)),
+        wp.where(live and tau >= room - TICK * target, target, time + tau),
+        value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, tau),
+        upper, pull, reaches and strikes, resting and crossed, cap1, needed1,
+    )  # fmt: skip

@@ -1,0 +1,85 @@
+"""What steps show of a body on contact points: the lowest corner and its two neighbours.
+
+As parting.py for the two ends of an interface: a corner has *parted* once it gapes by more than
+`slack`, and has *landed*, an impact, once it carries again after it had parted. A body stands on an
+edge while two of its corners are closed, so it has *lifted* once less than two are, and it *moves*
+while that is so, or slips.
+"""
+
+import warp as wp
+
+
+@wp.func
+def moved_along(by: int, left: real, middle: real, right: real):
+    """What is kept of three corners where the lowest is now one further to +x, or by any number.
+
+    Of a corner that comes into view nothing is known: zero.
+    """
+    zero = real(0.0)
+    on, back = by == 1, by == -1
+    return (
+        wp.where(on, middle, wp.where(by == 0, left, zero)),
+        wp.where(on, right, wp.where(back, left, wp.where(by == 0, middle, zero))),
+        wp.where(back, middle, wp.where(by == 0, right, zero)),
+    )
+
+
+@wp.func
+def moved_parts(by: int, left: int, middle: int, right: int):
+    """The same of whether corners have parted; those that come into view have."""
+    on, back = by == 1, by == -1
+    return (
+        wp.where(on, middle, wp.where(by == 0, left, 1)),
+        wp.where(on, right, wp.where(back, left, wp.where(by == 0, middle, 1))),
+        wp.where(back, middle, wp.where(by == 0, right, 1)),
+    )
+
+
+@wp.func
+def parted(is_there: bool, was: int, n: real, gap: real, limit: real):
+    """Whether a corner has parted, 1 or 0, and whether it has landed."""
+    zero = real(0.0)
+    now = wp.where(gap > limit or (was > 0 and n <= zero), 1, 0)
+    lands = wp.where(is_there and was > 0 and n > zero, 1, 0)
+    return wp.where(is_there, now, 1), lands
+
+
+@wp.func
+def watch(
+    live: bool, by: int, time: real, limit: real, has_l: bool, has_r: bool, nl: real, gap_l: real,
+    nm: real, gap_m: real, nr: real, gap_r: real, slips: bool, since: wp.ref[real],
+    apart_l: wp.ref[int], apart_m: wp.ref[int], apart_r: wp.ref[int], uplift_time: wp.ref[real],
+    moved: wp.ref[real], impacts: wp.ref[int],
+):  # fmt: skip
+    """What a step shows of the corners that may carry.
+
+    Args:
+        live: Whether the lane still runs.
+        by: By how many corners to +x the lowest one has moved since the last step.
+        time: End of the step [s].
+        limit: Gap beyond which a corner has parted [m].
+        has_l, has_r: Whether there is a neighbour to -x, to +x.
+        nl: What the one to -x carries in this step; nm the lowest, nr the one to +x.
+        gap_l: How wide it gapes after the step [m]; gap_m and gap_r likewise.
+        slips: Whether the body slides.
+        since: Time since which less than two corners have carried [s], or NEVER; 0 at first.
+        apart_l: 1 where it has parted and not landed since, else 0; apart_m, apart_r likewise.
+        uplift_time: Time at which the body first lifted [s], or NEVER.
+        moved: Last time at which it moved [s].
+        impacts: Corners that have landed.
+    """
+    zero = real(0.0)
+    carry = wp.where(nl > zero, 1, 0) + wp.where(nm > zero, 1, 0) + wp.where(nr > zero, 1, 0)
+    waits = wp.where(carry < 2, smaller(since, time), NEVER)
+    was_l, was_m, was_r = moved_parts(by, apart_l, apart_m, apart_r)
+    now_l, lands_l = parted(has_l, was_l, nl, gap_l, limit)
+    now_m, lands_m = parted(True, was_m, nm, gap_m, limit)
+    now_r, lands_r = parted(has_r, was_r, nr, gap_r, limit)
+    gapes = live and now_l + now_m + now_r > 1
+    uplift_time = wp.where(gapes, smaller(uplift_time, smaller(waits, time)), uplift_time)
+    moved = wp.where(gapes or (live and slips), time, moved)
+    impacts = impacts + wp.where(live, lands_l + lands_m + lands_r, 0)
+    since = waits
+    apart_l = now_l
+    apart_m = now_m
+    apart_r = now_r

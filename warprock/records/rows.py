@@ -1,0 +1,86 @@
+"""Numbers in lines of text, read fast where they are plain.
+
+What is not plain (a decimal comma, quotes, a cell that is no finite number, rows of unequal length)
+is left to whoever asks, who reads line by line and says which one cannot be used.
+"""
+
+from __future__ import annotations
+
+import io
+import warnings
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+_END, _BLANK = 10, 32
+"""The bytes that end a line, and up to which they are blanks."""
+
+
+def plain_column(lines: Sequence[str]) -> Array | None:
+    """Numbers that stand one on a line, shape [sample]; None where some are not plain.
+
+    Args:
+        lines: The lines; empty ones are passed over.
+    """
+    import pyarrow as pa
+    from pyarrow import csv
+
+    text = "\n".join(lines).encode()
+    kind = {"0": pa.float64()}
+    try:
+        table = csv.read_csv(
+            io.BytesIO(text),
+            csv.ReadOptions(column_names=["0"]),
+            csv.ParseOptions(quote_char=False),
+            csv.ConvertOptions(column_types=kind, null_values=[], strings_can_be_null=False),
+        )
+    except pa.ArrowInvalid:
+        return None
+    return _finite(table.column("0").to_numpy())
+
+
+def plain_columns(
+    lines: Sequence[str], separator: str | None, count: int, wanted: Sequence[int]
+) -> Array | None:
+    """Some columns of a table of numbers, shape [row, wanted]; None where some are not plain.
+
+    Args:
+        lines: The rows; empty ones at the end are passed over.
+        separator: What stands between cells; None for blanks.
+        count: Cells of every row.
+        wanted: Numbers of the columns, from 1.
+    """
+    rows = list(lines)
+    while rows and not rows[-1].strip():
+        rows.pop()
+    if not rows or not _all_have(rows, separator, count):
+        return None
+    places = [number - 1 for number in wanted]
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            values = np.loadtxt(rows, delimiter=separator, comments=None, usecols=places, ndmin=2)
+    except (ValueError, Warning):
+        return None
+    return _finite(values)
+
+
+def _finite(values: Array) -> Array | None:
+    return values if np.isfinite(values).all() else None
+
+
+def _all_have(rows: Sequence[str], separator: str | None, count: int) -> bool:
+    """Whether every row has a number of cells."""
+    letters = np.frombuffer("\n".join(["", *rows]).encode(), np.uint8)
+    if separator is None:
+        filled = letters > _BLANK
+        cells = np.flatnonzero(filled[1:] > filled[:-1])  # the blanks before them
+    else:
+        cells = np.flatnonzero(letters == ord(separator))
+        count -= 1
+    starts = np.flatnonzero(letters == _END)
+    before = np.append(np.searchsorted(cells, starts), len(cells))
+    return bool((np.diff(before) == count).all())

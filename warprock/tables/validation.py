@@ -1,0 +1,211 @@
+"""Engines held to tests: on the terminal, as JSON, as Markdown and as files."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import shlex
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from warprock.analysis.bands import LEAST_RECORDS
+from warprock.analysis.groups import fit_columns
+from warprock.analysis.scores import SCORES, reliability
+from warprock.compare.measured import measured_quantities, measured_rows, predicted, unit_of
+from warprock.compare.settings import plain_name
+from warprock.compare.validation import Judged, Validation, status_rows
+from warprock.model.response import USABLE
+from warprock.run.provenance import case_facts, duration_facts, surroundings
+from warprock.tables.report import Report
+from warprock.tables.terminal import plain
+from warprock.tables.validation_text import markdown_lines, print_validation
+
+MARKDOWN = "validation.md"
+TABLE, SCORE_TABLE = "validation", "scores.csv"
+RULES = (
+    "A test is said to overturn where at least half of its lanes with numbers did.",
+    "A baseline says it from a threshold on; threshold and lognormal function of each test are "
+    "those of the other records.",
+    "Bands: 5th to 95th percentile over records drawn again; p: McNemar's exact test.",
+)
+"""What numbers of a validation mean, in sentences."""
+
+
+def validation_report(found: Validation) -> Report:
+    """What a validation has to show; its files are every test, the scores, and a text."""
+    facts = validation_facts(found)
+    return Report(
+        json=facts,
+        tables={TABLE: test_table(found), SCORE_TABLE: pd.DataFrame(facts["scores"])},
+        texts={MARKDOWN: "\n".join(markdown_lines(facts)) + "\n"},
+        facts=facts,
+        show=functools.partial(print_validation, facts),
+        came_out=facts["sentence"],
+        then=f"warprock run {_typed(found)} -e {plain_name(found.engines[0].name)} -o results/run",
+    )
+
+
+def _typed(found: Validation) -> str:
+    """The case as a command takes it."""
+    case = found.case
+    return shlex.quote(case.name if case.folder is None else str(case.folder))
+
+
+def validation_facts(found: Validation) -> dict[str, Any]:
+    """What ran and what came of it, ready for JSON: what there is no number of is None."""
+    tests, members = found.tests.lanes.shape
+    facts = {
+        "case": case_facts(found.case),
+        "validation": {
+            "observed": found.tests.source,
+            "tests": tests,
+            "overturned": int(found.tests.overturned.sum()),
+            "unobserved": found.tests.unobserved,
+            "members": members,
+            "records": len(np.unique(found.records)),
+            "group": found.group,
+            "rules": list(RULES),
+        },
+        "engines": [_engine_facts(found, engine) for engine in found.engines],
+        "precision": found.options.precision,
+        "device": found.options.device,
+        "workers": found.options.workers,
+        "tolerance": found.options.tolerance,
+        **surroundings(found.case),
+        "lanes": found.lane_set.lanes.lane_count,
+        **duration_facts(found.lane_set),
+        "scores": [_score_row(each) for each in (*found.engines, *found.baselines)],
+        "by_status": status_rows(found),
+        "reliability": [
+            {"engine": each.name, **row}
+            for each in (*found.engines, *found.baselines)
+            for row in reliability(each.said.probability, found.tests.overturned[each.tests])
+        ],
+        "medians": list(_median_rows(found)),
+        "pairs": [_pair_row(pair) for pair in found.pairs],
+        "measured": list(measured_rows(found)),
+    }
+    bare: dict[str, Any] = plain(facts)
+    return {**bare, "sentence": _sentence(bare)}
+
+
+def _engine_facts(found: Validation, engine: Judged) -> dict[str, Any]:
+    """An engine: its settings, and the lanes that gave no number."""
+    assert engine.table is not None
+    status = engine.table["status"].astype(str).value_counts()
+    usable = {each.name.lower() for each in USABLE}
+    return {
+        "name": engine.name,
+        "settings": dataclasses.asdict(engine.settings),
+        "left_out": len(found.tests.names) - len(engine.tests),
+        "left_out_lanes": {k: int(n) for k, n in status.items() if k not in usable},
+        "wall_time_s": engine.wall_time,
+    }
+
+
+def _score_row(each: Judged) -> dict[str, Any]:
+    """The scores of a predictor with their bands, and its confusion matrix."""
+    row: dict[str, Any] = {"predictor": each.name, "tests": each.scores.tests}
+    for name in SCORES:
+        row[name] = each.scores.values[name]
+        row[f"{name}_p05"], row[f"{name}_p95"] = each.scores.bands[name]
+    for name in ("hits", "misses", "false_alarms", "correct_rejections"):
+        row[name] = getattr(each.scores, name)
+    return row | {"threshold": each.threshold}
+
+
+def _median_rows(found: Validation) -> Iterator[dict[str, Any]]:
+    """Fragility functions, observed and predicted: one row an intensity measure and source."""
+    for number, shaking in enumerate(found.shakings):
+        enough = shaking.seen.record_count >= LEAST_RECORDS
+        own = fit_columns(shaking.fit, shaking.band if enough else None)
+        yield {"intensity": shaking.column, "source": "observed", **own, "over_observed": 1.0}
+        for engine in found.engines:
+            fit, band = engine.curves[number].fit, engine.curves[number].band
+            both = fit.dispersion > 0.0 and shaking.fit.dispersion > 0.0
+            ratio = fit.median / shaking.fit.median if both else np.nan
+            row = {"intensity": shaking.column, "source": engine.name, **fit_columns(fit, band)}
+            yield row | {"over_observed": ratio}
+
+
+def _pair_row(pair: Any) -> dict[str, Any]:
+    low, high = pair.brier_band
+    return {
+        "first": pair.names[0],
+        "second": pair.names[1],
+        "tests": pair.tests,
+        "first_only_right": pair.first_only,
+        "second_only_right": pair.second_only,
+        "p_value": pair.p_value,
+        "brier_difference": pair.brier_difference,
+        "brier_difference_p05": low,
+        "brier_difference_p95": high,
+    }
+
+
+def test_table(found: Validation) -> pd.DataFrame:
+    """One row a test and engine: what was observed, what was predicted, and how strong it was."""
+    parts = []
+    for engine in found.engines:
+        tests = engine.tests
+        lanes = found.tests.lanes[tests]
+        part = {
+            "test": np.array(found.tests.names, dtype=object)[tests],
+            "engine": engine.name,
+            "lane": lanes[:, 0],
+            "lanes": lanes.shape[1],
+            "motion": found.records[tests],
+            "observed": found.tests.overturned[tests],
+            "probability": engine.said.probability,
+            "predicted": engine.said.says,
+            "right": engine.said.says == found.tests.overturned[tests],
+        }
+        part |= {each.column: each.intensity[tests] for each in found.shakings}
+        for what in measured_quantities(found):
+            end = f"{what}_{unit_of(what)}"
+            part[f"observed_{end}"] = found.tests.measured[what][tests]
+            part[f"predicted_{end}"] = predicted(engine, what, lanes.shape[1])
+        parts.append(pd.DataFrame(part))
+    table = pd.concat(parts, ignore_index=True)
+    texts = {
+        "test": "What the test is called",
+        "engine": "Engine or program, with its settings",
+        "lane": "First lane of the test",
+        "lanes": "Lanes of the test",
+        "motion": "Number of the ground motion, which tests may share",
+        "observed": "Whether the block overturned in the test",
+        "probability": "Share of the lanes with numbers that overturned",
+        "predicted": "Whether at least half of them did",
+        "right": "Whether the prediction is what was observed",
+    }
+    table.attrs["columns"] = {
+        name: {"unit": "-", "text": text} for name, text in texts.items() if name in table
+    }
+    return table
+
+
+def _right(row: Mapping[str, Any]) -> int:
+    """Tests whose outcome was said."""
+    return int(row["hits"] + row["correct_rejections"])
+
+
+def _sentence(facts: Mapping[str, Any]) -> str:
+    """Who is right most often, in one sentence."""
+    names = {row["name"] for row in facts["engines"]}
+    engines = [row for row in facts["scores"] if row["predictor"] in names]
+    best = max(engines, key=_right)
+    text = (
+        f"{best['predictor']} says the outcome of {_right(best):,} of {best['tests']:,} tests "
+        f"rightly ({100.0 * best['accuracy']:.1f} %)"
+    )
+    left = facts["validation"]["tests"] - best["tests"]
+    if left:
+        text += f" and nothing of the other {left:,}"
+    others = [row for row in facts["scores"] if row["predictor"] not in names]
+    if not others:
+        return f"{text}."
+    base = max(others, key=lambda row: row["accuracy"])
+    return f"{text}; a threshold on {base['predictor']} alone {100.0 * base['accuracy']:.1f} %."
