@@ -36,7 +36,7 @@ Pose = wp.types.vector(length=7, dtype=real)
 
 @wp.struct
 class Lane:
-    """One lane.
+    """One lane, and its body, see `Frame`.
 
     Time step [s]; speed up to which points may slip back and forth on their springs and not slide
     [m/s]; when it is first uplifted [s], 0 or NEVER; height of its centre of mass at rest [m]; area
@@ -48,11 +48,23 @@ class Lane:
     uplift_time: real
     height: real
     area: real
+    ax: real
+    ay: real
+    az: real
+    aw: real
+    reach: real
+    feet: real
+
+
+@wp.func
+def frame_of(lane: Lane) -> Frame:
+    """The body of a lane."""
+    return Frame(lane.ax, lane.ay, lane.az, lane.aw, lane.reach, lane.feet)
 
 
 @wp.func
 def start_body(
-    block: Block, frame: Frame, lane: Lane, x: wp.ref[real], y: wp.ref[real], z: wp.ref[real],
+    block: Block, lane: Lane, x: wp.ref[real], y: wp.ref[real], z: wp.ref[real],
     qx: wp.ref[real], qy: wp.ref[real], qz: wp.ref[real], qw: wp.ref[real],
     since: wp.ref[real], peak: wp.ref[real], across: wp.ref[real], tilt: wp.ref[real],
     dt: wp.ref[real], uplift_time: wp.ref[real], mode: wp.ref[int],
@@ -61,6 +73,7 @@ def start_body(
     x = block.x
     y = block.y
     z = block.z
+    frame = frame_of(lane)
     a, b, c, d = body_attitude(frame, block.qx, block.qy, block.qz, block.qw)
     qx = a
     qy = b
@@ -101,23 +114,18 @@ def turn_body(
     ox = a * mx + b * my + c * mz
     oy = d * mx + e * my + f * mz
     oz = g * mx + h * my + i * mz
-    lowest = real(NEVER)
+    lowest = NEVER
 
 
 @wp.func
 def solve_point(
-    knobs: Knobs, live: bool, mu: real, dt: real, area: real, foot: real, height: real,
-    half_width: real, lowest: real, x: real, y: real, z: real, rx: real, ry: real, rz: real,
-    stood_x: real, stood_y: real, vx: real, vy: real, vz: real, ox: real, oy: real, oz: real,
+    knobs: Knobs, live: bool, mu: real, dt: real, area: real, there: bool, overlap: real,
+    rx: real, ry: real, rz: real, vx: real, vy: real, vz: real, ox: real, oy: real, oz: real,
     ux: wp.ref[real], uy: wp.ref[real], slip: wp.ref[real],
     fx: wp.ref[real], fy: wp.ref[real], fz: wp.ref[real],
     mx: wp.ref[real], my: wp.ref[real], mz: wp.ref[real], stored: wp.ref[real],
-    count: wp.ref[real], sx: wp.ref[real], sy: wp.ref[real],
-    xx: wp.ref[real], xy: wp.ref[real], yy: wp.ref[real],
-    middle: wp.ref[real], deep: wp.ref[real], fastest: wp.ref[real],
-    touching: wp.ref[real], way_x: wp.ref[real], way_y: wp.ref[real],
 ):  # fmt: skip
-    """Adds the force of a point, and what it shows, to the sums of its body.
+    """Adds the force of a point to that on its body.
 
     Args:
         knobs: Settings.
@@ -125,29 +133,24 @@ def solve_point(
         mu: Friction coefficient.
         dt: Time step [s].
         area: That the point stands for [m^2].
-        foot: See `Point`.
-        height: Of the centre of mass at rest [m].
-        half_width: Of the block [m].
-        lowest: Of all points, from the centre of mass [m].
-        x, y, z: Centre of mass, rx, ry and rz the lever of the point [m].
-        stood_x, stood_y: See `Point`.
+        there: Whether it is one.
+        overlap: Depth in the base [m].
+        rx, ry, rz: Lever of the point [m].
         vx, vy, vz: Velocity [m/s], ox, oy and oz angular velocity [rad/s].
         ux, uy, slip: State of the spring, see `spring` in dem/space_stack.py.
-        fx: Force [N], to fz; mx its moment [N m], to mz; stored twice the energy of springs [J].
-        count: Sums over points that push, to yy: see `spans`.
-        middle: Sum of the overlaps of the feet, deep the largest one [m].
-        fastest: Square of the speed of the fastest point that pushes [m^2/s^2].
-        touching: Points that touch, way_x and way_y sums of how far they have slid [m].
+        fx: Force [N], to fz; mx its moment [N m], to mz; stored the energy of springs [J].
+
+    Returns:
+        What it pushes with [N], and the square of the speed at which it slips [m^2/s^2].
     """
-    zero, one = real(0.0), real(1.0)
-    there = foot >= zero
+    zero = real(0.0)
     share = wp.where(there, area, zero)
-    # What is no point lies far above.
-    overlap = wp.where(there, -(z + (height + rz)), real(-1.0))
     slip_x, slip_y = vx + oy * rz - oz * ry, vy + oz * rx - ox * rz
     rate = vz + ox * ry - oy * rx
+    # What is no point lies far above.
+    depth = wp.where(there, overlap, real(-1.0))
     n, tx, ty, held = spring(
-        knobs, live and there, mu, dt, overlap, rate, slip_x, slip_y, ux, uy, slip
+        knobs, live and there, mu, dt, depth, rate, slip_x, slip_y, ux, uy, slip
     )
     n = share * n
     tx = share * tx
@@ -159,6 +162,33 @@ def solve_point(
     my = my + (rz * tx - rx * n)
     mz = mz + (rx * ty - ry * tx)
     stored = stored + wp.where(live, HALF * share * held, zero)
+    return n, slip_x * slip_x + slip_y * slip_y
+
+
+@wp.func
+def add_point(
+    foot: real, half_width: real, lowest: real, overlap: real, n: real, square: real,
+    x: real, y: real, rx: real, ry: real, rz: real, stood_x: real, stood_y: real,
+    count: wp.ref[real], sx: wp.ref[real], sy: wp.ref[real],
+    xx: wp.ref[real], xy: wp.ref[real], yy: wp.ref[real],
+    middle: wp.ref[real], deep: wp.ref[real], fastest: wp.ref[real],
+    touching: wp.ref[real], way_x: wp.ref[real], way_y: wp.ref[real],
+):  # fmt: skip
+    """Adds what a point shows to the sums of its body.
+
+    Args:
+        foot, stood_x, stood_y: See `Point`.
+        half_width: Of the block [m].
+        lowest: Of all points, from the centre of mass [m].
+        overlap: Depth in the base [m].
+        n, square: See `solve_point`.
+        x, y: Centre of mass, rx, ry and rz the lever of the point [m].
+        count: Sums over points that push, to yy: see `spans`.
+        middle: Sum of the overlaps of the feet, deep the largest one of all points [m].
+        fastest: Largest square of the speed of points that push [m^2/s^2].
+        touching: Points that touch, way_x and way_y sums of how far they have slid [m].
+    """
+    zero, one, there = real(0.0), real(1.0), foot >= real(0.0)
     pushes = n > zero
     carries = wp.where(pushes, one, zero)
     a, b = carries * rx, carries * ry
@@ -170,7 +200,6 @@ def solve_point(
     yy = yy + b * ry
     middle = middle + wp.where(foot > zero, overlap, zero)
     deep = wp.where(there, larger(overlap, deep), deep)
-    square = slip_x * slip_x + slip_y * slip_y
     fastest = wp.where(pushes, larger(square, fastest), fastest)
     low = there and touches_as_lowest(rz, lowest, half_width)
     touching = touching + wp.where(low, one, zero)
@@ -227,7 +256,7 @@ def observe_points(
     xy = zero
     yy = zero
     middle = zero
-    deep = real(-NEVER)
+    deep = -NEVER
     fastest = zero
     touching = zero
     way_x = zero

@@ -8,7 +8,9 @@ import warp as wp
 
 from warprock.kernels.dem.space_body import (
     Lane,
+    add_point,
     find_lever,
+    frame_of,
     observe_body,
     observe_points,
     pose_before,
@@ -23,7 +25,7 @@ from warprock.kernels.dem.stack_lanes import passes_left, time_past
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.shape.space import Block
-from warprock.kernels.shape.space_body import MOST_POINTS, Frame, Point, block_attitude
+from warprock.kernels.shape.space_body import MOST_POINTS, Point, block_attitude
 from warprock.kernels.shape.space_found import BlockResult, Found, Result
 
 wp.set_module_options(ONE_VECTOR)
@@ -38,10 +40,9 @@ P = wp.types.matrix(shape=(MOST_POINTS + 1, LANES), dtype=real)
 
 @wp.kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block), frames: wp.array(dtype=Frame),
+    blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Lane),
     points: wp.array2d(dtype=Point), motions: wp.array2d(dtype=Motion),
-    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), lanes: wp.array(dtype=Lane),
-    knobs: Knobs, found: Found,
+    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, each at its own time."""
     x, y, z, qx, qy, qz, qw, vx, vy, vz = R(), R(), R(), R(), R(), R(), R(), R(), R(), R()
@@ -57,8 +58,8 @@ def run_lanes(
     rows, first = points.shape[0], wp.tid() * LANES
     for i in range(LANES):
         start_body(
-            blocks[0, first + i], frames[first + i], lanes[first + i], x[i], y[i], z[i], qx[i],
-            qy[i], qz[i], qw[i], since[i], peak[i], across[i], tilt[i], dt[i], lifted[i], mode[i],
+            blocks[0, first + i], lanes[first + i], x[i], y[i], z[i], qx[i], qy[i],
+             qz[i], qw[i], since[i], peak[i], across[i], tilt[i], dt[i], lifted[i], mode[i],
         )  # fmt: skip
     for c in range(rows):
         for i in range(LANES):
@@ -100,17 +101,22 @@ def run_lanes(
                 for i in range(LANES):
                     block = blocks[0, first + i]
                     lane = lanes[first + i]
-                    solve_point(
-                        knobs, live[i] == 1, block.friction, dt[i], lane.area, foot[c, i],
-                        lane.height, block.half_width, lowest[i], x[i], y[i], z[i], rx[c, i],
-                        ry[c, i], rz[c, i], stood_x[c, i], stood_y[c, i], vx[i], vy[i], vz[i],
-                        ox[i], oy[i], oz[i], ux[c, i], uy[c, i], slip[c, i], fx[i], fy[i], fz[i],
-                        mx[i], my[i], mz[i], stored[i], count[i], sx[i], sy[i], xx[i], xy[i],
-                        yy[i], middle[i], deep[i], fastest[i], touching[i], way_x[i], way_y[i],
+                    overlap = -(z[i] + (lane.height + rz[c, i]))
+                    n, square = solve_point(
+                        knobs, live[i] == 1, block.friction, dt[i], lane.area,
+                        foot[c, i] >= real(0.0), overlap, rx[c, i], ry[c, i], rz[c, i], vx[i],
+                        vy[i], vz[i], ox[i], oy[i], oz[i], ux[c, i], uy[c, i], slip[c, i], fx[i],
+                        fy[i], fz[i], mx[i], my[i], mz[i], stored[i],
+                    )  # fmt: skip
+                    add_point(
+                        foot[c, i], block.half_width, lowest[i], overlap, n, square, x[i], y[i],
+                        rx[c, i], ry[c, i], rz[c, i], stood_x[c, i], stood_y[c, i], count[i], sx[i],
+                        sy[i], xx[i], xy[i], yy[i], middle[i], deep[i], fastest[i], touching[i],
+                        way_x[i], way_y[i],
                     )  # fmt: skip
             for i in range(LANES):
                 observe_points(
-                    live[i] == 1, real(steps[i] - 1) * dt[i], frames[first + i],
+                    live[i] == 1, real(steps[i] - 1) * dt[i], frame_of(lanes[first + i]),
                     lanes[first + i].creep, count[i], sx[i], sy[i], xx[i], xy[i], yy[i], middle[i],
                     deep[i], fastest[i], touching[i], way_x[i], way_y[i], since[i], lifted[i],
                     moved[i], deepest[i], impacts[i], mode[i], gx[i], gy[i], slide[i],
@@ -120,13 +126,13 @@ def run_lanes(
                     vz[i], lx[i], ly[i], lz[i], fx[i], fy[i], fz[i], mx[i], my[i], mz[i],
                     loss[i])  # fmt: skip
                 observe_body(
-                    live[i] == 1, real(steps[i]) * dt[i], blocks[0, first + i], frames[first + i],
-                    x[i] + y[i] + z[i] + gx[i] + gy[i], qx[i], qy[i], qz[i], qw[i], peak[i], at[i],
-                    across[i], tilt[i], yaw[i], mode[i],
+                    live[i] == 1, real(steps[i]) * dt[i], blocks[0, first + i],
+                    frame_of(lanes[first + i]), x[i] + y[i] + z[i] + gx[i] + gy[i], qx[i], qy[i],
+                    qz[i], qw[i], peak[i], at[i], across[i], tilt[i], yaw[i], mode[i],
                 )  # fmt: skip
         if found.attitudes.shape[0] > 0:
             for i in range(LANES):
-                was = pose_before(blocks[0, first + i], frames[first + i],
+                was = pose_before(blocks[0, first + i], frame_of(lanes[first + i]),
                     time_past(until, steps[i], dt[i], mode[i]), qx[i], qy[i], qz[i], qw[i], lx[i],
                     ly[i], lz[i], x[i], y[i], z[i], vx[i], vy[i], vz[i])  # fmt: skip
                 for c in range(4):
@@ -137,6 +143,6 @@ def run_lanes(
         lost = spent[i] - (stored[i] - at_start[i])
         found.results[first + i] = Result(lifted[i], moved[i], lost, deepest[i], impacts[i],
             mode[i], steps[i])  # fmt: skip
-        _a, _b, tz, tw = block_attitude(frames[first + i], qx[i], qy[i], qz[i], qw[i])
+        _a, _b, tz, tw = block_attitude(frame_of(lanes[first + i]), qx[i], qy[i], qz[i], qw[i])
         found.blocks[0, first + i] = BlockResult(tz, tw, gx[i], gy[i], peak[i], at[i], across[i],
             tilt[i], yaw[i], slide[i])  # fmt: skip

@@ -234,7 +234,8 @@ def end_of_step(
     v, w = bound(body, pose, held, stuck, n.v, n.w)
     n.lost = n.lost - energy(limits, pose, v, w)
     landed = look.lands != wp.uint64(0)
-    pushes, t = held, touches_of(body, pose.turn, look.touch)
+    pushes = held
+    t = touches_of(body, pose.turn, look.touch)
     if landed or wp.length_sq(b.kick) > real(0.0):
         v0 = v - b.kick
         v1, w1, p, fits = solve(

@@ -111,22 +111,13 @@ def among(k: int, bits: wp.uint64) -> bool:
 
 
 @wp.func
-def shape_of(block: Block, own: Frame, points: wp.array2d(dtype=Point), lane: int) -> Shape:
-    """The body of a lane."""
+def shape_of(block: Block, own: Frame) -> Shape:
+    """The body of a lane, still without points."""
     s = Shape()
     s.friction = block.friction
     s.inverse = Vector(block.inverse_x, block.inverse_y, block.inverse_z)
     s.reach = own.reach
     s.axis = frame(Attitude(own.ax, own.ay, own.az, own.aw))[2]
-    s.points = points
-    s.lane = lane
-    rows = points.shape[0]
-    for c in range(rows):
-        foot = points[c, lane].foot
-        if foot >= real(0.0):
-            s.count = c + 1
-            if foot > real(0.0):
-                s.feet = s.feet | bit_of(c)
     return s
 
 
@@ -271,7 +262,9 @@ def solve_by_sweeps(
     s: Shape, pose: Pose, t: Touches, laws: PointInts, first: Points, v: Vector, w: Vector
 ):
     """Velocities and impulses of points that obey their laws; whether the sweeps have settled."""
-    u, o, p, gains, good = v, w, Points(), PointGains(), bool(False)
+    u = v
+    o = w
+    p, gains, good = Points(), PointGains(), bool(False)
     e, total = wp.identity(n=3, dtype=real), t.total
     for step in range(-1, SWEEPS):
         change, whole = real(0.0), real(0.0)
@@ -330,6 +323,6 @@ def levelled(s: Shape, z: real, t: Touches):
         hy += gap * y
     flat = spans(real(total), xx, xy, yy)
     alone = total < 2 or xx + yy <= APART * s.reach * s.reach
-    ax, ay = solved(flat, xx, xy, yy, hx, hy)
-    turn = Vector(wp.where(alone, zero, -ay), wp.where(alone, zero, ax), zero)
+    ax, ay = solved(flat, alone, xx, xy, yy, hx, hy)
+    turn = Vector(-ay, ax, zero)
     return -height - (turn[0] * my - turn[1] * mx), turn

@@ -6,7 +6,7 @@ off the parabola that the step follows, so that histories do not change the run.
 
 import warp as wp
 
-from warprock.kernels.event_space.lane import Knobs, Lane
+from warprock.kernels.event_space.lane import Knobs
 from warprock.kernels.event_space.moves import flown, turned
 from warprock.kernels.event_space.space_body import State, step
 from warprock.kernels.event_space.space_body_contact import (
@@ -39,6 +39,21 @@ wp.set_module_options(BRANCHES)
 
 LANES = 1
 """Lanes of a thread: which points act differs from lane to lane."""
+
+
+@wp.struct
+class Lane:
+    """One lane: see event_space/lane.py, and its body, see `Frame`."""
+
+    longest_step: real
+    rest_gap: real
+    step_limit: int
+    ax: real
+    ay: real
+    az: real
+    aw: real
+    reach: real
+    feet: real
 
 
 @wp.struct
@@ -130,7 +145,8 @@ def observe(
     block: Block, frame: Frame, body: Shape, before: Seen, s0: State, s: State,
 ) -> Seen:  # fmt: skip
     """What a step from one state to the next adds to what has been observed."""
-    seen, d = before, s.time - s0.time
+    seen = before
+    d = s.time - s0.time
     axis0, axis1 = matrix_at(s0.q) * body.axis, matrix_at(s.q) * body.axis
     for i in range(2):
         at = turning(axis0, wp.cross(s0.w, axis0), axis1, wp.cross(s.swing, axis1), i, d)
@@ -153,20 +169,28 @@ def observe(
 
 @wp.kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block), frames: wp.array(dtype=Frame),
+    blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Lane),
     points: wp.array2d(dtype=Point), motions: wp.array2d(dtype=Motion),
-    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), lanes: wp.array(dtype=Lane),
-    knobs: Knobs, found: Found,
+    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs one lane a thread."""
     lane = wp.tid()
-    block, frame = blocks[0, lane], frames[lane]
+    block, own = blocks[0, lane], lanes[lane]
+    frame = Frame(own.ax, own.ay, own.az, own.aw, own.reach, own.feet)
     mx, my, mz = motions[0, lane], motions[1, lane], motions[2, lane]
     limits = Limits()
     limits.gravity = knobs.gravity
-    limits.longest_step = lanes[lane].longest_step
-    limits.rest_gap = lanes[lane].rest_gap
-    body = shape_of(block, frame, points, lane)
+    limits.longest_step = own.longest_step
+    limits.rest_gap = own.rest_gap
+    body = shape_of(block, frame)
+    body.points = points
+    body.lane = lane
+    rows = points.shape[0]
+    for k in range(rows):
+        foot = points[k, lane].foot
+        body.count = wp.where(foot >= real(0.0), k + 1, body.count)
+        if foot > real(0.0):
+            body.feet = body.feet | bit_of(k)
     s = start(block, frame, body, limits)
     s0 = s
     seen = Seen()
@@ -189,7 +213,7 @@ def run_lanes(
                 seen = observe(block, frame, body, seen, s, n)
                 s0 = s
             s = n
-            if steps >= lanes[lane].step_limit and s.mode == RUNNING:
+            if steps >= own.step_limit and s.mode == RUNNING:
                 s.mode = STALLED
         if found.attitudes.shape[0] > 0:
             q = attitude_at(block, body, until, s0, s)

@@ -150,7 +150,8 @@ class Event(AbstractEngine):
         }
         if lanes.spatial:
             per_lane["rest_gap"] = _rest_gap(lanes, self.settings)
-            columns = spatial_inputs(lanes) | {"lanes": per_lane, "knobs": knobs}
+            columns = spatial_inputs(lanes)
+            columns |= {"lanes": per_lane | columns.get("frames", {}), "knobs": knobs}
             return columns | ({"throws": throw_columns(lanes)} if lanes.moving else {})
         if lanes.stacked:
             per_lane["mass"] = lanes.mass.sum(axis=1)

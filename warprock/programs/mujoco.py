@@ -157,7 +157,7 @@ def _model_text(scene: PeerScene, step: float) -> str:
         blocks.append(_block_text(number, block))
         if block.body is not None:
             points = np.array(block.body.points)
-            hull = np.concatenate([points, (*points, 0.0, 0.0, block.size[2])])
+            hull = np.concatenate([points, points + np.array([0.0, 0.0, block.size[2]])])
             meshes.append(MESH.format(number=number, hull=_text(hull.ravel())))
         friction = max(block.friction, FRICTION_LEAST)
         contact = {"friction": friction, "reaction": 2.0 * step}
