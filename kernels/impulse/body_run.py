@@ -109,12 +109,10 @@ def run_lanes(
     places = found.places
     x, z, theta, vx, vz, omega = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     nl, fl, nm, fm, nr, fr = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    loss, base, slide = Lane(), Lane(), Lane()
+    loss, base, slide, left, right = Lane(), Lane(), Lane(), Lane(), Lane()
     given, jolt, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
-    peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
-    left, right = Lane(), Lane()
-    uplift_time, moved, since = Lane(), Lane(), Lane()
-    impacts, mode, steps = LaneInt(), LaneInt(), LaneInt()
+    peak, peak_time, peak_slide, deepest, steps = Lane(), Lane(), Lane(), Lane(), LaneInt()
+    uplift_time, moved, since, impacts, mode = Lane(), Lane(), Lane(), LaneInt(), LaneInt()
     apart_l, apart_m, apart_r, low, last = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
     edges = corners.shape[0] - 1
     for i in range(LANES):
