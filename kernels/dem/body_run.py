@@ -14,7 +14,8 @@ from warprock.kernels.dem.stack_run import begin_step, observe_block, observe_in
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.modes import RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
-from warprock.kernels.shape.stack_found import BlockResult, Found, Result
+from warprock.kernels.shape.body_found import Found
+from warprock.kernels.shape.stack_found import BlockResult, Result
 
 wp.set_module_options(ONE_VECTOR)
 
@@ -43,8 +44,7 @@ Point = wp.types.matrix(shape=(POINTS, LANES), dtype=real)
 def run_lanes(
     blocks: wp.array(dtype=Body), corners: wp.array2d(dtype=Spring),
     motions: wp.array(dtype=Motion), pool: wp.array2d(dtype=real),
-    sample_times: wp.array(dtype=real), sides: wp.array2d(dtype=real), knobs: Knobs,
-    found: Found,
+    sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, each at its own time."""
     u, slip = Point(), Point()
@@ -144,6 +144,6 @@ def run_lanes(
             uplift_time[i], moved[i], lost, jolt[i], supplied[i], returned[i], deepest[i],
             impacts[i], mode[i], steps[i],
         )  # fmt: skip
-        sides[0, first + i] = left[i]
-        sides[1, first + i] = right[i]
+        found.sides[0, first + i] = left[i]
+        found.sides[1, first + i] = right[i]
         found.blocks[0, first + i] = BlockResult(slide[i], peak[i], peak_time[i], peak_slide[i])

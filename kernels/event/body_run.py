@@ -9,7 +9,7 @@ With one lane a thread the same text is the plain form.
 import warp as wp
 
 from warprock.kernels.event.block import Knobs
-from warprock.kernels.event.block_run import BlockResult, Found, Result, rotation_at
+from warprock.kernels.event.block_run import BlockResult, Result, rotation_at
 from warprock.kernels.event.body import begin, step
 from warprock.kernels.event.body_contact import Body
 from warprock.kernels.event.body_view import View, tips_about_second
@@ -146,6 +146,17 @@ def place_at(
     )
 
 
+@wp.struct
+class Found:
+    """Where the answers go; `sides`: largest rotations to -x and to +x [rad], shape [2, lane]."""
+
+    results: wp.array(dtype=Result)
+    blocks: wp.array2d(dtype=BlockResult)
+    rotations: wp.array3d(dtype=real)
+    places: wp.array4d(dtype=real)
+    sides: wp.array2d(dtype=real)
+
+
 Lane = wp.types.vector(length=LANES, dtype=real)
 LaneInt = wp.types.vector(length=LANES, dtype=int)
 
@@ -157,7 +168,6 @@ def run_lanes(
     motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real),
     sample_times: wp.array(dtype=real),
-    sides: wp.array2d(dtype=real),
     knobs: Knobs,
     found: Found,
 ):
@@ -167,6 +177,7 @@ def run_lanes(
     results = found.results
     leaves = found.blocks
     rotations = found.rotations
+    sides = found.sides
     places = found.places
     theta, slide, gap, vx, vz, omega, slip = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     time, base, cap, begun, theta0, omega0 = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()

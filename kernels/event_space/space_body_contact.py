@@ -323,6 +323,6 @@ def levelled(s: Shape, z: real, t: Touches):
         hy += gap * y
     flat = spans(real(total), xx, xy, yy)
     alone = total < 2 or xx + yy <= APART * s.reach * s.reach
-    ax, ay = solved(flat, xx, xy, yy, hx, hy)
-    turn = Vector(wp.where(alone, zero, -ay), wp.where(alone, zero, ax), zero)
+    ax, ay = solved(flat, alone, xx, xy, yy, hx, hy)
+    turn = Vector(-ay, ax, zero)
     return -height - (turn[0] * my - turn[1] * mx), turn

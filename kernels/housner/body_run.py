@@ -3,10 +3,21 @@
 import warp as wp
 
 from warprock.kernels.housner.block import end_of_step
-from warprock.kernels.housner.block_run import BlockResult, Found, Result
+from warprock.kernels.housner.block_run import BlockResult, Result
 from warprock.kernels.housner.body import Body, Edge, Foot, advance, event_step, motion_step
 from warprock.kernels.modes import OVERTURNED, RESTING, ROCKING, STALLED
 from warprock.kernels.motion import Motion, knot_step, knot_time, sample_index
+
+
+@wp.struct
+class Found:
+    """Where the answers go; `sides`: largest rotations to -x and to +x [rad], shape [2, lane]."""
+
+    results: wp.array(dtype=Result)
+    blocks: wp.array2d(dtype=BlockResult)
+    rotations: wp.array3d(dtype=real)
+    sides: wp.array2d(dtype=real)
+
 
 Lane = wp.types.vector(length=LANES, dtype=real)
 LaneInt = wp.types.vector(length=LANES, dtype=int)
@@ -57,7 +68,6 @@ def run_lanes(
     pool: wp.array2d(dtype=real),
     starts: wp.array(dtype=Start),
     sample_times: wp.array(dtype=real),
-    sides: wp.array2d(dtype=real),
     found: Found,
 ):
     """Runs LANES lanes a thread, which take their steps side by side.
@@ -68,6 +78,7 @@ def run_lanes(
     results = found.results
     leaves = found.blocks
     rotations = found.rotations
+    sides = found.sides
     theta = Lane()
     omega = Lane()
     place = LaneInt()

@@ -18,8 +18,9 @@ from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_
 from warprock.kernels.parting import slack, slides
 from warprock.kernels.shape.block import observe
 from warprock.kernels.shape.body import Corner, is_past, turned_x, turned_z
+from warprock.kernels.shape.body_found import Found
 from warprock.kernels.shape.body_seen import moved_along, watch
-from warprock.kernels.shape.stack_found import BlockResult, Found, Result, at_sample
+from warprock.kernels.shape.stack_found import BlockResult, Result, at_sample
 
 
 @wp.func
@@ -99,7 +100,6 @@ def run_lanes(
     motions: wp.array(dtype=Motion),
     pool: wp.array2d(dtype=real),
     sample_times: wp.array(dtype=real),
-    sides: wp.array2d(dtype=real),
     knobs: Knobs,
     found: Found,
 ):
@@ -109,6 +109,7 @@ def run_lanes(
     results = found.results
     leaves = found.blocks
     rotations = found.rotations
+    sides = found.sides
     places = found.places
     x, z, theta, vx, vz, omega = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     nl, fl, nm, fm, nr, fr = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()

@@ -17,6 +17,7 @@ from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
 from warprock.kernels.shape.space import Block, inverse_inertia, matrix_of
 from warprock.kernels.shape.space_body import (
     Frame,
+    Point,
     body_attitude,
     spans,
     touches_as_lowest,
@@ -54,6 +55,24 @@ def start_body(
     peak = along
     peak_across = across
     peak_tilt = tilt
+
+
+@wp.func
+def start_point(
+    point: Point, knobs: Knobs, frame: Frame, x: wp.ref[real], y: wp.ref[real], z: wp.ref[real],
+    stood_x: wp.ref[real], stood_y: wp.ref[real], foot: wp.ref[real],
+    n: wp.ref[real], apart: wp.ref[real],
+):  # fmt: skip
+    """Copies a point; the feet share the weight, the others count as parted."""
+    x = point.x
+    y = point.y
+    z = point.z
+    stood_x = point.stood_x
+    stood_y = point.stood_y
+    foot = point.foot
+    touches = point.foot > real(0.0)
+    n = wp.where(touches, HALF * knobs.time_step * knobs.gravity / frame.feet, real(0.0))
+    apart = wp.where(touches, real(0.0), real(1.0))
 
 
 @wp.func

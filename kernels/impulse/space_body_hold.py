@@ -20,7 +20,7 @@ of impulse/space.py do the rest.
 
 import warp as wp
 
-from warprock.kernels.impulse.space import Knobs, holds
+from warprock.kernels.impulse.space import Knobs, copy_vector, holds
 from warprock.kernels.impulse.space_hold import EVEN, WITHIN, cross, dot, over, times
 from warprock.kernels.shape.space import inverse_inertia
 from warprock.kernels.shape.space_body import APART, spans
@@ -54,27 +54,63 @@ def add_held(
 
 
 @wp.func
-def solved(flat: bool, xx: real, xy: real, yy: real, x: real, y: real):
-    """The inverse of the second moments times a vector; of a line their pseudo-inverse."""
+def solved(flat: bool, alone: bool, xx: real, xy: real, yy: real, x: real, y: real):
+    """The inverse of second moments times a vector; of a line, or a point, their pseudo-inverse."""
     whole = larger(xx + yy, TINY)
     part = real(1.0) / wp.where(flat, xx * yy - xy * xy, whole * whole)
     a, b = yy * x - xy * y, xx * y - xy * x
     c, d = xx * x + xy * y, xy * x + yy * y
+    part = wp.where(alone, real(0.0), part)
     return part * wp.where(flat, a, c), part * wp.where(flat, b, d)
 
 
 @wp.func
+def clear_sums(
+    count: wp.ref[real], xx: wp.ref[real], xy: wp.ref[real], yy: wp.ref[real],
+    zx: wp.ref[real], zy: wp.ref[real], t: wp.ref[real], tx: wp.ref[real], ty: wp.ref[real],
+):  # fmt: skip
+    """Makes the sums of `add_held` zero but those that become the middle of the points."""
+    count = real(0.0)
+    xx = real(0.0)
+    xy = real(0.0)
+    yy = real(0.0)
+    zx = real(0.0)
+    zy = real(0.0)
+    t = real(0.0)
+    tx = real(0.0)
+    ty = real(0.0)
+
+
+@wp.func
+def rolling(
+    alone: bool, x: real, y: real, z: real, wx: real, wy: real, wz: real,
+    sx: real, sy: real, sz: real, xx: real, xy: real, xz: real, yy: real, yz: real, zz: real,
+):  # fmt: skip
+    """Angular velocity about a point m (x, y, z), alone, or a line w through it, from s about m.
+
+    xx to zz are moments of inertia about the centre of mass.
+    """
+    mm = dot(x, y, z, x, y, z)
+    axx, axy, axz = xx + mm - x * x, xy - x * y, xz - x * z
+    ayy, ayz, azz = yy + mm - y * y, yz - y * z, zz + mm - z * z
+    hx, hy, hz = times(axx, axy, axz, ayy, ayz, azz, wx, wy, wz)
+    spin = dot(wx, wy, wz, sx, sy, sz) / larger(dot(wx, wy, wz, hx, hy, hz), TINY)
+    hx, hy, hz = over(axx, axy, axz, ayy, ayz, azz, sx, sy, sz)
+    return (
+        wp.where(alone, hx, spin * wx), wp.where(alone, hy, spin * wy),
+        wp.where(alone, hz, spin * wz),
+    )  # fmt: skip
+
+
+@wp.func
 def find_motion(
-    reach: real, ux: real, uy: real, uz: real, px: real, py: real, pz: real,
-    lx: real, ly: real, lz: real,
-    r11: real, r12: real, r13: real, r21: real, r22: real, r23: real, r31: real, r32: real,
-    r33: real, ix: real, iy: real, iz: real,
-    count: wp.ref[real], mx: wp.ref[real], my: wp.ref[real], mz: wp.ref[real],
-    xx: wp.ref[real], xy: wp.ref[real], yy: wp.ref[real], zx: wp.ref[real], zy: wp.ref[real],
-    t: wp.ref[real], tx: wp.ref[real], ty: wp.ref[real],
-    vx: wp.ref[real], vy: wp.ref[real], vz: wp.ref[real],
-    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
-    ex: wp.ref[real], ey: wp.ref[real], ez: wp.ref[real], gz: wp.ref[real],
+    reach: real, ux: real, uy: real, uz: real, px: real, py: real, pz: real, lx: real, ly: real,
+    lz: real, r11: real, r12: real, r13: real, r21: real, r22: real, r23: real, r31: real,
+    r32: real, r33: real, ix: real, iy: real, iz: real, count: wp.ref[real], mx: wp.ref[real],
+    my: wp.ref[real], mz: wp.ref[real], xx: wp.ref[real], xy: wp.ref[real], yy: wp.ref[real],
+    zx: wp.ref[real], zy: wp.ref[real], t: wp.ref[real], tx: wp.ref[real], ty: wp.ref[real],
+    vx: wp.ref[real], vy: wp.ref[real], vz: wp.ref[real], ox: wp.ref[real], oy: wp.ref[real],
+    oz: wp.ref[real], ex: wp.ref[real], ey: wp.ref[real], ez: wp.ref[real], gz: wp.ref[real],
     push: wp.ref[real], bx: wp.ref[real], by: wp.ref[real],
 ):  # fmt: skip
     """Motion v, o of a body whose held points are stopped, from u, p and l without contact.
@@ -89,12 +125,10 @@ def find_motion(
     flat, whole = spans(count, axx, axy, ayy), axx + ayy
     some, alone = count > zero, count < real(1.5) or whole <= APART * reach * reach
     # Slopes of the plane, or the line, through the points; and of their aims.
-    slope_x, slope_y = solved(flat, axx, axy, ayy, zx - mz * ax, zy - mz * ay)
-    climb_x, climb_y = solved(flat, axx, axy, ayy, tx - t * ax, ty - t * ay)
-    slope_x = wp.where(alone, zero, slope_x)
-    slope_y = wp.where(alone, zero, slope_y)
-    ox = wp.where(alone, zero, climb_y)
-    oy = wp.where(alone, zero, -climb_x)
+    slope_x, slope_y = solved(flat, alone, axx, axy, ayy, zx - mz * ax, zy - mz * ay)
+    climb_x, climb_y = solved(flat, alone, axx, axy, ayy, tx - t * ax, ty - t * ay)
+    ox = climb_y
+    oy = -climb_x
     # In the plane of the points; what closes gaps along a line is level.
     oz = wp.where(flat, ox * slope_x + oy * slope_y, zero)
     # Along the line: its direction is the longer column of the second moments.
@@ -108,15 +142,10 @@ def find_motion(
     sx, sy, sz = cross(ux - sx, uy - sy, uz - sz - rise, ax, ay, az)
     hx, hy, hz = times(ixx, ixy, ixz, iyy, iyz, izz, ox, oy, zero)
     sx, sy, sz = lx - hx + sx, ly - hy + sy, lz - hz + sz
-    mm = dot(ax, ay, az, ax, ay, az)
-    bxx, bxy, bxz = ixx + mm - ax * ax, ixy - ax * ay, ixz - ax * az
-    byy, byz, bzz = iyy + mm - ay * ay, iyz - ay * az, izz + mm - az * az
-    hx, hy, hz = times(bxx, bxy, bxz, byy, byz, bzz, wx, wy, wz)
-    spin = dot(wx, wy, wz, sx, sy, sz) / larger(dot(wx, wy, wz, hx, hy, hz), TINY)
-    hx, hy, hz = over(bxx, bxy, bxz, byy, byz, bzz, sx, sy, sz)
-    ox = ox + wp.where(flat, zero, wp.where(alone, hx, spin * wx))
-    oy = oy + wp.where(flat, zero, wp.where(alone, hy, spin * wy))
-    oz = oz + wp.where(flat, zero, wp.where(alone, hz, spin * wz))
+    hx, hy, hz = rolling(alone, ax, ay, az, wx, wy, wz, sx, sy, sz, ixx, ixy, ixz, iyy, iyz, izz)
+    ox = ox + wp.where(flat, zero, hx)
+    oy = oy + wp.where(flat, zero, hy)
+    oz = oz + wp.where(flat, zero, hz)
     sx, sy, sz = cross(ax, ay, az, ox, oy, oz)
     vx = wp.where(some, sx, ux)
     vy = wp.where(some, sy, uy)
@@ -124,28 +153,16 @@ def find_motion(
     ox = wp.where(some, ox, px)
     oy = wp.where(some, oy, py)
     oz = wp.where(some, oz, pz)
-    ex = vx - ux
-    ey = vy - uy
-    ez = vz - uz
+    copy_vector(vx - ux, vy - uy, vz - uz, ex, ey, ez)
     hx, hy, hz = times(ixx, ixy, ixz, iyy, iyz, izz, ox, oy, oz)
     sx, sy, sz = cross(ex, ey, ez, ax, ay, az)
     gz = hz - lz + sz
     push = over_count * ez
-    sx, sy = solved(flat, axx, axy, ayy, ly - hy - sy, hx - lx + sx)
-    bx = wp.where(alone, zero, sx)
-    by = wp.where(alone, zero, sy)
-    mx = ax
-    my = ay
-    mz = az
-    count = zero
-    xx = zero
-    xy = zero
-    yy = zero
-    zx = zero
-    zy = zero
-    t = zero
-    tx = zero
-    ty = zero
+    sx, sy = solved(flat, alone, axx, axy, ayy, ly - hy - sy, hx - lx + sx)
+    bx = sx
+    by = sy
+    copy_vector(ax, ay, az, mx, my, mz)
+    clear_sums(count, xx, xy, yy, zx, zy, t, tx, ty)
 
 
 @wp.func
@@ -217,3 +234,38 @@ def share(
     fx = wp.where(touches, new_x, zero)
     fy = wp.where(touches, new_y, zero)
     n = wp.where(touches, push_n, zero)
+
+
+@wp.func
+def keep(
+    good: bool, a: real, b: real, c: real, d: real, e: real, f: real,
+    ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real],
+    ox: wp.ref[real], oy: wp.ref[real], oz: wp.ref[real],
+    mx: wp.ref[real], my: wp.ref[real], mz: wp.ref[real],
+    cx: wp.ref[real], cy: wp.ref[real], turn: wp.ref[real],
+):  # fmt: skip
+    """Writes the velocities of a body that is held; sums become zero for the next step."""
+    ux = wp.where(good, a, ux)
+    uy = wp.where(good, b, uy)
+    uz = wp.where(good, c, uz)
+    ox = wp.where(good, d, ox)
+    oy = wp.where(good, e, oy)
+    oz = wp.where(good, f, oz)
+    mx = real(0.0)
+    my = real(0.0)
+    mz = real(0.0)
+    cx = real(0.0)
+    cy = real(0.0)
+    turn = real(0.0)
+
+
+@wp.func
+def take(
+    good: bool, a: real, b: real, c: real,
+    fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real], on: wp.ref[real],
+):  # fmt: skip
+    """Writes the impulse of a point where its body is held: the sweeps then leave it alone."""
+    fx = wp.where(good, a, fx)
+    fy = wp.where(good, b, fy)
+    n = wp.where(good, c, n)
+    on = wp.where(good, real(0.0), on)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import re
 from collections.abc import Callable
 
 import numpy as np
@@ -18,7 +19,9 @@ from scipy.integrate import solve_ivp
 
 from tests.shared.blocks import Array, free_lanes, make_lanes, sines
 from warprock.engines.housner import Housner
+from warprock.errors import InputError
 from warprock.model.bodies import Bodies, planar_bodies
+from warprock.model.hull import rounded_centres
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, StillBase
 from warprock.model.ratios import peak_ratio, rotation_ratio
@@ -265,3 +268,67 @@ def test_peaks_are_measured_by_the_side_that_they_are_on() -> None:
     assert peak_ratio(found, lanes)[0] == pytest.approx(max(0.9, -turned.min() / left), rel=1e-5)
     ratio = rotation_ratio(found["rotation"], lanes)[0]
     np.testing.assert_array_equal(ratio, turned / np.where(turned < 0.0, left, right))
+
+
+def test_random_bodies_lose_what_they_held_above_the_edge_they_rest_on() -> None:
+    rng = np.random.default_rng(15)
+    bodies, starts = [], []
+    while len(bodies) < 96:
+        x, z = np.sort(rng.uniform(-0.3, 0.3, 7)), rng.uniform(0.0, 0.06, 7)
+        z[2:5] = 0.0
+        points = np.stack([x, z - rng.uniform(0.2, 0.5)], axis=-1)
+        radius = rng.choice([0.0, 0.004])
+        body = planar_bodies(
+            mass=100.0, inertia=rng.uniform(1.0, 8.0), points=points, corner_radius=radius
+        )
+        centres = rounded_centres(body.points, body.corner_radius)[0]
+        if body.base_ends[0, 0] < -0.01 < 0.01 < body.base_ends[0, 1] and np.all(
+            np.diff(centres[:, 0]) > 0.0
+        ):
+            side = rng.integers(2)
+            bodies.append(body)
+            starts.append(
+                (-1.0, 1.0)[side] * rng.uniform(0.2, 1.3) * body.slenderness_angles[0, side]
+            )
+    most = max(body.most_points for body in bodies)
+    together = Bodies(
+        **{
+            field.name: np.concatenate(
+                [
+                    np.pad(part, ((0, 0), (0, most - part.shape[1]), (0, 0)), mode="edge")
+                    if part.ndim == 3
+                    else part
+                    for part in (getattr(body, field.name) for body in bodies)
+                ]
+            )
+            for field in dataclasses.fields(Bodies)
+        }
+    )
+    lanes = lanes_of(together, start=np.array(starts))
+    found = run_batch("housner", lanes, StillBase(96), SampleTimes(20.0, 0.5))
+    assert np.all(found["status"] == Status.OK)
+    rests = found["outcome"] == Outcome.AT_REST
+    assert rests.sum() > 50
+    assert (found["outcome"] == Outcome.OVERTURNED).sum() > 10
+    ends = found["rotation"][:, -1]
+    # Some come to rest on another edge than that of their base.
+    assert np.sum(rests & (np.abs(ends) > 0.01)) >= 3
+    heights = together.rolled(np.stack([lanes.rotation_start, ends], axis=1))[1]
+    held = 100.0 * GRAVITY * (heights[:, 0] - heights[:, 1])
+    np.testing.assert_allclose(found["energy_lost"][rests], held[rests], rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("field", "values", "said"),
+    [
+        ("mass", np.array([300.0, 0.0]), "lanes.body.mass: got 0.0, must be more than 0 (lane 1)"),
+        ("mass", np.array([300.0]), "lanes.body.mass: got [1]"),
+        ("points", np.tile(np.add(STEPPED, (0.2, 0.0)), (2, 1, 1)), "above the area between"),
+        ("gyration", np.full((2, 3), 0.04), "lanes.body.gyration: got [2, 3]"),
+    ],
+)
+def test_bodies_that_cannot_be_run_get_one_line(field: str, values: Array, said: str) -> None:
+    body = planar_bodies(mass=[300.0] * 2, inertia=12.0, points=STEPPED)
+    wrong = dataclasses.replace(lanes_of(body), body=dataclasses.replace(body, **{field: values}))
+    with pytest.raises(InputError, match=re.escape(said)):
+        run_batch("housner", wrong, StillBase(2), SampleTimes(1.0))

@@ -8,14 +8,8 @@ import numpy as np
 import pytest
 
 from warprock.model import rocking
-from warprock.model.bodies import (
-    Bodies,
-    lower_hull,
-    planar_bodies,
-    principal_axes,
-    rounded_centres,
-    turned,
-)
+from warprock.model.bodies import Bodies, planar_bodies, principal_axes, turned
+from warprock.model.hull import lower_hull, rounded_centres
 from warprock.units import GRAVITY
 
 STEPPED = np.array([[-0.14, -0.3], [0.1, -0.3], [0.16, -0.285], [0.2, -0.25]])

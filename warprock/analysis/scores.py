@@ -88,6 +88,11 @@ class Scores:
     values: dict[str, float]
     bands: dict[str, tuple[float, float]]
 
+    @property
+    def right(self) -> int:
+        """Tests whose outcome was said."""
+        return self.hits + self.correct_rejections
+
 
 def score(said: Prediction, observed: Mask, records: Records) -> Scores:
     """Scores of a prediction.

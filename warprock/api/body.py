@@ -42,7 +42,7 @@ def body(
         unit: Unit of lengths in the file; None takes metres if its size looks like that.
         up: Axis of the file that points upwards: "x", "y", "z", "-x", "-y" or "-z".
         pose: Number of a pose in which it rests; 0 is as in the file, None settles from there.
-        tolerance: What lies at most so high is pressed to the ground; None is 0.3 mm.
+        tolerance: What lies at most so high is pressed to the ground; None is 1 mm of "flat".
         base: "hull" keeps points above the ground that touch it as the body leans; or "flat".
         points: Contact points that the case may have; None is 24 in the plane, 12 in space.
         model: "planar", in the plane of the direction, or "spatial".

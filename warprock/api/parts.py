@@ -112,7 +112,8 @@ class Block(_Declared):
 
     A case takes one block, or a list of blocks that stand on one another, the lowest first;
     chamfer, offset, friction, rotation and yaw belong to blocks of a list. Sizes are text with a
-    unit.
+    unit. A body that is no box has mass, base, centre and inertia in the place of sizes and
+    density.
 
     Example:
         >>> import warprock as wr

@@ -47,9 +47,9 @@ SAME_RISE = 1e-5
 """Rises that differ by so much of the least one are equal."""
 SETTLED = math.radians(5.0)
 """Turn up to which a body settles from the pose of its file [rad]: scans are out of level."""
-TOLERANCE = 3e-4
-"""Height over the ground up to which a point is pressed to it [m], where none is named: about what
-a good scan can tell."""
+TOLERANCES = {"hull": 1e-5, "flat": 1e-3}
+"""Height over the ground up to which a point is pressed to it [m], where none is named, by base:
+round-off where points keep their heights, else what a good scan can tell."""
 FLAT_TOLERANCES = (3e-4, 1e-3, 3e-3, 1e-2)
 """Tolerances at which the slenderness angle of a base pressed flat is listed [m]."""
 POINTS = {"planar": 24, "spatial": 12}
@@ -69,7 +69,8 @@ class Asked:
         up: Axis of the file that points upwards, of `UPWARDS`.
         pose: The number of a rest, from 1; 0 is the pose of the file as it is, and None the rest
             next to it, into which the body settles.
-        tolerance: Points at most so high above the lowest one touch the ground [m].
+        tolerance: Points at most so high above the lowest one are pressed to the ground [m]; None
+            takes that of `TOLERANCES`.
         base: "hull" keeps points above the ground, too, that touch it as the body leans; "flat"
             leaves them out.
         points: Contact points that the case may have; None takes those of `POINTS`.
@@ -82,7 +83,7 @@ class Asked:
     unit: str | None = None
     up: str = "z"
     pose: int | None = None
-    tolerance: float = TOLERANCE
+    tolerance: float | None = None
     base: str = "hull"
     points: int | None = None
     model: str = "planar"
@@ -125,6 +126,11 @@ class Body:
     def name(self) -> str:
         """Name of the file without its ending."""
         return self.file.stem
+
+    @property
+    def tolerance(self) -> float:
+        """Height over the ground up to which a point is pressed to it [m]."""
+        return _tolerance(self.asked)
 
     @property
     def points(self) -> Array:
@@ -219,7 +225,7 @@ def read_asked(asked: Asked, texts: Texts) -> Asked:
         density=read["density"],
         mass=read["mass"],
         direction=read["direction"],
-        tolerance=TOLERANCE if read["tolerance"] is None else read["tolerance"],
+        tolerance=read["tolerance"],
     )
     _judge(whole)
     return whole
@@ -246,7 +252,8 @@ def find_body(path: pathlib.Path, asked: Asked) -> Body:
         InputError: The mesh cannot be used, or the body does not stand in the pose.
     """
     solid = _upright(read_solid(path, asked.unit), asked.up)
-    rests = tuple(rests_of(solid, asked.tolerance))
+    tolerance = _tolerance(asked)
+    rests = tuple(rests_of(solid, tolerance))
     points = hull_points(solid) - solid.centre
     pose = _pose(str(path), asked, points, rests)
     footing = pose.footing
@@ -254,7 +261,7 @@ def find_body(path: pathlib.Path, asked: Asked) -> Body:
     most = asked.points or POINTS[asked.model]
     contacts = flat_points(footing, most)
     if asked.base == "hull":
-        contacts = raised_points(hull, footing, most, asked.tolerance)
+        contacts = raised_points(hull, footing, most, tolerance)
     low = contacts[contacts[:, 2] <= -footing.height]
     base = Footing(hull_of(low[:, :2]), footing.height)
     if base.arm <= 0.0:
@@ -277,6 +284,11 @@ def find_body(path: pathlib.Path, asked: Asked) -> Body:
         pose,
         solid.sha256,
     )
+
+
+def _tolerance(asked: Asked) -> float:
+    """Height over the ground up to which a point is pressed to it [m]."""
+    return TOLERANCES[asked.base] if asked.tolerance is None else asked.tolerance
 
 
 def _judge(asked: Asked) -> None:
@@ -327,7 +339,7 @@ def _pose(source: str, asked: Asked, points: Array, rests: tuple[Rest, ...]) -> 
         return rests[asked.pose - 1]
     if asked.pose is None and rests and rests[0].turn < SETTLED:
         return rests[0]
-    pose = rest_at(points, DOWN, asked.tolerance)
+    pose = rest_at(points, DOWN, _tolerance(asked))
     why = _falls(pose.footing, points)
     if not why:
         return pose

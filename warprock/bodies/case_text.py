@@ -19,10 +19,10 @@ PULSE = 2.0
 """Circular frequency of the pulse over the body's frequency parameter: about where pulses of one
 length overturn with the least acceleration of their own size."""
 LOWEST, HIGHEST, STEPS = 0.5, 4.0, 8
-"""Amplitudes of the pulse, over that which lifts the body, and how many."""
+"""Amplitudes of the pulse, over that which lifts a flat base as safe, and how many."""
 STRONGEST, SCALES = 8.0, 16
-"""Peak acceleration of the strongest record over that which lifts the body, and how many there are:
-a record falls below its peak sooner than a pulse."""
+"""Peak acceleration of the strongest record over the same, and how many there are: a record falls
+below its peak sooner than a pulse."""
 FRICTION = 0.7
 DURATION = 10.0
 
@@ -70,7 +70,7 @@ def _case_text(body: Body, taken: TakenRecord | None) -> str:
 
 def _pulse(body: Body) -> list[str]:
     """The tables of a motion that its user replaces."""
-    lift = _lift(body)
+    lift = _strength(body)
     frequency = PULSE * body.frequency_parameter / (2.0 * math.pi)
     tops = ", ".join(f'"{_two(share * lift)} g"' for share in np.linspace(LOWEST, HIGHEST, STEPS))
     return [
@@ -80,7 +80,7 @@ def _pulse(body: Body) -> list[str]:
         'waveform = "sine"',
         'control = "acceleration"',
         f'frequency = "{_two(frequency)} Hz"',
-        f'amplitude = "{_two(2.0 * lift)} g"   # {_two(lift)} g lifts the body',
+        f'amplitude = "{_two(2.0 * lift)} g"',
         "cycles = 1",
         _direction(body),
         "",
@@ -96,13 +96,13 @@ def _pulse(body: Body) -> list[str]:
 
 def _record(body: Body, taken: TakenRecord) -> list[str]:
     """The tables of a record, scaled to peak accelerations."""
-    lift = _lift(body)
+    lift = _strength(body)
     ends = f'from = "{_two(LOWEST * lift)} g", to = "{_two(STRONGEST * lift)} g"'
     return [
         "[motion]",
         'waveform = "record"',
         toml_text({"record": taken.name}).strip(),
-        f'target_pga = "{_two(lift)} g"   # scaled to this peak acceleration, which lifts the body',
+        f'target_pga = "{_two(lift)} g"   # scaled to this peak acceleration',
         _direction(body),
         "",
         "[run]",
@@ -115,9 +115,13 @@ def _record(body: Body, taken: TakenRecord) -> list[str]:
     ]
 
 
-def _lift(body: Body) -> float:
-    """Base acceleration in the direction that lifts a body, over g."""
-    return math.tan(float(body.in_plane(body.direction)[0]))
+def _strength(body: Body) -> float:
+    """Base acceleration over g that lifts a body on a flat base whose centre has to rise as much.
+
+    Of a flat base it is tan(slenderness angle): the centre rises from h to h / cos of that angle.
+    """
+    rise = body.turns_over(body.direction)[0].rise
+    return math.sqrt((1.0 + rise / body.base.height) ** 2 - 1.0)
 
 
 _LEGEND = "Lines after #\n# are comments; `warprock keys` says of every key what it may hold."
@@ -125,7 +129,7 @@ _LEGEND = "Lines after #\n# are comments; `warprock keys` says of every key what
 
 def _block(body: Body) -> list[str]:
     """The table [block]."""
-    tolerance = f"{1e3 * body.asked.tolerance:.3g} mm"
+    tolerance = f"{1e3 * body.tolerance:.3g} mm"
     raised = (body.contacts[:, 2] > -body.base.height).any()
     more = "; of others their height" if raised else ""
     tensor = body.mass * body.inertia

@@ -11,7 +11,7 @@ import pydantic
 
 from warprock.case.table_keys import OtherKey
 from warprock.case.validation import KeyedError, Table
-from warprock.model.bodies import LEVEL, lower_hulls
+from warprock.model.hull import LEVEL, lower_hulls
 from warprock.quantity import Column, NumberKey, Said
 from warprock.units import Dimension, allowed_text, parse_any
 

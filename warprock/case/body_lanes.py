@@ -11,7 +11,8 @@ from warprock.case.body import Body, profiles
 from warprock.case.columns import computed, key_column, lane_columns
 from warprock.errors import InputError
 from warprock.model import rocking
-from warprock.model.bodies import LEVEL, Bodies, lower_hulls, principal_axes, turned
+from warprock.model.bodies import Bodies, principal_axes, turned
+from warprock.model.hull import LEVEL, lower_hulls
 from warprock.model.lanes import Lanes
 from warprock.quantity import Said
 

@@ -17,7 +17,6 @@ from warprock.case.run import DURATION
 from warprock.case.values import LaneValues
 from warprock.case.waveforms import FAMILIES, FAMILY_OF
 from warprock.errors import InputError
-from warprock.model import rocking
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import (
     GroundMotions,
@@ -62,7 +61,7 @@ def lane_motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[
     uplift = _uplift(lanes, ALONG, turn)
     columns |= {"normalised_acceleration": peak / (GRAVITY * uplift)}
     if _PEAK_VELOCITY in columns and not lanes.stacked:
-        p = _frequency_parameter(lanes)
+        p = lanes.frequency_parameter
         columns["normalised_velocity"] = (
             p * np.asarray(columns[_PEAK_VELOCITY]) / (GRAVITY * uplift)
         )
@@ -80,13 +79,6 @@ def lane_motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[
             columns |= key_column(DIRECTION, turn)
         along, across = along.scaled(np.cos(turn)), along.scaled(np.sin(turn))
     return SpatialMotions(along, across, upwards), columns
-
-
-def _frequency_parameter(lanes: Lanes) -> Array:
-    """Frequency parameter of single blocks [rad/s], shape [lane]."""
-    if lanes.body is not None:
-        return lanes.body.frequency_parameter
-    return rocking.frequency_parameter(lanes.width, lanes.height)
 
 
 def _uplift(lanes: Lanes, table: str, turn: Array | None = None) -> Array:

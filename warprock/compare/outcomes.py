@@ -77,7 +77,6 @@ def _within(tests: ObservedTests, lanes: npt.NDArray[np.intp]) -> ObservedTests:
 def _note(found: Judged, tests: ObservedTests) -> str:
     """How many tests were said rightly, and how many have no lane with numbers."""
     scores = found.scores
-    right = scores.hits + scores.correct_rejections
     left = len(tests.names) - scores.tests
-    text = f"{right:,} of {scores.tests:,} tests rightly"
+    text = f"{scores.right:,} of {scores.tests:,} tests rightly"
     return f"{text}; {left:,} left out (no lane with numbers)" if left else text

@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.launching import NEVER
-from warprock.model.bodies import LEVEL, Bodies
+from warprock.model.bodies import Bodies
+from warprock.model.hull import LEVEL
 from warprock.model.lanes import Lanes
 from warprock.units import GRAVITY
 

@@ -30,7 +30,7 @@ TRIALS = 100
 LEAST_CREEP = 1e-9
 """Speed that is round-off of a body that nothing holds [m/s]."""
 ALMOST = 1e-9
-"""Part of a stiffness that is round-off."""
+"""Part of a stiffness, or of a second moment, that is round-off."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -55,8 +55,7 @@ class PointSprings:
     def of(cls, lanes: Lanes, settings: DemSettings) -> Self:
         """The springs of lanes of bodies."""
         body = body_of(lanes)
-        feet = body.standing & there_are(body)
-        area = base_area(body) / feet.sum(axis=1)
+        area = base_area(body) / base_of(body).sum(axis=1)
         return cls(
             lanes=cast(SpatialLanes, lanes),
             body=body,
@@ -73,13 +72,9 @@ class PointSprings:
     def standing_ratio(self) -> Array:
         """How much stiffer springs are against rocking than what they bear needs, shape [lane, 1].
 
-        About the weaker axis through the middle of the feet, see `dem_springs.standing_ratio`.
+        About the weaker axis through the middle of the base, see `dem_springs.standing_ratio`.
         """
-        plan = self.body.points_in_block_axes[..., :2]
-        weight = self.feet / self.feet.sum(axis=1, keepdims=True)
-        away = plan - (weight[..., None] * plan).sum(axis=1, keepdims=True)
-        away = np.where(self.feet[..., None], away, 0.0)
-        least = np.linalg.eigvalsh(np.einsum("lpi,lpj->lij", away, away))[:, 0]
+        least = _least_moment(self.body, base_of(self.body))
         load = GRAVITY * self.body.mass * self.body.centre_height
         return np.asarray(self.stiffness * np.maximum(least, 0.0) / load)[:, None]
 
@@ -158,9 +153,30 @@ class PointSprings:
         return np.take_along_axis(depth, carried.sum(axis=1, keepdims=True) - 1, axis=1)[:, 0]
 
 
+def base_of(body: Bodies) -> Mask:
+    """Points that a body can stand on, shape [lane, point].
+
+    They are those that it stands on at rest, or all where these lie on a line.
+    """
+    there = there_are(body)
+    feet = body.standing & there
+    size = np.ptp(body.points, axis=1).max(axis=1)
+    flat = _least_moment(body, feet) > ALMOST * size**2
+    return np.asarray(np.where(flat[:, None], feet, there))
+
+
+def _least_moment(body: Bodies, chosen: Mask) -> Array:
+    """Least second moment in plan of some points about an axis through their middle [m^2]."""
+    plan = body.points_in_block_axes[..., :2]
+    weight = chosen / chosen.sum(axis=1, keepdims=True)
+    away = plan - (weight[..., None] * plan).sum(axis=1, keepdims=True)
+    away = np.where(chosen[..., None], away, 0.0)
+    return np.asarray(np.linalg.eigvalsh(np.einsum("lpi,lpj->lij", away, away))[:, 0])
+
+
 def base_area(body: Bodies) -> Array:
-    """Area of the convex hull of what a body stands on at rest [m^2], shape [lane]."""
-    plan, feet = body.points_in_block_axes[..., :2], body.standing & there_are(body)
+    """Area of the convex hull of what a body can stand on [m^2], shape [lane]."""
+    plan, feet = body.points_in_block_axes[..., :2], base_of(body)
     _found, first, place = np.unique(
         np.concatenate([plan.reshape(len(plan), -1), feet], axis=1), axis=0,
         return_index=True, return_inverse=True,
@@ -224,17 +240,14 @@ def sprung_inputs(
             columns["blocks"][name] = part[:, None]
     leans = (blocks.rotation_start != 0.0) | (blocks.rotation_across_start != 0.0)
     bound = lanes.friction * GRAVITY * lanes.mass
-    bound = bound + settings.cohesion * springs.area * springs.feet.sum(axis=1)
-    whole = springs.shear * springs.feet.sum(axis=1)
-    columns["lanes"] = (
-        columns["frames"]
-        | throw_columns(lanes)
-        | {
-            "time_step": time_step,
-            "creep": np.maximum(bound / np.sqrt(whole * body.mass), LEAST_CREEP),
-            "uplift_time": np.where(leans | (blocks.gap_start > 0.0), 0.0, NEVER),
-            "height": body.centre_height,
-            "area": springs.area,
-        }
-    )
+    bound = bound + settings.cohesion * springs.area * base_of(body).sum(axis=1)
+    whole = springs.shear * base_of(body).sum(axis=1)
+    parts = columns["frames"] | throw_columns(lanes)
+    columns["lanes"] = parts | {
+        "time_step": time_step,
+        "creep": np.maximum(bound / np.sqrt(whole * body.mass), LEAST_CREEP),
+        "uplift_time": np.where(leans | (blocks.gap_start > 0.0), 0.0, NEVER),
+        "height": body.centre_height,
+        "area": springs.area,
+    }
     return columns

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from warprock.engines.launching import NEVER
 from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes
 from warprock.units import GRAVITY
@@ -134,8 +135,8 @@ def _slip(height: Array, kept: Array, old: Array, new: Array) -> Array:
     """Friction that an impact needs on the end `new` after one on the end `old`, [lane, edge].
 
     The centre of mass comes with the velocity (H, x_old) per unit of rate and leaves with eta
-    (H, x_new): the impulse is the difference.
+    (H, x_new): the impulse is the difference. None is enough where it would have to pull.
     """
     eta = np.maximum(kept, 0.0)
-    along, upwards = height * (1.0 - eta), np.abs(eta * new - old)
-    return np.asarray(np.abs(along) / upwards)
+    along, upwards = height * np.abs(1.0 - eta), np.sign(new - old) * (eta * new - old)
+    return np.divide(along, upwards, out=np.full_like(along, NEVER), where=upwards > 0.0)

@@ -170,11 +170,10 @@ def launch(
         if placed:
             wanted = sampled if times.places else 0
             found.places = _samples((wanted, block_count, 3 if in_space else 2, count), real)
+        if hasattr(found, "sides"):
+            found.sides = wp.zeros((2, count), dtype=real)
         kernel = module.run_lanes
-        sides = None
-        if any(each.label == "sides" for each in kernel.adj.args):
-            sides = wp.zeros((2, count), dtype=real)
-        given |= others | {"found": found, "sides": sides}
+        given |= others | {"found": found}
         wp.launch(
             kernel,
             dim=count // module.LANES,
@@ -184,8 +183,10 @@ def launch(
         per_block = found.blocks.numpy()[:, :lane_count].T
         history = _lanes_first(seen, lane_count) if sampled else None
         places = _lanes_first(found.places, lane_count) if placed and wanted else None
-        reached = None if sides is None else sides.numpy()[:, :lane_count].T.astype(np.float64)
-        return Found(results, per_block, history, places, reached)
+        sides = None
+        if hasattr(found, "sides"):
+            sides = found.sides.numpy()[:, :lane_count].T.astype(np.float64)
+        return Found(results, per_block, history, places, sides)
 
 
 def _samples(shape: tuple[int, ...], real: Any) -> Any:

@@ -9,7 +9,8 @@ import numpy.typing as npt
 
 from warprock.engines.blocks import spatial_columns, yawed
 from warprock.errors import InputError
-from warprock.model.bodies import LEVEL, Bodies
+from warprock.model.bodies import Bodies
+from warprock.model.hull import LEVEL
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.pose import start_poses, turned
 from warprock.model.scene import SceneKind

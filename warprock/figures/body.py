@@ -52,7 +52,7 @@ def _message(body: Body) -> str:
 
 def _about(body: Body) -> str:
     """What is drawn."""
-    tolerance = f"{1e3 * body.asked.tolerance:.3g} mm"
+    tolerance = f"{1e3 * body.tolerance:.3g} mm"
     return (
         f"{body.mass:.3g} kg, centre of mass {body.base.height:.3g} m above the ground; "
         f"{len(body.base.polygon)} points within {tolerance} of the ground, "

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from warprock.figures.palette import DARK, FALLEN, GREY, PALE, SERIES
 from warprock.figures.sheet import style
-from warprock.model.bodies import lower_hull
+from warprock.model.hull import lower_hull
 from warprock.run.scene_motion import SceneMotion
 
 if TYPE_CHECKING:

@@ -56,9 +56,11 @@ def _draw_scores(found: Validation) -> Drawing:
         figure, grid = subplots(1, 2, (8.4, max(2.6, 1.6 + 0.42 * len(everyone))))
         _draw_accuracy(grid[0, 0], everyone, len(found.engines))
         _draw_reliability(grid[0, 1], found)
-        best = max(found.engines, key=lambda each: each.scores.values["accuracy"])
+        best = max(found.engines, key=lambda each: each.scores.right)
         share = 100.0 * best.scores.values["accuracy"]
         title = f"{best.name} says {share:.1f} % of {best.scores.tests:,} outcomes rightly"
+        left = len(found.tests.names) - best.scores.tests
+        title += f" and nothing of {left:,} others" if left else ""
         if found.baselines:
             base = max(found.baselines, key=lambda each: each.scores.values["accuracy"])
             against = 100.0 * base.scores.values["accuracy"]

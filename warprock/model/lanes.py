@@ -8,6 +8,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from warprock.model import rocking
 from warprock.model.bodies import Bodies
 from warprock.model.release import Release
 
@@ -35,7 +36,8 @@ class Lanes:
             its face, at the start; of the lowest block nothing.
         rotation_start: Rotation at the start [rad], positive towards +x; released from rest.
         angular_restitution: Ratio of angular velocities after and before an impact on the base,
-            shape [lane]; used by `housner` only, the other engines find it from their own laws.
+            shape [lane]; Housner's where the case prescribes none, of a body the smaller one of
+            its sides. Engines that cannot follow it find it from their own laws.
         body: Bodies, where single blocks are no boxes; their width, height, depth and density are
             then those of the box around them, and say nothing of how they move.
         restitution_given: Whether the case prescribes the angular restitution, of all lanes.
@@ -140,6 +142,13 @@ class Lanes:
         if self.body is not None:
             return self.body.slenderness_angles
         return np.stack([self.slenderness_angle] * 2, axis=1)
+
+    @property
+    def frequency_parameter(self) -> Array:
+        """Frequency parameter of single blocks [rad/s], of a body about its nearer end."""
+        if self.body is not None:
+            return self.body.frequency_parameter
+        return rocking.frequency_parameter(self.width, self.height)
 
     @property
     def uplift_ratios(self) -> Array:

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.errors import InputError
+from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import (
     GroundMotions,
@@ -62,6 +63,8 @@ def require_runnable(lanes: Lanes, motions: GroundMotions, source: str = "run_ba
         elif field in _NOT_NEGATIVE:
             _require(values, values >= 0.0, source, name, "must be at least 0")
     _require_faces(lanes, source)
+    if lanes.body is not None:
+        _require_bodies(lanes, lanes.body, source)
     _require_motions(lanes, motions, source)
 
 
@@ -94,7 +97,7 @@ def _require(
     if good.all():
         return
     lane, *block = (int(place[0]) for place in np.nonzero(~good))
-    where = f"lane {lane}" + "".join(f", block {number + 1}" for number in block)
+    where = f"lane {lane}" + "".join(f", block {number + 1}" for number in block[:1])
     raise InputError(source, name, float(values[lane, *block]), f"{allowed} ({where})")
 
 
@@ -114,6 +117,30 @@ def _require_faces(lanes: Lanes, source: str) -> None:
         values = getattr(lanes, field)
         good = np.abs(values) < limit
         _require(values, good, source, f"lanes.{field}", f"must be less than {text}")
+
+
+def _require_bodies(lanes: Lanes, body: Bodies, source: str) -> None:
+    """Refuses bodies of other lanes, of another space, and such as do not stand on their base."""
+    count, axes = lanes.lane_count, 3 if lanes.spatial else 2
+    most = body.points.shape[1] if np.ndim(body.points) == 3 else 0
+    shapes = {
+        "mass": (count,),
+        "gyration": (count, 3) if lanes.spatial else (count,),
+        "points": (count, max(most, 2), axes),
+        "count": (count,),
+        "corner_radius": (count,),
+        "axes": (count, 4),
+    }
+    for field, shape in shapes.items():
+        name = f"lanes.body.{field}"
+        values = _numbers(getattr(body, field), shape, source, name)
+        _require(values, np.isfinite(values), source, name, "must be finite")
+        if field in ("mass", "gyration"):
+            _require(values, values > 0.0, source, name, "must be more than 0")
+    ends = body.base_ends
+    stands = (ends[:, 0] < 0.0) & (ends[:, 1] > 0.0) & (body.centre_height > 0.0)
+    allowed = "must have its centre of mass above the area between its lowest points"
+    _require(ends[:, 0], stands, source, "lanes.body.points", allowed)
 
 
 def _require_motions(lanes: Lanes, motions: GroundMotions, source: str) -> None:

@@ -20,7 +20,8 @@ from warprock.model.motion import (
     GroundMotions,
 )
 from warprock.model.response import USABLE, Outcome, Response
-from warprock.model.rocking import frequency_parameter, uplift_acceleration
+from warprock.model.rocking import uplift_acceleration
+from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
@@ -64,10 +65,12 @@ def undecided(
     rocks, cut = outcome == Outcome.ROCKING, cut_short(motions, duration)
     may_fall = rocks | cut
     if not (lanes.stacked or lanes.spatial):
-        free = (duration - motions.end) * frequency_parameter(lanes.width, lanes.height)
+        free = (duration - motions.end) * lanes.frequency_parameter
         may_fall = cut | (rocks & (free < SWUNG))
         if cut.any() and response.engine != SPRINGS:
             lifts = uplift_acceleration(lanes.width, lanes.height)
+            if lanes.body is not None:
+                lifts = GRAVITY * lanes.uplift_ratios.min(axis=1)
             may_fall &= rocks | (motions.components[0].left_acceleration(duration) >= lifts)
     usable = np.isin(response["status"], USABLE)
     return np.asarray(usable & upright & may_fall)

@@ -2,7 +2,7 @@
 
 A displacement is differentiated twice, a velocity once, as the cubic spline through its samples
 (not-a-knot ends): of a smooth motion the acceleration errs by h^2 / 12 times its second derivative,
-h the time between samples, or h^3 / 24 times its third.
+h the time between samples, or h^4 / 180 times its fourth.
 
 An accelerometer is weak at low frequencies, where it drifts, and a displacement at high ones, where
 its noise grows with the square of the frequency. Two complementary filters take of each what it is

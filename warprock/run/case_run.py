@@ -121,7 +121,7 @@ def run_lane_set(
     Args:
         engine: Name of the engine.
         lane_set: The lanes, all of a case or some.
-        times: Length of the longest run and sampling of its histories.
+        times: Sampling of the histories; how long lanes run is said by the lanes.
         options: How they are run.
         settings: Settings of the engine.
     """

@@ -63,7 +63,7 @@ def run_parts(
         lane_set: Lanes of the case, with the factors on the time step that an ensemble asks for
             (an engine without a time step has no use for them) and the durations they may have.
         chosen: Numbers of the lanes wanted, in the order wanted; None is all.
-        times: Length of the longest run and sampling of its histories.
+        times: Sampling of the histories; how long lanes run is said by the lanes.
         settings: Settings of the engine, with the time step that the factors change.
         options: How they are run.
     """
@@ -102,9 +102,7 @@ def _parts(
     alike = np.ones((2, len(numbers)))
     if lane_set.step_factors is not None and has_time_step(settings):
         alike[0] = lane_set.step_factors[numbers]
-    alike[1] = times.duration
-    if lane_set.durations is not None:
-        alike[1] = lane_set.durations[numbers]
+    alike[1] = np.broadcast_to(lane_set.ends, lane_set.lanes.lane_count)[numbers]
     kinds, kind = np.unique(alike, axis=1, return_inverse=True)
     by_kind = np.argsort(kind.reshape(-1), kind="stable")
     ends = np.cumsum(np.bincount(kind.reshape(-1)))

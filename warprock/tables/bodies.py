@@ -57,7 +57,7 @@ def body_facts(body: Body) -> dict[str, Any]:
             "up": body.asked.up,
             "pose": body.asked.pose,
             "turned_deg": math.degrees(body.pose.turn),
-            "tolerance_m": body.asked.tolerance,
+            "tolerance_m": body.tolerance,
             "base": body.asked.base,
             "model": body.asked.model,
             "sizes_m": body.sizes.tolist(),
@@ -192,7 +192,7 @@ def print_body(body: Body, console: Console | None = None) -> None:
 
 def _contacts(body: Body) -> str:
     """How many contact points, and where."""
-    low, tolerance = len(body.base.polygon), f"{1e3 * body.asked.tolerance:.3g} mm"
+    low, tolerance = len(body.base.polygon), f"{1e3 * body.tolerance:.3g} mm"
     raised = len(body.points) - low
     more = f", and {raised} up to {1e3 * body.points[:, 2].max():.3g} mm above" if raised else ""
     return f"{low} within {tolerance} of the ground{more}"

@@ -187,18 +187,23 @@ def test_table(found: Validation) -> pd.DataFrame:
     return table
 
 
+def _right(row: Mapping[str, Any]) -> int:
+    """Tests whose outcome was said."""
+    return int(row["hits"] + row["correct_rejections"])
+
+
 def _sentence(facts: Mapping[str, Any]) -> str:
-    """Who is right how often, in one sentence."""
+    """Who is right most often, in one sentence."""
     names = {row["name"] for row in facts["engines"]}
-    best = max(
-        (row for row in facts["scores"] if row["predictor"] in names),
-        key=lambda row: row["accuracy"],
-    )
-    right = best["hits"] + best["correct_rejections"]
+    engines = [row for row in facts["scores"] if row["predictor"] in names]
+    best = max(engines, key=_right)
     text = (
-        f"{best['predictor']} says the outcome of {right:,} of {best['tests']:,} tests rightly "
-        f"({100.0 * best['accuracy']:.1f} %)"
+        f"{best['predictor']} says the outcome of {_right(best):,} of {best['tests']:,} tests "
+        f"rightly ({100.0 * best['accuracy']:.1f} %)"
     )
+    left = facts["validation"]["tests"] - best["tests"]
+    if left:
+        text += f" and nothing of the other {left:,}"
     others = [row for row in facts["scores"] if row["predictor"] not in names]
     if not others:
         return f"{text}."
