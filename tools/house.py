@@ -133,7 +133,8 @@ ROOMS = (
     ),
     _room(
         "compare",
-        "engines against Housner, the oracle and programs of others; checks of the cases; studies",
+        """engines against Housner, the oracle, programs of others and observed tests; checks of the
+        cases; studies""",
         f"{_BASE} case engines run analysis oracle programs",
         "numpy pandas pyarrow",
     ),

@@ -21,10 +21,12 @@ of impulse/space.py do the rest.
 import warp as wp
 
 from warprock.kernels.impulse.space import Knobs, copy_vector, holds
-from warprock.kernels.impulse.space_hold import EVEN, WITHIN, cross, dot, over, times
+from warprock.kernels.impulse.space_hold import WITHIN, cross, dot, over, times
 from warprock.kernels.shape.space import inverse_inertia
 from warprock.kernels.shape.space_body import APART, spans
 
+LEFT = by_precision(1.0e-9, 1.0e-2)
+"""Part of gravity's velocity in a step by which a point may miss what it aims at: round-off."""
 ROUNDS = 6
 """Most rounds in which the held points are looked for."""
 
@@ -175,7 +177,7 @@ def judge(
     zero, one = real(0.0), real(1.0)
     # What is no contact may lie anywhere.
     n = push + bx * (x - mx) + by * (y - my)
-    sinks = vz + ox * y - oy * x < aim - EVEN * knobs.gravity * knobs.time_step
+    sinks = vz + ox * y - oy * x < aim - LEFT * knobs.gravity * knobs.time_step
     was = held > zero
     now = on > zero and ((was and n > zero) or (not was and sinks))
     held = wp.where(now, one, zero)
@@ -227,7 +229,7 @@ def share(
     new_x = push_n * (part * ex - turn * (y - cy))
     new_y = push_n * (part * ey + turn * (x - cx))
     left = vz + ox * y - oy * x - aim
-    dust = EVEN * knobs.gravity * knobs.time_step
+    dust = LEFT * knobs.gravity * knobs.time_step
     held_well = size(left) <= dust and holds(new_x, new_y, push_n, WITHIN * mu)
     obeys = on <= zero or (touches and held_well) or (not touches and left >= -dust)
     good = wp.where(obeys, good, zero)

@@ -8,13 +8,14 @@ import pytest
 from tests.shared import closed_forms
 from tests.shared.blocks import make_lanes, sines
 from tests.shared.case_texts import PULSE
+from tests.shared.space_bodies import bodies_of
 from tests.shared.spatial_blocks import along, in_space
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import Control, HarmonicMotions, StillBase
-from warprock.model.painleve import ambiguous, friction_limit, mark_ambiguous
+from warprock.model.painleve import ambiguous, friction_limit, mark_ambiguous, spatial_limit
 from warprock.model.response import SOUND, USABLE, SampleTimes, Status
 from warprock.run.batch import run_batch
 from warprock.run.estimate import run_with_estimate
@@ -186,3 +187,15 @@ def test_it_is_said_where_friction_is_asked_for(write):
     note = expand_lanes(load_case(write(PULSE), ["contact.friction=1.5"])).scene.friction_note
     assert note.startswith("1 lane has friction above the limit of the block, 1.33 at least")
     assert expand_lanes(load_case(write(PULSE))).scene.friction_note == ""
+
+
+def test_the_limit_of_a_body_in_space_is_that_of_the_point_that_touches():
+    # Two points in the plane of rocking; a body that can turn about y alone is one of the plane.
+    points = np.array([(-0.1, 0.0, -0.3), (0.1, 0.0, -0.3)])
+    body = bodies_of(points, np.diag([1e6, 0.02, 1e6]), 1)
+    square, lean = 0.1, np.arctan2(0.1, 0.3)
+    leans = lean - np.linspace(0.0, 0.2, 9)
+    s, c = np.sin(leans), np.cos(leans)
+    limit = ((0.02 + square * s * s) / (square * np.abs(s) * c)).min()
+    # A tilt across the plane leaves the lean in it nearly what it is.
+    np.testing.assert_allclose(spatial_limit(body, np.array([0.2])), limit, rtol=1e-3)

@@ -54,7 +54,9 @@ def body_lanes(
     lanes = spatial_lanes(np.full(count, size[0]), np.full(count, -2.0 * points[:, 2].min()))
     parts = {name: np.broadcast_to(np.asarray(value, float), count) for name, value in more.items()}
     body = bodies_of(np.asarray(points, dtype=np.float64), tensor, count, mass)
-    return dataclasses.replace(lanes, depth=np.full(count, size[1]), body=body, **parts)
+    depth = np.full(count, size[1])
+    parts["density"] = mass / (lanes.width * lanes.height * depth)
+    return dataclasses.replace(lanes, depth=depth, body=body, **parts)
 
 
 def box_as_body(lanes: SpatialLanes) -> SpatialLanes:

@@ -242,12 +242,15 @@ def sprung_inputs(
     bound = lanes.friction * GRAVITY * lanes.mass
     bound = bound + settings.cohesion * springs.area * base_of(body).sum(axis=1)
     whole = springs.shear * base_of(body).sum(axis=1)
-    parts = columns["frames"] | throw_columns(lanes)
-    columns["lanes"] = parts | {
-        "time_step": time_step,
-        "creep": np.maximum(bound / np.sqrt(whole * body.mass), LEAST_CREEP),
-        "uplift_time": np.where(leans | (blocks.gap_start > 0.0), 0.0, NEVER),
-        "height": body.centre_height,
-        "area": springs.area,
-    }
+    columns["lanes"] = (
+        columns["frames"]
+        | throw_columns(lanes)
+        | {
+            "time_step": time_step,
+            "creep": np.maximum(bound / np.sqrt(whole * body.mass), LEAST_CREEP),
+            "uplift_time": np.where(leans | (blocks.gap_start > 0.0), 0.0, NEVER),
+            "height": body.centre_height,
+            "area": springs.area,
+        }
+    )
     return columns

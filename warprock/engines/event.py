@@ -60,6 +60,11 @@ class Event(AbstractEngine):
     impacts, too, and first order where they
     slide or an edge lets go of an end: that is not located there.
 
+    Bodies on contact points in the plane, whose corners may be rounded, have kernels of their own
+    (kernels/event/body.py); so have single blocks of which the angular restitution is prescribed.
+    An impact on the other corner of what a body stands on at first leaves that part of the angular
+    velocity then, and the corner takes the impulses which that asks for, within its friction.
+
     With friction as a box single blocks are second order through the ends of their slips, along x
     and along y; of blocks that rock and slide errors scatter (1.4 to 2). How rigid faces share
     their load is not determined, and where they slide along x and stick along y the yaw of a stack

@@ -215,7 +215,7 @@ def _blocks(lanes: Lanes, lane: int, position: Array, attitude: Array) -> list[P
         return np.atleast_1d(np.asarray(found, dtype=np.float64))
 
     size = np.stack([of("width"), of("depth"), of("height")], axis=-1)
-    mass = of("density") * size.prod(axis=-1)
+    mass = of("density") * size.prod(axis=-1) if lanes.body is None else of("mass")
     squares = size**2
     inertia = mass[:, None] / 12.0 * (squares.sum(axis=-1, keepdims=True) - squares)
     velocity, spin = np.zeros((2, *position.shape))
