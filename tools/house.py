@@ -172,7 +172,7 @@ ROOMS = (
         "api",
         """`import warprock`: cases from objects, dicts and tables; the commands as functions; what
         they find as an object with tables, figures and files""",
-        f"{_BASE} records case bodies run sweep analysis compare tables figures report",
+        f"{_BASE} records case bodies run sweep analysis compare measure tables figures report",
         "numpy pandas",
     ),
     _room(

@@ -95,14 +95,10 @@ LaneInt = wp.types.vector(length=LANES, dtype=int)
 
 @wp.kernel
 def run_lanes(
-    blocks: wp.array(dtype=Body),
-    corners: wp.array2d(dtype=Corner),
-    motions: wp.array(dtype=Motion),
-    pool: wp.array2d(dtype=real),
-    sample_times: wp.array(dtype=real),
-    knobs: Knobs,
-    found: Found,
-):
+    blocks: wp.array(dtype=Body), corners: wp.array2d(dtype=Corner),
+    motions: wp.array(dtype=Motion), pool: wp.array2d(dtype=real),
+    sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
+):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
     first = wp.tid() * LANES
     # By names of their own: read off the struct they would keep the loop over lanes scalar.
