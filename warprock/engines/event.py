@@ -60,6 +60,9 @@ class Event(AbstractEngine):
     impacts, too, and first order where they
     slide or an edge lets go of an end: that is not located there.
 
+    Bodies in space stand on up to 64 points (kernels/event_space/space_body.py), one lane a thread:
+    second order while points stick, through impacts, too, and first where they slide.
+
     With friction as a box single blocks are second order through the ends of their slips, along x
     and along y; of blocks that rock and slide errors scatter (1.4 to 2). How rigid faces share
     their load is not determined, and where they slide along x and stick along y the yaw of a stack
