@@ -133,7 +133,8 @@ ROOMS = (
     ),
     _room(
         "compare",
-        "engines against Housner, the oracle and programs of others; checks of the cases; studies",
+        """engines against Housner, the oracle, programs of others and observed tests; checks of the
+        cases; studies""",
         f"{_BASE} case engines run analysis oracle programs",
         "numpy pandas pyarrow",
     ),
@@ -171,7 +172,7 @@ ROOMS = (
         "api",
         """`import warprock`: cases from objects, dicts and tables; the commands as functions; what
         they find as an object with tables, figures and files""",
-        f"{_BASE} records case bodies run sweep analysis compare tables figures report",
+        f"{_BASE} records case bodies run sweep analysis compare measure tables figures report",
         "numpy pandas",
     ),
     _room(

@@ -14,7 +14,7 @@ The stresses of the spring stand for an area of the base.
 
 import warp as wp
 
-from warprock.kernels.dem.stack import Knobs, rise, spring
+from warprock.kernels.dem.stack import Knobs, spring
 from warprock.kernels.shape.body import turned_x, turned_z
 
 
@@ -24,9 +24,9 @@ class Spring:
 
     Attributes:
         x, z: From the centre of mass at the rotation zero [m].
-        raised: Height above the ground of a rigid body at rest [m].
+        raised: Height above the ground of a rigid body at rest [m]; endless of a row that is none.
         along: See shape/body.py [m].
-        area: That it stands for [m^2]; zero of a row that is no corner.
+        area: That it stands for [m^2].
     """
 
     x: real
@@ -38,34 +38,33 @@ class Spring:
 
 @wp.func
 def find_overlap(
-    corner_x: real, corner_z: real, raised: real, along: real, area: real,
-    x: real, z: real, s: real, c: real, u: real, slip: real,
-    overlap: wp.ref[real], deep: wp.ref[real], second: wp.ref[real], slid: wp.ref[real],
-    busy: wp.ref[int],
+    number: int, corner_x: real, corner_z: real, raised: real, z: real, s: real, lift: real,
+    u: real, slip: real, overlap: wp.ref[real], deep: wp.ref[real], second: wp.ref[real],
+    deepest: wp.ref[int], busy: wp.ref[int],
 ):  # fmt: skip
     """Finds how deep a corner is in the base, and whether its spring has anything to do.
 
     A spring does nothing that has opened before and is open.
 
     Args:
-        corner_x: Fields of `Spring`; all up to area.
-        x, z: Centre of mass of the body; s and c sine and cosine of its rotation.
+        number: Of the corner.
+        corner_x, corner_z, raised: Fields of `Spring`.
+        z: Height of the centre of mass of the body; s and lift sine of its rotation and 1 - cosine.
         u, slip: State of the spring, see `spring` in dem/stack.py.
         overlap: Depth [m]; found.
         deep, second: The deepest overlap of a corner so far, and the second one [m].
-        slid: Slide of that deepest corner along the base [m].
+        deepest: Number of the deepest corner so far.
         busy: Springs so far that have something to do.
     """
     zero = real(0.0)
-    depth = corner_x * s + corner_z * rise(s, c) - raised - z
-    there = area > zero
-    deepest = there and depth > deep
+    depth = corner_x * s + corner_z * lift - raised - z
     old = real(deep)
-    second = wp.where(deepest, old, wp.where(there and depth > second, depth, second))
-    deep = wp.where(deepest, depth, old)
-    slid = wp.where(deepest, x + turned_x(corner_x, corner_z, s, c) - along, slid)
+    first = depth > old
+    second = wp.where(first, old, larger(depth, second))
+    deep = wp.where(first, depth, old)
+    deepest = wp.where(first, number, deepest)
     idle = depth <= zero and u == zero and slip > zero
-    busy = busy + wp.where(idle or not there, 0, 1)
+    busy = busy + wp.where(idle, 0, 1)
     overlap = depth
 
 
@@ -87,15 +86,14 @@ def press(
         held: Corners so far that are pressed and do not slip.
     """
     zero = real(0.0)
-    there = area > zero
     lever_x = turned_x(corner_x, corner_z, s, c)
     lever_z = turned_z(corner_x, corner_z, s, c)
     before = real(slip)
     normal, shear, energy = spring(
-        knobs, live and there, mu, dt, overlap, vz - omega * lever_x, vx + omega * lever_z, u, slip
+        knobs, live, mu, dt, overlap, vz - omega * lever_x, vx + omega * lever_z, u, slip
     )
     fx = fx + area * shear
     fz = fz + area * normal
     moment = moment + area * (shear * lever_z - normal * lever_x)
     stored = stored + wp.where(live, HALF * area * energy, zero)
-    held = held + wp.where(there and normal > zero and slip == before, 1, 0)
+    held = held + wp.where(normal > zero and slip == before, 1, 0)

@@ -8,12 +8,13 @@ import warp as wp
 
 from warprock.kernels.account import book
 from warprock.kernels.dem.body import Spring, find_overlap, press
-from warprock.kernels.dem.stack import Knobs, integrate
+from warprock.kernels.dem.stack import Knobs, integrate, rise
 from warprock.kernels.dem.stack_lanes import passes_left, time_past
 from warprock.kernels.dem.stack_run import begin_step, observe_block, observe_interface
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.modes import RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.shape.body import turned_x
 from warprock.kernels.shape.body_found import Found
 from warprock.kernels.shape.stack_found import BlockResult, Result
 
@@ -51,12 +52,13 @@ def run_lanes(
     m, j, mu, x, z, theta, s, c = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     vx, vz, omega, fx, fz, moment = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     since, slid, peak, peak_time, slide, peak_slide = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    deep, second, overlap, height = Lane(), Lane(), Lane(), Lane()
+    deep, second, overlap, height, lift = Lane(), Lane(), Lane(), Lane(), Lane()
     left, right = Lane(), Lane()
     dt, span, base, dv, loss, spent, stored = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     at_start, given, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
     uplift_time, moved, deepest, jolt = Lane(), Lane(), Lane(), Lane()
     live, impacts, mode, steps, held = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
+    low = LaneInt()
     # A variable, not a constant: else Warp would unroll the loop over it.
     points, first = int(POINTS), wp.tid() * LANES
     for i in range(LANES):
@@ -90,16 +92,16 @@ def run_lanes(
                 begin_step(v, live[i] == 1, steps[i], dt[i], dv[i], base[i], span[i], stored[i],
                     at_start[i], loss[i], spent[i], given[i], jolt[i], supplied[i], taken[i],
                     returned[i])  # fmt: skip
+                lift[i] = rise(s[i], c[i])
                 deep[i] = -NEVER
                 second[i] = -NEVER
             for p in range(points):
                 busy = LaneInt()
                 for i in range(LANES):
                     find_overlap(
-                        corners[p, first + i].x, corners[p, first + i].z,
-                        corners[p, first + i].raised, corners[p, first + i].along,
-                        corners[p, first + i].area, x[i], z[i], s[i], c[i], u[p, i], slip[p, i],
-                        overlap[i], deep[i], second[i], slid[i], busy[i],
+                        p, corners[p, first + i].x, corners[p, first + i].z,
+                        corners[p, first + i].raised, z[i], s[i], lift[i], u[p, i], slip[p, i],
+                        overlap[i], deep[i], second[i], low[i], busy[i],
                     )  # fmt: skip
                 works = int(0)
                 for i in range(LANES):
@@ -113,6 +115,8 @@ def run_lanes(
                             moment[i], stored[i], held[i],
                         )  # fmt: skip
             for i in range(LANES):
+                lowest = corners[low[i], first + i]
+                slid[i] = x[i] + turned_x(lowest.x, lowest.z, s[i], c[i]) - lowest.along
                 middle = HALF * (deep[i] + second[i])
                 speed = vx[i] - omega[i] * (height[i] + z[i])
                 observe_interface(live[i] == 1, real(steps[i] - 1) * dt[i], knobs.gravity,

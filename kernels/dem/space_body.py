@@ -23,12 +23,14 @@ from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
 from warprock.kernels.shape.space import Block, matrix_of, turn_freely
 from warprock.kernels.shape.space_body import (
     Frame,
+    Point,
     block_attitude,
     body_attitude,
     spans,
     touches_as_lowest,
     turns_of_body,
 )
+from warprock.kernels.shape.thrown import Throw
 
 Pose = wp.types.vector(length=7, dtype=real)
 """Attitude of the block's axes, and centre of mass [m]."""
@@ -40,7 +42,7 @@ class Lane:
 
     Time step [s]; speed up to which points may slip back and forth on their springs and not slide
     [m/s]; when it is first uplifted [s], 0 or NEVER; height of its centre of mass at rest [m]; area
-    that a point stands for [m^2].
+    that a point stands for [m^2]. Then how it is let go, see `Throw` in shape/thrown.py.
     """
 
     time_step: real
@@ -54,6 +56,19 @@ class Lane:
     aw: real
     reach: real
     feet: real
+    vx: real
+    vy: real
+    vz: real
+    wx: real
+    wy: real
+    wz: real
+    tumbles: int
+
+
+@wp.func
+def throw_of(lane: Lane) -> Throw:
+    """How the body of a lane is let go."""
+    return Throw(lane.vx, lane.vy, lane.vz, lane.wx, lane.wy, lane.wz, lane.tumbles)
 
 
 @wp.func
@@ -87,6 +102,20 @@ def start_body(
     dt = lane.time_step
     uplift_time = lane.uplift_time
     mode = RUNNING
+
+
+@wp.func
+def keep_point(
+    point: Point, px: wp.ref[real], py: wp.ref[real], pz: wp.ref[real], stood_x: wp.ref[real],
+    stood_y: wp.ref[real], foot: wp.ref[real],
+):  # fmt: skip
+    """Hands over the fields of a point."""
+    px = point.x
+    py = point.y
+    pz = point.z
+    stood_x = point.stood_x
+    stood_y = point.stood_y
+    foot = point.foot
 
 
 @wp.func

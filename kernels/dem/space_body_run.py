@@ -11,11 +11,13 @@ from warprock.kernels.dem.space_body import (
     add_point,
     find_lever,
     frame_of,
+    keep_point,
     observe_body,
     observe_points,
     pose_before,
     solve_point,
     start_body,
+    throw_of,
     turn_body,
 )
 from warprock.kernels.dem.space_stack import integrate
@@ -27,6 +29,7 @@ from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_
 from warprock.kernels.shape.space import Block
 from warprock.kernels.shape.space_body import MOST_POINTS, Point, block_attitude
 from warprock.kernels.shape.space_found import BlockResult, Found, Result
+from warprock.kernels.shape.thrown import push, tumble_on
 
 wp.set_module_options(ONE_VECTOR)
 
@@ -52,24 +55,23 @@ def run_lanes(
     peak, across, tilt, yaw, dt, span, loss, spent = R(), R(), R(), R(), R(), R(), R(), R()
     stored, at_start, lifted, moved, deepest, count = R(), R(), R(), R(), R(), R()
     sx, sy, xx, xy, yy, middle, deep, fastest = R(), R(), R(), R(), R(), R(), R(), R()
-    touching, way_x, way_y, live, impacts, mode = R(), R(), R(), Count(), Count(), Count()
-    steps, base, dv, ux, uy, slip = Count(), Three(), Three(), P(), P(), P()
-    px, py, pz, stood_x, stood_y, foot, rx, ry, rz = P(), P(), P(), P(), P(), P(), P(), P(), P()
+    touching, way_x, way_y, far, live, impacts = R(), R(), R(), R(), Count(), Count()
+    mode, steps, base, dv, ux, uy = Count(), Count(), Three(), Three(), P(), P()
+    slip, px, py, pz, stood_x, stood_y, foot = P(), P(), P(), P(), P(), P(), P()
+    rx, ry, rz = P(), P(), P()
     rows, first = points.shape[0], wp.tid() * LANES
     for i in range(LANES):
         start_body(
             blocks[0, first + i], lanes[first + i], x[i], y[i], z[i], qx[i], qy[i],
              qz[i], qw[i], since[i], peak[i], across[i], tilt[i], dt[i], lifted[i], mode[i],
         )  # fmt: skip
+        block = blocks[0, first + i]
+        push(throw_of(lanes[first + i]), qx[i], qy[i], qz[i], qw[i], block.inverse_x,
+            block.inverse_y, block.inverse_z, vx[i], vy[i], vz[i], lx[i], ly[i], lz[i])  # fmt: skip
     for c in range(rows):
         for i in range(LANES):
-            point = points[c, first + i]
-            px[c, i] = point.x
-            py[c, i] = point.y
-            pz[c, i] = point.z
-            stood_x[c, i] = point.stood_x
-            stood_y[c, i] = point.stood_y
-            foot[c, i] = point.foot
+            keep_point(points[c, first + i], px[c, i], py[c, i], pz[c, i], stood_x[c, i],
+                stood_y[c, i], foot[c, i])  # fmt: skip
     for sample in range(sample_times.shape[0]):
         passes, until = int(0), sample_times[sample]
         for i in range(LANES):
@@ -130,6 +132,8 @@ def run_lanes(
                     frame_of(lanes[first + i]), x[i] + y[i] + z[i] + gx[i] + gy[i], qx[i], qy[i],
                     qz[i], qw[i], peak[i], at[i], across[i], tilt[i], yaw[i], mode[i],
                 )  # fmt: skip
+                tumble_on(throw_of(lanes[first + i]), blocks[0, first + i], x[i], y[i], mode[i],
+                    gx[i], gy[i], slide[i], far[i])  # fmt: skip
         if found.attitudes.shape[0] > 0:
             for i in range(LANES):
                 was = pose_before(blocks[0, first + i], frame_of(lanes[first + i]),

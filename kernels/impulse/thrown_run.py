@@ -152,7 +152,7 @@ def advance(
     jxx, jxy, jxz, jyy, jyz, jzz = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
     lean_x, lean_y, swap_x, swap_y = real(b.lean_x), real(b.lean_y), real(0.0), real(0.0)
     lowest, lifted, landed = real(0.0), real(0.0), real(0.0)
-    fx, fy, n, apart = b.fx, b.fy, b.n, b.apart
+    fx, fy, n, apart = b.fx + Four(), b.fy + Four(), b.n + Four(), b.apart + Four()
     rx, ry, rz, aim, on = Four(), Four(), Four(), Four(), Four()
     kx, ky, pn, p1, p2, p3 = Four(), Four(), Four(), Four(), Four(), Four()
     h11, h12, h13, h22, h23, h33 = Four(), Four(), Four(), Four(), Four(), Four()

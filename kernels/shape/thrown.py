@@ -12,6 +12,7 @@ Its centre of mass is in its middle.
 
 import warp as wp
 
+from warprock.kernels.modes import OVERTURNED, RUNNING
 from warprock.kernels.shape.space import Block, matrix_of
 
 LEANS = real(0.5)
@@ -39,6 +40,47 @@ class Throw:
 
 
 @wp.func
+def push(
+    throw: Throw, qx: real, qy: real, qz: real, qw: real, ix: real, iy: real, iz: real,
+    vx: wp.ref[real], vy: wp.ref[real], vz: wp.ref[real],
+    lx: wp.ref[real], ly: wp.ref[real], lz: wp.ref[real],
+):  # fmt: skip
+    """Gives a block its velocity [m/s] and angular momentum for unit mass [m^2/s] at the start.
+
+    Its attitude is that of its principal axes, of which ix to iz are the inverse moments of
+    inertia for unit mass.
+    """
+    r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
+    x = (r11 * throw.wx + r21 * throw.wy + r31 * throw.wz) / ix
+    y = (r12 * throw.wx + r22 * throw.wy + r32 * throw.wz) / iy
+    z = (r13 * throw.wx + r23 * throw.wy + r33 * throw.wz) / iz
+    vx = throw.vx
+    vy = throw.vy
+    vz = throw.vz
+    lx = r11 * x + r12 * y + r13 * z
+    ly = r21 * x + r22 * y + r23 * z
+    lz = r31 * x + r32 * y + r33 * z
+
+
+@wp.func
+def tumble_on(
+    throw: Throw, block: Block, x: real, y: real, mode: wp.ref[int], slide_x: wp.ref[real],
+    slide_y: wp.ref[real], slide: wp.ref[real], way: wp.ref[real],
+):  # fmt: skip
+    """Lets the lane of a block that tumbles live on; its slide is the way of its centre [m].
+
+    `slide` is the square of the largest slide, `way` that of the largest way so far [m^2].
+    """
+    tumbles = throw.tumbles == 1
+    mode = wp.where(tumbles and mode == OVERTURNED, RUNNING, mode)
+    dx, dy = x - block.x, y - block.y
+    way = larger(way, dx * dx + dy * dy)
+    slide_x = wp.where(tumbles, dx, slide_x)
+    slide_y = wp.where(tumbles, dy, slide_y)
+    slide = wp.where(tumbles, way, slide)
+
+
+@wp.func
 def leans(qx: real, qy: real) -> bool:
     """Whether another face is down than that which is called the bottom."""
     return real(1.0) - real(2.0) * (qx * qx + qy * qy) < LEANS
@@ -49,12 +91,15 @@ def new_axes(qx: real, qy: real, qz: real, qw: real):
     """The turn from the body axes to those whose bottom is the face that looks down most."""
     zero, one = real(0.0), real(1.0)
     _11, _12, _13, _21, _22, _23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
-    gx, gy, gw = one, zero, zero
-    if size(r31) >= size(r32) and size(r31) > size(r33):
-        gx, gy, gw = zero, wp.where(r31 > zero, HALVED, -HALVED), HALVED
-    elif size(r32) > size(r33):
-        gx, gy, gw = wp.where(r32 > zero, -HALVED, HALVED), zero, HALVED
-    return gx, gy, gw
+    on_x = size(r31) >= size(r32) and size(r31) > size(r33)
+    on_y = not on_x and size(r32) > size(r33)
+    about_x = wp.where(r32 > zero, -HALVED, HALVED)
+    about_y = wp.where(r31 > zero, HALVED, -HALVED)
+    return (
+        wp.where(on_x, zero, wp.where(on_y, about_x, one)),
+        wp.where(on_x, about_y, zero),
+        wp.where(on_x or on_y, HALVED, zero),
+    )
 
 
 @wp.func

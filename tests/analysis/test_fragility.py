@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import pathlib
 
@@ -10,6 +11,7 @@ import numpy.typing as npt
 import pandas as pd
 import pytest
 from click.testing import CliRunner, Result
+from rich.console import Console
 from scipy.optimize import minimize
 from scipy.special import ndtr
 from scipy.stats import norm
@@ -24,8 +26,8 @@ from warprock.analysis.limits import read_limits
 from warprock.analysis.lognormal import Verdict, fit_lognormal, observe
 from warprock.cli.main import main
 from warprock.errors import InputError
-from warprock.figures.fragility import gathered
-from warprock.tables.fragility import fit_cells
+from warprock.figures.fragility import draw_curves, gathered
+from warprock.tables.fragility import fit_cells, fragility_report, print_curves
 
 Array = npt.NDArray[np.float64]
 
@@ -212,6 +214,42 @@ def test_limits_that_are_none_are_refused(limits: list[str], words: str):
 
 def run(*arguments: str) -> Result:
     return CliRunner().invoke(main, ["fragility", *arguments])
+
+
+def many_groups(groups: int) -> pd.DataFrame:
+    """Every second group falls from an intensity of 0.5 on, where the others do not fall at all."""
+    intensity = np.tile(np.linspace(0.1, 1.0, 10), groups)
+    group = np.repeat(np.arange(groups), 10)
+    fell = (intensity > 0.5 + 0.01 * group) & (group % 2 == 0)
+    return pd.DataFrame(
+        {
+            "size": group,
+            "im": intensity,
+            "outcome": np.where(fell, "overturned", "at_rest"),
+            "status": "ok",
+            "peak_rotation_ratio": np.where(fell, 10.0, 0.1),
+            "uplift_time_s": 0.1,
+        }
+    )
+
+
+def test_many_groups_are_summed_up_and_their_names_stand_once_in_the_figure():
+    limits = read_limits(["overturning"])
+    table = many_groups(12)
+    curves = fragility_curves(table, source="t", intensity="im", limits=limits, by=["size"])
+    report = fragility_report(table, curves, "t", "im")
+    assert report.came_out == "In none of 12 groups a function of overturning was fitted."
+    console = Console(width=80, record=True, file=io.StringIO())
+    print_curves(curve_rows(curves), "im", (), console)
+    text = " ".join(console.export_text().split())
+    assert "12 groups" in text
+    assert "overturning 0 - - - 6 6 0" in text
+    (drawing,) = draw_curves(curves, "im")
+    assert "in any of 12 groups: no lane reached it or the data are parted" in drawing.title
+    few = fragility_curves(many_groups(2), source="t", intensity="im", limits=limits, by=["size"])
+    print_curves(curve_rows(few), "im", (), console)
+    assert "2 groups" not in (text := console.export_text())
+    assert "dispersion" in text
 
 
 def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path):

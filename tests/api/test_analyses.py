@@ -7,6 +7,7 @@ import pathlib
 
 import pytest
 from click.testing import CliRunner
+from matplotlib.figure import Figure
 
 import warprock as wr
 from warprock.cli.main import main
@@ -69,6 +70,17 @@ def test_an_analysis_finds_what_its_command_finds(name, case, changes, asked, op
     assert drawings[0].alt in html.unescape(files[-1].read_text(encoding="utf-8"))
     assert len(repr(found)) < 120
     assert '<img alt="' in found._repr_html_()
+    assert_one_group_is_drawn(found)
+
+
+def assert_one_group_is_drawn(found: wr.Found) -> None:
+    """On axes of one's own, with words at both of them; a group that is not there is refused."""
+    axes = Figure().subplots()
+    assert found.plot(ax=axes) is axes
+    assert axes.get_xlabel()
+    assert axes.get_legend_handles_labels()[1]
+    with pytest.raises(wr.InputError, match=r"group: got 99, must be a group of lanes from 0"):
+        found.plot(ax=axes, group=99)
 
 
 def test_fragility_of_a_run_of_its_table_and_of_its_folder_are_one(tmp_path, capsys):
@@ -79,6 +91,7 @@ def test_fragility_of_a_run_of_its_table_and_of_its_folder_are_one(tmp_path, cap
     assert of_run.table.equals(of_table.table)
     assert of_run.table.equals(of_folder.table)
     assert of_run.table["limit_state"].tolist() == ["0.35", "overturning"]
+    assert_one_group_is_drawn(of_run)
     of_run.show()
     assert "Fragility over peak_acceleration_m_s2" in capsys.readouterr().out
     # A fit is written beside the run that it was made from.
@@ -106,13 +119,12 @@ def test_a_sweep_goes_on_where_it_was_and_has_the_lanes_of_a_run(tmp_path):
     assert wr.fragility(again, most_doubt=1).table.equals(wr.fragility(run, most_doubt=1).table)
 
 
-def test_a_comparison_has_tables_and_no_page(tmp_path, capsys):
+def test_a_comparison_has_tables_and_a_page(tmp_path, capsys):
     found = wr.compare("free-b0", ["housner", "event"], **QUIET)
     assert found.table["engine"].tolist() == ["housner", "housner", "event", "event"]
     names = [path.name for path in found.save(tmp_path)]
-    assert names == ["comparison.parquet", "comparison.csv", "run.json"]
-    with pytest.raises(ValueError, match="has no page"):
-        found.report()
+    assert names == ["comparison.parquet", "comparison.csv", "run.json", "report.html"]
+    assert found.report() == tmp_path / "report.html"
     with pytest.raises(ValueError, match="has no figure"):
         found.plot()
     assert "<table" in found._repr_html_()

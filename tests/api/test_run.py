@@ -144,3 +144,27 @@ def test_the_names_of_commands_are_rooms_and_functions():
     assert wr.run.case_run.run_case is wr.run_case
     assert wr.run.__doc__.startswith("Runs every lane of a case with one engine.")
     assert list(inspect.signature(wr.run).parameters)[:2] == ["case", "engine"]
+
+
+def test_an_accuracy_picks_an_engine_and_says_why():
+    run = wr.run("free-b0", accuracy=1e-2, progress=False)
+    assert run.accuracy is not None
+    assert run.engine == run.accuracy.engine
+    assert run.found.options.precision == run.accuracy.precision
+    assert run.found.options.tolerance == 1e-2
+    assert "0.01" in run.accuracy.why
+    assert wr.run("free-b0", "housner", progress=False).accuracy is None
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"accuracy": 2.0}, "accuracy: got 2.0, must be > 0 and < 1"),
+        ({"tolerance": 0.1}, "tolerance: got 0.1, must be left out: accuracy sets it, too"),
+        ({"overrides": {"engines.event.time_step": 1e-3}}, "chooses the settings itself"),
+    ],
+)
+def test_an_accuracy_sets_tolerance_and_settings_itself(asked, said):
+    with pytest.raises(wr.InputError) as refused:
+        wr.run("free-b0", **{"accuracy": 1e-2, "progress": False, **asked})
+    assert said in str(refused.value)

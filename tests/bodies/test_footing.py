@@ -13,7 +13,7 @@ RECTANGLE = np.array([(-0.1, -0.3), (0.2, -0.3), (0.2, 0.3), (-0.1, 0.3)])
 def test_a_rectangle_beside_its_centre_is_weakest_across_its_nearest_edge():
     foot = Footing(RECTANGLE, 1.0)
     assert foot.arm == pytest.approx(0.1)
-    assert foot.weakest == pytest.approx(np.pi)
+    assert sorted(foot.edge_directions()) == pytest.approx([-np.pi / 2, 0.0, np.pi / 2, np.pi])
     assert foot.slenderness_angle == pytest.approx(np.arctan(0.1))
     around = np.radians([0.0, 90.0, 180.0, 270.0, 45.0, 60.0])
     space = np.tan(foot.in_space(around))
@@ -32,7 +32,8 @@ def test_both_angles_are_least_and_the_same_in_the_weakest_direction():
         if foot.arm <= 0.0:
             continue
         around = np.linspace(-np.pi, np.pi, 721)
-        weakest = np.array([foot.weakest])
+        edges = foot.edge_directions()
+        weakest = edges[[int(np.argmin(foot.in_plane(edges)))]]
         for angles in (foot.in_space, foot.in_plane):
             assert angles(weakest)[0] == pytest.approx(foot.slenderness_angle, rel=1e-9)
             assert angles(around).min() >= foot.slenderness_angle - 1e-12
@@ -64,7 +65,6 @@ def test_a_round_base_is_thinned_evenly_and_by_what_that_costs():
     assert len(few.polygon) == 24
     # An inscribed polygon of 24 corners has its edges at cos(pi / 24).
     np.testing.assert_allclose(few._edges()[1], np.cos(np.pi / 24.0), rtol=1e-9)
-    assert few.weakest == pytest.approx(np.pi / 24.0, abs=np.pi / 24.0)
 
 
 def test_corners_on_straight_edges_go_and_others_stay():

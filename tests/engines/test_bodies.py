@@ -2,11 +2,23 @@
 
 from __future__ import annotations
 
-import numpy as np
+import dataclasses
+import time
 
+import numpy as np
+import pytest
+
+from tests.shared.blocks import make_lanes, sines
 from tests.shared.planar_bodies import STEPPED, body_lanes
+from tests.shared.speed import require_gain
+from warprock.engines import engine_class
 from warprock.engines.bodies import Corners, box_bodies
 from warprock.engines.launching import NEVER
+from warprock.model import rocking
+from warprock.model.bodies import planar_bodies
+from warprock.model.lanes import Lanes
+from warprock.model.motion import Control
+from warprock.model.response import SampleTimes
 
 
 def corners_of(points: list[list[float]], radius: float = 0.0) -> Corners:
@@ -20,6 +32,16 @@ def test_points_on_an_edge_are_no_corners() -> None:
     assert corners.x.tolist() == [[-0.2, 0.3]]
     assert corners.angle.tolist() == [[0.0, NEVER]]
     assert corners.along.tolist() == [[-0.2, 0.3]]
+
+
+def test_round_off_makes_no_corners() -> None:
+    # A level base with noise of a ten millionth, and points beside it that are no further out.
+    rng = np.random.default_rng(1)
+    noise = [[x, -0.5 + 1e-7 * rng.random()] for x in np.linspace(-0.2, 0.3, 20)]
+    corners = corners_of([[-0.4, -0.3], [-0.3, -0.4 + 1e-8], *noise, [0.4, -0.45], [0.5, -0.4]])
+    np.testing.assert_allclose(corners.x[0], [-0.4, -0.2, 0.3, 0.5])
+    assert corners.angle[0, 1] == 0.0
+    assert np.all(np.diff(corners.angle[0]) > 0.0)
 
 
 def test_edges_lie_flat_at_their_angles_and_roll_out_by_their_lengths() -> None:
@@ -62,9 +84,6 @@ def test_bodies_of_different_counts_share_a_batch() -> None:
 
 
 def test_a_box_falls_as_fast_as_its_frequency_parameter_says() -> None:
-    from tests.shared.blocks import make_lanes
-    from warprock.model import rocking
-
     lanes = make_lanes([0.2, 0.5], [1.0, 1.5])
     body = box_bodies(lanes)
     np.testing.assert_allclose(
@@ -72,3 +91,28 @@ def test_a_box_falls_as_fast_as_its_frequency_parameter_says() -> None:
         rocking.frequency_parameter(lanes.width, lanes.height),
         rtol=1e-13,
     )
+
+
+@pytest.mark.speed
+@pytest.mark.parametrize(("engine", "duration"), [("event", 2.0), ("impulse", 0.2), ("dem", 0.2)])
+def test_twelve_corners_cost_at_most_four_boxes(engine: str, duration: float) -> None:
+    count, ratio = 2048, np.random.default_rng(0).uniform(0.2, 0.9, 2048)
+    box = make_lanes(np.full(count, 0.3), 1.0, ratio, 0.8)
+    step = np.arange(6)
+    side = np.stack([0.15 + 0.002 * step, -0.5 + 0.003 * step + 0.0015 * step**2], axis=1)
+    base = np.concatenate([side[::-1] * np.array([-1.0, 1.0]), side])
+    mass = np.full(count, 150.0)
+    body = planar_bodies(mass=mass, inertia=mass * 1.09 / 12.0, points=base)
+    assert Corners.of(body).x.shape == (count, 12)
+    motions = sines(Control.ACCELERATION, np.full(count, 2.0), 1.0, 2.0)
+    runs = engine_class(engine)()
+
+    def cost(lanes: Lanes) -> float:
+        started = time.process_time()
+        runs.run(lanes, motions, SampleTimes(duration))
+        return time.process_time() - started
+
+    cornered = dataclasses.replace(box, body=body)
+    for lanes in (box, cornered):
+        cost(lanes)
+    require_gain(lambda: cost(box), lambda: cost(cornered), 0.25)

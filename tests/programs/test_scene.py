@@ -13,6 +13,7 @@ from scipy.integrate import quad
 from tests.shared.blocks import free_lanes, make_lanes, sines
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
+from warprock.errors import DeclinedError
 from warprock.model.base_path import base_path
 from warprock.model.lanes import SpatialLanes
 from warprock.model.motion import (
@@ -24,10 +25,11 @@ from warprock.model.motion import (
     no_motion,
     ricker_motions,
 )
-from warprock.model.pose import quaternion, start_poses, turned
+from warprock.model.pose import product, quaternion, start_poses, turned
 from warprock.model.response import LANE_FIELDS, SPATIAL_FIELDS, Outcome, SampleTimes, Status
 from warprock.programs.response import FLAT_RATIO, REST_TIME, peer_response
 from warprock.programs.scene import PeerRun, multiplied_frictions, peer_scenes
+from warprock.programs.table import require_scenes, run_program
 from warprock.run.batch import run_batch
 
 TIMES = SampleTimes(2.0, 0.01)
@@ -271,3 +273,40 @@ def test_slides_and_turns_of_a_block_in_space_are_seen_from_the_base() -> None:
             np.testing.assert_allclose(found["residual_slide"], 3e-3, atol=1e-12)
             np.testing.assert_allclose(found["residual_slide_across"], 4e-3, atol=1e-12)
             np.testing.assert_allclose(found["peak_slide"], 5e-3, atol=1e-12)
+
+
+@pytest.mark.parametrize("program", ["mujoco", "bullet"])
+def test_programs_start_a_block_with_the_velocities_of_the_case(program):
+    """A thrown cube flies on a parabola and turns evenly, to a step of 1/4800 s at 2 m/s."""
+    pytest.importorskip({"mujoco": "mujoco", "bullet": "pybullet"}[program])
+    case = load_case("cube-tosses", ["sweep=[]", *THROW])
+    lane_set = expand_lanes(case)
+    times = SampleTimes(0.2, 0.05, places=True)
+    settings = case.peer_settings(program)
+    answer = run_program(program, lane_set.lanes, lane_set.motions, times, settings)
+    response = answer.response
+    t = response.times
+    for axis, speed, pull in (("x", 1.0, 0.0), ("y", -0.5, 0.0), ("z", 1.0, 9.81)):
+        away = response[axis][0] - (2.0 if axis == "z" else 0.0)
+        np.testing.assert_allclose(away, speed * t - 0.5 * pull * t**2, atol=5e-4)
+    # About x of the base, after a turn about z: the axes of the block must not matter.
+    half = 0.5 * 9.0 * t
+    wanted = product(np.stack([np.sin(half), 0 * t, 0 * t, np.cos(half)], axis=-1), QUARTER)
+    found = np.stack([response[f"attitude_{part}"][0] for part in "xyzw"], axis=-1)
+    assert np.all(np.abs(np.sum(found * wanted, axis=-1)) > np.cos(0.5 * 5e-3))
+
+
+QUARTER = np.array([0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)])
+THROW = [
+    "start.height=2 m", "start.velocity_x=1 m/s", "start.velocity_y=-0.5 m/s",
+    "start.velocity_z=1 m/s", "start.angular_velocity_x=9 rad/s", "start.attitude_w=0.70711",
+    "start.attitude_x=0", "start.attitude_y=0", "start.attitude_z=0.70711",
+]  # fmt: skip
+
+
+def test_programs_that_start_from_rest_decline_a_throw():
+    lane_set = expand_lanes(load_case("cube-tosses"))
+    case = load_case("cube-tosses")
+    batch = (lane_set.lanes, lane_set.motions, lane_set.times)
+    with pytest.raises(DeclinedError, match="throws its blocks"):
+        require_scenes("newton-xpbd", *batch, case.peer_settings("newton-xpbd"))

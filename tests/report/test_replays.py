@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import io
 import json
 import pathlib
 import re
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
+from rich.console import Console
 
 from warprock.cli.main import main
+from warprock.tables.stack import print_stack_comparison
 
 CASE = """
 title = "A block under pulses"
@@ -63,7 +67,9 @@ def peak(lane: dict[str, Any]) -> float:
 def sweep(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     folder = tmp_path_factory.mktemp("sweep")
     (folder / "case.toml").write_text(CASE)
-    command("sweep", "plan", folder / "case.toml", "-e", "housner", "-o", folder / "out")
+    command(
+        "sweep", "plan", folder / "case.toml", "-e", "housner", "--chunk", 16, "-o", folder / "out"
+    )
     command("sweep", "run", folder / "out")
     command("sweep", "merge", folder / "out")
     return folder / "out"
@@ -81,6 +87,22 @@ def test_a_merged_sweep_plays_the_lanes_of_its_table(sweep: pathlib.Path):
     assert peak(told) == pytest.approx(far["peak_rotation_ratio"], rel=0.01)
     command("report", sweep)
     assert scenes(sweep) == found
+
+
+def test_the_csv_of_a_merged_sweep_has_the_rows_of_the_parquet_file(
+    sweep: pathlib.Path, tmp_path: pathlib.Path
+):
+    whole = pd.read_parquet(sweep / "lanes.parquet")
+    words = whole.select_dtypes("category").columns
+    whole = whole.astype(dict.fromkeys(words, str))
+    command("sweep", "merge", sweep, "-o", tmp_path / "all.csv")
+    for file in (sweep / "lanes.csv", tmp_path / "all.csv"):
+        found = pd.read_csv(file, keep_default_na=False)
+        assert list(found) == list(whole)
+        assert found["outcome"].tolist() == whole["outcome"].tolist()
+        # As text a number has all of its digits; pandas may read the last one off by one.
+        peaks = (each["peak_rotation_rad"].to_numpy() for each in (found, whole))
+        np.testing.assert_allclose(*peaks, rtol=1e-15)
 
 
 def test_a_lane_of_a_sweep_is_a_moving_picture(sweep: pathlib.Path):
@@ -119,3 +141,57 @@ def test_an_incremental_analysis_plays_a_lane_just_below_and_at_its_fall(tmp_pat
         assert "below its fall" in below["about"]
         assert peak(below) < 1.5 < peak(above)
         assert "overturned" in above["about"]
+
+
+def test_a_comparison_leaves_a_page_that_plays_the_lane_in_which_engines_differ_most(
+    tmp_path: pathlib.Path,
+):
+    (tmp_path / "case.toml").write_text(CASE)
+    over = ("-s", "motion.amplitude=0.22 g, 0.3 g", "-s", "run.sample_interval=20 ms")
+    asked = ("compare", tmp_path / "case.toml", "-e", "housner", "-e", "event", *over)
+    said = command(*asked, "-o", tmp_path / "out")
+    assert said.splitlines()[-2].startswith("event is nearest to Housner: within")
+    table = pd.read_csv(tmp_path / "out" / "comparison.csv")
+    off = table[table["engine"] == "event"]["error_run_ratio"].to_numpy()
+    assert [each["lane"] for each in scenes(tmp_path / "out")["lanes"][:2]] == [off.argmax()] * 2
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "event is within" in page
+    assert set(json.loads(command(*asked, "--json"))) == {
+        *("case", "engines", "stacked", "spatial", "costs", "rows"),
+    }
+
+
+def test_a_comparison_of_many_stacks_is_summed_up():
+    rows = [
+        {
+            "lane": f"lane {lane}",
+            "lane_number": lane,
+            "block": block,
+            "engine": engine,
+            "reference": "a",
+            "outcome": "at_rest",
+            "status": "ok",
+            "peak_slide_mm": 0.0,
+            "peak_rotation_ratio": 0.1,
+            "difference_5s_ratio": 0.0,
+            "difference_run_ratio": 0.001 * lane if engine == "b" else 0.0,
+        }
+        for engine in ("a", "b")
+        for lane in range(25)
+        for block in (1, 2)
+    ]
+    rows[-1]["outcome"] = "overturned"
+
+    def printed(shown: list[dict[str, Any]]) -> str:
+        console = Console(width=80, record=True, file=io.StringIO())
+        found = {"case": "c", "engines": ["a", "b"], "spatial": False, "rows": shown}
+        print_stack_comparison(found, console)
+        return console.export_text()
+
+    text = printed(rows)
+    assert "lane 7" not in text
+    assert [" ".join(line.split()) for line in text.splitlines() if line.startswith(" b")] == [
+        "b 1 25 1.2e-02 2.4e-02 0"
+    ]
+    assert "2 25 1.2e-02 2.4e-02 1" in " ".join(text.split())
+    assert "lane 7" in printed([row for row in rows if row["lane_number"] < 24])

@@ -206,7 +206,9 @@ def warnings(table: pd.DataFrame, curves: Sequence[Curve]) -> list[str]:
         found.append("no lane reached a limit on the slide: housner and two-block do not slide")
     fewest = min(curve.seen.record_count for curve in curves)
     if fewest < LEAST_RECORDS:
-        found.append(f"{fewest} records: no band over fewer than {LEAST_RECORDS} records")
+        found.append(
+            f"{fewest} record{'s' * (fewest != 1)}: no band over fewer than {LEAST_RECORDS} records"
+        )
     elif fewest < FEW_RECORDS:
         found.append(
             f"{fewest} records: from fewer than {FEW_RECORDS} neither a dispersion nor its band "

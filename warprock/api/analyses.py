@@ -25,11 +25,11 @@ from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.work import How, HowHeld, Work, listing_how, working
 from warprock.errors import InputError
-from warprock.figures.fragility import draw_curves
-from warprock.figures.incremental import draw_analysis
-from warprock.figures.overturning import draw_map
-from warprock.figures.sensitivity import draw_sensitivity
-from warprock.figures.spectrum import draw_spectrum
+from warprock.figures.fragility import draw_curves, groups_of, plot_curves
+from warprock.figures.incremental import draw_analysis, plot_analysis
+from warprock.figures.overturning import draw_map, plot_map
+from warprock.figures.sensitivity import draw_sensitivity, plot_sensitivity
+from warprock.figures.spectrum import draw_spectrum, plot_spectrum
 from warprock.tables.fragility import fragility_report
 from warprock.tables.incremental import analysis_report
 from warprock.tables.overturning import map_report
@@ -95,6 +95,7 @@ def fragility(
         curves,
         functools.partial(fragility_report, lanes, curves, source, intensity),
         functools.partial(draw_curves, curves, intensity),
+        (len(groups_of(curves)), lambda ax, group: plot_curves(ax, curves, intensity, group)),
     )
 
 
@@ -179,6 +180,7 @@ def _ida(
         found,
         functools.partial(analysis_report, found, work.case, groups, intensity),
         functools.partial(draw_analysis, found, groups, intensity),
+        (len(groups), lambda ax, group: plot_analysis(ax, found, groups, intensity, group)),
     )
 
 
@@ -226,6 +228,7 @@ def map(
         found,
         functools.partial(map_report, found),
         functools.partial(draw_map, found),
+        (len(found.groups), lambda ax, group: plot_map(ax, found, group)),
     )
 
 
@@ -268,6 +271,7 @@ def spectrum(
         found,
         functools.partial(spectrum_report, found),
         functools.partial(draw_spectrum, found),
+        (len(found.groups), lambda ax, group: plot_spectrum(ax, found, group)),
     )
 
 
@@ -315,6 +319,7 @@ def sensitivity(
         found,
         functools.partial(sensitivity_report, found),
         functools.partial(draw_sensitivity, found),
+        (len(found.groups), lambda ax, group: plot_sensitivity(ax, found, group)),
     )
 
 

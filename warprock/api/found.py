@@ -14,12 +14,17 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import pandas as pd
 
 from warprock.api.names import python_names
+from warprock.errors import InputError
 from warprock.figures.drawing import Drawing, write_drawings
 from warprock.report.writing import write_report
 from warprock.run.results import list_results, write_results
 
 if TYPE_CHECKING:
+    from warprock.figures.axes import Axes
     from warprock.tables.report import Report
+
+Panel = tuple[int, Callable[..., None]]
+"""Groups of lanes, and what draws one, `group`, on axes."""
 
 ROWS_SHOWN = 8
 """Rows of a table that a notebook shows."""
@@ -48,9 +53,10 @@ class Found:
         found: Any,
         report: Callable[[], Report],
         draw: Callable[[], Sequence[Drawing]],
+        panel: Panel | None = None,
     ) -> None:
         self.title, self.found = title, found
-        self._reported, self._draw = report, draw
+        self._reported, self._draw, self._panel = report, draw, panel
         self._saved: pathlib.Path | None = None
 
     @functools.cached_property
@@ -89,19 +95,45 @@ class Found:
     def _drawings(self) -> Sequence[Drawing]:
         return self._draw()
 
-    def plot(self) -> Any:
-        """Its first figure, as Matplotlib has it; `.axes` are its panels.
+    def plot(self, *, ax: Axes | None = None, group: int = 0) -> Any:
+        """Its first figure, as Matplotlib has it; or one group of lanes on axes of one's own.
+
+        Args:
+            ax: Matplotlib axes to draw on; None gives the figure, whose `.axes` are its panels.
+            group: Number of the group of lanes that is drawn on these axes, from 0.
 
         Returns:
-            A `matplotlib.figure.Figure`, which a notebook shows.
+            A `matplotlib.figure.Figure`, which a notebook shows; the axes where some are given.
 
         Raises:
-            ValueError: It has no figure.
+            InputError: There is no such group.
+            ValueError: It has no figure, or none that fits on one pair of axes.
+
+        Example:
+            >>> import matplotlib.pyplot as plt
+            >>> import warprock as wr
+            >>> curve = {"spectrum.period": ["2 s", "4 s"], "spectrum.slenderness": ["10 deg"]}
+            >>> found = wr.spectrum("rocking-spectrum", overrides=curve, progress=False)
+            >>> _, axes = plt.subplots()
+            >>> found.plot(ax=axes) is axes
+            True
         """
+        if ax is not None:
+            return self._plot_on(ax, group)
         drawings = self.figures()
         if not drawings:
             raise ValueError(f"{self.title}: has no figure")
         return drawings[0].figure
+
+    def _plot_on(self, ax: Axes, group: int) -> Axes:
+        """Draws a group of lanes on some axes."""
+        if self._panel is None:
+            raise ValueError(f"{self.title}: has no figure for one pair of axes; plot() has all")
+        count, draw = self._panel
+        if not 0 <= group < count:
+            raise InputError("group", "", group, f"must be a group of lanes from 0 to {count - 1}")
+        draw(ax, group=group)
+        return ax
 
     def show(self) -> None:
         """Prints it as the command does."""

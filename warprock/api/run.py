@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from warprock.api.case import AnyCase, Case
+from warprock.api.case import AnyCase, Case, any_case
 from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.progress import Shown
@@ -22,14 +22,16 @@ from warprock.case.validation import refusing, validated
 from warprock.errors import InputError
 from warprock.figures.axes import plot_history, plot_peaks
 from warprock.figures.run import draw_run
+from warprock.measure.trade_choice import Choice, choose
 from warprock.model.response import Response
 from warprock.quantity import Said
 from warprock.report.scenes import scenes_of
 from warprock.run.case_run import CaseRun, run_case, run_lane
 from warprock.run.cells import cell_table
+from warprock.run.devices import start_warp
 from warprock.run.engine_choice import EngineChoice
 from warprock.run.lane_table import LANE_TABLE, history_table, lane_table, peak_ratio_columns
-from warprock.run.options import TOLERANCE
+from warprock.run.options import TOLERANCE, RunOptions
 from warprock.run.provenance import count_words, provenance
 from warprock.run.results import CELL_TABLE, write_run
 from warprock.tables.cells import print_cells
@@ -52,6 +54,7 @@ class Run(Found):
     Attributes:
         found: The case, its lanes and the engine's response, `CaseRun`.
         choice: The engine, and why it was taken where none was named.
+        accuracy: What an accuracy chose and what its test said; None where none was asked for.
 
     Example:
         >>> import warprock as wr
@@ -66,10 +69,12 @@ class Run(Found):
 
     found: CaseRun
 
-    def __init__(self, found: CaseRun, choice: EngineChoice) -> None:
+    def __init__(
+        self, found: CaseRun, choice: EngineChoice, accuracy: Choice | None = None
+    ) -> None:
         report = functools.partial(run_report, found)
         super().__init__(found.case.name, found, report, functools.partial(draw_run, found))
-        self.choice = choice
+        self.choice, self.accuracy = choice, accuracy
 
     @property
     def case(self) -> Case:
@@ -186,6 +191,7 @@ def run(
     *,
     overrides: Overrides = (),
     tolerance: float | None = TOLERANCE,
+    accuracy: float | None = None,
     precision: str = "float64",
     device: str = "cpu",
     workers: int | None = None,
@@ -201,7 +207,10 @@ def run(
         tolerance: Largest error of a rotation over the slenderness angle [-]: lanes that miss it by
             their estimate run again at half the step, and again. None runs every lane once, and
             nothing says how far off it is.
-        precision: "float64" or "float32".
+        accuracy: A tolerance [-] that also picks the cheapest engine, settings and precision that
+            met it in `warprock trade`, of the engine where one is named, and tests them on a sample
+            of the lanes: `Run.accuracy` says which and why. No tolerance and no settings beside it.
+        precision: "float64" or "float32"; with an accuracy only "float32" is held to.
         device: Warp device, such as "cpu" or "cuda:0".
         workers: Worker threads; None uses the cores at hand. No number depends on it.
         progress: Whether to show how far it is, or a function that is called with the number of
@@ -218,12 +227,43 @@ def run(
     """
     how: HowHeld = {"overrides": overrides, "tolerance": tolerance, "precision": precision}
     how |= {"device": device, "workers": workers, "progress": progress}
+    chosen: Choice | None = None
+    if accuracy is not None:
+        case, chosen = _for_accuracy(case, engine, accuracy, how)
+        engine, how = chosen.engine, how | {"overrides": (), "tolerance": accuracy}
+        how |= {"precision": chosen.precision}
     with working(case, engine, **how) as work:
         if work.case.study is not None:
             allowed = "must not be given: warprock.study runs a case with all settings of a study"
             raise InputError(work.case.file, "study", Said("a table"), allowed)
         found = run_case(work.case, work.engine, work.options, histories=False)
-        return Run(found, work.choice)
+        return Run(found, work.choice, chosen)
+
+
+def _for_accuracy(
+    case: AnyCase, engine: str | None, accuracy: float, how: HowHeld
+) -> tuple[Case, Choice]:
+    """The case with the settings chosen for an accuracy, and the choice.
+
+    Raises:
+        InputError: A tolerance or settings were given as well, or nothing met the accuracy.
+    """
+    overrides = how["overrides"]
+    keys = overrides if isinstance(overrides, Mapping) else list(overrides)
+    with python_names():
+        if how["tolerance"] != TOLERANCE:
+            allowed = "must be left out: accuracy sets it, too"
+            raise InputError("tolerance", "", how["tolerance"], allowed)
+        for key in keys:
+            if str(key).startswith("engines"):
+                allowed = f"chooses the settings itself, without {key}"
+                raise InputError("accuracy", "", accuracy, allowed)
+        found = any_case(case, overrides)
+        precision = None if how["precision"] == "float64" else how["precision"]
+        options = RunOptions(workers=how["workers"])
+        start_warp()
+        chosen = choose(found, accuracy, engine=engine, precision=precision, options=options)
+        return found.override(chosen.overrides), chosen
 
 
 def run_report(found: CaseRun) -> Report:

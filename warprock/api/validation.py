@@ -6,21 +6,19 @@ import functools
 import os
 import pathlib
 from collections.abc import Sequence
+from typing import Unpack
 
 import pandas as pd
 
-from warprock.api.case import AnyCase, any_case
+from warprock.api.case import AnyCase
 from warprock.api.found import Found
-from warprock.api.names import python_names
-from warprock.api.progress import Shown, shown
-from warprock.case.load import Overrides
+from warprock.api.work import HowHeld, listing_how, working
 from warprock.compare.validation import run_validation
 from warprock.figures.validation import draw_validation
-from warprock.run.engine_choice import choose_engine
-from warprock.run.options import TOLERANCE, RunOptions
 from warprock.tables.validation import validation_report
 
 
+@listing_how
 def validate(
     case: AnyCase,
     observed: pd.DataFrame | str | os.PathLike[str] | None = None,
@@ -28,12 +26,7 @@ def validate(
     *,
     column: str | None = None,
     group: str | None = None,
-    overrides: Overrides = (),
-    tolerance: float | None = TOLERANCE,
-    precision: str = "float64",
-    device: str = "cpu",
-    workers: int | None = None,
-    progress: Shown = True,
+    **how: Unpack[HowHeld],
 ) -> Found:
     """Engines held to observed outcomes: how many tests do they say rightly?
 
@@ -50,12 +43,7 @@ def validate(
         column: Column of the outcome; None takes observed, overturned or outcome.
         group: Column of the table or of the lane table that says which tests share a ground motion;
             None takes the record.
-        overrides: As in `run`.
-        tolerance: As in `run`.
-        precision: As in `run`.
-        device: As in `run`.
-        workers: As in `run`.
-        progress: As in `run`.
+        **how: overrides, tolerance, precision, device, workers and progress, as in `run`.
 
     Returns:
         A `Found` with tables `validation`, one row a test and engine, and `scores.csv`.
@@ -80,14 +68,11 @@ def validate(
     table: pd.DataFrame | pathlib.Path | None = None
     if observed is not None:
         table = observed if isinstance(observed, pd.DataFrame) else pathlib.Path(observed)
-    with python_names():
-        work = any_case(case, overrides).judged
-        names = list(engines) or [choose_engine(work).engine]
-        with shown(progress, work.name, len(names) * work.lane_count) as report:
-            options = RunOptions(precision, device, workers, tolerance, report)
-            found = run_validation(work, names, table, options, column=column, group=group)
+    with working(case, engines[0] if engines else None, counted=False, **how) as work:
+        names = list(engines) or [work.engine]
+        found = run_validation(work.case, names, table, work.options, column=column, group=group)
     return Found(
-        f"{work.name}: held to {found.tests.source}",
+        f"{work.case.name}: held to {found.tests.source}",
         found,
         functools.partial(validation_report, found),
         functools.partial(draw_validation, found),

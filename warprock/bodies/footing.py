@@ -24,8 +24,6 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 
-SAME = 1e-6
-"""Distances of edges that differ by so much of the size of the base are equal."""
 STRAIGHT = 1e-6
 """Area that a corner adds, over the square of the size, at which the edge is straight there."""
 DIRECTIONS = 360
@@ -54,17 +52,6 @@ class Footing:
     def slenderness_angle(self) -> float:
         """Slenderness angle in the weakest direction [rad]; negative where the body falls over."""
         return float(np.arctan2(self.arm, self.height))
-
-    @property
-    def weakest(self) -> float:
-        """The weakest direction, from the x axis towards y [rad], above -pi and up to pi.
-
-        Of several that are as weak, the one nearest to the x axis.
-        """
-        normals, distances = self._edges()
-        weak = normals[distances <= distances.min() + SAME * np.abs(self.polygon).max()]
-        angles = np.arctan2(weak[:, 1], weak[:, 0])
-        return float(min(angles, key=lambda angle: (round(abs(angle), 6), -angle)))
 
     def edge_directions(self) -> Array:
         """Directions across the edges, outwards [rad], shape [edge]."""

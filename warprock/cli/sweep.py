@@ -185,13 +185,15 @@ def status(folder: pathlib.Path, as_json: bool) -> None:
     "--output",
     "file",
     type=click.Path(path_type=pathlib.Path),
-    help="Parquet file to write; lanes.parquet in DIR without.",
+    help="File to write, Parquet, or CSV where it ends in .csv. Without, lanes.parquet in DIR, and "
+    "lanes.csv of up to 10,000 lanes.",
 )
 @json_option
 def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> None:
-    """Join the chunks of a sweep that is done in one Parquet file, all lanes in order."""
+    """Join the chunks of a sweep that is done in one table, all lanes in order."""
     from warprock.report.replays import played_of_sweep
     from warprock.run.files import require_writable, require_writable_file
+    from warprock.run.results import LANE_CSV, MOST_CSV_LANES
     from warprock.sweep.chunks import merge as merge_chunks
     from warprock.sweep.plan import read_plan
     from warprock.tables.terminal import lane_progress, print_end, print_json
@@ -200,6 +202,8 @@ def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> Non
     require_writable(folder, "DIR") if file is None else require_writable_file(file)
     with lane_progress("merge", found.lane_count) as progress:
         written = merge_chunks(found, folder, file, progress)
+        if file is None and found.lane_count <= MOST_CSV_LANES:
+            merge_chunks(found, folder, folder / LANE_CSV)
     if file is None:
         page = add_page(folder, scenes=played_of_sweep(found, folder))
         click.echo(f"wrote {page}", err=True)

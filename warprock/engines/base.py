@@ -173,7 +173,7 @@ class AbstractEngine(abc.ABC):
             found = launch(module, self.target, motions, times, **inputs)
         found = found.above_ground(lanes.block_count)
         fields = dict(self.fields(lanes, motions, times, found))
-        if found.sides is not None:
+        if found.sides is not None and lanes.bodies:
             fields |= side_fields(found.sides, fields["peak_rotation"].reshape(lanes.lane_count))
         sampled = histories(lanes, found, times, above_rigid=self.above_rigid)
         return respond(self.name, lanes, {**fields, **sampled}, times)

@@ -136,17 +136,33 @@ def box_bodies(lanes: Lanes) -> Bodies:
 
 
 def _convex(points: Array, count: npt.NDArray[np.int32]) -> tuple[Array, Array]:
-    """Points [lane, point, 2] but for those on an edge between two others: x and z."""
-    inner, before, behind = points[:, 1:-1], points[:, :-2], points[:, 2:]
-    chord, arm = behind - before, inner - before
-    below = arm[..., 0] * chord[..., 1] - arm[..., 1] * chord[..., 0]
+    """Points [lane, point, 2] but for those on an edge between two others: x and z.
+
+    One by one, a lane loses the point that is least below the line between those beside it, until
+    all are further below than round-off. The ends, and those of what it stands on at rest, stay.
+    """
+    number, level = np.arange(points.shape[1]), points[..., 1]
     near = LEVEL * np.ptp(points, axis=1).max(axis=-1)
-    number = np.arange(points.shape[1])
-    keeps = (number == 0) | (number == count[:, None] - 1)
-    sharp = below > near[:, None] * np.hypot(chord[..., 0], chord[..., 1])
-    keeps[:, 1:-1] |= sharp & (number[1:-1] < count[:, None] - 1)
-    kept = keeps.sum(axis=1)
-    rows = np.argsort(~keeps, axis=1, kind="stable")
-    rows = np.take_along_axis(rows, np.minimum(np.arange(kept.max()), kept[:, None] - 1), axis=1)
-    x, z = (np.take_along_axis(points[..., axis], rows, axis=1) for axis in (0, 1))
-    return x, z
+    stands = (level == level.min(axis=1, keepdims=True)) & (number < count[:, None])
+    ends = (number == 0) | (number == count[:, None] - 1)
+    fixed = ends | (number == np.argmax(stands, axis=1)[:, None])
+    fixed |= number == (points.shape[1] - 1 - np.argmax(stands[:, ::-1], axis=1))[:, None]
+    while True:
+        before, behind = points[:, :-2], points[:, 2:]
+        chord, arm = behind - before, points[:, 1:-1] - before
+        length = np.hypot(chord[..., 0], chord[..., 1])
+        below = arm[..., 0] * chord[..., 1] - arm[..., 1] * chord[..., 0]
+        loose = ~fixed[:, 1:-1] & (below <= near[:, None] * length)
+        loose &= np.arange(1, points.shape[1] - 1) < count[:, None] - 1
+        if not loose.any():
+            break
+        depth = np.where(loose, below / np.where(loose, length, 1.0), np.inf)
+        least = np.where(loose.any(axis=1), 1 + np.argmin(depth, axis=1), points.shape[1])
+        # Those behind it move up, and the last one is repeated.
+        rows = np.arange(points.shape[1])
+        rows = np.minimum(rows + (rows >= least[:, None]), points.shape[1] - 1)
+        points = np.take_along_axis(points, rows[..., None], axis=1)
+        fixed = np.take_along_axis(fixed, rows, axis=1)
+        count = count - loose.any(axis=1)
+    most = int(count.max())
+    return points[:, :most, 0], points[:, :most, 1]

@@ -13,7 +13,7 @@ from warprock.engines.base import AbstractEngine
 from warprock.engines.blocks import body_columns
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
 from warprock.engines.dem_bodies import CornerSprings, corner_rows, cornered_columns
-from warprock.engines.dem_bodies_space import PointSprings, sprung_inputs
+from warprock.engines.dem_bodies_space import PointSprings, on_corners, sprung_inputs
 from warprock.engines.dem_springs import (
     interface_depth,
     stable_step,
@@ -89,8 +89,16 @@ class Dem(AbstractEngine):
     settings_type = DemSettings
     order: ClassVar[int | None] = 1
     spatial: ClassVar[bool] = True
+    starts_moving: ClassVar[tuple[str, ...]] = ("space",)
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
     above_rigid: ClassVar[bool] = True
+
+    @classmethod
+    def declines(cls, scene: SceneKind) -> str | None:
+        """Why its model is not for a scene: a box on springs at its corners is thrown alone."""
+        if scene.moving and not scene.thrown:
+            return f"dem lets blocks go from rest, or thrown, and the case {scene.moving}"
+        return None
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: the same text for a single block and for a stack."""
@@ -100,7 +108,7 @@ class Dem(AbstractEngine):
             return Kernel("dem/body_run", lanes=lanes, points=points)
         if not scene.spatial:
             return Kernel("dem/stack_run", lanes=lanes, iterations=settings.subcontacts)
-        if scene.bodies:
+        if scene.bodies or scene.moving:
             friction = "box" if settings.friction_box else "cone"
             return Kernel("dem/space_body_run", lanes=lanes, friction=friction)
         pairs = point_pairs(settings.subcontacts, settings.subcontacts_across).shape[1]
@@ -109,6 +117,7 @@ class Dem(AbstractEngine):
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step of every lane [s], from its stiffest mode and the damping."""
+        lanes = on_corners(lanes)
         if lanes.spatial and lanes.body is not None:
             stiffest = PointSprings.of(lanes, self.settings).stiffest_frequency()
         elif lanes.spatial:
@@ -122,6 +131,7 @@ class Dem(AbstractEngine):
 
     def reserve(self, lanes: Lanes) -> tuple[Array, str]:
         """Whether blocks can stand on their springs; see `AbstractEngine.reserve`."""
+        lanes = on_corners(lanes)
         if lanes.spatial and lanes.body is not None:
             ratio = PointSprings.of(lanes, self.settings).standing_ratio()
         elif lanes.spatial:
@@ -139,6 +149,7 @@ class Dem(AbstractEngine):
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
         """What the kernel takes; see `AbstractEngine.inputs`."""
+        lanes = on_corners(lanes)
         stacks, step = as_stacks(lanes), self.longest_step(lanes, motions)
         # A lane whose sizes are not finite takes one step to find that out.
         per_lane = {"time_step": np.where(np.isfinite(step), step, times.duration)}

@@ -64,17 +64,20 @@ class CornerSprings:
     def columns(self) -> dict[str, Array]:
         """Fields of the struct `Spring` of kernels/dem/body.py, shape [lane, row]."""
         corners = self.corners
-        real = np.arange(corners.x.shape[1]) <= corners.last[:, None]
         rows = corner_rows(self.body.most_points)
         beyond = ((0, 0), (0, rows - corners.x.shape[1]))
+        real = np.arange(corners.x.shape[1]) <= corners.last[:, None]
         columns = {
             "x": corners.x,
             "z": corners.z,
-            "raised": corners.z - corners.z.min(axis=1, keepdims=True),
+            "raised": np.where(real, corners.z - corners.z.min(axis=1, keepdims=True), NEVER),
             "along": corners.along,
-            "area": np.where(real, self.area[:, None], 0.0),
+            "area": np.repeat(self.area[:, None], corners.x.shape[1], axis=1),
         }
-        return {name: np.pad(each, beyond) for name, each in columns.items()}
+        return {
+            name: np.pad(each, beyond, constant_values=NEVER if name == "raised" else 0.0)
+            for name, each in columns.items()
+        }
 
     def start(self, rotation: Array) -> dict[str, Array]:
         """Where bodies start: centre of mass x and z, and rotation, shape [lane, 1] each.

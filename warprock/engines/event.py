@@ -63,6 +63,11 @@ class Event(AbstractEngine):
     Bodies in space stand on up to 64 points (kernels/event_space/space_body.py), one lane a thread:
     second order while points stick, through impacts, too, and first where they slide.
 
+    Bodies on contact points in the plane, whose corners may be rounded, have kernels of their own
+    (kernels/event/body.py); so have single blocks of which the angular restitution is prescribed.
+    An impact on the other corner of what a body stands on at first leaves that part of the angular
+    velocity then, and the corner takes the impulses which that asks for, within its friction.
+
     With friction as a box single blocks are second order through the ends of their slips, along x
     and along y; of blocks that rock and slide errors scatter (1.4 to 2). How rigid faces share
     their load is not determined, and where they slide along x and stick along y the yaw of a stack

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -28,6 +29,14 @@ GROUPS = 8
 """Groups that a figure shows at most, a row of panels each; the first ones."""
 COLUMNS = 4
 POINTS = 200
+LETTERS = 12.0
+"""Letters of a label that fit in an inch."""
+WHY_NONE = {
+    "separated": "the data are parted",
+    "none reached": "no lane reached it",
+    "all reached": "every lane reached it",
+}
+"""Why there is no function, in words."""
 
 
 def draw_curves(curves: Sequence[Curve], intensity: str) -> list[Drawing]:
@@ -40,19 +49,16 @@ def draw_curves(curves: Sequence[Curve], intensity: str) -> list[Drawing]:
     Returns:
         One drawing: a row of panels a group, a column a limit state.
     """
-    groups: dict[str, list[Curve]] = {}
-    for curve in curves:
-        groups.setdefault(curve.group_text, []).append(curve)
-    shown = dict(list(groups.items())[:GROUPS])
-    measured = measure(intensity)
-    limits = max(len(mine) for mine in shown.values())
+    groups = groups_of(curves)
+    shown, measured = groups[:GROUPS], measure(intensity)
+    limits = max(map(len, shown))
     columns = 2 if len(shown) == 1 and limits == 4 else min(limits, COLUMNS)
     rows = -(-limits // columns)
     wide = {1: 6.4, 2: 4.0}.get(columns, 3.0)
     with style():
         size = (0.6 + wide * columns, 0.6 + 2.3 * rows * len(shown))
         figure, grid = subplots(rows * len(shown), columns, size, sharey=True)
-        for number, mine in enumerate(shown.values()):
+        for number, mine in enumerate(shown):
             panels = grid[rows * number : rows * (number + 1)]
             for axes in panels.flat[len(mine) :]:
                 axes.set_visible(False)
@@ -61,7 +67,7 @@ def draw_curves(curves: Sequence[Curve], intensity: str) -> list[Drawing]:
             for at, axes in enumerate(panels.flat[: len(mine)]):
                 _draw_panel(axes, mine, at, measured)
                 if number == len(shown) - 1 and at + columns >= len(mine):
-                    axes.set_xlabel(measured.label)
+                    axes.set_xlabel(textwrap.fill(measured.label, int(LETTERS * wide)))
         title = _message(curves, measured)
         more = "" if len(shown) == len(groups) else f"; {len(shown)} of {len(groups)} groups"
         headline(figure, title, f"{_explained(curves)}{more}")
@@ -73,6 +79,41 @@ def draw_curves(curves: Sequence[Curve], intensity: str) -> list[Drawing]:
     return [Drawing("fragility", figure, title, alt)]
 
 
+def plot_curves(axes: Axes, curves: Sequence[Curve], intensity: str, group: int = 0) -> None:
+    """Draws the fragility functions of one group over one another, with the lanes as dots.
+
+    Args:
+        axes: Where to.
+        curves: The curves of all groups.
+        intensity: Column of the intensity measure.
+        group: Number of the group, from 0.
+    """
+    mine, measured = groups_of(curves)[group], measure(intensity)
+    seen = [curve.seen.intensity for curve in mine]
+    ends = min(map(np.min, seen)) / 1.05, max(map(np.max, seen)) * 1.05
+    at = np.geomspace(*ends, POINTS)
+    logarithmic(axes.xaxis)
+    for number, curve in enumerate(mine):
+        color = COLORS[number % len(COLORS)]
+        label = f"{_name(curve.limit)}: {_median(curve, measured)}"
+        dots, share = gathered(curve.seen)
+        line = curve.fit.probability(at) if curve.fit.dispersion > 0.0 else np.full_like(at, np.nan)
+        axes.plot(at * measured.size, line, color=color, label=label)
+        axes.plot(dots * measured.size, share, "o", color=color, markersize=3.5)
+    axes.set(xlabel=measured.label, ylabel="probability [-]", ylim=(-0.03, 1.03))
+    axes.set_xlim(ends[0] * measured.size, ends[1] * measured.size)
+    axes.set_title(mine[0].group_text)
+    axes.legend()
+
+
+def groups_of(curves: Sequence[Curve]) -> list[list[Curve]]:
+    """The curves of each group, in their order."""
+    groups: dict[str, list[Curve]] = {}
+    for curve in curves:
+        groups.setdefault(curve.group_text, []).append(curve)
+    return list(groups.values())
+
+
 def _name(limit: Limit) -> str:
     """A limit state in words."""
     return limit.text if limit.ratio is None else f"rotation {limit.name} of slenderness"
@@ -82,7 +123,7 @@ def _median(curve: Curve, measured: Measure) -> str:
     """The median and the dispersion of a function, or why there is none."""
     fit = curve.fit
     if not fit.dispersion > 0.0:
-        return f"no function: {fit.verdict.value}"
+        return f"no function: {WHY_NONE.get(fit.verdict.value, fit.verdict.value)}"
     return f"median {measured.text(fit.median)}, dispersion {fit.dispersion:.2f}"
 
 
@@ -94,7 +135,9 @@ def _message(curves: Sequence[Curve], measured: Measure) -> str:
     fitted = sorted((c for c in mine if c.fit.dispersion > 0.0), key=lambda c: c.fit.median)
     what = "overturn" if worst.name == OVERTURNING else f"reach {_name(worst)}"
     if not fitted:
-        return f"No fragility function for {_name(worst)}: {mine[0].fit.verdict.value}"
+        reasons = {WHY_NONE.get(c.fit.verdict.value, c.fit.verdict.value) for c in mine}
+        where = f" in any of {len(mine)} groups" if len(mine) > 1 else ""
+        return f"No fragility function for {_name(worst)}{where}: {' or '.join(sorted(reasons))}"
     low, high = fitted[0], fitted[-1]
     at = measured.text(low.fit.median)
     if len(fitted) > 1:
@@ -108,7 +151,9 @@ def _explained(curves: Sequence[Curve]) -> str:
     lanes = int(curves[0].seen.count.sum())
     records = curves[0].seen.record_count
     same = len({(int(c.seen.count.sum()), c.seen.record_count) for c in curves}) == 1
-    size = f"{lanes:,} lanes under {records:,} records" if records < lanes else f"{lanes:,} lanes"
+    size = f"{lanes:,} lanes"
+    if records < lanes:
+        size += f" under {records:,} record{'s' * (records != 1)}"
     size += " in each panel" if same else " or more"
     what = "records" if records < lanes else "lanes"
     banded = any(curve.band is not None for curve in curves)
@@ -149,7 +194,8 @@ def _draw_panel(axes: Axes, curves: Sequence[Curve], number: int, measured: Meas
     axes.plot(at * measured.size, share, "o", color=color, markersize=4.0, markeredgecolor="white")
     axes.set_xlim(across[0], across[-1])
     axes.set_ylim(-0.03, 1.03)
-    group = f"{curve.group_text}: " if curve.group_text else ""
+    # The name of a group stands once, above its first panel, and may be as long as the row.
+    group = f"{curve.group_text}\n" if curve.group_text and number == 0 else ""
     axes.set_title(f"{group}{_name(curve.limit)}\n{_median(curve, measured)}")
 
 

@@ -80,6 +80,28 @@ def draw_analysis(found: Analysis, groups: Sequence[Capacities], intensity: str)
     return [Drawing("ida", figure, title, alt)]
 
 
+def plot_analysis(
+    axes: Axes, found: Analysis, groups: Sequence[Capacities], intensity: str, group: int = 0
+) -> None:
+    """Draws the curves of one group of lanes up to their first fall, and their fractiles.
+
+    Args:
+        axes: Where to.
+        found: The analysis.
+        groups: Its capacities.
+        intensity: The intensity measure.
+        group: Number of the group, from 0.
+    """
+    measured, mine = measure(intensity), groups[group]
+    runs = run_curves(found, unit_intensity(found, intensity) * measured.size)
+    logarithmic(axes.xaxis)
+    _draw_curves(axes, [runs[lane] for lane in mine.lanes])
+    axes.set_xlim(*_range(runs))
+    axes.set(xlabel=measured.label, ylabel="largest rotation / slenderness angle [-]")
+    axes.set_title(f"{mine.group_text or 'all lanes'}: {_size(mine)}")
+    axes.legend()
+
+
 def _message(found: Analysis, groups: Sequence[Capacities], measured: Measure) -> str:
     """At which intensities the blocks fall first."""
     fallen = np.concatenate([group.high[np.isfinite(group.high)] for group in groups])

@@ -33,6 +33,13 @@ ROWS = 600
 COLUMNS = 3
 
 
+LABELS = (
+    "pulse frequency / frequency parameter, ωₚ / p [-]",
+    "peak acceleration of the pulse\n/ (g tan \N{GREEK SMALL LETTER ALPHA}) [-]",
+)
+"""What is drawn across and up."""
+
+
 def draw_map(found: OverturningMap) -> list[Drawing]:
     """Draws the modes of every group in a panel of its own.
 
@@ -42,8 +49,6 @@ def draw_map(found: OverturningMap) -> list[Drawing]:
     Returns:
         One drawing.
     """
-    from matplotlib.patches import Rectangle
-
     count = len(found.groups)
     with style():
         figure, panels = panel_grid(
@@ -52,22 +57,40 @@ def draw_map(found: OverturningMap) -> list[Drawing]:
             width=(1.0, 3.4),
             height=(1.3, 3.3),
             least_width=5.6,
-            labels=(
-                "pulse frequency / frequency parameter, ωₚ / p [-]",
-                "peak acceleration of the pulse\n/ (g tan \N{GREEK SMALL LETTER ALPHA}) [-]",
-            ),
+            labels=LABELS,
         )
         for number, axes in enumerate(panels.flat[:count]):
             _draw_group(axes, found, number)
-        for mode in Mode:
-            if np.any(found.mode == mode):
-                patch = Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=COLORS[mode], edgecolor=GREY)
-                patch.set_label(NAMES[mode])
-                panels[0, 0].add_patch(patch)
+        _name_modes(panels[0, 0], found)
         legend_below(figure, *panels.flat[:count], columns=2 if count > 1 else 1)
         title, about = _message(found), _about(found)
         headline(figure, title, about)
     return [Drawing("map", figure, title, f"Overturning map. {title}. {about}.")]
+
+
+def plot_map(axes: Axes, found: OverturningMap, group: int = 0) -> None:
+    """Draws the modes of one group, and its boundaries.
+
+    Args:
+        axes: Where to.
+        found: A map whose boundaries have been found.
+        group: Number of the group, from 0.
+    """
+    _draw_group(axes, found, group)
+    _name_modes(axes, found)
+    axes.set(xlabel=LABELS[0], ylabel=LABELS[1])
+    axes.legend()
+
+
+def _name_modes(axes: Axes, found: OverturningMap) -> None:
+    """Gives a legend the colours of the modes that there are."""
+    from matplotlib.patches import Rectangle
+
+    for mode in Mode:
+        if np.any(found.mode == mode):
+            patch = Rectangle((0.0, 0.0), 0.0, 0.0, facecolor=COLORS[mode], edgecolor=GREY)
+            patch.set_label(NAMES[mode])
+            axes.add_patch(patch)
 
 
 def _message(found: OverturningMap) -> str:

@@ -55,6 +55,20 @@ def draw_sensitivity(found: Sensitivity) -> list[Drawing]:
     ]
 
 
+def plot_sensitivity(axes: Any, found: Sensitivity, group: int = 0) -> None:
+    """Draws the indices of one group as bars, with their bands.
+
+    Args:
+        axes: Where to.
+        found: The indices.
+        group: Number of the group, from 0.
+    """
+    inputs = list(dict.fromkeys(found.rows["input"]))
+    _draw_group(axes, found, str(found.groups["group"].iloc[group]), inputs)
+    axes.set_xlabel("share of the variance [-]")
+    axes.legend()
+
+
 def _message(found: Sensitivity) -> str:
     """The input that explains most, in each of the first groups."""
     parts = []

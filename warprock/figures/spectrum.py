@@ -19,6 +19,8 @@ COLORS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY)
 FALLEN_AT = 1.2
 """Where blocks that overturned are marked, above all that stood."""
 COLUMNS = 2
+LABELS = ("2π / p [s]: larger blocks to the right", "peak rotation / slenderness angle [-]")
+"""What is drawn across and up."""
 
 
 def draw_spectrum(found: Spectrum) -> list[Drawing]:
@@ -38,10 +40,7 @@ def draw_spectrum(found: Spectrum) -> list[Drawing]:
             width=(1.4, 5.2),
             height=(1.2, 3.2),
             least_width=8.0,
-            labels=(
-                "2π / p [s]: larger blocks to the right",
-                "peak rotation / slenderness angle [-]",
-            ),
+            labels=LABELS,
         )
         for number, axes in enumerate(panels.flat[:count]):
             _draw_group(axes, found, number)
@@ -54,6 +53,19 @@ def draw_spectrum(found: Spectrum) -> list[Drawing]:
         )
         headline(figure, title, about)
     return [Drawing("spectrum", figure, title, f"Rocking spectra. {title}. {about}.")]
+
+
+def plot_spectrum(axes: Axes, found: Spectrum, group: int = 0) -> None:
+    """Draws the curves of one group, crosses for blocks that overturned.
+
+    Args:
+        axes: Where to.
+        found: The spectra.
+        group: Number of the group, from 0.
+    """
+    _draw_group(axes, found, group)
+    axes.set(xlabel=LABELS[0], ylabel=LABELS[1])
+    axes.legend()
 
 
 def _message(found: Spectrum) -> str:

@@ -40,10 +40,11 @@ def draw_trade(table: pd.DataFrame, scenes: Mapping[str, str]) -> list[Drawing]:
         One drawing.
     """
     names = list(dict.fromkeys(table["scene"]))
-    rows = -(-(len(names) + 1) // COLUMNS)
+    columns = min(COLUMNS, len(names) + 1)
+    rows = -(-(len(names) + 1) // columns)
     with style():
-        size = (11.4, 3.6 * rows)
-        figure, grid = subplots(rows, COLUMNS, size, sharex=True, sharey=True)
+        size = (3.8 * columns, 3.6 * rows)
+        figure, grid = subplots(rows, columns, size, sharex=True, sharey=True)
         panels = grid.ravel()
         for axes, name in zip(panels, names, strict=False):
             _draw_scene(axes, table[table["scene"] == name])
@@ -53,7 +54,7 @@ def draw_trade(table: pd.DataFrame, scenes: Mapping[str, str]) -> list[Drawing]:
             axes.axis("off")
         for row in grid:
             row[0].set_ylabel("CPU seconds for a simulated second\nof one block, one worker")
-        for axes in panels[max(0, len(names) - COLUMNS) : len(names)]:
+        for axes in panels[max(0, len(names) - columns) : len(names)]:
             axes.set_xlabel("largest error / slenderness angle [-]")
         _legend(panels[len(names)], table)
         title = _message(table)
@@ -69,6 +70,9 @@ def _message(table: pd.DataFrame) -> str:
     """What the cheapest setting below the asked error costs, over the first scene."""
     scene = str(table["scene"].iloc[0])
     rows = table[(table["scene"] == scene) & ~table["engine"].isin(ANALYTICAL)]
+    if not len(rows):
+        found = ", ".join(dict.fromkeys(table["engine"]))
+        return f"Timed: {found}, whose blocks do not slide ({scene})"
     good = rows[rows["error_max"] <= ASKED]
     if not len(good):
         return f"No engine whose blocks can slide comes below an error of {ASKED:g} ({scene})"

@@ -37,7 +37,8 @@ class Lanes:
         rotation_start: Rotation at the start [rad], positive towards +x; released from rest.
         angular_restitution: Ratio of angular velocities after and before an impact on the base,
             shape [lane]; Housner's where the case prescribes none, of a body the smaller one of
-            its sides. Engines that cannot follow it find it from their own laws.
+            its sides. `housner` follows it and, where it is given, `event` in the plane; the other
+            engines find it from their own laws.
         body: Bodies, where single blocks are no boxes; their width, height, depth and density are
             then those of the box around them, and say nothing of how they move.
         restitution_given: Whether the case prescribes the angular restitution, of all lanes.

@@ -58,6 +58,11 @@ class SceneKind:
         return bool(self.spatial_because)
 
     @property
+    def thrown(self) -> bool:
+        """Whether its blocks are thrown, so that they may fall on any of their faces."""
+        return self.moving.startswith("throws")
+
+    @property
     def left_out(self) -> tuple[str, ...]:
         """What the model does without because nothing in the scene needs it, and why."""
         parts = []
@@ -78,7 +83,7 @@ class SceneKind:
         parts += [
             "the search for pairs that might touch: each face can meet but the one it stands on",
         ]
-        if not self.moving.startswith("throws"):
+        if not self.thrown:
             parts += ["the sides of blocks: a lane ends once a block has overturned or slid off"]
         return tuple(parts)
 

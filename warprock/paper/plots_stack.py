@@ -71,6 +71,7 @@ def draw_stack_histories(
             for axes in grid[-1]:
                 axes.set_xlabel(TIME_LABEL)
                 axes.set_xlim(*window)
+            figure.align_ylabels(grid[:, 0])
             legend_below(figure, grid[0, 0], columns=1)
             said = _message(block, names, mine)
             about = f"{title}, {block} block"

@@ -19,8 +19,8 @@ Array = npt.NDArray[np.float64]
 
 BOX_COLORS = {"printed": ORANGE, "low-top": SKY}
 BOX_NAMES = {
-    "printed": "ensemble of `event`: geometry as printed",
-    "low-top": "ensemble of `event`: equal depths, top 0.55 m high",
+    "printed": "ensemble of event: geometry as printed",
+    "low-top": "ensemble of event: equal depths, top 0.55 m high",
 }
 _HOLLOW: dict[str, Any] = {"markerfacecolor": "none", "markeredgewidth": 1.4, "markersize": 7.0}
 POINT_STYLES: dict[str, dict[str, Any]] = {
@@ -39,10 +39,10 @@ POINT_STYLES: dict[str, dict[str, Any]] = {
     "test, by bullet": {"marker": "x", "color": BLACK, "markersize": 7.0, "markeredgewidth": 1.6},
 }
 POINT_NAMES = {
-    "two-block": "`two-block`: acceleration drive, equal depths",
-    "event": "`event` without spread, top 0.55 m high",
-    "impulse": "`impulse` without spread, top 0.55 m high",
-    "dem": "`dem` without spread, top 0.55 m high",
+    "two-block": "two-block: acceleration drive, equal depths",
+    "event": "event without spread, top 0.55 m high",
+    "impulse": "impulse without spread, top 0.55 m high",
+    "dem": "dem without spread, top 0.55 m high",
     **{f"paper: {name}": f"paper: {title}" for name, title in PAPER_NAMES.items()},
     **{f"implied: {name}": f"paper: {title}, inferred" for name, title in PAPER_NAMES.items()},
     "test, by analytical": "test, inferred by the analytical errors",
@@ -203,8 +203,8 @@ def draw_collapse(stem: str, table: pd.DataFrame) -> Drawing:
         figure.colorbar(image, ax=grid, label="share of members that collapse [-]", shrink=0.7)
         usable = table["collapsed_share"].dropna()
         said = (
-            f"Between {usable.min():.0%} and {usable.max():.0%} of the stacks collapse, by "
-            "friction, chamfer and motion"
+            f"Between {100.0 * usable.min():.0f} and {100.0 * usable.max():.0f} % of the stacks "
+            "collapse, by friction, chamfer and motion"
         )
         about = (
             "Two stacked blocks under 10 s of sine, geometry as printed, "

@@ -22,7 +22,7 @@ from warprock.report.lanes import lane_name, needed, peak_ratio, standing
 from warprock.report.scenes import SOME, choose, sampled, scene
 from warprock.run.case_run import run_lane_set
 from warprock.run.devices import start_warp
-from warprock.run.lane_table import LANE_TABLE, history_table, lane_table
+from warprock.run.lane_table import LANE_TABLE, PEAK_RATIO, history_table, lane_table
 from warprock.run.options import RunOptions
 from warprock.run.provenance import case_facts
 from warprock.run.results import PROVENANCE
@@ -114,6 +114,9 @@ def played_beside(
     Returns:
         As `played`; None where the folder holds neither, or one that cannot be run here any more.
     """
+    ratios = [name for name in map(str, table) if name.startswith(PEAK_RATIO)]
+    if not (ratios and {"lane", "outcome", "status"} <= set(table)):
+        return None
     chosen = telling(table, intensity)
     numbers = [int(table["lane"].iloc[row]) for row, _ in chosen]
     with contextlib.suppress(InputError):

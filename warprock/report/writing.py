@@ -18,6 +18,7 @@ from warprock.report.analysis_chapters import (
     study_chapter,
 )
 from warprock.report.body_chapter import body_chapter
+from warprock.report.comparison_chapter import comparison_chapter
 from warprock.report.content import Chapter, Page
 from warprock.report.earlier import earlier_scenes
 from warprock.report.folder import Drawn, ResultFolder
@@ -63,6 +64,7 @@ _BY_FACT: dict[str, Make] = {
     "of": sensitivity_chapter,
     "validation": validation_chapter,
     "body": body_chapter,
+    "asked": comparison_chapter,
 }
 """What only one kind of results says in `run.json`, and its chapter; a run has none of these."""
 FITS = "fragility.csv"

@@ -209,12 +209,13 @@ def merge(
     output: pathlib.Path | None = None,
     progress: Callable[[int], None] | None = None,
 ) -> pathlib.Path:
-    """Joins the chunks of a sweep in one Parquet file, chunk by chunk.
+    """Joins the chunks of a sweep in one file, chunk by chunk.
 
     Args:
         plan: The plan.
         folder: Folder of the sweep.
-        output: File to write; `lanes.parquet` in the folder of the sweep where None.
+        output: File to write, Parquet, or CSV where its name ends in .csv; `lanes.parquet` in the
+            folder of the sweep where None.
         progress: Called with the number of lanes written so far.
 
     Returns:
@@ -236,7 +237,8 @@ def merge(
             raise InputError(str(folder), "chunks", Said(f"{state} {names}{more}"), allowed)
     try:
         with replacing(path) as temporary:
-            _write_merged(plan, folder, temporary, progress)
+            write = _write_csv if path.suffix == ".csv" else _write_merged
+            write(plan, folder, temporary, progress)
     except OSError as error:
         raise _unwritten(error, str(path)) from error
     return path
@@ -260,6 +262,22 @@ def _write_merged(
     finally:
         if writer is not None:
             writer.close()
+
+
+def _write_csv(
+    plan: Plan,
+    folder: pathlib.Path,
+    path: pathlib.Path,
+    progress: Callable[[int], None] | None,
+) -> None:
+    """The same rows as text, in the form of the CSV table of a run."""
+    written = 0
+    for table in _chunk_tables(plan, folder):
+        rows = table.to_pandas()
+        rows.to_csv(path, mode="a" if written else "w", header=not written, index=False)
+        written += len(rows)
+        if progress is not None:
+            progress(written)
 
 
 def _chunk_tables(plan: Plan, folder: pathlib.Path) -> Iterator[pa.Table]:

@@ -12,7 +12,7 @@ from rich.console import Console
 from warprock.analysis.fragility import RULE, Curve, component_rows, curve_rows, warnings
 from warprock.model.undecided import UNDECIDED
 from warprock.tables.report import Report
-from warprock.tables.terminal import heading_text, plain_table, print_table, stdout
+from warprock.tables.terminal import heading_text, number, plain_table, print_table, stdout
 
 CURVES = "fragility.csv"
 COMPONENTS = "fragility-p58.csv"
@@ -71,6 +71,32 @@ def print_curves(
     """
     out = console or stdout()
     groups = [str(name) for name in rows.columns[: list(rows.columns).index("limit_state")]]
+    found = rows.drop_duplicates(groups) if groups else rows.head(1)
+    if len(found) > GROUPS_SHOWN:
+        _print_groups(out, rows, intensity, len(found))
+    else:
+        _print_fits(out, rows, intensity, groups)
+    left_out = found[found["left_out"] > 0]
+    for _, row in left_out.head(GROUPS_SHOWN).iterrows():
+        where = "".join(f" of {name} {row[name]}" for name in groups)
+        out.print(
+            f"  left out: {row['left_out']:,} lanes{where} whose numbers cannot be used "
+            f"({row['left_out_as']})"
+        )
+    if len(left_out) > GROUPS_SHOWN:
+        out.print(f"  left out in {len(left_out) - GROUPS_SHOWN:,} more groups, too")
+    if rows["in_doubt"].any():
+        out.print(
+            "  in doubt: counted by their finest run; bands reach around those in which all of "
+            "them reached the limit state, or none",
+            soft_wrap=True,
+        )
+    for text in said:
+        out.print(f"  note: {text}", soft_wrap=True)
+
+
+def _print_fits(out: Console, rows: pd.DataFrame, intensity: str, groups: Sequence[str]) -> None:
+    """Every fit, a group and limit state a row."""
     counts = ["lanes", "in_doubt", "records", "reached"]
     named = ["limit state", "lanes", "in\ndoubt", "records", "reached", "median", "dispersion"]
     headings = [*groups, *named]
@@ -84,21 +110,30 @@ def print_curves(
         )
     print_table(out, table)
     out.print("  in brackets: 5th and 95th percentile over records")
-    each = rows.drop_duplicates(groups) if groups else rows.head(1)
-    for _, row in each[each["left_out"] > 0].iterrows():
-        where = "".join(f" of {name} {row[name]}" for name in groups)
-        out.print(
-            f"  left out: {row['left_out']:,} lanes{where} whose numbers cannot be used "
-            f"({row['left_out_as']})"
+
+
+GROUPS_SHOWN = 8
+"""Groups that are printed one by one; of more, what they come to."""
+
+
+def _print_groups(out: Console, rows: pd.DataFrame, intensity: str, groups: int) -> None:
+    """What the fits of many groups come to, a limit state a row."""
+    headings = ["limit state", "groups\nfitted", "least\nmedian", "middle", "greatest"]
+    headings += ["data\nparted", "none\nreached", "all\nreached", "lanes\nin doubt"]
+    title = f"Fragility over {intensity}: {groups:,} groups"
+    table = plain_table(title, headings, headings[:1])
+    for limit, mine in rows.groupby("limit_state", sort=False):
+        medians = mine[mine["verdict"] == "fitted"]["median"]
+        verdicts = ("separated", "none reached", "all reached")
+        table.add_row(
+            str(limit),
+            f"{len(medians):,}",
+            *(number(value, ".4g") for value in medians.quantile([0.0, 0.5, 1.0])),
+            *(f"{(mine['verdict'] == verdict).sum():,}" for verdict in verdicts),
+            f"{mine['in_doubt'].sum():,}",
         )
-    if rows["in_doubt"].any():
-        out.print(
-            "  in doubt: counted by their finest run; bands reach around those in which all of "
-            "them reached the limit state, or none",
-            soft_wrap=True,
-        )
-    for text in said:
-        out.print(f"  note: {text}", soft_wrap=True)
+    print_table(out, table)
+    out.print(f"  all {len(rows):,} fits, group by group: --json, or -o DIR", highlight=False)
 
 
 def undecided_lanes(table: pd.DataFrame) -> int:
@@ -136,6 +171,16 @@ def fit_sentence(rows: pd.DataFrame, intensity: str, reached: str) -> str:
     """
     row = rows.iloc[-1]
     name = heading_text(intensity)
+    mine = rows[rows["limit_state"] == row["limit_state"]] if "limit_state" in rows else rows
+    if len(mine) > 1:
+        medians = mine[mine["verdict"] == "fitted"]["median"]
+        if medians.empty:
+            return f"In none of {len(mine):,} groups a function of {reached} was fitted."
+        span = f"{medians.min():.3g} to {medians.max():.3g} {name}"
+        return (
+            f"Half of the lanes reach {reached} at {span}, in the {len(medians):,} of "
+            f"{len(mine):,} groups with a function."
+        )
     if row["verdict"] != "fitted":
         median, why = fit_cells(row)
         return (

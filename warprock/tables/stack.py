@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import statistics
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
 
-from warprock.tables.terminal import number, plain_table, print_table, stdout
+from warprock.tables.terminal import number, plain_table, print_table, say, stdout
+
+LANES_SHOWN = 24
+"""Lanes that are printed one by one; of more, what they come to."""
 
 COLUMNS = (
     ("peak_rotation_ratio", "peak\nratio", ".4f"),
@@ -53,11 +57,39 @@ def print_stack_comparison(found: Mapping[str, Any], console: Console | None = N
                 *(number(row[name], form) for name, _, form in columns),
             )
             last_lane = lane
-    print_table(out, table)
+    lanes = len({row["lane_number"] for row in rows})
+    if lanes <= LANES_SHOWN:
+        print_table(out, table)
+    _print_engines(found, out)
     out.print(f"  * largest |rotation - that of {reference}| / the block's slenderness angle")
     if found["spatial"]:
         out.print("  ** the same of the turn about the vertical over the first 5 s")
         _print_largest(found, out)
+    if lanes > LANES_SHOWN:
+        say(out, f"  all {len(rows):,} rows, lane by lane: --json, or -o DIR")
+
+
+def _print_engines(found: Mapping[str, Any], out: Console) -> None:
+    """What a comparison comes to, an engine and block a row."""
+    headings = ["engine", "block", "lanes", "diff.*\nmedian", "diff.*\nlargest", "other\noutcome"]
+    reference, rows = found["engines"][0], found["rows"]
+    blocks = list(dict.fromkeys(row["block"] for row in rows))
+    table = plain_table(f"{found['case']}: all lanes against {reference}", headings, ["engine"])
+    outcomes = {r["lane_number"]: r["outcome"] for r in rows if r["engine"] == reference}
+    for engine in found["engines"]:
+        for block in blocks:
+            mine = [row for row in rows if (row["engine"], row["block"]) == (engine, block)]
+            off = [r["difference_run_ratio"] for r in mine if r["difference_run_ratio"] is not None]
+            other = sum(row["outcome"] != outcomes[row["lane_number"]] for row in mine)
+            table.add_row(
+                engine if block == blocks[0] else "",
+                str(block),
+                str(len(mine)),
+                number(statistics.median(off) if off else None, ".1e"),
+                number(max(off, default=None), ".1e"),
+                str(other),
+            )
+    print_table(out, table)
 
 
 def _print_largest(found: Mapping[str, Any], out: Console) -> None:

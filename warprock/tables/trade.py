@@ -45,8 +45,10 @@ def print_trade(
         print_table(out, table)
     out.print("  * the cheapest of all engines; -: no setting tried met it")
     print_written(files, out)
+    engines, timed = ({row[name] for row in levels} for name in ("engine", "scene"))
+    were = "engine was" if len(engines) == 1 else "engines were"
     print_end(
-        f"{len({row['engine'] for row in levels})} engines were timed on {len(scenes)} scenes.",
+        f"{len(engines)} {were} timed on {len(timed)} scene{'s' * (len(timed) != 1)}.",
         "warprock run free-b1-b3 --accuracy 1e-3",
         out,
     )
