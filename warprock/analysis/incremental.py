@@ -211,6 +211,11 @@ def at_factors(lane_set: LaneSet, lanes: npt.NDArray[np.intp], factors: Array) -
     return dataclasses.replace(chosen, motions=chosen.motions.scaled(factors))
 
 
+def alone_at(lane_set: LaneSet, lane: int, factor: float) -> LaneSet:
+    """One lane with its motion a factor stronger."""
+    return at_factors(lane_set.alone(lane), np.array([0]), np.array([factor]))
+
+
 def telling(found: Analysis) -> list[tuple[int, float, str]]:
     """Runs at either side of the first fall, of the weakest, the median and the strongest lane.
 

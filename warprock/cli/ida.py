@@ -64,15 +64,13 @@ def ida(
 
 def _play(work: CaseWork, found: Analysis) -> dict[str, Any] | None:
     """The runs at either side of the first fall, of a few lanes."""
-    import numpy as np
-
-    from warprock.analysis.incremental import at_factors, telling
+    from warprock.analysis.incremental import alone_at, telling
     from warprock.report.replays import Replay, played
 
     runs, settings = telling(found), work.case.engine_settings(work.engine)
     replays = [
         Replay(
-            at_factors(found.lane_set.alone(lane), np.array([0]), np.array([factor])),
+            alone_at(found.lane_set, lane, factor),
             work.engine,
             settings,
             f"lane {lane}, {factor:.3g} times its motion",
