@@ -60,7 +60,7 @@ def scenes(folder: pathlib.Path) -> dict[str, Any]:
 
 def peak(lane: dict[str, Any]) -> float:
     (block,) = lane["blocks"]
-    return max(map(abs, block["r"])) * lane["angle"] / max(block["alpha"])
+    return max(map(abs, block["r"])) * lane["angle"] / np.max(block["alpha"])
 
 
 @pytest.fixture(scope="module")

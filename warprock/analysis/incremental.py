@@ -211,8 +211,8 @@ def at_factors(lane_set: LaneSet, lanes: npt.NDArray[np.intp], factors: Array) -
     return dataclasses.replace(chosen, motions=chosen.motions.scaled(factors))
 
 
-def one_at_factor(lane_set: LaneSet, lane: int, factor: float) -> LaneSet:
-    """One lane, by its place from 0, with its number, its motion a factor stronger."""
+def alone_at(lane_set: LaneSet, lane: int, factor: float) -> LaneSet:
+    """One lane with its motion a factor stronger."""
     return at_factors(lane_set.alone(lane), np.array([0]), np.array([factor]))
 
 

@@ -64,13 +64,13 @@ def ida(
 
 def _play(work: CaseWork, found: Analysis) -> dict[str, Any] | None:
     """The runs at either side of the first fall, of a few lanes."""
-    from warprock.analysis.incremental import one_at_factor, telling
+    from warprock.analysis.incremental import alone_at, telling
     from warprock.report.replays import Replay, played
 
     runs, settings = telling(found), work.case.engine_settings(work.engine)
     replays = [
         Replay(
-            one_at_factor(found.lane_set, lane, factor),
+            alone_at(found.lane_set, lane, factor),
             work.engine,
             settings,
             f"lane {lane}, {factor:.3g} times its motion",

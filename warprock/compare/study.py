@@ -253,8 +253,7 @@ class _Timed:
             motions,
             self._lane_set.times,
             settings=settings,
-            form=target.form,
-            **self._options.of_batch,
+            **{**self._options.of_batch, "form": target.form},
         )
         seconds = time.process_time() - begin
         self._found[settings] = response, seconds / lanes.lane_count

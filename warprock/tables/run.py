@@ -286,6 +286,10 @@ def _print_notes(out: Console, run: CaseRun, table: pd.DataFrame) -> None:
     say(out, f"wall time: {run.wall_time:.3g} s")
 
 
+FALLING = 2.0
+"""Rotation over the slenderness angle beyond which a block that still moves does not come back."""
+
+
 def run_sentence(run: CaseRun) -> str:
     """What came out of a run, in one sentence."""
     response = run.response
@@ -302,11 +306,15 @@ def run_sentence(run: CaseRun) -> str:
         return f"{said}."
     ratio = peak_ratio(response, run.lane_set.lanes)
     stands = ratio.reshape(response.lane_count, -1).max(axis=1)
-    stands = np.where(response["outcome"] >= 2, np.nan, stands)
+    falling = (response["outcome"] < 2) & (stands > FALLING)
+    stands = np.where((response["outcome"] >= 2) | falling, np.nan, stands)
+    if falling.any() and response.lane_count > 1:
+        said += f" ({int(falling.sum()):,} lanes were falling when their run ended)"
     if np.all(np.isnan(stands)):
         return f"{said}."
     lane = int(np.nanargmax(stands))
     where = f", in lane {run.lane_set.first + lane}" if response.lane_count > 1 else ""
-    standing = "of those that stood " if "overturned" in counts or "slid_off" in counts else ""
+    fell = falling.any() or "overturned" in counts or "slid_off" in counts
+    standing = "of those that stood " if fell else ""
     peak = measured(float(stands[lane]))
     return f"{said}; the largest peak {standing}is {peak} of the slenderness angle{where}."
