@@ -137,52 +137,16 @@ def look(
 
 
 @wp.func
-def advance(
-    own: Block, knobs: Knobs, change: Three, time: real, before: Body
-) -> Body:  # fmt: skip
-    """One step of a block that stands on its bottom, without what is seen of its turns."""
-    b = before
-    zero = real(0.0)
-    # Each a variable of its own: a func that writes to one must not write to another.
-    x, y, z = real(b.x[0]), real(b.x[1]), real(b.x[2])
-    qx, qy, qz, qw = real(b.q[0]), real(b.q[1]), real(b.q[2]), real(b.q[3])
-    vx, vy, vz = real(b.v[0]), real(b.v[1]), real(b.v[2])
-    lx, ly, lz = real(b.spin[0]), real(b.spin[1]), real(b.spin[2])
-    ux, uy, uz, ox, oy, oz = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
-    jxx, jxy, jxz, jyy, jyz, jzz = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
-    lean_x, lean_y, swap_x, swap_y = real(b.lean_x), real(b.lean_y), real(0.0), real(0.0)
-    lowest, lifted, landed = real(0.0), real(0.0), real(0.0)
-    fx, fy, n, apart = b.fx + Four(), b.fy + Four(), b.n + Four(), b.apart + Four()
-    rx, ry, rz, aim, on = Four(), Four(), Four(), Four(), Four()
+def swept(
+    own: Block, knobs: Knobs, aim: Four, on: Four, rx: Four, ry: Four, rz: Four, jxx: real,
+    jxy: real, jxz: real, jyy: real, jyz: real, jzz: real, fx: wp.ref[Four], fy: wp.ref[Four],
+    n: wp.ref[Four], ux: wp.ref[real], uy: wp.ref[real], uz: wp.ref[real], ox: wp.ref[real],
+    oy: wp.ref[real], oz: wp.ref[real],
+):  # fmt: skip
+    """Sweeps over the corners that are not held together, from their last impulses."""
+    zero, corners = real(0.0), int(4)
     kx, ky, pn, p1, p2, p3 = Four(), Four(), Four(), Four(), Four(), Four()
     h11, h12, h13, h22, h23, h33 = Four(), Four(), Four(), Four(), Four(), Four()
-    ix, iy, iz = own.inverse_x, own.inverse_y, own.inverse_z
-    b.since = wp.where(
-        stands(n[0], n[1], n[2], n[3]), NEVER, smaller(b.since, time - knobs.time_step)
-    )
-    predict(
-        change[0], change[1], change[2], knobs, qx, qy, qz, qw, lx, ly, lz, ix, iy, iz, vx, vy, vz,
-        ux, uy, uz, ox, oy, oz, jxx, jxy, jxz, jyy, jyz, jzz, lean_x, lean_y, swap_x, swap_y,
-        lowest,
-    )  # fmt: skip
-    reorder(swap_x, swap_y, fx[0], fx[1], fx[2], fx[3])
-    reorder(swap_x, swap_y, fy[0], fy[1], fy[2], fy[3])
-    reorder(swap_x, swap_y, n[0], n[1], n[2], n[3])
-    reorder(swap_x, swap_y, apart[0], apart[1], apart[2], apart[3])
-    corners = int(4)
-    for c in range(corners):
-        find_contact(
-            c, lean_x, lean_y, own.half_width, own.half_depth, own.half_height, own.centre_x,
-            own.centre_y, z, knobs, qx, qy, qz, qw, ox, oy, oz, rx[c], ry[c], rz[c], aim[c], on[c],
-            fx[c], fy[c], n[c], apart[c], lowest, lifted, landed,
-        )  # fmt: skip
-        aim[c] = bounce(knobs, rx[c], ry[c], uz, ox, oy, on[c], aim[c])
-    hold(
-        knobs, lean_x, lean_y, own.half_width, own.half_depth, own.half_height, own.centre_x,
-        own.centre_y, own.friction, qx, qy, qz, qw, ix, iy, iz, lx, ly, lz, aim[0], aim[1], aim[2],
-        aim[3], on[0], on[1], on[2], on[3], fx[0], fx[1], fx[2], fx[3], fy[0], fy[1], fy[2], fy[3],
-        n[0], n[1], n[2], n[3], ux, uy, uz, ox, oy, oz,
-    )  # fmt: skip
     for c in range(corners):
         if on[c] > zero:
             warm_start(
@@ -198,6 +162,96 @@ def advance(
                 ky[c], pn[c], p1[c], p2[c], p3[c], h11[c], h12[c], h13[c], h22[c], h23[c], h33[c],
                 fx[c], fy[c], n[c], ux, uy, uz, ox, oy, oz,
             )  # fmt: skip
+
+
+@wp.func
+def reordered(
+    swap_x: real, swap_y: real, fx: wp.ref[Four], fy: wp.ref[Four], n: wp.ref[Four],
+    apart: wp.ref[Four],
+):  # fmt: skip
+    """What is known of the corners, in the order of another lean."""
+    reorder(swap_x, swap_y, fx[0], fx[1], fx[2], fx[3])
+    reorder(swap_x, swap_y, fy[0], fy[1], fy[2], fy[3])
+    reorder(swap_x, swap_y, n[0], n[1], n[2], n[3])
+    reorder(swap_x, swap_y, apart[0], apart[1], apart[2], apart[3])
+
+
+@wp.func
+def pressed(
+    before: Body, lean_x: real, lean_y: real, fx: Four, fy: Four, n: Four, apart: Four
+) -> Body:
+    """A lane's state with the side that it leans to, its impulses and what has parted."""
+    b = before
+    b.lean_x = lean_x
+    b.lean_y = lean_y
+    b.fx = fx
+    b.fy = fy
+    b.n = n
+    b.apart = apart
+    return b
+
+
+@wp.func
+def told(
+    before: Body, loss: real, uplift_time: real, moved: real, deepest: real, impacts: int,
+    steps: int,
+) -> Body:  # fmt: skip
+    """A lane's state with what its last step has shown."""
+    b = before
+    b.loss = loss
+    b.uplift_time = uplift_time
+    b.moved = moved
+    b.deepest = deepest
+    b.impacts = impacts
+    b.steps = steps
+    return b
+
+
+@wp.func
+def advance(
+    own: Block, knobs: Knobs, change: Three, time: real, before: Body
+) -> Body:  # fmt: skip
+    """One step of a block that stands on its bottom, without what is seen of its turns."""
+    b = before
+    # Each a variable of its own: a func that writes to one must not write to another.
+    x, y, z = real(b.x[0]), real(b.x[1]), real(b.x[2])
+    qx, qy, qz, qw = real(b.q[0]), real(b.q[1]), real(b.q[2]), real(b.q[3])
+    vx, vy, vz = real(b.v[0]), real(b.v[1]), real(b.v[2])
+    lx, ly, lz = real(b.spin[0]), real(b.spin[1]), real(b.spin[2])
+    ux, uy, uz, ox, oy, oz = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
+    jxx, jxy, jxz, jyy, jyz, jzz = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
+    lean_x, lean_y, swap_x, swap_y = real(b.lean_x), real(b.lean_y), real(0.0), real(0.0)
+    lowest, lifted, landed = real(0.0), real(0.0), real(0.0)
+    fx, fy, n, apart = b.fx + Four(), b.fy + Four(), b.n + Four(), b.apart + Four()
+    rx, ry, rz, aim, on = Four(), Four(), Four(), Four(), Four()
+    ix, iy, iz = own.inverse_x, own.inverse_y, own.inverse_z
+    b.since = wp.where(
+        stands(n[0], n[1], n[2], n[3]), NEVER, smaller(b.since, time - knobs.time_step)
+    )
+    predict(
+        change[0], change[1], change[2], knobs, qx, qy, qz, qw, lx, ly, lz, ix, iy, iz, vx, vy, vz,
+        ux, uy, uz, ox, oy, oz, jxx, jxy, jxz, jyy, jyz, jzz, lean_x, lean_y, swap_x, swap_y,
+        lowest,
+    )  # fmt: skip
+    reordered(swap_x, swap_y, fx, fy, n, apart)
+    corners = int(4)
+    for c in range(corners):
+        find_contact(
+            c, lean_x, lean_y, own.half_width, own.half_depth, own.half_height, own.centre_x,
+            own.centre_y, z, knobs, qx, qy, qz, qw, ox, oy, oz, rx[c], ry[c], rz[c], aim[c], on[c],
+            fx[c], fy[c], n[c], apart[c], lowest, lifted, landed,
+        )  # fmt: skip
+        aim[c] = bounce(knobs, rx[c], ry[c], uz, ox, oy, on[c], aim[c])
+    hold(
+        knobs, lean_x, lean_y, own.half_width, own.half_depth, own.half_height, own.centre_x,
+        own.centre_y, own.friction, qx, qy, qz, qw, ix, iy, iz, lx, ly, lz, aim[0], aim[1], aim[2],
+        aim[3], on[0], on[1], on[2], on[3], fx[0], fx[1], fx[2], fx[3], fy[0], fy[1], fy[2], fy[3],
+        n[0], n[1], n[2], n[3], ux, uy, uz, ox, oy, oz,
+    )  # fmt: skip
+    swept(
+        own, knobs, aim, on, rx, ry, rz, jxx, jxy, jxz, jyy, jyz, jzz, fx, fy, n, ux, uy, uz, ox,
+        oy, oz,
+    )  # fmt: skip
     loss, uplift_time = real(b.loss), real(b.uplift_time)
     moved, deepest, impacts, steps = real(b.moved), real(b.deepest), int(b.impacts), int(b.steps)
     integrate(
@@ -212,19 +266,8 @@ def advance(
     b.q = Four(qx, qy, qz, qw)
     b.v = Three(vx, vy, vz)
     b.spin = Three(lx, ly, lz)
-    b.lean_x = lean_x
-    b.lean_y = lean_y
-    b.fx = fx
-    b.fy = fy
-    b.n = n
-    b.apart = apart
-    b.loss = loss
-    b.uplift_time = uplift_time
-    b.moved = moved
-    b.deepest = deepest
-    b.impacts = impacts
-    b.steps = steps
-    return b
+    b = pressed(b, lean_x, lean_y, fx, fy, n, apart)
+    return told(b, loss, uplift_time, moved, deepest, impacts, steps)
 
 
 @wp.kernel

@@ -153,13 +153,7 @@ def run_validation(
         InputError: Something cannot be used, said before anything runs.
         ChildProcessError: A program that runs in a process of its own failed.
     """
-    require_known(engines, [*ENGINES, *PROGRAMS])
-    require_programs(map(plain_name, engines))
-    if len(set(engines)) < len(engines):
-        raise InputError(OPTION, "", ", ".join(engines), "must be named once each")
-    for engine in engines:
-        if plain_name(engine) in ENGINES:
-            require_options(plain_name(engine), options)
+    _require_engines(engines, options)
     lane_set = expand_lanes(case)
     for engine in engines:
         require_scene(case_asked(case, engine), lane_set, plain_name(engine))
@@ -189,6 +183,17 @@ def run_validation(
         pairs=tuple(_pair(a, b, tests, records) for a, b in pairs),
         options=options.without_progress(),
     )
+
+
+def _require_engines(engines: Sequence[str], options: RunOptions) -> None:
+    """Refuses engines that nobody knows, that are not there, or that are named twice."""
+    require_known(engines, [*ENGINES, *PROGRAMS])
+    require_programs(map(plain_name, engines))
+    if len(set(engines)) < len(engines):
+        raise InputError(OPTION, "", ", ".join(engines), "must be named once each")
+    for engine in engines:
+        if plain_name(engine) in ENGINES:
+            require_options(plain_name(engine), options)
 
 
 def _answer(

@@ -132,13 +132,7 @@ def reproduce(
     if len(targets) > 1:
         others = [batch for name in targets if name in _BATCHES for batch in _BATCHES[name](runs)]
         runs.warm_up(_engines_of(targets), others)
-    found: dict[str, Reproduction] = {}
-    # What tells of run times comes first and has the machine for itself.
-    for name in sorted(targets, key=lambda name: name not in _TIMED):
-        if name not in _TIMED and len(found) == len(_TIMED.intersection(targets)):
-            runs.run_ahead(_ensembles(targets, runs))
-        found[name] = _MAKERS[name](name, runs, folder)
-    parts = [found[name] for name in targets]
+    parts = _made(targets, runs, folder)
     if drawings is not None:
         drawings += [drawing for part in parts for drawing in part.drawings]
     rows = [row for part in parts for row in part.rows]
@@ -155,6 +149,16 @@ def reproduce(
         "conflicts": [dataclasses.asdict(c) for c in sorted(named, key=lambda c: c.item)],
         "files": [str(file) for part in parts for file in part.files],
     }
+
+
+def _made(targets: Sequence[str], runs: PaperRuns, folder: pathlib.Path) -> list[Reproduction]:
+    """Every target; what tells of run times comes first and has the machine for itself."""
+    found: dict[str, Reproduction] = {}
+    for name in sorted(targets, key=lambda name: name not in _TIMED):
+        if name not in _TIMED and len(found) == len(_TIMED.intersection(targets)):
+            runs.run_ahead(_ensembles(targets, runs))
+        found[name] = _MAKERS[name](name, runs, folder)
+    return [found[name] for name in targets]
 
 
 _BATCHES: dict[str, Callable[[PaperRuns], list[Batch]]] = {
