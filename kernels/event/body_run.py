@@ -163,14 +163,10 @@ LaneInt = wp.types.vector(length=LANES, dtype=int)
 
 @wp.kernel
 def run_lanes(
-    blocks: wp.array(dtype=Body),
-    corners: wp.array2d(dtype=Corner),
-    motions: wp.array(dtype=Motion),
-    pool: wp.array2d(dtype=real),
-    sample_times: wp.array(dtype=real),
-    knobs: Knobs,
-    found: Found,
-):
+    blocks: wp.array(dtype=Body), corners: wp.array2d(dtype=Corner),
+    motions: wp.array(dtype=Motion), pool: wp.array2d(dtype=real),
+    sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
+):  # fmt: skip
     """Runs LANES lanes a thread, which take their steps side by side."""
     first = wp.tid() * LANES
     # By names of their own: read off the struct they would keep the loop over lanes scalar.
@@ -183,13 +179,11 @@ def run_lanes(
     time, base, cap, begun, theta0, omega0 = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     slide0, gap0, vx0, vz0 = Lane(), Lane(), Lane(), Lane()
     peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
-    left, right = Lane(), Lane()
-    uplift_time, rest_time, loss = Lane(), Lane(), Lane()
+    uplift_time, rest_time, loss, left, right = Lane(), Lane(), Lane(), Lane(), Lane()
     segment, mode, impacts, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
     corner, last, about = LaneInt(), LaneInt(), LaneInt()
-    edges = corners.shape[0] - 1
     for i in range(LANES):
-        for k in range(edges):
+        for k in range(corners.shape[0] - 1):
             corner[i] = corner[i] + is_past(blocks[first + i].start, corners[k, first + i].angle)
             last[i] = last[i] + is_past(HALF_PI, corners[k, first + i].angle)
         start_lane(
@@ -257,9 +251,8 @@ def run_lanes(
                 busy = busy + wp.where(mode[i] < OVERTURNED and time[i] < until, 1, 0)
         if rotations.shape[0] > 0:
             for i in range(LANES):
-                rotations[sample, 0, first + i] = rotation_at(
-                    until, time[i], theta[i], begun[i], theta0[i], omega0[i]
-                )
+                at = rotation_at(until, time[i], theta[i], begun[i], theta0[i], omega0[i])
+                rotations[sample, 0, first + i] = at
         if places.shape[0] > 0:
             for i in range(LANES):
                 spot, level = place_at(
@@ -270,9 +263,8 @@ def run_lanes(
                 places[sample, 0, 0, first + i] = spot
                 places[sample, 0, 1, first + i] = level
     for i in range(LANES):
-        results[first + i] = Result(
-            uplift_time[i], rest_time[i], loss[i], deepest[i], impacts[i], mode[i], steps[i]
-        )
+        results[first + i] = Result(uplift_time[i], rest_time[i], loss[i], deepest[i], impacts[i],
+            mode[i], steps[i])  # fmt: skip
         sides[0, first + i] = left[i]
         sides[1, first + i] = right[i]
         leaves[0, first + i] = BlockResult(slide[i], peak[i], peak_time[i], peak_slide[i])

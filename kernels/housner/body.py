@@ -253,6 +253,28 @@ def overshot(live: bool, excess: real, omega: real, tau: real, cap: real):
 
 
 @wp.func
+def step_friction(
+    body: Body, foot: Foot, rocking: bool, needed: real, theta: real, omega: real, end_omega: real,
+    tau: real,
+    t2: real, t3: real, t4: real, t5: real, t6: real, t7: real, t8: real,
+    c2: real, c3: real, c4: real, c5: real, c6: real, c7: real, c8: real,
+    s2: real, s3: real, s4: real, s5: real, s6: real, s7: real, s8: real,
+    a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real,
+) -> real:  # fmt: skip
+    """The larger of a friction and what a step of length tau needs."""
+    n0, n1, n2, n3, n4, n5, n6, f0, f1, f2, f3, f4, f5, f6 = force_series(
+        body.gravity, body.radius, foot.reach, t2, t3, t4, t5, t6, t7, t8,
+        c2, c3, c4, c5, c6, c7, c8, s2, s3, s4, s5, s6, s7, s8, a0, a1, a2, a3, a4, a5, a6,
+    )  # fmt: skip
+    side = sign_of(theta)
+    fall = wp.where(theta < real(0.0), body.fall_left, body.fall_right)
+    return needed_in_step(
+        needed, rocking, fall, side * theta, side * omega, side * end_omega, tau,
+        n0, n1, n2, n3, n4, n5, n6, f0, f1, f2, f3, f4, f5, f6,
+    )  # fmt: skip
+
+
+@wp.func
 def advance(
     body: Body, foot: Foot, behind: Edge, last: int,
     m: Motion, sample: real, sample_slope: real, until: real,
@@ -261,16 +283,7 @@ def advance(
 ):  # fmt: skip
     """The way of one lane to its next event, or at most to `until`.
 
-    Args:
-        body: The body.
-        foot: The foot that it turns about.
-        behind: The edge behind that foot, on which it lies at rest.
-        last: Number of the last foot.
-        m: Ground motion.
-        sample: Acceleration of a record's segment.
-        sample_slope: Its slope.
-        until: Where a step ends at the latest.
-        theta: The lane's state from here on, as in the head of the file.
+    `behind` is the edge behind the foot, on which a body at rest lies; `last` the last foot.
 
     Returns:
         Rotation, its rate and the time at the end; the base acceleration there; whether the event
@@ -303,15 +316,9 @@ def advance(
     omega1 = slope_at(omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
     excess = wp.where(upper, foot.low - theta1, theta1 - foot.high)
     past, tau, cap1 = overshot(live, wp.where(rocking, excess, zero), omega1, tau, cap1)
-    n0, n1, n2, n3, n4, n5, n6, f0, f1, f2, f3, f4, f5, f6 = force_series(
-        body.gravity, body.radius, foot.reach, t2, t3, t4, t5, t6, t7, t8,
+    needed1 = step_friction(
+        body, foot, rocking, needed, theta, omega, omega1, tau, t2, t3, t4, t5, t6, t7, t8,
         c2, c3, c4, c5, c6, c7, c8, s2, s3, s4, s5, s6, s7, s8, a0, a1, a2, a3, a4, a5, a6,
-    )  # fmt: skip
-    side = sign_of(theta)
-    fall = wp.where(theta < zero, body.fall_left, body.fall_right)
-    needed1 = needed_in_step(
-        needed, rocking, fall, side * theta, side * omega, side * omega1, tau,
-        n0, n1, n2, n3, n4, n5, n6, f0, f1, f2, f3, f4, f5, f6,
     )  # fmt: skip
     reaches = rocking and crossed and not past
     end = wp.where(upper, foot.high, foot.low)

@@ -95,14 +95,10 @@ LaneInt = wp.types.vector(length=LANES, dtype=int)
 
 @wp.kernel
 def run_lanes(
-    blocks: wp.array(dtype=Body),
-    corners: wp.array2d(dtype=Corner),
-    motions: wp.array(dtype=Motion),
-    pool: wp.array2d(dtype=real),
-    sample_times: wp.array(dtype=real),
-    knobs: Knobs,
-    found: Found,
-):
+    blocks: wp.array(dtype=Body), corners: wp.array2d(dtype=Corner),
+    motions: wp.array(dtype=Motion), pool: wp.array2d(dtype=real),
+    sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
+):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
     first = wp.tid() * LANES
     # By names of their own: read off the struct they would keep the loop over lanes scalar.
@@ -113,12 +109,10 @@ def run_lanes(
     places = found.places
     x, z, theta, vx, vz, omega = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     nl, fl, nm, fm, nr, fr = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    loss, base, slide = Lane(), Lane(), Lane()
+    loss, base, slide, left, right = Lane(), Lane(), Lane(), Lane(), Lane()
     given, jolt, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
-    peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
-    left, right = Lane(), Lane()
-    uplift_time, moved, since = Lane(), Lane(), Lane()
-    impacts, mode, steps = LaneInt(), LaneInt(), LaneInt()
+    peak, peak_time, peak_slide, deepest, steps = Lane(), Lane(), Lane(), Lane(), LaneInt()
+    uplift_time, moved, since, impacts, mode = Lane(), Lane(), Lane(), LaneInt(), LaneInt()
     apart_l, apart_m, apart_r, low, last = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
     edges = corners.shape[0] - 1
     for i in range(LANES):

@@ -199,13 +199,14 @@ def _records(values: LaneValues, table: str, start: Array) -> Motions:
 
     records = case_records(values.case)
     before = [key for key, _ in _record_names(values)].index(f"{table}.record")
-    # The lanes asked for may follow few of them.
-    used, codes = np.unique(before + values.texts(f"{table}.record")[1], return_inverse=True)
-    records = [records[each] for each in used]
+    codes = before + values.texts(f"{table}.record")[1]
     peaks = np.array([record.peak_acceleration for record in records])
     spectral = _spectral(values, table, records)
     scale = _scale(values, table, peaks[codes], None if spectral is None else spectral[codes])
-    motions = record_motions(records, index=codes, scale=scale, start=start)
+    # The lanes asked for may follow few of them.
+    used, index = np.unique(codes, return_inverse=True)
+    followed = [records[each] for each in used]
+    motions = record_motions(followed, index=index, scale=scale, start=start)
     columns: dict[str, object] = {"record": values.column(f"{table}.record")}
     for name in _PROVENANCE:
         columns[f"record_{name}"] = _words([getattr(each, name) for each in records], codes)

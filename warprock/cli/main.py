@@ -146,6 +146,7 @@ def _after_run(
     case_run: CaseRun, case_name: str, overrides: tuple[str, ...], folder: pathlib.Path | None
 ) -> str:
     """The command to try after a run."""
+    from warprock.engines import engine_class
     from warprock.model.response import Outcome
 
     if folder is None:
@@ -156,7 +157,10 @@ def _after_run(
         return f"warprock fragility {folder}"
     if case_run.case.sample_times.interval is not None and "animate" in main.commands:
         return f"warprock animate {folder} --lane 0"
-    return f"warprock compare {case} -e {case_run.response.engine} -e impulse"
+    ran, scene = case_run.response.engine, case_run.lane_set.scene
+    others = (name for name in ("impulse", "event", "housner") if name != ran)
+    beside = next((n for n in others if engine_class(n).supports(scene) is None), ran)
+    return f"warprock compare {case} -e {ran} -e {beside}"
 
 
 def _end(ctx: click.Context, case_run: CaseRun, max_bad: float | None) -> None:

@@ -81,6 +81,8 @@ class Dem(AbstractEngine):
     lane has lifted there once an interface gapes from the middle to three quarters of the way to
     the corner that is pressed most: about an edge that is when it does in the plane. A
     block that rocks over corners chatters on weakly damped springs: there no order shows.
+    A body in space stands on a spring under each of its points, which have equal parts of the area
+    of its base: a box of two sub-contacts along and across.
     """
 
     name: ClassVar[str] = "dem"

@@ -60,6 +60,9 @@ class Event(AbstractEngine):
     impacts, too, and first order where they
     slide or an edge lets go of an end: that is not located there.
 
+    Bodies in space stand on up to 64 points (kernels/event_space/space_body.py), one lane a thread:
+    second order while points stick, through impacts, too, and first where they slide.
+
     Bodies on contact points in the plane, whose corners may be rounded, have kernels of their own
     (kernels/event/body.py); so have single blocks of which the angular restitution is prescribed.
     An impact on the other corner of what a body stands on at first leaves that part of the angular

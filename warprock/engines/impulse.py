@@ -40,6 +40,9 @@ class Impulse(AbstractEngine):
     carried; a stack rocks while a point is open by more than a step of falling makes. What the base
     supplied is the most that a lane can have there. Where the law of friction lets all contacts of
     a single block be stopped together, they are, at once; the sweeps solve what slides or leaves.
+    A body in space stands on up to 64 points. It rocks while a point that it stood on has parted
+    and the points that carry do not span a plane, and is at rest on whatever points it came to
+    lie on.
     """
 
     name: ClassVar[str] = "impulse"
