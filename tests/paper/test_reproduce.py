@@ -24,6 +24,7 @@ from warprock.model.response import (
     Response,
 )
 from warprock.paper import reproduce as module
+from warprock.paper import runs as paper_runs
 from warprock.paper import stack as reproduce_stack
 from warprock.paper.conflicts import slip_deceleration
 from warprock.paper.printed import PAPER_COLUMNS, paper_table
@@ -250,9 +251,18 @@ def test_all_makes_every_target_and_runs_a_case_once(tmp_path, answered, monkeyp
     for name in ("fig12", "fig13", "fig14", "fig15"):
         monkeypatch.setitem(module._MAKERS, name, reproduce_stack._figure(lambda _runs: []))
     monkeypatch.setattr(reproduce_stack.figures, "collapse", lambda _runs: [])
+    built = set()
+    monkeypatch.setattr(
+        paper_runs,
+        "warm_up_together",
+        lambda batches: built.update(e.module_of(*given).__name__ for e, *given in batches),
+    )
     done = []
     found = reproduce("all", tmp_path, progress=done.append, members=2)
     assert {row["target"] for row in found["rows"]} == set(GROUPS["all"])
+    # Those of the study, of the springs and of the run times, too.
+    for part in ("still__1000__1", "dem.stack_run__float64__harmonic__20", "xpbd.stack_run"):
+        assert any(part in name for name in built), part
     assert len(runs) == len(set(runs))
     # What is compiled beforehand is what runs.
     known = module._engines_of(GROUPS["all"])
