@@ -54,7 +54,8 @@ def _commands(text: str) -> list[str]:
     found = re.findall(r"`(warprock [^`]+)`", _FENCE.sub("", text))
     for _, head, body in _FENCE.findall(text):
         if head.startswith("{not-run}"):
-            found += re.findall(r"^(?:\S*/bin/)?(warprock .*)$", body, re.M)
+            whole = body.replace("\\\n", " ")
+            found += re.findall(r"^(?:\S*/bin/)?(warprock .*)$", whole, re.M)
     return found
 
 

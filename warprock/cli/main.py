@@ -146,8 +146,8 @@ def _after_run(
     case_run: CaseRun, case_name: str, overrides: tuple[str, ...], folder: pathlib.Path | None
 ) -> str:
     """The command to try after a run."""
-    from warprock.engines import engine_class
     from warprock.model.response import Outcome
+    from warprock.run.engine_choice import another_engine
 
     if folder is None:
         return f"{asked_command()} -o results"
@@ -158,9 +158,7 @@ def _after_run(
     if case_run.case.sample_times.interval is not None and "animate" in main.commands:
         return f"warprock animate {folder} --lane 0"
     ran, scene = case_run.response.engine, case_run.lane_set.scene
-    others = (name for name in ("impulse", "event", "housner") if name != ran)
-    beside = next((n for n in others if engine_class(n).supports(scene) is None), ran)
-    return f"warprock compare {case} -e {ran} -e {beside}"
+    return f"warprock compare {case} -e {ran} -e {another_engine(ran, scene)}"
 
 
 def _end(ctx: click.Context, case_run: CaseRun, max_bad: float | None) -> None:

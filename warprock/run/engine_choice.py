@@ -4,8 +4,8 @@ The rule, in this order:
 
 1. `event` for stacks and for blocks in space.
 2. `event` where a block slides before it rocks (friction < tan(slenderness angle)).
-3. `housner` where the case prescribes how much angular velocity an impact leaves, for no contact
-   engine can be told.
+3. `housner` where the case prescribes how much angular velocity an impact leaves: that is its law;
+   contact engines have one of their own, and `event` puts the prescribed one in its place.
 4. `housner` runs on the lanes, on 1,000 spread evenly over a larger case. If one of them is outside
    its model, because the block would slide or its base would have to pull it, `event`.
 5. Else `housner`: it has no error of a time step, and is the cheapest.
@@ -26,6 +26,7 @@ from warprock.engines import engine_class
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.response import SampleTimes, Status
+from warprock.model.scene import SceneKind
 from warprock.run.batch import run_batch
 from warprock.run.devices import start_warp
 
@@ -89,6 +90,9 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
     declined = engine_class(CONTACT).supports(scene)
     if declined is not None:
         return EngineChoice(ANALYTICAL, declined)
+    if scene.restitution_given:
+        why = "the case prescribes what an impact leaves (contact.angular_restitution)"
+        return EngineChoice(ANALYTICAL, why)
     runs = np.array(judged_lanes(len(lanes) * len(factors)))
     chosen, factor = runs // len(factors), np.asarray(factors)[runs % len(factors)]
     ends = np.broadcast_to(lane_set.ends, len(lanes))[chosen]
@@ -104,6 +108,12 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
         return EngineChoice(CONTACT, why, outside)
     why = f"in {part} Housner's block would slide or be pulled"
     return EngineChoice(ANALYTICAL, why, outside)
+
+
+def another_engine(ran: str, scene: SceneKind) -> str:
+    """An engine to hold a run against: another one that can do its scene; else the same."""
+    others = (name for name in ("impulse", CONTACT, ANALYTICAL) if name != ran)
+    return next((name for name in others if engine_class(name).supports(scene) is None), ran)
 
 
 def outside_model(lanes: Lanes, motions: GroundMotions, ends: npt.NDArray[np.float64]) -> int:
