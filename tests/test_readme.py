@@ -11,6 +11,7 @@ import shutil
 import subprocess
 from typing import Any
 
+import trimesh
 from click.testing import CliRunner
 
 from warprock.cli.main import main
@@ -91,7 +92,8 @@ def test_the_python_of_the_readme_runs():
 
 
 def test_the_commands_of_the_readme_run(tmp_path: pathlib.Path):
-    """As they stand there, with fewer lanes."""
+    """As they stand there, with fewer lanes, and a box for a statue."""
+    trimesh.creation.box((0.4, 0.3, 1.0)).export(tmp_path / "statue.ply")
     (text,) = re.findall(r"^```sh\n(.*?)\n```$", README, re.M | re.S)
     with contextlib.chdir(tmp_path):
         for line in text.splitlines():
