@@ -242,7 +242,9 @@ class File(_Shown):
         """Nodes of the file, its name above it."""
         self.outcome()
         path = self.arguments[0]
-        language = {"toml": "toml", "py": "python", "csv": "text"}[path.rpartition(".")[2]]
+        language = {"toml": "toml", "py": "python", "csv": "text", "txt": "text"}[
+            path.rpartition(".")[2]
+        ]
         return [self.code("\n".join(self.content), language, path)]
 
 
