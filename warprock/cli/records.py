@@ -127,8 +127,8 @@ def import_command(
     A raw file: --step "mean 20 s" --step "bandpass 0.1 Hz, 25 Hz" --step "trim 20 s,
     90 s" --step "taper 2 s, 5 s".
 
-    Several files, a pattern in quotes ("raw/Test???.txt") or a folder are written to the folder OUTPUT,
-    each under its own name.
+    Several files, a pattern in quotes ("raw/T???.txt") or a folder are written to the folder
+    OUTPUT, each under its own name.
     """
     from warprock.records.column_file import Reading
     from warprock.records.importing import (
