@@ -49,7 +49,7 @@ ROOMS = (
     _room(
         "kernels",
         """Warp only: physics in wp.func, loops over lanes in wp.kernel; one folder a scheme,
-        `block` in the plane, `stack` of blocks, `space`, and `*_run` for the loop over lanes""",
+        `NAME_space` in space; `block`, `body`, `stack` in each, `*_run` for the loop over lanes""",
         "",
         "warp",
     ),

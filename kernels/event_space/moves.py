@@ -8,8 +8,8 @@ import warp as wp
 
 from warprock.kernels.event.block import first_root
 from warprock.kernels.event_space.contact import BOX, EDGE, FLAT, Body, Two, along
-from warprock.kernels.shape.space import Block, matrix_of, turn_freely
 from warprock.kernels.shape.stack import Matrix, Three
+from warprock.kernels.shape_space.block import Block, matrix_of, turn_freely
 
 SIDES = 6 if BOX else 5
 """Ways in which a resting block may begin to move, see `lack_of`."""

@@ -1,23 +1,23 @@
 """The event step in space in which nothing happens, as vector code.
 
 Most steps meet no event: the block lies flat on a base that does not move it, or turns about a
-corner or an edge that stick. What touches is a hinge then, and the step of event_space/space.py has
+corner or an edge that stick. What touches is a hinge then, and the step of event_space/block.py has
 nothing to choose from. `rolled` takes it, and tells whether it was right to: it was not where
 something slides, lifts, lets go of one of its ends or falls over, or comes near to it. If a corner
 lands inside, it tells when. All that depends on the lane alone.
 
-Formulas are those of event_space/space.py, in the block's own axes where that is less work: both
+Formulas are those of event_space/block.py, in the block's own axes where that is less work: both
 give the same to round-off. Friction is the cone.
 """
 
 import warp as wp
 
+from warprock.kernels.event_space.block import NEARLY
 from warprock.kernels.event_space.contact import EDGE, FLAT
 from warprock.kernels.event_space.moves import GRAIN, Four, corner_event, cut_to, swung_by
-from warprock.kernels.event_space.space import NEARLY
 from warprock.kernels.event_space.trial import Base, Limits
-from warprock.kernels.shape.space import Block, matrix_of
 from warprock.kernels.shape.stack import Matrix, Three
+from warprock.kernels.shape_space.block import Block, matrix_of
 
 SPARE = by_precision(1.0e-3, 1.0e-1)
 """Part of its friction that an end of an edge must have left at the end of a step for it not to let

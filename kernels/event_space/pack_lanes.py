@@ -7,13 +7,13 @@ would make no vector code.
 
 import warp as wp
 
+from warprock.kernels.event_space.block_run import Seen
 from warprock.kernels.event_space.moves import Four
 from warprock.kernels.event_space.pack import Hinge
-from warprock.kernels.event_space.space_run import Seen
 from warprock.kernels.event_space.trial import State
-from warprock.kernels.shape.space import Block
-from warprock.kernels.shape.space_found import BlockResult
 from warprock.kernels.shape.stack import Three
+from warprock.kernels.shape_space.block import Block
+from warprock.kernels.shape_space.block_found import BlockResult
 
 X, Q, V, W, TURN, Q0, W0, BASE = 0, 3, 7, 10, 13, 16, 20, 23
 LEVER, MOBILITY, MIXED, WAY, OPEN = 26, 29, 32, 35, 38

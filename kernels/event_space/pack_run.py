@@ -10,6 +10,19 @@ code of them. A step about a hinge, which has no cases to choose from, is quicke
 
 import warp as wp
 
+from warprock.kernels.event_space.block import TOGETHER, step
+from warprock.kernels.event_space.block_run import (
+    Seen,
+    attitude_at,
+    block_result,
+    lane_result,
+    observe,
+    observe_start,
+    peaks_at,
+    place_at,
+    start,
+    turning,
+)
 from warprock.kernels.event_space.contact import FLAT, FLYING
 from warprock.kernels.event_space.lane import Knobs, Lane
 from warprock.kernels.event_space.moves import Four, swung_by
@@ -57,26 +70,13 @@ from warprock.kernels.event_space.pack_lanes import (
     state_of,
     three,
 )
-from warprock.kernels.event_space.space import TOGETHER, step
-from warprock.kernels.event_space.space_run import (
-    Seen,
-    attitude_at,
-    block_result,
-    lane_result,
-    observe,
-    observe_start,
-    peaks_at,
-    place_at,
-    start,
-    turning,
-)
 from warprock.kernels.event_space.trial import Limits, State, next_step
 from warprock.kernels.instance import BRANCHES, CPU_FLAGS
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
-from warprock.kernels.shape.space import Block, slide_of
-from warprock.kernels.shape.space_found import BlockResult, Found, Result  # noqa: F401
 from warprock.kernels.shape.stack import Three
+from warprock.kernels.shape_space.block import Block, slide_of
+from warprock.kernels.shape_space.block_found import BlockResult, Found, Result  # noqa: F401
 
 wp.set_module_options(
     BRANCHES

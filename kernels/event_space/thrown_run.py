@@ -1,18 +1,15 @@
 """Runs of the event step over blocks in space that start in motion, one lane a thread.
 
-As event_space/space_run.py, but for the start, where what moves into the base meets it (an
+As event_space/block_run.py, but for the start, where what moves into the base meets it (an
 inelastic impact), and for blocks that tumble: between two steps the face that looks down becomes
-the bottom (shape/thrown.py), so that the step knows of no other. Their slide is the way of their
-centre along the base.
+the bottom (shape_space/thrown.py), so that the step knows of no other. Their slide is the way of
+their centre along the base.
 """
 
 import warp as wp
 
-from warprock.kernels.event_space.contact import FLAT, FLYING, Corners, mask_of, stance_of
-from warprock.kernels.event_space.lane import Knobs, Lane
-from warprock.kernels.event_space.moves import Four, body_at
-from warprock.kernels.event_space.space import DUST, TOGETHER, solve, step
-from warprock.kernels.event_space.space_run import (
+from warprock.kernels.event_space.block import DUST, TOGETHER, solve, step
+from warprock.kernels.event_space.block_run import (
     Seen,
     attitude_at,
     block_result,
@@ -23,14 +20,17 @@ from warprock.kernels.event_space.space_run import (
     place_at,
     start,
 )
+from warprock.kernels.event_space.contact import FLAT, FLYING, Corners, mask_of, stance_of
+from warprock.kernels.event_space.lane import Knobs, Lane
+from warprock.kernels.event_space.moves import Four, body_at
 from warprock.kernels.event_space.trial import Limits, State, kinetic_energy
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED, UNSOLVED
 from warprock.kernels.motion import Motion, sample_index
-from warprock.kernels.shape.space import Block
-from warprock.kernels.shape.space_found import BlockResult, Found, Result  # noqa: F401
 from warprock.kernels.shape.stack import Three
-from warprock.kernels.shape.thrown import Throw, after, leans, new_axes, old_corner, renamed
+from warprock.kernels.shape_space.block import Block
+from warprock.kernels.shape_space.block_found import BlockResult, Found, Result  # noqa: F401
+from warprock.kernels.shape_space.thrown import Throw, after, leans, new_axes, old_corner, renamed
 
 wp.set_module_options(BRANCHES)
 

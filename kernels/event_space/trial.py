@@ -1,7 +1,7 @@
 """What a step of the event engine in space starts from.
 
 State, base and limits of a lane, and where inside a step an edge lets go of an end; the scheme is
-in event_space/space.py.
+in event_space/block.py.
 """
 
 import warp as wp
@@ -10,11 +10,11 @@ from warprock.kernels.event.block import base_change
 from warprock.kernels.event_space.contact import FLAT, Body, Corners, Held
 from warprock.kernels.event_space.moves import Four, body_at, turned
 from warprock.kernels.motion import Motion, knot_step, knot_time, series
-from warprock.kernels.shape.space import Block
 from warprock.kernels.shape.stack import Three
+from warprock.kernels.shape_space.block import Block
 
 if FRICTION == "box":
-    from warprock.kernels.event_space.box import directions, projected, solve_as_before
+    from warprock.kernels.event_space.box_friction import directions, projected, solve_as_before
 else:
     from warprock.kernels.event_space.law import directions, projected, solve_as_before
 

@@ -120,8 +120,8 @@ def test_packed_kernel_is_vectorised() -> None:
 def test_only_the_cone_is_packed() -> None:
     for box, form, file in (
         (False, Form.PACKED, "event_space/pack_run"),
-        (False, Form.PLAIN, "event_space/space_run"),
-        (True, Form.PACKED, "event_space/space_run"),
+        (False, Form.PLAIN, "event_space/block_run"),
+        (True, Form.PACKED, "event_space/block_run"),
     ):
         engine = Event(EventSettings(friction_box=box), Target(form=form))
         assert engine.kernel_of(crooked_lanes(1)).file == file

@@ -22,8 +22,8 @@ from warprock.model.pose import (
 )
 
 real = wp.float64
-turn_freely = kernel_module("shape/space", precision="float64").turn_freely
-matrix_of = kernel_module("shape/space", precision="float64").matrix_of
+turn_freely = kernel_module("shape_space/block", precision="float64").turn_freely
+matrix_of = kernel_module("shape_space/block", precision="float64").matrix_of
 wp.set_module_options(module_options())
 
 EPS = 1e-14

@@ -123,7 +123,7 @@ def _leaned(x: Array, z: Array, rotation: Array) -> tuple[Array, Array]:
 
 
 def spatial_columns(lanes: Lanes) -> dict[str, Array]:
-    """Fields of the struct `Block` of kernels/shape/space.py, shape [lane, block] each."""
+    """Fields of the struct `Block` of kernels/shape_space/block.py, shape [lane, block] each."""
     stacks = cast(SpatialLanes, as_stacks(lanes))
     width, depth, height = stacks.width, stacks.depth, stacks.height
     position, attitude = start_poses(stacks)
@@ -165,7 +165,7 @@ def start_columns(lanes: Lanes) -> dict[str, npt.NDArray[Any]]:
 
 
 def throw_columns(lanes: Lanes) -> dict[str, npt.NDArray[Any]]:
-    """Fields of the struct `Throw` of kernels/shape/thrown.py, shape [lane] each."""
+    """Fields of the struct `Throw` of kernels/shape_space/thrown.py, shape [lane] each."""
     count = lanes.lane_count
     release = lanes.release or Release(np.zeros((count, 3)), np.zeros((count, 3)))
     found: dict[str, npt.NDArray[Any]] = {

@@ -110,10 +110,10 @@ class Dem(AbstractEngine):
             return Kernel("dem/stack_run", lanes=lanes, iterations=settings.subcontacts)
         if scene.bodies or scene.moving:
             friction = "box" if settings.friction_box else "cone"
-            return Kernel("dem/space_body_run", lanes=lanes, friction=friction)
+            return Kernel("dem_space/body_run", lanes=lanes, friction=friction)
         pairs = point_pairs(settings.subcontacts, settings.subcontacts_across).shape[1]
         friction = "box" if settings.friction_box else "cone"
-        return Kernel("dem/space_stack_run", lanes=lanes, iterations=pairs, friction=friction)
+        return Kernel("dem_space/stack_run", lanes=lanes, iterations=pairs, friction=friction)
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step of every lane [s], from its stiffest mode and the damping."""

@@ -77,7 +77,7 @@ class SpatialSprings:
 
     @classmethod
     def of(cls, lanes: Lanes, settings: DemSettings) -> Self:
-        """Points spread over each interface, as kernels/dem/space_stack_meet.py does."""
+        """Points spread over each interface, as kernels/dem_space/stack_meet.py does."""
         columns = spatial_columns(lanes)
         a, b, share, kind = point_pairs(settings.subcontacts, settings.subcontacts_across)
         a, b, share = np.r_[-a, a], np.r_[-b, b], np.r_[share, share]

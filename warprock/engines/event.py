@@ -55,12 +55,12 @@ class Event(AbstractEngine):
     angle on either side; at rest it lifts or slides as the contact law says. Its penetration is
     what the end of a step puts back on the base: drift, of third order in the step, and landings
     that it misses by a part of the step. Single blocks in space have four corners, and kernels of
-    their own (kernels/event_space/space.py). So have stacks in space
-    (kernels/event_space/space_stack.py), which are second order while contacts stick, through
+    their own (kernels/event_space/block.py). So have stacks in space
+    (kernels/event_space/stack.py), which are second order while contacts stick, through
     impacts, too, and first order where they
     slide or an edge lets go of an end: that is not located there.
 
-    Bodies in space stand on up to 64 points (kernels/event_space/space_body.py), one lane a thread:
+    Bodies in space stand on up to 64 points (kernels/event_space/body.py), one lane a thread:
     second order while points stick, through impacts, too, and first where they slide.
 
     Bodies on contact points in the plane, whose corners may be rounded, have kernels of their own
@@ -110,15 +110,15 @@ class Event(AbstractEngine):
             return Kernel(file, lanes=self.target.lanes)
         friction = "box" if self.settings.friction_box else "cone"
         if scene.stacked:
-            return Kernel("event_space/space_stack_run", friction=friction)
+            return Kernel("event_space/stack_run", friction=friction)
         if scene.bodies:
             rows = point_rows(scene)
-            return Kernel("event_space/space_body_run", friction=friction, points=rows)
+            return Kernel("event_space/body_run", friction=friction, points=rows)
         if scene.moving:
             return Kernel("event_space/thrown_run", friction=friction)
         if self.target.kernel_form is Form.PACKED and friction == "cone":
             return Kernel("event_space/pack_run", lanes=PACK)
-        return Kernel("event_space/space_run", friction=friction)
+        return Kernel("event_space/block_run", friction=friction)
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step that every lane may take [s]: also cut at the knots of a record."""

@@ -62,12 +62,12 @@ class Impulse(AbstractEngine):
         if scene.spatial:
             friction = "box" if self.settings.friction_box else "cone"
             if scene.stacked:
-                return Kernel("impulse/space_stack_run", friction=friction)
+                return Kernel("impulse_space/stack_run", friction=friction)
             if scene.bodies:
-                return Kernel("impulse/space_body_run", lanes=lanes, friction=friction)
+                return Kernel("impulse_space/body_run", lanes=lanes, friction=friction)
             if scene.moving or self.settings.restitution > 0.0:
-                return Kernel("impulse/thrown_run", friction=friction)
-            return Kernel("impulse/space_run", lanes=lanes, friction=friction)
+                return Kernel("impulse_space/thrown_run", friction=friction)
+            return Kernel("impulse_space/block_run", lanes=lanes, friction=friction)
         if scene.stacked:
             return Kernel("impulse/stack_run", lanes=lanes, iterations=sweeps)
         slow = self.target.form is None and sweeps > MAX_UNROLL

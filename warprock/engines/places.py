@@ -3,7 +3,7 @@
 Kernels whose blocks slide tell where their centres of mass are. Of blocks that do not slide the
 rotations tell it. The slide follows from the place and the rotation, by the law that the kernels
 observe it by: in the plane `place_on` of kernels/shape/interface.py, in space `slide_of` of
-kernels/shape/space.py.
+kernels/shape_space/block.py.
 """
 
 from __future__ import annotations

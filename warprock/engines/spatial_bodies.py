@@ -1,4 +1,4 @@
-"""Bodies in space as the kernels take them: rows of the structs of kernels/shape/space_body.py."""
+"""Bodies in space as the kernels take them: rows of the structs of kernels/shape_space/body.py."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def spatial_inputs(lanes: Lanes) -> dict[str, dict[str, Array]]:
 
 
 def _body_columns(lanes: Lanes) -> dict[str, Array]:
-    """Fields of the struct `Block` of kernels/shape/space.py, shape [lane, 1] each."""
+    """Fields of the struct `Block` of kernels/shape_space/block.py, shape [lane, 1] each."""
     body, blocks = body_of(lanes), cast(SpatialLanes, lanes)
     height = body.centre_height[:, None]
     columns = spatial_columns(lanes)

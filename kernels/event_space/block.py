@@ -1,0 +1,351 @@
+"""Second-order contact step of one rigid block in space.
+
+The scheme is that of event/block.py, in the frame of the base, for mass 1: position x and velocity
+v of the centre of mass, attitude, angular velocity w with L = I w in the axes of the base. One step
+of length d:
+
+    1. mean motion v_m = v - dV/2 - g d/2 + sum p / 2, I_m w_m = L + sum r x p / 2, with I_m and
+       the corners in the attitude turned on by w d / 2, dV the change of the base velocity in the
+       step, impulses p such that v_m and w_m obey the contact law (event_space/contact.py);
+    2. attitude turned by d w_m, x moved by d v_m, v = 2 v_m - v, L = 2 I_m w_m - L; what touches is
+       put back on the base and, where it sticks, along it (this removes the drift). In flight the
+       turn is that of `turn_freely` in shape_space/block.py: it keeps L to the last bit, the energy
+       within a bound;
+    3. if inside the step an open corner lands, a sliding corner stops, a resting block lifts or the
+       block has overturned, nothing is taken: the next step ends there;
+    4. v and w are projected on the contacts at the end of the step, along their force. Where
+       corners land or the base steps its velocity this is the inelastic impact with friction.
+
+In a plane this is event/block.py, step by step. What holds beyond it:
+
+- Corners within `TOGETHER` of the base at an impact take part in it, and its law decides among
+  them: a corner, an edge, the face. Corners of an edge that are apart by more land one after the
+  other, often by turns, and the smaller their distance, the closer the outcome is to the blow on
+  the edge: what `TOGETHER` saves is events, not a choice between two answers.
+- A corner that after an impact would rise by less than its part of `rest_gap` before it comes back
+  is closed at once, so that blows that follow one another ever faster end.
+- Where an edge lets go of one end, which slides or opens, the friction across the edge that held it
+  ends with a jump: that is located. Where corners open or start to slide otherwise forces go on
+  without a jump, and need not be.
+- Second order holds while corners stick, and where they slide: on curved ways too, as long as they
+  do not come nearly to a stand. There the way turns ever faster; steps are cut down to a hundredth
+  of the longest one, and what is left falls with the step, but not always with its square.
+- Friction as a box has a law of its own (event_space/box_friction.py), which tells its order, too.
+"""
+
+import warp as wp
+
+from warprock.kernels.event.block import first_root
+from warprock.kernels.event_space.contact import (
+    EDGE,
+    FLAT,
+    FLYING,
+    Body,
+    Corners,
+    Held,
+    corner_velocity,
+    mask_of,
+    stance_of,
+)
+from warprock.kernels.event_space.moves import (
+    GRAIN,
+    body_at,
+    corner_event,
+    cut_to,
+    flown,
+    foot,
+    least_lack,
+    levelled,
+    placed,
+    turned,
+    upright,
+)
+from warprock.kernels.event_space.trial import (
+    Base,
+    Limits,
+    State,
+    kinetic_energy,
+    let_go,
+    next_step,
+)
+from warprock.kernels.modes import BROKEN, OVERTURNED, UNSOLVED
+from warprock.kernels.motion import Motion
+from warprock.kernels.shape.stack import Three
+from warprock.kernels.shape_space.block import Block
+
+if FRICTION == "box":
+    from warprock.kernels.event_space.box_friction import (
+        directions,
+        holds_both_ends,
+        projected,
+        sliding_bits,
+        slip_after,
+        solve,
+    )  # fmt: skip
+else:
+    from warprock.kernels.event_space.law import (
+        directions,
+        holds_both_ends,
+        projected,
+        sliding_bits,
+        slip_after,
+        solve,
+    )  # fmt: skip
+
+NEARLY = by_precision(1.0e-7, 1.0e-4)
+"""Part of the longest step by which the time of an event may be missed."""
+TOGETHER = by_precision(1.0e-7, 1.0e-4)
+"""Gap, as a part of the half height, up to which corners take part in an impact elsewhere."""
+DUST = by_precision(1.0e-12, 1.0e-5)
+"""Round-off of a velocity, as a part of the largest."""
+LAST = real(100.0)
+"""Speed at which a flat block's sliding ends, as a multiple of what gravity gives in the time by
+which events may be missed."""
+SOON = real(1.0e-3)
+"""Part of a step by which an uplift may be missed: the error is of its square."""
+
+
+@wp.func
+def closed(block: Block, s: State, body: Body, mask: int) -> State:
+    """The state with corners closed that hardly rise; no time passes."""
+    n = s
+    n.stance = stance_of(mask)
+    n.q = levelled(s.q, n.stance)
+    now = body_at(block, n.q)
+    pinned = mask_of(s.stance)
+    n.x = placed(now, mask_of(n.stance), s.x + foot(body, pinned) - foot(now, pinned))
+    n.slip = wp.where(s.slip == 0, 0, sliding_bits(mask_of(n.stance)))
+    smooth = now
+    # What closes without an impact closes without friction: no energy comes of it.
+    smooth.friction = real(0.0)
+    v1, w1 = projected(smooth, n.stance, n.slip, s.v, s.w)
+    n.v = v1
+    n.w = w1
+    n.lost = s.lost + kinetic_energy(body, s.v, s.w) - kinetic_energy(now, n.v, n.w)
+    n.turn = Three()
+    n.swing = n.w
+    n.cap = NEVER
+    n.taken = True
+    return n
+
+
+@wp.func
+def end_of_step(
+    block: Block, s: State, reached: State, body: Body, base: Base, lands: int, grain: real
+) -> State:
+    """The state at the end of a step: velocities after its impact, or projected on the contacts."""
+    n = reached
+    mask = mask_of(n.stance)
+    struck = lands != 0
+    for axis in range(3):
+        struck = struck or (base.kick[axis] != real(0.0) and mask != 0)
+    v1, w1 = projected(body, n.stance, n.slip, n.v, n.w)
+    v = v1 - base.kick
+    n.v = v
+    n.w = w1
+    if struck:
+        mask = mask | lands
+        for k in range(4):
+            if n.x[2] + body.corners[k, 2] <= TOGETHER * block.half_height:
+                mask = mask | (1 << k)
+        touch = stance_of(mask)
+        pinned = mask_of(n.stance)
+        n.q = levelled(n.q, touch)
+        now = body_at(block, n.q)
+        n.x = placed(now, mask_of(touch), n.x + foot(body, pinned) - foot(now, pinned))
+        h = solve(now, touch, 0, Corners(), v, n.w, grain)
+        n.lost = n.lost + kinetic_energy(now, v, n.w) - kinetic_energy(now, h.v, h.w)
+        # The base's work on the block is at the mean of both velocities: see account.py.
+        n.lost = n.lost - HALF * wp.dot(base.kick, h.v - v)
+        n.v = h.v
+        n.w = h.w
+        n.stance = h.stance
+        n.slip = h.slip
+        n.mode = wp.where(h.fits, n.mode, UNSOLVED)
+        n.impacts = s.impacts + wp.where(lands != 0, 1, 0)
+    return n
+
+
+@wp.func
+def repeated(s: State, cut: real, d: real, near: real) -> State:
+    """The old state where an event lies inside a step, its next step ending there."""
+    n = s
+    n.cap = cut_to(cut, d, near)
+    n.taken = False
+    return n
+
+
+@wp.func
+def later_event(
+    block: Block, limits: Limits, s: State, reached: State, base: Base, body0: Body, body: Body,
+    h: Held, known: real, lands: int,
+) -> real:  # fmt: skip
+    """Length of the step to where a resting block lifts, an edge lets go, the block overturns.
+
+    Or to what is known to come before.
+    """
+    near = NEARLY * limits.longest_step
+    cut = known
+    if s.stance == FLAT and s.slip == 0:
+        e0, e1 = least_lack(body0, limits.gravity, base.first, base.last)
+        if e1 < -SOON * e0 and e0 > -SOON * e1:
+            cut = smaller(cut, first_root(e0, (e1 - e0) / base.d, e1, base.d))
+    on_edge = s.stance >= EDGE and s.stance < FLAT and holds_both_ends(s.stance, s.slip)
+    if on_edge and lands == 0 and cut >= NEVER:
+        cut = let_go(block, limits, s, reached, base, body0, body, h)
+    axis = upright(reached.q)
+    fall = wp.cross(reached.w, axis)[2]
+    left = axis[2] - near * size(fall)
+    if left < -near * size(fall) and base.d > near:
+        axis0 = upright(s.q)
+        e0 = larger(axis0[2] - near * size(fall), real(0.0))
+        cut = smaller(cut, first_root(e0, wp.cross(s.w, axis0)[2], left, base.d))
+    return cut
+
+
+@wp.func
+def after_events(
+    block: Block, limits: Limits, s: State, reached: State, base: Base, body0: Body, body: Body,
+    h: Held, grain: real,
+) -> State:  # fmt: skip
+    """The state after the events of a step, or the old one if one of them lay inside."""
+    near = NEARLY * limits.longest_step
+    dust = GRAIN * block.half_height
+    n = reached
+    cut = TWO * NEVER
+    fastest = real(0.0)
+    faster = real(0.0)
+    lands = int(0)
+    closes = int(0)
+    touched = mask_of(s.stance)
+    held = mask_of(n.stance)
+    for k in range(4):
+        bit = 1 << k
+        u0 = corner_velocity(body0, s.v, s.w, k)
+        u1 = corner_velocity(body, n.v, n.w, k)
+        g1 = n.x[2] + body.corners[k, 2]
+        if (touched & bit) == 0:
+            g0 = s.x[2] + body0.corners[k, 2]
+            there, down, quiet = corner_event(
+                g0, u0[2], g1, u1[2], base.d, near, dust, limits.rest_gap
+            )
+            cut = smaller(cut, there)
+            lands = lands | wp.where(down, bit, 0)
+            closes = closes | wp.where(quiet and s.stance != FLYING, bit, 0)
+        elif (held & bit) == 0:
+            lands = lands | wp.where(g1 <= dust and u1[2] < real(0.0), bit, 0)
+        else:
+            end, left = slip_after(
+                k, block.friction, limits.gravity, limits.longest_step, near, s.slip, n.slip,
+                n.stance, u0, u1, base.d,
+            )  # fmt: skip
+            cut = smaller(cut, end)
+            n.slip = left
+        fastest = larger(fastest, wp.sqrt(u1[0] * u1[0] + u1[1] * u1[1]))
+        faster = larger(faster, wp.sqrt(u0[0] * u0[0] + u0[1] * u0[1]))
+    # A flat block that slows down to next to nothing stops as a whole.
+    slow = fastest <= LAST * near * limits.gravity and fastest <= faster
+    if n.stance == FLAT and s.slip != 0 and slow:
+        n.slip = 0
+    cut = later_event(block, limits, s, n, base, body0, body, h, cut, lands)
+    inside = closes == 0 and cut < NEVER and base.d > near
+    if closes != 0:
+        n = closed(block, s, body0, touched | closes)
+    if inside:
+        n = repeated(s, cut, base.d, near)
+    if closes == 0 and not inside:
+        axis = upright(n.q)
+        over = axis[2] <= TWO * near * size(wp.cross(n.w, axis)[2])
+        n = end_of_step(block, s, n, body, base, lands, grain)
+        n.mode = wp.where(over, OVERTURNED, n.mode)
+    return n
+
+
+@wp.func
+def integrate(block: Block, s: State, b: Base, body0: Body, middle: Body, h: Held):
+    """Where a step's mean motion leads, what touches back on the base; no events, no impacts.
+
+    Returns:
+        The state, and the block in its attitude.
+    """
+    d = b.d
+    n = s
+    n.q = turned(s.q, d * h.w)
+    momentum = body0.inertia * s.w
+    if s.stance == FLYING:
+        n.q = flown(block, s.q, momentum, d)
+    n.q = levelled(n.q, h.stance)
+    body = body_at(block, n.q)
+    held = mask_of(h.stance)
+    n.stance = h.stance
+    n.slip = h.slip
+    n.x = s.x + d * h.v
+    raw = n.x[2]
+    if h.slip == 0 and held != 0:
+        pinned = foot(body0, held) - foot(body, held)
+        n.x = Three(s.x[0] + pinned[0], s.x[1] + pinned[1], raw)
+    n.x = placed(body, held, n.x)
+    n.v = TWO * h.v - s.v
+    n.w = body.inverse * (TWO * (middle.inertia * h.w) - momentum)
+    if h.stance == FLAT and h.slip == 0:
+        n.q = s.q
+        n.x = s.x
+    n.turn = d * h.w
+    n.swing = n.w
+    n.lost = s.lost + TWO * h.work
+    n.time = b.time
+    n.knots = b.knots
+    n.base = s.base + b.change + b.kick
+    n.cap = NEVER
+    n.taken = True
+    n.mode = wp.where(h.fits, s.mode, UNSOLVED)
+    low = real(0.0)
+    for k in range(4):
+        low = smaller(low, raw + body.corners[k, 2])
+    n.deepest = larger(s.deepest, -low)
+    return n, body
+
+
+@wp.func
+def step(
+    block: Block, limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Three, slope: Three,
+    end: real, s: State,
+) -> State:  # fmt: skip
+    """One trial step of one lane, at most to its next knot or to `end`.
+
+    The state after it, unchanged but for `cap` where an event lay inside.
+    """
+    b = next_step(limits, mx, my, mz, value, slope, end, s)
+    d = b.d
+    body0 = body_at(block, s.q)
+    momentum = body0.inertia * s.w
+    flying = s.stance == FLYING
+    q = turned(s.q, s.w * (HALF * d))
+    if flying:
+        q = flown(block, s.q, momentum, HALF * d)
+    middle = body_at(block, q)
+    v = s.v - HALF * b.change - Three(real(0.0), real(0.0), HALF * d * limits.gravity)
+    w = middle.inverse * momentum
+    speed = (
+        wp.length(s.v) + wp.length(s.w) * block.half_height + limits.gravity * limits.longest_step
+    )
+    grain = DUST * speed
+    h = Held()
+    h.v = s.v
+    h.w = s.w
+    h.stance = s.stance
+    h.slip = s.slip
+    h.fits = True
+    # A step without length, to a knot at the present time, changes nothing.
+    if d > TINY:
+        dirs = Corners()
+        if s.slip != 0:
+            dirs = directions(body0, s.v, s.w)
+        h = solve(middle, s.stance, s.slip, dirs, v, w, grain)
+    there, body = integrate(block, s, b, body0, middle, h)
+    n = after_events(block, limits, s, there, b, body0, body, h, grain)
+    if n.time == s.time:
+        n.deepest = s.deepest
+    sound = wp.length(n.x) + wp.length(n.q) + wp.length(n.v) + wp.length(n.w) + n.time
+    n.mode = wp.where(sound - sound == real(0.0), n.mode, BROKEN)
+    return n

@@ -1,0 +1,375 @@
+"""Contact step of a body in space that stands on points, impacts located.
+
+The scheme is that of event_space/stack.py for one body on the ground, for mass 1 and in the
+frame of the base. One step of length d:
+
+    1. the pose d/2 ahead, its contacts: what touched at the start, within `rest_gap`; mean motion
+       v_m = v - dV/2 - g d/2 + sum p / 2, I_m w_m = L + sum r x p / 2, such that v_m and w_m obey
+       the contact law (event_space/body_contact.py);
+    2. attitude turned by d w_m, x moved by d v_m, v = 2 v_m - v, L = 2 I_m w_m - L; in flight the
+       attitude turns freely, see `turn_freely` in shape_space/block.py;
+    3. if inside the step a point lands, or hops by more than `rest_gap`, nothing is taken: the next
+       step ends there;
+    4. points that pushed are put back on the base, and where all of them stick along it, too; v and
+       w are projected on them: what stuck does not move, what slid does not leave or approach.
+       Where points landed or the base steps its velocity, the inelastic impact with friction
+       follows, of all that touches.
+
+A body whose mean motion from rest is none but round-off stands still: its pose stays what it is,
+to the last bit, and on a base at rest it waits in one step. It stands while the points that push
+span a plane; its uplift time is when they no longer do.
+
+Sliding that ends, and points that open, are not located: a point that has come to stick in the mean
+stops at the end of its step. So the scheme is of second order while points stick, through impacts,
+too, and of first where they slide.
+"""
+
+import warp as wp
+
+from warprock.kernels.event.block import first_root
+from warprock.kernels.event_space.body_contact import (
+    HOLD,
+    INSIDE,
+    KEEP,
+    PointInts,
+    Points,
+    Pose,
+    Shape,
+    Touches,
+    among,
+    bit_of,
+    held_motion,
+    levelled,
+    place_of,
+    posed,
+    solve,
+    solve_by_sweeps,
+    touches_of,
+)
+from warprock.kernels.event_space.contact import FLAT, FLYING
+from warprock.kernels.event_space.moves import cut_to, flown, turned
+from warprock.kernels.event_space.trial import Base, Knots, Limits, next_step
+from warprock.kernels.event_space.trial import State as BlockState
+from warprock.kernels.impulse_space.stack import Attitude, frame
+from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, UNSOLVED
+from warprock.kernels.motion import Motion
+from warprock.kernels.shape.faces import Vector
+from warprock.kernels.shape_space.block import Block
+from warprock.kernels.shape_space.body import spans
+
+NEARLY = by_precision(1.0e-7, 1.0e-4)
+"""Part of the longest step by which the time of an event may be missed."""
+GRAIN = by_precision(1.0e-14, 1.0e-6)
+"""Round-off of a gap, as a part of the body's reach."""
+HOP = real(4.0)
+"""Rise of a hop that lasts a step, from its first velocity: the product of both over this."""
+STILL = by_precision(1.0e-10, 1.0e-4)
+"""Velocity that is none, as a part of what gravity gives in a step."""
+
+CONE_LAW = FRICTION == "cone"
+"""Whether friction is bound as a cone, else as a box along x and y."""
+
+
+@wp.struct
+class State:
+    """State of one lane.
+
+    Centre of mass, attitude, velocity, angular velocity; turn in the last step [rad], and angular
+    velocity at its end before its impact, swing; force of the points in the last step, for unit
+    mass [N/kg]; points that touch; whether the body flies, stands still, and stands; time [s];
+    knots of the motion passed; base velocity [m/s]; cap, the longest next step [s]; mode; lost
+    energy for unit mass [J/kg]; deepest penetration [m]; impacts; whether the last trial was a
+    step.
+    """
+
+    x: Vector
+    q: Attitude
+    v: Vector
+    w: Vector
+    turn: Vector
+    swing: Vector
+    force: Points
+    touch: wp.uint64
+    flies: bool
+    still: bool
+    stands: bool
+    time: real
+    knots: Knots
+    base: Vector
+    cap: real
+    mode: int
+    lost: real
+    deepest: real
+    impacts: int
+    taken: bool
+
+
+@wp.struct
+class Look:
+    """What the end of a trial shows: points that touch and that land, the step to an event [s]."""
+
+    touch: wp.uint64
+    lands: wp.uint64
+    deepest: real
+    cut: real
+
+
+@wp.func
+def attitude_after(block: Block, s: State, spin: Vector, w: Vector, d: real) -> Attitude:
+    """Attitude after a time of turning at the angular velocity w, or of free flight."""
+    if s.flies:
+        return flown(block, s.q, spin, d)
+    return turned(s.q, d * w)
+
+
+@wp.func
+def energy(limits: Limits, pose: Pose, v: Vector, w: Vector) -> real:
+    """Energy in the frame of the base for unit mass [J/kg]."""
+    kinetic = HALF * (wp.dot(v, v) + wp.dot(w, pose.inertia * w))
+    return kinetic + limits.gravity * pose.x[2]
+
+
+@wp.func
+def sticks(p: Vector, most: real) -> bool:
+    """Whether the friction of a point lies within a bound, of the cone or of the box."""
+    if CONE_LAW:
+        return wp.sqrt(p[0] * p[0] + p[1] * p[1]) < most
+    return size(p[0]) < most and size(p[1]) < most
+
+
+@wp.func
+def looked(
+    body: Shape, limits: Limits, s: State, pose0: Pose, pose: Pose, v: Vector, w: Vector,
+    held: wp.uint64, d: real,
+) -> Look:  # fmt: skip
+    """What the points did in a step, seen from both of its ends; v and w are those of its end."""
+    zero, near, n = real(0.0), NEARLY * limits.longest_step, Look()
+    n.cut = TWO * NEVER
+    count = body.count
+    for k in range(count):
+        place = place_of(body.points[k, body.lane])
+        r0, r1 = pose0.turn * place, pose.turn * place
+        rate0 = s.v[2] + s.w[0] * r0[1] - s.w[1] * r0[0]
+        rate = v[2] + w[0] * r1[1] - w[1] * r1[0]
+        gap = pose.x[2] + r1[2]
+        was, holds = among(k, s.touch), among(k, held)
+        reach = near * size(rate) + GRAIN * body.reach
+        if d > near and not was and gap < -reach:
+            cut = first_root(larger(pose0.x[2] + r0[2], zero), rate0, gap, d)
+            n.cut = smaller(n.cut, cut)
+        # A hop that the step has missed.
+        if d > near and holds and rate0 * d > HOP * limits.rest_gap:
+            n.cut = smaller(n.cut, HALF * HALF * d)
+        if holds or gap <= limits.rest_gap:
+            n.touch = n.touch | bit_of(k)
+            if not was and rate < zero:
+                n.lands = n.lands | bit_of(k)
+        n.deepest = larger(n.deepest, -gap)
+    return n
+
+
+@wp.func
+def carries(t: Touches, held: wp.uint64) -> bool:
+    """Whether some of the points that touch span a plane."""
+    count, sx, sy, xx, xy, yy = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
+    total = t.total
+    for k in range(total):
+        if among(t.which[k], held):
+            x, y = t.lever[k][0] - t.lever[0][0], t.lever[k][1] - t.lever[0][1]
+            count += real(1.0)
+            sx += x
+            sy += y
+            xx += x * x
+            xy += x * y
+            yy += y * y
+    part = real(1.0) / larger(count, real(1.0))
+    return spans(count, xx - part * sx * sx, xy - part * sx * sy, yy - part * sy * sy)
+
+
+@wp.func
+def put_back(
+    body: Shape, reached: State, pose0: Pose, held: wp.uint64, stuck: bool
+) -> State:  # fmt: skip
+    """The state with points that pushed on the base, and where they stuck in their places there."""
+    n = reached
+    t = touches_of(body, frame(n.q), held)
+    if t.total > 0:
+        up, turn = levelled(body, n.x[2], t)
+        n.x[2] = n.x[2] + up
+        n.q = turned(n.q, turn)
+        if stuck:
+            now, way, total = frame(n.q), Vector(), t.total
+            for k in range(total):
+                place = place_of(body.points[t.which[k], body.lane])
+                way += pose0.turn * place - now * place
+            n.x[0] = pose0.x[0] + way[0] / real(total)
+            n.x[1] = pose0.x[1] + way[1] / real(total)
+    return n
+
+
+@wp.func
+def bound(body: Shape, pose: Pose, held: wp.uint64, stuck: wp.uint64, v: Vector, w: Vector):
+    """Velocities projected on the points that pushed."""
+    t = touches_of(body, pose.turn, held)
+    if t.total == 0:
+        return v, w
+    if held == stuck:
+        v1, w1 = held_motion(body, pose, t, v, w)
+        return v1, w1
+    laws, total = PointInts(), t.total
+    for k in range(total):
+        laws[k] = wp.where(among(t.which[k], stuck), HOLD, KEEP)
+    v1, w1, _p, _good = solve_by_sweeps(body, pose, t, laws, Points(), v, w)
+    return v1, w1
+
+
+@wp.func
+def end_of_step(
+    body: Shape, limits: Limits, s: State, reached: State, pose0: Pose, look: Look, b: Base,
+    held: wp.uint64, stuck: wp.uint64,
+) -> State:  # fmt: skip
+    """The state at the end of a step: gaps closed, velocities projected, after its impact."""
+    n = put_back(body, reached, pose0, held, held == stuck)
+    pose = posed(body, n.x, n.q)
+    v, w = bound(body, pose, held, stuck, n.v, n.w)
+    n.lost = n.lost - energy(limits, pose, v, w)
+    landed = look.lands != wp.uint64(0)
+    pushes = held
+    t = touches_of(body, pose.turn, look.touch)
+    if landed or wp.length_sq(b.kick) > real(0.0):
+        v0 = v - b.kick
+        v1, w1, p, fits = solve(
+            body, pose, t, limits.gravity * limits.longest_step, Points(), v0, w
+        )
+        n.lost = n.lost + energy(limits, pose, v0, w) - energy(limits, pose, v1, w1)
+        # The base's work on the body is at the mean of both velocities: see account.py.
+        n.lost = n.lost - HALF * wp.dot(b.kick, v1 - v0)
+        v = v1
+        w = w1
+        n.mode = wp.where(fits, n.mode, UNSOLVED)
+        pushes = wp.uint64(0)
+        total = t.total
+        for k in range(total):
+            if p[k][2] > real(0.0):
+                pushes = pushes | bit_of(t.which[k])
+    n.v = v
+    n.w = w
+    n.impacts = s.impacts + wp.where(landed, 1, 0)
+    n.touch = look.touch
+    n.flies = look.touch == wp.uint64(0)
+    n.stands = carries(t, pushes)
+    return n
+
+
+@wp.func
+def repeated(s: State, cut: real, d: real, near: real) -> State:
+    """The old state, its next step ending at an event."""
+    n = s
+    n.cap = cut_to(cut, d, near)
+    n.still = False
+    n.taken = False
+    return n
+
+
+@wp.func
+def next_step_of_body(
+    limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real,
+    s: State,
+) -> Base:  # fmt: skip
+    """Length of the next step, and what the base does in it: as `next_step` of a block."""
+    p = BlockState()
+    p.time = s.time
+    p.knots = s.knots
+    p.base = s.base
+    p.cap = s.cap
+    p.w = s.w
+    p.stance = wp.where(s.still, FLAT, FLYING)
+    return next_step(limits, mx, my, mz, value, slope, end, p)
+
+
+@wp.func
+def integrate(
+    block: Block, body: Shape, limits: Limits, s: State, begun: State, b: Base,
+    pose0: Pose, pose: Pose, spin: Vector, vm: Vector, wm: Vector, held: wp.uint64,
+    stuck: wp.uint64,
+) -> State:  # fmt: skip
+    """Where a step's mean motion vm, wm leads: the state after it, or the old one at an event."""
+    n = begun
+    d = b.d
+    n.q = attitude_after(block, s, spin, wm, d)
+    n.x = s.x + d * vm
+    last = posed(body, n.x, n.q)
+    n.v = TWO * vm - s.v
+    n.w = last.inverse * (TWO * (pose.inertia * wm) - spin)
+    n.turn = d * wm
+    if s.flies:
+        n.w = last.inverse * spin
+    n.swing = n.w
+    look = looked(body, limits, s, pose0, last, n.v, n.w, held, d)
+    if look.cut < NEVER:
+        return repeated(s, look.cut, d, NEARLY * limits.longest_step)
+    n.lost = s.lost + energy(limits, pose0, s.v, s.w) - wp.dot(vm, b.change)
+    n.deepest = larger(s.deepest, look.deepest)
+    n = end_of_step(body, limits, s, n, pose0, look, b, held, stuck)
+    up = wp.dot(frame(n.q)[2], body.axis)
+    n.mode = wp.where(n.mode == RUNNING and up <= real(0.0), OVERTURNED, n.mode)
+    sound = n.time + n.lost + wp.length(n.x) + wp.length(n.v) + wp.length(n.w) + up
+    n.mode = wp.where(sound - sound == real(0.0), n.mode, BROKEN)
+    return n
+
+
+@wp.func
+def step(
+    block: Block, body: Shape, limits: Limits,
+    mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real, s: State,
+) -> State:  # fmt: skip
+    """One trial step of one lane, at most to its next knot or to `end`.
+
+    The state after it, unchanged but for `cap` where an event lay inside.
+    """
+    b = next_step_of_body(limits, mx, my, mz, value, slope, end, s)
+    d, near = b.d, NEARLY * limits.longest_step
+    pose0 = posed(body, s.x, s.q)
+    spin = pose0.inertia * s.w
+    pose = posed(body, s.x + (HALF * d) * s.v, attitude_after(block, s, spin, s.w, HALF * d))
+    v = s.v - HALF * b.change - Vector(real(0.0), real(0.0), HALF * d * limits.gravity)
+    w = pose.inverse * spin
+    t = touches_of(body, pose.turn, s.touch)
+    first, total = Points(), t.total
+    for k in range(total):
+        first[k] = HALF * d * s.force[t.which[k]]
+    dust = limits.gravity * limits.longest_step
+    vm, wm, p, good = solve(body, pose, t, dust, first, v, w)
+    n = s
+    n.force = Points()
+    held, stuck = wp.uint64(0), wp.uint64(0)
+    for k in range(total):
+        i = t.which[k]
+        n.force[i] = p[k] * (TWO / larger(d, NEARLY * near))
+        most = INSIDE * body.friction * p[k][2]
+        if p[k][2] > real(0.0):
+            held = held | bit_of(i)
+            if sticks(p[k], most):
+                stuck = stuck | bit_of(i)
+    n.time = b.time
+    n.knots = b.knots
+    n.base = s.base + b.change + b.kick
+    n.cap = NEVER
+    n.taken = True
+    n.mode = wp.where(good, s.mode, UNSOLVED)
+    slow = STILL * limits.gravity
+    fastest = wp.length(s.v) + wp.length(s.w) * body.reach
+    stands = s.stands and fastest <= slow * limits.longest_step
+    stands = stands and wp.length(vm) + wp.length(wm) * body.reach <= slow * d
+    if stands:
+        vm = Vector()
+        wm = Vector()
+    elif d > limits.longest_step:
+        return repeated(s, limits.longest_step, d, near)
+    n.still = stands and wp.length_sq(b.kick) == real(0.0)
+    if n.still:
+        n.v = Vector()
+        n.w = Vector()
+        n.swing = Vector()
+        return n
+    return integrate(block, body, limits, s, n, b, pose0, pose, spin, vm, wm, held, stuck)

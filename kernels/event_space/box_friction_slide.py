@@ -1,0 +1,351 @@
+"""What one block in space does that slides with friction as a box.
+
+Along x and along y each corner is told to stick or to slide to one side, where its friction is all
+of its bound and against that; then the impulses of a corner, or of the two of an edge, are linear.
+What both ends of an edge do against each other along it moves nothing: stiffness of a part `SOFT`
+shares it out, and `AGAIN` corrections take what it changes in the motion away again.
+
+The friction of a flat block, whose corners carry given parts of its weight, makes a convex function
+of its motion (v_x, v_y, w_z) least. See event_space/box_friction.py.
+"""
+
+import warp as wp
+
+from warprock.kernels.event_space.contact import (
+    EDGE,
+    FLAT,
+    Body,
+    Corners,
+    Held,
+    Shares,
+    answer,
+    corner_velocity,
+    face_shares,
+    inside,
+    mask_of,
+    sinks,
+)
+from warprock.kernels.shape.stack import Three
+
+ROUNDS = 200
+"""Rounds in which the pressure under a face follows its friction..."""
+STRAIGHT = 10
+"""...of which the first take the whole step, the others half of it."""
+AGAIN = 4
+SOFT = by_precision(1.0e-9, 1.0e-3)
+ALIKE = by_precision(1.0e-14, 1.0e-6)
+"""Round-off of a velocity, as a part of the largest."""
+FULL = by_precision(1.0 - 1.0e-9, 1.0 - 1.0e-4)
+"""Part of its bound from which friction counts as used up."""
+OVER = by_precision(1.0 + 1.0e-12, 1.0 + 1.0e-5)
+"""Part of its bound up to which friction counts as within it."""
+
+Six = wp.types.vector(length=6, dtype=real)
+"""Impulses, or velocities, of both ends of an edge."""
+Gains = wp.types.matrix(shape=(6, 6), dtype=real)
+
+
+@wp.func
+def side_of(u: real) -> real:
+    """-1, 0 or 1 as a velocity is negative, none or positive."""
+    one, zero = real(1.0), real(0.0)
+    return wp.where(u > zero, one, wp.where(u < zero, -one, zero))
+
+
+@wp.func
+def slips_of(k: int, fx: real, fy: real, most_x: real, most_y: real, u: Three, dust: real) -> int:
+    """Bits of `slip` of a corner: where its friction is used up and it moves."""
+    x = size(fx) >= FULL * most_x and size(u[0]) > dust
+    y = size(fy) >= FULL * most_y and size(u[1]) > dust
+    return wp.where(x, 1 << k, 0) | wp.where(y, 16 << k, 0)
+
+
+@wp.func
+def gains_of(body: Body, i: int, j: int) -> Gains:
+    """Velocities of two corners for impulses there; of one alone, i = j, the second has its own."""
+    a = Gains()
+    for column in range(6):
+        one = Three()
+        one[column % 3] = real(1.0)
+        source = wp.where(column < 3, i, j)
+        first = answer(body, source, one, i)
+        second = answer(body, source, one, j)
+        for row in range(3):
+            alone = i == j and column >= 3
+            a[row, column] = wp.where(alone, real(0.0), first[row])
+            a[3 + row, column] = wp.where(i == j and column < 3, real(0.0), second[row])
+    return a
+
+
+@wp.func
+def factored(system: Gains) -> Gains:
+    """Both triangular factors of a matrix, in one."""
+    a = system
+    for k in range(6):
+        for i in range(k + 1, 6):
+            a[i, k] = a[i, k] / a[k, k]
+            for j in range(k + 1, 6):
+                a[i, j] = a[i, j] - a[i, k] * a[k, j]
+    return a
+
+
+@wp.func
+def solved(lu: Gains, right: Six) -> Six:
+    """The solution of a system of which the factors are known."""
+    x = right
+    for i in range(6):
+        for j in range(i):
+            x[i] = x[i] - lu[i, j] * x[j]
+    for back in range(6):
+        i = 5 - back
+        for j in range(i + 1, 6):
+            x[i] = x[i] - lu[i, j] * x[j]
+        x[i] = x[i] / lu[i, i]
+    return x
+
+
+@wp.func
+def told(body: Body, i: int, j: int, sides: Corners, v: Three, w: Three) -> Six:
+    """Impulses of two corners that stay on the base and stick or slide as given.
+
+    Args:
+        body: The block.
+        i, j: A corner and another, or the same one for it alone.
+        sides: For all corners, along x and y: -1 or 1, slides to that side; 0, sticks.
+        v: Velocity without these impulses [m/s].
+        w: Angular velocity without them [rad/s].
+    """
+    zero, one = real(0.0), real(1.0)
+    rows = gains_of(body, i, j)
+    soft = Gains()
+    right = Six()
+    for c in range(2):
+        k = wp.where(c == 0, i, j)
+        u = corner_velocity(body, v, w, k)
+        for axis in range(3):
+            r = 3 * c + axis
+            right[r] = -u[axis]
+            soft[r, r] = SOFT * rows[r, r]
+            if axis < 2 and sides[k, axis] != zero:
+                for column in range(6):
+                    rows[r, column] = zero
+                rows[r, r] = one
+                rows[r, 3 * c + 2] = body.friction * sides[k, axis]
+                right[r] = zero
+                soft[r, r] = zero
+    lu = factored(rows + soft)
+    p = solved(lu, right)
+    for _again in range(AGAIN):
+        p = p + solved(lu, right - rows * p)
+    return p
+
+
+@wp.func
+def pushed(body: Body, i: int, j: int, p: Six, v: Three, w: Three):
+    """Velocities after impulses at two corners, or at one, of which the first three count."""
+    first = Three(p[0], p[1], p[2])
+    second = Three(p[3], p[4], p[5])
+    v1 = v + first
+    w1 = w + body.inverse * wp.cross(body.corners[i], first)
+    if i != j:
+        v1 = v1 + second
+        w1 = w1 + body.inverse * wp.cross(body.corners[j], second)
+    return v1, w1
+
+
+@wp.func
+def ends_of(stance: int):
+    """Both corners of an edge; of a corner, itself twice."""
+    i = stance % 4
+    return i, wp.where(stance >= EDGE, (i + 1) % 4, i)
+
+
+@wp.func
+def obeying(
+    body: Body, stance: int, mask: int, sides: Corners, v: Three, w: Three, dust: real
+) -> Held:
+    """The motion if corners of an edge, or a corner, stick or slide as given; if it is lawful."""
+    h = Held()
+    h.stance = stance
+    i, j = ends_of(stance)
+    p = told(body, i, j, sides, v, w)
+    v1, w1 = pushed(body, i, j, p, v, w)
+    h.v = v1
+    h.w = w1
+    h.fits = True
+    for c in range(wp.where(i == j, 1, 2)):
+        k = wp.where(c == 0, i, j)
+        u = corner_velocity(body, v1, w1, k)
+        most = body.friction * p[3 * c + 2]
+        h.fits = h.fits and most >= real(0.0) and size(u[2]) <= dust
+        for axis in range(2):
+            side = sides[k, axis]
+            within = size(p[3 * c + axis]) <= OVER * most and size(u[axis]) <= dust
+            if side != real(0.0):
+                within = side * u[axis] >= -dust
+            h.fits = h.fits and within
+            h.work -= u[axis] * p[3 * c + axis]
+        h.slip = h.slip | slips_of(k, p[3 * c], p[3 * c + 1], most, most, u, dust)
+    h.fits = h.fits and not sinks(body, v1, w1, mask & ~mask_of(stance), dust)
+    return h
+
+
+@wp.func
+def flat_velocity(body: Body, z: Three, k: int) -> Three:
+    """Velocity of corner k in a flat block's motion (v_x, v_y, w_z)."""
+    return Three(z[0] - z[2] * body.corners[k, 1], z[1] + z[2] * body.corners[k, 0], real(0.0))
+
+
+@wp.func
+def arm_of(body: Body, axis: int, k: int) -> real:
+    """How far a flat block's spin takes corner k along x or y [m]."""
+    return wp.where(axis == 0, -body.corners[k, 1], body.corners[k, 0])
+
+
+@wp.func
+def held_back(body: Body, most: Corners, free: real, axis: int, spin: real, side: real):
+    """What friction along x, or y, leaves of a flat block's velocity along it, given its spin.
+
+    Where the velocity of a corner jumps over zero its friction jumps; the velocity along x is where
+    these jumps, one after the other, have used up what there is without friction.
+
+    Args:
+        body: The block.
+        most: Largest friction of each corner along x and y [m/s].
+        free: Velocity without friction [m/s].
+        axis: 0 for x, 1 for y.
+        spin: Angular velocity [rad/s].
+        side: What counts as the sign of no spin at all.
+
+    Returns:
+        The velocity; the frictions; the square of the arm of the corner that sticks, if one does.
+    """
+    f = Shares()
+    velocity = free
+    bend = real(0.0)
+    for k in range(4):
+        arm = arm_of(body, axis, k)
+        pull = -arm * spin - free
+        for j in range(4):
+            apart = (arm_of(body, axis, j) - arm) * wp.where(spin == real(0.0), side, spin)
+            apart = wp.where(apart == real(0.0), real(k - j), apart)
+            before = wp.where(apart > real(0.0), most[j, axis], -most[j, axis])
+            pull += wp.where(j == k, real(0.0), before)
+        f[k] = larger(smaller(pull, most[k, axis]), -most[k, axis])
+        velocity += f[k]
+        if f[k] == pull:
+            bend = arm * arm
+    return velocity, f, bend
+
+
+@wp.func
+def spun(body: Body, most: Corners, free: Three, spin: real, side: real):
+    """What `held_back` makes of both directions, and what the spin is too large by; its slope."""
+    lighter = real(1.0) / body.inertia[2, 2]
+    x, fx, bend_x = held_back(body, most, free[0], 0, spin, side)
+    y, fy, bend_y = held_back(body, most, free[1], 1, spin, side)
+    f = Corners()
+    over = spin - free[2]
+    for k in range(4):
+        f[k] = Three(fx[k], fy[k], real(0.0))
+        over -= lighter * (arm_of(body, 0, k) * fx[k] + arm_of(body, 1, k) * fy[k])
+    return Three(x, y, spin), f, over, real(1.0) + lighter * (bend_x + bend_y)
+
+
+@wp.func
+def dragged(body: Body, most: Corners, free: Three):
+    """What friction leaves of a flat block's motion (v_x, v_y, w_z).
+
+    The spin is the root of a rising function that is straight by parts: Newton's method, bracketed.
+
+    Args:
+        body: The block.
+        most: Largest friction of each corner along x and y [m/s].
+        free: The motion without friction.
+
+    Returns:
+        The motion, and the friction of each corner.
+    """
+    zero, one = real(0.0), real(1.0)
+    z, f, above, _first = spun(body, most, free, zero, one)
+    _z, f0, below, _second = spun(body, most, free, zero, -one)
+    reach = real(0.0)
+    for k in range(4):
+        far = size(body.corners[k, 0]) + size(body.corners[k, 1])
+        reach += far * (most[k, 0] + most[k, 1]) / body.inertia[2, 2]
+    if below <= zero and above >= zero:
+        part = wp.where(above > below, above / larger(above - below, TINY), zero)
+        f = f + part * (f0 - f)
+    else:
+        least = wp.where(above < zero, zero, smaller(free[2], zero) - reach)
+        largest = wp.where(above < zero, larger(free[2], zero) + reach, zero)
+        spin = free[2]
+        over = one
+        tries = int(0)
+        while size(over) > ALIKE * (size(free[2]) + reach) and tries < ROUNDS:
+            if spin <= least or spin >= largest:
+                spin = HALF * (least + largest)
+            z1, f1, over1, slope1 = spun(body, most, free, spin, one)
+            z = z1
+            f = f1
+            over = over1
+            least = wp.where(over < zero, spin, least)
+            largest = wp.where(over > zero, spin, largest)
+            spin = spin - over / slope1
+            tries += 1
+    return z, f
+
+
+@wp.func
+def borne(shares: Shares) -> Shares:
+    """Shares of the corners, with none for those that would pull; their sum stays one."""
+    found = shares
+    total = real(0.0)
+    for k in range(4):
+        found[k] = larger(shares[k], real(0.0))
+        total += found[k]
+    return found / total
+
+
+@wp.func
+def sliding(body: Body, v: Three, w: Three, dust: real) -> Held:
+    """The motion of a flat block that slides, or stops; whether it obeys the contact law."""
+    zero = real(0.0)
+    h = Held()
+    h.stance = FLAT
+    push = -v[2]
+    spin = body.inertia * w
+    low = -body.corners[0, 2]
+    free = Three(v[0], v[1], w[2])
+    n = Shares(real(0.25), real(0.25), real(0.25), real(0.25)) * larger(push, zero)
+    z = free
+    f = Corners()
+    most = Corners()
+    x = real(0.0)
+    y = real(0.0)
+    enough = real(10.0) * ALIKE * (wp.length(v) + size(w[2]) * wp.length(body.corners[0]))
+    change = larger(push, zero)
+    tries = int(0)
+    while change > enough and tries < ROUNDS:
+        total = Three()
+        for k in range(4):
+            most[k] = body.friction * Three(n[k], n[k], zero)
+        z1, f1 = dragged(body, most, free)
+        z = z1
+        f = f1
+        for k in range(4):
+            total = total + f1[k]
+        x = (spin[1] - low * total[0]) / larger(push, TINY)
+        y = (-spin[0] - low * total[1]) / larger(push, TINY)
+        more = push * borne(face_shares(body, x, y)) - n
+        change = wp.length(more)
+        n = n + more * wp.where(tries < STRAIGHT, real(1.0), real(0.5))
+        tries += 1
+    h.v = Three(z[0], z[1], zero)
+    h.w = Three(zero, zero, z[2])
+    for k in range(4):
+        u = flat_velocity(body, z, k)
+        h.slip = h.slip | slips_of(k, f[k, 0], f[k, 1], most[k, 0], most[k, 1], u, dust)
+        h.work -= u[0] * f[k, 0] + u[1] * f[k, 1]
+    h.fits = push >= zero and tries < ROUNDS and inside(body, x, y)
+    return h

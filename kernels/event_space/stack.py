@@ -1,0 +1,260 @@
+"""Contact step of a stack of blocks in space, impacts located.
+
+The scheme is that of event_space/block.py for all blocks at once, in the frame of the base, with
+one clock a lane. One step of length d:
+
+    1. the pose d/2 ahead, its contacts (event_space/stack_contact.py): what touched at the
+    start,
+       within `rest_gap`; mean motion v_m = v - dV/2 - g d/2 + sum p / (2 m), I_m w_m = L + sum r x
+       p / 2, such that v_m and w_m obey the contact law at all interfaces;
+    2. attitudes turned by d w_m, x moved by d v_m, v = 2 v_m - v, L = 2 I_m w_m - L; a block that
+       touches nothing flies, see `turn_freely` in shape_space/block.py;
+    3. if inside the step a corner lands, or hops by more than `rest_gap`, nothing is taken: the
+       next step ends there;
+    4. the gaps of contacts that pushed are closed (this removes the drift), and v and w projected
+       on them: what stuck does not move, what slid does not leave or approach. Where corners landed
+       or the base steps its velocity, the inelastic impact with friction follows, of all contacts.
+
+A stack whose mean motion from rest is none but round-off stands still: its pose stays what it is,
+to the last bit, and on a base at rest it waits in one step.
+
+Sliding that ends, and contacts that open, are not located: a contact that has come to stick in the
+mean stops at the end of its step.
+"""
+
+import warp as wp
+
+from warprock.kernels.event_space.contact import FLAT, FLYING
+from warprock.kernels.event_space.moves import turned
+from warprock.kernels.event_space.stack_contact import (
+    CONE,
+    Ints,
+    Own,
+    Pose,
+    block_of,
+    held_by,
+    posed,
+    solve_by_sweeps,
+)
+from warprock.kernels.event_space.stack_look import (
+    NEARLY,
+    Kept,
+    Look,
+    State,
+    attitudes_after,
+    continued,
+    energy,
+    looked,
+    momenta,
+    touching,
+)
+from warprock.kernels.event_space.stack_solve import ROUNDS, solve
+from warprock.kernels.event_space.trial import Base, Limits, next_step
+from warprock.kernels.event_space.trial import State as BlockState
+from warprock.kernels.impulse_space.stack import Bodies, Numbers, Points, frame, rows_of, weighted
+from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
+from warprock.kernels.motion import Motion
+from warprock.kernels.shape.faces import Vector
+
+STILL = by_precision(1.0e-10, 1.0e-4)
+"""Velocity that is none, as a part of what gravity gives in a step."""
+CLOSING = 40
+"""Most sweeps by which a step closes gaps; what they leave, the next step finds."""
+
+BINDING = 12
+"""Most rounds by which a step binds velocities to what has not changed; likewise."""
+
+
+@wp.func
+def end_of_step(
+    own: Own, limits: Limits, mu: Numbers, light: Numbers,
+    s: State, reached: State, pose: Pose, look: Look, b: Base, held: Ints, stuck: Ints,
+) -> State:  # fmt: skip
+    """The state at the end of a step: gaps closed, velocities projected, after its impact."""
+    n = reached
+    zero = Bodies()
+    bodies = int(BLOCKS + 1)
+    gravity = limits.gravity
+    t = touching(own, pose, look, held, stuck, True)
+    _p, shift, turn, _good = solve_by_sweeps(CLOSING, t, pose, mu, light, Points(), zero, zero)
+    for k in range(1, bodies):
+        n.x[k] = n.x[k] + shift[k]
+        n.q[k] = turned(n.q[k], turn[k])
+    t = touching(own, pose, look, held, stuck, False)
+    _q, v, w, _bound = solve(BINDING, t, pose, mu, light, Points(), n.v, n.w)
+    n.lost = n.lost - energy(own, gravity, n.x, n.q, v, w)
+    struck = look.landed
+    for axis in range(3):
+        struck = struck or b.kick[axis] != real(0.0)
+    fits = bool(True)
+    if struck:
+        for k in range(1, bodies):
+            v[k] = v[k] - b.kick
+        before = energy(own, gravity, n.x, n.q, v, w)
+        for i in range(t.total):
+            t.law[i] = CONE
+        _r, v1, w1, fits = solve(ROUNDS, t, pose, mu, light, Points(), v, w)
+        n.lost = n.lost + before - energy(own, gravity, n.x, n.q, v1, w1)
+        # The base's work on the blocks is at the mean of both velocities: see account.py.
+        for k in range(1, bodies):
+            n.lost = n.lost - HALF * block_of(own, k).mass * wp.dot(b.kick, v1[k] - v[k])
+        v = v1
+        w = w1
+    n.v = v
+    n.w = w
+    n.mode = wp.where(fits, n.mode, UNSOLVED)
+    n.impacts = s.impacts + wp.where(look.landed, 1, 0)
+    for k in range(1, bodies):
+        above = wp.where(k < BLOCKS, look.touch[wp.min(k + 1, BLOCKS)], 0)
+        n.flies[k] = wp.where(look.touch[k] == 0 and above == 0, 1, 0)
+    n.there = look.there
+    n.touch = look.touch
+    n.closed = look.closed
+    return n
+
+
+@wp.func
+def stays(own: Own, v: Bodies, w: Bodies, bound: real) -> bool:
+    """Whether no block moves by more than a bound [m/s]."""
+    fastest = real(0.0)
+    bodies = int(BLOCKS + 1)
+    for k in range(1, bodies):
+        turns = wp.length(w[k]) * block_of(own, k).half_height
+        fastest = larger(fastest, wp.length(v[k]) + turns)
+    return fastest <= bound
+
+
+@wp.func
+def mode_of(s: State) -> int:
+    """What has become of a lane."""
+    mode = s.mode
+    sums = s.time + s.lost
+    bodies = int(BLOCKS + 1)
+    for k in range(1, bodies):
+        up, below = frame(s.q[k]), frame(s.q[k - 1])
+        lean = up[0, 2] * below[0, 2] + up[1, 2] * below[1, 2] + up[2, 2] * below[2, 2]
+        over = smaller(up[2, 2], lean) <= real(0.0)
+        found = wp.where(s.there[k] == 0, SLID_OFF, RUNNING)
+        found = wp.where(over, OVERTURNED, found)
+        mode = wp.where(mode == RUNNING, found, mode)
+        sums = sums + wp.length(s.x[k]) + wp.length(s.v[k]) + wp.length(s.w[k]) + lean
+    return wp.where(sums - sums == real(0.0), mode, BROKEN)
+
+
+@wp.func
+def next_step_of_stack(
+    limits: Limits, mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real,
+    s: State,
+) -> Base:  # fmt: skip
+    """Length of the next step, and what the base does in it: as `next_step` of a single block."""
+    p = BlockState()
+    p.time = s.time
+    p.knots = s.knots
+    p.base = s.base
+    p.cap = s.cap
+    p.stance = wp.where(s.still, FLAT, FLYING)
+    bodies = int(BLOCKS + 1)
+    for k in range(1, bodies):
+        if wp.length(s.w[k]) > wp.length(p.w):
+            p.w = s.w[k]
+    return next_step(limits, mx, my, mz, value, slope, end, p)
+
+
+@wp.func
+def repeated(s: State, cut: real, d: real, near: real) -> State:
+    """The old state, its next step ending at an event; not shorter than what is near."""
+    n = s
+    n.cap = larger(wp.where(cut > d - near, HALF * d, cut), HALF * near)
+    n.still = False
+    n.taken = False
+    return n
+
+
+@wp.func
+def integrate(
+    own: Own, limits: Limits, mu: Numbers, light: Numbers, s: State, begun: State, b: Base,
+    pose0: Pose, pose: Pose, spin: Bodies, vm: Bodies, wm: Bodies, held: Ints, stuck: Ints,
+) -> State:  # fmt: skip
+    """Where a step's mean motion vm, wm leads: the state after it, or the old one at an event."""
+    n = begun
+    d = b.d
+    bodies = int(BLOCKS + 1)
+    work, whole = real(0.0), energy(own, limits.gravity, s.x, s.q, s.v, s.w)
+    n.q = attitudes_after(own, s, spin, wm, d)
+    last = posed(own, s.x + d * vm, n.q)
+    n.x = last.x
+    for k in range(1, bodies):
+        block = block_of(own, k)
+        work = work - block.mass * wp.dot(vm[k], b.change)
+        n.v[k] = TWO * vm[k] - s.v[k]
+        mid = weighted(
+            wp.transpose(rows_of(pose.axes, k)), real(1.0) / block.inverse_x,
+            real(1.0) / block.inverse_y, real(1.0) / block.inverse_z,
+        )  # fmt: skip
+        reached = wp.where(s.flies[k] != 0, spin[k], TWO * (mid * wm[k]) - spin[k])
+        n.w[k] = block.mass * (rows_of(last.ease, k) * reached)
+        n.turn[k] = d * wm[k]
+    look = looked(own, limits, s, pose0, last, n.v, n.w, held, d)
+    if look.cut < NEVER:
+        return repeated(s, look.cut, d, NEARLY * limits.longest_step)
+    n.lost = s.lost + whole + work
+    n.deepest = larger(s.deepest, look.deepest)
+    n = end_of_step(own, limits, mu, light, s, n, last, look, b, held, stuck)
+    n.mode = mode_of(n)
+    return n
+
+
+@wp.func
+def step(
+    own: Own, limits: Limits, mu: Numbers, light: Numbers,
+    mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real, s: State,
+) -> State:  # fmt: skip
+    """One trial step of one lane, at most to its next knot or to `end`.
+
+    The state after it, unchanged but for `cap` where an event lay inside.
+    """
+    b = next_step_of_stack(limits, mx, my, mz, value, slope, end, s)
+    d, near = b.d, NEARLY * limits.longest_step
+    bodies = int(BLOCKS + 1)
+    spin = momenta(own, s)
+    pose0 = posed(own, s.x, s.q)
+    middle = s.x
+    v, w, held, stuck, first = Bodies(), Bodies(), Ints(), Ints(), Points()
+    for k in range(1, bodies):
+        middle[k] = s.x[k] + (HALF * d) * s.v[k]
+        fall = Vector(real(0.0), real(0.0), HALF * d * limits.gravity)
+        v[k] = s.v[k] - HALF * b.change - fall
+    pose = posed(own, middle, attitudes_after(own, s, spin, s.w, HALF * d))
+    for k in range(1, bodies):
+        w[k] = block_of(own, k).mass * (rows_of(pose.ease, k) * spin[k])
+    t = continued(own, s, pose0, pose, limits.rest_gap)
+    for i in range(t.total):
+        first[i] = HALF * d * s.force[16 * (t.body[i] - 1) + t.slot[i]]
+    p, vm, wm, good = solve(ROUNDS, t, pose, mu, light, first, v, w)
+    n = s
+    n.force = Kept()
+    for i in range(t.total):
+        k, bit = t.body[i], 1 << t.slot[i]
+        n.force[16 * (k - 1) + t.slot[i]] = p[i] * (TWO / larger(d, NEARLY * near))
+        held[k] = held[k] | wp.where(p[i][2] > real(0.0), bit, 0)
+        stuck[k] = stuck[k] | held_by(t.slot[i], mu[k], p[i])
+    n.time = b.time
+    n.knots = b.knots
+    n.base = s.base + b.change + b.kick
+    n.cap = NEVER
+    n.taken = True
+    n.mode = wp.where(good, s.mode, UNSOLVED)
+    slow = STILL * limits.gravity
+    stands = stays(own, s.v, s.w, slow * limits.longest_step)
+    stands = stands and s.closed and stays(own, vm, wm, slow * d)
+    if stands:
+        vm = Bodies()
+        wm = Bodies()
+    elif d > limits.longest_step:
+        return repeated(s, limits.longest_step, d, near)
+    n.still = stands and wp.length(b.kick) == real(0.0)
+    if n.still:
+        n.v = Bodies()
+        n.w = Bodies()
+        return n
+    return integrate(own, limits, mu, light, s, n, b, pose0, pose, spin, vm, wm, held, stuck)

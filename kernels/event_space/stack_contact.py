@@ -1,0 +1,312 @@
+"""Where blocks of a stack in space touch, and the contact law there.
+
+Bodies, faces and slots are those of impulse_space/stack.py. A contact's directions are the axes
+of the face that it lies on: of the lower block, or of the upper one where a corner of the lower
+block touches that; with friction as a box, there the lower block's along the upper face. What a
+contact obeys is its *law*:
+
+    CONE    it pushes, and its friction, within the cone, or box, is against the slip;
+    HOLD    it does not move at all, whatever that takes;
+    HOLD_X  it does not move along x and its gap closes, without friction along y; HOLD_Y likewise;
+    KEEP    its gap closes, whatever that takes, without friction;
+    PUSH    it does not approach by more than its gap, and pushes, without friction;
+    AWAIT   nothing.
+
+Gauss-Seidel sweeps over all contacts find the impulses. A face has more contacts than
+it needs: their impulses are not unique, what they do is.
+"""
+
+import warp as wp
+
+from warprock.kernels.impulse_space.stack import (
+    Axes,
+    Bodies,
+    Gains,
+    Matrix,
+    Numbers,
+    PointGains,
+    PointInts,
+    PointNumbers,
+    Points,
+    axis_of,
+    frame,
+    gains_of,
+    relative_velocity,
+    rows_of,
+    shared_corners,
+    solve_contact,
+    weighted,
+)
+from warprock.kernels.shape.faces import SLOTS, Vector
+from warprock.kernels.shape.interface import GROUND_FACE
+from warprock.kernels.shape_space.block import Block
+
+CONE = 0
+HOLD = 1
+KEEP = 2
+PUSH = 3
+AWAIT = 4
+HOLD_X = 5
+HOLD_Y = 6
+BOX = FRICTION == "box"
+"""Whether friction is bound as a box along a contact's directions, else as a cone."""
+
+SWEEPS = 4000
+"""Most sweeps of a solve; with the second half of them each contact goes half of its way only."""
+SETTLED = by_precision(1.0e-14, 1.0e-6)
+"""Change of the impulses in a sweep, over their size, that is round-off."""
+LOOSE = by_precision(1.0e-9, 1.0e-4)
+"""The same, above which a solve that ran out of sweeps counts as none."""
+INSIDE = by_precision(1.0 - 1.0e-9, 1.0 - 1.0e-4)
+"""Part of its bound within which the friction of a contact that sticks lies."""
+
+Attitudes = wp.types.matrix(shape=(BLOCKS + 1, 4), dtype=real)
+Ints = wp.types.vector(length=BLOCKS + 1, dtype=int)
+
+
+Row = wp.types.vector(length=22, dtype=real)
+Rows = wp.types.matrix(shape=(BLOCKS + 1, 22), dtype=real)
+
+
+@wp.struct
+class Own:
+    """The blocks of one lane: the fields of `Block` in their order, a row a block."""
+
+    rows: Rows
+
+
+@wp.struct
+class Pose:
+    """Where all bodies are: centres of mass [m], axes and inverse inertia [1/(kg m^2)], by rows."""
+
+    x: Bodies
+    axes: Axes
+    ease: Axes
+
+
+@wp.struct
+class Touches:
+    """The contacts of a stack in one pose.
+
+    Number; upper body, slot and law of each; gap [m]; levers from both centres of mass [m].
+    """
+
+    total: int
+    body: PointInts
+    slot: PointInts
+    law: PointInts
+    gap: PointNumbers
+    ru: Points
+    rl: Points
+
+
+@wp.func
+def block_of(own: Own, k: int) -> Block:
+    """One of the blocks, the lowest being 1."""
+    r = own.rows[k]
+    return Block(
+        r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8], r[9], r[10], r[11], r[12], r[13],
+        r[14], r[15], r[16], r[17], r[18], r[19], r[20], r[21],
+    )  # fmt: skip
+
+
+@wp.func
+def posed(own: Own, x: Bodies, q: Attitudes) -> Pose:
+    """The pose of centres of mass and attitudes."""
+    pose = Pose()
+    pose.x = x
+    for i in range(3):
+        pose.axes[i, i] = real(1.0)
+    bodies = int(BLOCKS + 1)
+    for k in range(1, bodies):
+        block = block_of(own, k)
+        r = frame(q[k])
+        j = weighted(r, block.inverse_x, block.inverse_y, block.inverse_z)
+        for i in range(3):
+            pose.axes[3 * k + i] = axis_of(r, i)
+            pose.ease[3 * k + i] = axis_of(j, i) / block.mass
+    return pose
+
+
+@wp.func
+def below_of(own: Own, k: int) -> Block:
+    """What block k stands on: the ground under the first, else a block."""
+    base = Block()
+    base.half_width = GROUND_FACE
+    base.half_depth = GROUND_FACE
+    if k > 1:
+        return block_of(own, k - 1)
+    return base
+
+
+@wp.func
+def find_corners(own: Own, pose: Pose, k: int):
+    """Corners of what the faces of interface k share, by slot: see `shared_corners`."""
+    one = real(1.0)
+    down = rows_of(pose.axes, k - 1)
+    m = down * wp.transpose(rows_of(pose.axes, k))
+    c = down * (pose.x[k] - pose.x[k - 1])
+    lean = Vector(one, one, one)
+    places, gaps, there = shared_corners(block_of(own, k), below_of(own, k), m, c, lean)
+    return places, gaps, there
+
+
+@wp.func
+def height_of(own: Own, pose: Pose, k: int, point: Vector) -> real:
+    """Height above the face below of a point of block k, given in its own axes [m]."""
+    at = pose.x[k] - pose.x[k - 1] + wp.transpose(rows_of(pose.axes, k)) * point
+    return wp.dot(pose.axes[3 * k - 1], at) - below_of(own, k).half_height
+
+
+@wp.func
+def directions(axes: Axes, body: int, slot: int) -> Matrix:
+    """Directions of a contact, one a row."""
+    e = rows_of(axes, wp.where(slot >= 12, body, body - 1))
+    if BOX:  # noqa: SIM102, decided before launch
+        if slot >= 12:
+            normal = Vector(e[2, 0], e[2, 1], e[2, 2])
+            x = axes[3 * body - 3]
+            x = wp.normalize(x - wp.dot(x, normal) * normal)
+            e[0] = x
+            e[1] = wp.cross(normal, x)
+    return e
+
+
+@wp.func
+def slip_at(t: Touches, pose: Pose, i: int, v: Bodies, w: Bodies) -> Vector:
+    """Velocity of a contact along its directions [m/s]."""
+    k = t.body[i]
+    e = directions(pose.axes, k, t.slot[i])
+    return e * relative_velocity(v[k], w[k], t.ru[i], v[k - 1], w[k - 1], t.rl[i])
+
+
+@wp.func
+def joined(before: Touches, pose: Pose, k: int, slot: int, law: int, gap: real, place: Vector):
+    """The contacts with one more, at a place seen from the lower block's centre, in its axes."""
+    t = before
+    i = t.total
+    lever = wp.transpose(rows_of(pose.axes, k - 1)) * place
+    t.body[i] = k
+    t.slot[i] = slot
+    t.law[i] = law
+    t.gap[i] = gap
+    t.rl[i] = lever
+    t.ru[i] = lever + pose.x[k - 1] - pose.x[k]
+    t.total = i + 1
+    return t
+
+
+@wp.func
+def solve_by_law(
+    t: Touches, i: int, mu: real, gains: Gains, e: Matrix, p: Vector,
+    vu: Vector, ou: Vector, vl: Vector, ol: Vector,
+) -> Vector:  # fmt: skip
+    """Impulses of a contact that obeys its law, all others as they are; see `solve_contact`."""
+    zero, g = real(0.0), gains
+    if t.law[i] == CONE:
+        return solve_contact(mu, zero, zero, g, e, t.ru[i], t.rl[i], p, vu, ou, vl, ol)
+    at = e * relative_velocity(vu, ou, t.ru[i], vl, ol, t.rl[i])
+    if t.law[i] == HOLD:
+        return Vector(
+            p[0] - g[4] * at[0] - g[5] * at[1] - g[6] * at[2],
+            p[1] - g[5] * at[0] - g[7] * at[1] - g[8] * at[2],
+            p[2] - g[6] * at[0] - g[8] * at[1] - g[9] * at[2],
+        )
+    if t.law[i] == AWAIT:
+        return p
+    push = p[2] - g[0] * (at[2] + t.gap[i])
+    if BOX:
+        if t.law[i] == HOLD_X:
+            return Vector(p[0] - g[1] * at[0], zero, push)
+        if t.law[i] == HOLD_Y:
+            return Vector(zero, p[1] - g[3] * at[1], push)
+    return Vector(zero, zero, wp.where(t.law[i] == KEEP, push, larger(push, zero)))
+
+
+@wp.func
+def solve_by_sweeps(
+    sweeps: int, t: Touches, pose: Pose, mu: Numbers, light: Numbers, first: Points, v: Bodies,
+    w: Bodies,
+):  # fmt: skip
+    """Impulses of all contacts, and the velocities that they leave.
+
+    Args:
+        sweeps: How many at most.
+        t: The contacts.
+        pose: Where the bodies are.
+        mu: Friction coefficient under each body.
+        light: Inverse mass of each body [1/kg].
+        first: Impulses to start from [N s].
+        v, w: Velocity [m/s] and angular velocity [rad/s] of each body without contact.
+
+    Returns:
+        Impulses along the directions of each contact, velocities, angular velocities, and whether
+        the sweeps came to an end.
+    """
+    u, o, p, gains = Bodies(), Bodies(), Points(), PointGains()
+    bodies = int(BLOCKS + 1)
+    for k in range(bodies):
+        u[k] = v[k]
+        o[k] = w[k]
+    good = bool(False)
+    for step in range(-1, sweeps):
+        change, whole = real(0.0), real(0.0)
+        part = wp.where(2 * step > sweeps, real(0.5), real(1.0))
+        for i in range(t.total):
+            k = t.body[i]
+            low = k - 1
+            e = directions(pose.axes, k, t.slot[i])
+            ju, jl = rows_of(pose.ease, k), rows_of(pose.ease, low)
+            new = first[i]
+            if step < 0:
+                gains[i] = gains_of(light[k] + light[low], e, ju, jl, t.ru[i], t.rl[i])
+            else:
+                new = solve_by_law(t, i, mu[k], gains[i], e, p[i], u[k], o[k], u[low], o[low])
+                new = p[i] + part * (new - p[i])
+            more = wp.transpose(e) * (new - p[i])
+            change += wp.dot(more, more)
+            whole += wp.dot(new, new)
+            p[i] = new
+            u[k] = u[k] + light[k] * more
+            o[k] = o[k] + ju * wp.cross(t.ru[i], more)
+            u[low] = u[low] - light[low] * more
+            o[low] = o[low] - jl * wp.cross(t.rl[i], more)
+        good = (
+            step >= 0
+            and change <= wp.where(sweeps == SWEEPS, LOOSE * LOOSE, SETTLED * SETTLED) * whole
+        )
+        if step >= 0 and change <= SETTLED * SETTLED * whole:
+            break
+    return p, u, o, good
+
+
+@wp.func
+def effective(t: Touches, pose: Pose, light: Numbers, i: int) -> real:
+    """Effective mass of a contact against its normal impulse [kg]."""
+    k = t.body[i]
+    e = directions(pose.axes, k, t.slot[i])
+    up, low = rows_of(pose.ease, k), rows_of(pose.ease, k - 1)
+    gains = gains_of(light[k] + light[k - 1], e, up, low, t.ru[i], t.rl[i])
+    return gains[0]
+
+
+@wp.func
+def held_by(slot: int, mu: real, p: Vector) -> int:
+    """Bits of a contact that obeys CONE where it sticks: of the box, slot along x and 16 on, y."""
+    most = INSIDE * mu * p[2]
+    bits = wp.where(wp.sqrt(p[0] * p[0] + p[1] * p[1]) < most, 1 << slot, 0)
+    if BOX:
+        x = wp.where(wp.abs(p[0]) < most, 1 << slot, 0)
+        bits = x | wp.where(wp.abs(p[1]) < most, 1 << (SLOTS + slot), 0)
+    return wp.where(p[2] > real(0.0), bits, 0)
+
+
+@wp.func
+def holding(slot: int, bits: int, law: int) -> int:
+    """Law that binds a contact where it sticks, see `held_by`, else the one given."""
+    x = (bits & (1 << slot)) != 0
+    found = wp.where(x, HOLD, law)
+    if BOX:
+        y = (bits & (1 << (SLOTS + slot))) != 0
+        found = wp.where(x and y, HOLD, wp.where(x, HOLD_X, wp.where(y, HOLD_Y, law)))
+    return found

@@ -1,0 +1,240 @@
+"""What a step of a stack in space starts from and what its end shows.
+
+State of a lane, its momenta and energy, and the contacts before, in and after a step; the scheme is
+in event_space/stack.py.
+"""
+
+import warp as wp
+
+from warprock.kernels.event.block import first_root
+from warprock.kernels.event_space.moves import flown, turned
+from warprock.kernels.event_space.stack_contact import (
+    AWAIT,
+    CONE,
+    KEEP,
+    PUSH,
+    Attitudes,
+    Ints,
+    Own,
+    Pose,
+    Touches,
+    block_of,
+    find_corners,
+    height_of,
+    holding,
+    joined,
+)
+from warprock.kernels.event_space.trial import Knots, Limits
+from warprock.kernels.impulse_space.stack import (
+    CONTACTS,
+    Bodies,
+    frame,
+    relative_velocity,
+    rows_of,
+    weighted,
+)
+from warprock.kernels.shape.faces import SLOTS, Vector
+
+NEARLY = by_precision(1.0e-7, 1.0e-4)
+"""Part of the longest step by which the time of an event may be missed."""
+GRAIN = by_precision(1.0e-14, 1.0e-6)
+"""Round-off of a gap, as a part of the half height of the first block."""
+HOP = real(4.0)
+"""Rise of a hop that lasts a step, from its first velocity: the product of both over this."""
+
+Kept = wp.types.matrix(shape=(16 * BLOCKS, 3), dtype=real)
+
+
+@wp.struct
+class State:
+    """State of one lane.
+
+    Centres of mass, attitudes, velocities, angular velocities; turns in the last step [rad]; forces
+    of the contacts in the last step, by slot [N]; slots that there are, and those that touch, by
+    interface; whether a block flies; whether the stack stands still, and all that is shared
+    touches; time [s]; knots of the motion passed; base velocity [m/s]; cap, the longest next step
+    [s]; mode; lost energy [J]; deepest penetration [m]; impacts; whether the last trial was a step.
+    """
+
+    x: Bodies
+    q: Attitudes
+    v: Bodies
+    w: Bodies
+    turn: Bodies
+    force: Kept
+    there: Ints
+    touch: Ints
+    flies: Ints
+    still: bool
+    closed: bool
+    time: real
+    knots: Knots
+    base: Vector
+    cap: real
+    mode: int
+    lost: real
+    deepest: real
+    impacts: int
+    taken: bool
+
+
+@wp.struct
+class Look:
+    """What the end of a trial shows: bits of slots by interface, and the step to an event [s]."""
+
+    there: Ints
+    touch: Ints
+    lands: Ints
+    landed: bool
+    closed: bool
+    deepest: real
+    cut: real
+
+
+@wp.func
+def momenta(own: Own, s: State) -> Bodies:
+    """Angular momenta for unit mass [m^2/s]."""
+    found, one = Bodies(), real(1.0)
+    bodies = int(BLOCKS + 1)
+    for k in range(1, bodies):
+        b = block_of(own, k)
+        inertia = weighted(frame(s.q[k]), one / b.inverse_x, one / b.inverse_y, one / b.inverse_z)
+        found[k] = inertia * s.w[k]
+    return found
+
+
+@wp.func
+def energy(
+    own: Own, gravity: real, x: Bodies, q: Attitudes, v: Bodies,
+    w: Bodies,
+) -> real:  # fmt: skip
+    """Energy in the frame of the base [J]."""
+    total, one = real(0.0), real(1.0)
+    bodies = int(BLOCKS + 1)
+    for k in range(1, bodies):
+        b = block_of(own, k)
+        inertia = weighted(frame(q[k]), one / b.inverse_x, one / b.inverse_y, one / b.inverse_z)
+        kinetic = HALF * (wp.dot(v[k], v[k]) + wp.dot(w[k], inertia * w[k]))
+        total += b.mass * (kinetic + gravity * (x[k, 2] - b.z))
+    return total
+
+
+@wp.func
+def attitudes_after(own: Own, s: State, spin: Bodies, w: Bodies, d: real) -> Attitudes:
+    """Attitudes after a time of turning at the angular velocities w, or of free flight."""
+    q = s.q
+    bodies = int(BLOCKS + 1)
+    for k in range(1, bodies):
+        if s.flies[k] != 0:
+            q[k] = flown(block_of(own, k), s.q[k], spin[k], d)
+        else:
+            q[k] = turned(s.q[k], d * w[k])
+    return q
+
+
+@wp.func
+def continued(own: Own, s: State, pose0: Pose, pose: Pose, rest: real) -> Touches:
+    """The contacts of a pose that touched in that of a state."""
+    t = Touches()
+    bodies = int(BLOCKS + 1)
+    slots = int(SLOTS)
+    for k in range(1, bodies):
+        places, _gaps, there = find_corners(own, pose, k)
+        number = int(0)
+        for i in range(slots):
+            bit = 1 << i
+            if (there & bit) != 0 and number < CONTACTS:
+                touches = (s.touch[k] & bit) != 0
+                if (s.there[k] & bit) == 0:
+                    lever = wp.transpose(rows_of(pose.axes, k - 1)) * places[i]
+                    lever = lever + pose.x[k - 1] - pose.x[k]
+                    point = rows_of(pose.axes, k) * lever
+                    touches = height_of(own, pose0, k, point) <= rest
+                if touches:
+                    t = joined(t, pose, k, i, CONE, real(0.0), places[i])
+                    number += 1
+    return t
+
+
+@wp.func
+def looked(
+    own: Own, limits: Limits, s: State, pose0: Pose, pose: Pose,
+    v: Bodies, w: Bodies, held: Ints, d: real,
+) -> Look:  # fmt: skip
+    """What the corners did in a step, seen from both of its ends; v and w are those of its end."""
+    zero, near, grain = (
+        real(0.0),
+        NEARLY * limits.longest_step,
+        GRAIN * block_of(own, 1).half_height,
+    )
+    rest, n = limits.rest_gap, Look()
+    n.closed = True
+    n.cut = TWO * NEVER
+    bodies = int(BLOCKS + 1)
+    slots = int(SLOTS)
+    for k in range(1, bodies):
+        places, gaps, there = find_corners(own, pose, k)
+        _places0, gaps0, there0 = find_corners(own, pose0, k)
+        down, down0 = rows_of(pose.axes, k - 1), rows_of(pose0.axes, k - 1)
+        n.there[k] = there
+        n.closed = n.closed and there != 0
+        touch, lands = int(0), int(0)
+        for i in range(slots):
+            bit = 1 << i
+            if (there & bit) != 0:
+                rl = wp.transpose(down) * places[i]
+                ru = rl + pose.x[k - 1] - pose.x[k]
+                point = rows_of(pose.axes, k) * ru
+                ru0 = wp.transpose(rows_of(pose0.axes, k)) * point
+                rl0 = ru0 + pose0.x[k] - pose0.x[k - 1]
+                rate = wp.dot(down[2], relative_velocity(v[k], w[k], ru, v[k - 1], w[k - 1], rl))
+                rate0 = wp.dot(
+                    down0[2], relative_velocity(s.v[k], s.w[k], ru0, s.v[k - 1], s.w[k - 1], rl0)
+                )
+                before = gaps0[i]
+                was = (s.touch[k] & bit) != 0
+                if (there0 & bit) == 0:
+                    before = height_of(own, pose0, k, point)
+                    was = before <= rest
+                holds = (held[k] & bit) != 0
+                reach = near * size(rate) + grain
+                if d > near and not was and gaps[i] < -reach:
+                    cut = first_root(larger(before, zero), rate0, gaps[i], d)
+                    n.cut = smaller(n.cut, cut)
+                # A hop that the step has missed.
+                if d > near and holds and rate0 * d > HOP * rest:
+                    n.cut = smaller(n.cut, HALF * HALF * d)
+                on = holds or gaps[i] <= rest
+                touch = touch | wp.where(on, bit, 0)
+                lands = lands | wp.where(on and not was and rate < zero, bit, 0)
+                n.closed = n.closed and on
+                n.deepest = larger(n.deepest, -gaps[i])
+        n.touch[k] = touch
+        n.lands[k] = lands
+        n.landed = n.landed or lands != 0
+    return n
+
+
+@wp.func
+def touching(
+    own: Own, pose: Pose, look: Look, held: Ints, stuck: Ints,
+    close: bool,
+) -> Touches:  # fmt: skip
+    """The contacts at a step's end, with the laws by which gaps close, or velocities are bound."""
+    t = Touches()
+    bodies = int(BLOCKS + 1)
+    slots = int(SLOTS)
+    for k in range(1, bodies):
+        places, gaps, _there = find_corners(own, pose, k)
+        number = int(0)
+        for i in range(slots):
+            bit = 1 << i
+            if (look.touch[k] & bit) != 0 and number < CONTACTS:
+                law = wp.where((held[k] & bit) != 0, KEEP, PUSH)
+                if not close:
+                    law = holding(i, stuck[k], law)
+                    law = wp.where((look.lands[k] & bit) != 0, AWAIT, law)
+                gap = wp.where(close, gaps[i], real(0.0))
+                t = joined(t, pose, k, i, law, gap, places[i])
+                number += 1
+    return t

@@ -1,0 +1,181 @@
+"""Runs of the event step over stacks of blocks in space, one lane a thread on any device.
+
+Every lane has its own clock; a sample inside a step is read off the parabola that the step follows,
+so that histories do not change the run. Peaks are those of the ends of steps. A stack ends when two
+faces share nothing, or a block leans by a right angle, also against what it stands on.
+"""
+
+import warp as wp
+
+from warprock.kernels.event_space.lane import Knobs, Lane
+from warprock.kernels.event_space.moves import flown, turned
+from warprock.kernels.event_space.stack import step
+from warprock.kernels.event_space.stack_contact import Ints, Own, Row, block_of, posed
+from warprock.kernels.event_space.stack_look import State, looked, momenta
+from warprock.kernels.event_space.trial import Limits
+from warprock.kernels.impulse_space.stack import Attitude, Numbers, frame
+from warprock.kernels.instance import LOOPS_STAY
+from warprock.kernels.modes import RUNNING, STALLED
+from warprock.kernels.motion import Motion, sample_index
+from warprock.kernels.shape.faces import Vector
+from warprock.kernels.shape_space.block import Block, slide_of, turns_of
+from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
+
+wp.set_module_options(LOOPS_STAY)
+
+LANES = 1
+"""Lanes of a thread: which contacts act differs from lane to lane."""
+
+Peaks = wp.types.matrix(shape=(BLOCKS + 1, 8), dtype=real)
+"""Of each block: slide along x and y, the largest rotation and its time, rotation across, tilt and
+yaw, all as `turns_of` tells them, and the largest square of the slide."""
+
+
+@wp.func
+def start(own: Own, limits: Limits) -> State:
+    """The state at the start."""
+    s = State()
+    bodies = int(BLOCKS + 1)
+    s.q[0] = Attitude(real(0.0), real(0.0), real(0.0), real(1.0))
+    for k in range(1, bodies):
+        b = block_of(own, k)
+        s.x[k] = Vector(b.x, b.y, b.z)
+        s.q[k] = Attitude(b.qx, b.qy, b.qz, b.qw)
+    pose = posed(own, s.x, s.q)
+    look = looked(own, limits, s, pose, pose, s.v, s.w, Ints(), real(0.0))
+    for k in range(1, bodies):
+        above = wp.where(k < BLOCKS, look.touch[wp.min(k + 1, BLOCKS)], 0)
+        s.flies[k] = wp.where(look.touch[k] == 0 and above == 0, 1, 0)
+    s.there = look.there
+    s.touch = look.touch
+    s.closed = look.closed
+    s.cap = NEVER
+    s.mode = RUNNING
+    s.taken = True
+    return s
+
+
+@wp.func
+def attitude_at(own: Own, k: int, until: real, s0: State, s: State) -> Attitude:
+    """Attitude of a block at a time inside the last step, from one state to the next."""
+    d = s.time - s0.time
+    q = s.q[k]
+    if until < s.time and d > real(0.0) and not s.still:
+        tau = until - s0.time
+        part = tau / d
+        if s0.flies[k] != 0:
+            spin = momenta(own, s0)
+            q = flown(block_of(own, k), s0.q[k], spin[k], tau)
+        else:
+            bend = s.turn[k] - d * s0.w[k]
+            q = turned(s0.q[k], tau * s0.w[k] + (part * part) * bend)
+    return q
+
+
+@wp.func
+def place_at(k: int, until: real, s0: State, s: State) -> Vector:
+    """Centre of mass of a block at a time inside the last step [m], from one state to the next."""
+    d = s.time - s0.time
+    x = s.x[k]
+    if until < s.time and d > real(0.0) and not s.still:
+        tau = until - s0.time
+        part = tau / d
+        x = s0.x[k] + tau * s0.v[k] + (part * part) * (s.x[k] - s0.x[k] - d * s0.v[k])
+    return x
+
+
+@wp.func
+def observe(own: Own, before: Peaks, s: State) -> Peaks:
+    """The peaks so far, with those of a state."""
+    n = before
+    bodies = int(BLOCKS + 1)
+    for k in range(1, bodies):
+        block = block_of(own, k)
+        r, down = frame(s.q[k]), wp.transpose(frame(s.q[k - 1]))
+        m, c = down * r, down * (s.x[k] - s.x[k - 1])
+        plane, across, tilt, yaw = turns_of(block, r[0, 2], r[1, 2], r[2, 2], s.q[k, 2], s.q[k, 3])
+        if (s.touch[k] != 0) or s.time == real(0.0):
+            x, y = slide_of(
+                block, c[0], c[1], m[0, 0], m[0, 1], m[0, 2], m[1, 0], m[1, 1], m[1, 2], m[2, 0],
+                m[2, 1],
+            )  # fmt: skip
+            n[k, 0] = x
+            n[k, 1] = y
+            n[k, 7] = larger(x * x + y * y, n[k, 7])
+        n[k, 3] = wp.where(plane > n[k, 2], s.time, n[k, 3])
+        n[k, 2] = larger(plane, n[k, 2])
+        n[k, 4] = larger(across, n[k, 4])
+        n[k, 5] = larger(tilt, n[k, 5])
+        n[k, 6] = larger(yaw, n[k, 6])
+    return n
+
+
+@wp.kernel
+def run_lanes(
+    blocks: wp.array2d(dtype=Block), motions: wp.array2d(dtype=Motion),
+    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), lanes: wp.array(dtype=Lane),
+    knobs: Knobs, found: Found,
+):  # fmt: skip
+    """Runs one lane a thread."""
+    lane = wp.tid()
+    mx, my, mz = motions[0, lane], motions[1, lane], motions[2, lane]
+    limits = Limits()
+    limits.gravity = knobs.gravity
+    limits.longest_step = lanes[lane].longest_step
+    limits.rest_gap = lanes[lane].rest_gap
+    bodies = int(BLOCKS + 1)
+    mu, light, own = Numbers(), Numbers(), Own()
+    for k in range(1, bodies):
+        b = blocks[k - 1, lane]
+        mu[k] = b.friction
+        light[k] = real(1.0) / b.mass
+        own.rows[k] = Row(
+            b.half_width, b.half_depth, b.half_height, b.centre_x, b.centre_y, b.mass, b.inverse_x,
+            b.inverse_y, b.inverse_z, b.friction, b.x, b.y, b.z, b.qx, b.qy, b.qz, b.qw, b.flat_x,
+            b.flat_y, b.flat_c, b.flat_s, b.standing,
+        )  # fmt: skip
+    s = start(own, limits)
+    s0 = s
+    peaks = observe(own, Peaks(), s)
+    uplift_time = wp.where(s.closed, NEVER, real(0.0))
+    rest_time = wp.where(s.closed, real(0.0), NEVER)
+    steps = int(0)
+    end = sample_times[sample_times.shape[0] - 1]
+    for sample in range(sample_times.shape[0]):
+        until = sample_times[sample]
+        while s.mode == RUNNING and s.time < until:
+            steps += 1
+            px = sample_index(mx, s.knots[0])
+            py = sample_index(my, s.knots[1])
+            pz = sample_index(mz, s.knots[2])
+            value = Vector(pool[0, px], pool[0, py], pool[0, pz])
+            slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
+            n = step(own, limits, mu, light, mx, my, mz, value, slope, end, s)
+            if n.taken:
+                peaks = observe(own, peaks, n)
+                if not n.closed:
+                    uplift_time = smaller(uplift_time, s.time)
+                rested = wp.where(rest_time < NEVER, rest_time, s.time)
+                rest_time = wp.where(n.still, rested, NEVER)
+                s0 = s
+            s = n
+            if steps >= lanes[lane].step_limit and s.mode == RUNNING:
+                s.mode = STALLED
+        if found.attitudes.shape[0] > 0:
+            for k in range(1, bodies):
+                q = attitude_at(own, k, until, s0, s)
+                for part in range(4):
+                    found.attitudes[sample, k - 1, part, lane] = q[part]
+        if found.places.shape[0] > 0:
+            for k in range(1, bodies):
+                x = place_at(k, until, s0, s)
+                for part in range(3):
+                    found.places[sample, k - 1, part, lane] = x[part]
+    found.results[lane] = Result(
+        uplift_time, rest_time, s.lost, s.deepest, s.impacts, s.mode, steps
+    )
+    for k in range(1, bodies):
+        found.blocks[k - 1, lane] = BlockResult(
+            s.q[k, 2], s.q[k, 3], peaks[k, 0], peaks[k, 1], peaks[k, 2], peaks[k, 3], peaks[k, 4],
+            peaks[k, 5], peaks[k, 6], peaks[k, 7],
+        )  # fmt: skip

@@ -1,0 +1,277 @@
+"""Runs of the impulse step over stacks of blocks in space, one lane a thread on any device.
+
+A run begins with one solve from velocities of zero. It starts from the weights above, shared by the
+contacts, and ends at what they carry at rest, or at the release. Velocities belong to half steps,
+so the first step starts from velocities half a step back: -dt/2 times the settled acceleration.
+
+An interface rocks while a corner of what its faces share does not touch; it lands once one touches
+again. A stack moves while an interface rocks or slides, see `slips` in impulse_space/block.py. It
+ends when two faces share nothing, or a block leans by a right angle, also against what it stands
+on.
+"""
+
+import warp as wp
+
+from warprock.kernels.impulse_space.block import Knobs, side_of, slips
+from warprock.kernels.impulse_space.stack import (
+    Attitude,
+    Axes,
+    Bodies,
+    Matrix,
+    Numbers,
+    PointInts,
+    PointNumbers,
+    Points,
+    axis_of,
+    fastest_slip,
+    find_contacts,
+    frame,
+    rows_of,
+    shared_corners,
+    solve,
+    weighted,
+)
+from warprock.kernels.instance import LOOPS_STAY
+from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF
+from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.shape.faces import Vector
+from warprock.kernels.shape.interface import GROUND_FACE
+from warprock.kernels.shape_space.block import Block, slide_of, turn_freely, turns_of
+from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
+
+wp.set_module_options(LOOPS_STAY)
+
+LANES = 1
+"""Lanes that a thread runs."""
+
+SETTLING = 20000
+"""Most sweeps of the solve before the run; they end once impulses are those of the rest."""
+
+Attitudes = wp.types.matrix(shape=(BLOCKS + 1, 4), dtype=real)
+Kept = wp.types.matrix(shape=(16 * BLOCKS, 3), dtype=real)
+Ints = wp.types.vector(length=BLOCKS + 1, dtype=int)
+Seen = wp.types.vector(length=8, dtype=real)
+"""What a run has seen of a block: slide along x and y, the peaks of `turns_of` (rotation and its
+time, across, tilt, yaw) and of the slide's square."""
+AllSeen = wp.types.matrix(shape=(BLOCKS + 1, 8), dtype=real)
+
+
+@wp.func
+def observe_block(
+    seen: Seen, time: real, block: Block, q: Attitude, r: Matrix, m: Matrix, c: Vector
+) -> Seen:
+    """What has been seen of a block after a step.
+
+    m and c are as in `shared_corners`, r is its own attitude.
+    """
+    tan_x, tan_y, tilt, yaw = turns_of(block, r[0, 2], r[1, 2], r[2, 2], q[2], q[3])
+    x, y = slide_of(
+        block, c[0], c[1], m[0, 0], m[0, 1], m[0, 2], m[1, 0], m[1, 1], m[1, 2], m[2, 0], m[2, 1]
+    )
+    return Seen(
+        x, y, larger(tan_x, seen[2]), wp.where(tan_x > seen[2], time, seen[3]),
+        larger(tan_y, seen[4]), larger(tilt, seen[5]), larger(yaw, seen[6]),
+        larger(x * x + y * y, seen[7]),
+    )  # fmt: skip
+
+
+@wp.func
+def mode_after(mode: int, total: real, shares: int, r: Matrix, m: Matrix) -> int:
+    """The mode of a lane after one of its blocks has moved.
+
+    Args:
+        mode: What it is so far.
+        total: A sum of the block's numbers, finite only if they are.
+        shares: Not zero where it shares some of the face below it.
+        r: Attitude of the block.
+        m: The same as seen from what it stands on.
+    """
+    sums = total + r[2, 2]
+    found = wp.where(shares != 0, RUNNING, SLID_OFF)
+    found = wp.where(smaller(r[2, 2], m[2, 2]) <= real(0.0), OVERTURNED, found)
+    found = wp.where(sums - sums == real(0.0), found, BROKEN)
+    return wp.where(mode == RUNNING, found, mode)
+
+
+@wp.func
+def support_of(below: Block, k: int) -> Block:
+    """What block k stands on: the ground under the first, else the block given."""
+    if k > 1:
+        return below
+    base = Block()
+    base.half_width = GROUND_FACE
+    base.half_depth = GROUND_FACE
+    return base
+
+
+@wp.func
+def lean_of(m: Matrix, rate: Vector, hint: Vector, before: Vector) -> Vector:
+    """Sides along x and y to which a block leans on what it stands on, each -1 or 1.
+
+    Args:
+        m: Its attitude as seen from there.
+        rate: Its angular velocity against that, in the axes of that [rad/s].
+        hint: What the base velocity changes by, or is about to [m/s].
+        before: Sides that count where nothing tells.
+    """
+    zero = real(0.0)
+    x = side_of(-m[2, 0], rate[1], hint[0], before[0])
+    twist = m[1, 0] * x
+    y = side_of(-m[2, 1], -rate[0], hint[1], wp.where(twist != zero, twist, before[1]))
+    return Vector(x, y, zero)
+
+
+@wp.func
+def attitude_to_store(block: Block, q: Attitude, spin: Vector, past: real) -> Attitude:
+    """Attitude of a block at a sample that its lane has passed by the time -past [s]."""
+    e, f, g, h = turn_freely(
+        q[0], q[1], q[2], q[3], spin[0], spin[1], spin[2],
+        block.inverse_x, block.inverse_y, block.inverse_z, past,
+    )  # fmt: skip
+    return Attitude(e, f, g, h)
+
+
+@wp.func
+def integrate(
+    settles: bool, block: Block, knobs: Knobs, dv: Vector, at: Vector, v: Vector, spin: Vector,
+    q: Attitude, r: Matrix, u: Vector, o: Vector, lift: Vector,
+):  # fmt: skip
+    """Moves a block by a step, or by half a step back before the first one.
+
+    Args:
+        settles: Whether the step only finds impulses.
+        block: The block.
+        knobs: Settings.
+        dv: Change of the base velocity [m/s].
+        at, q, r: Centre of mass [m], attitude, and its rotation matrix.
+        v, u: Velocity before the step [m/s] and after it.
+        spin: Angular momentum before the step, for unit mass [m^2/s].
+        o: Angular velocity after the step [rad/s].
+        lift: What its interfaces give back of their penetration [m].
+
+    Returns:
+        Centre of mass, velocity, angular momentum, attitude, and what its contacts took [J].
+    """
+    dt, one = knobs.time_step, real(1.0)
+    x, y, z = block.inverse_x, block.inverse_y, block.inverse_z
+    before = weighted(r, x, y, z) * spin
+    gain = weighted(r, one / x, one / y, one / z) * (o - before)
+    if settles:
+        return at, -HALF * u, -HALF * gain, q, real(0.0)
+    push = u - v + dv + Vector(real(0.0), real(0.0), dt * knobs.gravity)
+    work = HALF * (wp.dot(push, v + u) + wp.dot(gain, before + o)) + knobs.gravity * lift[2]
+    turned = attitude_to_store(block, q, spin + gain, dt)
+    return at + dt * u + lift, u, spin + gain, turned, -block.mass * work
+
+
+@wp.kernel
+def run_lanes(
+    blocks: wp.array2d(dtype=Block), motions: wp.array2d(dtype=Motion),
+    pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
+):  # fmt: skip
+    """Runs one lane a thread."""
+    lane, dt, zero = wp.tid(), knobs.time_step, real(0.0)
+    at, v, spin, u, o, lean = Bodies(), Bodies(), Bodies(), Bodies(), Bodies(), Bodies()
+    attitude, seen, axes, ease, lift = Attitudes(), AllSeen(), Axes(), Axes(), Bodies()
+    mu, light, load, apart, there = Numbers(), Numbers(), Numbers(), Ints(), Ints()
+    base, dv, hint, ru, rl, p = Vector(), Vector(), Vector(), Points(), Points(), Points()
+    gap, body, key, kept = PointNumbers(), PointInts(), PointInts(), Kept()
+    bodies, count, steps, mode, impacts = int(BLOCKS + 1), int(-1), int(0), int(RUNNING), int(0)
+    uplift_time = NEVER
+    time, moved, loss, deepest = -dt, real(0.0), real(0.0), real(0.0)
+    for i in range(3):
+        axes[i, i] = real(1.0)
+    attitude[0, 3] = real(1.0)
+    for k in range(1, bodies):
+        block = blocks[k - 1, lane]
+        at[k] = Vector(block.x, block.y, block.z)
+        attitude[k] = Attitude(block.qx, block.qy, block.qz, block.qw)
+        light[k] = real(1.0) / block.mass
+        mu[k] = block.friction
+        for i in range(1, k + 1):
+            load[i] = load[i] + dt * knobs.gravity * block.mass
+        lean[k] = Vector(block.flat_x + block.centre_x, block.flat_y + block.centre_y, zero)
+    for sample in range(sample_times.shape[0]):
+        until = sample_times[sample]
+        while mode == RUNNING and time < until:
+            count += 1
+            time = real(count) * dt
+            half = larger(time - HALF * dt, HALF * dt)
+            for d in range(3):
+                way = motions[d, lane]
+                index = sample_index(way, sample_segment(way, half))
+                rides = base_velocity(way, half, pool[2, index], pool[0, index], pool[1, index])
+                hint[d] = rides - base[d]
+                dv[d] = wp.where(count > 0, hint[d], zero)
+                base[d] = wp.where(count > 0, rides, zero)
+            total, lifted, landed, shift = int(0), int(0), int(0), Vector(zero, zero, zero)
+            for k in range(1, bodies):
+                block = blocks[k - 1, lane]
+                r = frame(attitude[k])
+                j = weighted(r, block.inverse_x, block.inverse_y, block.inverse_z)
+                for i in range(3):
+                    axes[3 * k + i] = axis_of(r, i)
+                    ease[3 * k + i] = light[k] * axis_of(j, i)
+                u[k] = v[k] - dv - Vector(zero, zero, dt * knobs.gravity)
+                o[k] = j * spin[k]
+                below, down = support_of(blocks[wp.max(k - 2, 0), lane], k), rows_of(axes, k - 1)
+                m, c = down * r, down * (at[k] - at[k - 1])
+                lean[k] = lean_of(m, down * (o[k] - o[k - 1]), hint, lean[k])
+                places, gaps, some = shared_corners(block, below, m, c, lean[k])
+                chosen, number, wide, lands, deep, push = find_contacts(
+                    gaps, some, lean[k], apart[k], knobs
+                )
+                for i in range(number):
+                    t = chosen[i]
+                    rl[total] = wp.transpose(down) * places[t]
+                    ru[total] = rl[total] + at[k - 1] - at[k]
+                    body[total] = k
+                    gap[total] = gaps[t]
+                    key[total] = 16 * (k - 1) + t
+                    share = Vector(zero, zero, load[k] / real(number))
+                    p[total] = wp.where(count > 0, kept[key[total]], share)
+                    total += 1
+                there[k] = some
+                apart[k] = wide
+                lifted, landed = lifted | wide, landed | lands
+                deepest, shift = larger(deepest, deep), shift + push * axes[3 * k - 1]
+                lift[k] = shift
+            p, u, o = solve(wp.where(count > 0, knobs.sweeps, SETTLING), total, knobs.rate, mu,
+                light, axes, ease, body, gap, ru, rl, p, u, o)  # fmt: skip
+            kept = Kept()
+            for i in range(total):
+                kept[key[i]] = p[i]
+            for k in range(1, bodies):
+                block = blocks[k - 1, lane]
+                r, down = frame(attitude[k]), wp.transpose(frame(attitude[k - 1]))
+                place, speed, turns, q, took = integrate(count == 0, block, knobs, dv, at[k], v[k],
+                    spin[k], attitude[k], r, u[k], o[k], lift[k])  # fmt: skip
+                at[k] = place
+                v[k] = speed
+                spin[k] = turns
+                attitude[k] = q
+                r, loss = frame(q), loss + took
+                m, c = down * r, down * (place - at[k - 1])
+                seen[k] = observe_block(seen[k], time, block, q, r, m, c)
+                sums = place[0] + speed[0] + speed[1] + speed[2] + turns[0] + turns[1] + turns[2]
+                mode = mode_after(mode, sums, there[k], r, m)
+            steps, impacts = steps + wp.where(count > 0, 1, 0), impacts + landed
+            slides = slips(fastest_slip(total, axes, body, ru, rl, u, o), knobs)
+            moved = wp.where(lifted != 0 or (count > 0 and slides), time, moved)
+            uplift_time = wp.where(lifted != 0, smaller(uplift_time, time), uplift_time)
+        if found.attitudes.shape[0] > 0:
+            past = wp.where(mode == RUNNING, smaller(until - time, zero), zero)
+            for k in range(1, bodies):
+                q = attitude_to_store(blocks[k - 1, lane], attitude[k], spin[k], past)
+                for i in range(4):
+                    found.attitudes[sample, k - 1, i, lane] = q[i]
+                if found.places.shape[0] > 0:
+                    spot = at[k] + past * v[k]
+                    for i in range(3):
+                        found.places[sample, k - 1, i, lane] = spot[i]
+    found.results[lane] = Result(uplift_time, moved, loss, deepest, impacts, mode, steps)
+    for k in range(1, bodies):
+        w = seen[k]
+        found.blocks[k - 1, lane] = BlockResult(
+            attitude[k, 2], attitude[k, 3], w[0], w[1], w[2], w[3], w[4], w[5], w[6], w[7]
+        )

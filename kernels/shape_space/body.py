@@ -1,0 +1,99 @@
+"""Bodies in space that stand on any number of contact points.
+
+The axes of a body are its principal axes of inertia, its origin is the centre of mass; the block's
+axes are those in which its case describes it, z upwards where it stands. Attitudes that a run keeps
+are the body's, what it shows of them is the block's.
+"""
+
+import warp as wp
+
+from warprock.kernels.shape_space.block import TOUCH, Block, matrix_of, turns_of
+
+MOST_POINTS = 64
+"""Most contact points of a body: rows of what a kernel keeps of them."""
+PLANE = by_precision(1.0e-8, 1.0e-4)
+"""Least product of the two principal second moments of points that span a plane, over the square of
+their sum: of narrower ones a body turns about the line along them."""
+APART = by_precision(1.0e-12, 1.0e-6)
+"""Least second moment of points that are not one, over the square of the body's reach: what is less
+is round-off."""
+
+
+@wp.struct
+class Frame:
+    """The body of a lane, besides its `Block`.
+
+    Attributes:
+        ax, ay, az, aw: Attitude of the body's axes in the block's axes.
+        reach: Distance of the farthest point from the centre of mass [m].
+        feet: Points that touch where the body stands.
+    """
+
+    ax: real
+    ay: real
+    az: real
+    aw: real
+    reach: real
+    feet: real
+
+
+@wp.struct
+class Point:
+    """A contact point.
+
+    Attributes:
+        x, y, z: From the centre of mass, in the body's axes [m].
+        stood_x, stood_y: Where it would be on the ground, did the body stand at its start [m].
+        foot: 1 where it touches then, 0 where it does not, -1 of a row without a point.
+    """
+
+    x: real
+    y: real
+    z: real
+    stood_x: real
+    stood_y: real
+    foot: real
+
+
+@wp.func
+def body_attitude(frame: Frame, qx: real, qy: real, qz: real, qw: real):
+    """Attitude of the body's axes from that of the block's."""
+    return (
+        qw * frame.ax + qx * frame.aw + qy * frame.az - qz * frame.ay,
+        qw * frame.ay + qy * frame.aw + qz * frame.ax - qx * frame.az,
+        qw * frame.az + qz * frame.aw + qx * frame.ay - qy * frame.ax,
+        qw * frame.aw - qx * frame.ax - qy * frame.ay - qz * frame.az,
+    )
+
+
+@wp.func
+def block_attitude(frame: Frame, qx: real, qy: real, qz: real, qw: real):
+    """Attitude of the block's axes from that of the body's."""
+    return (
+        qx * frame.aw - qw * frame.ax - qy * frame.az + qz * frame.ay,
+        qy * frame.aw - qw * frame.ay - qz * frame.ax + qx * frame.az,
+        qz * frame.aw - qw * frame.az - qx * frame.ay + qy * frame.ax,
+        qw * frame.aw + qx * frame.ax + qy * frame.ay + qz * frame.az,
+    )
+
+
+@wp.func
+def turns_of_body(block: Block, frame: Frame, qx: real, qy: real, qz: real, qw: real):
+    """What tells how far a body has turned, see `turns_of`; height of its axis' top; its twist."""
+    ex, ey, ez, ew = block_attitude(frame, qx, qy, qz, qw)
+    _a, _b, r13, _c, _d, r23, _e, _f, r33 = matrix_of(ex, ey, ez, ew)
+    along, across, tilt, yaw = turns_of(block, r13, r23, r33, ez, ew)
+    return along, across, tilt, yaw, r33, ez, ew
+
+
+@wp.func
+def touches_as_lowest(gap: real, lowest: real, half_width: real) -> bool:
+    """Whether a point counts as touching where a slide is told."""
+    return gap <= lowest + TOUCH * half_width
+
+
+@wp.func
+def spans(count: real, xx: real, xy: real, yy: real) -> bool:
+    """Whether points span a plane, from their number and their second moments about the middle."""
+    whole = xx + yy
+    return count > real(2.5) and xx * yy - xy * xy > PLANE * whole * whole
