@@ -33,7 +33,12 @@ def test_a_viewer_is_shown_every_sample() -> None:
     import newton.viewer
 
     class Counted(newton.viewer.ViewerNull):
-        shown = 0
+        def __init__(self) -> None:
+            super().__init__()
+            self.shown, self.curves = 0, set[str]()
+
+        def log_scalar(self, name: str, value: float, **options: object) -> None:
+            self.curves.add(name)
 
         def end_frame(self) -> None:
             self.shown += 1
@@ -41,3 +46,6 @@ def test_a_viewer_is_shown_every_sample() -> None:
     viewer = Counted()
     play(viewer, swinging(5), 100.0, rounds=2)
     assert viewer.shown == 10
+    # A viewer that reads a name as a path would show its last part alone.
+    assert len(viewer.curves) == 4
+    assert all(name.replace("_", "").isalnum() for name in viewer.curves), viewer.curves

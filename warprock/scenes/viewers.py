@@ -118,10 +118,11 @@ def _show(viewer: Any, motion: SceneMotion, sample: int, at: float) -> None:
             wp.array([wp.transform(place, turn)], dtype=wp.transform),
             wp.array([wp.vec3(*colour)], dtype=wp.vec3),
         )
-    viewer.log_scalar("time [s]", float(motion.times[sample]))
-    viewer.log_scalar("base acceleration [m/s^2]", float(motion.acceleration[sample, 0]))
+    # Viewers take such names as paths: no blank, slash or bracket.
+    viewer.log_scalar("time_s", float(motion.times[sample]))
+    viewer.log_scalar("base_acceleration_m_per_s2", float(motion.acceleration[sample, 0]))
     for block, ratio in enumerate(motion.ratio[:, sample]):
-        viewer.log_scalar(f"rotation / slenderness, block {block + 1}", float(ratio))
+        viewer.log_scalar(f"rotation_ratio_{block + 1}", float(ratio))
     viewer.end_frame()
 
 
