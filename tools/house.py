@@ -119,12 +119,6 @@ ROOMS = (
         "distributed pyarrow",
     ),
     _room(
-        "report",
-        "the page of a folder of results: one HTML file, its template, style and player",
-        f"{_BASE} case run sweep",
-        "PIL jinja2 markupsafe numpy pandas pyarrow",
-    ),
-    _room(
         "analysis",
         """fragility functions, incremental dynamic analysis, overturning maps, rocking spectra,
         Sobol' indices""",
@@ -137,6 +131,12 @@ ROOMS = (
         cases; studies""",
         f"{_BASE} case engines run analysis oracle programs",
         "numpy pandas pyarrow",
+    ),
+    _room(
+        "report",
+        "the page of a folder of results: one HTML file, its template, style and player",
+        f"{_BASE} case run sweep analysis compare",
+        "PIL jinja2 markupsafe numpy pandas pyarrow",
     ),
     _room(
         "measure",
