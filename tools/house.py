@@ -160,7 +160,7 @@ ROOMS = (
         "scenes",
         "moving pictures of a lane as files (GIF, MP4, glTF, USD), and Newton's viewers",
         f"{_BASE} case run figures",
-        "PIL imageio_ffmpeg newton numpy warp",
+        "PIL imageio_ffmpeg imgui_bundle newton numpy warp",
     ),
     _room(
         "paper",

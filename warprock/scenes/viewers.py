@@ -29,7 +29,12 @@ def open_viewer(kind: str, port: int) -> Any:
         return newton.viewer.ViewerViser(host="127.0.0.1", port=port, label="warprock")
     if kind == "rerun":
         return newton.viewer.ViewerRerun(app_id="warprock", web_port=port)
-    return newton.viewer.ViewerGL()
+    viewer = newton.viewer.ViewerGL()
+    from imgui_bundle import imgui
+
+    # Else it would leave a file of the places of its panels wherever it is called.
+    imgui.get_io().set_ini_filename("")
+    return viewer
 
 
 def write_usd(path: pathlib.Path, motion: SceneMotion, rate: float) -> None:
