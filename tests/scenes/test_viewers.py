@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import pathlib
+import socket
 
 import numpy as np
 import pytest
 
 from tests.shared.moving import swinging
-from warprock.scenes.viewers import play, write_usd
+from warprock.errors import InputError
+from warprock.scenes.viewers import open_viewer, play, write_usd
 
 
 def test_a_usd_file_holds_the_blocks_over_time(tmp_path: pathlib.Path) -> None:
@@ -49,3 +51,26 @@ def test_a_viewer_is_shown_every_sample() -> None:
     # A viewer that reads a name as a path would show its last part alone.
     assert len(viewer.curves) == 4
     assert all(name.replace("_", "").isalnum() for name in viewer.curves), viewer.curves
+
+
+@pytest.mark.parametrize("kind", ["viser", "rerun"])
+def test_a_port_that_is_taken_is_refused(kind: str) -> None:
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        with pytest.raises(InputError, match="--port: got [0-9]+, which cannot be listened on"):
+            open_viewer(kind, taken.getsockname()[1])
+
+
+def test_a_window_needs_a_display(monkeypatch: pytest.MonkeyPatch) -> None:
+    import newton.viewer
+
+    class NoSuchDisplayError(Exception):
+        __module__ = "pyglet.display.xlib"
+
+    def fail() -> None:
+        raise NoSuchDisplayError('Cannot connect to "None"')
+
+    monkeypatch.setattr(newton.viewer, "ViewerGL", fail)
+    with pytest.raises(InputError, match=r'which needs a display .*Cannot connect to "None"'):
+        open_viewer("window", 8080)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import pathlib
+import socket
 import time
 from typing import Any
 
 import numpy as np
 
+from warprock.errors import InputError
 from warprock.figures.palette import SERIES
+from warprock.quantity import Said
 from warprock.run.scene_motion import SceneMotion
 
 PAUSE = 1.0
@@ -22,14 +25,43 @@ def open_viewer(kind: str, port: int) -> Any:
     Args:
         kind: "viser", "rerun" or "window".
         port: Port of a viewer in the browser.
+
+    Raises:
+        InputError: The port is taken, or there is no display.
     """
     import newton.viewer
 
+    if kind == "window":
+        return _window()
+    _require_free(port)
     if kind == "viser":
         return newton.viewer.ViewerViser(host="127.0.0.1", port=port, label="warprock")
-    if kind == "rerun":
-        return newton.viewer.ViewerRerun(app_id="warprock", web_port=port)
-    viewer = newton.viewer.ViewerGL()
+    return newton.viewer.ViewerRerun(app_id="warprock", web_port=port)
+
+
+def _require_free(port: int) -> None:
+    """Refuses a port of this machine on which another program listens."""
+    with socket.socket() as tried:
+        tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            tried.bind(("127.0.0.1", port))
+        except OSError as error:
+            allowed = f"which cannot be listened on ({error.strerror}): choose another"
+            raise InputError("--port", "", port, allowed) from None
+
+
+def _window() -> Any:
+    """A window on a display."""
+    import newton.viewer
+
+    try:
+        viewer = newton.viewer.ViewerGL()
+    except Exception as error:
+        # The window's package has an error of its own for each way to have no display.
+        if not type(error).__module__.startswith("pyglet"):
+            raise
+        allowed = f"which needs a display with OpenGL: {error}"
+        raise InputError("--viewer", "", Said("window"), allowed) from None
     from imgui_bundle import imgui
 
     # Else it would leave a file of the places of its panels wherever it is called.
