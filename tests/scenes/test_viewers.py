@@ -58,7 +58,7 @@ def test_a_port_that_is_taken_is_refused(kind: str) -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
-        with pytest.raises(InputError, match="--port: got [0-9]+, which cannot be listened on"):
+        with pytest.raises(InputError, match=r"--port: got [0-9]+, which cannot be listened on"):
             open_viewer(kind, taken.getsockname()[1])
 
 
