@@ -186,7 +186,7 @@ ROOMS = (
 )
 """All rooms, from the ground up."""
 
-MODULES = ("errors", "units", "reading", "quantity")
+MODULES = ("errors", "units", "processes", "reading", "quantity")
 """Rooms that are one module at the top of `warprock/`."""
 
 MAPPED = ("kernels", "cases")
