@@ -119,12 +119,6 @@ ROOMS = (
         "distributed pyarrow",
     ),
     _room(
-        "report",
-        "the page of a folder of results: one HTML file, its template, style and player",
-        f"{_BASE} case run sweep",
-        "PIL jinja2 markupsafe numpy pandas pyarrow",
-    ),
-    _room(
         "analysis",
         """fragility functions, incremental dynamic analysis, overturning maps, rocking spectra,
         Sobol' indices""",
@@ -137,6 +131,12 @@ ROOMS = (
         cases; studies""",
         f"{_BASE} case engines run analysis oracle programs",
         "numpy pandas pyarrow",
+    ),
+    _room(
+        "report",
+        "the page of a folder of results: one HTML file, its template, style and player",
+        f"{_BASE} case run sweep analysis compare",
+        "PIL jinja2 markupsafe numpy pandas pyarrow",
     ),
     _room(
         "measure",
@@ -160,7 +160,7 @@ ROOMS = (
         "scenes",
         "moving pictures of a lane as files (GIF, MP4, glTF, USD), and Newton's viewers",
         f"{_BASE} case run figures",
-        "PIL imageio_ffmpeg newton numpy warp",
+        "PIL imageio_ffmpeg imgui_bundle newton numpy warp",
     ),
     _room(
         "paper",

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import pathlib
+import socket
 import time
 from typing import Any
 
 import numpy as np
 
+from warprock.errors import InputError
 from warprock.figures.palette import SERIES
+from warprock.quantity import Said
 from warprock.run.scene_motion import SceneMotion
 
 PAUSE = 1.0
@@ -22,14 +25,48 @@ def open_viewer(kind: str, port: int) -> Any:
     Args:
         kind: "viser", "rerun" or "window".
         port: Port of a viewer in the browser.
+
+    Raises:
+        InputError: The port is taken, or there is no display.
     """
     import newton.viewer
 
+    if kind == "window":
+        return _window()
+    _require_free(port)
     if kind == "viser":
         return newton.viewer.ViewerViser(host="127.0.0.1", port=port, label="warprock")
-    if kind == "rerun":
-        return newton.viewer.ViewerRerun(app_id="warprock", web_port=port)
-    return newton.viewer.ViewerGL()
+    return newton.viewer.ViewerRerun(app_id="warprock", web_port=port)
+
+
+def _require_free(port: int) -> None:
+    """Refuses a port of this machine on which another program listens."""
+    with socket.socket() as tried:
+        tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            tried.bind(("127.0.0.1", port))
+        except OSError as error:
+            allowed = f"which cannot be listened on ({error.strerror}): choose another"
+            raise InputError("--port", "", port, allowed) from None
+
+
+def _window() -> Any:
+    """A window on a display."""
+    import newton.viewer
+
+    try:
+        viewer = newton.viewer.ViewerGL()
+    except Exception as error:
+        # The window's package has an error of its own for each way to have no display.
+        if not type(error).__module__.startswith("pyglet"):
+            raise
+        allowed = f"which needs a display with OpenGL: {error}"
+        raise InputError("--viewer", "", Said("window"), allowed) from None
+    from imgui_bundle import imgui
+
+    # Else it would leave a file of the places of its panels wherever it is called.
+    imgui.get_io().set_ini_filename("")
+    return viewer
 
 
 def write_usd(path: pathlib.Path, motion: SceneMotion, rate: float) -> None:
@@ -118,10 +155,11 @@ def _show(viewer: Any, motion: SceneMotion, sample: int, at: float) -> None:
             wp.array([wp.transform(place, turn)], dtype=wp.transform),
             wp.array([wp.vec3(*colour)], dtype=wp.vec3),
         )
-    viewer.log_scalar("time [s]", float(motion.times[sample]))
-    viewer.log_scalar("base acceleration [m/s^2]", float(motion.acceleration[sample, 0]))
+    # Viewers take such names as paths: no blank, slash or bracket.
+    viewer.log_scalar("time_s", float(motion.times[sample]))
+    viewer.log_scalar("base_acceleration_m_per_s2", float(motion.acceleration[sample, 0]))
     for block, ratio in enumerate(motion.ratio[:, sample]):
-        viewer.log_scalar(f"rotation / slenderness, block {block + 1}", float(ratio))
+        viewer.log_scalar(f"rotation_ratio_{block + 1}", float(ratio))
     viewer.end_frame()
 
 
