@@ -77,6 +77,26 @@ def inner_radius(points: Array) -> float:
     return float(nearest) if nearest > LEVEL * np.ptp(points, axis=0).max() else 0.0
 
 
+def hull_surface(points: Array) -> tuple[Array, Array]:
+    """The triangles of the convex hull of points.
+
+    Args:
+        points: Not all in a plane [m], shape [point, 3].
+
+    Returns:
+        Corners of the triangles, against the clock as seen from outside [m], shape
+        [triangle, 3, 3], and their normals outwards, of length 1, shape [triangle, 3].
+    """
+    from scipy.spatial import ConvexHull
+
+    hull = ConvexHull(points)
+    corners, normals = points[hull.simplices], hull.equations[:, :3]
+    first, second, third = np.moveaxis(corners, 1, 0)
+    inwards = np.sum(np.cross(second - first, third - first) * normals, axis=-1) < 0.0
+    corners[inwards] = corners[inwards][:, ::-1]
+    return corners, normals
+
+
 def rounded_centres(points: Array, radius: Array) -> Array:
     """Points moved inwards by a radius from both edges that meet in them.
 
