@@ -60,7 +60,7 @@ ROOMS = (
         closed forms: rocking, stacking, pose, the path of a base, Painleve's limit, undecided
         lanes""",
         "errors units",
-        "numpy",
+        "numpy scipy",
     ),
     _room(
         "settings",
