@@ -56,7 +56,9 @@ class AbstractEngine(abc.ABC):
     above_rigid: ClassVar[bool] = False
     """Whether its kernels tell heights as what they differ from those of a pile of rigid blocks."""
     starts_moving: ClassVar[tuple[str, ...]] = ()
-    """Where blocks may start with velocities or be thrown: plane, space."""
+    """Where boxes may start with velocities or be thrown: plane, space."""
+    bodies_move: ClassVar[tuple[str, ...]] = ()
+    """Where bodies may."""
     rests_exactly: ClassVar[bool] = False
     """Whether a block at rest does not move at all, until its base lifts it or makes it slide."""
 
@@ -76,11 +78,10 @@ class AbstractEngine(abc.ABC):
         if scene.rounded and not cls.rounded:
             return f"{cls.name} has sharp corners, and the case rounds them (block.corner_radius)"
         where = "space" if scene.spatial else "plane"
-        if scene.moving and scene.bodies:
-            return f"{cls.name} lets bodies go from rest, and the case {scene.moving}"
-        if scene.moving and where not in cls.starts_moving:
+        if scene.moving and where not in (cls.bodies_move if scene.bodies else cls.starts_moving):
             place = "in space" if scene.spatial else "in the plane"
-            return f"{cls.name} lets blocks go from rest {place}, and the case {scene.moving}"
+            what = "bodies" if scene.bodies else "blocks"
+            return f"{cls.name} lets {what} go from rest {place}, and the case {scene.moving}"
         declined = cls.declines(scene)
         if declined is None and scene.bodies and scene.stacked and not cls.stacked_bodies:
             declined = f"{cls.name} stacks boxes alone, and the case has a body in a stack"

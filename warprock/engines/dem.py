@@ -91,12 +91,13 @@ class Dem(AbstractEngine):
     spatial: ClassVar[bool] = True
     starts_moving: ClassVar[tuple[str, ...]] = ("space",)
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
+    bodies_move: ClassVar[tuple[str, ...]] = ("space",)
     above_rigid: ClassVar[bool] = True
 
     @classmethod
     def declines(cls, scene: SceneKind) -> str | None:
         """Why its model is not for a scene: a box on springs at its corners is thrown alone."""
-        if scene.moving and not scene.thrown:
+        if scene.moving and not scene.thrown and not scene.bodies:
             return f"dem lets blocks go from rest, or thrown, and the case {scene.moving}"
         return None
 

@@ -25,7 +25,7 @@ from warprock.model import rocking
 from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions
-from warprock.model.pose import start_poses, turned
+from warprock.model.pose import product, start_poses, turned
 from warprock.model.stacking import centre_height
 from warprock.units import GRAVITY
 
@@ -50,9 +50,13 @@ def kinetic_energy_at_start(lanes: Lanes) -> Array:
     inertia = (squares.sum(axis=-1, keepdims=True) - squares) / 12.0
     if release.gyration is not None:
         inertia = release.gyration
+    if lanes.body is not None:
+        inertia = lanes.body.gyration
     spin = release.angular_velocity
     if lanes.spatial:
         attitude = start_poses(cast(SpatialLanes, lanes))[1]
+        if lanes.body is not None:
+            attitude = product(attitude, lanes.body.axes)
         spin = turned(attitude * np.array([-1.0, -1.0, -1.0, 1.0]), spin)
     moving = (release.velocity**2).sum(axis=-1) + (inertia * spin**2).sum(axis=-1)
     return np.asarray(0.5 * lanes.mass * moving)
@@ -111,7 +115,8 @@ def spatial_energy_held(lanes: Lanes) -> Array:
     if lanes.thrown:
         height = 0.5 * np.minimum(np.minimum(stacks.width, stacks.depth), stacks.height)
     if lanes.body is not None:
-        height = lanes.body.centre_height[:, None]
+        body = lanes.body
+        height = (body.inner_radius if lanes.thrown else body.centre_height)[:, None]
     rise = start_poses(stacks)[0][..., 2] - height
     return np.asarray(GRAVITY * (stacks.mass * rise).sum(axis=1))
 

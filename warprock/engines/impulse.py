@@ -53,6 +53,7 @@ class Impulse(AbstractEngine):
     starts_moving: ClassVar[tuple[str, ...]] = ("space",)
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
     stacked_bodies: ClassVar[bool] = True
+    bodies_move: ClassVar[tuple[str, ...]] = ("space",)
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: stacks in space run one lane a thread on any device.

@@ -78,7 +78,9 @@ def start_corners(lanes: Lanes) -> Array:
     """
     if isinstance(lanes, SpatialLanes):
         position, attitude = start_poses(lanes)
-        seen, height = turned(attitude[:, None], bottom_corners(lanes)), position[:, 2]
+        body = lanes.body
+        corners = bottom_corners(lanes) if body is None else body.points_in_block_axes
+        seen, height = turned(attitude[:, None], corners), position[:, 2]
     else:
         side = np.array([-0.5, 0.5])
         s, c = np.sin(lanes.rotation_start)[:, None], np.cos(lanes.rotation_start)[:, None]

@@ -1,7 +1,7 @@
 """MuJoCo as a program beside ours: boxes on a plane or on a driven table, of the extra `mujoco`.
 
-A body in space is the convex hull of its contact points, raised by its height to make a solid, with
-its own mass and inertia.
+A body in space is the convex hull of its contact points, with its own mass and inertia; where they
+do not surround the centre of mass they are raised by its height to make a solid.
 
 Settings are the best of those tried on blocks B0 to B3: the contact must be stiffer with every
 shorter step (a time constant of two steps, the least that MuJoCo allows, twice critically damped)
@@ -156,8 +156,9 @@ def _model_text(scene: PeerScene, step: float) -> str:
     for number, block in enumerate(scene.blocks, 1):
         blocks.append(_block_text(number, block))
         if block.body is not None:
-            points = np.array(block.body.points)
-            hull = np.concatenate([points, points + np.array([0.0, 0.0, block.size[2]])])
+            hull = np.array(block.body.points)
+            if not block.body.closed:
+                hull = np.concatenate([hull, hull + np.array([0.0, 0.0, block.size[2]])])
             meshes.append(MESH.format(number=number, hull=_text(hull.ravel())))
         friction = max(block.friction, FRICTION_LEAST)
         contact = {"friction": friction, "reaction": 2.0 * step}

@@ -36,10 +36,12 @@ class PeerBody:
     Attributes:
         points: Contact points [m].
         tensor: Moments of inertia xx, yy, zz, xy, xz and yz, entries of the tensor [kg m^2].
+        closed: Whether the points surround the centre of mass: their hull is the body.
     """
 
     points: Sequence[Sequence[float]]
     tensor: Sequence[float]
+    closed: bool
 
 
 @dataclasses.dataclass(frozen=True)
@@ -245,7 +247,8 @@ def _body(bodies: Bodies, lane: int) -> PeerBody:
     axes = turned(body.axes, np.eye(3))
     xx, yy, zz = (body.mass[0] * body.gyration[0]) @ (axes**2)
     tensor = (axes.T * (body.mass[0] * body.gyration[0])) @ axes
-    return PeerBody(points.tolist(), [xx, yy, zz, tensor[0, 1], tensor[0, 2], tensor[1, 2]])
+    six = [xx, yy, zz, tensor[0, 1], tensor[0, 2], tensor[1, 2]]
+    return PeerBody(points.tolist(), six, bool(body.inner_radius[0] > 0.0))
 
 
 def _starts(lanes: Lanes) -> tuple[Array, Array]:

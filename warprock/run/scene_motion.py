@@ -19,6 +19,7 @@ from warprock.case.lanes import expand_lanes
 from warprock.case.load import build_case
 from warprock.errors import InputError
 from warprock.model.base_path import base_places
+from warprock.model.hull import hull_surface
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.pose import quaternion, turned
 from warprock.model.ratios import rotation_ratio
@@ -90,6 +91,33 @@ class SceneMotion:
         """Outlines of all blocks, which are one or have their own, [block, 1, corner, 3]."""
         assert self.outline is not None
         return np.asarray(self.outline.reshape(-1, 1, *self.outline.shape[-2:]))
+
+    @property
+    def reach(self) -> float:
+        """Half side of the base as pictures show it [m]: the middles of blocks stay above it."""
+        tall, wide = float(self.sizes[:, 2].sum()), float(self.sizes[:, :2].max())
+        usual = 0.75 * wide + 0.3 * tall
+        away = float(np.nanmax(np.abs(self.position - self.base)[..., :2]))
+        return usual if away <= usual else away + 0.5 * max(tall, wide)
+
+    def surface(self, block: int) -> tuple[Array, Array] | None:
+        """Triangles of a body from its centre of mass, and their normals, see `hull_surface`.
+
+        A body in the plane is as deep as the box around it.
+
+        Args:
+            block: Its number, from 0.
+
+        Returns:
+            Shapes [triangle, 3, 3] and [triangle, 3]; None of boxes.
+        """
+        if self.outline is None:
+            return None
+        outline = self.outline.reshape(-1, *self.outline.shape[-2:])[block]
+        if not self.spatial:
+            half = np.array([0.0, 0.5 * self.sizes[block, 1], 0.0])
+            outline = np.concatenate([outline - half, outline + half])
+        return hull_surface(outline)
 
     def _placed(self, arms: Array) -> Array:
         shape = (*self.position.shape[:2], arms.shape[-2], 3)
