@@ -45,6 +45,8 @@ class AbstractEngine(abc.ABC):
     """Whether its blocks can move in space."""
     bodies: ClassVar[tuple[bool, bool]] = (False, False)
     """Whether its blocks can be bodies that are no boxes, in the plane and in space."""
+    stacked_bodies: ClassVar[bool] = False
+    """Whether the blocks of its stacks in the plane can be such bodies."""
     rounded: ClassVar[bool] = False
     """Whether it can roll a body on rounded corners."""
     restitution: ClassVar[str | None] = "finds the angular restitution from its contact law"
@@ -81,6 +83,8 @@ class AbstractEngine(abc.ABC):
             what = "bodies" if scene.bodies else "blocks"
             return f"{cls.name} lets {what} go from rest {place}, and the case {scene.moving}"
         declined = cls.declines(scene)
+        if declined is None and scene.bodies and scene.stacked and not cls.stacked_bodies:
+            declined = f"{cls.name} stacks boxes alone, and the case has a body in a stack"
         if declined is None and cls.restitution is not None and scene.restitution_given:
             return (
                 f"{cls.name} {cls.restitution} and cannot follow the prescribed "

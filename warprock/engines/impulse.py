@@ -14,6 +14,7 @@ from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.soundness import account_in_space, account_of, unstable
 from warprock.engines.spatial_bodies import spatial_inputs
+from warprock.engines.stack_bodies import foot_columns
 from warprock.kernels.instance import MAX_UNROLL
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import GroundMotions
@@ -51,6 +52,7 @@ class Impulse(AbstractEngine):
     spatial: ClassVar[bool] = True
     starts_moving: ClassVar[tuple[str, ...]] = ("space",)
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
+    stacked_bodies: ClassVar[bool] = True
     bodies_move: ClassVar[tuple[str, ...]] = ("space",)
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
@@ -70,7 +72,8 @@ class Impulse(AbstractEngine):
                 return Kernel("impulse_space/thrown_run", friction=friction)
             return Kernel("impulse_space/block_run", lanes=lanes, friction=friction)
         if scene.stacked:
-            return Kernel("impulse/stack_run", lanes=lanes, iterations=sweeps)
+            file = "impulse/stack_body_run" if scene.bodies else "impulse/stack_run"
+            return Kernel(file, lanes=lanes, iterations=sweeps)
         slow = self.target.form is None and sweeps > MAX_UNROLL
         file = "impulse/body_run" if scene.bodies else "impulse/block_run"
         return Kernel(file, lanes=1 if slow else lanes, iterations=sweeps)
@@ -95,7 +98,9 @@ class Impulse(AbstractEngine):
             return columns | ({"throws": throw_columns(lanes)} if starts else {})
         if lanes.stacked:
             blocks = planar_columns(lanes, GRAVITY * step)
-            return {"blocks": blocks, "lanes": stack_columns(lanes), "knobs": knobs}
+            columns = {"blocks": blocks, "lanes": stack_columns(lanes), "knobs": knobs}
+            feet = {} if lanes.profiles is None else {"feet": foot_columns(lanes)}
+            return columns | feet
         if lanes.body is not None:
             corners = Corners.of(lanes.body)
             blocks = {
