@@ -1,0 +1,79 @@
+"""Blocks in the plane on a base that moves upwards, too: closed forms, and the oracle."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tests.shared.blocks import free_lanes, make_lanes
+from tests.shared.vertical_motion import Array, sampled, shaken, steady
+from warprock.engines import engine_class
+from warprock.model.motion import StillBase, UprightMotions
+from warprock.model.response import Outcome, SampleTimes, Status
+from warprock.oracle.block import oracle_response
+from warprock.units import GRAVITY
+
+RISES = np.array([-0.5, -0.2, 0.3, 0.8, 1.5, 0.1, -0.7, 0.6, 2.0])
+"""Steady accelerations of the base upwards over g."""
+
+
+def ramp(upwards: Array, rate: Array, duration: float) -> UprightMotions:
+    """Along x the base's acceleration grows at a rate [m/s^3]; upwards it is steady [m/s^2]."""
+    time = 0.02 * np.arange(round(duration / 0.02) + 1)
+    along = np.multiply.outer(rate, time)
+    return UprightMotions(sampled(along, 0.02), sampled(upwards[:, None] + 0.0 * along, 0.02))
+
+
+def test_a_steady_rise_is_another_gravity() -> None:
+    # Free rocking knows no time but 1 / p, so with n g for g it runs sqrt(n) times as fast.
+    lanes, faster = free_lanes(), np.sqrt(1.0 + RISES)
+    engine = engine_class("housner")()
+    still = StillBase(lanes.lane_count)
+    for lane, fast in enumerate(faster):
+        one = np.array([lane])
+        rises = steady(GRAVITY * RISES[one], 3.0)
+        found = engine.run(lanes.take(one), rises, SampleTimes(2.0, 0.02))
+        like = engine.run(lanes.take(one), still.take(one), SampleTimes(2.0 * fast, 0.02 * fast))
+        # Round-off, which events let grow; the rest rule leaves swings of 1e-9 out.
+        np.testing.assert_allclose(found["rotation"], like["rotation"], atol=1e-9)
+        np.testing.assert_allclose(found["energy_lost"], like["energy_lost"] * fast**2, rtol=1e-6)
+        assert found["impact_count"] == like["impact_count"]
+
+
+def test_a_block_lifts_where_the_weight_that_it_has_then_lets_it() -> None:
+    lanes = make_lanes(np.full(9, 0.3), np.linspace(1.0, 2.0, 9), friction=3.0)
+    rate = np.where(np.arange(9) % 2 == 0, 6.0, -9.0)
+    found = engine_class("housner")().run(
+        lanes, ramp(GRAVITY * RISES, rate, 4.0), SampleTimes(4.0, None)
+    )
+    lifts = GRAVITY * (1.0 + RISES) * lanes.width / lanes.height / np.abs(rate)
+    np.testing.assert_allclose(found["uplift_time"], lifts, rtol=1e-9)
+
+
+def test_housner_and_the_oracle_agree() -> None:
+    count = 12
+    lanes = make_lanes(
+        np.linspace(0.2, 0.5, count),
+        np.linspace(1.2, 2.2, count)[::-1],
+        rotation_ratio=np.where(np.arange(count) % 3 == 0, 0.4, 0.0),
+        friction=5.0,
+    )
+    motions, times = shaken(count, 12.0, 3.0), SampleTimes(3.5, 0.02)
+    found = engine_class("housner")().run(lanes, motions, times)
+    oracle = oracle_response(lanes, motions, times)
+    # Both are events to round-off; what they differ by grows with every impact.
+    np.testing.assert_allclose(found["rotation"], oracle["rotation"], atol=1e-8)
+    for name in ("status", "outcome", "impact_count"):
+        np.testing.assert_array_equal(found[name], oracle[name], err_msg=name)
+    assert (oracle["impact_count"] > 0).sum() >= count // 2
+    np.testing.assert_allclose(found["uplift_time"], oracle["uplift_time"], atol=1e-10)
+
+
+def test_a_block_that_its_base_leaves_is_outside_the_model_of_housner() -> None:
+    lanes = make_lanes(np.full(3, 0.4), 1.2, friction=3.0)
+    time = 0.01 * np.arange(101)
+    lobes = np.array([0.95, 1.05, 1.6])[:, None] * np.sin(2.0 * np.pi * time)
+    motions = UprightMotions(sampled(0.0 * lobes, 0.01), sampled(-GRAVITY * lobes, 0.01))
+    found = engine_class("housner")().run(lanes, motions, SampleTimes(1.5, None))
+    assert found["status"].tolist() == [Status.OK, Status.OUTSIDE_MODEL, Status.OUTSIDE_MODEL]
+    assert np.isinf(found["friction_needed"]).tolist() == [False, True, True]
+    assert found["outcome"][0] == Outcome.AT_REST
