@@ -36,6 +36,7 @@ from warprock.kernels.housner.body_series import force_series, rolling_series, s
 from warprock.kernels.housner.body_weight import Heave, heave_after, heave_at
 from warprock.kernels.modes import OVERTURNED, RESTING, ROCKING
 from warprock.kernels.motion import Motion, knot_time, series
+from warprock.kernels.shape.above import Above
 from warprock.kernels.shape.taylor import slope_at, value_at
 
 
@@ -50,22 +51,6 @@ class Body:
     rest_rotation: real
     step_length: real
     step_limit: int
-
-
-@wp.struct
-class Above:
-    """The vertical motion of a lane's base: the knots that it has passed, and its sample there.
-
-    Attributes:
-        motion: The motion.
-        segment: Knots of it that are passed.
-        value, slope: What `series` takes of a record.
-    """
-
-    motion: Motion
-    segment: int
-    value: real
-    slope: real
 
 
 @wp.struct
@@ -368,8 +353,8 @@ def advance(
         t2, t3, t4, t5, t6, t7, t8, t9, t10,
         c2, c3, c4, c5, c6, c7, c8, s2, s3, s4, s5, s6, s7, s8,
     ) = rolling_series(
-        foot.p2, foot.q, foot.rho, foot.eps, theta - foot.alpha, omega,
-        a0, a1, a2, a3, a4, a5, a6, a7, a8, z,
+        foot.p2, foot.q, foot.rho, foot.eps, theta - foot.alpha, omega, z,
+        a0, a1, a2, a3, a4, a5, a6, a7, a8,
     )  # fmt: skip
     upper = resting or towards(foot, theta, omega, t2, t3, h)
     a_end = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, h)

@@ -4,17 +4,10 @@ import warp as wp
 
 from warprock.kernels.housner.block import end_of_step
 from warprock.kernels.housner.block_run import BlockResult, Result
-from warprock.kernels.housner.body import (
-    Above,
-    Body,
-    Edge,
-    Foot,
-    advance,
-    event_step,
-    motion_step,
-)
+from warprock.kernels.housner.body import Body, Edge, Foot, advance, event_step, motion_step
 from warprock.kernels.modes import OVERTURNED, RESTING, ROCKING, STALLED
 from warprock.kernels.motion import Motion, knot_step, knot_time, sample_index
+from warprock.kernels.shape.above import Above, Motions
 
 
 @wp.struct
@@ -26,9 +19,6 @@ class Found:
     rotations: wp.array3d(dtype=real)
     sides: wp.array2d(dtype=real)
 
-
-Motions = wp.array2d(dtype=Motion) if VERTICAL else wp.array(dtype=Motion)
-"""Motions of the base: along x, [lane]; with those upwards, [direction, lane]."""
 
 Lane = wp.types.vector(length=LANES, dtype=real)
 LaneInt = wp.types.vector(length=LANES, dtype=int)

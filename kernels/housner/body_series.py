@@ -21,7 +21,7 @@ base and g + z'' upwards, with a_z added.
 
 import warp as wp
 
-from warprock.kernels.housner.body_weight import Heave, turning
+from warprock.kernels.housner.body_weight import Heave, heavy
 
 PI = real(3.141592653589793)
 
@@ -38,72 +38,63 @@ def sine_cosine(phi: real):
 # fmt: off
 @wp.func
 def rolling_series(
-    p2: real, q: real, rho: real, eps: real, phi: real, x1: real,
+    p2: real, q: real, rho: real, eps: real, phi: real, x1: real, z: Heave,
     a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, a7: real, a8: real,
-    z: Heave,
 ):
     """Taylor coefficients 2 to 10 of theta, 2 to 8 of C and of S, from phi and theta' = x1."""
-    o = real(0.0)
     s0, c0 = sine_cosine(phi)
-    over = real(1.0) / (real(1.0) + eps * c0)
-    base = rho + q * c0
-    bend = HALF * eps
-    d0 = -(x1 * s0)
-    w0 = turning(p2, q, z, s0, o, o, o, o, o, o, o, o)
+    over, o = real(1.0) / (real(1.0) + eps * c0), real(0.0)
+    base, bend = rho + q * c0, HALF * eps
+    d0, w0 = -(x1 * s0), heavy(p2, q, z, s0, o, o, o, o, o, o, o, o)
     y0 = over * (w0 - base * a0 - bend * (d0 * x1))
-    x2, u0, c1 = y0, q * a0 + eps * y0, d0
-    s1 = x1 * c0
-    d1 = -(x1 * s1 + x2 * s0)
-    w1 = turning(p2, q, z, s1, s0, o, o, o, o, o, o, o)
+    x2, u0, c1, s1 = y0, q * a0 + eps * y0, d0, x1 * c0
+    d1, w1 = -(x1 * s1 + x2 * s0), heavy(p2, q, z, s1, s0, o, o, o, o, o, o, o)
     y1 = over * (w1 - base * a1 - bend * (d0 * x2 + d1 * x1) - (u0 * c1))
     x3, u1, c2 = OVER_2 * y1, q * a1 + eps * y1, OVER_2 * d1
     s2 = OVER_2 * (x1 * c1 + x2 * c0)
-    d2 = -(x1 * s2 + x2 * s1 + x3 * s0)
-    w2 = turning(p2, q, z, s2, s1, s0, o, o, o, o, o, o)
+    d2, w2 = -(x1 * s2 + x2 * s1 + x3 * s0), heavy(p2, q, z, s2, s1, s0, o, o, o, o, o, o)
     y2 = over * (w2 - base * a2 - bend * (d0 * x3 + d1 * x2 + d2 * x1) - (u0 * c2 + u1 * c1))
     x4, u2, c3 = OVER_3 * y2, q * a2 + eps * y2, OVER_3 * d2
     s3 = OVER_3 * (x1 * c2 + x2 * c1 + x3 * c0)
     d3 = -(x1 * s3 + x2 * s2 + x3 * s1 + x4 * s0)
-    w3 = turning(p2, q, z, s3, s2, s1, s0, o, o, o, o, o)
+    w3 = heavy(p2, q, z, s3, s2, s1, s0, o, o, o, o, o)
     y3 = over * (w3 - base * a3 - bend * (d0 * x4 + d1 * x3 + d2 * x2 + d3 * x1) - (
         u0 * c3 + u1 * c2 + u2 * c1))
     x5, u3, c4 = OVER_4 * y3, q * a3 + eps * y3, OVER_4 * d3
     s4 = OVER_4 * (x1 * c3 + x2 * c2 + x3 * c1 + x4 * c0)
     d4 = -(x1 * s4 + x2 * s3 + x3 * s2 + x4 * s1 + x5 * s0)
-    w4 = turning(p2, q, z, s4, s3, s2, s1, s0, o, o, o, o)
+    w4 = heavy(p2, q, z, s4, s3, s2, s1, s0, o, o, o, o)
     y4 = over * (w4 - base * a4 - bend * (d0 * x5 + d1 * x4 + d2 * x3 + d3 * x2 + d4 * x1) - (
         u0 * c4 + u1 * c3 + u2 * c2 + u3 * c1))
     x6, u4, c5 = OVER_5 * y4, q * a4 + eps * y4, OVER_5 * d4
     s5 = OVER_5 * (x1 * c4 + x2 * c3 + x3 * c2 + x4 * c1 + x5 * c0)
     d5 = -(x1 * s5 + x2 * s4 + x3 * s3 + x4 * s2 + x5 * s1 + x6 * s0)
-    w5 = turning(p2, q, z, s5, s4, s3, s2, s1, s0, o, o, o)
+    w5 = heavy(p2, q, z, s5, s4, s3, s2, s1, s0, o, o, o)
     y5 = over * (w5 - base * a5 - bend * (d0 * x6 + d1 * x5 + d2 * x4 + d3 * x3 + d4 * x2
         + d5 * x1) - (u0 * c5 + u1 * c4 + u2 * c3 + u3 * c2 + u4 * c1))
     x7, u5, c6 = OVER_6 * y5, q * a5 + eps * y5, OVER_6 * d5
     s6 = OVER_6 * (x1 * c5 + x2 * c4 + x3 * c3 + x4 * c2 + x5 * c1 + x6 * c0)
     d6 = -(x1 * s6 + x2 * s5 + x3 * s4 + x4 * s3 + x5 * s2 + x6 * s1 + x7 * s0)
-    w6 = turning(p2, q, z, s6, s5, s4, s3, s2, s1, s0, o, o)
+    w6 = heavy(p2, q, z, s6, s5, s4, s3, s2, s1, s0, o, o)
     y6 = over * (w6 - base * a6 - bend * (d0 * x7 + d1 * x6 + d2 * x5 + d3 * x4 + d4 * x3
         + d5 * x2 + d6 * x1) - (u0 * c6 + u1 * c5 + u2 * c4 + u3 * c3 + u4 * c2 + u5 * c1))
     x8, u6, c7 = OVER_7 * y6, q * a6 + eps * y6, OVER_7 * d6
     s7 = OVER_7 * (x1 * c6 + x2 * c5 + x3 * c4 + x4 * c3 + x5 * c2 + x6 * c1 + x7 * c0)
     d7 = -(x1 * s7 + x2 * s6 + x3 * s5 + x4 * s4 + x5 * s3 + x6 * s2 + x7 * s1 + x8 * s0)
-    w7 = turning(p2, q, z, s7, s6, s5, s4, s3, s2, s1, s0, o)
+    w7 = heavy(p2, q, z, s7, s6, s5, s4, s3, s2, s1, s0, o)
     y7 = over * (w7 - base * a7 - bend * (d0 * x8 + d1 * x7 + d2 * x6 + d3 * x5 + d4 * x4
         + d5 * x3 + d6 * x2 + d7 * x1) - (u0 * c7 + u1 * c6 + u2 * c5 + u3 * c4 + u4 * c3
         + u5 * c2 + u6 * c1))
     x9, u7, c8 = OVER_8 * y7, q * a7 + eps * y7, OVER_8 * d7
     s8 = OVER_8 * (x1 * c7 + x2 * c6 + x3 * c5 + x4 * c4 + x5 * c3 + x6 * c2 + x7 * c1 + x8 * c0)
-    d8 = -(x1 * s8 + x2 * s7 + x3 * s6 + x4 * s5 + x5 * s4 + x6 * s3 + x7 * s2 + x8 * s1
-        + x9 * s0)
-    w8 = turning(p2, q, z, s8, s7, s6, s5, s4, s3, s2, s1, s0)
+    d8, w8 = -(x1 * s8 + x2 * s7 + x3 * s6 + x4 * s5 + x5 * s4 + x6 * s3 + x7 * s2 + x8 * s1
+        + x9 * s0), heavy(p2, q, z, s8, s7, s6, s5, s4, s3, s2, s1, s0)
     y8 = over * (w8 - base * a8 - bend * (d0 * x9 + d1 * x8 + d2 * x7 + d3 * x6 + d4 * x5
         + d5 * x4 + d6 * x3 + d7 * x2 + d8 * x1) - (u0 * c8 + u1 * c7 + u2 * c6 + u3 * c5
         + u4 * c4 + u5 * c3 + u6 * c2 + u7 * c1))
-    x10 = OVER_9 * y8
     return (
         x2 * OVER_2, x3 * OVER_3, x4 * OVER_4, x5 * OVER_5, x6 * OVER_6, x7 * OVER_7, x8 * OVER_8,
-        x9 * OVER_9, x10 * OVER_10, c2, c3, c4, c5, c6, c7, c8, s2, s3, s4, s5, s6, s7, s8,
+        x9 * OVER_9, OVER_9 * y8 * OVER_10, c2, c3, c4, c5, c6, c7, c8, s2, s3, s4, s5, s6, s7, s8,
     )
 # fmt: on
 

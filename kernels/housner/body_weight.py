@@ -40,7 +40,7 @@ if VERTICAL:
 
     # fmt: off
     @wp.func
-    def turning(
+    def heavy(
         p2: real, q: real, z: Heave, s0: real, s1: real, s2: real, s3: real, s4: real, s5: real,
         s6: real, s7: real, s8: real,
     ) -> real:
@@ -63,7 +63,7 @@ else:
 
     # fmt: off
     @wp.func
-    def turning(
+    def heavy(
         p2: real, q: real, z: Heave, s0: real, s1: real, s2: real, s3: real, s4: real, s5: real,
         s6: real, s7: real, s8: real,
     ) -> real:

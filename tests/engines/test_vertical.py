@@ -1,15 +1,24 @@
-"""Blocks in the plane on a base that moves upwards, too: closed forms, and the oracle."""
+"""Blocks in the plane on a base that moves upwards, too: closed forms, the oracle, and space."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from tests.shared.blocks import free_lanes, make_lanes
+from tests.shared.spatial_blocks import in_space
 from tests.shared.vertical_motion import Array, sampled, shaken, steady
 from warprock.engines import engine_class
-from warprock.model.motion import StillBase, UprightMotions
-from warprock.model.response import Outcome, SampleTimes, Status
+from warprock.model.lanes import Lanes
+from warprock.model.motion import (
+    GroundMotions,
+    SpatialMotions,
+    StillBase,
+    UprightMotions,
+    no_motion,
+)
+from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.oracle.block import oracle_response
+from warprock.settings.engines import EventSettings
 from warprock.units import GRAVITY
 
 RISES = np.array([-0.5, -0.2, 0.3, 0.8, 1.5, 0.1, -0.7, 0.6, 2.0])
@@ -77,3 +86,39 @@ def test_a_block_that_its_base_leaves_is_outside_the_model_of_housner() -> None:
     assert found["status"].tolist() == [Status.OK, Status.OUTSIDE_MODEL, Status.OUTSIDE_MODEL]
     assert np.isinf(found["friction_needed"]).tolist() == [False, True, True]
     assert found["outcome"][0] == Outcome.AT_REST
+
+
+def event_at(step: float, lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Response:
+    return engine_class("event")(EventSettings(time_step=step)).run(lanes, motions, times)
+
+
+def test_event_follows_a_rising_base_at_second_order() -> None:
+    count = 8
+    lanes = make_lanes(np.linspace(0.2, 0.5, count), 1.6, rotation_ratio=0.4, friction=5.0)
+    motions, times = shaken(count, 8.0, 1.5), SampleTimes(1.5, 0.01)
+    housner = engine_class("housner")().run(lanes, motions, times)
+    errors = [
+        np.median(np.abs(event_at(step, lanes, motions, times)["rotation"] - housner["rotation"]))
+        for step in (4e-3, 2e-3, 1e-3)
+    ]
+    # Steps of a record are cut at its samples, every 0.01 s here: 3, 5 and 10 in each.
+    orders = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert np.all(orders > 1.7), orders
+    assert housner["impact_count"].min() > 0
+
+
+def test_a_base_that_falls_leaves_its_blocks_as_it_does_in_space() -> None:
+    # Flat, the block flies while a_z + g < 0 and until it lands; at a ramp along x it slides.
+    count = 6
+    lanes = make_lanes(np.full(count, 0.5), 1.0, friction=np.linspace(0.2, 0.4, count))
+    motions, times = shaken(count, 26.0, 1.5, along=8.0), SampleTimes(1.5, 0.01)
+    still = no_motion(motions.x)
+    spatial = SpatialMotions(motions.x, still, motions.z)
+    plane = event_at(1e-3, lanes, motions, times)
+    space = event_at(1e-3, in_space(lanes), spatial, times)
+    assert (motions.z.acceleration_bound() > 1.2 * GRAVITY).all()
+    assert (plane["status"] == Status.OK).all()
+    assert plane["peak_slide"].min() > 5e-3
+    # Both are second order, in space first where a corner slides: step^2 to step of a swing.
+    np.testing.assert_allclose(plane["peak_slide"], space["peak_slide"], rtol=2e-3, atol=1e-5)
+    np.testing.assert_allclose(plane["rotation"], space["rotation"], atol=1e-4)
