@@ -48,8 +48,8 @@ class AbstractEngine(abc.ABC):
     """Whether its blocks can be bodies that are no boxes, in the plane and in space."""
     rounded: ClassVar[bool] = False
     """Whether it can roll a body on rounded corners."""
-    vertical: ClassVar[bool] = False
-    """Whether its single blocks in the plane can stand on a base that moves upwards, too."""
+    vertical: ClassVar[tuple[str, ...]] = ()
+    """What can stand on a base that moves upwards, too, in the plane: block, stack."""
     restitution: ClassVar[str | None] = "finds the angular restitution from its contact law"
     """What it does where impacts are concerned; None if it follows what a case prescribes."""
     slides: ClassVar[bool] = True
@@ -77,7 +77,7 @@ class AbstractEngine(abc.ABC):
         if scene.rounded and not cls.rounded:
             return f"{cls.name} has sharp corners, and the case rounds them (block.corner_radius)"
         where = "space" if scene.spatial else "plane"
-        if scene.vertical and not (cls.vertical and not scene.stacked):
+        if scene.vertical and ("stack" if scene.stacked else "block") not in cls.vertical:
             return cls._declines_vertical(scene)
         if scene.moving and scene.on_points:
             what = "bodies" if scene.bodies else "blocks whose base moves upwards"
@@ -110,6 +110,16 @@ class AbstractEngine(abc.ABC):
         """Why its model is not for a scene, besides what its attributes say; None if it is."""
         return None
 
+    @classmethod
+    def kernel_lanes(cls, lanes: Lanes, motions: GroundMotions) -> Lanes:
+        """Lanes as its kernels take them: boxes are bodies where the base moves upwards, too.
+
+        Most kernels of boxes do not know such a base.
+        """
+        if isinstance(motions, UprightMotions) and lanes.body is None:
+            return dataclasses.replace(lanes, body=box_bodies(lanes))
+        return lanes
+
     @abc.abstractmethod
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene, or the lanes of one, with these settings and this target.
@@ -135,7 +145,7 @@ class AbstractEngine(abc.ABC):
 
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels for lanes and motions, once, on the calling thread."""
-        module = self.module_of(on_points(lanes, motions), motions)
+        module = self.module_of(self.kernel_lanes(lanes, motions), motions)
         wp.load_module(module.__name__, device=self.target.device)
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
@@ -187,7 +197,7 @@ class AbstractEngine(abc.ABC):
         Returns:
             One value of every lane field a lane; `rotation` if histories were asked for.
         """
-        seen = on_points(lanes, motions)
+        seen = self.kernel_lanes(lanes, motions)
         module = self.module_of(seen, motions)
         with wp.ScopedDevice(self.target.device):
             inputs = self.inputs(module, seen, motions, times)
@@ -198,13 +208,3 @@ class AbstractEngine(abc.ABC):
             fields |= side_fields(found.sides, fields["peak_rotation"].reshape(lanes.lane_count))
         sampled = histories(lanes, found, times, above_rigid=self.above_rigid)
         return respond(self.name, lanes, {**fields, **sampled}, times)
-
-
-def on_points(lanes: Lanes, motions: GroundMotions) -> Lanes:
-    """Lanes as kernels take them: boxes are bodies where the base moves upwards in the plane.
-
-    Kernels of bodies alone know such a base; those of boxes stay what they are.
-    """
-    if isinstance(motions, UprightMotions) and lanes.body is None:
-        return dataclasses.replace(lanes, body=box_bodies(lanes))
-    return lanes

@@ -81,7 +81,7 @@ class Event(AbstractEngine):
     starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
     rounded: ClassVar[bool] = True
-    vertical: ClassVar[bool] = True
+    vertical: ClassVar[tuple[str, ...]] = ("block",)
     restitution: ClassVar[str | None] = None
     rests_exactly: ClassVar[bool] = True
 

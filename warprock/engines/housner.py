@@ -71,7 +71,7 @@ class Housner(AbstractEngine):
     starts_moving: ClassVar[tuple[str, ...]] = ("plane",)
     bodies: ClassVar[tuple[bool, bool]] = (True, False)
     rounded: ClassVar[bool] = True
-    vertical: ClassVar[bool] = True
+    vertical: ClassVar[tuple[str, ...]] = ("block",)
 
     @classmethod
     def declines(cls, scene: SceneKind) -> str | None:

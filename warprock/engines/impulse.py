@@ -51,6 +51,7 @@ class Impulse(AbstractEngine):
     spatial: ClassVar[bool] = True
     starts_moving: ClassVar[tuple[str, ...]] = ("space",)
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
+    vertical: ClassVar[tuple[str, ...]] = ("block",)
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: stacks in space run one lane a thread on any device.
@@ -71,7 +72,7 @@ class Impulse(AbstractEngine):
         if scene.stacked:
             return Kernel("impulse/stack_run", lanes=lanes, iterations=sweeps)
         slow = self.target.form is None and sweeps > MAX_UNROLL
-        file = "impulse/body_run" if scene.bodies else "impulse/block_run"
+        file = "impulse/body_run" if scene.on_points else "impulse/block_run"
         return Kernel(file, lanes=1 if slow else lanes, iterations=sweeps)
 
     def inputs(
