@@ -54,6 +54,7 @@ class Impulse(AbstractEngine):
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
     stacked_bodies: ClassVar[bool] = True
     bodies_move: ClassVar[tuple[str, ...]] = ("space",)
+    vertical: ClassVar[tuple[str, ...]] = ("block",)
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: stacks in space run one lane a thread on any device.
@@ -75,7 +76,7 @@ class Impulse(AbstractEngine):
             file = "impulse/stack_body_run" if scene.bodies else "impulse/stack_run"
             return Kernel(file, lanes=lanes, iterations=sweeps)
         slow = self.target.form is None and sweeps > MAX_UNROLL
-        file = "impulse/body_run" if scene.bodies else "impulse/block_run"
+        file = "impulse/body_run" if scene.on_points else "impulse/block_run"
         return Kernel(file, lanes=1 if slow else lanes, iterations=sweeps)
 
     def inputs(

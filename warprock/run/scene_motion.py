@@ -158,8 +158,9 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
     if outline is not None and not spatial:
         outline = np.insert(outline, 1, 0.0, axis=-1)
     pulled = np.zeros_like(base)
-    for axis, motion in enumerate(run.lane_set.motions.components):
-        pulled[:, axis] = motion.acceleration(response.times, lane)
+    motions = run.lane_set.motions
+    for axis, motion in zip(motions.axes, motions.components, strict=True):
+        pulled[:, "xyz".index(axis)] = motion.acceleration(response.times, lane)
     return SceneMotion(
         name=f"{case.name}, lane {run.lane_set.first + lane}, {response.engine}",
         outcome=Outcome(int(response["outcome"][0])).name.lower().replace("_", " "),
