@@ -7,7 +7,8 @@ whatever side it comes to lie; its slide is the way of its centre along the base
 import warp as wp
 
 from warprock.kernels.event_space.body import State, energy
-from warprock.kernels.event_space.body_contact import Points, Shape, posed, solve, touches_of
+from warprock.kernels.event_space.body_contact import Shape, posed, touches_of
+from warprock.kernels.event_space.body_law import solve
 from warprock.kernels.event_space.trial import Limits
 from warprock.kernels.modes import OVERTURNED, RUNNING, UNSOLVED
 from warprock.kernels.shape.faces import Vector
@@ -28,11 +29,11 @@ def let_go_with(body: Shape, limits: Limits, frame: Frame, at_rest: State) -> St
         if not s.flies:
             t = touches_of(body, pose.turn, s.touch)
             dust = limits.gravity * limits.longest_step
-            v1, w1, _p, fits = solve(body, pose, t, dust, Points(), v, w)
-            s.lost = energy(limits, pose, v, w) - energy(limits, pose, v1, w1)
-            s.v = v1
-            s.w = w1
-            s.mode = wp.where(fits, s.mode, UNSOLVED)
+            c = solve(body, pose, t, dust, v, w)
+            s.lost = energy(limits, pose, v, w) - energy(limits, pose, c.v, c.w)
+            s.v = c.v
+            s.w = c.w
+            s.mode = wp.where(c.fits, s.mode, UNSOLVED)
         s.swing = s.w
     return s
 

@@ -92,6 +92,7 @@ class Dem(AbstractEngine):
     starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
     bodies_move: ClassVar[tuple[str, ...]] = ("plane", "space")
+    vertical: ClassVar[tuple[str, ...]] = ("block", "stack")
     above_rigid: ClassVar[bool] = True
 
     @classmethod
@@ -100,6 +101,11 @@ class Dem(AbstractEngine):
         if scene.spatial and scene.moving and not (scene.thrown or scene.bodies):
             return f"dem lets blocks go from rest, or thrown, and the case {scene.moving}"
         return None
+
+    @classmethod
+    def kernel_lanes(cls, lanes: Lanes, motions: GroundMotions) -> Lanes:
+        """Its kernel of boxes, which have springs all along their faces, knows such a base."""
+        return lanes
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: the same text for a single block and for a stack."""

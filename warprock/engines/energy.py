@@ -26,6 +26,7 @@ from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions
 from warprock.model.pose import product, start_poses, turned
+from warprock.model.stacking import centre_height
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -82,12 +83,20 @@ def overturning_rise(lanes: Lanes) -> Array:
         height = lanes.body.centre_height
         return np.asarray(np.hypot(np.maximum(nearest_edge(lanes), 0.0), height) - height)
     if lanes.body is not None:
-        corners, angles = Corners.of(lanes.body), lanes.slenderness_angles
-        rises = [
-            corners.rise(side * each, angles) for side, each in zip((-1, 1), angles.T, strict=True)
-        ]
-        return np.asarray(np.min(rises, axis=0))
+        return _body_rise(lanes.body, lanes.slenderness_angles)
+    if lanes.profiles is not None:
+        found = [_body_rise(each, each.slenderness_angles) for each in lanes.profiles.each]
+        return np.stack(found, axis=1)
     return np.asarray(0.5 * (np.hypot(lanes.width, lanes.height) - lanes.height))
+
+
+def _body_rise(body: Bodies, angles: Array) -> Array:
+    """How far bodies in the plane rise to where they overturn, to the easier side [m], [lane]."""
+    corners = Corners.of(body)
+    rises = [
+        corners.rise(side * each, angles) for side, each in zip((-1, 1), angles.T, strict=True)
+    ]
+    return np.asarray(np.min(rises, axis=0))
 
 
 def stack_energy_held(lanes: Lanes) -> Array:
@@ -125,7 +134,7 @@ def least_barrier(lanes: Lanes) -> tuple[Array, Array]:
     above, levers, heights = (
         np.cumsum((mass * each)[:, ::-1], axis=1)[:, ::-1] for each in (np.ones_like(x), x, z)
     )
-    centre, rise = levers / above, heights / above - (z - 0.5 * lanes.height)
+    centre, rise = levers / above, heights / above - (z - centre_height(lanes))
     arms = np.maximum(np.stack([centre - left, right - centre]), 0.0)
     reach = np.hypot(arms, rise)
     return (GRAVITY * above * (reach - rise)).min(axis=(0, 2)), arms / reach

@@ -53,6 +53,7 @@ class SceneMotion:
         acceleration: Acceleration of the base [m/s^2], shape [sample, 3].
         outline: Corners of a body that is no box, as `Bodies.outline` gives them, in its plane with
             y = 0 [m], shape [corner, 3]; None of boxes. Its position is that of its centre of mass.
+            Of a stack with bodies those of all blocks, shape [block, corner, 3].
     """
 
     name: str
@@ -70,7 +71,7 @@ class SceneMotion:
     def corners(self) -> Array:
         """Corners of the blocks in their plane, going round [m], [block, sample, corner, 2]."""
         if self.outline is not None:
-            return np.asarray(self._placed(self.outline[None, None])[..., [0, 2]])
+            return np.asarray(self._placed(self._outlines)[..., [0, 2]])
         flat = _PLANE * self.sizes[:, None, None, [0, 2]]
         arms = np.insert(flat, 1, 0.0, axis=-1)
         return np.asarray(self._placed(arms)[..., [0, 2]])
@@ -82,8 +83,14 @@ class SceneMotion:
         along the height, 0 being the negative one. Of a body all corners of its outline.
         """
         if self.outline is not None:
-            return self._placed(self.outline[None, None])
+            return self._placed(self._outlines)
         return self._placed(_SPACE * self.sizes[:, None, None, :])
+
+    @property
+    def _outlines(self) -> Array:
+        """Outlines of all blocks, which are one or have their own, [block, 1, corner, 3]."""
+        assert self.outline is not None
+        return np.asarray(self.outline.reshape(-1, 1, *self.outline.shape[-2:]))
 
     @property
     def reach(self) -> float:
@@ -146,10 +153,14 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
     outline = None
     if lanes.body is not None:
         outline = lanes.body.outline(lanes.height[:, 0])[0]
-        outline = outline if spatial else np.insert(outline, 1, 0.0, axis=-1)
+    elif lanes.profiles is not None:
+        outline = lanes.profiles.outlines()[0]
+    if outline is not None and not spatial:
+        outline = np.insert(outline, 1, 0.0, axis=-1)
     pulled = np.zeros_like(base)
-    for axis, motion in enumerate(run.lane_set.motions.components):
-        pulled[:, axis] = motion.acceleration(response.times, lane)
+    motions = run.lane_set.motions
+    for axis, motion in zip(motions.axes, motions.components, strict=True):
+        pulled[:, "xyz".index(axis)] = motion.acceleration(response.times, lane)
     return SceneMotion(
         name=f"{case.name}, lane {run.lane_set.first + lane}, {response.engine}",
         outcome=Outcome(int(response["outcome"][0])).name.lower().replace("_", " "),
