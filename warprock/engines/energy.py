@@ -51,7 +51,7 @@ def kinetic_energy_at_start(lanes: Lanes) -> Array:
     if release.gyration is not None:
         inertia = release.gyration
     if lanes.body is not None:
-        inertia = lanes.body.gyration
+        inertia = lanes.body.gyration.reshape(lanes.lane_count, -1)
     spin = release.angular_velocity
     if lanes.spatial:
         attitude = start_poses(cast(SpatialLanes, lanes))[1]

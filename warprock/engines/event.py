@@ -80,6 +80,7 @@ class Event(AbstractEngine):
     spatial: ClassVar[bool] = True
     starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
+    bodies_move: ClassVar[tuple[str, ...]] = ("space",)
     rounded: ClassVar[bool] = True
     vertical: ClassVar[tuple[str, ...]] = ("block",)
     restitution: ClassVar[str | None] = None
