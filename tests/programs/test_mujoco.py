@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from tests.shared.blocks import make_stacks
 from tests.shared.flight import apart, attitudes
 from tests.shared.space_bodies import (
     BOULDER,
@@ -16,7 +17,11 @@ from tests.shared.space_bodies import (
     box_as_body,
 )
 from tests.shared.spatial_blocks import sound_run, spatial_lanes, still
+from tests.shared.stack_bodies import shaken, with_body
+from warprock.engines.impulse import Impulse
+from warprock.engines.launching import Form, Target
 from warprock.errors import DeclinedError
+from warprock.model.motion import StillBase
 from warprock.model.pose import quaternion
 from warprock.model.release import Release
 from warprock.model.response import SampleTimes
@@ -88,3 +93,26 @@ def test_programs_that_are_given_boxes_decline_bodies():
     require_scenes("mujoco", lanes, still(1), TIMES, MujocoSettings())
     with pytest.raises(DeclinedError, match="boxes alone"):
         require_scenes("bullet", lanes, still(1), TIMES, BulletSettings())
+
+
+@pytest.mark.parametrize("block", [0, 1])
+def test_a_stack_with_a_body_rocks_as_impulse_says(block: int):
+    boxes = make_stacks([[0.7, 0.6]], [0.6, 0.9], friction=0.8, offset=[0.0, 0.03])
+    lanes, motions = with_body(boxes, block), shaken(np.array([4.0]))
+    times, target = SampleTimes(1.0, 0.05), Target(form=Form.PLAIN)
+    settings = MujocoSettings(steps_per_second=8000)
+    answer = run_program("mujoco", lanes, motions, times, settings).response
+    ours = Impulse(target=target).run(lanes, motions, times)
+    peak = np.abs(ours["rotation"]).max()
+    assert peak > 0.05
+    # Soft contacts on one side, a step of 0.2 ms on the other: thousandths of a rotation.
+    np.testing.assert_allclose(answer["rotation"], ours["rotation"], atol=0.02 * peak)
+    np.testing.assert_allclose(answer["peak_slide"], ours["peak_slide"], atol=2e-3)
+    with pytest.raises(DeclinedError, match="boxes alone"):
+        require_scenes("bullet", lanes, motions, times, BulletSettings())
+
+
+def test_stacks_with_a_body_start_upright_there():
+    lanes = with_body(make_stacks([[0.5, 0.4]], [0.6, 0.9], rotation=[0.0, 0.02]), 1)
+    with pytest.raises(DeclinedError, match="upright"):
+        require_scenes("mujoco", lanes, StillBase(1), TIMES, MujocoSettings())
