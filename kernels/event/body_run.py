@@ -168,7 +168,10 @@ def run_lanes(
     sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, which take their steps side by side."""
-    first = wp.tid() * LANES
+    pack, _one = wp.tid()
+    first = pack * LANES
+    block_of = wp.array(ptr=blocks.ptr, shape=(blocks.shape[0],), dtype=Body)
+    motion_of = wp.array(ptr=motions.ptr, shape=(motions.shape[0],), dtype=Motion)
     # By names of their own: read off the struct they would keep the loop over lanes scalar.
     results = found.results
     leaves = found.blocks
@@ -184,10 +187,10 @@ def run_lanes(
     corner, last, about = LaneInt(), LaneInt(), LaneInt()
     for i in range(LANES):
         for k in range(corners.shape[0] - 1):
-            corner[i] = corner[i] + is_past(blocks[first + i].start, corners[k, first + i].angle)
+            corner[i] = corner[i] + is_past(block_of[first + i].start, corners[k, first + i].angle)
             last[i] = last[i] + is_past(HALF_PI, corners[k, first + i].angle)
         start_lane(
-            corners[corner[i], first + i], blocks[first + i].start, theta[i], mode[i], cap[i],
+            corners[corner[i], first + i], block_of[first + i].start, theta[i], mode[i], cap[i],
             peak[i], uplift_time[i], rest_time[i],
         )  # fmt: skip
         about[i] = corner[i]
@@ -197,16 +200,16 @@ def run_lanes(
         busy = int(1)
         while busy > 0:
             for i in range(LANES):
-                m = motions[first + i]
+                m = motion_of[first + i]
                 place = sample_index(m, segment[i])
                 going = mode[i] < OVERTURNED and time[i] < until
                 d, ti, passed, kick, a, dv = begin(
-                    blocks[first + i], knobs, m, pool[0, place], pool[1, place], end, going,
+                    block_of[first + i], knobs, m, pool[0, place], pool[1, place], end, going,
                     mode[i], slip[i], time[i], segment[i], omega[i], base[i], cap[i],
                 )  # fmt: skip
                 ahead = wp.min(corner[i] + 1, last[i])
                 tips = tips_about_second(
-                    blocks[first + i], knobs.gravity, corners[corner[i], first + i],
+                    block_of[first + i], knobs.gravity, corners[corner[i], first + i],
                     corners[ahead, first + i], theta[i], slip[i], vx[i], dv, d,
                 )  # fmt: skip
                 second = mode[i] == FLAT and tips
@@ -217,7 +220,7 @@ def run_lanes(
                 )  # fmt: skip
                 co, th, sl, ga, ux, uz, om, di, mo, ti, se, ba, ca, ap, at, lo, ta, hit, ok, dp = (
                     step(
-                        blocks[first + i], knobs, view, going, d, ti, passed, kick, a, dv,
+                        block_of[first + i], knobs, view, going, d, ti, passed, kick, a, dv,
                         corner[i],
                         theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], slip[i], mode[i],
                         time[i], segment[i], base[i], cap[i],
@@ -228,7 +231,7 @@ def run_lanes(
                     theta0[i], slide0[i], gap0[i], vx0[i], vz0[i], omega0[i], about[i],
                 )  # fmt: skip
                 mo = observe(
-                    going, blocks[first + i].step_limit, mode[i], slip[i], time[i], theta[i], mo,
+                    going, block_of[first + i].step_limit, mode[i], slip[i], time[i], theta[i], mo,
                     di, ti, th, sl, ap, at, ta, lo, dp, hit, peak[i], peak_time[i], peak_slide[i],
                     uplift_time[i], rest_time[i], loss[i], deepest[i], left[i], right[i],
                     impacts[i], steps[i],
@@ -256,7 +259,7 @@ def run_lanes(
         if places.shape[0] > 0:
             for i in range(LANES):
                 spot, level = place_at(
-                    corners[about[i], first + i], blocks[first + i].radius, until, time[i],
+                    corners[about[i], first + i], block_of[first + i].radius, until, time[i],
                     begun[i], theta[i], slide[i], gap[i], theta0[i], slide0[i], gap0[i], vx0[i],
                     vz0[i], omega0[i],
                 )  # fmt: skip

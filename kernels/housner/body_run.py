@@ -74,7 +74,10 @@ def run_lanes(
 
     `feet` and `edges` are [number, lane]; lanes with fewer repeat the last.
     """
-    first = wp.tid() * LANES
+    pack, _one = wp.tid()
+    first = pack * LANES
+    block_of = wp.array(ptr=blocks.ptr, shape=(blocks.shape[0],), dtype=Body)
+    motion_of = wp.array(ptr=motions.ptr, shape=(motions.shape[0],), dtype=Motion)
     results = found.results
     leaves = found.blocks
     rotations = found.rotations
@@ -112,8 +115,8 @@ def run_lanes(
         while busy > 0:
             busy = int(0)
             for i in range(LANES):
-                m = motions[first + i]
-                body = blocks[first + i]
+                m = motion_of[first + i]
+                body = block_of[first + i]
                 foot = feet[place[i], first + i]
                 at = sample_index(m, segment[i])
                 going = mode[i] < OVERTURNED and time[i] < until
@@ -140,7 +143,7 @@ def run_lanes(
                 time[i] = wp.where(going, ti, time[i])
                 segment[i] = wp.where(going, se, segment[i])
                 mo = wp.where(
-                    steps[i] >= blocks[first + i].step_limit and mo < OVERTURNED, STALLED, mo
+                    steps[i] >= block_of[first + i].step_limit and mo < OVERTURNED, STALLED, mo
                 )
                 mode[i] = wp.where(going, mo, mode[i])
                 peak[i] = wp.where(going, pk, peak[i])

@@ -100,7 +100,10 @@ def run_lanes(
     sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
-    first = wp.tid() * LANES
+    pack, _one = wp.tid()
+    first = pack * LANES
+    block_of = wp.array(ptr=blocks.ptr, shape=(blocks.shape[0],), dtype=Body)
+    motion_of = wp.array(ptr=motions.ptr, shape=(motions.shape[0],), dtype=Motion)
     # By names of their own: read off the struct they would keep the loop over lanes scalar.
     results = found.results
     leaves = found.blocks
@@ -117,11 +120,11 @@ def run_lanes(
     edges = corners.shape[0] - 1
     for i in range(LANES):
         for k in range(edges):
-            low[i] = low[i] + is_past(blocks[first + i].start, corners[k, first + i].angle)
+            low[i] = low[i] + is_past(block_of[first + i].start, corners[k, first + i].angle)
             last[i] = last[i] + wp.where(corners[k, first + i].angle < NEVER, 1, 0)
         start_lane(
             corners[low[i], first + i], corners[wp.min(low[i] + 1, last[i]), first + i],
-            blocks[first + i].start, HALF * knobs.time_step * knobs.gravity, x[i], z[i], theta[i],
+            block_of[first + i].start, HALF * knobs.time_step * knobs.gravity, x[i], z[i], theta[i],
             vz[i], nm[i], nr[i], peak[i], uplift_time[i], mode[i],
         )  # fmt: skip
     k = int(0)
@@ -137,7 +140,7 @@ def run_lanes(
                 for i in range(LANES):
                     now[i] = now[i] + is_past(theta[i], corners[e, first + i].angle)
             for i in range(LANES):
-                m = motions[first + i]
+                m = motion_of[first + i]
                 place = sample_index(m, sample_segment(m, half))
                 moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
                 mid = now[i]
@@ -151,7 +154,7 @@ def run_lanes(
                 gl, gm, gr = moved_along(by, nl[i], nm[i], nr[i])
                 hl, hm, hr = moved_along(by, fl[i], fm[i], fr[i])
                 qx, qz, qt, ux, uz, uo, pl, tl, pm, tm, pr, tr, lo, gap, gap_l, gap_m, gap_r = step(
-                    blocks[first + i], knobs, moving - base[i],
+                    block_of[first + i], knobs, moving - base[i],
                     xl, zl, xm, zm, xr, zr, has_l, has_r, x[i], z[i], theta[i],
                     vx[i], vz[i], omega[i], gl, hl, gm, hm, gr, hr, loss[i],
                 )  # fmt: skip
@@ -160,7 +163,7 @@ def run_lanes(
                 x1, _z1 = turned_corner(corners[mid, first + i], s1, c1)
                 slid = qx + x1 - corners[mid, first + i].along
                 live = mode[i] == RUNNING
-                reach = blocks[first + i].reach
+                reach = block_of[first + i].reach
                 limit = slack(knobs.time_step, knobs.gravity, reach, uo * uo, reach)
                 way = knobs.time_step * (ux + uo * zm)
                 glides = slides(way, knobs.time_step, knobs.gravity)

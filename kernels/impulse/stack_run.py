@@ -76,7 +76,8 @@ def run_lanes(
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
-    first, zero, dt = wp.tid() * LANES, real(0.0), knobs.time_step
+    pack, _one = wp.tid()
+    first, zero, dt = pack * LANES, real(0.0), knobs.time_step
     # Rows of bodies, the ground first: what they are, where, how fast, and what is kept of them.
     half_w, half_h, m, j, mu, offset = Body(), Body(), Body(), Body(), Body(), Body()
     x, z, theta, s, c, lean = Body(), Body(), Body(), Body(), Body(), Body()

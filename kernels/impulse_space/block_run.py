@@ -201,7 +201,8 @@ def run_lanes(
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
-    first, dt, zero, time = wp.tid() * LANES, knobs.time_step, real(0.0), real(0.0)
+    pack, _one = wp.tid()
+    first, dt, zero, time = pack * LANES, knobs.time_step, real(0.0), real(0.0)
     x, y, z, qx, qy, qz, qw, vx, vy, vz, lx = R(), R(), R(), R(), R(), R(), R(), R(), R(), R(), R()
     ly, lz, ux, uy, uz, ox, oy, oz, half_w = R(), R(), R(), R(), R(), R(), R(), R(), R()
     half_d, half_h, cx, cy, mu, ix, iy, iz, loss = R(), R(), R(), R(), R(), R(), R(), R(), R()
