@@ -69,7 +69,16 @@ REALS = {"float64": wp.float64, "float32": wp.float32}
 FOLDER = pathlib.Path(__file__).resolve().parent
 """Folder of the kernel files, which is read and never written to."""
 
-PARAMETERS = ("PRECISION", "MOTION", "ITERATIONS", "BLOCKS", "LANES", "FRICTION", "POINTS")
+PARAMETERS = (
+    "PRECISION",
+    "MOTION",
+    "ITERATIONS",
+    "BLOCKS",
+    "LANES",
+    "FRICTION",
+    "POINTS",
+    "VERTICAL",
+)
 """Names that the loader sets in a kernel file: the arguments of `kernel_module`, in capitals."""
 
 HOST_FILES = ("instance", "modes")
@@ -117,6 +126,7 @@ def kernel_module(
     lanes: int = LANE_WIDTH,
     friction: str = "cone",
     points: int = 0,
+    vertical: bool = False,
 ) -> ModuleType:
     """The instance of a kernel file for a precision, a kind of ground motion and a stack.
 
@@ -130,11 +140,12 @@ def kernel_module(
         lanes: Lanes that a thread of a stack's kernel runs side by side.
         friction: Law of friction where a block slides in two directions: cone or box.
         points: Contact points of a body that is no box.
+        vertical: Whether the base of a body in the plane moves upwards, too.
 
     Raises:
         OSError: A kernel file cannot be read.
     """
-    values = (precision, motion, iterations, blocks, lanes, friction, points)
+    values = (precision, motion, iterations, blocks, lanes, friction, points, vertical)
     with _LOCK:
         return _instance(file, dict(zip(PARAMETERS, values, strict=True)))
 

@@ -152,7 +152,7 @@ def test_the_page_has_a_row_for_every_key():
     ("wanted", "keys"),
     [
         ("block.height", ["block.height", "block.height"]),
-        ("block.2.height", ["block.N.height"]),
+        ("block.2.height", ["block.N.height", "block.N.height"]),
         ("[run]", ["run.duration", "run.sample_interval"]),
         ("motion.y.scale", ["motion.scale"]),
         ("engines.two-block", ["engines.two-block.rest_rotation_ratio"]),
@@ -173,6 +173,7 @@ def test_the_command_prints_keys():
         "[block]",
         "[block] of a body",
         "[block.N]",
+        "[block.N] of a body",
     ]
     assert found["tables"][0]["keys"][1]["holds"] == "1 mm to 1 km"
     page = CliRunner().invoke(main, ["keys", "--markdown"]).stdout

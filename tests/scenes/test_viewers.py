@@ -8,7 +8,7 @@ import socket
 import numpy as np
 import pytest
 
-from tests.shared.moving import swinging
+from tests.shared.moving import swinging, tumbling
 from warprock.errors import InputError
 from warprock.scenes.viewers import open_viewer, play, write_usd
 
@@ -29,6 +29,25 @@ def test_a_usd_file_holds_the_blocks_over_time(tmp_path: pathlib.Path) -> None:
     }
     assert boxes
     np.testing.assert_allclose(next(iter(boxes.values())), motion.position[1, 4], atol=1e-5)
+
+
+def test_a_usd_file_holds_the_hull_of_a_body(tmp_path: pathlib.Path) -> None:
+    usd = pytest.importorskip("pxr.Usd", reason="the extra usd is missing")
+    from pxr import UsdGeom
+
+    motion = tumbling()
+    write_usd(tmp_path / "a.usda", motion, 10.0)
+    stage = usd.Stage.Open(str(tmp_path / "a.usda"))
+    box = UsdGeom.BBoxCache(4, [UsdGeom.Tokens.default_])
+    prim = stage.GetPrimAtPath("/root/block_1")
+    found = box.ComputeWorldBound(prim).ComputeAlignedRange()
+    corners = motion.corners_in_space()[0, 4]
+    # It is turned about x, and its faces along x lie square to it.
+    np.testing.assert_allclose(found.GetMin()[0], corners[:, 0].min(), atol=1e-5)
+    np.testing.assert_allclose(found.GetMax()[0], corners[:, 0].max(), atol=1e-5)
+    wedge = UsdGeom.Mesh(stage.GetPrimAtPath("/root/block_1/instance_0"))
+    # Two ends of a triangle each, and three sides of two.
+    assert len(wedge.GetPointsAttr().Get(0)) == 3 * 8
 
 
 def test_a_viewer_is_shown_every_sample() -> None:

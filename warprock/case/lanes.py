@@ -256,13 +256,17 @@ def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions,
     if body is not None:
         blocks = body_lanes(values, body, in_space=in_space)
     else:
-        blocks = stack_lanes(values) if stacked else _blocks(values, in_space=in_space)
+        blocks = (
+            stack_lanes(values, in_space=in_space)
+            if stacked
+            else _blocks(values, in_space=in_space)
+        )
     if in_space:
         blocks = spatial_lanes(values, blocks)
     if body is not None:
         columns = body_columns(values, body, blocks)
     else:
-        columns = stack_columns(blocks) if stacked else _block_columns(blocks)
+        columns = stack_columns(values, blocks) if stacked else _block_columns(blocks)
     for number, key in round_keys(values).items():
         columns |= key_column(general_key(key), values.numbers(key), number)
     if isinstance(blocks, SpatialLanes):

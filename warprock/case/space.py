@@ -23,9 +23,11 @@ _REASONS = {
     **Start.needs_space(),
     **Block.needs_space(),
     "motion.y": "moves its base across the plane of rocking",
-    "motion.z": "moves its base upwards",
 }
 """Key that only a spatial model has a use for -> what the case then does."""
+
+UPWARDS = "motion.z"
+"""Table that moves the base upwards, which planar blocks follow where a case asks for it."""
 
 _KEYS = (
     *("start.yaw", "block.centre_offset_x", "block.centre_offset_y"),
@@ -40,8 +42,9 @@ _KEYS_OF_A_STACK = tuple(
 def spatial_because(values: LaneValues) -> str:
     """What makes the case one of blocks in space; empty where the plane of rocking is enough.
 
-    A base that moves along x alone under blocks that are symmetric about the plane of rocking
-    leaves them in it.
+    A base that moves along x, or along x and upwards, under blocks that are symmetric about the
+    plane of rocking leaves them in it. Where it moves upwards a box runs in space all the same,
+    unless the case asks for the plane: all engines of space follow that.
 
     Raises:
         InputError: The case asks for a planar model and for something that needs space.
@@ -53,6 +56,9 @@ def spatial_because(values: LaneValues) -> str:
         reasons[DIRECTION] = "moves its base at an angle to the plane of rocking"
     if tables.model != PLANAR and body is not None and body.spatial:
         reasons["block.base"] = "has a body in space"
+    # A profile has no other space than its plane.
+    if tables.model != PLANAR and (body is None or body.spatial):
+        reasons[UPWARDS] = "moves its base upwards"
     for block in range(1, tables.block_count + 1):
         reasons |= StackedBlock.needs_space(f"block.{block}")
     given = [key for key in reasons if values.given(key)]

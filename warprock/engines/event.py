@@ -80,7 +80,9 @@ class Event(AbstractEngine):
     spatial: ClassVar[bool] = True
     starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
+    bodies_move: ClassVar[tuple[str, ...]] = ("space",)
     rounded: ClassVar[bool] = True
+    vertical: ClassVar[tuple[str, ...]] = ("block",)
     restitution: ClassVar[str | None] = None
     rests_exactly: ClassVar[bool] = True
 
@@ -105,7 +107,7 @@ class Event(AbstractEngine):
         if not scene.spatial:
             if scene.stacked:
                 return Kernel("event/stack_run")
-            cornered = scene.bodies or scene.restitution_given
+            cornered = scene.on_points or scene.restitution_given
             file = "event/body_run" if cornered else "event/block_run"
             return Kernel(file, lanes=self.target.lanes)
         friction = "box" if self.settings.friction_box else "cone"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pathlib
 import socket
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -80,8 +81,9 @@ def write_usd(path: pathlib.Path, motion: SceneMotion, rate: float) -> None:
     import newton.viewer
 
     viewer = newton.viewer.ViewerUSD(str(path), fps=round(rate), num_frames=None)
+    meshes = _meshes(motion)
     for sample in range(len(motion.times)):
-        _show(viewer, motion, sample, sample / round(rate))
+        _show(viewer, motion, meshes, sample, sample / round(rate))
     viewer.close()
 
 
@@ -95,7 +97,7 @@ def play(viewer: Any, motion: SceneMotion, speed: float, *, rounds: int | None =
         rounds: How often; None until the viewer is closed.
     """
     _look(viewer, motion)
-    done = 0
+    done, meshes = 0, _meshes(motion)
     while viewer.is_running() and (rounds is None or done < rounds):
         begun, sample = time.perf_counter(), 0
         while viewer.is_running() and sample < len(motion.times):
@@ -104,7 +106,7 @@ def play(viewer: Any, motion: SceneMotion, speed: float, *, rounds: int | None =
                 continue
             due = motion.times[sample] / speed - (time.perf_counter() - begun)
             time.sleep(max(0.0, due))
-            _show(viewer, motion, sample, float(motion.times[sample]))
+            _show(viewer, motion, meshes, sample, float(motion.times[sample]))
             sample += 1
         _waited(PAUSE if rounds is None else 0.0)
         done += 1
@@ -123,14 +125,32 @@ def _look(viewer: Any, motion: SceneMotion) -> None:
     viewer.set_camera(wp.vec3(0.0, -2.2 * size, 0.9 * size), -12.0, 90.0)
 
 
-def _show(viewer: Any, motion: SceneMotion, sample: int, at: float) -> None:
+def _meshes(motion: SceneMotion) -> list[Any]:
+    """What viewers show of bodies that are no boxes, one a block; None of boxes."""
+    import newton
+
+    found: list[Any] = []
+    for block in range(len(motion.sizes)):
+        surface = motion.surface(block)
+        if surface is None:
+            found.append(None)
+            continue
+        corners, normals = surface
+        # Flat faces: each triangle has corners of its own.
+        flat, order = np.repeat(normals, 3, axis=0), np.arange(3 * len(corners))
+        points = corners.reshape(-1, 3)
+        found.append(newton.Mesh(points, order, normals=flat, compute_inertia=False))
+    return found
+
+
+def _show(viewer: Any, motion: SceneMotion, meshes: Sequence[Any], sample: int, at: float) -> None:
     """Shows a sample of a lane, at a time of the viewer [s]."""
     import newton
     import warp as wp
 
     viewer.begin_frame(at)
     tall = float(motion.sizes[:, 2].sum())
-    reach, thick = 0.75 * float(motion.sizes[:, :2].max()) + 0.3 * tall, 0.03 * tall
+    reach, thick = motion.reach, 0.03 * tall
     base = motion.base[sample]
     still = np.array([0.0, 0.0, 0.0, 1.0])
     shapes = [
@@ -146,14 +166,16 @@ def _show(viewer: Any, motion: SceneMotion, sample: int, at: float) -> None:
     for block, size in enumerate(motion.sizes):
         colour = _rgb(SERIES[block % len(SERIES)])
         place, turn = motion.position[block, sample], motion.attitude[block, sample]
-        shapes.append((f"block_{block + 1}", tuple(0.5 * size), place, turn, colour))
-    for name, half, place, turn, colour in shapes:
+        half = tuple(0.5 * size) if meshes[block] is None else (1.0, 1.0, 1.0)
+        shapes.append((f"block_{block + 1}", half, place, turn, colour))
+    for (name, scale, place, turn, colour), mesh in zip(shapes, (None, None, *meshes), strict=True):
         viewer.log_shapes(
             f"/{name}",
-            newton.GeoType.BOX,
-            tuple(float(part) for part in half),
+            newton.GeoType.BOX if mesh is None else newton.GeoType.MESH,
+            tuple(float(part) for part in scale),
             wp.array([wp.transform(place, turn)], dtype=wp.transform),
             wp.array([wp.vec3(*colour)], dtype=wp.vec3),
+            geo_src=mesh,
         )
     # Viewers take such names as paths: no blank, slash or bracket.
     viewer.log_scalar("time_s", float(motion.times[sample]))
