@@ -91,8 +91,7 @@ def run_lanes(
     given, supplied, taken, returned = Lane(), Lane(), Lane(), Lane()
     shift_x, shift_z, uplift_time, moved, deepest = Lane(), Lane(), Lane(), Lane(), Lane()
     impacts, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
-    # Variables, not constants: else Warp would unroll the loops over them.
-    bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS)
+    bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS)  # loops stay
     for i in range(LANES):
         start_lane(lanes[first + i], half_w[0, i], c[0, i], uplift_time[i], mode[i])
         for k in range(1, bodies):
