@@ -215,8 +215,7 @@ def run_lanes(
     p1, p2, p3, h11, h12, h13 = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     h22, h23, h33, busy = Corner(), Corner(), Corner(), Counts()
     impacts, mode, steps, base, dv = LaneInt(), LaneInt(), LaneInt(), Three(), Three()
-    # A variable, not a constant: else Warp would unroll the loops over it.
-    corners, count = int(4), int(0)
+    corners, count = int(4), int(0)  # no constant: else Warp would unroll the loops over it
     for i in range(LANES):
         start_block(
             blocks[0, first + i], knobs, half_w[i], half_d[i], half_h[i], cx[i], cy[i], mu[i],
