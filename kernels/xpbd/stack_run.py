@@ -121,8 +121,7 @@ def run_lanes(
     base, dv, hint, loss, lift, last, deep = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     given, jolt, most, taken, back = Lane(), Lane(), Lane(), Lane(), Lane()
     hit, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
-    # Variables, not constants: else Warp would unroll the loops over them.
-    bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS // TURNS)
+    bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS // TURNS)  # loops stay
     pack, _one = wp.tid()
     first, count, dt = pack * LANES, int(-SETTLING), knobs.time_step
     time = -BEFORE * dt
