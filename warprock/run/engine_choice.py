@@ -115,10 +115,10 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
     return EngineChoice(ANALYTICAL, why, outside)
 
 
-def another_engine(ran: str, scene: SceneKind) -> str:
-    """An engine to hold a run against: another one that can do its scene; else the same."""
-    others = (name for name in ("impulse", CONTACT, ANALYTICAL) if name != ran)
-    return next((name for name in others if engine_class(name).supports(scene) is None), ran)
+def another_engine(ran: str, scene: SceneKind) -> str | None:
+    """An engine to hold a run against: another one that can do its scene; None where none can."""
+    others = (name for name in ("impulse", CONTACT, ANALYTICAL, "dem") if name != ran)
+    return next((name for name in others if engine_class(name).supports(scene) is None), None)
 
 
 def outside_model(lanes: Lanes, motions: GroundMotions, ends: npt.NDArray[np.float64]) -> int:
