@@ -121,9 +121,9 @@ def run_lanes(
     base, dv, hint, loss, lift, last, deep = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     given, jolt, most, taken, back = Lane(), Lane(), Lane(), Lane(), Lane()
     hit, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
-    bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS // TURNS)  # loops stay
     pack, _one = wp.tid()
-    first, count, dt = pack * LANES, int(-SETTLING), knobs.time_step
+    bodies, points, first = int(BLOCKS + 1), int(2 * BLOCKS), pack * LANES  # loops stay
+    count, sweeps, dt = int(-SETTLING), int(ITERATIONS // TURNS), knobs.time_step
     time = -BEFORE * dt
     for i in range(LANES):
         start_lane(lanes[first + i], half_w[0, i], c[0, i], lift[i], mode[i])
