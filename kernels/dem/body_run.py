@@ -87,7 +87,8 @@ def run_lanes(
     live, impacts, mode, steps, held = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
     low = LaneInt()
     # A variable, not a constant: else Warp would unroll the loop over it.
-    points, first = int(POINTS), wp.tid() * LANES
+    pack, _one = wp.tid()
+    points, first = int(POINTS), pack * LANES
     for i in range(LANES):
         body = blocks[first + i]
         m[i] = body.inverse_mass

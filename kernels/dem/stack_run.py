@@ -210,7 +210,8 @@ def run_lanes(
     uplift_time, moved, deepest, jolt, dz, rising = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     live, impacts, mode, steps, held = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
     # Variables, not constants: else Warp would unroll the loops over them.
-    bodies, pairs, first = int(BLOCKS + 1), int(PAIRS), wp.tid() * LANES
+    pack, _one = wp.tid()
+    bodies, pairs, first = int(BLOCKS + 1), int(PAIRS), pack * LANES
     for i in range(LANES):
         start_lane(lanes[first + i], half_w[0, i], c[0, i], dt[i], uplift_time[i], mode[i])
         for k in range(1, bodies):

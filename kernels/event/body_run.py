@@ -149,10 +149,10 @@ def place_at(
     at = rotation_at(until, time, theta, begun, theta0, omega0)
     s0, c0 = sine(theta0), cosine(theta0)
     glide = vx0 + omega0 * (turned_z(corner.x, corner.z, s0, c0) - radius)
-    rise = vz0 - omega0 * turned_x(corner.x, corner.z, s0, c0)
+    climb = vz0 - omega0 * turned_x(corner.x, corner.z, s0, c0)
     bend = part * part
     slid = slide0 + tau * glide + bend * (slide - slide0 - d * glide)
-    high = gap0 + tau * rise + bend * (gap - gap0 - d * rise)
+    high = gap0 + tau * climb + bend * (gap - gap0 - d * climb)
     s1, c1 = sine(at), cosine(at)
     rolled = corner.along + radius * at
     return (
