@@ -84,8 +84,8 @@ class Dem(AbstractEngine):
     the corner that is pressed most: about an edge that is when it does in the plane. A
     block that rocks over corners chatters on weakly damped springs: there no order shows.
     A body in space stands on a spring under each of its points, which have equal parts of the area
-    of its base: a box of two sub-contacts along and across. In a stack in the plane with a body every
-    interface has springs under the points that touch alone, boxes among them.
+    of its base: a box of two sub-contacts along and across. In a stack in the plane with a body
+    every interface has springs under the points that touch alone, boxes among them.
     """
 
     name: ClassVar[str] = "dem"
