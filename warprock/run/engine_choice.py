@@ -34,6 +34,8 @@ CONTACT = "event"
 """Engine of blocks that can slide."""
 STACKING = "impulse"
 """Engine of stacks that the former declines."""
+SPRINGS = "dem"
+"""Engine that the others are held against where they decline."""
 ANALYTICAL = "housner"
 """Engine of one block that does not."""
 LANES_JUDGED = 1000
@@ -117,7 +119,7 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
 
 def another_engine(ran: str, scene: SceneKind) -> str:
     """An engine to hold a run against: another one that can do its scene; else the same."""
-    others = (name for name in ("impulse", CONTACT, ANALYTICAL) if name != ran)
+    others = (name for name in (STACKING, CONTACT, ANALYTICAL, SPRINGS) if name != ran)
     return next((name for name in others if engine_class(name).supports(scene) is None), ran)
 
 
