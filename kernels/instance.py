@@ -12,6 +12,11 @@ In a kernel file `from warprock.kernels.shape.stack import Rows` brings `Rows` f
 that file that has the same parameters. An instance has those parameters alone that its file, or
 one that it imports, names: so `Rows` is the same for every kind of ground motion. Every instance is
 a Warp module of its own, compiled and cached on its own.
+
+A thread of a packed kernel has two numbers (`pack, _one = wp.tid()`), of which the second is zero.
+Of a kernel with one number Warp 1.19 compiles two variants, one of them for arrays whose rows lie
+anyhow, which takes half as long again. Where a loop over lanes is vector code only if the compiler
+knows that rows lie side by side, the kernel makes such arrays of what it is given (`block_of`).
 """
 
 from __future__ import annotations
@@ -64,7 +69,16 @@ REALS = {"float64": wp.float64, "float32": wp.float32}
 FOLDER = pathlib.Path(__file__).resolve().parent
 """Folder of the kernel files, which is read and never written to."""
 
-PARAMETERS = ("PRECISION", "MOTION", "ITERATIONS", "BLOCKS", "LANES", "FRICTION", "POINTS")
+PARAMETERS = (
+    "PRECISION",
+    "MOTION",
+    "ITERATIONS",
+    "BLOCKS",
+    "LANES",
+    "FRICTION",
+    "POINTS",
+    "VERTICAL",
+)
 """Names that the loader sets in a kernel file: the arguments of `kernel_module`, in capitals."""
 
 HOST_FILES = ("instance", "modes")
@@ -112,6 +126,7 @@ def kernel_module(
     lanes: int = LANE_WIDTH,
     friction: str = "cone",
     points: int = 0,
+    vertical: bool = False,
 ) -> ModuleType:
     """The instance of a kernel file for a precision, a kind of ground motion and a stack.
 
@@ -125,11 +140,12 @@ def kernel_module(
         lanes: Lanes that a thread of a stack's kernel runs side by side.
         friction: Law of friction where a block slides in two directions: cone or box.
         points: Contact points of a body that is no box.
+        vertical: Whether the base of a body in the plane moves upwards, too.
 
     Raises:
         OSError: A kernel file cannot be read.
     """
-    values = (precision, motion, iterations, blocks, lanes, friction, points)
+    values = (precision, motion, iterations, blocks, lanes, friction, points, vertical)
     with _LOCK:
         return _instance(file, dict(zip(PARAMETERS, values, strict=True)))
 

@@ -38,6 +38,8 @@ Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks.
 
 import warp as wp
 
+from warprock.kernels.shape.rising import worked
+
 STEEPEST = real(0.1)
 """Smallest cosine of the angle between two faces for which their overlap still grows."""
 FAILED = real(1.0e-30)
@@ -312,7 +314,7 @@ def load_blocks(
 
 @wp.func
 def integrate(
-    live: bool, dv: real, dt: real, span: real, knobs: Knobs, m: real, j: real,
+    live: bool, dv: real, dz: real, dt: real, span: real, knobs: Knobs, m: real, j: real,
     fx: wp.ref[real], fz: wp.ref[real], moment: wp.ref[real],
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
     vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real], loss: wp.ref[real],
@@ -322,7 +324,7 @@ def integrate(
 
     Args:
         live: Whether the lane still runs.
-        dv: Change of the base velocity in the step [m/s].
+        dv: Change of the base velocity in the step [m/s]; dz that upwards.
         dt: Time step [s].
         span: Time over which the forces act: half of it in the first step, from rest [s].
         knobs: The settings.
@@ -343,10 +345,12 @@ def integrate(
     po = j * moment - drag * old_o
     new_x = old_x + span * px - dv
     new_z = old_z + span * (pz - knobs.gravity)
+    if VERTICAL:
+        new_z = new_z - dz
     new_o = old_o + span * po
     work = (px * (old_x + new_x) + pz * (old_z + new_z)) / m + po * (old_o + new_o) / j
     loss = loss - wp.where(live, half * span * work, real(0.0))
-    given = given - wp.where(live, half * dv * (old_x + new_x) / m, real(0.0))
+    given = given - wp.where(live, worked(dv, dz, old_x + new_x, old_z + new_z) / m, real(0.0))
     vx = wp.where(live, new_x, old_x)
     vz = wp.where(live, new_z, old_z)
     omega = wp.where(live, new_o, old_o)

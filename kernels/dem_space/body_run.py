@@ -58,7 +58,8 @@ def run_lanes(
     mode, steps, base, dv, ux, uy = Count(), Count(), Three(), Three(), P(), P()
     slip, px, py, pz, stood_x, stood_y, foot = P(), P(), P(), P(), P(), P(), P()
     rx, ry, rz = P(), P(), P()
-    rows, first = points.shape[0], wp.tid() * LANES
+    pack, _one = wp.tid()
+    rows, first = points.shape[0], pack * LANES
     for i in range(LANES):
         start_body(
             blocks[0, first + i], lanes[first + i], x[i], y[i], z[i], qx[i], qy[i],

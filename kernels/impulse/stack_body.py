@@ -112,8 +112,8 @@ def lift_out(
     nx = wp.where(first, nx1, nx2)
     nz = wp.where(first, nz1, nz2)
     deep = gap < gap3
-    falls = real(2.0) * knobs.time_step * knobs.time_step * knobs.gravity
-    push = knobs.erp * smaller(wp.where(deep, gap, gap3) + falls, real(0.0))
+    spare = real(2.0) * knobs.time_step * knobs.time_step * knobs.gravity
+    push = knobs.erp * smaller(wp.where(deep, gap, gap3) + spare, real(0.0))
     shift_x = shift_x - push * wp.where(deep, nx, nx3)
     shift_z = shift_z - push * wp.where(deep, nz, nz3)
 

@@ -136,7 +136,9 @@ def test_a_block_that_slides_stops_where_friction_ends(engine):
     assert response["peak_tilt"][0] < 1e-6
 
 
-@pytest.mark.parametrize("engine", [*ENGINES, "housner", "planar event"])
+@pytest.mark.parametrize(
+    "engine", [*ENGINES, "housner", "planar event", "planar impulse", "planar dem"]
+)
 def test_a_block_that_is_pushed_rises_as_far_as_its_energy(engine):
     """(2/3) R^2 w^2 = g R (cos(alpha - theta) - cos(alpha)), about the edge that it turns on."""
     spin = np.array([0.3, -0.5])
@@ -153,7 +155,9 @@ def test_a_block_that_is_pushed_rises_as_far_as_its_energy(engine):
     else:
         blocks = dataclasses.replace(lanes, release=release)
         response = sound_run(engine.split()[-1], blocks, StillBase(2), times)
-    np.testing.assert_allclose(response["peak_rotation"], wanted, rtol=1e-3)
+    # It sinks into springs, and has lifted before it lets go of them.
+    near = 5e-3 if engine == "planar dem" else 1e-3
+    np.testing.assert_allclose(response["peak_rotation"], wanted, rtol=near)
     assert np.all(response["uplift_time"] <= 1e-3)
 
 

@@ -23,7 +23,7 @@ from warprock.analysis.spectrum import run_spectrum
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
 from warprock.api.names import python_names
-from warprock.api.work import How, HowHeld, Work, listing_how, working
+from warprock.api.work import How, HowHeld, listing_how, working
 from warprock.errors import InputError
 from warprock.figures.fragility import draw_curves, groups_of, plot_curves
 from warprock.figures.incremental import draw_analysis, plot_analysis
@@ -33,6 +33,7 @@ from warprock.figures.spectrum import draw_spectrum, plot_spectrum
 from warprock.report.chosen import played_of_analysis
 from warprock.report.replays import played_beside
 from warprock.report.scenes import scenes_of
+from warprock.run.work import Work
 from warprock.tables.fragility import fragility_report
 from warprock.tables.incremental import analysis_report
 from warprock.tables.overturning import map_report

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from warprock.cli.analysis import case_work, finish
+from warprock.cli.analysis import case_work, finish, running
 from warprock.cli.options import by_option, case_options, estimate_options, intensity_option
 
 
@@ -48,7 +48,7 @@ def ida(
     work = case_work(**asked, factors=ladder.factors.tolist())
     case, plan = work.case, plan_analysis(work.case, work.engine, ladder, work.options)
     require_columns(case, intensity, by)
-    with work.running(None) as options:
+    with running(work, None) as options:
         found = run_analysis(
             case, plan, ladder, folder, workers=options.workers, progress=options.progress
         )

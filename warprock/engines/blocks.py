@@ -169,6 +169,18 @@ def start_columns(lanes: Lanes) -> dict[str, npt.NDArray[Any]]:
     return {"starts": lanes.rotation_start, "rates": np.ascontiguousarray(rates)}
 
 
+def speed_columns(lanes: Lanes) -> dict[str, Array]:
+    """Velocities of single blocks in the plane at the start, by what kernels call them, [lane].
+
+    vx and vz of the centre of mass [m/s], and omega towards +x [rad/s].
+    """
+    release = lanes.release
+    if release is None:
+        return dict.fromkeys(("vx", "vz", "omega"), np.zeros(lanes.lane_count))
+    v, omega = release.velocity, release.angular_velocity[:, 1]
+    return {"vx": v[:, 0], "vz": v[:, 2], "omega": omega}
+
+
 def throw_columns(lanes: Lanes) -> dict[str, npt.NDArray[Any]]:
     """Fields of the struct `Throw` of kernels/shape_space/thrown.py, shape [lane] each."""
     count = lanes.lane_count

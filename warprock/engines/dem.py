@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from warprock.engines import dem_stack_bodies
 from warprock.engines.base import AbstractEngine
-from warprock.engines.blocks import body_columns
+from warprock.engines.blocks import body_columns, speed_columns
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
 from warprock.engines.dem_bodies import CornerSprings, corner_rows, cornered_columns
 from warprock.engines.dem_bodies_space import PointSprings, on_corners, sprung_inputs
@@ -92,18 +92,24 @@ class Dem(AbstractEngine):
     settings_type = DemSettings
     order: ClassVar[int | None] = 1
     spatial: ClassVar[bool] = True
-    starts_moving: ClassVar[tuple[str, ...]] = ("space",)
+    starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
     stacked_bodies: ClassVar[bool] = True
-    bodies_move: ClassVar[tuple[str, ...]] = ("space",)
+    bodies_move: ClassVar[tuple[str, ...]] = ("plane", "space")
+    vertical: ClassVar[tuple[str, ...]] = ("block", "stack")
     above_rigid: ClassVar[bool] = True
 
     @classmethod
     def declines(cls, scene: SceneKind) -> str | None:
         """Why its model is not for a scene: a box on springs at its corners is thrown alone."""
-        if scene.moving and not scene.thrown and not scene.bodies:
+        if scene.spatial and scene.moving and not (scene.thrown or scene.bodies):
             return f"dem lets blocks go from rest, or thrown, and the case {scene.moving}"
         return None
+
+    @classmethod
+    def kernel_lanes(cls, lanes: Lanes, motions: GroundMotions) -> Lanes:
+        """Its kernel of boxes, which have springs all along their faces, knows such a base."""
+        return lanes
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: the same text for a single block and for a stack."""
@@ -173,7 +179,8 @@ class Dem(AbstractEngine):
             return {"blocks": blocks, "corners": springs.columns, "knobs": self._knobs(module)}
         if not lanes.spatial:
             turned = np.diff(stacks.rotation_start, axis=1, prepend=0.0).any(axis=1)
-            per_lane["uplift_time"] = np.where(turned, 0.0, NEVER)
+            spins = speed_columns(lanes)["omega"] != 0.0
+            per_lane["uplift_time"] = np.where(turned | spins, 0.0, NEVER)
             if lanes.profiles is not None:
                 blocks = dem_stack_bodies.sprung_stacks(lanes, self.settings)
                 columns = {"blocks": blocks, "lanes": per_lane, "feet": foot_columns(lanes)}
@@ -222,7 +229,7 @@ class Dem(AbstractEngine):
 
 def _planar_blocks(stacks: Lanes, settings: DemSettings) -> dict[str, Array]:
     """Fields of the struct `Block`, shape [lane, block] each."""
-    start = start_at_rest(stacks, settings)
+    start, speeds = start_at_rest(stacks, settings), speed_columns(stacks)
     return {
         **body_columns(stacks),
         "depth": interface_depth(stacks),
@@ -230,6 +237,7 @@ def _planar_blocks(stacks: Lanes, settings: DemSettings) -> dict[str, Array]:
         "z": start.settlement,
         "theta": start.rotation,
         "stretch": start.stretch,
+        **{name: np.broadcast_to(each[:, None], start.x.shape) for name, each in speeds.items()},
     }
 
 

@@ -1,4 +1,6 @@
-"""Energies of blocks on their base: what they hold, need to overturn, and can have been given.
+"""Amounts of energy: what blocks on their base hold, need to overturn, and can have been given.
+
+`soundness` judges a lane by them.
 
 All are above the state in which every block is flat, in the frame of the base [J]. What a base has
 supplied is told by the account of an engine in the plane; in space there is a bound that is known
@@ -51,7 +53,7 @@ def kinetic_energy_at_start(lanes: Lanes) -> Array:
     if release.gyration is not None:
         inertia = release.gyration
     if lanes.body is not None:
-        inertia = lanes.body.gyration
+        inertia = lanes.body.gyration.reshape(lanes.lane_count, -1)
     spin = release.angular_velocity
     if lanes.spatial:
         attitude = start_poses(cast(SpatialLanes, lanes))[1]

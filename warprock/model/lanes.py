@@ -102,6 +102,11 @@ class Lanes:
         return self.body is not None or self.profiles is not None
 
     @property
+    def on_points(self) -> bool:
+        """Whether kernels of bodies run them; see `SceneKind`."""
+        return self.bodies
+
+    @property
     def contact_point_count(self) -> int:
         """Points that can touch at once: two of every block in the plane, all of a body.
 

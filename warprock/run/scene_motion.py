@@ -68,6 +68,14 @@ class SceneMotion:
     acceleration: Array
     outline: Array | None = None
 
+    @property
+    def axes(self) -> str:
+        """The axes that the base may move along: all in space, in the plane x, and z if it does."""
+        if self.spatial:
+            return "xyz"
+        upwards = np.any(self.base[:, 2]) or np.any(self.acceleration[:, 2])
+        return "xz" if upwards else "x"
+
     def corners(self) -> Array:
         """Corners of the blocks in their plane, going round [m], [block, sample, corner, 2]."""
         if self.outline is not None:
@@ -158,8 +166,9 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
     if outline is not None and not spatial:
         outline = np.insert(outline, 1, 0.0, axis=-1)
     pulled = np.zeros_like(base)
-    for axis, motion in enumerate(run.lane_set.motions.components):
-        pulled[:, axis] = motion.acceleration(response.times, lane)
+    motions = run.lane_set.motions
+    for axis, motion in zip(motions.axes, motions.components, strict=True):
+        pulled[:, "xyz".index(axis)] = motion.acceleration(response.times, lane)
     return SceneMotion(
         name=f"{case.name}, lane {run.lane_set.first + lane}, {response.engine}",
         outcome=Outcome(int(response["outcome"][0])).name.lower().replace("_", " "),
