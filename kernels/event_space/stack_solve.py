@@ -2,7 +2,8 @@
 
 A contact answers its velocity u with the impulse f = P(l - c (u + lift n)), where P takes an
 impulse to the nearest that its law allows, c is STIFF times the contact's own effective mass, and
-lift its gap, or in the cone friction |u_t|, u_t its slip, in the box friction (|u_x| + |u_y|).
+lift its gap, or, with mu the friction coefficient and u_t the slip, mu |u_t| in the cone and
+mu (|u_x| + |u_y|) in the box.
 Where l = f, and lift is that of u, all laws hold (the augmented Lagrangian, with the change of
 variable of De Saxce and Feng 1998).
 

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from tests.shared.case_texts import FREE, PULSE, refusal
 from warprock.case.case_file import APART, CaseFile
 from warprock.case.check import Check
-from warprock.case.columns import input_meaning
+from warprock.case.input_columns import input_meaning
 from warprock.case.keys import KEYS, SWEEP_KEYS
 from warprock.case.motion import Direction
 from warprock.case.reference import find_sections, reference_page, sections

@@ -187,7 +187,7 @@ def test_event_and_impulse_throw_a_boulder_alike():
     np.testing.assert_allclose(one["energy_lost"], two["energy_lost"], rtol=2e-3)
 
 
-@pytest.mark.parametrize("engine", ["impulse", "dem"])
+@pytest.mark.parametrize("engine", ["housner", "event", "impulse", "dem"])
 def test_a_body_in_the_plane_rises_over_the_corner_it_is_pushed_over(engine):
     """(k^2 + R^2) w^2 / 2 = g (height of its turn - height at rest), R from the corner."""
     spin = np.array([-0.6, 0.4])

@@ -23,7 +23,7 @@ from warprock.case.contact import Contact as ContactTable
 from warprock.case.motion import Motion as MotionTable
 from warprock.case.run import Run as RunTable
 from warprock.case.start import Start as StartTable
-from warprock.case.table_columns import swept_columns
+from warprock.case.sweep_file_columns import swept_columns
 from warprock.case.validation import KeyedError, Table, refusing, unknown_key
 from warprock.quantity import InputKey, Key
 

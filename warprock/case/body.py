@@ -10,8 +10,8 @@ import numpy.typing as npt
 import pydantic
 
 from warprock.case.contact import FRICTION
-from warprock.case.table_keys import OtherKey
 from warprock.case.validation import KeyedError, Table
+from warprock.case.value_kinds import OtherKey
 from warprock.model.hull import LEVEL, lower_hulls
 from warprock.quantity import Column, FrictionKey, NumberKey, Said
 from warprock.units import Dimension, allowed_text, parse_any

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from warprock.case.block import Stack
 from warprock.case.body import StackedBody
-from warprock.case.columns import computed, key_column, lane_columns
+from warprock.case.input_columns import computed, key_column, lane_columns
 from warprock.case.values import LaneValues
 from warprock.errors import InputError
 from warprock.model.bodies import Bodies, planar_bodies

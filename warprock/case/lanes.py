@@ -18,9 +18,9 @@ from warprock.case.axes import LABEL
 from warprock.case.body_lanes import body_columns, body_lanes, body_of
 from warprock.case.case import Case
 from warprock.case.check import PeaksCheck
-from warprock.case.columns import computed, key_column, lane_columns
 from warprock.case.ensemble import CELL_COLUMNS
 from warprock.case.ground_motions import lane_motions
+from warprock.case.input_columns import computed, key_column, lane_columns
 from warprock.case.keys import general_key
 from warprock.case.release import release_columns, released
 from warprock.case.round_base import refuse_in_space, round_keys

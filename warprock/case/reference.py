@@ -24,7 +24,7 @@ from warprock.case.spectrum import SpectrumTable
 from warprock.case.start import Start
 from warprock.case.study import StudyTable
 from warprock.case.sweep import Grid
-from warprock.case.table_file import TableEntry
+from warprock.case.sweep_file import TableEntry
 from warprock.case.validation import Table
 from warprock.case.waveforms import FAMILIES, Family
 from warprock.errors import InputError, did_you_mean, listed

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case.columns import key_column
+from warprock.case.input_columns import key_column
 from warprock.case.space import optional
 from warprock.case.start import ATTITUDE, AXES
 from warprock.errors import InputError

@@ -15,7 +15,7 @@ from warprock.case.body_stacks import (
     stacked_body_columns,
     stacked_body_sizes,
 )
-from warprock.case.columns import attribute, computed, lane_columns
+from warprock.case.input_columns import attribute, computed, lane_columns
 from warprock.case.values import LaneValues
 from warprock.model import rocking
 from warprock.model.bodies import Bodies

@@ -239,7 +239,7 @@ def reproduce(
     """
     from warprock.paper import reproduce as paper
     from warprock.paper.page import keep
-    from warprock.paper.tables import print_reproduction
+    from warprock.paper.print_tables import print_reproduction
     from warprock.run.case_run import require_choice
     from warprock.tables.terminal import lane_progress, print_json
 

@@ -1,4 +1,6 @@
-"""Energies of blocks on their base: what they hold, need to overturn, and can have been given.
+"""Amounts of energy: what blocks on their base hold, need to overturn, and can have been given.
+
+`soundness` judges a lane by them.
 
 All are above the state in which every block is flat, in the frame of the base [J]. What a base has
 supplied is told by the account of an engine in the plane; in space there is a bound that is known

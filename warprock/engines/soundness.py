@@ -1,8 +1,9 @@
-"""Energy from nowhere: which lanes of a time-stepping engine gained more than can be.
+"""Judges the energy account of a lane: which lanes of a time-stepping engine are `UNSTABLE`.
 
-In the frame of its base a block gains energy from the base's motion alone; contacts can only take.
-A step that is long for a block's size gives some back; where that is more than the block held and
-got from the base, its motion is the step's and not its own.
+In the frame of its base a block gains energy from the motion of the base alone; contacts can only
+take energy away. A step that is too long gives some back. Where it gave back more than the block
+held at the start and got from the base, the lane has exploded: the step made its motion, not the
+physics. The engine gives it the status `UNSTABLE`. The amounts are those of `energy`.
 """
 
 from __future__ import annotations

@@ -149,9 +149,10 @@ def scene(
     blocks = [f"_{k}" for k in range(1, 10) if f"width_{k}_m" in row] or [""]
     base = {axis: _column(shown, f"base_{axis}_m") for axis in "xyz"}
     acceleration = _column(shown, "base_acceleration_m_s2")
+    rise = _column(shown, "base_acceleration_z_m_s2")
     parts = [_block(shown, row, number) for number in blocks]
     length = _unit([part[axis] for part in parts for axis in "xyz"] + list(base.values()))
-    angle, rate = _unit([part["r"] for part in parts]), _unit([acceleration])
+    angle, rate = _unit([part["r"] for part in parts]), _unit([acceleration, rise])
     outcome = f"{row['outcome']}, {row['status']}".replace("_", " ")
     about = f"Outcome and status: {outcome}."
     if why:
@@ -181,6 +182,7 @@ def scene(
         ],
         "base": {axis: _whole(values, length) for axis, values in base.items()},
         "acc": _whole(acceleration, rate),
+        **({"rise": _whole(rise, rate)} if rise.any() else {}),
     }
 
 

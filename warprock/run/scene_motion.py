@@ -68,6 +68,14 @@ class SceneMotion:
     acceleration: Array
     outline: Array | None = None
 
+    @property
+    def axes(self) -> str:
+        """The axes that the base may move along: all in space, in the plane x, and z if it does."""
+        if self.spatial:
+            return "xyz"
+        upwards = np.any(self.base[:, 2]) or np.any(self.acceleration[:, 2])
+        return "xz" if upwards else "x"
+
     def corners(self) -> Array:
         """Corners of the blocks in their plane, going round [m], [block, sample, corner, 2]."""
         if self.outline is not None:
