@@ -58,7 +58,7 @@ def spatial_because(values: LaneValues) -> str:
         reasons["block.base"] = "has a body in space"
     # A profile has no other space than its plane.
     if tables.model != PLANAR and (body is None or body.spatial):
-        reasons[UPWARDS] = "moves its base upwards"
+        reasons[UPWARDS] = f'moves its base upwards without model = "{PLANAR}"'
     for block in range(1, tables.block_count + 1):
         reasons |= StackedBlock.needs_space(f"block.{block}")
     given = [key for key in reasons if values.given(key)]
