@@ -12,6 +12,11 @@ In a kernel file `from warprock.kernels.shape.stack import Rows` brings `Rows` f
 that file that has the same parameters. An instance has those parameters alone that its file, or
 one that it imports, names: so `Rows` is the same for every kind of ground motion. Every instance is
 a Warp module of its own, compiled and cached on its own.
+
+A thread of a packed kernel has two numbers (`pack, _one = wp.tid()`), of which the second is zero.
+Of a kernel with one number Warp 1.19 compiles two variants, one of them for arrays whose rows lie
+anyhow, which takes half as long again. Where a loop over lanes is vector code only if the compiler
+knows that rows lie side by side, the kernel makes such arrays of what it is given (`block_of`).
 """
 
 from __future__ import annotations

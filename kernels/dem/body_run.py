@@ -25,7 +25,10 @@ wp.set_module_options(ONE_VECTOR)
 
 @wp.struct
 class Body:
-    """One lane's body, and where it starts: z is from its height at rest if it were rigid."""
+    """One lane's body, and where it starts: z is from its height at rest if it were rigid.
+
+    vx, vz and omega are its velocities then.
+    """
 
     inverse_mass: real
     inverse_inertia: real
@@ -36,11 +39,33 @@ class Body:
     x: real
     z: real
     theta: real
+    vx: real
+    vz: real
+    omega: real
 
 
 Lane = wp.types.vector(length=LANES, dtype=real)
 LaneInt = wp.types.vector(length=LANES, dtype=int)
 Point = wp.types.matrix(shape=(POINTS, LANES), dtype=real)
+
+
+@wp.func
+def start_body(
+    body: Body, x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], vx: wp.ref[real],
+    vz: wp.ref[real], omega: wp.ref[real], s: wp.ref[real], c: wp.ref[real], since: wp.ref[real],
+    peak: wp.ref[real],
+):  # fmt: skip
+    """Puts a body where it starts; its interface counts as closed."""
+    x = body.x
+    z = body.z
+    theta = body.theta
+    vx = body.vx
+    vz = body.vz
+    omega = body.omega
+    s = sine(body.theta)
+    c = cosine(body.theta)
+    since = NEVER
+    peak = size(body.theta)
 
 
 @wp.kernel
@@ -62,7 +87,8 @@ def run_lanes(
     live, impacts, mode, steps, held = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
     low = LaneInt()
     # A variable, not a constant: else Warp would unroll the loop over it.
-    points, first = int(POINTS), wp.tid() * LANES
+    pack, _one = wp.tid()
+    points, first = int(POINTS), pack * LANES
     for i in range(LANES):
         body = blocks[first + i]
         m[i] = body.inverse_mass
@@ -71,13 +97,9 @@ def run_lanes(
         height[i] = body.height
         dt[i] = body.time_step
         uplift_time[i] = body.uplift_time
-        x[i] = body.x
-        z[i] = body.z
-        theta[i] = body.theta
-        s[i] = sine(body.theta)
-        c[i] = cosine(body.theta)
-        since[i] = NEVER
-        peak[i] = size(body.theta)
+        start_body(
+            body, x[i], z[i], theta[i], vx[i], vz[i], omega[i], s[i], c[i], since[i], peak[i]
+        )  # fmt: skip
         mode[i] = RUNNING
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]

@@ -77,18 +77,18 @@ def lean_of(turn: real, rate: real, dv: real) -> real:
 
 
 @wp.func
-def shared_stretch(slave: real, plane: real, place: real, cosine: real):
+def shared_stretch(slave: real, plane: real, place: real, cos_turn: real):
     """Ends of the stretch that two faces of the half widths slave and plane [m] share.
 
     Args:
         slave: Half width of the slave's face [m], plane that of the other one.
         place: Place of the slave's middle along the plane, from the plane's middle [m].
-        cosine: Cosine of the angle between the two.
+        cos_turn: Cosine of the angle between the two.
 
     Returns:
         Places along the slave's face [m].
     """
-    wide = real(1.0) / larger(cosine, STEEPEST)
+    wide = real(1.0) / larger(cos_turn, STEEPEST)
     return larger(-slave, (-plane - place) * wide), smaller(slave, (plane - place) * wide)
 
 
@@ -151,37 +151,37 @@ def find_contacts(
         overlap: Overlap o in the middle of that stretch [m].
     """
     turn = s * lc - c * ls
-    cosine = c * lc + s * ls
+    cos_turn = c * lc + s * ls
     both = half_height + lhalf_height
     dz = both + ez
     lean = lean_of(turn, omega - lomega, dv)
-    corner = dx * lc - dz * ls - half_height * turn + lean * half_width * cosine
+    corner = dx * lc - dz * ls - half_height * turn + lean * half_width * cos_turn
     upper = lean * corner <= lhalf_width
     sign = wp.where(upper, real(-1.0), real(1.0))
-    sine = wp.where(upper, ls, s)
+    tilted = wp.where(upper, ls, s)
     across = wp.where(upper, lc, c)
     tall = wp.where(upper, half_height, lhalf_height)
     slave = wp.where(upper, half_width, lhalf_width)
     plane = wp.where(upper, lhalf_width, half_width)
-    along = dx * across - dz * sine
+    along = dx * across - dz * tilted
     place = -sign * along - tall * turn
-    low, top = shared_stretch(slave, plane, place, cosine)
-    gap = dx * sine + ez * across - both * rise(sine, across) + tall * rise(turn, cosine)
+    low, top = shared_stretch(slave, plane, place, cos_turn)
+    gap = dx * tilted + ez * across - both * rise(tilted, across) + tall * rise(turn, cos_turn)
     middle = real(0.5) * (low + top)
     length = real(0.5) * (top - low)
-    normal = dx * sine + dz * across
-    ps = sine
+    normal = dx * tilted + dz * across
+    ps = tilted
     pc = across
     rs = turn
-    rc = cosine
+    rc = cos_turn
     side = sign
     de = along
     dn = normal
     half = length
     overlap = middle * turn - gap
-    slid = -sign * (place - lean * slave * rise(turn, cosine))
+    slid = -sign * (place - lean * slave * rise(turn, cos_turn))
     relative_motion(
-        sine, across, turn, cosine, sign, along, normal, tall, middle, length,
+        tilted, across, turn, cos_turn, sign, along, normal, tall, middle, length,
         wx, wz, omega, lomega, pe, pn, vn, vt, tilt, parting, sliding,
     )  # fmt: skip
 

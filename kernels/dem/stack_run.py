@@ -43,7 +43,7 @@ SPACING = real(1.0 / (POINTS - 1))
 class Block:
     """One block of a stack, and where it starts; z from where it would be on rigid blocks.
 
-    `stretch` is that of the shear springs below it.
+    `stretch` is that of the shear springs below it; vx, vz and omega are its velocities then.
     """
 
     half_width: real
@@ -57,6 +57,9 @@ class Block:
     z: real
     theta: real
     stretch: real
+    vx: real
+    vz: real
+    omega: real
 
 
 @wp.struct
@@ -90,7 +93,8 @@ def start_lane(
 def start_block(
     block: Block, half_width: wp.ref[real], half_height: wp.ref[real], m: wp.ref[real],
     j: wp.ref[real], mu: wp.ref[real], depth: wp.ref[real], offset: wp.ref[real], x: wp.ref[real],
-    z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real], since: wp.ref[real],
+    z: wp.ref[real], theta: wp.ref[real], vx: wp.ref[real], vz: wp.ref[real],
+    omega: wp.ref[real], s: wp.ref[real], c: wp.ref[real], since: wp.ref[real],
     peak: wp.ref[real],
 ):  # fmt: skip
     """Puts a block where it starts; its interface counts as closed."""
@@ -104,6 +108,9 @@ def start_block(
     x = block.x
     z = block.z
     theta = block.theta
+    vx = block.vx
+    vz = block.vz
+    omega = block.omega
     s = sine(block.theta)
     c = cosine(block.theta)
     since = NEVER
@@ -203,13 +210,14 @@ def run_lanes(
     uplift_time, moved, deepest, jolt, dz, rising = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     live, impacts, mode, steps, held = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
     # Variables, not constants: else Warp would unroll the loops over them.
-    bodies, pairs, first = int(BLOCKS + 1), int(PAIRS), wp.tid() * LANES
+    pack, _one = wp.tid()
+    bodies, pairs, first = int(BLOCKS + 1), int(PAIRS), pack * LANES
     for i in range(LANES):
         start_lane(lanes[first + i], half_w[0, i], c[0, i], dt[i], uplift_time[i], mode[i])
         for k in range(1, bodies):
             start_block(blocks[k - 1, first + i], half_w[k, i], half_h[k, i], m[k, i], j[k, i],
-                mu[k, i], depth[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i],
-                c[k, i], since[k, i], peak[k, i])  # fmt: skip
+                mu[k, i], depth[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], vx[k, i],
+                vz[k, i], omega[k, i], s[k, i], c[k, i], since[k, i], peak[k, i])  # fmt: skip
             for p in range(2 * pairs):
                 u[2 * pairs * (k - 1) + p, i] = blocks[k - 1, first + i].stretch
     for sample in range(sample_times.shape[0]):

@@ -20,7 +20,9 @@ from warprock.kernels.modes import FLAT, FLYING, PIVOTING
 
 @wp.struct
 class Body:
-    """What a step needs to know of one lane's body, and the rotation at which it is let go [rad].
+    """What a step needs to know of one lane's body, and how it is let go.
+
+    It starts at a rotation `start` [rad] with the angular velocity `spin` [rad/s].
 
     `restitution` is the part of the angular velocity that is left where the body rocks over the
     edge that it stands on at first; negative where the law of contact finds it.
@@ -32,6 +34,7 @@ class Body:
     radius: real
     restitution: real
     start: real
+    spin: real
     rest_rotation: real
     longest_step: real
     step_limit: int

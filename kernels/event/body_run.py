@@ -21,12 +21,25 @@ from warprock.kernels.shape.body import Corner, is_past, turned_x, turned_z
 
 
 @wp.func
+def starts_past(body: Body, angle: real) -> int:
+    """1 where a body starts beyond a rotation, or at it and turns on; else 0."""
+    turns_on = body.start == angle and body.spin > real(0.0)
+    return wp.where(body.start > angle or turns_on, 1, 0)
+
+
+@wp.func
 def start_lane(
-    lowest: Corner, start: real, theta: wp.ref[real], mode: wp.ref[int], cap: wp.ref[real],
-    peak: wp.ref[real], uplift_time: wp.ref[real], rest_time: wp.ref[real],
+    lowest: Corner, body: Body, theta: wp.ref[real], vx: wp.ref[real], vz: wp.ref[real],
+    omega: wp.ref[real], mode: wp.ref[int], cap: wp.ref[real], peak: wp.ref[real],
+    uplift_time: wp.ref[real], rest_time: wp.ref[real],
 ):  # fmt: skip
-    """Lets a body go at a rotation [rad], at which a corner is lowest."""
-    flat = start == lowest.angle
+    """Lets a body go at its rotation [rad], about a corner if it turns."""
+    start = body.start
+    flat = start == lowest.angle and body.spin == real(0.0)
+    s, c = sine(start), cosine(start)
+    vx = -body.spin * (turned_z(lowest.x, lowest.z, s, c) - body.radius)
+    vz = body.spin * turned_x(lowest.x, lowest.z, s, c)
+    omega = body.spin
     theta = start
     mode = wp.where(flat, FLAT, PIVOTING)
     cap = NEVER
@@ -136,10 +149,10 @@ def place_at(
     at = rotation_at(until, time, theta, begun, theta0, omega0)
     s0, c0 = sine(theta0), cosine(theta0)
     glide = vx0 + omega0 * (turned_z(corner.x, corner.z, s0, c0) - radius)
-    rise = vz0 - omega0 * turned_x(corner.x, corner.z, s0, c0)
+    climb = vz0 - omega0 * turned_x(corner.x, corner.z, s0, c0)
     bend = part * part
     slid = slide0 + tau * glide + bend * (slide - slide0 - d * glide)
-    high = gap0 + tau * rise + bend * (gap - gap0 - d * rise)
+    high = gap0 + tau * climb + bend * (gap - gap0 - d * climb)
     s1, c1 = sine(at), cosine(at)
     rolled = corner.along + radius * at
     return (
@@ -186,11 +199,11 @@ def run_lanes(
     corner, last, about, risen, rising = LaneInt(), LaneInt(), LaneInt(), LaneInt(), Lane()
     for i in range(LANES):
         for k in range(corners.shape[0] - 1):
-            corner[i] = corner[i] + is_past(blocks[first + i].start, corners[k, first + i].angle)
+            corner[i] = corner[i] + starts_past(blocks[first + i], corners[k, first + i].angle)
             last[i] = last[i] + is_past(HALF_PI, corners[k, first + i].angle)
-        start_lane(corners[corner[i], first + i], blocks[first + i].start, theta[i], mode[i],
-            cap[i], peak[i], uplift_time[i], rest_time[i])  # fmt: skip
         about[i] = corner[i]
+        start_lane(corners[corner[i], first + i], blocks[first + i], theta[i], vx[i], vz[i],
+            omega[i], mode[i], cap[i], peak[i], uplift_time[i], rest_time[i])  # fmt: skip
     end = sample_times[sample_times.shape[0] - 1]
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]

@@ -5,7 +5,7 @@ frame of the base. One step of length d:
 
     1. the pose d/2 ahead, its contacts: what touched at the start, within `rest_gap`; mean motion
        v_m = v - dV/2 - g d/2 + sum p / 2, I_m w_m = L + sum r x p / 2, such that v_m and w_m obey
-       the contact law (event_space/body_contact.py);
+       the contact law (event_space/body_law.py);
     2. attitude turned by d w_m, x moved by d v_m, v = 2 v_m - v, L = 2 I_m w_m - L; in flight the
        attitude turns freely, see `turn_freely` in shape_space/block.py;
     3. if inside the step a point lands, or hops by more than `rest_gap`, nothing is taken: the next
@@ -28,24 +28,17 @@ import warp as wp
 
 from warprock.kernels.event.block import first_root
 from warprock.kernels.event_space.body_contact import (
-    HOLD,
-    INSIDE,
-    KEEP,
-    PointInts,
-    Points,
     Pose,
     Shape,
-    Touches,
     among,
     bit_of,
-    held_motion,
     levelled,
     place_of,
     posed,
-    solve,
-    solve_by_sweeps,
+    spans_plane,
     touches_of,
 )
+from warprock.kernels.event_space.body_law import bound, solve
 from warprock.kernels.event_space.contact import FLAT, FLYING
 from warprock.kernels.event_space.moves import cut_to, flown, turned
 from warprock.kernels.event_space.trial import Base, Knots, Limits, next_step
@@ -55,7 +48,6 @@ from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, UNSOLVED
 from warprock.kernels.motion import Motion
 from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape_space.block import Block
-from warprock.kernels.shape_space.body import spans
 
 NEARLY = by_precision(1.0e-7, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""
@@ -66,20 +58,16 @@ HOP = real(4.0)
 STILL = by_precision(1.0e-10, 1.0e-4)
 """Velocity that is none, as a part of what gravity gives in a step."""
 
-CONE_LAW = FRICTION == "cone"
-"""Whether friction is bound as a cone, else as a box along x and y."""
-
 
 @wp.struct
 class State:
     """State of one lane.
 
     Centre of mass, attitude, velocity, angular velocity; turn in the last step [rad], and angular
-    velocity at its end before its impact, swing; force of the points in the last step, for unit
-    mass [N/kg]; points that touch; whether the body flies, stands still, and stands; time [s];
-    knots of the motion passed; base velocity [m/s]; cap, the longest next step [s]; mode; lost
-    energy for unit mass [J/kg]; deepest penetration [m]; impacts; whether the last trial was a
-    step.
+    velocity at its end before its impact, swing; points that touch; whether the body flies,
+    stands still, and stands; time [s]; knots of the motion passed; base velocity [m/s]; cap, the
+    longest next step [s]; mode; lost energy for unit mass [J/kg]; deepest penetration [m]; impacts;
+    whether the last trial was a step.
     """
 
     x: Vector
@@ -88,7 +76,6 @@ class State:
     w: Vector
     turn: Vector
     swing: Vector
-    force: Points
     touch: wp.uint64
     flies: bool
     still: bool
@@ -130,14 +117,6 @@ def energy(limits: Limits, pose: Pose, v: Vector, w: Vector) -> real:
 
 
 @wp.func
-def sticks(p: Vector, most: real) -> bool:
-    """Whether the friction of a point lies within a bound, of the cone or of the box."""
-    if CONE_LAW:
-        return wp.sqrt(p[0] * p[0] + p[1] * p[1]) < most
-    return size(p[0]) < most and size(p[1]) < most
-
-
-@wp.func
 def looked(
     body: Shape, limits: Limits, s: State, pose0: Pose, pose: Pose, v: Vector, w: Vector,
     held: wp.uint64, d: real,
@@ -169,24 +148,6 @@ def looked(
 
 
 @wp.func
-def carries(t: Touches, held: wp.uint64) -> bool:
-    """Whether some of the points that touch span a plane."""
-    count, sx, sy, xx, xy, yy = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
-    total = t.total
-    for k in range(total):
-        if among(t.which[k], held):
-            x, y = t.lever[k][0] - t.lever[0][0], t.lever[k][1] - t.lever[0][1]
-            count += real(1.0)
-            sx += x
-            sy += y
-            xx += x * x
-            xy += x * y
-            yy += y * y
-    part = real(1.0) / larger(count, real(1.0))
-    return spans(count, xx - part * sx * sx, xy - part * sx * sy, yy - part * sy * sy)
-
-
-@wp.func
 def put_back(
     body: Shape, reached: State, pose0: Pose, held: wp.uint64, stuck: bool
 ) -> State:  # fmt: skip
@@ -208,22 +169,6 @@ def put_back(
 
 
 @wp.func
-def bound(body: Shape, pose: Pose, held: wp.uint64, stuck: wp.uint64, v: Vector, w: Vector):
-    """Velocities projected on the points that pushed."""
-    t = touches_of(body, pose.turn, held)
-    if t.total == 0:
-        return v, w
-    if held == stuck:
-        v1, w1 = held_motion(body, pose, t, v, w)
-        return v1, w1
-    laws, total = PointInts(), t.total
-    for k in range(total):
-        laws[k] = wp.where(among(t.which[k], stuck), HOLD, KEEP)
-    v1, w1, _p, _good = solve_by_sweeps(body, pose, t, laws, Points(), v, w)
-    return v1, w1
-
-
-@wp.func
 def end_of_step(
     body: Shape, limits: Limits, s: State, reached: State, pose0: Pose, look: Look, b: Base,
     held: wp.uint64, stuck: wp.uint64,
@@ -238,26 +183,20 @@ def end_of_step(
     t = touches_of(body, pose.turn, look.touch)
     if landed or wp.length_sq(b.kick) > real(0.0):
         v0 = v - b.kick
-        v1, w1, p, fits = solve(
-            body, pose, t, limits.gravity * limits.longest_step, Points(), v0, w
-        )
-        n.lost = n.lost + energy(limits, pose, v0, w) - energy(limits, pose, v1, w1)
+        c = solve(body, pose, t, limits.gravity * limits.longest_step, v0, w)
+        n.lost = n.lost + energy(limits, pose, v0, w) - energy(limits, pose, c.v, c.w)
         # The base's work on the body is at the mean of both velocities: see account.py.
-        n.lost = n.lost - HALF * wp.dot(b.kick, v1 - v0)
-        v = v1
-        w = w1
-        n.mode = wp.where(fits, n.mode, UNSOLVED)
-        pushes = wp.uint64(0)
-        total = t.total
-        for k in range(total):
-            if p[k][2] > real(0.0):
-                pushes = pushes | bit_of(t.which[k])
+        n.lost = n.lost - HALF * wp.dot(b.kick, c.v - v0)
+        v = c.v
+        w = c.w
+        n.mode = wp.where(c.fits, n.mode, UNSOLVED)
+        pushes = c.held
     n.v = v
     n.w = w
     n.impacts = s.impacts + wp.where(landed, 1, 0)
     n.touch = look.touch
     n.flies = look.touch == wp.uint64(0)
-    n.stands = carries(t, pushes)
+    n.stands = spans_plane(t, pushes)
     return n
 
 
@@ -335,35 +274,21 @@ def step(
     v = s.v - HALF * b.change - Vector(real(0.0), real(0.0), HALF * d * limits.gravity)
     w = pose.inverse * spin
     t = touches_of(body, pose.turn, s.touch)
-    first, total = Points(), t.total
-    for k in range(total):
-        first[k] = HALF * d * s.force[t.which[k]]
-    dust = limits.gravity * limits.longest_step
-    vm, wm, p, good = solve(body, pose, t, dust, first, v, w)
+    c = solve(body, pose, t, limits.gravity * limits.longest_step, v, w)
     n = s
-    n.force = Points()
-    held, stuck = wp.uint64(0), wp.uint64(0)
-    for k in range(total):
-        i = t.which[k]
-        n.force[i] = p[k] * (TWO / larger(d, NEARLY * near))
-        most = INSIDE * body.friction * p[k][2]
-        if p[k][2] > real(0.0):
-            held = held | bit_of(i)
-            if sticks(p[k], most):
-                stuck = stuck | bit_of(i)
     n.time = b.time
     n.knots = b.knots
     n.base = s.base + b.change + b.kick
     n.cap = NEVER
     n.taken = True
-    n.mode = wp.where(good, s.mode, UNSOLVED)
+    n.mode = wp.where(c.fits, s.mode, UNSOLVED)
     slow = STILL * limits.gravity
     fastest = wp.length(s.v) + wp.length(s.w) * body.reach
     stands = s.stands and fastest <= slow * limits.longest_step
-    stands = stands and wp.length(vm) + wp.length(wm) * body.reach <= slow * d
+    stands = stands and wp.length(c.v) + wp.length(c.w) * body.reach <= slow * d
     if stands:
-        vm = Vector()
-        wm = Vector()
+        c.v = Vector()
+        c.w = Vector()
     elif d > limits.longest_step:
         return repeated(s, limits.longest_step, d, near)
     n.still = stands and wp.length_sq(b.kick) == real(0.0)
@@ -372,4 +297,6 @@ def step(
         n.w = Vector()
         n.swing = Vector()
         return n
-    return integrate(block, body, limits, s, n, b, pose0, pose, spin, vm, wm, held, stuck)
+    return integrate(
+        block, body, limits, s, n, b, pose0, pose, spin, c.v, c.w, c.held, c.stuck
+    )  # fmt: skip

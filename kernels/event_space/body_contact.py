@@ -1,60 +1,19 @@
-"""Where a body in space touches its base on points, and the contact law there.
+"""Where a body in space touches its base on points.
 
 Mass 1, as in event_space/contact.py; points, feet and frames are those of shape_space/body.py. Sets
-of points are bits of a number. The law is tried in this order:
-
-    1. what can be held is held, as one motion of the body: impulse_space/body_hold.py, whose rounds
-       find the points that carry, and whose friction is in proportion to their load;
-    2. else point by point, until nothing changes but round-off (Gauss-Seidel on all three impulses
-       of a point, as in impulse_space/block.py).
-
-Points that a face has in excess leave their impulses undetermined; what these do is not, as long as
-friction holds. Where a face slides and turns, the load is shared as the last step left it.
+of points are bits of a number.
 """
 
 import warp as wp
 
-from warprock.kernels.impulse_space.block import Knobs
-from warprock.kernels.impulse_space.body_hold import (
-    ROUNDS,
-    add_held,
-    add_pressure,
-    find_motion,
-    find_turn,
-    judge,
-    share,
-    solved,
-)
-from warprock.kernels.impulse_space.stack import (
-    Attitude,
-    Gains,
-    Matrix,
-    frame,
-    gains_of,
-    solve_contact,
-    weighted,
-)
+from warprock.kernels.impulse_space.body_hold import solved
+from warprock.kernels.impulse_space.stack import Attitude, Matrix, frame, weighted
 from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.body import APART, Frame, Point, spans
 
-SWEEPS = 4000
-"""Most sweeps of a solve..."""
-WHOLE = 60
-"""...in which each point goes all of its way; then half of it, so that none goes to and fro."""
-SETTLED = by_precision(1.0e-14, 1.0e-6)
-"""Change of the velocities in a sweep, over those without contact, that is round-off."""
-LOOSE = by_precision(1.0e-6, 1.0e-3)
-"""The same, above which a solve that ran out of sweeps counts as none: faces of many points that
-slide settle slowly."""
-INSIDE = by_precision(1.0 - 1.0e-9, 1.0 - 1.0e-4)
-"""Part of its bound within which the friction of a point that sticks lies."""
-
-CONE = 0
-HOLD = 1
-KEEP = 2
-"""Laws of a point: it pushes with friction within its bound, it does not move, it does not leave
-or approach."""
+ALL = wp.uint64(2**64 - 1)
+"""All points."""
 
 # Rows for at least as many points as a body has: POINTS of them.
 Points = wp.types.matrix(shape=(POINTS, 3), dtype=real)
@@ -99,6 +58,20 @@ class Touches:
     total: int
     which: PointInts
     lever: Points
+
+
+@wp.struct
+class Carried:
+    """What contact makes of a motion.
+
+    Velocities; points that push, and those that stick; whether the law is obeyed.
+    """
+
+    v: Vector
+    w: Vector
+    held: wp.uint64
+    stuck: wp.uint64
+    fits: bool
 
 
 @wp.func
@@ -157,151 +130,21 @@ def touches_of(s: Shape, turn: Matrix, bits: wp.uint64) -> Touches:
 
 
 @wp.func
-def held_motion(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector):
-    """Velocities of a body whose points are all stopped, whatever that takes."""
-    zero = real(0.0)
-    count, mx, my, mz, xx, xy = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
-    yy, zx, zy, a, ax, ay = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
-    vx, vy, vz, ox, oy, oz = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
-    ex, ey, ez, gz, push, bx = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
-    by, spin, m, i = real(0.0), pose.inertia * w, pose.turn, s.inverse
+def spans_plane(t: Touches, held: wp.uint64) -> bool:
+    """Whether some of the points that touch span a plane."""
+    count, sx, sy, xx, xy, yy = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
     total = t.total
     for k in range(total):
-        r = t.lever[k]
-        add_held(
-            real(1.0), r[0], r[1], r[2], zero, count, mx, my, mz, xx, xy, yy, zx, zy, a, ax, ay
-        )
-    find_motion(
-        s.reach, v[0], v[1], v[2], w[0], w[1], w[2], spin[0], spin[1], spin[2], m[0, 0], m[0, 1],
-        m[0, 2], m[1, 0], m[1, 1], m[1, 2], m[2, 0], m[2, 1], m[2, 2], i[0], i[1], i[2], count, mx,
-        my, mz, xx, xy, yy, zx, zy, a, ax, ay, vx, vy, vz, ox, oy, oz, ex, ey, ez, gz, push, bx, by,
-    )  # fmt: skip
-    return Vector(vx, vy, vz), Vector(ox, oy, oz)
-
-
-@wp.func
-def hold(s: Shape, pose: Pose, t: Touches, dust: real, v: Vector, w: Vector):
-    """The motion of a body held by some of its points, see impulse_space/body_hold.py.
-
-    Args:
-        s: The body.
-        pose: Where it is.
-        t: The points that touch.
-        dust: Velocity that is round-off [m/s].
-        v, w: Velocity [m/s] and angular velocity [rad/s] without contact.
-
-    Returns:
-        Velocities, impulses of the points, and whether they obey the law of contact.
-    """
-    zero, one = real(0.0), real(1.0)
-    knobs = Knobs()
-    knobs.gravity = dust
-    knobs.time_step = one
-    count, mx, my, mz, xx, xy = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
-    yy, zx, zy, a, ax, ay = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
-    vx, vy, vz, ox, oy, oz = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
-    ex, ey, ez, gz, push, bx = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
-    by, good, cx, cy, turn = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
-    fx, fy, n = real(0.0), real(0.0), real(0.0)
-    spin, m, i, total = pose.inertia * w, pose.turn, s.inverse, t.total
-    held, p = PointNumbers(), Points()
-    for k in range(total):
-        held[k] = one
-    turns = int(0)
-    while good <= zero and turns < ROUNDS:
-        mx = zero
-        my = zero
-        mz = zero
-        for k in range(total):
-            r = t.lever[k]
-            add_held(
-                held[k], r[0], r[1], r[2], zero, count, mx, my, mz, xx, xy, yy, zx, zy, a, ax, ay
-            )
-        find_motion(
-            s.reach, v[0], v[1], v[2], w[0], w[1], w[2], spin[0], spin[1], spin[2], m[0, 0],
-            m[0, 1], m[0, 2], m[1, 0], m[1, 1], m[1, 2], m[2, 0], m[2, 1], m[2, 2], i[0], i[1],
-            i[2], count, mx, my, mz, xx, xy, yy, zx, zy, a, ax, ay, vx, vy, vz, ox, oy, oz, ex, ey,
-            ez, gz, push, bx, by,
-        )  # fmt: skip
-        good = one
-        for k in range(total):
-            r = t.lever[k]
-            judge(knobs, one, zero, r[0], r[1], mx, my, vz, ox, oy, push, bx, by, held[k], good)
-        turns += 1
-    for k in range(total):
-        r = t.lever[k]
-        add_pressure(held[k], r[0], r[1], mx, my, push, bx, by, cx, cy, turn)
-    find_turn(ex, ey, ez, gz, mx, my, cx, cy, turn)
-    for k in range(total):
-        r = t.lever[k]
-        share(
-            knobs, s.friction, one, held[k], zero, r[0], r[1], mx, my, push, bx, by, ex, ey, ez,
-            cx, cy, turn, vz, ox, oy, fx, fy, n, good,
-        )  # fmt: skip
-        p[k] = Vector(fx, fy, n)
-    return Vector(vx, vy, vz), Vector(ox, oy, oz), p, good > zero
-
-
-@wp.func
-def by_law(
-    law: int, mu: real, g: Gains, e: Matrix, r: Vector, p: Vector, v: Vector, w: Vector
-) -> Vector:
-    """Impulse of a point that obeys its law, all others as they are."""
-    zero, none = real(0.0), Vector()
-    if law == CONE:
-        return solve_contact(mu, zero, zero, g, e, r, none, p, v, w, none, none)
-    u = v + wp.cross(w, r)
-    if law == KEEP:
-        return Vector(zero, zero, p[2] - g[0] * u[2])
-    return Vector(
-        p[0] - g[4] * u[0] - g[5] * u[1] - g[6] * u[2],
-        p[1] - g[5] * u[0] - g[7] * u[1] - g[8] * u[2],
-        p[2] - g[6] * u[0] - g[8] * u[1] - g[9] * u[2],
-    )
-
-
-@wp.func
-def solve_by_sweeps(
-    s: Shape, pose: Pose, t: Touches, laws: PointInts, first: Points, v: Vector, w: Vector
-):
-    """Velocities and impulses of points that obey their laws; whether the sweeps have settled."""
-    u = v
-    o = w
-    p, gains, good = Points(), PointGains(), bool(False)
-    e, total = wp.identity(n=3, dtype=real), t.total
-    for step in range(-1, SWEEPS):
-        u0, o0 = u + Vector(), o + Vector()
-        part = wp.where(step > WHOLE, HALF, real(1.0))
-        for turn in range(total):
-            k = wp.where(step % 2 == 0, turn, total - 1 - turn)
-            r = t.lever[k]
-            new = first[k]
-            if step < 0:
-                gains[k] = gains_of(real(1.0), e, pose.inverse, Matrix(), r, Vector())
-            else:
-                new = by_law(laws[k], s.friction, gains[k], e, r, p[k], u, o)
-                new = p[k] + part * (new - p[k])
-            more = new - p[k]
-            p[k] = new
-            u = u + more
-            o = o + pose.inverse * wp.cross(r, more)
-        change = wp.length_sq(u - u0) + s.reach * s.reach * wp.length_sq(o - o0)
-        whole = wp.length_sq(v) + s.reach * s.reach * wp.length_sq(w)
-        good = step >= 0 and change <= LOOSE * LOOSE * whole
-        if step >= 0 and change <= SETTLED * SETTLED * whole:
-            break
-    return u, o, p, good
-
-
-@wp.func
-def solve(s: Shape, pose: Pose, t: Touches, dust: real, first: Points, v: Vector, w: Vector):
-    """The motion that obeys the law of contact; see `hold` and the head of this file."""
-    if t.total == 0:
-        return v, w, Points(), True
-    u, o, p, good = hold(s, pose, t, dust, v, w)
-    if not good:
-        u, o, p, good = solve_by_sweeps(s, pose, t, PointInts(), first, v, w)
-    return u, o, p, good
+        if among(t.which[k], held):
+            x, y = t.lever[k][0] - t.lever[0][0], t.lever[k][1] - t.lever[0][1]
+            count += real(1.0)
+            sx += x
+            sy += y
+            xx += x * x
+            xy += x * y
+            yy += y * y
+    part = real(1.0) / larger(count, real(1.0))
+    return spans(count, xx - part * sx * sx, xy - part * sx * sy, yy - part * sy * sy)
 
 
 @wp.func

@@ -16,6 +16,7 @@ from warprock.kernels.event_space.body_contact import (
     posed,
     shape_of,
 )
+from warprock.kernels.event_space.body_start import gone, let_go_with, lives_on
 from warprock.kernels.event_space.lane import Knobs
 from warprock.kernels.event_space.moves import flown, turned
 from warprock.kernels.event_space.trial import Limits
@@ -43,7 +44,7 @@ LANES = 1
 
 @wp.struct
 class Lane:
-    """One lane: see event_space/lane.py, and its body, see `Frame`."""
+    """One lane: see event_space/lane.py, and its body, and how it is let go, see `Frame`."""
 
     longest_step: real
     rest_gap: real
@@ -54,6 +55,13 @@ class Lane:
     aw: real
     reach: real
     feet: real
+    vx: real
+    vy: real
+    vz: real
+    wx: real
+    wy: real
+    wz: real
+    tumbles: int
 
 
 @wp.struct
@@ -176,7 +184,10 @@ def run_lanes(
     """Runs one lane a thread."""
     lane = wp.tid()
     block, own = blocks[0, lane], lanes[lane]
-    frame = Frame(own.ax, own.ay, own.az, own.aw, own.reach, own.feet)
+    frame = Frame(
+        own.ax, own.ay, own.az, own.aw, own.reach, own.feet, own.vx, own.vy, own.vz, own.wx,
+        own.wy, own.wz, own.tumbles,
+    )  # fmt: skip
     mx, my, mz = motions[0, lane], motions[1, lane], motions[2, lane]
     limits = Limits()
     limits.gravity = knobs.gravity
@@ -191,7 +202,7 @@ def run_lanes(
         body.count = wp.where(foot >= real(0.0), k + 1, body.count)
         if foot > real(0.0):
             body.feet = body.feet | bit_of(k)
-    s = start(block, frame, body, limits)
+    s = let_go_with(body, limits, frame, start(block, frame, body, limits))
     s0 = s
     seen = Seen()
     seen.leaf = peaks_at(block, frame, seen.leaf, s.q, real(0.0))
@@ -208,9 +219,11 @@ def run_lanes(
             pz = sample_index(mz, s.knots[2])
             value = Vector(pool[0, px], pool[0, py], pool[0, pz])
             slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
-            n = step(block, body, limits, mx, my, mz, value, slope, end, s)
+            n = lives_on(frame, step(block, body, limits, mx, my, mz, value, slope, end, s))
             if n.taken:
+                before = seen.leaf
                 seen = observe(block, frame, body, seen, s, n)
+                seen.leaf = gone(frame, block, before, seen.leaf, n)
                 s0 = s
             s = n
             if steps >= own.step_limit and s.mode == RUNNING:

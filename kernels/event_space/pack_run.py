@@ -245,7 +245,8 @@ def run_lanes(
     knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs all lanes of a launch in its first thread, PLACES of them side by side."""
-    if wp.tid() > 0:
+    thread, _one = wp.tid()
+    if thread > 0:
         return
     m, k = Numbers(), Marks()
     waiting, count = int(0), blocks.shape[1]

@@ -1,16 +1,17 @@
 """Housner's block as a body on a convex base: it turns about one point of it, event by event.
 
 The base is a chain of feet from -x to +x (head of housner/body_series.py), 0 to n - 1. Between two
-of them is an edge, which lies on the ground at the rotation where the lines to both are level: foot
-j is the one that touches from that of the edge before it, `low`, up to that of the edge behind it,
-`high`; of the outer feet up to a right angle. Where a body that turns about a foot comes to such an
-end, the next foot strikes the ground. With their places x_o and x_n beside the centre of mass, its
-height H above the ground and the radius of gyration k, the angular momentum about the new foot
-keeps
+feet is an edge, which lies flat on the ground at one rotation of the body. Foot j touches the
+ground alone while the rotation is between `low`, that of the edge to its -x, and `high`, that of
+the edge to its +x; an outer foot does so up to a right angle. Where the rotation of a body comes to
+such an end, the next foot strikes the ground. With the places x_o and x_n of the old and the new
+foot beside the centre of mass, its height H above the ground and the radius of gyration k, the
+angular momentum about the new foot keeps
 
     eta = (k^2 + x_o x_n + H^2) / (k^2 + x_n^2 + H^2)
 
-of the angular velocity, or what the case prescribes for the edge that the body stands on at first.
+of the angular velocity (found on the host, `warprock/engines/housner_body.py`), or what the case
+prescribes for the edge that the body stands on at first.
 At eta <= 0 it stays on both feet. On an edge it rests as long as the base acceleration lies between
 -g x_right / H and -g x_left / H, and is lifted over that end otherwise; where the centre of mass is
 beyond an end that is at once.

@@ -26,9 +26,10 @@ LaneInt = wp.types.vector(length=LANES, dtype=int)
 
 @wp.struct
 class Start:
-    """Rotation at the start, the number of the foot there, and that of the last foot."""
+    """Rotation and its rate at the start, the number of the foot there, and that of the last."""
 
     theta: real
+    omega: real
     place: int
     last: int
 
@@ -90,9 +91,7 @@ def run_lanes(
     theta, omega = Lane(), Lane()
     place, last = LaneInt(), LaneInt()
     time = Lane()
-    segment = LaneInt()
-    risen = LaneInt()
-    mode = LaneInt()
+    segment, risen, mode = LaneInt(), LaneInt(), LaneInt()
     peak = Lane()
     peak_time = Lane()
     left = Lane()
@@ -108,11 +107,13 @@ def run_lanes(
         theta[i] = starts[first + i].theta
         place[i] = starts[first + i].place
         last[i] = starts[first + i].last
-        mode[i] = wp.where(theta[i] == real(0.0), RESTING, ROCKING)
+        omega[i] = starts[first + i].omega
+        flat = theta[i] == real(0.0) and omega[i] == real(0.0)
+        mode[i] = wp.where(flat, RESTING, ROCKING)
         peak[i] = size(theta[i])
         cap[i] = NEVER
-        uplift_time[i] = wp.where(theta[i] == real(0.0), NEVER, real(0.0))
-        rest_time[i] = wp.where(theta[i] == real(0.0), real(0.0), NEVER)
+        uplift_time[i] = wp.where(flat, NEVER, real(0.0))
+        rest_time[i] = wp.where(flat, real(0.0), NEVER)
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
         busy = int(1)

@@ -21,13 +21,16 @@ class Body:
     """What a step needs to know of one lane's body.
 
     `reach` is how far its corners are from the centre of mass [m], `start` the rotation at which it
-    is let go [rad].
+    is let go [rad]; vx, vz and omega are its velocities then [m/s, rad/s].
     """
 
     inverse_inertia: real
     friction: real
     reach: real
     start: real
+    vx: real
+    vz: real
+    omega: real
 
 
 @wp.func

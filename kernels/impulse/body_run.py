@@ -66,15 +66,17 @@ def see(
 
 @wp.func
 def start_lane(
-    corner: Corner, ahead: Corner, start: real, fall: real, x: wp.ref[real], z: wp.ref[real],
-    theta: wp.ref[real], vz: wp.ref[real], nm: wp.ref[real], nr: wp.ref[real], peak: wp.ref[real],
-    uplift_time: wp.ref[real], mode: wp.ref[int],
+    corner: Corner, ahead: Corner, body: Body, fall: real, x: wp.ref[real], z: wp.ref[real],
+    theta: wp.ref[real], vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real],
+    nm: wp.ref[real], nr: wp.ref[real], peak: wp.ref[real], uplift_time: wp.ref[real],
+    mode: wp.ref[int],
 ):  # fmt: skip
-    """Lets a body go at a rotation [rad], at which a corner is lowest; `ahead` is the next one.
+    """Lets a body go at its start, where a corner is lowest; `ahead` is the next one.
 
     `fall` is what half a step of gravity makes of a velocity [m/s]. On an edge the first corner
     counts as the lowest; the other one has its share of the weight by statics.
     """
+    start = body.start
     foot, low = turned_corner(corner, sine(start), cosine(start))
     flat = start == corner.angle
     length = wp.where(flat, ahead.along - corner.along, real(1.0))
@@ -83,11 +85,13 @@ def start_lane(
     x = corner.along - foot
     z = -low
     theta = start
-    vz = fall
+    vx = body.vx
+    vz = body.vz + fall
+    omega = body.omega
     nm = (real(1.0) - share) * fall
     nr = share * fall
     peak = size(start)
-    uplift_time = wp.where(flat, NEVER, real(0.0))
+    uplift_time = wp.where(flat and body.omega == real(0.0), NEVER, real(0.0))
     mode = RUNNING
 
 
@@ -122,8 +126,8 @@ def run_lanes(
             low[i] = low[i] + is_past(blocks[first + i].start, corners[k, first + i].angle)
             last[i] = last[i] + wp.where(corners[k, first + i].angle < NEVER, 1, 0)
         start_lane(corners[low[i], first + i], corners[wp.min(low[i] + 1, last[i]), first + i],
-            blocks[first + i].start, HALF * knobs.time_step * knobs.gravity, x[i], z[i],
-            theta[i], vz[i], nm[i], nr[i], peak[i], uplift_time[i], mode[i])  # fmt: skip
+            blocks[first + i], HALF * knobs.time_step * knobs.gravity, x[i], z[i], theta[i], vx[i],
+            vz[i], omega[i], nm[i], nr[i], peak[i], uplift_time[i], mode[i])  # fmt: skip
     k = int(0)
     time = real(0.0)
     for sample in range(sample_times.shape[0]):

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.case.body import Body, profiles
-from warprock.case.columns import computed, key_column, lane_columns
+from warprock.case.input_columns import computed, key_column, lane_columns
 from warprock.errors import InputError
 from warprock.model import rocking
 from warprock.model.bodies import Bodies, principal_axes, turned

@@ -17,8 +17,8 @@ from warprock.case.contact import Contact
 from warprock.case.motion import Motion
 from warprock.case.run import Run
 from warprock.case.start import Start
-from warprock.case.table_keys import ProseKey
 from warprock.case.validation import KeyedError, Table
+from warprock.case.value_kinds import ProseKey
 from warprock.quantity import Said, TextKey
 
 PLANAR, SPATIAL = "planar", "spatial"

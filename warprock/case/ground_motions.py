@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from warprock.case.body_lanes import DIRECTION
 from warprock.case.case import Case
-from warprock.case.columns import SPECTRAL, computed, key_column
+from warprock.case.input_columns import SPECTRAL, computed, key_column
 from warprock.case.keys import KEYS
 from warprock.case.run import DURATION
 from warprock.case.space import UPWARDS

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from warprock.case.block import Block, StackedBlock
 from warprock.case.body_lanes import DIRECTION, body_of
 from warprock.case.case_file import PLANAR, SPATIAL
-from warprock.case.columns import attribute, computed, lane_columns
+from warprock.case.input_columns import attribute, computed, lane_columns
 from warprock.case.start import Start
 from warprock.case.values import LaneValues
 from warprock.errors import InputError

@@ -46,6 +46,8 @@ class AbstractEngine(abc.ABC):
     """Whether its blocks can move in space."""
     bodies: ClassVar[tuple[bool, bool]] = (False, False)
     """Whether its blocks can be bodies that are no boxes, in the plane and in space."""
+    stacked_bodies: ClassVar[bool] = False
+    """Whether the blocks of its stacks in the plane can be such bodies."""
     rounded: ClassVar[bool] = False
     """Whether it can roll a body on rounded corners."""
     vertical: ClassVar[tuple[str, ...]] = ()
@@ -57,7 +59,9 @@ class AbstractEngine(abc.ABC):
     above_rigid: ClassVar[bool] = False
     """Whether its kernels tell heights as what they differ from those of a pile of rigid blocks."""
     starts_moving: ClassVar[tuple[str, ...]] = ()
-    """Where blocks may start with velocities or be thrown: plane, space."""
+    """Where boxes may start with velocities or be thrown: plane, space."""
+    bodies_move: ClassVar[tuple[str, ...]] = ()
+    """Where bodies may."""
     rests_exactly: ClassVar[bool] = False
     """Whether a block at rest does not move at all, until its base lifts it or makes it slide."""
 
@@ -79,13 +83,16 @@ class AbstractEngine(abc.ABC):
         where = "space" if scene.spatial else "plane"
         if scene.vertical and ("stack" if scene.stacked else "block") not in cls.vertical:
             return cls._declines_vertical(scene)
-        if scene.moving and scene.on_points:
-            what = "bodies" if scene.bodies else "blocks whose base moves upwards"
-            return f"{cls.name} lets {what} go from rest, and the case {scene.moving}"
-        if scene.moving and where not in cls.starts_moving:
+        if scene.moving and where not in (
+            cls.bodies_move if scene.on_points else cls.starts_moving
+        ):
             place = "in space" if scene.spatial else "in the plane"
-            return f"{cls.name} lets blocks go from rest {place}, and the case {scene.moving}"
+            pushed_up = "blocks whose base moves upwards" if scene.vertical else "blocks"
+            what = "bodies" if scene.bodies else pushed_up
+            return f"{cls.name} lets {what} go from rest {place}, and the case {scene.moving}"
         declined = cls.declines(scene)
+        if declined is None and scene.bodies and scene.stacked and not cls.stacked_bodies:
+            declined = f"{cls.name} stacks boxes alone, and the case has a body in a stack"
         if declined is None and cls.restitution is not None and scene.restitution_given:
             return (
                 f"{cls.name} {cls.restitution} and cannot follow the prescribed "

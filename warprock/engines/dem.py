@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.blocks import body_columns
+from warprock.engines.blocks import body_columns, speed_columns
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
 from warprock.engines.dem_bodies import CornerSprings, corner_rows, cornered_columns
 from warprock.engines.dem_bodies_space import PointSprings, on_corners, sprung_inputs
@@ -89,15 +89,16 @@ class Dem(AbstractEngine):
     settings_type = DemSettings
     order: ClassVar[int | None] = 1
     spatial: ClassVar[bool] = True
-    starts_moving: ClassVar[tuple[str, ...]] = ("space",)
+    starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
+    bodies_move: ClassVar[tuple[str, ...]] = ("plane", "space")
     vertical: ClassVar[tuple[str, ...]] = ("block", "stack")
     above_rigid: ClassVar[bool] = True
 
     @classmethod
     def declines(cls, scene: SceneKind) -> str | None:
         """Why its model is not for a scene: a box on springs at its corners is thrown alone."""
-        if scene.moving and not scene.thrown:
+        if scene.spatial and scene.moving and not (scene.thrown or scene.bodies):
             return f"dem lets blocks go from rest, or thrown, and the case {scene.moving}"
         return None
 
@@ -168,7 +169,8 @@ class Dem(AbstractEngine):
             return {"blocks": blocks, "corners": springs.columns, "knobs": self._knobs(module)}
         if not lanes.spatial:
             turned = np.diff(stacks.rotation_start, axis=1, prepend=0.0).any(axis=1)
-            per_lane["uplift_time"] = np.where(turned, 0.0, NEVER)
+            spins = speed_columns(lanes)["omega"] != 0.0
+            per_lane["uplift_time"] = np.where(turned | spins, 0.0, NEVER)
             blocks = _planar_blocks(stacks, self.settings)
             return {"blocks": blocks, "lanes": per_lane, "knobs": self._knobs(module)}
         points = point_pairs(self.settings.subcontacts, self.settings.subcontacts_across)
@@ -213,7 +215,7 @@ class Dem(AbstractEngine):
 
 def _planar_blocks(stacks: Lanes, settings: DemSettings) -> dict[str, Array]:
     """Fields of the struct `Block`, shape [lane, block] each."""
-    start = start_at_rest(stacks, settings)
+    start, speeds = start_at_rest(stacks, settings), speed_columns(stacks)
     return {
         **body_columns(stacks),
         "depth": interface_depth(stacks),
@@ -221,6 +223,7 @@ def _planar_blocks(stacks: Lanes, settings: DemSettings) -> dict[str, Array]:
         "z": start.settlement,
         "theta": start.rotation,
         "stretch": start.stretch,
+        **{name: np.broadcast_to(each[:, None], start.x.shape) for name, each in speeds.items()},
     }
 
 

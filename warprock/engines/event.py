@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.blocks import start_columns, throw_columns
+from warprock.engines.blocks import speed_columns, start_columns, throw_columns
 from warprock.engines.bodies import Corners, box_bodies
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, time_or_nan
 from warprock.engines.energy import nearest_edge
@@ -82,6 +82,7 @@ class Event(AbstractEngine):
     spatial: ClassVar[bool] = True
     starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
+    bodies_move: ClassVar[tuple[str, ...]] = ("plane", "space")
     rounded: ClassVar[bool] = True
     vertical: ClassVar[tuple[str, ...]] = ("block",)
     restitution: ClassVar[str | None] = None
@@ -95,11 +96,6 @@ class Event(AbstractEngine):
             return (
                 f"event finds the angular restitution {where} from its contact law and cannot "
                 "follow the prescribed contact.angular_restitution"
-            )
-        if scene.restitution_given and scene.moving:
-            return (
-                "event lets blocks go from rest where contact.angular_restitution is prescribed, "
-                f"and the case {scene.moving}"
             )
         return None
 
@@ -218,6 +214,7 @@ def _bodies(
         "friction": lanes.friction,
         "radius": corners.radius,
         "start": lanes.rotation_start,
+        "spin": speed_columns(lanes)["omega"],
         "restitution": np.broadcast_to(given, lanes.friction.shape),
         "rest_rotation": settings.rest_rotation_ratio * lanes.slenderness_angle,
     }

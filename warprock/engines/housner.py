@@ -70,6 +70,7 @@ class Housner(AbstractEngine):
     slides: ClassVar[bool] = False
     starts_moving: ClassVar[tuple[str, ...]] = ("plane",)
     bodies: ClassVar[tuple[bool, bool]] = (True, False)
+    bodies_move: ClassVar[tuple[str, ...]] = ("plane",)
     rounded: ClassVar[bool] = True
     vertical: ClassVar[tuple[str, ...]] = ("block",)
 

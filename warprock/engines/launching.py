@@ -177,7 +177,7 @@ def launch(
         given |= others | {"found": found}
         wp.launch(
             kernel,
-            dim=count // module.LANES,
+            dim=(count // module.LANES, 1),
             inputs=[_argument(each, given[each.label], count) for each in kernel.adj.args],
         )
         results = found.results.numpy()[:lane_count]

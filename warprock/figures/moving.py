@@ -125,7 +125,7 @@ class _View:
 
         self.axes, self.motion = axes, motion
         corners = motion.corners_in_space() if motion.spatial else motion.corners()
-        self.reach = 0.75 * float(motion.sizes[:, :2].max()) + 0.3 * float(motion.sizes[:, 2].sum())
+        self.reach = motion.reach
         self.slab = 0.06 * float(motion.sizes[:, 2].sum())
         # Corners as seen from the base, where the view goes with it.
         drift = float(np.ptp(motion.base, axis=0).max())

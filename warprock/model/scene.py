@@ -24,7 +24,7 @@ class SceneKind:
             space four of the lowest, and eight between two faces that are turned.
         centred: Whether every block starts above the centre of what it stands on.
         restitution_given: Whether the case prescribes the angular restitution.
-        bodies: Whether the blocks are bodies, of which the box says nothing.
+        bodies: Whether there are bodies, of which the box says nothing.
         rounded: Whether the corners of a body are rounded.
         vertical: Whether the base moves upwards, too, under blocks in the plane.
         moving: What starts in motion; empty where blocks are let go from rest.
@@ -150,7 +150,7 @@ def scene_kind(
         angular_restitution=float(np.min(lanes.angular_restitution)),
         above_friction_limit=int(np.sum(above)),
         friction_limit=float(limit[above].min()) if above.any() else np.inf,
-        bodies=body is not None,
+        bodies=lanes.bodies,
         rounded=body is not None and bool(body.corner_radius.any()),
         vertical=isinstance(motions, UprightMotions),
     )

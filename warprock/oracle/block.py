@@ -26,9 +26,7 @@ until the free corner meets the base, an impact without restitution normal to th
 
 from __future__ import annotations
 
-import concurrent.futures
 import dataclasses
-import multiprocessing
 
 import numpy as np
 import numpy.typing as npt
@@ -52,6 +50,7 @@ from warprock.model.response import (
 from warprock.oracle.block_base import base_segments
 from warprock.oracle.block_mechanics import PivotingBlock
 from warprock.oracle.block_swings import BlockRun
+from warprock.processes import worker_processes
 
 Array = npt.NDArray[np.float64]
 
@@ -195,8 +194,7 @@ def oracle_response(
     else:
         size = max(1, lanes.lane_count // (4 * workers))
         parts = [slice(at, at + size) for at in range(0, lanes.lane_count, size)]
-        context = multiprocessing.get_context("spawn")
-        with concurrent.futures.ProcessPoolExecutor(workers, mp_context=context) as pool:
+        with worker_processes(workers, "spawn") as pool:
             tasks = [
                 pool.submit(_rock_all, lanes.take(part), motions.take(part), times, rtol)
                 for part in parts

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 
-from warprock.case.columns import input_meaning
+from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import LaneSet
 from warprock.model.base_path import base_places
 from warprock.model.ratios import peak_ratio

@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from warprock.case.axes import lane_indices
-from warprock.case.columns import columns_of
+from warprock.case.input_columns import columns_of
 from warprock.case.round_base import round_base_note
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import Status

@@ -1,0 +1,302 @@
+"""How the face of a body in space presses on its base, sticks there and slides.
+
+A face is what three points or more touch with that span a plane: its body turns about the vertical
+alone. How the points share what presses is not determined; as of a bed of equal springs their
+normal impulses are
+
+    n = a + b.(r - m), none below zero,
+
+found in rounds from their sum and their moments. Where rounds do not end, since what presses lies
+close to the rim of few points, three corners of the hull carry it.
+
+A face sticks if friction in proportion to n can hold it, as one motion along the base and a turn
+about the centre of pressure. If it slides, its motion (v_x, v_y, w_z) is the least of
+
+    |v - v_free|^2 / 2 + I_zz (w_z - w_free)^2 / 2 + mu sum n_k |u_k|,
+
+u_k the velocity of point k. Newton's method finds it; where it would take a point past a
+standstill, friction counts as viscous for a step, mu n_k / |u_k|, which never goes too far
+(Weiszfeld 1937).
+"""
+
+import warp as wp
+
+from warprock.kernels.event_space.body_contact import (
+    Carried,
+    PointNumbers,
+    Pose,
+    Shape,
+    Touches,
+    bit_of,
+)
+from warprock.kernels.event_space.contact import BOX
+from warprock.kernels.impulse_space.stack import Matrix
+from warprock.kernels.shape.faces import Vector
+from warprock.kernels.shape_space.body import APART, spans
+
+ROUNDS = 20
+"""Most rounds in which the points that press are looked for: of random bases and loads one of a
+hundred needs more than five."""
+TURNS = 200
+"""Most steps of Newton's method."""
+LEAST = real(0.125)
+"""Least part of its way that the pressure goes in a step; where it would leave the face, that part
+of it."""
+SETTLED = by_precision(1.0e-13, 1.0e-6)
+"""Change of velocities and impulses in a step, over those without contact, that is round-off."""
+GOOD = by_precision(1.0e-9, 1.0e-4)
+"""The same, above which a search that found no end counts as none."""
+INSIDE = by_precision(1.0 - 1.0e-9, 1.0 - 1.0e-4)
+"""Part of its bound within which the friction of a point that sticks lies."""
+
+
+@wp.func
+def sticks(p: Vector, most: real) -> bool:
+    """Whether the friction of a point lies within a bound, of the cone or of the box."""
+    if not BOX:
+        return wp.sqrt(p[0] * p[0] + p[1] * p[1]) < most
+    return size(p[0]) < most and size(p[1]) < most
+
+
+@wp.func
+def next_on_hull(t: Touches, least: real, i: int) -> int:
+    """The point that follows point i on the hull of all that touch, seen from above; i if none.
+
+    Points whose squared distance is below `least` are one [m^2].
+    """
+    j, total = int(i), t.total
+    for k in range(total):
+        ax, ay = t.lever[j][0] - t.lever[i][0], t.lever[j][1] - t.lever[i][1]
+        bx, by = t.lever[k][0] - t.lever[i][0], t.lever[k][1] - t.lever[i][1]
+        side = ax * by - ay * bx
+        apart = bx * bx + by * by
+        farther = side == real(0.0) and apart > ax * ax + ay * ay
+        if apart > least:
+            j = wp.where(j == i or side < real(0.0) or farther, k, j)
+    return j
+
+
+@wp.func
+def first_on_hull(t: Touches) -> int:
+    """A corner of the hull of the points that touch: that of the least x."""
+    first, total = int(0), t.total
+    for k in range(total):
+        first = wp.where(t.lever[k][0] < t.lever[first][0], k, first)
+    return first
+
+
+@wp.func
+def on_three(s: Shape, t: Touches, whole: real, along_x: real, along_y: real):
+    """Normal impulses of three corners of the hull; whether some three can carry them."""
+    zero, one = real(0.0), real(1.0)
+    n, carried, total, least = PointNumbers(), bool(False), t.total, APART * s.reach * s.reach
+    a = first_on_hull(t)
+    x, y = along_x / whole - t.lever[a][0], along_y / whole - t.lever[a][1]
+    i, turns = next_on_hull(t, least, a), int(0)
+    while not carried and turns < total:
+        j = next_on_hull(t, least, i)
+        ix, iy = t.lever[i][0] - t.lever[a][0], t.lever[i][1] - t.lever[a][1]
+        jx, jy = t.lever[j][0] - t.lever[a][0], t.lever[j][1] - t.lever[a][1]
+        over = one / larger(ix * jy - iy * jx, TINY)
+        of_i, of_j = over * (x * jy - y * jx), over * (ix * y - iy * x)
+        if of_i >= zero and of_j >= zero and of_i + of_j <= one:
+            carried = bool(True)
+            n[a] = whole * (one - of_i - of_j)
+            n[i] = whole * of_i
+            n[j] = whole * of_j
+        i = int(j)
+        turns = wp.where(j == a, total, turns + 1)
+    return n, carried
+
+
+@wp.func
+def pressed(s: Shape, t: Touches, whole: real, along_x: real, along_y: real):
+    """Normal impulses of the points that touch [m/s]; whether they can carry what is asked of them.
+
+    Args:
+        s: The body.
+        t: The points.
+        whole: Sum of the impulses.
+        along_x, along_y: Sums of them times x and y [m^2/s].
+    """
+    zero, one, total = real(0.0), real(1.0), t.total
+    n, settled, turns = PointNumbers(), bool(False), int(0)
+    for k in range(total):
+        n[k] = one
+    while not settled and turns < ROUNDS:
+        count, mx, my, xx, xy, yy = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
+        for k in range(total):
+            if n[k] > zero:
+                count += one
+                mx += t.lever[k][0]
+                my += t.lever[k][1]
+        part = one / larger(count, one)
+        mx = mx * part
+        my = my * part
+        for k in range(total):
+            if n[k] > zero:
+                x, y = t.lever[k][0] - mx, t.lever[k][1] - my
+                xx += x * x
+                xy += x * y
+                yy += y * y
+        over = one / larger(xx * yy - xy * xy, TINY)
+        gx, gy = along_x - whole * mx, along_y - whole * my
+        bx, by = over * (yy * gx - xy * gy), over * (xx * gy - xy * gx)
+        settled = bool(True)
+        for k in range(total):
+            now = part * whole + bx * (t.lever[k][0] - mx) + by * (t.lever[k][1] - my)
+            settled = settled and (now > zero) == (n[k] > zero)
+            n[k] = larger(now, zero)
+        turns += 1
+        if not spans(count, xx, xy, yy):
+            settled = bool(False)
+            turns = ROUNDS
+    if not settled and whole > zero:
+        n3, carried = on_three(s, t, whole, along_x, along_y)
+        n = n3
+        settled = carried
+    return n, settled
+
+
+@wp.func
+def moved_pressure(s: Shape, t: Touches, n: PointNumbers, whole: real, more_x: real, more_y: real):
+    """As `pressed`, from normal impulses and by how much their moments change."""
+    mx, my, total = real(more_x), real(more_y), t.total
+    for k in range(total):
+        mx += n[k] * t.lever[k][0]
+        my += n[k] * t.lever[k][1]
+    now, carried = pressed(s, t, whole, mx, my)
+    return now, carried
+
+
+@wp.func
+def stick_flat(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> Carried:
+    """The motion, none, if the face sticks; whether it can."""
+    zero, one, total = real(0.0), real(1.0), t.total
+    c = Carried()
+    if v[2] < zero:
+        momentum, low = pose.inertia * w, real(0.0)
+        for k in range(total):
+            low += t.lever[k][2] / real(total)
+        n, fits = pressed(s, t, -v[2], momentum[1] - low * v[0], -momentum[0] - low * v[1])
+        cx, cy, square = real(0.0), real(0.0), real(0.0)
+        part = -one / v[2]
+        for k in range(total):
+            cx += part * n[k] * t.lever[k][0]
+            cy += part * n[k] * t.lever[k][1]
+        for k in range(total):
+            x, y = t.lever[k][0] - cx, t.lever[k][1] - cy
+            square += n[k] * (x * x + y * y)
+        turn = (cx * v[1] - cy * v[0] - momentum[2]) / larger(square, TINY)
+        for k in range(total):
+            if n[k] > zero:
+                x, y = t.lever[k][0] - cx, t.lever[k][1] - cy
+                p = n[k] * Vector(-part * v[0] - turn * y, -part * v[1] + turn * x, one)
+                fits = fits and sticks(p, INSIDE * s.friction * n[k])
+                c.held = c.held | bit_of(t.which[k])
+        c.fits = fits
+        c.stuck = c.held
+    return c
+
+
+@wp.func
+def viscous(x: real, y: real):
+    """By what a velocity along the base is multiplied for its directions: one by its length.
+
+    For the box along x and y each.
+    """
+    a, b = real(1.0) / larger(size(x), TINY), real(1.0) / larger(size(y), TINY)
+    if not BOX:
+        a = real(1.0) / larger(wp.sqrt(x * x + y * y), TINY)
+        b = a
+    return a, b
+
+
+@wp.func
+def face_step(s: Shape, t: Touches, n: PointNumbers, spin: real, free: Vector, z: Vector):
+    """Newton's step for the motion (v_x, v_y, w_z) of a face that slides, pressed by n.
+
+    Also the viscous step, and the moments of the friction: sums of z p_x and of z p_y. `spin` is
+    the moment of inertia about the vertical for unit mass [m^2].
+    """
+    zero, one, total = real(0.0), real(1.0), t.total
+    bend, drag = wp.diag(Vector(one, one, spin)), wp.diag(Vector(one, one, spin))
+    rest = Vector(z[0] - free[0], z[1] - free[1], spin * (z[2] - free[2]))
+    lift_x, lift_y = real(0.0), real(0.0)
+    for k in range(total):
+        r, most = t.lever[k] + Vector(), s.friction * n[k]
+        ux, uy = z[0] - z[2] * r[1], z[1] + z[2] * r[0]
+        a, b = viscous(ux, uy)
+        px, py = most * a * ux, most * b * uy
+        rest += Vector(px, py, r[0] * py - r[1] * px)
+        lift_x -= r[2] * px
+        lift_y -= r[2] * py
+        gx, gy = Vector(one, zero, -r[1]), Vector(zero, one, r[0])
+        drag += most * (a * wp.outer(gx, gx) + b * wp.outer(gy, gy))
+        if not BOX:
+            across = (a * ux) * gy - (a * uy) * gx
+            bend += most * a * wp.outer(across, across)
+    return -(wp.inverse(bend) * rest), -(wp.inverse(drag) * rest), lift_x, lift_y
+
+
+@wp.func
+def turns_back(t: Touches, n: PointNumbers, z: Vector, more: Vector) -> bool:
+    """Whether a change of a face's motion takes a point that presses past a standstill."""
+    zero, found, total = real(0.0), bool(False), t.total
+    for k in range(total):
+        r = t.lever[k] + Vector()
+        x, y = z[0] - z[2] * r[1], z[1] + z[2] * r[0]
+        x1, y1 = x + more[0] - more[2] * r[1], y + more[1] + more[2] * r[0]
+        back = x * x1 + y * y1 < zero
+        if BOX:
+            back = x * x1 < zero or y * y1 < zero
+        found = found or (back and n[k] > zero)
+    return found
+
+
+@wp.func
+def slide_flat(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> Carried:
+    """The motion if the face slides, by the head of this file; whether it can."""
+    zero, one, total = real(0.0), real(1.0), t.total
+    c = Carried()
+    momentum, i, whole = pose.inertia * w, pose.inertia + Matrix(), -v[2]
+    free = Vector(v[0], v[1], momentum[2] / i[2, 2])
+    z, n, on = free + Vector(), PointNumbers(), whole > zero
+    for k in range(total):
+        n[k] = whole / real(total)
+    most = wp.length(v) + s.reach * wp.length(w)
+    change, last, part, tries = real(most), NEVER + zero, real(1.0), int(0)
+    while on and change > SETTLED * most and tries < TURNS:
+        more, gently, lift_x, lift_y = face_step(s, t, n, i[2, 2], free, z)
+        if turns_back(t, n, z, more):
+            more = gently
+        # At first what presses alone: what does not spin keeps its direction.
+        more = wp.where(tries == 0, zero, one) * more
+        z = z + more
+        mx, my = lift_x + momentum[1] - i[1, 2] * z[2], lift_y - momentum[0] + i[0, 2] * z[2]
+        for k in range(total):
+            mx -= n[k] * t.lever[k][0]
+            my -= n[k] * t.lever[k][1]
+        change = wp.length(Vector(mx, my, zero)) / s.reach
+        # Pressure and friction that answer each other too much go part of the way.
+        part = larger(wp.where(change > last, HALF * part, smaller(TWO * part, one)), LEAST)
+        last = real(change)
+        now, carried = moved_pressure(s, t, n, whole, part * mx, part * my)
+        if not carried:
+            little = LEAST * part
+            now, carried = moved_pressure(s, t, n, whole, little * mx, little * my)
+        on = carried
+        n = now
+        change += wp.length(Vector(more[0], more[1], s.reach * more[2]))
+        change = wp.where(tries == 0, most, change)
+        tries += 1
+    c.v = Vector(z[0], z[1], zero)
+    c.w = Vector(zero, zero, z[2])
+    c.fits = on and change <= GOOD * most
+    for k in range(total):
+        if n[k] > zero:
+            u = c.v + wp.cross(c.w, t.lever[k])
+            bit = bit_of(t.which[k])
+            c.held = c.held | bit
+            c.stuck = c.stuck | wp.where(wp.length(u) <= GOOD * most, bit, wp.uint64(0))
+    return c

@@ -1,0 +1,265 @@
+"""The contact law of a body in space that stands on points: what holds, sticks or slides.
+
+A body that touches on points moves as if it touched on the corners of their hull alone: what does
+not sink there sinks nowhere. So it has few ways to move, which are tried in this order:
+
+    1. one or two points, or all on a line, of which the ends count: the law of a corner and of an
+       edge, event_space/law.py;
+    2. they span a plane: it sticks as a face, event_space/body_face.py; or nothing sinks, and it
+       leaves; or it slides as a face;
+    3. it turns over an edge of the hull, or a corner of it: the law of an edge for one after the
+       other, until what it leaves sinks nowhere.
+
+None of them is found by sweeps from point to point, which settle the more slowly the more points
+there are; these are left for what friction makes of a body where the law may have several
+solutions, or none (Painleve).
+"""
+
+import warp as wp
+
+from warprock.kernels.event_space.body_contact import (
+    ALL,
+    Carried,
+    PointGains,
+    Points,
+    Pose,
+    Shape,
+    Touches,
+    among,
+    bit_of,
+    spans_plane,
+    touches_of,
+)
+from warprock.kernels.event_space.body_face import (
+    INSIDE,
+    first_on_hull,
+    next_on_hull,
+    slide_flat,
+    stick_flat,
+    sticks,
+)
+from warprock.kernels.event_space.contact import BOX, EDGE, Body, Corners, along
+from warprock.kernels.event_space.slide import slipping, swung
+from warprock.kernels.impulse_space.stack import Matrix, gains_of, solve_contact
+from warprock.kernels.shape.faces import Vector
+from warprock.kernels.shape_space.body import APART
+
+if FRICTION == "box":
+    from warprock.kernels.event_space.box_friction import projected, sliding_bits
+    from warprock.kernels.event_space.box_friction import solve as solve_two
+else:
+    from warprock.kernels.event_space.law import projected, sliding_bits
+    from warprock.kernels.event_space.law import solve as solve_two
+
+BEGINNINGS = 12
+"""Directions from which those of an edge that slides are sought: beside either end to either side,
+and eight in which both ends slide alike."""
+SWEEPS = 4000
+"""Most sweeps of a solve..."""
+WHOLE = 60
+"""...in which each point goes all of its way; then half of it, so that none goes to and fro."""
+SETTLED = by_precision(1.0e-14, 1.0e-6)
+"""Change of the velocities in a sweep, over those without contact, that is round-off."""
+LOOSE = by_precision(1.0e-6, 1.0e-3)
+"""The same, above which a solve that ran out of sweeps counts as none."""
+DUST = by_precision(1.0e-12, 1.0e-5)
+"""Round-off of a velocity, as a part of the largest."""
+
+
+@wp.func
+def on_two(s: Shape, pose: Pose, one: Vector, other: Vector) -> Body:
+    """The body as a block whose edge 0 has its ends at two levers [m]."""
+    b = Body()
+    b.inertia = pose.inertia
+    b.inverse = pose.inverse
+    b.friction = s.friction
+    for k in range(4):
+        b.corners[k] = one
+    b.corners[1] = other
+    return b
+
+
+@wp.func
+def ways(two: Body, number: int, v: Vector, w: Vector) -> Corners:
+    """Directions in which both ends of an edge might slide: one of BEGINNINGS."""
+    dirs = Corners()
+    if number < 4:
+        # Beside an end that sticks, if it could; it cannot, and goes where it is pushed.
+        side = wp.where(number < 2, real(1.0), real(-1.0))
+        k = number % 2
+        v1, _w, n, d, _good = swung(two, k, 1 - k, side, v, w)
+        push = v1 - v + (two.friction * n) * Vector(d[0], d[1], real(0.0))
+        a = along(push)
+        dirs[k] = Vector(-a[0], -a[1], real(0.0))
+        dirs[1 - k] = Vector(d[0], d[1], real(0.0))
+    else:
+        x, y = cycle(real(number) / real(BEGINNINGS - 4))
+        dirs[0] = Vector(x, y, real(0.0))
+        dirs[1] = Vector(x, y, real(0.0))
+    return dirs
+
+
+@wp.func
+def solve_edge(
+    s: Shape, pose: Pose, t: Touches, i: int, j: int, grain: real, v: Vector, w: Vector
+) -> Carried:
+    """The motion if only points i and j of those that touch push, or i where both are the same."""
+    two, stance = on_two(s, pose, t.lever[i], t.lever[j]), wp.where(i == j, 0, EDGE)
+    h = solve_two(two, stance, 0, Corners(), v, w, grain)
+    if not BOX:
+        # Where the search for the ways of both ends went astray, it begins elsewhere.
+        for number in range(BEGINNINGS):
+            if not h.fits and i != j:
+                h = slipping(two, EDGE, 3, False, ways(two, number, v, w), v, w, grain)
+    c = Carried()
+    c.v = h.v
+    c.w = h.w
+    c.fits = h.fits
+    slides = (h.slip | (h.slip >> 4)) & 3
+    if h.stance == 0 or h.stance == EDGE:
+        c.held = bit_of(t.which[i])
+        c.stuck = wp.where((slides & 1) == 0, c.held, wp.uint64(0))
+    if h.stance == 1 or h.stance == EDGE:
+        bit = bit_of(t.which[j])
+        c.held = c.held | bit
+        c.stuck = c.stuck | wp.where((slides & 2) == 0, bit, wp.uint64(0))
+    return c
+
+
+@wp.func
+def sinks(t: Touches, grain: real, v: Vector, w: Vector) -> bool:
+    """Whether one of the points that touch moves into the base."""
+    found, total = bool(False), t.total
+    for k in range(total):
+        found = found or v[2] + w[0] * t.lever[k][1] - w[1] * t.lever[k][0] < -grain
+    return found
+
+
+@wp.func
+def solve_hull(s: Shape, pose: Pose, t: Touches, grain: real, v: Vector, w: Vector) -> Carried:
+    """The motion over an edge or a corner of the hull of the points that touch."""
+    best, total = Carried(), t.total
+    first = first_on_hull(t)
+    i, turns = int(first), int(0)
+    while not best.fits and turns < total:
+        j = next_on_hull(t, APART * s.reach * s.reach, i)
+        best = solve_edge(s, pose, t, i, j, grain, v, w)
+        best.fits = best.fits and not sinks(t, grain, best.v, best.w)
+        i = int(j)
+        turns = wp.where(i == first, total, turns + 1)
+    return best
+
+
+@wp.func
+def ends_of(t: Touches):
+    """The two points that are farthest apart, of points on a line."""
+    i, j, total = int(0), int(0), t.total
+    for k in range(total):
+        i = wp.where(along_line(t, k, 0) > along_line(t, i, 0), k, i)
+    for k in range(total):
+        j = wp.where(along_line(t, k, i) > along_line(t, j, i), k, j)
+    return i, j
+
+
+@wp.func
+def along_line(t: Touches, k: int, i: int) -> real:
+    """Square of the distance of two points as seen from above [m^2]."""
+    x, y = t.lever[k][0] - t.lever[i][0], t.lever[k][1] - t.lever[i][1]
+    return x * x + y * y
+
+
+@wp.func
+def solve_by_sweeps(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> Carried:
+    """The motion found point by point, until nothing changes but round-off (Gauss-Seidel)."""
+    zero = real(0.0)
+    c = Carried()
+    c.v = v
+    c.w = w
+    p, gains = Points(), PointGains()
+    e, none, total = wp.identity(n=3, dtype=real), Vector(), t.total
+    for k in range(total):
+        gains[k] = gains_of(real(1.0), e, pose.inverse, Matrix(), t.lever[k], none)
+    whole = wp.length_sq(v) + s.reach * s.reach * wp.length_sq(w)
+    change, step = real(whole), int(0)
+    while change > SETTLED * SETTLED * whole and step < SWEEPS:
+        u0, o0 = c.v + Vector(), c.w + Vector()
+        part = wp.where(step > WHOLE, HALF, real(1.0))
+        for turn in range(total):
+            k = wp.where(step % 2 == 0, turn, total - 1 - turn)
+            r = t.lever[k]
+            new = solve_contact(
+                s.friction, zero, zero, gains[k], e, r, none, p[k], c.v, c.w, none, none
+            )
+            more = part * (new - p[k])
+            p[k] = p[k] + more
+            c.v = c.v + more
+            c.w = c.w + pose.inverse * wp.cross(r, more)
+        change = wp.length_sq(c.v - u0) + s.reach * s.reach * wp.length_sq(c.w - o0)
+        step += 1
+    c.fits = change <= LOOSE * LOOSE * whole
+    for k in range(total):
+        if p[k][2] > zero:
+            bit = bit_of(t.which[k])
+            c.held = c.held | bit
+            if sticks(p[k], INSIDE * s.friction * p[k][2]):
+                c.stuck = c.stuck | bit
+    return c
+
+
+@wp.func
+def solve(s: Shape, pose: Pose, t: Touches, dust: real, v: Vector, w: Vector) -> Carried:
+    """The motion that obeys the law of contact; see the head of this file.
+
+    Args:
+        s: The body.
+        pose: Where it is.
+        t: The points that touch.
+        dust: Velocity that gravity gives in the longest step [m/s], of which round-off is a part.
+        v, w: Velocity [m/s] and angular velocity [rad/s] without contact.
+    """
+    c = Carried()
+    c.v = v
+    c.w = w
+    c.fits = t.total == 0
+    grain = DUST * (wp.length(v) + wp.length(w) * s.reach + dust)
+    if t.total > 0 and not spans_plane(t, ALL):
+        i, j = ends_of(t)
+        c = solve_edge(s, pose, t, i, j, grain, v, w)
+    elif t.total > 0:
+        c = stick_flat(s, pose, t, v, w)
+        if not c.fits and not sinks(t, grain, v, w):
+            c = Carried()
+            c.v = v
+            c.w = w
+            c.fits = True
+        if not c.fits:
+            c = slide_flat(s, pose, t, v, w)
+        if not c.fits:
+            c = solve_hull(s, pose, t, grain, v, w)
+        if not c.fits:
+            c = solve_by_sweeps(s, pose, t, v, w)
+    return c
+
+
+@wp.func
+def bound(s: Shape, pose: Pose, held: wp.uint64, stuck: wp.uint64, v: Vector, w: Vector):
+    """Velocities projected on the points that pushed, along their force."""
+    v1, w1, t = v + Vector(), w + Vector(), touches_of(s, pose.turn, held)
+    flat = spans_plane(t, ALL)
+    if flat and held == stuck:
+        v1 = Vector()
+        w1 = Vector()
+    elif flat:
+        v1 = Vector(v[0], v[1], real(0.0))
+        w1 = Vector(real(0.0), real(0.0), w[2])
+    elif t.total > 0:
+        i, j = ends_of(t)
+        slip = wp.where(among(t.which[i], stuck), 0, 1)
+        slip = slip | wp.where(i == j or among(t.which[j], stuck), 0, 2)
+        v2, w2 = projected(
+            on_two(s, pose, t.lever[i], t.lever[j]), wp.where(i == j, 0, EDGE),
+            wp.where(slip == 0, 0, sliding_bits(slip)), v, w,
+        )  # fmt: skip
+        v1 = v2
+        w1 = w2
+    return v1, w1
