@@ -54,7 +54,9 @@ def test_a_box_stays_in_the_plane_where_the_case_asks_for_it(tmp_path: pathlib.P
     assert isinstance(left.motions, SpatialMotions)
     assert asked.scene.vertical
     assert not asked.scene.spatial
-    assert left.scene.spatial_because == "moves its base upwards (motion.z)"
+    assert left.scene.spatial_because == (
+        'moves its base upwards without model = "planar" (motion.z)'
+    )
     assert isinstance(asked.motions.z, RecordMotions)
     np.testing.assert_array_equal(asked.motions.z.scale, [0.5])
     row = asked.inputs.iloc[0]

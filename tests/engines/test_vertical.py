@@ -7,12 +7,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tests.shared.blocks import free_lanes, make_lanes
+from tests.shared.blocks import free_lanes, make_lanes, sines
+from tests.shared.planar_bodies import STEPPED, body_lanes
 from tests.shared.spatial_blocks import in_space
 from tests.shared.vertical_motion import Array, sampled, shaken, steady
 from warprock.engines import engine_class
 from warprock.model.lanes import Lanes
 from warprock.model.motion import (
+    Control,
     GroundMotions,
     SpatialMotions,
     StillBase,
@@ -108,6 +110,38 @@ def test_event_follows_a_rising_base_at_second_order() -> None:
     orders = np.log2(np.divide(errors[:-1], errors[1:]))
     assert np.all(orders > 1.7), orders
     assert housner["impact_count"].min() > 0
+
+
+def test_bodies_follow_it_as_boxes_do() -> None:
+    lanes = body_lanes(STEPPED, [0.15, -0.15, 0.1, -0.1], radius=0.01)
+    motions, times = shaken(4, 8.0, 1.0, along=5.0), SampleTimes(1.0, 0.01)
+    housner = engine_class("housner")().run(lanes, motions, times)
+    errors = [
+        np.median(np.abs(event_at(step, lanes, motions, times)["rotation"] - housner["rotation"]))
+        for step in (2e-3, 1e-3)
+    ]
+    assert np.log2(errors[0] / errors[1]) > 1.7
+    assert housner["impact_count"].min() > 0
+    assert (housner["status"] == Status.OK).all()
+
+
+@pytest.mark.thorough
+def test_a_table_that_follows_displacements_kicks_upwards_too() -> None:
+    # A sine of the displacement starts and ends with a step of the velocity.
+    lanes = make_lanes(np.linspace(0.3, 0.5, 6), 1.5, rotation_ratio=0.5, friction=9.0)
+    along = sines(Control.DISPLACEMENT, np.full(6, 0.03), 1.3, cycles=2.0)
+    upwards = sines(Control.DISPLACEMENT, np.linspace(0.002, 0.008, 6), 3.0, cycles=3.5)
+    motions, times = UprightMotions(along, upwards), SampleTimes(2.0, 0.01)
+    housner = engine_class("housner")().run(lanes, motions, times)
+    oracle = oracle_response(lanes, motions, times)
+    np.testing.assert_allclose(housner["rotation"], oracle["rotation"], atol=1e-8)
+    np.testing.assert_array_equal(housner["status"], oracle["status"])
+    held = housner["status"] == Status.OK
+    assert held.sum() >= 3
+    event = event_at(1e-3, lanes, motions, times)
+    # Second order: 1e-3 s of 1 / p of 0.4 s, squared, times some impacts.
+    gap = np.abs(event["rotation"] - housner["rotation"])[held]
+    assert gap.max() < 1e-4
 
 
 def test_a_base_that_falls_leaves_its_blocks_as_it_does_in_space() -> None:

@@ -63,7 +63,7 @@ def spatial_because(values: LaneValues) -> str:
     # A profile has no other space than its plane.
     profiles = stacked_tables(values) if body is None else not body.spatial
     if tables.model != PLANAR and not profiles:
-        reasons[UPWARDS] = "moves its base upwards"
+        reasons[UPWARDS] = f'moves its base upwards without model = "{PLANAR}"'
     for block in range(1, tables.block_count + 1):
         reasons |= StackedBlock.needs_space(f"block.{block}")
     given = [key for key in reasons if values.given(key)]
