@@ -105,8 +105,13 @@ def module_options(interleave: int = INTERLEAVE) -> dict[str, object]:
 
 
 ONE_VECTOR = module_options(interleave=1)
+ONE_VECTOR["cpu_compiler_flags"] = (
+    f"{ONE_VECTOR['cpu_compiler_flags']} -mllvm=-capture-tracking-max-uses-to-explore=10000"
+)
 """For long steps: the values of a step fill the registers, and the processor overlaps the vectors
-of a pack by itself."""
+of a pack by itself. The last flag lets the compiler look at all uses of the matrices that keep the
+lanes: where it has not seen that no pointer to them is handed on, it must think that arrays of the
+launch overlap them, and makes no vector code."""
 
 LOOPS_STAY = {"max_unroll": 0}
 """For a lane a thread: loops over blocks stay loops, since their bodies are long."""

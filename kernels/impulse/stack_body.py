@@ -183,7 +183,7 @@ def observe(
     )  # fmt: skip
     gap = smaller(wp.where(has_l, gap_l, NEVER), wp.where(has_r, gap_r, NEVER))
     gap = smaller(gap, gap_m)
-    stands = live and size(theta) < HALF_PI
+    stands = live and larger(size(theta), size(turn)) < HALF_PI
     deepest = wp.where(stands, larger(-gap, deepest), deepest)
     higher = live and size(theta) > peak
     peak_time = wp.where(higher, time, peak_time)

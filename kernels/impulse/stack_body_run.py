@@ -34,7 +34,8 @@ def run_lanes(
     sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
-    first, dt, rows = wp.tid() * LANES, knobs.time_step, feet.shape[0] // BLOCKS
+    pack, _one = wp.tid()
+    first, dt, rows = pack * LANES, knobs.time_step, feet.shape[0] // BLOCKS
     low, high, top, m, j, mu = Body(), Body(), Body(), Body(), Body(), Body()
     x, z, theta, s, c, lean = Body(), Body(), Body(), Body(), Body(), Body()
     vx, vz, omega, ux, uz, uo = Body(), Body(), Body(), Body(), Body(), Body()
@@ -51,11 +52,10 @@ def run_lanes(
         start_lane(lanes[first + i], high[0, i], c[0, i], uplift_time[i], mode[i])
         low[0, i] = -high[0, i]
         for k in range(1, bodies):
-            start_block(
-                blocks[k - 1, first + i], lanes[first + i].lean, theta[k - 1, i], m[k, i], j[k, i],
-                mu[k, i], low[k, i], high[k, i], top[k, i], x[k, i], z[k, i], theta[k, i], s[k, i],
-                c[k, i], peak[k, i], lean[k, i], window[k, i], n[3 * k - 3, i], n[3 * k - 2, i],
-            )  # fmt: skip
+            start_block(blocks[k - 1, first + i], lanes[first + i].lean, theta[k - 1, i], m[k, i],
+                j[k, i], mu[k, i], low[k, i], high[k, i], top[k, i], x[k, i], z[k, i], theta[k, i],
+                s[k, i], c[k, i], peak[k, i], lean[k, i], window[k, i], n[3 * k - 3, i],
+                n[3 * k - 2, i])  # fmt: skip
     count = int(-SETTLING)
     time = real(count) * dt
     for sample in range(sample_times.shape[0]):
@@ -74,42 +74,35 @@ def run_lanes(
                 o, p, q, r = k - 1, 3 * k - 3, 3 * k - 2, 3 * k - 1
                 for i in range(LANES):
                     w, f = window[k, i], first + i
-                    predict(
-                        dv[i], hint[i], knobs, theta[k, i] - theta[o, i], vx[k, i], vz[k, i],
+                    predict(dv[i], hint[i], knobs, theta[k, i] - theta[o, i], vx[k, i], vz[k, i],
                         omega[k, i], omega[o, i], feet[w - 1, f], feet[w, f], feet[w + 1, f],
                         s[k, i], c[k, i], s[o, i], c[o, i], low[o, i], high[o, i],
                         x[k, i] - x[o, i], z[k, i] - z[o, i], ux[k, i], uz[k, i], uo[k, i],
                         lean[k, i], window[k, i], by[k, i], n[p, i], t[p, i], n[q, i], t[q, i],
-                        n[r, i], t[r, i], shift_x[i], shift_z[i],
-                    )  # fmt: skip
+                        n[r, i], t[r, i], shift_x[i], shift_z[i])  # fmt: skip
             for p in range(points):
                 o, k, role = p // 3, p // 3 + 1, p % 3 - 1
                 for i in range(LANES):
                     w, f = window[k, i], first + i
-                    find_contact(
-                        feet[w - 1, f], feet[w, f], feet[w + 1, f], role, lean[k, i], s[k, i],
-                        c[k, i], m[k, i], j[k, i], s[o, i], c[o, i], low[o, i], high[o, i],
+                    find_contact(feet[w - 1, f], feet[w, f], feet[w + 1, f], role, lean[k, i],
+                        s[k, i], c[k, i], m[k, i], j[k, i], s[o, i], c[o, i], low[o, i], high[o, i],
                         top[o, i], m[o, i], j[o, i], x[k, i] - x[o, i], z[k, i] - z[o, i],
                         knobs.collision_margin, nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i],
                         bl[p, i], gap[p, i], pn[p, i], pt[p, i], nt[p, i], n[p, i], t[p, i],
-                        ux[k, i], uz[k, i], uo[k, i], ux[o, i], uz[o, i], uo[o, i],
-                    )  # fmt: skip
+                        ux[k, i], uz[k, i], uo[k, i], ux[o, i], uz[o, i], uo[o, i])  # fmt: skip
             for step in range(sweeps * points):
                 p, o, k = step % points, step % points // 3, step % points // 3 + 1
                 q, r = 3 * o + (p + 1) % 3, 3 * o + (p + 2) % 3
                 for i in range(LANES):
-                    solve_contact(
-                        mu[k, i], gap[p, i], knobs.rate, m[k, i], j[k, i], m[o, i], j[o, i],
-                        nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i], pn[p, i],
-                        pt[p, i], nt[p, i], pn[q, i] + pn[r, i], n[p, i], t[p, i], ux[k, i],
-                        uz[k, i], uo[k, i], ux[o, i], uz[o, i], uo[o, i],
-                    )  # fmt: skip
+                    solve_contact(mu[k, i], gap[p, i], knobs.rate, m[k, i], j[k, i], m[o, i],
+                        j[o, i], nx[p, i], nz[p, i], au[p, i], bu[p, i], al[p, i], bl[p, i],
+                        pn[p, i], pt[p, i], nt[p, i], pn[q, i] + pn[r, i], n[p, i], t[p, i],
+                        ux[k, i], uz[k, i], uo[k, i], ux[o, i], uz[o, i], uo[o, i])  # fmt: skip
             for k in range(1, bodies):
                 o, p, q, r = k - 1, 3 * k - 3, 3 * k - 2, 3 * k - 1
                 for i in range(LANES):
                     live, w, f = lives[i] > 0, window[k, i], first + i
-                    finish_step(
-                        feet[w - 1, f], feet[w, f], feet[w + 1, f], feet[o * rows, f],
+                    finish_step(feet[w - 1, f], feet[w, f], feet[w + 1, f], feet[o * rows, f],
                         feet[k * rows - 1, f], by[k, i], blocks[o, f], live, kept, knobs, time,
                         dv[i], lean[k, i], m[k, i], j[k, i], gap[p, i], nx[p, i], nz[p, i], n[p, i],
                         gap[q, i], nx[q, i], nz[q, i], n[q, i], gap[r, i], nx[r, i], nz[r, i],
@@ -119,8 +112,7 @@ def run_lanes(
                         vz[k, i], omega[k, i], loss[i], given[i], since[k, i], left[k, i],
                         under[k, i], right[k, i], uplift_time[i], moved[i], deepest[i], impacts[i],
                         peak[k, i], peak_time[k, i], slide[k, i], peak_slide[k, i], crept[k, i],
-                        mode[i],
-                    )  # fmt: skip
+                        mode[i])  # fmt: skip
         past = time - until
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):

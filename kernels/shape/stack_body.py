@@ -23,7 +23,8 @@ class Block:
 
     `aside` is how far its centre is to +x of the one below when both are upright [m], of the
     lowest block zero; `reach` at least the distance of its corners from its centre [m]; `window`
-    the row of the corner that first has the role 0; `left` and `right` as in shape/stack_run.py.
+    the row of the corner that first has the role 0; `left` and `right` as in shape/stack_run.py;
+    `area` half of that over which it stands at rest [m^2], `rest` its height then [m].
     """
 
     inverse_mass: real
@@ -40,6 +41,8 @@ class Block:
     theta: real
     left: real
     right: real
+    area: real
+    rest: real
     window: int
 
 

@@ -85,6 +85,38 @@ def test_a_box_on_a_foot_stands_on_its_top(write: Callable[..., str]) -> None:
     np.testing.assert_allclose(uplift_ratio(lanes)[0, 0], expected)
 
 
+def test_a_statue_from_a_scan_is_seen_along_the_motion(write: Callable[..., str]) -> None:
+    statue = """
+mass = "350 kg"
+base = [[-0.2, -0.1, 0.0], [0.3, -0.1, 0.0], [0.3, 0.15, 0.0], [-0.2, 0.15, 0.0]]
+centre = [0.0, 0.0, 0.6]
+inertia = [50.0, 60.0, 10.0, 0.0, 0.0, 0.0]
+"""
+    rest = (
+        REST
+        + """
+[motion]
+waveform = "sine"
+control = "acceleration"
+frequency = "1 Hz"
+amplitude = "0.1 g"
+cycles = 1
+[[sweep]]
+"motion.direction" = ["0 deg", "90 deg"]
+"""
+    )
+    file = pathlib.Path(write(BOX, statue, rest=rest))
+    with pytest.raises(InputError, match=r'block.2.base: .* without model = "planar"'):
+        expand_lanes(load_case(str(file)))
+    file.write_text('model = "planar"\n' + file.read_text())
+    lane_set = expand_lanes(load_case(str(file)))
+    profiles = lane_set.lanes.profiles
+    assert profiles is not None
+    np.testing.assert_allclose(profiles.base_ends[:, 1], [[-0.2, 0.3], [-0.1, 0.15]], atol=1e-12)
+    np.testing.assert_allclose(profiles.gyration[:, 1] * 350.0, [60.0, 50.0])
+    assert "direction_deg" in lane_set.inputs
+
+
 def test_engines_that_stack_boxes_alone_say_so(write: Callable[..., str]) -> None:
     scene = expand_lanes(load_case(write(BOX, STATUE))).scene
     declined = {name: engine_class(name).supports(scene) for name in ENGINES}

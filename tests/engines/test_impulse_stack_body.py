@@ -8,6 +8,7 @@ import pytest
 from tests.shared.blocks import make_stacks
 from tests.shared.planar_bodies import body_lanes
 from tests.shared.stack_bodies import (
+    EIGHT,
     as_bodies,
     mirrored_stacks,
     random_pairs,
@@ -28,7 +29,6 @@ from warprock.units import GRAVITY
 PLAIN = Target(form=Form.PLAIN)
 """Compiled in a third of the time of the packed form."""
 TIMES = SampleTimes(1.0, 0.01, places=True)
-EIGHT = np.array([0.0, 0.0, 1.0, 0.0, 2.0, -1.0, 3.0, -2.0])
 
 
 def run(lanes: Lanes, motions: GroundMotions, times: SampleTimes = TIMES) -> Response:

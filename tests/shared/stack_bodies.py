@@ -14,6 +14,9 @@ from warprock.model.motion import Control, HarmonicMotions
 from warprock.model.profiles import Profiles
 from warprock.model.stacking import box_profiles
 
+EIGHT = np.array([0.0, 0.0, 1.0, 0.0, 2.0, -1.0, 3.0, -2.0])
+"""Accelerations of eight lanes [m/s^2]."""
+
 
 def shaken(amplitude: Array, cycles: float = 1.0) -> HarmonicMotions:
     """A cycle of 1 Hz at accelerations [m/s^2]; zero is a base that stands still."""

@@ -253,15 +253,15 @@ class StackedBody(_Body):
 
     @pydantic.model_validator(mode="after")
     def _fits_in_a_stack(self) -> Self:
-        if self.spatial:
-            allowed = "must be points [x, z]: stacks with a body move in the plane"
-            raise KeyedError("base", Said("points [x, y, z]"), allowed)
         if self.top is not None:
             self._judge_top()
         return self
 
     def _judge_top(self) -> None:
-        """Refuses a top that is not level, or not above the base."""
+        """Refuses a top that is not level, or not above the base, or of a body in space."""
+        if self.spatial:
+            allowed = "must not be given with points [x, y, z]: it is seen in the plane alone"
+            raise KeyedError("top", list(self.top), allowed)
         (left, low), (right, high) = self.top
         if left == right or abs(high - low) > LEVEL * abs(right - left):
             raise KeyedError("top", list(self.top), "must be two ends of a level face: the same z")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 
 import numpy as np
@@ -10,10 +9,11 @@ import numpy.typing as npt
 
 from warprock.case.block import Stack
 from warprock.case.body import StackedBody
+from warprock.case.body_lanes import DIRECTION, SIDES, seen_in_plane
 from warprock.case.input_columns import computed, key_column, lane_columns
 from warprock.case.values import LaneValues
 from warprock.errors import InputError
-from warprock.model.bodies import Bodies, planar_bodies
+from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes
 from warprock.model.profiles import Profiles
 from warprock.model.stacking import box_profiles
@@ -21,20 +21,15 @@ from warprock.quantity import Said
 
 Array = npt.NDArray[np.float64]
 
-SIDES = ("left", "right")
-"""What columns call the sides at -x and at +x."""
-
 _BOX = tuple(f"block.N.{name}" for name in ("width", "height", "depth"))
 _PLACE = tuple(f"block.N.{name}" for name in ("offset", "friction", "rotation"))
 
 
-def _tables(values: LaneValues) -> dict[int, StackedBody]:
-    """The tables of the bodies among a stack's blocks, by number."""
+def stacked_tables(values: LaneValues) -> dict[int, StackedBody]:
+    """The tables of the bodies among a stack's blocks, by number; none of single blocks."""
     stack = values.case.tables.block
-    assert isinstance(stack, Stack)
-    return {
-        int(number): block for number, block in stack.root.items() if isinstance(block, StackedBody)
-    }
+    blocks = stack.root.items() if isinstance(stack, Stack) else ()
+    return {int(number): block for number, block in blocks if isinstance(block, StackedBody)}
 
 
 def stacked_bodies(values: LaneValues, *, in_space: bool) -> dict[int, Bodies]:
@@ -44,23 +39,31 @@ def stacked_bodies(values: LaneValues, *, in_space: bool) -> dict[int, Bodies]:
         InputError: The blocks are to move in space.
     """
     found = {}
-    for number, table in _tables(values).items():
+    for number, table in stacked_tables(values).items():
         key = f"block.{number}"
         if in_space:
-            allowed = "must not be given in a stack in space, of which all blocks are boxes"
+            of = 'without model = "planar"' if table.spatial else "in a stack in space"
+            said = "points [x, y, z]" if table.spatial else "points [x, z]"
+            allowed = f"must not be given {of}: stacks in space are of boxes alone"
             source = values.case.source_of(f"{key}.base")
-            raise InputError(source, f"{key}.base", Said("points [x, z]"), allowed)
+            raise InputError(source, f"{key}.base", Said(said), allowed)
         mass = values.numbers(f"{key}.mass")
-        bodies = planar_bodies(mass=mass, inertia=table.inertia[0], points=table.points)
-        points = bodies.points.copy()
+        points, count, inertia = seen_in_plane(values, table)
         points[..., 0] *= values.numbers(f"{key}.base_scale")[:, None]
-        found[number] = dataclasses.replace(bodies, points=points)
+        found[number] = Bodies(
+            mass=mass,
+            gyration=inertia / mass,
+            points=points,
+            count=count,
+            corner_radius=np.zeros_like(mass),
+            axes=np.tile((0.0, 0.0, 0.0, 1.0), (len(mass), 1)),
+        )
     return found
 
 
 def stacked_body_sizes(values: LaneValues, number: int, body: Bodies) -> dict[str, Array]:
     """Width, height and depth of the box around a body, up to its top, and density; [lane]."""
-    table, key = _tables(values)[number], f"block.{number}.height"
+    table, key = stacked_tables(values)[number], f"block.{number}.height"
     width = np.ptp(body.points[..., 0], axis=1)
     height = 2.0 * body.centre_height
     if table.top is not None:
@@ -81,7 +84,7 @@ def _top(table: StackedBody) -> Array:
 
 def profiles_of(values: LaneValues, lanes: Lanes, bodies: Mapping[int, Bodies]) -> Profiles:
     """What the blocks of stacks are, boxes among them."""
-    boxes, tables = box_profiles(lanes), _tables(values)
+    boxes, tables = box_profiles(lanes), stacked_tables(values)
     most = max(2, *(body.most_points for body in bodies.values()))
     shape = (*lanes.width.shape, most, 2)
     rows = np.minimum(np.arange(most), 1)
@@ -107,10 +110,13 @@ def stacked_body_columns(values: LaneValues, lanes: Lanes, block: int) -> dict[s
     columns: dict[str, object] = {**key_column("block.N.mass", profiles.mass[:, block], number)}
     key = f"block.{block + 1}.base_scale"
     # Whatever an ensemble or a sweep moves is given in the table of its first lane, too.
-    if "base_scale" in _tables(values)[block + 1].model_fields_set:
+    table = stacked_tables(values)[block + 1]
+    if "base_scale" in table.model_fields_set:
         columns |= key_column("block.N.base_scale", values.numbers(key), number)
     columns |= lane_columns(_BOX, lanes, block)
     columns |= computed("slenderness_angle", lanes.slenderness_angle[:, block], number)
     for side, angle in zip(SIDES, profiles.slenderness_angles[:, block].T, strict=True):
         columns |= computed(f"slenderness_angle_{side}", angle, number)
+    if table.spatial and values.given(DIRECTION):
+        columns |= key_column(DIRECTION, values.numbers(DIRECTION))
     return columns | lane_columns(_PLACE, lanes, block)

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from warprock.case.block import Block, StackedBlock
 from warprock.case.body_lanes import DIRECTION, body_of
+from warprock.case.body_stacks import stacked_tables
 from warprock.case.case_file import PLANAR, SPATIAL
 from warprock.case.input_columns import attribute, computed, lane_columns
 from warprock.case.start import Start
@@ -56,8 +57,12 @@ def spatial_because(values: LaneValues) -> str:
         reasons[DIRECTION] = "moves its base at an angle to the plane of rocking"
     if tables.model != PLANAR and body is not None and body.spatial:
         reasons["block.base"] = "has a body in space"
+    if tables.model != PLANAR:
+        bodies = (n for n, table in stacked_tables(values).items() if table.spatial)
+        reasons |= {f"block.{number}.base": "has a body in space" for number in bodies}
     # A profile has no other space than its plane.
-    if tables.model != PLANAR and (body is None or body.spatial):
+    profiles = stacked_tables(values) if body is None else not body.spatial
+    if tables.model != PLANAR and not profiles:
         reasons[UPWARDS] = f'moves its base upwards without model = "{PLANAR}"'
     for block in range(1, tables.block_count + 1):
         reasons |= StackedBlock.needs_space(f"block.{block}")

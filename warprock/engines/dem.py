@@ -9,6 +9,7 @@ from typing import Any, ClassVar, cast, final
 import numpy as np
 import numpy.typing as npt
 
+from warprock.engines import dem_stack_bodies
 from warprock.engines.base import AbstractEngine
 from warprock.engines.blocks import body_columns, speed_columns
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
@@ -31,6 +32,7 @@ from warprock.engines.dem_springs_space import (
 )
 from warprock.engines.launching import NEVER, Found, Kernel
 from warprock.engines.soundness import account_in_space, account_of, unstable
+from warprock.engines.stack_bodies import foot_columns
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions, StillBase
@@ -82,7 +84,8 @@ class Dem(AbstractEngine):
     the corner that is pressed most: about an edge that is when it does in the plane. A
     block that rocks over corners chatters on weakly damped springs: there no order shows.
     A body in space stands on a spring under each of its points, which have equal parts of the area
-    of its base: a box of two sub-contacts along and across.
+    of its base: a box of two sub-contacts along and across. In a stack in the plane with a body
+    every interface has springs under the points that touch alone, boxes among them.
     """
 
     name: ClassVar[str] = "dem"
@@ -91,6 +94,7 @@ class Dem(AbstractEngine):
     spatial: ClassVar[bool] = True
     starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
+    stacked_bodies: ClassVar[bool] = True
     bodies_move: ClassVar[tuple[str, ...]] = ("plane", "space")
     vertical: ClassVar[tuple[str, ...]] = ("block", "stack")
     above_rigid: ClassVar[bool] = True
@@ -110,9 +114,11 @@ class Dem(AbstractEngine):
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: the same text for a single block and for a stack."""
         lanes, settings = self.target.lanes, self.settings
-        if scene.bodies and not scene.spatial:
+        if scene.bodies and not (scene.spatial or scene.stacked):
             points = corner_rows(scene.contact_point_count)
             return Kernel("dem/body_run", lanes=lanes, points=points)
+        if scene.bodies and scene.stacked:
+            return Kernel("dem/stack_body_run", lanes=lanes)
         if not scene.spatial:
             return Kernel("dem/stack_run", lanes=lanes, iterations=settings.subcontacts)
         if scene.bodies or scene.moving:
@@ -131,6 +137,8 @@ class Dem(AbstractEngine):
             stiffest = spatial_frequencies(lanes, self.settings)[:, -1]
         elif lanes.body is not None:
             stiffest = CornerSprings.of(lanes, self.settings).stiffest_frequency(self.settings)
+        elif lanes.profiles is not None:
+            stiffest = dem_stack_bodies.stiffest_frequency(lanes, self.settings)
         else:
             stiffest = stiffest_frequency(as_stacks(lanes), self.settings)
         limit = self.settings.step_safety * stable_step(stiffest, self.settings)
@@ -145,6 +153,8 @@ class Dem(AbstractEngine):
             ratio = _standing_ratio_in_space(lanes, self.settings)
         elif lanes.body is not None:
             ratio = CornerSprings.of(lanes, self.settings).standing_ratio()
+        elif lanes.profiles is not None:
+            ratio = dem_stack_bodies.standing_ratio(lanes, self.settings)
         else:
             ratio = standing_ratio(as_stacks(lanes), self.settings)
         return ratio.min(axis=1), (
@@ -171,6 +181,10 @@ class Dem(AbstractEngine):
             turned = np.diff(stacks.rotation_start, axis=1, prepend=0.0).any(axis=1)
             spins = speed_columns(lanes)["omega"] != 0.0
             per_lane["uplift_time"] = np.where(turned | spins, 0.0, NEVER)
+            if lanes.profiles is not None:
+                blocks = dem_stack_bodies.sprung_stacks(lanes, self.settings)
+                columns = {"blocks": blocks, "lanes": per_lane, "feet": foot_columns(lanes)}
+                return columns | {"knobs": self._knobs(module)}
             blocks = _planar_blocks(stacks, self.settings)
             return {"blocks": blocks, "lanes": per_lane, "knobs": self._knobs(module)}
         points = point_pairs(self.settings.subcontacts, self.settings.subcontacts_across)

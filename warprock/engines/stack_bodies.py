@@ -16,6 +16,7 @@ import numpy.typing as npt
 from warprock.engines.bodies import Corners, leaned
 from warprock.model.lanes import Lanes
 from warprock.model.profiles import Profiles
+from warprock.model.stacking import contact_ends
 
 Array = npt.NDArray[np.float64]
 
@@ -169,8 +170,27 @@ def profile_columns(lanes: Lanes, side: Array) -> dict[str, npt.NDArray[Any]]:
         "top_high": profiles.top[..., 1],
         "top": profiles.top[..., 2],
         "theta": lanes.rotation_start,
+        "area": 0.5 * np.diff(np.stack(contact_ends(lanes)), axis=0)[0] * shared_depth(lanes),
+        "rest": rest_heights(lanes),
         "window": _windows(lanes, feet, side),
     }
+
+
+def shared_depth(lanes: Lanes) -> Array:
+    """Depth of what blocks share with what they stand on [m], shape [lane, block].
+
+    That of the shallower one; a body in the plane is as deep as the boxes beside it.
+    """
+    bodies = np.array(_profiles(lanes).is_body)
+    depth = np.where(bodies, np.inf, lanes.depth)
+    depth[:, 1:] = np.minimum(depth[:, 1:], np.where(bodies, np.inf, lanes.depth)[:, :-1])
+    return np.where(np.isfinite(depth), depth, lanes.depth)
+
+
+def rest_heights(lanes: Lanes) -> Array:
+    """Heights of the centres of mass of upright blocks above the ground [m], [lane, block]."""
+    below = np.cumsum(lanes.height, axis=1) - lanes.height
+    return np.asarray(below + _profiles(lanes).centre_height)
 
 
 def _windows(lanes: Lanes, feet: list[Interface], side: Array) -> npt.NDArray[np.intp]:

@@ -2,7 +2,7 @@
 
 The rule, in this order:
 
-1. `event` for stacks and for blocks in space; `impulse` for stacks that `event` declines.
+1. `event` for stacks and for blocks in space; for stacks that it declines `impulse`, or `dem`.
 2. `event` where a block slides before it rocks (friction < tan(slenderness angle)).
 3. `housner` where the case prescribes how much angular velocity an impact leaves: that is its law;
    contact engines have one of their own, and `event` puts the prescribed one in its place.
@@ -32,8 +32,8 @@ from warprock.run.devices import start_warp
 
 CONTACT = "event"
 """Engine of blocks that can slide."""
-STACKING = "impulse"
-"""Engine of stacks that the former declines."""
+STACKING = ("impulse", "dem")
+"""Engines of stacks that the former declines, the first one that can."""
 ANALYTICAL = "housner"
 """Engine of one block that does not."""
 LANES_JUDGED = 1000
@@ -87,7 +87,8 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
     if scene.stacked:
         declined = engine_class(CONTACT).supports(scene)
         if declined is not None:
-            return EngineChoice(STACKING, declined, planar_block=False)
+            able = (each for each in STACKING if engine_class(each).supports(scene) is None)
+            return EngineChoice(next(able, STACKING[0]), declined, planar_block=False)
         return EngineChoice(CONTACT, "it is a stack", planar_block=False)
     declined = engine_class(ANALYTICAL).supports(scene)
     if declined is not None:
