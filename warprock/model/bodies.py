@@ -20,6 +20,7 @@ References:
 from __future__ import annotations
 
 import dataclasses
+import functools
 from typing import Self
 
 import numpy as np
@@ -95,7 +96,7 @@ class Bodies:
         at_corners = bool(np.all(np.abs(np.abs(self.points) - half) <= near))
         return straight and at_corners and bool(np.all(signs == np.arange(CORNERS)))
 
-    @property
+    @functools.cached_property
     def points_in_block_axes(self) -> Array:
         """Contact points from the centre of mass along the axes of the block [m]."""
         if not self.spatial:
@@ -107,7 +108,7 @@ class Bodies:
         """Height of the centre of mass above the ground at rest [m], shape [lane]."""
         return np.asarray(-self.points_in_block_axes[..., -1].min(axis=1))
 
-    @property
+    @functools.cached_property
     def standing(self) -> npt.NDArray[np.bool_]:
         """Whether the body stands on a point at rest, shape [lane, point]."""
         points = self.points_in_block_axes
