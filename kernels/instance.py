@@ -12,6 +12,11 @@ In a kernel file `from warprock.kernels.shape.stack import Rows` brings `Rows` f
 that file that has the same parameters. An instance has those parameters alone that its file, or
 one that it imports, names: so `Rows` is the same for every kind of ground motion. Every instance is
 a Warp module of its own, compiled and cached on its own.
+
+A thread of a packed kernel has two numbers (`pack, _one = wp.tid()`), of which the second is zero.
+Of a kernel with one number Warp 1.19 compiles two variants, one of them for arrays whose rows lie
+anyhow, which takes half as long again. Where a loop over lanes is vector code only if the compiler
+knows that rows lie side by side, the kernel makes such arrays of what it is given (`block_of`).
 """
 
 from __future__ import annotations
@@ -64,7 +69,16 @@ REALS = {"float64": wp.float64, "float32": wp.float32}
 FOLDER = pathlib.Path(__file__).resolve().parent
 """Folder of the kernel files, which is read and never written to."""
 
-PARAMETERS = ("PRECISION", "MOTION", "ITERATIONS", "BLOCKS", "LANES", "FRICTION", "POINTS")
+PARAMETERS = (
+    "PRECISION",
+    "MOTION",
+    "ITERATIONS",
+    "BLOCKS",
+    "LANES",
+    "FRICTION",
+    "POINTS",
+    "VERTICAL",
+)
 """Names that the loader sets in a kernel file: the arguments of `kernel_module`, in capitals."""
 
 HOST_FILES = ("instance", "modes")
@@ -91,8 +105,13 @@ def module_options(interleave: int = INTERLEAVE) -> dict[str, object]:
 
 
 ONE_VECTOR = module_options(interleave=1)
+ONE_VECTOR["cpu_compiler_flags"] = (
+    f"{ONE_VECTOR['cpu_compiler_flags']} -mllvm=-capture-tracking-max-uses-to-explore=10000"
+)
 """For long steps: the values of a step fill the registers, and the processor overlaps the vectors
-of a pack by itself."""
+of a pack by itself. The last flag lets the compiler look at all uses of the matrices that keep the
+lanes: where it has not seen that no pointer to them is handed on, it must think that arrays of the
+launch overlap them, and makes no vector code."""
 
 LOOPS_STAY = {"max_unroll": 0}
 """For a lane a thread: loops over blocks stay loops, since their bodies are long."""
@@ -112,6 +131,7 @@ def kernel_module(
     lanes: int = LANE_WIDTH,
     friction: str = "cone",
     points: int = 0,
+    vertical: bool = False,
 ) -> ModuleType:
     """The instance of a kernel file for a precision, a kind of ground motion and a stack.
 
@@ -125,11 +145,12 @@ def kernel_module(
         lanes: Lanes that a thread of a stack's kernel runs side by side.
         friction: Law of friction where a block slides in two directions: cone or box.
         points: Contact points of a body that is no box.
+        vertical: Whether the base of a body in the plane moves upwards, too.
 
     Raises:
         OSError: A kernel file cannot be read.
     """
-    values = (precision, motion, iterations, blocks, lanes, friction, points)
+    values = (precision, motion, iterations, blocks, lanes, friction, points, vertical)
     with _LOCK:
         return _instance(file, dict(zip(PARAMETERS, values, strict=True)))
 

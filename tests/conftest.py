@@ -9,10 +9,14 @@ import sys
 from collections.abc import Callable, Iterator
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from tests.shared.sweeps import LANES, merged_bytes, write_case
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+
+settings.register_profile("any speed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.load_profile("any speed")  # no test depends on how fast the machine is
 
 LONGEST = (
     "programs/test_newton.py",

@@ -156,7 +156,7 @@ def test_no_engine_imports_another_engine():
             (
                 *("warprock/oracle/", "warprock/records/", "warprock/programs/"),
                 *("warprock/case/sampling", "warprock/run/cells"),
-                *("warprock/analysis/", "warprock/bodies/"),
+                *("warprock/analysis/", "warprock/bodies/", "warprock/model/hull"),
             ),
         ),
         ("tables", ("warprock/records/fema_p695",)),

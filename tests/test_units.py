@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from warprock.units import (
@@ -111,7 +111,6 @@ def test_every_alias_means_a_unit_and_no_unit_has_two_dimensions():
     assert not set(ALIASES) & set(names)
 
 
-@settings(deadline=None)  # no test depends on how fast the machine is
 @given(
     unit=st.sampled_from(ALL_UNITS),
     value=st.floats(min_value=-1e12, max_value=1e12, allow_subnormal=False),
@@ -123,7 +122,6 @@ def test_writing_and_reading_give_the_value_back(unit, value):
     assert parse_quantity(text, dimension) == pytest.approx(value, rel=5.1e-12, abs=1e-300)
 
 
-@settings(deadline=None)  # no test depends on how fast the machine is
 @given(unit=st.sampled_from(ALL_UNITS), number=st.decimals(-1000, 1000, places=3))
 def test_twice_the_number_is_twice_the_quantity(unit, number):
     dimension, name = unit

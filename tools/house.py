@@ -39,6 +39,7 @@ ROOMS = (
     _room("errors", "errors that a user can mend, each in one line, and what they suggest"),
     _room("units", "numbers with units, read and written"),
     _room("reading", "files as they are read, of a bounded size"),
+    _room("processes", "worker processes that end when the work does"),
     _room(
         "quantity",
         "kinds of values that a key may hold, with bounds",
@@ -59,7 +60,7 @@ ROOMS = (
         closed forms: rocking, stacking, pose, the path of a base, Painleve's limit, undecided
         lanes""",
         "errors units",
-        "numpy",
+        "numpy scipy",
     ),
     _room(
         "settings",
@@ -70,7 +71,7 @@ ROOMS = (
     _room(
         "records",
         "files of ground motion: formats, processing, intensity measures, synthetic records",
-        "errors units quantity reading model",
+        "errors units quantity reading processes model",
         "numpy pyarrow scipy tables",
     ),
     _room(
@@ -96,7 +97,7 @@ ROOMS = (
     _room(
         "oracle",
         "references in SciPy for one and two blocks; they share no formula with the kernels",
-        "units model",
+        "units processes model",
         "numpy scipy",
     ),
     _room(
@@ -119,12 +120,6 @@ ROOMS = (
         "distributed pyarrow",
     ),
     _room(
-        "report",
-        "the page of a folder of results: one HTML file, its template, style and player",
-        f"{_BASE} case run sweep",
-        "PIL jinja2 markupsafe numpy pandas pyarrow",
-    ),
-    _room(
         "analysis",
         """fragility functions, incremental dynamic analysis, overturning maps, rocking spectra,
         Sobol' indices""",
@@ -137,6 +132,12 @@ ROOMS = (
         cases; studies""",
         f"{_BASE} case engines run analysis oracle programs",
         "numpy pandas pyarrow",
+    ),
+    _room(
+        "report",
+        "the page of a folder of results: one HTML file, its template, style and player",
+        f"{_BASE} case run sweep analysis compare",
+        "PIL jinja2 markupsafe numpy pandas pyarrow",
     ),
     _room(
         "measure",
@@ -160,7 +161,7 @@ ROOMS = (
         "scenes",
         "moving pictures of a lane as files (GIF, MP4, glTF, USD), and Newton's viewers",
         f"{_BASE} case run figures",
-        "PIL imageio_ffmpeg newton numpy warp",
+        "PIL imageio_ffmpeg imgui_bundle newton numpy warp",
     ),
     _room(
         "paper",
@@ -185,7 +186,7 @@ ROOMS = (
 )
 """All rooms, from the ground up."""
 
-MODULES = ("errors", "units", "reading", "quantity")
+MODULES = ("errors", "units", "processes", "reading", "quantity")
 """Rooms that are one module at the top of `warprock/`."""
 
 MAPPED = ("kernels", "cases")

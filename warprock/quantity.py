@@ -7,7 +7,7 @@ A key is declared once, as the annotation of a field:
 pydantic reads the field by it, and `warprock keys`, sweeps, overrides and the lane table ask the
 same object. A value is judged the same way wherever it is written: in a case file, a sweep, an
 override, the header of a record. Bare numbers are in `settings/setting.py`, kinds that only tables
-of a case have in `case/table_keys.py`.
+of a case have in `case/value_kinds.py`.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from warprock.case.columns import INPUTS
+from warprock.case.input_columns import INPUTS
 from warprock.model.response import FIELDS, HISTORIES
 from warprock.model.words import OUTCOMES, STATUSES
 

@@ -38,6 +38,8 @@ Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks.
 
 import warp as wp
 
+from warprock.kernels.shape.rising import worked
+
 STEEPEST = real(0.1)
 """Smallest cosine of the angle between two faces for which their overlap still grows."""
 FAILED = real(1.0e-30)
@@ -75,18 +77,18 @@ def lean_of(turn: real, rate: real, dv: real) -> real:
 
 
 @wp.func
-def shared_stretch(slave: real, plane: real, place: real, cosine: real):
+def shared_stretch(slave: real, plane: real, place: real, cos_turn: real):
     """Ends of the stretch that two faces of the half widths slave and plane [m] share.
 
     Args:
         slave: Half width of the slave's face [m], plane that of the other one.
         place: Place of the slave's middle along the plane, from the plane's middle [m].
-        cosine: Cosine of the angle between the two.
+        cos_turn: Cosine of the angle between the two.
 
     Returns:
         Places along the slave's face [m].
     """
-    wide = real(1.0) / larger(cosine, STEEPEST)
+    wide = real(1.0) / larger(cos_turn, STEEPEST)
     return larger(-slave, (-plane - place) * wide), smaller(slave, (plane - place) * wide)
 
 
@@ -149,37 +151,37 @@ def find_contacts(
         overlap: Overlap o in the middle of that stretch [m].
     """
     turn = s * lc - c * ls
-    cosine = c * lc + s * ls
+    cos_turn = c * lc + s * ls
     both = half_height + lhalf_height
     dz = both + ez
     lean = lean_of(turn, omega - lomega, dv)
-    corner = dx * lc - dz * ls - half_height * turn + lean * half_width * cosine
+    corner = dx * lc - dz * ls - half_height * turn + lean * half_width * cos_turn
     upper = lean * corner <= lhalf_width
     sign = wp.where(upper, real(-1.0), real(1.0))
-    sine = wp.where(upper, ls, s)
+    tilted = wp.where(upper, ls, s)
     across = wp.where(upper, lc, c)
     tall = wp.where(upper, half_height, lhalf_height)
     slave = wp.where(upper, half_width, lhalf_width)
     plane = wp.where(upper, lhalf_width, half_width)
-    along = dx * across - dz * sine
+    along = dx * across - dz * tilted
     place = -sign * along - tall * turn
-    low, top = shared_stretch(slave, plane, place, cosine)
-    gap = dx * sine + ez * across - both * rise(sine, across) + tall * rise(turn, cosine)
+    low, top = shared_stretch(slave, plane, place, cos_turn)
+    gap = dx * tilted + ez * across - both * rise(tilted, across) + tall * rise(turn, cos_turn)
     middle = real(0.5) * (low + top)
     length = real(0.5) * (top - low)
-    normal = dx * sine + dz * across
-    ps = sine
+    normal = dx * tilted + dz * across
+    ps = tilted
     pc = across
     rs = turn
-    rc = cosine
+    rc = cos_turn
     side = sign
     de = along
     dn = normal
     half = length
     overlap = middle * turn - gap
-    slid = -sign * (place - lean * slave * rise(turn, cosine))
+    slid = -sign * (place - lean * slave * rise(turn, cos_turn))
     relative_motion(
-        sine, across, turn, cosine, sign, along, normal, tall, middle, length,
+        tilted, across, turn, cos_turn, sign, along, normal, tall, middle, length,
         wx, wz, omega, lomega, pe, pn, vn, vt, tilt, parting, sliding,
     )  # fmt: skip
 
@@ -312,7 +314,7 @@ def load_blocks(
 
 @wp.func
 def integrate(
-    live: bool, dv: real, dt: real, span: real, knobs: Knobs, m: real, j: real,
+    live: bool, dv: real, dz: real, dt: real, span: real, knobs: Knobs, m: real, j: real,
     fx: wp.ref[real], fz: wp.ref[real], moment: wp.ref[real],
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
     vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real], loss: wp.ref[real],
@@ -322,7 +324,7 @@ def integrate(
 
     Args:
         live: Whether the lane still runs.
-        dv: Change of the base velocity in the step [m/s].
+        dv: Change of the base velocity in the step [m/s]; dz that upwards.
         dt: Time step [s].
         span: Time over which the forces act: half of it in the first step, from rest [s].
         knobs: The settings.
@@ -343,10 +345,12 @@ def integrate(
     po = j * moment - drag * old_o
     new_x = old_x + span * px - dv
     new_z = old_z + span * (pz - knobs.gravity)
+    if VERTICAL:
+        new_z = new_z - dz
     new_o = old_o + span * po
     work = (px * (old_x + new_x) + pz * (old_z + new_z)) / m + po * (old_o + new_o) / j
     loss = loss - wp.where(live, half * span * work, real(0.0))
-    given = given - wp.where(live, half * dv * (old_x + new_x) / m, real(0.0))
+    given = given - wp.where(live, worked(dv, dz, old_x + new_x, old_z + new_z) / m, real(0.0))
     vx = wp.where(live, new_x, old_x)
     vz = wp.where(live, new_z, old_z)
     omega = wp.where(live, new_o, old_o)

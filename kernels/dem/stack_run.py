@@ -21,9 +21,11 @@ from warprock.kernels.dem.stack import Knobs, find_contacts, integrate, load_blo
 from warprock.kernels.dem.stack_lanes import observe_faces, passes_left, time_past
 from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
-from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.motion import base_velocity, sample_index, sample_segment
 from warprock.kernels.parting import slides
+from warprock.kernels.shape.above import Motions
 from warprock.kernels.shape.interface import GROUND_FACE
+from warprock.kernels.shape.rising import pulled
 from warprock.kernels.shape.stack_found import BlockResult, Found, Result
 
 wp.set_module_options(ONE_VECTOR)
@@ -41,7 +43,7 @@ SPACING = real(1.0 / (POINTS - 1))
 class Block:
     """One block of a stack, and where it starts; z from where it would be on rigid blocks.
 
-    `stretch` is that of the shear springs below it.
+    `stretch` is that of the shear springs below it; vx, vz and omega are its velocities then.
     """
 
     half_width: real
@@ -55,6 +57,9 @@ class Block:
     z: real
     theta: real
     stretch: real
+    vx: real
+    vz: real
+    omega: real
 
 
 @wp.struct
@@ -88,7 +93,8 @@ def start_lane(
 def start_block(
     block: Block, half_width: wp.ref[real], half_height: wp.ref[real], m: wp.ref[real],
     j: wp.ref[real], mu: wp.ref[real], depth: wp.ref[real], offset: wp.ref[real], x: wp.ref[real],
-    z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real], since: wp.ref[real],
+    z: wp.ref[real], theta: wp.ref[real], vx: wp.ref[real], vz: wp.ref[real],
+    omega: wp.ref[real], s: wp.ref[real], c: wp.ref[real], since: wp.ref[real],
     peak: wp.ref[real],
 ):  # fmt: skip
     """Puts a block where it starts; its interface counts as closed."""
@@ -102,6 +108,9 @@ def start_block(
     x = block.x
     z = block.z
     theta = block.theta
+    vx = block.vx
+    vz = block.vz
+    omega = block.omega
     s = sine(block.theta)
     c = cosine(block.theta)
     since = NEVER
@@ -110,17 +119,21 @@ def start_block(
 
 @wp.func
 def begin_step(
-    v: real, live: bool, steps: wp.ref[int], dt: real, dv: wp.ref[real], base: wp.ref[real],
+    v: real, live: bool, steps: wp.ref[int], dt: real, fall: real, dz: real, dv: wp.ref[real],
+    base: wp.ref[real],
     span: wp.ref[real], stored: wp.ref[real], at_start: wp.ref[real], loss: real,
     spent: wp.ref[real], given: real, jolt: wp.ref[real], supplied: wp.ref[real],
     taken: wp.ref[real], returned: wp.ref[real],
 ):  # fmt: skip
-    """Begins a step of a lane whose base moves at v [m/s] after it."""
+    """Begins a step of a lane whose base moves at v [m/s] after it, and upwards by dz faster.
+
+    `fall` is what gravity makes of a velocity in a step [m/s].
+    """
     dv = v - base
     base = wp.where(live, v, base)
     span = wp.where(steps == 0, HALF * dt, dt)
     at_start = wp.where(steps == 1, stored, at_start)
-    book(dv, given, spent - (stored - at_start), jolt, supplied, taken, returned)
+    book(pulled(dv, dz, fall), given, spent - (stored - at_start), jolt, supplied, taken, returned)
     stored = wp.where(live, real(0.0), stored)
     spent = wp.where(live, loss, spent)
     steps = steps + wp.where(live, 1, 0)
@@ -177,7 +190,7 @@ def observe_block(
 
 @wp.kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: wp.array(dtype=Motion),
+    blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: Motions,
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, each at its own time."""
@@ -194,18 +207,17 @@ def run_lanes(
     parting, sliding, n, nq, t, tq, e = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     dt, span, base, dv, loss, spent, stored = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     at_start, given, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
-    uplift_time, moved, deepest, jolt = Lane(), Lane(), Lane(), Lane()
+    uplift_time, moved, deepest, jolt, dz, rising = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     live, impacts, mode, steps, held = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
     # Variables, not constants: else Warp would unroll the loops over them.
-    bodies, pairs, first = int(BLOCKS + 1), int(PAIRS), wp.tid() * LANES
+    pack, _one = wp.tid()
+    bodies, pairs, first = int(BLOCKS + 1), int(PAIRS), pack * LANES
     for i in range(LANES):
         start_lane(lanes[first + i], half_w[0, i], c[0, i], dt[i], uplift_time[i], mode[i])
         for k in range(1, bodies):
-            start_block(
-                blocks[k - 1, first + i], half_w[k, i], half_h[k, i], m[k, i], j[k, i], mu[k, i],
-                depth[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
-                since[k, i], peak[k, i],
-            )  # fmt: skip
+            start_block(blocks[k - 1, first + i], half_w[k, i], half_h[k, i], m[k, i], j[k, i],
+                mu[k, i], depth[k, i], offset[k, i], x[k, i], z[k, i], theta[k, i], vx[k, i],
+                vz[k, i], omega[k, i], s[k, i], c[k, i], since[k, i], peak[k, i])  # fmt: skip
             for p in range(2 * pairs):
                 u[2 * pairs * (k - 1) + p, i] = blocks[k - 1, first + i].stretch
     for sample in range(sample_times.shape[0]):
@@ -217,33 +229,37 @@ def run_lanes(
             for i in range(LANES):
                 live[i] = wp.where(mode[i] == RUNNING and real(steps[i]) * dt[i] < until, 1, 0)
                 mid = (real(steps[i]) + HALF) * dt[i]
-                lane = motions[first + i]
+                if VERTICAL:
+                    lane = motions[0, first + i]
+                    up = motions[1, first + i]
+                    high = sample_index(up, sample_segment(up, mid))
+                    w = base_velocity(up, mid, pool[2, high], pool[0, high], pool[1, high])
+                    dz[i] = w - rising[i]
+                    rising[i] = wp.where(live[i] == 1, w, rising[i])
+                else:
+                    lane = motions[first + i]
                 place = sample_index(lane, sample_segment(lane, mid))
                 v = base_velocity(lane, mid, pool[2, place], pool[0, place], pool[1, place])
-                begin_step(v, live[i] == 1, steps[i], dt[i], dv[i], base[i], span[i], stored[i],
-                    at_start[i], loss[i], spent[i], given[i], jolt[i], supplied[i], taken[i],
-                    returned[i])  # fmt: skip
+                begin_step(v, live[i] == 1, steps[i], dt[i], knobs.gravity * dt[i], dz[i], dv[i],
+                    base[i], span[i], stored[i], at_start[i], loss[i], spent[i], given[i],
+                    jolt[i], supplied[i], taken[i], returned[i])  # fmt: skip
             for k in range(1, bodies):
                 low, row = k - 1, (k - 1) * 2 * pairs
                 for i in range(LANES):
-                    find_contacts(
-                        dv[i], half_w[k, i], half_h[k, i], s[k, i], c[k, i], omega[k, i],
+                    find_contacts(dv[i], half_w[k, i], half_h[k, i], s[k, i], c[k, i], omega[k, i],
                         half_w[low, i], half_h[low, i], s[low, i], c[low, i], omega[low, i],
                         x[k, i] - x[low, i], z[k, i] - z[low, i], vx[k, i] - vx[low, i],
                         vz[k, i] - vz[low, i], ps[i], pc[i], rs[i], rc[i], side[i], de[i], dn[i],
                         half[i], slid[k, i], pe[i], pn[i], overlap[i], vn[i], vt[i], tilt[i],
-                        parting[i], sliding[i],
-                    )  # fmt: skip
+                        parting[i], sliding[i])  # fmt: skip
                 for p in range(pairs):
                     away = SPACING * real(2 * p + 1 - ODD)
                     share = SPACING * wp.where(p == pairs - 1 or p < ODD, HALF, real(1.0))
                     for i in range(LANES):
-                        solve_pair(
-                            knobs, live[i] == 1, mu[k, i], dt[i], share, away, overlap[i], tilt[i],
-                            vn[i], parting[i], vt[i], sliding[i], u[row + 2 * p, i],
+                        solve_pair(knobs, live[i] == 1, mu[k, i], dt[i], share, away, overlap[i],
+                            tilt[i], vn[i], parting[i], vt[i], sliding[i], u[row + 2 * p, i],
                             slip[row + 2 * p, i], u[row + 2 * p + 1, i], slip[row + 2 * p + 1, i],
-                            n[i], nq[i], t[i], tq[i], e[i], held[i],
-                        )  # fmt: skip
+                            n[i], nq[i], t[i], tq[i], e[i], held[i])  # fmt: skip
                 for i in range(LANES):
                     load_blocks(depth[k, i], ps[i], pc[i], rs[i], rc[i], side[i], de[i], dn[i],
                         half[i], pe[i], pn[i], n[i], nq[i], t[i], tq[i], e[i], fx[k, i], fz[k, i],
@@ -254,11 +270,9 @@ def run_lanes(
                         uplift_time[i], moved[i], deepest[i], impacts[i], mode[i])  # fmt: skip
             for k in range(1, bodies):
                 for i in range(LANES):
-                    integrate(
-                        live[i] == 1, dv[i], dt[i], span[i], knobs, m[k, i], j[k, i], fx[k, i],
-                        fz[k, i], moment[k, i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
-                        vx[k, i], vz[k, i], omega[k, i], loss[i], given[i],
-                    )  # fmt: skip
+                    integrate(live[i] == 1, dv[i], dz[i], dt[i], span[i], knobs, m[k, i], j[k, i],
+                        fx[k, i], fz[k, i], moment[k, i], x[k, i], z[k, i], theta[k, i], s[k, i],
+                        c[k, i], vx[k, i], vz[k, i], omega[k, i], loss[i], given[i])  # fmt: skip
                     observe_block(live[i] == 1, real(steps[i]) * dt[i], theta[k, i],
                         vx[k, i] + vz[k, i] + omega[k, i], slid[k, i] - offset[k, i], peak[k, i],
                         peak_time[k, i], slide[k, i], peak_slide[k, i], mode[i])  # fmt: skip
@@ -275,7 +289,8 @@ def run_lanes(
                     found.places[sample, k - 1, 1, first + i] = z[k, i] - past * vz[k, i]
     for i in range(LANES):
         lost = spent[i] - (stored[i] - at_start[i])
-        book(dv[i], given[i], lost, jolt[i], supplied[i], taken[i], returned[i])
+        pull = pulled(dv[i], dz[i], knobs.gravity * dt[i])
+        book(pull, given[i], lost, jolt[i], supplied[i], taken[i], returned[i])
         found.results[first + i] = Result(
             uplift_time[i], moved[i], lost, jolt[i], supplied[i], returned[i], deepest[i],
             impacts[i], mode[i], steps[i],

@@ -30,7 +30,6 @@ from warprock.kernels.shape_space.body import (
     touches_as_lowest,
     turns_of_body,
 )
-from warprock.kernels.shape_space.thrown import Throw
 
 Pose = wp.types.vector(length=7, dtype=real)
 """Attitude of the block's axes, and centre of mass [m]."""
@@ -42,7 +41,7 @@ class Lane:
 
     Time step [s]; speed up to which points may slip back and forth on their springs and not slide
     [m/s]; when it is first uplifted [s], 0 or NEVER; height of its centre of mass at rest [m]; area
-    that a point stands for [m^2]. Then how it is let go, see `Throw` in shape_space/thrown.py.
+    that a point stands for [m^2].
     """
 
     time_step: real
@@ -66,15 +65,12 @@ class Lane:
 
 
 @wp.func
-def throw_of(lane: Lane) -> Throw:
-    """How the body of a lane is let go."""
-    return Throw(lane.vx, lane.vy, lane.vz, lane.wx, lane.wy, lane.wz, lane.tumbles)
-
-
-@wp.func
 def frame_of(lane: Lane) -> Frame:
     """The body of a lane."""
-    return Frame(lane.ax, lane.ay, lane.az, lane.aw, lane.reach, lane.feet)
+    return Frame(
+        lane.ax, lane.ay, lane.az, lane.aw, lane.reach, lane.feet, lane.vx, lane.vy, lane.vz,
+        lane.wx, lane.wy, lane.wz, lane.tumbles,
+    )  # fmt: skip
 
 
 @wp.func

@@ -19,7 +19,6 @@ from warprock.kernels.dem_space.body import (
     pose_before,
     solve_point,
     start_body,
-    throw_of,
     turn_body,
 )
 from warprock.kernels.dem_space.stack import integrate
@@ -28,7 +27,7 @@ from warprock.kernels.instance import ONE_VECTOR
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result
-from warprock.kernels.shape_space.body import MOST_POINTS, Point, block_attitude
+from warprock.kernels.shape_space.body import MOST_POINTS, Point, block_attitude, throw_of
 from warprock.kernels.shape_space.thrown import push, tumble_on
 
 wp.set_module_options(ONE_VECTOR)
@@ -59,14 +58,15 @@ def run_lanes(
     mode, steps, base, dv, ux, uy = Count(), Count(), Three(), Three(), P(), P()
     slip, px, py, pz, stood_x, stood_y, foot = P(), P(), P(), P(), P(), P(), P()
     rx, ry, rz = P(), P(), P()
-    rows, first = points.shape[0], wp.tid() * LANES
+    pack, _one = wp.tid()
+    rows, first = points.shape[0], pack * LANES
     for i in range(LANES):
         start_body(
             blocks[0, first + i], lanes[first + i], x[i], y[i], z[i], qx[i], qy[i],
              qz[i], qw[i], since[i], peak[i], across[i], tilt[i], dt[i], lifted[i], mode[i],
         )  # fmt: skip
         block = blocks[0, first + i]
-        push(throw_of(lanes[first + i]), qx[i], qy[i], qz[i], qw[i], block.inverse_x,
+        push(throw_of(frame_of(lanes[first + i])), qx[i], qy[i], qz[i], qw[i], block.inverse_x,
             block.inverse_y, block.inverse_z, vx[i], vy[i], vz[i], lx[i], ly[i], lz[i])  # fmt: skip
     for c in range(rows):
         for i in range(LANES):
@@ -132,8 +132,8 @@ def run_lanes(
                     frame_of(lanes[first + i]), x[i] + y[i] + z[i] + gx[i] + gy[i], qx[i], qy[i],
                     qz[i], qw[i], peak[i], at[i], across[i], tilt[i], yaw[i], mode[i],
                 )  # fmt: skip
-                tumble_on(throw_of(lanes[first + i]), blocks[0, first + i], x[i], y[i], mode[i],
-                    gx[i], gy[i], slide[i], far[i])  # fmt: skip
+                tumble_on(throw_of(frame_of(lanes[first + i])), blocks[0, first + i], x[i], y[i],
+                    mode[i], gx[i], gy[i], slide[i], far[i])  # fmt: skip
         if found.attitudes.shape[0] > 0:
             for i in range(LANES):
                 was = pose_before(blocks[0, first + i], frame_of(lanes[first + i]),

@@ -71,8 +71,8 @@ def run_lanes(
     v2, v3, j1, j2, j3, k1, k2, k3, dt = R(), R(), R(), R(), R(), R(), R(), R(), R()
     span, loss, spent, stored, at_start, lifted, moved = R(), R(), R(), R(), R(), R(), R()
     deepest, live, impacts, mode, steps = R(), Count(), Count(), Count(), Count()
-    # Variables, not constants: else Warp would unroll the loops over them.
-    bodies, pairs, first, moves = int(BLOCKS + 1), int(PAIRS), wp.tid() * LANES, int(0)
+    pack, _one = wp.tid()
+    bodies, pairs, first, moves = int(BLOCKS + 1), int(PAIRS), pack * LANES, int(0)  # loops stay
     for i in range(LANES):
         start_lane(lanes[first + i], qw[0, i], dt[i], lifted[i], mode[i])
         moves = moves | lanes[first + i].moves

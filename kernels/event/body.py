@@ -38,8 +38,10 @@ from warprock.kernels.event.body_contact import (
 )
 from warprock.kernels.event.body_impact import end_of_step
 from warprock.kernels.event.body_view import View, contacts_at, edge_below
+from warprock.kernels.event.body_weight import Weight, fall_in
 from warprock.kernels.modes import BROKEN, FLAT, FLYING, OVERTURNED
 from warprock.kernels.motion import Motion, knot_step, knot_time, series
+from warprock.kernels.shape.above import Above
 from warprock.kernels.shape.body import turned_x, turned_z
 
 
@@ -47,6 +49,7 @@ from warprock.kernels.shape.body import turned_x, turned_z
 def begin(
     body: Body, knobs: Knobs, m: Motion, sample: real, sample_slope: real, end: real, live: bool,
     mode: int, slip: real, time: real, segment: int, omega: real, base: real, cap: real,
+    above: Above,
 ):  # fmt: skip
     """What a trial step of a lane begins with.
 
@@ -57,9 +60,14 @@ def begin(
     zero = real(0.0)
     knot = knot_time(m, segment)
     target = smaller(knot, end)
+    still = segment == 0 or knot >= NEVER
+    if VERTICAL:
+        lifts = knot_time(above.motion, above.segment)
+        target = smaller(lifts, target)
+        still = still and (above.segment == 0 or lifts >= NEVER)
     room = larger(target - time, zero)
     d = smaller(smaller(body.longest_step, REACH / (size(omega) + SLOWEST)), cap)
-    quiet = mode == FLAT and slip == zero and (segment == 0 or knot >= NEVER)
+    quiet = mode == FLAT and slip == zero and still
     d = smaller(wp.where(quiet, room, d), room)
     d = wp.where(live, d, zero)
     time1 = wp.where(d >= target - time, target, time + d)
@@ -142,8 +150,8 @@ def step_velocity(
 
 @wp.func
 def integrate(
-    body: Body, knobs: Knobs, view: View, mode: int, slip: real, a: real, dv: real, d: real,
-    theta: real, gap: real, vx: real, vz: real, omega: real,
+    body: Body, gravity: real, weight: Weight, view: View, mode: int, slip: real, a: real, dv: real,
+    d: real, theta: real, gap: real, vx: real, vz: real, omega: real,
 ):  # fmt: skip
     """The step up to its end, before the projection.
 
@@ -160,10 +168,11 @@ def integrate(
     x0, z0 = turned_x(view.x, view.z, s0, c0), turned_z(view.x, view.z, s0, c0) - r
     edge = edge_below(body, view, s0, c0)
     a0 = TWO * dv * per - a
-    reserve, surely = hold_reserve(body, knobs.gravity, slip, x0, z0, omega, a0)
+    reserve, surely = hold_reserve(body, weight.start, slip, x0, z0, omega, a0)
     mx, mz, mo, mode1, slip1, lost = step_velocity(
-        body, view, edge, mode, slip, surely, theta, vx, vz, omega, dv, d, d * knobs.gravity
-    )
+        body, view, edge, mode, slip, surely, theta, vx, vz, omega, dv, d,
+        fall_in(weight, gravity, d),
+    )  # fmt: skip
     theta1 = theta + d * mo
     s1, c1 = sine(theta1), cosine(theta1)
     x1, z1 = turned_x(view.x, view.z, s1, c1), turned_z(view.x, view.z, s1, c1) - r
@@ -187,9 +196,9 @@ def integrate(
     raw_gap = gap + d * mz + (z1 - z0)
     gap1 = wp.where(flying, raw_gap, zero)
     gap1 = wp.where(mode != FLYING, larger(gap1, zero), gap1)
-    reserve1, _surely = hold_reserve(body, knobs.gravity, slip, x1, z1, omega1, a)
+    reserve1, _surely = hold_reserve(body, weight.end, slip, x1, z1, omega1, a)
     holds, lack, lack1 = held_lack(
-        body, knobs.gravity, edge, mode, mode1, slip, surely, reserve, reserve1, a0, a
+        body, weight, edge, mode, mode1, slip, surely, reserve, reserve1, a0, a
     )
     missed, cut = missed_event(
         view, flying, theta, omega, theta1, omega1, gap, vz - omega * x0, gap1, vz1 - omega1 * x1,
@@ -203,8 +212,8 @@ def integrate(
 
 @wp.func
 def step(
-    body: Body, knobs: Knobs, view: View, live: bool, d: real, time1: real, passed: bool,
-    kick: real, a: real, dv: real, corner: int,
+    body: Body, knobs: Knobs, weight: Weight, view: View, live: bool, d: real, time1: real,
+    passed: bool, kick: real, a: real, dv: real, corner: int,
     theta: real, slide: real, gap: real, vx: real, vz: real, omega: real, slip: real, mode: int,
     time: real, segment: int, base: real, cap: real,
 ):  # fmt: skip
@@ -218,13 +227,13 @@ def step(
     """
     zero = real(0.0)
     th1, glide, gap1, raw_gap, vx1, vz1, om1, mode1, slip1, lost, missed, cut = integrate(
-        body, knobs, view, mode, slip, a, dv, d, theta, gap, vx, vz, omega
+        body, knobs.gravity, weight, view, mode, slip, a, dv, d, theta, gap, vx, vz, omega
     )
     up, down, lands, deep = contacts_at(body, view, mode1, th1, gap1, raw_gap, vz1, om1)
     over = (up and view.high >= HALF_PI) or (down and view.low <= -HALF_PI)
     th2 = wp.where(up, view.high, wp.where(down, view.low, th1))
     vx2, vz2, om2, mode2, slip2, corner2, lost2, hit, tail = end_of_step(
-        body, knobs.gravity, view, up and not over, down and not over, lands, kick, a, mode1,
+        body, weight, view, up and not over, down and not over, lands, kick, a, mode1,
         slip1, th2, vx1, vz1, om1,
     )  # fmt: skip
     sound = th2 - th2 == zero and om2 - om2 == zero and vx2 - vx2 == zero and vz2 - vz2 == zero

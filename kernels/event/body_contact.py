@@ -14,12 +14,15 @@ not slide X + x of the centre of mass grows by r theta.
 import warp as wp
 
 from warprock.kernels.event.block_contact import SOON, corner_impulse
+from warprock.kernels.event.body_weight import Weight
 from warprock.kernels.modes import FLAT, FLYING, PIVOTING
 
 
 @wp.struct
 class Body:
-    """What a step needs to know of one lane's body, and the rotation at which it is let go [rad].
+    """What a step needs to know of one lane's body, and how it is let go.
+
+    It starts at a rotation `start` [rad] with the angular velocity `spin` [rad/s].
 
     `restitution` is the part of the angular velocity that is left where the body rocks over the
     edge that it stands on at first; negative where the law of contact finds it.
@@ -31,6 +34,7 @@ class Body:
     radius: real
     restitution: real
     start: real
+    spin: real
     rest_rotation: real
     longest_step: real
     step_limit: int
@@ -92,14 +96,14 @@ def hold_reserve(body: Body, gravity: real, slip: real, x: real, z: real, omega:
 
 @wp.func
 def held_lack(
-    body: Body, gravity: real, edge: Edge, mode: int, mode1: int, slip: real, surely: bool,
+    body: Body, weight: Weight, edge: Edge, mode: int, mode1: int, slip: real, surely: bool,
     reserve: real, reserve1: real, a0: real, a1: real,
 ):  # fmt: skip
     """How far the force is from changing the contact of a body, at both ends of a step.
 
     Args:
         body: The body.
-        gravity: [m/s^2].
+        weight: What weighs on it in the step.
         edge: The edge it lies on, if it is flat.
         mode, mode1: FLYING, PIVOTING or FLAT at the start and in the step.
         slip: Direction of sliding at the start, 0 where the body sticks.
@@ -111,10 +115,15 @@ def held_lack(
         Whether the start of the step holds it; the lack at the start and at the end.
     """
     per = real(1.0) / edge.height
-    most = gravity * smaller(body.friction, -edge.left * per)
-    least = -gravity * smaller(body.friction, edge.right * per)
+    most = weight.start * smaller(body.friction, -edge.left * per)
+    least = -weight.start * smaller(body.friction, edge.right * per)
     up = most - larger(a0, a1) < smaller(a0, a1) - least
     lack, lack1 = wp.where(up, most - a0, a0 - least), wp.where(up, most - a1, a1 - least)
+    if VERTICAL:
+        most1 = weight.end * smaller(body.friction, -edge.left * per)
+        least1 = -weight.end * smaller(body.friction, edge.right * per)
+        up = smaller(most - a0, most1 - a1) < smaller(a0 - least, a1 - least1)
+        lack, lack1 = wp.where(up, most - a0, a0 - least), wp.where(up, most1 - a1, a1 - least1)
     rests = mode == FLAT and slip == real(0.0) and lack > -SOON * lack1
     corner = surely and not rests and (mode == PIVOTING or mode1 == PIVOTING)
     return rests or corner, wp.where(corner, reserve, lack), wp.where(corner, reserve1, lack1)
@@ -224,6 +233,10 @@ def struck_velocity(
     n, f, sticks, _drag = corner_impulse(
         body.friction, w, x, z, uz - uo * x, ux + uo * z, False, False, zero
     )
+    if VERTICAL:
+        # A base that is kicked downwards leaves what stands on it.
+        leaves = uz - uo * x > zero and not (sticks and n > zero)
+        n, f = wp.where(leaves, zero, n), wp.where(leaves, zero, f)
     vo = uo + w * (f * z - n * x)
     asked = body.restitution * uo
     press = asked * x - uz
@@ -245,9 +258,12 @@ def struck_velocity(
     along = vx + vo * z
     still = wp.where(both, along == zero, sticks)
     lost = ux * ux + uz * uz - vx * vx - vz * vz + (uo * uo - vo * vo) * body.inertia
+    landed = wp.where(both, FLAT, PIVOTING)
+    if VERTICAL:
+        landed = wp.where(leaves and not both, FLYING, landed)
+        still = still or landed == FLYING
     return (
-        vx, vz, vo,
-        wp.where(both, FLAT, PIVOTING),
+        vx, vz, vo, landed,
         wp.where(still, zero, sign_of(along)),
         HALF * lost,
     )  # fmt: skip

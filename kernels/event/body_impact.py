@@ -4,6 +4,7 @@ import warp as wp
 
 from warprock.kernels.event.body_contact import Body, Edge, may_rest, struck_velocity
 from warprock.kernels.event.body_view import View
+from warprock.kernels.event.body_weight import Weight, kicks
 from warprock.kernels.modes import FLAT, FLYING, PIVOTING
 from warprock.kernels.shape.body import turned_x, turned_z
 
@@ -50,14 +51,14 @@ def struck_corner(
 
 @wp.func
 def end_of_step(
-    body: Body, gravity: real, view: View, up: bool, down: bool, lands: bool, kick: real, a: real,
+    body: Body, weight: Weight, view: View, up: bool, down: bool, lands: bool, kick: real, a: real,
     mode: int, slip: real, theta: real, vx: real, vz: real, omega: real,
 ):  # fmt: skip
     """What the end of a step does to the velocities.
 
     Args:
         body: The body.
-        gravity: [m/s^2].
+        weight: What weighs on it, and the velocity step of the base upwards.
         view: The corner and its neighbours.
         up, down: Whether the body now lies on the edge to +x of the corner, to -x of it.
         lands: Whether the corner has landed.
@@ -74,25 +75,26 @@ def end_of_step(
     zero = real(0.0)
     falls = up or down
     hit = lands or (falls and mode == PIVOTING)
-    struck = hit or (kick != zero and mode != FLYING)
-    kicked = vx - kick
+    struck = hit or (kicks(weight, kick) and mode != FLYING)
+    kicked, dropped = vx - kick, vz - weight.kick
     right, beside, swaps, x, z, other = struck_corner(body, view, up, down, mode, theta, kicked)
     # What is prescribed is for the edge that the body stands on at first.
     prescribed = falls and mode == PIVOTING and theta == zero
     vx1, vz1, omega1, mode1, slip1, lost = struck_velocity(
-        body, beside, prescribed, x, z, other, kicked, vz, omega
+        body, beside, prescribed, x, z, other, kicked, dropped, omega
     )
     # The base's work on the body is at the mean of both velocities: see account.py.
     lost = lost - HALF * kick * (vx1 - kicked)
-    vx1 = wp.where(struck, vx1, kicked)
-    vz1 = wp.where(struck, vz1, vz)
+    if VERTICAL:
+        lost = lost - HALF * weight.kick * (vz1 - dropped)
+    vx1, vz1 = wp.where(struck, vx1, kicked), wp.where(struck, vz1, dropped)
     omega1 = wp.where(struck, omega1, omega)
     mode1 = wp.where(struck, mode1, mode)
     slip1 = wp.where(struck, slip1, slip)
     lost = wp.where(struck, lost, zero)
     edge = Edge(smaller(x, other), larger(x, other), -z)
-    pull = wp.where(slip1 != zero, -slip1 * body.friction * gravity, a)
-    stays, tail = may_rest(body, gravity, edge, omega1, omega, pull)
+    pull = wp.where(slip1 != zero, -slip1 * body.friction * weight.end, a)
+    stays, tail = may_rest(body, weight.end, edge, omega1, omega, pull)
     rests = stays and hit and falls and mode1 == PIVOTING
     tail = wp.where(rests, tail, zero)
     glides = wp.where(slip1 != zero, vx1, zero)

@@ -13,18 +13,33 @@ from warprock.kernels.event.block_run import BlockResult, Result, rotation_at
 from warprock.kernels.event.body import begin, step
 from warprock.kernels.event.body_contact import Body
 from warprock.kernels.event.body_view import View, tips_about_second
+from warprock.kernels.event.body_weight import rise, weight_in
 from warprock.kernels.modes import FLAT, OVERTURNED, PIVOTING, STALLED
-from warprock.kernels.motion import Motion, sample_index
+from warprock.kernels.motion import sample_index
+from warprock.kernels.shape.above import Above, Motions
 from warprock.kernels.shape.body import Corner, is_past, turned_x, turned_z
 
 
 @wp.func
+def starts_past(body: Body, angle: real) -> int:
+    """1 where a body starts beyond a rotation, or at it and turns on; else 0."""
+    turns_on = body.start == angle and body.spin > real(0.0)
+    return wp.where(body.start > angle or turns_on, 1, 0)
+
+
+@wp.func
 def start_lane(
-    lowest: Corner, start: real, theta: wp.ref[real], mode: wp.ref[int], cap: wp.ref[real],
-    peak: wp.ref[real], uplift_time: wp.ref[real], rest_time: wp.ref[real],
+    lowest: Corner, body: Body, theta: wp.ref[real], vx: wp.ref[real], vz: wp.ref[real],
+    omega: wp.ref[real], mode: wp.ref[int], cap: wp.ref[real], peak: wp.ref[real],
+    uplift_time: wp.ref[real], rest_time: wp.ref[real],
 ):  # fmt: skip
-    """Lets a body go at a rotation [rad], at which a corner is lowest."""
-    flat = start == lowest.angle
+    """Lets a body go at its rotation [rad], about a corner if it turns."""
+    start = body.start
+    flat = start == lowest.angle and body.spin == real(0.0)
+    s, c = sine(start), cosine(start)
+    vx = -body.spin * (turned_z(lowest.x, lowest.z, s, c) - body.radius)
+    vz = body.spin * turned_x(lowest.x, lowest.z, s, c)
+    omega = body.spin
     theta = start
     mode = wp.where(flat, FLAT, PIVOTING)
     cap = NEVER
@@ -134,10 +149,10 @@ def place_at(
     at = rotation_at(until, time, theta, begun, theta0, omega0)
     s0, c0 = sine(theta0), cosine(theta0)
     glide = vx0 + omega0 * (turned_z(corner.x, corner.z, s0, c0) - radius)
-    rise = vz0 - omega0 * turned_x(corner.x, corner.z, s0, c0)
+    climb = vz0 - omega0 * turned_x(corner.x, corner.z, s0, c0)
     bend = part * part
     slid = slide0 + tau * glide + bend * (slide - slide0 - d * glide)
-    high = gap0 + tau * rise + bend * (gap - gap0 - d * rise)
+    high = gap0 + tau * climb + bend * (gap - gap0 - d * climb)
     s1, c1 = sine(at), cosine(at)
     rolled = corner.along + radius * at
     return (
@@ -164,7 +179,7 @@ LaneInt = wp.types.vector(length=LANES, dtype=int)
 @wp.kernel
 def run_lanes(
     blocks: wp.array(dtype=Body), corners: wp.array2d(dtype=Corner),
-    motions: wp.array(dtype=Motion), pool: wp.array2d(dtype=real),
+    motions: Motions, pool: wp.array2d(dtype=real),
     sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, which take their steps side by side."""
@@ -181,32 +196,38 @@ def run_lanes(
     peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
     uplift_time, rest_time, loss, left, right = Lane(), Lane(), Lane(), Lane(), Lane()
     segment, mode, impacts, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
-    corner, last, about = LaneInt(), LaneInt(), LaneInt()
+    corner, last, about, risen, rising = LaneInt(), LaneInt(), LaneInt(), LaneInt(), Lane()
     for i in range(LANES):
         for k in range(corners.shape[0] - 1):
-            corner[i] = corner[i] + is_past(blocks[first + i].start, corners[k, first + i].angle)
+            corner[i] = corner[i] + starts_past(blocks[first + i], corners[k, first + i].angle)
             last[i] = last[i] + is_past(HALF_PI, corners[k, first + i].angle)
-        start_lane(
-            corners[corner[i], first + i], blocks[first + i].start, theta[i], mode[i], cap[i],
-            peak[i], uplift_time[i], rest_time[i],
-        )  # fmt: skip
         about[i] = corner[i]
+        start_lane(corners[corner[i], first + i], blocks[first + i], theta[i], vx[i], vz[i],
+            omega[i], mode[i], cap[i], peak[i], uplift_time[i], rest_time[i])  # fmt: skip
     end = sample_times[sample_times.shape[0] - 1]
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
         busy = int(1)
         while busy > 0:
             for i in range(LANES):
-                m = motions[first + i]
+                above = Above()
+                if VERTICAL:
+                    m = motions[0, first + i]
+                    up = motions[1, first + i]
+                    high = sample_index(up, risen[i])
+                    above = Above(up, risen[i], pool[0, high], pool[1, high])
+                else:
+                    m = motions[first + i]
                 place = sample_index(m, segment[i])
                 going = mode[i] < OVERTURNED and time[i] < until
                 d, ti, passed, kick, a, dv = begin(
                     blocks[first + i], knobs, m, pool[0, place], pool[1, place], end, going,
-                    mode[i], slip[i], time[i], segment[i], omega[i], base[i], cap[i],
+                    mode[i], slip[i], time[i], segment[i], omega[i], base[i], cap[i], above,
                 )  # fmt: skip
+                weight = weight_in(knobs.gravity, above, ti, d, rising[i])
                 ahead = wp.min(corner[i] + 1, last[i])
                 tips = tips_about_second(
-                    blocks[first + i], knobs.gravity, corners[corner[i], first + i],
+                    blocks[first + i], knobs.gravity, weight, corners[corner[i], first + i],
                     corners[ahead, first + i], theta[i], slip[i], vx[i], dv, d,
                 )  # fmt: skip
                 second = mode[i] == FLAT and tips
@@ -217,16 +238,16 @@ def run_lanes(
                 )  # fmt: skip
                 co, th, sl, ga, ux, uz, om, di, mo, ti, se, ba, ca, ap, at, lo, ta, hit, ok, dp = (
                     step(
-                        blocks[first + i], knobs, view, going, d, ti, passed, kick, a, dv,
+                        blocks[first + i], knobs, weight, view, going, d, ti, passed, kick, a, dv,
                         corner[i],
                         theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], slip[i], mode[i],
                         time[i], segment[i], base[i], cap[i],
                     )
                 )  # fmt: skip
-                remember(
-                    ok, time[i], theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], k, begun[i],
-                    theta0[i], slide0[i], gap0[i], vx0[i], vz0[i], omega0[i], about[i],
-                )  # fmt: skip
+                remember(ok, time[i], theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], k,
+                    begun[i], theta0[i], slide0[i], gap0[i], vx0[i], vz0[i], omega0[i],
+                    about[i])  # fmt: skip
+                rise(ok, weight, rising[i], risen[i])
                 mo = observe(
                     going, blocks[first + i].step_limit, mode[i], slip[i], time[i], theta[i], mo,
                     di, ti, th, sl, ap, at, ta, lo, dp, hit, peak[i], peak_time[i], peak_slide[i],
@@ -255,11 +276,9 @@ def run_lanes(
                 rotations[sample, 0, first + i] = at
         if places.shape[0] > 0:
             for i in range(LANES):
-                spot, level = place_at(
-                    corners[about[i], first + i], blocks[first + i].radius, until, time[i],
-                    begun[i], theta[i], slide[i], gap[i], theta0[i], slide0[i], gap0[i], vx0[i],
-                    vz0[i], omega0[i],
-                )  # fmt: skip
+                spot, level = place_at(corners[about[i], first + i], blocks[first + i].radius,
+                    until, time[i], begun[i], theta[i], slide[i], gap[i], theta0[i], slide0[i],
+                    gap0[i], vx0[i], vz0[i], omega0[i])  # fmt: skip
                 places[sample, 0, 0, first + i] = spot
                 places[sample, 0, 1, first + i] = level
     for i in range(LANES):

@@ -4,6 +4,7 @@ import warp as wp
 
 from warprock.kernels.event.block import GRAIN, NEARLY
 from warprock.kernels.event.body_contact import Body, Edge, tips_right
+from warprock.kernels.event.body_weight import Weight
 from warprock.kernels.modes import FLAT, FLYING
 from warprock.kernels.shape.body import Corner, turned_x, turned_z
 
@@ -57,12 +58,15 @@ def edge_below(body: Body, view: View, s: real, c: real) -> Edge:
 
 @wp.func
 def tips_about_second(
-    body: Body, gravity: real, first: Corner, second: Corner, theta: real, slip: real,
-    vx: real, dv: real, d: real,
+    body: Body, gravity: real, weight: Weight, first: Corner, second: Corner, theta: real,
+    slip: real, vx: real, dv: real, d: real,
 ) -> bool:  # fmt: skip
     """Whether a body on an edge would tip about its end at +x, see `tips_right`."""
     edge = edge_of(body, first.x, first.z, second.x, second.z, sine(theta), cosine(theta))
-    return tips_right(body.friction, slip, edge, vx - HALF * dv, -HALF * d * gravity)
+    uz = -HALF * d * gravity
+    if VERTICAL:
+        uz = uz - HALF * weight.gained
+    return tips_right(body.friction, slip, edge, vx - HALF * dv, uz)
 
 
 @wp.func

@@ -180,9 +180,9 @@ def later_event(
     block: Block, limits: Limits, s: State, reached: State, base: Base, body0: Body, body: Body,
     h: Held, known: real, lands: int,
 ) -> real:  # fmt: skip
-    """Length of the step to where a resting block lifts, an edge lets go, the block overturns.
+    """Length of the step to where a resting block lifts, an edge lets go, or the block overturns.
 
-    Or to what is known to come before.
+    To the first of these; to what is known already, `known`, where that comes before them.
     """
     near = NEARLY * limits.longest_step
     cut = known

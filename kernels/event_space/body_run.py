@@ -17,6 +17,7 @@ from warprock.kernels.event_space.body_contact import (
     shape_of,
 )
 from warprock.kernels.event_space.body_quiet import Support, support_of
+from warprock.kernels.event_space.body_start import gone, let_go_with, lives_on
 from warprock.kernels.event_space.lane import Knobs
 from warprock.kernels.event_space.moves import flown, turned
 from warprock.kernels.event_space.trial import Limits
@@ -44,7 +45,7 @@ LANES = 1
 
 @wp.struct
 class Lane:
-    """One lane: see event_space/lane.py, and its body, see `Frame`."""
+    """One lane: see event_space/lane.py, and its body, and how it is let go, see `Frame`."""
 
     longest_step: real
     rest_gap: real
@@ -55,6 +56,13 @@ class Lane:
     aw: real
     reach: real
     feet: real
+    vx: real
+    vy: real
+    vz: real
+    wx: real
+    wy: real
+    wz: real
+    tumbles: int
 
 
 @wp.struct
@@ -178,7 +186,10 @@ def run_lanes(
     """Runs one lane a thread."""
     lane = wp.tid()
     block, own = blocks[0, lane], lanes[lane]
-    frame = Frame(own.ax, own.ay, own.az, own.aw, own.reach, own.feet)
+    frame = Frame(
+        own.ax, own.ay, own.az, own.aw, own.reach, own.feet, own.vx, own.vy, own.vz, own.wx,
+        own.wy, own.wz, own.tumbles,
+    )  # fmt: skip
     mx, my, mz = motions[0, lane], motions[1, lane], motions[2, lane]
     limits = Limits()
     limits.gravity = knobs.gravity
@@ -193,7 +204,7 @@ def run_lanes(
         body.count = wp.where(foot >= real(0.0), k + 1, body.count)
         if foot > real(0.0):
             body.feet = body.feet | bit_of(k)
-    s = start(block, frame, body, limits)
+    s = let_go_with(body, limits, frame, start(block, frame, body, limits))
     s0 = s
     on = Support()
     seen = Seen()
@@ -213,10 +224,13 @@ def run_lanes(
             slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
             if s.touch != on.touch:
                 on = support_of(block, body, s.x[2], s.q, s.touch)
-            n = step(block, body, limits, mx, my, mz, value, slope, end, on, s)
+            after = step(block, body, limits, mx, my, mz, value, slope, end, on, s)
+            n = lives_on(frame, after)
             # What stands still shows nothing new.
             if n.taken and not (s.still and n.still):
+                before = seen.leaf
                 seen = observe(block, frame, body, seen, s, n)
+                seen.leaf = gone(frame, block, before, seen.leaf, n)
                 s0 = s
             s = n
             if steps >= own.step_limit and s.mode == RUNNING:

@@ -62,7 +62,7 @@ def slips_of(k: int, fx: real, fy: real, most_x: real, most_y: real, u: Three, d
 
 @wp.func
 def gains_of(body: Body, i: int, j: int) -> Gains:
-    """Velocities of two corners for impulses there; of one alone, i = j, the second has its own."""
+    """Velocities that unit impulses at corners i and j give to both; i = j stands for one alone."""
     a = Gains()
     for column in range(6):
         one = Three()

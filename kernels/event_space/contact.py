@@ -160,7 +160,8 @@ def drawn(x: real, y: real) -> real:
 def edge_shares(body: Body, k: int, p: Three, twist: Three):
     """Impulses of both ends of an edge, from their sum and angular impulse about the centre.
 
-    They differ by 2 q across the edge; what they share along it the cones, or boxes, tell.
+    Across the edge they differ by 2 q. Along the edge only their sum matters: each takes what its
+    cone, or box, allows.
 
     Returns:
         Both impulses, along the edge by halves; the edge's direction; what the bounds of both leave
@@ -208,7 +209,8 @@ def edge_carries(body: Body, k: int, p: Three, twist: Three):
     """Whether an edge can take an impulse p and an angular impulse about the centre of mass.
 
     Returns:
-        That, what the weaker end has left before it slides or opens, whether the other has more.
+        Whether it can; what the weaker end has left before it slides or opens; whether the other
+        end has more left than that.
     """
     zero = real(0.0)
     one, other, e, room1, room2 = edge_shares(body, k, p, twist)

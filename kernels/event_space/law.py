@@ -228,7 +228,7 @@ def sliding_bits(mask: int) -> int:
 
 @wp.func
 def holds_both_ends(stance: int, slip: int) -> bool:
-    """Whether an edge holds one of its ends, or both."""
+    """Whether one end of an edge at least sticks: not both of them slide."""
     return slip != mask_of(stance)
 
 

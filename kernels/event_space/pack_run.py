@@ -71,24 +71,14 @@ from warprock.kernels.event_space.pack_lanes import (
     three,
 )
 from warprock.kernels.event_space.trial import Limits, State, next_step
-from warprock.kernels.instance import BRANCHES, CPU_FLAGS
+from warprock.kernels.instance import LOOPS_STAY, ONE_VECTOR
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
 from warprock.kernels.shape.stack import Three
 from warprock.kernels.shape_space.block import Block, slide_of
 from warprock.kernels.shape_space.block_found import BlockResult, Found, Result  # noqa: F401
 
-wp.set_module_options(
-    BRANCHES
-    | {
-        "cpu_compiler_flags": f"{CPU_FLAGS} -mllvm=-force-vector-interleave=1"
-        " -mllvm=-capture-tracking-max-uses-to-explore=10000"
-    }
-)
-# Vector code for the loop over the lanes of a pack; a step fills the registers by itself. The last
-# flag lets the compiler look at all uses of the matrices that keep the lanes: where it has not seen
-# that no pointer to them is handed on, it must think that arrays of the launch overlap them, and
-# makes no vector code.
+wp.set_module_options(ONE_VECTOR | LOOPS_STAY)
 
 PLACES = LANES
 LANES = 1
@@ -245,7 +235,8 @@ def run_lanes(
     knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs all lanes of a launch in its first thread, PLACES of them side by side."""
-    if wp.tid() > 0:
+    thread, _one = wp.tid()
+    if thread > 0:
         return
     m, k = Numbers(), Marks()
     waiting, count = int(0), blocks.shape[1]

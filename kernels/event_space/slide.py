@@ -67,11 +67,11 @@ def sliding_corner(m: Matrix, u: Three, mu: real, start: Two):
         tx = u[0] + n * f[0]
         ty = u[1] + n * f[1]
         ahead = tx * d[0] + ty * d[1]
-        beside = tx * e[0] + ty * e[1]
+        aside = tx * e[0] + ty * e[1]
         bend = -ahead + e[0] * (change * f[0] + n * rate[0]) + e[1] * (change * f[1] + n * rate[1])
         # Never away from the direction of the velocity.
         bend = wp.where(bend < -TINY, bend, -TINY)
-        turn = wp.where(beside == real(0.0), real(0.0), -beside / bend)
+        turn = wp.where(aside == real(0.0), real(0.0), -aside / bend)
         turn = larger(smaller(turn, STEEPEST), -STEEPEST)
         d = wp.normalize(d + turn * e)
         tries += 1

@@ -3,10 +3,9 @@
 The scheme is that of event_space/block.py for all blocks at once, in the frame of the base, with
 one clock a lane. One step of length d:
 
-    1. the pose d/2 ahead, its contacts (event_space/stack_contact.py): what touched at the
-    start,
-       within `rest_gap`; mean motion v_m = v - dV/2 - g d/2 + sum p / (2 m), I_m w_m = L + sum r x
-       p / 2, such that v_m and w_m obey the contact law at all interfaces;
+    1. the pose d/2 ahead; its contacts are what touched at the start, within `rest_gap`
+       (event_space/stack_contact.py); the mean motion v_m = v - dV/2 - g d/2 + sum p / (2 m),
+       I_m w_m = L + sum r x p / 2, such that v_m and w_m obey the contact law at all interfaces;
     2. attitudes turned by d w_m, x moved by d v_m, v = 2 v_m - v, L = 2 I_m w_m - L; a block that
        touches nothing flies, see `turn_freely` in shape_space/block.py;
     3. if inside the step a corner lands, or hops by more than `rest_gap`, nothing is taken: the

@@ -2,7 +2,8 @@
 
 A contact answers its velocity u with the impulse f = P(l - c (u + lift n)), where P takes an
 impulse to the nearest that its law allows, c is STIFF times the contact's own effective mass, and
-lift its gap, or in the cone friction |u_t|, u_t its slip, in the box friction (|u_x| + |u_y|).
+lift its gap, or, with mu the friction coefficient and u_t the slip, mu |u_t| in the cone and
+mu (|u_x| + |u_y|) in the box.
 Where l = f, and lift is that of u, all laws hold (the augmented Lagrangian, with the change of
 variable of De Saxce and Feng 1998).
 
@@ -169,13 +170,13 @@ def residual(
     v0: Bodies, w0: Bodies, v: Bodies, w: Bodies,
 ):  # fmt: skip
     """M (v - v_free) - sum G^T f of all blocks; the convex function whose slope it is [J]."""
-    force, spin, size = Bodies(), Bodies(), real(0.0)
+    force, spin, energy = Bodies(), Bodies(), real(0.0)
     bodies = int(BLOCKS + 1)
     for i in range(t.total):
         k = t.body[i]
         z, e = asked(t, pose, stiff, asks, v, w, i)
         f, _slope = allowed(t.law[i], mu[k], z)
-        size += HALF * wp.length_sq(f) / stiff[i]
+        energy += HALF * wp.length_sq(f) / stiff[i]
         push = wp.transpose(e) * f
         force[k] = force[k] - push
         spin[k] = spin[k] - wp.cross(t.ru[i], push)
@@ -186,8 +187,8 @@ def residual(
         heavy = wp.inverse(rows_of(pose.ease, k)) * dw
         force[k] = force[k] + dv / light[k]
         spin[k] = spin[k] + heavy
-        size += HALF * (wp.dot(dv, dv) / light[k] + wp.dot(heavy, dw))
-    return force, spin, size
+        energy += HALF * (wp.dot(dv, dv) / light[k] + wp.dot(heavy, dw))
+    return force, spin, energy
 
 
 @wp.func
@@ -257,7 +258,7 @@ def nearer(
     v0: Bodies, w0: Bodies, v: Bodies, w: Bodies,
 ):  # fmt: skip
     """Velocities after one of Newton's steps; their change and size, as energies [J]."""
-    force, spin, size = residual(t, pose, mu, light, stiff, asks, v0, w0, v, w)
+    force, spin, energy = residual(t, pose, mu, light, stiff, asks, v0, w0, v, w)
     right = Long()
     bodies = int(BLOCKS + 1)
     for k in range(1, bodies):
@@ -281,7 +282,7 @@ def nearer(
             whole += (wp.length_sq(v1[k]) + reach * wp.length_sq(w1[k])) / light[k]
             whole += (wp.length_sq(v0[k]) + reach * wp.length_sq(w0[k])) / light[k]
         _f, _s, now = residual(t, pose, mu, light, stiff, asks, v0, w0, v1, w1)
-        if now <= size + DUST * size:
+        if now <= energy + DUST * energy:
             break
         part = HALF * part
     return v1, w1, change, whole
@@ -300,7 +301,7 @@ def solve(
     if t.total == 0 or good:
         return asks, u, o, True
     c = t
-    stiff, size, done = PointNumbers(), real(0.0), bool(False)
+    stiff, energy, done = PointNumbers(), real(0.0), bool(False)
     for i in range(t.total):
         stiff[i] = STIFF * effective(t, pose, light, i)
         c.gap[i] = lift_of(t, pose, mu, u, o, i)
@@ -310,8 +311,8 @@ def solve(
             u1, o1, more, whole = nearer(c, pose, mu, light, stiff, asks, v, w, u, o)
             u = u1
             o = o1
-            size = whole
-            if more <= ALIKE * ALIKE * size:
+            energy = whole
+            if more <= ALIKE * ALIKE * energy:
                 fits = True
                 break
         change = real(0.0)
@@ -326,8 +327,8 @@ def solve(
             change += broken / light[t.body[i]]
             asks[i] = f
             c.gap[i] = lift
-        done = fits and change <= SOUND * SOUND * size
-        if fits and change <= ENOUGH * ENOUGH * size:
+        done = fits and change <= SOUND * SOUND * energy
+        if fits and change <= ENOUGH * ENOUGH * energy:
             break
     if not done and rounds == ROUNDS:
         asks, u, o, done = solve_by_sweeps(SWEEPS, t, pose, mu, light, first, v, w)

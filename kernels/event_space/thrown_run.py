@@ -60,7 +60,7 @@ def let_go_with(block: Block, limits: Limits, throw: Throw, at_rest: State) -> S
 
 @wp.func
 def corners_after(mask: int, gx: real, gy: real, gw: real) -> int:
-    """A sum of 2^k over corners of the old bottom, over those of the new one."""
+    """Some corners of the old bottom, a sum of 2^k, by their numbers on the new one."""
     found = int(0)
     for k in range(4):
         old = old_corner(k, gx, gy, gw)

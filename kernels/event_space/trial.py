@@ -143,7 +143,7 @@ def probed(
     block: Block, limits: Limits, now: Body, q: Four, v: Three, w: Three, stance: int, slip: int,
     a: Three,
 ) -> Held:  # fmt: skip
-    """The motion if it goes on as it is for a moment, its `spare` for unit time."""
+    """The motion over a step of nearly no length, its `spare` a second."""
     d = PROBE * limits.longest_step
     soon = body_at(block, turned(q, w * (HALF * d)))
     pull = a + Three(real(0.0), real(0.0), limits.gravity)
@@ -163,9 +163,9 @@ def let_go(
 ) -> real:  # fmt: skip
     """Length of the step to where an edge lets go of one of its ends, if that lies inside.
 
-    What pushed there across the edge ends with a jump. What the end has to spare is known in the
-    middle of the step; moments of next to no length tell it at its start or its end. A line between
-    two of them says where nothing is left.
+    The friction across the edge ends there, with a jump. What the end has left before it lets go
+    is known in the middle of the step; steps of nearly no length tell it at the start and at the
+    end. A straight line between two of these values finds where nothing is left.
     """
     d = base.d
     sharp = SHARP * limits.longest_step

@@ -55,7 +55,10 @@ def run_lanes(
     found: Found,
 ):
     """Runs LANES lanes a thread, which take their steps side by side."""
-    first = wp.tid() * LANES
+    pack, _one = wp.tid()
+    first = pack * LANES
+    block_of = wp.array(ptr=blocks.ptr, shape=(blocks.shape[0],), dtype=Block)
+    motion_of = wp.array(ptr=motions.ptr, shape=(motions.shape[0],), dtype=Motion)
     # By names of their own: read off the struct they would keep the loop over lanes scalar.
     results = found.results
     leaves = found.blocks
@@ -91,12 +94,12 @@ def run_lanes(
         while busy > 0:
             busy = int(0)
             for i in range(LANES):
-                m = motions[first + i]
+                m = motion_of[first + i]
                 place = sample_index(m, segment[i])
                 going = mode[i] < OVERTURNED and time[i] < until
                 steps[i] = steps[i] + wp.where(going, 1, 0)
                 th, om, si, ti, se, mo, pk, pt, ut, rt, lo, im, ca, ne = step(
-                    blocks[first + i], m, pool[0, place], pool[1, place], until,
+                    block_of[first + i], m, pool[0, place], pool[1, place], until,
                     theta[i], omega[i], side[i], time[i], segment[i], mode[i],
                     peak[i], peak_time[i], uplift_time[i], rest_time[i], loss[i], impacts[i],
                     cap[i], needed[i],
@@ -108,7 +111,7 @@ def run_lanes(
                 time[i] = wp.where(going, ti, time[i])
                 segment[i] = wp.where(going, se, segment[i])
                 mo = wp.where(
-                    steps[i] >= blocks[first + i].step_limit and mo < OVERTURNED, STALLED, mo
+                    steps[i] >= block_of[first + i].step_limit and mo < OVERTURNED, STALLED, mo
                 )
                 mode[i] = wp.where(going, mo, mode[i])
                 peak[i] = wp.where(going, pk, peak[i])

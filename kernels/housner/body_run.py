@@ -7,6 +7,7 @@ from warprock.kernels.housner.block_run import BlockResult, Result
 from warprock.kernels.housner.body import Body, Edge, Foot, advance, event_step, motion_step
 from warprock.kernels.modes import OVERTURNED, RESTING, ROCKING, STALLED
 from warprock.kernels.motion import Motion, knot_step, knot_time, sample_index
+from warprock.kernels.shape.above import Above, Motions
 
 
 @wp.struct
@@ -25,9 +26,10 @@ LaneInt = wp.types.vector(length=LANES, dtype=int)
 
 @wp.struct
 class Start:
-    """Rotation at the start, the number of the foot there, and that of the last foot."""
+    """Rotation and its rate at the start, the number of the foot there, and that of the last."""
 
     theta: real
+    omega: real
     place: int
     last: int
 
@@ -35,26 +37,33 @@ class Start:
 @wp.func
 def settle(
     body: Body, foot: Foot, edge: Edge, upper: bool, pull: real, impact: bool, uplift: bool,
-    acceleration: real, m: Motion,
+    acceleration: real, lifting: real, m: Motion, above: Above,
     theta: real, omega: real, place: int, time: real, segment: int, mode: int,
     peak: real, peak_time: real, uplift_time: real, rest_time: real, loss: real, impacts: int,
     needed: real,
 ):  # fmt: skip
     """What the event at the end of a step does, or else the knot of the motion that it ends at."""
     omega1, place1, mode1, uplift_time1, rest_time1, loss1, needed1 = event_step(
-        body, edge, impact, uplift, upper, pull, acceleration, time,
+        body, edge, impact, uplift, upper, pull, acceleration, lifting, time,
         omega, place, mode, uplift_time, rest_time, loss, needed,
     )  # fmt: skip
     # After an event the foot is another: the knot is passed in a step of its own, of length zero.
     happened = impact or uplift
     passed = time >= knot_time(m, segment) and mode < OVERTURNED and not happened
+    steps, dv, dz, high = bool(passed), knot_step(m, segment), real(0.0), int(above.segment)
+    if VERTICAL:
+        rises = time >= knot_time(above.motion, high) and mode < OVERTURNED and not happened
+        dv = wp.where(passed, dv, real(0.0))
+        dz = wp.where(rises, knot_step(above.motion, high), real(0.0))
+        steps = passed or rises
+        high = high + wp.where(rises, 1, 0)
     omega1, place1, mode1, uplift_time1, rest_time1, needed1 = motion_step(
-        body, foot, edge, passed, knot_step(m, segment), time,
+        body, foot, edge, steps, dv, dz, time,
         theta, omega1, place1, mode1, uplift_time1, rest_time1, needed1,
     )  # fmt: skip
     mode1, theta1, peak1, peak_time1 = end_of_step(mode1, theta, omega1, time, peak, peak_time)
     return (
-        theta1, omega1, place1, segment + wp.where(passed, 1, 0), mode1, peak1, peak_time1,
+        theta1, omega1, place1, segment + wp.where(passed, 1, 0), high, mode1, peak1, peak_time1,
         uplift_time1, rest_time1, loss1, impacts + wp.where(impact, 1, 0), needed1,
     )  # fmt: skip
 
@@ -64,7 +73,7 @@ def run_lanes(
     blocks: wp.array(dtype=Body),
     feet: wp.array2d(dtype=Foot),
     edges: wp.array2d(dtype=Edge),
-    motions: wp.array(dtype=Motion),
+    motions: Motions,
     pool: wp.array2d(dtype=real),
     starts: wp.array(dtype=Start),
     sample_times: wp.array(dtype=real),
@@ -79,13 +88,10 @@ def run_lanes(
     leaves = found.blocks
     rotations = found.rotations
     sides = found.sides
-    theta = Lane()
-    omega = Lane()
-    place = LaneInt()
-    last = LaneInt()
+    theta, omega = Lane(), Lane()
+    place, last = LaneInt(), LaneInt()
     time = Lane()
-    segment = LaneInt()
-    mode = LaneInt()
+    segment, risen, mode = LaneInt(), LaneInt(), LaneInt()
     peak = Lane()
     peak_time = Lane()
     left = Lane()
@@ -101,18 +107,27 @@ def run_lanes(
         theta[i] = starts[first + i].theta
         place[i] = starts[first + i].place
         last[i] = starts[first + i].last
-        mode[i] = wp.where(theta[i] == real(0.0), RESTING, ROCKING)
+        omega[i] = starts[first + i].omega
+        flat = theta[i] == real(0.0) and omega[i] == real(0.0)
+        mode[i] = wp.where(flat, RESTING, ROCKING)
         peak[i] = size(theta[i])
         cap[i] = NEVER
-        uplift_time[i] = wp.where(theta[i] == real(0.0), NEVER, real(0.0))
-        rest_time[i] = wp.where(theta[i] == real(0.0), real(0.0), NEVER)
+        uplift_time[i] = wp.where(flat, NEVER, real(0.0))
+        rest_time[i] = wp.where(flat, real(0.0), NEVER)
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
         busy = int(1)
         while busy > 0:
             busy = int(0)
             for i in range(LANES):
-                m = motions[first + i]
+                above = Above()
+                if VERTICAL:
+                    m = motions[0, first + i]
+                    up = motions[1, first + i]
+                    high = sample_index(up, risen[i])
+                    above = Above(up, risen[i], pool[0, high], pool[1, high])
+                else:
+                    m = motions[first + i]
                 body = blocks[first + i]
                 foot = feet[place[i], first + i]
                 at = sample_index(m, segment[i])
@@ -120,14 +135,14 @@ def run_lanes(
                 steps[i] = steps[i] + wp.where(going, 1, 0)
                 # The last foot has no edge behind it.
                 behind = edges[wp.min(place[i], last[i] - 1), first + i]
-                th, om, ti, ac, up, pu, hit, lift, ca, ne = advance(
-                    body, foot, behind, last[i], m, pool[0, at], pool[1, at], until,
+                th, om, ti, ac, az, upper, pu, hit, lift, ca, ne = advance(
+                    body, foot, behind, last[i], m, pool[0, at], pool[1, at], above, until,
                     theta[i], omega[i], place[i], time[i], segment[i], mode[i], cap[i], needed[i],
                 )  # fmt: skip
-                number = place[i] - wp.where(up, 0, 1)
+                number = place[i] - wp.where(upper, 0, 1)
                 edge = edges[wp.min(wp.max(number, 0), last[i] - 1), first + i]
-                th, om, pl, se, mo, pk, pt, ut, rt, lo, im, ne = settle(
-                    body, foot, edge, up, pu, hit, lift, ac, m,
+                th, om, pl, se, hi, mo, pk, pt, ut, rt, lo, im, ne = settle(
+                    body, foot, edge, upper, pu, hit, lift, ac, az, m, above,
                     th, om, place[i], ti, segment[i], mode[i], peak[i], peak_time[i],
                     uplift_time[i], rest_time[i], loss[i], impacts[i], ne,
                 )  # fmt: skip
@@ -139,6 +154,7 @@ def run_lanes(
                 place[i] = wp.where(going, pl, place[i])
                 time[i] = wp.where(going, ti, time[i])
                 segment[i] = wp.where(going, se, segment[i])
+                risen[i] = wp.where(going, hi, risen[i])
                 mo = wp.where(
                     steps[i] >= blocks[first + i].step_limit and mo < OVERTURNED, STALLED, mo
                 )

@@ -14,12 +14,14 @@ from warprock.kernels.account import book
 from warprock.kernels.impulse.block import Knobs
 from warprock.kernels.impulse.body import Body, step
 from warprock.kernels.modes import RUNNING
-from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.motion import base_velocity, sample_index, sample_segment
 from warprock.kernels.parting import slack, slides
+from warprock.kernels.shape.above import Motions
 from warprock.kernels.shape.block import observe
 from warprock.kernels.shape.body import Corner, is_past, turned_x, turned_z
 from warprock.kernels.shape.body_found import Found
 from warprock.kernels.shape.body_seen import moved_along, watch
+from warprock.kernels.shape.rising import pulled, worked
 from warprock.kernels.shape.stack_found import BlockResult, Result, at_sample
 
 
@@ -64,15 +66,17 @@ def see(
 
 @wp.func
 def start_lane(
-    corner: Corner, ahead: Corner, start: real, fall: real, x: wp.ref[real], z: wp.ref[real],
-    theta: wp.ref[real], vz: wp.ref[real], nm: wp.ref[real], nr: wp.ref[real], peak: wp.ref[real],
-    uplift_time: wp.ref[real], mode: wp.ref[int],
+    corner: Corner, ahead: Corner, body: Body, fall: real, x: wp.ref[real], z: wp.ref[real],
+    theta: wp.ref[real], vx: wp.ref[real], vz: wp.ref[real], omega: wp.ref[real],
+    nm: wp.ref[real], nr: wp.ref[real], peak: wp.ref[real], uplift_time: wp.ref[real],
+    mode: wp.ref[int],
 ):  # fmt: skip
-    """Lets a body go at a rotation [rad], at which a corner is lowest; `ahead` is the next one.
+    """Lets a body go at its start, where a corner is lowest; `ahead` is the next one.
 
     `fall` is what half a step of gravity makes of a velocity [m/s]. On an edge the first corner
     counts as the lowest; the other one has its share of the weight by statics.
     """
+    start = body.start
     foot, low = turned_corner(corner, sine(start), cosine(start))
     flat = start == corner.angle
     length = wp.where(flat, ahead.along - corner.along, real(1.0))
@@ -81,11 +85,13 @@ def start_lane(
     x = corner.along - foot
     z = -low
     theta = start
-    vz = fall
+    vx = body.vx
+    vz = body.vz + fall
+    omega = body.omega
     nm = (real(1.0) - share) * fall
     nr = share * fall
     peak = size(start)
-    uplift_time = wp.where(flat, NEVER, real(0.0))
+    uplift_time = wp.where(flat and body.omega == real(0.0), NEVER, real(0.0))
     mode = RUNNING
 
 
@@ -96,7 +102,7 @@ LaneInt = wp.types.vector(length=LANES, dtype=int)
 @wp.kernel
 def run_lanes(
     blocks: wp.array(dtype=Body), corners: wp.array2d(dtype=Corner),
-    motions: wp.array(dtype=Motion), pool: wp.array2d(dtype=real),
+    motions: Motions, pool: wp.array2d(dtype=real),
     sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
@@ -109,7 +115,7 @@ def run_lanes(
     places = found.places
     x, z, theta, vx, vz, omega = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     nl, fl, nm, fm, nr, fr = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    loss, base, slide, left, right = Lane(), Lane(), Lane(), Lane(), Lane()
+    loss, base, slide, left, right, rising = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     given, jolt, supplied, taken, returned = Lane(), Lane(), Lane(), Lane(), Lane()
     peak, peak_time, peak_slide, deepest, steps = Lane(), Lane(), Lane(), Lane(), LaneInt()
     uplift_time, moved, since, impacts, mode = Lane(), Lane(), Lane(), LaneInt(), LaneInt()
@@ -119,11 +125,9 @@ def run_lanes(
         for k in range(edges):
             low[i] = low[i] + is_past(blocks[first + i].start, corners[k, first + i].angle)
             last[i] = last[i] + wp.where(corners[k, first + i].angle < NEVER, 1, 0)
-        start_lane(
-            corners[low[i], first + i], corners[wp.min(low[i] + 1, last[i]), first + i],
-            blocks[first + i].start, HALF * knobs.time_step * knobs.gravity, x[i], z[i], theta[i],
-            vz[i], nm[i], nr[i], peak[i], uplift_time[i], mode[i],
-        )  # fmt: skip
+        start_lane(corners[low[i], first + i], corners[wp.min(low[i] + 1, last[i]), first + i],
+            blocks[first + i], HALF * knobs.time_step * knobs.gravity, x[i], z[i], theta[i], vx[i],
+            vz[i], omega[i], nm[i], nr[i], peak[i], uplift_time[i], mode[i])  # fmt: skip
     k = int(0)
     time = real(0.0)
     for sample in range(sample_times.shape[0]):
@@ -137,7 +141,16 @@ def run_lanes(
                 for i in range(LANES):
                     now[i] = now[i] + is_past(theta[i], corners[e, first + i].angle)
             for i in range(LANES):
-                m = motions[first + i]
+                dz = real(0.0)
+                if VERTICAL:
+                    m = motions[0, first + i]
+                    up = motions[1, first + i]
+                    high = sample_index(up, sample_segment(up, half))
+                    rise = base_velocity(up, half, pool[2, high], pool[0, high], pool[1, high])
+                    dz = rise - rising[i]
+                    rising[i] = rise
+                else:
+                    m = motions[first + i]
                 place = sample_index(m, sample_segment(m, half))
                 moving = base_velocity(m, half, pool[2, place], pool[0, place], pool[1, place])
                 mid = now[i]
@@ -151,7 +164,7 @@ def run_lanes(
                 gl, gm, gr = moved_along(by, nl[i], nm[i], nr[i])
                 hl, hm, hr = moved_along(by, fl[i], fm[i], fr[i])
                 qx, qz, qt, ux, uz, uo, pl, tl, pm, tm, pr, tr, lo, gap, gap_l, gap_m, gap_r = step(
-                    blocks[first + i], knobs, moving - base[i],
+                    blocks[first + i], knobs, moving - base[i], dz,
                     xl, zl, xm, zm, xr, zr, has_l, has_r, x[i], z[i], theta[i],
                     vx[i], vz[i], omega[i], gl, hl, gm, hm, gr, hr, loss[i],
                 )  # fmt: skip
@@ -164,26 +177,24 @@ def run_lanes(
                 limit = slack(knobs.time_step, knobs.gravity, reach, uo * uo, reach)
                 way = knobs.time_step * (ux + uo * zm)
                 glides = slides(way, knobs.time_step, knobs.gravity)
-                watch(
-                    live, by, time, limit, has_l, has_r, pl, gap_l, pm, gap_m, pr, gap_r, glides,
-                    since[i], apart_l[i], apart_m[i], apart_r[i], uplift_time[i], moved[i],
-                    impacts[i],
-                )  # fmt: skip
+                watch(live, by, time, limit, has_l, has_r, pl, gap_l, pm, gap_m, pr, gap_r,
+                    glides, since[i], apart_l[i], apart_m[i], apart_r[i], uplift_time[i],
+                    moved[i], impacts[i])  # fmt: skip
                 dv = moving - base[i]
-                given[i] = given[i] - wp.where(live, HALF * dv * (vx[i] + ux), real(0.0))
+                work = worked(dv, dz, vx[i] + ux, vz[i] + uz)
+                given[i] = given[i] - wp.where(live, work, real(0.0))
                 loss[i] = wp.where(live, lo, loss[i])
                 base[i] = moving
-                book(dv, given[i], loss[i], jolt[i], supplied[i], taken[i], returned[i])
+                jerk = pulled(dv, dz, knobs.time_step * knobs.gravity)
+                book(jerk, given[i], loss[i], jolt[i], supplied[i], taken[i], returned[i])
                 keep(live, qx, qz, qt, ux, uz, uo, x[i], z[i], theta[i], vx[i], vz[i], omega[i])
                 keep(live, pl, tl, pm, tm, pr, tr, nl[i], fl[i], nm[i], fm[i], nr[i], fr[i])
                 low[i] = mid
                 slide[i] = wp.where(live, slid, slide[i])
                 deepest[i] = wp.where(live, larger(-gap, deepest[i]), deepest[i])
                 steps[i] = steps[i] + wp.where(live, 1, 0)
-                mode[i] = see(
-                    live, mode[i], time, qt, uo, slid, peak[i], left[i], right[i], peak_time[i],
-                    peak_slide[i],
-                )  # fmt: skip
+                mode[i] = see(live, mode[i], time, qt, uo, slid, peak[i], left[i], right[i],
+                    peak_time[i], peak_slide[i])  # fmt: skip
         past = time - until
         if rotations.shape[0] > 0:
             for i in range(LANES):
@@ -193,10 +204,8 @@ def run_lanes(
                 places[sample, 0, 0, first + i] = at_sample(mode[i], past, x[i], vx[i])
                 places[sample, 0, 1, first + i] = at_sample(mode[i], past, z[i], vz[i])
     for i in range(LANES):
-        results[first + i] = Result(
-            uplift_time[i], moved[i], loss[i], jolt[i], supplied[i], returned[i], deepest[i],
-            impacts[i], mode[i], steps[i],
-        )  # fmt: skip
+        results[first + i] = Result(uplift_time[i], moved[i], loss[i], jolt[i], supplied[i],
+            returned[i], deepest[i], impacts[i], mode[i], steps[i])  # fmt: skip
         sides[0, first + i] = left[i]
         sides[1, first + i] = right[i]
         leaves[0, first + i] = BlockResult(slide[i], peak[i], peak_time[i], peak_slide[i])

@@ -76,7 +76,8 @@ def run_lanes(
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
-    first, zero, dt = wp.tid() * LANES, real(0.0), knobs.time_step
+    pack, _one = wp.tid()
+    first, zero, dt = pack * LANES, real(0.0), knobs.time_step
     # Rows of bodies, the ground first: what they are, where, how fast, and what is kept of them.
     half_w, half_h, m, j, mu, offset = Body(), Body(), Body(), Body(), Body(), Body()
     x, z, theta, s, c, lean = Body(), Body(), Body(), Body(), Body(), Body()
@@ -90,8 +91,7 @@ def run_lanes(
     given, supplied, taken, returned = Lane(), Lane(), Lane(), Lane()
     shift_x, shift_z, uplift_time, moved, deepest = Lane(), Lane(), Lane(), Lane(), Lane()
     impacts, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
-    # Variables, not constants: else Warp would unroll the loops over them.
-    bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS)
+    bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS)  # loops stay
     for i in range(LANES):
         start_lane(lanes[first + i], half_w[0, i], c[0, i], uplift_time[i], mode[i])
         for k in range(1, bodies):

@@ -120,8 +120,15 @@ def share(
 ):  # fmt: skip
     """Impulse of the corner on the sides i and j, where it is held.
 
-    `count` corners are. si and sj tell the way from the first to the last of two, q what the last
-    has beyond its half; a, b and the couple belong to four, see `centre`.
+    Args:
+        i, j: Sides of the corner, -1 or 1.
+        on: 1 where it is held, else 0.
+        count: Number of corners that are held.
+        si, sj: Sides of the last of two corners as seen from the first.
+        a, b, couple: Of four corners, see `centre`.
+        ax, ay, bx, by: Of four corners, half of the width and half of the depth of the face.
+        ex, ey, ez: Impulse of all of them.
+        qx, qy, qz: Of two corners, what the last has beyond one half.
     """
     zero, one = real(0.0), real(1.0)
     end = larger(smaller(i * si + j * sj, one), -one)

@@ -201,7 +201,8 @@ def run_lanes(
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
-    first, dt, zero, time = wp.tid() * LANES, knobs.time_step, real(0.0), real(0.0)
+    pack, _one = wp.tid()
+    first, dt, zero, time = pack * LANES, knobs.time_step, real(0.0), real(0.0)
     x, y, z, qx, qy, qz, qw, vx, vy, vz, lx = R(), R(), R(), R(), R(), R(), R(), R(), R(), R(), R()
     ly, lz, ux, uy, uz, ox, oy, oz, half_w = R(), R(), R(), R(), R(), R(), R(), R(), R()
     half_d, half_h, cx, cy, mu, ix, iy, iz, loss = R(), R(), R(), R(), R(), R(), R(), R(), R()
@@ -214,8 +215,7 @@ def run_lanes(
     p1, p2, p3, h11, h12, h13 = Corner(), Corner(), Corner(), Corner(), Corner(), Corner()
     h22, h23, h33, busy = Corner(), Corner(), Corner(), Counts()
     impacts, mode, steps, base, dv = LaneInt(), LaneInt(), LaneInt(), Three(), Three()
-    # A variable, not a constant: else Warp would unroll the loops over it.
-    corners, count = int(4), int(0)
+    corners, count = int(4), int(0)  # no constant: else Warp would unroll the loops over it
     for i in range(LANES):
         start_block(
             blocks[0, first + i], knobs, half_w[i], half_d[i], half_h[i], cx[i], cy[i], mu[i],

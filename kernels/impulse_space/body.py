@@ -13,6 +13,7 @@ or slides.
 import warp as wp
 
 from warprock.kernels.impulse_space.block import FAR, Knobs, observe_contact, slips
+from warprock.kernels.impulse_space.bounce import bounce
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
 from warprock.kernels.shape_space.block import Block, inverse_inertia, matrix_of
 from warprock.kernels.shape_space.body import (
@@ -20,9 +21,11 @@ from warprock.kernels.shape_space.body import (
     Point,
     body_attitude,
     spans,
+    throw_of,
     touches_as_lowest,
     turns_of_body,
 )
+from warprock.kernels.shape_space.thrown import push
 
 
 @wp.func
@@ -30,11 +33,13 @@ def start_body(
     block: Block, frame: Frame, knobs: Knobs, mu: wp.ref[real],
     ix: wp.ref[real], iy: wp.ref[real], iz: wp.ref[real],
     x: wp.ref[real], y: wp.ref[real], z: wp.ref[real],
-    qx: wp.ref[real], qy: wp.ref[real], qz: wp.ref[real], qw: wp.ref[real], vz: wp.ref[real],
+    qx: wp.ref[real], qy: wp.ref[real], qz: wp.ref[real], qw: wp.ref[real],
+    vx: wp.ref[real], vy: wp.ref[real], vz: wp.ref[real],
+    lx: wp.ref[real], ly: wp.ref[real], lz: wp.ref[real],
     uplift_time: wp.ref[real], mode: wp.ref[int],
     peak: wp.ref[real], peak_across: wp.ref[real], peak_tilt: wp.ref[real],
 ):  # fmt: skip
-    """Puts a body where it starts; half a step before it rises as fast as it will fall after."""
+    """Puts a body where it starts; its velocity is that of half a step before."""
     mu = block.friction
     ix = block.inverse_x
     iy = block.inverse_y
@@ -47,7 +52,9 @@ def start_body(
     qy = b
     qz = c
     qw = d
-    vz = HALF * knobs.time_step * knobs.gravity
+    inverse_x, inverse_y, inverse_z = block.inverse_x, block.inverse_y, block.inverse_z
+    push(throw_of(frame), a, b, c, d, inverse_x, inverse_y, inverse_z, vx, vy, vz, lx, ly, lz)
+    vz = vz + HALF * knobs.time_step * knobs.gravity
     stands = block.standing == frame.feet
     uplift_time = wp.where(stands, NEVER, real(0.0))
     mode = RUNNING
@@ -137,7 +144,7 @@ def find_point(
 def find_contact(
     knobs: Knobs, foot: real, reach: real, half_width: real, lowest: real,
     x: real, y: real, z: real, rx: real, ry: real, rz: real, stood_x: real, stood_y: real,
-    ox: real, oy: real, oz: real,
+    uz: real, ox: real, oy: real, oz: real,
     aim: wp.ref[real], on: wp.ref[real], held: wp.ref[real],
     fx: wp.ref[real], fy: wp.ref[real], n: wp.ref[real], apart: wp.ref[real],
     lifted: wp.ref[real], landed: wp.ref[real],
@@ -169,7 +176,9 @@ def find_contact(
     lifted = lifted + wp.where(foot > zero, gone, zero)
     contact = g <= knobs.collision_margin
     now = wp.where(contact, one, zero)
-    aim = -now * larger(g, zero) * knobs.rate
+    closes = -now * larger(g, zero) * knobs.rate
+    leaves = bounce(knobs, rx, ry, uz, ox, oy, now, closes)
+    aim = wp.where(knobs.restitution > zero, leaves, closes)
     on = now
     held = now
     fx = wp.where(contact, fx, zero)

@@ -1,8 +1,8 @@
 """What is kept of LANES bodies on points side by side, and the step of one of them.
 
 One matrix of real numbers of lanes, one of points and one of whole numbers; a row for each number
-of a lane. The funcs hand the entries to those of impulse_space/body.py, space_body_hold.py and
-space.py. They are written out where they are called: the compiler could not tell otherwise that
+of a lane. The funcs hand the entries to those of impulse_space/body.py, body_hold.py and
+block.py. They are written out where they are called: the compiler could not tell otherwise that
 nothing else points at the matrices, and would make no vector code.
 """
 
@@ -30,9 +30,11 @@ from warprock.kernels.impulse_space.body_hold import (
     share,
     take,
 )
+from warprock.kernels.impulse_space.bounce import calm
 from warprock.kernels.modes import RUNNING
 from warprock.kernels.shape_space.block import Block
-from warprock.kernels.shape_space.body import MOST_POINTS, Frame, Point
+from warprock.kernels.shape_space.body import MOST_POINTS, Frame, Point, throw_of
+from warprock.kernels.shape_space.thrown import tumble_on
 
 X, Y, Z, QX, QY, QZ, QW, VX, VY, VZ, LX, LY, LZ, UX = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13
 UY, UZ, OX, OY, OZ, R11, R12, R13, R21, R22, R23 = 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24
@@ -42,8 +44,8 @@ SLIDE_X, SLIDE_Y, PEAK, PEAK_TIME, PEAK_ACROSS, PEAK_TILT, PEAK_YAW = 45, 46, 47
 PEAK_SLIDE, UPLIFT_TIME, TOUCHING, WAY_X, WAY_Y, COUNT, MX, MY = 52, 53, 54, 55, 56, 57, 58, 59
 MZ, XX, XY, YY, ZX, ZY, T, TX, TY, WX, WY, WZ = 60, 61, 62, 63, 64, 65, 66, 67, 68, 69, 70, 71
 SX, SY, SZ, EX, EY, EZ, GZ, PUSH, BX, BY, CX, CY = 72, 73, 74, 75, 76, 77, 78, 79, 80, 81, 82, 83
-TURN, GOOD, BASE, DV = 84, 85, 86, 89
-NUMBERS = 92
+TURN, GOOD, BASE, DV, FARTHEST = 84, 85, 86, 89, 92
+NUMBERS = 93
 """Rows of real numbers of a lane; BASE and DV are vectors."""
 
 ROWS = MOST_POINTS + 1
@@ -86,8 +88,8 @@ def start_lane(
     """Puts a body where it starts."""
     start_body(
         block, frame, knobs, m[MU, i], m[IX, i], m[IY, i], m[IZ, i], m[X, i], m[Y, i], m[Z, i],
-        m[QX, i], m[QY, i], m[QZ, i], m[QW, i], m[VZ, i], m[UPLIFT_TIME, i], k[MODE, i], m[PEAK, i],
-        m[PEAK_ACROSS, i], m[PEAK_TILT, i],
+        m[QX, i], m[QY, i], m[QZ, i], m[QW, i], m[VX, i], m[VY, i], m[VZ, i], m[LX, i], m[LY, i],
+        m[LZ, i], m[UPLIFT_TIME, i], k[MODE, i], m[PEAK, i], m[PEAK_ACROSS, i], m[PEAK_TILT, i],
     )  # fmt: skip
 
 
@@ -135,10 +137,10 @@ def find_contact_of_lane(
     find_contact(
         knobs, at(p[FOOT + c, i]), frame.reach, block.half_width, at(m[LOWEST, i]), at(m[X, i]),
         at(m[Y, i]), at(m[Z, i]), at(p[RX + c, i]), at(p[RY + c, i]), at(p[RZ + c, i]),
-        at(p[STOOD_X + c, i]), at(p[STOOD_Y + c, i]), at(m[OX, i]), at(m[OY, i]), at(m[OZ, i]),
-        p[AIM + c, i], p[ON + c, i], p[HELD + c, i], p[FX + c, i], p[FY + c, i], p[N + c, i],
-        p[APART + c, i], m[LIFTED, i], m[LANDED, i], m[COUNT, i], m[MX, i], m[MY, i], m[XX, i],
-        m[XY, i], m[YY, i], m[TOUCHING, i], m[WAY_X, i], m[WAY_Y, i],
+        at(p[STOOD_X + c, i]), at(p[STOOD_Y + c, i]), at(m[UZ, i]), at(m[OX, i]), at(m[OY, i]),
+        at(m[OZ, i]), p[AIM + c, i], p[ON + c, i], p[HELD + c, i], p[FX + c, i], p[FY + c, i],
+        p[N + c, i], p[APART + c, i], m[LIFTED, i], m[LANDED, i], m[COUNT, i], m[MX, i], m[MY, i],
+        m[XX, i], m[XY, i], m[YY, i], m[TOUCHING, i], m[WAY_X, i], m[WAY_Y, i],
     )  # fmt: skip
 
 
@@ -277,6 +279,12 @@ def integrate_lane(
 ):  # fmt: skip
     """Moves a body by a step, and looks at it."""
     live = mark(k[MODE, i]) == RUNNING
+    calm(
+        knobs, at(m[DV + 0, i]), at(m[DV + 1, i]), at(m[DV + 2, i]), at(m[QX, i]), at(m[QY, i]),
+        at(m[QZ, i]), at(m[QW, i]), at(m[IX, i]), at(m[IY, i]), at(m[IZ, i]), at(m[VX, i]),
+        at(m[VY, i]), at(m[VZ, i]), at(m[LX, i]), at(m[LY, i]), at(m[LZ, i]), m[UX, i], m[UY, i],
+        m[UZ, i], m[OX, i], m[OY, i], m[OZ, i],
+    )  # fmt: skip
     integrate(
         live, knobs, at(m[IX, i]), at(m[IY, i]), at(m[IZ, i]), at(m[DV + 0, i]), at(m[DV + 1, i]),
         at(m[DV + 2, i]), at(m[UX, i]), at(m[UY, i]), at(m[UZ, i]), at(m[OX, i]), at(m[OY, i]),
@@ -296,4 +304,8 @@ def integrate_lane(
         at(m[VY, i]) + at(m[VZ, i]) + at(m[LX, i]) + at(m[LY, i]) + at(m[LZ, i]), at(m[QX, i]),
         at(m[QY, i]), at(m[QZ, i]), at(m[QW, i]), m[PEAK, i], m[PEAK_TIME, i], m[PEAK_ACROSS, i],
         m[PEAK_TILT, i], m[PEAK_YAW, i], k[MODE, i],
+    )  # fmt: skip
+    tumble_on(
+        throw_of(frame), block, at(m[X, i]), at(m[Y, i]), k[MODE, i], m[SLIDE_X, i],
+        m[SLIDE_Y, i], m[PEAK_SLIDE, i], m[FARTHEST, i],
     )  # fmt: skip

@@ -88,7 +88,8 @@ def run_lanes(
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
-    first, dt, zero, time = wp.tid() * LANES, knobs.time_step, real(0.0), real(0.0)
+    pack, _one = wp.tid()
+    first, dt, zero, time = pack * LANES, knobs.time_step, real(0.0), real(0.0)
     m, p, k, busy = Numbers(), Points(), Marks(), Counts()
     rows, count = points.shape[0], int(0)
     for i in range(LANES):

@@ -2,8 +2,7 @@
 
 The step is that of impulse_space/block.py. Besides,
 
-    - a corner that touches and comes down faster than `SLOW` g dt asks for e times that speed
-      upwards (Newton's restitution, corner by corner), not for zero;
+    - a corner that comes down fast bounces, see impulse_space/bounce.py;
     - of a block that tumbles the face that looks down becomes the bottom between two steps
       (shape_space/thrown.py). Its corners begin without impulses then. Its slide is the way of its
       centre along the base.
@@ -27,6 +26,7 @@ from warprock.kernels.impulse_space.block_seen import (
     observe_contacts,
     stands,
 )
+from warprock.kernels.impulse_space.bounce import bounce
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import OVERTURNED, RUNNING
 from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
@@ -39,10 +39,6 @@ wp.set_module_options(BRANCHES)
 
 LANES = 1
 """Lanes of a thread."""
-SLOW = real(4.0)
-"""Speed over that which gravity gives in a step up to which a corner does not bounce: a block that
-rests comes down at one of it, one that has just landed at two."""
-
 Four = wp.types.vector(length=4, dtype=real)
 """A quaternion, or a number a corner."""
 
@@ -100,16 +96,6 @@ def start_body(block: Block, knobs: Knobs, throw: Throw) -> Body:
     b.leaf.peak_across = tan_y
     b.leaf.peak_tilt = tilt
     return b
-
-
-@wp.func
-def bounce(
-    knobs: Knobs, rx: real, ry: real, uz: real, ox: real, oy: real, on: real, aim: real
-) -> real:  # fmt: skip
-    """Normal velocity that a corner asks for [m/s], from that at which it comes down."""
-    speed = -(uz + ox * ry - oy * rx)
-    falls = on > real(0.0) and speed > SLOW * knobs.gravity * knobs.time_step
-    return wp.where(falls, larger(knobs.restitution * speed, aim), aim)
 
 
 @wp.func

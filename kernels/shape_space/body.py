@@ -8,6 +8,7 @@ are the body's, what it shows of them is the block's.
 import warp as wp
 
 from warprock.kernels.shape_space.block import TOUCH, Block, matrix_of, turns_of
+from warprock.kernels.shape_space.thrown import Throw
 
 MOST_POINTS = 64
 """Most contact points of a body: rows of what a kernel keeps of them."""
@@ -21,12 +22,16 @@ is round-off."""
 
 @wp.struct
 class Frame:
-    """The body of a lane, besides its `Block`.
+    """The body of a lane, besides its `Block`, and how it is let go, see `Throw`.
 
     Attributes:
         ax, ay, az, aw: Attitude of the body's axes in the block's axes.
         reach: Distance of the farthest point from the centre of mass [m].
         feet: Points that touch where the body stands.
+        vx, vy, vz: Velocity at the start, in the axes of the base [m/s].
+        wx, wy, wz: Angular velocity at the start [rad/s].
+        tumbles: Whether it may come to lie on any of its points; else its run ends once it has
+            overturned.
     """
 
     ax: real
@@ -35,6 +40,21 @@ class Frame:
     aw: real
     reach: real
     feet: real
+    vx: real
+    vy: real
+    vz: real
+    wx: real
+    wy: real
+    wz: real
+    tumbles: int
+
+
+@wp.func
+def throw_of(frame: Frame) -> Throw:
+    """How a body is let go."""
+    return Throw(
+        frame.vx, frame.vy, frame.vz, frame.wx, frame.wy, frame.wz, frame.tumbles
+    )  # fmt: skip
 
 
 @wp.struct

@@ -72,9 +72,9 @@ def projected(
     r1 = r1 - momentum[3] * (rise * sin1 + across * cos1) + spin[0]
     h2 = upper.half_height
     r2 = momentum[2] * (h2 * cos2 + edge * sin2) + momentum[3] * (edge * cos2 - h2 * sin2)
-    e = equations(lower, upper, stack, s1, s2)
-    m12 = cross_terms(e, rotation)[0]
-    return solved(s1, s2, e.m11, m12, e.m22, r1, r2 + spin[1])
+    eq = equations(lower, upper, stack, s1, s2)
+    m12 = cross_terms(eq, rotation)[0]
+    return solved(s1, s2, eq.m11, m12, eq.m22, r1, r2 + spin[1])
 
 
 @wp.func

@@ -86,17 +86,17 @@ def equations(lower: Block, upper: Block, stack: Stack, s1: real, s2: real) -> E
     h2 = upper.half_height
     m1 = lower.mass
     m2 = upper.mass
-    e = Equations()
+    eq = Equations()
     rise = real(4.0) * h1 * h1
-    e.m11 = lower.inertia + m1 * (foot * foot + h1 * h1) + m2 * (across * across + rise)
-    e.m22 = upper.inertia + m2 * (corner * corner + h2 * h2)
-    e.even = m2 * (real(2.0) * h1 * h2 - corner * across)
-    e.odd = m2 * (across * h2 + real(2.0) * h1 * corner)
-    e.arm_1 = m1 * foot - m2 * across
-    e.height_1 = (m1 + real(2.0) * m2) * h1
-    e.arm_2 = m2 * corner
-    e.height_2 = m2 * h2
-    return e
+    eq.m11 = lower.inertia + m1 * (foot * foot + h1 * h1) + m2 * (across * across + rise)
+    eq.m22 = upper.inertia + m2 * (corner * corner + h2 * h2)
+    eq.even = m2 * (real(2.0) * h1 * h2 - corner * across)
+    eq.odd = m2 * (across * h2 + real(2.0) * h1 * corner)
+    eq.arm_1 = m1 * foot - m2 * across
+    eq.height_1 = (m1 + real(2.0) * m2) * h1
+    eq.arm_2 = m2 * corner
+    eq.height_2 = m2 * h2
+    return eq
 
 
 @wp.func
@@ -112,7 +112,7 @@ def solved(s1: real, s2: real, m11: real, m12: real, m22: real, r1: real, r2: re
 
 
 @wp.func
-def cross_terms(e: Equations, rotation: Pair) -> Pair:
+def cross_terms(eq: Equations, rotation: Pair) -> Pair:
     """M12 and C of a pattern at the rotations of both blocks."""
     sin1 = sine(rotation[0])
     cos1 = cosine(rotation[0])
@@ -120,7 +120,7 @@ def cross_terms(e: Equations, rotation: Pair) -> Pair:
     cos2 = cosine(rotation[1])
     sind = sin1 * cos2 - cos1 * sin2
     cosd = cos1 * cos2 + sin1 * sin2
-    return Pair(e.even * cosd - e.odd * sind, e.even * sind + e.odd * cosd)
+    return Pair(eq.even * cosd - eq.odd * sind, eq.even * sind + eq.odd * cosd)
 
 
 @wp.func
@@ -129,18 +129,18 @@ def accelerations(
     a: real,
 ) -> Pair:  # fmt: skip
     """Second derivatives of both rotations [rad/s^2] in a pattern whose contacts they respect."""
-    e = equations(lower, upper, stack, s1, s2)
-    cross = cross_terms(e, rotation)
+    eq = equations(lower, upper, stack, s1, s2)
+    cross = cross_terms(eq, rotation)
     sin1 = sine(rotation[0])
     cos1 = cosine(rotation[0])
     sin2 = sine(rotation[1])
     cos2 = cosine(rotation[1])
     g = stack.gravity
-    q1 = g * (e.height_1 * sin1 - e.arm_1 * cos1) - a * (e.arm_1 * sin1 + e.height_1 * cos1)
-    q2 = g * (e.height_2 * sin2 - e.arm_2 * cos2) - a * (e.arm_2 * sin2 + e.height_2 * cos2)
+    q1 = g * (eq.height_1 * sin1 - eq.arm_1 * cos1) - a * (eq.arm_1 * sin1 + eq.height_1 * cos1)
+    q2 = g * (eq.height_2 * sin2 - eq.arm_2 * cos2) - a * (eq.arm_2 * sin2 + eq.height_2 * cos2)
     q1 = q1 - cross[1] * rate[1] * rate[1]
     q2 = q2 + cross[1] * rate[0] * rate[0]
-    return solved(s1, s2, e.m11, cross[0], e.m22, q1, q2)
+    return solved(s1, s2, eq.m11, cross[0], eq.m22, q1, q2)
 
 
 @wp.func
@@ -148,9 +148,9 @@ def kinetic_energy(
     lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair
 ) -> real:
     """Kinetic energy seen from the base [J]."""
-    e = equations(lower, upper, stack, s1, s2)
-    m12 = cross_terms(e, rotation)[0]
-    twice = e.m11 * rate[0] * rate[0] + e.m22 * rate[1] * rate[1]
+    eq = equations(lower, upper, stack, s1, s2)
+    m12 = cross_terms(eq, rotation)[0]
+    twice = eq.m11 * rate[0] * rate[0] + eq.m22 * rate[1] * rate[1]
     return real(0.5) * twice + m12 * rate[0] * rate[1]
 
 

@@ -72,7 +72,7 @@ def motion_series(
     a: Series,
 ):  # fmt: skip
     """Both rotations in the pattern (s1, s2), from the series of the base's acceleration."""
-    e = equations(lower, upper, stack, s1, s2)
+    eq = equations(lower, upper, stack, s1, s2)
     x1 = Series()
     x2 = Series()
     w1 = Series()
@@ -112,13 +112,13 @@ def motion_series(
             cosd[n] = turned(x2, sind, n) - turned(x1, sind, n)
         square1[n] = product(w1, w1, n)
         square2[n] = product(w2, w2, n)
-        cross[n] = e.even * cosd[n] - e.odd * sind[n]
-        turn[n] = e.even * sind[n] + e.odd * cosd[n]
-        r1 = pulled(stack.gravity, e.arm_1, e.height_1, a, sin1, cos1, n)
+        cross[n] = eq.even * cosd[n] - eq.odd * sind[n]
+        turn[n] = eq.even * sind[n] + eq.odd * cosd[n]
+        r1 = pulled(stack.gravity, eq.arm_1, eq.height_1, a, sin1, cos1, n)
         r1 = r1 - product(turn, square2, n) - product(cross, bend2, n)
-        r2 = pulled(stack.gravity, e.arm_2, e.height_2, a, sin2, cos2, n)
+        r2 = pulled(stack.gravity, eq.arm_2, eq.height_2, a, sin2, cos2, n)
         r2 = r2 + product(turn, square1, n) - product(cross, bend1, n)
-        bend = solved(s1, s2, e.m11, cross[0], e.m22, r1, r2)
+        bend = solved(s1, s2, eq.m11, cross[0], eq.m22, r1, r2)
         bend1[n] = bend[0]
         bend2[n] = bend[1]
         w1[n + 1] = bend[0] / real(n + 1)

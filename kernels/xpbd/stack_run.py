@@ -121,9 +121,9 @@ def run_lanes(
     base, dv, hint, loss, lift, last, deep = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     given, jolt, most, taken, back = Lane(), Lane(), Lane(), Lane(), Lane()
     hit, mode, lives, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
-    # Variables, not constants: else Warp would unroll the loops over them.
-    bodies, points, sweeps = int(BLOCKS + 1), int(2 * BLOCKS), int(ITERATIONS // TURNS)
-    first, count, dt = wp.tid() * LANES, int(-SETTLING), knobs.time_step
+    pack, _one = wp.tid()
+    bodies, points, first = int(BLOCKS + 1), int(2 * BLOCKS), pack * LANES  # loops stay
+    count, sweeps, dt = int(-SETTLING), int(ITERATIONS // TURNS), knobs.time_step
     time = -BEFORE * dt
     for i in range(LANES):
         start_lane(lanes[first + i], half_w[0, i], c[0, i], lift[i], mode[i])

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.shared.case_texts import FREE, PULSE, refusal
@@ -102,7 +102,6 @@ def test_quoted_and_plain_dotted_sweep_keys_are_the_same(write):
 SHAPES = st.lists(st.integers(1, 7), max_size=5).map(tuple)
 
 
-@settings(deadline=None)  # no test depends on how fast the machine is
 @given(shape=SHAPES)
 def test_lane_numbers_are_digits_in_mixed_radix(shape):
     total = math.prod(shape)
@@ -113,7 +112,6 @@ def test_lane_numbers_are_digits_in_mixed_radix(shape):
     assert list(zip(*digits, strict=True)) == (looped if shape else [])
 
 
-@settings(deadline=None)  # no test depends on how fast the machine is
 @given(shape=SHAPES, cut=st.data())
 def test_a_range_of_lanes_is_a_slice_of_all(shape, cut):
     total = math.prod(shape)

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from tests.shared.case_texts import FREE, PULSE, refusal
 from warprock.case.case_file import APART, CaseFile
 from warprock.case.check import Check
-from warprock.case.columns import input_meaning
+from warprock.case.input_columns import input_meaning
 from warprock.case.keys import KEYS, SWEEP_KEYS
 from warprock.case.motion import Direction
 from warprock.case.reference import find_sections, reference_page, sections
@@ -152,7 +152,7 @@ def test_the_page_has_a_row_for_every_key():
     ("wanted", "keys"),
     [
         ("block.height", ["block.height", "block.height"]),
-        ("block.2.height", ["block.N.height"]),
+        ("block.2.height", ["block.N.height", "block.N.height"]),
         ("[run]", ["run.duration", "run.sample_interval"]),
         ("motion.y.scale", ["motion.scale"]),
         ("engines.two-block", ["engines.two-block.rest_rotation_ratio"]),
@@ -173,6 +173,7 @@ def test_the_command_prints_keys():
         "[block]",
         "[block] of a body",
         "[block.N]",
+        "[block.N] of a body",
     ]
     assert found["tables"][0]["keys"][1]["holds"] == "1 mm to 1 km"
     page = CliRunner().invoke(main, ["keys", "--markdown"]).stdout

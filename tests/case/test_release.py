@@ -95,14 +95,39 @@ def test_a_start_that_cannot_be_is_refused(tmp_path, start, text):
         lanes_of(tmp_path, start)
 
 
-def test_only_a_block_about_its_centre_of_mass_is_thrown(tmp_path):
+def test_a_box_with_its_centre_of_mass_aside_is_thrown_as_a_body(tmp_path):
+    """Corners and height are seen from the centre of mass; on its side 9 cm are below it."""
     case = BOX.replace('depth = "0.5 m"', 'depth = "0.5 m"\ncentre_offset_x = "1 cm"') + SIDE
     (tmp_path / "case.toml").write_text(case, encoding="utf-8")
-    with pytest.raises(InputError, match=r"centre_offset_x: .* must be 0 where a block is thrown"):
+    lanes = expand_lanes(load_case(tmp_path)).lanes
+    points = lanes.body.points[0]
+    assert points.min(axis=0).tolist() == pytest.approx([-0.11, -0.25, -0.5])
+    assert points.max(axis=0).tolist() == pytest.approx([0.09, 0.25, 0.5])
+    assert lanes.centre_offset_x[0] == 0.0
+    assert lanes.release.height[0] == pytest.approx(0.09, rel=1e-4)
+
+
+def test_a_body_is_thrown_whose_points_surround_its_centre_of_mass():
+    lanes = expand_lanes(load_case("cube-tosses", ["block.centre=[0.0, 0.0, 0.01]"])).lanes
+    assert lanes.thrown
+    assert lanes.body.inner_radius == pytest.approx(np.full(40, 0.0424))
+
+
+BODY = """
+mass = "10 kg"
+base = [[-0.1, -0.1, 0.0], [0.2, 0.0, 0.0], [-0.1, 0.1, 0.0]]
+centre = [0.0, 0.0, 0.3]
+inertia = ["1 kg m^2", "1 kg m^2", "1 kg m^2", "0 kg m^2", "0 kg m^2", "0 kg m^2"]
+"""
+
+
+def test_a_body_on_a_base_alone_is_pushed_and_not_thrown(tmp_path):
+    """It turns about the point that goes down, as a box does."""
+    body = BOX[: BOX.index("width")] + BODY + BOX[BOX.index("[contact]") :]
+    (tmp_path / "case.toml").write_text(body + SIDE, encoding="utf-8")
+    with pytest.raises(InputError, match=r"attitude_w: .* do not surround the centre of mass"):
         expand_lanes(load_case(tmp_path))
-
-
-def test_a_body_that_is_no_box_is_not_thrown():
-    shorter = "-s", "block.centre=[0.0, 0.0, 0.01]"
-    with pytest.raises(InputError, match=r"only boxes are thrown"):
-        expand_lanes(load_case("cube-tosses", [shorter[1]]))
+    (tmp_path / "case.toml").write_text(body + 'angular_velocity_y = "1 rad/s"', encoding="utf-8")
+    release = expand_lanes(load_case(tmp_path)).lanes.release
+    assert release.attitude is None
+    np.testing.assert_allclose(release.velocity[0], [0.3, 0.0, 0.2], atol=1e-12)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from warprock.case.columns import input_meaning
+from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.cli.main import main

@@ -11,9 +11,9 @@ from typing import Annotated, Any, ClassVar
 import pytest
 
 from warprock.case.load import build_case
-from warprock.case.table_keys import ChoiceKey
 from warprock.case.text import template_kinds, template_text
 from warprock.case.validation import KeyedError, Table, below, dotted, refusing, validated
+from warprock.case.value_kinds import ChoiceKey
 from warprock.errors import InputError
 from warprock.quantity import NumberKey
 

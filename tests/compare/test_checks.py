@@ -189,7 +189,7 @@ def test_friction_of_a_velocity_step_follows_from_its_impulses(pulse):
     """The block's rate after the step, by moments of vectors, moves its centre so much."""
     lanes = pulse.lanes
     for lane, block in enumerate(_blocks(lanes)):
-        rate = abs(block.rate_step(-1, 0.0, 1.0))
+        rate = abs(block.rate_step(-1, 0.0, (1.0, 0.0)))
         along = 1.0 - 0.5 * lanes.height[lane] * rate
         across = 0.5 * lanes.width[lane] * rate
         needed = closed_forms.velocity_step_friction(lanes.width[lane], lanes.height[lane])

@@ -83,8 +83,8 @@ def launched(
 ) -> tuple[str, bool]:
     """File of the kernel that a run of a case launches, and whether a thread runs many lanes."""
 
-    def stop(kernel: Any, dim: int, **_: object) -> None:
-        raise LaunchedError(kernel, dim)
+    def stop(kernel: Any, dim: tuple[int, int], **_: object) -> None:
+        raise LaunchedError(kernel, dim[0])
 
     monkeypatch.setattr(wp, "launch", stop)
     lane_set, many = expand_lanes(case), np.zeros(64, np.intp)

@@ -7,13 +7,13 @@ import dataclasses
 import numpy as np
 import numpy.typing as npt
 import pytest
-from scipy.integrate import solve_ivp
 
 from tests.shared.blocks import make_lanes
+from tests.shared.flight import apart, attitudes, euler
 from tests.shared.spatial_blocks import in_space, sound_run, still
 from warprock.model.lanes import SpatialLanes
 from warprock.model.motion import StillBase
-from warprock.model.pose import product, quaternion, turned
+from warprock.model.pose import product, quaternion
 from warprock.model.release import Release
 from warprock.model.response import Outcome, Response, SampleTimes
 from warprock.settings.engines import DemSettings, EventSettings, ImpulseSettings
@@ -51,26 +51,6 @@ def fly(engine: str, lanes: SpatialLanes, duration: float, settings: object = No
     return sound_run(engine, lanes, still(lanes.lane_count), times, settings or SETTINGS[engine])
 
 
-def attitudes(response: Response) -> Array:
-    return np.stack([response[f"attitude_{part}"] for part in "xyzw"], axis=-1)
-
-
-def euler(attitude: Array, spin: Array, times: Array) -> tuple[Array, Array]:
-    """Attitudes and angular velocities of a free brick by Euler's equations, from SciPy."""
-    squares = np.square(SIZES)
-    inertia = squares.sum() - squares
-
-    def rate(_time: float, state: Array) -> Array:
-        q, w = state[:4], state[4:]
-        dq = 0.5 * product(q, np.append(w, 0.0))
-        return np.concatenate([dq, -np.cross(w, inertia * w) / inertia])
-
-    back = attitude * np.array([-1.0, -1.0, -1.0, 1.0])
-    first = np.concatenate([attitude, turned(back, spin)])
-    found = solve_ivp(rate, (0.0, times[-1]), first, t_eval=times, rtol=1e-11, atol=1e-12).y.T
-    return found[:, :4], found[:, 4:]
-
-
 TILTED = quaternion(np.array([0.9, -0.4, 2.0]))
 SPIN = np.array([3.0, -9.0, 2.0])
 
@@ -85,10 +65,10 @@ def test_flight_is_a_parabola_and_the_turn_is_eulers(engine):
     place = np.stack([response[axis][0] for axis in "xyz"], axis=-1)
     # Inside a step of impulse a sample lies on its chord: off by g dt^2 / 8.
     np.testing.assert_allclose(place, way + np.array([0.0, 0.0, 1.0]), atol=5e-8)
-    wanted, _spins = euler(TILTED, SPIN, t)
-    along = np.abs(np.sum(wanted * attitudes(response)[0], axis=-1))
+    squares = np.square(SIZES)
+    wanted = euler(TILTED, SPIN, t, np.diag(squares.sum() - squares))
     step = {"event": 5e-3, "impulse": 2e-4, "dem": 2e-4}[engine]
-    assert np.all(2.0 * np.arccos(np.minimum(along, 1.0)) < 2.0 * (10.0 * step) ** 2)
+    assert np.all(apart(wanted, attitudes(response)[0]) < 2.0 * (10.0 * step) ** 2)
     assert np.all(np.abs(response["energy_lost"]) < 1e-9)
 
 
@@ -156,7 +136,9 @@ def test_a_block_that_slides_stops_where_friction_ends(engine):
     assert response["peak_tilt"][0] < 1e-6
 
 
-@pytest.mark.parametrize("engine", [*ENGINES, "housner", "planar event"])
+@pytest.mark.parametrize(
+    "engine", [*ENGINES, "housner", "planar event", "planar impulse", "planar dem"]
+)
 def test_a_block_that_is_pushed_rises_as_far_as_its_energy(engine):
     """(2/3) R^2 w^2 = g R (cos(alpha - theta) - cos(alpha)), about the edge that it turns on."""
     spin = np.array([0.3, -0.5])
@@ -173,7 +155,9 @@ def test_a_block_that_is_pushed_rises_as_far_as_its_energy(engine):
     else:
         blocks = dataclasses.replace(lanes, release=release)
         response = sound_run(engine.split()[-1], blocks, StillBase(2), times)
-    np.testing.assert_allclose(response["peak_rotation"], wanted, rtol=1e-3)
+    # It sinks into springs, and has lifted before it lets go of them.
+    near = 5e-3 if engine == "planar dem" else 1e-3
+    np.testing.assert_allclose(response["peak_rotation"], wanted, rtol=near)
     assert np.all(response["uplift_time"] <= 1e-3)
 
 
@@ -183,9 +167,8 @@ def test_springs_at_eight_corners_bear_a_block_on_each_of_its_faces():
     lanes = thrown(quaternion(np.array(down)), height=0.3)
     soft, rigid = (fly(engine, lanes, 1.5) for engine in ("dem", "impulse"))
     np.testing.assert_allclose(soft["z"][:, -1], rigid["z"][:, -1], atol=1e-4)
-    along = np.abs(np.sum(attitudes(soft)[:, -1] * attitudes(rigid)[:, -1], axis=-1))
     # Springs give a part of a blow back: it comes down a little beside.
-    assert np.all(2.0 * np.arccos(np.minimum(along, 1.0)) < 0.2)
+    assert np.all(apart(attitudes(soft)[:, -1], attitudes(rigid)[:, -1]) < 0.2)
     assert np.all(soft["outcome"] == Outcome.AT_REST)
 
 

@@ -1,9 +1,11 @@
 """What the loader gives to kernel files."""
 
+import ast
 import pathlib
 import tomllib
 
 import pytest
+import warp as wp
 
 from warprock.kernels.instance import FOLDER, PARAMETERS, SCALAR, kernel_module, public
 
@@ -48,3 +50,37 @@ def test_a_file_that_fails_is_not_kept():
         with pytest.raises(FileNotFoundError, match="no_such_kernel"):
             kernel_module("no_such_kernel", precision="float64")
     assert not (FOLDER / "no_such_kernel.py").exists()
+
+
+def hidden(text: str, given: set[str]) -> set[str]:
+    """Names of a kernel file that its functions give to variables of their own, too.
+
+    Of a name with a part (`e.odd`) Warp asks its own numbers, too: `wp.e`, `wp.tau`.
+    """
+    tree, found = ast.parse(text), set[str]()
+    outer = {*given, *(name.asname or name.name for name in _of(tree, ast.alias))}
+    functions = list(_of(tree, ast.FunctionDef))
+    outer |= {each.name for each in functions}
+    numbers = {name for name, value in vars(wp).items() if isinstance(value, float)}
+    for function in functions:
+        own = {each.arg for each in function.args.args}
+        own |= {each.id for each in _of(function, ast.Name) if isinstance(each.ctx, ast.Store)}
+        parted = {ast.unparse(each.value) for each in _of(function, ast.Attribute)}
+        found |= own & (outer | (numbers & parted))
+    return found
+
+
+def _of(tree, kind):
+    return (node for node in ast.walk(tree) if isinstance(node, kind))
+
+
+def test_what_a_kernel_is_cached_under_does_not_depend_on_what_was_built_before():
+    """Warp's hash takes a variable of such a name for what it hides until it has built it once."""
+    given = set(public(kernel_module(SCALAR, precision="float64")))
+    for file in FOLDER.rglob("*.py"):
+        found = hidden(file.read_text(encoding="utf-8"), given)
+        assert not found, f"{file.relative_to(FOLDER)}: {found}"
+    assert hidden("def step(x: real):\n    e = pair(x)\n    return e.odd", given) == {"e"}
+    assert hidden("def step(x: real):\n    e = x * x\n    return e", given) == set()
+    assert hidden("def step(x: real):\n    sine = x\n    return sized(sine)", given) == {"sine"}
+    assert hidden("def size(x: real): ...\ndef step(size: real): ...", given) == {"size"}

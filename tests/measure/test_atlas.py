@@ -382,7 +382,7 @@ LANE = st.tuples(
     "precision", ["float64", pytest.param("float32", marks=pytest.mark.thorough)]
 )
 @pytest.mark.parametrize("engine", single_block_engines())
-@settings(max_examples=12, deadline=None, derandomize=True)
+@settings(max_examples=12, derandomize=True)
 @given(
     picks=st.lists(LANE, min_size=8, max_size=8),
     step=log(1e-6, 0.1),

@@ -4,9 +4,9 @@ import pathlib
 
 import pytest
 
+from warprock.paper.print_tables import print_reproduction
 from warprock.paper.printed import paper_table
 from warprock.paper.reproduce import reproduce
-from warprock.paper.tables import print_reproduction
 
 pytestmark = pytest.mark.thorough
 """In every run Table 6 has these springs beside the paper's DEM, see tests/paper/test_reproduce.py,

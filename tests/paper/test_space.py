@@ -11,8 +11,8 @@ from rich.console import Console
 from warprock.compare.checks import CaseResponses
 from warprock.model.response import LANE_FIELDS, SPATIAL_FIELDS, Outcome, Response, Status
 from warprock.paper import space as reproduce_space
+from warprock.paper.print_space import print_space
 from warprock.paper.reproduce import reproduce
-from warprock.paper.tables_space import print_space
 
 MEMBERS = 10
 

@@ -23,11 +23,11 @@ from warprock.paper.conflicts_stack import (
     centre_height,
     stack_conflicts_of,
 )
+from warprock.paper.print_tables import print_reproduction
 from warprock.paper.printed import BLOCKS, PAPER_COLUMNS, paper_table
 from warprock.paper.reproduce import reproduce
 from warprock.paper.stack import STACK_ENGINES_OF, STACK_MAKERS
 from warprock.paper.stack_runs import REFERENCE_ANGLE, Cells, cell_rows, input_keys
-from warprock.paper.tables import print_reproduction
 from warprock.run.batch import run_batch
 from warprock.run.case_run import run_case
 

@@ -10,7 +10,7 @@ import pytest
 from rich.console import Console
 
 from warprock.figures.drawing import write_drawings
-from warprock.paper import tables_families
+from warprock.paper import print_families
 from warprock.paper.printed import paper_table
 from warprock.paper.runs import B0, PULSE, SENSITIVITY, PaperRuns
 from warprock.paper.stack_runs import STACK_SINE
@@ -201,7 +201,7 @@ def test_run_times_are_those_of_the_paper_and_of_every_engine_that_can(times):
 
 
 def test_run_times_fit_an_80_column_terminal(times):
-    text = printed(tables_families.print_times, times[0].rows, width=80)
+    text = printed(print_families.print_times, times[0].rows, width=80)
     assert "…" not in text
     assert "18055" in text
     assert all(engine in text for engine in ("housner", "two-block", "xpbd"))
@@ -213,6 +213,6 @@ def test_families_are_printed_side_by_side():
     theirs = {"reading": "as printed", "peak_rotation_ratio": 0.1}
     rows = [shared | ours | {"source": name} for name in ("impulse", "direct", "dem")]
     rows += [shared | theirs | {"source": f"paper-{name}"} for name in ("bullet", "vortex", "dem")]
-    text = printed(tables_families.print_families, rows, width=80)
+    text = printed(print_families.print_families, rows, width=80)
     assert text.count("0.1100") == text.count("0.100 ") == text.count("+10.0") == 3
-    assert printed(tables_families.print_families, rows[1:]) == ""
+    assert printed(print_families.print_families, rows[1:]) == ""

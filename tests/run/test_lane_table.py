@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from tests.shared.shipped import RUNNABLE_CASES
-from warprock.case.columns import input_meaning
+from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.errors import InputError

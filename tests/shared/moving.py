@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
 from warprock.model.pose import quaternion
@@ -26,4 +28,22 @@ def swinging(samples: int = 5, *, spatial: bool = False, drift: float = 0.01) ->
         ratio=np.stack([turn / 0.38, turn / 0.46]),
         base=base,
         acceleration=np.zeros_like(base),
+    )
+
+
+def tumbling(samples: int = 5) -> SceneMotion:
+    """A wedge in space that turns about x while it goes along x."""
+    times = 0.1 * np.arange(samples)
+    still = np.zeros_like(times)
+    attitude = quaternion(np.stack([2.0 * times, still, still], axis=-1))
+    corners = [
+        (x, *place) for x in (-0.1, 0.2) for place in ((-0.2, -0.1), (0.2, -0.1), (0.0, 0.3))
+    ]
+    return dataclasses.replace(
+        swinging(samples, spatial=True),
+        sizes=np.array([[0.3, 0.4, 0.4]]),
+        position=np.stack([5.0 * times, still, still + 0.5], axis=-1)[None],
+        attitude=attitude[None],
+        ratio=still[None],
+        outline=np.array(corners),
     )

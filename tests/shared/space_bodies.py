@@ -21,6 +21,10 @@ ROCK_POINTS = np.array(
     ]
 )  # fmt: skip
 """Contact points of a rock without symmetry, from its centre of mass [m]; the last hangs."""
+BOULDER = np.concatenate(
+    [ROCK_POINTS, [(-0.08, -0.1, 0.2), (0.12, -0.05, 0.25), (0.1, 0.12, 0.22), (-0.1, 0.06, 0.28)]]
+)
+"""The rock with points on its top: it has some to land on in every attitude [m]."""
 ROCK_TENSOR = np.array([(0.05, 0.008, 0.004), (0.008, 0.042, -0.003), (0.004, -0.003, 0.03)])
 """Its moments of inertia over its mass [m^2]."""
 

@@ -22,7 +22,7 @@ from warprock.analysis.likelihood import Brackets
 from warprock.analysis.lognormal import Fit, bracket_lanes, fit_lognormal, record_band
 from warprock.analysis.lognormal import Verdict as FitVerdict
 from warprock.case.case import Case
-from warprock.case.columns import input_meaning
+from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import expand_lanes
 from warprock.errors import InputError, listed
 from warprock.model.response import USABLE, Outcome, Response, Status

@@ -7,11 +7,13 @@ so lanes are counted at the intensity at which they ran, never from the first ex
 
 Which lanes count (`RULE`): one whose status says that it has no numbers is left out and counted by
 its status. One whose numbers leave open whether it reached a limit state (see
-`warprock.analysis.limits`) is in doubt; it counts by what became of it in its finest run, and bands
-reach around those of the two fits in which all lanes in doubt reached the limit, or none. Leaving
-them out would take away lanes near the limit, and with them the dispersion; counting half of each
-would add to it. Where both together are more than a stated share of the lanes there is no fit, for
-they are not a random part of them.
+`warprock.analysis.limits`) is in doubt; it counts by what became of it in its finest run. There are
+two more fits: in one all lanes in doubt reached the limit, in the other none did. The band of a
+curve holds the bands of both. Leaving lanes in doubt out would take away lanes near the limit, and
+with them the dispersion; counting half of each would add to it. Where lanes left out and lanes in
+doubt are more than a stated share of all there is no fit, for they are not a random part of them.
+
+The fit itself is in `warprock.analysis.lognormal`.
 """
 
 from __future__ import annotations

@@ -5,8 +5,8 @@ from __future__ import annotations
 import functools
 import os
 import pathlib
-from collections.abc import Sequence
-from typing import Unpack
+from collections.abc import Mapping, Sequence
+from typing import Any, Unpack
 
 import pandas as pd
 
@@ -23,13 +23,17 @@ from warprock.analysis.spectrum import run_spectrum
 from warprock.api.case import AnyCase
 from warprock.api.found import Found
 from warprock.api.names import python_names
-from warprock.api.work import How, HowHeld, Work, listing_how, working
+from warprock.api.work import How, HowHeld, listing_how, working
 from warprock.errors import InputError
 from warprock.figures.fragility import draw_curves, groups_of, plot_curves
 from warprock.figures.incremental import draw_analysis, plot_analysis
 from warprock.figures.overturning import draw_map, plot_map
 from warprock.figures.sensitivity import draw_sensitivity, plot_sensitivity
 from warprock.figures.spectrum import draw_spectrum, plot_spectrum
+from warprock.report.chosen import played_of_analysis
+from warprock.report.replays import played_beside
+from warprock.report.scenes import scenes_of
+from warprock.run.work import Work
 from warprock.tables.fragility import fragility_report
 from warprock.tables.incremental import analysis_report
 from warprock.tables.overturning import map_report
@@ -96,7 +100,17 @@ def fragility(
         functools.partial(fragility_report, lanes, curves, source, intensity),
         functools.partial(draw_curves, curves, intensity),
         (len(groups_of(curves)), lambda ax, group: plot_curves(ax, curves, intensity, group)),
+        functools.partial(_played_of_table, table, lanes, intensity),
     )
+
+
+def _played_of_table(table: Table, lanes: pd.DataFrame, intensity: str) -> Mapping[str, Any] | None:
+    """Lanes to play of the run that a table is of; None where it is not known."""
+    if isinstance(table, Found):
+        return table._scenes()
+    if isinstance(table, pd.DataFrame):
+        return None
+    return played_beside(lanes, pathlib.Path(table), intensity)
 
 
 def _lanes_of(table: Table) -> tuple[pd.DataFrame, str]:
@@ -181,6 +195,7 @@ def _ida(
         functools.partial(analysis_report, found, work.case, groups, intensity),
         functools.partial(draw_analysis, found, groups, intensity),
         (len(groups), lambda ax, group: plot_analysis(ax, found, groups, intensity, group)),
+        functools.partial(played_of_analysis, work.case, work.engine, work.options, found),
     )
 
 
@@ -229,6 +244,7 @@ def map(
         functools.partial(map_report, found),
         functools.partial(draw_map, found),
         (len(found.groups), lambda ax, group: plot_map(ax, found, group)),
+        functools.partial(scenes_of, found.run),
     )
 
 
@@ -272,6 +288,7 @@ def spectrum(
         functools.partial(spectrum_report, found),
         functools.partial(draw_spectrum, found),
         (len(found.groups), lambda ax, group: plot_spectrum(ax, found, group)),
+        functools.partial(scenes_of, found.run),
     )
 
 

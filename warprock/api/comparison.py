@@ -13,6 +13,7 @@ from warprock.case.load import Overrides
 from warprock.compare.checks import compare as compare_engines
 from warprock.figures.drawing import Drawing
 from warprock.figures.poses import draw_poses
+from warprock.report.chosen import played_of_comparison
 from warprock.tables.comparison import comparison_report
 
 
@@ -58,7 +59,13 @@ def compare(
     draw: Callable[[], list[Drawing]] = list
     if "observed" in found:
         draw = functools.partial(draw_poses, found)
-    return Comparison(title, found, functools.partial(comparison_report, work, found), draw)
+    return Comparison(
+        title,
+        found,
+        functools.partial(comparison_report, work, found),
+        draw,
+        play=functools.partial(played_of_comparison, work, found),
+    )
 
 
 class Comparison(Found):

@@ -54,9 +54,10 @@ class Found:
         report: Callable[[], Report],
         draw: Callable[[], Sequence[Drawing]],
         panel: Panel | None = None,
+        play: Callable[[], Mapping[str, Any] | None] | None = None,
     ) -> None:
         self.title, self.found = title, found
-        self._reported, self._draw, self._panel = report, draw, panel
+        self._reported, self._draw, self._panel, self._play = report, draw, panel, play
         self._saved: pathlib.Path | None = None
 
     @functools.cached_property
@@ -184,7 +185,7 @@ class Found:
 
     def _scenes(self) -> Mapping[str, Any] | None:
         """Lanes to play on the page; None where there are none."""
-        return None
+        return None if self._play is None else self._play()
 
     def _write(self, folder: pathlib.Path) -> list[pathlib.Path]:
         """Writes all but the figures."""

@@ -18,11 +18,12 @@ from warprock.api.plain import plain
 from warprock.case.block import Block as BlockTable
 from warprock.case.block import StackedBlock
 from warprock.case.body import Body as BodyTable
+from warprock.case.body import StackedBody
 from warprock.case.contact import Contact as ContactTable
 from warprock.case.motion import Motion as MotionTable
 from warprock.case.run import Run as RunTable
 from warprock.case.start import Start as StartTable
-from warprock.case.table_columns import swept_columns
+from warprock.case.sweep_file_columns import swept_columns
 from warprock.case.validation import KeyedError, Table, refusing, unknown_key
 from warprock.quantity import InputKey, Key
 
@@ -113,7 +114,7 @@ class Block(_Declared):
     A case takes one block, or a list of blocks that stand on one another, the lowest first;
     chamfer, offset, friction, rotation and yaw belong to blocks of a list. Sizes are text with a
     unit. A body that is no box has mass, base, centre and inertia in the place of sizes and
-    density.
+    density, and below another block its top.
 
     Example:
         >>> import warprock as wr
@@ -126,7 +127,7 @@ class Block(_Declared):
 mm, km, in, ft), such as "8 mm"
     """
 
-    _tables = (StackedBlock, BodyTable, BlockTable)
+    _tables = (StackedBody, StackedBlock, BodyTable, BlockTable)
 
 
 class Contact(_Declared):

@@ -10,8 +10,8 @@ import numpy as np
 
 from warprock.api.names import python_names
 from warprock.errors import InputError
-from warprock.records.csv_file import csv_text
 from warprock.records.loading import load_record
+from warprock.records.sample_file import csv_text
 from warprock.records.writing import NOT_STATED
 from warprock.run.files import replacing, require_writable_file
 

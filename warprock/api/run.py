@@ -15,7 +15,7 @@ from warprock.api.found import Found
 from warprock.api.names import python_names
 from warprock.api.progress import Shown
 from warprock.api.work import HowHeld, working
-from warprock.case.columns import columns_of
+from warprock.case.input_columns import columns_of
 from warprock.case.load import Overrides
 from warprock.case.run import Run as RunTable
 from warprock.case.validation import refusing, validated

@@ -15,6 +15,7 @@ from warprock.errors import InputError
 from warprock.figures.drawing import Drawing
 from warprock.figures.study import draw_histories, draw_study
 from warprock.quantity import NOTHING
+from warprock.report.chosen import played_of_study
 from warprock.run.options import RunOptions
 from warprock.tables.report import Report
 from warprock.tables.study import print_study_run
@@ -77,6 +78,7 @@ def study(
         found,
         functools.partial(_report, found),
         functools.partial(_draw, found),
+        play=functools.partial(played_of_study, found),
     )
 
 

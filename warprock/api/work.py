@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import functools
 import inspect
 import typing
@@ -13,10 +12,10 @@ from typing import Any, TypedDict, TypeVar, cast
 from warprock.api.case import AnyCase, any_case
 from warprock.api.names import python_names
 from warprock.api.progress import Shown, shown
-from warprock.case.case import Case as JudgedCase
 from warprock.case.load import Overrides
 from warprock.run.engine_choice import EngineChoice, choose_engine
 from warprock.run.options import TOLERANCE, RunOptions
+from warprock.run.work import Work
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -35,26 +34,6 @@ class HowHeld(How, total=False):
     """How lanes are run and held to a tolerance; `run` says what each is."""
 
     tolerance: float | None
-
-
-@dataclasses.dataclass(frozen=True)
-class Work:
-    """A case to be worked on.
-
-    Attributes:
-        case: The case, as the rooms below take it.
-        choice: The engine named, or the one that the case has as a rule.
-        options: How its lanes are run, with the progress to report.
-    """
-
-    case: JudgedCase
-    choice: EngineChoice
-    options: RunOptions
-
-    @property
-    def engine(self) -> str:
-        """Name of the engine."""
-        return self.choice.engine
 
 
 @contextlib.contextmanager
@@ -84,6 +63,9 @@ def working(
         progress: As in `run`.
         counted: Whether as many lanes will run as the case has.
         factors: On the motion of the case: those at which it will run.
+
+    Yields:
+        The case, its engine, and how lanes are run, with the progress to report.
 
     Raises:
         InputError: Something cannot be used, before the block or in it.

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Self, TypeVar
 
 import pydantic
 
-from warprock.case.body import HEIGHT, Body
-from warprock.case.contact import FRICTION
-from warprock.case.validation import KeyedError, Table, validated
+from warprock.case.body import (
+    FACE_FRICTION,
+    HEIGHT,
+    OFFSET,
+    ROTATION_START,
+    Body,
+    StackedBody,
+)
+from warprock.case.validation import KeyedError, Table, below, validated
 from warprock.model.runnable import MOST_BLOCKS
-from warprock.quantity import NOTHING, Column, FrictionKey, NumberKey, Said
+from warprock.quantity import NOTHING, Column, NumberKey, Said
 
 ROUND_DEPTH = math.pi / 4.0
 """Depth over diameter of the box that stands for a round base: their areas are the same."""
@@ -105,35 +111,9 @@ class StackedBlock(_Box):
             column=Column("chamfer", "mm", "Width cut off each edge"),
         ),
     ] = 0.0
-    offset: Annotated[
-        float,
-        NumberKey(
-            "the distance of the block's centre to +x of the centre of the block below",
-            "-1 km to 1 km",
-            swept=True,
-            column=Column("offset", "mm"),
-        ),
-    ] = 0.0
-    friction: Annotated[
-        float | None,
-        FrictionKey(
-            "the friction coefficient or the friction angle of the face the block stands on",
-            FRICTION,
-            swept=True,
-            column=Column("friction", text="Coulomb friction coefficient"),
-        ),
-    ] = None
-    rotation: Annotated[
-        float,
-        NumberKey(
-            "the rotation of the block at the start",
-            "-90 deg to 90 deg",
-            low_open=True,
-            high_open=True,
-            swept=True,
-            column=Column("rotation_start"),
-        ),
-    ] = 0.0
+    offset: Annotated[float, OFFSET] = 0.0
+    friction: Annotated[float | None, FACE_FRICTION] = None
+    rotation: Annotated[float, ROTATION_START] = 0.0
     offset_across: Annotated[
         float | None,
         NumberKey(
@@ -159,7 +139,7 @@ class StackedBlock(_Box):
     centre_offset_y: Annotated[float | None, _CENTRE_OFFSET_Y] = None
 
 
-class Stack(pydantic.RootModel[dict[str, StackedBlock]]):
+class Stack(pydantic.RootModel[dict[str, StackedBlock | StackedBody]]):
     """The blocks of a stack by number, 1 the lowest."""
 
     model_config = pydantic.ConfigDict(frozen=True)
@@ -184,11 +164,48 @@ class Stack(pydantic.RootModel[dict[str, StackedBlock]]):
                 )
                 raise KeyedError(name, Said("a block of that number"), allowed)
         highest = max(blocks, key=known.index)
-        for below in known[: known.index(highest)]:
-            if below not in blocks:
+        for lower in known[: known.index(highest)]:
+            if lower not in blocks:
                 allowed = f"must be given below block.{highest}: {numbered}"
-                raise KeyedError(below, NOTHING, allowed)
-        return blocks
+                raise KeyedError(lower, NOTHING, allowed)
+        return {name: _stacked(str(name), table) for name, table in blocks.items()}
+
+    @pydantic.model_validator(mode="after")
+    def _all_but_the_highest_carry(self) -> Self:
+        for number in range(1, len(self.root)):
+            block = self.root[str(number)]
+            if isinstance(block, StackedBody) and block.top is None:
+                allowed = f"must be given, [[x, z], [x, z]]: block.{number + 1} stands on it"
+                raise KeyedError((str(number), "top"), NOTHING, allowed)
+        return self
+
+
+OfBody = TypeVar("OfBody", bound=Table)
+OfBox = TypeVar("OfBox", bound=Table)
+
+
+def _stacked(number: str, table: object) -> object:
+    """A block of a stack as it is read: a body where it has a key that only bodies have."""
+    with below(number):
+        return validated(_kind(table, StackedBody, StackedBlock), table)
+
+
+def _kind(table: object, body: type[OfBody], box: type[OfBox]) -> type[OfBody] | type[OfBox]:
+    """What a table of a block is, by its keys.
+
+    Raises:
+        KeyedError: It has keys of both.
+    """
+    of_body = {*body.declared()} - {*box.declared()}
+    given = of_body.intersection(table) if isinstance(table, Mapping) else set()
+    if not given:
+        return box
+    assert isinstance(table, Mapping)
+    for name in table:
+        if name in box.declared() and name not in body.declared():
+            allowed = f"must not be given beside {min(given)}: a body is no box"
+            raise KeyedError(name, table[name], allowed)
+    return body
 
 
 def read_block(table: object) -> Block | Stack | Body:
@@ -196,14 +213,6 @@ def read_block(table: object) -> Block | Stack | Body:
 
     A key that a body alone has, such as `base`, makes it a body.
     """
-    if isinstance(table, Mapping):
-        if any(str(name).isdecimal() for name in table):
-            return validated(Stack, table)
-        of_body = Body.own().intersection(table)
-        if of_body:
-            for name in table:
-                if name in Block.declared() and name not in Body.declared():
-                    allowed = f"must not be given beside {min(of_body)}: a body is no box"
-                    raise KeyedError(name, table[name], allowed)
-            return validated(Body, table)
-    return validated(Block, table)
+    if isinstance(table, Mapping) and any(str(name).isdecimal() for name in table):
+        return validated(Stack, table)
+    return validated(_kind(table, Body, Block), table)

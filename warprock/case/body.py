@@ -9,10 +9,11 @@ import numpy as np
 import numpy.typing as npt
 import pydantic
 
-from warprock.case.table_keys import OtherKey
+from warprock.case.contact import FRICTION
 from warprock.case.validation import KeyedError, Table
+from warprock.case.value_kinds import OtherKey
 from warprock.model.hull import LEVEL, lower_hulls
-from warprock.quantity import Column, NumberKey, Said
+from warprock.quantity import Column, FrictionKey, NumberKey, Said
 from warprock.units import Dimension, allowed_text, parse_any
 
 Array = npt.NDArray[np.float64]
@@ -24,6 +25,28 @@ HEIGHT = NumberKey(
     "the full height of the block", "1 mm to 1 km", swept=True, column=Column("height")
 )
 """Full height; of a body for tables and pictures alone."""
+
+OFFSET = NumberKey(
+    "the distance of the middle of the face the block stands on to +x of the middle of the top of "
+    "the block below",
+    "-1 km to 1 km",
+    swept=True,
+    column=Column("offset", "mm"),
+)
+FACE_FRICTION = FrictionKey(
+    "the friction coefficient or the friction angle of the face the block stands on",
+    FRICTION,
+    swept=True,
+    column=Column("friction", text="Coulomb friction coefficient"),
+)
+ROTATION_START = NumberKey(
+    "the rotation of the block at the start",
+    "-90 deg to 90 deg",
+    low_open=True,
+    high_open=True,
+    swept=True,
+    column=Column("rotation_start"),
+)
 
 _LENGTH = NumberKey("a coordinate", "-1 km to 1 km or -1000 to 1000")
 _POINT = "[x, z], or [x, y, z] in space: lengths with a unit, or numbers of metres"
@@ -68,6 +91,16 @@ def _base(got: object) -> tuple[tuple[float, ...], ...]:
     return tuple(found)
 
 
+def _top(got: object) -> tuple[tuple[float, ...], ...]:
+    """Ends of a face in the plane [m], that to -x first."""
+    allowed = "must be a list of 2 points, the ends of the face, each [x, z]: lengths with a unit, "
+    allowed += "or numbers of metres"
+    ends = tuple(_point(end) for end in _list(got, allowed))
+    if len(ends) != 2 or any(len(end) != 2 for end in ends):
+        raise ValueError(allowed)
+    return tuple(sorted(ends))
+
+
 def _inertia(got: object) -> tuple[float, ...]:
     allowed = (Dimension.INERTIA, Dimension.DIMENSIONLESS)
     parts = got if isinstance(got, list | tuple) else [got]
@@ -84,10 +117,8 @@ def _inertia(got: object) -> tuple[float, ...]:
     return tuple(found)
 
 
-class Body(Table):
-    """A body that is no box: `mass` and `base` stand where a box has width and density."""
-
-    place: ClassVar[str] = "block"
+class _Body(Table):
+    """What every body has that is no box: `mass` and `base` where a box has width and density."""
 
     mass: Annotated[
         float,
@@ -131,22 +162,7 @@ class Body(Table):
             column=Column("base_scale"),
         ),
     ] = 1.0
-    corner_radius: Annotated[
-        float | None,
-        NumberKey(
-            "the radius that the corners of the base are rounded with, between the edges that "
-            "meet in them and, at its ends, the vertical",
-            "0 m to 1 km",
-            swept=True,
-            column=Column("corner_radius", "mm"),
-        ),
-    ] = None
     height: Annotated[float | None, HEIGHT] = None
-
-    @classmethod
-    def own(cls) -> set[str]:
-        """Its keys that no box has."""
-        return {*cls.model_fields} - {"height"}
 
     @property
     def spatial(self) -> bool:
@@ -199,6 +215,60 @@ class Body(Table):
             few = "a body stands on those with the least z"
             allowed = f"must be above the area between the lowest contact points: {few}"
             raise KeyedError("centre", list(self.centre), allowed)
+
+
+class Body(_Body):
+    """The body of a case with one body in a lane."""
+
+    place: ClassVar[str] = "block"
+
+    corner_radius: Annotated[
+        float | None,
+        NumberKey(
+            "the radius that the corners of the base are rounded with, between the edges that "
+            "meet in them and, at its ends, the vertical",
+            "0 m to 1 km",
+            swept=True,
+            column=Column("corner_radius", "mm"),
+        ),
+    ] = None
+
+
+class StackedBody(_Body):
+    """One block of a stack in the plane that is no box; what stands on it stands on its top."""
+
+    place: ClassVar[str] = "block.N"
+
+    top: Annotated[
+        Any,
+        OtherKey(
+            "the ends of the flat top of a body that carries a block, in the axes of the base",
+            "list of 2 points [x, z]",
+            _top,
+        ),
+    ] = None
+    offset: Annotated[float, OFFSET] = 0.0
+    friction: Annotated[float | None, FACE_FRICTION] = None
+    rotation: Annotated[float, ROTATION_START] = 0.0
+
+    @pydantic.model_validator(mode="after")
+    def _fits_in_a_stack(self) -> Self:
+        if self.top is not None:
+            self._judge_top()
+        return self
+
+    def _judge_top(self) -> None:
+        """Refuses a top that is not level, or not above the base, or of a body in space."""
+        if self.spatial:
+            allowed = "must not be given with points [x, y, z]: it is seen in the plane alone"
+            raise KeyedError("top", list(self.top), allowed)
+        (left, low), (right, high) = self.top
+        if left == right or abs(high - low) > LEVEL * abs(right - left):
+            raise KeyedError("top", list(self.top), "must be two ends of a level face: the same z")
+        if high <= max(z for _x, z in self.base):
+            raise KeyedError("top", list(self.top), "must be above all points of the base")
+        if self.height is not None:
+            raise KeyedError("height", f"{self.height:g} m", "must not be given beside top")
 
 
 def _numbers(count: int) -> str:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case.body import Body, profiles
-from warprock.case.columns import computed, key_column, lane_columns
+from warprock.case.body import Body, StackedBody, profiles
+from warprock.case.input_columns import computed, key_column, lane_columns
 from warprock.errors import InputError
 from warprock.model import rocking
 from warprock.model.bodies import Bodies, principal_axes, turned
@@ -27,7 +27,7 @@ DIRECTION = "motion.direction"
 _BOX = tuple(f"block.{name}" for name in ("width", "height", "depth"))
 """Keys of the box around a body, in the order of their columns."""
 
-_SIDES = ("left", "right")
+SIDES = ("left", "right")
 """What columns call the sides at -x and at +x."""
 
 
@@ -109,8 +109,16 @@ def _in_space(values: LaneValues, body: Body) -> Bodies:
     )
 
 
-def _in_plane(values: LaneValues, body: Body) -> Bodies:
-    count, mass = len(values.lanes), values.numbers("block.mass")
+def seen_in_plane(
+    values: LaneValues, body: Body | StackedBody
+) -> tuple[Array, npt.NDArray[np.int32], Array]:
+    """A body in the plane: what can touch there, of a body in space in that of the motion.
+
+    Returns:
+        Points from the centre of mass [m], shape [lane, point, 2], how many each lane has, and
+        moments of inertia [kg m^2], shape [lane].
+    """
+    count = len(values.lanes)
     if body.spatial:
         given = values.given(DIRECTION)
         direction = values.numbers(DIRECTION) if given else np.zeros(count)
@@ -122,13 +130,18 @@ def _in_plane(values: LaneValues, body: Body) -> Bodies:
         hulls, counts = lower_hulls(body.points[None])
         place = np.zeros(count, np.intp)
         inertia = np.full(count, body.inertia[0])
-    points = hulls[place]
+    return hulls[place], counts[place], inertia
+
+
+def _in_plane(values: LaneValues, body: Body) -> Bodies:
+    count, mass = len(values.lanes), values.numbers("block.mass")
+    points, counts, inertia = seen_in_plane(values, body)
     points[..., 0] *= values.numbers("block.base_scale")[:, None]
     bodies = Bodies(
         mass=mass,
         gyration=inertia / mass,
         points=points,
-        count=counts[place],
+        count=counts,
         corner_radius=_radius(values),
         axes=np.tile((0.0, 0.0, 0.0, 1.0), (count, 1)),
     )
@@ -179,7 +192,7 @@ def body_columns(values: LaneValues, table: Body, lanes: Lanes) -> dict[str, obj
     columns |= lane_columns(_BOX, lanes)
     columns |= lane_columns(["contact.friction", "contact.angular_restitution"], lanes)
     columns |= computed("slenderness_angle", lanes.slenderness_angle)
-    for side, angle in zip(_SIDES, lanes.slenderness_angles.T, strict=True):
+    for side, angle in zip(SIDES, lanes.slenderness_angles.T, strict=True):
         columns |= computed(f"slenderness_angle_{side}", angle)
     columns |= computed("half_diagonal", body.reaches.min(axis=1))
     columns |= computed("frequency_parameter", body.frequency_parameter)

@@ -17,11 +17,16 @@ from warprock.case.contact import Contact
 from warprock.case.motion import Motion
 from warprock.case.run import Run
 from warprock.case.start import Start
-from warprock.case.table_keys import ProseKey
 from warprock.case.validation import KeyedError, Table
+from warprock.case.value_kinds import ProseKey
 from warprock.quantity import Said, TextKey
 
 PLANAR, SPATIAL = "planar", "spatial"
+
+MODEL_TEXT = (
+    "the space that blocks move in; planar keeps them in the plane where the base moves upwards, "
+    "too (motion.z)"
+)
 
 APART = ("sweep", "spectrum", "sample", "ensemble", "study")
 """Tables that are read before or after the others, each in a file of its own."""
@@ -32,11 +37,12 @@ class CaseFile(Table):
 
     Attributes:
         model: Whether the blocks move in the plane of rocking or in space; None lets the scene say.
+            A base that moves upwards makes it space, unless the plane is asked for.
     """
 
     title: Annotated[str, TextKey("text that says what the case is")]
     source: Annotated[str, ProseKey("where the numbers of the case come from")]
-    model: Annotated[str | None, TextKey("the space that blocks move in", (PLANAR, SPATIAL))] = None
+    model: Annotated[str | None, TextKey(MODEL_TEXT, (PLANAR, SPATIAL))] = None
     block: Annotated[Block | Stack | Body, pydantic.PlainValidator(read_block)]
     contact: Contact
     start: Start = Start()

@@ -9,8 +9,8 @@ from typing import Annotated, Any, ClassVar, Literal
 
 import pydantic
 
-from warprock.case.table_keys import OtherKey, ProseKey
 from warprock.case.validation import KeyedError, Table, validated
+from warprock.case.value_kinds import OtherKey, ProseKey
 from warprock.model.runnable import MOST_BLOCKS
 from warprock.quantity import NOTHING, NumberKey, TextKey
 from warprock.settings.engines import SETTINGS

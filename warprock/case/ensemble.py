@@ -21,8 +21,8 @@ from warprock.case.case_file import CaseFile
 from warprock.case.keys import DRAWN_KEYS, KEYS, general_key
 from warprock.case.sampling import SAMPLING, SEED, Sample
 from warprock.case.sweep import axis_keys
-from warprock.case.table_keys import OtherKey, WholeKey
 from warprock.case.validation import KeyedError, Table, below, unknown_key, validated
+from warprock.case.value_kinds import OtherKey, WholeKey
 from warprock.quantity import NOTHING, FrictionKey, Key, NumberKey
 from warprock.units import Dimension, Quantity, allowed_text, format_quantity, parse_any
 

@@ -11,9 +11,10 @@ import numpy.typing as npt
 
 from warprock.case.body_lanes import DIRECTION
 from warprock.case.case import Case
-from warprock.case.columns import SPECTRAL, computed, key_column
+from warprock.case.input_columns import SPECTRAL, computed, key_column
 from warprock.case.keys import KEYS
 from warprock.case.run import DURATION
+from warprock.case.space import UPWARDS
 from warprock.case.values import LaneValues
 from warprock.case.waveforms import FAMILIES, FAMILY_OF
 from warprock.errors import InputError
@@ -23,6 +24,7 @@ from warprock.model.motion import (
     PlanarMotions,
     SpatialMotions,
     StillBase,
+    UprightMotions,
     Waveform,
     no_motion,
 )
@@ -38,8 +40,8 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-ALONG, ACROSS, UPWARDS = "motion", "motion.y", "motion.z"
-"""Tables of a case that move the base along x, y and z."""
+ALONG, ACROSS = "motion", "motion.y"
+"""Tables of a case that move the base along x and y; `UPWARDS` moves it along z."""
 
 _PEAK_VELOCITY = "peak_velocity_m_s"
 
@@ -47,7 +49,7 @@ _PEAK_VELOCITY = "peak_velocity_m_s"
 def lane_motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[str, object]]:
     """Ground motions and their columns of the table of inputs.
 
-    Of blocks in space the columns of the motion across and of the vertical one end in _y and _z.
+    The columns of the motion across and of the vertical one end in _y and _z.
     """
     if values.case.tables.motion is None:
         still = StillBase(lanes.lane_count)
@@ -65,13 +67,13 @@ def lane_motions(values: LaneValues, lanes: Lanes) -> tuple[GroundMotions, dict[
         columns["normalised_velocity"] = (
             p * np.asarray(columns[_PEAK_VELOCITY]) / (GRAVITY * uplift)
         )
-    if not lanes.spatial:
-        return along, columns
     for table, (_, more, peak) in found.items():
         if table == ACROSS and not lanes.stacked:
             more |= {"normalised_acceleration": peak / (GRAVITY * _uplift(lanes, ACROSS))}
         if table != ALONG:
             columns |= {f"{name}_{table[-1]}": column for name, column in more.items()}
+    if not lanes.spatial:
+        return (UprightMotions(along, found[UPWARDS][0]) if UPWARDS in found else along), columns
     rest = no_motion(along)
     across, upwards = (found[t][0] if t in found else rest for t in (ACROSS, UPWARDS))
     if turn is not None:

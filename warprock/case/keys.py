@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 
 from warprock.case.block import Block, StackedBlock
-from warprock.case.body import Body
+from warprock.case.body import Body, StackedBody
 from warprock.case.case_file import CaseFile
 from warprock.case.contact import Contact
 from warprock.case.motion import Motion
@@ -17,7 +17,10 @@ from warprock.case.start import Start
 from warprock.case.validation import Table
 from warprock.quantity import NumberKey, TextKey
 
-_TABLES: tuple[type[Table], ...] = (Body, Block, Contact, Start, Motion, Run, StackedBlock)
+_TABLES: tuple[type[Table], ...] = (
+    *(Body, Block, Contact, Start, Motion, Run),
+    *(StackedBody, StackedBlock),
+)
 
 
 def _keys() -> dict[str, NumberKey | TextKey]:

@@ -18,9 +18,9 @@ from warprock.case.axes import LABEL
 from warprock.case.body_lanes import body_columns, body_lanes, body_of
 from warprock.case.case import Case
 from warprock.case.check import PeaksCheck
-from warprock.case.columns import computed, key_column, lane_columns
 from warprock.case.ensemble import CELL_COLUMNS
 from warprock.case.ground_motions import lane_motions
+from warprock.case.input_columns import computed, key_column, lane_columns
 from warprock.case.keys import general_key
 from warprock.case.release import release_columns, released
 from warprock.case.round_base import refuse_in_space, round_keys
@@ -256,13 +256,17 @@ def _scene(values: LaneValues, *, in_space: bool) -> tuple[Lanes, GroundMotions,
     if body is not None:
         blocks = body_lanes(values, body, in_space=in_space)
     else:
-        blocks = stack_lanes(values) if stacked else _blocks(values, in_space=in_space)
+        blocks = (
+            stack_lanes(values, in_space=in_space)
+            if stacked
+            else _blocks(values, in_space=in_space)
+        )
     if in_space:
         blocks = spatial_lanes(values, blocks)
     if body is not None:
         columns = body_columns(values, body, blocks)
     else:
-        columns = stack_columns(blocks) if stacked else _block_columns(blocks)
+        columns = stack_columns(values, blocks) if stacked else _block_columns(blocks)
     for number, key in round_keys(values).items():
         columns |= key_column(general_key(key), values.numbers(key), number)
     if isinstance(blocks, SpatialLanes):

@@ -151,7 +151,11 @@ class Direction(Table):
 
 
 class Motion(Direction):
-    """How the base moves: along x, and in space also along y and z."""
+    """How the base moves: along x; in space also along y and z, in the plane upwards where asked.
+
+    A box whose base moves upwards runs in space unless the case says `model = "planar"`; a profile
+    runs in the plane.
+    """
 
     direction: Annotated[
         float | None,

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 from pydantic.fields import FieldInfo
 
 from warprock.case.block import Block, StackedBlock
-from warprock.case.body import Body
+from warprock.case.body import Body, StackedBody
 from warprock.case.case_file import CaseFile
 from warprock.case.check import CHECKS
 from warprock.case.contact import Contact
@@ -24,7 +24,7 @@ from warprock.case.spectrum import SpectrumTable
 from warprock.case.start import Start
 from warprock.case.study import StudyTable
 from warprock.case.sweep import Grid
-from warprock.case.table_file import TableEntry
+from warprock.case.sweep_file import TableEntry
 from warprock.case.validation import Table
 from warprock.case.waveforms import FAMILIES, Family
 from warprock.errors import InputError, did_you_mean, listed
@@ -89,6 +89,7 @@ def sections() -> Iterator[Section]:
     yield _section("[block]", Block)
     yield _section("[block] of a body", Body)
     yield _section("[block.N]", StackedBlock)
+    yield _section("[block.N] of a body", StackedBody)
     yield _section("[contact]", Contact)
     yield _section("[start]", Start)
     yield _section("[motion], [motion.y], [motion.z]", Motion)

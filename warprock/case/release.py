@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case.columns import key_column
+from warprock.case.input_columns import key_column
 from warprock.case.space import optional
 from warprock.case.start import ATTITUDE, AXES
 from warprock.errors import InputError
+from warprock.model.bodies import boxes_on_corners
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.pose import start_corners, turned
 from warprock.model.release import Release, rolling
-from warprock.quantity import NOTHING, Said
+from warprock.quantity import NOTHING
 
 if TYPE_CHECKING:
     from warprock.case.values import LaneValues
@@ -36,7 +37,9 @@ SUNK = 1e-9
 def released(values: LaneValues, lanes: Lanes) -> Lanes:
     """Single blocks as the case lets them go: from rest on their bottom, or as it says.
 
-    A box that is thrown is one also where the case describes it as a body, by its eight corners.
+    A box that is thrown is one also where the case describes it as a body, by its eight corners;
+    one with its centre of mass beside its middle is a body. Other bodies are thrown where their
+    points surround their centre of mass: those of a base alone leave nothing to fall on.
 
     Args:
         values: Values of the case.
@@ -44,7 +47,7 @@ def released(values: LaneValues, lanes: Lanes) -> Lanes:
 
     Raises:
         InputError: A part of an attitude is missing, it is no unit quaternion, a block would start
-            in the ground, or is not one that can be thrown.
+            in the ground, or is a body that cannot be thrown.
     """
     given = [key for key in (*VELOCITY, *SPIN, *PARTS, HEIGHT) if values.given(key)]
     if not given:
@@ -54,38 +57,45 @@ def released(values: LaneValues, lanes: Lanes) -> Lanes:
     velocity = np.stack([optional(values, key) for key in VELOCITY], axis=-1)
     if {*PARTS, HEIGHT}.intersection(given):
         attitude = _attitude(values)
-        boxes = _boxes(values, lanes)
-        height = _height(values, boxes, attitude)
-        gyration = None if lanes.body is None else lanes.body.gyration
+        blocks = _that_tumble(values, lanes)
+        height = _height(values, blocks, attitude)
+        boxed = lanes.body is not None and blocks.body is None
+        gyration = lanes.body.gyration if lanes.body is not None and boxed else None
         thrown = Release(velocity, spin, attitude, height, gyration)
-        return dataclasses.replace(boxes, release=thrown)
-    if lanes.body is not None:
-        source = values.case.source_of(given[0])
-        allowed = "must be left out of a case with a body (block.base), unless it throws a box"
-        raise InputError(source, given[0], Said("a velocity"), allowed)
+        return dataclasses.replace(blocks, release=thrown)
     if not any(values.given(key) for key in VELOCITY):
         velocity = rolling(start_corners(lanes), spin)
     return dataclasses.replace(lanes, release=Release(velocity, spin))
 
 
-def _boxes(values: LaneValues, lanes: Lanes) -> Lanes:
-    """Blocks that are thrown: boxes about their centre of mass."""
+def _that_tumble(values: LaneValues, lanes: Lanes) -> Lanes:
+    """Blocks that are thrown: boxes about their centre, and bodies with points all round."""
     blocks, body = cast(SpatialLanes, lanes), lanes.body
-    everywhere = np.ones(len(values.lanes), dtype=bool)
-    for axis in "xy":
-        beside = getattr(blocks, f"centre_offset_{axis}") != 0.0
-        values.refuse(beside, f"block.centre_offset_{axis}", "must be 0 where a block is thrown")
     if body is None:
-        return lanes
+        # Of a sweep all lanes are bodies, or none, however they are run in parts.
+        aside = any(values.given(f"block.centre_offset_{axis}") for axis in "xy")
+        return _beside_their_middle(blocks) if aside else lanes
     if not body.boxed:
-        allowed = "must be left out: only boxes are thrown, and the points of block.base are not "
-        allowed += "the eight corners of one about its centre of mass"
-        values.refuse(everywhere, PARTS[-1], allowed)
+        allowed = (
+            "must be left out: the points of block.base do not surround the centre of mass, so "
+            "that in some attitudes it has none to land on (start.rotation and start.gap tilt it)"
+        )
+        values.refuse(body.inner_radius <= 0.0, PARTS[-1], allowed)
+        return lanes
     width, depth, height = np.ptp(body.points, axis=1).T
     sizes = {"width": width, "depth": depth, "height": height}
     return dataclasses.replace(
         lanes, body=None, density=body.mass / (width * depth * height), **sizes
     )
+
+
+def _beside_their_middle(lanes: SpatialLanes) -> Lanes:
+    """Boxes whose centres of mass lie beside their middles, as bodies."""
+    nothing = np.zeros_like(lanes.width)
+    centre = np.stack([lanes.centre_offset_x, lanes.centre_offset_y, nothing], axis=-1)
+    sizes = np.stack([lanes.width, lanes.depth, lanes.height], axis=-1)
+    body = boxes_on_corners(sizes=sizes, mass=lanes.mass, centre=centre)
+    return dataclasses.replace(lanes, body=body, centre_offset_x=nothing, centre_offset_y=nothing)
 
 
 def _attitude(values: LaneValues) -> Array:
@@ -109,6 +119,8 @@ def _height(values: LaneValues, lanes: Lanes, attitude: Array) -> Array:
     back = attitude * np.array([-1.0, -1.0, -1.0, 1.0])
     up = turned(back, np.broadcast_to((0.0, 0.0, 1.0), half.shape))
     reach = np.sum(np.abs(up) * half, axis=-1)
+    if lanes.body is not None:
+        reach = -np.einsum("li,lpi->lp", up, lanes.body.points_in_block_axes).min(axis=1)
     if not values.given(HEIGHT):
         return np.asarray(reach)
     height = values.numbers(HEIGHT)

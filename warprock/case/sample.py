@@ -25,8 +25,8 @@ from warprock.case.sampling import (
     Shape,
 )
 from warprock.case.sweep import OwnKey, Written, axis_keys, read_list
-from warprock.case.table_keys import ChoiceKey, OtherKey, WholeKey
 from warprock.case.validation import KeyedError, Table, below, unknown_key, validated
+from warprock.case.value_kinds import ChoiceKey, OtherKey, WholeKey
 from warprock.errors import did_you_mean
 from warprock.quantity import NOTHING, NumberKey, Said, TextKey
 from warprock.settings.setting import SettingKey

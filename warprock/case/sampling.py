@@ -22,7 +22,7 @@ import threading
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case.table_keys import ChoiceKey, WholeKey
+from warprock.case.value_kinds import ChoiceKey, WholeKey
 from warprock.units import Dimension
 
 Array = npt.NDArray[np.float64]

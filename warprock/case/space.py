@@ -10,8 +10,9 @@ import numpy.typing as npt
 
 from warprock.case.block import Block, StackedBlock
 from warprock.case.body_lanes import DIRECTION, body_of
+from warprock.case.body_stacks import stacked_tables
 from warprock.case.case_file import PLANAR, SPATIAL
-from warprock.case.columns import attribute, computed, lane_columns
+from warprock.case.input_columns import attribute, computed, lane_columns
 from warprock.case.start import Start
 from warprock.case.values import LaneValues
 from warprock.errors import InputError
@@ -23,9 +24,11 @@ _REASONS = {
     **Start.needs_space(),
     **Block.needs_space(),
     "motion.y": "moves its base across the plane of rocking",
-    "motion.z": "moves its base upwards",
 }
 """Key that only a spatial model has a use for -> what the case then does."""
+
+UPWARDS = "motion.z"
+"""Table that moves the base upwards, which planar blocks follow where a case asks for it."""
 
 _KEYS = (
     *("start.yaw", "block.centre_offset_x", "block.centre_offset_y"),
@@ -40,8 +43,9 @@ _KEYS_OF_A_STACK = tuple(
 def spatial_because(values: LaneValues) -> str:
     """What makes the case one of blocks in space; empty where the plane of rocking is enough.
 
-    A base that moves along x alone under blocks that are symmetric about the plane of rocking
-    leaves them in it.
+    A base that moves along x, or along x and upwards, under blocks that are symmetric about the
+    plane of rocking leaves them in it. Where it moves upwards a box runs in space all the same,
+    unless the case asks for the plane: all engines of space follow that.
 
     Raises:
         InputError: The case asks for a planar model and for something that needs space.
@@ -53,6 +57,13 @@ def spatial_because(values: LaneValues) -> str:
         reasons[DIRECTION] = "moves its base at an angle to the plane of rocking"
     if tables.model != PLANAR and body is not None and body.spatial:
         reasons["block.base"] = "has a body in space"
+    if tables.model != PLANAR:
+        bodies = (n for n, table in stacked_tables(values).items() if table.spatial)
+        reasons |= {f"block.{number}.base": "has a body in space" for number in bodies}
+    # A profile has no other space than its plane.
+    profiles = stacked_tables(values) if body is None else not body.spatial
+    if tables.model != PLANAR and not profiles:
+        reasons[UPWARDS] = f'moves its base upwards without model = "{PLANAR}"'
     for block in range(1, tables.block_count + 1):
         reasons |= StackedBlock.needs_space(f"block.{block}")
     given = [key for key in reasons if values.given(key)]

@@ -15,8 +15,8 @@ import numpy as np
 from warprock.case.axes import LABEL, Axis, Numbers, Texts
 from warprock.case.keys import KEYS
 from warprock.case.sweep import LIST_OR_GRID, read_values
-from warprock.case.table_keys import OtherKey
 from warprock.case.validation import KeyedError, Table, below, validated
+from warprock.case.value_kinds import OtherKey
 from warprock.quantity import NumberKey, Said
 from warprock.units import GRAVITY, Dimension, Quantity
 

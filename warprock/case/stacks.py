@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case.columns import attribute, computed, lane_columns
+from warprock.case.body_stacks import (
+    profiles_of,
+    stacked_bodies,
+    stacked_body_columns,
+    stacked_body_sizes,
+)
+from warprock.case.input_columns import attribute, computed, lane_columns
 from warprock.case.values import LaneValues
 from warprock.model import rocking
+from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes
 from warprock.model.stacking import contact_ends, uplift_ratio
 
@@ -22,23 +31,21 @@ _KEYS = tuple(
 """Keys of a block in the order of their columns; its slenderness and its rotation follow."""
 
 
-def stack_lanes(values: LaneValues) -> Lanes:
+def stack_lanes(values: LaneValues, *, in_space: bool) -> Lanes:
     """Stacks and their starts.
 
     Raises:
-        InputError: A block that no face is left of, or one beside the block below.
+        InputError: A block that no face is left of, one beside the block below, or a body in space.
     """
     numbers = range(1, values.case.tables.block_count + 1)
     friction = [
         values.numbers(key if values.given(key) else "contact.friction")
         for key in (f"block.{number}.friction" for number in numbers)
     ]
+    bodies = stacked_bodies(values, in_space=in_space)
+    blocks = [_sizes(values, number, bodies) for number in numbers]
     found: dict[str, Any] = {
-        attribute(key): np.stack(
-            [values.numbers(key.replace("N", str(number))) for number in numbers], axis=1
-        )
-        for key in (*_KEYS, "block.N.rotation")
-        if key != "block.N.friction"
+        name: np.stack([block[name] for block in blocks], axis=1) for name in blocks[0]
     }
     width, height = found["width"][:, 0], found["height"][:, 0]
     lanes = Lanes(
@@ -47,8 +54,21 @@ def stack_lanes(values: LaneValues) -> Lanes:
         # Of the lowest block alone; no engine of stacks follows it.
         angular_restitution=rocking.angular_restitution(np.arctan2(width, height)),
     )
+    if bodies:
+        lanes = dataclasses.replace(lanes, profiles=profiles_of(values, lanes, bodies))
     _refuse(values, lanes)
     return lanes
+
+
+def _sizes(values: LaneValues, number: int, bodies: Mapping[int, Bodies]) -> dict[str, Array]:
+    """What a block has as a box, or the box around it, and where it starts; by attribute."""
+    keys = {attribute(key): f"block.{number}.{key[8:]}" for key in (*_KEYS, "block.N.rotation")}
+    del keys["friction"]
+    if number not in bodies:
+        return {name: values.numbers(key) for name, key in keys.items()}
+    found = stacked_body_sizes(values, number, bodies[number])
+    found["chamfer"] = np.zeros_like(found["width"])
+    return found | {name: values.numbers(key) for name, key in keys.items() if name not in found}
 
 
 def _refuse(values: LaneValues, lanes: Lanes) -> None:
@@ -64,11 +84,14 @@ def _refuse(values: LaneValues, lanes: Lanes) -> None:
         values.refuse(high[:, block] <= low[:, block], f"{key}.offset", allowed)
 
 
-def stack_columns(lanes: Lanes) -> dict[str, object]:
+def stack_columns(values: LaneValues, lanes: Lanes) -> dict[str, object]:
     """Input columns of stacks: of every block in turn, lowest first, its number in the name."""
     columns: dict[str, object] = {}
     for block in range(lanes.block_count):
         angle = lanes.slenderness_angle[:, block]
+        if lanes.profiles is not None and lanes.profiles.is_body[block]:
+            columns |= stacked_body_columns(values, lanes, block)
+            continue
         columns |= lane_columns(_KEYS, lanes, block)
         columns |= computed("slenderness_angle", angle, f"_{block + 1}")
         columns |= lane_columns(["block.N.rotation"], lanes, block)

@@ -12,8 +12,8 @@ from typing import Annotated, Any, ClassVar
 
 from warprock.case.case_file import CaseFile
 from warprock.case.settings import ENGINES, read_settings
-from warprock.case.table_keys import OtherKey
 from warprock.case.validation import KeyedError, SourceOf, Table, below, validated
+from warprock.case.value_kinds import OtherKey
 from warprock.errors import did_you_mean, listed
 from warprock.quantity import NOTHING, Said
 from warprock.settings.engines import SETTINGS, declared_settings

@@ -2,7 +2,7 @@
 
 A key of an axis lists its values, or lays a grid: `{ from = "1 m", to = "2 m", count = 5 }`. It is
 any key that may be swept, or `label.NAME`, whose texts name lanes and change nothing in them. Or
-an axis is the rows of a file, `table = "tests.csv"` (see `table_file`).
+an axis is the rows of a file, `table = "tests.csv"` (see `sweep_file`).
 
 An override may sweep a key, too: as a list or a grid in TOML, or in words, "1 m, 1.5 m, 2 m" and
 "0.1 g to 2 g, 20" (or "0.1 g to 2 g, 20 log").
@@ -23,10 +23,10 @@ import pydantic
 
 from warprock.case.axes import LABEL, Axis, Numbers, TableSource, Texts
 from warprock.case.keys import KEYS, SWEEP_KEYS, general_key
-from warprock.case.table_columns import OBSERVED
-from warprock.case.table_file import LEAVE_OUT, TABLE, read_table_sweep
-from warprock.case.table_keys import ChoiceKey, WholeKey
+from warprock.case.sweep_file import LEAVE_OUT, TABLE, read_table_sweep
+from warprock.case.sweep_file_columns import OBSERVED
 from warprock.case.validation import KeyedError, Table, below, validated
+from warprock.case.value_kinds import ChoiceKey, WholeKey
 from warprock.errors import InputError, did_you_mean, listed
 from warprock.quantity import Key, NumberKey, Said, TextKey
 from warprock.units import Dimension, Quantity

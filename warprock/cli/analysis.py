@@ -16,48 +16,29 @@ from warprock.cli.options import asked_options, engine_for, say_engine
 from warprock.cli.pages import asked_command, leave
 
 if TYPE_CHECKING:
-    from warprock.case.case import Case
     from warprock.figures.drawing import Drawing
     from warprock.run.case_run import CaseRun
-    from warprock.run.engine_choice import EngineChoice
     from warprock.run.options import RunOptions
+    from warprock.run.work import Work
     from warprock.tables.report import Report
 
 
-@dataclasses.dataclass(frozen=True)
-class CaseWork:
-    """A case to be analysed.
+@contextlib.contextmanager
+def running(work: Work, total: int | None) -> Iterator[RunOptions]:
+    """Shows how far the block is, and says which engine ran once it is done.
 
-    Attributes:
-        case: The case.
-        choice: The engine named, or the one that it has as a rule.
-        options: How its lanes are run.
+    Args:
+        work: The case that it runs.
+        total: Lanes that it will run; None if that is not known.
+
+    Yields:
+        How lanes are run, with the progress to report.
     """
+    from warprock.tables.terminal import lane_progress
 
-    case: Case
-    choice: EngineChoice
-    options: RunOptions
-
-    @property
-    def engine(self) -> str:
-        """Name of the engine."""
-        return self.choice.engine
-
-    @contextlib.contextmanager
-    def running(self, total: int | None) -> Iterator[RunOptions]:
-        """Shows how far the block is, and says which engine ran once it is done.
-
-        Args:
-            total: Lanes that it will run; None if that is not known.
-
-        Yields:
-            How lanes are run, with the progress to report.
-        """
-        from warprock.tables.terminal import lane_progress
-
-        with lane_progress(self.case.name, total) as progress:
-            yield dataclasses.replace(self.options, progress=progress)
-        say_engine(self.choice)
+    with lane_progress(work.case.name, total) as progress:
+        yield dataclasses.replace(work.options, progress=progress)
+    say_engine(work.choice)
 
 
 def case_work(
@@ -70,7 +51,7 @@ def case_work(
     tolerance: float | None = None,
     estimate: bool = True,
     factors: Sequence[float] = (1.0,),
-) -> CaseWork:
+) -> Work:
     """The case that `case_options` and `estimate_options` ask for.
 
     Args:
@@ -88,10 +69,11 @@ def case_work(
         InputError: The case cannot be read, or an option is out of bounds.
     """
     from warprock.case.load import load_case
+    from warprock.run.work import Work
 
     case = load_case(case_name, overrides)
     options = asked_options(precision, device, workers, tolerance=tolerance, estimate=estimate)
-    return CaseWork(case, engine_for(case, engine, factors), options)
+    return Work(case, engine_for(case, engine, factors), options)
 
 
 def finish(

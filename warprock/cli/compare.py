@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import pathlib
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -13,9 +11,6 @@ from warprock.cli import completion
 from warprock.cli.exits import EXIT_CHECK
 from warprock.cli.options import case_argument, json_option, output_option, set_option
 from warprock.cli.pages import leave
-
-if TYPE_CHECKING:
-    from warprock.case.case import Case
 
 
 @click.command()
@@ -72,6 +67,7 @@ def compare(
     from warprock.case.load import load_case
     from warprock.compare import checks
     from warprock.figures.poses import draw_poses
+    from warprock.report.chosen import played_of_comparison
     from warprock.run.files import require_writable
     from warprock.run.results import write_results
     from warprock.tables.comparison import comparison_report
@@ -87,7 +83,7 @@ def compare(
     if folder is not None:
         files = write_results(folder, report.tables, report.facts)
         drawings = draw_poses(found) if "observed" in found else []
-        files = leave(folder, files, drawings=drawings, scenes=_play(case, found))
+        files = leave(folder, files, drawings=drawings, scenes=played_of_comparison(case, found))
     if as_json:
         print_json({**found, "files": files} if files else found)
         return
@@ -95,52 +91,6 @@ def compare(
     print_written(files)
     if report.came_out:
         print_end(report.came_out, report.then)
-
-
-def _play(case: Case, found: Mapping[str, Any]) -> Mapping[str, Any] | None:
-    """The lane in which engines differ most, and the first, with every engine of ours."""
-    from warprock.case.lanes import expand_lanes
-    from warprock.compare.lane_names import lane_name
-    from warprock.compare.settings import case_asked, plain_name
-    from warprock.report.replays import Replay, played
-    from warprock.report.scenes import SOME
-    from warprock.run.options import RunOptions
-    from warprock.settings.engines import SETTINGS
-
-    if case.ensemble is not None:
-        return None
-    lane_set, worst = expand_lanes(case), _worst(found, case.tables.block_count)
-    ours = [engine for engine in found["engines"] if plain_name(engine) in SETTINGS][:SOME]
-    lanes = list(dict.fromkeys((worst, 0)))[: SOME // max(1, len(ours)) or 1]
-    replays = [
-        Replay(
-            lane_set.alone(lane),
-            plain_name(engine),
-            case_asked(case, engine).engine_settings(plain_name(engine)),
-            f"{engine}, lane {lane} ({lane_name(lane_set, lane)})",
-            "engines differ most here" if lane == worst else "the first lane",
-        )
-        for lane in lanes
-        for engine in ours
-    ]
-    note = "The lane in which the engines differ most, and the first, each engine by itself."
-    return played(case, RunOptions(tolerance=None), replays, note)
-
-
-_OFF = ("error_run_ratio", "difference_run_ratio", "position_error_mm")
-"""How far a lane is from Housner, from the engine named first, or from what was observed."""
-
-
-def _worst(found: Mapping[str, Any], blocks: int) -> int:
-    """The lane in which an engine is farthest from what it was held against."""
-    most, worst = 0.0, 0
-    for engine in found["engines"]:
-        mine = [row for row in found["rows"] if row["engine"] == engine]
-        for place, row in enumerate(mine):
-            off = next((row[name] for name in _OFF if row.get(name) is not None), 0.0)
-            if off > most:
-                most, worst = off, place // blocks
-    return worst
 
 
 COMMANDS = (check, compare)

@@ -91,12 +91,9 @@ def fragility(
 
     def play() -> dict[str, Any] | None:
         from warprock.report.replays import played_beside
-        from warprock.run.lane_table import LANE_TABLE
 
         beside = folder is not None and folder.resolve() == source.resolve()
-        # Another table may have other lanes than the run beside it.
-        other = not table.is_dir() and table.name != LANE_TABLE
-        return None if beside or other else played_beside(lanes, source, intensity)
+        return None if beside else played_beside(lanes, table, intensity)
 
     finish(report, draw, folder, as_json=as_json, play=play)
 

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import functools
 import pathlib
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from warprock.cli.analysis import CaseWork, case_work, finish
+from warprock.cli.analysis import case_work, finish, running
 from warprock.cli.options import by_option, case_options, estimate_options, intensity_option
-
-if TYPE_CHECKING:
-    from warprock.analysis.incremental import Analysis
 
 
 @click.command()
@@ -43,6 +40,7 @@ def ida(
     from warprock.analysis.capacities import capacities, require_columns
     from warprock.analysis.incremental import Ladder, plan_analysis, run_analysis
     from warprock.figures.incremental import draw_analysis
+    from warprock.report.chosen import played_of_analysis
     from warprock.tables.incremental import analysis_report
 
     ladder = Ladder(lowest, highest, count, accuracy)
@@ -50,7 +48,7 @@ def ida(
     work = case_work(**asked, factors=ladder.factors.tolist())
     case, plan = work.case, plan_analysis(work.case, work.engine, ladder, work.options)
     require_columns(case, intensity, by)
-    with work.running(None) as options:
+    with running(work, None) as options:
         found = run_analysis(
             case, plan, ladder, folder, workers=options.workers, progress=options.progress
         )
@@ -58,29 +56,8 @@ def ida(
     report = analysis_report(found, case, groups, intensity)
 
     draw = functools.partial(draw_analysis, found, groups, intensity)
-    play = functools.partial(_play, work, found)
+    play = functools.partial(played_of_analysis, case, work.engine, work.options, found)
     finish(report, draw, folder, as_json=as_json, play=play)
-
-
-def _play(work: CaseWork, found: Analysis) -> dict[str, Any] | None:
-    """The runs at either side of the first fall, of a few lanes."""
-    from warprock.analysis.incremental import alone_at, telling
-    from warprock.report.replays import Replay, played
-
-    runs, settings = telling(found), work.case.engine_settings(work.engine)
-    replays = [
-        Replay(
-            alone_at(found.lane_set, lane, factor),
-            work.engine,
-            settings,
-            f"lane {lane}, {factor:.3g} times its motion",
-            why,
-        )
-        for lane, factor, why in runs
-    ]
-    lanes = len({lane for lane, _, _ in runs})
-    note = f"{lanes} of the lanes that fall, each just below and at the motion that fells it."
-    return played(work.case, work.options, replays, note)
 
 
 COMMANDS = (ida,)

@@ -155,10 +155,11 @@ def _after_run(
     fell = int((case_run.response["outcome"] == Outcome.OVERTURNED).sum())
     if 0 < fell < case_run.response.lane_count and case_run.case.tables.motion is not None:
         return f"warprock fragility {folder}"
-    if case_run.case.sample_times.interval is not None and "animate" in main.commands:
+    ran = case_run.response.engine
+    another = another_engine(ran, case_run.lane_set.scene)
+    if case_run.case.sample_times.interval is not None or another is None:
         return f"warprock animate {folder} --lane 0"
-    ran, scene = case_run.response.engine, case_run.lane_set.scene
-    return f"warprock compare {case} -e {ran} -e {another_engine(ran, scene)}"
+    return f"warprock compare {case} -e {ran} -e {another}"
 
 
 def _end(ctx: click.Context, case_run: CaseRun, max_bad: float | None) -> None:
@@ -238,7 +239,7 @@ def reproduce(
     """
     from warprock.paper import reproduce as paper
     from warprock.paper.page import keep
-    from warprock.paper.tables import print_reproduction
+    from warprock.paper.print_tables import print_reproduction
     from warprock.run.case_run import require_choice
     from warprock.tables.terminal import lane_progress, print_json
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from warprock.cli.analysis import case_work, finish
+from warprock.cli.analysis import case_work, finish, running
 from warprock.cli.options import case_options
 
 
@@ -35,7 +35,7 @@ def overturning_map(
 
     work = case_work(**asked)
     require_tolerance(tolerance)
-    with work.running(None) as options:
+    with running(work, None) as options:
         grid = run_grid(work.case, work.engine, work.options)
         found = refine(grid, tolerance, progress=options.progress)
     draw = functools.partial(draw_map, found=found)

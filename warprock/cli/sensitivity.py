@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from warprock.cli.analysis import case_work, finish
+from warprock.cli.analysis import case_work, finish, running
 from warprock.cli.options import case_options, estimate_options, require_within
 
 
@@ -37,7 +37,7 @@ def sensitivity(
 
     require_within("--resamples", resamples, 10, 10_000)
     work = case_work(**asked)
-    with work.running(None) as options:
+    with running(work, None) as options:
         found = run_sensitivity(work.case, work.engine, options, of=of, resamples=resamples)
     draw = functools.partial(draw_sensitivity, found=found)
     finish(sensitivity_report(found), draw, folder, as_json=as_json, run=found.run)

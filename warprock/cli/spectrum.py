@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from warprock.cli.analysis import case_work, finish
+from warprock.cli.analysis import case_work, finish, running
 from warprock.cli.options import case_options, estimate_options
 
 
@@ -26,7 +26,7 @@ def spectrum(folder: pathlib.Path | None, as_json: bool, **asked: Any) -> None:
     from warprock.tables.spectrum import spectrum_report
 
     work = case_work(**asked)
-    with work.running(work.case.lane_count) as options:
+    with running(work, work.case.lane_count) as options:
         found = run_spectrum(work.case, work.engine, options)
     draw = functools.partial(draw_spectrum, found=found)
     finish(spectrum_report(found), draw, folder, as_json=as_json, run=found.run)

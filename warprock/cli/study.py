@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import pathlib
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from warprock.cli.pages import leave
 from warprock.errors import InputError
@@ -68,6 +67,7 @@ def _write(found: StudyRun, folder: pathlib.Path) -> list[pathlib.Path]:
     """Writes the table, what ran, and the figures."""
     from warprock.compare.study import write_study
     from warprock.figures.study import draw_histories, draw_study
+    from warprock.report.chosen import played_of_study
 
     case, last = found.case, found.table["lane_name"].iloc[-1]
     duration = case.sample_times.duration
@@ -77,28 +77,4 @@ def _write(found: StudyRun, folder: pathlib.Path) -> list[pathlib.Path]:
         draw_histories("histories", f"{case.title}, {last}", times, reference, histories),
     ]
     files = write_study(found, folder)
-    return leave(folder, files, drawings=drawings, scenes=_play(found))
-
-
-def _play(found: StudyRun) -> Mapping[str, Any] | None:
-    """Lanes of the case with every engine of the study, at the settings that all others vary."""
-    from warprock.report.replays import Replay, played
-    from warprock.report.scenes import SOME
-
-    study = found.case.study
-    assert study is not None
-    names = found.table.drop_duplicates("lane").set_index("lane")["lane_name"]
-    lanes = list(names.index)[: max(1, SOME // len(found.engines))]
-    replays = [
-        Replay(
-            found.lane_set.alone(lane),
-            engine,
-            study.baseline[engine],
-            f"{engine}, lane {lane} ({names[lane]})",
-        )
-        for lane in lanes
-        for engine in found.engines
-    ]
-    note = "The engines of the study at the settings of the case, before one of them is varied."
-    once = dataclasses.replace(found.options, tolerance=None)
-    return played(found.case, once, replays, note)
+    return leave(folder, files, drawings=drawings, scenes=played_of_study(found))

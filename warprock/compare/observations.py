@@ -23,7 +23,7 @@ import pandas as pd
 
 from warprock.case.case import Case
 from warprock.case.lanes import LaneSet
-from warprock.case.table_file import PARQUET, csv_texts, parquet_table
+from warprock.case.sweep_file import PARQUET, csv_texts, parquet_table
 from warprock.errors import InputError, did_you_mean, listed
 from warprock.quantity import NOTHING, Said
 from warprock.reading import read_bytes, reason

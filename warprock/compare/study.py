@@ -18,7 +18,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from warprock.case.case import Case
-from warprock.case.columns import input_meaning
+from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.study import Study, Variation
 from warprock.compare.checks import REFERENCE, compare_with_housner

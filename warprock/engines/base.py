@@ -12,11 +12,12 @@ import numpy as np
 import numpy.typing as npt
 import warp as wp
 
+from warprock.engines.bodies import box_bodies
 from warprock.engines.decoding import histories, respond, side_fields
 from warprock.engines.launching import Found, Kernel, Target, launch
 from warprock.kernels.instance import kernel_module
 from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions
+from warprock.model.motion import GroundMotions, UprightMotions
 from warprock.model.response import Response, SampleTimes
 from warprock.model.scene import SceneKind
 
@@ -45,8 +46,12 @@ class AbstractEngine(abc.ABC):
     """Whether its blocks can move in space."""
     bodies: ClassVar[tuple[bool, bool]] = (False, False)
     """Whether its blocks can be bodies that are no boxes, in the plane and in space."""
+    stacked_bodies: ClassVar[bool] = False
+    """Whether the blocks of its stacks in the plane can be such bodies."""
     rounded: ClassVar[bool] = False
     """Whether it can roll a body on rounded corners."""
+    vertical: ClassVar[tuple[str, ...]] = ()
+    """What can stand on a base that moves upwards, too, in the plane: block, stack."""
     restitution: ClassVar[str | None] = "finds the angular restitution from its contact law"
     """What it does where impacts are concerned; None if it follows what a case prescribes."""
     slides: ClassVar[bool] = True
@@ -54,7 +59,9 @@ class AbstractEngine(abc.ABC):
     above_rigid: ClassVar[bool] = False
     """Whether its kernels tell heights as what they differ from those of a pile of rigid blocks."""
     starts_moving: ClassVar[tuple[str, ...]] = ()
-    """Where blocks may start with velocities or be thrown: plane, space."""
+    """Where boxes may start with velocities or be thrown: plane, space."""
+    bodies_move: ClassVar[tuple[str, ...]] = ()
+    """Where bodies may."""
     rests_exactly: ClassVar[bool] = False
     """Whether a block at rest does not move at all, until its base lifts it or makes it slide."""
 
@@ -74,12 +81,18 @@ class AbstractEngine(abc.ABC):
         if scene.rounded and not cls.rounded:
             return f"{cls.name} has sharp corners, and the case rounds them (block.corner_radius)"
         where = "space" if scene.spatial else "plane"
-        if scene.moving and scene.bodies:
-            return f"{cls.name} lets bodies go from rest, and the case {scene.moving}"
-        if scene.moving and where not in cls.starts_moving:
+        if scene.vertical and ("stack" if scene.stacked else "block") not in cls.vertical:
+            return cls._declines_vertical(scene)
+        if scene.moving and where not in (
+            cls.bodies_move if scene.on_points else cls.starts_moving
+        ):
             place = "in space" if scene.spatial else "in the plane"
-            return f"{cls.name} lets blocks go from rest {place}, and the case {scene.moving}"
+            pushed_up = "blocks whose base moves upwards" if scene.vertical else "blocks"
+            what = "bodies" if scene.bodies else pushed_up
+            return f"{cls.name} lets {what} go from rest {place}, and the case {scene.moving}"
         declined = cls.declines(scene)
+        if declined is None and scene.bodies and scene.stacked and not cls.stacked_bodies:
+            declined = f"{cls.name} stacks boxes alone, and the case has a body in a stack"
         if declined is None and cls.restitution is not None and scene.restitution_given:
             return (
                 f"{cls.name} {cls.restitution} and cannot follow the prescribed "
@@ -88,9 +101,31 @@ class AbstractEngine(abc.ABC):
         return declined
 
     @classmethod
+    def _declines_vertical(cls, scene: SceneKind) -> str:
+        """Why it does not run a base that moves upwards in the plane, and what else can be done."""
+        cure = ' (model = "spatial")' if cls.spatial and not scene.bodies else ""
+        if cls.vertical:
+            return (
+                f"{cls.name} follows motion.z in the plane under single blocks, and the case has a "
+                f"stack; it runs stacks in space{cure}"
+            )
+        where = f"; it does in space{cure}" if cls.spatial else ""
+        return f"{cls.name} follows a base that moves along x in the plane, not motion.z{where}"
+
+    @classmethod
     def declines(cls, scene: SceneKind) -> str | None:
         """Why its model is not for a scene, besides what its attributes say; None if it is."""
         return None
+
+    @classmethod
+    def kernel_lanes(cls, lanes: Lanes, motions: GroundMotions) -> Lanes:
+        """Lanes as its kernels take them: boxes are bodies where the base moves upwards, too.
+
+        Most kernels of boxes do not know such a base.
+        """
+        if isinstance(motions, UprightMotions) and lanes.body is None:
+            return dataclasses.replace(lanes, body=box_bodies(lanes))
+        return lanes
 
     @abc.abstractmethod
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
@@ -111,12 +146,14 @@ class AbstractEngine(abc.ABC):
             lanes=kernel.lanes,
             friction=kernel.friction,
             points=kernel.points,
+            vertical=isinstance(motions, UprightMotions),
         )
         return module
 
     def warm_up(self, lanes: Lanes, motions: GroundMotions) -> None:
         """Compiles or loads the kernels for lanes and motions, once, on the calling thread."""
-        wp.load_module(self.module_of(lanes, motions).__name__, device=self.target.device)
+        module = self.module_of(self.kernel_lanes(lanes, motions), motions)
+        wp.load_module(module.__name__, device=self.target.device)
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.float64]:
         """Longest step that every lane may take [s], shape [lane], of an engine with an order."""
@@ -167,12 +204,13 @@ class AbstractEngine(abc.ABC):
         Returns:
             One value of every lane field a lane; `rotation` if histories were asked for.
         """
-        module = self.module_of(lanes, motions)
+        seen = self.kernel_lanes(lanes, motions)
+        module = self.module_of(seen, motions)
         with wp.ScopedDevice(self.target.device):
-            inputs = self.inputs(module, lanes, motions, times)
+            inputs = self.inputs(module, seen, motions, times)
             found = launch(module, self.target, motions, times, **inputs)
         found = found.above_ground(lanes.block_count)
-        fields = dict(self.fields(lanes, motions, times, found))
+        fields = dict(self.fields(seen, motions, times, found))
         if found.sides is not None and lanes.bodies:
             fields |= side_fields(found.sides, fields["peak_rotation"].reshape(lanes.lane_count))
         sampled = histories(lanes, found, times, above_rigid=self.above_rigid)

@@ -10,7 +10,9 @@ from typing import Any, cast
 import numpy as np
 import numpy.typing as npt
 
+from warprock.engines.bodies import leaned
 from warprock.engines.launching import NEVER
+from warprock.engines.stack_bodies import profile_columns, start_on_feet
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.pose import bottom_corners, start_poses, turned
 from warprock.model.release import Release
@@ -31,6 +33,8 @@ def start_on_corners(lanes: Lanes) -> tuple[Array, Array, Array, Array]:
         x and z of their centres, and x of both ends of the overlaps below them, at -x and at +x
         [m], shape [lane, block] each.
     """
+    if lanes.profiles is not None:
+        return start_on_feet(lanes)
     half_face, half_height = 0.5 * lanes.face_width, 0.5 * lanes.height
     x, z, left, right = np.zeros((4, *lanes.width.shape))
     below_x, below_z, below_turn, below_height = np.zeros((4, lanes.lane_count))
@@ -38,10 +42,10 @@ def start_on_corners(lanes: Lanes) -> tuple[Array, Array, Array, Array]:
     for block in range(lanes.block_count):
         turn, offset = lanes.rotation_start[:, block], lanes.offset[:, block]
         ends = [s * np.minimum(below_face, half_face[:, block] + s * offset) for s in (-1.0, 1.0)]
-        feet = [_leaned(end, below_height, below_turn) for end in ends]
+        feet = [leaned(end, below_height, below_turn) for end in ends]
         left[:, block], right[:, block] = (below_x + foot[0] for foot in feet)
         # From either end to the centre; both lead to the same if the block is not turned.
-        ways = [_leaned(end - offset, -half_height[:, block], turn) for end in ends]
+        ways = [leaned(end - offset, -half_height[:, block], turn) for end in ends]
         leans = [turn < below_turn, turn > below_turn]
         from_left, from_right = (
             np.array([below_x + foot[0] - way[0], below_z + foot[1] - way[1]])
@@ -89,8 +93,10 @@ def body_columns(lanes: Lanes) -> dict[str, Array]:
     }
 
 
-def planar_columns(lanes: Lanes, fall: float) -> dict[str, Array]:
+def planar_columns(lanes: Lanes, fall: float) -> dict[str, npt.NDArray[Any]]:
     """Fields of the struct `Block` of kernels/shape/stack_run.py, shape [lane, block] each.
+
+    Of stacks with bodies those of kernels/shape/stack_body.py.
 
     Args:
         lanes: The stacks.
@@ -107,19 +113,18 @@ def planar_columns(lanes: Lanes, fall: float) -> dict[str, Array]:
         np.select([side * turn > 0.0, side * turn < 0.0], [1.0, 0.0], np.clip(arm / width, 0, 1))
         for side, arm in ((-1.0, right - centre), (1.0, centre - left))
     )
+    profiled = lanes.profiles is not None
     return {
-        **body_columns(lanes),
+        **(
+            profile_columns(lanes, stack_columns(lanes)["lean"])
+            if profiled
+            else body_columns(lanes)
+        ),
         "x": x,
         "z": z,
         "left": fall * above * on_left,
         "right": fall * above * on_right,
     }
-
-
-def _leaned(x: Array, z: Array, rotation: Array) -> tuple[Array, Array]:
-    """A lever turned clockwise."""
-    s, c = np.sin(rotation), np.cos(rotation)
-    return x * c + z * s, z * c - x * s
 
 
 def spatial_columns(lanes: Lanes) -> dict[str, Array]:
@@ -162,6 +167,18 @@ def start_columns(lanes: Lanes) -> dict[str, npt.NDArray[Any]]:
     release = lanes.release
     rates = np.zeros(lanes.lane_count) if release is None else release.angular_velocity[:, 1]
     return {"starts": lanes.rotation_start, "rates": np.ascontiguousarray(rates)}
+
+
+def speed_columns(lanes: Lanes) -> dict[str, Array]:
+    """Velocities of single blocks in the plane at the start, by what kernels call them, [lane].
+
+    vx and vz of the centre of mass [m/s], and omega towards +x [rad/s].
+    """
+    release = lanes.release
+    if release is None:
+        return dict.fromkeys(("vx", "vz", "omega"), np.zeros(lanes.lane_count))
+    v, omega = release.velocity, release.angular_velocity[:, 1]
+    return {"vx": v[:, 0], "vz": v[:, 2], "omega": omega}
 
 
 def throw_columns(lanes: Lanes) -> dict[str, npt.NDArray[Any]]:

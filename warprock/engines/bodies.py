@@ -121,6 +121,12 @@ class Corners:
         return np.asarray(x + self.lever(rotation)[0] - rolled)
 
 
+def leaned(x: Array, z: Array, rotation: Array) -> tuple[Array, Array]:
+    """A lever turned clockwise."""
+    s, c = np.sin(rotation), np.cos(rotation)
+    return x * c + z * s, z * c - x * s
+
+
 def box_bodies(lanes: Lanes) -> Bodies:
     """Single boxes in the plane as bodies."""
     half = 0.5 * lanes.face_width

@@ -166,6 +166,8 @@ def histories(
         centre = np.cumsum(height, axis=1) - 0.5 * height
         if lanes.body is not None:
             centre = lanes.body.centre_height[:, None]
+        if lanes.profiles is not None:
+            centre = np.cumsum(height, axis=1) - height + lanes.profiles.centre_height
         found.places[..., -1] += centre[..., None]
     if not lanes.spatial:
         fields = {"rotation": np.clip(found.history, -0.5 * np.pi, 0.5 * np.pi)}

@@ -9,8 +9,9 @@ from typing import Any, ClassVar, cast, final
 import numpy as np
 import numpy.typing as npt
 
+from warprock.engines import dem_stack_bodies
 from warprock.engines.base import AbstractEngine
-from warprock.engines.blocks import body_columns
+from warprock.engines.blocks import body_columns, speed_columns
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
 from warprock.engines.dem_bodies import CornerSprings, corner_rows, cornered_columns
 from warprock.engines.dem_bodies_space import PointSprings, on_corners, sprung_inputs
@@ -31,6 +32,7 @@ from warprock.engines.dem_springs_space import (
 )
 from warprock.engines.launching import NEVER, Found, Kernel
 from warprock.engines.soundness import account_in_space, account_of, unstable
+from warprock.engines.stack_bodies import foot_columns
 from warprock.model import rocking
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions, StillBase
@@ -82,30 +84,41 @@ class Dem(AbstractEngine):
     the corner that is pressed most: about an edge that is when it does in the plane. A
     block that rocks over corners chatters on weakly damped springs: there no order shows.
     A body in space stands on a spring under each of its points, which have equal parts of the area
-    of its base: a box of two sub-contacts along and across.
+    of its base: a box of two sub-contacts along and across. In a stack in the plane with a body
+    every interface has springs under the points that touch alone, boxes among them.
     """
 
     name: ClassVar[str] = "dem"
     settings_type = DemSettings
     order: ClassVar[int | None] = 1
     spatial: ClassVar[bool] = True
-    starts_moving: ClassVar[tuple[str, ...]] = ("space",)
+    starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
+    stacked_bodies: ClassVar[bool] = True
+    bodies_move: ClassVar[tuple[str, ...]] = ("plane", "space")
+    vertical: ClassVar[tuple[str, ...]] = ("block", "stack")
     above_rigid: ClassVar[bool] = True
 
     @classmethod
     def declines(cls, scene: SceneKind) -> str | None:
         """Why its model is not for a scene: a box on springs at its corners is thrown alone."""
-        if scene.moving and not scene.thrown:
+        if scene.spatial and scene.moving and not (scene.thrown or scene.bodies):
             return f"dem lets blocks go from rest, or thrown, and the case {scene.moving}"
         return None
+
+    @classmethod
+    def kernel_lanes(cls, lanes: Lanes, motions: GroundMotions) -> Lanes:
+        """Its kernel of boxes, which have springs all along their faces, knows such a base."""
+        return lanes
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: the same text for a single block and for a stack."""
         lanes, settings = self.target.lanes, self.settings
-        if scene.bodies and not scene.spatial:
+        if scene.bodies and not (scene.spatial or scene.stacked):
             points = corner_rows(scene.contact_point_count)
             return Kernel("dem/body_run", lanes=lanes, points=points)
+        if scene.bodies and scene.stacked:
+            return Kernel("dem/stack_body_run", lanes=lanes)
         if not scene.spatial:
             return Kernel("dem/stack_run", lanes=lanes, iterations=settings.subcontacts)
         if scene.bodies or scene.moving:
@@ -124,6 +137,8 @@ class Dem(AbstractEngine):
             stiffest = spatial_frequencies(lanes, self.settings)[:, -1]
         elif lanes.body is not None:
             stiffest = CornerSprings.of(lanes, self.settings).stiffest_frequency(self.settings)
+        elif lanes.profiles is not None:
+            stiffest = dem_stack_bodies.stiffest_frequency(lanes, self.settings)
         else:
             stiffest = stiffest_frequency(as_stacks(lanes), self.settings)
         limit = self.settings.step_safety * stable_step(stiffest, self.settings)
@@ -138,6 +153,8 @@ class Dem(AbstractEngine):
             ratio = _standing_ratio_in_space(lanes, self.settings)
         elif lanes.body is not None:
             ratio = CornerSprings.of(lanes, self.settings).standing_ratio()
+        elif lanes.profiles is not None:
+            ratio = dem_stack_bodies.standing_ratio(lanes, self.settings)
         else:
             ratio = standing_ratio(as_stacks(lanes), self.settings)
         return ratio.min(axis=1), (
@@ -162,7 +179,12 @@ class Dem(AbstractEngine):
             return {"blocks": blocks, "corners": springs.columns, "knobs": self._knobs(module)}
         if not lanes.spatial:
             turned = np.diff(stacks.rotation_start, axis=1, prepend=0.0).any(axis=1)
-            per_lane["uplift_time"] = np.where(turned, 0.0, NEVER)
+            spins = speed_columns(lanes)["omega"] != 0.0
+            per_lane["uplift_time"] = np.where(turned | spins, 0.0, NEVER)
+            if lanes.profiles is not None:
+                blocks = dem_stack_bodies.sprung_stacks(lanes, self.settings)
+                columns = {"blocks": blocks, "lanes": per_lane, "feet": foot_columns(lanes)}
+                return columns | {"knobs": self._knobs(module)}
             blocks = _planar_blocks(stacks, self.settings)
             return {"blocks": blocks, "lanes": per_lane, "knobs": self._knobs(module)}
         points = point_pairs(self.settings.subcontacts, self.settings.subcontacts_across)
@@ -207,7 +229,7 @@ class Dem(AbstractEngine):
 
 def _planar_blocks(stacks: Lanes, settings: DemSettings) -> dict[str, Array]:
     """Fields of the struct `Block`, shape [lane, block] each."""
-    start = start_at_rest(stacks, settings)
+    start, speeds = start_at_rest(stacks, settings), speed_columns(stacks)
     return {
         **body_columns(stacks),
         "depth": interface_depth(stacks),
@@ -215,6 +237,7 @@ def _planar_blocks(stacks: Lanes, settings: DemSettings) -> dict[str, Array]:
         "z": start.settlement,
         "theta": start.rotation,
         "stretch": start.stretch,
+        **{name: np.broadcast_to(each[:, None], start.x.shape) for name, each in speeds.items()},
     }
 
 

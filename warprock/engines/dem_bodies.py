@@ -11,6 +11,7 @@ import dataclasses
 import numpy as np
 import numpy.typing as npt
 
+from warprock.engines.blocks import speed_columns
 from warprock.engines.bodies import Corners
 from warprock.engines.launching import NEVER
 from warprock.model.bodies import Bodies
@@ -148,7 +149,9 @@ def cornered_columns(
         "friction": lanes.friction,
         "height": springs.body.centre_height,
         "time_step": time_step,
-        "uplift_time": np.where(lanes.rotation_start == 0.0, NEVER, 0.0),
         **springs.start(lanes.rotation_start),
+        **speed_columns(lanes),
     }
+    flat = (lanes.rotation_start == 0.0) & (columns["omega"] == 0.0)
+    columns["uplift_time"] = np.where(flat, NEVER, 0.0)
     return {name: each[:, None] for name, each in columns.items()}

@@ -13,10 +13,9 @@ from typing import Self, cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.blocks import throw_columns
 from warprock.engines.launching import NEVER
 from warprock.engines.spatial_bodies import body_of, spatial_inputs, there_are
-from warprock.model.bodies import Bodies
+from warprock.model.bodies import Bodies, boxes_on_corners
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.pose import product, quaternion, start_poses, turned
 from warprock.settings.engines import DemSettings
@@ -208,23 +207,9 @@ def on_corners(lanes: Lanes) -> Lanes:
     if lanes.release is None or not lanes.thrown or lanes.body is not None:
         return lanes
     sizes = np.stack([lanes.width, lanes.depth, lanes.height], axis=-1)
-    squares, count = sizes**2, lanes.lane_count
     gyration = lanes.release.gyration
-    if gyration is None:
-        gyration = (squares.sum(axis=-1, keepdims=True) - squares) / 12.0
-    body = Bodies(
-        mass=lanes.mass,
-        gyration=gyration,
-        points=0.5 * sizes[:, None] * CORNERS,
-        count=np.full(count, len(CORNERS), np.int32),
-        corner_radius=np.zeros(count),
-        axes=np.tile((0.0, 0.0, 0.0, 1.0), (count, 1)),
-    )
+    body = boxes_on_corners(sizes=sizes, mass=lanes.mass, gyration=gyration)
     return dataclasses.replace(lanes, body=body)
-
-
-CORNERS = np.array([(x, y, z) for z in (-1.0, 1.0) for y in (-1.0, 1.0) for x in (-1.0, 1.0)])
-"""Corners of a box from its middle, in half sizes."""
 
 
 def sprung_inputs(
@@ -242,15 +227,11 @@ def sprung_inputs(
     bound = lanes.friction * GRAVITY * lanes.mass
     bound = bound + settings.cohesion * springs.area * base_of(body).sum(axis=1)
     whole = springs.shear * base_of(body).sum(axis=1)
-    columns["lanes"] = (
-        columns["frames"]
-        | throw_columns(lanes)
-        | {
-            "time_step": time_step,
-            "creep": np.maximum(bound / np.sqrt(whole * body.mass), LEAST_CREEP),
-            "uplift_time": np.where(leans | (blocks.gap_start > 0.0), 0.0, NEVER),
-            "height": body.centre_height,
-            "area": springs.area,
-        }
-    )
+    columns["lanes"] = columns["frames"] | {
+        "time_step": time_step,
+        "creep": np.maximum(bound / np.sqrt(whole * body.mass), LEAST_CREEP),
+        "uplift_time": np.where(leans | (blocks.gap_start > 0.0), 0.0, NEVER),
+        "height": body.centre_height,
+        "area": springs.area,
+    }
     return columns

@@ -1,4 +1,6 @@
-"""Energies of blocks on their base: what they hold, need to overturn, and can have been given.
+"""Amounts of energy: what blocks on their base hold, need to overturn, and can have been given.
+
+`soundness` judges a lane by them.
 
 All are above the state in which every block is flat, in the frame of the base [J]. What a base has
 supplied is told by the account of an engine in the plane; in space there is a bound that is known
@@ -25,7 +27,8 @@ from warprock.model import rocking
 from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions
-from warprock.model.pose import start_poses, turned
+from warprock.model.pose import product, start_poses, turned
+from warprock.model.stacking import centre_height
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -49,9 +52,13 @@ def kinetic_energy_at_start(lanes: Lanes) -> Array:
     inertia = (squares.sum(axis=-1, keepdims=True) - squares) / 12.0
     if release.gyration is not None:
         inertia = release.gyration
+    if lanes.body is not None:
+        inertia = lanes.body.gyration.reshape(lanes.lane_count, -1)
     spin = release.angular_velocity
     if lanes.spatial:
         attitude = start_poses(cast(SpatialLanes, lanes))[1]
+        if lanes.body is not None:
+            attitude = product(attitude, lanes.body.axes)
         spin = turned(attitude * np.array([-1.0, -1.0, -1.0, 1.0]), spin)
     moving = (release.velocity**2).sum(axis=-1) + (inertia * spin**2).sum(axis=-1)
     return np.asarray(0.5 * lanes.mass * moving)
@@ -78,12 +85,20 @@ def overturning_rise(lanes: Lanes) -> Array:
         height = lanes.body.centre_height
         return np.asarray(np.hypot(np.maximum(nearest_edge(lanes), 0.0), height) - height)
     if lanes.body is not None:
-        corners, angles = Corners.of(lanes.body), lanes.slenderness_angles
-        rises = [
-            corners.rise(side * each, angles) for side, each in zip((-1, 1), angles.T, strict=True)
-        ]
-        return np.asarray(np.min(rises, axis=0))
+        return _body_rise(lanes.body, lanes.slenderness_angles)
+    if lanes.profiles is not None:
+        found = [_body_rise(each, each.slenderness_angles) for each in lanes.profiles.each]
+        return np.stack(found, axis=1)
     return np.asarray(0.5 * (np.hypot(lanes.width, lanes.height) - lanes.height))
+
+
+def _body_rise(body: Bodies, angles: Array) -> Array:
+    """How far bodies in the plane rise to where they overturn, to the easier side [m], [lane]."""
+    corners = Corners.of(body)
+    rises = [
+        corners.rise(side * each, angles) for side, each in zip((-1, 1), angles.T, strict=True)
+    ]
+    return np.asarray(np.min(rises, axis=0))
 
 
 def stack_energy_held(lanes: Lanes) -> Array:
@@ -102,7 +117,8 @@ def spatial_energy_held(lanes: Lanes) -> Array:
     if lanes.thrown:
         height = 0.5 * np.minimum(np.minimum(stacks.width, stacks.depth), stacks.height)
     if lanes.body is not None:
-        height = lanes.body.centre_height[:, None]
+        body = lanes.body
+        height = (body.inner_radius if lanes.thrown else body.centre_height)[:, None]
     rise = start_poses(stacks)[0][..., 2] - height
     return np.asarray(GRAVITY * (stacks.mass * rise).sum(axis=1))
 
@@ -120,7 +136,7 @@ def least_barrier(lanes: Lanes) -> tuple[Array, Array]:
     above, levers, heights = (
         np.cumsum((mass * each)[:, ::-1], axis=1)[:, ::-1] for each in (np.ones_like(x), x, z)
     )
-    centre, rise = levers / above, heights / above - (z - 0.5 * lanes.height)
+    centre, rise = levers / above, heights / above - (z - centre_height(lanes))
     arms = np.maximum(np.stack([centre - left, right - centre]), 0.0)
     reach = np.hypot(arms, rise)
     return (GRAVITY * above * (reach - rise)).min(axis=(0, 2)), arms / reach

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.blocks import start_columns, throw_columns
+from warprock.engines.blocks import speed_columns, start_columns, throw_columns
 from warprock.engines.bodies import Corners, box_bodies
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, time_or_nan
 from warprock.engines.energy import nearest_edge
@@ -67,6 +67,8 @@ class Event(AbstractEngine):
     (kernels/event/body.py); so have single blocks of which the angular restitution is prescribed.
     An impact on the other corner of what a body stands on at first leaves that part of the angular
     velocity then, and the corner takes the impulses which that asks for, within its friction.
+    They alone know a base that moves upwards in the plane, boxes as bodies on two points: gravity
+    is then g + a_z, and below zero of it a block flies until it lands.
 
     With friction as a box single blocks are second order through the ends of their slips, along x
     and along y; of blocks that rock and slide errors scatter (1.4 to 2). How rigid faces share
@@ -80,7 +82,9 @@ class Event(AbstractEngine):
     spatial: ClassVar[bool] = True
     starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
+    bodies_move: ClassVar[tuple[str, ...]] = ("plane", "space")
     rounded: ClassVar[bool] = True
+    vertical: ClassVar[tuple[str, ...]] = ("block",)
     restitution: ClassVar[str | None] = None
     rests_exactly: ClassVar[bool] = True
 
@@ -93,11 +97,6 @@ class Event(AbstractEngine):
                 f"event finds the angular restitution {where} from its contact law and cannot "
                 "follow the prescribed contact.angular_restitution"
             )
-        if scene.restitution_given and scene.moving:
-            return (
-                "event lets blocks go from rest where contact.angular_restitution is prescribed, "
-                f"and the case {scene.moving}"
-            )
         return None
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
@@ -105,7 +104,7 @@ class Event(AbstractEngine):
         if not scene.spatial:
             if scene.stacked:
                 return Kernel("event/stack_run")
-            cornered = scene.bodies or scene.restitution_given
+            cornered = scene.on_points or scene.restitution_given
             file = "event/body_run" if cornered else "event/block_run"
             return Kernel(file, lanes=self.target.lanes)
         friction = "box" if self.settings.friction_box else "cone"
@@ -215,6 +214,7 @@ def _bodies(
         "friction": lanes.friction,
         "radius": corners.radius,
         "start": lanes.rotation_start,
+        "spin": speed_columns(lanes)["omega"],
         "restitution": np.broadcast_to(given, lanes.friction.shape),
         "rest_rotation": settings.rest_rotation_ratio * lanes.slenderness_angle,
     }

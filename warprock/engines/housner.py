@@ -17,7 +17,7 @@ from warprock.engines.workload import step_limit
 from warprock.kernels.modes import RESTING
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions
+from warprock.model.motion import GroundMotions, UprightMotions
 from warprock.model.response import SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import HousnerSettings
@@ -58,6 +58,9 @@ class Housner(AbstractEngine):
     of Housner's equation all the same. Not judged is the end of a fall: once a block leans beyond
     its balance by more than the friction angle (at most 45 degrees) and turns outwards, it falls
     whatever its contact does.
+
+    Where the base moves upwards, too, a block is pulled down by g + a_z. A base that falls faster
+    than its block would leave it: such a lane is OUTSIDE_MODEL like one that is pulled.
     """
 
     name: ClassVar[str] = "housner"
@@ -67,7 +70,9 @@ class Housner(AbstractEngine):
     slides: ClassVar[bool] = False
     starts_moving: ClassVar[tuple[str, ...]] = ("plane",)
     bodies: ClassVar[tuple[bool, bool]] = (True, False)
+    bodies_move: ClassVar[tuple[str, ...]] = ("plane",)
     rounded: ClassVar[bool] = True
+    vertical: ClassVar[tuple[str, ...]] = ("block",)
 
     @classmethod
     def declines(cls, scene: SceneKind) -> str | None:
@@ -89,8 +94,7 @@ class Housner(AbstractEngine):
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene; see `AbstractEngine.kernel_of`."""
-        bodies = scene.bodies if isinstance(scene, SceneKind) else scene.body is not None
-        file = "housner/body_run" if bodies else "housner/block_run"
+        file = "housner/body_run" if scene.on_points else "housner/block_run"
         return Kernel(file, lanes=self.target.lanes)
 
     def inputs(
@@ -133,7 +137,12 @@ class Housner(AbstractEngine):
         precision = self.target.precision
         ratio = max(self.settings.rest_rotation_ratio, REST_RATIO_LEAST[precision])
         found = body_inputs(lanes, ratio)
-        rate = np.maximum(found.pop("rate"), motions.components[0].fastest_rate)
+        rate = found.pop("rate")
+        if isinstance(motions, UprightMotions):
+            # What weighs more falls faster.
+            rate = rate * np.sqrt(1.0 + motions.z.acceleration_bound() / GRAVITY)
+        for part in motions.components:
+            rate = np.maximum(rate, part.fastest_rate)
         step_length = PHASE_STEP[precision] / rate
         spare = STEPS_SPARE * found["feet"]["alpha"].shape[1]
         limit = step_limit(motions, times.duration, step_length, spare, len(times.times))

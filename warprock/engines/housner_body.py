@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from warprock.engines.blocks import speed_columns
 from warprock.engines.launching import NEVER
 from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes
@@ -38,7 +39,10 @@ def body_inputs(lanes: Lanes, rest_ratio: float) -> dict[str, Any]:
     edges = _edges(body, x, z, highs, home, lanes)
     start = lanes.rotation_start
     place = np.sum(start[:, None] > highs, axis=1)
-    place = np.where(start == 0.0, home, np.minimum(place, last))
+    omega = speed_columns(lanes)["omega"]
+    # From the flat base it turns about the foot at the end that goes down.
+    foot = np.minimum(home + (omega > 0.0), last)
+    place = np.where(start == 0.0, foot, np.minimum(place, last))
     angles = body.slenderness_angles
     grip = np.arctan(np.minimum(lanes.friction, 1.0))
     outer = np.take_along_axis(np.arctan2(x, -z), last[:, None], axis=1)[:, 0]
@@ -63,7 +67,7 @@ def body_inputs(lanes: Lanes, rest_ratio: float) -> dict[str, Any]:
             "high": highs,
         },
         "edges": edges,
-        "starts": {"theta": start, "place": place, "last": last},
+        "starts": {"theta": start, "omega": omega, "place": place, "last": last},
         "rate": np.sqrt((GRAVITY * reach / shortest).max(axis=1)),
     }
 

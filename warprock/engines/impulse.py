@@ -8,12 +8,13 @@ from typing import Any, ClassVar, final
 import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
-from warprock.engines.blocks import planar_columns, stack_columns, throw_columns
-from warprock.engines.bodies import Corners
+from warprock.engines.blocks import planar_columns, speed_columns, stack_columns, throw_columns
+from warprock.engines.bodies import Corners, box_bodies
 from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, still_since
 from warprock.engines.launching import Found, Kernel
 from warprock.engines.soundness import account_in_space, account_of, unstable
 from warprock.engines.spatial_bodies import spatial_inputs
+from warprock.engines.stack_bodies import foot_columns
 from warprock.kernels.instance import MAX_UNROLL
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import GroundMotions
@@ -33,7 +34,7 @@ class Impulse(AbstractEngine):
     while none has and it does not slide. In a stack the same holds at the two ends of what two
     faces share. A contact that has no other beside it is solved exactly. A lane that gains more
     energy than it held and its base supplied has the status UNSTABLE. What erp lifts counts as a
-    gain.
+    gain. On a base that moves upwards in the plane boxes run as bodies on two points.
 
     In space a block touches at its four corners, and two faces at up to eight points. A single
     block rocks and lands there by the same rule, and has lifted since no two opposite corners
@@ -49,8 +50,11 @@ class Impulse(AbstractEngine):
     settings_type = ImpulseSettings
     order: ClassVar[int | None] = 1
     spatial: ClassVar[bool] = True
-    starts_moving: ClassVar[tuple[str, ...]] = ("space",)
+    starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
+    bodies_move: ClassVar[tuple[str, ...]] = ("plane", "space")
+    stacked_bodies: ClassVar[bool] = True
+    vertical: ClassVar[tuple[str, ...]] = ("block",)
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: stacks in space run one lane a thread on any device.
@@ -69,9 +73,11 @@ class Impulse(AbstractEngine):
                 return Kernel("impulse_space/thrown_run", friction=friction)
             return Kernel("impulse_space/block_run", lanes=lanes, friction=friction)
         if scene.stacked:
-            return Kernel("impulse/stack_run", lanes=lanes, iterations=sweeps)
+            file = "impulse/stack_body_run" if scene.bodies else "impulse/stack_run"
+            return Kernel(file, lanes=lanes, iterations=sweeps)
         slow = self.target.form is None and sweeps > MAX_UNROLL
-        file = "impulse/body_run" if scene.bodies else "impulse/block_run"
+        # Boxes that start in motion run as bodies: the loop of boxes lets them go from rest.
+        file = "impulse/body_run" if scene.on_points or scene.moving else "impulse/block_run"
         return Kernel(file, lanes=1 if slow else lanes, iterations=sweeps)
 
     def inputs(
@@ -94,14 +100,18 @@ class Impulse(AbstractEngine):
             return columns | ({"throws": throw_columns(lanes)} if starts else {})
         if lanes.stacked:
             blocks = planar_columns(lanes, GRAVITY * step)
-            return {"blocks": blocks, "lanes": stack_columns(lanes), "knobs": knobs}
-        if lanes.body is not None:
-            corners = Corners.of(lanes.body)
+            columns = {"blocks": blocks, "lanes": stack_columns(lanes), "knobs": knobs}
+            feet = {} if lanes.profiles is None else {"feet": foot_columns(lanes)}
+            return columns | feet
+        if lanes.body is not None or lanes.moving:
+            body = lanes.body or box_bodies(lanes)
+            corners = Corners.of(body)
             blocks = {
-                "inverse_inertia": 1.0 / lanes.body.gyration,
+                "inverse_inertia": 1.0 / body.gyration,
                 "friction": lanes.friction,
                 "reach": corners.reach,
                 "start": lanes.rotation_start,
+                **speed_columns(lanes),
             }
             blocks = {name: each[:, None] for name, each in blocks.items()}
             return {"blocks": blocks, "corners": corners.columns, "knobs": knobs}

@@ -156,7 +156,8 @@ def launch(
     """
     lane_count, block_count = next(iter(blocks.values())).shape
     count = -(-lane_count // module.LANES) * module.LANES
-    pool, motion_rows = _pool_and_rows(module.Motion, motions, count)
+    takes = {each.label: each.type for each in module.run_lanes.adj.args}
+    pool, motion_rows = _pool_and_rows(takes["motions"].dtype, motions, count)
     given = {"blocks": blocks, "motions": motion_rows, "pool": pool, "sample_times": times.times}
     in_space, real = isinstance(motions, SpatialMotions), REALS[target.precision]
     sampled = times.count if times.interval is not None else 0
@@ -176,7 +177,7 @@ def launch(
         given |= others | {"found": found}
         wp.launch(
             kernel,
-            dim=count // module.LANES,
+            dim=(count // module.LANES, 1),
             inputs=[_argument(each, given[each.label], count) for each in kernel.adj.args],
         )
         results = found.results.numpy()[:lane_count]

@@ -14,8 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines.blocks import spatial_columns, yawed
-from warprock.engines.bodies import Corners
+from warprock.engines.bodies import Corners, leaned
 from warprock.engines.spatial_bodies import body_of, stood_places, there_are
+from warprock.engines.stack_bodies import profile_slides
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.pose import turned
 
@@ -50,7 +51,8 @@ def planar_places(lanes: Lanes, rotation: Array, places: Array | None) -> dict[s
     if lanes.body is not None:
         slide = Corners.of(lanes.body).slide(rotation[:, 0], x[:, 0])
         return {"slide": slide[:, None], "x": x, "z": z}
-    return {"slide": _planar_slides(stacks, rotation, x, z), "x": x, "z": z}
+    slides = _planar_slides if lanes.profiles is None else profile_slides
+    return {"slide": slides(stacks, rotation, x, z), "x": x, "z": z}
 
 
 def _pivoted(stacks: Lanes, rotation: Array) -> tuple[Array, Array]:
@@ -63,8 +65,8 @@ def _pivoted(stacks: Lanes, rotation: Array) -> tuple[Array, Array]:
         turn, height = rotation[:, k], half_height[:, k, None]
         shared = np.minimum(lower_face, half_face[:, k])[:, None]
         end = np.where(turn < below, -shared, shared)
-        foot_x, foot_z = _levered(end, below_height, below)
-        arm_x, arm_z = _levered(-end, height, turn)
+        foot_x, foot_z = leaned(end, below_height, below)
+        arm_x, arm_z = leaned(-end, height, turn)
         at_x, at_z = at_x + foot_x + arm_x, at_z + foot_z + arm_z
         x[:, k], z[:, k] = at_x, at_z
         below, below_height, lower_face = turn, height, half_face[:, k]
@@ -82,27 +84,19 @@ def _planar_slides(stacks: Lanes, rotation: Array, x: Array, z: Array) -> Array:
         lean = np.where(turn < 0.0, -1.0, 1.0)
         face, height = half_face[:, k], half_height[:, k]
         # The middle of the bottom face, seen from the middle of the face below, along that.
-        foot_x, foot_z = _levered(np.zeros_like(turn), -height, rotation[:, k])
+        foot_x, foot_z = leaned(np.zeros_like(turn), -height, rotation[:, k])
         from_x, from_z = x[:, k] + foot_x - below_x, z[:, k] + foot_z - below_z
-        along, _above = _levered(from_x, from_z, -below)
+        along, _above = leaned(from_x, from_z, -below)
         corner = along + lean * face * np.cos(turn)
         # The end of the face below, seen from the middle of the block, along its bottom.
-        end_x, end_z = _levered(lean * low_face, low_height, below)
-        under, _deep = _levered(
-            end_x + below_x - x[:, k], end_z + below_z - z[:, k], -rotation[:, k]
-        )
+        end_x, end_z = leaned(lean * low_face, low_height, below)
+        under, _deep = leaned(end_x + below_x - x[:, k], end_z + below_z - z[:, k], -rotation[:, k])
         inside = lean * corner <= low_face
         place = np.where(inside, corner - lean * face, lean * low_face - under)
         slides[:, k] = place - stacks.offset[:, k, None]
         below_x, below_z, below = x[:, k], z[:, k], rotation[:, k]
         low_face, low_height = face, height
     return slides
-
-
-def _levered(x: Array, z: Array, rotation: Array) -> tuple[Array, Array]:
-    """A lever turned clockwise."""
-    s, c = np.sin(rotation), np.cos(rotation)
-    return x * c + z * s, z * c - x * s
 
 
 def spatial_places(lanes: Lanes, attitude: Array, places: Array) -> dict[str, Array]:

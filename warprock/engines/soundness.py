@@ -1,8 +1,9 @@
-"""Energy from nowhere: which lanes of a time-stepping engine gained more than can be.
+"""Judges the energy account of a lane: which lanes of a time-stepping engine are `UNSTABLE`.
 
-In the frame of its base a block gains energy from the base's motion alone; contacts can only take.
-A step that is long for a block's size gives some back; where that is more than the block held and
-got from the base, its motion is the step's and not its own.
+In the frame of its base a block gains energy from the motion of the base alone; contacts can only
+take energy away. A step that is too long gives some back. Where it gave back more than the block
+held at the start and got from the base, the lane has exploded: the step made its motion, not the
+physics. The engine gives it the status `UNSTABLE`. The amounts are those of `energy`.
 """
 
 from __future__ import annotations
@@ -103,7 +104,8 @@ def fallen(lanes: Lanes, held: Array, peak_rotation: Array) -> Array:
     """Energy that weight has set free where blocks fell that had the energy for it [J], [lane].
 
     Below its flat state a block is once it has turned by more than twice its slenderness angle;
-    what it carries then sinks by at most twice as much as its centre.
+    what it carries then sinks by at most twice as much as its centre, on a body by as many times
+    more as its top is higher.
 
     Args:
         lanes: Single blocks or stacks.
@@ -119,10 +121,21 @@ def fallen(lanes: Lanes, held: Array, peak_rotation: Array) -> Array:
     stacks = as_stacks(lanes)
     able = held >= (1.0 - BARRIER_SHARE) * least_barrier(stacks)[0]
     turned, angle = np.abs(peak_rotation).reshape(stacks.width.shape), stacks.slenderness_angle
-    radius = rocking.half_diagonal(stacks.width, stacks.height)
-    sunk = radius * np.maximum(np.cos(angle) - np.cos(turned - angle), 0.0)
     above = np.cumsum(stacks.mass[:, ::-1], axis=1)[:, ::-1] - stacks.mass
-    return np.asarray(np.where(able, (GRAVITY * (stacks.mass + 2.0 * above) * sunk).sum(axis=1), 0))
+    more: Array | float = 2.0
+    if stacks.profiles is None:
+        radius = rocking.half_diagonal(stacks.width, stacks.height)
+        sunk = radius * np.maximum(np.cos(angle) - np.cos(turned - angle), 0.0)
+    else:
+        turned = np.minimum(turned, 0.5 * np.pi)
+        rises = [
+            Corners.of(body).least_rise(turned[:, block])
+            for block, body in enumerate(stacks.profiles.each)
+        ]
+        sunk = np.maximum(-np.stack(rises, axis=1), 0.0)
+        more = stacks.height / stacks.profiles.centre_height
+    freed = (GRAVITY * (stacks.mass + more * above) * sunk).sum(axis=1)
+    return np.asarray(np.where(able, freed, 0))
 
 
 def moved_by_nothing(lanes: Lanes, pull: Array, lean: Array) -> Mask:
@@ -276,7 +289,9 @@ def unstable(
         parts: dict[str, Any] = {
             name: each.reshape(lanes.lane_count) for name, each in lanes.arrays.items()
         }
-        lanes, lean = dataclasses.replace(lanes, **parts), lean.reshape(lanes.lane_count)
+        body = lanes.body if lanes.profiles is None else lanes.profiles.of(0)
+        lanes = dataclasses.replace(lanes, body=body, profiles=None, **parts)
+        lean = lean.reshape(lanes.lane_count)
     held = energy_at_start(lanes) + account.supplied
     sinks = (GRAVITY * lanes.mass).reshape(lanes.lane_count, -1).sum(axis=1) * account.deepest
     sunk = np.where(rigid | complete, 0.0, sinks)

@@ -7,7 +7,7 @@ from typing import cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.engines.blocks import spatial_columns, yawed
+from warprock.engines.blocks import spatial_columns, throw_columns, yawed
 from warprock.errors import InputError
 from warprock.model.bodies import Bodies
 from warprock.model.hull import LEVEL
@@ -72,7 +72,8 @@ def _frame_columns(lanes: Lanes) -> dict[str, Array]:
     body = body_of(lanes)
     columns = {f"a{name}": part for name, part in zip("xyzw", body.axes.T, strict=True)}
     feet = (body.standing & there_are(body)).sum(axis=1)
-    return columns | {"reach": farthest(body), "feet": feet.astype(np.float64)}
+    columns |= {"reach": farthest(body), "feet": feet.astype(np.float64)}
+    return columns | throw_columns(lanes)
 
 
 def _point_columns(lanes: Lanes) -> dict[str, Array]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from warprock.case.columns import input_meaning
+from warprock.case.input_columns import input_meaning
 from warprock.errors import InputError, did_you_mean, listed
 from warprock.figures.outcomes import OUTCOMES, RAISED, read_peaks
 from warprock.figures.palette import BLUE, DASHES, FALLEN, GREY

@@ -82,7 +82,8 @@ class Bases:
         axes.margins(y=0.1)
         axes.locator_params(axis="y", nbins=3)
         if window[0] == 0.0:
-            axes.set_ylabel("base [g]")
+            several = len(self.run.lane_set.motions.axes) > 1
+            axes.set_ylabel("base x [g]" if several else "base [g]")
 
     def start(self, panel: int) -> str:
         """What no curve can show: the velocity steps that the bases of a panel start with."""

@@ -28,6 +28,8 @@ SIZE = (7.2, 6.4)
 DPI = 100
 AZIMUTH, ELEVATION = np.deg2rad(-55.0), np.deg2rad(18.0)
 """From where blocks in space are seen: turned about the vertical, and from above."""
+AXES = "xyz"
+"""Axes of the places and accelerations of a base."""
 FAR = 1.0
 """Drift of the base over the size of the scene from which the view goes with it."""
 FACES = np.array(
@@ -79,10 +81,9 @@ def _said(motion: SceneMotion, sample: int) -> str:
     """What stands above the scene at a sample."""
     parts = [f"time {motion.times[sample]:.2f} s"]
     if np.any(motion.acceleration) or np.any(motion.base):
-        names = "xyz" if motion.spatial else "x"
         moved = ", ".join(
-            f"{name} {round(1e3 * float(motion.base[sample, axis]), 1) + 0.0:.1f} mm"
-            for axis, name in enumerate(names)
+            f"{name} {round(1e3 * float(motion.base[sample, AXES.index(name)]), 1) + 0.0:.1f} mm"
+            for name in motion.axes
         )
         parts.append(f"base moved by {moved}")
     if sample == len(motion.times) - 1:
@@ -102,10 +103,11 @@ def _curves(axes: Axes, motion: SceneMotion) -> Any:
 
 def _shaking(axes: Axes, motion: SceneMotion) -> Any:
     """The acceleration of the base over time; returns the line that marks the time."""
-    for axis, name in enumerate("xyz" if motion.spatial else "x"):
-        look = (DARK, GREY, PALE)[axis]
+    for name in motion.axes:
+        axis = AXES.index(name)
+        look = (DARK, GREY, PALE)[axis] if motion.spatial else (DARK, "", GREY)[axis]
         axes.plot(motion.times, motion.acceleration[:, axis], color=look, linewidth=1.0, label=name)
-    if motion.spatial and np.any(motion.acceleration):
+    if len(motion.axes) > 1 and np.any(motion.acceleration):
         axes.legend(loc="upper right", fontsize=7, ncols=3)
     axes.set_ylabel("base accel.\n[m/s²]", fontsize=8)
     axes.set_xlabel("time [s]", fontsize=8)
@@ -123,10 +125,10 @@ class _View:
 
         self.axes, self.motion = axes, motion
         corners = motion.corners_in_space() if motion.spatial else motion.corners()
-        self.reach = 0.75 * float(motion.sizes[:, :2].max()) + 0.3 * float(motion.sizes[:, 2].sum())
+        self.reach = motion.reach
         self.slab = 0.06 * float(motion.sizes[:, 2].sum())
         # Corners as seen from the base, where the view goes with it.
-        drift = float(np.ptp(motion.base[:, :2], axis=0).max())
+        drift = float(np.ptp(motion.base, axis=0).max())
         self.follows = drift > FAR * 2.0 * self.reach
         self.off = motion.base if self.follows else np.zeros_like(motion.base)
         self.corners = corners - (

@@ -152,7 +152,8 @@ def _draw_group(axes: Axes, found: OverturningMap, group: int) -> None:
     if form is not None:
         label = "closed form of a slender block, no impact"
         axes.plot(across, form[1], "--", color=VERMILION, linewidth=1.2, label=label)
-    axes.set_xlim(across.min(), across.max())
+    if across.min() < across.max():
+        axes.set_xlim(across.min(), across.max())
     axes.set_ylim(low, high)
     axes.grid(visible=False)
     axes.set_title(found.groups[group] or "all lanes")

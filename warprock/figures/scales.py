@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warprock.case.columns import input_meaning
+from warprock.case.input_columns import input_meaning
 from warprock.units import GRAVITY
 
 if TYPE_CHECKING:

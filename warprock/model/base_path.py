@@ -56,7 +56,9 @@ class BasePath:
 
 def base_path(motions: GroundMotions, lane: int) -> BasePath | None:
     """The motion of one lane's base; None if it stands still."""
-    x, y, z = (*(_path(part, lane) for part in motions.components), None, None)[:3]
+    parts = zip(motions.axes, motions.components, strict=True)
+    paths = {axis: _path(part, lane) for axis, part in parts}
+    x, y, z = (paths.get(axis) for axis in "xyz")
     return BasePath((x, y, z)) if x or y or z else None
 
 

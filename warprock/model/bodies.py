@@ -26,7 +26,7 @@ from typing import Self
 import numpy as np
 import numpy.typing as npt
 
-from warprock.model.hull import LEVEL, lower_hull, rounded_centres
+from warprock.model.hull import LEVEL, inner_radius, lower_hull, rounded_centres
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
@@ -95,6 +95,22 @@ class Bodies:
         straight = bool(np.all(np.abs(self.axes[:, :3]) <= LEVEL))
         at_corners = bool(np.all(np.abs(np.abs(self.points) - half) <= near))
         return straight and at_corners and bool(np.all(signs == np.arange(CORNERS)))
+
+    @property
+    def inner_radius(self) -> Array:
+        """Radius of the largest ball about the centre of mass in the hull of points [m], [lane].
+
+        Zero where the points do not surround the centre, as those of a base alone. Bodies with a
+        ball may come to lie on any side: in every attitude a point is below the centre.
+        """
+        if not self.spatial:
+            return np.zeros(len(self.mass))
+        rows = np.concatenate(
+            [self.points.reshape(len(self.mass), -1), self.count[:, None]], axis=1
+        )
+        _, first, place = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+        radii = [inner_radius(self.points[lane, : self.count[lane]]) for lane in first]
+        return np.array(radii)[place.reshape(-1)]
 
     @functools.cached_property
     def points_in_block_axes(self) -> Array:
@@ -204,8 +220,8 @@ class Bodies:
     def outline(self, height: Array) -> Array:
         """Corners of the bodies as pictures show them [m], along the axes of the block.
 
-        That is their base, and straight above it their top: of what lies between them a body says
-        nothing.
+        That is the hull of their points where these surround the centre of mass. Else it is their
+        base, and straight above it their top: of what lies between them a body says nothing.
 
         Args:
             height: Full height [m], shape [lane].
@@ -215,6 +231,8 @@ class Bodies:
             space [lane, corner, 3], the hull of which is the picture.
         """
         base = self.points_in_block_axes
+        if self.inner_radius.all():
+            return base
         top = np.array(base if self.spatial else base[:, ::-1])
         top[..., -1] = np.maximum(height - self.centre_height, 0.0)[:, None]
         return np.concatenate([base, top], axis=1)
@@ -273,6 +291,34 @@ class Bodies:
         below = self.gyration + self.centre_height**2
         kept = below + ends.prod(axis=1)
         return np.asarray(kept[:, None] / (below[:, None] + ends**2))
+
+
+def boxes_on_corners(
+    *, sizes: Array, mass: Array, gyration: Array | None = None, centre: Array | None = None
+) -> Bodies:
+    """Boxes as bodies of their eight corners.
+
+    Args:
+        sizes: Width, depth and height [m], shape [lane, 3].
+        mass: [kg], shape [lane].
+        gyration: Moments of inertia over the mass [m^2], shape [lane, 3]; None where boxes are the
+            same all through.
+        centre: The centre of mass from the middle of the box [m], shape [lane, 3]; None where it
+            is there.
+    """
+    squares, count = sizes**2, len(mass)
+    if gyration is None:
+        gyration = (squares.sum(axis=-1, keepdims=True) - squares) / 12.0
+    signs = np.array([(x, y, z) for z in (-1.0, 1.0) for y in (-1.0, 1.0) for x in (-1.0, 1.0)])
+    points = 0.5 * sizes[:, None] * signs
+    return Bodies(
+        mass=mass,
+        gyration=gyration,
+        points=points if centre is None else points - centre[:, None],
+        count=np.full(count, CORNERS, np.int32),
+        corner_radius=np.zeros(count),
+        axes=np.tile((0.0, 0.0, 0.0, 1.0), (count, 1)),
+    )
 
 
 def turned(attitude: Array, vector: Array) -> Array:

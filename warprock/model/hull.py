@@ -1,4 +1,4 @@
-"""Lower convex hulls: those points of a body in the plane that can touch flat ground."""
+"""Convex hulls: which points of a body can touch flat ground, and how near the centre comes."""
 
 from __future__ import annotations
 
@@ -56,6 +56,45 @@ def lower_hulls(points: Array) -> tuple[Array, Counts]:
         kept.append(at)
         count += more
     return points[lanes[:, None], np.stack(kept, axis=1)], count
+
+
+def inner_radius(points: Array) -> float:
+    """Radius of the largest ball about the origin in the convex hull of points [m].
+
+    Args:
+        points: [m], shape [point, 3].
+
+    Returns:
+        Zero where the origin is not inside, or on the hull but for round-off.
+    """
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        nearest = -ConvexHull(points).equations[:, -1].max()
+    except QhullError:
+        # The points lie in a plane.
+        return 0.0
+    return float(nearest) if nearest > LEVEL * np.ptp(points, axis=0).max() else 0.0
+
+
+def hull_surface(points: Array) -> tuple[Array, Array]:
+    """The triangles of the convex hull of points.
+
+    Args:
+        points: Not all in a plane [m], shape [point, 3].
+
+    Returns:
+        Corners of the triangles, against the clock as seen from outside [m], shape
+        [triangle, 3, 3], and their normals outwards, of length 1, shape [triangle, 3].
+    """
+    from scipy.spatial import ConvexHull
+
+    hull = ConvexHull(points)
+    corners, normals = points[hull.simplices], hull.equations[:, :3]
+    first, second, third = np.moveaxis(corners, 1, 0)
+    inwards = np.sum(np.cross(second - first, third - first) * normals, axis=-1) < 0.0
+    corners[inwards] = corners[inwards][:, ::-1]
+    return corners, normals
 
 
 def rounded_centres(points: Array, radius: Array) -> Array:

@@ -138,6 +138,11 @@ class LaneMotions(abc.ABC):
         return np.zeros((3, 1))
 
     @property
+    def axes(self) -> str:
+        """The axes that the base moves along."""
+        return "x"
+
+    @property
     def components(self) -> tuple[Self]:
         """The directions that the base moves along: this one."""
         return (self,)

@@ -10,11 +10,12 @@ import numpy.typing as npt
 
 from warprock.model import rocking
 from warprock.model.bodies import Bodies
+from warprock.model.profiles import Profiles
 from warprock.model.release import Release
 
 Array = npt.NDArray[np.float64]
 
-_NO_ARRAYS = ("body", "release", "restitution_given")
+_NO_ARRAYS = ("body", "profiles", "release", "restitution_given")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -41,6 +42,8 @@ class Lanes:
             engines find it from their own laws.
         body: Bodies, where single blocks are no boxes; their width, height, depth and density are
             then those of the box around them, and say nothing of how they move.
+        profiles: Blocks of stacks in the plane, where some are bodies; the width, height, depth and
+            density of those are then of the box around them, up to their top.
         restitution_given: Whether the case prescribes the angular restitution, of all lanes.
         release: Velocities at the start, and attitudes of blocks that are thrown; None of blocks
             that are let go from rest.
@@ -62,6 +65,7 @@ class Lanes:
     rotation_start: Array
     angular_restitution: Array
     body: Bodies | None = dataclasses.field(default=None, kw_only=True)
+    profiles: Profiles | None = dataclasses.field(default=None, kw_only=True)
     restitution_given: bool = dataclasses.field(default=False, kw_only=True)
     release: Release | None = dataclasses.field(default=None, kw_only=True)
 
@@ -94,8 +98,13 @@ class Lanes:
 
     @property
     def bodies(self) -> bool:
-        """Whether the blocks are bodies, of which the box says nothing."""
-        return self.body is not None
+        """Whether there are bodies, of which the box says nothing."""
+        return self.body is not None or self.profiles is not None
+
+    @property
+    def on_points(self) -> bool:
+        """Whether kernels of bodies run them; see `SceneKind`."""
+        return self.bodies
 
     @property
     def contact_point_count(self) -> int:
@@ -105,6 +114,8 @@ class Lanes:
         """
         if self.body is not None:
             return self.body.most_points
+        if self.profiles is not None:
+            return int(self.profiles.count.sum(axis=1).max())
         if self.spatial:
             return 4 + 8 * (self.block_count - 1)
         return 2 * self.block_count
@@ -116,7 +127,7 @@ class Lanes:
 
     @property
     def face_width(self) -> Array:
-        """Width over which a block's faces touch others [m]."""
+        """Width over which a block's faces touch others [m]; of a body that of its box."""
         return np.asarray(self.width - 2.0 * self.chamfer)
 
     @property
@@ -124,6 +135,8 @@ class Lanes:
         """Mass of the blocks [kg]."""
         if self.body is not None:
             return self._of_body(self.body.mass)
+        if self.profiles is not None:
+            return self.profiles.mass
         return np.asarray(self.density * self.width * self.height * self.depth)
 
     def _of_body(self, values: Array) -> Array:
@@ -135,6 +148,8 @@ class Lanes:
         """Critical angle of every block on a flat base [rad]; of a body to its weaker side."""
         if self.body is not None:
             return self._of_body(self.body.slenderness_angles.min(axis=1))
+        if self.profiles is not None:
+            return np.asarray(self.profiles.slenderness_angles.min(axis=2))
         return np.arctan2(self.face_width, self.height)
 
     @property
@@ -168,6 +183,8 @@ class Lanes:
         parts: dict[str, Any] = {name: each[lanes] for name, each in self.arrays.items()}
         if self.body is not None:
             parts["body"] = self.body.take(lanes)
+        if self.profiles is not None:
+            parts["profiles"] = self.profiles.take(lanes)
         if self.release is not None:
             parts["release"] = self.release.take(lanes)
         return dataclasses.replace(self, **parts)

@@ -7,7 +7,9 @@ what a user writes. `lane_motion` says what they have in common.
 from __future__ import annotations
 
 import dataclasses
-from typing import Self, TypeAlias
+import functools
+from collections.abc import Callable
+from typing import Any, Self, TypeAlias, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -38,6 +40,7 @@ from warprock.model.ricker import (
 
 __all__ = [
     "RICKER_HALF_LENGTH",
+    "ComposedMotions",
     "Control",
     "GroundMotions",
     "HarmonicMotions",
@@ -49,6 +52,7 @@ __all__ = [
     "Segment",
     "SpatialMotions",
     "StillBase",
+    "UprightMotions",
     "Waveform",
     "harmonic_motions",
     "mavroeidis_papageorgiou_motions",
@@ -62,9 +66,73 @@ PlanarMotions: TypeAlias = LaneMotions
 """Motions of one direction, of any waveform."""
 
 
+class ComposedMotions:
+    """Motions of a base that translates along several axes: one of each, all of one kind.
+
+    The fields of its dataclasses are the motions, named by their axes.
+    """
+
+    @property
+    def axes(self) -> str:
+        """The axes that the base moves along, in the order of `components`."""
+        return "".join(field.name for field in dataclasses.fields(cast(Any, self)))
+
+    @property
+    def components(self) -> tuple[PlanarMotions, ...]:
+        """The motions along the axes."""
+        return tuple(getattr(self, axis) for axis in self.axes)
+
+    def with_parts(self, change: Callable[[PlanarMotions], PlanarMotions]) -> Self:
+        """The same with another motion in the place of each."""
+        parts = {axis: change(getattr(self, axis)) for axis in self.axes}
+        return type(self)(**parts)
+
+    @property
+    def kind(self) -> MotionKind:
+        """Family of the motions."""
+        return self.components[0].kind
+
+    @property
+    def lane_count(self) -> int:
+        """Number of lanes."""
+        return self.components[0].lane_count
+
+    @property
+    def start(self) -> Array:
+        """Time at which the first of the directions starts to move [s]."""
+        return np.asarray(np.min([part.start for part in self.components], axis=0))
+
+    def take(self, lanes: Lanes) -> Self:
+        """The motions of some lanes."""
+        return self.with_parts(lambda part: part.take(lanes))
+
+    def compact(self) -> Self:
+        """The same motions, without what they do not use."""
+        return self.with_parts(lambda part: part.compact())
+
+    @property
+    def knot_count(self) -> npt.NDArray[np.int32] | int:
+        """Samples of the records of all directions."""
+        return sum(part.knot_count for part in self.components)
+
+    @property
+    def knot_interval(self) -> Array | float:
+        """Shortest time between two samples of a record in any direction [s]."""
+        return functools.reduce(np.minimum, [part.knot_interval for part in self.components])
+
+    @property
+    def end(self) -> Array:
+        """Time at which the base has come to its last motion in all directions [s]."""
+        return np.asarray(np.max([part.end for part in self.components], axis=0))
+
+    def scaled(self, factors: Array) -> Self:
+        """The motions times a factor, in all directions, with the knots that they had."""
+        return self.with_parts(lambda part: part.scaled(factors))
+
+
 @dataclasses.dataclass(frozen=True)
-class SpatialMotions:
-    """Motions of a base that translates in space: one motion of each direction, all of one kind.
+class SpatialMotions(ComposedMotions):
+    """Motions of a base that translates in space.
 
     Attributes:
         x: Along +x, in the plane of rocking.
@@ -76,60 +144,21 @@ class SpatialMotions:
     y: PlanarMotions
     z: PlanarMotions
 
-    @property
-    def components(self) -> tuple[PlanarMotions, PlanarMotions, PlanarMotions]:
-        """The motions along x, y and z."""
-        return self.x, self.y, self.z
 
-    @property
-    def kind(self) -> MotionKind:
-        """Family of the motions."""
-        return self.x.kind
+@dataclasses.dataclass(frozen=True)
+class UprightMotions(ComposedMotions):
+    """Motions of a base that translates in the plane of rocking.
 
-    @property
-    def lane_count(self) -> int:
-        """Number of lanes."""
-        return self.x.lane_count
+    Attributes:
+        x: Along +x.
+        z: Upwards.
+    """
 
-    @property
-    def start(self) -> Array:
-        """Time at which the first of the directions starts to move [s]."""
-        return np.asarray(np.min([part.start for part in self.components], axis=0))
-
-    def take(self, lanes: Lanes) -> Self:
-        """The motions of some lanes."""
-        return dataclasses.replace(
-            self, x=self.x.take(lanes), y=self.y.take(lanes), z=self.z.take(lanes)
-        )
-
-    def compact(self) -> Self:
-        """The same motions, without what they do not use."""
-        x, y, z = (part.compact() for part in self.components)
-        return dataclasses.replace(self, x=x, y=y, z=z)
-
-    @property
-    def knot_count(self) -> npt.NDArray[np.int32] | int:
-        """Samples of the records of all directions."""
-        return sum(part.knot_count for part in self.components)
-
-    @property
-    def knot_interval(self) -> Array | float:
-        """Shortest time between two samples of a record in any direction [s]."""
-        x, y, z = (part.knot_interval for part in self.components)
-        return np.minimum(np.minimum(x, y), z)
-
-    @property
-    def end(self) -> Array:
-        """Time at which the base has come to its last motion in all directions [s]."""
-        return np.asarray(np.max([part.end for part in self.components], axis=0))
-
-    def scaled(self, factors: Array) -> Self:
-        """The motions times a factor, in all directions, with the knots that they had."""
-        x, y, z = (part.scaled(factors) for part in self.components)
-        return dataclasses.replace(self, x=x, y=y, z=z)
+    x: PlanarMotions
+    z: PlanarMotions
 
 
-GroundMotions = PlanarMotions | SpatialMotions
+GroundMotions = PlanarMotions | UprightMotions | SpatialMotions
 
 
 def no_motion(like: PlanarMotions) -> PlanarMotions:

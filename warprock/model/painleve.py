@@ -111,9 +111,10 @@ def above_limit(lanes: Lanes) -> tuple[npt.NDArray[np.bool_], Array]:
     """
     if lanes.block_count > 1:
         return np.zeros(lanes.lane_count, np.bool_), np.full(lanes.lane_count, np.inf)
-    if lanes.body is not None:
-        limit = body_limit(lanes.body)
-        return lanes.friction > limit, limit
+    body = lanes.body if lanes.profiles is None else lanes.profiles.of(0)
+    if body is not None:
+        limit = body_limit(body)
+        return lanes.friction.reshape(lanes.lane_count) > limit, limit
     limit = friction_limit(lanes.face_width, lanes.height, 0.5 * np.pi).reshape(lanes.lane_count)
     return lanes.friction.reshape(lanes.lane_count) > limit, limit
 
@@ -123,12 +124,13 @@ def ambiguous(lanes: Lanes, response: Response) -> npt.NDArray[np.bool_]:
     count = lanes.lane_count
     if lanes.block_count > 1:
         return np.zeros(count, dtype=np.bool_)
-    if lanes.body is not None:
+    if lanes.bodies:
         above, _limit = above_limit(lanes)
-        if lanes.spatial:
+        if lanes.spatial and lanes.body is not None:
             tilt = response["peak_tilt"].reshape(count)
             above = lanes.friction.reshape(count) > spatial_limit(lanes.body, tilt)
-        return np.asarray(above & (response["peak_slide"].reshape(count) > SLID * lanes.width))
+        width = lanes.width.reshape(count)
+        return np.asarray(above & (response["peak_slide"].reshape(count) > SLID * width))
     one = {name: response[name].reshape(count) for name in ("peak_rotation", "peak_slide")}
     width, height, friction = (
         values.reshape(count) for values in (lanes.face_width, lanes.height, lanes.friction)

@@ -78,12 +78,18 @@ def start_corners(lanes: Lanes) -> Array:
     """
     if isinstance(lanes, SpatialLanes):
         position, attitude = start_poses(lanes)
-        seen, height = turned(attitude[:, None], bottom_corners(lanes)), position[:, 2]
+        body = lanes.body
+        corners = bottom_corners(lanes) if body is None else body.points_in_block_axes
+        seen, height = turned(attitude[:, None], corners), position[:, 2]
     else:
         side = np.array([-0.5, 0.5])
         s, c = np.sin(lanes.rotation_start)[:, None], np.cos(lanes.rotation_start)[:, None]
         x, z = side * lanes.face_width[:, None], -0.5 * lanes.height[:, None]
+        if lanes.body is not None:
+            x, z = np.moveaxis(lanes.body.centres, -1, 0)
         seen = np.stack([x * c + z * s, np.zeros_like(x), z * c - x * s], axis=-1)
+        if lanes.body is not None:
+            seen[..., 2] -= lanes.body.corner_radius[:, None]
         height = -seen[..., 2].min(axis=1)
     touches = seen[..., 2] + height[:, None] <= TOUCHING
     return np.where(touches[..., None], seen, np.nan)

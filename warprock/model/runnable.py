@@ -15,6 +15,7 @@ from warprock.errors import InputError
 from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import (
+    ComposedMotions,
     GroundMotions,
     PlanarMotions,
     RecordMotions,
@@ -147,10 +148,12 @@ def _require_motions(lanes: Lanes, motions: GroundMotions, source: str) -> None:
     """Refuses motions that are not those of the lanes."""
     spatial = isinstance(motions, SpatialMotions)
     if spatial != lanes.spatial:
-        allowed = "must be SpatialMotions for blocks in space, and motions along x for others"
+        allowed = "must be SpatialMotions for blocks in space, and no such for others"
         raise InputError(source, "motions", type(motions).__name__, allowed)
     parts = getattr(motions, "components", (motions,))
-    for part, axis in zip(parts, (".x", ".y", ".z") if spatial else ("",), strict=True):
+    several = isinstance(motions, ComposedMotions)
+    axes = [f".{axis}" for axis in motions.axes] if several else [""]
+    for part, axis in zip(parts, axes, strict=True):
         if not hasattr(part, "lane_count"):
             allowed = "must be ground motions"
             raise InputError(source, f"motions{axis}", type(part).__name__, allowed)

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions, MotionKind
+from warprock.model.motion import GroundMotions, MotionKind, UprightMotions
 from warprock.model.painleve import above_limit
 from warprock.model.stacking import uplift_ratio
 
@@ -24,8 +24,9 @@ class SceneKind:
             space four of the lowest, and eight between two faces that are turned.
         centred: Whether every block starts above the centre of what it stands on.
         restitution_given: Whether the case prescribes the angular restitution.
-        bodies: Whether the blocks are bodies, of which the box says nothing.
+        bodies: Whether there are bodies, of which the box says nothing.
         rounded: Whether the corners of a body are rounded.
+        vertical: Whether the base moves upwards, too, under blocks in the plane.
         moving: What starts in motion; empty where blocks are let go from rest.
         spatial_because: What makes a planar model fall short; empty where the scene is planar.
         friction_ratio: Smallest friction coefficient / base acceleration in g that makes the block
@@ -51,11 +52,17 @@ class SceneKind:
     friction_limit: float
     bodies: bool = False
     rounded: bool = False
+    vertical: bool = False
 
     @property
     def spatial(self) -> bool:
         """Whether the blocks move in space."""
         return bool(self.spatial_because)
+
+    @property
+    def on_points(self) -> bool:
+        """Whether kernels of bodies run it: they alone follow a base that moves upwards."""
+        return self.bodies or self.vertical
 
     @property
     def thrown(self) -> bool:
@@ -66,6 +73,7 @@ class SceneKind:
     def left_out(self) -> tuple[str, ...]:
         """What the model does without because nothing in the scene needs it, and why."""
         parts = []
+        ways = "and upwards" if self.vertical else "at most"
         if not self.spatial and self.bodies:
             parts += [
                 "motion out of the plane of rocking, of which the base is a profile: three degrees "
@@ -73,8 +81,9 @@ class SceneKind:
             ]
         elif not self.spatial:
             parts += [
-                "motion out of the plane of rocking: the base moves along x at most and each block "
-                "is symmetric about the plane, so three degrees of freedom a block are enough",
+                f"motion out of the plane of rocking: the base moves along x {ways} and each "
+                "block is symmetric about the plane, so three degrees of freedom a block are "
+                "enough",
             ]
         if self.motion is MotionKind.STILL:
             parts += ["ground motion: the base stands still"]
@@ -141,6 +150,7 @@ def scene_kind(
         angular_restitution=float(np.min(lanes.angular_restitution)),
         above_friction_limit=int(np.sum(above)),
         friction_limit=float(limit[above].min()) if above.any() else np.inf,
-        bodies=body is not None,
+        bodies=lanes.bodies,
         rounded=body is not None and bool(body.corner_radius.any()),
+        vertical=isinstance(motions, UprightMotions),
     )

@@ -3,11 +3,11 @@
 A block that has not fallen may still do so while its base moves, and while it rocks: it is known to
 stand once it has come to rest on a base whose motion is over. A single block in the plane is known
 to stand earlier. At rest it stays where what is left of its record is too weak to lift a rigid
-block, below g tan(slenderness angle) (Housner 1963; not in `dem`, whose springs can lift it). On a
-base that is still it loses energy in every impact, so that one which has swung back stays up; it
-falls within its first two swings or not at all. A swing takes long only where it comes close to the
-point of balance, about 2 ln(2 / e) / p where it misses that by a part e: `SWUNG` / p leaves a part
-of 1e-6.
+block, below g tan(slenderness angle), with less than g on a base that falls (Housner 1963; not in
+`dem`, whose springs can lift it). On a base that is still it loses energy in every impact, so that
+one which has swung back stays up; it falls within its first two swings or not at all. A swing takes
+long only where it comes close to the point of balance, about 2 ln(2 / e) / p where it misses that
+by a part e: `SWUNG` / p leaves a part of 1e-6.
 """
 
 from __future__ import annotations
@@ -16,9 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.model.lanes import Lanes
-from warprock.model.motion import (
-    GroundMotions,
-)
+from warprock.model.motion import GroundMotions, UprightMotions
 from warprock.model.response import USABLE, Outcome, Response
 from warprock.model.rocking import uplift_acceleration
 from warprock.units import GRAVITY
@@ -71,6 +69,9 @@ def undecided(
             lifts = uplift_acceleration(lanes.width, lanes.height)
             if lanes.body is not None:
                 lifts = GRAVITY * lanes.uplift_ratios.min(axis=1)
+            if isinstance(motions, UprightMotions):
+                # A base that falls takes weight off a block.
+                lifts = lifts * (1.0 - motions.z.left_acceleration(duration) / GRAVITY)
             may_fall &= rocks | (motions.components[0].left_acceleration(duration) >= lifts)
     usable = np.isin(response["status"], USABLE)
     return np.asarray(usable & upright & may_fall)

@@ -19,14 +19,14 @@ until the free corner meets the base, an impact without restitution normal to th
   geometric series of times, which the rest time includes. The block lifts again at the root of
   the overturning moment, or at a velocity step whose swing counts by the same rule.
 - A velocity step of the base is an impulse at its knot; the corner in contact is kept.
+- A base that moves upwards, too, adds its acceleration to gravity, and its velocity steps to the
+  impulses; one that falls faster than the block would have to pull it (infinite friction needed).
 - Overturning is |rotation| = pi/2; the rotation stays there.
 """
 
 from __future__ import annotations
 
-import concurrent.futures
 import dataclasses
-import multiprocessing
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +35,7 @@ from warprock.model.lanes import Lanes
 from warprock.model.motion import (
     GroundMotions,
     SpatialMotions,
+    UprightMotions,
 )
 from warprock.model.response import (
     FIELDS,
@@ -46,8 +47,10 @@ from warprock.model.response import (
     SampleTimes,
     Status,
 )
+from warprock.oracle.block_base import base_segments
 from warprock.oracle.block_mechanics import PivotingBlock
 from warprock.oracle.block_swings import BlockRun
+from warprock.processes import worker_processes
 
 Array = npt.NDArray[np.float64]
 
@@ -146,12 +149,13 @@ def rock(
         rtol: Relative tolerance of the integrator.
     """
     assert not isinstance(motions, SpatialMotions)
+    parts = (motions.x, motions.z) if isinstance(motions, UprightMotions) else (motions,)
     friction = float(lanes.friction[lane])
     run = BlockRun(_block(lanes, lane), times, rtol, friction)
     run.start(float(lanes.rotation_start[lane]))
     # A resting block is looked at so often; in a segment of a record its ends are enough.
-    scan = float(motions.shortest_period[lane]) / SCANS_PER_PERIOD
-    for segment in motions.segments(lane):
+    scan = min(float(part.shortest_period[lane]) for part in parts) / SCANS_PER_PERIOD
+    for segment in base_segments(motions, lane):
         if segment.start < times.duration and not run.overturned:
             run.follow(segment, scan)
     run.finish()
@@ -190,8 +194,7 @@ def oracle_response(
     else:
         size = max(1, lanes.lane_count // (4 * workers))
         parts = [slice(at, at + size) for at in range(0, lanes.lane_count, size)]
-        context = multiprocessing.get_context("spawn")
-        with concurrent.futures.ProcessPoolExecutor(workers, mp_context=context) as pool:
+        with worker_processes(workers, "spawn") as pool:
             tasks = [
                 pool.submit(_rock_all, lanes.take(part), motions.take(part), times, rtol)
                 for part in parts

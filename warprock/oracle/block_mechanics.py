@@ -6,8 +6,9 @@ squared distance (parallel axes); an impact of the free corner conserves the ang
 about that corner, because the impulse of the base passes through it; and a velocity step of the
 base conserves, seen from the base, everything but the impulse that the step gives the mass.
 
-The frame moves with the base: x along the base, y up, angles and moments counter-clockwise. A
-block that leans towards +x stands on its +x corner (side = +1) and has turned clockwise.
+The frame moves with the base: x along the base, y up, angles and moments counter-clockwise; what
+the base does is a vector in it. A block that leans towards +x stands on its +x corner (side = +1)
+and has turned clockwise.
 """
 
 from __future__ import annotations
@@ -66,10 +67,11 @@ class PivotingBlock:
         self.critical_tilt = math.atan2(width, height)
         self._restitution = restitution
 
-    def tilt_acceleration(self, side: int, tilt: float, base_acceleration: float) -> float:
+    def tilt_acceleration(self, side: int, tilt: float, base_acceleration: Vector) -> float:
         """Second time derivative of the tilt [rad/s^2] under gravity and a base acceleration."""
         lever = turned(self.levers[side], -side * tilt)
-        force = (-self.mass * base_acceleration, -self.mass * GRAVITY)
+        along, upwards = base_acceleration
+        force = (-self.mass * along, -self.mass * (GRAVITY + upwards))
         return -side * cross(lever, force) / self.corner_inertia
 
     def corner_height(self, side: int, tilt: float) -> float:
@@ -80,14 +82,14 @@ class PivotingBlock:
         """Vertical velocity of the free base corner [m/s]."""
         return -side * rate * turned(self.free_corners[side], -side * tilt)[0]
 
-    def rate_step(self, side: int, tilt: float, velocity_step: float) -> float:
+    def rate_step(self, side: int, tilt: float, velocity_step: Vector) -> float:
         """Step of the tilt rate [rad/s] that a velocity step of the base [m/s] causes.
 
         Seen from the base the step throws the mass back with -mass x velocity_step through the
         centre of mass; the corner answers with an impulse that has no moment about itself.
         """
         lever = turned(self.levers[side], -side * tilt)
-        thrown = (-self.mass * velocity_step, 0.0)
+        thrown = (-self.mass * velocity_step[0], -self.mass * velocity_step[1])
         return -side * cross(lever, thrown) / self.corner_inertia
 
     def rate_after_impact(self, side: int, rate: float) -> float:
@@ -109,7 +111,7 @@ class PivotingBlock:
         return side * momentum / self.corner_inertia
 
     def contact_force(
-        self, side: int, tilt: float, rate: float, base_acceleration: float
+        self, side: int, tilt: float, rate: float, base_acceleration: Vector
     ) -> Vector:
         """Force of the base on the pivoting block along and upwards [N], by Newton's law.
 
@@ -117,14 +119,16 @@ class PivotingBlock:
         """
         lever = turned(self.levers[side], -side * tilt)
         bend = -side * self.tilt_acceleration(side, tilt, base_acceleration)
-        along = base_acceleration - bend * lever[1] - rate**2 * lever[0]
-        return self.mass * along, self.mass * (GRAVITY + bend * lever[0] - rate**2 * lever[1])
+        along = base_acceleration[0] - bend * lever[1] - rate**2 * lever[0]
+        upwards = GRAVITY + base_acceleration[1] + bend * lever[0] - rate**2 * lever[1]
+        return self.mass * along, self.mass * upwards
 
-    def step_impulse(self, side: int, tilt: float, velocity_step: float) -> Vector:
+    def step_impulse(self, side: int, tilt: float, velocity_step: Vector) -> Vector:
         """Impulse of the base on the block along and upwards [N s] at a velocity step [m/s]."""
         lever = turned(self.levers[side], -side * tilt)
         spin = -side * self.rate_step(side, tilt, velocity_step)
-        return self.mass * (velocity_step - spin * lever[1]), self.mass * spin * lever[0]
+        along, upwards = velocity_step
+        return self.mass * (along - spin * lever[1]), self.mass * (upwards + spin * lever[0])
 
     def impact_impulse(self, side: int, before: float, after: float) -> Vector:
         """Impulse of the base along and upwards [N s] at an impact of the free corner.

@@ -14,8 +14,8 @@ import numpy.typing as npt
 from scipy.integrate import DOP853
 from scipy.optimize import brentq, minimize_scalar
 
-from warprock.model.motion import Segment
 from warprock.model.response import SampleTimes, Status
+from warprock.oracle.block_base import BaseSegment
 from warprock.oracle.block_mechanics import PivotingBlock, Vector
 
 Array = npt.NDArray[np.float64]
@@ -78,7 +78,7 @@ class BlockRun:
         self.uplift_time, self.rest_time = math.nan, 0.0
         self.energy_lost, self.evaluations = 0.0, 0
         self.step_hint = math.inf
-        self.acceleration: Callable[[float], float] = lambda _time: 0.0
+        self.acceleration: Callable[[float], Vector] = lambda _time: (0.0, 0.0)
 
     def start(self, rotation: float) -> None:
         """Releases the block from a rotation [rad] at rest."""
@@ -88,13 +88,14 @@ class BlockRun:
             self._note_peak(0.0, self.tilt)
         self._fill(0.0, lambda times: np.full(len(times), rotation))
 
-    def follow(self, segment: Segment, scan: float) -> None:
+    def follow(self, segment: BaseSegment, scan: float) -> None:
         """Follows one segment of the motion; `scan` is the time between looks at rest [s]."""
         stop = min(segment.stop, self.duration)
         self.acceleration = segment.acceleration
-        if segment.velocity_step != 0.0:
-            side = (-1 if segment.velocity_step > 0.0 else 1) if self.flat else self.side
-            change = self.block.rate_step(side, self.tilt, segment.velocity_step)
+        if any(segment.velocity_step):
+            step, sides = segment.velocity_step, (1, -1) if self.flat else (self.side,)
+            side = max(sides, key=lambda each: self.block.rate_step(each, self.tilt, step))
+            change = self.block.rate_step(side, self.tilt, step)
             if self.flat and not self._settles(self.time, change):
                 self._leave(self.time, side, 0.0)
             if not self.flat and not self._falls(self.tilt, self.rate):

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions, SpatialMotions
+from warprock.model.motion import GroundMotions, SpatialMotions, UprightMotions
 from warprock.model.response import INTEGER_FIELDS, LANE_FIELDS, Outcome, Response, SampleTimes
 from warprock.oracle.pair import TwoBlockResponse, rock_two_blocks
 from warprock.oracle.pair_mechanics import REST, Pair, TwoBlocks
@@ -38,7 +38,7 @@ def two_block_response(lanes: Lanes, motions: GroundMotions, times: SampleTimes)
         Every lane field; slides and penetrations are zero by the model, `step_count` counts
         evaluations of the equations of motion.
     """
-    assert not isinstance(motions, SpatialMotions)
+    assert not isinstance(motions, SpatialMotions | UprightMotions)
     answers = [
         rock_two_blocks(
             _two_blocks(lanes, lane),

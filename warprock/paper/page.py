@@ -13,9 +13,9 @@ from rich.console import Console
 from rich.markup import render
 from rich.table import Table
 
+from warprock.paper.print_families import FAMILIES
+from warprock.paper.print_tables import by_target, print_target
 from warprock.paper.printed import PAPER_NAMES
-from warprock.paper.tables import by_target, print_target
-from warprock.paper.tables_families import FAMILIES
 from warprock.report import asked
 from warprock.report.content import Chapter, Heading, Proof, Sheet
 from warprock.report.folder import ResultFolder

@@ -1,7 +1,8 @@
 """MuJoCo as a program beside ours: boxes on a plane or on a driven table, of the extra `mujoco`.
 
-A body in space is the convex hull of its contact points, raised by its height to make a solid, with
-its own mass and inertia.
+A body is the convex hull of its contact points and of its top, with its own mass and inertia; a
+profile in the plane is as deep as the box around it. On another block it needs several contacts at
+once (`multiccd`).
 
 Settings are the best of those tried on blocks B0 to B3: the contact must be stiffer with every
 shorter step (a time constant of two steps, the least that MuJoCo allows, twice critically damped)
@@ -36,7 +37,7 @@ SETTINGS = "Newton solver, elliptic cones, solref (2 dt, 2), solimp .9999 .9999 
 MODEL = """
 <mujoco>
   <option timestep="{step!r}" gravity="0 0 {gravity!r}" integrator="Euler" solver="Newton"
-          cone="elliptic" tolerance="1e-12"/>
+          cone="elliptic" tolerance="1e-12">{flags}</option>
   <default><geom contype="0" conaffinity="0"/></default>
   <asset>{meshes}</asset>
   <worldbody>{base}{blocks}</worldbody>
@@ -156,8 +157,7 @@ def _model_text(scene: PeerScene, step: float) -> str:
     for number, block in enumerate(scene.blocks, 1):
         blocks.append(_block_text(number, block))
         if block.body is not None:
-            points = np.array(block.body.points)
-            hull = np.concatenate([points, points + np.array([0.0, 0.0, block.size[2]])])
+            hull = np.array([*block.body.points, *block.body.top])
             meshes.append(MESH.format(number=number, hull=_text(hull.ravel())))
         friction = max(block.friction, FRICTION_LEAST)
         contact = {"friction": friction, "reaction": 2.0 * step}
@@ -166,6 +166,7 @@ def _model_text(scene: PeerScene, step: float) -> str:
     return MODEL.format(
         step=step,
         gravity=-GRAVITY,
+        flags='<flag multiccd="enable"/>' if meshes and len(blocks) > 1 else "",
         meshes="".join(meshes),
         base=PLANE if scene.base is None else TABLE.format(mass=mass),
         blocks="".join(blocks),

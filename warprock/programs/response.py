@@ -224,7 +224,9 @@ def _corners(scene: PeerScene, block: int) -> tuple[Array, Array]:
     own = scene.blocks[block]
     if own.body is not None:
         points = np.array(own.body.points)
-        return points, np.array(own.stands) + _turned_by(own.yaw, points[:, :2])
+        below = scene.blocks[block - 1].stands if block else (0.0, 0.0)
+        away = np.subtract(own.stands, below) - (own.body.middle, 0.0)
+        return points, away + _turned_by(own.yaw, points[:, :2])
     half, offset, yaw = 0.5 * np.array(own.face), np.zeros(2), own.yaw
     low, high = -half, half
     if block > 0:

@@ -17,11 +17,12 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.model.base_path import BasePath, base_path
-from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import GroundMotions
 from warprock.model.pose import start_poses, turned
+from warprock.model.profiles import Profiles
 from warprock.model.response import SampleTimes
+from warprock.model.stacking import centre_height, steps_along
 
 Array = npt.NDArray[np.float64]
 
@@ -34,12 +35,16 @@ class PeerBody:
     """What a body is that is no box, in the axes of the block from the centre of mass.
 
     Attributes:
-        points: Contact points [m].
+        points: Contact points [m]; of a body in the plane at both ends of its depth.
         tensor: Moments of inertia xx, yy, zz, xy, xz and yz, entries of the tensor [kg m^2].
+        top: Corners of its top [m]; none where the points surround the centre of mass.
+        middle: In a stack, how far what it stands on at rest has its middle to +x of it [m].
     """
 
     points: Sequence[Sequence[float]]
     tensor: Sequence[float]
+    top: Sequence[Sequence[float]]
+    middle: float = 0.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -215,7 +220,7 @@ def _blocks(lanes: Lanes, lane: int, position: Array, attitude: Array) -> list[P
         return np.atleast_1d(np.asarray(found, dtype=np.float64))
 
     size = np.stack([of("width"), of("depth"), of("height")], axis=-1)
-    mass = of("density") * size.prod(axis=-1) if lanes.body is None else of("mass")
+    mass = of("mass") if lanes.bodies else of("density") * size.prod(axis=-1)
     squares = size**2
     inertia = mass[:, None] / 12.0 * (squares.sum(axis=-1, keepdims=True) - squares)
     velocity, spin = np.zeros((2, *position.shape))
@@ -234,18 +239,55 @@ def _blocks(lanes: Lanes, lane: int, position: Array, attitude: Array) -> list[P
     rows: tuple[Any, ...] = (size, face, middle, mass, inertia, friction)
     rows += (position, attitude, stands, yaw, velocity, spin)
     found: Any = zip(*(part.tolist() for part in rows), strict=True)
-    body = None if lanes.body is None else _body(lanes.body, lane)
-    return [dataclasses.replace(PeerBlock(*parts), body=body) for parts in found]
+    blocks = [PeerBlock(*parts) for parts in found]
+    if lanes.profiles is not None:
+        return _profiled(blocks, lanes.profiles.take(slice(lane, lane + 1)))
+    if lanes.body is not None:
+        return [dataclasses.replace(each, body=_body(lanes, lane)) for each in blocks]
+    return blocks
 
 
-def _body(bodies: Bodies, lane: int) -> PeerBody:
-    """The body of one lane, in space."""
-    body = bodies.take(slice(lane, lane + 1))
+def _profiled(blocks: list[PeerBlock], profiles: Profiles) -> list[PeerBlock]:
+    """The blocks of a stack in the plane as they are, those that are bodies as such."""
+    found = []
+    for k, block in enumerate(blocks):
+        if not profiles.is_body[k]:
+            found.append(block)
+            continue
+        (left, right, high), depth = profiles.top[0, k].tolist(), block.size[1]
+        base = profiles.points[0, k, : profiles.count[0, k]]
+        points, top = (
+            np.concatenate([np.insert(part, 1, y, axis=1) for y in (-0.5 * depth, 0.5 * depth)])
+            for part in (base, np.array([[left, high], [right, high]]))
+        )
+        # Those of a sheet; nothing turns about the other axes.
+        about_y = block.mass * float(profiles.gyration[0, k])
+        other = 0.5 * about_y + block.mass * depth**2 / 12.0
+        body = PeerBody(
+            points=points.tolist(),
+            tensor=[other, about_y, other, 0.0, 0.0, 0.0],
+            top=top.tolist(),
+            middle=float(profiles.base_ends[0, k].mean()) if k else 0.0,
+        )
+        middle = [0.5 * (left + right), 0.0, high - 0.5 * block.size[2]]
+        found.append(
+            dataclasses.replace(block, middle=middle, face=[right - left, depth], body=body)
+        )
+    return found
+
+
+def _body(lanes: Lanes, lane: int) -> PeerBody:
+    """The body of one lane, in space, raised by its height to make a solid of it."""
+    assert lanes.body is not None
+    body = lanes.body.take(slice(lane, lane + 1))
     points = body.points_in_block_axes[0, : body.count[0]]
     axes = turned(body.axes, np.eye(3))
     xx, yy, zz = (body.mass[0] * body.gyration[0]) @ (axes**2)
     tensor = (axes.T * (body.mass[0] * body.gyration[0])) @ axes
-    return PeerBody(points.tolist(), [xx, yy, zz, tensor[0, 1], tensor[0, 2], tensor[1, 2]])
+    six = [xx, yy, zz, tensor[0, 1], tensor[0, 2], tensor[1, 2]]
+    closed = bool(body.inner_radius[0] > 0.0)
+    raised = points + np.array([0.0, 0.0, lanes.height[lane]])
+    return PeerBody(points.tolist(), six, [] if closed else raised.tolist())
 
 
 def _starts(lanes: Lanes) -> tuple[Array, Array]:
@@ -255,6 +297,8 @@ def _starts(lanes: Lanes) -> tuple[Array, Array]:
         if lanes.stacked:
             return position, attitude
         return position[:, None], attitude[:, None]
+    if lanes.profiles is not None:
+        return _upright(lanes)
     shape = (lanes.lane_count, lanes.block_count)
     width, height, offset, turn = (
         part.reshape(shape)
@@ -275,6 +319,15 @@ def _starts(lanes: Lanes) -> tuple[Array, Array]:
         top = _turned(np.zeros_like(end), 0.5 * height[:, block], turn[:, block])
         face, tilt, half = centre + top, turn[:, block], 0.5 * width[:, block]
     return position, attitude
+
+
+def _upright(lanes: Lanes) -> tuple[Array, Array]:
+    """The same of stacks with bodies that start upright."""
+    x = np.cumsum(steps_along(lanes), axis=1)
+    z = np.cumsum(lanes.height, axis=1) - lanes.height + centre_height(lanes)
+    attitude = np.zeros((*x.shape, 4))
+    attitude[..., 3] = 1.0
+    return np.stack([x - x[:, :1], np.zeros_like(x), z], axis=-1), attitude
 
 
 def _turned(x: Array, z: Array, rotation: Array) -> Array:

@@ -30,7 +30,7 @@ class Program:
         install: The command that installs them.
         text: What it is, in one line.
         starts_moving: Whether its adapter starts blocks with velocities.
-        bodies: Whether its adapter knows bodies in space that are no boxes.
+        bodies: Whether its adapter knows bodies that are no boxes, in space and in stacks.
     """
 
     module: str
@@ -129,9 +129,11 @@ def require_scenes(
     if lanes.moving and not PROGRAMS[name].starts_moving:
         raise DeclinedError(f"it lets blocks go from rest here, and the case {lanes.moving}")
     program = PROGRAMS[name]
-    if lanes.body is not None and not (program.bodies and lanes.spatial):
-        where = "; bodies in space it can do" if program.bodies else ""
+    if lanes.bodies and not (program.bodies and (lanes.spatial or lanes.stacked)):
+        where = "; bodies in space and in stacks it can do" if program.bodies else ""
         raise DeclinedError(f"it is given boxes alone, and the case has a body (block.base){where}")
+    if lanes.profiles is not None and lanes.rotation_start.any():
+        raise DeclinedError("it starts stacks with a body upright here, and the case turns a block")
     adapter = importlib.import_module(program.module)
     declines = getattr(adapter, "require_scenes", None)
     if declines is not None:

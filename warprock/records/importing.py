@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import concurrent.futures
 import functools
 import glob
 import os
@@ -13,6 +12,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from warprock.errors import InputError
+from warprock.processes import worker_processes
 from warprock.quantity import NOTHING, Said
 from warprock.records.column_file import Reading
 from warprock.records.loading import AS_WRITTEN, CHANNEL, load_record
@@ -113,7 +113,7 @@ def import_files(
         if len(files) <= FEW or workers == 1:
             rows = list(map(work, files, targets))
         else:
-            with concurrent.futures.ProcessPoolExecutor(workers) as pool:
+            with worker_processes(workers) as pool:
                 rows = list(pool.map(work, files, targets, chunksize=4))
         folder.mkdir(exist_ok=True)
         for target in targets:

@@ -21,7 +21,7 @@ import numpy as np
 from warprock.errors import InputError, listed
 from warprock.quantity import AMPLITUDE, Said
 from warprock.reading import read_bytes, reason
-from warprock.records import column_file, csmip, csv_file, esm, fema_p695, geonet, knet, peer
+from warprock.records import column_file, csmip, esm, fema_p695, geonet, knet, peer, sample_file
 from warprock.records.column_file import Reading
 from warprock.records.record import CONTROL_OF, Record
 from warprock.records.text_file import Channel, TextFile
@@ -59,7 +59,7 @@ FORMATS: dict[str, Format] = {
         column_file.recognises,
         lambda text: column_file.read(text, AS_WRITTEN),
     ),
-    "csv": Format("CSV with # unit and # interval", csv_file.recognises, csv_file.read),
+    "csv": Format("CSV with # unit and # interval", sample_file.recognises, sample_file.read),
 }
 """Formats by name, in the order in which a file is tried."""
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from warprock.model.motion import Control
-from warprock.records.csv_file import csv_text
 from warprock.records.processing import Step, process
 from warprock.records.record import Record
+from warprock.records.sample_file import csv_text
 from warprock.records.stochastic import GroundNoise, stochastic_motion
 
 UNITS = {Control.ACCELERATION: "m/s^2", Control.VELOCITY: "m/s", Control.DISPLACEMENT: "m"}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from warprock.case.columns import columns_of
+from warprock.case.input_columns import columns_of
 from warprock.case.round_base import round_base_note
 from warprock.model.response import Outcome, Status
 from warprock.model.words import OUTCOMES, STATUSES

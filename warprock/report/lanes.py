@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from warprock.case.columns import columns_of
+from warprock.case.input_columns import columns_of
 from warprock.model.response import USABLE
 from warprock.report import asked
 from warprock.report.content import Heading, Sheet

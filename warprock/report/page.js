@@ -165,7 +165,9 @@
     this.turn.closest("label").hidden = !lane.spatial;
     this.about.textContent = lane.about;
     let farthest = 0;
-    for (let i = 0; i < lane.n; i++) farthest = Math.max(farthest, Math.abs(this.value(lane.base.x, i, lane.length)));
+    ["x", "z"].forEach((axis) => {
+      for (let i = 0; i < lane.n; i++) farthest = Math.max(farthest, Math.abs(this.value(lane.base[axis], i, lane.length)));
+    });
     this.follow.closest("label").hidden = farthest === 0;
     // A base that drifts out of the picture takes the view with it.
     this.follow.checked = farthest > 1.5 * lane.blocks.reduce((sum, block) => sum + block.h, 0);
@@ -399,6 +401,8 @@
     });
     if (!this.follow.closest("label").hidden)
       parts.push("base moved " + (1000 * base[0]).toFixed(1) + " mm, accelerated " + this.at(lane.acc, lane.rate).toFixed(2) + " m/s²");
+    if (lane.rise)
+      parts.push("upwards " + (1000 * base[2]).toFixed(1) + " mm, " + this.at(lane.rise, lane.rate).toFixed(2) + " m/s²");
     const text = this.time.toFixed(2) + " s: " + parts.join("; ");
     this.now.textContent = text;
     this.slider.value = String(this.time);
@@ -413,8 +417,10 @@
     const svg = this.plot;
     const shaken = lane.acc && lane.acc.some((value) => value !== 0);
     const panels = [{ title: "rotation / slenderness angle", curves: lane.blocks.map((block) => block.r.map((v) => (v * lane.angle) / block.alpha[v < 0 ? 0 : 1])), limit: 1 }];
-    if (shaken) panels.push({ title: "base acceleration [m/s²]", curves: [lane.acc.map((v) => v * lane.rate)] });
-    const tall = [128, 86];
+    const along = lane.rise ? "base acceleration along x [m/s²]" : "base acceleration [m/s²]";
+    if (shaken) panels.push({ title: along, curves: [lane.acc.map((v) => v * lane.rate)] });
+    if (lane.rise) panels.push({ title: "base acceleration upwards [m/s²]", curves: [lane.rise.map((v) => v * lane.rate)] });
+    const tall = [128, 86, 86];
     const height = panels.reduce((sum, _, k) => sum + tall[k], 0) + 26;
     [this.width, this.left, this.right] = [width, 46, width - 8];
     svg.setAttribute("viewBox", "0 0 " + width + " " + height);
@@ -422,7 +428,7 @@
     const x = (t) => this.left + (t / this.end) * (this.right - this.left);
     let top = 0;
     panels.forEach((panel, k) => {
-      this.drawPanel(panel, top, tall[k], x, k === 1);
+      this.drawPanel(panel, top, tall[k], x, k > 0);
       top += tall[k];
     });
     const step = roundStep(this.end, width < 500 ? 4 : 8);

@@ -101,19 +101,21 @@ def played_of_sweep(plan: Plan, folder: pathlib.Path) -> dict[str, Any] | None:
     )
 
 
-def played_beside(
-    table: pd.DataFrame, folder: pathlib.Path, intensity: str
-) -> dict[str, Any] | None:
-    """Lanes of the run or the merged sweep in a folder, at either side of the fall.
+def played_beside(table: pd.DataFrame, path: pathlib.Path, intensity: str) -> dict[str, Any] | None:
+    """Lanes of the run or the merged sweep beside a lane table, at either side of the fall.
 
     Args:
-        table: Its lane table.
-        folder: The folder.
+        table: The lane table.
+        path: Where it was read: the file, or its folder.
         intensity: Column of the intensity measure.
 
     Returns:
         As `played`; None where the folder holds neither, or one that cannot be run here any more.
     """
+    folder = path if path.is_dir() else path.parent
+    if path != folder and path.name != LANE_TABLE:
+        # Another table may have other lanes than the run beside it.
+        return None
     ratios = [name for name in map(str, table) if name.startswith(PEAK_RATIO)]
     if not (ratios and {"lane", "outcome", "status"} <= set(table)):
         return None

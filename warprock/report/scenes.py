@@ -50,7 +50,7 @@ def scenes_of(run: CaseRun) -> dict[str, Any]:
             table.iloc[lane],
             lane_name(facts, table, lane),
             why,
-            _outline(run.lane_set.lanes, lane),
+            _outlines(run.lane_set.lanes, lane),
         )
         for row, (lane, why) in enumerate(chosen.items())
     ]
@@ -60,14 +60,17 @@ def scenes_of(run: CaseRun) -> dict[str, Any]:
     return {"note": note, "lanes": lanes}
 
 
-def _outline(lanes: Lanes, lane: int) -> list[list[float]] | None:
-    """Corners of a body that is no box, from its centre of mass [m]."""
+def _outlines(lanes: Lanes, lane: int) -> list[list[list[float]]] | None:
+    """Corners of each block from its centre of mass [m]; None where all are boxes."""
     one = lanes.take(np.array([lane]))
-    if one.body is None:
+    if one.body is not None:
+        corners = one.body.outline(one.height)
+    elif one.profiles is not None:
+        corners = one.profiles.outlines()[0]
+    else:
         return None
-    corners = one.body.outline(one.height)[0]
     across = corners if one.spatial else np.insert(corners, 1, 0.0, axis=-1)
-    found: list[list[float]] = np.round(across, 6).tolist()
+    found: list[list[list[float]]] = np.round(across, 6).tolist()
     return found
 
 
@@ -129,7 +132,7 @@ def scene(
     row: pd.Series[Any],
     name: str,
     why: str,
-    outline: list[list[float]] | None = None,
+    outlines: list[list[list[float]]] | None = None,
 ) -> dict[str, Any]:
     """One lane as a page plays it: whole numbers, and what one of them is worth.
 
@@ -138,17 +141,18 @@ def scene(
         row: Its row of the lane table.
         name: What sets it apart.
         why: Why it was chosen; empty where all lanes are.
-        outline: Corners of a body from its centre of mass [m], going round where it is in the
-            plane; None of boxes.
+        outlines: Corners of each block from its centre of mass [m], going round where it is in
+            the plane; None of boxes.
     """
     stride = -(-(len(history) - 1) // SAMPLES) if len(history) > SAMPLES + 1 else 1
     shown = history.iloc[::stride].reset_index(drop=True)
     blocks = [f"_{k}" for k in range(1, 10) if f"width_{k}_m" in row] or [""]
     base = {axis: _column(shown, f"base_{axis}_m") for axis in "xyz"}
     acceleration = _column(shown, "base_acceleration_m_s2")
+    rise = _column(shown, "base_acceleration_z_m_s2")
     parts = [_block(shown, row, number) for number in blocks]
     length = _unit([part[axis] for part in parts for axis in "xyz"] + list(base.values()))
-    angle, rate = _unit([part["r"] for part in parts]), _unit([acceleration])
+    angle, rate = _unit([part["r"] for part in parts]), _unit([acceleration, rise])
     outcome = f"{row['outcome']}, {row['status']}".replace("_", " ")
     about = f"Outcome and status: {outcome}."
     if why:
@@ -170,14 +174,15 @@ def scene(
         "attitude": 1.0 / DIGITS,
         "blocks": [
             {name: part[name] for name in ("w", "h", "d", "alpha")}
-            | ({} if outline is None else {"p": outline})
+            | ({} if outlines is None else {"p": outlines[k]})
             | {"r": _whole(part["r"], angle)}
             | {axis: _whole(part[axis], length) for axis in "xyz"}
             | ({"q": [_whole(q, 1.0 / DIGITS) for q in part["q"]]} if "q" in part else {})
-            for part in parts
+            for k, part in enumerate(parts)
         ],
         "base": {axis: _whole(values, length) for axis, values in base.items()},
         "acc": _whole(acceleration, rate),
+        **({"rise": _whole(rise, rate)} if rise.any() else {}),
     }
 
 
@@ -199,7 +204,7 @@ def _block(history: pd.DataFrame, row: pd.Series[Any], number: str) -> dict[str,
 def _sides(row: pd.Series[Any], number: str) -> list[float]:
     """Slenderness angles to -x and to +x [rad]."""
     weaker = f"slenderness_angle{number}_rad"
-    sides = [f"slenderness_angle_{side}_rad" for side in ("left", "right")]
+    sides = [f"slenderness_angle_{side}{number}_rad" for side in ("left", "right")]
     return [float(row[side if side in row else weaker]) for side in sides]
 
 

@@ -34,7 +34,9 @@ def run_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
 
 
 def peak_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
-    """The largest rotation of what stood, and the median."""
+    """The largest rotation of what stood, and the median; how far thrown blocks went."""
+    if "attitude_w_start" in table:
+        return way_sentences(facts, table)
     up, ratio = np.flatnonzero(standing(table)), peak_ratio(table)
     if not len(up):
         return ["No lane with usable numbers stayed up."]
@@ -53,6 +55,24 @@ def peak_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
     )
     if len(up) > 2:
         text += f"; the median lane that stayed up reaches {three(float(np.median(ratio[up])))}"
+    return [f"{text}."]
+
+
+def way_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
+    """How far thrown blocks went, and when they lay still: they may lie on any side."""
+    way, rest = table["peak_slide_m"], table["rest_time_s"]
+    if len(table) == 1:
+        still = (
+            f" and lies still after {three(float(rest.iloc[0]))} s" if rest.notna().any() else ""
+        )
+        return [f"It goes {three(float(way.iloc[0]))} m along the base{still}."]
+    far = int(np.argmax(way))
+    name = lane_name(facts, table, far)
+    text = f"The farthest goes {three(float(way.iloc[far]))} m along the base, {name}"
+    if rest.notna().any():
+        text += (
+            f"; the last of those that came to rest lies still after {three(float(rest.max()))} s"
+        )
     return [f"{text}."]
 
 

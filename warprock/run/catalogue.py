@@ -124,6 +124,11 @@ def write_case(start: Start, path: pathlib.Path, source: str = "PATH") -> list[p
 
 def _scene_text(scene: SceneKind) -> str:
     """What a lane is, in words."""
+    if scene.bodies and scene.stacked:
+        return (
+            f"a planar stack of {scene.block_count} blocks on a base, bodies among them; each "
+            "touches what it stands on at up to three points"
+        )
     if scene.bodies:
         where = f"in space: the case {scene.spatial_because}" if scene.spatial else "in the plane"
         corners = ", their corners rounded" if scene.rounded else ""

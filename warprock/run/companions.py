@@ -14,7 +14,7 @@ from warprock.engines import engine_class
 from warprock.engines.launching import Target
 from warprock.engines.workload import FINEST_STEPS, MOST_STEPS
 from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions, RecordMotions, SpatialMotions
+from warprock.model.motion import ComposedMotions, GroundMotions, RecordMotions
 from warprock.model.response import (
     USABLE,
     Outcome,
@@ -60,9 +60,8 @@ def cut_off(motions: GroundMotions, ends: Array) -> GroundMotions:
         motions: Motions of records alone.
         ends: The times [s], shape [lane]; infinite for all of a record.
     """
-    if isinstance(motions, SpatialMotions):
-        x, y, z = (_cut_record(part, ends) for part in motions.components)
-        return dataclasses.replace(motions, x=x, y=y, z=z)
+    if isinstance(motions, ComposedMotions):
+        return motions.with_parts(lambda part: _cut_record(part, ends))
     return _cut_record(motions, ends)
 
 

@@ -2,7 +2,7 @@
 
 The rule, in this order:
 
-1. `event` for stacks and for blocks in space.
+1. `event` for stacks and for blocks in space; for stacks that it declines `impulse`, or `dem`.
 2. `event` where a block slides before it rocks (friction < tan(slenderness angle)).
 3. `housner` where the case prescribes how much angular velocity an impact leaves: that is its law;
    contact engines have one of their own, and `event` puts the prescribed one in its place.
@@ -32,6 +32,8 @@ from warprock.run.devices import start_warp
 
 CONTACT = "event"
 """Engine of blocks that can slide."""
+STACKING = ("impulse", "dem")
+"""Engines of stacks that the former declines, the first one that can."""
 ANALYTICAL = "housner"
 """Engine of one block that does not."""
 LANES_JUDGED = 1000
@@ -83,6 +85,10 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
     if scene.spatial:
         return EngineChoice(CONTACT, "the blocks move in space", planar_block=False)
     if scene.stacked:
+        declined = engine_class(CONTACT).supports(scene)
+        if declined is not None:
+            able = (each for each in STACKING if engine_class(each).supports(scene) is None)
+            return EngineChoice(next(able, STACKING[0]), declined, planar_block=False)
         return EngineChoice(CONTACT, "it is a stack", planar_block=False)
     declined = engine_class(ANALYTICAL).supports(scene)
     if declined is not None:
@@ -110,10 +116,10 @@ def choose_engine(case: Case, factors: Sequence[float] = (1.0,)) -> EngineChoice
     return EngineChoice(ANALYTICAL, why, outside)
 
 
-def another_engine(ran: str, scene: SceneKind) -> str:
-    """An engine to hold a run against: another one that can do its scene; else the same."""
-    others = (name for name in ("impulse", CONTACT, ANALYTICAL) if name != ran)
-    return next((name for name in others if engine_class(name).supports(scene) is None), ran)
+def another_engine(ran: str, scene: SceneKind) -> str | None:
+    """An engine to hold a run against: another one that can do its scene; None where none can."""
+    others = (name for name in ("impulse", CONTACT, ANALYTICAL, "dem") if name != ran)
+    return next((name for name in others if engine_class(name).supports(scene) is None), None)
 
 
 def outside_model(lanes: Lanes, motions: GroundMotions, ends: npt.NDArray[np.float64]) -> int:

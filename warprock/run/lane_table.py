@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pyarrow as pa
 
-from warprock.case.columns import input_meaning
+from warprock.case.input_columns import input_meaning
 from warprock.case.lanes import LaneSet
 from warprock.model.base_path import base_places
 from warprock.model.ratios import peak_ratio
@@ -135,11 +135,12 @@ def history_table(response: Response, row: int, lane_set: LaneSet, lane: int) ->
         for column in (c for c in columns if c == f"{name}_m" or c.startswith(f"{name}_")):
             columns[column] = columns[column] + places[:, axis]
             meaning[column] = ("m", f"Centre of the block along {name}, seen from the ground")
-    for axis, (name, motion) in enumerate(zip("xyz", lane_set.motions.components, strict=False)):
+    motions = lane_set.motions
+    for name, motion in zip(motions.axes, motions.components, strict=True):
         # Most scenes have one direction, whose acceleration needs no name.
         pulled = "base_acceleration" + ("" if name == "x" else f"_{name}") + "_m_s2"
         columns |= {
-            f"base_{name}_m": places[:, axis],
+            f"base_{name}_m": places[:, "xyz".index(name)],
             pulled: motion.acceleration(times, lane),
         }
         meaning[f"base_{name}_m"] = ("m", f"Displacement of the base along {name}")

@@ -19,6 +19,7 @@ from warprock.case.lanes import expand_lanes
 from warprock.case.load import build_case
 from warprock.errors import InputError
 from warprock.model.base_path import base_places
+from warprock.model.hull import hull_surface
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.pose import quaternion, turned
 from warprock.model.ratios import rotation_ratio
@@ -52,6 +53,7 @@ class SceneMotion:
         acceleration: Acceleration of the base [m/s^2], shape [sample, 3].
         outline: Corners of a body that is no box, as `Bodies.outline` gives them, in its plane with
             y = 0 [m], shape [corner, 3]; None of boxes. Its position is that of its centre of mass.
+            Of a stack with bodies those of all blocks, shape [block, corner, 3].
     """
 
     name: str
@@ -66,10 +68,18 @@ class SceneMotion:
     acceleration: Array
     outline: Array | None = None
 
+    @property
+    def axes(self) -> str:
+        """The axes that the base may move along: all in space, in the plane x, and z if it does."""
+        if self.spatial:
+            return "xyz"
+        upwards = np.any(self.base[:, 2]) or np.any(self.acceleration[:, 2])
+        return "xz" if upwards else "x"
+
     def corners(self) -> Array:
         """Corners of the blocks in their plane, going round [m], [block, sample, corner, 2]."""
         if self.outline is not None:
-            return np.asarray(self._placed(self.outline[None, None])[..., [0, 2]])
+            return np.asarray(self._placed(self._outlines)[..., [0, 2]])
         flat = _PLANE * self.sizes[:, None, None, [0, 2]]
         arms = np.insert(flat, 1, 0.0, axis=-1)
         return np.asarray(self._placed(arms)[..., [0, 2]])
@@ -81,8 +91,41 @@ class SceneMotion:
         along the height, 0 being the negative one. Of a body all corners of its outline.
         """
         if self.outline is not None:
-            return self._placed(self.outline[None, None])
+            return self._placed(self._outlines)
         return self._placed(_SPACE * self.sizes[:, None, None, :])
+
+    @property
+    def _outlines(self) -> Array:
+        """Outlines of all blocks, which are one or have their own, [block, 1, corner, 3]."""
+        assert self.outline is not None
+        return np.asarray(self.outline.reshape(-1, 1, *self.outline.shape[-2:]))
+
+    @property
+    def reach(self) -> float:
+        """Half side of the base as pictures show it [m]: the middles of blocks stay above it."""
+        tall, wide = float(self.sizes[:, 2].sum()), float(self.sizes[:, :2].max())
+        usual = 0.75 * wide + 0.3 * tall
+        away = float(np.nanmax(np.abs(self.position - self.base)[..., :2]))
+        return usual if away <= usual else away + 0.5 * max(tall, wide)
+
+    def surface(self, block: int) -> tuple[Array, Array] | None:
+        """Triangles of a body from its centre of mass, and their normals, see `hull_surface`.
+
+        A body in the plane is as deep as the box around it.
+
+        Args:
+            block: Its number, from 0.
+
+        Returns:
+            Shapes [triangle, 3, 3] and [triangle, 3]; None of boxes.
+        """
+        if self.outline is None:
+            return None
+        outline = self.outline.reshape(-1, *self.outline.shape[-2:])[block]
+        if not self.spatial:
+            half = np.array([0.0, 0.5 * self.sizes[block, 1], 0.0])
+            outline = np.concatenate([outline - half, outline + half])
+        return hull_surface(outline)
 
     def _placed(self, arms: Array) -> Array:
         shape = (*self.position.shape[:2], arms.shape[-2], 3)
@@ -118,10 +161,14 @@ def scene_motion(run: CaseRun, lane: int, interval: float) -> SceneMotion:
     outline = None
     if lanes.body is not None:
         outline = lanes.body.outline(lanes.height[:, 0])[0]
-        outline = outline if spatial else np.insert(outline, 1, 0.0, axis=-1)
+    elif lanes.profiles is not None:
+        outline = lanes.profiles.outlines()[0]
+    if outline is not None and not spatial:
+        outline = np.insert(outline, 1, 0.0, axis=-1)
     pulled = np.zeros_like(base)
-    for axis, motion in enumerate(run.lane_set.motions.components):
-        pulled[:, axis] = motion.acceleration(response.times, lane)
+    motions = run.lane_set.motions
+    for axis, motion in zip(motions.axes, motions.components, strict=True):
+        pulled[:, "xyz".index(axis)] = motion.acceleration(response.times, lane)
     return SceneMotion(
         name=f"{case.name}, lane {run.lane_set.first + lane}, {response.engine}",
         outcome=Outcome(int(response["outcome"][0])).name.lower().replace("_", " "),

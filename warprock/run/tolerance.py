@@ -4,11 +4,12 @@ Every lane runs at the step asked for, and a companion at twice the step tells h
 an error of order p in the step, halving it leaves an r-th of the error, r = 2^p, and the finer of
 two runs errs by their difference over r - 1 (Richardson 1911). A lane whose estimate misses the
 tolerance runs again at half of the step, those lanes only, at most `HALVINGS` times, and its
-numbers are those of its finest run. Once there are three runs, r is what was seen of them, never
-better than the order; of two it is 2, as of a first order. So the estimate covers a block that
-converges slowly, and of two runs it is three times too large for one that converges well. On top
-come the factors and floors of `warprock.run.calibration`. Where doubling the setting changes no
-step, because something else limits it, the lane starts with half of the step instead.
+numbers are those of its finest run. Three runs show r: it is the ratio of their two differences,
+but at most 2^p. Two runs do not show it: then r is 2, that of a first order. So the estimate is
+large enough for a block that converges slowly; after two runs it is three times too large for one
+that converges with the second order. On top come the factors and floors of
+`warprock.run.calibration`. Where doubling the setting changes no step, because something else
+limits it, the lane starts with half of the step instead.
 
 Under a record, where lanes are costly and many are chaotic, a lane ends early where its error,
 shrinking as it did so far (at first, as the order says), would miss the tolerance at the finest

@@ -1,4 +1,4 @@
-"""A lane as a glTF file (GLB): boxes that move, for browsers, Blender and slides.
+"""A lane as a glTF file (GLB): blocks that move, for browsers, Blender and slides.
 
 glTF has y upwards: a node turns the scene, in which z is up.
 
@@ -62,13 +62,11 @@ def write_gltf(path: pathlib.Path, motion: SceneMotion) -> None:
         motion: The lane.
     """
     file = _File()
-    corners, normals, triangles = _cube()
-    attributes = {"POSITION": file.add(corners, bounds=True), "NORMAL": file.add(normals)}
-    indices = file.add(triangles)
+    cube = _primitive(file, *_cube())
     times = file.add(motion.times, bounds=True)
     tall = float(motion.sizes[:, 2].sum())
-    reach = 1.5 * float(motion.sizes[:, :2].max()) + 0.6 * tall
-    bodies = [("base", np.array([reach, reach, 0.06 * tall]), motion.base - [0, 0, 0.03 * tall])]
+    side = 2.0 * motion.reach
+    bodies = [("base", np.array([side, side, 0.06 * tall]), motion.base - [0, 0, 0.03 * tall])]
     bodies += [(f"block {k + 1}", size, motion.position[k]) for k, size in enumerate(motion.sizes)]
     nodes: list[dict[str, Any]] = []
     channels, samplers, meshes, materials = [], [], [], []
@@ -79,14 +77,14 @@ def write_gltf(path: pathlib.Path, motion: SceneMotion) -> None:
             samplers.append({"input": times, "output": file.add(values)})
             target = {"node": k, "path": way}
             channels.append({"sampler": len(samplers) - 1, "target": target})
-        meshes.append(
-            {"primitives": [{"attributes": attributes, "indices": indices, "material": k}]}
-        )
+        surface = None if k == 0 else motion.surface(k - 1)
+        shape = cube if surface is None else _primitive(file, *_facets(*surface))
+        meshes.append({"primitives": [shape | {"material": k}]})
         colour = [0.75, 0.75, 0.75] if k == 0 else _rgb(SERIES[(k - 1) % len(SERIES)])
         look = {"baseColorFactor": [*colour, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.9}
         materials.append({"name": name, "pbrMetallicRoughness": look})
-        node = {"name": name, "mesh": k, "scale": size.tolist()}
-        nodes.append(node | {"translation": places[0].tolist()})
+        node = {"name": name, "mesh": k, "translation": places[0].tolist()}
+        nodes.append(node | ({"scale": size.tolist()} if surface is None else {}))
     nodes.append({"name": motion.name, "rotation": UPRIGHT, "children": list(range(len(bodies)))})
     scene = {
         "asset": {"version": "2.0", "generator": "warprock"},
@@ -112,6 +110,22 @@ def write_gltf(path: pathlib.Path, motion: SceneMotion) -> None:
             + struct.pack("<I4s", len(data), b"BIN\0")
             + data
         )
+
+
+def _primitive(
+    file: _File, corners: npt.NDArray[Any], normals: npt.NDArray[Any], triangles: npt.NDArray[Any]
+) -> dict[str, Any]:
+    """A part of a mesh: its arrays in the file."""
+    attributes = {"POSITION": file.add(corners, bounds=True), "NORMAL": file.add(normals)}
+    return {"attributes": attributes, "indices": file.add(triangles)}
+
+
+def _facets(
+    corners: npt.NDArray[Any], normals: npt.NDArray[Any]
+) -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]:
+    """Corners, normals and triangles of a surface with flat faces: each has corners of its own."""
+    flat = np.repeat(normals, 3, axis=0)
+    return corners.reshape(-1, 3), flat, np.arange(len(flat), dtype=np.int64)
 
 
 def _cube() -> tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]:

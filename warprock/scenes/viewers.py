@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import pathlib
+import socket
 import time
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from warprock.errors import InputError
 from warprock.figures.palette import SERIES
+from warprock.quantity import Said
 from warprock.run.scene_motion import SceneMotion
 
 PAUSE = 1.0
@@ -22,14 +26,48 @@ def open_viewer(kind: str, port: int) -> Any:
     Args:
         kind: "viser", "rerun" or "window".
         port: Port of a viewer in the browser.
+
+    Raises:
+        InputError: The port is taken, or there is no display.
     """
     import newton.viewer
 
+    if kind == "window":
+        return _window()
+    _require_free(port)
     if kind == "viser":
         return newton.viewer.ViewerViser(host="127.0.0.1", port=port, label="warprock")
-    if kind == "rerun":
-        return newton.viewer.ViewerRerun(app_id="warprock", web_port=port)
-    return newton.viewer.ViewerGL()
+    return newton.viewer.ViewerRerun(app_id="warprock", web_port=port)
+
+
+def _require_free(port: int) -> None:
+    """Refuses a port of this machine on which another program listens."""
+    with socket.socket() as tried:
+        tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            tried.bind(("127.0.0.1", port))
+        except OSError as error:
+            allowed = f"which cannot be listened on ({error.strerror}): choose another"
+            raise InputError("--port", "", port, allowed) from None
+
+
+def _window() -> Any:
+    """A window on a display."""
+    import newton.viewer
+
+    try:
+        viewer = newton.viewer.ViewerGL()
+    except Exception as error:
+        # The window's package has an error of its own for each way to have no display.
+        if not type(error).__module__.startswith("pyglet"):
+            raise
+        allowed = f"which needs a display with OpenGL: {error}"
+        raise InputError("--viewer", "", Said("window"), allowed) from None
+    from imgui_bundle import imgui
+
+    # Else it would leave a file of the places of its panels wherever it is called.
+    imgui.get_io().set_ini_filename("")
+    return viewer
 
 
 def write_usd(path: pathlib.Path, motion: SceneMotion, rate: float) -> None:
@@ -43,8 +81,9 @@ def write_usd(path: pathlib.Path, motion: SceneMotion, rate: float) -> None:
     import newton.viewer
 
     viewer = newton.viewer.ViewerUSD(str(path), fps=round(rate), num_frames=None)
+    meshes = _meshes(motion)
     for sample in range(len(motion.times)):
-        _show(viewer, motion, sample, sample / round(rate))
+        _show(viewer, motion, meshes, sample, sample / round(rate))
     viewer.close()
 
 
@@ -58,7 +97,7 @@ def play(viewer: Any, motion: SceneMotion, speed: float, *, rounds: int | None =
         rounds: How often; None until the viewer is closed.
     """
     _look(viewer, motion)
-    done = 0
+    done, meshes = 0, _meshes(motion)
     while viewer.is_running() and (rounds is None or done < rounds):
         begun, sample = time.perf_counter(), 0
         while viewer.is_running() and sample < len(motion.times):
@@ -67,7 +106,7 @@ def play(viewer: Any, motion: SceneMotion, speed: float, *, rounds: int | None =
                 continue
             due = motion.times[sample] / speed - (time.perf_counter() - begun)
             time.sleep(max(0.0, due))
-            _show(viewer, motion, sample, float(motion.times[sample]))
+            _show(viewer, motion, meshes, sample, float(motion.times[sample]))
             sample += 1
         _waited(PAUSE if rounds is None else 0.0)
         done += 1
@@ -86,14 +125,32 @@ def _look(viewer: Any, motion: SceneMotion) -> None:
     viewer.set_camera(wp.vec3(0.0, -2.2 * size, 0.9 * size), -12.0, 90.0)
 
 
-def _show(viewer: Any, motion: SceneMotion, sample: int, at: float) -> None:
+def _meshes(motion: SceneMotion) -> list[Any]:
+    """What viewers show of bodies that are no boxes, one a block; None of boxes."""
+    import newton
+
+    found: list[Any] = []
+    for block in range(len(motion.sizes)):
+        surface = motion.surface(block)
+        if surface is None:
+            found.append(None)
+            continue
+        corners, normals = surface
+        # Flat faces: each triangle has corners of its own.
+        flat, order = np.repeat(normals, 3, axis=0), np.arange(3 * len(corners))
+        points = corners.reshape(-1, 3)
+        found.append(newton.Mesh(points, order, normals=flat, compute_inertia=False))
+    return found
+
+
+def _show(viewer: Any, motion: SceneMotion, meshes: Sequence[Any], sample: int, at: float) -> None:
     """Shows a sample of a lane, at a time of the viewer [s]."""
     import newton
     import warp as wp
 
     viewer.begin_frame(at)
     tall = float(motion.sizes[:, 2].sum())
-    reach, thick = 0.75 * float(motion.sizes[:, :2].max()) + 0.3 * tall, 0.03 * tall
+    reach, thick = motion.reach, 0.03 * tall
     base = motion.base[sample]
     still = np.array([0.0, 0.0, 0.0, 1.0])
     shapes = [
@@ -109,19 +166,22 @@ def _show(viewer: Any, motion: SceneMotion, sample: int, at: float) -> None:
     for block, size in enumerate(motion.sizes):
         colour = _rgb(SERIES[block % len(SERIES)])
         place, turn = motion.position[block, sample], motion.attitude[block, sample]
-        shapes.append((f"block_{block + 1}", tuple(0.5 * size), place, turn, colour))
-    for name, half, place, turn, colour in shapes:
+        half = tuple(0.5 * size) if meshes[block] is None else (1.0, 1.0, 1.0)
+        shapes.append((f"block_{block + 1}", half, place, turn, colour))
+    for (name, scale, place, turn, colour), mesh in zip(shapes, (None, None, *meshes), strict=True):
         viewer.log_shapes(
             f"/{name}",
-            newton.GeoType.BOX,
-            tuple(float(part) for part in half),
+            newton.GeoType.BOX if mesh is None else newton.GeoType.MESH,
+            tuple(float(part) for part in scale),
             wp.array([wp.transform(place, turn)], dtype=wp.transform),
             wp.array([wp.vec3(*colour)], dtype=wp.vec3),
+            geo_src=mesh,
         )
-    viewer.log_scalar("time [s]", float(motion.times[sample]))
-    viewer.log_scalar("base acceleration [m/s^2]", float(motion.acceleration[sample, 0]))
+    # Viewers take such names as paths: no blank, slash or bracket.
+    viewer.log_scalar("time_s", float(motion.times[sample]))
+    viewer.log_scalar("base_acceleration_m_per_s2", float(motion.acceleration[sample, 0]))
     for block, ratio in enumerate(motion.ratio[:, sample]):
-        viewer.log_scalar(f"rotation / slenderness, block {block + 1}", float(ratio))
+        viewer.log_scalar(f"rotation_ratio_{block + 1}", float(ratio))
     viewer.end_frame()
 
 

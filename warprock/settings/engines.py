@@ -88,8 +88,8 @@ class ImpulseSettings(FramedSettings):
     restitution: Annotated[
         float,
         SettingKey(
-            "of single blocks in space: speed at which a corner that lands leaves the base again, "
-            "as a part of that at which it came",
+            "of single blocks and bodies in space: speed at which a corner that lands leaves the "
+            "base again, as a part of that at which it came",
             0.0,
             1.0,
         ),

@@ -13,7 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from warprock.case.axes import lane_indices
-from warprock.case.columns import columns_of
+from warprock.case.input_columns import columns_of
 from warprock.case.round_base import round_base_note
 from warprock.model.ratios import peak_ratio
 from warprock.model.response import Status
@@ -304,6 +304,10 @@ def run_sentence(run: CaseRun) -> str:
         )
     if set(counts) <= {"overturned"}:
         return f"{said}."
+    if run.lane_set.scene.thrown:
+        # It may lie on any side: rotations tell nothing of how it fared.
+        way = np.max(np.asarray(response["peak_slide"]))
+        return f"{said}; the longest way along the base is {measured(float(way))} m."
     ratio = peak_ratio(response, run.lane_set.lanes)
     stands = ratio.reshape(response.lane_count, -1).max(axis=1)
     falling = (response["outcome"] < 2) & (stands > FALLING)

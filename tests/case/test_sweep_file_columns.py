@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from warprock.case.columns import columns_of
+from warprock.case.input_columns import columns_of
 from warprock.case.keys import SWEEP_KEYS
-from warprock.case.table_columns import swept_columns
+from warprock.case.sweep_file_columns import swept_columns
 from warprock.errors import InputError
 
 

@@ -68,10 +68,10 @@ def print_target(out: Console, target: str, rows: Sequence[Row], shown: set[str]
         rows: Its rows.
         shown: Kinds of errors that were printed before, and need not be again; added to.
     """
-    from warprock.paper.tables_dem import print_dem_study
-    from warprock.paper.tables_families import print_families, print_times
-    from warprock.paper.tables_section6 import print_section6
-    from warprock.paper.tables_space import print_space
+    from warprock.paper.print_dem import print_dem_study
+    from warprock.paper.print_families import print_families, print_times
+    from warprock.paper.print_section6 import print_section6
+    from warprock.paper.print_space import print_space
     from warprock.tables.study import print_studies
 
     if target == "table6":

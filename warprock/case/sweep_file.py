@@ -1,7 +1,8 @@
 """A sweep from a file: `[sweep] table = "tests.csv"`, one row a lane.
 
 A CSV file has a header, then a row for every lane; a Parquet file has the same columns with types
-of their own. Columns are named as in `table_columns`. Rows are counted from 1, the header apart.
+of their own. Columns are named as in `sweep_file_columns`. Rows are counted from 1, without the
+header.
 """
 
 from __future__ import annotations
@@ -16,9 +17,9 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 import pydantic
 
 from warprock.case.axes import TableSource
-from warprock.case.table_columns import OBSERVED, key_columns, values_of
-from warprock.case.table_keys import OtherKey
+from warprock.case.sweep_file_columns import OBSERVED, key_columns, values_of
 from warprock.case.validation import Table, validated
+from warprock.case.value_kinds import OtherKey
 from warprock.errors import InputError
 from warprock.quantity import Said, TextKey
 from warprock.reading import read_bytes, reason

@@ -1,0 +1,79 @@
+"""What weighs on a body in a step, seen from its base: gravity, and what a rising base adds.
+
+In the frame of the base every mass is pulled down by g + a_z(t), and thrown down by a velocity step
+of the base upwards. Where VERTICAL is not set the base keeps its height, and a step weighs g.
+"""
+
+import warp as wp
+
+from warprock.kernels.event.block import base_change
+from warprock.kernels.motion import knot_step, knot_time, series
+from warprock.kernels.shape.above import Above
+
+
+@wp.struct
+class Weight:
+    """What weighs on a body of mass 1 in a step.
+
+    Attributes:
+        start, end: Pull downwards at its start and at its end [m/s^2].
+        gained: Velocity that the base gains upwards in it, but for a step at its end [m/s].
+        kick: Velocity step of the base upwards at its end [m/s].
+        passed: Whether it ends at a knot of the vertical motion.
+    """
+
+    start: real
+    end: real
+    gained: real
+    kick: real
+    passed: bool
+
+
+if VERTICAL:
+
+    @wp.func
+    def weight_in(gravity: real, above: Above, time: real, d: real, rising: real) -> Weight:
+        """What weighs in a step of length d that ends at a time; the base rises at `rising`."""
+        w = Weight()
+        w.passed = time >= knot_time(above.motion, above.segment)
+        w.kick = wp.where(w.passed, knot_step(above.motion, above.segment), real(0.0))
+        a, jerk, _a2, _a3, _a4, _a5, _a6, _a7, _a8 = series(
+            above.motion, above.segment, time, above.value, above.slope
+        )
+        w.gained = base_change(above.motion, time, d, a, jerk, rising, w.kick)
+        w.end = gravity + a
+        w.start = gravity + wp.where(d > real(0.0), TWO * w.gained / d - a, a)
+        return w
+
+else:
+
+    @wp.func
+    def weight_in(gravity: real, above: Above, time: real, d: real, rising: real) -> Weight:
+        """Gravity alone."""
+        return Weight(gravity, gravity, real(0.0), real(0.0), False)
+
+
+@wp.func
+def fall_in(weight: Weight, gravity: real, d: real) -> real:
+    """What weighs makes of a velocity in a step of length d [m/s]."""
+    fall = d * gravity
+    if VERTICAL:
+        fall = fall + weight.gained
+    return fall
+
+
+@wp.func
+def kicks(weight: Weight, kick: real) -> bool:
+    """Whether the velocity of the base steps at the end of a step, along by `kick` or upwards."""
+    found = kick != real(0.0)
+    if VERTICAL:
+        found = found or weight.kick != real(0.0)
+    return found
+
+
+@wp.func
+def rise(taken: bool, weight: Weight, rising: wp.ref[real], risen: wp.ref[int]):
+    """Moves the base on after a step: its velocity upwards [m/s], and the knots that it passed."""
+    if VERTICAL:
+        rising = rising + wp.where(taken, weight.gained + weight.kick, real(0.0))
+        risen = risen + wp.where(taken and weight.passed, 1, 0)

@@ -1,0 +1,59 @@
+"""Bodies in space that start in motion, in the event step, and those that tumble.
+
+What moves into the base at the start meets it in an inelastic impact. A body that tumbles lives on
+whatever side it comes to lie; its slide is the way of its centre along the base.
+"""
+
+import warp as wp
+
+from warprock.kernels.event_space.body import State, energy
+from warprock.kernels.event_space.body_contact import Shape, posed, touches_of
+from warprock.kernels.event_space.body_law import solve
+from warprock.kernels.event_space.trial import Limits
+from warprock.kernels.modes import OVERTURNED, RUNNING, UNSOLVED
+from warprock.kernels.shape.faces import Vector
+from warprock.kernels.shape_space.block import Block
+from warprock.kernels.shape_space.block_found import BlockResult
+from warprock.kernels.shape_space.body import Frame
+
+
+@wp.func
+def let_go_with(body: Shape, limits: Limits, frame: Frame, at_rest: State) -> State:
+    """The state at the start, with its velocities, or with what the base leaves of them."""
+    s = at_rest
+    v, w = Vector(frame.vx, frame.vy, frame.vz), Vector(frame.wx, frame.wy, frame.wz)
+    if wp.length_sq(v) + wp.length_sq(w) > real(0.0):
+        pose = posed(body, s.x, s.q)
+        s.v = v
+        s.w = w
+        if not s.flies:
+            t = touches_of(body, pose.turn, s.touch)
+            dust = limits.gravity * limits.longest_step
+            c = solve(body, pose, t, dust, v, w)
+            s.lost = energy(limits, pose, v, w) - energy(limits, pose, c.v, c.w)
+            s.v = c.v
+            s.w = c.w
+            s.mode = wp.where(c.fits, s.mode, UNSOLVED)
+        s.swing = s.w
+    return s
+
+
+@wp.func
+def lives_on(frame: Frame, s: State) -> State:
+    """The state of a body that may come to lie on any side."""
+    n = s
+    if frame.tumbles == 1 and n.mode == OVERTURNED:
+        n.mode = RUNNING
+    return n
+
+
+@wp.func
+def gone(frame: Frame, block: Block, before: BlockResult, now: BlockResult, s: State):
+    """What has been seen of a body, with the way of its centre as its slide if it tumbles."""
+    leaf = now
+    if frame.tumbles == 1:
+        leaf.slide_x = s.x[0] - block.x
+        leaf.slide_y = s.x[1] - block.y
+        way = leaf.slide_x * leaf.slide_x + leaf.slide_y * leaf.slide_y
+        leaf.peak_slide = larger(way, before.peak_slide)
+    return leaf

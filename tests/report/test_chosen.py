@@ -1,0 +1,48 @@
+"""Pages that Python saves have a player, as those of the commands have."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+import warprock as wr
+from tests.report.test_replays import scenes
+
+PULSE = {"motion.waveform": "sine", "motion.cycles": 1, "run.duration": "4 s"}
+
+
+def _ida() -> Any:
+    over = PULSE | {"motion.frequency": "1 Hz", "motion.amplitude": "0.3 g"}
+    asked: Any = {"lowest": 0.2, "highest": 3.0, "count": 4, "accuracy": 0.1, "intensity": "factor"}
+    return wr.ida("single-sine-pulse", "housner", overrides=over, progress=False, **asked)
+
+
+def _map() -> Any:
+    over = PULSE | {"motion.frequency": ["1 Hz"], "motion.amplitude": ["0.01 g", "0.15 g"]}
+    return wr.map("overturning-map", "housner", overrides=over, progress=False)
+
+
+def _spectrum() -> Any:
+    over = {"spectrum.period": ["2 s", "4 s"], "spectrum.slenderness": ["10 deg"]}
+    shorter = over | {"run.duration": "4 s"}
+    return wr.spectrum("rocking-spectrum", "housner", overrides=shorter, progress=False)
+
+
+def _compare() -> Any:
+    return wr.compare("free-b0", ["housner", "event"], progress=False)
+
+
+def _fragility() -> Any:
+    run = wr.run("sobol-single-block", "housner", overrides={"sample.lanes": 64}, progress=False)
+    return wr.fragility(run, limits=["overturning"], most_doubt=1)
+
+
+@pytest.mark.parametrize("found", [_ida, _map, _spectrum, _compare, _fragility])
+def test_a_page_saved_from_python_plays_lanes(found: Callable[[], Any], tmp_path: pathlib.Path):
+    found().save(tmp_path)
+    played = scenes(tmp_path)
+    assert played["lanes"]
+    assert all(block["r"] for lane in played["lanes"] for block in lane["blocks"])
