@@ -39,7 +39,8 @@ from warprock.kernels.event_space.body_contact import (
     touches_of,
 )
 from warprock.kernels.event_space.body_law import bound, solve
-from warprock.kernels.event_space.contact import FLAT, FLYING
+from warprock.kernels.event_space.body_quiet import HOP, Quiet, Support, rolled, stays
+from warprock.kernels.event_space.contact import BOX, FLAT, FLYING
 from warprock.kernels.event_space.moves import cut_to, flown, turned
 from warprock.kernels.event_space.trial import Base, Knots, Limits, next_step
 from warprock.kernels.event_space.trial import State as BlockState
@@ -53,8 +54,6 @@ NEARLY = by_precision(1.0e-7, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""
 GRAIN = by_precision(1.0e-14, 1.0e-6)
 """Round-off of a gap, as a part of the body's reach."""
-HOP = real(4.0)
-"""Rise of a hop that lasts a step, from its first velocity: the product of both over this."""
 STILL = by_precision(1.0e-10, 1.0e-4)
 """Velocity that is none, as a part of what gravity gives in a step."""
 
@@ -67,7 +66,7 @@ class State:
     velocity at its end before its impact, swing; points that touch; whether the body flies,
     stands still, and stands; time [s]; knots of the motion passed; base velocity [m/s]; cap, the
     longest next step [s]; mode; lost energy for unit mass [J/kg]; deepest penetration [m]; impacts;
-    whether the last trial was a step.
+    whether the last trial was a step; and one about a hinge in which nothing happened.
     """
 
     x: Vector
@@ -89,6 +88,7 @@ class State:
     deepest: real
     impacts: int
     taken: bool
+    quiet: bool
 
 
 @wp.struct
@@ -258,15 +258,64 @@ def integrate(
 
 
 @wp.func
+def passed(s: State, b: Base) -> State:
+    """The state after the time of a step, the body as it was."""
+    n = s
+    n.time = b.time
+    n.knots = b.knots
+    n.base = s.base + b.change + b.kick
+    n.cap = NEVER
+    n.taken = True
+    n.quiet = False
+    return n
+
+
+@wp.func
+def hinged_step(s: State, b: Base, easy: Quiet) -> State:
+    """The state after a step about a hinge in which nothing happens."""
+    n = passed(s, b)
+    n.x = easy.x
+    n.q = easy.q
+    n.v = easy.v
+    n.w = easy.w
+    n.turn = easy.turn
+    n.swing = easy.swing
+    n.deepest = larger(s.deepest, easy.deep)
+    n.stands = False
+    n.lost = s.lost + easy.lost - wp.dot(easy.mean, b.change)
+    n.quiet = True
+    return n
+
+
+@wp.func
 def step(
     block: Block, body: Shape, limits: Limits,
-    mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real, s: State,
+    mx: Motion, my: Motion, mz: Motion, value: Vector, slope: Vector, end: real, on: Support,
+    s: State,
 ) -> State:  # fmt: skip
     """One trial step of one lane, at most to its next knot or to `end`.
 
-    The state after it, unchanged but for `cap` where an event lay inside.
+    The state after it, unchanged but for `cap` where an event lay inside. `on` is what the body
+    stands on, or has stood on: it saves work where it still does.
     """
     b = next_step_of_body(limits, mx, my, mz, value, slope, end, s)
+    if s.still and on.touch == s.touch and stays(block, limits, on, b):
+        return passed(s, b)
+    if not BOX:
+        kicked = wp.length_sq(b.kick) > real(0.0)
+        if on.hinged and on.touch == s.touch and not kicked and b.d > TINY:
+            easy = rolled(block, body, limits, on, b, s.x, s.q, s.v, s.w)
+            if easy.cut < NEVER:
+                return repeated(s, easy.cut, b.d, NEARLY * limits.longest_step)
+            if easy.clear:
+                return hinged_step(s, b, easy)
+    n = any_step(block, body, limits, s, b)
+    return n
+
+
+@wp.func
+def any_step(block: Block, body: Shape, limits: Limits, s: State, b: Base) -> State:
+    """One trial step, whatever happens in it."""
     d, near = b.d, NEARLY * limits.longest_step
     pose0 = posed(body, s.x, s.q)
     spin = pose0.inertia * s.w
@@ -275,12 +324,7 @@ def step(
     w = pose.inverse * spin
     t = touches_of(body, pose.turn, s.touch)
     c = solve(body, pose, t, limits.gravity * limits.longest_step, v, w)
-    n = s
-    n.time = b.time
-    n.knots = b.knots
-    n.base = s.base + b.change + b.kick
-    n.cap = NEVER
-    n.taken = True
+    n = passed(s, b)
     n.mode = wp.where(c.fits, s.mode, UNSOLVED)
     slow = STILL * limits.gravity
     fastest = wp.length(s.v) + wp.length(s.w) * body.reach

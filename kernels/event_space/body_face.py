@@ -171,14 +171,18 @@ def moved_pressure(s: Shape, t: Touches, n: PointNumbers, whole: real, more_x: r
 
 @wp.func
 def stick_flat(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> Carried:
-    """The motion, none, if the face sticks; whether it can."""
+    """The motion, none, if the face sticks; whether it can.
+
+    Nothing is held where the pressure would leave the face.
+    """
     zero, one, total = real(0.0), real(1.0), t.total
     c = Carried()
     if v[2] < zero:
         momentum, low = pose.inertia * w, real(0.0)
         for k in range(total):
             low += t.lever[k][2] / real(total)
-        n, fits = pressed(s, t, -v[2], momentum[1] - low * v[0], -momentum[0] - low * v[1])
+        n, carried = pressed(s, t, -v[2], momentum[1] - low * v[0], -momentum[0] - low * v[1])
+        fits = bool(carried)
         cx, cy, square = real(0.0), real(0.0), real(0.0)
         part = -one / v[2]
         for k in range(total):
@@ -195,6 +199,7 @@ def stick_flat(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> Carrie
                 fits = fits and sticks(p, INSIDE * s.friction * n[k])
                 c.held = c.held | bit_of(t.which[k])
         c.fits = fits
+        c.held = wp.where(carried, c.held, wp.uint64(0))
         c.stuck = c.held
     return c
 

@@ -5,14 +5,17 @@ not sink there sinks nowhere. So it has few ways to move, which are tried in thi
 
     1. one or two points, or all on a line, of which the ends count: the law of a corner and of an
        edge, event_space/law.py;
-    2. they span a plane: it sticks as a face, event_space/body_face.py; or nothing sinks, and it
-       leaves; or it slides as a face;
-    3. it turns over an edge of the hull, or a corner of it: the law of an edge for one after the
-       other, until what it leaves sinks nowhere.
+    2. they span a plane: it sticks as a face, event_space/body_face.py;
+    3. it turns over an edge of the hull that sticks, or a corner: one after the other, until what
+       it leaves sinks nowhere;
+    4. it slides as a face;
+    5. it turns over an edge, or a corner, by the law of an edge;
+    6. it leaves, where nothing sinks.
 
-None of them is found by sweeps from point to point, which settle the more slowly the more points
-there are; these are left for what friction makes of a body where the law may have several
-solutions, or none (Painleve).
+Where several obey the law, the first is taken: what sticks before what slides, and that before what
+leaves, as of the box. None is found by sweeps from point to point, which settle the more slowly the
+more points there are; these are left for what friction makes of a body where the law may have
+several solutions, or none (Painleve).
 """
 
 import warp as wp
@@ -38,7 +41,7 @@ from warprock.kernels.event_space.body_face import (
     stick_flat,
     sticks,
 )
-from warprock.kernels.event_space.contact import BOX, EDGE, Body, Corners, along
+from warprock.kernels.event_space.contact import BOX, EDGE, Body, Corners, along, sticking
 from warprock.kernels.event_space.slide import slipping, swung
 from warprock.kernels.impulse_space.stack import Matrix, gains_of, solve_contact
 from warprock.kernels.shape.faces import Vector
@@ -136,14 +139,41 @@ def sinks(t: Touches, grain: real, v: Vector, w: Vector) -> bool:
 
 
 @wp.func
-def solve_hull(s: Shape, pose: Pose, t: Touches, grain: real, v: Vector, w: Vector) -> Carried:
-    """The motion over an edge or a corner of the hull of the points that touch."""
+def stick_edge(
+    s: Shape, pose: Pose, t: Touches, i: int, j: int, grain: real, v: Vector, w: Vector
+) -> Carried:
+    """The motion over the edge from point i to point j if it sticks, or over point i alone."""
+    c, two = Carried(), on_two(s, pose, t.lever[i], t.lever[j])
+    h = sticking(two, EDGE, 3, v, w, grain)
+    c.held = bit_of(t.which[i]) | bit_of(t.which[j])
+    if not h.fits:
+        h = sticking(two, 0, 3, v, w, grain)
+        c.held = bit_of(t.which[i])
+    c.v = h.v
+    c.w = h.w
+    c.fits = h.fits
+    c.stuck = c.held
+    return c
+
+
+@wp.func
+def solve_hull(
+    s: Shape, pose: Pose, t: Touches, sticks: bool, grain: real, v: Vector, w: Vector
+) -> Carried:  # fmt: skip
+    """The motion over an edge or a corner of the hull of the points that touch.
+
+    Only if it sticks, or whatever it does there.
+    """
     best, total = Carried(), t.total
     first = first_on_hull(t)
     i, turns = int(first), int(0)
     while not best.fits and turns < total:
         j = next_on_hull(t, APART * s.reach * s.reach, i)
-        best = solve_edge(s, pose, t, i, j, grain, v, w)
+        if sticks:
+            best = stick_edge(s, pose, t, i, j, grain, v, w)
+        else:
+            best = solve_edge(s, pose, t, i, j, grain, v, w)
+        best.fits = best.fits and best.held != wp.uint64(0)
         best.fits = best.fits and not sinks(t, grain, best.v, best.w)
         i = int(j)
         turns = wp.where(i == first, total, turns + 1)
@@ -227,15 +257,17 @@ def solve(s: Shape, pose: Pose, t: Touches, dust: real, v: Vector, w: Vector) ->
         c = solve_edge(s, pose, t, i, j, grain, v, w)
     elif t.total > 0:
         c = stick_flat(s, pose, t, v, w)
+        if not c.fits and c.held == wp.uint64(0):
+            c = solve_hull(s, pose, t, True, grain, v, w)
+        if not c.fits:
+            c = slide_flat(s, pose, t, v, w)
+        if not c.fits:
+            c = solve_hull(s, pose, t, False, grain, v, w)
         if not c.fits and not sinks(t, grain, v, w):
             c = Carried()
             c.v = v
             c.w = w
             c.fits = True
-        if not c.fits:
-            c = slide_flat(s, pose, t, v, w)
-        if not c.fits:
-            c = solve_hull(s, pose, t, grain, v, w)
         if not c.fits:
             c = solve_by_sweeps(s, pose, t, v, w)
     return c

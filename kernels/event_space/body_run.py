@@ -16,6 +16,7 @@ from warprock.kernels.event_space.body_contact import (
     posed,
     shape_of,
 )
+from warprock.kernels.event_space.body_quiet import Support, support_of
 from warprock.kernels.event_space.body_start import gone, let_go_with, lives_on
 from warprock.kernels.event_space.lane import Knobs
 from warprock.kernels.event_space.moves import flown, turned
@@ -163,7 +164,8 @@ def observe(
             q = attitude_at(block, body, time, s0, s)
             seen.leaf = peaks_at(block, frame, seen.leaf, q, time)
     seen.leaf = peaks_at(block, frame, seen.leaf, s.q, s.time)
-    if not s.flies:
+    # About a hinge it slides no further.
+    if not (s.flies or s.quiet):
         way = slide_of_body(body, s)
         seen.leaf.slide_x = way[0]
         seen.leaf.slide_y = way[1]
@@ -204,6 +206,7 @@ def run_lanes(
             body.feet = body.feet | bit_of(k)
     s = let_go_with(body, limits, frame, start(block, frame, body, limits))
     s0 = s
+    on = Support()
     seen = Seen()
     seen.leaf = peaks_at(block, frame, seen.leaf, s.q, real(0.0))
     seen.uplift_time = wp.where(s.stands, NEVER, real(0.0))
@@ -219,8 +222,12 @@ def run_lanes(
             pz = sample_index(mz, s.knots[2])
             value = Vector(pool[0, px], pool[0, py], pool[0, pz])
             slope = Vector(pool[1, px], pool[1, py], pool[1, pz])
-            n = lives_on(frame, step(block, body, limits, mx, my, mz, value, slope, end, s))
-            if n.taken:
+            if s.touch != on.touch:
+                on = support_of(block, body, s.x[2], s.q, s.touch)
+            after = step(block, body, limits, mx, my, mz, value, slope, end, on, s)
+            n = lives_on(frame, after)
+            # What stands still shows nothing new.
+            if n.taken and not (s.still and n.still):
                 before = seen.leaf
                 seen = observe(block, frame, body, seen, s, n)
                 seen.leaf = gone(frame, block, before, seen.leaf, n)

@@ -188,7 +188,10 @@ def energy_to_tilt_bodies(body: Bodies, tilt: Array) -> Array:
     along = _along(points)
     for part in np.arange(1, TILTS + 1) / TILTS:
         up = np.cos(part * lean)[:, None] * points[..., 2]
-        lowest = (up[..., None] - np.sin(part * lean)[:, None, None] * along).min(axis=1)
+        aside, lowest = np.sin(part * lean)[:, None], np.full_like(along[:, 0], np.inf)
+        # One point after the other: all at once would not fit into the cache.
+        for point in range(body.most_points):
+            np.minimum(lowest, up[:, point, None] - aside * along[:, point], out=lowest)
         needed = np.maximum(needed, -lowest.max(axis=1) - rest)
     # Between two directions the height is less than at both by no more than this.
     far = np.linalg.norm(points, axis=-1).max(axis=1)
@@ -201,8 +204,11 @@ def nearest_edge_of_bodies(body: Bodies) -> Array:
 
     Zero or less where the centre of mass is not above what the body stands on.
     """
-    ends = np.where(body.standing[..., None], _along(body.points_in_block_axes), -np.inf)
-    return np.asarray(ends.max(axis=1).min(axis=1))
+    along = _along(body.points_in_block_axes)
+    ends = np.full_like(along[:, 0], -np.inf)
+    for point in range(body.most_points):
+        np.maximum(ends, along[:, point], out=ends, where=body.standing[:, point, None])
+    return np.asarray(ends.min(axis=1))
 
 
 def _along(points: Array) -> Array:

@@ -20,6 +20,7 @@ References:
 from __future__ import annotations
 
 import dataclasses
+import functools
 from typing import Self
 
 import numpy as np
@@ -111,7 +112,7 @@ class Bodies:
         radii = [inner_radius(self.points[lane, : self.count[lane]]) for lane in first]
         return np.array(radii)[place.reshape(-1)]
 
-    @property
+    @functools.cached_property
     def points_in_block_axes(self) -> Array:
         """Contact points from the centre of mass along the axes of the block [m]."""
         if not self.spatial:
@@ -123,7 +124,7 @@ class Bodies:
         """Height of the centre of mass above the ground at rest [m], shape [lane]."""
         return np.asarray(-self.points_in_block_axes[..., -1].min(axis=1))
 
-    @property
+    @functools.cached_property
     def standing(self) -> npt.NDArray[np.bool_]:
         """Whether the body stands on a point at rest, shape [lane, point]."""
         points = self.points_in_block_axes

@@ -1,0 +1,236 @@
+"""Steps of a body in space in which nothing happens.
+
+Most steps meet no event: the body stands still on a base that does not move it, or turns about a
+point or two that stick. What touches is a hinge then, as in event_space/pack.py, whose formulas
+these are; of the other points only the height is looked at. Where something lands at the end of a
+step, slides, or lifts, the step of event_space/body.py is taken instead.
+
+A body that stands still is pressed below its centre of mass, shifted by the height of that times
+the pull of the base over its weight. As long as this stays within the `room` where all points
+press, and friction holds the pull, it stands.
+"""
+
+import warp as wp
+
+from warprock.kernels.event.block import first_root
+from warprock.kernels.event_space.block import NEARLY
+from warprock.kernels.event_space.body_contact import Shape, among, place_of
+from warprock.kernels.event_space.body_face import INSIDE
+from warprock.kernels.event_space.moves import GRAIN, swung_by
+from warprock.kernels.event_space.pack import (
+    LEVEL,
+    Hinge,
+    frame,
+    levelled,
+    mean_motion,
+    moved,
+    scaled,
+)
+from warprock.kernels.event_space.trial import Base, Limits
+from warprock.kernels.impulse_space.stack import Attitude
+from warprock.kernels.shape.faces import Vector
+from warprock.kernels.shape_space.block import Block
+from warprock.kernels.shape_space.body import spans
+
+HOP = real(4.0)
+"""Rise of a hop that lasts a step, from its first velocity: the product of both over this."""
+
+
+@wp.struct
+class Support:
+    """What a body stands or turns on while that sticks.
+
+    Points that touch; their hinge, where they are one or two; of a face the height of the centre of
+    mass, and how far from below it the pressure may be for all points to press [m]; moments of
+    inertia about the body's axes for unit mass [m^2].
+    """
+
+    touch: wp.uint64
+    hinge: Hinge
+    hinged: bool
+    height: real
+    room: real
+    inertia: Vector
+
+
+@wp.struct
+class Quiet:
+    """Where a quiet step leads, as in the state of event_space/body.py.
+
+    Deep, how deep the hinge was in the base [m]; mean, the velocity in the mean of the step [m/s];
+    lost, the energy that is gone in the frame of the base for unit mass [J/kg]; clear, whether
+    nothing happens until its end; cut, the length of the step to where a point lands inside, or
+    NEVER.
+    """
+
+    x: Vector
+    q: Attitude
+    v: Vector
+    w: Vector
+    turn: Vector
+    swing: Vector
+    mean: Vector
+    deep: real
+    lost: real
+    clear: bool
+    cut: real
+
+
+@wp.func
+def hinge_of(inertia: Vector, one: Vector, other: Vector, alone: bool) -> Hinge:
+    """The hinge of a point, or of two, at their places in the body's axes [m]."""
+    h = Hinge()
+    a = -HALF * (one + other)
+    about = wp.diag(inertia) + wp.dot(a, a) * wp.identity(n=3, dtype=real) - wp.outer(a, a)
+    m = wp.inverse(about)
+    if not alone:
+        h.way = HALF * (other - one)
+        h.over = HALF / wp.length(h.way)
+        e = (TWO * h.over) * h.way
+        m = wp.outer(e, e) * (real(1.0) / wp.dot(e, about * e))
+    h.lever = a
+    h.mobility = Vector(m[0, 0], m[1, 1], m[2, 2])
+    h.mixed = Vector(m[0, 1], m[0, 2], m[1, 2])
+    return h
+
+
+@wp.func
+def room_of(body: Shape, q: Attitude, touch: wp.uint64) -> real:
+    """Distance from below the centre of mass within which pressure makes all that touch press [m].
+
+    None where they span no plane, or it is not among them.
+    """
+    zero, one, turn, points = real(0.0), real(1.0), frame(q), body.count
+    count, mx, my, xx, xy, yy = real(0.0), real(0.0), real(0.0), real(0.0), real(0.0), real(0.0)
+    for k in range(points):
+        if among(k, touch):
+            r = turn * place_of(body.points[k, body.lane])
+            count += one
+            mx += r[0]
+            my += r[1]
+            xx += r[0] * r[0]
+            xy += r[0] * r[1]
+            yy += r[1] * r[1]
+    part = one / larger(count, one)
+    mx = mx * part
+    my = my * part
+    xx = part * xx - mx * mx
+    xy = part * xy - mx * my
+    yy = part * yy - my * my
+    over = one / larger(xx * yy - xy * xy, TINY)
+    room = NEVER + zero
+    for k in range(points):
+        if among(k, touch):
+            r = turn * place_of(body.points[k, body.lane])
+            # It presses where 1 + g.(c - m) > 0, c the centre of the pressure.
+            x, y = r[0] - mx, r[1] - my
+            gx, gy = over * (yy * x - xy * y), over * (xx * y - xy * x)
+            room = smaller(room, (one - gx * mx - gy * my) / wp.sqrt(gx * gx + gy * gy))
+    return wp.where(spans(count, xx, xy, yy), room, zero)
+
+
+@wp.func
+def support_of(block: Block, body: Shape, height: real, q: Attitude, touch: wp.uint64) -> Support:
+    """What a body stands or turns on where some of its points touch."""
+    s = Support()
+    s.touch = touch
+    one, other, count, points = Vector(), Vector(), int(0), body.count
+    for k in range(points):
+        if among(k, touch):
+            other = place_of(body.points[k, body.lane])
+            if count == 0:
+                one = place_of(body.points[k, body.lane])
+            count += 1
+    s.hinged = count == 1 or count == 2
+    s.inertia = Vector(
+        real(1.0) / block.inverse_x, real(1.0) / block.inverse_y, real(1.0) / block.inverse_z
+    )
+    if s.hinged:
+        s.hinge = hinge_of(s.inertia, one, other, count == 1)
+    if count > 2:
+        s.height = height
+        s.room = room_of(body, q, touch)
+    return s
+
+
+@wp.func
+def stays(block: Block, limits: Limits, on: Support, b: Base) -> bool:
+    """Whether a body that stands still stays so in a step."""
+    weight = b.d * limits.gravity + b.change[2]
+    pull = wp.sqrt(b.change[0] * b.change[0] + b.change[1] * b.change[1])
+    holds = pull < INSIDE * block.friction * weight and pull * on.height < on.room * weight
+    return holds and wp.length_sq(b.kick) == real(0.0) and weight > real(0.0)
+
+
+@wp.func
+def landing(
+    body: Shape, limits: Limits, n: Quiet, x: Vector, q: Attitude, v: Vector, w: Vector,
+    touch: wp.uint64, d: real,
+):  # fmt: skip
+    """What the points do in a step that do not touch, from x, q, v and w at its start.
+
+    Returns:
+        Whether they stay clear of the base; the length of the step to the first landing inside, or
+        NEVER.
+    """
+    near, clear, first = NEARLY * limits.longest_step, bool(True), NEVER + real(0.0)
+    high = n.x[2] - n.deep
+    up, points = frame(n.q)[2], body.count
+    for k in range(points):
+        point = body.points[k, body.lane]
+        gap = high + up[0] * point.x + up[1] * point.y + up[2] * point.z
+        if gap <= limits.rest_gap and not among(k, touch):
+            r0, r1 = frame(q) * place_of(point), frame(n.q) * place_of(point)
+            rate0 = v[2] + w[0] * r0[1] - w[1] * r0[0]
+            rate = TWO * n.mean[2] - v[2] + n.swing[0] * r1[1] - n.swing[1] * r1[0]
+            clear = bool(False)
+            if d > near and gap < -(near * size(rate) + GRAIN * body.reach):
+                cut = first_root(larger(x[2] + r0[2], real(0.0)), rate0, gap, d)
+                first = smaller(first, cut)
+    return clear, first
+
+
+@wp.func
+def rolled(
+    block: Block, body: Shape, limits: Limits, on: Support, b: Base, x: Vector, q: Attitude,
+    v: Vector, w: Vector,
+) -> Quiet:  # fmt: skip
+    """The step of a body about a hinge; see `rolled` in event_space/pack.py."""
+    zero, d, h = real(0.0), b.d, on.hinge
+    n = Quiet()
+    n.cut = NEVER
+    inverse = Vector(block.inverse_x, block.inverse_y, block.inverse_z)
+    r0 = frame(q)
+    a0 = r0 * h.lever
+    momentum = scaled(r0, on.inertia, w)
+    middle = frame(swung_by(q, w * (HALF * d)))
+    free = v - HALF * b.change - Vector(zero, zero, HALF * d * limits.gravity)
+    vm, wm, spun, holds = mean_motion(block, h, on.inertia, free, momentum, middle)
+    n.mean = vm
+    n.turn = d * wm
+    n.q = swung_by(q, n.turn)
+    rise = (frame(n.q) * h.way) * (h.over + h.over)
+    n.q = levelled(n.q, rise)
+    r = frame(n.q)
+    a1 = r * h.lever
+    n.deep = a1[2] - x[2] - d * vm[2]
+    n.x = Vector(x[0] + a1[0] - a0[0], x[1] + a1[1] - a0[1], a1[2])
+    spin = TWO * spun - momentum
+    n.swing = scaled(r, inverse, spin)
+    n.w = moved(h, r, spin + wp.cross(a1, TWO * vm - v))
+    n.v = wp.cross(n.w, a1)
+    n.lost = limits.gravity * (x[2] - n.x[2]) + HALF * (
+        wp.dot(v, v) + wp.dot(w, momentum) - wp.dot(n.v, n.v)
+        - wp.dot(n.w, scaled(r, on.inertia, n.w))
+    )  # fmt: skip
+    # What touches may rise at first, by a hop that the step has missed.
+    hop = size(v[2] - wp.cross(w, a0)[2]) + size(wp.cross(w, r0 * h.way)[2])
+    holds = holds and hop * d <= HOP * limits.rest_gap
+    total = n.x[0] + n.x[1] + n.x[2] + n.v[0] + n.v[1] + n.v[2]
+    n.clear = holds and size(rise[2]) < LEVEL and total - total == zero
+    n.clear = n.clear and wp.dot(r[2], body.axis) > zero
+    if n.clear:
+        clear, cut = landing(body, limits, n, x, q, v, w, on.touch, d)
+        n.clear = clear
+        n.cut = cut
+    return n
