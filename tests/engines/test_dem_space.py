@@ -18,8 +18,9 @@ from warprock.engines import base
 from warprock.engines.launching import Form
 from warprock.model.lanes import SpatialLanes
 from warprock.model.motion import Control, HarmonicMotions, SpatialMotions, StillBase, no_motion
-from warprock.model.pose import product, turned
+from warprock.model.pose import product
 from warprock.model.response import LANE_FIELDS, SPATIAL_FIELDS, Outcome, SampleTimes, Status
+from warprock.model.turning import turned
 from warprock.run.batch import run_batch
 from warprock.run.machine import cpu_vector_flags
 from warprock.settings.engines import DemSettings

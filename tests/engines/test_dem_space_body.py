@@ -15,7 +15,7 @@ from tests.shared.space_bodies import (
 from warprock.engines.dem import Dem
 from warprock.engines.dem_bodies_space import PointSprings, base_area
 from warprock.engines.dem_springs_space import spatial_frequencies, start_in_space
-from warprock.model.pose import turned
+from warprock.model.turning import turned
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 

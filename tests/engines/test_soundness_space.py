@@ -29,8 +29,9 @@ from warprock.model.motion import (
     mavroeidis_papageorgiou_motions,
     ricker_motions,
 )
-from warprock.model.pose import bottom_corners, start_poses, turned
+from warprock.model.pose import bottom_corners, start_poses
 from warprock.model.response import USABLE, SampleTimes, Status
+from warprock.model.turning import turned
 from warprock.records import load_record, record_motions
 from warprock.run.batch import run_batch
 from warprock.settings.engines import build_settings

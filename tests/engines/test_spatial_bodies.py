@@ -20,8 +20,9 @@ from warprock.engines.energy import energy_to_tilt, nearest_edge
 from warprock.engines.spatial_bodies import point_rows
 from warprock.errors import InputError
 from warprock.model.lanes import SpatialLanes
-from warprock.model.pose import product, quaternion, turned
+from warprock.model.pose import product, quaternion
 from warprock.model.response import Outcome, Response, SampleTimes
+from warprock.model.turning import turned
 from warprock.settings.engines import DemSettings, EventSettings, ImpulseSettings
 
 TIMES = SampleTimes(1.0, 0.02, True)

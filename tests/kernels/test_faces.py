@@ -8,7 +8,8 @@ import pytest
 import warp as wp
 
 from warprock.kernels.instance import BRANCHES, kernel_module, module_options
-from warprock.model.pose import quaternion, turned
+from warprock.model.pose import quaternion
+from warprock.model.turning import turned
 
 Array = npt.NDArray[np.float64]
 

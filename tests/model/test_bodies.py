@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from warprock.model import rocking
-from warprock.model.bodies import Bodies, planar_bodies, principal_axes, turned
+from warprock.model.bodies import Bodies, planar_bodies
 from warprock.model.hull import lower_hull, rounded_centres
+from warprock.model.turning import principal_axes, turned
 from warprock.units import GRAVITY
 
 STEPPED = np.array([[-0.14, -0.3], [0.1, -0.3], [0.16, -0.285], [0.2, -0.25]])
@@ -90,19 +91,6 @@ def test_the_highest_centre_is_that_of_the_slenderness_angle():
     left, right = turn <= 0.0, turn >= 0.0
     highest = [-turn[left][np.argmax(z[0, left])], turn[right][np.argmax(z[0, right])]]
     np.testing.assert_allclose(body.slenderness_angles[0], highest, atol=1e-5)
-
-
-def test_principal_axes_turn_back_to_the_tensor():
-    rng = np.random.default_rng(3)
-    cloud = rng.normal(size=(20, 3)) * [1.0, 2.0, 4.0]
-    tensor = np.sum(cloud**2) * np.eye(3) - cloud.T @ cloud
-    moments, axes = principal_axes(tensor)
-    turn = turned(axes[None], np.eye(3)).T
-    np.testing.assert_allclose(turn @ np.diag(moments) @ turn.T, tensor, rtol=1e-12, atol=1e-9)
-    # Axes that are principal stay where they are, in their order.
-    moments, axes = principal_axes(np.diag([5.0, 3.0, 4.0]))
-    np.testing.assert_array_equal(moments, [5.0, 3.0, 4.0])
-    np.testing.assert_allclose(axes, [0.0, 0.0, 0.0, 1.0], atol=1e-15)
 
 
 def test_in_space_the_base_is_left_where_the_line_leaves_its_hull():

@@ -11,15 +11,8 @@ import warp as wp
 
 from tests.shared.spatial_blocks import spatial_lanes, spatial_stack
 from warprock.kernels.instance import kernel_module, module_options
-from warprock.model.pose import (
-    Array,
-    bottom_corners,
-    product,
-    quaternion,
-    rotations,
-    start_poses,
-    turned,
-)
+from warprock.model.pose import Array, bottom_corners, product, quaternion, rotations, start_poses
+from warprock.model.turning import turned
 
 real = wp.float64
 turn_freely = kernel_module("shape_space/block", precision="float64").turn_freely

@@ -25,8 +25,9 @@ from warprock.model.motion import (
     no_motion,
     ricker_motions,
 )
-from warprock.model.pose import product, quaternion, start_poses, turned
+from warprock.model.pose import product, quaternion, start_poses
 from warprock.model.response import LANE_FIELDS, SPATIAL_FIELDS, Outcome, SampleTimes, Status
+from warprock.model.turning import turned
 from warprock.programs.response import FLAT_RATIO, REST_TIME, peer_response
 from warprock.programs.scene import PeerRun, multiplied_frictions, peer_scenes
 from warprock.programs.table import require_scenes, run_program

@@ -6,8 +6,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy.integrate import solve_ivp
 
-from warprock.model.pose import product, turned
+from warprock.model.pose import product
 from warprock.model.response import Response
+from warprock.model.turning import turned
 
 Array = npt.NDArray[np.float64]
 

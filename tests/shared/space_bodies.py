@@ -8,9 +8,10 @@ import numpy as np
 import numpy.typing as npt
 
 from tests.shared.spatial_blocks import spatial_lanes
-from warprock.model.bodies import Bodies, principal_axes
+from warprock.model.bodies import Bodies
 from warprock.model.lanes import SpatialLanes
-from warprock.model.pose import bottom_corners, turned
+from warprock.model.pose import bottom_corners
+from warprock.model.turning import principal_axes, turned
 
 Array = npt.NDArray[np.float64]
 

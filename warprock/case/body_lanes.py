@@ -11,9 +11,10 @@ from warprock.case.body import Body, StackedBody, profiles
 from warprock.case.input_columns import computed, key_column, lane_columns
 from warprock.errors import InputError
 from warprock.model import rocking
-from warprock.model.bodies import Bodies, principal_axes, turned
+from warprock.model.bodies import Bodies
 from warprock.model.hull import LEVEL, lower_hulls
 from warprock.model.lanes import Lanes
+from warprock.model.turning import principal_axes, turned
 from warprock.quantity import Said
 
 if TYPE_CHECKING:

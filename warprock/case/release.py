@@ -14,8 +14,9 @@ from warprock.case.start import ATTITUDE, AXES
 from warprock.errors import InputError
 from warprock.model.bodies import boxes_on_corners
 from warprock.model.lanes import Lanes, SpatialLanes
-from warprock.model.pose import start_corners, turned
+from warprock.model.pose import start_corners
 from warprock.model.release import Release, rolling
+from warprock.model.turning import turned
 from warprock.quantity import NOTHING
 
 if TYPE_CHECKING:

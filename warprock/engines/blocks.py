@@ -14,8 +14,9 @@ from warprock.engines.bodies import leaned
 from warprock.engines.launching import NEVER
 from warprock.engines.stack_bodies import profile_columns, start_on_feet
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
-from warprock.model.pose import bottom_corners, start_poses, turned
+from warprock.model.pose import bottom_corners, start_poses
 from warprock.model.release import Release
+from warprock.model.turning import turned
 
 Array = npt.NDArray[np.float64]
 

@@ -17,7 +17,8 @@ from warprock.engines.launching import NEVER
 from warprock.engines.spatial_bodies import body_of, spatial_inputs, there_are
 from warprock.model.bodies import Bodies, boxes_on_corners
 from warprock.model.lanes import Lanes, SpatialLanes
-from warprock.model.pose import product, quaternion, start_poses, turned
+from warprock.model.pose import product, quaternion, start_poses
+from warprock.model.turning import turned
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 

@@ -14,7 +14,8 @@ import numpy.typing as npt
 
 from warprock.engines.blocks import spatial_columns
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
-from warprock.model.pose import product, quaternion, turned
+from warprock.model.pose import product, quaternion
+from warprock.model.turning import turned
 from warprock.settings.engines import DemSettings
 from warprock.units import GRAVITY
 

@@ -27,8 +27,9 @@ from warprock.model import rocking
 from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
 from warprock.model.motion import GroundMotions
-from warprock.model.pose import product, start_poses, turned
+from warprock.model.pose import product, start_poses
 from warprock.model.stacking import centre_height
+from warprock.model.turning import turned
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]

@@ -18,7 +18,7 @@ from warprock.engines.bodies import Corners, leaned
 from warprock.engines.spatial_bodies import body_of, stood_places, there_are
 from warprock.engines.stack_bodies import profile_slides
 from warprock.model.lanes import Lanes, SpatialLanes, as_stacks
-from warprock.model.pose import turned
+from warprock.model.turning import turned
 
 Array = npt.NDArray[np.float64]
 

@@ -12,8 +12,9 @@ from warprock.errors import InputError
 from warprock.model.bodies import Bodies
 from warprock.model.hull import LEVEL
 from warprock.model.lanes import Lanes, SpatialLanes
-from warprock.model.pose import start_poses, turned
+from warprock.model.pose import start_poses
 from warprock.model.scene import SceneKind
+from warprock.model.turning import turned
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]

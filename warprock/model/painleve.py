@@ -33,9 +33,10 @@ from typing import cast
 import numpy as np
 import numpy.typing as npt
 
-from warprock.model.bodies import Bodies, turned
+from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.response import Response, Status
+from warprock.model.turning import turned
 
 Array = npt.NDArray[np.float64]
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from warprock.model.bodies import turned as turned
 from warprock.model.lanes import Lanes, SpatialLanes
+from warprock.model.turning import turned
 
 Array = npt.NDArray[np.float64]
 

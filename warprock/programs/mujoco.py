@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from warprock.model.pose import turned
+from warprock.model.turning import turned
 from warprock.programs.scene import PeerBlock, PeerRun, PeerScene, missing
 from warprock.settings.programs import MujocoSettings
 from warprock.units import GRAVITY

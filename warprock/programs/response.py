@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.model.lanes import Lanes
-from warprock.model.pose import rotations, turned
+from warprock.model.pose import rotations
 from warprock.model.response import (
     INTEGER_FIELDS,
     LANE_FIELDS,
@@ -25,6 +25,7 @@ from warprock.model.response import (
     SampleTimes,
     Status,
 )
+from warprock.model.turning import turned
 from warprock.programs.scene import PeerRun, PeerScene, frames_per_sample
 
 Array = npt.NDArray[np.float64]

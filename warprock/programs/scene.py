@@ -19,10 +19,11 @@ import numpy.typing as npt
 from warprock.model.base_path import BasePath, base_path
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import GroundMotions
-from warprock.model.pose import start_poses, turned
+from warprock.model.pose import start_poses
 from warprock.model.profiles import Profiles
 from warprock.model.response import SampleTimes
 from warprock.model.stacking import centre_height, steps_along
+from warprock.model.turning import turned
 
 Array = npt.NDArray[np.float64]
 

@@ -21,9 +21,10 @@ from warprock.errors import InputError
 from warprock.model.base_path import base_places
 from warprock.model.hull import hull_surface
 from warprock.model.lanes import Lanes, as_stacks
-from warprock.model.pose import quaternion, turned
+from warprock.model.pose import quaternion
 from warprock.model.ratios import rotation_ratio
 from warprock.model.response import Outcome, Response
+from warprock.model.turning import turned
 from warprock.reading import read_bytes
 from warprock.run.case_run import CaseRun, require_options, require_support, run_lane
 from warprock.run.lane_table import LANE_TABLE

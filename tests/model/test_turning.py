@@ -1,0 +1,20 @@
+"""Vectors turned, and principal axes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warprock.model.turning import principal_axes, turned
+
+
+def test_principal_axes_turn_back_to_the_tensor():
+    rng = np.random.default_rng(3)
+    cloud = rng.normal(size=(20, 3)) * [1.0, 2.0, 4.0]
+    tensor = np.sum(cloud**2) * np.eye(3) - cloud.T @ cloud
+    moments, axes = principal_axes(tensor)
+    turn = turned(axes[None], np.eye(3)).T
+    np.testing.assert_allclose(turn @ np.diag(moments) @ turn.T, tensor, rtol=1e-12, atol=1e-9)
+    # Axes that are principal stay where they are, in their order.
+    moments, axes = principal_axes(np.diag([5.0, 3.0, 4.0]))
+    np.testing.assert_array_equal(moments, [5.0, 3.0, 4.0])
+    np.testing.assert_allclose(axes, [0.0, 0.0, 0.0, 1.0], atol=1e-15)

@@ -1,0 +1,60 @@
+"""Vectors turned by quaternions, and the principal axes of a moment of inertia."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+
+def turned(attitude: Array, vector: Array) -> Array:
+    """Vectors given in body axes, shape [..., 3], seen from the base."""
+    imaginary, real = attitude[..., :3], attitude[..., 3:]
+    twice = 2.0 * np.cross(imaginary, vector)
+    return np.asarray(vector + real * twice + np.cross(imaginary, twice))
+
+
+def principal_axes(tensor: Array) -> tuple[Array, Array]:
+    """Principal moments of inertia, and the attitude of their axes.
+
+    Each axis is that which is nearest to x, y or z, so that of a body whose axes are principal
+    nothing turns.
+
+    Args:
+        tensor: Symmetric, shape [3, 3].
+
+    Returns:
+        Moments, shape [3], and a quaternion (x, y, z, w), shape [4], which turns the principal
+        axes' components of a vector into those along the axes of the tensor.
+    """
+    moments, vectors = np.linalg.eigh(tensor)
+    order = max(
+        itertools.permutations(range(3)),
+        key=lambda p: sum(abs(vectors[i, j]) for i, j in enumerate(p)),
+    )
+    moments, vectors = moments[list(order)], vectors[:, list(order)]
+    vectors = vectors * np.where(np.diag(vectors) < 0.0, -1.0, 1.0)
+    if np.linalg.det(vectors) < 0.0:
+        vectors[:, np.argmin(np.abs(np.diag(vectors)))] *= -1.0
+    return moments, _quaternion(vectors)
+
+
+def _quaternion(turn: Array) -> Array:
+    """Quaternion (x, y, z, w) of a matrix that turns, w >= 0.
+
+    It is the eigenvector of the largest eigenvalue of a symmetric matrix (Bar-Itzhack 2000).
+    """
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = turn
+    symmetric = np.array(
+        [
+            [xx - yy - zz, xy + yx, xz + zx, zy - yz],
+            [xy + yx, yy - xx - zz, yz + zy, xz - zx],
+            [xz + zx, yz + zy, zz - xx - yy, yx - xy],
+            [zy - yz, xz - zx, yx - xy, xx + yy + zz],
+        ]
+    )
+    found = np.linalg.eigh(symmetric)[1][:, -1]
+    return np.asarray(found if found[3] >= 0.0 else -found)
