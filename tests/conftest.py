@@ -11,8 +11,6 @@ from collections.abc import Callable, Iterator
 import pytest
 from hypothesis import HealthCheck, settings
 
-from tests.shared.sweeps import LANES, merged_bytes, write_case
-
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 settings.register_profile("any speed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -40,6 +38,9 @@ LONGEST = (
     "measure/test_peers.py",
 )
 """Files that take the longest, under `tests/`; such as compile the same kernels stand apart."""
+
+# The process that hands tests to the workers reads this file and no other: what it imports here it
+# imports for nothing.
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -113,10 +114,14 @@ def write(tmp_path: pathlib.Path) -> Callable[[str], pathlib.Path]:
 @pytest.fixture(scope="session")
 def case_file(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     """The case of a small sweep."""
+    from tests.shared.sweeps import write_case
+
     return write_case(tmp_path_factory.mktemp("case"))
 
 
 @pytest.fixture(scope="session")
 def undisturbed(case_file: pathlib.Path, tmp_path_factory: pytest.TempPathFactory) -> bytes:
     """The merged table of that sweep, made in one chunk."""
+    from tests.shared.sweeps import LANES, merged_bytes
+
     return merged_bytes(case_file, tmp_path_factory.mktemp("one"), LANES)

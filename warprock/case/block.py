@@ -8,14 +8,8 @@ from typing import Annotated, Any, ClassVar, Self, TypeVar
 
 import pydantic
 
-from warprock.case.body import (
-    FACE_FRICTION,
-    HEIGHT,
-    OFFSET,
-    ROTATION_START,
-    Body,
-    StackedBody,
-)
+from warprock.case.block_keys import FACE_FRICTION, HEIGHT, OFFSET, ROTATION_START
+from warprock.case.body import Body, StackedBody
 from warprock.case.validation import KeyedError, Table, below, validated
 from warprock.model.runnable import MOST_BLOCKS
 from warprock.quantity import NOTHING, Column, NumberKey, Said

@@ -9,44 +9,17 @@ import numpy as np
 import numpy.typing as npt
 import pydantic
 
-from warprock.case.contact import FRICTION
+from warprock.case.block_keys import FACE_FRICTION, HEIGHT, OFFSET, ROTATION_START
 from warprock.case.validation import KeyedError, Table
 from warprock.case.value_kinds import OtherKey
 from warprock.model.hull import LEVEL, lower_hulls
-from warprock.quantity import Column, FrictionKey, NumberKey, Said
+from warprock.quantity import Column, NumberKey, Said
 from warprock.units import Dimension, allowed_text, parse_any
 
 Array = npt.NDArray[np.float64]
 
 MOST_POINTS = 64
 """Points that a base may have."""
-
-HEIGHT = NumberKey(
-    "the full height of the block", "1 mm to 1 km", swept=True, column=Column("height")
-)
-"""Full height; of a body for tables and pictures alone."""
-
-OFFSET = NumberKey(
-    "the distance of the middle of the face the block stands on to +x of the middle of the top of "
-    "the block below",
-    "-1 km to 1 km",
-    swept=True,
-    column=Column("offset", "mm"),
-)
-FACE_FRICTION = FrictionKey(
-    "the friction coefficient or the friction angle of the face the block stands on",
-    FRICTION,
-    swept=True,
-    column=Column("friction", text="Coulomb friction coefficient"),
-)
-ROTATION_START = NumberKey(
-    "the rotation of the block at the start",
-    "-90 deg to 90 deg",
-    low_open=True,
-    high_open=True,
-    swept=True,
-    column=Column("rotation_start"),
-)
 
 _LENGTH = NumberKey("a coordinate", "-1 km to 1 km or -1000 to 1000")
 _POINT = "[x, z], or [x, y, z] in space: lengths with a unit, or numbers of metres"

@@ -105,9 +105,10 @@ class AbstractEngine(abc.ABC):
         """Why it does not run a base that moves upwards in the plane, and what else can be done."""
         cure = ' (model = "spatial")' if cls.spatial and not scene.bodies else ""
         if cls.vertical:
+            instead = "" if scene.bodies else f"; it runs stacks in space{cure}"
             return (
                 f"{cls.name} follows motion.z in the plane under single blocks, and the case has a "
-                f"stack; it runs stacks in space{cure}"
+                f"stack{instead}"
             )
         where = f"; it does in space{cure}" if cls.spatial else ""
         return f"{cls.name} follows a base that moves along x in the plane, not motion.z{where}"
