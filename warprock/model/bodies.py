@@ -106,9 +106,7 @@ class Bodies:
         """
         if not self.spatial:
             return np.zeros(len(self.mass))
-        rows = np.concatenate(
-            [self.points.reshape(len(self.mass), -1), self.count[:, None]], axis=1
-        )
+        rows = np.column_stack([self.points.reshape(len(self.mass), -1), self.count])
         _, first, place = np.unique(rows, axis=0, return_index=True, return_inverse=True)
         radii = [inner_radius(self.points[lane, : self.count[lane]]) for lane in first]
         return np.array(radii)[place.reshape(-1)]
