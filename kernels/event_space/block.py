@@ -77,6 +77,7 @@ if FRICTION == "box":
     from warprock.kernels.event_space.box_friction import (
         directions,
         holds_both_ends,
+        moving_bits,
         projected,
         sliding_bits,
         slip_after,
@@ -86,6 +87,7 @@ else:
     from warprock.kernels.event_space.law import (
         directions,
         holds_both_ends,
+        moving_bits,
         projected,
         sliding_bits,
         slip_after,
@@ -106,15 +108,23 @@ SOON = real(1.0e-3)
 
 
 @wp.func
-def closed(block: Block, s: State, body: Body, mask: int) -> State:
-    """The state with corners closed that hardly rise; no time passes."""
+def closed(block: Block, s: State, body: Body, closes: int, slow: real) -> State:
+    """The state with corners closed that hardly rise; no time passes.
+
+    Those that move along the base, by more than `slow` [m/s], go on to slide.
+    """
     n = s
+    mask = mask_of(s.stance) | closes
     n.stance = stance_of(mask)
     n.q = levelled(s.q, n.stance)
     now = body_at(block, n.q)
     pinned = mask_of(s.stance)
     n.x = placed(now, mask_of(n.stance), s.x + foot(body, pinned) - foot(now, pinned))
-    n.slip = wp.where(s.slip == 0, 0, sliding_bits(mask_of(n.stance)))
+    for k in range(4):
+        if (closes & (1 << k)) != 0:
+            n.slip = n.slip | moving_bits(k, corner_velocity(body, s.v, s.w, k), slow)
+    if n.slip != 0 and (s.slip != 0 or n.stance == FLAT):
+        n.slip = sliding_bits(mask_of(n.stance))
     smooth = now
     # What closes without an impact closes without friction: no energy comes of it.
     smooth.friction = real(0.0)
@@ -212,6 +222,7 @@ def after_events(
     near = NEARLY * limits.longest_step
     dust = GRAIN * block.half_height
     n = reached
+    slow = LAST * near * limits.gravity
     cut = TWO * NEVER
     fastest = real(0.0)
     faster = real(0.0)
@@ -244,13 +255,13 @@ def after_events(
         fastest = larger(fastest, wp.sqrt(u1[0] * u1[0] + u1[1] * u1[1]))
         faster = larger(faster, wp.sqrt(u0[0] * u0[0] + u0[1] * u0[1]))
     # A flat block that slows down to next to nothing stops as a whole.
-    slow = fastest <= LAST * near * limits.gravity and fastest <= faster
-    if n.stance == FLAT and s.slip != 0 and slow:
+    slows = fastest <= slow and fastest <= faster
+    if n.stance == FLAT and s.slip != 0 and slows:
         n.slip = 0
     cut = later_event(block, limits, s, n, base, body0, body, h, cut, lands)
     inside = closes == 0 and cut < NEVER and base.d > near
     if closes != 0:
-        n = closed(block, s, body0, touched | closes)
+        n = closed(block, s, body0, closes, slow)
     if inside:
         n = repeated(s, cut, base.d, near)
     if closes == 0 and not inside:

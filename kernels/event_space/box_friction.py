@@ -175,6 +175,12 @@ def sliding_bits(mask: int) -> int:
 
 
 @wp.func
+def moving_bits(k: int, u: Three, slow: real) -> int:
+    """`slip` of a corner of a velocity, see event_space/law.py."""
+    return wp.where(size(u[0]) > slow, 1 << k, 0) | wp.where(size(u[1]) > slow, 16 << k, 0)
+
+
+@wp.func
 def holds_both_ends(stance: int, slip: int) -> bool:
     """Whether an edge holds both of its ends."""
     return slip == 0

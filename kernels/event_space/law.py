@@ -227,6 +227,12 @@ def sliding_bits(mask: int) -> int:
 
 
 @wp.func
+def moving_bits(k: int, u: Three, slow: real) -> int:
+    """`slip` of a corner of a velocity, none where it moves along the base by at most `slow`."""
+    return wp.where(u[0] * u[0] + u[1] * u[1] > slow * slow, 1 << k, 0)
+
+
+@wp.func
 def holds_both_ends(stance: int, slip: int) -> bool:
     """Whether one end of an edge at least sticks: not both of them slide."""
     return slip != mask_of(stance)
