@@ -158,7 +158,7 @@ def stick_edge(
 
 @wp.func
 def solve_hull(
-    s: Shape, pose: Pose, t: Touches, sticks: bool, grain: real, v: Vector, w: Vector
+    s: Shape, pose: Pose, t: Touches, holding: bool, grain: real, v: Vector, w: Vector
 ) -> Carried:  # fmt: skip
     """The motion over an edge or a corner of the hull of the points that touch.
 
@@ -169,7 +169,7 @@ def solve_hull(
     i, turns = int(first), int(0)
     while not best.fits and turns < total:
         j = next_on_hull(t, APART * s.reach * s.reach, i)
-        if sticks:
+        if holding:
             best = stick_edge(s, pose, t, i, j, grain, v, w)
         else:
             best = solve_edge(s, pose, t, i, j, grain, v, w)

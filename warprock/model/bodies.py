@@ -33,7 +33,6 @@ from warprock.units import GRAVITY
 Array = npt.NDArray[np.float64]
 Counts = npt.NDArray[np.int32]
 
-
 CORNERS = 8
 """Corners of a box."""
 
