@@ -6,7 +6,7 @@ of length d:
 
     1. mean motion v_m = v - dV/2 - g d/2 + sum p / 2, I_m w_m = L + sum r x p / 2, with I_m and
        the corners in the attitude turned on by w d / 2, dV the change of the base velocity in the
-       step, impulses p such that v_m and w_m obey the contact law (event_space/contact.py);
+       step, impulses p such that v_m and w_m obey the contact law (event_space/block_contact.py);
     2. attitude turned by d w_m, x moved by d v_m, v = 2 v_m - v, L = 2 I_m w_m - L; what touches is
        put back on the base and, where it sticks, along it (this removes the drift). In flight the
        turn is that of `turn_freely` in shape_space/block.py: it keeps L to the last bit, the energy
@@ -30,13 +30,14 @@ In a plane this is event/block.py, step by step. What holds beyond it:
 - Second order holds while corners stick, and where they slide: on curved ways too, as long as they
   do not come nearly to a stand. There the way turns ever faster; steps are cut down to a hundredth
   of the longest one, and what is left falls with the step, but not always with its square.
-- Friction as a box has a law of its own (event_space/box_friction.py), which tells its order, too.
+- Friction as a box has a law of its own (event_space/block_box_friction.py), which tells its order,
+too.
 """
 
 import warp as wp
 
 from warprock.kernels.event.block import first_root
-from warprock.kernels.event_space.contact import (
+from warprock.kernels.event_space.block_contact import (
     EDGE,
     FLAT,
     FLYING,
@@ -47,7 +48,7 @@ from warprock.kernels.event_space.contact import (
     mask_of,
     stance_of,
 )
-from warprock.kernels.event_space.moves import (
+from warprock.kernels.event_space.block_moves import (
     GRAIN,
     body_at,
     corner_event,
@@ -60,7 +61,7 @@ from warprock.kernels.event_space.moves import (
     turned,
     upright,
 )
-from warprock.kernels.event_space.trial import (
+from warprock.kernels.event_space.block_trial import (
     Base,
     Limits,
     State,
@@ -74,7 +75,7 @@ from warprock.kernels.shape.stack import Three
 from warprock.kernels.shape_space.block import Block
 
 if FRICTION == "box":
-    from warprock.kernels.event_space.box_friction import (
+    from warprock.kernels.event_space.block_box_friction import (
         directions,
         holds_both_ends,
         moving_bits,
@@ -84,7 +85,7 @@ if FRICTION == "box":
         solve,
     )  # fmt: skip
 else:
-    from warprock.kernels.event_space.law import (
+    from warprock.kernels.event_space.block_law import (
         directions,
         holds_both_ends,
         moving_bits,

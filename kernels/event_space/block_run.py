@@ -7,9 +7,8 @@ read off the parabola that the step follows, so that histories do not change the
 import warp as wp
 
 from warprock.kernels.event_space.block import TOGETHER, step
-from warprock.kernels.event_space.contact import FLAT, FLYING, mask_of, stance_of
-from warprock.kernels.event_space.lane import Knobs, Lane
-from warprock.kernels.event_space.moves import (
+from warprock.kernels.event_space.block_contact import FLAT, FLYING, mask_of, stance_of
+from warprock.kernels.event_space.block_moves import (
     Four,
     body_at,
     flown,
@@ -18,7 +17,8 @@ from warprock.kernels.event_space.moves import (
     turned,
     upright,
 )
-from warprock.kernels.event_space.trial import Limits, State
+from warprock.kernels.event_space.block_trial import Limits, State
+from warprock.kernels.event_space.lane import Knobs, Lane
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index

@@ -27,6 +27,10 @@ too, and of first where they slide.
 import warp as wp
 
 from warprock.kernels.event.block import first_root
+from warprock.kernels.event_space.block_contact import BOX, FLAT, FLYING
+from warprock.kernels.event_space.block_moves import cut_to, flown, turned
+from warprock.kernels.event_space.block_trial import Base, Knots, Limits, next_step
+from warprock.kernels.event_space.block_trial import State as BlockState
 from warprock.kernels.event_space.body_contact import (
     Pose,
     Shape,
@@ -40,10 +44,6 @@ from warprock.kernels.event_space.body_contact import (
 )
 from warprock.kernels.event_space.body_law import bound, solve
 from warprock.kernels.event_space.body_quiet import HOP, Quiet, Support, rolled, stays
-from warprock.kernels.event_space.contact import BOX, FLAT, FLYING
-from warprock.kernels.event_space.moves import cut_to, flown, turned
-from warprock.kernels.event_space.trial import Base, Knots, Limits, next_step
-from warprock.kernels.event_space.trial import State as BlockState
 from warprock.kernels.impulse_space.stack import Attitude, frame
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, UNSOLVED
 from warprock.kernels.motion import Motion

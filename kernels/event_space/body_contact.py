@@ -1,7 +1,7 @@
 """Where a body in space touches its base on points.
 
-Mass 1, as in event_space/contact.py; points, feet and frames are those of shape_space/body.py. Sets
-of points are bits of a number.
+Mass 1, as in event_space/block_contact.py; points, feet and frames are those of
+shape_space/body.py. Sets of points are bits of a number.
 """
 
 import warp as wp

@@ -21,6 +21,7 @@ standstill, friction counts as viscous for a step, mu n_k / |u_k|, which never g
 
 import warp as wp
 
+from warprock.kernels.event_space.block_contact import BOX
 from warprock.kernels.event_space.body_contact import (
     Carried,
     PointNumbers,
@@ -29,7 +30,6 @@ from warprock.kernels.event_space.body_contact import (
     Touches,
     bit_of,
 )
-from warprock.kernels.event_space.contact import BOX
 from warprock.kernels.impulse_space.stack import Matrix
 from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape_space.body import APART, spans

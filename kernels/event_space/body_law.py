@@ -4,7 +4,7 @@ A body that touches on points moves as if it touched on the corners of their hul
 not sink there sinks nowhere. So it has few ways to move, which are tried in this order:
 
     1. one or two points, or all on a line, of which the ends count: the law of a corner and of an
-       edge, event_space/law.py;
+       edge, event_space/block_law.py;
     2. they span a plane: it sticks as a face, event_space/body_face.py;
     3. it turns over an edge of the hull that sticks, or a corner: one after the other, until what
        it leaves sinks nowhere;
@@ -20,6 +20,8 @@ several solutions, or none (Painleve).
 
 import warp as wp
 
+from warprock.kernels.event_space.block_contact import BOX, EDGE, Body, Corners, along, sticking
+from warprock.kernels.event_space.block_slide import slipping, swung
 from warprock.kernels.event_space.body_contact import (
     ALL,
     Carried,
@@ -41,18 +43,16 @@ from warprock.kernels.event_space.body_face import (
     stick_flat,
     sticks,
 )
-from warprock.kernels.event_space.contact import BOX, EDGE, Body, Corners, along, sticking
-from warprock.kernels.event_space.slide import slipping, swung
 from warprock.kernels.impulse_space.stack import Matrix, gains_of, solve_contact
 from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape_space.body import APART
 
 if FRICTION == "box":
-    from warprock.kernels.event_space.box_friction import projected, sliding_bits
-    from warprock.kernels.event_space.box_friction import solve as solve_two
+    from warprock.kernels.event_space.block_box_friction import projected, sliding_bits
+    from warprock.kernels.event_space.block_box_friction import solve as solve_two
 else:
-    from warprock.kernels.event_space.law import projected, sliding_bits
-    from warprock.kernels.event_space.law import solve as solve_two
+    from warprock.kernels.event_space.block_law import projected, sliding_bits
+    from warprock.kernels.event_space.block_law import solve as solve_two
 
 BEGINNINGS = 12
 """Directions from which those of an edge that slides are sought: beside either end to either side,

@@ -1,9 +1,9 @@
 """Steps of a body in space in which nothing happens.
 
 Most steps meet no event: the body stands still on a base that does not move it, or turns about a
-point or two that stick. What touches is a hinge then, as in event_space/pack.py, whose formulas
-these are; of the other points only the height is looked at. Where something lands at the end of a
-step, slides, or lifts, the step of event_space/body.py is taken instead.
+point or two that stick. What touches is a hinge then, as in event_space/block_pack.py, whose
+formulas these are; of the other points only the height is looked at. Where something lands at the
+end of a step, slides, or lifts, the step of event_space/body.py is taken instead.
 
 A body that stands still is pressed below its centre of mass, shifted by the height of that times
 the pull of the base over its weight. As long as this stays within the `room` where all points
@@ -14,10 +14,8 @@ import warp as wp
 
 from warprock.kernels.event.block import first_root
 from warprock.kernels.event_space.block import NEARLY
-from warprock.kernels.event_space.body_contact import Shape, among, place_of
-from warprock.kernels.event_space.body_face import INSIDE
-from warprock.kernels.event_space.moves import GRAIN, swung_by
-from warprock.kernels.event_space.pack import (
+from warprock.kernels.event_space.block_moves import GRAIN, swung_by
+from warprock.kernels.event_space.block_pack import (
     LEVEL,
     Hinge,
     frame,
@@ -26,7 +24,9 @@ from warprock.kernels.event_space.pack import (
     moved,
     scaled,
 )
-from warprock.kernels.event_space.trial import Base, Limits
+from warprock.kernels.event_space.block_trial import Base, Limits
+from warprock.kernels.event_space.body_contact import Shape, among, place_of
+from warprock.kernels.event_space.body_face import INSIDE
 from warprock.kernels.impulse_space.stack import Attitude
 from warprock.kernels.shape.faces import Vector
 from warprock.kernels.shape_space.block import Block
@@ -195,7 +195,7 @@ def rolled(
     block: Block, body: Shape, limits: Limits, on: Support, b: Base, x: Vector, q: Attitude,
     v: Vector, w: Vector,
 ) -> Quiet:  # fmt: skip
-    """The step of a body about a hinge; see `rolled` in event_space/pack.py."""
+    """The step of a body about a hinge; see `rolled` in event_space/block_pack.py."""
     zero, d, h = real(0.0), b.d, on.hinge
     n = Quiet()
     n.cut = NEVER

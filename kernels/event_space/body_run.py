@@ -6,7 +6,9 @@ off the parabola that the step follows, so that histories do not change the run.
 
 import warp as wp
 
+from warprock.kernels.event_space.block_moves import flown, turned
 from warprock.kernels.event_space.block_run import turning
+from warprock.kernels.event_space.block_trial import Limits
 from warprock.kernels.event_space.body import State, step
 from warprock.kernels.event_space.body_contact import (
     Shape,
@@ -19,8 +21,6 @@ from warprock.kernels.event_space.body_contact import (
 from warprock.kernels.event_space.body_quiet import Support, support_of
 from warprock.kernels.event_space.body_start import gone, let_go_with, lives_on
 from warprock.kernels.event_space.lane import Knobs
-from warprock.kernels.event_space.moves import flown, turned
-from warprock.kernels.event_space.trial import Limits
 from warprock.kernels.impulse_space.stack import Attitude
 from warprock.kernels.impulse_space.stack import frame as matrix_at
 from warprock.kernels.instance import BRANCHES

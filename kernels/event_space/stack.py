@@ -23,8 +23,10 @@ mean stops at the end of its step.
 
 import warp as wp
 
-from warprock.kernels.event_space.contact import FLAT, FLYING
-from warprock.kernels.event_space.moves import turned
+from warprock.kernels.event_space.block_contact import FLAT, FLYING
+from warprock.kernels.event_space.block_moves import turned
+from warprock.kernels.event_space.block_trial import Base, Limits, next_step
+from warprock.kernels.event_space.block_trial import State as BlockState
 from warprock.kernels.event_space.stack_contact import (
     CONE,
     Ints,
@@ -48,8 +50,6 @@ from warprock.kernels.event_space.stack_look import (
     touching,
 )
 from warprock.kernels.event_space.stack_solve import ROUNDS, solve
-from warprock.kernels.event_space.trial import Base, Limits, next_step
-from warprock.kernels.event_space.trial import State as BlockState
 from warprock.kernels.impulse_space.stack import Bodies, Numbers, Points, frame, rows_of, weighted
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
 from warprock.kernels.motion import Motion

@@ -7,7 +7,8 @@ in event_space/stack.py.
 import warp as wp
 
 from warprock.kernels.event.block import first_root
-from warprock.kernels.event_space.moves import flown, turned
+from warprock.kernels.event_space.block_moves import flown, turned
+from warprock.kernels.event_space.block_trial import Knots, Limits
 from warprock.kernels.event_space.stack_contact import (
     AWAIT,
     CONE,
@@ -24,7 +25,6 @@ from warprock.kernels.event_space.stack_contact import (
     holding,
     joined,
 )
-from warprock.kernels.event_space.trial import Knots, Limits
 from warprock.kernels.impulse_space.stack import (
     CONTACTS,
     Bodies,

@@ -7,12 +7,12 @@ faces share nothing, or a block leans by a right angle, also against what it sta
 
 import warp as wp
 
+from warprock.kernels.event_space.block_moves import flown, turned
+from warprock.kernels.event_space.block_trial import Limits
 from warprock.kernels.event_space.lane import Knobs, Lane
-from warprock.kernels.event_space.moves import flown, turned
 from warprock.kernels.event_space.stack import step
 from warprock.kernels.event_space.stack_contact import Ints, Own, Row, block_of, posed
 from warprock.kernels.event_space.stack_look import State, looked, momenta
-from warprock.kernels.event_space.trial import Limits
 from warprock.kernels.impulse_space.stack import Attitude, Numbers, frame
 from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import RUNNING, STALLED

@@ -9,6 +9,8 @@ their centre along the base.
 import warp as wp
 
 from warprock.kernels.event_space.block import DUST, TOGETHER, solve, step
+from warprock.kernels.event_space.block_contact import FLAT, FLYING, Corners, mask_of, stance_of
+from warprock.kernels.event_space.block_moves import Four, body_at
 from warprock.kernels.event_space.block_run import (
     Seen,
     attitude_at,
@@ -20,10 +22,8 @@ from warprock.kernels.event_space.block_run import (
     place_at,
     start,
 )
-from warprock.kernels.event_space.contact import FLAT, FLYING, Corners, mask_of, stance_of
+from warprock.kernels.event_space.block_trial import Limits, State, kinetic_energy
 from warprock.kernels.event_space.lane import Knobs, Lane
-from warprock.kernels.event_space.moves import Four, body_at
-from warprock.kernels.event_space.trial import Limits, State, kinetic_energy
 from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED, UNSOLVED
 from warprock.kernels.motion import Motion, sample_index

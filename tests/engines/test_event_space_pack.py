@@ -119,7 +119,7 @@ def test_packed_kernel_is_vectorised() -> None:
 
 def test_only_the_cone_is_packed() -> None:
     for box, form, file in (
-        (False, Form.PACKED, "event_space/pack_run"),
+        (False, Form.PACKED, "event_space/block_pack_run"),
         (False, Form.PLAIN, "event_space/block_run"),
         (True, Form.PACKED, "event_space/block_run"),
     ):

@@ -116,7 +116,7 @@ class Event(AbstractEngine):
         if scene.moving:
             return Kernel("event_space/thrown_run", friction=friction)
         if self.target.kernel_form is Form.PACKED and friction == "cone":
-            return Kernel("event_space/pack_run", lanes=PACK)
+            return Kernel("event_space/block_pack_run", lanes=PACK)
         return Kernel("event_space/block_run", friction=friction)
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> Array:

@@ -1,4 +1,4 @@
-"""Sliding contact of one block in space; see event_space/contact.py.
+"""Sliding contact of one block in space; see event_space/block_contact.py.
 
 A corner that slides takes p = n (-friction d, 1) with d the direction of its velocity afterwards.
 Given all d, what a stance holds is linear in the n. The directions are then sought so that they
@@ -7,7 +7,7 @@ are those of the velocities.
 
 import warp as wp
 
-from warprock.kernels.event_space.contact import (
+from warprock.kernels.event_space.block_contact import (
     EDGE,
     FLAT,
     Body,

@@ -13,9 +13,9 @@ give the same to round-off. Friction is the cone.
 import warp as wp
 
 from warprock.kernels.event_space.block import NEARLY
-from warprock.kernels.event_space.contact import EDGE, FLAT
-from warprock.kernels.event_space.moves import GRAIN, Four, corner_event, cut_to, swung_by
-from warprock.kernels.event_space.trial import Base, Limits
+from warprock.kernels.event_space.block_contact import EDGE, FLAT
+from warprock.kernels.event_space.block_moves import GRAIN, Four, corner_event, cut_to, swung_by
+from warprock.kernels.event_space.block_trial import Base, Limits
 from warprock.kernels.shape.stack import Matrix, Three
 from warprock.kernels.shape_space.block import Block, matrix_of
 

@@ -3,7 +3,8 @@
 Mass 1, inertia I about the centre of mass, velocity v, angular velocity w; corner k lies at r_k
 from the centre of mass and moves at v + w x r_k. The base is the plane z = 0. An impulse p at a
 corner, p_z = n >= 0 and |p_x, p_y| <= friction n (the cone), changes v by p and w by I^-1 (r x p).
-Of the box |p_x| and |p_y| are bound each; what slides then is found by event_space/box_friction.py.
+Of the box |p_x| and |p_y| are bound each; what slides then is found by
+event_space/block_box_friction.py.
 
 Where the block touches is its *stance*: on corner k (0 to 3), on the edge from corner k to the
 next (4 + k), flat (8), or nowhere (9). What may hold is tried, larger stances first:

@@ -1,11 +1,11 @@
 """The contact law of one block in space: what holds, sticks or slides.
 
-See event_space/contact.py for the states and the order in which they are tried.
+See event_space/block_contact.py for the states and the order in which they are tried.
 """
 
 import warp as wp
 
-from warprock.kernels.event_space.contact import (
+from warprock.kernels.event_space.block_contact import (
     EDGE,
     FLAT,
     FLYING,
@@ -24,8 +24,8 @@ from warprock.kernels.event_space.contact import (
     sticking,
     stuck,
 )
-from warprock.kernels.event_space.moves import stop_event
-from warprock.kernels.event_space.slide import slid, sliding_corner, slipping, swinging, swung
+from warprock.kernels.event_space.block_moves import stop_event
+from warprock.kernels.event_space.block_slide import slid, sliding_corner, slipping, swinging, swung
 from warprock.kernels.shape.stack import Matrix, Three
 
 SWERVE = real(0.95)

@@ -4,13 +4,14 @@ At a corner |p_x| and |p_y| are at most friction n; where it slides along x, p_x
 against the slip, likewise along y. `slip` has the bit k where corner k slides along x, 4 + k where
 it slides along y. What is tried, in this order:
 
-    1. all that touch stick (event_space/contact.py); where some slide, an edge or a corner goes
+    1. all that touch stick (event_space/block_contact.py); where some slide, an edge or a corner
+    goes
        on as it does, along x and along y each;
     2. a part of what touches sticks, but for corners that slide already;
     3. a flat block slides: what presses its corners is spread as where it sticks;
     4. nothing pushes;
     5. an edge, else a corner, does along x and y of each end what it may: stick, slide to one side
-       or to the other. These are tried one by one, see event_space/box_friction_slide.py.
+       or to the other. These are tried one by one, see event_space/block_box_friction_slide.py.
 
 Steps end where the slip of a corner along x or y does: second order holds through that. What else
 changes at the ends of an edge that slides is not located, and errors of blocks that rock and slide
@@ -20,7 +21,7 @@ scatter: over eight of them their mean falls with the step to the power 1.4 to 2
 import warp as wp
 
 from warprock.kernels.event.block import first_root
-from warprock.kernels.event_space.box_friction_slide import (
+from warprock.kernels.event_space.block_box_friction_slide import (
     dragged,
     ends_of,
     obeying,
@@ -29,7 +30,7 @@ from warprock.kernels.event_space.box_friction_slide import (
     sliding,
     told,
 )
-from warprock.kernels.event_space.contact import (
+from warprock.kernels.event_space.block_contact import (
     ALL,
     EDGE,
     FLAT,
@@ -117,7 +118,7 @@ def side_by(number: int) -> Three:
 def solve(
     body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
 ) -> Held:
-    """The motion that obeys the contact law; see `solve` in event_space/law.py."""
+    """The motion that obeys the contact law; see `solve` in event_space/block_law.py."""
     mask = mask_of(stance)
     slides = (slip | (slip >> 4)) & ALL
     first = solve_as_before(body, stance, slip, start, v, w, dust)
@@ -176,7 +177,7 @@ def sliding_bits(mask: int) -> int:
 
 @wp.func
 def moving_bits(k: int, u: Three, slow: real) -> int:
-    """`slip` of a corner of a velocity, see event_space/law.py."""
+    """`slip` of a corner of a velocity, see event_space/block_law.py."""
     return wp.where(size(u[0]) > slow, 1 << k, 0) | wp.where(size(u[1]) > slow, 16 << k, 0)
 
 
@@ -191,7 +192,7 @@ def slip_after(
     k: int, mu: real, gravity: real, longest: real, near: real, s: int, n: int, stance: int,
     u0: Three, u1: Three, d: real,
 ):  # fmt: skip
-    """What becomes of a touching corner's slip in a step; see event_space/law.py.
+    """What becomes of a touching corner's slip in a step; see event_space/block_law.py.
 
     Slip along x or y that was there and is none in the mean of the step ends inside, nobody knows
     where: half of the step is tried.

@@ -1,8 +1,9 @@
 """Runs of the event step over blocks in space, LANES lanes side by side on the CPU.
 
-Steps in which nothing happens are taken as vector code, see event_space/pack.py, all others one
-lane after the other. One thread runs all lanes of a launch: where one has come to its end, another
-takes its place. Lanes do not wait for one another, for every one has its own clock and sample.
+Steps in which nothing happens are taken as vector code, see event_space/block_pack.py, all others
+one lane after the other. One thread runs all lanes of a launch: where one has come to its end,
+another takes its place. Lanes do not wait for one another, for every one has its own clock and
+sample.
 
 Of float64, that is: small structs of float32 the compiler hands on in pairs, and makes no vector
 code of them. A step about a hinge, which has no cases to choose from, is quicker all the same.
@@ -11,23 +12,10 @@ code of them. A step about a hinge, which has no cases to choose from, is quicke
 import warp as wp
 
 from warprock.kernels.event_space.block import TOGETHER, step
-from warprock.kernels.event_space.block_run import (
-    Seen,
-    attitude_at,
-    block_result,
-    lane_result,
-    observe,
-    observe_start,
-    peaks_at,
-    place_at,
-    start,
-    turning,
-)
-from warprock.kernels.event_space.contact import FLAT, FLYING
-from warprock.kernels.event_space.lane import Knobs, Lane
-from warprock.kernels.event_space.moves import Four, swung_by
-from warprock.kernels.event_space.pack import Rolled, frame, hinge_of, rolled
-from warprock.kernels.event_space.pack_lanes import (
+from warprock.kernels.event_space.block_contact import FLAT, FLYING
+from warprock.kernels.event_space.block_moves import Four, swung_by
+from warprock.kernels.event_space.block_pack import Rolled, frame, hinge_of, rolled
+from warprock.kernels.event_space.block_pack_lanes import (
     BASE,
     BUSY,
     CAP,
@@ -70,7 +58,20 @@ from warprock.kernels.event_space.pack_lanes import (
     state_of,
     three,
 )
-from warprock.kernels.event_space.trial import Limits, State, next_step
+from warprock.kernels.event_space.block_run import (
+    Seen,
+    attitude_at,
+    block_result,
+    lane_result,
+    observe,
+    observe_start,
+    peaks_at,
+    place_at,
+    start,
+    turning,
+)
+from warprock.kernels.event_space.block_trial import Limits, State, next_step
+from warprock.kernels.event_space.lane import Knobs, Lane
 from warprock.kernels.instance import LOOPS_STAY, ONE_VECTOR
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index

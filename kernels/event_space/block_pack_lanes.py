@@ -7,10 +7,10 @@ would make no vector code.
 
 import warp as wp
 
+from warprock.kernels.event_space.block_moves import Four
+from warprock.kernels.event_space.block_pack import Hinge
 from warprock.kernels.event_space.block_run import Seen
-from warprock.kernels.event_space.moves import Four
-from warprock.kernels.event_space.pack import Hinge
-from warprock.kernels.event_space.trial import State
+from warprock.kernels.event_space.block_trial import State
 from warprock.kernels.shape.stack import Three
 from warprock.kernels.shape_space.block import Block
 from warprock.kernels.shape_space.block_found import BlockResult

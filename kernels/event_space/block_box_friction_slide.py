@@ -6,12 +6,12 @@ What both ends of an edge do against each other along it moves nothing: stiffnes
 shares it out, and `AGAIN` corrections take what it changes in the motion away again.
 
 The friction of a flat block, whose corners carry given parts of its weight, makes a convex function
-of its motion (v_x, v_y, w_z) least. See event_space/box_friction.py.
+of its motion (v_x, v_y, w_z) least. See event_space/block_box_friction.py.
 """
 
 import warp as wp
 
-from warprock.kernels.event_space.contact import (
+from warprock.kernels.event_space.block_contact import (
     EDGE,
     FLAT,
     Body,

@@ -1,13 +1,13 @@
 """How one block in space moves in a step of the event engine, and what it meets.
 
 An attitude is a quaternion (x, y, z, w). Corners, stances and velocities are those of
-event_space/contact.py; the gap of a corner is its height above the base.
+event_space/block_contact.py; the gap of a corner is its height above the base.
 """
 
 import warp as wp
 
 from warprock.kernels.event.block import first_root
-from warprock.kernels.event_space.contact import BOX, EDGE, FLAT, Body, Two, along
+from warprock.kernels.event_space.block_contact import BOX, EDGE, FLAT, Body, Two, along
 from warprock.kernels.shape.stack import Matrix, Three
 from warprock.kernels.shape_space.block import Block, matrix_of, turn_freely
 

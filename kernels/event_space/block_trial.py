@@ -7,16 +7,20 @@ in event_space/block.py.
 import warp as wp
 
 from warprock.kernels.event.block import base_change
-from warprock.kernels.event_space.contact import FLAT, Body, Corners, Held
-from warprock.kernels.event_space.moves import Four, body_at, turned
+from warprock.kernels.event_space.block_contact import FLAT, Body, Corners, Held
+from warprock.kernels.event_space.block_moves import Four, body_at, turned
 from warprock.kernels.motion import Motion, knot_step, knot_time, series
 from warprock.kernels.shape.stack import Three
 from warprock.kernels.shape_space.block import Block
 
 if FRICTION == "box":
-    from warprock.kernels.event_space.box_friction import directions, projected, solve_as_before
+    from warprock.kernels.event_space.block_box_friction import (
+        directions,
+        projected,
+        solve_as_before,
+    )
 else:
-    from warprock.kernels.event_space.law import directions, projected, solve_as_before
+    from warprock.kernels.event_space.block_law import directions, projected, solve_as_before
 
 SHARP = by_precision(1.0e-5, 1.0e-3)
 """Part of the longest step by which an edge may let go of an end late: the error is of that."""
@@ -44,9 +48,9 @@ class State:
 
     Position, attitude, velocity and angular velocity; turn in the last step [rad], and angular
     velocity at its end before its impact, swing; stance and slip, see
-    event_space/contact.py; time [s]; knots of the motion passed; base velocity [m/s]; cap, the
-    longest next step [s]; mode; lost energy for unit mass [J/kg]; deepest, how deep a corner was
-    in the base before it was put back [m]; impacts; taken, whether the last trial was a step.
+    event_space/block_contact.py; time [s]; knots of the motion passed; base velocity [m/s]; cap,
+    the longest next step [s]; mode; lost energy for unit mass [J/kg]; deepest, how deep a corner
+    was in the base before it was put back [m]; impacts; taken, whether the last trial was a step.
     """
 
     x: Three
