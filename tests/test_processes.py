@@ -11,7 +11,7 @@ import time
 
 TASKS = 40
 SCRIPT = """
-import pathlib, sys, time
+import pathlib, signal, sys, time
 from warprock.processes import worker_processes
 
 def work(k):
@@ -19,6 +19,8 @@ def work(k):
     time.sleep(0.25)
 
 if __name__ == "__main__":
+    # What a shell starts in the background has Ctrl-C ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     with worker_processes(2) as pool:
         list(pool.map(work, range(int(sys.argv[2]))))
 """

@@ -14,8 +14,7 @@ from warprock.compare.checks import CheckRow
 from warprock.figures import study as plots_study
 from warprock.figures.drawing import write_drawings
 from warprock.figures.sheet import style
-from warprock.paper import conflicts, plots_forced, plots_free
-from warprock.paper import tables as paper_tables
+from warprock.paper import conflicts, plots_forced, plots_free, print_tables
 from warprock.paper.printed import (
     INFERRED_NAMES,
     PAPER_COLUMNS,
@@ -279,7 +278,7 @@ def test_a_reproduction_fits_an_80_column_terminal(target: str):
         "conflicts": [{"item": 1, "title": "a title", "text": "what [is] wrong"}],
         "files": ["results/table.csv"],
     }
-    text = printed_text(paper_tables.print_reproduction, found)
+    text = printed_text(print_tables.print_reproduction, found)
     lines = text.splitlines()
     assert "…" not in text
     assert all(heading in text for heading in ("displacement", "acceleration", "double-size"))
