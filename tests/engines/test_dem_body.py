@@ -47,6 +47,7 @@ def test_a_box_as_a_body_is_the_box_on_two_springs(friction: float) -> None:
         np.testing.assert_allclose(body[name], box[name], atol=1e-8, err_msg=name)
 
 
+@pytest.mark.thorough
 def test_on_stiff_springs_a_body_moves_as_housner_says() -> None:
     lanes, motions = body_lanes(STEPPED, STARTS), shaken(5)
     exact = run_batch("housner", lanes, motions, TIMES)["rotation"]

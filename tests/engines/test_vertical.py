@@ -144,6 +144,7 @@ def test_a_table_that_follows_displacements_kicks_upwards_too() -> None:
     assert gap.max() < 1e-4
 
 
+@pytest.mark.thorough
 def test_a_base_that_falls_leaves_its_blocks_as_it_does_in_space() -> None:
     # Flat, the block flies while a_z + g < 0 and until it lands; at a ramp along x it slides.
     count = 6
