@@ -26,6 +26,7 @@ from warprock.kernels.shape_space.body import (
     Point,
     block_attitude,
     body_attitude,
+    observe_turns,
     spans,
     touches_as_lowest,
     turns_of_body,
@@ -298,12 +299,10 @@ def observe_body(
 
     `others` is a sum of its other numbers: it is finite only if all of them are.
     """
-    now, side, lean, twist, up, _z, _w = turns_of_body(block, frame, qx, qy, qz, qw)
-    peak_time = wp.where(live and now > peak, time, peak_time)
-    peak = wp.where(live, larger(now, peak), peak)
-    across = wp.where(live, larger(side, across), across)
-    tilt = wp.where(live, larger(lean, tilt), tilt)
-    yaw = wp.where(live, larger(twist, yaw), yaw)
+    up = real(0.0)
+    observe_turns(
+        live, time, block, frame, qx, qy, qz, qw, peak, peak_time, across, tilt, yaw, up
+    )  # fmt: skip
     total = others + qx + qy + qz + qw
     over = wp.where(up <= real(0.0) and mode != BROKEN, OVERTURNED, mode)
     mode = wp.where(live, wp.where(total - total == real(0.0), over, BROKEN), mode)

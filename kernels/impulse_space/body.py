@@ -20,6 +20,7 @@ from warprock.kernels.shape_space.body import (
     Frame,
     Point,
     body_attitude,
+    observe_turns,
     spans,
     throw_of,
     touches_as_lowest,
@@ -235,13 +236,11 @@ def observe_body(
 
     `sum` is one of its other numbers, which is finite only if they are.
     """
-    tan_x, tan_y, tilt, yaw, up, _z, _w = turns_of_body(block, frame, qx, qy, qz, qw)
-    higher = live and tan_x > peak
-    peak_time = wp.where(higher, time, peak_time)
-    peak = wp.where(higher, tan_x, peak)
-    peak_across = wp.where(live, larger(tan_y, peak_across), peak_across)
-    peak_tilt = wp.where(live, larger(tilt, peak_tilt), peak_tilt)
-    peak_yaw = wp.where(live, larger(yaw, peak_yaw), peak_yaw)
+    up = real(0.0)
+    observe_turns(
+        live, time, block, frame, qx, qy, qz, qw, peak, peak_time, peak_across, peak_tilt,
+        peak_yaw, up,
+    )  # fmt: skip
     total = sum + up + qw
     found = wp.where(up <= real(0.0), OVERTURNED, RUNNING)
     mode = wp.where(live, wp.where(total - total == real(0.0), found, BROKEN), mode)

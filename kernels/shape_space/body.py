@@ -107,6 +107,23 @@ def turns_of_body(block: Block, frame: Frame, qx: real, qy: real, qz: real, qw: 
 
 
 @wp.func
+def observe_turns(
+    live: bool, time: real, block: Block, frame: Frame, qx: real, qy: real, qz: real, qw: real,
+    peak: wp.ref[real], peak_time: wp.ref[real], across: wp.ref[real], tilt: wp.ref[real],
+    yaw: wp.ref[real], up: wp.ref[real],
+):  # fmt: skip
+    """Peaks of how far a body has turned after a step; `up`, the height of its axis' top."""
+    now, side, lean, twist, top, _z, _w = turns_of_body(block, frame, qx, qy, qz, qw)
+    higher = live and now > peak
+    peak_time = wp.where(higher, time, peak_time)
+    peak = wp.where(higher, now, peak)
+    across = wp.where(live, larger(side, across), across)
+    tilt = wp.where(live, larger(lean, tilt), tilt)
+    yaw = wp.where(live, larger(twist, yaw), yaw)
+    up = top
+
+
+@wp.func
 def touches_as_lowest(gap: real, lowest: real, half_width: real) -> bool:
     """Whether a point counts as touching where a slide is told."""
     return gap <= lowest + TOUCH * half_width

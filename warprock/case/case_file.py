@@ -24,8 +24,8 @@ from warprock.quantity import Said, TextKey
 PLANAR, SPATIAL = "planar", "spatial"
 
 MODEL_TEXT = (
-    "the space that blocks move in; planar keeps them in the plane where the base moves upwards, "
-    "too (motion.z)"
+    "planar or spatial: whether blocks move in the plane or in space; without it the scene says; "
+    "planar keeps single blocks in the plane where the base moves upwards (motion.z)"
 )
 
 APART = ("sweep", "spectrum", "sample", "ensemble", "study")
