@@ -4,12 +4,12 @@ A block stands on the corners of a chain that is convex towards what is below (s
 and carries the next one on its top, a flat face from `low` to `high` along it, `top` above its
 centre of mass. A box stands on two corners.
 
-Of the chain that part counts that lies over the top: its points are the corners there, and at an
-end of the top inside the chain the point of an edge over that end. Along the top the chain is
-convex, so that near its lowest point the *window* is enough: the lowest corner, or of those beyond
-an end of the top the first one there, and the corners beside it. In the window there are up to
-three points, by their roles: -1, 0 and 1. A corner that lies beyond an end gives its place to the
-point over that end, on the edge that leads there.
+Only the part of the chain above the top matters. Its points are the corners above the top; where an
+edge passes over an end of the top, the point of the edge above that end is one, too. The chain is
+convex, so that only what is near its lowest point can touch. A step looks at three corners, the
+*window*, with the roles -1, 0 and 1: the lowest one (if it lies beyond an end of the top, the first
+corner beyond that end) and its two neighbours. A corner beyond an end is replaced by the point
+above that end, on the edge that leads to it.
 """
 
 import warp as wp
