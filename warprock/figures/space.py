@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from warprock.figures.drawing import Drawing
 from warprock.figures.palette import BLACK, BLUE, DASHES, ORANGE, PURPLE
-from warprock.figures.scales import at_least
+from warprock.figures.scales import at_least, plain
 from warprock.figures.sheet import TIME_LABEL, headline, legend_below, style, subplots
 from warprock.model.lanes import SpatialLanes
 from warprock.model.response import Response
@@ -87,9 +87,10 @@ def _message(found: list[tuple[Array, Array, Array]], of: str) -> str:
     """How far the blocks leave the plane of rocking, and how far they turn."""
     out = max(float(np.nanmax(np.abs(across), initial=0.0)) for _, across, _ in found)
     turn = max(float(np.nanmax(np.abs(yaw - yaw[0]), initial=0.0)) for _, _, yaw in found)
+    across, about = (plain(float(f"{value:.2g}")) for value in (out, turn))
     return (
-        f"Out of the plane of rocking the lanes shown rotate by up to {out:.2g} of the slenderness "
-        f"angle{of}; about the vertical they turn by up to {turn:.2g} deg"
+        f"Out of the plane of rocking the lanes shown rotate by up to {across} of the slenderness "
+        f"angle{of}; about the vertical they turn by up to {about} deg"
     )
 
 
