@@ -9,7 +9,7 @@ import PIL.Image
 import pytest
 
 from warprock.figures.drawing import Drawing, write_drawings
-from warprock.figures.sheet import headline, style, subplots
+from warprock.figures.sheet import headline, legend_below, style, subplots
 
 
 @pytest.fixture(scope="module")
@@ -78,3 +78,16 @@ def test_panels_are_laid_out_again_only_where_something_has_changed(drawing, mon
     drawing.svg()
     assert laid_out
     drawing.figure.axes[0].set_ylabel("")
+
+
+@pytest.mark.parametrize(("letters", "columns"), [(4, 4), (40, 1)])
+def test_a_legend_is_not_wider_than_its_figure(letters: int, columns: int):
+    with style():
+        figure, grid = subplots(1, 1, (5.0, 2.0))
+        axes = grid.flat[0]
+        for name in "abcd":
+            axes.plot([1.0, 2.0], label=name * letters)
+        legend_below(figure, axes)
+    (legend,) = figure.legends
+    assert legend.get_window_extent().width <= figure.bbox.width
+    assert legend._ncols == columns

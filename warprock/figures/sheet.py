@@ -153,10 +153,16 @@ def legend_below(figure: Figure, *panels: Axes, columns: int = 4) -> None:
     Args:
         figure: The figure.
         panels: Where its curves are; a name that several of them have stands once.
-        columns: Names side by side.
+        columns: Names side by side at most; fewer where they are wider than the figure.
     """
     found: dict[str, Any] = {}
     for axes in panels:
         for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
             found.setdefault(name, handle)
-    figure.legend(list(found.values()), list(found), loc="outside lower center", ncols=columns)
+    for count in range(columns, 0, -1):
+        legend = figure.legend(
+            list(found.values()), list(found), loc="outside lower center", ncols=count
+        )
+        if count == 1 or legend.get_window_extent().width <= figure.bbox.width:
+            return
+        legend.remove()
