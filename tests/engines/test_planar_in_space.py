@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import Array
-from tests.shared.spatial_blocks import along, in_space, still
+from tests.shared.spatial_blocks import along, in_space, unmoved
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
 from warprock.model.lanes import Lanes
@@ -38,7 +38,7 @@ def apart(engine: str, case: str, planar: object, spatial: object) -> Array:
         spatial: See planar.
     """
     lanes, motions = scene(case)
-    base = still(lanes.lane_count) if isinstance(motions, StillBase) else along(motions)
+    base = unmoved(lanes.lane_count) if isinstance(motions, StillBase) else along(motions)
     there = run_batch(engine, lanes, motions, TIMES, settings=planar)
     here = run_batch(engine, in_space(lanes), base, TIMES, settings=spatial)
     for response in (there, here):

@@ -64,7 +64,7 @@ def test_a_block_lifts_where_the_weight_that_it_has_then_lets_it() -> None:
 
 
 def test_housner_and_the_oracle_agree() -> None:
-    count = 12
+    count = 6
     lanes = make_lanes(
         np.linspace(0.2, 0.5, count),
         np.linspace(1.2, 2.2, count)[::-1],
