@@ -10,11 +10,11 @@ import numpy.typing as npt
 import pytest
 
 from tests.shared.blocks import as_stacks, at_rest, make_lanes, sines
-from tests.shared.kinds import SCENES, in_every_kind, lanes_of, motions_of
+from tests.shared.kinds import in_every_kind, lanes_of, motions_of
 from tests.shared.spatial_blocks import along, in_space
 from warprock.engines import ENGINES, engine_class
 from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, MotionKind
+from warprock.model.motion import Control, MotionKind, StillBase
 from warprock.model.response import LANE_FIELDS, Response, SampleTimes
 from warprock.model.scene import scene_kind
 from warprock.run.batch import run_batch
@@ -214,29 +214,23 @@ def test_what_velocity_steps_take_is_counted_alike(engine: str, scene: str):
     np.testing.assert_allclose(lost, expected, rtol=2e-2)
 
 
-def runs(engine: str, scene: str) -> bool:
-    """Whether an engine can do a scene."""
-    lanes = lanes_of(scene)
-    kind = scene_kind(lanes, motions_of(MotionKind.STILL, lanes), restitution_given=False)
+def run_stacks(engine: str) -> bool:
+    """Whether an engine runs stacks."""
+    lanes = lanes_of("stack")
+    kind = scene_kind(lanes, StillBase(4), restitution_given=False)
     return engine_class(engine).supports(kind) is None
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(
-    ("engine", "scene"),
-    [(name, scene) for scene in SCENES for name in ENGINES if runs(name, scene)],
-)
-def test_a_pulse_of_no_size_is_a_still_base(engine: str, scene: str):
-    # The ordinary run has stacks and blocks in space on such a pulse alone: a kernel less each.
-    lanes = lanes_of(scene, started=True)
-    pulse = at_rest(lanes.lane_count)
+@pytest.mark.parametrize("engine", [name for name in ENGINES if run_stacks(name)])
+def test_a_pulse_of_no_size_is_a_still_base(engine: str):
+    # The ordinary run has stacks on such a pulse alone: a kernel less each.
+    lanes = lanes_of("stack", started=True)
     still, pulsed = (
         run_batch(engine, lanes, motions, TIMES, workers=1)
-        for motions in (
-            motions_of(MotionKind.STILL, lanes),
-            along(pulse) if lanes.spatial else pulse,
-        )
+        for motions in (StillBase(4), at_rest(4))
     )
-    for name in still.fields:
+    # Without a motion a step may be longer, where nothing changes that a step depends on.
+    for name in set(still.fields) - LEFT_OUT:
         # The compiler may fuse what it knows to be zero; round-off, magnified by impacts.
         np.testing.assert_allclose(still[name], pulsed[name], 1e-8, 1e-9, err_msg=name)

@@ -66,7 +66,7 @@ def planar_scenes() -> dict[str, tuple[Lanes, PlanarMotions]]:
 @pytest.mark.parametrize("scene", list(planar_scenes()))
 def test_planar_scenes_are_those_of_the_planar_engine(scene: str) -> None:
     lanes, motions = planar_scenes()[scene]
-    times = SampleTimes(1.0, 0.01)
+    times = SampleTimes(2.0, 0.01)
     plane = respond(lanes, motions, times)
     space = respond(in_space(lanes), along(motions), times)
     fine_plane = respond(lanes, motions, times, 1e-4)
