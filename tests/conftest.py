@@ -86,6 +86,12 @@ def unrendered() -> Iterator[None]:
         yield
 
 
+@pytest.fixture
+def pages_bare(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are rendered as files, and not once more for the page."""
+    monkeypatch.setattr("warprock.figures.drawing.Drawing.svg", lambda _: "<svg></svg>")
+
+
 @pytest.fixture(scope="module")
 def nothing_rendered() -> Iterator[None]:
     """The same for all tests of a file."""

@@ -252,6 +252,7 @@ def test_many_groups_are_summed_up_and_their_names_stand_once_in_the_figure():
     assert "dispersion" in text
 
 
+@pytest.mark.usefixtures("pages_bare")
 def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path):
     lane_table().to_parquet(tmp_path / "lanes.parquet")
     result = run(str(tmp_path), "--by", "size", "-o", str(tmp_path / "out"), "--json")

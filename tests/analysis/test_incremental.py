@@ -260,6 +260,7 @@ def command(*arguments: object) -> Result:
     return CliRunner().invoke(main, ["ida", *map(str, arguments)])
 
 
+@pytest.mark.usefixtures("pages_bare")
 def test_the_command_writes_what_it_prints(
     case: Case, tmp_path: pathlib.Path, request: pytest.FixtureRequest
 ):

@@ -147,6 +147,7 @@ def test_a_result_that_does_not_vary_has_no_indices(case: Case):
     assert found.rows["total"].isna().all()
 
 
+@pytest.mark.usefixtures("pages_bare")
 def test_the_command_writes_what_it_prints(
     case: Case, tmp_path: pathlib.Path, request: pytest.FixtureRequest
 ):

@@ -221,6 +221,7 @@ def test_run_prints_one_json_object_on_stdout(case: pathlib.Path, python: Python
     assert found["files"] == []
 
 
+@pytest.mark.usefixtures("pages_bare")
 def test_run_writes_a_table_that_the_screen_agrees_with(case: pathlib.Path):
     folder = case.parent / "results"
     result = invoke("run", case, "-e", "event", "-o", folder, "--history", 0)

@@ -339,7 +339,7 @@ def test_slides_add_up_to_the_closed_form() -> None:
     motions = velocity_steps(speed, np.zeros(4), np.full(4, 10.0))
     slides = []
     for substeps in (20, 200):
-        response = run(lanes, motions, SampleTimes(2.0), substeps)
+        response = run(lanes, motions, SampleTimes(1.2), substeps)
         slide = response["residual_slide"]
         expected = -np.sign(speed) * speed**2 / (2.0 * friction.min(axis=1) * GRAVITY)
         # First order: each of the two faces may stick a step late, at |v| dt.

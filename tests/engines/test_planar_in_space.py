@@ -55,10 +55,14 @@ def test_dem_at_one_step(case: str) -> None:
     assert np.all(apart("dem", case, settings, settings) <= 1e-8)
 
 
-@pytest.mark.parametrize("case", ["free-b0", "free-b1-b3", "single-sine-pulse"])
+@pytest.mark.parametrize(
+    "case",
+    ["free-b0", "free-b1-b3", pytest.param("single-sine-pulse", marks=pytest.mark.thorough)],
+)
 def test_impulse_with_sweeps_that_have_settled(case: str) -> None:
     space = ImpulseSettings()
-    plane = dataclasses.replace(space, iterations=1000)
+    # Free blocks do not slide: a hundred sweeps are as good as a thousand.
+    plane = dataclasses.replace(space, iterations=1000 if case == "single-sine-pulse" else 100)
     found = apart("impulse", case, plane, space)
     if case == "single-sine-pulse":
         # Where corners slide, after a velocity step, space sweeps ten times, too.

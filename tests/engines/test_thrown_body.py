@@ -34,7 +34,10 @@ from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 
-ENGINES = ("impulse", "dem", pytest.param("event", marks=pytest.mark.thorough))
+ENGINES = (
+    "impulse",
+    *(pytest.param(name, marks=pytest.mark.thorough) for name in ("dem", "event")),
+)
 STEP = {"impulse": 2e-4, "dem": 2e-4, "event": 5e-3}
 """Time step, at most [s]."""
 

@@ -381,7 +381,8 @@ def in_forms(blocks: int) -> tuple[Lanes, GroundMotions]:
     return lanes, motions
 
 
-@pytest.mark.parametrize("blocks", [1, pytest.param(3, marks=pytest.mark.thorough)])
+@pytest.mark.thorough
+@pytest.mark.parametrize("blocks", [1, 3])
 def test_forms_agree(blocks: int) -> None:
     lanes, motions = in_forms(blocks)
     packed = run_batch("xpbd", lanes, motions, MIXED_TIMES, form=Form.PACKED, workers=1)

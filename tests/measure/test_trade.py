@@ -406,6 +406,7 @@ def test_run_takes_what_the_accuracy_asks_for(tmp_path: pathlib.Path) -> None:
     assert "CPU s a simulated second" in printed.stdout
 
 
+@pytest.mark.usefixtures("pages_bare")
 def test_trade_writes_what_it_prints(tmp_path: pathlib.Path) -> None:
     arguments = ["trade", "--scene", "free", "-e", "housner", "-o", str(tmp_path)]
     result = CliRunner().invoke(main, arguments)

@@ -384,7 +384,7 @@ def test_halved_settings_halve_the_step_exactly(settings: Any) -> None:
     assert all(getattr(half, name) == getattr(settings, name) for name in same)
 
 
-FREE = load_case("free-b1-b3")
+FREE = load_case("free-b1-b3", ["run.duration=2 s"])
 FREE_ENGINES = [
     name for name in ENGINES if not engine_class(name).supports(expand_lanes(FREE).scene)
 ]
