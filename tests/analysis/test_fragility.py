@@ -49,6 +49,7 @@ def test_the_fit_is_the_greatest_likelihood():
     assert np.log(fit.dispersion) == pytest.approx(best.x[1], abs=1e-6)
 
 
+@pytest.mark.extra
 def test_the_fit_equals_that_of_pyfragility():
     other = pytest.importorskip("pyFragility", reason="the extra [fragility] is not installed")
     intensity, reached, record = stripes(40, seed=5)

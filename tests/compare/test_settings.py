@@ -81,6 +81,7 @@ def test_impulse_with_sweeps_enough_comes_to_event() -> None:
     assert 0.0 < fine < coarse / 2
 
 
+@pytest.mark.extra
 @pytest.mark.skipif(importlib.util.find_spec("mujoco") is None, reason="the extra [mujoco]")
 def test_mujoco_comes_to_event_when_its_step_is_halved_twice() -> None:
     """Over the first half second; later a block lands so nearly on an edge that differences grow.
@@ -110,6 +111,7 @@ def test_compare_prints_what_each_setting_comes_to() -> None:
     assert {row["reference"] for row in rows} == {fine}
 
 
+@pytest.mark.extra
 def test_programs_are_charged_by_setting() -> None:
     pytest.importorskip("mujoco", reason="the extra [mujoco]")
     engines = ["impulse", "mujoco@steps_per_second=600", "mujoco@steps_per_second=1200"]

@@ -249,6 +249,7 @@ def test_the_state_of_an_empty_sweep(plan: Plan, tmp_path):
     assert all(not chunk.counts for chunk in find_chunks(plan, tmp_path, range(5)))
 
 
+@pytest.mark.extra
 def test_a_cluster_writes_the_same(case_file, undisturbed, tmp_path):
     pytest.importorskip("distributed", reason="the extra [dask] is not installed")
     planned(load_case(case_file), tmp_path, 64)
