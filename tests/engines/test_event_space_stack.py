@@ -72,15 +72,16 @@ def test_a_tall_crooked_stack_stands_to_the_last_digit() -> None:
 
 def test_dropped_stacks_come_to_rest_and_lose_what_they_held() -> None:
     lanes = dropped(8)
+    found = respond(lanes, unmoved(8), SampleTimes(4.0, 0.1))
     lost = [
         respond(lanes, unmoved(8), SampleTimes(until))["energy_lost"]
-        for until in (0.02, 0.05, 0.1, 0.2, 4.0)
+        for until in (0.02, 0.05, 0.1, 0.2)
     ]
+    lost.append(found["energy_lost"])
     # A step's own error of the energy is of its third order.
     for before, after in itertools.pairwise(lost):
         assert np.all(after >= before - 1e-5 * lost[-1])
     assert np.all(lost[0] >= -1e-5 * lost[-1])
-    found = respond(lanes, unmoved(8), SampleTimes(4.0, 0.1))
     assert np.all(found["status"] == Status.OK)
     assert np.all(found["outcome"] == Outcome.AT_REST)
     assert np.max(np.abs(found["rotation"][..., -1])) <= 1e-5
@@ -135,14 +136,14 @@ def test_a_mirrored_scene_has_the_mirrored_answer() -> None:
 
 
 def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(unjudged: None) -> None:
-    lanes, motions, times = dropped(7), pulses(7), SampleTimes(0.3, 0.05)
-    together = run_batch("event", lanes, motions, times, chunk_size=7, workers=1)
+    lanes, motions, times = dropped(4), pulses(4), SampleTimes(0.3, 0.05)
+    together = run_batch("event", lanes, motions, times, chunk_size=4, workers=1)
     split = run_batch("event", lanes, motions, times, chunk_size=2, workers=2)
-    some = np.array([4, 1])
+    some = np.array([3, 1])
     part = run_batch("event", lanes.take(some), motions.take(some), times)
-    bad = np.where(np.arange(7)[:, None] == 2, np.nan, lanes.height)
+    bad = np.where(np.arange(4)[:, None] == 2, np.nan, lanes.height)
     broken = run_batch("event", dataclasses.replace(lanes, height=bad), motions, times)
-    sound = np.arange(7) != 2
+    sound = np.arange(4) != 2
     for name, values in together.fields.items():
         np.testing.assert_array_equal(split[name], values, err_msg=name)
         np.testing.assert_array_equal(part[name], values[some], err_msg=name)
