@@ -300,7 +300,7 @@ def test_a_shipped_record_is_made_again_from_its_raw_file(tmp_path: pathlib.Path
 
 
 @given(data=strategies.data())
-@settings(max_examples=150, derandomize=True)
+@settings(max_examples=60, derandomize=True)
 def test_whatever_is_in_a_file_the_answer_is_channels_or_one_line(
     data: strategies.DataObject,
 ) -> None:
