@@ -18,18 +18,26 @@ from warprock.model.response import Response, SampleTimes
 from warprock.run.batch import run_batch
 from warprock.run.devices import device_names
 
-ORDINARY = ("event: block, record", "impulse: block, record", "dem: block, record")
-"""Kernels that the ordinary run builds; `thorough` has all of them on a record, whose kernels are
-the longest, and `python -m tests.shared.device_scenes` every other motion."""
+ORDINARY = ("impulse: block, record", "dem: block, record")
+THOROUGH = ("event: stack, record", "event: block in space, record")
+"""Kernels that the ordinary run builds, and long ones that `thorough` builds. All that there are on
+a record, which take five minutes, are marked `gpu`; `python -m tests.shared.device_scenes` has
+every other motion, too."""
 
 COPIES = 50
 """Times that a GPU runs the same four lanes: warps whose lanes do unlike things."""
 
 TIMES = SampleTimes(1.0, 0.1, places=True)
 
+
+def mark_of(name: str) -> pytest.MarkDecorator | tuple[()]:
+    if name in ORDINARY:
+        return ()
+    return pytest.mark.thorough if name in THOROUGH else pytest.mark.gpu
+
+
 ON_RECORD = [
-    pytest.param(run, id=run.name, marks=() if run.name in ORDINARY else pytest.mark.thorough)
-    for run in runs((MotionKind.RECORD,))
+    pytest.param(run, id=run.name, marks=mark_of(run.name)) for run in runs((MotionKind.RECORD,))
 ]
 
 
@@ -66,7 +74,7 @@ def nudged(lanes: Lanes, many: npt.NDArray[np.intp]) -> Lanes:
     return dataclasses.replace(found, width=found.width * (1.0 + np.spacing(1.0) * units))
 
 
-@pytest.mark.thorough
+@pytest.mark.gpu
 @pytest.mark.skipif("cuda:0" not in device_names(), reason="no CUDA device")
 @pytest.mark.parametrize(
     "run",
@@ -96,7 +104,7 @@ def test_lanes_are_those_of_the_cpu_within_round_off(run: Run):
         assert np.all(np.abs(found[:count] - own) <= bound), name
 
 
-@pytest.mark.thorough
+@pytest.mark.gpu
 @pytest.mark.skipif("cuda:0" not in device_names(), reason="no CUDA device")
 def test_a_batch_does_not_depend_on_its_chunks_there():
     lanes, motions = Run("event", "block", MotionKind.HARMONIC).batch()
