@@ -67,8 +67,8 @@ class Event(AbstractEngine):
     (kernels/event/body.py); so have single blocks of which the angular restitution is prescribed.
     An impact on the other corner of what a body stands on at first leaves that part of the angular
     velocity then, and the corner takes the impulses which that asks for, within its friction.
-    They alone know a base that moves upwards in the plane, boxes as bodies on two points: gravity
-    is then g + a_z, and below zero of it a block flies until it lands.
+    They know a base that moves upwards in the plane, single boxes as bodies on two points, and so
+    do stacks of boxes: gravity is then g + a_z, and below zero of it a block flies until it lands.
 
     With friction as a box single blocks are second order through the ends of their slips, along x
     and along y; of blocks that rock and slide errors scatter (1.4 to 2). How rigid faces share
@@ -84,7 +84,7 @@ class Event(AbstractEngine):
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
     bodies_move: ClassVar[tuple[str, ...]] = ("plane", "space")
     rounded: ClassVar[bool] = True
-    vertical: ClassVar[tuple[str, ...]] = ("block",)
+    vertical: ClassVar[tuple[str, ...]] = ("block", "stack of boxes")
     restitution: ClassVar[str | None] = None
     rests_exactly: ClassVar[bool] = True
 
