@@ -12,7 +12,18 @@ from warprock.kernels.event.stack_trial import Limits, State, at_rest
 from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, sample_index
-from warprock.kernels.shape.stack import CLOSED, Blocks, Pose, Values, anchored, upright_place
+from warprock.kernels.shape.stack import (
+    CLOSED,
+    Blocks,
+    Pose,
+    Values,
+    anchored,
+    face_middles,
+    flat_rotation,
+    lower_face,
+    turned_face,
+    upright_place,
+)
 
 wp.set_module_options(LOOPS_STAY)
 
@@ -130,12 +141,12 @@ def observe(blocks: Blocks, before: Seen, offset: Values, s0: State, s: State) -
         touch = s.pose.touch[k]
         anchor, rate = anchored(blocks, s.pose, k, touch)
         seen.slide[k] = upright_place(blocks, k, touch, anchor, rate) - offset[k]
+        if CHAINS:
+            seen.slide[k] = seen.slide[k] - blocks.rolled[k]
         seen.peak_slide[k] = larger(size(seen.slide[k]), seen.peak_slide[k])
         # A velocity step of the base lifts at the end of a step, an acceleration from its start.
         if s0.pose.touch[k] == CLOSED and touch != CLOSED and seen.uplift_time >= NEVER:
-            at_end = s.pose.theta[k] == real(0.0)
-            if k > 0:
-                at_end = s.pose.theta[k] == s.pose.theta[k - 1]
+            at_end = s.pose.theta[k] == flat_rotation(blocks, s.pose, k)
             seen.uplift_time = wp.where(at_end, s.time, s0.time)
     rested = at_rest(s0.pose.touch, s0.slip)
     if not at_rest(s.pose.touch, s.slip):
@@ -152,8 +163,17 @@ def centres(blocks: Blocks, pose: Pose):
     at, up, s, c, height = real(0.0), real(0.0), real(0.0), real(1.0), real(0.0)
     for k in range(BLOCKS):
         reach = height + pose.above[k]
-        at = at + pose.along[k] * c + reach * s + blocks.half_height[k] * pose.sine[k]
-        up = up + reach * c - pose.along[k] * s + blocks.half_height[k] * pose.cosine[k]
+        along = pose.along[k]
+        if CHAINS:
+            upper, lower = face_middles(blocks, k)
+            _low, low_height = lower_face(blocks, k)
+            along = along + lower
+            reach = low_height + pose.above[k]
+            at = at - upper * pose.foot_cosine[k]
+            up = up + upper * pose.foot_sine[k]
+        su, cu = turned_face(pose, k)
+        at = at + along * c + reach * s + blocks.half_height[k] * su
+        up = up + reach * c - along * s + blocks.half_height[k] * cu
         s, c, height = pose.sine[k], pose.cosine[k], blocks.half_height[k]
         x[k] = at
         z[k] = up

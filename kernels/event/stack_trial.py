@@ -19,6 +19,9 @@ from warprock.kernels.shape.stack import (
     three_of,
 )
 
+if CHAINS:
+    from warprock.kernels.event.stack_body import next_edge
+
 NEARLY = by_precision(1.0e-6, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""
 DUST = by_precision(1.0e-12, 1.0e-5)
@@ -80,7 +83,8 @@ class Trial:
     energy [J]; cut, the length of the step to the first event inside it, else NEVER; falls, the
     ends that land; rests, the interfaces that close at its start instead; segment after it;
     turns, whether a contact opens or starts to slide in it; spare, what the contacts would have
-    left if none did [N]; deep, how deep an end is in a face at its end [m].
+    left if none did [N]; deep, how deep an end is in a face at its end [m]; way, by how many edges
+    bodies roll on at its end, see event/stack_body.py.
     """
 
     pose: Pose
@@ -100,6 +104,7 @@ class Trial:
     spare: real
     segment: int
     deep: real
+    way: Counts
 
 
 @wp.func
@@ -182,6 +187,18 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
             # A block that has turned past the lower face is deepest at the end that was open.
             low, _height = lower_face(blocks, k)
             t.deep = larger(-TWO * smaller(low, blocks.half_width[k]) * sine(e1), t.deep)
+        if CHAINS:
+            sooner, way, arrives, leaves = next_edge(
+                blocks, s.pose, t.pose, s.velocity, t.velocity, k, t.d, near
+            )
+            t.cut = smaller(t.cut, sooner)
+            if leaves:
+                t.falls[k] = OPEN
+            if t.falls[k] == OPEN:
+                t.way[k] = way
+                if arrives:
+                    t.falls[k] = CLOSED
+                    t.struck = True
         side = wp.where(t.pose.theta[k] < real(0.0), real(-1.0), real(1.0))
         left = HALF_PI - side * t.pose.theta[k]
         if left < -near * size(t.velocity[3 * k + 2]) and t.d > near:
@@ -189,6 +206,7 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
             t.cut = smaller(t.cut, first_root(left0, -side * s.velocity[3 * k + 2], left, t.d))
     if t.resting:
         t.falls = rests
+        t.way = Counts()
         t.pose = s.pose
         t.velocity = s.velocity
         t.slip = s.slip
