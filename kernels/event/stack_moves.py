@@ -27,7 +27,6 @@ from warprock.kernels.shape.stack import (
     side_of,
     three_of,
     turn_of,
-    turned_face,
     upright_place,
     with_foot,
 )
@@ -81,14 +80,15 @@ def flown(blocks: Blocks, old: Pose, new: Pose, velocity: Triples, k: int, d: re
         below = three_of(velocity, k - 1)
         x = x - d * below[0]
         z = z - d * below[1]
-    su0, cu0 = turned_face(old, k)
-    su1, cu1 = turned_face(new, k)
-    x = x - height * (su1 - su0) - low_height * (s1 - s0)
-    z = z - height * (cu1 - cu0) - low_height * (c1 - c0)
     if CHAINS:
         upper, lower = face_middles(blocks, k)
-        x = x + upper * (cu1 - cu0) - lower * (c1 - c0)
-        z = z - upper * (su1 - su0) + lower * (s1 - s0)
+        su = new.foot_sine[k] - old.foot_sine[k]
+        cu = new.foot_cosine[k] - old.foot_cosine[k]
+        x = x - height * su + upper * cu - low_height * (s1 - s0) - lower * (c1 - c0)
+        z = z - height * cu - upper * su - low_height * (c1 - c0) + lower * (s1 - s0)
+    else:
+        x = x - height * (new.sine[k] - old.sine[k]) - low_height * (s1 - s0)
+        z = z - height * (new.cosine[k] - old.cosine[k]) - low_height * (c1 - c0)
     return x * c1 - z * s1, z * c1 + x * s1
 
 

@@ -21,7 +21,6 @@ from warprock.kernels.shape.stack import (
     face_middles,
     flat_rotation,
     lower_face,
-    turned_face,
     upright_place,
 )
 
@@ -163,17 +162,18 @@ def centres(blocks: Blocks, pose: Pose):
     at, up, s, c, height = real(0.0), real(0.0), real(0.0), real(1.0), real(0.0)
     for k in range(BLOCKS):
         reach = height + pose.above[k]
-        along = pose.along[k]
         if CHAINS:
             upper, lower = face_middles(blocks, k)
             _low, low_height = lower_face(blocks, k)
-            along = along + lower
             reach = low_height + pose.above[k]
-            at = at - upper * pose.foot_cosine[k]
-            up = up + upper * pose.foot_sine[k]
-        su, cu = turned_face(pose, k)
-        at = at + along * c + reach * s + blocks.half_height[k] * su
-        up = up + reach * c - along * s + blocks.half_height[k] * cu
+            along = pose.along[k] + lower
+            su = pose.foot_sine[k]
+            cu = pose.foot_cosine[k]
+            at = at + along * c + reach * s + blocks.half_height[k] * su - upper * cu
+            up = up + reach * c - along * s + blocks.half_height[k] * cu + upper * su
+        else:
+            at = at + pose.along[k] * c + reach * s + blocks.half_height[k] * pose.sine[k]
+            up = up + reach * c - pose.along[k] * s + blocks.half_height[k] * pose.cosine[k]
         s, c, height = pose.sine[k], pose.cosine[k], blocks.half_height[k]
         x[k] = at
         z[k] = up

@@ -104,7 +104,8 @@ class Trial:
     spare: real
     segment: int
     deep: real
-    way: Counts
+    if CHAINS:
+        way: Counts
 
 
 @wp.func
@@ -156,6 +157,27 @@ def lost_between(blocks: Blocks, kick: real, free: Triples, velocity: Triples) -
     return lost
 
 
+if CHAINS:
+
+    @wp.func
+    def with_next_edges(blocks: Blocks, s: State, trial: Trial, near: real) -> Trial:
+        """The trial step with the edges that its blocks come to, see event/stack_body.py."""
+        t = trial
+        for k in range(BLOCKS):
+            cut, way, lands, leaves = next_edge(
+                blocks, s.pose, t.pose, s.velocity, t.velocity, k, t.d, near
+            )
+            t.cut = smaller(t.cut, cut)
+            if leaves:
+                t.falls[k] = OPEN
+            if t.falls[k] == OPEN:
+                t.way[k] = way
+                if lands:
+                    t.falls[k] = CLOSED
+                    t.struck = True
+        return t
+
+
 @wp.func
 def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
     """The trial step with the events at its interfaces and the overturning of its blocks."""
@@ -187,26 +209,17 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
             # A block that has turned past the lower face is deepest at the end that was open.
             low, _height = lower_face(blocks, k)
             t.deep = larger(-TWO * smaller(low, blocks.half_width[k]) * sine(e1), t.deep)
-        if CHAINS:
-            sooner, way, arrives, leaves = next_edge(
-                blocks, s.pose, t.pose, s.velocity, t.velocity, k, t.d, near
-            )
-            t.cut = smaller(t.cut, sooner)
-            if leaves:
-                t.falls[k] = OPEN
-            if t.falls[k] == OPEN:
-                t.way[k] = way
-                if arrives:
-                    t.falls[k] = CLOSED
-                    t.struck = True
         side = wp.where(t.pose.theta[k] < real(0.0), real(-1.0), real(1.0))
         left = HALF_PI - side * t.pose.theta[k]
         if left < -near * size(t.velocity[3 * k + 2]) and t.d > near:
             left0 = HALF_PI - side * s.pose.theta[k]
             t.cut = smaller(t.cut, first_root(left0, -side * s.velocity[3 * k + 2], left, t.d))
+    if CHAINS:
+        t = with_next_edges(blocks, s, t, near)
     if t.resting:
         t.falls = rests
-        t.way = Counts()
+        if CHAINS:
+            t.way = Counts()
         t.pose = s.pose
         t.velocity = s.velocity
         t.slip = s.slip

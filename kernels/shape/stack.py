@@ -42,25 +42,24 @@ Three = wp.types.vector(length=3, dtype=real)
 Matrix = wp.types.matrix(shape=(3, 3), dtype=real)
 
 
-if CHAINS:
+@wp.struct
+class Blocks:
+    """What the blocks of one lane are; of bodies half sizes are those of the edge, and its depth.
 
-    @wp.struct
-    class Blocks:
-        """What the blocks of one lane are; half sizes are those of the edge, and its depth.
+    Of bodies, too, `foot`: rotation against what is below at which the edge lies flat [rad], with
+    its sine and cosine; the middle of the edge, to +x of the centre along the edge [m]. `rolled`:
+    where that middle comes to lie if the block rolls on from where it stood at first [m]. `ahead`
+    and `behind`: how far it turns from the edge to the next one to +x and to -x [rad], NEVER where
+    there is none. `top`: half the width of the top, its middle to +x of the centre and its height
+    above it [m].
+    """
 
-        `foot`: rotation against what is below at which the edge lies flat [rad], with its sine and
-        cosine; the middle of the edge, to +x of the centre along the edge [m]. `rolled`: where that
-        middle comes to lie if the block rolls on from where it stood at first [m]. `ahead` and
-        `behind`: how far it turns from the edge to the next one to +x and to -x [rad], NEVER where
-        there is none. `top`: half the width of the top, its middle to +x of the centre and its
-        height above it [m].
-        """
-
-        half_height: Values
-        half_width: Values
-        inverse_mass: Values
-        inverse_inertia: Values
-        friction: Values
+    half_height: Values
+    half_width: Values
+    inverse_mass: Values
+    inverse_inertia: Values
+    friction: Values
+    if CHAINS:
         foot: Values
         foot_sine: Values
         foot_cosine: Values
@@ -72,45 +71,24 @@ if CHAINS:
         top_middle: Values
         top_height: Values
 
-    @wp.struct
-    class Pose:
-        """Where the blocks of one lane are, and which ends touch.
 
-        `foot`: see `Blocks`; its sine and cosine are those of the rotation of the edge.
-        """
+@wp.struct
+class Pose:
+    """Where the blocks of one lane are, and which ends touch.
 
-        theta: Values
-        sine: Values
-        cosine: Values
-        along: Values
-        above: Values
-        touch: Counts
+    `foot`: see `Blocks`; its sine and cosine are those of the rotation of the edge.
+    """
+
+    theta: Values
+    sine: Values
+    cosine: Values
+    along: Values
+    above: Values
+    touch: Counts
+    if CHAINS:
         foot: Values
         foot_sine: Values
         foot_cosine: Values
-
-else:
-
-    @wp.struct
-    class Blocks:
-        """What the blocks of one lane are."""
-
-        half_height: Values
-        half_width: Values
-        inverse_mass: Values
-        inverse_inertia: Values
-        friction: Values
-
-    @wp.struct
-    class Pose:
-        """Where the blocks of one lane are, and which ends touch."""
-
-        theta: Values
-        sine: Values
-        cosine: Values
-        along: Values
-        above: Values
-        touch: Counts
 
 
 @wp.func
@@ -136,17 +114,6 @@ def side_of(touch: int) -> real:
 
 
 @wp.func
-def turned_face(pose: Pose, k: int):
-    """Sine and cosine of the rotation of the face that block k stands on."""
-    s = pose.sine[k]
-    c = pose.cosine[k]
-    if CHAINS:
-        s = pose.foot_sine[k]
-        c = pose.foot_cosine[k]
-    return s, c
-
-
-@wp.func
 def between(pose: Pose, k: int):
     """Sine and cosine of the lower face, and of the rotation of the upper one against it."""
     s = real(0.0)
@@ -154,8 +121,13 @@ def between(pose: Pose, k: int):
     if k > 0:
         s = pose.sine[k - 1]
         c = pose.cosine[k - 1]
-    su, cu = turned_face(pose, k)
-    return s, c, su * c - cu * s, cu * c + su * s
+    if CHAINS:
+        sd = pose.foot_sine[k] * c - pose.foot_cosine[k] * s
+        cd = pose.foot_cosine[k] * c + pose.foot_sine[k] * s
+    else:
+        sd = pose.sine[k] * c - pose.cosine[k] * s
+        cd = pose.cosine[k] * c + pose.sine[k] * s
+    return s, c, sd, cd
 
 
 @wp.func
@@ -349,7 +321,11 @@ def interface_rows(blocks: Blocks, pose: Pose, k: int):
         xu1, zu1, xl1, zl1 = from_centres(umid, lmid, on1, sd, cd, xu1, zu1, xl1, zl1)
         xu2, zu2, xl2, zl2 = from_centres(umid, lmid, on2, sd, cd, xu2, zu2, xl2, zl2)
     minus = pose.touch[k] == MINUS
-    su, cu = turned_face(pose, k)
+    su = pose.sine[k]
+    cu = pose.cosine[k]
+    if CHAINS:
+        su = pose.foot_sine[k]
+        cu = pose.foot_cosine[k]
     zu = wp.where(minus, zu2, zu1)
     zl = wp.where(minus, zl2, zl1)
     on = wp.where(minus, on2, on1)
