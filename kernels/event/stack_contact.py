@@ -120,7 +120,7 @@ def state_of(number: int):
     return hold, wp.where(kind == 1, 1, wp.where(kind == 2, -1, 0))
 
 
-@wp.func
+@wp.func(inline=False)
 def local_law(d: Matrix, u: Three, touch: int, glide: int, mu: real, grain: real, mass: real):
     """Impulses of one interface that obey the contact law, the others given.
 
@@ -193,7 +193,7 @@ def pushed(
     return v
 
 
-@wp.func
+@wp.func(inline=False)
 def bound_velocity(
     blocks: Blocks, upper: Rows, lower: Rows, hold: Counts, slip: Counts, free: Triples
 ):
@@ -242,7 +242,7 @@ def bound_velocity(
     return velocity, part, sound
 
 
-@wp.func
+@wp.func(inline=False)
 def tested(
     blocks: Blocks, upper: Rows, lower: Rows, touch: Counts, glide: Counts, hold: Counts,
     slip: Counts, free: Triples, grain: real, mass: real,
@@ -261,7 +261,7 @@ def tested(
     return velocity, impulse, wp.where(sound, worst, IMPOSSIBLE)
 
 
-@wp.func
+@wp.func(inline=False)
 def solve_by_sweep(
     blocks: Blocks, upper: Rows, lower: Rows, touch: Counts, glide: Counts, hold: Counts,
     slip: Counts, velocity: Triples, impulse: Triples, grain: real, mass: real,
@@ -287,7 +287,7 @@ def solve_by_sweep(
     return v, p, held, slips
 
 
-@wp.func
+@wp.func(inline=False)
 def improved(
     blocks: Blocks, upper: Rows, lower: Rows, touch: Counts, glide: Counts, hold: Counts,
     slip: Counts, free: Triples, worst: real, grain: real, mass: real,
@@ -331,7 +331,7 @@ def spare(blocks: Blocks, hold: Counts, slip: Counts, impulse: Triples) -> real:
     return least
 
 
-@wp.func
+@wp.func(inline=False)
 def solve(
     blocks: Blocks, upper: Rows, lower: Rows, touch: Counts, glide: Counts, hold: Counts,
     slip: Counts, free: Triples, grain: real, mass: real,

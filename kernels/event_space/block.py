@@ -108,7 +108,7 @@ SOON = real(1.0e-3)
 """Part of a step by which an uplift may be missed: the error is of its square."""
 
 
-@wp.func
+@wp.func(inline=False)
 def closed(block: Block, s: State, body: Body, closes: int, slow: real) -> State:
     """The state with corners closed that hardly rise; no time passes.
 
@@ -186,7 +186,7 @@ def repeated(s: State, cut: real, d: real, near: real) -> State:
     return n
 
 
-@wp.func
+@wp.func(inline=False)
 def later_event(
     block: Block, limits: Limits, s: State, reached: State, base: Base, body0: Body, body: Body,
     h: Held, known: real, lands: int,

@@ -70,7 +70,7 @@ def kept(slip: int, dirs: Corners) -> Corners:
     return sides
 
 
-@wp.func
+@wp.func(inline=False)
 def solve_as_before(
     body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
 ) -> Held:
@@ -87,7 +87,7 @@ def solve_as_before(
     return h
 
 
-@wp.func
+@wp.func(inline=False)
 def solve_any_corner(body: Body, mask: int, v: Three, w: Three, dust: real) -> Held:
     """The motion if some edge, or some corner, holds on in any way; whether it obeys the law."""
     best = Held()
@@ -114,7 +114,7 @@ def side_by(number: int) -> Three:
     return Three(real(x - 3 * (x // 2)), real(y - 3 * (y // 2)), real(0.0))
 
 
-@wp.func
+@wp.func(inline=False)
 def solve(
     body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
 ) -> Held:
@@ -145,7 +145,7 @@ def solve(
     return best
 
 
-@wp.func
+@wp.func(inline=False)
 def projected(body: Body, stance: int, slip: int, v: Three, w: Three):
     """Velocities projected on the contacts, along their force."""
     v1 = v

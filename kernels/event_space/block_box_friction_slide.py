@@ -160,7 +160,7 @@ def ends_of(stance: int):
     return i, wp.where(stance >= EDGE, (i + 1) % 4, i)
 
 
-@wp.func
+@wp.func(inline=False)
 def obeying(
     body: Body, stance: int, mask: int, sides: Corners, v: Three, w: Three, dust: real
 ) -> Held:
@@ -238,7 +238,7 @@ def held_back(body: Body, most: Corners, free: real, axis: int, spin: real, side
     return velocity, f, bend
 
 
-@wp.func
+@wp.func(inline=False)
 def spun(body: Body, most: Corners, free: Three, spin: real, side: real):
     """What `held_back` makes of both directions, and what the spin is too large by; its slope."""
     lighter = real(1.0) / body.inertia[2, 2]
@@ -252,7 +252,7 @@ def spun(body: Body, most: Corners, free: Three, spin: real, side: real):
     return Three(x, y, spin), f, over, real(1.0) + lighter * (bend_x + bend_y)
 
 
-@wp.func
+@wp.func(inline=False)
 def dragged(body: Body, most: Corners, free: Three):
     """What friction leaves of a flat block's motion (v_x, v_y, w_z).
 
@@ -307,7 +307,7 @@ def borne(shares: Shares) -> Shares:
     return found / total
 
 
-@wp.func
+@wp.func(inline=False)
 def sliding(body: Body, v: Three, w: Three, dust: real) -> Held:
     """The motion of a flat block that slides, or stops; whether it obeys the contact law."""
     zero = real(0.0)

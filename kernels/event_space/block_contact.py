@@ -319,7 +319,7 @@ def sinks(body: Body, v: Three, w: Three, mask: int, dust: real) -> bool:
     return found
 
 
-@wp.func
+@wp.func(inline=False)
 def sticking(body: Body, stance: int, mask: int, v: Three, w: Three, dust: real) -> Held:
     """The motion if a stance sticks, some corners touching; whether its cones can carry that."""
     h = Held()

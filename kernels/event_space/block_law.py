@@ -55,7 +55,7 @@ def corner_law(m: Matrix, u: Three, mu: real, d0: Two) -> Three:
     return p
 
 
-@wp.func
+@wp.func(inline=False)
 def solve_by_sweeps(body: Body, mask: int, v: Three, w: Three, dust: real) -> Held:
     """The motion that obeys the contact law at some corners, found by Gauss-Seidel sweeps."""
     zero = real(0.0)
@@ -96,7 +96,7 @@ def solve_by_sweeps(body: Body, mask: int, v: Three, w: Three, dust: real) -> He
     return h
 
 
-@wp.func
+@wp.func(inline=False)
 def solve_as_before(
     body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
 ) -> Held:
@@ -119,7 +119,7 @@ def solve_as_before(
     return h
 
 
-@wp.func
+@wp.func(inline=False)
 def solve_any_stance(
     body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
 ) -> Held:
@@ -155,7 +155,7 @@ def solve_any_stance(
     return best
 
 
-@wp.func
+@wp.func(inline=False)
 def solve(
     body: Body, stance: int, slip: int, start: Corners, v: Three, w: Three, dust: real
 ) -> Held:
@@ -192,7 +192,7 @@ def directions(body: Body, v: Three, w: Three) -> Corners:
     return dirs
 
 
-@wp.func
+@wp.func(inline=False)
 def projected(body: Body, stance: int, slip: int, v: Three, w: Three):
     """Velocities projected on the contacts, along their force."""
     v1 = v

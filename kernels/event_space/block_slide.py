@@ -101,7 +101,7 @@ def slid_face(body: Body, mu: real, dirs: Corners, pressed: Shares, v: Three, w:
     return v1, w1, n, sound
 
 
-@wp.func
+@wp.func(inline=False)
 def slid(body: Body, stance: int, mu: real, dirs: Corners, pressed: Shares, v: Three, w: Three):
     """Velocities of a block that slides in given directions, and the normal impulses.
 
@@ -237,7 +237,7 @@ def beside(body: Body, stance: int, dirs: Corners, v: Three, w: Three) -> Two:
     return Two(u[1] * dirs[i, 0] - u[0] * dirs[i, 1], t[1] * dirs[j, 0] - t[0] * dirs[j, 1])
 
 
-@wp.func
+@wp.func(inline=False)
 def sliding_edge(body: Body, stance: int, start: Corners, v: Three, w: Three, dust: real):
     """Directions in which the ends of an edge slide, by Newton's method; whether it settled.
 
@@ -294,7 +294,7 @@ def face_correction(body: Body, n: Shares, free: Three, z: Three) -> Three:
     return -(wp.inverse(bend) * rest)
 
 
-@wp.func
+@wp.func(inline=False)
 def sliding_face(body: Body, start: Corners, v: Three, w: Three):
     """Directions in which the corners of a flat block slide, and what presses them; if settled."""
     zero = real(0.0)
@@ -336,7 +336,7 @@ def sliding_face(body: Body, start: Corners, v: Three, w: Three):
     return dirs, n, change <= GOOD
 
 
-@wp.func
+@wp.func(inline=False)
 def slipping(
     body: Body, stance: int, mask: int, forced: bool, start: Corners, v: Three, w: Three, dust: real
 ) -> Held:

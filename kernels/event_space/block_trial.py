@@ -142,7 +142,7 @@ def next_step(
     return b
 
 
-@wp.func
+@wp.func(inline=False)
 def probed(
     block: Block, limits: Limits, now: Body, q: Four, v: Three, w: Three, stance: int, slip: int,
     a: Three,
@@ -160,7 +160,7 @@ def probed(
     return h
 
 
-@wp.func
+@wp.func(inline=False)
 def let_go(
     block: Block, limits: Limits, s: State, reached: State, base: Base, body0: Body, body: Body,
     h: Held,

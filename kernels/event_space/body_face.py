@@ -158,7 +158,7 @@ def pressed(s: Shape, t: Touches, whole: real, along_x: real, along_y: real):
     return n, settled
 
 
-@wp.func
+@wp.func(inline=False)
 def moved_pressure(s: Shape, t: Touches, n: PointNumbers, whole: real, more_x: real, more_y: real):
     """As `pressed`, from normal impulses and by how much their moments change."""
     mx, my, total = real(more_x), real(more_y), t.total
@@ -169,7 +169,7 @@ def moved_pressure(s: Shape, t: Touches, n: PointNumbers, whole: real, more_x: r
     return now, carried
 
 
-@wp.func
+@wp.func(inline=False)
 def stick_flat(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> Carried:
     """The motion, none, if the face sticks; whether it can.
 
@@ -259,7 +259,7 @@ def turns_back(t: Touches, n: PointNumbers, z: Vector, more: Vector) -> bool:
     return found
 
 
-@wp.func
+@wp.func(inline=False)
 def slide_flat(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> Carried:
     """The motion if the face slides, by the head of this file; whether it can."""
     zero, one, total = real(0.0), real(1.0), t.total

@@ -102,7 +102,7 @@ def ways(two: Body, number: int, v: Vector, w: Vector) -> Corners:
     return dirs
 
 
-@wp.func
+@wp.func(inline=False)
 def solve_edge(
     s: Shape, pose: Pose, t: Touches, i: int, j: int, grain: real, v: Vector, w: Vector
 ) -> Carried:
@@ -138,7 +138,7 @@ def sinks(t: Touches, grain: real, v: Vector, w: Vector) -> bool:
     return found
 
 
-@wp.func
+@wp.func(inline=False)
 def stick_edge(
     s: Shape, pose: Pose, t: Touches, i: int, j: int, grain: real, v: Vector, w: Vector
 ) -> Carried:
@@ -156,7 +156,7 @@ def stick_edge(
     return c
 
 
-@wp.func
+@wp.func(inline=False)
 def solve_hull(
     s: Shape, pose: Pose, t: Touches, holding: bool, grain: real, v: Vector, w: Vector
 ) -> Carried:  # fmt: skip
@@ -198,7 +198,7 @@ def along_line(t: Touches, k: int, i: int) -> real:
     return x * x + y * y
 
 
-@wp.func
+@wp.func(inline=False)
 def solve_by_sweeps(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> Carried:
     """The motion found point by point, until nothing changes but round-off (Gauss-Seidel)."""
     zero = real(0.0)
@@ -236,7 +236,7 @@ def solve_by_sweeps(s: Shape, pose: Pose, t: Touches, v: Vector, w: Vector) -> C
     return c
 
 
-@wp.func
+@wp.func(inline=False)
 def solve(s: Shape, pose: Pose, t: Touches, dust: real, v: Vector, w: Vector) -> Carried:
     """The motion that obeys the law of contact; see the head of this file.
 

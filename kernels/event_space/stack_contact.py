@@ -139,7 +139,7 @@ def below_of(own: Own, k: int) -> Block:
     return base
 
 
-@wp.func
+@wp.func(inline=False)
 def find_corners(own: Own, pose: Pose, k: int):
     """Corners of what the faces of interface k share, by slot: see `shared_corners`."""
     one = real(1.0)
@@ -223,7 +223,7 @@ def solve_by_law(
     return Vector(zero, zero, wp.where(t.law[i] == KEEP, push, larger(push, zero)))
 
 
-@wp.func
+@wp.func(inline=False)
 def solve_by_sweeps(
     sweeps: int, t: Touches, pose: Pose, mu: Numbers, light: Numbers, first: Points, v: Bodies,
     w: Bodies,

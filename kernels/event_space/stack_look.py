@@ -156,7 +156,7 @@ def continued(own: Own, s: State, pose0: Pose, pose: Pose, rest: real) -> Touche
     return t
 
 
-@wp.func
+@wp.func(inline=False)
 def looked(
     own: Own, limits: Limits, s: State, pose0: Pose, pose: Pose,
     v: Bodies, w: Bodies, held: Ints, d: real,
@@ -215,7 +215,7 @@ def looked(
     return n
 
 
-@wp.func
+@wp.func(inline=False)
 def touching(
     own: Own, pose: Pose, look: Look, held: Ints, stuck: Ints,
     close: bool,

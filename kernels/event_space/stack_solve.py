@@ -252,7 +252,7 @@ def eliminated(system: Wide, right: Long) -> Long:
     return x
 
 
-@wp.func
+@wp.func(inline=False)
 def nearer(
     t: Touches, pose: Pose, mu: Numbers, light: Numbers, stiff: PointNumbers, asks: Points,
     v0: Bodies, w0: Bodies, v: Bodies, w: Bodies,
@@ -288,7 +288,7 @@ def nearer(
     return v1, w1, change, whole
 
 
-@wp.func
+@wp.func(inline=False)
 def solve(
     rounds: int, t: Touches, pose: Pose, mu: Numbers, light: Numbers, first: Points, v: Bodies,
     w: Bodies,

@@ -18,6 +18,8 @@ from warprock.model.motion import (
     PlanarMotions,
     RecordMotions,
     StillBase,
+    mavroeidis_papageorgiou_motions,
+    ricker_motions,
 )
 
 KINDS = (MotionKind.STILL, MotionKind.HARMONIC, MotionKind.RECORD)
@@ -72,6 +74,14 @@ def planar_motions(kind: MotionKind, count: int) -> PlanarMotions:
         return StillBase(count)
     if kind is MotionKind.RECORD:
         return record(4.0 * spread)
+    control, zero, frequency = [Control.DISPLACEMENT] * count, np.zeros(count), np.full(count, 2.0)
+    if kind is MotionKind.RICKER:
+        return ricker_motions(control, 0.02 * spread, frequency, zero)
+    if kind is MotionKind.MODULATED:
+        cycles = np.full(count, 2.0)
+        return mavroeidis_papageorgiou_motions(
+            control, 0.02 * spread, frequency, zero, cycles=cycles, phase=zero
+        )
     return sines(Control.DISPLACEMENT, 0.02 * spread, 2.0, cycles=1.0)
 
 

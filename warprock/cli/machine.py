@@ -26,10 +26,13 @@ def doctor(ctx: click.Context, as_json: bool) -> None:
 
 @click.group(invoke_without_command=True)
 @click.option("--seconds", default=2.0, show_default=True, help="Time a measurement takes, about.")
+@click.option("--device", help="Lanes a second on this Warp device instead, such as cuda:0.")
 @workers_option
 @json_option
 @click.pass_context
-def bench(ctx: click.Context, seconds: float, workers: int | None, as_json: bool) -> None:
+def bench(
+    ctx: click.Context, seconds: float, device: str | None, workers: int | None, as_json: bool
+) -> None:
     """What every engine's steps and accuracy cost on this machine, beside peers where installed.
 
     The extras [mujoco] and [bullet] install peers; each runs the same block in the same run.
@@ -38,12 +41,18 @@ def bench(ctx: click.Context, seconds: float, workers: int | None, as_json: bool
         return
     from warprock.measure import peers
     from warprock.measure.bench import run_bench
-    from warprock.run.devices import start_warp
-    from warprock.tables.machine import print_bench
+    from warprock.measure.device_bench import run_device_bench
+    from warprock.run.devices import require_device, start_warp
+    from warprock.tables.machine import print_bench, print_device_bench
     from warprock.tables.terminal import print_json
 
     require_within("--seconds", seconds, 0.0, 3600.0)
     start_warp()
+    if device is not None:
+        require_device(device)
+        found = run_device_bench(device, seconds, workers)
+        print_json(found) if as_json else print_device_bench(found)
+        return
     found = run_bench(seconds=seconds, workers=workers)
     found["peers"] = peers.compare(found["accuracy"], seconds)
     print_json(found) if as_json else print_bench(found)

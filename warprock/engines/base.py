@@ -208,9 +208,8 @@ class AbstractEngine(abc.ABC):
         """
         seen = self.kernel_lanes(lanes, motions)
         module = self.module_of(seen, motions)
-        with wp.ScopedDevice(self.target.device):
-            inputs = self.inputs(module, seen, motions, times)
-            found = launch(module, self.target, motions, times, **inputs)
+        inputs = self.inputs(module, seen, motions, times)
+        found = launch(module, self.target, motions, times, **inputs)
         found = found.above_ground(lanes.block_count)
         fields = dict(self.fields(seen, motions, times, found))
         if found.sides is not None and lanes.bodies:

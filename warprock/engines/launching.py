@@ -1,6 +1,7 @@
 """Where and how kernels run, and the launch that every engine shares.
 
-A kernel runs `LANES` lanes a thread: a pack side by side on the CPU, one on any other device. Its
+A kernel runs `LANES` lanes a thread: a pack side by side on the CPU, one on any other device. Every
+array is made on the device by name, since Warp's default device is the same for all threads. Its
 arrays of blocks are [block, lane], lowest block first, so that lanes lie side by side; a single
 block is a stack of one. What a kernel takes besides its blocks it names in its signature.
 """
@@ -161,38 +162,40 @@ def launch(
     given = {"blocks": blocks, "motions": motion_rows, "pool": pool, "sample_times": times.times}
     in_space, real = isinstance(motions, SpatialMotions), REALS[target.precision]
     sampled = times.count if times.interval is not None else 0
-    with wp.ScopedDevice(target.device):
-        found = module.Found()
-        found.results = wp.empty(count, dtype=module.Result)
-        found.blocks = wp.empty((block_count, count), dtype=module.BlockResult)
-        seen = _samples((sampled, block_count, *((4,) if in_space else ()), count), real)
-        setattr(found, "attitudes" if in_space else "rotations", seen)
-        placed = hasattr(found, "places")
-        if placed:
-            wanted = sampled if times.places else 0
-            found.places = _samples((wanted, block_count, 3 if in_space else 2, count), real)
-        if hasattr(found, "sides"):
-            found.sides = wp.zeros((2, count), dtype=real)
-        kernel = module.run_lanes
-        given |= others | {"found": found}
-        wp.launch(
-            kernel,
-            dim=(count // module.LANES, 1),
-            inputs=[_argument(each, given[each.label], count) for each in kernel.adj.args],
-        )
-        results = found.results.numpy()[:lane_count]
-        per_block = found.blocks.numpy()[:, :lane_count].T
-        history = _lanes_first(seen, lane_count) if sampled else None
-        places = _lanes_first(found.places, lane_count) if placed and wanted else None
-        sides = None
-        if hasattr(found, "sides"):
-            sides = found.sides.numpy()[:, :lane_count].T.astype(np.float64)
-        return Found(results, per_block, history, places, sides)
+    device = target.device
+    found = module.Found()
+    found.results = wp.empty(count, dtype=module.Result, device=device)
+    found.blocks = wp.empty((block_count, count), dtype=module.BlockResult, device=device)
+    seen = _samples((sampled, block_count, *((4,) if in_space else ()), count), real, device)
+    setattr(found, "attitudes" if in_space else "rotations", seen)
+    placed = hasattr(found, "places")
+    if placed:
+        wanted = sampled if times.places else 0
+        found.places = _samples((wanted, block_count, 3 if in_space else 2, count), real, device)
+    if hasattr(found, "sides"):
+        found.sides = wp.zeros((2, count), dtype=real, device=device)
+    kernel = module.run_lanes
+    given |= others | {"found": found}
+    wp.launch(
+        kernel,
+        dim=(count // module.LANES, 1),
+        inputs=[_argument(each, given[each.label], count, device) for each in kernel.adj.args],
+        device=device,
+    )
+    results = found.results.numpy()[:lane_count]
+    per_block = found.blocks.numpy()[:, :lane_count].T
+    history = _lanes_first(seen, lane_count) if sampled else None
+    places = _lanes_first(found.places, lane_count) if placed and wanted else None
+    sides = None
+    if hasattr(found, "sides"):
+        sides = found.sides.numpy()[:, :lane_count].T.astype(np.float64)
+    return Found(results, per_block, history, places, sides)
 
 
-def _samples(shape: tuple[int, ...], real: Any) -> Any:
+def _samples(shape: tuple[int, ...], real: Any, device: str) -> Any:
     """An array of samples, [sample, block, ..., lane], for a kernel to fill; empty if of none."""
-    return wp.full(shape if shape[0] else (0,) * len(shape), value=np.inf, dtype=real)
+    own = shape if shape[0] else (0,) * len(shape)
+    return wp.full(own, value=np.inf, dtype=real, device=device)
 
 
 def _lanes_first(samples: Any, lane_count: int) -> Array:
@@ -201,7 +204,7 @@ def _lanes_first(samples: Any, lane_count: int) -> Array:
     return np.ascontiguousarray(lanes_first, dtype=np.float64)
 
 
-def _argument(argument: Any, value: Any, count: int) -> Any:
+def _argument(argument: Any, value: Any, count: int, device: str) -> Any:
     """What a kernel takes as one of its arguments: arrays of the type that it names.
 
     A kernel that names an axis less, of blocks or of directions, has the first of them alone. (One
@@ -212,7 +215,7 @@ def _argument(argument: Any, value: Any, count: int) -> Any:
         value = rows(argument.type.dtype, value, count)
     if isinstance(value, np.ndarray):
         value = value[0] if value.ndim > argument.type.ndim else value
-        return wp.array(value, dtype=argument.type.dtype)
+        return wp.array(value, dtype=argument.type.dtype, device=device)
     return value
 
 

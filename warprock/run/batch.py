@@ -38,6 +38,10 @@ _WARMING_UP = threading.Lock()
 LANE_QUANTUM: int = LANE_WIDTH
 """Chunks are a multiple of the lanes of a pack."""
 
+DEVICE_CHUNK = 2**17
+"""Lanes in a chunk on a GPU: enough to fill it. While it runs one, workers write the lanes of the
+next and read the results of the last, which takes several times as long."""
+
 MOST_HISTORY = 500_000_000
 """Numbers in the histories of a batch: 4 GB."""
 
@@ -95,7 +99,7 @@ def run_batch(
         precision: "float64" or "float32".
         device: Name of a Warp device.
         form: Form of the kernel; the fast one for the device where None.
-        workers: Worker threads on the CPU; as many as there are cores where None.
+        workers: Worker threads; as many as there are cores where None.
         chunk_size: Lanes in a chunk; chosen from the work where None.
         most_steps: Steps that a lane may need, at most.
         progress: Called with the lanes finished so far.
@@ -118,10 +122,8 @@ def run_batch(
     _require_spread(workers, chunk_size)
     built = engine_class(engine)(settings, Target(precision, device, form))
     require_workload(built, lanes, motions, times, most_steps=most_steps)
-    # A launch on a GPU is parallel in itself: one worker, one chunk.
-    threads, size = 1, chunk_size or count
+    threads, size = workers or core_count(), chunk_size or DEVICE_CHUNK
     if built.target.on_cpu:
-        threads = workers or core_count()
         time_step = getattr(built.settings, "time_step", 1.0 / STEPS_PER_SECOND_OF_MOTION)
         size = chunk_size or default_chunk_size(count, times.duration / time_step, threads)
     with _WARMING_UP, keeping_kernels():

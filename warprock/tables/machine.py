@@ -58,3 +58,28 @@ def print_bench(found: Mapping[str, Any]) -> None:
         "on this machine.",
         "warprock trade",
     )
+
+
+def print_device_bench(found: Mapping[str, Any]) -> None:
+    """Prints what `measure.device_bench.run_device_bench` measured: a row an engine and scene."""
+    facts = found["machine"]
+    rows: dict[tuple[str, str, str], dict[str, Any]] = {}
+    for row in found["rows"]:
+        key = (row["engine"], row["scene"], row["precision"])
+        table = rows.setdefault(key, dict(zip(("engine", "scene", "precision"), key, strict=True)))
+        table[f"{row['lanes']:.0e}".replace("e+0", "e")] = row["lanes_per_s"]
+        table["kernel"] = row["kernel_lanes_per_s"]
+        table["cpu"] = row["cpu_lanes_per_s"]
+    counts = sorted({name for row in rows.values() for name in row if name[0].isdigit()})
+    names = ("engine", "scene", "precision", *counts, "kernel", "cpu")
+    print_rows(
+        f"Lanes a second on {found['device']}, each {found['duration']:g} s of free rocking, by "
+        f"the number of lanes; kernel: without what the host does; cpu: {facts['cpu']}, "
+        f"{facts['cores']} cores",
+        [{name: row.get(name) for name in names} for row in rows.values()],
+    )
+    best = max(found["rows"], key=lambda row: float(row["lanes_per_s"]))
+    print_end(
+        f"{best['engine']} runs {measured(best['lanes_per_s'])} lanes a second there.",
+        "warprock run CASE --device NAME",
+    )
