@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 
 import numpy as np
@@ -178,6 +179,22 @@ def test_random_stacks_end_with_a_status() -> None:
     # Nothing falls through what is below: 1 part in 100,000 of the blocks.
     assert response["peak_penetration"].max() <= 1e-5
     assert len(set(response["outcome"])) == 4
+
+
+def test_what_random_stacks_lose_is_what_they_have_come_down() -> None:
+    lanes = random_chains(5, 48, 2)
+    turned = np.random.default_rng(0).uniform(-0.08, 0.08, (48, 2))
+    lanes = dataclasses.replace(lanes, rotation_start=turned)
+    response = run(lanes, shaken(np.zeros(48)), SampleTimes(4.0, 4.0, places=True))
+    assert lanes.profiles is not None
+    height = np.diff(response["z"][..., [0, -1]], axis=-1)[..., 0]
+    drop = -GRAVITY * (lanes.profiles.mass * height).sum(axis=1)
+    rests = response["outcome"] == Outcome.AT_REST
+    assert rests.sum() >= 12
+    # On whatever edges they rest. Second order, and first where they slide.
+    error = np.abs(response["energy_lost"] / drop - 1.0)[rests]
+    assert np.median(error) <= 2e-4
+    assert error.max() <= 5e-3
 
 
 @pytest.mark.thorough
