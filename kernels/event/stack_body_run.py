@@ -12,12 +12,12 @@ from warprock.kernels.event.stack_run import (
     BlockResult,
     Found,
     Knobs,
-    Result,
     Stack,
     between_steps,
     centres,
     observe,
     observe_start,
+    result_of,
 )
 from warprock.kernels.event.stack_trial import Limits, State, Trial, tried
 from warprock.kernels.instance import LOOPS_STAY
@@ -147,19 +147,8 @@ def run_lanes(
                 vx, vz = s0.velocity[3 * k], s0.velocity[3 * k + 1]
                 found.places[sample, k, 0, lane] = between_steps(until, s0, s, x0[k], vx, x1[k])
                 found.places[sample, k, 1, lane] = between_steps(until, s0, s, z0[k], vz, z1[k])
-    result = Result()
-    result.uplift_time = seen.uplift_time
-    result.rest_time = seen.rest_time
-    result.loss = s.lost
-    result.deepest = s.deepest
-    result.impacts = s.impacts
-    result.mode = s.mode
-    result.steps = steps
-    found.results[lane] = result
+    found.results[lane] = result_of(s, seen, steps)
     for k in range(BLOCKS):
-        leaf = BlockResult()
-        leaf.slide = seen.slide[k]
-        leaf.peak = seen.peak[k]
-        leaf.peak_time = seen.peak_time[k]
-        leaf.peak_slide = seen.peak_slide[k]
-        found.blocks[k, lane] = leaf
+        found.blocks[k, lane] = BlockResult(
+            seen.slide[k], seen.peak[k], seen.peak_time[k], seen.peak_slide[k]
+        )
