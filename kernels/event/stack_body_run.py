@@ -12,12 +12,12 @@ from warprock.kernels.event.stack_run import (
     BlockResult,
     Found,
     Knobs,
+    Result,
     Stack,
     between_steps,
     centres,
     observe,
     observe_start,
-    result_of,
 )
 from warprock.kernels.event.stack_trial import Limits, State, Trial, tried
 from warprock.kernels.instance import LOOPS_STAY
@@ -147,7 +147,9 @@ def run_lanes(
                 vx, vz = s0.velocity[3 * k], s0.velocity[3 * k + 1]
                 found.places[sample, k, 0, lane] = between_steps(until, s0, s, x0[k], vx, x1[k])
                 found.places[sample, k, 1, lane] = between_steps(until, s0, s, z0[k], vz, z1[k])
-    found.results[lane] = result_of(s, seen, steps)
+    found.results[lane] = Result(
+        seen.uplift_time, seen.rest_time, s.lost, s.deepest, s.impacts, s.mode, steps
+    )
     for k in range(BLOCKS):
         found.blocks[k, lane] = BlockResult(
             seen.slide[k], seen.peak[k], seen.peak_time[k], seen.peak_slide[k]

@@ -192,12 +192,6 @@ def between_steps(until: real, s0: State, s: State, first: real, rate: real, las
     return value
 
 
-@wp.func
-def result_of(s: State, seen: Seen, steps: int) -> Result:
-    """What a lane's run leaves behind."""
-    return Result(seen.uplift_time, seen.rest_time, s.lost, s.deepest, s.impacts, s.mode, steps)
-
-
 @wp.kernel
 def run_lanes(
     blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: wp.array(dtype=Motion),
@@ -255,7 +249,9 @@ def run_lanes(
                 vx, vz = s0.velocity[3 * k], s0.velocity[3 * k + 1]
                 found.places[sample, k, 0, lane] = between_steps(until, s0, s, x0[k], vx, x1[k])
                 found.places[sample, k, 1, lane] = between_steps(until, s0, s, z0[k], vz, z1[k])
-    found.results[lane] = result_of(s, seen, steps)
+    found.results[lane] = Result(
+        seen.uplift_time, seen.rest_time, s.lost, s.deepest, s.impacts, s.mode, steps
+    )
     for k in range(BLOCKS):
         found.blocks[k, lane] = BlockResult(
             seen.slide[k], seen.peak[k], seen.peak_time[k], seen.peak_slide[k]
