@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import contextlib
 import pathlib
 import signal
 import subprocess
@@ -56,6 +58,45 @@ def figures_closed() -> Iterator[None]:
     pyplot = sys.modules.get("matplotlib.pyplot")
     if pyplot is not None:
         pyplot.close("all")
+
+
+ONE_PIXEL = (
+    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk"
+    "YPhfDwAChwGA60e6kgAAAABJRU5ErkJggg=="
+)
+"""A PNG."""
+
+
+@contextlib.contextmanager
+def _no_figure_rendered() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("warprock.figures.drawing.Drawing.png", lambda _: base64.b64decode(ONE_PIXEL))
+        patch.setattr("warprock.figures.drawing.Drawing.svg", lambda _: "<svg></svg>")
+        yield
+
+
+@pytest.fixture
+def unrendered() -> Iterator[None]:
+    """Figures are made, named and told in words, but their files hold one pixel: no test sees them.
+
+    Every kind is laid out and rendered in `figures`, `tables/test_report.py`, or in the test of the
+    command that draws it.
+    """
+    with _no_figure_rendered():
+        yield
+
+
+@pytest.fixture
+def pages_bare(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are rendered as files, and not once more for the page."""
+    monkeypatch.setattr("warprock.figures.drawing.Drawing.svg", lambda _: "<svg></svg>")
+
+
+@pytest.fixture(scope="module")
+def nothing_rendered() -> Iterator[None]:
+    """The same for all tests of a file."""
+    with _no_figure_rendered():
+        yield
 
 
 @pytest.fixture(scope="session")

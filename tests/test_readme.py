@@ -91,7 +91,7 @@ def test_the_python_of_the_readme_runs():
     assert len(names["run"].table) == 21
 
 
-def test_the_commands_of_the_readme_run(tmp_path: pathlib.Path):
+def test_the_commands_of_the_readme_run(tmp_path: pathlib.Path, unrendered: None):
     """As they stand there, with fewer lanes, and a box for a statue."""
     trimesh.creation.box((0.4, 0.3, 1.0)).export(tmp_path / "statue.ply")
     (text,) = re.findall(r"^```sh\n(.*?)\n```$", README, re.M | re.S)

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from warprock.units import (
@@ -111,6 +111,7 @@ def test_every_alias_means_a_unit_and_no_unit_has_two_dimensions():
     assert not set(ALIASES) & set(names)
 
 
+@settings(max_examples=40)
 @given(
     unit=st.sampled_from(ALL_UNITS),
     value=st.floats(min_value=-1e12, max_value=1e12, allow_subnormal=False),

@@ -25,6 +25,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import textwrap
 import time
 from collections.abc import Callable
@@ -35,6 +36,7 @@ from docutils.parsers.rst import directives
 from sphinx.application import Sphinx
 from sphinx.util import logging
 from sphinx.util.docutils import SphinxDirective
+from starter import started
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 DOCS = ROOT / "docs"
@@ -91,19 +93,30 @@ def blocks_of(text: str) -> list[Block]:
     return found
 
 
-def run_block(block: Block, folder: pathlib.Path) -> Outcome:
-    """Runs a command, or writes a file, in the folder of its page."""
+def run_block(block: Block, folder: pathlib.Path, first: str = "") -> Outcome:
+    """Runs a command, or writes a file, in the folder of its page.
+
+    Args:
+        block: The command or the file.
+        folder: Of its page.
+        first: Folder whose programs are found before all others.
+    """
     if block.kind == "file":
         path = folder / block.argument
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(block.body, encoding="utf-8")
         return Outcome("")
-    path_of_python = os.pathsep.join([str(pathlib.Path(sys.executable).parent), os.environ["PATH"]])
+    programs = [first, str(pathlib.Path(sys.executable).parent), os.environ["PATH"]]
     start = time.monotonic()
     done = subprocess.run(
         ["bash", "-euo", "pipefail", "-c", block.body],
         cwd=folder,
-        env={**os.environ, "PATH": path_of_python, "NO_COLOR": "1", "MANUAL_ROOT": str(ROOT)},
+        env={
+            **os.environ,
+            "PATH": os.pathsep.join(filter(None, programs)),
+            "NO_COLOR": "1",
+            "MANUAL_ROOT": str(ROOT),
+        },
         capture_output=True,
         text=True,
         timeout=LIMIT_S,
@@ -118,13 +131,14 @@ def run_block(block: Block, folder: pathlib.Path) -> Outcome:
     )
 
 
-def run_page(page: str, made: pathlib.Path, program: str) -> list[Outcome]:
+def run_page(page: str, made: pathlib.Path, program: str, first: str) -> list[Outcome]:
     """Runs the blocks of a page, or reads what they printed when they ran last.
 
     Args:
         page: Its name, without ending.
         made: Folder below which the folders of pages lie.
         program: What stands for the state of the program.
+        first: See `run_block`.
     """
     blocks = blocks_of((DOCS / f"{page}.md").read_text(encoding="utf-8"))
     folder, kept = made / page, made / f"{page}.json"
@@ -138,7 +152,7 @@ def run_page(page: str, made: pathlib.Path, program: str) -> list[Outcome]:
         kept.unlink()
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    outcomes = [run_block(block, folder) for block in blocks]
+    outcomes = [run_block(block, folder, first) for block in blocks]
     if not any(outcome.wrong for outcome in outcomes):
         told = {"state": state, "outcomes": [dataclasses.asdict(each) for each in outcomes]}
         kept.write_text(json.dumps(told), encoding="utf-8")
@@ -156,8 +170,12 @@ def _program() -> str:
 def _run_all(app: Sphinx) -> None:
     pages = sorted(app.project.discover(app.config.exclude_patterns))
     program, made = _program(), pathlib.Path(app.srcdir) / MADE
-    with concurrent.futures.ThreadPoolExecutor(WORKERS) as pool:
-        done = pool.map(lambda page: run_page(page, made, program), pages)
+    with (
+        tempfile.TemporaryDirectory() as short,
+        started(pathlib.Path(short)) as first,
+        concurrent.futures.ThreadPoolExecutor(WORKERS) as pool,
+    ):
+        done = pool.map(lambda page: run_page(page, made, program, str(first)), pages)
         outcomes = dict(zip(pages, done, strict=True))
     for page, found in outcomes.items():
         blocks = blocks_of((DOCS / f"{page}.md").read_text(encoding="utf-8"))

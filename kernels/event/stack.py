@@ -17,6 +17,8 @@ is projected on its contacts. In the frame of the base, with v = (vx, vz, omega)
 A closed interface shares one rotation, and while it sticks one motion, exactly; so a stack that
 nothing moves stays where it is to the last digit, and on a base at rest it waits in one step.
 
+On a base that moves upwards, too, gravity is g + a_z, and where nothing of it is left blocks fly.
+
 Rest rule: an interface closes when its block, after an impact, would fall back inside the next
 step from an opening below `rest_rotation`. The impacts that this leaves out take no time.
 
@@ -40,6 +42,7 @@ from warprock.kernels.event.stack_trial import (
     stopping,
     tried,
 )
+from warprock.kernels.event.stack_weight import left_behind, pushed_up
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
 from warprock.kernels.motion import Motion
 from warprock.kernels.shape.stack import (
@@ -100,8 +103,8 @@ def sought(limits: Limits, s: State, t: Trial) -> State:
 
 @wp.func
 def kept(
-    blocks: Blocks, limits: Limits, upper: Rows, lower: Rows, touch: Counts, hold: Counts,
-    v: Triples,
+    blocks: Blocks, limits: Limits, t: Trial, upper: Rows, lower: Rows, touch: Counts,
+    hold: Counts, v: Triples,
 ) -> Counts:  # fmt: skip
     """Ends that still touch after an impact.
 
@@ -109,10 +112,13 @@ def kept(
     face times `rest_rotation`.
     """
     ends = hold
+    gravity = limits.gravity
+    if VERTICAL:
+        gravity = t.weight.end
     for k in range(BLOCKS):
         if hold[k] == OPEN and touch[k] != OPEN:
             u = relative_velocity(upper, lower, v, k)
-            rise = TWO * limits.gravity * limits.rest_rotation[k] * blocks.half_width[k]
+            rise = TWO * gravity * limits.rest_rotation[k] * blocks.half_width[k]
             for end in range(2):
                 code = wp.where(end == 0, PLUS, MINUS)
                 if (touch[k] & code) != 0 and u[1 + end] * u[1 + end] <= rise:
@@ -147,6 +153,39 @@ def mode_of(blocks: Blocks, s: State, near: real) -> int:
 
 
 @wp.func
+def kicked(t: Trial, velocity: Triples) -> Triples:
+    """Velocities seen from the base after its velocity steps at the end of a trial step."""
+    v = velocity
+    for k in range(BLOCKS):
+        v[3 * k] = v[3 * k] - t.kick
+    if VERTICAL:
+        v = left_behind(v, t.weight.kick)
+    return v
+
+
+@wp.func
+def lost_in_impact(blocks: Blocks, t: Trial, free: Triples, velocity: Triples) -> real:
+    """Energy that contacts take at the end of a trial step [J], see `lost_between`."""
+    lost = lost_between(blocks, t.kick, free, velocity)
+    if VERTICAL:
+        lost = lost - pushed_up(blocks, t.weight.kick, free, velocity)
+    return lost
+
+
+@wp.func
+def base_moved(s: State, reached: State, t: Trial) -> State:
+    """The state reached from s by a step, with the clock and the base at its end."""
+    n = reached
+    n.time = t.time
+    n.segment = t.segment
+    n.base = s.base + t.dv + t.kick
+    if VERTICAL:
+        n.rising = s.rising + t.weight.gained + t.weight.kick
+        n.risen = s.risen + wp.where(t.weight.passed, 1, 0)
+    return n
+
+
+@wp.func
 def projected(
     blocks: Blocks, limits: Limits, s: State, reached: State, t: Trial, upper: Rows, lower: Rows
 ) -> State:
@@ -167,9 +206,7 @@ def projected(
     slip = n.slip
     settled = bool(True)
     if t.struck or t.resting:
-        free = v
-        for k in range(BLOCKS):
-            free[3 * k] = free[3 * k] - t.kick
+        free = kicked(t, v)
         speed, _spin = fastest(free)
         grain = DUST * (speed + limits.gravity * limits.longest_step)
         if t.struck:
@@ -181,8 +218,8 @@ def projected(
             smooth = blocks
             smooth.friction = Values()
             v, _impulse, _sound = bound_velocity(smooth, upper, lower, hold, slip, free)
-        n.lost = s.lost + lost_between(blocks, t.kick, free, v)
-    n.pose.touch = kept(blocks, limits, upper, lower, n.pose.touch, hold, v)
+        n.lost = s.lost + lost_in_impact(blocks, t, free, v)
+    n.pose.touch = kept(blocks, limits, t, upper, lower, n.pose.touch, hold, v)
     for k in range(BLOCKS):
         n.slip[k] = wp.where(n.pose.touch[k] == OPEN, 0, slip[k])
     n.velocity = glued(blocks, n.pose, n.slip, v)
@@ -191,9 +228,7 @@ def projected(
         for i in range(3):
             n.rate[3 * k + i] = u[i]
     n.lost = n.lost + t.lost
-    n.time = t.time
-    n.segment = t.segment
-    n.base = s.base + t.dv + t.kick
+    n = base_moved(s, n, t)
     n.cap = NEVER
     n.taken = True
     n.seek = STEADY
@@ -201,6 +236,8 @@ def projected(
         at_rest(s.pose.touch, s.slip) and at_rest(n.pose.touch, n.slip)
         and t.dv == real(0.0) and t.kick == real(0.0)
     )  # fmt: skip
+    if VERTICAL:
+        n.calm = n.calm and t.weight.gained == real(0.0) and t.weight.kick == real(0.0)
     n.mode = mode_of(blocks, n, NEARLY * limits.longest_step)
     for k in range(BLOCKS):
         n.pose.theta[k] = larger(smaller(n.pose.theta[k], HALF_PI), -HALF_PI)

@@ -11,7 +11,8 @@ from warprock.kernels.event.stack_moves import started
 from warprock.kernels.event.stack_trial import Limits, State, at_rest
 from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import RUNNING, STALLED
-from warprock.kernels.motion import Motion, sample_index
+from warprock.kernels.motion import sample_index
+from warprock.kernels.shape.above import Above, Motions
 from warprock.kernels.shape.stack import (
     CLOSED,
     Blocks,
@@ -146,6 +147,8 @@ def observe(blocks: Blocks, before: Seen, offset: Values, s0: State, s: State) -
         # A velocity step of the base lifts at the end of a step, an acceleration from its start.
         if s0.pose.touch[k] == CLOSED and touch != CLOSED and seen.uplift_time >= NEVER:
             at_end = s.pose.theta[k] == flat_rotation(blocks, s.pose, k)
+            if VERTICAL:
+                at_end = at_end and s.pose.above[k] == real(0.0)
             seen.uplift_time = wp.where(at_end, s.time, s0.time)
     rested = at_rest(s0.pose.touch, s0.slip)
     if not at_rest(s.pose.touch, s.slip):
@@ -194,12 +197,16 @@ def between_steps(until: real, s0: State, s: State, first: real, rate: real, las
 
 @wp.kernel
 def run_lanes(
-    blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: wp.array(dtype=Motion),
+    blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), motions: Motions,
     pool: wp.array2d(dtype=real), sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs one lane a thread."""
     lane = wp.tid()
-    m = motions[lane]
+    if VERTICAL:
+        m = motions[0, lane]
+        up = motions[1, lane]
+    else:
+        m = motions[lane]
     pile = Blocks()
     limits = Limits()
     s = State()
@@ -230,6 +237,9 @@ def run_lanes(
         while s.mode == RUNNING and s.time < until:
             steps += 1
             place = sample_index(m, s.segment)
+            if VERTICAL:
+                high = sample_index(up, s.risen)
+                limits.above = Above(up, s.risen, pool[0, high], pool[1, high])
             n = step(pile, limits, m, pool[0, place], pool[1, place], end, s)
             if n.taken:
                 seen = observe(pile, seen, offset, s, n)

@@ -3,9 +3,12 @@
 import warp as wp
 
 from warprock.kernels.event.block import base_change, first_root
+from warprock.kernels.event.body_weight import Weight, kicks, weight_in
 from warprock.kernels.event.stack_contact import relative_velocity, solve
 from warprock.kernels.event.stack_moves import flight_event, moved, opening, pivot_event
+from warprock.kernels.event.stack_weight import keeps_height, left_behind, until_knot
 from warprock.kernels.motion import Motion, knot_step, knot_time, series
+from warprock.kernels.shape.above import Above
 from warprock.kernels.shape.stack import (
     CLOSED,
     OPEN,
@@ -34,12 +37,14 @@ SLOWEST = real(1.0e-30)
 
 @wp.struct
 class Limits:
-    """What a step needs to know of one lane besides its blocks."""
+    """What a step needs to know of one lane besides its blocks; above, where its base stands."""
 
     gravity: real
     mass: real
     longest_step: real
     rest_rotation: Values
+    if VERTICAL:
+        above: Above
 
 
 @wp.struct
@@ -51,7 +56,8 @@ class State:
     last step before its impact [rad/s]; base velocity [m/s]; cap, the longest next step [s]; lost
     energy [J]; segment, knots passed; calm, whether the last step changed nothing; taken, whether
     the last trial was a step; deepest, how deep an end was in a face at the end of a step, before
-    it was put back [m]; seek, lack and span, see `sought`.
+    it was put back [m]; seek, lack and span, see `sought`; rising, velocity of the base upwards
+    [m/s]; risen, knots of its vertical motion passed.
     """
 
     pose: Pose
@@ -72,6 +78,9 @@ class State:
     seek: int
     lack: real
     span: real
+    if VERTICAL:
+        rising: real
+        risen: int
 
 
 @wp.struct
@@ -83,8 +92,8 @@ class Trial:
     energy [J]; cut, the length of the step to the first event inside it, else NEVER; falls, the
     ends that land; rests, the interfaces that close at its start instead; segment after it;
     turns, whether a contact opens or starts to slide in it; spare, what the contacts would have
-    left if none did [N]; deep, how deep an end is in a face at its end [m]; way, by how many edges
-    bodies roll on at its end, see event/stack_body.py.
+    left if none did [N]; deep, how deep an end is in a face at its end [m]; weight, what weighs;
+    way, by how many edges bodies roll on at its end, see event/stack_body.py.
     """
 
     pose: Pose
@@ -106,6 +115,8 @@ class Trial:
     deep: real
     if CHAINS:
         way: Counts
+    if VERTICAL:
+        weight: Weight
 
 
 @wp.func
@@ -233,6 +244,8 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
         t.struck = False
         t.turns = False
         t.deep = real(0.0)
+        if VERTICAL:
+            t.weight = Weight(t.weight.start, t.weight.start, real(0.0), real(0.0), False)
     return t
 
 
@@ -244,10 +257,14 @@ def tried(
     t = Trial()
     knot = knot_time(m, s.segment)
     target = smaller(knot, end)
+    calm = s.calm and (s.segment == 0 or knot >= NEVER)
+    if VERTICAL:
+        target = until_knot(limits.above, target)
+        calm = calm and keeps_height(limits.above)
     room = larger(target - s.time, real(0.0))
     speed, spin = fastest(s.velocity)
     d = smaller(smaller(limits.longest_step, REACH / (spin + SLOWEST)), s.cap)
-    if s.calm and (s.segment == 0 or knot >= NEVER):
+    if calm:
         d = room
     d = smaller(d, room)
     t.d = d
@@ -265,6 +282,9 @@ def tried(
         glide[k] = wp.where(real(s.slip[k]) * slide[k] > real(0.0), s.slip[k], 0)
         free[3 * k] = free[3 * k] - HALF * t.dv
         free[3 * k + 1] = free[3 * k + 1] - HALF * d * limits.gravity
+    if VERTICAL:
+        t.weight = weight_in(limits.gravity, limits.above, t.time, d, s.rising)
+        free = left_behind(free, HALF * t.weight.gained)
     middle = moved(blocks, s.pose, s.pose.touch, s.velocity, slide, HALF * d)
     upper, lower, _plus, _minus = all_rows(blocks, middle)
     grain = DUST * (speed + limits.gravity * limits.longest_step)
@@ -287,6 +307,8 @@ def tried(
     t.velocity = TWO * mean - s.velocity
     t.cut = NEVER
     t.struck = t.kick != real(0.0)
+    if VERTICAL:
+        t.struck = kicks(t.weight, t.kick)
     return watched(blocks, limits, s, t)
 
 

@@ -14,6 +14,7 @@ import warp as wp
 
 from warprock.kernels.cone import alone
 from warprock.kernels.impulse.block import ENDS_EARLY, Knobs, wish
+from warprock.kernels.shape.rising import fall_in, sunk_in
 
 
 @wp.struct
@@ -176,24 +177,6 @@ def work(x: real, z: real, n: real, f: real, vx: real, vz: real, vo: real) -> re
 
 
 @wp.func
-def fall_in(knobs: Knobs, dz: real) -> real:
-    """What a step adds to a velocity downwards [m/s]: by gravity, and a base that rises by dz."""
-    fall = knobs.time_step * knobs.gravity
-    if VERTICAL:
-        fall = fall + dz
-    return fall
-
-
-@wp.func
-def sunk_in(knobs: Knobs, dz: real) -> real:
-    """Penetration that one step of falling can make, twice [m]; more under a base that rises."""
-    sunk = real(2.0) * knobs.time_step * knobs.time_step * knobs.gravity
-    if VERTICAL:
-        sunk = sunk + real(2.0) * knobs.time_step * larger(dz, real(0.0))
-    return sunk
-
-
-@wp.func
 def step(
     body: Body, knobs: Knobs, dv: real, dz: real,
     xl: real, zl: real, xm: real, zm: real, xr: real, zr: real, has_l: bool, has_r: bool,
@@ -225,7 +208,7 @@ def step(
     on2 = wp.where(gap2 <= knobs.collision_margin, one, zero)
     on3 = wp.where(has3 and gap3 <= knobs.collision_margin, one, zero)
     ux = m * (vx - dv)
-    uz = vz - fall_in(knobs, dz)
+    uz = vz - fall_in(dt, knobs.gravity, dz)
     uo = m * omega
     p1, t1, p2, t2, p3, t3 = solve(
         body.friction, w, x1, z1, x2, z2, x3, z3, on1, on2, on3,
@@ -241,7 +224,7 @@ def step(
     done = work(x1, z1, p1, t1, mx, mz, mo) + work(x2, z2, p2, t2, mx, mz, mo)
     done = done + work(x3, z3, p3, t3, mx, mz, mo)
     lowest = smaller(gap2, smaller(gap1, gap3))
-    lift = -knobs.erp * smaller(lowest + sunk_in(knobs, dz), zero)
+    lift = -knobs.erp * smaller(lowest + sunk_in(dt, knobs.gravity, dz), zero)
     ahead1 = gap1 + dt * (vz1 - vo1 * x1)
     ahead2 = gap2 + dt * (vz1 - vo1 * x2)
     ahead3 = gap3 + dt * (vz1 - vo1 * x3)

@@ -35,6 +35,7 @@ import warp as wp
 
 from warprock.kernels.cone import alone
 from warprock.kernels.shape.interface import add_impulses, find_end
+from warprock.kernels.shape.rising import fall_in, sunk_in
 
 
 @wp.struct
@@ -50,14 +51,14 @@ class Knobs:
 
 @wp.func
 def predict(
-    dv: real, hint: real, knobs: Knobs, turn: real, vx: real, vz: real, omega: real, below: real,
-    ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real], lean: wp.ref[real],
+    dv: real, rise: real, hint: real, knobs: Knobs, turn: real, vx: real, vz: real, omega: real,
+    below: real, ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real], lean: wp.ref[real],
     n1: wp.ref[real], t1: wp.ref[real], n2: wp.ref[real], t2: wp.ref[real],
 ):  # fmt: skip
     """Velocity (ux, uz, uo) of a block without contact; its interface in the order of its lean.
 
     Args:
-        dv: Change of the base velocity in the step [m/s].
+        dv: Change of the base velocity in the step [m/s]; rise: of that upwards.
         hint: What it does or is about to do, for the lean of what does not move yet [m/s].
         knobs: Settings.
         turn: Rotation of the block against what it stands on [rad].
@@ -81,7 +82,7 @@ def predict(
     t2 = wp.where(same, t2, t)
     lean = now
     ux = vx - dv
-    uz = vz - knobs.time_step * knobs.gravity
+    uz = vz - fall_in(knobs.time_step, knobs.gravity, rise)
     uo = omega
 
 
@@ -157,12 +158,12 @@ def solve_contact(
 
 @wp.func
 def lift_out(
-    gap1: real, nx1: real, nz1: real, gap2: real, nx2: real, nz2: real, knobs: Knobs,
+    gap1: real, nx1: real, nz1: real, gap2: real, nx2: real, nz2: real, knobs: Knobs, rise: real,
     shift_x: wp.ref[real], shift_z: wp.ref[real],
 ):  # fmt: skip
     """Adds what an interface gives back of its penetration to the shift of all above it [m]."""
     deep = gap1 < gap2
-    slack = real(2.0) * knobs.time_step * knobs.time_step * knobs.gravity
+    slack = sunk_in(knobs.time_step, knobs.gravity, rise)
     push = knobs.erp * smaller(wp.where(deep, gap1, gap2) + slack, real(0.0))
     shift_x = shift_x - push * wp.where(deep, nx1, nx2)
     shift_z = shift_z - push * wp.where(deep, nz1, nz2)
@@ -191,7 +192,7 @@ def work(
 
     Args:
         dv: Change of the base velocity [m/s].
-        fall: What gravity takes from vz [m/s].
+        fall: What gravity, and a base that rises faster, take from vz [m/s].
         gyration: Square of the radius of gyration [m^2].
         vx, vz, omega: Velocity before the step.
         ux, uz, uo: Velocity after it.

@@ -12,6 +12,7 @@ from warprock.kernels.modes import RUNNING
 from warprock.kernels.parting import slack, slides
 from warprock.kernels.shape.body_seen import moved_along, watch
 from warprock.kernels.shape.interface import add_impulses
+from warprock.kernels.shape.rising import fall_in, sunk_in, worked
 from warprock.kernels.shape.stack_body import (
     Block,
     Foot,
@@ -24,8 +25,8 @@ from warprock.kernels.shape.stack_run import mode_after
 
 @wp.func
 def predict(
-    dv: real, hint: real, knobs: Knobs, turn: real, vx: real, vz: real, omega: real, below: real,
-    before: Foot, middle: Foot, after: Foot, s: real, c: real, ls: real, lc: real,
+    dv: real, rise: real, hint: real, knobs: Knobs, turn: real, vx: real, vz: real, omega: real,
+    below: real, before: Foot, middle: Foot, after: Foot, s: real, c: real, ls: real, lc: real,
     low: real, high: real, dx: real, dz: real,
     ux: wp.ref[real], uz: wp.ref[real], uo: wp.ref[real], lean: wp.ref[real],
     window: wp.ref[int], by: wp.ref[int], n1: wp.ref[real], t1: wp.ref[real],
@@ -45,7 +46,7 @@ def predict(
     same = now == lean
     lean = now
     ux = vx - dv
-    uz = vz - knobs.time_step * knobs.gravity
+    uz = vz - fall_in(knobs.time_step, knobs.gravity, rise)
     uo = omega
     way = way_of_window(before, middle, after, turn, now, s, c, ls, lc, low, high, dx, dz)
     window = window + way
@@ -103,7 +104,7 @@ def find_contact(
 @wp.func
 def lift_out(
     gap1: real, nx1: real, nz1: real, gap2: real, nx2: real, nz2: real,
-    gap3: real, nx3: real, nz3: real, knobs: Knobs,
+    gap3: real, nx3: real, nz3: real, knobs: Knobs, rise: real,
     shift_x: wp.ref[real], shift_z: wp.ref[real],
 ):  # fmt: skip
     """Adds what an interface gives back of its penetration to the shift of all above it [m]."""
@@ -112,7 +113,7 @@ def lift_out(
     nx = wp.where(first, nx1, nx2)
     nz = wp.where(first, nz1, nz2)
     deep = gap < gap3
-    spare = real(2.0) * knobs.time_step * knobs.time_step * knobs.gravity
+    spare = sunk_in(knobs.time_step, knobs.gravity, rise)
     push = knobs.erp * smaller(wp.where(deep, gap, gap3) + spare, real(0.0))
     shift_x = shift_x - push * wp.where(deep, nx, nx3)
     shift_z = shift_z - push * wp.where(deep, nz, nz3)
@@ -120,7 +121,7 @@ def lift_out(
 
 @wp.func
 def integrate_block(
-    live: bool, kept: real, knobs: Knobs, dv: real, m: real, j: real,
+    live: bool, kept: real, knobs: Knobs, dv: real, rise: real, m: real, j: real,
     gap1: real, nx1: real, nz1: real, gap2: real, nx2: real, nz2: real,
     gap3: real, nx3: real, nz3: real, ux: real, uz: real, uo: real,
     shift_x: wp.ref[real], shift_z: wp.ref[real], x: wp.ref[real], z: wp.ref[real],
@@ -129,12 +130,12 @@ def integrate_block(
 ):  # fmt: skip
     """Moves a block by a step, as `integrate_block` in impulse/stack_run.py."""
     lift_out(
-        gap1, nx1, nz1, gap2, nx2, nz2, gap3, nx3, nz3, knobs, shift_x, shift_z
+        gap1, nx1, nz1, gap2, nx2, nz2, gap3, nx3, nz3, knobs, rise, shift_x, shift_z
     )  # fmt: skip
-    fall = knobs.time_step * knobs.gravity
+    fall = fall_in(knobs.time_step, knobs.gravity, rise)
     done = work(dv, fall, m / j, vx, vz, omega, ux, uz, uo)
     loss = loss - wp.where(live, (done + knobs.gravity * shift_z) / m, real(0.0))
-    given = given - wp.where(live, HALF * dv * (vx + ux) / m, real(0.0))
+    given = given - wp.where(live, worked(dv, rise, vx + ux, vz + uz) / m, real(0.0))
     integrate(live, knobs.time_step, shift_x, shift_z, ux, uz, uo, x, z, theta, s, c)
     vx = kept * ux
     vz = kept * uz
@@ -197,7 +198,8 @@ def observe(
 @wp.func
 def finish_step(
     before: Foot, middle: Foot, after: Foot, first: Foot, last: Foot, by: int, block: Block,
-    live: bool, kept: real, knobs: Knobs, time: real, dv: real, lean: real, m: real, j: real,
+    live: bool, kept: real, knobs: Knobs, time: real, dv: real, rise: real, lean: real,
+    m: real, j: real,
     gap1: real, nx1: real, nz1: real, n1: real, gap2: real, nx2: real, nz2: real, n2: real,
     gap3: real, nx3: real, nz3: real, n3: real, ux: real, uz: real, uo: real,
     lx: real, lz: real, ltheta: real, lo: real, ls: real, lc: real,
@@ -215,8 +217,8 @@ def finish_step(
     Of what it stands on, which has moved already, the place, rotation and its rate are lx to lo.
     """
     integrate_block(
-        live, kept, knobs, dv, m, j, gap1, nx1, nz1, gap2, nx2, nz2, gap3, nx3, nz3, ux, uz, uo,
-        shift_x, shift_z, x, z, theta, s, c, vx, vz, omega, loss, given,
+        live, kept, knobs, dv, rise, m, j, gap1, nx1, nz1, gap2, nx2, nz2, gap3, nx3, nz3, ux, uz,
+        uo, shift_x, shift_z, x, z, theta, s, c, vx, vz, omega, loss, given,
     )  # fmt: skip
     observe(
         before, middle, after, first, last, by, block, live, time, knobs.time_step, knobs.gravity,

@@ -10,7 +10,9 @@ from warprock.kernels.account import book
 from warprock.kernels.impulse.stack import Knobs, solve_contact
 from warprock.kernels.impulse.stack_body import find_contact, finish_step, predict
 from warprock.kernels.instance import ONE_VECTOR
-from warprock.kernels.motion import Motion, base_velocity, sample_index, sample_segment
+from warprock.kernels.motion import base_velocity, sample_index, sample_segment
+from warprock.kernels.shape.above import Motions, move_up
+from warprock.kernels.shape.rising import pulled
 from warprock.kernels.shape.stack_body import Block, Foot, start_block
 from warprock.kernels.shape.stack_found import BlockResult, Found, Result, at_sample
 from warprock.kernels.shape.stack_run import Stack, begin_step, part_kept, start_lane
@@ -30,7 +32,7 @@ Point = wp.types.matrix(shape=(3 * BLOCKS, LANES), dtype=real)
 @wp.kernel
 def run_lanes(
     blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), feet: wp.array2d(dtype=Foot),
-    motions: wp.array(dtype=Motion), pool: wp.array2d(dtype=real),
+    motions: Motions, pool: wp.array2d(dtype=real),
     sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, all at the same time."""
@@ -44,7 +46,7 @@ def run_lanes(
     nx, nz, au, bu, al, bl = Point(), Point(), Point(), Point(), Point(), Point()
     gap, pn, pt, nt, n, t = Point(), Point(), Point(), Point(), Point(), Point()
     base, dv, hint, loss, jolt = Lane(), Lane(), Lane(), Lane(), Lane()
-    given, supplied, taken, returned = Lane(), Lane(), Lane(), Lane()
+    given, supplied, taken, returned, rise, rising = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     shift_x, shift_z, uplift_time, moved, deepest = Lane(), Lane(), Lane(), Lane(), Lane()
     impacts, mode, lives, steps, by = LaneInt(), LaneInt(), LaneInt(), LaneInt(), BodyInt()
     bodies, points, sweeps = int(BLOCKS + 1), int(3 * BLOCKS), int(ITERATIONS)
@@ -59,24 +61,31 @@ def run_lanes(
     count = int(-SETTLING)
     time = real(count) * dt
     for sample in range(sample_times.shape[0]):
-        until = sample_times[sample]
-        while time < until:
+        while time < sample_times[sample]:
             count += 1
             time = real(count) * dt
             half, kept = larger(time - HALF * dt, HALF * dt), part_kept(count)
             for i in range(LANES):
-                lane = motions[first + i]
+                if VERTICAL:
+                    lane = motions[0, first + i]
+                    up = motions[1, first + i]
+                    there = sample_index(up, sample_segment(up, half))
+                    climb = base_velocity(up, half, pool[2, there], pool[0, there], pool[1, there])
+                    move_up(climb, count > 0, rise[i], rising[i])
+                else:
+                    lane = motions[first + i]
                 place = sample_index(lane, sample_segment(lane, half))
                 v = base_velocity(lane, half, pool[2, place], pool[0, place], pool[1, place])
                 begin_step(v, count, mode[i], lives[i], dv[i], hint[i], base[i], steps[i])
-                book(dv[i], given[i], loss[i], jolt[i], supplied[i], taken[i], returned[i])
+                book(pulled(dv[i], rise[i], dt * knobs.gravity), given[i], loss[i], jolt[i],
+                    supplied[i], taken[i], returned[i])  # fmt: skip
             for k in range(1, bodies):
                 o, p, q, r = k - 1, 3 * k - 3, 3 * k - 2, 3 * k - 1
                 for i in range(LANES):
                     w, f = window[k, i], first + i
-                    predict(dv[i], hint[i], knobs, theta[k, i] - theta[o, i], vx[k, i], vz[k, i],
-                        omega[k, i], omega[o, i], feet[w - 1, f], feet[w, f], feet[w + 1, f],
-                        s[k, i], c[k, i], s[o, i], c[o, i], low[o, i], high[o, i],
+                    predict(dv[i], rise[i], hint[i], knobs, theta[k, i] - theta[o, i], vx[k, i],
+                        vz[k, i], omega[k, i], omega[o, i], feet[w - 1, f], feet[w, f],
+                        feet[w + 1, f], s[k, i], c[k, i], s[o, i], c[o, i], low[o, i], high[o, i],
                         x[k, i] - x[o, i], z[k, i] - z[o, i], ux[k, i], uz[k, i], uo[k, i],
                         lean[k, i], window[k, i], by[k, i], n[p, i], t[p, i], n[q, i], t[q, i],
                         n[r, i], t[r, i], shift_x[i], shift_z[i])  # fmt: skip
@@ -104,16 +113,16 @@ def run_lanes(
                     live, w, f = lives[i] > 0, window[k, i], first + i
                     finish_step(feet[w - 1, f], feet[w, f], feet[w + 1, f], feet[o * rows, f],
                         feet[k * rows - 1, f], by[k, i], blocks[o, f], live, kept, knobs, time,
-                        dv[i], lean[k, i], m[k, i], j[k, i], gap[p, i], nx[p, i], nz[p, i], n[p, i],
-                        gap[q, i], nx[q, i], nz[q, i], n[q, i], gap[r, i], nx[r, i], nz[r, i],
-                        n[r, i], ux[k, i], uz[k, i], uo[k, i], x[o, i], z[o, i], theta[o, i],
-                        uo[o, i], s[o, i], c[o, i], low[o, i], high[o, i], top[o, i], shift_x[i],
-                        shift_z[i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i], vx[k, i],
-                        vz[k, i], omega[k, i], loss[i], given[i], since[k, i], left[k, i],
+                        dv[i], rise[i], lean[k, i], m[k, i], j[k, i], gap[p, i], nx[p, i], nz[p, i],
+                        n[p, i], gap[q, i], nx[q, i], nz[q, i], n[q, i], gap[r, i], nx[r, i],
+                        nz[r, i], n[r, i], ux[k, i], uz[k, i], uo[k, i], x[o, i], z[o, i],
+                        theta[o, i], uo[o, i], s[o, i], c[o, i], low[o, i], high[o, i], top[o, i],
+                        shift_x[i], shift_z[i], x[k, i], z[k, i], theta[k, i], s[k, i], c[k, i],
+                        vx[k, i], vz[k, i], omega[k, i], loss[i], given[i], since[k, i], left[k, i],
                         under[k, i], right[k, i], uplift_time[i], moved[i], deepest[i], impacts[i],
                         peak[k, i], peak_time[k, i], slide[k, i], peak_slide[k, i], crept[k, i],
                         mode[i])  # fmt: skip
-        past = time - until
+        past = time - sample_times[sample]
         if found.rotations.shape[0] > 0:
             for k in range(1, bodies):
                 for i in range(LANES):
@@ -124,7 +133,8 @@ def run_lanes(
                         found.places[sample, o, 0, f] = at_sample(mode[i], past, x[k, i], vx[k, i])
                         found.places[sample, o, 1, f] = at_sample(mode[i], past, z[k, i], vz[k, i])
     for i in range(LANES):
-        book(dv[i], given[i], loss[i], jolt[i], supplied[i], taken[i], returned[i])
+        book(pulled(dv[i], rise[i], dt * knobs.gravity), given[i], loss[i], jolt[i], supplied[i],
+            taken[i], returned[i])  # fmt: skip
         found.results[first + i] = Result(uplift_time[i], moved[i], loss[i], jolt[i], supplied[i],
             returned[i], deepest[i], impacts[i], mode[i], steps[i])  # fmt: skip
         for k in range(1, bodies):

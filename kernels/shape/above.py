@@ -22,3 +22,13 @@ class Above:
     segment: int
     value: real
     slope: real
+
+
+@wp.func
+def move_up(v: real, begun: bool, rise: wp.ref[real], rising: wp.ref[real]):
+    """Moves a base on to an upward velocity v: its gain in the step, and the velocity [m/s].
+
+    `begun` says whether the base moves yet.
+    """
+    rise = wp.where(begun, v - rising, real(0.0))
+    rising = wp.where(begun, v, rising)

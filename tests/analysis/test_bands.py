@@ -13,7 +13,9 @@ from warprock.analysis.bands import MOST_PARTS, Band, without_one
 from warprock.analysis.lognormal import fit_lognormal, observe, record_band
 
 
-@pytest.mark.parametrize(("records", "spread"), [(6, 0.6), (10, 1.0)])
+@pytest.mark.parametrize(
+    ("records", "spread"), [(6, 0.6), pytest.param(10, 1.0, marks=pytest.mark.thorough)]
+)
 def test_bands_hold_the_truth_as_often_as_they_say(records: int, spread: float):
     # `python -m tests.shared.fragility_studies` has the shares of more studies. The standard error
     # of 150 is 2.5 %; the bound lies three of these below. Percentiles of resampled records, which

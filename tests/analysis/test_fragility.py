@@ -49,6 +49,7 @@ def test_the_fit_is_the_greatest_likelihood():
     assert np.log(fit.dispersion) == pytest.approx(best.x[1], abs=1e-6)
 
 
+@pytest.mark.extra
 def test_the_fit_equals_that_of_pyfragility():
     other = pytest.importorskip("pyFragility", reason="the extra [fragility] is not installed")
     intensity, reached, record = stripes(40, seed=5)
@@ -252,6 +253,7 @@ def test_many_groups_are_summed_up_and_their_names_stand_once_in_the_figure():
     assert "dispersion" in text
 
 
+@pytest.mark.usefixtures("pages_bare")
 def test_the_command_writes_what_it_prints(tmp_path: pathlib.Path):
     lane_table().to_parquet(tmp_path / "lanes.parquet")
     result = run(str(tmp_path), "--by", "size", "-o", str(tmp_path / "out"), "--json")

@@ -260,7 +260,10 @@ def command(*arguments: object) -> Result:
     return CliRunner().invoke(main, ["ida", *map(str, arguments)])
 
 
-def test_the_command_writes_what_it_prints(case: Case, tmp_path: pathlib.Path):
+@pytest.mark.usefixtures("pages_bare")
+def test_the_command_writes_what_it_prints(
+    case: Case, tmp_path: pathlib.Path, request: pytest.FixtureRequest
+):
     out = tmp_path / "out"
     arguments = (tmp_path, "-o", out, "--from", 1.05, "--to", 9, "--count", 24, "--by", "pulse")
     result = command(*arguments, "--json")
@@ -278,6 +281,7 @@ def test_the_command_writes_what_it_prints(case: Case, tmp_path: pathlib.Path):
     assert json.loads((out / "run.json").read_text())["plan"] == found["plan"]
     listed = json.loads((out / ".warprock.json").read_text())
     assert set(listed) == {pathlib.Path(file).name for file in found["files"]}
+    request.getfixturevalue("unrendered")
     printed = command(*arguments).stdout
     assert f"{found['stages']} of them kept" in printed
     assert f"{table['median'][0]:.4g}" in printed

@@ -109,7 +109,9 @@ def test_lanes_in_doubt_count_as_they_are_and_bands_reach_around_both_extremes()
     assert row["median_p95"] >= other["median_p95"][0]
 
 
-def test_lanes_that_cannot_be_used_are_left_out_and_counted_by_status(tmp_path: pathlib.Path):
+def test_lanes_that_cannot_be_used_are_left_out_and_counted_by_status(
+    tmp_path: pathlib.Path, unrendered: None
+):
     table = lane_table()
     table.loc[:29, "status"] = "nonfinite"
     table.loc[30:39, "status"] = "unstable"
@@ -142,7 +144,9 @@ def test_too_many_lanes_in_doubt_are_refused_unless_asked_for(tmp_path: pathlib.
     assert "in doubt" in run(str(tmp_path), "--limit", "overturning", "--max-doubt", "1").stdout
 
 
-def test_a_table_without_an_estimate_and_few_records_say_so(tmp_path: pathlib.Path):
+def test_a_table_without_an_estimate_and_few_records_say_so(
+    tmp_path: pathlib.Path, unrendered: None
+):
     table = lane_table()
     table.to_parquet(tmp_path / "lanes.parquet")
     assert json.loads(run(str(tmp_path), "--json").stdout)["warnings"] == []
@@ -154,7 +158,7 @@ def test_a_table_without_an_estimate_and_few_records_say_so(tmp_path: pathlib.Pa
     assert "note: 8 records" in run(str(tmp_path)).stdout
 
 
-def test_the_slide_is_a_limit_state(tmp_path: pathlib.Path):
+def test_the_slide_is_a_limit_state(tmp_path: pathlib.Path, unrendered: None):
     table = lane_table()
     table.to_parquet(tmp_path / "lanes.parquet")
     out = tmp_path / "out"

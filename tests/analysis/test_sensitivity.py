@@ -147,7 +147,10 @@ def test_a_result_that_does_not_vary_has_no_indices(case: Case):
     assert found.rows["total"].isna().all()
 
 
-def test_the_command_writes_what_it_prints(case: Case, tmp_path: pathlib.Path):
+@pytest.mark.usefixtures("pages_bare")
+def test_the_command_writes_what_it_prints(
+    case: Case, tmp_path: pathlib.Path, request: pytest.FixtureRequest
+):
     out = tmp_path / "out"
     arguments = ["sensitivity", str(tmp_path), "--resamples", "20", "-o", str(out)]
     result = CliRunner().invoke(main, [*arguments, "--json"])
@@ -157,6 +160,7 @@ def test_the_command_writes_what_it_prints(case: Case, tmp_path: pathlib.Path):
     assert [row["total"] for row in found["rows"]] == table["total"].tolist()
     assert found["groups"][0]["lanes"] == case.lane_count * 6
     assert (out / "sensitivity.png").read_bytes()[:4] == b"\x89PNG"
+    request.getfixturevalue("unrendered")
     printed = CliRunner().invoke(main, arguments).stdout
     assert f"{table['total'].max():.3f}" in printed
     order = table.sort_values("total", ascending=False, kind="stable")["input"]

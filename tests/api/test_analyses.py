@@ -13,6 +13,8 @@ import warprock as wr
 from warprock.cli.main import main
 from warprock.tables.terminal import plain
 
+pytestmark = pytest.mark.usefixtures("nothing_rendered")
+
 QUIET = {"progress": False}
 
 SPECTRUM = {"run.duration": "20 s", "spectrum.period": wr.Grid("1 s", "4 s", 3)}
@@ -120,7 +122,8 @@ def test_a_sweep_goes_on_where_it_was_and_has_the_lanes_of_a_run(tmp_path):
 
 
 def test_a_comparison_has_tables_and_a_page(tmp_path, capsys):
-    found = wr.compare("free-b0", ["housner", "event"], **QUIET)
+    over = {"run.duration": "2 s"}
+    found = wr.compare("free-b0", ["housner", "event"], overrides=over, **QUIET)
     assert found.table["engine"].tolist() == ["housner", "housner", "event", "event"]
     names = [path.name for path in found.save(tmp_path)]
     assert names == ["comparison.parquet", "comparison.csv", "run.json", "report.html"]

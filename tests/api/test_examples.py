@@ -10,6 +10,8 @@ import pytest
 import warprock
 import warprock.api
 
+pytestmark = pytest.mark.usefixtures("nothing_rendered")
+
 HOMES = {f"warprock.{home}" for home in warprock._HOME.values()}
 ROOM = {f"warprock.api.{found.name}" for found in pkgutil.iter_modules(warprock.api.__path__)}
 

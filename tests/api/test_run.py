@@ -15,6 +15,8 @@ import warprock as wr
 from warprock.cli.main import main
 from warprock.run.case_run import run_case, run_lane
 
+pytestmark = pytest.mark.usefixtures("nothing_rendered")
+
 
 @pytest.fixture(scope="module")
 def run() -> wr.Run:
@@ -147,7 +149,7 @@ def test_the_names_of_commands_are_rooms_and_functions():
 
 
 def test_an_accuracy_picks_an_engine_and_says_why():
-    run = wr.run("free-b0", accuracy=1e-2, progress=False)
+    run = wr.run("free-b0", accuracy=1e-2, overrides={"run.duration": "2 s"}, progress=False)
     assert run.accuracy is not None
     assert run.engine == run.accuracy.engine
     assert run.found.options.precision == run.accuracy.precision

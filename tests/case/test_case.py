@@ -4,7 +4,7 @@ import json
 import re
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.shared.case_texts import FREE, PULSE, refusal
@@ -413,6 +413,7 @@ PARTS = sorted(
 )
 
 
+@settings(max_examples=40)
 @given(path=st.lists(st.sampled_from(PARTS), min_size=1, max_size=3), value=JUNK)
 def test_whatever_is_written_the_answer_is_a_case_or_one_line(path, value):
     said = ""

@@ -111,7 +111,9 @@ def test_what_cannot_be_drawn_is_refused(tmp_path: pathlib.Path, old, new, words
         assert word in str(error.value), f"{word!r} is not in {error.value}"
 
 
-def test_a_figure_shows_every_input_that_was_drawn(file: pathlib.Path, tmp_path: pathlib.Path):
+def test_a_figure_shows_every_input_that_was_drawn(
+    file: pathlib.Path, tmp_path: pathlib.Path, unrendered: None
+):
     records = 'sample.over.motion.record=["shake.csv", "ridgecrest-2019-ccc-090"]'
     case = load_case(file, ["sample.lanes=20", records, "run.sample_interval=0.1 s"])
     titles = [each.title for each in drawn_inputs(case)]

@@ -99,8 +99,11 @@ def places(table: dict[str, Any], path: tuple[Any, ...] = ()) -> Iterator[tuple[
 @pytest.mark.parametrize("kind", template_kinds())
 def test_whatever_stands_in_a_template_the_answer_is_a_case_or_one_line(kind: str):
     raw = tomllib.loads(template_text(kind))
+    others = template_kinds()[: template_kinds().index(kind)]
+    known = {path for other in others for path in places(tomllib.loads(template_text(other)))}
     for path in places(raw):
-        for junk in JUNK:
+        # A key that another template has, too, is tried there with all of them.
+        for junk in JUNK[:: 4 if path in known else 1]:
             changed: Any = copy.deepcopy(raw)
             table = changed
             for part in path[:-1]:

@@ -78,7 +78,7 @@ def test_any_tables_are_read_as_they_were_written(tables):
     assert tomllib.loads(toml_text(tables)) == tables
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(
     sizes=st.lists(st.floats(10.0, 1000.0), min_size=1, max_size=5),
     friction=st.floats(0.0, 50.0),

@@ -20,6 +20,7 @@ def mesh(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     return write(l_profile(), tmp_path_factory.mktemp("mesh"), "corbel.stl")
 
 
+@pytest.mark.usefixtures("pages_bare")
 def test_a_case_a_figure_and_a_page_lie_in_the_folder(mesh: pathlib.Path, tmp_path: pathlib.Path):
     folder = tmp_path / "corbel"
     done = CliRunner().invoke(main, ["body", str(mesh), *DENSITY, "-o", str(folder)])

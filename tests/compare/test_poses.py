@@ -117,14 +117,16 @@ def test_a_file_that_tells_no_poses_is_refused(case, lane_set, tmp_path, change,
         read_poses(case, lane_set, str(tmp_path / "bad.csv"))
 
 
-def test_compare_holds_engines_against_what_was_seen():
+@pytest.mark.parametrize("engine", ["impulse", pytest.param("event", marks=pytest.mark.thorough)])
+def test_compare_holds_engines_against_what_was_seen(engine: str):
     """The kernels are those of tests/engines/test_thrown.py."""
-    found = compare(load_case(CASE), ["event", "impulse"])
+    engines = [engine, f"{engine}@restitution=0" if engine == "impulse" else "impulse"]
+    found = compare(load_case(CASE), engines)
     assert found["observed"] == "observed.csv"
     assert len(found["rows"]) == 80
-    for engine in ("event", "impulse"):
-        mine = [row for row in found["rows"] if row["engine"] == engine]
+    for name in engines:
+        mine = [row for row in found["rows"] if row["engine"] == name]
         # Two rigid engines on one law of contact: most tosses end on the face that was seen.
         assert np.mean([row["same_face"] for row in mine]) > 0.7
-        early = np.array(found["over_time"][engine]["position_error_mm"])[:5]
+        early = np.array(found["over_time"][name]["position_error_mm"])[:5]
         assert np.all(early < 3.0)

@@ -81,6 +81,7 @@ def test_impulse_with_sweeps_enough_comes_to_event() -> None:
     assert 0.0 < fine < coarse / 2
 
 
+@pytest.mark.extra
 @pytest.mark.skipif(importlib.util.find_spec("mujoco") is None, reason="the extra [mujoco]")
 def test_mujoco_comes_to_event_when_its_step_is_halved_twice() -> None:
     """Over the first half second; later a block lands so nearly on an edge that differences grow.
@@ -96,22 +97,24 @@ def test_mujoco_comes_to_event_when_its_step_is_halved_twice() -> None:
 
 
 def test_compare_prints_what_each_setting_comes_to() -> None:
-    command = ["compare", "space-free", "-s", "run.duration=0.2 s", "-e", FINEST, "-e", "event"]
+    fine = "impulse@substeps=83"
+    command = ["compare", "space-free", "-s", "run.duration=0.2 s", "-e", fine, "-e", "impulse"]
     printed = CliRunner().invoke(main, command)
     assert printed.exit_code == 0, printed.output
-    assert f"engines against {FINEST}" in printed.stdout
+    assert f"engines against {fine}" in printed.stdout
     summary = printed.stdout.partition("largest over all lanes")[2]
     lines = {line.split()[0]: line.split()[1:] for line in summary.splitlines() if "e-0" in line}
     rows = json.loads(CliRunner().invoke(main, [*command, "--json"]).stdout)["rows"]
     for place, name in enumerate(DIFFERENCES):
-        worst = max(row[name] for row in rows if row["engine"] == "event")
-        assert lines["event"][place] == format(worst, ".1e")
-    assert {row["reference"] for row in rows} == {FINEST}
+        worst = max(row[name] for row in rows if row["engine"] == "impulse")
+        assert lines["impulse"][place] == format(worst, ".1e")
+    assert {row["reference"] for row in rows} == {fine}
 
 
+@pytest.mark.extra
 def test_programs_are_charged_by_setting() -> None:
     pytest.importorskip("mujoco", reason="the extra [mujoco]")
-    engines = ["event", "mujoco@steps_per_second=600", "mujoco@steps_per_second=1200"]
+    engines = ["impulse", "mujoco@steps_per_second=600", "mujoco@steps_per_second=1200"]
     costs = compare(load_case("space-free", ["run.duration=0.1 s"]), engines)["costs"]
     assert [row["engine"] for row in costs] == engines[1:]
     assert [row["settings"]["steps_per_second"] for row in costs] == [600.0, 1200.0]

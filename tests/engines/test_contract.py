@@ -143,7 +143,7 @@ def test_block_rests_below_the_uplift_acceleration_and_lifts_above(engine: str) 
     ratio = np.array([0.5, 0.9, 0.99, 1.01, 1.2])
     lanes = make_lanes(np.full(5, 0.2), 1.0)
     motions = sines(Control.ACCELERATION, ratio * limit, 2.0, cycles=1.0)
-    response = run_batch(engine, lanes, motions, SampleTimes(1.0), settings=RIGID.get(engine))
+    response = run_batch(engine, lanes, motions, SampleTimes(0.6), settings=RIGID.get(engine))
     lifted = np.isfinite(response["uplift_time"])
     np.testing.assert_array_equal(lifted, ratio > 1.0)
     assert np.all(response["outcome"][~lifted] == Outcome.AT_REST)
@@ -179,25 +179,10 @@ def test_a_form_by_its_name_is_that_form() -> None:
         Target(form="fast")
 
 
-@every_engine
-def test_packed_and_plain_kernels_agree(engine: str) -> None:
-    lanes, motions = mixed_batch()
-    packed = mixed_response(engine)
-    plain = run_batch(engine, lanes, motions, TIMES, form=Form.PLAIN)
-    # One step function; the compiler may fuse multiply-adds differently, and a lane that is about
-    # to fall magnifies that, so the falling ones are compared by their outcome.
-    np.testing.assert_array_equal(packed["outcome"], plain["outcome"])
-    fell = packed["outcome"] == Outcome.OVERTURNED
-    np.testing.assert_allclose(
-        packed["peak_rotation"][~fell], plain["peak_rotation"][~fell], rtol=1e-9
-    )
-    assert np.any(fell)
-
-
 @pytest.mark.parametrize(
     "engine",
     [
-        pytest.param(engine, marks=() if engine == "event" else pytest.mark.thorough)
+        pytest.param(engine, marks=() if engine == "housner" else pytest.mark.thorough)
         for engine in single_block_engines()
     ],
 )

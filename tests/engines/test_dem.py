@@ -7,7 +7,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tests.shared.blocks import Array, free_lanes, make_lanes, make_stacks, sines, velocity_steps
+from tests.shared.blocks import (
+    Array,
+    at_rest,
+    free_lanes,
+    make_lanes,
+    make_stacks,
+    sines,
+    velocity_steps,
+)
 from tests.shared.speed import require_gain
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
@@ -69,11 +77,11 @@ def test_table_6_is_within_three_per_cent_of_the_papers_dem() -> None:
 
 
 def test_stiff_springs_at_the_ends_converge_to_housner() -> None:
-    lanes, times = free_lanes(), SampleTimes(1.5, 0.01)
+    lanes, times = free_lanes(), SampleTimes(1.0, 0.01)
     reference = run(lanes, StillBase(9), times, engine="housner")
     found = []
     for stiffness in (1e9, 1e10, 1e11):
-        response = run(lanes, StillBase(9), times, stiff(lanes, stiffness, 10.0))
+        response = run(lanes, at_rest(9), times, stiff(lanes, stiffness, 10.0))
         gap = np.abs(response["rotation"] - reference["rotation"]).max(axis=1)
         found.append(np.max(gap / lanes.slenderness_angle))
     # The springs give by mg / k, so ten times the stiffness is a tenth of the difference.
@@ -124,16 +132,23 @@ def test_energy_of_a_block_that_comes_to_rest_is_all_lost() -> None:
     np.testing.assert_allclose(response["energy_lost"], held, rtol=1e-3)
 
 
-@pytest.mark.parametrize("subcontacts", [pytest.param(2, marks=pytest.mark.thorough), 5])
-def test_resting_stack_stays(subcontacts: int) -> None:
+@pytest.mark.parametrize(
+    ("subcontacts", "count"),
+    [
+        (5, 2),
+        pytest.param(5, 3, marks=pytest.mark.thorough),
+        pytest.param(2, 3, marks=pytest.mark.thorough),
+    ],
+)
+def test_resting_stack_stays(subcontacts: int, count: int) -> None:
     lanes = make_stacks(
-        np.array([[0.5, 0.4, 0.3], [0.3, 0.5, 0.3], [0.4, 0.4, 0.4]]),
+        np.array([[0.5, 0.4, 0.3], [0.3, 0.5, 0.3], [0.4, 0.4, 0.4]])[:, :count],
         0.6,
-        offset=np.array([[0.0, 0.02, -0.01], [0.0, 0.05, 0.1], [0.0, 0.0, 0.0]]),
+        offset=np.array([[0.0, 0.02, -0.01], [0.0, 0.05, 0.1], [0.0, 0.0, 0.0]])[:, :count],
         friction=1.0,
     )
     settings = DemSettings(subcontacts=subcontacts)
-    response = run(lanes, StillBase(3), SampleTimes(10.0, 0.5), settings)
+    response = run(lanes, at_rest(3), SampleTimes(10.0, 0.5), settings)
     moved = np.abs(response["rotation"] - response["rotation"][:, :, :1]).max(axis=2)
     assert np.all(moved * lanes.width <= 1e-9)
     assert np.all(response["peak_slide"] <= 1e-9)
@@ -292,10 +307,10 @@ def test_stiff_stack_of_two_follows_two_block() -> None:
         rotation=np.array([[0.1, 0.1], [0.0, 0.15], [0.0, 0.1]]),
     )
     times = SampleTimes(0.8, 0.01)
-    reference = run(lanes, StillBase(3), times, engine="two-block")
+    reference = run(lanes, at_rest(3), times, engine="two-block")
     found = []
     for stiffness in (1e9, 1e10, 1e11):
-        response = run(lanes, StillBase(3), times, stiff(lanes, stiffness, 10.0))
+        response = run(lanes, at_rest(3), times, stiff(lanes, stiffness, 10.0))
         found.append(np.abs(response["rotation"] - reference["rotation"]).max())
     assert np.abs(reference["rotation"]).max() >= 0.1
     assert found[0] <= 1e-2

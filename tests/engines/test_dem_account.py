@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import make_lanes, sines, two_equal
-from tests.shared.spatial_blocks import in_space, still
+from tests.shared.spatial_blocks import in_space, unmoved
 from warprock.engines.dem import Dem
 from warprock.engines.soundness import Account, unstable
 from warprock.errors import InputError
@@ -73,7 +73,7 @@ def test_the_default_springs_lend_no_more_than_the_closed_form():
     np.testing.assert_array_equal(response["status"], Status.OK)
 
 
-@pytest.mark.parametrize("stacked", [False, True])
+@pytest.mark.parametrize("stacked", [False, pytest.param(True, marks=pytest.mark.thorough)])
 def test_what_overturns_below_g_tan_alpha_is_no_error_of_the_step(stacked: bool):
     # Three cycles of a sine of 0.8 to 0.99 of what lifts rigid blocks. What falls does so at a
     # quarter of the step, and the account, which knows what springs hold, finds nothing gained.
@@ -133,7 +133,7 @@ def test_blocks_that_buckle_on_their_springs_are_refused(spatial: bool):
     stiffness = 0.375 * 1e9 * (0.5 * width) ** 2 / (2000.0 * 100.0 * GRAVITY * 50.0)
     reserve, _ = Dem().reserve(lanes)
     assert reserve[1] == pytest.approx(stiffness, rel=1e-9)
-    motions = still(2) if spatial else StillBase(2)
+    motions = unmoved(2) if spatial else StillBase(2)
     with pytest.raises(InputError, match=r"lane 1: got 0\.086.*must be above 1: in dem"):
         run_batch("dem", lanes, motions, SampleTimes(1.0))
     # Where it just can stand it is not refused.

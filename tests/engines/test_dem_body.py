@@ -74,7 +74,8 @@ def test_an_eccentric_body_stands_still_from_the_start() -> None:
 
 
 def test_a_mirrored_body_moves_as_in_a_mirror() -> None:
-    lanes, motions = body_lanes(STEPPED, STARTS, friction=0.4), shaken(5, 4.0)
+    base = ((-0.1, -0.5), (0.2, -0.5), (0.3, -0.4))
+    lanes, motions = body_lanes(base, STARTS, friction=0.4), shaken(5, 4.0)
     one, other = run(lanes, motions), run(mirrored(lanes), motions.scaled(-np.ones(5)))
     # Sums over the springs are not taken in mirrored order.
     np.testing.assert_allclose(other["rotation"], -one["rotation"], atol=1e-9)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import Array, free_lanes, make_lanes, make_stacks, sines, velocity_steps
-from tests.shared.spatial_blocks import along, in_space, sound_run, still
+from tests.shared.spatial_blocks import along, in_space, sound_run, unmoved
 from tests.shared.speed import require_gain
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
@@ -66,7 +66,7 @@ def test_planar_scenes_are_those_of_the_planar_engine() -> None:
     six, motions = pulse.lanes.take(slice(0, 6)), pulse.motions.take(slice(0, 6))
     free = free_lanes()
     for lanes, planar, spatial in (
-        (free, StillBase(9), still(9)),
+        (free, StillBase(9), unmoved(9)),
         (six, motions, along(motions)),
     ):
         times = SampleTimes(2.0, 0.01)
@@ -169,8 +169,8 @@ def test_box_dropped_on_a_corner_an_edge_and_a_face_comes_to_rest_flat() -> None
         rotation_start=[0.2, 0.25, 0.0, 0.15], rotation_across_start=[0.15, 0.0, 0.0, -0.2],
         yaw_start=[0.4, 0.0, 0.1, -0.3],
     )  # fmt: skip
-    early = run(lanes, still(4), SampleTimes(0.3), DAMPED)["energy_lost"]
-    response = run(lanes, still(4), SampleTimes(4.0, 0.05), DAMPED)
+    early = run(lanes, unmoved(4), SampleTimes(0.3), DAMPED)["energy_lost"]
+    response = run(lanes, unmoved(4), SampleTimes(4.0, 0.05), DAMPED)
     assert np.all(response["outcome"] == Outcome.AT_REST)
     assert np.all(np.abs(response["rotation"][:, -1]) < 1e-6)
     assert np.all(np.abs(response["rotation_across"][:, -1]) < 1e-6)
@@ -196,8 +196,8 @@ def test_free_fall_is_exact() -> None:
     for lane in range(2):
         one = lanes.take(slice(lane, lane + 1))
         # Half a step at the start makes the fall exact; a step is 2e-4 s.
-        before = run(one, still(1), SampleTimes(float(lands[lane]) - 5e-4, 0.01))
-        after = run(one, still(1), SampleTimes(float(lands[lane]) + 5e-4))
+        before = run(one, unmoved(1), SampleTimes(float(lands[lane]) - 5e-4, 0.01))
+        after = run(one, unmoved(1), SampleTimes(float(lands[lane]) + 5e-4))
         assert before["peak_penetration"][0] == 0.0 < after["peak_penetration"][0]
         leans = np.arctan(np.tan(0.1) * np.cos(0.3))
         np.testing.assert_allclose(before["rotation"][0], leans, rtol=1e-12)

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tests.shared.blocks import make_lanes, make_stacks
+from tests.shared.blocks import at_rest, make_lanes, make_stacks
 from tests.shared.closed_forms import contact_restitution
 from warprock.engines import dem
 from warprock.engines.dem_springs import (
@@ -89,7 +89,7 @@ def test_steps_are_stable_up_to_the_limit_and_not_beyond(
     energy = 0.5 * frequency**2 * lanes.mass * 1e-12
     for safety, stable in ((0.99, True), (1.02, False)):
         settings = dataclasses.replace(damped, step_safety=safety)
-        response = run_batch("dem", lanes, StillBase(1), SampleTimes(1.0), settings=settings)
+        response = run_batch("dem", lanes, at_rest(1), SampleTimes(1.0), settings=settings)
         lost = response["energy_lost"]
         # Near its limit an undamped mode keeps an energy that is not the continuous one, but
         # bounded: 1 / (1 - 0.99^2) = 50 of it.

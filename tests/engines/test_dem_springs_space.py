@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import Array, make_lanes, make_stacks, velocity_steps
-from tests.shared.spatial_blocks import in_space, sound_run, still
+from tests.shared.spatial_blocks import in_space, sound_run, unmoved
 from warprock.engines.dem_springs_space import SpatialSprings, spatial_frequencies
 from warprock.model.lanes import Lanes
 from warprock.model.motion import SpatialMotions
@@ -73,7 +73,7 @@ def test_steps_are_stable_up_to_the_limit_and_not_beyond(ratio: float) -> None:
     damped = dataclasses.replace(base, stiffness_damping=2.0 * ratio / stiffest)
     for safety, stable in ((0.99, True), (1.02, False)):
         settings = dataclasses.replace(damped, step_safety=safety)
-        response = run_batch("dem", lanes, still(1), SampleTimes(1.0), settings=settings)
+        response = run_batch("dem", lanes, unmoved(1), SampleTimes(1.0), settings=settings)
         assert (response["status"][0] == Status.OK) == stable
 
 
@@ -82,7 +82,7 @@ def test_block_at_rest_sinks_by_its_weight_over_the_springs() -> None:
         make_lanes(np.full(3, 0.5), 1.0), depth=[0.3, 0.5, 0.5], yaw_start=[0.0, 0.3, 0.0],
         centre_offset_x=[0.0, 0.0, 0.05], centre_offset_y=[0.0, 0.0, -0.03],
     )  # fmt: skip
-    response = run(lanes, still(3), SampleTimes(2.0, 0.1))
+    response = run(lanes, unmoved(3), SampleTimes(2.0, 0.1))
     area = lanes.width * lanes.depth
     sunk = lanes.mass * GRAVITY / (DemSettings().normal_stiffness * area)
     assert np.all(response["outcome"] == Outcome.AT_REST)
@@ -127,7 +127,7 @@ def test_stack_of_six_stands_for_a_minute() -> None:
         offset=[0.0, 0.01, 0.0, 0.0, -0.02, 0.01],
         centre_offset_x=[0.0, 0.0, 0.01, 0.0, 0.0, 0.0],
     )  # fmt: skip
-    response = run(lanes, still(1), SampleTimes(60.0, 1.0), settings)
+    response = run(lanes, unmoved(1), SampleTimes(60.0, 1.0), settings)
     assert response["outcome"][0] == Outcome.AT_REST
     for name in ("rotation", "rotation_across", "yaw"):
         moved = np.abs(response[name] - response[name][..., :1]).max()

@@ -11,10 +11,17 @@ import pytest
 import warp as wp
 
 from tests.engines.test_impulse_stack import oracle, potential, random_pairs, stacks
-from tests.shared.blocks import Array, every_height_of_stack, free_lanes, sines, velocity_steps
+from tests.shared.blocks import (
+    Array,
+    at_rest,
+    every_height_of_stack,
+    free_lanes,
+    sines,
+    velocity_steps,
+)
 from warprock.kernels.instance import LOOPS_STAY, kernel_module, module_options
 from warprock.model.lanes import Lanes, as_stacks
-from warprock.model.motion import Control, GroundMotions, StillBase
+from warprock.model.motion import Control, GroundMotions
 from warprock.model.response import LANE_FIELDS, Outcome, Response, SampleTimes, Status
 from warprock.run.batch import run_batch
 from warprock.settings.engines import DirectSettings
@@ -139,7 +146,7 @@ def test_a_stack_of_one_is_the_single_block() -> None:
     alone = as_stacks(single)
     times = SampleTimes(2.0, 0.01)
     for box in (0, 1):
-        one, other = (run(each, StillBase(9), times, friction_box=box) for each in (single, alone))
+        one, other = (run(each, at_rest(9), times, friction_box=box) for each in (single, alone))
         # One law, two solvers and two ways to write the geometry: round-off, magnified by impacts.
         np.testing.assert_allclose(other["rotation"][:, 0], one["rotation"], rtol=0.0, atol=1e-9)
         np.testing.assert_array_equal(other["outcome"], one["outcome"])
@@ -149,7 +156,7 @@ def test_a_stack_of_one_is_the_single_block() -> None:
 
 
 def test_free_pairs_converge_to_the_oracle_at_first_order() -> None:
-    lanes, motions, times = random_pairs(12), StillBase(12), SampleTimes(0.5, 0.01)
+    lanes, motions, times = random_pairs(12), at_rest(12), SampleTimes(0.5, 0.01)
     expected = oracle(lanes, motions, times)
     substeps = np.array([6, 20, 63, 200])
     errors = []
@@ -187,7 +194,7 @@ def test_a_stack_that_nothing_lifts_rests(count: int) -> None:
     for stiffness in (1e15, 1e8):
         response = run(
             lanes,
-            StillBase(3),
+            at_rest(3),
             SampleTimes(20.0),
             substeps=1,
             contact_stiffness=stiffness,
@@ -210,7 +217,7 @@ def test_eccentric_stack_tilts_on_its_springs_by_statics() -> None:
     lanes = stacks(width, 0.2, offset=offset, chamfer=0.01)
     response = run(
         lanes,
-        StillBase(2),
+        at_rest(2),
         SampleTimes(2.0, 0.5),
         substeps=4,
         contact_stiffness=stiffness,
@@ -240,7 +247,7 @@ def test_energy_is_lost_and_never_won() -> None:
     for substeps in (20, 100):
         lost = [np.zeros(12)]
         for duration in (0.05, 0.1, 0.2, 0.4, 4.0):
-            response = run(lanes, StillBase(12), SampleTimes(duration), substeps=substeps)
+            response = run(lanes, at_rest(12), SampleTimes(duration), substeps=substeps)
             lost.append(response["energy_lost"] / held)
         # First order: a swing without impacts wins a part of what it has, and what has come to
         # rest has lost all that it held, but for what one step of falling makes.
@@ -270,17 +277,17 @@ def test_stack_slides_by_the_closed_form() -> None:
 def test_mirrored_stacks_give_mirrored_responses() -> None:
     lanes, times = random_pairs(12), SampleTimes(1.0, 0.05)
     mirrored = dataclasses.replace(lanes, rotation_start=-lanes.rotation_start)
-    there, back = (run(each, StillBase(12), times) for each in (lanes, mirrored))
+    there, back = (run(each, at_rest(12), times) for each in (lanes, mirrored))
     np.testing.assert_array_equal(there["rotation"], -back["rotation"])
     np.testing.assert_array_equal(there["residual_slide"], -back["residual_slide"])
 
 
 def test_bad_lane_harms_no_neighbour(unjudged: None) -> None:
     lanes, times = random_pairs(12), SampleTimes(0.3)
-    good = run(lanes, StillBase(12), times)
+    good = run(lanes, at_rest(12), times)
     height = lanes.height.copy()
     height[5, 1] = np.nan
-    response = run_batch("direct", dataclasses.replace(lanes, height=height), StillBase(12), times)
+    response = run_batch("direct", dataclasses.replace(lanes, height=height), at_rest(12), times)
     others = np.arange(12) != 5
     assert response["status"][5] == Status.NONFINITE
     for name in LANE_FIELDS:
@@ -311,7 +318,7 @@ def test_blocks_of_very_different_weight_stay_solved(ratio: float) -> None:
     lanes = stacks(
         np.tile([0.4, 0.3], (8, 1)), 0.6, density=[1000.0, 1000.0 * ratio], rotation=turn
     )
-    response = run(lanes, StillBase(8), SampleTimes(3.0))
+    response = run(lanes, at_rest(8), SampleTimes(3.0))
     lost = response["energy_lost"] / potential(lanes)
     # All of it where the stack has come to rest, part of it where it has not.
     assert np.all((lost > 0.9) & (lost < 1.0 + 1e-4))

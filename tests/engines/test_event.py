@@ -59,6 +59,7 @@ def test_free_rocking_is_second_order_through_all_impacts() -> None:
     assert np.min(orders(found)) >= 1.8
 
 
+@pytest.mark.thorough
 def test_blocks_of_figure_4_within_3e_4_at_100_steps_a_second() -> None:
     lanes = make_lanes(np.full(2, 1.0), np.array([5.0, 5.5]), 0.5)
     found = errors(lanes, StillBase(2), SampleTimes(10.0, 0.01))
@@ -111,6 +112,7 @@ def test_uplift_is_located() -> None:
     assert np.max(np.abs(fine - expected)) <= 4e-6
 
 
+@pytest.mark.thorough
 def test_record_is_followed() -> None:
     record = load_record("ridgecrest-2019-ccc-090")
     lanes = make_lanes(np.full(2, 0.4), 2.0, friction=2.0)

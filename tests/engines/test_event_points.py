@@ -1,4 +1,7 @@
-"""Bodies in space on many contact points, in the event-driven engine: round bases, edges, faces."""
+"""Bodies in space on many contact points, in the event-driven engine: round bases, edges, faces.
+
+Its kernel of bodies takes 11 s to compile: `thorough`. The ordinary run has bodies in `impulse`.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,7 @@ import pytest
 
 from tests.shared.blocks import sines, velocity_steps
 from tests.shared.space_bodies import bodies_of, body_lanes
-from tests.shared.spatial_blocks import along, sound_run, spatial_lanes, still
+from tests.shared.spatial_blocks import along, sound_run, spatial_lanes, unmoved
 from tests.shared.speed import require_gain
 from warprock.engines import engine_class
 from warprock.model.lanes import SpatialLanes
@@ -43,6 +46,7 @@ def with_points(lanes: SpatialLanes, bases: list[Array]) -> SpatialLanes:
     return dataclasses.replace(lanes, body=dataclasses.replace(body, points=rows, count=count))
 
 
+@pytest.mark.thorough
 def test_a_round_base_lifts_where_the_pull_leaves_it():
     # Over a corner of the rim, and over an edge between two.
     count, friction, peak, frequency = 16, 2.0, 0.6 * GRAVITY, 0.8
@@ -57,6 +61,7 @@ def test_a_round_base_lifts_where_the_pull_leaves_it():
     assert np.all(found["energy_lost"] > 0.0)
 
 
+@pytest.mark.thorough
 def test_a_face_of_many_points_slides_as_far_as_friction_lets_it():
     speed, friction = np.array([0.3, 0.5, 0.4]), 0.2
     lanes = body_lanes(rim(16), TENSOR, 3, friction=friction)
@@ -68,6 +73,7 @@ def test_a_face_of_many_points_slides_as_far_as_friction_lets_it():
     assert np.all(found["peak_yaw"] < 1e-6)
 
 
+@pytest.mark.thorough
 def test_points_that_no_hull_has_as_a_corner_change_nothing():
     # A square, and the same with points on its edges and in between.
     a = 0.1
@@ -156,7 +162,7 @@ def test_twelve_points_cost_at_most_four_boxes():
 
     def cost(lanes: SpatialLanes) -> float:
         started = time.process_time()
-        runs.run(lanes, still(count), SampleTimes(3.0))
+        runs.run(lanes, unmoved(count), SampleTimes(3.0))
         return time.process_time() - started
 
     for lanes in (box, drum):

@@ -81,13 +81,17 @@ def slide_error(found: Array, expected: Array) -> Array:
 
 
 @pytest.mark.parametrize(
-    ("control", "grip"), [(Control.DISPLACEMENT, None), (Control.ACCELERATION, (1.02, 1.4))]
+    ("control", "grip"),
+    [
+        (Control.DISPLACEMENT, None),
+        pytest.param(Control.ACCELERATION, (1.02, 1.4), marks=pytest.mark.thorough),
+    ],
 )
 def test_rotations_and_slides_are_those_of_an_independent_integration(
     control: Control, grip: tuple[float, float] | None
 ) -> None:
     # Velocity steps make the one kind slide, a friction that hardly lets it rock the other.
-    count = 6
+    count = 6 if grip else 4
     lanes, motions = random_pulses(control, 21, count, grip)
     at = np.arange(151) * 0.01
     parts = [motion(case_of(lanes, motions, lane), at) for lane in range(count)]
@@ -138,6 +142,7 @@ def test_velocity_steps_of_the_sine_pulse_case() -> None:
     )
 
 
+@pytest.mark.thorough
 def test_packed_and_plain_slide_alike() -> None:
     lanes, motions = random_pulses(Control.DISPLACEMENT, 2, 100)
     packed = respond(lanes, motions, DEFAULT, Form.PACKED)

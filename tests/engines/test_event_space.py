@@ -9,7 +9,7 @@ import pytest
 
 from tests.shared.blocks import Array, free_lanes, make_lanes, sines, velocity_steps
 from tests.shared.corner_roll import rolled, tumbled
-from tests.shared.spatial_blocks import along, in_space, mirrored, spatial_lanes, still
+from tests.shared.spatial_blocks import along, in_space, mirrored, spatial_lanes, unmoved
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import (
     Control,
@@ -97,7 +97,7 @@ def test_planar_scenes_are_those_of_the_planar_engine(scene: str) -> None:
 def test_planar_scenes_come_to_housner() -> None:
     lanes, times = free_lanes(), SampleTimes(2.0, 0.01)
     reference = run_batch("housner", lanes, StillBase(9), times)["rotation"]
-    space = respond(in_space(lanes), still(9), times, 2e-4)["rotation"]
+    space = respond(in_space(lanes), unmoved(9), times, 2e-4)["rotation"]
     # 9e-5 at 5e-3 s, of second order: 1.5e-7.
     assert np.all(np.abs(space - reference).max(axis=1) <= 1e-6 * lanes.slenderness_angle)
 
@@ -155,7 +155,7 @@ def test_rolling_on_a_corner_follows_the_oracle(shaken: bool) -> None:
         np.testing.assert_allclose(energy, energy[0], rtol=1e-11)
     errors = []
     for step in STEPS:
-        found = respond(leaning(20.0), along(*base) if shaken else still(1), times, float(step))
+        found = respond(leaning(20.0), along(*base) if shaken else unmoved(1), times, float(step))
         gap = [found[name][0] - told for name, told in zip(ANGLES, motion.rotations, strict=False)]
         errors.append(np.max(np.abs(gap)))
         assert found["impact_count"][0] == 0
@@ -191,9 +191,11 @@ def test_a_box_thrown_up_tumbles_as_the_oracle_says() -> None:
 def test_rocking_and_rolling_are_second_order_through_impacts() -> None:
     # From one corner over edges to other corners.
     times = SampleTimes(1.5, 0.01)
-    reference = respond(leaning(), still(1), times, 5e-5)
+    reference = respond(leaning(), unmoved(1), times, 5e-5)
     assert reference["impact_count"][0] >= 8
-    errors = np.array([apart(respond(leaning(), still(1), times, s), reference)[0] for s in STEPS])
+    errors = np.array(
+        [apart(respond(leaning(), unmoved(1), times, s), reference)[0] for s in STEPS]
+    )
     assert errors[3] <= 2e-6
     assert order(errors) >= 1.8
 
@@ -288,20 +290,20 @@ def test_dropped_blocks_come_to_rest_flat_and_have_lost_their_energy() -> None:
     rise = start_poses(lanes)[0][:, 2] - 0.5 * lanes.height
     held = lanes.mass * GRAVITY * rise
     for step in (1e-2, 2e-3):
-        response = respond(lanes, still(count), SampleTimes(8.0, 0.05), step)
+        response = respond(lanes, unmoved(count), SampleTimes(8.0, 0.05), step)
         assert np.all(response["outcome"] == Outcome.AT_REST)
         assert np.max(np.abs(response["rotation"][:, -1])) <= 1e-12
         assert np.max(np.abs(response["rotation_across"][:, -1])) <= 1e-12
         # What the steps miss is of second order.
         np.testing.assert_allclose(response["energy_lost"], held, rtol=100.0 * step**2)
     for duration in (0.1, 0.3, 0.6):
-        lost = respond(lanes, still(count), SampleTimes(duration), 2e-3)["energy_lost"]
+        lost = respond(lanes, unmoved(count), SampleTimes(duration), 2e-3)["energy_lost"]
         assert np.all(lost >= -1e-9 * held)
 
 
 def test_a_face_that_falls_flat_loses_all_at_once() -> None:
     lanes = spatial_lanes([0.5], 1.0, yaw_start=0.7, gap_start=0.2)
-    response = respond(lanes, still(1), SampleTimes(1.0))
+    response = respond(lanes, unmoved(1), SampleTimes(1.0))
     assert response["impact_count"][0] == 1
     # Free fall is exact: s = g t^2 / 2.
     assert response["rest_time"][0] == pytest.approx(np.sqrt(0.4 / GRAVITY), abs=1e-9)
@@ -311,7 +313,7 @@ def test_a_face_that_falls_flat_loses_all_at_once() -> None:
 def test_corners_that_are_nearly_level_land_as_an_edge_does() -> None:
     lean = np.array([0.0, 1e-15, 1e-12, 1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3])
     lanes = in_space(make_lanes(np.full(9, 0.5), 1.0, 0.5), rotation_across_start=lean)
-    response = respond(lanes, still(9), SampleTimes(2.0, 0.01), 1e-3)
+    response = respond(lanes, unmoved(9), SampleTimes(2.0, 0.01), 1e-3)
     gap = np.abs(response["rotation"] - response["rotation"][0]).max(axis=1)
     # Together within the tolerance of an impact, else one after the other, to the same end: what
     # the lean does to the motion goes to nothing with it.

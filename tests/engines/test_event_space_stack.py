@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import sines, velocity_steps
-from tests.shared.spatial_blocks import along, mirrored, spatial_stack, still
+from tests.shared.spatial_blocks import along, mirrored, spatial_stack, unmoved
 from warprock.engines.event import Event
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import Control, GroundMotions, SpatialMotions
@@ -40,11 +40,6 @@ def pulses(count: int = 1, side: float = 1.0) -> SpatialMotions:
     )
 
 
-def unmoved(count: int) -> SpatialMotions:
-    """A base that stays where it is, in the kernel that `pulses` needs anyway."""
-    return along(sines(Control.ACCELERATION, 0.0, np.ones(count), 1.0))
-
-
 def dropped(count: int) -> SpatialLanes:
     """Stacks of two, turned against one another; the upper block starts on a corner in the air."""
     rng = np.random.default_rng(3)
@@ -67,7 +62,7 @@ def test_a_tall_crooked_stack_stands_to_the_last_digit() -> None:
         offset_across=[[0.0, -0.01, 0.01, 0.02, -0.01, 0.0]],
         yaw_start=[[0.02, -0.03, 0.1, 0.0, 0.05, -0.2]],
     )  # fmt: skip
-    found = respond(lanes, still(1), SampleTimes(60.0))
+    found = respond(lanes, unmoved(1), SampleTimes(60.0))
     assert found["status"][0] == Status.OK
     assert found["outcome"][0] == Outcome.AT_REST
     assert np.max(found["peak_slide"]) <= 1e-12
@@ -77,15 +72,16 @@ def test_a_tall_crooked_stack_stands_to_the_last_digit() -> None:
 
 def test_dropped_stacks_come_to_rest_and_lose_what_they_held() -> None:
     lanes = dropped(8)
+    found = respond(lanes, unmoved(8), SampleTimes(4.0, 0.1))
     lost = [
         respond(lanes, unmoved(8), SampleTimes(until))["energy_lost"]
-        for until in (0.02, 0.05, 0.1, 0.2, 4.0)
+        for until in (0.02, 0.05, 0.1, 0.2)
     ]
+    lost.append(found["energy_lost"])
     # A step's own error of the energy is of its third order.
     for before, after in itertools.pairwise(lost):
         assert np.all(after >= before - 1e-5 * lost[-1])
     assert np.all(lost[0] >= -1e-5 * lost[-1])
-    found = respond(lanes, unmoved(8), SampleTimes(4.0, 0.1))
     assert np.all(found["status"] == Status.OK)
     assert np.all(found["outcome"] == Outcome.AT_REST)
     assert np.max(np.abs(found["rotation"][..., -1])) <= 1e-5
@@ -96,7 +92,7 @@ def test_rocking_stacks_are_those_of_the_plane_to_second_order() -> None:
     lanes = spatial_stack([0.3, 0.3], [0.5, 0.5], friction=0.8, rotation_start=[[0.0, 0.1]])
     flat = Lanes(**{f.name: getattr(lanes, f.name) for f in dataclasses.fields(Lanes)})
     times = SampleTimes(1.0, 0.02)
-    plane = respond(flat, still(1).components[0], times, 2e-4)
+    plane = respond(flat, unmoved(1).components[0], times, 2e-4)
     errors = [apart(respond(lanes, unmoved(1), times, h), plane) for h in (5e-3, 2.5e-3)]
     assert errors[0] <= 3e-5
     assert errors[0] / errors[1] >= 3.0
@@ -140,14 +136,14 @@ def test_a_mirrored_scene_has_the_mirrored_answer() -> None:
 
 
 def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(unjudged: None) -> None:
-    lanes, motions, times = dropped(7), pulses(7), SampleTimes(0.3, 0.05)
-    together = run_batch("event", lanes, motions, times, chunk_size=7, workers=1)
+    lanes, motions, times = dropped(4), pulses(4), SampleTimes(0.3, 0.05)
+    together = run_batch("event", lanes, motions, times, chunk_size=4, workers=1)
     split = run_batch("event", lanes, motions, times, chunk_size=2, workers=2)
-    some = np.array([4, 1])
+    some = np.array([3, 1])
     part = run_batch("event", lanes.take(some), motions.take(some), times)
-    bad = np.where(np.arange(7)[:, None] == 2, np.nan, lanes.height)
+    bad = np.where(np.arange(4)[:, None] == 2, np.nan, lanes.height)
     broken = run_batch("event", dataclasses.replace(lanes, height=bad), motions, times)
-    sound = np.arange(7) != 2
+    sound = np.arange(4) != 2
     for name, values in together.fields.items():
         np.testing.assert_array_equal(split[name], values, err_msg=name)
         np.testing.assert_array_equal(part[name], values[some], err_msg=name)
@@ -156,5 +152,5 @@ def test_lanes_do_not_depend_on_the_batch_and_a_broken_lane_harms_nobody(unjudge
 
 
 def test_event_takes_stacks_in_space() -> None:
-    kind = scene_kind(spatial_stack([0.4], [0.5]), still(1), restitution_given=False)
+    kind = scene_kind(spatial_stack([0.4], [0.5]), unmoved(1), restitution_given=False)
     assert Event.supports(kind) is None

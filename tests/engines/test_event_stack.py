@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from tests.shared.blocks import every_height_of_stack, free_lanes, sines, velocity_steps
+from tests.shared.blocks import at_rest, every_height_of_stack, free_lanes, sines, velocity_steps
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, StillBase
 from warprock.model.response import Outcome, Response, SampleTimes, Status
@@ -116,7 +116,7 @@ def oracle_errors(
 def test_released_pairs_follow_the_oracle_at_second_order(
     blocks: dict[str, tuple[float, float]], start: tuple[float, float], duration: float
 ) -> None:
-    found = oracle_errors(blocks, StillBase(1), SampleTimes(duration, 0.005), start)
+    found = oracle_errors(blocks, at_rest(1), SampleTimes(duration, 0.005), start)
     assert orders(found[:, None])[0] >= 1.8
     assert found[3] <= 3e-5
 
@@ -147,9 +147,8 @@ def test_stack_below_uplift_stays_where_it_is(count: int) -> None:
     assert np.all(response["outcome"] == Outcome.AT_REST)
 
 
-@pytest.mark.parametrize(
-    "count", [2, *(pytest.param(n, marks=pytest.mark.thorough) for n in (1, 3, 4, 5, 6))]
-)
+@pytest.mark.thorough
+@pytest.mark.parametrize("count", [2, 3])
 def test_stack_on_a_still_base_stays_in_one_step(count: int) -> None:
     still = respond(stacks(np.full((1, count), 0.4), 0.3), StillBase(1), SampleTimes(60.0))
     for name in ("peak_rotation", "peak_slide", "energy_lost"):
@@ -188,12 +187,12 @@ def test_energy_lost_is_what_released_stacks_had(friction: float) -> None:
     lanes = stacks(np.full((4, 3), 0.3), 0.4, friction=friction, start=start)
     had = released_energy(lanes)
     for duration in (0.05, 0.2, 0.5):
-        lost = respond(lanes, StillBase(4), SampleTimes(duration), 2e-3)["energy_lost"]
+        lost = respond(lanes, at_rest(4), SampleTimes(duration), 2e-3)["energy_lost"]
         # Never negative but for round-off; never more than there was but for the error of the
         # steps, some (p dt)^2 = 1e-4 of it.
         assert np.all(lost >= -1e-9 * had)
         assert np.all(lost <= had * (1.0 + 1e-3))
-    response = respond(lanes, StillBase(4), SampleTimes(20.0), 2e-3)
+    response = respond(lanes, at_rest(4), SampleTimes(20.0), 2e-3)
     assert np.all(response["outcome"] == Outcome.AT_REST)
     np.testing.assert_allclose(response["energy_lost"], had, rtol=1e-3)
 
@@ -207,7 +206,7 @@ def test_the_centre_of_mass_stays_above_a_base_without_friction() -> None:
     began = half - half * math.cos(start) + rise * math.sin(start)
     gaps = []
     for step in (1e-2, 5e-3, 2.5e-3):
-        response = respond(lanes, StillBase(1), SampleTimes(20.0, 10.0), step)
+        response = respond(lanes, at_rest(1), SampleTimes(20.0, 10.0), step)
         assert np.all(response["rotation"][..., -1] == 0.0)
         first, second = response["residual_slide"][0]
         gaps.append(abs(first + 0.5 * second - began))

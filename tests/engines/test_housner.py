@@ -17,7 +17,7 @@ from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, StillBase, Waveform, ricker_motions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
-from warprock.oracle.block import rock
+from warprock.oracle.block import OracleResponse, rock
 from warprock.records import Record, record_motions
 from warprock.run.batch import run_batch
 from warprock.settings.engines import HousnerSettings
@@ -35,10 +35,14 @@ CLOSED_FORM = 1e-6
 
 def assert_follows_oracle(
     lanes: Lanes, motions: GroundMotions, times: SampleTimes, response: Response, limit: float
-) -> None:
-    """Every lane within `limit` of the oracle, relative to the slenderness angle."""
-    for lane in range(lanes.lane_count):
-        oracle = rock(lanes, motions, lane, times)
+) -> list[OracleResponse]:
+    """Every lane within `limit` of the oracle, relative to the slenderness angle.
+
+    Returns:
+        What the oracle answers, lane by lane.
+    """
+    oracles = [rock(lanes, motions, lane, times) for lane in range(lanes.lane_count)]
+    for lane, oracle in enumerate(oracles):
         angle = lanes.slenderness_angle[lane]
         gap = np.max(np.abs(response["rotation"][lane] - oracle.rotation)) / angle
         assert gap <= limit, f"lane {lane}: {gap:.3g} of the slenderness angle"
@@ -47,6 +51,7 @@ def assert_follows_oracle(
             response["peak_rotation"][lane], oracle.peak_rotation, rtol=1e-6, atol=1e-12
         )
         np.testing.assert_allclose(response["peak_time"][lane], oracle.peak_time, atol=1e-6)
+    return oracles
 
 
 def test_nine_free_cases_follow_the_oracle() -> None:
@@ -54,9 +59,8 @@ def test_nine_free_cases_follow_the_oracle() -> None:
     times = SampleTimes(5.0, 0.01)
     response = run_batch("housner", lanes, StillBase(9), times)
     assert np.all(response["status"] == Status.OK)
-    assert_follows_oracle(lanes, StillBase(9), times, response, AGREEMENT)
-    for lane in range(9):
-        oracle = rock(lanes, StillBase(9), lane, times)
+    oracles = assert_follows_oracle(lanes, StillBase(9), times, response, AGREEMENT)
+    for lane, oracle in enumerate(oracles):
         # Both add the geometric series of the impacts that they leave out.
         np.testing.assert_allclose(response["rest_time"][lane], oracle.rest_time, atol=1e-8)
         np.testing.assert_allclose(response["energy_lost"][lane], oracle.energy_lost, rtol=1e-6)
@@ -64,14 +68,14 @@ def test_nine_free_cases_follow_the_oracle() -> None:
 
 def test_all_inputs_of_table_4_follow_the_oracle() -> None:
     pulse = expand_lanes(load_case("single-sine-pulse"))
-    times = SampleTimes(5.0, 0.01)
+    times = SampleTimes(2.0, 0.01)
     response = run_batch("housner", pulse.lanes, pulse.motions, times)
     assert_follows_oracle(pulse.lanes, pulse.motions, times, response, AGREEMENT)
 
 
 def test_continuous_sines_follow_the_oracle() -> None:
     sine = expand_lanes(load_case("single-continuous-sine"))
-    part = slice(0, None, 4)
+    part = slice(0, None, 6)
     lanes, motions = sine.lanes.take(part), sine.motions.take(part)
     times = SampleTimes(5.0, 0.01)
     response = run_batch("housner", lanes, motions, times)

@@ -17,13 +17,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tests.shared.blocks import Array, free_lanes, make_lanes, sines
+from tests.shared.blocks import Array, at_rest, free_lanes, make_lanes, sines
 from warprock.engines.housner import Housner
 from warprock.errors import InputError
 from warprock.model.bodies import Bodies, planar_bodies
 from warprock.model.hull import rounded_centres
 from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, StillBase
+from warprock.model.motion import Control
 from warprock.model.ratios import peak_ratio, rotation_ratio
 from warprock.model.response import Outcome, Response, SampleTimes, Status
 from warprock.run.batch import run_batch
@@ -69,7 +69,7 @@ def test_a_box_as_a_body_is_the_box() -> None:
     times = SampleTimes(5.0, 0.01)
     shaken = make_lanes(np.full(8, 0.2), np.linspace(0.8, 1.4, 8), friction=3.0)
     pulses = sines(Control.ACCELERATION, np.linspace(2.5, 5.0, 8), 1.5, 2.0)
-    for lanes, motions in ((free_lanes(), StillBase(9)), (shaken, pulses)):
+    for lanes, motions in ((free_lanes(), at_rest(9)), (shaken, pulses)):
         box, body = (run_batch("housner", each, motions, times) for each in
                      (lanes, as_bodies(lanes)))  # fmt: skip
         # A hundred events let round-off grow to this near balance, a million times smaller else.
@@ -159,7 +159,7 @@ def test_sides_of_an_eccentric_base_have_their_own_closed_forms() -> None:
     start = np.array([-0.2, 0.05])
     lanes = lanes_of(body, start=start)
     times = SampleTimes(2.0, 1e-3)
-    found = run(lanes, StillBase(2), times)
+    found = run(lanes, at_rest(2), times)
     far = np.hypot([0.1, 0.3], 0.29)
     angle = np.arctan([0.1 / 0.29, 0.3 / 0.29])
     for lane, (side, other) in enumerate(((0, 1), (1, 0))):
@@ -181,7 +181,7 @@ def test_a_rocker_keeps_its_energy_and_the_rate_of_small_swings() -> None:
     base = np.array([[-flat - radius, -high], [flat + radius, -high]])
     body = planar_bodies(mass=[100.0], inertia=8.0, points=base, corner_radius=radius)
     amplitude = 0.02
-    found = run(lanes_of(body, start=amplitude), StillBase(1), SampleTimes(20.0, 2e-3))
+    found = run(lanes_of(body, start=amplitude), at_rest(1), SampleTimes(20.0, 2e-3))
     turned = found["rotation"][0]
     crossings = np.flatnonzero(np.diff(np.sign(turned)))
     part = turned[crossings] / (turned[crossings] - turned[crossings + 1])
@@ -208,7 +208,7 @@ def test_rounding_the_corners_lowers_the_angle_of_balance() -> None:
     np.testing.assert_allclose(round_.uplift_ratios[0], [0.4, 0.08 / 0.3], rtol=1e-12)
     near = round_.slenderness_angles[0, 1] * np.array([0.999, 1.001])
     both = round_.take(np.zeros(2, np.intp))
-    found = run(lanes_of(both, start=near), StillBase(2), SampleTimes(8.0, None))
+    found = run(lanes_of(both, start=near), at_rest(2), SampleTimes(8.0, None))
     assert found["outcome"].tolist() == [Outcome.AT_REST, Outcome.OVERTURNED]
 
 
@@ -218,7 +218,7 @@ def test_a_body_rolls_over_to_another_face_and_rests_there() -> None:
     hexagon = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
     body = planar_bodies(mass=100.0, inertia=40.0, points=hexagon)
     lanes = lanes_of(body, start=np.deg2rad(31.0))
-    found = run_batch("housner", lanes, StillBase(1), SampleTimes(30.0, 0.05))
+    found = run_batch("housner", lanes, at_rest(1), SampleTimes(30.0, 0.05))
     assert found["rotation"][0, -1] == pytest.approx(np.deg2rad(60.0), abs=1e-12)
     assert found["outcome"][0] == Outcome.AT_REST
     # All that it held, and the height that it fell, went into impacts.
@@ -233,7 +233,7 @@ def test_a_middle_point_changes_nothing_and_a_wide_body_stays_on_both_ends() -> 
         planar_bodies(mass=10.0, inertia=0.05, points=points) for points in (base, base[[0, 2]])
     ]
     found = [
-        run_batch("housner", lanes_of(body, start=0.3), StillBase(1), SampleTimes(2.0, 0.01))
+        run_batch("housner", lanes_of(body, start=0.3), at_rest(1), SampleTimes(2.0, 0.01))
         for body in bodies
     ]
     np.testing.assert_array_equal(found[0]["rotation"], found[1]["rotation"])
@@ -260,7 +260,7 @@ def test_peaks_are_measured_by_the_side_that_they_are_on() -> None:
     body = planar_bodies(mass=300.0, inertia=12.0, points=STEPPED)
     left, right = body.slenderness_angles[0]
     lanes = lanes_of(body, start=0.9 * right)
-    found = run(lanes, StillBase(1), SampleTimes(3.0, 1e-3))
+    found = run(lanes, at_rest(1), SampleTimes(3.0, 1e-3))
     turned = found["rotation"][0]
     assert found["peak_rotation_right"][0] == found["peak_rotation"][0] == 0.9 * right
     # Seen at the ends of steps, of which one lies at each turning point.
@@ -305,7 +305,7 @@ def test_random_bodies_lose_what_they_held_above_the_edge_they_rest_on() -> None
         }
     )
     lanes = lanes_of(together, start=np.array(starts))
-    found = run_batch("housner", lanes, StillBase(96), SampleTimes(20.0, 0.5))
+    found = run_batch("housner", lanes, at_rest(96), SampleTimes(20.0, 0.5))
     assert np.all(found["status"] == Status.OK)
     rests = found["outcome"] == Outcome.AT_REST
     assert rests.sum() > 50
@@ -331,4 +331,4 @@ def test_bodies_that_cannot_be_run_get_one_line(field: str, values: Array, said:
     body = planar_bodies(mass=[300.0] * 2, inertia=12.0, points=STEPPED)
     wrong = dataclasses.replace(lanes_of(body), body=dataclasses.replace(body, **{field: values}))
     with pytest.raises(InputError, match=re.escape(said)):
-        run_batch("housner", wrong, StillBase(2), SampleTimes(1.0))
+        run_batch("housner", wrong, at_rest(2), SampleTimes(1.0))

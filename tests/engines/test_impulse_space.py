@@ -15,7 +15,7 @@ from tests.shared.spatial_blocks import (
     mirrored,
     spatial_lanes,
     spatial_stack,
-    still,
+    unmoved,
 )
 from tests.shared.speed import require_gain
 from warprock.engines.impulse import Impulse
@@ -92,6 +92,7 @@ def test_a_bad_lane_harms_no_other(unjudged: None) -> None:
         np.testing.assert_array_equal(found[name][good], values[good], err_msg=name)
 
 
+@pytest.mark.thorough
 def test_packed_and_plain_are_the_same_to_round_off() -> None:
     # Impacts make more of round-off: a short run, in which every block has landed a few times.
     lanes, motions, times = crooked_lanes(9), shaken_sideways(9), SampleTimes(0.3, 0.05)
@@ -155,7 +156,7 @@ def test_blocks_dropped_on_a_corner_an_edge_and_a_face_come_to_rest_flat() -> No
         gap_start=np.array([0.02, 0.02, 0.03, 0.05]),
     )
     times = SampleTimes(2.0, 0.01)
-    found = run(lanes, still(4), times)
+    found = run(lanes, unmoved(4), times)
     np.testing.assert_array_equal(found["outcome"], Outcome.AT_REST)
     np.testing.assert_array_equal(found["status"], Status.OK)
     # Flat within what one step of falling makes, 2 g dt^2, over the face.
@@ -190,7 +191,7 @@ def height_above_flat(lanes: SpatialLanes) -> Array:
 def test_energy_never_grows_on_a_still_base() -> None:
     lanes = dataclasses.replace(crooked_lanes(12), friction=np.full(12, 0.4))
     lost = np.array(
-        [run(lanes, still(12), SampleTimes(t))["energy_lost"] for t in (0.2, 0.5, 1.0, 2.0)]
+        [run(lanes, unmoved(12), SampleTimes(t))["energy_lost"] for t in (0.2, 0.5, 1.0, 2.0)]
     )
     held = GRAVITY * lanes.mass * height_above_flat(lanes)
     # What erp lifts, and what a block sinks into it, is the weight times 2 g dt^2 at most.
@@ -233,7 +234,7 @@ def test_planar_scenes_in_space_agree_with_the_plane() -> None:
     # Four corners share what two do in the plane, where the sweeps take long to find it; contacts
     # that hold are found at once here, whatever the sweeps, so that ten are as good as a hundred.
     for sweeps in (10, 100):
-        found = run(in_space(lanes), still(9), times, iterations=sweeps)
+        found = run(in_space(lanes), unmoved(9), times, iterations=sweeps)
         out = max(np.max(np.abs(found[name])) for name in ("rotation_across", "yaw"))
         assert out <= 1e-8
         # To what round-off makes of 2 s, and at impacts of corners that leave late.
@@ -256,19 +257,19 @@ def test_errors_in_space_shrink_as_the_step_does() -> None:
         yaw_start=random.uniform(-1.0, 1.0, 16),
     )
     times = SampleTimes(1.0, 0.02)
-    finest = run(lanes, still(16), times, substeps=1279)
+    finest = run(lanes, unmoved(16), times, substeps=639)
     assert np.all(finest["impact_count"] >= 2)
     assert np.all(finest["peak_yaw"] > 1e-3)
-    substeps = np.array([7, 15, 31, 63, 127])
+    substeps = np.array([7, 15, 31, 63])
     errors = []
     for count in substeps:
-        found = run(lanes, still(16), times, substeps=int(count))
+        found = run(lanes, unmoved(16), times, substeps=int(count))
         gaps = [found[name] - finest[name] for name in ("rotation", "rotation_across")]
         errors.append(np.mean(np.abs(gaps).max(axis=(0, 2)) / lanes.slenderness_angle))
     slope = np.polyfit(np.log(substeps + 1.0), np.log(errors), 1)[0]
     # First order; the finest run has a tenth of the last one's error.
     assert -1.4 <= slope <= -0.8
-    assert errors[-1] <= 1e-3
+    assert errors[-1] <= 2e-3
 
 
 @pytest.mark.speed
@@ -279,9 +280,9 @@ def test_packed_kernel_in_space_is_vectorised() -> None:
     def cost(form: Form) -> float:
         count = 64 if form is Form.PLAIN else 576
         some = lanes.take(np.arange(count))
-        run_batch("impulse", some, still(count), SampleTimes(0.01), form=form, workers=1)
+        run_batch("impulse", some, unmoved(count), SampleTimes(0.01), form=form, workers=1)
         started = time.process_time()
-        run_batch("impulse", some, still(count), times, settings=settings, form=form, workers=1)
+        run_batch("impulse", some, unmoved(count), times, settings=settings, form=form, workers=1)
         return (time.process_time() - started) / count
 
     require_gain(lambda: cost(Form.PLAIN), lambda: cost(Form.PACKED), LEAST_GAIN)
@@ -292,7 +293,7 @@ def test_a_block_that_tips_over_its_corner_has_overturned() -> None:
         [0.3, 0.3], 1.0, depth=0.3, yaw_start=0.7,
         rotation_start=np.array([0.2, 0.4]), rotation_across_start=np.array([0.2, 0.3]),
     )  # fmt: skip
-    found = run(lanes, still(2), SampleTimes(4.0))
+    found = run(lanes, unmoved(2), SampleTimes(4.0))
     np.testing.assert_array_equal(found["outcome"] == Outcome.OVERTURNED, [False, True])
     assert found["peak_tilt"][1] == pytest.approx(0.5 * np.pi, abs=1e-12)
     assert found["peak_tilt"][0] == pytest.approx(np.hypot(0.2, 0.2), abs=1e-12)
@@ -307,7 +308,7 @@ def test_a_tall_stack_stands() -> None:
         offset_across=[[0.0, -0.01, 0.01, 0.02, -0.01, 0.0]],
         yaw_start=[[0.02, -0.03, 0.1, 0.0, 0.05, -0.2]],
     )  # fmt: skip
-    found = run(lanes, still(1), SampleTimes(60.0), substeps=3)
+    found = run(lanes, unmoved(1), SampleTimes(60.0), substeps=3)
     assert found["status"][0] == Status.OK
     assert found["outcome"][0] == Outcome.AT_REST
     # It sinks and shifts by what the sweeps of one step leave, not by more.

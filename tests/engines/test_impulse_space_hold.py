@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import free_lanes, make_lanes, sines
-from tests.shared.spatial_blocks import along, in_space, spatial_lanes, still
+from tests.shared.spatial_blocks import along, in_space, spatial_lanes, unmoved
 from tests.shared.speed import require_gain
 from warprock.engines.launching import Form
 from warprock.model.lanes import SpatialLanes
@@ -43,7 +43,7 @@ def test_planar_blocks_do_not_turn_about_the_vertical() -> None:
     # sweeps the couple of their friction would take.
     for depth in (0.5, 0.2):
         lanes = in_space(free_lanes(), depth=depth)
-        found = run_batch("impulse", lanes, still(9), SampleTimes(5.0), settings=FEW)
+        found = run_batch("impulse", lanes, unmoved(9), SampleTimes(5.0), settings=FEW)
         # Next to nothing, but for a step in which corners slide or leave, which sweeps solve.
         assert out_of_plane(found, lanes) <= 1e-6
     for friction, bound in ((5.0, 1e-12), (1.0, 1e-6)):
@@ -64,7 +64,13 @@ def test_blocks_that_stick_need_no_sweeps() -> None:
     )  # fmt: skip
     times = SampleTimes(0.09, 0.005)
     one, many = (
-        run_batch("impulse", lanes, still(4), times, settings=ImpulseSettings(iterations=sweeps))
+        run_batch(
+            "impulse",
+            lanes,
+            unmoved(4),
+            times,
+            settings=ImpulseSettings(iterations=sweeps),
+        )
         for sweeps in (1, 200)
     )
     # Up to the first impacts, in which corners leave: to round-off.
@@ -105,7 +111,7 @@ def test_sweeps_that_no_block_needs_cost_nothing() -> None:
         settings = ImpulseSettings(iterations=sweeps)
         started = time.process_time()
         found = run_batch(
-            "impulse", lanes, still(576), SampleTimes(0.25), settings=settings,
+            "impulse", lanes, unmoved(576), SampleTimes(0.25), settings=settings,
             form=Form.PACKED, workers=1,
         )  # fmt: skip
         return (time.process_time() - started) / float(found["step_count"].sum())

@@ -24,7 +24,15 @@ STIFF = DemSettings(normal_stiffness=1e12, shear_stiffness=1e12, subcontacts=2)
 FIRM = DemSettings(normal_stiffness=1e10, shear_stiffness=1e10, subcontacts=2)
 """Stiff enough for a slide: it ends within a step of the rigid engines."""
 
-all_forms = pytest.mark.parametrize("form", ["packed", "plain", "stack"])
+FORMS = [
+    pytest.param(
+        engine, form, marks=pytest.mark.thorough if (engine, form) == ("direct", "stack") else ()
+    )
+    for engine in RIGID
+    for form in ("packed", "stack")
+]
+"""Engines, and whether a block runs alone or as a stack of one; `direct` takes 5 s to compile for
+stacks. What is packed and what is not are held to one another in `test_forms.py`."""
 
 
 def answer(
@@ -53,8 +61,7 @@ def started_at_once(count: int, friction: float) -> tuple[Lanes, HarmonicMotions
     return lanes, sines(Control.ACCELERATION, size, frequency, 3.0, Waveform.COSINE)
 
 
-@all_forms
-@pytest.mark.parametrize("engine", RIGID)
+@pytest.mark.parametrize(("engine", "form"), FORMS)
 def test_what_does_not_lift_never_moved(engine: str, form: str) -> None:
     # Sweeps that end early let corners hop by up to 0.42 g dt^2 when such a motion sets in.
     for friction in (1.0, 3.0):
@@ -77,15 +84,14 @@ def fallen_under_pulses(count: int, friction: float) -> tuple[Lanes, HarmonicMot
     return lanes, sines(Control.ACCELERATION, size, frequency, 1.0)
 
 
-@all_forms
-@pytest.mark.parametrize("engine", RIGID)
+@pytest.mark.parametrize(("engine", "form"), FORMS)
 def test_blocks_that_fall_count_the_impacts_before(engine: str, form: str) -> None:
     # High friction, for a corner that is about to leave slides whatever its friction.
     for friction in (1.0, 3.0, 10.0):
         lanes, motions = fallen_under_pulses(32, friction)
         reference = run_batch(
             "event",
-            as_stacks(lanes),
+            lanes,
             motions,
             SampleTimes(3.0),
             settings=EventSettings(time_step=1e-3),
@@ -107,7 +113,7 @@ def test_blocks_that_fall_count_the_impacts_before(engine: str, form: str) -> No
 def test_dem_counts_the_impacts_of_blocks_that_fall() -> None:
     lanes, motions = fallen_under_pulses(16, 3.0)
     times = SampleTimes(3.0)
-    reference = run_batch("event", as_stacks(lanes), motions, times, workers=1)
+    reference = run_batch("event", lanes, motions, times, workers=1)
     response = run_batch("dem", lanes, motions, times, workers=1)
     same = (reference["outcome"] == 2) & (response["outcome"] == 2)
     assert np.count_nonzero(same) >= 12
@@ -147,8 +153,18 @@ def sliding(engine: str, form: str, count: int) -> tuple[Lanes, HarmonicMotions,
     return lanes, motions, np.abs(speed) / (friction * GRAVITY)
 
 
-@pytest.mark.parametrize("form", ["single", "stack"])
-@pytest.mark.parametrize("engine", STEPPED)
+@pytest.mark.parametrize(
+    ("engine", "form"),
+    [
+        pytest.param(
+            engine,
+            form,
+            marks=pytest.mark.thorough if form == "stack" and engine in ("direct", "dem") else (),
+        )
+        for engine in STEPPED
+        for form in ("single", "stack")
+    ],
+)
 def test_what_slides_is_not_at_rest(engine: str, form: str) -> None:
     lanes, motions, until = sliding(engine, form, 8)
     settings = FIRM if engine == "dem" else None

@@ -9,13 +9,14 @@ import pytest
 
 from tests.shared.blocks import (
     Array,
+    at_rest,
     make_lanes,
     make_stacks,
     sines,
     single_block_engines,
     velocity_steps,
 )
-from tests.shared.spatial_blocks import along, in_space, still
+from tests.shared.spatial_blocks import along, in_space, unmoved
 from warprock.engines import engine_class
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, StillBase
@@ -113,7 +114,7 @@ def test_stacked_blocks_are_where_the_analytical_model_puts_them() -> None:
     # Before any impact both engines follow the same equations: second order in the step of `event`.
     lanes = make_stacks([[0.3, 0.2]], [[0.6, 0.5]], rotation=[[0.05, 0.12]])
     times = SampleTimes(0.1, 0.007, places=True)
-    there, here = (run_batch(name, lanes, StillBase(1), times) for name in ("two-block", "event"))
+    there, here = (run_batch(name, lanes, at_rest(1), times) for name in ("two-block", "event"))
     assert there["status"][0] == Status.OK
     for name in ("rotation", "x", "z"):
         np.testing.assert_allclose(here[name], there[name], rtol=0.0, atol=2e-5, err_msg=name)
@@ -136,7 +137,7 @@ def test_the_middle_of_the_box_is_told_and_not_the_centre_of_mass() -> None:
     lanes = in_space(
         make_lanes(0.4, 1.0), centre_offset_x=0.05, centre_offset_y=-0.02, yaw_start=np.pi / 2
     )
-    response = run_batch("event", lanes, still(1), TIMES)
+    response = run_batch("event", lanes, unmoved(1), TIMES)
     for name, place in (("x", 0.0), ("y", 0.0), ("z", 0.5)):
         np.testing.assert_allclose(response[name][0], place, rtol=0.0, atol=1e-12, err_msg=name)
     quarter = np.sqrt(0.5)

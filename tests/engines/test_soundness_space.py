@@ -10,7 +10,13 @@ import pytest
 
 from tests.engines.test_soundness_moving import beyond_the_base, shaken
 from tests.shared.blocks import sines
-from tests.shared.spatial_blocks import along, in_space, spatial_lanes, spatial_stack, still
+from tests.shared.spatial_blocks import (
+    along,
+    in_space,
+    spatial_lanes,
+    spatial_stack,
+    unmoved,
+)
 from warprock.engines.energy import energy_to_tilt, most_energy
 from warprock.engines.soundness import (
     BARRIER_SHARE,
@@ -142,7 +148,7 @@ def test_contacts_give_no_more_than_was_held_and_supplied():
 def test_soft_contacts_are_judged_by_lean_less_depth_and_rigid_ones_by_both():
     lanes = spatial_lanes(np.full(4, 0.2), 1.0, rotation_start=[0.02, 0.02, 0.0, 0.0])
     told = {"peak_tilt": [0.02, 1.5, 0.0, 0.0], "deepest": [0.0, 0.0, 0.05, 0.15]}
-    motions = still(4)
+    motions = unmoved(4)
     found = unstable_in_space(lanes, motions, **told)
     np.testing.assert_array_equal(found, [False, True, False, True])
     # Springs let a centre sink by as much as a corner goes in, and a block lean that far for free;
@@ -152,8 +158,8 @@ def test_soft_contacts_are_judged_by_lean_less_depth_and_rigid_ones_by_both():
     sunk = told | {"deepest": np.full(4, 0.05)}
     assert not unstable_in_space(lanes, motions, **sunk, rigid=False).any()
     stack = spatial_stack([0.3, 0.2], [1.0, 0.5])
-    assert unstable_in_space(stack, still(1), peak_tilt=1.5, deepest=0.11)[0]
-    assert not unstable_in_space(stack, still(1), peak_tilt=1.5, deepest=0.09)[0]
+    assert unstable_in_space(stack, unmoved(1), peak_tilt=1.5, deepest=0.11)[0]
+    assert not unstable_in_space(stack, unmoved(1), peak_tilt=1.5, deepest=0.09)[0]
 
 
 def test_a_base_too_weak_to_lift_an_edge_tilts_no_block():

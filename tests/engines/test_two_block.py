@@ -14,14 +14,13 @@ import numpy.typing as npt
 import pytest
 
 from tests.shared import closed_forms
-from tests.shared.blocks import make_lanes, sines, velocity_steps
+from tests.shared.blocks import at_rest, make_lanes, sines, velocity_steps
 from warprock.engines import engine_class
 from warprock.model.lanes import Lanes
 from warprock.model.motion import (
     Control,
     GroundMotions,
     HarmonicMotions,
-    StillBase,
     Waveform,
     ricker_motions,
 )
@@ -95,7 +94,7 @@ def assert_follows(
 
 def test_free_stacks_follow_the_oracle() -> None:
     times = SampleTimes(0.8, 0.01)
-    motions = StillBase(len(STARTS))
+    motions = at_rest(len(STARTS))
     response = run(stacks(CHAMFERED, STARTS), motions, times)
     assert np.all(response["impact_count"] >= 4)
     for lane, start in enumerate(STARTS):
@@ -164,7 +163,7 @@ def test_other_motions_follow_the_oracle(make: Any) -> None:
 
 def test_histories_end_at_rest_and_lose_what_they_had() -> None:
     lanes = stacks(CHAMFERED, STARTS)
-    response = run(lanes, StillBase(len(STARTS)), SampleTimes(12.0, 0.05))
+    response = run(lanes, at_rest(len(STARTS)), SampleTimes(12.0, 0.05))
     oracle = StackMechanics(CHAMFERED)
     flat = oracle.potential_energy(Pattern(0, 0), np.zeros(2))
     for lane, start in enumerate(STARTS):
@@ -183,7 +182,7 @@ def limits(control_free: float, blocks: TwoBlocks, block: int) -> list[tuple[Lan
     """Scenes of one stack: released with one or both blocks turned, pushed, and stepped."""
     turned = (control_free, control_free) if block == 0 else (0.0, control_free)
     return [
-        (stacks(blocks, [turned]), StillBase(1)),
+        (stacks(blocks, [turned]), at_rest(1)),
         (stacks(blocks), sines(Control.ACCELERATION, 5.0, 3.0, 2.0)),
         (stacks(blocks), velocity_steps(np.array([0.2]), np.zeros(1), np.ones(1))),
     ]
@@ -347,7 +346,7 @@ def test_no_lane_stalls_at_the_extremes(control: Control, precision: str) -> Non
 def test_no_energy_from_nothing() -> None:
     count = 300
     lanes = extremes(count)
-    response = run(lanes, StillBase(count), SampleTimes(2.0))
+    response = run(lanes, at_rest(count), SampleTimes(2.0))
     assert np.all(np.isin(response["status"], [Status.OK, Status.OUTSIDE_MODEL]))
     for lane in range(count):
         pairs = [tuple(getattr(lanes, key)[lane]) for key in ("width", "height", "depth")]
@@ -368,9 +367,9 @@ def test_rest_rule_is_the_stated_one() -> None:
     # Left out are swings below the ratio times the slenderness angle: a hundredth of the first
     # swing has lost all but 1e-4 of the energy, and its impacts are the greater number.
     lanes, times = stacks(HEAVY_BASE, [(0.0, 0.1)]), SampleTimes(6.0)
-    fine = run(lanes, StillBase(1), times)
+    fine = run(lanes, at_rest(1), times)
     ratio = 1e-2
-    coarse = run(lanes, StillBase(1), times, settings=TwoBlockSettings(ratio))
+    coarse = run(lanes, at_rest(1), times, settings=TwoBlockSettings(ratio))
     single = closed_forms.peak_decay(0.15, 0.6, 0.1, 200)
     small = np.ravel(single) < ratio * math.atan2(0.15, 0.6)
     # The rule takes the deceleration of the upright block; the swing that of sin(alpha - theta).
@@ -382,8 +381,8 @@ def test_rest_rule_is_the_stated_one() -> None:
 @pytest.mark.thorough
 def test_single_precision_is_near_double() -> None:
     lanes, times = stacks(CHAMFERED, STARTS), SampleTimes(0.2, 0.01)
-    double = run(lanes, StillBase(len(STARTS)), times)
-    single = run(lanes, StillBase(len(STARTS)), times, precision="float32")
+    double = run(lanes, at_rest(len(STARTS)), times)
+    single = run(lanes, at_rest(len(STARTS)), times, precision="float32")
     gap = np.abs(single["rotation"] - double["rotation"]).max()
     # 1e-7 a step, of rates of 10 /s, and up to seven impacts.
     assert 0.0 < gap < 1e-4
@@ -398,7 +397,7 @@ def test_single_precision_is_near_double() -> None:
 )
 def test_scenes_that_it_declines(change: dict[str, Array], words: str) -> None:
     engine = engine_class("two-block")
-    lanes, motions = stacks(CHAMFERED), StillBase(1)
+    lanes, motions = stacks(CHAMFERED), at_rest(1)
     assert engine.supports(scene_kind(lanes, motions, restitution_given=False)) is None
     other = dataclasses.replace(lanes, **change)
     reason = engine.supports(scene_kind(other, motions, restitution_given=False))

@@ -80,6 +80,7 @@ def momenta(impacts: dict[str, np.ndarray], when: str) -> np.ndarray:
     return np.stack([(m * vx).sum(1), (m * vz).sum(1), angular.sum(1)], axis=1)
 
 
+@pytest.mark.thorough
 def test_free_blocks_keep_their_momenta(impacts: dict[str, np.ndarray]) -> None:
     """To round-off of momenta of about 100 kg m/s: impulses come in opposite pairs at one point."""
     assert np.abs(momenta(impacts, "after") - momenta(impacts, "before")).max() < 1e-10
@@ -87,6 +88,7 @@ def test_free_blocks_keep_their_momenta(impacts: dict[str, np.ndarray]) -> None:
     assert changed.mean() > 0.6
 
 
+@pytest.mark.thorough
 def test_an_impact_gives_no_energy(impacts: dict[str, np.ndarray]) -> None:
     def kinetic(when: str) -> np.ndarray:
         vx, vz, omega = np.moveaxis(impacts[when], -1, 0)

@@ -104,7 +104,10 @@ def test_a_cell_is_coloured_by_nine_lanes_in_ten_and_marked_by_one():
     np.testing.assert_array_equal(everywhere["count"], [[20, 20]])
 
 
-def test_the_command_writes_maps_figures_and_a_summary(tmp_path: pathlib.Path):
+@pytest.mark.usefixtures("pages_bare")
+def test_the_command_writes_maps_figures_and_a_summary(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+):
     options = ["-e", "housner", "--map", "step", "--points", "3", "--steps", "50"]
     result = CliRunner().invoke(main, ["stability", *options, "-o", str(tmp_path), "--json"])
     assert result.exit_code == 0, result.output
@@ -117,6 +120,8 @@ def test_the_command_writes_maps_figures_and_a_summary(tmp_path: pathlib.Path):
         if file.suffix == ".png":
             assert struct.unpack(">I", file.read_bytes()[16:20])[0] > 1000
     assert "Free rocking, no time step" in (tmp_path / "summary.md").read_text()
+    # The figures are not drawn a second time.
+    monkeypatch.setattr(plots_stability, "draw_maps", lambda *_: [])
     printed = CliRunner().invoke(main, ["stability", *options, "-o", str(tmp_path)])
     assert "Atlas of extremes" in printed.stdout
 

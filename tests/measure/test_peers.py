@@ -21,6 +21,7 @@ OURS = {"engine": "event", "error": 5e-5, "cpu_s_per_simulated_s": 1.0}
 OURS["cpu_s_per_simulated_s_alone"] = 2.0
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("peer", peers.PEERS)
 def test_the_row_of_a_peer_is_what_it_ran(peer: str, monkeypatch: pytest.MonkeyPatch) -> None:
     present(peer)
@@ -60,6 +61,7 @@ def test_accuracy_is_what_the_coarsest_setting_gives() -> None:
         bench.b0_error(response.times[:-1], response["rotation"][0][:-1])
 
 
+@pytest.mark.thorough
 def test_accuracy_that_is_not_reached_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     coarse = bench.ACCURACY_SETTINGS["impulse"][:1]
     monkeypatch.setitem(bench.ACCURACY_SETTINGS, "impulse", coarse)
@@ -70,6 +72,7 @@ def test_accuracy_that_is_not_reached_is_said(monkeypatch: pytest.MonkeyPatch) -
     assert row["steps_per_s"] == 240 * 200
 
 
+@pytest.mark.thorough
 def test_bench_prints_both_kinds_of_row(monkeypatch: pytest.MonkeyPatch) -> None:
     """The whole command with measurements that end at once, the peers absent."""
     for peer in peers.PEERS:
@@ -90,6 +93,7 @@ def test_bench_prints_both_kinds_of_row(monkeypatch: pytest.MonkeyPatch) -> None
     assert event["error"] <= bench.ACCURACY
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("peer", peers.PEERS)
 def test_a_peer_is_held_against_an_event_no_less_accurate(
     peer: str, monkeypatch: pytest.MonkeyPatch

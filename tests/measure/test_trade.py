@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import json
 import math
 import pathlib
+from collections.abc import Iterator
 
 import numpy as np
 import pandas as pd
@@ -43,6 +45,18 @@ SMALL = [
     Entry("free", "event", {"time_step": 1e-2}, "float64"),
     Entry("free", "event", {"time_step": 5e-3}, "float64"),
 ]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def short() -> Iterator[None]:
+    """Costs are measured for a shorter while, whose digits no test sees; a reference is kept."""
+    scene = TRADE_SCENES["free"]
+    solved = functools.cache(lambda: scene.solve(*scene.build(), scene.times))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(trade, "COST_SECONDS", 0.03)
+        known = dataclasses.replace(scene, solve=lambda *_: solved())
+        patch.setitem(TRADE_SCENES, "free", known)
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -372,7 +386,7 @@ def test_shipped_errors_are_those_of_today(engine: str) -> None:
 
 
 def test_run_takes_what_the_accuracy_asks_for(tmp_path: pathlib.Path) -> None:
-    arguments = ["run", "free-b1-b3", "-s", "run.duration=5 s", "--accuracy", "1e-3"]
+    arguments = ["run", "free-b1-b3", "-s", "run.duration=2 s", "--accuracy", "1e-3"]
     result = CliRunner().invoke(
         main, [*arguments, "-e", "event", "--precision", "float64", "--json", "-o", str(tmp_path)]
     )
@@ -392,6 +406,7 @@ def test_run_takes_what_the_accuracy_asks_for(tmp_path: pathlib.Path) -> None:
     assert "CPU s a simulated second" in printed.stdout
 
 
+@pytest.mark.usefixtures("pages_bare")
 def test_trade_writes_what_it_prints(tmp_path: pathlib.Path) -> None:
     arguments = ["trade", "--scene", "free", "-e", "housner", "-o", str(tmp_path)]
     result = CliRunner().invoke(main, arguments)

@@ -137,6 +137,7 @@ def test_housner_follows_the_oracle() -> None:
     assert np.max(gap) < 1e-9
 
 
+@pytest.mark.thorough
 def test_a_stepped_engine_follows_the_velocity_of_the_base() -> None:
     motions, times = blocks_and_pulses()
     lanes = make_lanes(np.full(4, 0.3), 1.5, friction=10.0)

@@ -122,7 +122,7 @@ def test_a_block_at_rest_stays_where_the_rest_of_its_record_cannot_lift_it(write
     assert undecided(found, lanes, motions, 12.0)[at_rest].all()
 
 
-def test_a_run_that_cuts_its_motion_says_so(write: Write, tmp_path: pathlib.Path):
+def test_a_run_that_cuts_its_motion_says_so(write: Write, tmp_path: pathlib.Path, unrendered: None):
     file, short = write(RECORD), "run.duration=3 s"
     said = "the run ends at 3 s, before the ground motion of 1 of 1 lanes (70 s)"
     run = invoke("run", file, "-e", "housner", "-s", short, "--no-estimate", "-o", tmp_path / "o")

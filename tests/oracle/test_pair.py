@@ -204,7 +204,7 @@ def test_impacts_keep_the_angular_momenta_of_what_pivots() -> None:
 
 def test_impacts_have_one_outcome_lose_energy_and_have_a_mirror_image() -> None:
     rng = np.random.default_rng(6)
-    for _ in range(400):
+    for _ in range(200):
         mechanics = StackMechanics(random_blocks(rng))
         for pattern, rotation, rate, closed in touching_states(rng):
             choice = mechanics.after_impulse(pattern, rotation, rate, closed)
@@ -371,8 +371,8 @@ def test_the_longest_step_does_not_matter() -> None:
 @pytest.mark.parametrize(
     ("frequency", "millimetres"),
     [
-        *PULSES[:2],
-        *(pytest.param(*each, marks=pytest.mark.thorough) for each in PULSES[2:]),
+        PULSES[1],
+        *(pytest.param(*each, marks=pytest.mark.thorough) for each in PULSES if each != PULSES[1]),
     ],
 )
 def test_pulses_agree_with_corners_in_small_steps(frequency: float, millimetres: float) -> None:

@@ -31,6 +31,8 @@ from warprock.paper.printed import PAPER_COLUMNS, paper_table
 from warprock.paper.reproduce import CASES_OF, GROUPS, SENSITIVITY, reproduce
 from warprock.paper.runs import MEMBERS
 
+pytestmark = pytest.mark.usefixtures("nothing_rendered")
+
 KEYS = {"target", "frequency_hz", "amplitude_mm", "reading", "source", "peak_rotation_ratio"}
 DISPLACEMENT_PEAKS = (0.1864, 0.1366, 0.1858, 0.0903, 0.1079, 0.1228)
 """Housner's equation with the velocity step as an impulse, integrated independently."""

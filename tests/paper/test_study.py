@@ -1,4 +1,7 @@
-"""The paper's sensitivity study on B0, and its run times beside ours."""
+"""The paper's sensitivity study on B0, `thorough`, and its run times beside ours.
+
+The ordinary run has studies of a made-up case in `compare/test_study.py`.
+"""
 
 from __future__ import annotations
 
@@ -52,6 +55,7 @@ def printed(show, *given, width: int = 100) -> str:
     return console.file.getvalue()
 
 
+@pytest.mark.thorough
 def test_the_study_has_every_value_of_table_2_for_both_heights(table):
     """But for the collision shape: a box is exact here."""
     assert table.index.is_unique
@@ -60,6 +64,7 @@ def test_the_study_has_every_value_of_table_2_for_both_heights(table):
     assert table["holds"].all()
 
 
+@pytest.mark.thorough
 def test_the_steps_are_those_of_equation_9(table):
     for engine in ENGINES:
         for frames in (10.0, 50.0, 240.0):
@@ -70,6 +75,7 @@ def test_the_steps_are_those_of_equation_9(table):
             assert step == pytest.approx(1.0 / ((substeps + 1) * 240.0), rel=1e-12)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("setting", ["substeps", "frames_per_second"])
 def test_the_error_shrinks_with_the_step(engine: str, setting: str, table):
@@ -81,6 +87,7 @@ def test_the_error_shrinks_with_the_step(engine: str, setting: str, table):
         assert rate[-1] < 2.0 * rate[0]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("engine", ENGINES)
 def test_coarse_steps_lose_energy_and_stop_the_block_early(engine: str, table):
     rows = table.xs((engine, "substeps", 0), level=("engine", "setting", "lane"))
@@ -89,6 +96,7 @@ def test_coarse_steps_lose_energy_and_stop_the_block_early(engine: str, table):
     assert (rows["rest_time_error_s"] < 0.0).all()
 
 
+@pytest.mark.thorough
 def test_margins_wider_than_a_corner_moves_in_a_step_are_one(study, table):
     """A corner falls at width x angular velocity: by 1e-6 to 1e-5 m in a step at most impacts."""
     width, step = 1.0, table["time_step_s"]["impulse", "collision_margin", 1e-6, 0]
@@ -106,6 +114,7 @@ def test_margins_wider_than_a_corner_moves_in_a_step_are_one(study, table):
         assert errors[1e-6] < 0.5 * errors[1e-3]
 
 
+@pytest.mark.thorough
 def test_a_hundred_sweeps_are_as_good_as_a_thousand(table):
     """Sweeps converge geometrically: what a hundred leave is round-off of 20 s of rocking."""
     rows = table.loc["impulse", "iterations"]["baseline_difference_ratio"]
@@ -113,12 +122,14 @@ def test_a_hundred_sweeps_are_as_good_as_a_thousand(table):
     assert 1e-9 < rows.loc[10].max() < table.loc["impulse", "iterations"]["error_run_ratio"].max()
 
 
+@pytest.mark.thorough
 def test_a_thousand_sweeps_do_not_cost_a_hundred_times_ten(table):
     """Sweeps end once one changes nothing: some fifteen are enough at nearly every step."""
     cost = table.loc["impulse", "iterations"]["cpu_s"]
     assert cost[1000, 0] < 20.0 * cost[10, 0]
 
 
+@pytest.mark.thorough
 def test_the_conflict_says_what_the_study_found(study):
     conflict = study_conflict(study)
     assert conflict.item == 12

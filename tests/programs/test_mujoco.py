@@ -30,6 +30,7 @@ from warprock.programs.table import require_scenes, run_program
 from warprock.settings.programs import BulletSettings, MujocoSettings
 
 pytest.importorskip("mujoco")
+pytestmark = pytest.mark.extra
 
 TIMES = SampleTimes(0.6, 0.05, True)
 TURNS = ("rotation", "rotation_across", "yaw")

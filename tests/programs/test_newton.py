@@ -157,6 +157,7 @@ def test_mujoco_in_newton_needs_its_extra(monkeypatch: pytest.MonkeyPatch) -> No
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("name", OTHERS)
 def test_the_other_solvers_rock_as_housner_says(name: str) -> None:
     if "WARPROCK_OUTSIDE" not in os.environ:

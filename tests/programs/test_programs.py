@@ -82,6 +82,7 @@ def test_an_absent_program_is_one_line_that_says_how_to_install_it(
     assert rows["newton-xpbd"]["installed"]
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("program", ["mujoco", "bullet"])
 @pytest.mark.parametrize("side", [1, -1])
 def test_a_program_rocks_as_housner_says(program: str, side: int) -> None:
@@ -99,6 +100,7 @@ def test_a_program_rocks_as_housner_says(program: str, side: int) -> None:
     assert fine < coarse / 3
 
 
+@pytest.mark.extra
 def test_blender_rocks_with_a_box_and_a_hull_but_not_with_a_mesh() -> None:
     """The paper's Table 2: what the collision shape does.
 
@@ -124,6 +126,7 @@ def test_blender_rocks_with_a_box_and_a_hull_but_not_with_a_mesh() -> None:
     assert margin >= 0.1
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("program", PACKAGES)
 def test_a_program_carries_the_velocity_step_of_a_sine(program: str) -> None:
     """The paper's 5 Hz pulses: a table that moved without a velocity would leave the block flat.
@@ -143,6 +146,7 @@ def test_a_program_carries_the_velocity_step_of_a_sine(program: str) -> None:
     assert 4799.9 < answer.steps_per_s < 5000.1
 
 
+@pytest.mark.extra
 def test_slack_under_a_block_takes_bullet_to_the_papers_column() -> None:
     """Table 6 of the paper: its Bullet is 3 % below Housner where ours, without slop, is 1 %."""
     lanes = make_lanes([0.17] * 3, 1.0)
@@ -159,6 +163,7 @@ def test_slack_under_a_block_takes_bullet_to_the_papers_column() -> None:
     assert (tight > 1.01 * slack).all()
 
 
+@pytest.mark.extra
 def test_blender_gives_the_same_numbers_twice() -> None:
     """Of six lanes one in six was another in the second run while Blender had several threads."""
     lanes = make_lanes([0.17] * 6, 1.0)
@@ -169,6 +174,7 @@ def test_blender_gives_the_same_numbers_twice() -> None:
     np.testing.assert_array_equal(first["rotation"], second["rotation"])
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("program", PACKAGES)
 def test_a_program_feels_gravity_friction_and_the_end(program: str) -> None:
     """A flat block stays; on ice a block turns sooner; beyond its critical angle it falls."""
@@ -195,6 +201,7 @@ def in_space(**more: float) -> SpatialLanes:
     return SpatialLanes(**{**vars(planar), "depth": np.array([0.3])}, **given)
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("scene", ["corner", "biaxial"])
 @pytest.mark.parametrize("program", ["mujoco", "bullet"])
 def test_a_program_comes_to_what_event_says_in_space(program: str, scene: str) -> None:
@@ -224,6 +231,7 @@ def test_a_program_comes_to_what_event_says_in_space(program: str, scene: str) -
     assert np.abs(exact["rotation_across"]).max() > 0.05 * lanes.slenderness_angle[0]
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("program", PACKAGES)
 def test_compare_runs_a_stack_in_a_program(program: str) -> None:
     case = ("stack-sine-pulse", "-s", "run.duration=0.3 s", "-s", "motion.frequency=5 Hz")

@@ -276,6 +276,7 @@ def test_slides_and_turns_of_a_block_in_space_are_seen_from_the_base() -> None:
             np.testing.assert_allclose(found["peak_slide"], 5e-3, atol=1e-12)
 
 
+@pytest.mark.extra
 @pytest.mark.parametrize("program", ["mujoco", "bullet"])
 def test_programs_start_a_block_with_the_velocities_of_the_case(program):
     """A thrown cube flies on a parabola and turns evenly, to a step of 1/4800 s at 2 m/s."""

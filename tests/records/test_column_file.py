@@ -29,7 +29,7 @@ ROWS = "0.00,0.0\n0.01,0.1\n0.02,-0.2\n0.03,0.0\n"
     ],
 )
 def test_a_header_says_what_the_columns_are(text: str, peak: float, interval: float):
-    (channel,) = read_channels("quake.csv", text.encode())
+    ((channel,),) = read_channels("quake.csv", text.encode())
     assert np.max(np.abs(channel.samples)) == pytest.approx(peak, rel=1e-12)
     assert channel.interval == interval
 
@@ -76,4 +76,4 @@ def test_columns_are_channels(tmp_path: pathlib.Path):
 )
 def test_what_cannot_be_read_is_one_line(text: str, asked: Reading, words: str):
     with pytest.raises(InputError, match=words):
-        read_channels("quake.csv", text.encode(), asked)
+        read_channels("quake.csv", text.encode(), [asked])

@@ -10,8 +10,10 @@ import pytest
 from tests.cli.test_records import facts, run
 from warprock.case.lanes import expand_lanes
 from warprock.case.load import load_case
-from warprock.records import load_record
+from warprock.records import column_file, load_record, loading
 from warprock.records.importing import FEW, Importing, Reading, import_files
+from warprock.records.processing import parse_step
+from warprock.records.summary import record_row
 
 READ = ("--column", "2", "--unit", "-1 g", "--interval", "1.25 ms")
 
@@ -61,6 +63,29 @@ def test_a_displacement_beside_is_merged(raw, tmp_path):
         "--step", "differentiate", "-o", str(tmp_path / "d.csv"),
     )  # fmt: skip
     assert load_record(str(tmp_path / "d.csv")).quantity == "acceleration"
+
+
+def test_a_file_of_two_motions_is_read_and_parsed_once(raw, tmp_path, monkeypatch):
+    seen = {"read_bytes": 0, "plain_columns": 0}
+
+    def counted(room, name):
+        work = getattr(room, name)
+
+        def count(*arguments):
+            seen[name] += 1
+            return work(*arguments)
+
+        monkeypatch.setattr(room, name, count)
+
+    counted(loading, "read_bytes")
+    counted(column_file, "plain_columns")
+    asked = Reading("2", "-1 g", "1.25 ms")
+    how = Importing(asked, asked._replace(column="3", unit="mm"), (parse_step("merge 20 Hz"),))
+    files = [str(raw / f"test {number}.txt") for number in range(3)]
+    (first, *_) = import_files(files, how, tmp_path / "out", 1)
+    assert seen == {"read_bytes": 3, "plain_columns": 3}
+    # What is told of a record is what its file says, and not more.
+    assert first == {**record_row(load_record(first["file"])), "file": first["file"]}
 
 
 @pytest.mark.parametrize(

@@ -33,20 +33,20 @@ def test_rows_of_other_lengths_are_left(rows):
 
 def test_a_raw_file_mixes_tabs_and_blanks_and_has_a_sign_of_its_own():
     rows = "".join(f"{k} \t{k % 3}\t  {2 * k}\t{-k}\r\n" for k in range(50))
-    (channel,) = read_channels("raw.txt", rows.encode(), Reading("2", "-0.5 g", "1.25 ms"))
+    ((channel,),) = read_channels("raw.txt", rows.encode(), [Reading("2", "-0.5 g", "1.25 ms")])
     assert channel.interval == 0.00125
     assert channel.samples == pytest.approx([-0.5 * 9.81 * (k % 3) for k in range(50)], rel=1e-15)
     assert channel.processing == "column 2, read as -0.5 g"
     with pytest.raises(InputError, match=r"line 51: got 3 fields, must have 4 fields"):
-        read_channels("raw.txt", f"{rows}1 2 3\n".encode(), Reading("2", "g", "1 s"))
+        read_channels("raw.txt", f"{rows}1 2 3\n".encode(), [Reading("2", "g", "1 s")])
     with pytest.raises(InputError, match=r"--unit: got '0 g', must be a unit of a motion"):
-        read_channels("raw.txt", rows.encode(), Reading("2", "0 g", "1 s"))
+        read_channels("raw.txt", rows.encode(), [Reading("2", "0 g", "1 s")])
 
 
 def test_a_file_of_several_megabytes_is_read():
     rows = "0.00000\t-0.027815\t0.000330 -0.001303\r\n" * 2**17
     assert len(rows) > 4 * 2**20
-    (channel,) = read_channels("raw.txt", rows.encode(), Reading("4", "in", "1.25 ms"))
+    ((channel,),) = read_channels("raw.txt", rows.encode(), [Reading("4", "in", "1.25 ms")])
     assert channel.samples.shape == (2**17,)
 
 

@@ -17,6 +17,8 @@ from rich.console import Console
 from warprock.cli.main import main
 from warprock.tables.stack import print_stack_comparison
 
+pytestmark = pytest.mark.usefixtures("nothing_rendered")
+
 CASE = """
 title = "A block under pulses"
 source = "Made for this test."

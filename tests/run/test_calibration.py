@@ -73,7 +73,7 @@ def coverage(engine: str) -> dict[str, float]:
     }
 
 
-@pytest.mark.parametrize("engine", ["event", "impulse"])
+@pytest.mark.parametrize("engine", ["event", pytest.param("impulse", marks=pytest.mark.thorough)])
 def test_nineteen_lanes_of_twenty_err_by_less_than_their_estimates(
     engine: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -269,6 +269,7 @@ def invoke(*arguments: object) -> Result:
 ENSEMBLE = ("-s", "ensemble.members=40", "-s", 'ensemble.spread.contact.friction="5 %"')
 
 
+@pytest.mark.usefixtures("pages_bare")
 def test_a_run_prints_and_writes_cells(tmp_path: pathlib.Path):
     options = (*ENSEMBLE, "-s", 'ensemble.time_step="10 %"', "-e", "housner")
     done = invoke("run", "single-sine-pulse", *options, "-o", tmp_path)

@@ -72,7 +72,7 @@ def random_blocks(count: int, rng: np.random.Generator, rotation_ratio: Any = 0.
     return make_lanes(height * rng.uniform(0.1, 0.45, count), height, rotation_ratio, FRICTION)
 
 
-def bursts(count: int = 200) -> Problem:
+def bursts(count: int = 128) -> Problem:
     """One to five cycles of a sine at 1.05 to 4 times the acceleration that lifts the block."""
     rng = np.random.default_rng(1)
     lanes = random_blocks(count, rng)
@@ -82,7 +82,7 @@ def bursts(count: int = 200) -> Problem:
     return lanes, motions, 10.0
 
 
-def shaken(count: int = 100) -> Problem:
+def shaken(count: int = 64) -> Problem:
     """The shipped record, its peak 1.05 to 4 times the acceleration that lifts the block."""
     rng = np.random.default_rng(2)
     lanes = random_blocks(count, rng)
@@ -93,7 +93,7 @@ def shaken(count: int = 100) -> Problem:
     return lanes, dataclasses.replace(motions, scale=scale), 40.0
 
 
-def released(count: int = 120) -> Problem:
+def released(count: int = 96) -> Problem:
     """Blocks let go from 0.05 to 0.99 of their slenderness angles."""
     rng = np.random.default_rng(3)
     ratio = rng.uniform(0.05, 0.99, count)
@@ -297,15 +297,15 @@ def test_the_response_is_that_of_the_engine_to_the_last_bit(engine: str) -> None
 
 
 def test_a_lane_does_not_depend_on_its_company(monkeypatch: pytest.MonkeyPatch) -> None:
-    lanes, motions, duration = bursts(70)
+    lanes, motions, duration = bursts(33)
     times = SampleTimes(duration)
     whole = run_with_estimate("event", lanes, motions, times)
     monkeypatch.setattr(estimate, "CHUNK_VALUES", 3 * 2049)
     seen: list[int] = []
     parts = run_with_estimate("event", lanes, motions, times, RunOptions(progress=seen.append))
-    assert seen[-1] == 70
-    assert len(seen) > 20
-    order = np.random.default_rng(0).permutation(70)
+    assert seen[-1] == 33
+    assert len(seen) > 10
+    order = np.random.default_rng(0).permutation(33)
     shuffled = run_with_estimate("event", lanes.take(order), motions.take(order), times)
     for name in ("status", *ERROR_FIELDS):
         np.testing.assert_array_equal(whole[name], parts[name], err_msg=name)
@@ -315,7 +315,7 @@ def test_a_lane_does_not_depend_on_its_company(monkeypatch: pytest.MonkeyPatch) 
 def test_the_companion_steps_finer_where_something_else_cuts_the_step() -> None:
     # The record has a sample every 10 ms and the small blocks follow 0.25 / p = 30 ms: halves of
     # these steps of 0.1 s would be cut as the steps themselves are.
-    lanes, motions, _ = shaken(60)
+    lanes, motions, _ = shaken(32)
     settings = EventSettings(time_step=0.1)
     found = run_with_estimate("event", lanes, motions, SampleTimes(20.0), settings=settings)
     fine = run_with_estimate(
@@ -324,7 +324,7 @@ def test_the_companion_steps_finer_where_something_else_cuts_the_step() -> None:
     # Steps of 0.1 s and of 0.01 s are cut to the same, but for where they begin after an impact.
     coarse, same = (np.median(each["rotation_error"]) for each in (found, fine))
     assert 0.2 <= coarse / same <= 5.0
-    lanes, motions, duration = released(60)
+    lanes, motions, duration = released(32)
     found = run_with_estimate("event", lanes, motions, SampleTimes(duration), settings=settings)
     times = SampleTimes(duration, duration / 2.0**13)
     truth = run_batch("housner", lanes, motions, times)["rotation"]
@@ -384,7 +384,7 @@ def test_halved_settings_halve_the_step_exactly(settings: Any) -> None:
     assert all(getattr(half, name) == getattr(settings, name) for name in same)
 
 
-FREE = load_case("free-b1-b3")
+FREE = load_case("free-b1-b3", ["run.duration=2 s"])
 FREE_ENGINES = [
     name for name in ENGINES if not engine_class(name).supports(expand_lanes(FREE).scene)
 ]

@@ -72,6 +72,8 @@ LANES: dict[str, Callable[[], Lanes]] = {
         planar_bodies.STEPPED, STARTS, friction=0.8
     ),
     "stack": lambda: lanes_of("stack"),
+    "stack, base upwards": lambda: lanes_of("stack"),
+    "stack with a body, base upwards": lambda: stack_bodies.with_body(lanes_of("stack"), 1),
     "stack with a body": lambda: stack_bodies.with_body(lanes_of("stack"), 1),
     "block in space": lambda: lanes_of("block in space"),
     "thrown block in space": lambda: _thrown(lanes_of("block in space")),

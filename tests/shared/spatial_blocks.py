@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tests.shared.blocks import make_lanes
+from tests.shared.blocks import at_rest, make_lanes
 from warprock.model.lanes import Lanes, SpatialLanes
 from warprock.model.motion import GroundMotions, PlanarMotions, SpatialMotions, StillBase, no_motion
 from warprock.model.response import SOUND, Response, SampleTimes
@@ -57,6 +57,11 @@ def spatial_stack(
 def still(count: int) -> SpatialMotions:
     """A base that does not move."""
     return SpatialMotions(StillBase(count), StillBase(count), StillBase(count))
+
+
+def unmoved(count: int) -> SpatialMotions:
+    """The same as pulses of no size: see `at_rest`."""
+    return along(at_rest(count))
 
 
 def along(

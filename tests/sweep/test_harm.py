@@ -105,7 +105,7 @@ def test_signals_drop_the_chunk_in_hand(
 
 @on_posix
 def test_a_process_that_is_told_to_stop_ends_at_once(case_file, undisturbed, tmp_path):
-    planned(load_case(case_file), tmp_path, 3)
+    planned(load_case(case_file), tmp_path, 10)
     process = start("warprock", "sweep", "run", tmp_path, "--workers", 1)
     limit = time.monotonic() + 60.0
     while not chunk_path(tmp_path, 1).exists() and time.monotonic() < limit:
@@ -249,6 +249,7 @@ def test_the_state_of_an_empty_sweep(plan: Plan, tmp_path):
     assert all(not chunk.counts for chunk in find_chunks(plan, tmp_path, range(5)))
 
 
+@pytest.mark.extra
 def test_a_cluster_writes_the_same(case_file, undisturbed, tmp_path):
     pytest.importorskip("distributed", reason="the extra [dask] is not installed")
     planned(load_case(case_file), tmp_path, 64)

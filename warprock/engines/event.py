@@ -68,8 +68,8 @@ class Event(AbstractEngine):
     (kernels/event/body.py); so have single blocks of which the angular restitution is prescribed.
     An impact on the other corner of what a body stands on at first leaves that part of the angular
     velocity then, and the corner takes the impulses which that asks for, within its friction.
-    They alone know a base that moves upwards in the plane, boxes as bodies on two points: gravity
-    is then g + a_z, and below zero of it a block flies until it lands.
+    They know a base that moves upwards in the plane, single boxes as bodies on two points, and so
+    do stacks of boxes: gravity is then g + a_z, and below zero of it a block flies until it lands.
 
     In stacks in the plane bodies are run by the text of boxes: the face that a block stands on is
     then an edge of its chain (kernels/event/stack_body.py).
@@ -89,7 +89,7 @@ class Event(AbstractEngine):
     bodies_move: ClassVar[tuple[str, ...]] = ("plane", "space")
     stacked_bodies: ClassVar[bool] = True
     rounded: ClassVar[bool] = True
-    vertical: ClassVar[tuple[str, ...]] = ("block",)
+    vertical: ClassVar[tuple[str, ...]] = ("block", "stack of boxes")
     restitution: ClassVar[str | None] = None
     rests_exactly: ClassVar[bool] = True
 

@@ -34,7 +34,7 @@ class Impulse(AbstractEngine):
     while none has and it does not slide. In a stack the same holds at the two ends of what two
     faces share. A contact that has no other beside it is solved exactly. A lane that gains more
     energy than it held and its base supplied has the status UNSTABLE. What erp lifts counts as a
-    gain. On a base that moves upwards in the plane boxes run as bodies on two points.
+    gain. On a base that moves upwards in the plane single boxes run as bodies on two points.
 
     In space a block touches at its four corners, and two faces at up to eight points. A single
     block rocks and lands there by the same rule, and has lifted since no two opposite corners
@@ -54,7 +54,7 @@ class Impulse(AbstractEngine):
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
     bodies_move: ClassVar[tuple[str, ...]] = ("plane", "space")
     stacked_bodies: ClassVar[bool] = True
-    vertical: ClassVar[tuple[str, ...]] = ("block",)
+    vertical: ClassVar[tuple[str, ...]] = ("block", "stack of boxes", "stack of bodies")
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: stacks in space run one lane a thread on any device.

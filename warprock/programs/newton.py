@@ -12,9 +12,10 @@ The Newton Developers (2025), Newton: a GPU-accelerated physics simulation engin
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -102,6 +103,29 @@ def run(
         DeclinedError: It cannot do a scene.
     """
     require_scenes(scenes, settings)
+    with _without_adjoints():
+        return _run(scenes, settings, finished)
+
+
+@contextlib.contextmanager
+def _without_adjoints() -> Iterator[None]:
+    """Newton's kernels, if this defines them, have no adjoints.
+
+    Nothing here asks for a gradient, and with adjoints its kernels take twice as long to compile.
+    """
+    import warp as wp
+
+    before = wp.config.enable_backward
+    wp.config.enable_backward = False
+    try:
+        yield
+    finally:
+        wp.config.enable_backward = before
+
+
+def _run(
+    scenes: Sequence[PeerScene], settings: Any, finished: Callable[[int], None] | None
+) -> list[PeerRun]:
     try:
         import newton
         import warp as wp

@@ -16,7 +16,7 @@ unit. Samples are evenly spaced.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -86,8 +86,12 @@ def recognises(text: TextFile) -> bool:
     return len(head) > 1 or not _is_number(head[0])
 
 
-def read(text: TextFile, asked: Reading) -> list[Channel]:
+def read(text: TextFile, readings: Sequence[Reading]) -> list[list[Channel]]:
     """The motions of a table, one for every column that is asked for or has a unit.
+
+    Args:
+        text: The file; its rows are parsed once, whatever is asked for.
+        readings: What is said of it, a list of motions each.
 
     Raises:
         InputError: No such column, no unit, no time between samples, a cell that is no finite
@@ -98,25 +102,39 @@ def read(text: TextFile, asked: Reading) -> list[Channel]:
     named = not all(map(_is_number, head))
     columns = [_column(n, name if named else "") for n, name in enumerate(head, 1)]
     time = next((c for c in columns if c.name.casefold() in _TIMES), None)
-    chosen = _motions(text.file, columns, time, asked)
-    wanted = [column.number for column, *_ in chosen] + ([] if time is None else [time.number])
-    values = dict(
-        zip(wanted, _values(text, at + named, separator, len(columns), wanted).T, strict=True)
+    chosen = [_motions(text.file, columns, time, asked) for asked in readings]
+    wanted = [column.number for each in chosen for column, *_ in each]
+    wanted = list(dict.fromkeys([*wanted, *([] if time is None else [time.number])]))
+    rows = _values(text, at + named, separator, len(columns), wanted)
+    values = dict(zip(wanted, rows.T, strict=True))
+    times = None if time is None else values[time.number]
+    said = {key: _comment(text, key) for key in ("source", "licence", "processing")}
+    found = []
+    for asked, each in zip(readings, chosen, strict=True):
+        interval = _interval(text.file, asked, time, times)
+        found.append([_channel(asked, motion, interval, values, said) for motion in each])
+    return found
+
+
+def _channel(
+    asked: Reading,
+    motion: tuple[_Column, Control, float],
+    interval: float,
+    values: Mapping[int, Array],
+    said: Mapping[str, str],
+) -> Channel:
+    """The motion of a column, of the values of columns by number and what the file says."""
+    column, quantity, size = motion
+    return Channel(
+        label=column.header,
+        quantity=quantity,
+        interval=interval,
+        samples=size * values[column.number],
+        source=said["source"],
+        licence=said["licence"],
+        processing=said["processing"]
+        or f"column {column.header}, read as {asked.unit or column.unit}",
     )
-    interval = _interval(text.file, asked, time, None if time is None else values[time.number])
-    return [
-        Channel(
-            label=column.header,
-            quantity=quantity,
-            interval=interval,
-            samples=size * values[column.number],
-            source=_comment(text, "source"),
-            licence=_comment(text, "licence"),
-            processing=_comment(text, "processing")
-            or f"column {column.header}, read as {asked.unit or column.unit}",
-        )
-        for column, quantity, size in chosen
-    ]
 
 
 def _layout(text: TextFile) -> tuple[int, str | None]:

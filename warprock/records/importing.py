@@ -15,7 +15,7 @@ from warprock.errors import InputError
 from warprock.processes import worker_processes
 from warprock.quantity import NOTHING, Said
 from warprock.records.column_file import Reading
-from warprock.records.loading import AS_WRITTEN, CHANNEL, load_record
+from warprock.records.loading import AS_WRITTEN, CHANNEL, load_readings, record_of
 from warprock.records.processing import Step
 from warprock.records.summary import record_row
 from warprock.records.writing import imported_csv
@@ -77,15 +77,15 @@ def imported(name: str, how: Importing, record_name: str) -> bytes:
     Raises:
         InputError: It cannot be read, or a step cannot be done.
     """
-    record = load_record(name, asked=how.asked)
-    beside = None if how.displacement is None else load_record(name, asked=how.displacement)
+    asked = [how.asked] if how.displacement is None else [how.asked, how.displacement]
+    record, *others = load_readings(name, asked)
     return imported_csv(
         record,
         how.steps,
         name=record_name,
         source=how.source,
         licence=how.licence,
-        displacement=beside,
+        displacement=others[0] if others else None,
     )
 
 
@@ -141,8 +141,9 @@ def _targets(files: Sequence[str], folder: pathlib.Path) -> list[str]:
 def _import_one(how: Importing, place: pathlib.Path, file: str, target: str) -> dict[str, Any]:
     """Makes one file ready, and says what is in it."""
     path = place / target
-    path.write_bytes(imported(file, how, path.stem))
-    return record_row(load_record(str(path)))
+    content = imported(file, how, path.stem)
+    path.write_bytes(content)
+    return record_row(record_of(str(path), content))
 
 
 def displacement_reading(text: str, asked: Reading) -> Reading:

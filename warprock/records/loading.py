@@ -11,9 +11,10 @@ import difflib
 import functools
 import hashlib
 import importlib.resources
+import itertools
 import os
 import pathlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -57,7 +58,7 @@ FORMATS: dict[str, Format] = {
     COLUMNS: Format(
         "a table with named columns such as time,acceleration_g",
         column_file.recognises,
-        lambda text: column_file.read(text, AS_WRITTEN),
+        lambda text: column_file.read(text, [AS_WRITTEN])[0],
     ),
     "csv": Format("CSV with # unit and # interval", sample_file.recognises, sample_file.read),
 }
@@ -101,11 +102,27 @@ def load_record(
         InputError: No such file or channel; a header or a sample that cannot be used, named by
             its line; fewer than 2 samples.
     """
+    return load_readings(name_or_path, [asked], relative_to)[0]
+
+
+def load_readings(
+    name_or_path: str, readings: Sequence[Reading], relative_to: pathlib.Path | None = None
+) -> list[Record]:
+    """Reads a record several ways, such as two columns of one table, whose text is parsed once.
+
+    Args:
+        name_or_path: As `load_record`.
+        readings: What is said of it, a record each.
+        relative_to: As `load_record`.
+
+    Raises:
+        InputError: As `load_record`.
+    """
     if fema_p695.is_name(name_or_path):
-        return fema_p695.load(name_or_path)
+        return [fema_p695.load(name_or_path)] * len(readings)
     path, channel = _place(name_or_path, relative_to)
-    records = _records(path, name_or_path, asked)
-    return _chosen(records, str(path), channel)
+    found = _records(path, name_or_path, readings)
+    return [_chosen(records, str(path), channel) for records in found]
 
 
 def load_channels(name_or_path: str, asked: Reading = AS_WRITTEN) -> list[Record]:
@@ -117,7 +134,7 @@ def load_channels(name_or_path: str, asked: Reading = AS_WRITTEN) -> list[Record
     path, channel = _place(name_or_path, None)
     if channel or fema_p695.is_name(name_or_path) or not os.path.isfile(path):
         return [load_record(name_or_path, asked=asked)]
-    return list(_records(path, name_or_path, asked))
+    return list(_records(path, name_or_path, [asked])[0])
 
 
 def _place(name_or_path: str, relative_to: pathlib.Path | None) -> tuple[pathlib.Path, str]:
@@ -143,20 +160,35 @@ def _missing(path: pathlib.Path, name: str, error: OSError) -> InputError:
     return InputError(str(path), "record", Said(reason(error)), allowed)
 
 
-def _records(path: pathlib.Path, name: str, asked: Reading) -> tuple[Record, ...]:
-    """Every channel of a file; its text is read again only if its bytes have changed."""
+def record_of(file: str, content: bytes) -> Record:
+    """The one record in the bytes of a file, as `load_record` of it gives.
+
+    Raises:
+        InputError: As `load_record`.
+    """
+    digest = hashlib.sha256(content).hexdigest()
+    return _chosen(_parsed(file, digest, [AS_WRITTEN], content)[0], file, "")
+
+
+def _records(
+    path: pathlib.Path, name: str, readings: Sequence[Reading]
+) -> list[tuple[Record, ...]]:
+    """Every channel of a file by each reading; parsed again only if its bytes have changed."""
     try:
         content = read_bytes(path)
     except OSError as error:
         raise _missing(path, name, error) from None
-    key = str(path), hashlib.sha256(content).hexdigest(), asked
-    if key not in _kept:
-        found = _parsed(*key, content)
-        room = SAMPLES_KEPT - _sample_count(found)
-        while _kept and sum(map(_sample_count, _kept.values())) > room:
-            _kept.pop(next(iter(_kept)), None)
-        _kept[key] = found
-    return _kept[key]
+    file, digest = str(path), hashlib.sha256(content).hexdigest()
+    known = ((asked, (file, digest, asked)) for asked in readings)
+    found = {asked: _kept[key] for asked, key in known if key in _kept}
+    new = [asked for asked in readings if asked not in found]
+    if new:
+        for asked, records in zip(new, _parsed(file, digest, new, content), strict=True):
+            room = SAMPLES_KEPT - _sample_count(records)
+            while _kept and sum(map(_sample_count, _kept.values())) > room:
+                _kept.pop(next(iter(_kept)), None)
+            found[asked] = _kept[file, digest, asked] = records
+    return [found[asked] for asked in readings]
 
 
 def _sample_count(records: Sequence[Record]) -> int:
@@ -167,28 +199,33 @@ _kept: dict[tuple[str, str, Reading], tuple[Record, ...]] = {}
 """Path and hash of a file, and what was said of it -> its records."""
 
 
-def _parsed(file: str, digest: str, asked: Reading, content: bytes) -> tuple[Record, ...]:
-    channels, stem = read_channels(file, content, asked), pathlib.Path(file).stem
-    records = []
+def _parsed(
+    file: str, digest: str, readings: Sequence[Reading], content: bytes
+) -> list[tuple[Record, ...]]:
+    return [
+        tuple(_recorded(file, digest, channels))
+        for channels in read_channels(file, content, readings)
+    ]
+
+
+def _recorded(file: str, digest: str, channels: Sequence[Channel]) -> Iterator[Record]:
+    stem = pathlib.Path(file).stem
     for number, channel in enumerate(channels, 1):
         channel.samples.flags.writeable = False
         own = stem if len(channels) == 1 else f"{stem}{CHANNEL}{number}"
-        records.append(
-            Record(
-                name=channel.name or own,
-                file=file,
-                quantity=channel.quantity,
-                interval=channel.interval,
-                samples=channel.samples,
-                sha256=digest,
-                source=channel.source,
-                licence=channel.licence,
-                processing=channel.processing,
-                original_sha256=channel.original_sha256,
-                direction=channel.label,
-            )
+        yield Record(
+            name=channel.name or own,
+            file=file,
+            quantity=channel.quantity,
+            interval=channel.interval,
+            samples=channel.samples,
+            sha256=digest,
+            source=channel.source,
+            licence=channel.licence,
+            processing=channel.processing,
+            original_sha256=channel.original_sha256,
+            direction=channel.label,
         )
-    return tuple(records)
 
 
 def _judge(file: str, channel: Channel) -> None:
@@ -212,13 +249,15 @@ def _judge(file: str, channel: Channel) -> None:
         raise InputError(file, "samples", got, f"must be from {low} to {high}")
 
 
-def read_channels(file: str, content: bytes, asked: Reading = AS_WRITTEN) -> list[Channel]:
-    """The motions in the bytes of a file.
+def read_channels(
+    file: str, content: bytes, readings: Sequence[Reading] = (AS_WRITTEN,)
+) -> list[list[Channel]]:
+    """The motions in the bytes of a file, a list of them by each reading.
 
     Args:
         file: Its path, for errors.
         content: Its bytes.
-        asked: As of `load_record`.
+        readings: What is said of it, as of `load_record`.
 
     Raises:
         InputError: Not a text file, of no format that is understood, or one that cannot be used.
@@ -232,10 +271,10 @@ def read_channels(file: str, content: bytes, asked: Reading = AS_WRITTEN) -> lis
         # Networks write names in other encodings than UTF-8, and nothing else in them.
         if form.recognises(text) and (wrong is None or name not in ("csv", COLUMNS)):
             with np.errstate(over="ignore"):
-                channels = _read(name, text, asked)
-            for channel in channels:
+                found = _read(name, text, readings)
+            for channel in itertools.chain(*found):
                 _judge(file, channel)
-            return channels
+            return found
     if wrong is not None:
         got = Said(f"byte {wrong}: not UTF-8")
         raise InputError(file, "", got, "must be a text file, one sample a line")
@@ -243,19 +282,19 @@ def read_channels(file: str, content: bytes, asked: Reading = AS_WRITTEN) -> lis
     raise text.refusal(0, f"must begin a file of a known format ({formats})")
 
 
-def _read(name: str, text: TextFile, asked: Reading) -> list[Channel]:
-    """The motions of a file of a format.
+def _read(name: str, text: TextFile, readings: Sequence[Reading]) -> list[list[Channel]]:
+    """The motions of a file of a format, by each reading.
 
     Raises:
         InputError: As the format, and what only tables with named columns have was asked for.
     """
     if name == COLUMNS:
-        return column_file.read(text, asked)
-    for option, got in asked._asdict().items():
+        return column_file.read(text, readings)
+    for option, got in itertools.chain(*(asked._asdict().items() for asked in readings)):
         if got is not None:
             allowed = f"must be left out: {text.file} is no table with named columns and says it"
             raise InputError(f"--{option}", "", got, allowed)
-    return FORMATS[name].read(text)
+    return [FORMATS[name].read(text)] * len(readings)
 
 
 def _chosen(records: Sequence[Record], file: str, channel: str) -> Record:

@@ -82,5 +82,11 @@ def _all_have(rows: Sequence[str], separator: str | None, count: int) -> bool:
         cells = np.flatnonzero(letters == ord(separator))
         count -= 1
     starts = np.flatnonzero(letters == _END)
-    before = np.append(np.searchsorted(cells, starts), len(cells))
-    return bool((np.diff(before) == count).all())
+    if len(cells) != count * len(starts):
+        return False
+    if count == 0:
+        return True
+    # The first cell of each row must lie in it, and so must the last one.
+    return bool(
+        (cells[::count] >= starts).all() and (cells[count - 1 :: count][:-1] < starts[1:]).all()
+    )
