@@ -16,7 +16,7 @@ from warprock.engines import event
 from warprock.engines.launching import Form
 from warprock.model import rocking
 from warprock.model.lanes import Lanes
-from warprock.model.motion import Control, GroundMotions, StillBase, ricker_motions
+from warprock.model.motion import Control, GroundMotions, StillBase
 from warprock.model.response import SOUND, Outcome, Response, SampleTimes, Status
 from warprock.records import load_record, record_motions
 from warprock.run.batch import run_batch
@@ -124,17 +124,6 @@ def test_record_is_followed() -> None:
     # here less, because knots every 10 ms cut the steps).
     assert np.max(found[3]) <= 2e-3
     assert np.all(found[1] >= 8.0 * found[3])
-
-
-@pytest.mark.thorough
-def test_ricker_is_followed() -> None:
-    block = make_lanes(np.full(1, 0.2), 1.0, friction=10.0)
-    pulse = ricker_motions(
-        [Control.ACCELERATION], np.array([0.35 * GRAVITY]), np.array([1.5]), np.array([0.3])
-    )
-    found = errors(block, pulse, SampleTimes(4.0, 0.02))
-    assert found[3, 0] <= 1e-4
-    assert orders(found)[0] >= 1.8
 
 
 def test_block_slides_by_the_closed_form() -> None:

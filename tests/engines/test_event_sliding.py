@@ -108,20 +108,20 @@ def test_rotations_and_slides_are_those_of_an_independent_integration(
 @pytest.mark.thorough
 def test_random_displacement_pulses_are_second_order() -> None:
     steps = np.array([5e-3, 2e-3, 1e-3, 5e-4])
-    lanes, motions = random_pulses(Control.DISPLACEMENT, 1, 100)
-    fine = respond(lanes, motions, 2e-5)
+    lanes, motions = random_pulses(Control.DISPLACEMENT, 1, 64)
+    fine = respond(lanes, motions, 5e-5)
     responses = [respond(lanes, motions, float(step)) for step in steps]
     found = np.array([rotation_error(r["rotation"], fine["rotation"], lanes) for r in responses])
     # As many as a stack of one block has.
     assert np.mean(found[0] <= 1e-2) >= 0.97
     assert np.max(found[2]) <= 1e-3
     rocks = fine["peak_rotation"] > 1e-3 * lanes.slenderness_angle
-    assert np.sum(rocks) >= 80
+    assert np.sum(rocks) >= 51
     order = np.polyfit(np.log(steps), np.log(found[:, rocks]), 1)[0]
     assert np.median(order) >= 1.95
     assert np.quantile(order, 0.1) >= 1.8
     slides = np.array([slide_error(r["peak_slide"], fine["peak_slide"]) for r in responses])
-    assert np.sum(fine["peak_slide"] > SLIDE_DUST) >= 80
+    assert np.sum(fine["peak_slide"] > SLIDE_DUST) >= 51
     assert np.max(slides[0]) <= 2e-2
     assert np.max(slides[2]) <= 1e-3
 

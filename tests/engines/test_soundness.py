@@ -156,17 +156,15 @@ def test_a_moment_of_direct_loses_nothing():
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("stack", [False, True])
-def test_a_block_of_direct_at_rest_in_float32_gains_nothing(stack: bool):
+def test_a_block_of_direct_at_rest_in_float32_gains_nothing():
     # Heights of 0.5 m have steps of 6e-8 m, a motion of 1e-4 m/s at the step of the settings: what
     # it won was once counted in every step, in all more than overturns the block.
     lanes = make_lanes(np.full(3, 0.05), 1.0, np.array([0.0, 0.01, 0.5]), friction=1.0)
-    lanes = two_equal(lanes) if stack else lanes
     response = free("direct", lanes, SampleTimes(20.0), DirectSettings(), "float32")
     exact = free("direct", lanes, SampleTimes(20.0), DirectSettings())
     np.testing.assert_array_equal(response["status"], Status.OK)
     rise = 0.5 * (math.hypot(0.05, 1.0) - 1.0)
-    weight = GRAVITY * lanes.mass.reshape(3, -1).sum(axis=1)
+    weight = GRAVITY * lanes.mass
     gap = np.abs(response["energy_lost"] - exact["energy_lost"])
     assert np.all(gap < 0.02 * weight * rise)
 

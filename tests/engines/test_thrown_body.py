@@ -20,7 +20,7 @@ from tests.shared.space_bodies import (
     box_as_body,
     some_boxes,
 )
-from tests.shared.spatial_blocks import sound_run, still
+from tests.shared.spatial_blocks import sound_run, still, unmoved
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.load import load_case
 from warprock.engines.energy import kinetic_energy_at_start
@@ -62,7 +62,7 @@ def test_a_body_without_symmetry_flies_as_euler_says(engine):
     """A parabola, and a turn about no axis of its own: exact but for the order of the step."""
     velocity, spin = np.array([1.5, -0.7, 2.0]), np.array([3.0, -9.0, 2.0])
     lanes, times = boulders(TILTED, velocity, spin, 1.0), SampleTimes(0.4, 0.01, True)
-    response = sound_run(engine, lanes, still(1), times)
+    response = sound_run(engine, lanes, unmoved(1), times)
     t = response.times
     way = velocity * t[:, None] - 0.5 * GRAVITY * t[:, None] ** 2 * np.array([0.0, 0.0, 1.0])
     place = np.stack([response[axis][0] for axis in "xyz"], axis=-1)
@@ -101,8 +101,8 @@ def test_a_thrown_cube_is_one_as_a_body_of_its_corners(tosses):
     settings = ImpulseSettings(restitution=0.125, iterations=50)
     times, count = SampleTimes(0.9, 0.005, True), tosses.lanes.lane_count
     box, body = (
-        sound_run("impulse", lanes, still(count), times, settings)
-        for lanes in (tosses.lanes, as_body(tosses.lanes))
+        sound_run("impulse", lanes, base(count), times, settings)
+        for lanes, base in ((tosses.lanes, still), (as_body(tosses.lanes), unmoved))
     )
     far = np.max([np.abs(box[axis] - body[axis]) for axis in "xyz"], axis=(0, 2))
     assert far.max() < 2e-3
@@ -119,7 +119,8 @@ def test_a_box_that_is_pushed_is_one_as_a_body_of_its_corners():
     boxes = dataclasses.replace(boxes, release=Release(velocity, spin))
     times = SampleTimes(0.6, 0.02, True)
     box, body = (
-        sound_run("impulse", lanes, still(4), times) for lanes in (boxes, box_as_body(boxes))
+        sound_run("impulse", lanes, base(4), times)
+        for lanes, base in ((boxes, still), (box_as_body(boxes), unmoved))
     )
     for name in ("x", "y", "z", "rotation", "rotation_across", "yaw", "slide"):
         # Sweeps visit corners in another order and end early, where corners slip: for a step, or,
@@ -141,7 +142,7 @@ def test_impacts_make_no_energy(restitution):
     lanes = boulders(attitude, velocity, spin, 0.6, friction=np.repeat([0.0, 0.3, 1.0], 4))
     settings = ImpulseSettings(restitution=restitution)
     lost = np.array([
-        sound_run("impulse", lanes, still(12), SampleTimes(end), settings)["energy_lost"]
+        sound_run("impulse", lanes, unmoved(12), SampleTimes(end), settings)["energy_lost"]
         for end in np.linspace(0.2, 1.4, 4)
     ])  # fmt: skip
     held = 100.0 * GRAVITY * 0.6
@@ -163,12 +164,12 @@ def test_a_body_on_its_base_alone_ends_as_overturned(engine):
     push = Release(-np.cross(spin, corner), spin)
     rock = body_lanes(ROCK_POINTS, ROCK_TENSOR, 1, friction=0.5)
     over = sound_run(
-        engine, dataclasses.replace(rock, release=push), still(1), SampleTimes(2.0, 0.1, True)
+        engine, dataclasses.replace(rock, release=push), unmoved(1), SampleTimes(2.0, 0.1, True)
     )
     assert over["outcome"][0] == Outcome.OVERTURNED
     upright = np.array([0.0, 0.0, 0.0, 1.0])
     tumbles = boulders(upright, push.velocity[0], spin[0], 0.3)
-    lies = sound_run(engine, tumbles, still(1), SampleTimes(3.0, 0.1, True))
+    lies = sound_run(engine, tumbles, unmoved(1), SampleTimes(3.0, 0.1, True))
     assert lies["outcome"][0] == Outcome.AT_REST
     assert lies["peak_rotation"][0] > 1.0
 
@@ -182,7 +183,7 @@ def test_event_and_impulse_throw_a_boulder_alike():
     velocity, spin = rng.normal(size=(8, 3)), 4.0 * rng.normal(size=(8, 3))
     lanes = boulders(attitude, velocity, spin, 0.6)
     times = SampleTimes(2.0, 0.04, True)
-    one, two = (sound_run(engine, lanes, still(8), times) for engine in ("event", "impulse"))
+    one, two = (sound_run(engine, lanes, unmoved(8), times) for engine in ("event", "impulse"))
     far = np.max([np.abs(one[axis] - two[axis]) for axis in "xyz"], axis=(0, 2))
     # The one is of first order in 0.2 ms, and impacts multiply what is left.
     assert np.median(far) < 2e-3

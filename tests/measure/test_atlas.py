@@ -343,7 +343,8 @@ def test_figures_can_be_read_without_a_caption(table: pd.DataFrame):
 
 @pytest.mark.thorough
 def test_figures_of_all_maps_can_be_read_without_a_caption(table: pd.DataFrame):
-    assert_maps_can_be_read(table, [each for each in SINGLE if each.name != "step"])
+    # None of these engines has the springs of the other maps.
+    assert_maps_can_be_read(table, [BY_NAME["shaking"], BY_NAME["friction"]])
 
 
 def assert_maps_can_be_read(table: pd.DataFrame, chosen: Sequence[AtlasMap]) -> None:

@@ -243,7 +243,6 @@ def usable(found: TwoBlockResponse) -> TwoBlockResponse:
     "start",
     [
         (0.01, 0.01),
-        pytest.param((0.0, 0.03), marks=pytest.mark.thorough),
         pytest.param((0.03, -0.05), marks=pytest.mark.thorough),
     ],
 )
