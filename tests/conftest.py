@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import contextlib
+import importlib
 import pathlib
 import signal
 import subprocess
@@ -20,29 +21,44 @@ settings.load_profile("any speed")  # no test depends on how fast the machine is
 
 LONGEST = (
     "programs/test_newton.py",
-    "engines/test_contract.py",
-    "sweep/test_harm.py",
-    "paper/test_stack.py",
-    "paper/test_reproduce.py",
-    "engines/test_event_space_stack.py",
-    "engines/test_event_stack.py",
-    "engines/test_xpbd.py",
     "engines/test_forms.py",
-    "engines/test_impulse_stack.py",
-    "engines/test_direct_stack.py",
-    "engines/test_two_block.py",
+    "engines/test_contract.py",
+    "paper/test_stack.py",
+    "engines/test_box_friction.py",
+    "engines/test_event_space.py",
+    "engines/test_event_stack.py",
     "run/test_estimate.py",
     "cli/test_main.py",
-    "measure/test_atlas.py",
-    "measure/test_trade.py",
+    "engines/test_direct_stack.py",
     "oracle/test_pair.py",
-    "engines/test_dem.py",
-    "measure/test_peers.py",
+    "figures/test_run.py",
+    "engines/test_event_space_stack.py",
+    "sweep/test_harm.py",
+    "engines/test_contract_scenes.py",
+    "measure/test_trade.py",
+    "engines/test_xpbd.py",
+    "engines/test_cuda.py",
+    "paper/test_reproduce.py",
+    "engines/test_impulse_stack.py",
+    "engines/test_vertical.py",
+    "engines/test_two_block.py",
+    "engines/test_event_body.py",
 )
 """Files that take the longest, under `tests/`; such as compile the same kernels stand apart."""
 
 # The process that hands tests to the workers reads this file and no other: what it imports here it
 # imports for nothing.
+
+
+IMPORTED = ("scipy.stats", "pandas", "hypothesis", "pydantic", "warp", "matplotlib.pyplot")
+"""What nearly every worker imports, and what takes long where no bytecode is kept yet."""
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Each of two workers begins at another end, and finds the bytecode that the other has made."""
+    worker = getattr(config, "workerinput", {}).get("workerid")
+    for name in {"gw0": IMPORTED, "gw1": IMPORTED[::-1]}.get(worker, ()):
+        importlib.import_module(name)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
