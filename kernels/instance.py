@@ -78,6 +78,7 @@ PARAMETERS = (
     "FRICTION",
     "POINTS",
     "VERTICAL",
+    "CHAINS",
 )
 """Names that the loader sets in a kernel file: the arguments of `kernel_module`, in capitals."""
 
@@ -132,6 +133,7 @@ def kernel_module(
     friction: str = "cone",
     points: int = 0,
     vertical: bool = False,
+    chains: bool = False,
 ) -> ModuleType:
     """The instance of a kernel file for a precision, a kind of ground motion and a stack.
 
@@ -146,11 +148,12 @@ def kernel_module(
         friction: Law of friction where a block slides in two directions: cone or box.
         points: Contact points of a body that is no box.
         vertical: Whether the base of a body in the plane moves upwards, too.
+        chains: Whether blocks of a stack in the plane stand on chains of corners.
 
     Raises:
         OSError: A kernel file cannot be read.
     """
-    values = (precision, motion, iterations, blocks, lanes, friction, points, vertical)
+    values = (precision, motion, iterations, blocks, lanes, friction, points, vertical, chains)
     with _LOCK:
         return _instance(file, dict(zip(PARAMETERS, values, strict=True)))
 

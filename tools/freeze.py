@@ -49,7 +49,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 SAMPLES = 40
 """Samples of each history."""
 
-MOMENT = {"finished", "wall_time_s", "machine", "versions", "kernel_sha256"}
+MOMENT = {"finished", "wall_time_s", "seconds", "machine", "versions", "kernel_sha256"}
 """Keys of JSON whose values belong to the moment or the machine."""
 
 RUN_CASES = ("free-b1-b3", "single-sine-pulse", "stack-sine-pulse", "space-free")

@@ -59,8 +59,12 @@ from warprock.kernels.shape.stack import (
     anchored,
     lower_face,
     three_of,
+    turn_of,
     upright_place,
 )
+
+if CHAINS:
+    from warprock.kernels.event.stack_body import has_left
 
 STEADY = 0
 SEEKING = 1
@@ -128,13 +132,19 @@ def mode_of(blocks: Blocks, s: State, near: real) -> int:
     mode = int(RUNNING)
     for k in range(BLOCKS):
         low, _height = lower_face(blocks, k)
-        anchor, rate = anchored(blocks, s.pose, k, s.pose.touch[k])
-        place = upright_place(blocks, k, s.pose.touch[k], anchor, rate)
-        if size(place) >= low + blocks.half_width[k]:
-            mode = SLID_OFF
+        if CHAINS:
+            mode = wp.where(has_left(blocks, s.pose, k), SLID_OFF, mode)
+        else:
+            anchor, rate = anchored(blocks, s.pose, k, s.pose.touch[k])
+            place = upright_place(blocks, k, s.pose.touch[k], anchor, rate)
+            if size(place) >= low + blocks.half_width[k]:
+                mode = SLID_OFF
     for k in range(BLOCKS):
         if size(s.pose.theta[k]) >= HALF_PI - near * size(s.swing[k]):
             mode = OVERTURNED
+        if CHAINS:
+            upright = size(turn_of(s.pose, k) + s.pose.foot[k]) < HALF_PI
+            mode = wp.where(upright, mode, OVERTURNED)
     for k in range(BLOCKS):
         v = three_of(s.velocity, k)
         sound = s.pose.theta[k] + s.pose.along[k] + s.pose.above[k] + v[0] + v[1] + v[2] + s.time

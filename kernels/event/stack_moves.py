@@ -20,11 +20,15 @@ from warprock.kernels.shape.stack import (
     anchored,
     between,
     carried,
+    face_middles,
+    flat_rotation,
     interface_rows,
     lower_face,
     side_of,
     three_of,
+    turn_of,
     upright_place,
+    with_foot,
 )
 
 DEEP = real(1.0e-6)
@@ -40,11 +44,10 @@ def started(blocks: Blocks, pose: Pose) -> Pose:
     for k in range(BLOCKS):
         p.sine[k] = sine(p.theta[k])
         p.cosine[k] = cosine(p.theta[k])
+        if CHAINS:
+            p = with_foot(blocks, p, k)
         _s, _c, sd, cd = between(p, k)
-        below = real(0.0)
-        if k > 0:
-            below = p.theta[k - 1]
-        turn = p.theta[k] - below
+        turn = turn_of(p, k)
         touch = wp.where(turn > real(0.0), PLUS, wp.where(turn < real(0.0), MINUS, CLOSED))
         p.touch[k] = touch
         side = side_of(touch)
@@ -77,8 +80,15 @@ def flown(blocks: Blocks, old: Pose, new: Pose, velocity: Triples, k: int, d: re
         below = three_of(velocity, k - 1)
         x = x - d * below[0]
         z = z - d * below[1]
-    x = x - height * (new.sine[k] - old.sine[k]) - low_height * (s1 - s0)
-    z = z - height * (new.cosine[k] - old.cosine[k]) - low_height * (c1 - c0)
+    if CHAINS:
+        upper, lower = face_middles(blocks, k)
+        su = new.foot_sine[k] - old.foot_sine[k]
+        cu = new.foot_cosine[k] - old.foot_cosine[k]
+        x = x - height * su + upper * cu - low_height * (s1 - s0) - lower * (c1 - c0)
+        z = z - height * cu - upper * su - low_height * (c1 - c0) + lower * (s1 - s0)
+    else:
+        x = x - height * (new.sine[k] - old.sine[k]) - low_height * (s1 - s0)
+        z = z - height * (new.cosine[k] - old.cosine[k]) - low_height * (c1 - c0)
     return x * c1 - z * s1, z * c1 + x * s1
 
 
@@ -92,12 +102,12 @@ def moved(
     for k in range(BLOCKS):
         theta = old.theta[k] + d * velocity[3 * k + 2]
         if touch[k] == CLOSED:
-            theta = real(0.0)
-            if k > 0:
-                theta = new.theta[k - 1]
+            theta = flat_rotation(blocks, new, k)
         new.theta[k] = theta
         new.sine[k] = sine(theta)
         new.cosine[k] = cosine(theta)
+        if CHAINS:
+            new = with_foot(blocks, new, k)
         if touch[k] == OPEN:
             along, above = flown(blocks, old, new, velocity, k, d)
             new.along[k] = along
@@ -115,10 +125,9 @@ def moved(
 @wp.func
 def opening(pose: Pose, velocity: Triples, k: int, touch: int):
     """How far [rad] and how fast [rad/s] a pivoting interface is open."""
-    turn = pose.theta[k]
+    turn = turn_of(pose, k)
     rate = velocity[3 * k + 2]
     if k > 0:
-        turn = turn - pose.theta[k - 1]
         rate = rate - velocity[3 * k - 1]
     side = side_of(touch)
     return side * turn, side * rate
@@ -195,12 +204,12 @@ def flattened(blocks: Blocks, old: Pose, falls: Counts) -> Pose:
             was = wp.where(touch == CLOSED, PLUS, touch)
         theta = old.theta[k]
         if touch == CLOSED:
-            theta = real(0.0)
-            if k > 0:
-                theta = new.theta[k - 1]
+            theta = flat_rotation(blocks, new, k)
         new.theta[k] = theta
         new.sine[k] = sine(theta)
         new.cosine[k] = cosine(theta)
+        if CHAINS:
+            new = with_foot(blocks, new, k)
         new.touch[k] = touch
         new.along[k] = old.along[k]
         new.above[k] = old.above[k]
@@ -227,10 +236,15 @@ def glued(blocks: Blocks, pose: Pose, slip: Counts, velocity: Triples) -> Triple
             if k > 0:
                 s = pose.sine[k - 1]
                 c = pose.cosine[k - 1]
-                rise = blocks.half_height[k - 1] + blocks.half_height[k]
+                _low, low_height = lower_face(blocks, k)
+                rise = low_height + blocks.half_height[k]
+                along = pose.along[k]
+                if CHAINS:
+                    upper, lower = face_middles(blocks, k)
+                    along = along + lower - upper
                 omega = v[3 * k - 1]
-                x = v[3 * k - 3] + omega * (rise * c - pose.along[k] * s)
-                z = v[3 * k - 2] - omega * (pose.along[k] * c + rise * s)
+                x = v[3 * k - 3] + omega * (rise * c - along * s)
+                z = v[3 * k - 2] - omega * (along * c + rise * s)
             v[3 * k + 2] = omega
             if slip[k] == 0:
                 v[3 * k] = x

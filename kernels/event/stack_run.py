@@ -13,7 +13,17 @@ from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import sample_index
 from warprock.kernels.shape.above import Above, Motions
-from warprock.kernels.shape.stack import CLOSED, Blocks, Pose, Values, anchored, upright_place
+from warprock.kernels.shape.stack import (
+    CLOSED,
+    Blocks,
+    Pose,
+    Values,
+    anchored,
+    face_middles,
+    flat_rotation,
+    lower_face,
+    upright_place,
+)
 
 wp.set_module_options(LOOPS_STAY)
 
@@ -131,12 +141,12 @@ def observe(blocks: Blocks, before: Seen, offset: Values, s0: State, s: State) -
         touch = s.pose.touch[k]
         anchor, rate = anchored(blocks, s.pose, k, touch)
         seen.slide[k] = upright_place(blocks, k, touch, anchor, rate) - offset[k]
+        if CHAINS:
+            seen.slide[k] = seen.slide[k] - blocks.rolled[k]
         seen.peak_slide[k] = larger(size(seen.slide[k]), seen.peak_slide[k])
         # A velocity step of the base lifts at the end of a step, an acceleration from its start.
         if s0.pose.touch[k] == CLOSED and touch != CLOSED and seen.uplift_time >= NEVER:
-            at_end = s.pose.theta[k] == real(0.0)
-            if k > 0:
-                at_end = s.pose.theta[k] == s.pose.theta[k - 1]
+            at_end = s.pose.theta[k] == flat_rotation(blocks, s.pose, k)
             if VERTICAL:
                 at_end = at_end and s.pose.above[k] == real(0.0)
             seen.uplift_time = wp.where(at_end, s.time, s0.time)
@@ -155,8 +165,18 @@ def centres(blocks: Blocks, pose: Pose):
     at, up, s, c, height = real(0.0), real(0.0), real(0.0), real(1.0), real(0.0)
     for k in range(BLOCKS):
         reach = height + pose.above[k]
-        at = at + pose.along[k] * c + reach * s + blocks.half_height[k] * pose.sine[k]
-        up = up + reach * c - pose.along[k] * s + blocks.half_height[k] * pose.cosine[k]
+        if CHAINS:
+            upper, lower = face_middles(blocks, k)
+            _low, low_height = lower_face(blocks, k)
+            reach = low_height + pose.above[k]
+            along = pose.along[k] + lower
+            su = pose.foot_sine[k]
+            cu = pose.foot_cosine[k]
+            at = at + along * c + reach * s + blocks.half_height[k] * su - upper * cu
+            up = up + reach * c - along * s + blocks.half_height[k] * cu + upper * su
+        else:
+            at = at + pose.along[k] * c + reach * s + blocks.half_height[k] * pose.sine[k]
+            up = up + reach * c - pose.along[k] * s + blocks.half_height[k] * pose.cosine[k]
         s, c, height = pose.sine[k], pose.cosine[k], blocks.half_height[k]
         x[k] = at
         z[k] = up
@@ -239,19 +259,10 @@ def run_lanes(
                 vx, vz = s0.velocity[3 * k], s0.velocity[3 * k + 1]
                 found.places[sample, k, 0, lane] = between_steps(until, s0, s, x0[k], vx, x1[k])
                 found.places[sample, k, 1, lane] = between_steps(until, s0, s, z0[k], vz, z1[k])
-    result = Result()
-    result.uplift_time = seen.uplift_time
-    result.rest_time = seen.rest_time
-    result.loss = s.lost
-    result.deepest = s.deepest
-    result.impacts = s.impacts
-    result.mode = s.mode
-    result.steps = steps
-    found.results[lane] = result
+    found.results[lane] = Result(
+        seen.uplift_time, seen.rest_time, s.lost, s.deepest, s.impacts, s.mode, steps
+    )
     for k in range(BLOCKS):
-        leaf = BlockResult()
-        leaf.slide = seen.slide[k]
-        leaf.peak = seen.peak[k]
-        leaf.peak_time = seen.peak_time[k]
-        leaf.peak_slide = seen.peak_slide[k]
-        found.blocks[k, lane] = leaf
+        found.blocks[k, lane] = BlockResult(
+            seen.slide[k], seen.peak[k], seen.peak_time[k], seen.peak_slide[k]
+        )

@@ -22,6 +22,9 @@ from warprock.kernels.shape.stack import (
     three_of,
 )
 
+if CHAINS:
+    from warprock.kernels.event.stack_body import next_edge
+
 NEARLY = by_precision(1.0e-6, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""
 DUST = by_precision(1.0e-12, 1.0e-5)
@@ -89,7 +92,8 @@ class Trial:
     energy [J]; cut, the length of the step to the first event inside it, else NEVER; falls, the
     ends that land; rests, the interfaces that close at its start instead; segment after it;
     turns, whether a contact opens or starts to slide in it; spare, what the contacts would have
-    left if none did [N]; deep, how deep an end is in a face at its end [m]; weight, what weighs.
+    left if none did [N]; deep, how deep an end is in a face at its end [m]; weight, what weighs;
+    way, by how many edges bodies roll on at its end, see event/stack_body.py.
     """
 
     pose: Pose
@@ -109,6 +113,8 @@ class Trial:
     spare: real
     segment: int
     deep: real
+    if CHAINS:
+        way: Counts
     if VERTICAL:
         weight: Weight
 
@@ -162,6 +168,27 @@ def lost_between(blocks: Blocks, kick: real, free: Triples, velocity: Triples) -
     return lost
 
 
+if CHAINS:
+
+    @wp.func
+    def with_next_edges(blocks: Blocks, s: State, trial: Trial, near: real) -> Trial:
+        """The trial step with the edges that its blocks come to, see event/stack_body.py."""
+        t = trial
+        for k in range(BLOCKS):
+            cut, way, lands, leaves = next_edge(
+                blocks, s.pose, t.pose, s.velocity, t.velocity, k, t.d, near
+            )
+            t.cut = smaller(t.cut, cut)
+            if leaves:
+                t.falls[k] = OPEN
+            if t.falls[k] == OPEN:
+                t.way[k] = way
+                if lands:
+                    t.falls[k] = CLOSED
+                    t.struck = True
+        return t
+
+
 @wp.func
 def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
     """The trial step with the events at its interfaces and the overturning of its blocks."""
@@ -198,8 +225,12 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
         if left < -near * size(t.velocity[3 * k + 2]) and t.d > near:
             left0 = HALF_PI - side * s.pose.theta[k]
             t.cut = smaller(t.cut, first_root(left0, -side * s.velocity[3 * k + 2], left, t.d))
+    if CHAINS:
+        t = with_next_edges(blocks, s, t, near)
     if t.resting:
         t.falls = rests
+        if CHAINS:
+            t.way = Counts()
         t.pose = s.pose
         t.velocity = s.velocity
         t.slip = s.slip

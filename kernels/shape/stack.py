@@ -11,6 +11,11 @@ or of the lower block under the upper one's face (UNDER).
 Touch is a sum of ENDS: 1 where the end to +x touches, 2 where the end to -x does; 3 is a closed
 interface. The place of a contact is one number, its *anchor*: the corner's coordinate on the face
 it touches, or `along` of a closed interface. It changes by sliding alone.
+
+Where CHAINS is true the blocks are bodies on contact points. An upper block's face is then the
+edge of its chain of corners that it stands on, or would fall on; a lower block's is its top. Both
+may lie beside its centre, and the edge may be turned against the body: `foot` is what belongs to
+that edge. What goes from edge to edge is in event/stack_body.py.
 """
 
 import warp as wp
@@ -39,18 +44,40 @@ Matrix = wp.types.matrix(shape=(3, 3), dtype=real)
 
 @wp.struct
 class Blocks:
-    """What the blocks of one lane are."""
+    """What the blocks of one lane are; of bodies half sizes are those of the edge, and its depth.
+
+    Of bodies, too, `foot`: rotation against what is below at which the edge lies flat [rad], with
+    its sine and cosine; the middle of the edge, to +x of the centre along the edge [m]. `rolled`:
+    where that middle comes to lie if the block rolls on from where it stood at first [m]. `ahead`
+    and `behind`: how far it turns from the edge to the next one to +x and to -x [rad], NEVER where
+    there is none. `top`: half the width of the top, its middle to +x of the centre and its height
+    above it [m].
+    """
 
     half_height: Values
     half_width: Values
     inverse_mass: Values
     inverse_inertia: Values
     friction: Values
+    if CHAINS:
+        foot: Values
+        foot_sine: Values
+        foot_cosine: Values
+        foot_middle: Values
+        rolled: Values
+        ahead: Values
+        behind: Values
+        top_half: Values
+        top_middle: Values
+        top_height: Values
 
 
 @wp.struct
 class Pose:
-    """Where the blocks of one lane are, and which ends touch."""
+    """Where the blocks of one lane are, and which ends touch.
+
+    `foot`: see `Blocks`; its sine and cosine are those of the rotation of the edge.
+    """
 
     theta: Values
     sine: Values
@@ -58,6 +85,10 @@ class Pose:
     along: Values
     above: Values
     touch: Counts
+    if CHAINS:
+        foot: Values
+        foot_sine: Values
+        foot_cosine: Values
 
 
 @wp.func
@@ -84,13 +115,55 @@ def side_of(touch: int) -> real:
 
 @wp.func
 def between(pose: Pose, k: int):
-    """Sine and cosine of the lower block, and of the rotation of the upper against the lower."""
+    """Sine and cosine of the lower face, and of the rotation of the upper one against it."""
     s = real(0.0)
     c = real(1.0)
     if k > 0:
         s = pose.sine[k - 1]
         c = pose.cosine[k - 1]
-    return s, c, pose.sine[k] * c - pose.cosine[k] * s, pose.cosine[k] * c + pose.sine[k] * s
+    if CHAINS:
+        sd = pose.foot_sine[k] * c - pose.foot_cosine[k] * s
+        cd = pose.foot_cosine[k] * c + pose.foot_sine[k] * s
+    else:
+        sd = pose.sine[k] * c - pose.cosine[k] * s
+        cd = pose.cosine[k] * c + pose.sine[k] * s
+    return s, c, sd, cd
+
+
+@wp.func
+def with_foot(blocks: Blocks, pose: Pose, k: int) -> Pose:
+    """A pose with the edge that block k stands on turned as the block is."""
+    new = pose
+    if CHAINS:
+        s = pose.sine[k]
+        c = pose.cosine[k]
+        new.foot[k] = blocks.foot[k]
+        new.foot_sine[k] = s * blocks.foot_cosine[k] - c * blocks.foot_sine[k]
+        new.foot_cosine[k] = c * blocks.foot_cosine[k] + s * blocks.foot_sine[k]
+    return new
+
+
+@wp.func
+def flat_rotation(blocks: Blocks, pose: Pose, k: int) -> real:
+    """Rotation at which block k lies flat on what is below it [rad]."""
+    theta = real(0.0)
+    if k > 0:
+        theta = pose.theta[k - 1]
+    if CHAINS:
+        theta = theta + blocks.foot[k]
+    return theta
+
+
+@wp.func
+def turn_of(pose: Pose, k: int) -> real:
+    """Rotation of the upper face of interface k against the lower one [rad]."""
+    below = real(0.0)
+    if k > 0:
+        below = pose.theta[k - 1]
+    turn = pose.theta[k] - below
+    if CHAINS:
+        turn = turn - pose.foot[k]
+    return turn
 
 
 @wp.func
@@ -99,9 +172,28 @@ def lower_face(blocks: Blocks, k: int):
     half_width = ENDLESS
     half_height = real(0.0)
     if k > 0:
-        half_width = blocks.half_width[k - 1]
-        half_height = blocks.half_height[k - 1]
+        if CHAINS:
+            half_width = blocks.top_half[k - 1]
+            half_height = blocks.top_height[k - 1]
+        else:
+            half_width = blocks.half_width[k - 1]
+            half_height = blocks.half_height[k - 1]
     return half_width, half_height
+
+
+@wp.func
+def face_middles(blocks: Blocks, k: int):
+    """How far the middles of the faces of interface k lie to +x of the centres along them [m].
+
+    Of the upper block, then of the lower one.
+    """
+    upper = real(0.0)
+    lower = real(0.0)
+    if CHAINS:
+        upper = blocks.foot_middle[k]
+        if k > 0:
+            lower = blocks.top_middle[k - 1]
+    return upper, lower
 
 
 @wp.func
@@ -184,6 +276,27 @@ def end_levers(
 
 
 @wp.func
+def from_centres(
+    upper: real, lower: real, on: bool, sd: real, cd: real, xu: real, zu: real, xl: real, zl: real
+):
+    """Levers of `end_levers` from centres that lie beside the middles of their faces.
+
+    Args:
+        upper, lower: See `face_middles`.
+        on: Whether the upper corner lies on the lower face.
+        sd, cd: Sine and cosine of the rotation of the upper face against the lower one.
+        xu, zu, xl, zl: Levers from above the middle of the upper face, from below that of the
+            lower one [m].
+    """
+    return (
+        xu + wp.where(on, upper * cd, upper),
+        zu - wp.where(on, upper * sd, real(0.0)),
+        xl + wp.where(on, lower, lower * cd),
+        zl + wp.where(on, real(0.0), lower * sd),
+    )
+
+
+@wp.func
 def interface_rows(blocks: Blocks, pose: Pose, k: int):
     """Relative velocities at interface k from those of its blocks.
 
@@ -203,9 +316,16 @@ def interface_rows(blocks: Blocks, pose: Pose, k: int):
     xu2, zu2, xl2, zl2, gap2, on2 = end_levers(
         real(-1.0), lhalf_width, lhalf_height, half_width, half_height, along, above, sd, cd
     )
+    if CHAINS:
+        umid, lmid = face_middles(blocks, k)
+        xu1, zu1, xl1, zl1 = from_centres(umid, lmid, on1, sd, cd, xu1, zu1, xl1, zl1)
+        xu2, zu2, xl2, zl2 = from_centres(umid, lmid, on2, sd, cd, xu2, zu2, xl2, zl2)
     minus = pose.touch[k] == MINUS
     su = pose.sine[k]
     cu = pose.cosine[k]
+    if CHAINS:
+        su = pose.foot_sine[k]
+        cu = pose.foot_cosine[k]
     zu = wp.where(minus, zu2, zu1)
     zl = wp.where(minus, zl2, zl1)
     on = wp.where(minus, on2, on1)

@@ -13,6 +13,7 @@ from warprock.case.load import load_case
 from warprock.engines import ENGINES, engine_class
 from warprock.errors import InputError
 from warprock.model.stacking import contact_ends, uplift_ratio
+from warprock.run.engine_choice import choose_engine
 
 BOX = """
 width = "0.6 m"
@@ -115,6 +116,10 @@ cycles = 1
     np.testing.assert_allclose(profiles.base_ends[:, 1], [[-0.2, 0.3], [-0.1, 0.15]], atol=1e-12)
     np.testing.assert_allclose(profiles.gyration[:, 1] * 350.0, [60.0, 50.0])
     assert "direction_deg" in lane_set.inputs
+
+
+def test_event_runs_them_where_no_engine_is_named(write: Callable[..., str]) -> None:
+    assert choose_engine(load_case(write(BOX, STATUE))).engine == "event"
 
 
 def test_engines_that_stack_boxes_alone_say_so(write: Callable[..., str]) -> None:

@@ -33,6 +33,22 @@ def test_doctor_reports_this_machine():
     assert set(found["engines"]) == set(ENGINES)
 
 
+def test_doctor_counts_built_kernels_by_engine(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+):
+    built = ("event.block_run__1_ab", "event_space.body_run__2_cd", "two_block.stack_run__3_ef")
+    for name in (*built, "spatial_event_launch__4_01"):
+        folder = tmp_path / f"wp_warprock.kernels.{name}"
+        folder.mkdir()
+        (folder / "kernel.o").write_bytes(b"0" * 1000)
+    (tmp_path / "wp_newton.solvers_23").mkdir()
+    monkeypatch.setattr("warp.config.kernel_cache_dir", str(tmp_path))
+    cache = json.loads(invoke("doctor", "--json").stdout)["kernel_cache"]
+    assert cache["built_modules"] == 4
+    assert cache["bytes"] == 4000
+    assert cache["built_by_engine"] == {"event": 2, "two-block": 1, "earlier versions": 1}
+
+
 BOTH = """if 1:
     import json
     from click.testing import CliRunner

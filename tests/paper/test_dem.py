@@ -53,3 +53,6 @@ def test_the_table_says_what_it_holds(found, capsys):
     for words in ("sub-contacts", "damping beta", "corrected damping", "rigid limit", "Housner"):
         assert words in printed
     assert "Conflicts" not in printed
+    assert "\ndem: " not in printed
+    print_reproduction(found, verbose=True)
+    assert f"\ndem: {found['seconds']['dem']:.1f} s\n" in capsys.readouterr().out

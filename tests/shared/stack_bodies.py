@@ -63,6 +63,41 @@ def with_body(
     return dataclasses.replace(lanes, profiles=Profiles(mass, gyrations, new, count, top, is_body))
 
 
+def random_chains(seed: int, count: int, blocks: int) -> Lanes:
+    """Stacks of blocks on 2 to 12 points each, of any roughness; every other one starts turned."""
+    rng = np.random.default_rng(seed)
+    shape = (count, blocks)
+    width, height = rng.uniform(0.15, 0.6, shape), rng.uniform(0.3, 1.0, shape)
+    offset = rng.uniform(-0.05, 0.05, shape)
+    offset[:, 0] = 0.0
+    lanes = make_stacks(
+        width,
+        height,
+        density=rng.uniform(500.0, 3000.0, shape),
+        offset=offset,
+        friction=rng.uniform(0.1, 1.5, shape),
+        rotation=rng.uniform(-0.05, 0.05, shape) * (np.arange(count) % 2)[:, None],
+    )
+    most = 12
+    points, number = np.zeros((*shape, most, 2)), np.zeros(shape, np.int32)
+    top = np.zeros((*shape, 3))
+    for at in np.ndindex(shape):
+        left, right = rng.uniform(-0.5, -0.15), rng.uniform(0.15, 0.5)
+        more = rng.integers(0, most - 1)
+        rough = 10.0 ** rng.uniform(-6.0, -1.0)
+        x = np.concatenate([(left, right), rng.uniform(-0.7, 0.7, more)]) * width[at]
+        z = np.concatenate([(0.0, 0.0), rng.uniform(0.0, rough, more)])
+        centre = (left + (right - left) * rng.uniform(0.1, 0.9)) * width[at]
+        high = rng.uniform(0.35, 0.6) * height[at]
+        hull = lower_hull(np.stack([x - centre, z - high], axis=1))
+        points[at], number[at] = hull[np.minimum(np.arange(most), len(hull) - 1)], len(hull)
+        middle, half = rng.uniform(-0.1, 0.1) * width[at], rng.uniform(0.25, 0.5) * width[at]
+        top[at] = (middle - half - centre, middle + half - centre, height[at] - high)
+    gyration = (width**2 + height**2) / 12.0 * rng.uniform(0.7, 1.3, shape)
+    profiles = Profiles(lanes.mass, gyration, points, number, top, (True,) * blocks)
+    return dataclasses.replace(lanes, profiles=profiles)
+
+
 def mirrored_stacks(lanes: Lanes) -> Lanes:
     """The same stacks seen from behind."""
     assert lanes.profiles is not None

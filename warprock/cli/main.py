@@ -14,6 +14,7 @@ import pkgutil
 import shlex
 import signal
 import sys
+import time
 from typing import TYPE_CHECKING
 
 import click
@@ -228,9 +229,15 @@ def _show_run(
     is_flag=True,
     help="All members that the ensembles of the cases have; 2 to 16 times fewer otherwise.",
 )
+@click.option("--verbose", is_flag=True, help="Also print what each part took.")
 @json_option
 def reproduce(
-    target: str, folder: pathlib.Path, workers: int | None, full: bool, as_json: bool
+    target: str,
+    folder: pathlib.Path,
+    workers: int | None,
+    full: bool,
+    verbose: bool,
+    as_json: bool,
 ) -> None:
     """Recompute the seed paper's TARGET: table6, table7, fig4, ... or all.
 
@@ -250,8 +257,10 @@ def reproduce(
             target, folder, workers=workers, progress=progress, full=full, drawings=drawings
         )
     kept = keep(found, folder)
+    begin = time.perf_counter()
     found["files"] += [str(kept), str(add_page(folder, drawings=drawings))]
-    print_json(found) if as_json else print_reproduction(found)
+    found["seconds"]["page"] = time.perf_counter() - begin
+    print_json(found) if as_json else print_reproduction(found, verbose=verbose)
 
 
 for module in pkgutil.iter_modules(warprock.cli.__path__, "warprock.cli."):

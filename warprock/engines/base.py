@@ -150,6 +150,7 @@ class AbstractEngine(abc.ABC):
             friction=kernel.friction,
             points=kernel.points,
             vertical=isinstance(motions, UprightMotions),
+            chains=lanes.profiles is not None,
         )
         return module
 

@@ -16,6 +16,7 @@ from warprock.engines.energy import nearest_edge
 from warprock.engines.launching import Form, Found, Kernel
 from warprock.engines.soundness import account_in_space, unstable
 from warprock.engines.spatial_bodies import point_rows, quickest, spatial_inputs
+from warprock.engines.stack_bodies import edge_columns, foot_columns
 from warprock.engines.workload import step_limit
 from warprock.model import rocking
 from warprock.model.bodies import Bodies
@@ -70,6 +71,9 @@ class Event(AbstractEngine):
     They know a base that moves upwards in the plane, single boxes as bodies on two points, and so
     do stacks of boxes: gravity is then g + a_z, and below zero of it a block flies until it lands.
 
+    In stacks in the plane bodies are run by the text of boxes: the face that a block stands on is
+    then an edge of its chain (kernels/event/stack_body.py).
+
     With friction as a box single blocks are second order through the ends of their slips, along x
     and along y; of blocks that rock and slide errors scatter (1.4 to 2). How rigid faces share
     their load is not determined, and where they slide along x and stick along y the yaw of a stack
@@ -83,6 +87,7 @@ class Event(AbstractEngine):
     starts_moving: ClassVar[tuple[str, ...]] = ("plane", "space")
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
     bodies_move: ClassVar[tuple[str, ...]] = ("plane", "space")
+    stacked_bodies: ClassVar[bool] = True
     rounded: ClassVar[bool] = True
     vertical: ClassVar[tuple[str, ...]] = ("block", "stack of boxes")
     restitution: ClassVar[str | None] = None
@@ -103,7 +108,7 @@ class Event(AbstractEngine):
         """The kernel that runs a scene: packed are single blocks alone, in space on a cone."""
         if not scene.spatial:
             if scene.stacked:
-                return Kernel("event/stack_run")
+                return Kernel("event/stack_body_run" if scene.bodies else "event/stack_run")
             cornered = scene.on_points or scene.restitution_given
             file = "event/body_run" if cornered else "event/block_run"
             return Kernel(file, lanes=self.target.lanes)
@@ -131,6 +136,11 @@ class Event(AbstractEngine):
         if lanes.body is not None:
             fastest = Corners.of(lanes.body).fastest_rate(lanes.body.gyration)
             return np.asarray(np.minimum(self.settings.time_step, PHASE_STEP / fastest))
+        if lanes.profiles is not None:
+            each = lanes.profiles.each
+            rates = [Corners.of(body).fastest_rate(body.gyration) for body in each]
+            fastest = np.max(rates, axis=0)
+            return np.asarray(np.minimum(self.settings.time_step, PHASE_STEP / fastest))
         sides = (lanes.width, lanes.depth) if lanes.spatial else (lanes.width,)
         rates = [
             rocking.frequency_parameter(side, lanes.height).reshape(lanes.lane_count, -1)
@@ -157,6 +167,13 @@ class Event(AbstractEngine):
             return columns | ({"throws": throw_columns(lanes)} if lanes.moving else {})
         if lanes.stacked:
             per_lane["mass"] = lanes.mass.sum(axis=1)
+            if lanes.profiles is not None:
+                blocks = {
+                    **edge_columns(lanes),
+                    "rest_rotation": self.settings.rest_rotation_ratio * lanes.slenderness_angle,
+                }
+                feet = foot_columns(lanes)
+                return {"blocks": blocks, "lanes": per_lane, "feet": feet, "knobs": knobs}
             blocks = _stacked_blocks(lanes, self.settings)
             return {"blocks": blocks, "lanes": per_lane, "knobs": knobs}
         if lanes.body is not None or lanes.restitution_given:

@@ -176,6 +176,28 @@ def profile_columns(lanes: Lanes, side: Array) -> dict[str, npt.NDArray[Any]]:
     }
 
 
+def edge_columns(lanes: Lanes) -> dict[str, npt.NDArray[Any]]:
+    """Fields of the struct `Block` of kernels/event/stack_body_run.py, shape [lane, block] each.
+
+    All but the rotations from which they rest. The edge is the one on which a block lies, or on
+    which it would fall if it turned back; of a block that leans beyond the first corner of its
+    chain, the first one.
+    """
+    columns = profile_columns(lanes, np.ones(lanes.lane_count))
+    rows, found = _rows(lanes), []
+    turns = np.diff(lanes.rotation_start, axis=1, prepend=0.0)
+    for block in range(lanes.block_count):
+        foot = Interface.of(lanes, block)
+        corner = columns["window"][:, block] - block * rows - 1
+        angle = _taken(foot.corners.angle, corner[:, None])[:, 0]
+        place = _taken(foot.corners.along, corner[:, None])[:, 0] + foot.aside
+        # The edge to +x of the corner: where it lies flat, or on an end of the top there.
+        ahead = (turns[:, block] >= angle) | (place < foot.low) | (corner == 0)
+        ahead &= corner < foot.corners.last
+        found.append(columns["window"][:, block] - np.where(ahead, 0, 1))
+    return {**columns, "edge": np.stack(found, axis=1)}
+
+
 def shared_depth(lanes: Lanes) -> Array:
     """Depth of what blocks share with what they stand on [m], shape [lane, block].
 

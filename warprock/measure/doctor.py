@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import collections
+import contextlib
 import importlib
 import os
 import pathlib
+import re
 from typing import Any
 
 import warp as wp
@@ -27,6 +30,12 @@ PACKAGES = (
     "rich",
 )
 
+MODULE = re.compile(r"^wp_warprock\.kernels\.")
+"""How the folder of a built kernel begins, in the cache that Warp keeps."""
+
+EARLIER = "earlier versions"
+"""Kernels of files that are not there any more."""
+
 
 def examine() -> dict[str, Any]:
     """Versions, processor, Warp devices, kernel cache, engines, and what is missing.
@@ -41,7 +50,9 @@ def examine() -> dict[str, Any]:
     try:
         devices, cache = _warp_state()
     except InputError as error:
-        devices, cache = [], {"folder": str(error.got), "writable": False, "built_modules": 0}
+        devices = []
+        cache = {"folder": str(error.got), "writable": False, "built_modules": 0}
+        cache |= {"built_by_engine": {}, "bytes": 0}
         trouble.append(str(error))
     engines = {name: _engine_trouble(name) for name in ENGINES}
     missing = [f"package {name} is not installed" for name, found in versions.items() if not found]
@@ -74,13 +85,32 @@ def _warp_state() -> tuple[list[dict[str, Any]], dict[str, Any]]:
         for device in wp.get_devices()
     ]
     folder = pathlib.Path(str(wp.config.kernel_cache_dir))
-    modules = [entry for entry in folder.iterdir() if "warprock" in entry.name]
+    modules = [entry for entry in folder.iterdir() if MODULE.match(entry.name)]
     cache = {
         "folder": str(folder),
         "writable": os.access(folder, os.W_OK),
         "built_modules": len(modules),
+        "built_by_engine": _by_engine(modules),
+        "bytes": sum(_size(entry) for entry in modules),
     }
     return devices, cache
+
+
+def _size(entry: pathlib.Path) -> int:
+    """Bytes in a folder, which another process may be about to rename."""
+    with contextlib.suppress(OSError):
+        return sum(file.stat().st_size for file in os.scandir(entry))
+    return 0
+
+
+def _by_engine(modules: list[pathlib.Path]) -> dict[str, int]:
+    """How many kernels are built of each engine, and under names that none of them has now."""
+    found = collections.Counter[str]()
+    for entry in modules:
+        name = MODULE.sub("", entry.name).partition(".")[0].removesuffix("_space")
+        engine = name.replace("_", "-")
+        found[engine if engine in ENGINES else EARLIER] += 1
+    return {name: found[name] for name in (*ENGINES, EARLIER) if found[name]}
 
 
 def _load_trouble() -> list[str]:

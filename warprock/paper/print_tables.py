@@ -24,12 +24,15 @@ Input = tuple[float, float]
 _Column = Callable[[Input, str], str]
 
 
-def print_reproduction(found: Mapping[str, Any], console: Console | None = None) -> None:
+def print_reproduction(
+    found: Mapping[str, Any], console: Console | None = None, *, verbose: bool = False
+) -> None:
     """Prints what `reproduce.reproduce` returned: tables, errors, conflicts, files.
 
     Args:
         found: Its return value.
         console: Where to; the terminal if not given.
+        verbose: Whether to print what each part took, too.
     """
     out = console or stdout()
     shown: set[str] = set()
@@ -42,6 +45,9 @@ def print_reproduction(found: Mapping[str, Any], console: Console | None = None)
         out.print(conflict["text"], markup=False, highlight=False)
     out.print()
     print_written(found["files"], out)
+    if verbose:
+        for part, seconds in found["seconds"].items():
+            out.print(f"{part}: {seconds:.1f} s", highlight=False)
     conflicts = len(found["conflicts"])
     print_end(
         f"{found['target']} is recomputed beside the paper, {conflicts} "

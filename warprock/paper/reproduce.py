@@ -7,9 +7,11 @@ side by side, and the paper's conflicts are named.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import pathlib
-from collections.abc import Callable, Iterable, Sequence
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 import pandas as pd
@@ -118,7 +120,8 @@ def reproduce(
         and `peak_rotation_ratio` (None where there is none; of a stack divided by 9.85 deg), for
         engines on single blocks their errors against Housner, for stacks the `block`, `geometry`
         and `edges`, for the sensitivity study the `knob`, its `value` and the cost, for run times
-        the scene and what it took; `conflicts`, each with `item`, `title` and `text`; `files`.
+        the scene and what it took; `conflicts`, each with `item`, `title` and `text`; `files`;
+        `seconds`, the wall time of each part by its name.
 
     Raises:
         InputError: An unknown target, or a folder that cannot be written to.
@@ -129,10 +132,12 @@ def reproduce(
     runs = PaperRuns(workers, progress, members, full)
     targets = GROUPS.get(target, (target,))
     cases = {case for name in targets for case in CASES_OF[name]}
+    seconds = dict[str, float]()
     if len(targets) > 1:
-        others = [batch for name in targets if name in _BATCHES for batch in _BATCHES[name](runs)]
-        runs.warm_up(_engines_of(targets), others)
-    parts = _made(targets, runs, folder)
+        with _clock("kernels", seconds):
+            others = [each for name in targets if name in _BATCHES for each in _BATCHES[name](runs)]
+            runs.warm_up(_engines_of(targets), others)
+    parts = _made(targets, runs, folder, seconds)
     if drawings is not None:
         drawings += [drawing for part in parts for drawing in part.drawings]
     rows = [row for part in parts for row in part.rows]
@@ -148,16 +153,29 @@ def reproduce(
         "rows": [plain_row(row) for row in rows],
         "conflicts": [dataclasses.asdict(c) for c in sorted(named, key=lambda c: c.item)],
         "files": [str(file) for part in parts for file in part.files],
+        "seconds": seconds,
     }
 
 
-def _made(targets: Sequence[str], runs: PaperRuns, folder: pathlib.Path) -> list[Reproduction]:
+@contextlib.contextmanager
+def _clock(part: str, seconds: dict[str, float]) -> Iterator[None]:
+    """Notes the wall time of the block [s] under the name of a part."""
+    begin = time.perf_counter()
+    yield
+    seconds[part] = time.perf_counter() - begin
+
+
+def _made(
+    targets: Sequence[str], runs: PaperRuns, folder: pathlib.Path, seconds: dict[str, float]
+) -> list[Reproduction]:
     """Every target; what tells of run times comes first and has the machine for itself."""
     found: dict[str, Reproduction] = {}
     for name in sorted(targets, key=lambda name: name not in _TIMED):
         if name not in _TIMED and len(found) == len(_TIMED.intersection(targets)):
-            runs.run_ahead(_ensembles(targets, runs))
-        found[name] = _MAKERS[name](name, runs, folder)
+            with _clock("cases and ensembles", seconds):
+                runs.run_ahead(_ensembles(targets, runs))
+        with _clock(name, seconds):
+            found[name] = _MAKERS[name](name, runs, folder)
     return [found[name] for name in targets]
 
 

@@ -19,7 +19,11 @@ def print_examination(found: Mapping[str, Any]) -> None:
     for device in found["devices"]:
         out.print(f"device {device['device']}: {device['name']}")
     cache = found["kernel_cache"]
-    text = f"kernel cache: {cache['folder']}, {cache['built_modules']} built modules"
+    built = ", ".join(f"{name} {count}" for name, count in cache["built_by_engine"].items())
+    text = (
+        f"kernel cache: {cache['folder']}, {cache['built_modules']} built kernels, "
+        f"{measured(1e-6 * cache['bytes'])} MB" + (f": {built}" if built else "")
+    )
     out.print(text, soft_wrap=True)
     out.print(f"kernel sources: sha256 {found['kernel_sha256'][:16]}")
     for name, state in found["engines"].items():
