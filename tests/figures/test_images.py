@@ -78,7 +78,10 @@ def drawn() -> dict[str, Drawing]:
     return drawings()
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.thorough if n == "histories" else ()) for n in NAMES],
+)
 def test_a_figure_looks_as_it_did(drawn: dict[str, Drawing], name: str):
     with PIL.Image.open(FOLDER / f"{name}.png") as kept:
         assert apart(grey(drawn[name]), np.asarray(kept, dtype=float)) < TOLERANCE

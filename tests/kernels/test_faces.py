@@ -96,6 +96,7 @@ def random_pairs(count: int) -> Array:
     )
 
 
+@pytest.mark.thorough
 def test_the_corners_are_those_of_the_clipped_polygon() -> None:
     pairs = random_pairs(300)
     points, there = shared(pairs)
@@ -114,6 +115,7 @@ def test_the_corners_are_those_of_the_clipped_polygon() -> None:
     assert {0, 3, 4, 5, 6} <= counts
 
 
+@pytest.mark.thorough
 def test_the_gap_is_that_of_the_upper_face() -> None:
     pairs = random_pairs(50)
     points, there = shared(pairs)
@@ -123,6 +125,7 @@ def test_the_gap_is_that_of_the_upper_face() -> None:
         np.testing.assert_allclose(away, 0.0, atol=1e-13)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("turn", [0.0, 1e-8, 0.3, 0.25 * np.pi])
 def test_equal_faces_share_four_corners_or_eight(turn: float) -> None:
     row = pair(np.zeros(3), np.array([0.0, 0.0, turn]), np.ones(2), np.ones(2))
@@ -135,6 +138,7 @@ def test_equal_faces_share_four_corners_or_eight(turn: float) -> None:
         np.testing.assert_allclose(reach, 0.5 / np.cos(0.125 * np.pi), rtol=1e-5)
 
 
+@pytest.mark.thorough
 def test_faces_that_share_an_edge_line_keep_to_few_corners() -> None:
     # As deep as one another, moved along the width: two corners of each face, none twice.
     row = pair(np.array([0.1, 0.0, 0.0]), np.zeros(3), np.ones(2), np.ones(2))
@@ -143,6 +147,7 @@ def test_faces_that_share_an_edge_line_keep_to_few_corners() -> None:
     np.testing.assert_allclose(np.sort(points[there][:, 0]), [-0.4, -0.4, 0.5, 0.5], atol=1e-6)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("sides", [(1, 0), (0, 1), (1, 1)])
 def test_a_mirrored_pair_has_mirrored_slots(sides: tuple[int, int]) -> None:
     pairs = random_pairs(100)

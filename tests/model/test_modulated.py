@@ -125,6 +125,7 @@ def blocks_and_pulses() -> tuple[ModulatedMotions, SampleTimes]:
     return motions, SampleTimes(4.0, 0.02)
 
 
+@pytest.mark.thorough
 def test_housner_follows_the_oracle() -> None:
     motions, times = blocks_and_pulses()
     lanes = make_lanes(np.full(4, 0.3), 1.5, friction=10.0)

@@ -358,6 +358,7 @@ def test_mirrored_motion_mirrors_the_answer() -> None:
     np.testing.assert_allclose(mirrored.energy_lost, found.energy_lost, rtol=1e-12)
 
 
+@pytest.mark.thorough
 def test_the_longest_step_does_not_matter() -> None:
     times = SampleTimes(1.0, 0.01)
     found = rock_two_blocks(CHAMFERED, pulse(4.0, 5.0), times)
@@ -387,6 +388,7 @@ def test_pulses_agree_with_corners_in_small_steps(frequency: float, millimetres:
         assert found.peak_rotation[1] == pytest.approx(stepped[1], rel=0.01)
 
 
+@pytest.mark.thorough
 def test_one_pulse_is_sensitive() -> None:
     # Three parts in a thousand of the amplitude are fifty of the upper block's peak.
     peaks = [

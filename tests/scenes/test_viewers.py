@@ -12,6 +12,9 @@ from tests.shared.moving import swinging, tumbling
 from warprock.errors import InputError
 from warprock.scenes.viewers import open_viewer, play, write_usd
 
+pytestmark = pytest.mark.thorough
+"""Newton's viewers take 4 s to import."""
+
 
 def test_a_usd_file_holds_the_blocks_over_time(tmp_path: pathlib.Path) -> None:
     usd = pytest.importorskip("pxr.Usd", reason="the extra usd is missing")
