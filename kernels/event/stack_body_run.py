@@ -22,7 +22,8 @@ from warprock.kernels.event.stack_run import (
 from warprock.kernels.event.stack_trial import Limits, State, Trial, tried
 from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import RUNNING, STALLED
-from warprock.kernels.motion import Motion, sample_index
+from warprock.kernels.motion import sample_index
+from warprock.kernels.shape.above import Above, Motions
 from warprock.kernels.shape.stack import OPEN, Blocks, Counts, Values
 from warprock.kernels.shape.stack_body import Foot
 
@@ -79,12 +80,16 @@ def on_new_edges(old: Blocks, blocks: Blocks, trial: Trial) -> Trial:
 @wp.kernel
 def run_lanes(
     blocks: wp.array2d(dtype=Block), lanes: wp.array(dtype=Stack), feet: wp.array2d(dtype=Foot),
-    motions: wp.array(dtype=Motion), pool: wp.array2d(dtype=real),
+    motions: Motions, pool: wp.array2d(dtype=real),
     sample_times: wp.array(dtype=real), knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs one lane a thread."""
     lane = wp.tid()
-    m = motions[lane]
+    if VERTICAL:
+        m = motions[0, lane]
+        up = motions[1, lane]
+    else:
+        m = motions[lane]
     pile, limits, s, offset, edge = Blocks(), Limits(), State(), Values(), Counts()
     limits.gravity = knobs.gravity
     limits.mass = lanes[lane].mass
@@ -116,6 +121,9 @@ def run_lanes(
         while s.mode == RUNNING and s.time < until:
             steps += 1
             place = sample_index(m, s.segment)
+            if VERTICAL:
+                high = sample_index(up, s.risen)
+                limits.above = Above(up, s.risen, pool[0, high], pool[1, high])
             t = tried(pile, limits, m, pool[0, place], pool[1, place], end, s)
             n = sought(limits, s, t)
             after = pile

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import make_stacks, sines
-from tests.shared.stack_bodies import as_bodies
+from tests.shared.stack_bodies import as_bodies, with_body
 from tests.shared.vertical_motion import Array, sampled, shaken, steady
 from warprock.engines import engine_class
 from warprock.engines.launching import Form, Target
@@ -177,6 +177,25 @@ def test_packs_do_what_single_lanes_do_and_bodies_what_boxes_do() -> None:
     bodies = impulse_at(2e-4, as_bodies(lanes), motions, times)
     # Round-off, which impacts let grow.
     np.testing.assert_allclose(bodies["rotation"], plain["rotation"], atol=1e-8)
+    boxes, bodies = (event_at(1e-3, each, motions, times) for each in (lanes, as_bodies(lanes)))
+    np.testing.assert_allclose(bodies["rotation"], boxes["rotation"], atol=1e-10)
+    np.testing.assert_array_equal(bodies["impact_count"], boxes["impact_count"])
+
+
+@pytest.mark.thorough
+def test_event_follows_a_rising_base_under_a_body_on_a_box() -> None:
+    lanes = with_body(stacks(len(RISES)), 1)
+    for lane, rise in enumerate(RISES):
+        one, fast = np.array([lane]), np.sqrt(1.0 + rise)
+        rises = steady(GRAVITY * RISES[one], 3.0)
+        found = event_at(1e-3, lanes.take(one), rises, SampleTimes(1.0, 0.02))
+        like = SampleTimes(1.0 * fast, 0.02 * fast)
+        still = event_at(1e-3 * fast, lanes.take(one), StillBase(1), like)
+        np.testing.assert_allclose(found["rotation"], still["rotation"], atol=1e-9)
+        assert still["impact_count"] > 0
+    lanes, motions = with_body(stacks(6), 1), shaken(6, 8.0, 0.8)
+    runs = [event_at(step, lanes, motions, SampleTimes(0.8, 0.01)) for step in (2e-3, 1e-3, 5e-4)]
+    assert order(runs) > 1.7
 
 
 @pytest.mark.thorough

@@ -51,8 +51,7 @@ class AbstractEngine(abc.ABC):
     rounded: ClassVar[bool] = False
     """Whether it can roll a body on rounded corners."""
     vertical: ClassVar[tuple[str, ...]] = ()
-    """What can stand on a base that moves upwards, too, in the plane: block, stack of boxes, stack
-    of bodies."""
+    """What can stand on a base that moves upwards, too, in the plane: block, stack."""
     restitution: ClassVar[str | None] = "finds the angular restitution from its contact law"
     """What it does where impacts are concerned; None if it follows what a case prescribes."""
     slides: ClassVar[bool] = True
@@ -82,7 +81,7 @@ class AbstractEngine(abc.ABC):
         if scene.rounded and not cls.rounded:
             return f"{cls.name} has sharp corners, and the case rounds them (block.corner_radius)"
         where = "space" if scene.spatial else "plane"
-        if scene.vertical and scene.standing not in cls.vertical:
+        if scene.vertical and ("stack" if scene.stacked else "block") not in cls.vertical:
             return cls._declines_vertical(scene)
         if scene.moving and where not in (
             cls.bodies_move if scene.on_points else cls.starts_moving
@@ -105,11 +104,9 @@ class AbstractEngine(abc.ABC):
     def _declines_vertical(cls, scene: SceneKind) -> str:
         """Why it does not run a base that moves upwards in the plane, and what else can be done."""
         if cls.vertical:
-            boxes = " and stacks of boxes" if "stack of boxes" in cls.vertical else ""
-            what = "body in a stack" if scene.bodies else "stack"
             return (
-                f"{cls.name} follows motion.z in the plane under single blocks{boxes}, and the "
-                f"case has a {what}"
+                f"{cls.name} follows motion.z in the plane under single blocks, and the case has a "
+                "stack"
             )
         cure = ' (model = "spatial")' if cls.spatial and not scene.bodies else ""
         where = f"; it does in space{cure}" if cls.spatial else ""

@@ -96,7 +96,7 @@ class Dem(AbstractEngine):
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
     stacked_bodies: ClassVar[bool] = True
     bodies_move: ClassVar[tuple[str, ...]] = ("plane", "space")
-    vertical: ClassVar[tuple[str, ...]] = ("block", "stack of boxes", "stack of bodies")
+    vertical: ClassVar[tuple[str, ...]] = ("block", "stack")
     above_rigid: ClassVar[bool] = True
 
     @classmethod

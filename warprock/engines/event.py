@@ -69,7 +69,7 @@ class Event(AbstractEngine):
     An impact on the other corner of what a body stands on at first leaves that part of the angular
     velocity then, and the corner takes the impulses which that asks for, within its friction.
     They know a base that moves upwards in the plane, single boxes as bodies on two points, and so
-    do stacks of boxes: gravity is then g + a_z, and below zero of it a block flies until it lands.
+    do stacks: gravity is then g + a_z, and below zero of it a block flies until it lands.
 
     In stacks in the plane bodies are run by the text of boxes: the face that a block stands on is
     then an edge of its chain (kernels/event/stack_body.py).
@@ -89,7 +89,7 @@ class Event(AbstractEngine):
     bodies_move: ClassVar[tuple[str, ...]] = ("plane", "space")
     stacked_bodies: ClassVar[bool] = True
     rounded: ClassVar[bool] = True
-    vertical: ClassVar[tuple[str, ...]] = ("block", "stack of boxes")
+    vertical: ClassVar[tuple[str, ...]] = ("block", "stack")
     restitution: ClassVar[str | None] = None
     rests_exactly: ClassVar[bool] = True
 

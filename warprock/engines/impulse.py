@@ -54,7 +54,7 @@ class Impulse(AbstractEngine):
     bodies: ClassVar[tuple[bool, bool]] = (True, True)
     bodies_move: ClassVar[tuple[str, ...]] = ("plane", "space")
     stacked_bodies: ClassVar[bool] = True
-    vertical: ClassVar[tuple[str, ...]] = ("block", "stack of boxes", "stack of bodies")
+    vertical: ClassVar[tuple[str, ...]] = ("block", "stack")
 
     def kernel_of(self, scene: SceneKind | Lanes) -> Kernel:
         """The kernel that runs a scene: stacks in space run one lane a thread on any device.

@@ -60,13 +60,6 @@ class SceneKind:
         return bool(self.spatial_because)
 
     @property
-    def standing(self) -> str:
-        """What stands on the base."""
-        if not self.stacked:
-            return "block"
-        return "stack of bodies" if self.bodies else "stack of boxes"
-
-    @property
     def on_points(self) -> bool:
         """Whether kernels of bodies run it: single boxes, too, on a base that moves upwards."""
         return self.bodies or (self.vertical and not self.stacked)

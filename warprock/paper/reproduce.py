@@ -135,8 +135,7 @@ def reproduce(
     seconds = dict[str, float]()
     if len(targets) > 1:
         with _clock("kernels", seconds):
-            others = [each for name in targets if name in _BATCHES for each in _BATCHES[name](runs)]
-            runs.warm_up(_engines_of(targets), others)
+            _compile(targets, runs)
     parts = _made(targets, runs, folder, seconds)
     if drawings is not None:
         drawings += [drawing for part in parts for drawing in part.drawings]
@@ -155,6 +154,12 @@ def reproduce(
         "files": [str(file) for part in parts for file in part.files],
         "seconds": seconds,
     }
+
+
+def _compile(targets: Sequence[str], runs: PaperRuns) -> None:
+    """Compiles the kernels of all targets side by side."""
+    others = [each for name in targets if name in _BATCHES for each in _BATCHES[name](runs)]
+    runs.warm_up(_engines_of(targets), others)
 
 
 @contextlib.contextmanager
