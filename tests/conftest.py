@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import contextlib
-import importlib
 import pathlib
 import signal
 import subprocess
@@ -48,17 +47,6 @@ LONGEST = (
 
 # The process that hands tests to the workers reads this file and no other: what it imports here it
 # imports for nothing.
-
-
-IMPORTED = ("scipy.stats", "pandas", "hypothesis", "pydantic", "warp", "matplotlib.pyplot")
-"""What nearly every worker imports, and what takes long where no bytecode is kept yet."""
-
-
-def pytest_configure(config: pytest.Config) -> None:
-    """Each of two workers begins at another end, and finds the bytecode that the other has made."""
-    worker = getattr(config, "workerinput", {}).get("workerid")
-    for name in {"gw0": IMPORTED, "gw1": IMPORTED[::-1]}.get(worker, ()):
-        importlib.import_module(name)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
