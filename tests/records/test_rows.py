@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from warprock.errors import InputError
-from warprock.records import loading
+from warprock.records import column_file, loading
 from warprock.records.column_file import Reading
 from warprock.records.loading import load_record, read_channels
 from warprock.records.rows import plain_column, plain_columns
@@ -18,6 +18,17 @@ def test_plain_numbers_are_read_to_the_last_bit():
         lines = [mark.join(repr(float(x)) for x in row) + "  " for row in NUMBERS]
         found = plain_columns([*lines, "", " "], separator, 4, [3, 1])
         assert found.tolist() == NUMBERS[:, [2, 0]].tolist()
+
+
+def test_a_tab_at_the_end_of_a_row_is_no_cell_and_does_not_make_reading_slow(monkeypatch):
+    rows = "time [s]\tacc\t\r\n" + "".join(f"{0.01 * k:g}\t{k % 3}\t\r\n" for k in range(50))
+    lines = rows.splitlines()[1:]
+    assert plain_columns(lines, "\t", 2, [2])[:, 0].tolist() == [k % 3 for k in range(50)]
+    # As reading line by line has it.
+    ((fast,),) = read_channels("raw.txt", rows.encode(), [Reading("2", "1 m/s^2")])
+    monkeypatch.setattr(column_file, "plain_columns", lambda *_: None)
+    ((slow,),) = read_channels("raw.txt", rows.encode(), [Reading("2", "1 m/s^2")])
+    np.testing.assert_array_equal(fast.samples, slow.samples)
 
 
 @pytest.mark.parametrize("line", ["nan", "inf", "a", "1 2", "1,2", "0x1", "", "1_0"])

@@ -53,7 +53,8 @@ def plain_columns(
         count: Cells of every row.
         wanted: Numbers of the columns, from 1.
     """
-    rows = list(lines)
+    # Tabs at the end of a row are blanks, not empty cells: some programs write one.
+    rows = [line.strip() for line in lines] if separator == "\t" else list(lines)
     while rows and not rows[-1].strip():
         rows.pop()
     if not rows or not _all_have(rows, separator, count):
