@@ -274,7 +274,7 @@ def test_all_makes_every_target_and_runs_a_case_once(tmp_path, answered, monkeyp
         if overridden <= {"ensemble.members"} and case != SENSITIVITY
     }
     assert done == sorted(done)
-    assert set(found["seconds"]) == {"kernels", "cases and ensembles", *GROUPS["all"]}
+    assert set(found["seconds"]) == {"kernels", *GROUPS["all"]}
     assert {conflict["item"] for conflict in found["conflicts"]} == set(range(1, 14))
 
 

@@ -121,7 +121,8 @@ def reproduce(
         engines on single blocks their errors against Housner, for stacks the `block`, `geometry`
         and `edges`, for the sensitivity study the `knob`, its `value` and the cost, for run times
         the scene and what it took; `conflicts`, each with `item`, `title` and `text`; `files`;
-        `seconds`, the wall time of each part by its name.
+        `seconds`, the wall time of each part by its name: long runs go on beside, and a part waits
+        for those that it shows.
 
     Raises:
         InputError: An unknown target, or a folder that cannot be written to.
@@ -177,8 +178,7 @@ def _made(
     found: dict[str, Reproduction] = {}
     for name in sorted(targets, key=lambda name: name not in _TIMED):
         if name not in _TIMED and len(found) == len(_TIMED.intersection(targets)):
-            with _clock("cases and ensembles", seconds):
-                runs.run_ahead(_ensembles(targets, runs))
+            runs.run_ahead(_ensembles(targets, runs))
         with _clock(name, seconds):
             found[name] = _MAKERS[name](name, runs, folder)
     return [found[name] for name in targets]
