@@ -121,8 +121,7 @@ def reproduce(
         engines on single blocks their errors against Housner, for stacks the `block`, `geometry`
         and `edges`, for the sensitivity study the `knob`, its `value` and the cost, for run times
         the scene and what it took; `conflicts`, each with `item`, `title` and `text`; `files`;
-        `seconds`, the wall time of each part by its name: long runs go on beside, and a part waits
-        for those that it shows.
+        `seconds`, the wall time of each part by its name, with what it waits for.
 
     Raises:
         InputError: An unknown target, or a folder that cannot be written to.
