@@ -148,8 +148,10 @@ class Peaks:
             if np.nanmax(self.ratio) == 0.0:
                 return f"{who} stand; none rotates"
             return f"{who} stand; the largest rotation of {of} is {largest}"
+        least = largest.startswith("below")
         return (
-            f"Of {count:,} lanes {', '.join(parts)}; in the others {of} rotates by up to {largest}"
+            f"Of {count:,} lanes {', '.join(parts)}; in the others {of} rotates by "
+            f"{'' if least else 'up to '}{largest}"
         )
 
 

@@ -1,0 +1,16 @@
+"""What a figure says of the lanes that it shows."""
+
+import numpy as np
+import pytest
+
+from warprock.figures.outcomes import Peaks
+from warprock.model.response import Outcome
+
+
+@pytest.mark.parametrize(
+    ("ratio", "words"),
+    [(0.25, "the block rotates by up to 0.25 of"), (1e-5, "the block rotates by below 0.0001 of")],
+)
+def test_the_largest_rotation_of_those_that_stand_reads_well(ratio: float, words: str) -> None:
+    outcome = np.array([Outcome.OVERTURNED, Outcome.AT_REST])
+    assert words in Peaks(np.array([2.0, ratio]), outcome).message()
