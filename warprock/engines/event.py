@@ -21,7 +21,7 @@ from warprock.engines.workload import step_limit
 from warprock.model import rocking
 from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, as_stacks
-from warprock.model.motion import GroundMotions
+from warprock.model.motion import GroundMotions, UprightMotions
 from warprock.model.response import SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import EventSettings
@@ -32,6 +32,10 @@ Array = npt.NDArray[np.float64]
 PHASE_STEP = 0.25
 """Longest step as a part of 1 / p of the quickest block: a longer one does not follow its own
 rocking."""
+
+MOTION_STEP = 1.0
+"""Longest step of single boxes in the plane over the angle that the fastest part of a motion turns
+by: its Taylor polynomials end at degree 8."""
 
 STEPS_SPARE = 50
 """Steps allowed for every step that a run without events would take; an impact takes some four, so
@@ -126,9 +130,9 @@ class Event(AbstractEngine):
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step that every lane may take [s]: also cut at the knots of a record."""
-        return np.asarray(np.minimum(self._own_step(lanes), motions.knot_interval))
+        return np.asarray(np.minimum(self._own_step(lanes, motions), motions.knot_interval))
 
-    def _own_step(self, lanes: Lanes) -> Array:
+    def _own_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step [s]: a part of 1 / p, the largest of blocks, and in space of both planes."""
         if lanes.body is not None and lanes.spatial:
             fastest = quickest(lanes.body)
@@ -147,7 +151,12 @@ class Event(AbstractEngine):
             for side in sides
         ]
         fastest = np.concatenate(rates, axis=1).max(axis=1)
-        return np.asarray(np.minimum(self.settings.time_step, PHASE_STEP / fastest))
+        step = np.asarray(np.minimum(self.settings.time_step, PHASE_STEP / fastest))
+        if _rolls(lanes, motions):
+            rate = motions.components[0].fastest_rate
+            with np.errstate(divide="ignore"):
+                step = np.minimum(step, MOTION_STEP / np.asarray(rate))
+        return step
 
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
@@ -155,7 +164,7 @@ class Event(AbstractEngine):
         """What the kernel takes; see `AbstractEngine.inputs`."""
         knobs = module.Knobs()
         knobs.gravity = GRAVITY
-        longest_step = self._own_step(lanes)
+        longest_step = self._own_step(lanes, motions)
         per_lane: dict[str, npt.NDArray[Any]] = {
             "longest_step": longest_step,
             "step_limit": step_limit(motions, times.duration, longest_step, STEPS_SPARE),
@@ -204,6 +213,12 @@ class Event(AbstractEngine):
         return fields | blocks | {"energy_lost": mass * rows["loss"]}
 
 
+def _rolls(lanes: Lanes, motions: GroundMotions) -> bool:
+    """Whether lanes are single boxes that rock by Taylor polynomials (kernels/event/block.py)."""
+    boxes = not lanes.spatial and not lanes.stacked and lanes.body is None
+    return boxes and not lanes.restitution_given and not isinstance(motions, UprightMotions)
+
+
 def _single_blocks(lanes: Lanes, settings: EventSettings) -> dict[str, npt.NDArray[Any]]:
     """Fields of the struct `Block` of single blocks, shape [lane, 1] each; they have the mass 1."""
     blocks = as_stacks(lanes)
@@ -214,6 +229,7 @@ def _single_blocks(lanes: Lanes, settings: EventSettings) -> dict[str, npt.NDArr
         "half_height": 0.5 * blocks.height,
         "inertia": inertia,
         "inverse_inertia": 1.0 / inertia,
+        "inverse_pivot_inertia": 0.25 / inertia,
         "friction": blocks.friction,
         "hold_acceleration": GRAVITY * hold,
         "rest_rotation": settings.rest_rotation_ratio * blocks.slenderness_angle,
