@@ -131,8 +131,9 @@ class EventSettings:
     time_step: Annotated[
         float,
         SettingKey(
-            "longest step, never more than 0.25 / frequency parameter; steps are shortened to end "
-            "at impacts and at knots of the motion",
+            "longest step, never more than 0.25 / frequency parameter, of a single box in the "
+            "plane nor than 1 / angular frequency of its motion, and a quarter of it while that "
+            "slides or flies; steps are shortened to end at impacts and at knots of the motion",
             1e-6,
             0.1,
             "s",
