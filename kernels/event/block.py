@@ -76,6 +76,8 @@ NEARLY = by_precision(1.0e-6, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""
 GRAIN = by_precision(1.0e-14, 1.0e-6)
 """Round-off of a gap, as a part of the half height."""
+TICK = by_precision(1.0e-15, 5.0e-7)
+"""Four roundings of a time, relative: an event that is nearer has come, or no step would end."""
 LEAST = real(0.125)
 """A step in which a force reaches its bound is cut to no less than this part of it at once: the
 force at the end of a step that is far too long says little about when."""
@@ -228,14 +230,15 @@ def held_at_end(
 
 @wp.func
 def integrate(
-    block: Block, gravity: real, mode: int, slip: real, a0: real, a: real, dv: real, d: real,
-    theta: real, gap: real, vx: real, vz: real, omega: real,
+    block: Block, gravity: real, near: real, mode: int, slip: real, a0: real, a: real, dv: real,
+    d: real, theta: real, gap: real, vx: real, vz: real, omega: real,
     t2: real, t3: real, t4: real, t5: real, t6: real,
 ):  # fmt: skip
     """The step up to its end, before the projection; the block leans to +x.
 
     Args:
         block, gravity, mode, slip: What they are elsewhere.
+        near: Time by which an event may be missed [s].
         a0, a: Acceleration of the base at the start and at the end of the step [m/s^2].
         dv, d: Change of the base velocity in the step [m/s] and its length [s].
         theta, gap, vx, vz, omega: State at the start.
@@ -264,7 +267,6 @@ def integrate(
     raw_vx = wp.where(rocks, -raw_omega * z1, TWO * mx - vx)
     raw_vz = wp.where(rocks, raw_omega * x1, TWO * mz - vz)
     along, along1 = vx + omega * z0, raw_vx + raw_omega * z1
-    near = NEARLY * block.longest_step
     vx1, vz1, omega1, slip1, reach = held_at_end(
         block, mode1, slip, slip1, idle, along, along1, near, per, s1, c1, raw_vx, raw_vz, raw_omega
     )
@@ -355,6 +357,7 @@ def step(
     """
     zero = real(0.0)
     live = mode < OVERTURNED and going
+    near = larger(NEARLY * block.longest_step, TICK * time)
     d, time1, passed, kick, side, a0, a, dv, t2, t3, t4, t5, t6 = begin(
         block, knobs.gravity, m, sample, sample_slope, end, live,
         theta, omega, slip, mode, time, segment, base, cap,
@@ -364,14 +367,14 @@ def step(
         th1, glide, gap1, vx1, vz1, om1, mode1, slip1, lost, missed, cut, falls, lands, s, c, deep,
         k2, k3, k4, k5, k6,
     ) = integrate(
-        block, knobs.gravity, mode, side * slip, side * a0, side * a, side * dv, d, th, gap,
+        block, knobs.gravity, near, mode, side * slip, side * a0, side * a, side * dv, d, th, gap,
         va, vz, om, t2, t3, t4, t5, t6,
     )  # fmt: skip
     turn, vx2, vz2, om2, mode2, slip2, lost2, hit, tail = end_of_step(
         block, knobs.gravity, falls, lands, side * kick, a, mode1, slip1, s, c, th1,
         vx1, vz1, om1,
     )  # fmt: skip
-    over = th1 >= HALF_PI - NEARLY * block.longest_step * om1
+    over = th1 >= HALF_PI - near * om1
     th2 = wp.where(falls or mode1 == FLAT, zero, wp.where(over, HALF_PI, th1))
     sound = th2 - th2 == zero and om2 - om2 == zero and vx2 - vx2 == zero and vz2 - vz2 == zero
     size2 = block.half_width * block.half_height
