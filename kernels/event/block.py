@@ -51,6 +51,7 @@ the rest time.
 
 import warp as wp
 
+from warprock.kernels.event.block_begin import begin, first_root
 from warprock.kernels.event.block_contact import (
     SOON,
     Block,
@@ -60,17 +61,9 @@ from warprock.kernels.event.block_contact import (
     lower_corner,
 )
 from warprock.kernels.event.block_impact import end_of_step
-from warprock.kernels.event.block_rocking import (
-    advance,
-    landing,
-    rate_after,
-    rocking_series,
-    rotation_after,
-    turning_point,
-)
+from warprock.kernels.event.block_rocking import advance, rate_after, rotation_after, turning_point
 from warprock.kernels.modes import BROKEN, FLAT, FLYING, OVERTURNED, PIVOTING
-from warprock.kernels.motion import Motion, base_velocity, knot_step, knot_time, series
-from warprock.kernels.shape.taylor import value_at
+from warprock.kernels.motion import Motion
 
 NEARLY = by_precision(1.0e-6, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""
@@ -81,18 +74,6 @@ TICK = by_precision(1.0e-15, 5.0e-7)
 LEAST = real(0.125)
 """A step in which a force reaches its bound is cut to no less than this part of it at once: the
 force at the end of a step that is far too long says little about when."""
-REACH = real(0.125)
-"""Largest rotation in one step [rad]: keeps fast overturning inside the polynomials' range."""
-
-MORE = by_precision(1.0 + 1.0e-9, 1.0 + 1.0e-5)
-"""A step may be longer by this factor to end at a knot."""
-
-PART = real(0.25)
-"""Longest step of a block that slides or flies, over that of one that rocks or rests: it is of
-second order, the other of fifth."""
-
-SLOWEST = real(1.0e-30)
-"""Keeps a quotient by an angular velocity of -0.0 positive [rad/s]."""
 
 
 @wp.struct
@@ -100,17 +81,6 @@ class Knobs:
     """What a step needs to know of the settings."""
 
     gravity: real
-
-
-@wp.func
-def first_root(e0: real, slope: real, e1: real, d: real) -> real:
-    """First root of the parabola that starts at e0 >= 0 with a slope and is below zero at d."""
-    bend = (e1 - e0 - slope * d) / (d * d)
-    square = slope * slope - real(4.0) * e0 * bend
-    root = wp.sqrt(larger(square, real(0.0)))
-    rises = slope > real(0.0)
-    over = wp.where(rises, slope + root, TWO * e0)
-    return smaller(over / wp.where(rises, -TWO * bend, root - slope), d)
 
 
 @wp.func
@@ -159,38 +129,6 @@ def missed_event(
     return past or below or sinks or stops or lifts, cut
 
 
-if MOTION == "record":
-
-    @wp.func
-    def base_change(
-        m: Motion, time: real, d: real, a: real, slope: real, base: real, kick: real
-    ) -> real:
-        """Change of the base velocity in a step [m/s]: the acceleration is linear in it."""
-        return d * (a - HALF * d * slope)
-
-else:
-
-    @wp.func
-    def base_change(
-        m: Motion, time: real, d: real, a: real, slope: real, base: real, kick: real
-    ) -> real:
-        """Change of the base velocity in a step that ends at a time [m/s], without the kick."""
-        zero = real(0.0)
-        return base_velocity(m, time, zero, zero, zero) - base - kick
-
-
-@wp.func
-def step_length(
-    block: Block, resting: bool, quiet: bool, omega: real, room: real, cap: real
-) -> real:
-    """Length of the next step [s]; a block that will stay at rest takes all that is left."""
-    zero = real(0.0)
-    d = smaller(smaller(block.longest_step, REACH / (size(omega) + SLOWEST)), cap)
-    # What would be left by round-off alone is not a step of its own.
-    left = (resting and quiet) or room < d * MORE
-    return larger(wp.where(left, room, d), zero)
-
-
 @wp.func
 def held_at_end(
     block: Block, mode: int, slip: real, slip1: real, idle: bool, along: real, along1: real,
@@ -229,9 +167,34 @@ def held_at_end(
 
 
 @wp.func
+def way_along(
+    block: Block, gravity: real, mode: int, slip: real, slips: real, slip1: real, rocks: bool,
+    slid: real, moved: real, lost: real,
+):  # fmt: skip
+    """How far the lower corner comes along the base in a step, and what friction takes there.
+
+    Args:
+        block, gravity: What they are elsewhere.
+        mode: FLYING, PIVOTING or FLAT in the step.
+        slip, slips, slip1: Direction of sliding at the start, in the step and at the end.
+        rocks: Whether the corner sticks and the rotation follows its polynomial.
+        slid: Way of a block that slides flat [m], from its polynomial; else 0.
+        moved: The way by the mean velocity of the step [m].
+        lost: Energy per unit mass that friction takes by that [J/kg].
+    """
+    zero = real(0.0)
+    moves = mode == FLYING or (slips != zero and (slip != zero or slip1 != zero))
+    glides = slid > zero and mode == FLAT
+    return (
+        wp.where(glides, slid, wp.where(moves, moved, zero)),
+        wp.where(glides, block.friction * gravity * slid, wp.where(rocks, zero, lost)),
+    )
+
+
+@wp.func
 def integrate(
     block: Block, gravity: real, near: real, mode: int, slip: real, a0: real, a: real, dv: real,
-    d: real, theta: real, gap: real, vx: real, vz: real, omega: real,
+    d: real, slid: real, theta: real, gap: real, vx: real, vz: real, omega: real,
     t2: real, t3: real, t4: real, t5: real, t6: real,
 ):  # fmt: skip
     """The step up to its end, before the projection; the block leans to +x.
@@ -241,6 +204,7 @@ def integrate(
         near: Time by which an event may be missed [s].
         a0, a: Acceleration of the base at the start and at the end of the step [m/s^2].
         dv, d: Change of the base velocity in the step [m/s] and its length [s].
+        slid: Way along the base where the block slides flat [m], else 0.
         theta, gap, vx, vz, omega: State at the start.
         t2 to t6: Taylor coefficients of the rotation, should the corner stick.
 
@@ -255,25 +219,24 @@ def integrate(
     per, idle = real(1.0) / d, d <= zero
     x0, z0 = lower_corner(block, sine(theta), cosine(theta))
     reserve, surely = hold_reserve(block, gravity, slip, x0, z0, omega, a0)
-    mx, mz, _mo, mode1, slip1, lost, rocks, k2, k3, k4, k5, k6 = advance(
+    mx, mz, _mo, mode1, slips, lost, rocks, k2, k3, k4, k5, k6 = advance(
         block, gravity, mode, slip, surely, dv, d, theta, vx, vz, omega, t2, t3, t4, t5, t6
     )
     theta1 = rotation_after(theta, omega, k2, k3, k4, k5, k6, d)
     s1, c1 = sine(theta1), cosine(theta1)
     x1, z1 = lower_corner(block, s1, c1)
-    flying = mode1 == FLYING
-    glide = wp.where(flying or slip1 != zero, d * mx + (x1 - x0), zero)
     raw_omega = rate_after(omega, k2, k3, k4, k5, k6, d)
     raw_vx = wp.where(rocks, -raw_omega * z1, TWO * mx - vx)
     raw_vz = wp.where(rocks, raw_omega * x1, TWO * mz - vz)
     along, along1 = vx + omega * z0, raw_vx + raw_omega * z1
     vx1, vz1, omega1, slip1, reach = held_at_end(
-        block, mode1, slip, slip1, idle, along, along1, near, per, s1, c1, raw_vx, raw_vz, raw_omega
+        block, mode1, slip, slips, idle, along, along1, near, per, s1, c1, raw_vx, raw_vz, raw_omega
     )
-    glide = wp.where(slip == zero and slip1 == zero and not flying, zero, glide)
-    raw_gap = wp.where(rocks, zero, gap + d * mz + (z1 - z0))
-    gap1 = wp.where(flying, raw_gap, zero)
-    gap1 = wp.where(mode != FLYING, larger(gap1, zero), gap1)
+    glide, lost = way_along(
+        block, gravity, mode1, slip, slips, slip1, rocks, slid, d * mx + (x1 - x0), lost
+    )
+    flying, raw_gap = mode1 == FLYING, wp.where(rocks, zero, gap + d * mz + (z1 - z0))
+    gap1 = wp.where(flying, wp.where(mode != FLYING, larger(raw_gap, zero), raw_gap), zero)
     rise1 = vz1 - omega1 * x1
     reserve1, _surely = hold_reserve(block, gravity, slip, x1, z1, omega1, a)
     holds, lack, lack1 = held_lack(block, mode, mode1, slip, surely, reserve, reserve1, a0, a)
@@ -285,58 +248,9 @@ def integrate(
     falls = mode1 != FLAT and omega1 < zero and theta1 <= -near * omega1
     lands = flying and rise1 < zero and gap1 <= grain - near * rise1
     return (
-        theta1, glide, gap1, vx1, vz1, omega1, mode1, slip1, wp.where(rocks, zero, lost),
-        missed and not idle, cut, falls, lands, s1, c1,
-        larger(-raw_gap, real(-2.0) * block.half_width * s1 - raw_gap), k2, k3, k4, k5, k6,
-    )  # fmt: skip
-
-
-@wp.func
-def begin(
-    block: Block, gravity: real, m: Motion, sample: real, sample_slope: real, end: real, live: bool,
-    theta: real, omega: real, slip: real, mode: int, time: real, segment: int, base: real,
-    cap: real,
-):  # fmt: skip
-    """What a trial step of a lane begins with.
-
-    Where a corner surely sticks the step ends at the impact that its polynomial comes to.
-
-    Returns:
-        Its length [s], its end, whether that is a knot, the velocity step of the base there; the
-        side that the block leans to or would if it lifted; acceleration of the base at both ends
-        [m/s^2], change of its velocity between [m/s]; coefficients 2 to 6 of the rotation should
-        the corner stick, seen so that the block leans to +x.
-    """
-    zero = real(0.0)
-    knot = knot_time(m, segment)
-    target = smaller(knot, end)
-    room = target - time
-    resting = mode == FLAT and slip == zero
-    d = step_length(block, resting, segment == 0 or knot >= NEVER, omega, room, cap)
-    d = wp.where(live, d, zero)
-    a0, a1, a2, a3, a4, a5, a6, a7, a8 = series(m, segment, time, sample, sample_slope)
-    a = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, d)
-    upright = wp.where(mode == FLAT, wp.where(slip != zero, slip, -a0 - a), omega)
-    side = sign_of(wp.where(theta != zero, theta, upright))
-    th, om = side * theta, side * omega
-    x, z = lower_corner(block, sine(th), cosine(th))
-    t2, t3, t4, t5, t6, _x1, _x2, _x3, _x4, _x5, _z1, _z2, _z3, _z4, _z5 = rocking_series(
-        block, gravity, x, z, om, side * a0, side * a1, side * a2, side * a3, side * a4
-    )
-    _reserve, surely = hold_reserve(block, gravity, slip, x, z, om, side * a0)
-    rolls = slip == zero and (mode == FLAT or (mode == PIVOTING and surely))
-    d = wp.where(rolls, d, smaller(d, PART * block.longest_step))
-    ends = rotation_after(th, om, t2, t3, t4, t5, t6, d)
-    lands = mode == PIVOTING and slip == zero and surely and ends < zero
-    meets = landing(th, om, t2, t3, t4, t5, t6, first_root(th, om, ends, d), d)
-    d = wp.where(lands, meets, d)
-    time1 = wp.where(d >= room, target, time + d)
-    passed = time1 >= knot
-    kick = wp.where(passed, knot_step(m, segment), zero)
-    a = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, d)
-    return (
-        d, time1, passed, kick, side, a0, a, base_change(m, time1, d, a, a1, base, kick),
-        t2, t3, t4, t5, t6,
+        theta1, glide, gap1, vx1, vz1, omega1, mode1, slip1, lost, missed and not idle, cut, falls,
+        lands, s1, c1, larger(-raw_gap, real(-2.0) * block.half_width * s1 - raw_gap),
+        k2, k3, k4, k5, k6,
     )  # fmt: skip
 
 
@@ -358,17 +272,17 @@ def step(
     zero = real(0.0)
     live = mode < OVERTURNED and going
     near = larger(NEARLY * block.longest_step, TICK * time)
-    d, time1, passed, kick, side, a0, a, dv, t2, t3, t4, t5, t6 = begin(
+    d, time1, passed, kick, side, a0, a, dv, slid, t2, t3, t4, t5, t6 = begin(
         block, knobs.gravity, m, sample, sample_slope, end, live,
-        theta, omega, slip, mode, time, segment, base, cap,
+        theta, vx, omega, slip, mode, time, segment, base, cap,
     )  # fmt: skip
     th, om, va = side * theta, side * omega, side * vx
     (
         th1, glide, gap1, vx1, vz1, om1, mode1, slip1, lost, missed, cut, falls, lands, s, c, deep,
         k2, k3, k4, k5, k6,
     ) = integrate(
-        block, knobs.gravity, near, mode, side * slip, side * a0, side * a, side * dv, d, th, gap,
-        va, vz, om, t2, t3, t4, t5, t6,
+        block, knobs.gravity, near, mode, side * slip, side * a0, side * a, side * dv, d,
+        slid, th, gap, va, vz, om, t2, t3, t4, t5, t6,
     )  # fmt: skip
     turn, vx2, vz2, om2, mode2, slip2, lost2, hit, tail = end_of_step(
         block, knobs.gravity, falls, lands, side * kick, a, mode1, slip1, s, c, th1,

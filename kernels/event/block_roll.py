@@ -1,13 +1,15 @@
-"""Steps of a block that rocks about a corner that sticks, or rests, and meets no event.
+"""Steps of a block that rocks about a corner that sticks, rests, or slides flat, without an event.
 
-They cost a fourth of a step of event/block.py, which takes all others: those with an impact, an
-uplift or a velocity step of the base, those in which a corner slides or flies, and those at whose
-start or end the force on the corner is near its bound. What is declined here has changed nothing.
+They cost two fifths of a step of event/block.py, which takes all others: those with an impact, an
+uplift, a stop or a velocity step of the base, those in which a block slides on a corner or flies,
+and those at whose start or end the force on the corner is near its bound. What is declined here
+has changed nothing.
 """
 
 import warp as wp
 
-from warprock.kernels.event.block import NEARLY, REACH, Knobs, base_change, step_length
+from warprock.kernels.event.block import NEARLY, Knobs
+from warprock.kernels.event.block_begin import REACH, base_change, step_length
 from warprock.kernels.event.block_contact import Block, lower_corner
 from warprock.kernels.event.block_rocking import (
     rate_after,
@@ -16,6 +18,7 @@ from warprock.kernels.event.block_rocking import (
     sticks_surely,
     turning_point,
 )
+from warprock.kernels.event.block_sliding import slide_after, slides_flat, sliding_series
 from warprock.kernels.modes import FLAT, PIVOTING
 from warprock.kernels.motion import Motion, knot_step, knot_time, series
 from warprock.kernels.shape.taylor import value_at
@@ -69,9 +72,10 @@ def roll(
     """One step of one lane, at most to its next knot or to `end`, where no event lies in it.
 
     Returns:
-        theta, omega, vx, vz, time, segment and base, unchanged where it is declined; turning point
-        of |theta| in the step [rad], zero where there is none, and its time [s]; whether the step
-        was taken; coefficients 2 to 6 of the polynomial that the rotation followed.
+        theta, omega, vx, vz, time, segment and base, unchanged where it is declined; way along the
+        base [m] and energy lost in it per unit mass [J/kg]; turning point of |theta| in the step
+        [rad], zero where there is none, and its time [s]; whether the step was taken; coefficients
+        2 to 6 of the polynomial that the rotation followed.
     """
     zero = real(0.0)
     rests = mode == FLAT and slip == zero
@@ -92,14 +96,26 @@ def roll(
     )
     hold = block.hold_acceleration
     still = rests and size(a0) < hold and size(a) < hold
-    taken = going and not jolts and (still or (rocks and mode == PIVOTING and slip == zero))
-    rolls = taken and not rests
+    dv = base_change(m, time1, d, a, a1, base, zero)
+    u = slip * vx
+    u1, u2, u3, u4, u5, u6 = sliding_series(
+        block, knobs.gravity, slip * a0, slip * a1, slip * a2, slip * a3, slip * a4, slip * a5
+    )
+    pull = d * block.friction * knobs.gravity
+    after = u - slip * dv - pull
+    slides = slides_flat(block, mode, slip, vx) and d * after > near * size(after - u)
+    slid = slide_after(u, u1, u2, u3, u4, u5, u6, d)
+    rocks = rocks and mode == PIVOTING and slip == zero
+    taken = going and not jolts and (still or slides or rocks)
+    rolls = taken and rocks
+    glides = taken and slides
     return (
-        wp.where(rolls, th, theta), wp.where(rolls, om, omega), wp.where(rolls, ux, vx),
-        wp.where(rolls, uz, vz), wp.where(taken, time1, time),
-        segment + wp.where(taken and passed, 1, 0),
-        base + wp.where(taken, base_change(m, time1, d, a, a1, base, zero), zero),
+        wp.where(rolls, th, theta), wp.where(rolls, om, omega),
+        wp.where(rolls, ux, wp.where(glides, slip * after, vx)), wp.where(rolls, uz, vz),
+        wp.where(taken, time1, time), segment + wp.where(taken and passed, 1, 0),
+        base + wp.where(taken, dv, zero), wp.where(glides, slip * slid, zero),
+        wp.where(glides, block.friction * knobs.gravity * slid, zero),
         wp.where(rolls, apex, zero), time + wp.where(rolls, rise, zero), taken,
-        wp.where(rests, zero, t2), wp.where(rests, zero, t3), wp.where(rests, zero, t4),
-        wp.where(rests, zero, t5), wp.where(rests, zero, t6),
+        wp.where(rocks, t2, zero), wp.where(rocks, t3, zero), wp.where(rocks, t4, zero),
+        wp.where(rocks, t5, zero), wp.where(rocks, t6, zero),
     )  # fmt: skip

@@ -214,20 +214,25 @@ def start_lane(
 
 
 @wp.func
-def rise(
-    time: real, theta: real, apex: real, apex_time: real, peak: wp.ref[real],
-    peak_time: wp.ref[real],
+def move_on(
+    time: real, theta: real, slid: real, lost: real, apex: real, apex_time: real,
+    peak: wp.ref[real], peak_time: wp.ref[real], slide: wp.ref[real], peak_slide: wp.ref[real],
+    loss: wp.ref[real],
 ):  # fmt: skip
-    """Largest |rotation| so far and its time after a step: see `observe`."""
+    """What a step without events adds to the response of one lane: see `observe`."""
     highest = larger(size(theta), apex)
     peak_time = wp.where(highest > peak, wp.where(apex >= highest, apex_time, time), peak_time)
     peak = larger(highest, peak)
+    slide = slide + slid
+    peak_slide = larger(size(slide), peak_slide)
+    loss = loss + lost
 
 
 @wp.func
 def waits(mode: int, slip: real, cap: real) -> int:
-    """Whether a lane's next step may have events: 1 where it slides, flies or repeats a trial."""
-    return wp.where(slip != real(0.0) or mode == FLYING or cap < NEVER, 1, 0)
+    """1 where a lane's next step may have events: it slides on a corner, flies or is tried anew."""
+    drags = mode == PIVOTING and slip != real(0.0)
+    return wp.where(drags or mode == FLYING or cap < NEVER, 1, 0)
 
 
 @wp.kernel
@@ -276,13 +281,14 @@ def run_lanes(
                     place = sample_index(m, segment[i])
                     limit = block_of[first + i].step_limit
                     going = mode[i] < OVERTURNED and time[i] < until and due[i] == 0
-                    th, om, ux, uz, ti, se, ba, ap, at, ok, k2, k3, k4, k5, k6 = roll(
+                    th, om, ux, uz, ti, se, ba, sl, lo, ap, at, ok, k2, k3, k4, k5, k6 = roll(
                         block_of[first + i], knobs, m, pool[0, place], pool[1, place], end, going,
                         theta[i], vx[i], vz[i], omega[i], slip[i], mode[i], time[i], segment[i],
                         base[i])  # fmt: skip
                     remember(ok, time[i], theta[i], omega[i], k2, k3, k4, k5, k6, begun[i],
                         theta0[i], omega0[i], c2[i], c3[i], c4[i], c5[i], c6[i])  # fmt: skip
-                    rise(ti, th, ap, at, peak[i], peak_time[i])
+                    move_on(ti, th, sl, lo, ap, at, peak[i], peak_time[i], slide[i], peak_slide[i],
+                        loss[i])  # fmt: skip
                     theta[i] = th
                     vx[i] = ux
                     vz[i] = uz
