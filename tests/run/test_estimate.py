@@ -239,7 +239,8 @@ def test_boxes_that_rock_with_fifth_order_err_by_less_than_their_estimates(probl
         found = run_with_estimate("event", lanes, motions, times, settings=settings)
         stands = np.isin(found["status"], SOUND) & (found["outcome"] != Outcome.OVERTURNED)
         error = np.abs(found["rotation"] - truth["rotation"]).max(axis=1)
-        assert np.mean((error <= found["rotation_error"])[stands]) >= 0.97
+        # All of 64, 128 and 9 lanes; with companions that rest as early, one of a record's did not.
+        assert np.mean((error <= found["rotation_error"])[stands]) >= 0.985
         # What stands stands in truth, within the swings below which a block rests.
         assert not np.any((truth["outcome"] == Outcome.OVERTURNED)[stands])
         assert np.median((error / lanes.slenderness_angle)[stands]) <= most

@@ -56,11 +56,11 @@ class Event(AbstractEngine):
     """Rigid corners, Coulomb friction, midpoint Moreau-Jean steps that end at impacts.
 
     Second order in `time_step` through impacts. Single boxes in the plane that rock about a corner
-    that sticks follow Taylor polynomials, of fifth order, which records' linear pieces do not
-    cut short; their steps while they slide or fly are of second order, and a quarter as long.
-    So `order` is the least that a run has, and estimates that count on it err on the safe side. Rest
-    rule: after an impact on its other corner a
-    block rests if its next swing would stay below `rest_rotation_ratio` times the slenderness
+    that sticks follow Taylor polynomials, of fifth order, which records' linear pieces do not cut
+    short; so do those that slide flat. While they slide on a corner or fly their steps are of
+    second order, and a quarter as long. So `order` is the least that a run has, and estimates that
+    count on it err on the safe side. Rest rule: after an impact on its other corner a block rests
+    if its next swing would stay below `rest_rotation_ratio` times the slenderness
     angle on either side; at rest it lifts or slides as the contact law says. Its penetration is
     what the end of a step puts back on the base: drift, of third order in the step, and landings
     that it misses by a part of the step. Single blocks in space have four corners, and kernels of
