@@ -2,12 +2,12 @@
 
 A block that rocks about a corner that surely sticks, lies still, or slides flat takes steps of up
 to the longest one, which end where its polynomial (event/block_rocking.py, event/block_sliding.py)
-comes to an impact or a stop. All others are of second order and take a part of that.
+comes to an impact or a stop. All others are of second order and take shorter ones.
 """
 
 import warp as wp
 
-from warprock.kernels.event.block_contact import Block, hold_reserve, lower_corner
+from warprock.kernels.event.block_contact import SOON, Block, hold_reserve, lower_corner
 from warprock.kernels.event.block_rocking import landing, rocking_series, rotation_after
 from warprock.kernels.event.block_sliding import slide_after, slides_flat, sliding_series
 from warprock.kernels.modes import FLAT, PIVOTING
@@ -19,10 +19,6 @@ REACH = real(0.125)
 
 MORE = by_precision(1.0 + 1.0e-9, 1.0 + 1.0e-5)
 """A step may be longer by this factor to end at a knot."""
-
-PART = real(0.25)
-"""Longest step of a block that slides on a corner or flies, over that of one that follows a
-polynomial: it is of second order, the other of fifth."""
 
 SLOWEST = real(1.0e-30)
 """Keeps a quotient by an angular velocity of -0.0 positive [rad/s]."""
@@ -106,13 +102,15 @@ def begin(
         block, gravity, x, z, om, side * a0, side * a1, side * a2, side * a3, side * a4
     )
     _reserve, surely = hold_reserve(block, gravity, slip, x, z, om, side * a0)
-    rolls = slip == zero and (mode == FLAT or (mode == PIVOTING and surely))
+    # One at rest that friction does not hold is about to slide.
+    starts = size(a0) >= (real(1.0) - SOON) * block.friction * gravity
+    rolls = slip == zero and ((mode == FLAT and not starts) or (mode == PIVOTING and surely))
     slides = slides_flat(block, mode, slip, vx)
     u = slip * vx
     u1, u2, u3, u4, u5, u6 = sliding_series(
         block, gravity, slip * a0, slip * a1, slip * a2, slip * a3, slip * a4, slip * a5
     )
-    d = wp.where(rolls or slides, d, smaller(d, PART * block.longest_step))
+    d = wp.where(rolls or slides, d, smaller(d, block.short_step))
     # The polynomial that comes to zero at the event: the rotation, or the velocity.
     p0, p1, p2 = wp.where(slides, u, th), wp.where(slides, u1, om), wp.where(slides, u2, t2)
     p3, p4 = wp.where(slides, u3, t3), wp.where(slides, u4, t4)

@@ -34,6 +34,7 @@ class Block:
     hold_acceleration: real
     rest_rotation: real
     longest_step: real
+    short_step: real
     step_limit: int
 
 

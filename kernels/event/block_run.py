@@ -189,8 +189,9 @@ Lane = wp.types.vector(length=LANES, dtype=real)
 LaneInt = wp.types.vector(length=LANES, dtype=int)
 
 
-PATIENCE = max(LANES // 4, 1)
-"""Lanes of a pack that wait for a step with events until one is taken for all of them."""
+PATIENCE = 2.5
+"""Rounds without events that lanes may lose, in sum over those that still run, until all that wait
+take a step with events: what such a step costs, in rounds."""
 
 
 @wp.func
@@ -263,7 +264,7 @@ def run_lanes(
     end = sample_times[sample_times.shape[0] - 1]
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
-        busy = int(1)
+        busy, lost_rounds = int(1), int(0)
         while busy > 0:
             if places.shape[0] > 0:
                 for i in range(LANES):
@@ -275,7 +276,9 @@ def run_lanes(
                 goes = wp.where(mode[i] < OVERTURNED and time[i] < until, 1, 0)
                 busy = busy + goes
                 waiting = waiting + goes * due[i]
-            if waiting < PATIENCE and waiting < busy:
+            lost_rounds = lost_rounds + waiting
+            patient = waiting < busy and real(lost_rounds) < real(PATIENCE) * real(busy)
+            if patient:
                 for i in range(LANES):
                     m = motion_of[first + i]
                     place = sample_index(m, segment[i])
@@ -299,7 +302,8 @@ def run_lanes(
                     steps[i] = steps[i] + wp.where(ok, 1, 0)
                     due[i] = wp.where(going and not ok, 1, due[i])
                     mode[i] = wp.where(ok and steps[i] >= limit, STALLED, mode[i])
-            if waiting >= PATIENCE or (waiting > 0 and waiting == busy):
+            if waiting > 0 and not patient:
+                lost_rounds = 0
                 for i in range(LANES):
                     m = motion_of[first + i]
                     place = sample_index(m, segment[i])

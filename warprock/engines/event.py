@@ -33,6 +33,10 @@ PHASE_STEP = 0.25
 """Longest step as a part of 1 / p of the quickest block: a longer one does not follow its own
 rocking."""
 
+POLYNOMIAL_STEPS = 4.0
+"""Longest step of single boxes in the plane over `time_step`, where they follow polynomials: of
+fifth order they err by less in it than those of second order in theirs."""
+
 MOTION_STEP = 1.0
 """Longest step of single boxes in the plane over the angle that the fastest part of a motion turns
 by: its Taylor polynomials end at degree 8."""
@@ -57,10 +61,11 @@ class Event(AbstractEngine):
 
     Second order in `time_step` through impacts. Single boxes in the plane that rock about a corner
     that sticks follow Taylor polynomials, of fifth order, which records' linear pieces do not cut
-    short; so do those that slide flat. While they slide on a corner or fly their steps are of
-    second order, and a quarter as long. So `order` is the least that a run has, and estimates that
-    count on it err on the safe side. Rest rule: after an impact on its other corner a block rests
-    if its next swing would stay below `rest_rotation_ratio` times the slenderness
+    short; so do those that slide flat, all in steps of up to four times `time_step`. While they
+    slide on a corner or fly their steps are of second order, and no longer than `time_step`. So
+    `order` is the least that a run has, and estimates that count on it err on the safe side. Rest
+    rule: after an impact on its other corner a block rests if its next swing would stay below
+    `rest_rotation_ratio` times the slenderness
     angle on either side; at rest it lifts or slides as the contact law says. Its penetration is
     what the end of a step puts back on the base: drift, of third order in the step, and landings
     that it misses by a part of the step. Single blocks in space have four corners, and kernels of
@@ -136,6 +141,11 @@ class Event(AbstractEngine):
         """Longest step that every lane may take [s]: also cut at the knots of a record."""
         return np.asarray(np.minimum(self._own_step(lanes, motions), motions.knot_interval))
 
+    def asked_step(self, lanes: Lanes, motions: GroundMotions) -> float:
+        """Longest step that the settings ask for [s]; polynomials take longer ones."""
+        parts = POLYNOMIAL_STEPS if _rolls(lanes, motions) else 1.0
+        return parts * float(self.settings.time_step)
+
     def _own_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step [s]: a part of 1 / p, the largest of blocks, and in space of both planes."""
         if lanes.body is not None and lanes.spatial:
@@ -155,7 +165,7 @@ class Event(AbstractEngine):
             for side in sides
         ]
         fastest = np.concatenate(rates, axis=1).max(axis=1)
-        step = np.asarray(np.minimum(self.settings.time_step, PHASE_STEP / fastest))
+        step = np.asarray(np.minimum(self.asked_step(lanes, motions), PHASE_STEP / fastest))
         if _rolls(lanes, motions):
             rate = motions.components[0].fastest_rate
             with np.errstate(divide="ignore"):
@@ -169,9 +179,10 @@ class Event(AbstractEngine):
         knobs = module.Knobs()
         knobs.gravity = GRAVITY
         longest_step = self._own_step(lanes, motions)
+        short_step = np.minimum(longest_step, self.settings.time_step)
         per_lane: dict[str, npt.NDArray[Any]] = {
             "longest_step": longest_step,
-            "step_limit": step_limit(motions, times.duration, longest_step, STEPS_SPARE),
+            "step_limit": step_limit(motions, times.duration, short_step, STEPS_SPARE),
         }
         if lanes.spatial:
             per_lane["rest_gap"] = _rest_gap(lanes, self.settings)
@@ -196,6 +207,7 @@ class Event(AbstractEngine):
             blocks = {name: each[:, None] for name, each in per_lane.items()}
             return {"blocks": blocks, "corners": corners.columns, "knobs": knobs}
         blocks = _single_blocks(lanes, self.settings)
+        per_lane["short_step"] = short_step
         blocks |= {name: each[:, None] for name, each in per_lane.items()}
         return {"blocks": blocks, "knobs": knobs} | start_columns(lanes)
 

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines import engine_class
+from warprock.engines.base import AbstractEngine
 from warprock.engines.launching import Target
 from warprock.engines.workload import FINEST_STEPS, MOST_STEPS
 from warprock.model.lanes import Lanes
@@ -200,8 +201,11 @@ class Companions:
             return np.asarray(twice > 1.99 * self._longest_step(self.settings))
 
     def _longest_step(self, settings: Any) -> Array:
+        return self._built(settings).longest_step(self.lanes, self.motions)
+
+    def _built(self, settings: Any) -> AbstractEngine:
         target = Target(self.options.precision, self.options.device)
-        return engine_class(self.engine)(settings, target).longest_step(self.lanes, self.motions)
+        return engine_class(self.engine)(settings, target)
 
     def halvings(self, power: int) -> Numbers:
         """How often to halve the setting for steps at most 2^-power of those taken, shape [lane].
@@ -210,7 +214,8 @@ class Companions:
         record) need the setting halved more than `power` times before the runs differ at all.
         """
         # Round-off apart; a lane whose sizes are not finite takes part as it is.
-        cuts = np.ceil(np.log2(self.settings.time_step / self._longest_step(self.settings)) - 1e-9)
+        asked = self._built(self.settings).asked_step(self.lanes, self.motions)
+        cuts = np.ceil(np.log2(asked / self._longest_step(self.settings)) - 1e-9)
         return power + np.where(np.isfinite(cuts), cuts, 0.0).astype(np.intp)
 
     def run_halved(self, halvings: Numbers, work: Array | None = None) -> Response:

@@ -131,9 +131,10 @@ class EventSettings:
     time_step: Annotated[
         float,
         SettingKey(
-            "longest step, never more than 0.25 / frequency parameter, of a single box in the "
-            "plane nor than 1 / angular frequency of its motion, and a quarter of it while that "
-            "slides or flies; steps are shortened to end at impacts and at knots of the motion",
+            "longest step, never more than 0.25 / frequency parameter; a single box in the plane "
+            "that rests, rocks about a corner that sticks or slides flat follows polynomials in "
+            "steps up to 4 times as long, and never longer than 1 / angular frequency of its "
+            "motion; steps are shortened to end at impacts and at knots of the motion",
             1e-6,
             0.1,
             "s",
