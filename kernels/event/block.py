@@ -9,7 +9,7 @@ step is seen so that the block leans to +x (reflected where it leans to -x): its
 Where the lower corner surely sticks in a step of length d, or a block at rest lifts about it, the
 rotation is a Taylor polynomial (event/block_rocking.py), and the step ends where that comes to the
 other corner's impact. One that slides flat does alike (event/block_sliding.py). Else, in steps of
-at most `time_step` (Moreau 1988, Jean 1999; at the midpoint second order in d):
+half of `time_step` (Moreau 1988, Jean 1999; at the midpoint second order in d):
 
     1. mean velocity v_m = v - (dV/2, g d/2, 0) + M^-1 J^T l, J at theta + omega d/2, dV the change
        of the base velocity in the step. Contact impulses l = (n, f) exactly: a sticking corner

@@ -189,9 +189,9 @@ Lane = wp.types.vector(length=LANES, dtype=real)
 LaneInt = wp.types.vector(length=LANES, dtype=int)
 
 
-PATIENCE = 2.5
-"""Rounds without events that lanes may lose, in sum over those that still run, until all that wait
-take a step with events: what such a step costs, in rounds."""
+PATIENCE = 5
+"""Half rounds without events that lanes may lose, over the lanes that still run, until all that
+wait take a step with events: what such a step costs."""
 
 
 @wp.func
@@ -216,14 +216,17 @@ def start_lane(
 
 @wp.func
 def move_on(
-    time: real, theta: real, slid: real, lost: real, apex: real, apex_time: real,
-    peak: wp.ref[real], peak_time: wp.ref[real], slide: wp.ref[real], peak_slide: wp.ref[real],
-    loss: wp.ref[real],
+    time1: real, theta1: real, omega1: real, slid: real, lost: real, apex: real, apex_time: real,
+    time: wp.ref[real], theta: wp.ref[real], omega: wp.ref[real], peak: wp.ref[real],
+    peak_time: wp.ref[real], slide: wp.ref[real], peak_slide: wp.ref[real], loss: wp.ref[real],
 ):  # fmt: skip
     """What a step without events adds to the response of one lane: see `observe`."""
-    highest = larger(size(theta), apex)
-    peak_time = wp.where(highest > peak, wp.where(apex >= highest, apex_time, time), peak_time)
+    highest = larger(size(theta1), apex)
+    peak_time = wp.where(highest > peak, wp.where(apex >= highest, apex_time, time1), peak_time)
     peak = larger(highest, peak)
+    time = time1
+    theta = theta1
+    omega = omega1
     slide = slide + slid
     peak_slide = larger(size(slide), peak_slide)
     loss = loss + lost
@@ -276,8 +279,8 @@ def run_lanes(
                 goes = wp.where(mode[i] < OVERTURNED and time[i] < until, 1, 0)
                 busy = busy + goes
                 waiting = waiting + goes * due[i]
-            lost_rounds = lost_rounds + waiting
-            patient = waiting < busy and real(lost_rounds) < real(PATIENCE) * real(busy)
+            patient = waiting < busy and 2 * (lost_rounds + waiting) < PATIENCE * busy
+            lost_rounds = wp.where(patient, lost_rounds + waiting, 0)
             if patient:
                 for i in range(LANES):
                     m = motion_of[first + i]
@@ -290,20 +293,16 @@ def run_lanes(
                         base[i])  # fmt: skip
                     remember(ok, time[i], theta[i], omega[i], k2, k3, k4, k5, k6, begun[i],
                         theta0[i], omega0[i], c2[i], c3[i], c4[i], c5[i], c6[i])  # fmt: skip
-                    move_on(ti, th, sl, lo, ap, at, peak[i], peak_time[i], slide[i], peak_slide[i],
-                        loss[i])  # fmt: skip
-                    theta[i] = th
+                    move_on(ti, th, om, sl, lo, ap, at, time[i], theta[i], omega[i], peak[i],
+                        peak_time[i], slide[i], peak_slide[i], loss[i])  # fmt: skip
                     vx[i] = ux
                     vz[i] = uz
-                    omega[i] = om
-                    time[i] = ti
                     segment[i] = se
                     base[i] = ba
                     steps[i] = steps[i] + wp.where(ok, 1, 0)
                     due[i] = wp.where(going and not ok, 1, due[i])
                     mode[i] = wp.where(ok and steps[i] >= limit, STALLED, mode[i])
             if waiting > 0 and not patient:
-                lost_rounds = 0
                 for i in range(LANES):
                     m = motion_of[first + i]
                     place = sample_index(m, segment[i])

@@ -61,9 +61,10 @@ def test_free_rocking_is_followed_to_the_swings_that_resting_leaves_out() -> Non
 
 def test_free_rocking_is_of_fifth_order_through_all_impacts() -> None:
     lanes, times = make_lanes(np.full(2, 1.0), np.array([5.0, 5.5]), 0.5), SampleTimes(5.0, 0.01)
-    found = errors(lanes, StillBase(2), times, steps=(1e-1, 5e-2, 2.5e-2))
+    found = errors(lanes, StillBase(2), times, steps=(2.5e-2, 1.25e-2, 6.25e-3))
     assert np.max(found[0]) <= 3e-7
-    # A step of 0.1 s is a sixth of 1 / p: not yet as small as an order asks for.
+    # Polynomials take four times as long steps: 0.1 s is a sixth of 1 / p, which is not yet as
+    # small as an order asks for.
     assert np.min(np.log2(found[0] / found[1])) >= 4.0
     assert np.min(np.log2(found[1] / found[2])) >= 4.5
 
@@ -261,7 +262,7 @@ def test_flat_block_rests_for_a_minute_without_drift() -> None:
         assert np.all(response["peak_slide"] == 0.0)
         assert np.all(response["rest_time"] == 0.0)
         assert np.all(response["energy_lost"] == 0.0)
-    assert shaken["step_count"][0] >= 12000
+    assert shaken["step_count"][0] >= 3000
 
 
 def test_rest_follows_the_stated_rule() -> None:

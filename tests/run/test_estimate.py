@@ -234,7 +234,7 @@ def test_boxes_that_rock_with_fifth_order_err_by_less_than_their_estimates(probl
     times = SampleTimes(duration, duration / 2.0**13)
     truth = run_batch("housner", lanes, motions, times)
     # Measured medians of the error: 7e-7, the swings below which a block rests; 6e-4 in bursts.
-    for step, most in ((5e-3, 2e-6), (5e-2, 2e-3)):
+    for step, most in ((1.25e-3, 2e-6), (1.25e-2, 2e-3)):
         settings = EventSettings(time_step=step)
         found = run_with_estimate("event", lanes, motions, times, settings=settings)
         stands = np.isin(found["status"], SOUND) & (found["outcome"] != Outcome.OVERTURNED)

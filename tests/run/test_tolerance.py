@@ -34,7 +34,7 @@ from warprock.run import tolerance
 from warprock.run.accuracy import MET, MISSED, SENSITIVE, accuracy_counts, missed_tolerance
 from warprock.run.batch import run_batch
 from warprock.run.case_run import run_case, run_lane
-from warprock.run.companions import cut_off, halved
+from warprock.run.companions import companion_settings, cut_off, halved
 from warprock.run.options import TOLERANCE, RunOptions
 from warprock.run.tolerance import HALVINGS, run_to_tolerance
 from warprock.settings.engines import EventSettings, ImpulseSettings
@@ -109,6 +109,13 @@ def refined(accuracy: float) -> Response:
     return run_to_tolerance("event", lanes, motions, RUN, RunOptions(tolerance=accuracy))
 
 
+def at_step(step: float) -> EventSettings:
+    """Settings with which `run_to_tolerance` came to a step."""
+    settings: EventSettings = companion_settings(EVENT, round(np.log2(EVENT.time_step / step)))
+    assert settings.time_step == step
+    return settings
+
+
 def errors(response: Response) -> Array:
     """|Difference of the peak from Housner's| / slenderness angle, which friction lets hold."""
     lanes, motions = pulses()
@@ -134,7 +141,7 @@ def test_lanes_that_need_it_run_at_finer_steps_and_the_others_do_not() -> None:
                 lanes.take(np.array([lane])),
                 motions.take(np.array([lane])),
                 RUN,
-                settings=EventSettings(time_step=float(step)),
+                settings=at_step(float(step)),
             )
             for name in set(LANE_FIELDS) - {"step_count", "status"}:
                 np.testing.assert_array_equal(own[name][0], found[name][lane], err_msg=name)
@@ -206,7 +213,7 @@ def test_a_companion_that_ends_at_rest_is_the_whole_run() -> None:
     finer = np.flatnonzero(found["time_step"] < EVENT.time_step)
     assert len(finer) >= 2
     for lane in finer:
-        step = EventSettings(time_step=float(found["time_step"][lane]))
+        step = at_step(float(found["time_step"][lane]))
         one = np.array([lane])
         whole = run_batch(
             "event",

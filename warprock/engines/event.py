@@ -37,6 +37,11 @@ POLYNOMIAL_STEPS = 4.0
 """Longest step of single boxes in the plane over `time_step`, where they follow polynomials: of
 fifth order they err by less in it than those of second order in theirs."""
 
+SHORT_STEP = 0.5
+"""Longest step of single boxes in the plane over `time_step`, where they slide on a corner or fly:
+a slide that is shorter than the steps of two runs is not seen by their difference (of 600 pulses
+the estimates held in 96 % of the lanes with 1, in 99.4 % with 0.5)."""
+
 MOTION_STEP = 1.0
 """Longest step of single boxes in the plane over the angle that the fastest part of a motion turns
 by: its Taylor polynomials end at degree 8."""
@@ -62,9 +67,9 @@ class Event(AbstractEngine):
     Second order in `time_step` through impacts. Single boxes in the plane that rock about a corner
     that sticks follow Taylor polynomials, of fifth order, which records' linear pieces do not cut
     short; so do those that slide flat, all in steps of up to four times `time_step`. While they
-    slide on a corner or fly their steps are of second order, and no longer than `time_step`. So
-    `order` is the least that a run has, and estimates that count on it err on the safe side. Rest
-    rule: after an impact on its other corner a block rests if its next swing would stay below
+    slide on a corner or fly, their steps are of second order and at most half of it. So `order` is
+    the least that a run has, and estimates that count on it err on the safe side. Rest rule: after
+    an impact on its other corner a block rests if its next swing would stay below
     `rest_rotation_ratio` times the slenderness
     angle on either side; at rest it lifts or slides as the contact law says. Its penetration is
     what the end of a step puts back on the base: drift, of third order in the step, and landings
@@ -179,7 +184,7 @@ class Event(AbstractEngine):
         knobs = module.Knobs()
         knobs.gravity = GRAVITY
         longest_step = self._own_step(lanes, motions)
-        short_step = np.minimum(longest_step, self.settings.time_step)
+        short_step = np.minimum(longest_step, SHORT_STEP * self.settings.time_step)
         per_lane: dict[str, npt.NDArray[Any]] = {
             "longest_step": longest_step,
             "step_limit": step_limit(motions, times.duration, short_step, STEPS_SPARE),

@@ -233,7 +233,7 @@ class Companions:
                 lanes = lanes[np.argsort(work[lanes], kind="stable")]
             finer = dataclasses.replace(
                 self.take(lanes),
-                settings=_finer(self.settings, int(count)),
+                settings=companion_settings(self.settings, int(count)),
                 most_steps=FINEST_STEPS,
             )
             found.append(finer.run())
@@ -241,14 +241,14 @@ class Companions:
         return take_lanes(join_responses(found), np.argsort(np.concatenate(places)))
 
 
-def _finer(settings: Any, count: int) -> Any:
-    """Settings of a companion run, which also rests later where blocks rest by a rule.
+def companion_settings(settings: Any, count: int) -> Any:
+    """Settings with the step halved `count` times, or doubled at -1; halved, blocks rest later.
 
     A last swing that every step leaves out alike may lie in the way of a later shock: of 76 lanes
     under 40 s of a record one parts from Housner's equation by that, and no step would show it.
     """
     finer = halved(settings, count)
-    if count < 0 or not hasattr(finer, "rest_rotation_ratio"):
+    if count <= 0 or not hasattr(finer, "rest_rotation_ratio"):
         return finer
     ratio = max(REST_PART * finer.rest_rotation_ratio, REST_RATIO_LEAST)
     return dataclasses.replace(finer, rest_rotation_ratio=ratio)
