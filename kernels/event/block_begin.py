@@ -98,7 +98,7 @@ def begin(
     side = sign_of(wp.where(theta != zero, theta, upright))
     th, om = side * theta, side * omega
     x, z = lower_corner(block, sine(th), cosine(th))
-    t2, t3, t4, t5, t6, _x1, _x2, _x3, _x4, _x5, _z1, _z2, _z3, _z4, _z5 = rocking_series(
+    t2, t3, t4, t5, t6, _x2, _z2 = rocking_series(
         block, gravity, x, z, om, side * a0, side * a1, side * a2, side * a3, side * a4
     )
     _reserve, surely = hold_reserve(block, gravity, slip, x, z, om, side * a0)

@@ -35,7 +35,7 @@ def rocking_series(
         a0 to a4: Coefficients of the acceleration of the base.
 
     Returns:
-        2 to 6 of the rotation; 1 to 5 of the corner, along the base and then upwards.
+        2 to 6 of the rotation; 2 of the corner, along the base and upwards.
     """
     k = block.inverse_pivot_inertia
     w1 = k * (a0 * z0 - gravity * x0)
@@ -51,11 +51,8 @@ def rocking_series(
     x4 = OVER_4 * (w0 * z3 + w1 * z2 + w2 * z1 + w3 * z0)
     z4 = -OVER_4 * (w0 * x3 + w1 * x2 + w2 * x1 + w3 * x0)
     w5 = OVER_5 * k * (a0 * z4 + a1 * z3 + a2 * z2 + a3 * z1 + a4 * z0 - gravity * x4)
-    x5 = OVER_5 * (w0 * z4 + w1 * z3 + w2 * z2 + w3 * z1 + w4 * z0)
-    z5 = -OVER_5 * (w0 * x4 + w1 * x3 + w2 * x2 + w3 * x1 + w4 * x0)
     return (
-        w1 * OVER_2, w2 * OVER_3, w3 * OVER_4, w4 * OVER_5, w5 * OVER_6,
-        x1, x2, x3, x4, x5, z1, z2, z3, z4, z5,
+        w1 * OVER_2, w2 * OVER_3, w3 * OVER_4, w4 * OVER_5, w5 * OVER_6, x2, z2,
     )  # fmt: skip
 
 

@@ -39,13 +39,12 @@ def rocked(
     zero = real(0.0)
     th, om = side * theta, side * omega
     x, z = lower_corner(block, sine(th), cosine(th))
-    t2, t3, t4, t5, t6, x1, x2, x3, x4, x5, z1, z2, z3, z4, z5 = rocking_series(
+    t2, t3, t4, t5, t6, x2, z2 = rocking_series(
         block, gravity, x, z, om, side * a0, side * a1, side * a2, side * a3, side * a4
     )
     th1 = rotation_after(th, om, t2, t3, t4, t5, t6, d)
     om1 = rate_after(om, t2, t3, t4, t5, t6, d)
-    xd = x + d * (x1 + d * (x2 + d * (x3 + d * (x4 + d * x5))))
-    zd = z + d * (z1 + d * (z2 + d * (z3 + d * (z4 + d * z5))))
+    xd, zd = lower_corner(block, sine(th1), cosine(th1))
     turn = block.inverse_pivot_inertia * (side * a_end * zd - gravity * xd)
     held = sticks_surely(block, gravity - TWO * z2, side * a0 - TWO * x2)
     held1 = sticks_surely(
