@@ -286,6 +286,17 @@ if MOTION == "record":
         last = wp.where(segment == m.count - 1, m.velocity_step_stop, real(0.0))
         return m.scale * wp.where(segment == 0, m.velocity_step_start, last)
 
+    AHEAD = 31
+    """Samples that a block may pass at once which none of them disturbs; see `strongest_ahead` in
+    warprock/engines/launching.py."""
+
+    @wp.func
+    def between_samples(m: Motion, segment: int) -> bool:
+        """Whether the segment lies between two samples and ends without a velocity step."""
+        # Read before an `and`, which would branch around it: no vector code then.
+        last = m.count - 1
+        return segment > 0 and segment < last
+
     @wp.func
     def sample_index(m: Motion, segment: int) -> int:
         """Place in the pool of the sample that the segment starts at."""

@@ -159,6 +159,9 @@ def launch(
     count = -(-lane_count // module.LANES) * module.LANES
     takes = {each.label: each.type for each in module.run_lanes.adj.args}
     pool, motion_rows = _pool_and_rows(takes["motions"].dtype, motions, count)
+    if hasattr(module, "AHEAD"):
+        # What its lanes at rest look at, to pass many samples at once.
+        pool = np.concatenate([pool, strongest_ahead(pool[0], module.AHEAD)[None]])
     given = {"blocks": blocks, "motions": motion_rows, "pool": pool, "sample_times": times.times}
     in_space, real = isinstance(motions, SpatialMotions), REALS[target.precision]
     sampled = times.count if times.interval is not None else 0
@@ -240,6 +243,16 @@ def block_rows(struct: Any, columns: Columns, count: int) -> Rows:
 def padded(values: Rows, count: int) -> Rows:
     """Values of lanes, the last one repeated up to a count of lanes."""
     return np.concatenate([values, np.repeat(values[-1:], count - len(values))])
+
+
+def strongest_ahead(values: Array, count: int) -> Array:
+    """Largest |value| of each sample and the `count` after it, shape [sample]."""
+    found, seen = np.abs(values), 1
+    while seen <= count:
+        shift = min(seen, count + 1 - seen)
+        found[:-shift] = np.maximum(found[:-shift], found[shift:])
+        seen += shift
+    return found
 
 
 def _pool_and_rows(struct: Any, motions: GroundMotions, count: int) -> tuple[Array, Rows]:

@@ -201,11 +201,14 @@ class RecordMotions(LaneMotions):
         """
         passed = np.floor((duration - self.start) / self.interval).astype(np.intp)
         first = self.offset + np.clip(passed, 0, self.count - 1)
-        ends, end = np.unique(
-            np.stack([first, self.offset + self.count], axis=1), axis=0, return_inverse=True
+        stop = (self.offset + self.count).astype(np.int64)
+        _, spans, span = np.unique(
+            first * (len(self.pool_acceleration) + 1) + stop, return_index=True, return_inverse=True
         )
-        largest = np.array([np.abs(self.pool_acceleration[a:b]).max() for a, b in ends])
-        left = np.abs(self.scale) * largest[end.reshape(-1)]
+        largest = np.array(
+            [np.abs(self.pool_acceleration[first[at] : stop[at]]).max() for at in spans]
+        )
+        left = np.abs(self.scale) * largest[span]
         steps = (self.velocity_step_stop != 0.0) | (
             (self.velocity_step_start != 0.0) & (self.start > duration)
         )

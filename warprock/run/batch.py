@@ -29,7 +29,7 @@ from warprock.run.machine import core_count, require_workers
 CHUNK_STEPS = 2.0e7
 """Steps aimed at in a chunk: a second or so of work, so that Ctrl-C and progress are prompt."""
 
-STEPS_PER_SECOND_OF_MOTION = 250.0
+STEPS_PER_SECOND_OF_MOTION = 100.0
 """Rough steps of one lane in a second of motion where the engine has no time step of its own."""
 
 _WARMING_UP = threading.Lock()
