@@ -20,7 +20,8 @@ from warprock.kernels.event.block_rocking import (
 )
 from warprock.kernels.event.block_sliding import slide_after, slides_flat, sliding_series
 from warprock.kernels.modes import FLAT, PIVOTING
-from warprock.kernels.motion import Motion, knot_step, knot_time, series
+from warprock.kernels.motion import Motion, knot_step, knot_time, series, undisturbed
+from warprock.kernels.pool import AHEAD
 from warprock.kernels.shape.taylor import value_at
 
 
@@ -64,11 +65,14 @@ def rocked(
 
 @wp.func
 def roll(
-    block: Block, knobs: Knobs, m: Motion, sample: real, sample_slope: real, end: real, going: bool,
-    theta: real, vx: real, vz: real, omega: real, slip: real, mode: int, time: real, segment: int,
-    base: real,
+    block: Block, knobs: Knobs, m: Motion, sample: real, sample_slope: real, strongest: real,
+    end: real, going: bool, theta: real, vx: real, vz: real, omega: real, slip: real, mode: int,
+    time: real, segment: int, base: real,
 ):  # fmt: skip
     """One step of one lane, at most to its next knot or to `end`, where no event lies in it.
+
+    A block at rest passes many samples of a record at once which are too weak to move it; the
+    velocity of the base, which only other motions ask for, is not followed there.
 
     Returns:
         theta, omega, vx, vz, time, segment and base, unchanged where it is declined; way along the
@@ -88,13 +92,14 @@ def roll(
     jolts = passed and knot_step(m, segment) != zero
     a0, a1, a2, a3, a4, a5, a6, a7, a8 = series(m, segment, time, sample, sample_slope)
     a = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, d)
-    side = sign_of(wp.where(theta != zero, theta, omega))
-    near = NEARLY * block.longest_step
+    side, near = sign_of(wp.where(theta != zero, theta, omega)), NEARLY * block.longest_step
     rocks, th, om, ux, uz, apex, rise, t2, t3, t4, t5, t6 = rocked(
         block, knobs.gravity, near, d, side, theta, omega, a0, a1, a2, a3, a4, a
     )
     hold = block.hold_acceleration
-    still = rests and size(a0) < hold and size(a) < hold
+    weak, far = undisturbed(m, segment, strongest, hold)
+    calm = rests and weak and far <= end
+    still = calm or (rests and size(a0) < hold and size(a) < hold)
     dv = base_change(m, time1, d, a, a1, base, zero)
     u = slip * vx
     u1, u2, u3, u4, u5, u6 = sliding_series(
@@ -105,13 +110,14 @@ def roll(
     slides = slides_flat(block, mode, slip, vx) and d * after > near * size(after - u)
     slid = slide_after(u, u1, u2, u3, u4, u5, u6, d)
     rocks = rocks and mode == PIVOTING and slip == zero
-    taken = going and not jolts and (still or slides or rocks)
+    taken = going and (calm or not jolts) and (still or slides or rocks)
     rolls = taken and rocks
     glides = taken and slides
     return (
         wp.where(rolls, th, theta), wp.where(rolls, om, omega),
         wp.where(rolls, ux, wp.where(glides, slip * after, vx)), wp.where(rolls, uz, vz),
-        wp.where(taken, time1, time), segment + wp.where(taken and passed, 1, 0),
+        wp.where(taken, wp.where(calm, far, time1), time),
+        segment + wp.where(taken, wp.where(calm, AHEAD, wp.where(passed, 1, 0)), 0),
         base + wp.where(taken, dv, zero), wp.where(glides, slip * slid, zero),
         wp.where(glides, block.friction * knobs.gravity * slid, zero),
         wp.where(rolls, apex, zero), time + wp.where(rolls, rise, zero), taken,

@@ -288,9 +288,9 @@ def run_lanes(
                     limit = block_of[first + i].step_limit
                     going = mode[i] < OVERTURNED and time[i] < until and due[i] == 0
                     th, om, ux, uz, ti, se, ba, sl, lo, ap, at, ok, k2, k3, k4, k5, k6 = roll(
-                        block_of[first + i], knobs, m, pool[0, place], pool[1, place], end, going,
-                        theta[i], vx[i], vz[i], omega[i], slip[i], mode[i], time[i], segment[i],
-                        base[i])  # fmt: skip
+                        block_of[first + i], knobs, m, pool[0, place], pool[1, place],
+                        pool[3, place], end, going, theta[i], vx[i], vz[i], omega[i], slip[i],
+                        mode[i], time[i], segment[i], base[i])  # fmt: skip
                     remember(ok, time[i], theta[i], omega[i], k2, k3, k4, k5, k6, begun[i],
                         theta0[i], omega0[i], c2[i], c3[i], c4[i], c5[i], c6[i])  # fmt: skip
                     move_on(ti, th, om, sl, lo, ap, at, time[i], theta[i], omega[i], peak[i],

@@ -175,6 +175,13 @@ class AbstractEngine(abc.ABC):
         """
         return None
 
+    def alike_order(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.intp] | None:
+        """Order in which lanes that take about as long lie side by side; None to leave them.
+
+        Lanes of a pack wait for one another. What a lane does does not depend on its place.
+        """
+        return None
+
     @abc.abstractmethod
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes

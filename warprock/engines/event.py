@@ -21,7 +21,7 @@ from warprock.engines.workload import step_limit
 from warprock.model import rocking
 from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, as_stacks
-from warprock.model.motion import GroundMotions, UprightMotions
+from warprock.model.motion import GroundMotions, RecordMotions, UprightMotions
 from warprock.model.response import SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import EventSettings
@@ -177,6 +177,22 @@ class Event(AbstractEngine):
                 step = np.minimum(step, MOTION_STEP / np.asarray(rate))
         return step
 
+    def alike_order(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.intp] | None:
+        """Single boxes under records by when they first move: until then they cost nothing.
+
+        See `AbstractEngine.alike_order`.
+        """
+        if self.target.lanes == 1 or not _rolls(lanes, motions) or lanes.release is not None:
+            return None
+        record = motions.components[0]
+        # Where nearly every lane has a record of its own that costs more than it gains.
+        if not isinstance(record, RecordMotions):
+            return None
+        if record.record_count * self.target.lanes > lanes.lane_count:
+            return None
+        first = record.first_above(_hold_acceleration(lanes))
+        return np.argsort(np.where(lanes.rotation_start == 0.0, first, 0.0), kind="stable")
+
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
     ) -> dict[str, Any]:
@@ -240,11 +256,15 @@ def _rolls(lanes: Lanes, motions: GroundMotions) -> bool:
     return boxes and not lanes.restitution_given and not isinstance(motions, UprightMotions)
 
 
+def _hold_acceleration(lanes: Lanes) -> Array:
+    """Acceleration of the base up to which boxes at rest neither lift nor slide [m/s^2]."""
+    return np.asarray(GRAVITY * np.minimum(lanes.friction, lanes.width / lanes.height))
+
+
 def _single_blocks(lanes: Lanes, settings: EventSettings) -> dict[str, npt.NDArray[Any]]:
     """Fields of the struct `Block` of single blocks, shape [lane, 1] each; they have the mass 1."""
     blocks = as_stacks(lanes)
     inertia = (blocks.width**2 + blocks.height**2) / 12.0
-    hold = np.minimum(blocks.friction, blocks.width / blocks.height)
     return {
         "half_width": 0.5 * blocks.width,
         "half_height": 0.5 * blocks.height,
@@ -252,7 +272,7 @@ def _single_blocks(lanes: Lanes, settings: EventSettings) -> dict[str, npt.NDArr
         "inverse_inertia": 1.0 / inertia,
         "inverse_pivot_inertia": 0.25 / inertia,
         "friction": blocks.friction,
-        "hold_acceleration": GRAVITY * hold,
+        "hold_acceleration": _hold_acceleration(blocks),
         "rest_rotation": settings.rest_rotation_ratio * blocks.slenderness_angle,
     }
 

@@ -10,6 +10,7 @@ import threading
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 from warprock.engines import engine_class
@@ -21,7 +22,7 @@ from warprock.kernels.instance import LANE_WIDTH
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.painleve import mark_ambiguous
-from warprock.model.response import Response, SampleTimes, join_responses
+from warprock.model.response import Response, SampleTimes, join_responses, take_lanes
 from warprock.model.runnable import require_runnable
 from warprock.run.devices import keeping_kernels, start_warp
 from warprock.run.machine import core_count, require_workers
@@ -29,7 +30,7 @@ from warprock.run.machine import core_count, require_workers
 CHUNK_STEPS = 2.0e7
 """Steps aimed at in a chunk: a second or so of work, so that Ctrl-C and progress are prompt."""
 
-STEPS_PER_SECOND_OF_MOTION = 250.0
+STEPS_PER_SECOND_OF_MOTION = 100.0
 """Rough steps of one lane in a second of motion where the engine has no time step of its own."""
 
 _WARMING_UP = threading.Lock()
@@ -158,8 +159,13 @@ def _chunk_runner(
     """What runs a chunk of the lanes."""
 
     def run_chunk(part: slice) -> Response:
-        some = lanes.take(part)
-        response = built.run(some, motions.take(part), times)
+        some, moves = lanes.take(part), motions.take(part)
+        order = built.alike_order(some, moves)
+        if order is None:
+            response = built.run(some, moves, times)
+        else:
+            sorted_by_work = built.run(some.take(order), moves.take(order), times)
+            response = take_lanes(sorted_by_work, np.argsort(order))
         return mark_ambiguous(some, response) if built.slides else response
 
     return run_chunk

@@ -28,7 +28,7 @@ from warprock.run.accuracy import accuracy_counts
 from warprock.run.files import replacing
 from warprock.run.lane_table import LANE_TABLE, arrow_table, lane_table
 from warprock.run.parts import State, find_part, part_writer, read_part, write_part
-from warprock.run.provenance import count_words, undecided_counts
+from warprock.run.provenance import count_words
 from warprock.sweep.plan import Plan
 
 CHUNKS = "chunks"
@@ -131,9 +131,10 @@ def write_chunk(
     counts = {field: count_words(response, field) for field in WORDS}
     settings = plan.case.engine_settings(plan.engine)
     counts[ACCURACY] = accuracy_counts(response, lane_set, settings, plan.tolerance)
-    counts[UNDECIDED] = {"lanes": undecided_counts(lane_set, response)[UNDECIDED]}
+    rows = lane_table(lane_set, response)
+    counts[UNDECIDED] = {"lanes": int(rows[UNDECIDED].sum())}
     footer = {"plan": plan.id, "chunk": number, "first": lanes.start, "end": lanes.stop, **counts}
-    table = arrow_table(lane_table(lane_set, response)).replace_schema_metadata(None)
+    table = arrow_table(rows).replace_schema_metadata(None)
     path = chunk_path(folder, number)
     try:
         write_part(path, table, footer)
@@ -295,8 +296,7 @@ def _row_groups(tables: Iterable[pa.Table]) -> Iterator[pa.Table]:
     """The rows of some tables in groups of `ROW_GROUP`, the last one smaller."""
     waiting: pa.Table | None = None
     for table in tables:
-        plain = _plain_words(table)
-        waiting = plain if waiting is None else pa.concat_tables([waiting, plain])
+        waiting = table if waiting is None else pa.concat_tables([waiting, table])
         while len(waiting) >= ROW_GROUP:
             yield _numbered_words(waiting.slice(0, ROW_GROUP))
             waiting = waiting.slice(ROW_GROUP)
@@ -304,24 +304,24 @@ def _row_groups(tables: Iterable[pa.Table]) -> Iterator[pa.Table]:
         yield _numbered_words(waiting)
 
 
-def _plain_words(table: pa.Table) -> pa.Table:
-    """A table with its columns of words decoded: each chunk numbers words in its own way."""
-    fields = [
-        field.with_type(pa.string()) if pa.types.is_dictionary(field.type) else field
-        for field in table.schema
-    ]
-    return table.cast(pa.schema(fields))
-
-
 def _numbered_words(table: pa.Table) -> pa.Table:
-    """Columns of words numbered in the order in which these rows have them."""
-    columns = [
-        column.combine_chunks().dictionary_encode()
-        if pa.types.is_string(column.type)
-        else column.combine_chunks()
-        for column in table.columns
-    ]
+    """Columns of words numbered in the order in which these rows have them.
+
+    Each chunk has numbered its words in its own way; no word is written out for each lane.
+    """
+    columns = [_numbered(column.combine_chunks()) for column in table.columns]
     fields = [
         field.with_type(column.type) for field, column in zip(table.schema, columns, strict=True)
     ]
     return pa.Table.from_arrays(columns, schema=pa.schema(fields))
+
+
+def _numbered(column: pa.Array) -> pa.Array:
+    """A column as it is, but for words: the first of them has the number 0, and so on."""
+    if pa.types.is_string(column.type):
+        return column.dictionary_encode()
+    if not pa.types.is_dictionary(column.type):
+        return column
+    numbers = column.indices.dictionary_encode()
+    words = column.dictionary.cast(pa.string()).take(numbers.dictionary)
+    return pa.DictionaryArray.from_arrays(numbers.indices, words)
