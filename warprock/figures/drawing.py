@@ -35,6 +35,7 @@ class Drawing:
     figure: Figure
     title: str
     alt: str
+    _rendered: list[str] = dataclasses.field(default_factory=list, init=False, repr=False)
 
     def png(self) -> bytes:
         """The figure as a PNG file, its title and its alternative text in the metadata."""
@@ -44,10 +45,12 @@ class Drawing:
         """The figure as an element `<svg>`, to stand in a page beside others.
 
         Its parts have the name of the drawing in theirs, and letters are outlines: it looks the
-        same wherever it is shown.
+        same wherever it is shown. It is rendered once, unless the figure changes.
         """
-        text = self._saved("svg", {"Date": None, "Title": self.title}).decode("utf-8")
-        return _IDENTIFIER.sub(rf"\g<1>{self.name}-", text[text.index("<svg") :])
+        if self.figure.stale or not self._rendered:
+            text = self._saved("svg", {"Date": None, "Title": self.title}).decode("utf-8")
+            self._rendered[:] = [_IDENTIFIER.sub(rf"\g<1>{self.name}-", text[text.index("<svg") :])]
+        return self._rendered[0]
 
     def _repr_png_(self) -> bytes:
         """What a notebook shows."""
