@@ -47,7 +47,7 @@ def test_parts_of_a_page_have_names_of_their_own_and_are_the_same_every_time(dra
             if value.startswith("url("):
                 assert value[5:-1] in names
     assert drawing.svg() is text
-    drawing.figure.stale = True
+    drawing._rendered.clear()
     again = drawing.svg()
     assert again is not text
     assert again == text

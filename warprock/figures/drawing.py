@@ -58,18 +58,26 @@ class Drawing:
 
     def _saved(self, form: str, metadata: dict[str, Any]) -> bytes:
         import matplotlib
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.backends.backend_svg import FigureCanvasSVG
 
-        file = io.BytesIO()
+        file, figure = io.BytesIO(), self.figure
+        layout, canvas = figure.get_layout_engine(), figure.canvas
         with style(), warnings.catch_warnings(), matplotlib.rc_context({"svg.hashsalt": self.name}):
             # A letter that the font lacks is drawn as an empty box.
             warnings.filterwarnings("ignore", message="Glyph .* missing from font")
-            layout = self.figure.get_layout_engine()
-            if not self.figure.stale:
-                # Nothing has changed since it was last saved: its panels stay where they are.
-                self.figure.set_layout_engine("none")
-            self.figure.savefig(file, format=form, metadata=metadata)
-            self.figure.set_layout_engine(layout)
-            self.figure.stale = False
+            if form == "svg" and figure.stale:
+                figure.savefig(file, format=form, metadata=metadata)
+            else:
+                if not figure.stale:
+                    # Nothing has changed since it was last saved: its panels stay where they are.
+                    figure.set_layout_engine("none")
+                # `savefig` draws twice, first for the layout alone, which Agg makes as it draws.
+                own: Any = FigureCanvasAgg(figure) if form == "png" else FigureCanvasSVG(figure)
+                getattr(own, f"print_{form}")(file, metadata=metadata)
+                figure.set_canvas(canvas)
+            figure.set_layout_engine(layout)
+            figure.stale = False
         return file.getvalue()
 
 
