@@ -29,7 +29,7 @@ def test_the_first_screen_holds_the_two_commands():
     assert blocks[0].endswith("warprock reproduce single-block -o results")
     assert blocks[1].endswith("-m pytest")
     for block in blocks:
-        # A pip of today chooses among files three times as fast as the one that Python brings.
+        # A pip of today chooses among files far faster than the one that Python brings.
         assert block.startswith("python3 -m venv --upgrade-deps .venv && ")
         assert " && .venv/bin/python -m pip install --no-compile -e " in block
 
