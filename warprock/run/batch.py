@@ -5,6 +5,7 @@ A lane's result does not depend on its chunk, its place or the number of workers
 
 from __future__ import annotations
 
+import collections
 import concurrent.futures
 import threading
 from collections.abc import Callable, Iterable, Sequence
@@ -138,7 +139,8 @@ def warm_up_together(batches: Iterable[tuple[AbstractEngine, Lanes, GroundMotion
     """Compiles or loads the kernels of several runs side by side, on all cores.
 
     A run on its own compiles what it needs on one core; what needs many kernels ends sooner where
-    they are known beforehand.
+    they are known beforehand. Warp compiles its headers once a thread and set of flags, which takes
+    as long as two kernels: kernels of like flags follow one another, and threads begin at two ends.
 
     Args:
         batches: Of each run the engine, its lanes and their ground motions.
@@ -150,7 +152,20 @@ def warm_up_together(batches: Iterable[tuple[AbstractEngine, Lanes, GroundMotion
     with _WARMING_UP, keeping_kernels():
         names = {engine.module_of(lanes, motions).__name__ for engine, lanes, motions in batches}
         modules = [wp.get_module(name) for name in sorted(names)]
-        wp.force_load("cpu", modules, max_workers=core_count())
+        modules.sort(key=lambda module: str(module.options["cpu_compiler_flags"]))
+        left = collections.deque(modules)
+
+        def load(from_end: int) -> None:
+            while True:
+                try:
+                    module = left.pop() if from_end else left.popleft()
+                except IndexError:
+                    return
+                wp.force_load("cpu", [module], max_workers=0)
+
+        with concurrent.futures.ThreadPoolExecutor(core_count()) as pool:
+            for done in [pool.submit(load, thread % 2) for thread in range(core_count())]:
+                done.result()
 
 
 def _chunk_runner(
