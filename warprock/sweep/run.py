@@ -28,11 +28,9 @@ from warprock.run.parts import State
 from warprock.sweep.chunks import (
     ACCURACY,
     CHUNKS,
-    Chunk,
     find_chunk,
-    find_chunks,
-    refuse_foreign,
-    summed_counts,
+    own_chunks,
+    tally,
     write_chunk,
 )
 from warprock.sweep.plan import Plan, require_same_software
@@ -149,8 +147,7 @@ def chunks_to_run(plan: Plan, folder: pathlib.Path, shard: Shard) -> list[int]:
             from what the plan was made with.
     """
     require_same_software(plan)
-    found = find_chunks(plan, folder, shard.chunks(plan))
-    refuse_foreign(folder, found)
+    found = own_chunks(plan, folder, shard.chunks(plan))
     return [chunk.number for chunk in found if chunk.state is not State.DONE]
 
 
@@ -189,14 +186,13 @@ def shard_counts(plan: Plan, folder: pathlib.Path, shard: Shard) -> dict[str, An
         `accuracy_counts`) and the tolerance, unusable (lanes done whose numbers may not be used)
         and bad (these, and those that missed the tolerance).
     """
-    found: list[Chunk] = find_chunks(plan, folder, shard.chunks(plan))
-    done = [chunk for chunk in found if chunk.state is State.DONE]
-    counts = summed_counts(chunk.counts for chunk in done)
+    chunks = shard.chunks(plan)
+    found = tally(plan, folder, chunks)
     return {
-        "lanes": sum(len(plan.lanes_of(chunk.number)) for chunk in found),
-        "lanes_done": sum(len(plan.lanes_of(chunk.number)) for chunk in done),
-        **counts,
+        "lanes": sum(len(plan.lanes_of(number)) for number in chunks),
+        "lanes_done": sum(len(plan.lanes_of(number)) for number in found.numbers[State.DONE]),
+        **found.counts,
         "tolerance": plan.tolerance,
-        "unusable": unusable_lanes(counts["status"]),
-        "bad": count_bad(counts["status"], counts[ACCURACY]),
+        "unusable": unusable_lanes(found.counts["status"]),
+        "bad": count_bad(found.counts["status"], found.counts[ACCURACY]),
     }
