@@ -35,9 +35,6 @@ Numbers = npt.NDArray[np.intp]
 PIECES_KEPT = 2**24
 """Samples of records that end that are held at a time, 400 MB: lanes of more run in parts."""
 
-REST_PART = 0.1
-"""A companion's `rest_rotation_ratio` over that of the run itself."""
-
 REST_RATIO_LEAST = 1e-9
 """The least that the setting may be."""
 
@@ -244,13 +241,15 @@ class Companions:
 def companion_settings(settings: Any, count: int) -> Any:
     """Settings with the step halved `count` times, or doubled at -1; halved, blocks rest later.
 
-    A last swing that every step leaves out alike may lie in the way of a later shock: of 76 lanes
-    under 40 s of a record one parts from Housner's equation by that, and no step would show it.
+    They rest at swings that are smaller by the square of the step. A last swing that every step
+    leaves out alike may lie in the way of a later shock, or move the other blocks of a stack: of 76
+    lanes under 40 s of a record one parts from Housner's equation by that, and no step would show
+    it.
     """
     finer = halved(settings, count)
     if count <= 0 or not hasattr(finer, "rest_rotation_ratio"):
         return finer
-    ratio = max(REST_PART * finer.rest_rotation_ratio, REST_RATIO_LEAST)
+    ratio = max(0.25**count * finer.rest_rotation_ratio, REST_RATIO_LEAST)
     return dataclasses.replace(finer, rest_rotation_ratio=ratio)
 
 
