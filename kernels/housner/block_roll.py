@@ -13,7 +13,8 @@ import warp as wp
 from warprock.kernels.housner.block import REACH, Block
 from warprock.kernels.housner.block_contact import rocking_series
 from warprock.kernels.modes import RESTING, ROCKING
-from warprock.kernels.motion import AHEAD, Motion, between_samples, knot_time, series
+from warprock.kernels.motion import Motion, between_samples, knot_time, series, undisturbed
+from warprock.kernels.pool import AHEAD
 from warprock.kernels.shape.taylor import slope_at, value_at
 
 NEARLY_ALL = by_precision(1.0 - 1.0e-9, 1.0 - 1.0e-5)
@@ -59,11 +60,8 @@ def rests_on(
     block: Block, m: Motion, strongest: real, until: real, segment: int, mode: int,
 ):  # fmt: skip
     """Whether a block at rest stays so over the next AHEAD samples, and the time of the last."""
-    far = knot_time(m, segment + AHEAD - 1)
-    most = size(m.scale) * strongest
-    inside = between_samples(m, segment + AHEAD - 1) and segment > 0
-    lifts_at = NEARLY_ALL * block.uplift_acceleration
-    return mode == RESTING and inside and far <= until and most < lifts_at, far
+    calm, far = undisturbed(m, segment, strongest, NEARLY_ALL * block.uplift_acceleration)
+    return mode == RESTING and calm and far <= until, far
 
 
 @wp.func

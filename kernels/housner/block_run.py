@@ -22,7 +22,7 @@ HOPS = MOTION == "record"
 
 if HOPS:
     from warprock.kernels.housner.block_roll import rests_on
-    from warprock.kernels.motion import AHEAD
+    from warprock.kernels.pool import AHEAD
 
 if ROLLS:
     from warprock.kernels.housner.block_places import (

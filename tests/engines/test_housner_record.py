@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from tests.shared.blocks import make_lanes
+from tests.shared.made_records import made_record
 from tests.shared.speed import require_gain
 from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.load import load_case
 from warprock.engines.launching import Form, strongest_ahead
-from warprock.kernels.instance import kernel_module
+from warprock.kernels.pool import AHEAD
 from warprock.model import rocking
-from warprock.model.motion import Control
 from warprock.model.response import SampleTimes
-from warprock.records import Record, record_motions
+from warprock.records import record_motions
 from warprock.run.batch import run_batch
 
 LANES = 400
@@ -44,6 +44,7 @@ def test_lanes_side_by_side_do_what_each_does_alone(many: LaneSet) -> None:
         np.testing.assert_allclose(values, plain[name], rtol=least, atol=0.0, err_msg=name)
 
 
+@pytest.mark.speed
 def test_many_lanes_under_a_record_are_vector_code(many: LaneSet) -> None:
     def cost(form: Form) -> float:
         started = time.process_time()
@@ -64,18 +65,7 @@ def test_a_block_at_rest_passes_quiet_samples_and_lifts_in_time() -> None:
     for peak in peaks:
         samples = np.full(500, quiet * limit)
         samples[peak] = 2.0 * limit
-        records.append(
-            Record(
-                name="made",
-                interval=interval,
-                samples=samples,
-                quantity=Control.ACCELERATION,
-                source="made here",
-                licence="none",
-                sha256="",
-                file="made here",
-            )
-        )
+        records.append(made_record(samples, interval))
     count = len(peaks)
     motions = record_motions(
         records, index=np.arange(count), scale=np.ones(count), start=np.zeros(count)
@@ -94,7 +84,6 @@ def test_a_block_at_rest_passes_quiet_samples_and_lifts_in_time() -> None:
 
 def test_strongest_ahead_looks_at_each_sample_and_those_after_it() -> None:
     values = np.random.default_rng(1).normal(size=200)
-    ahead = kernel_module("motion", precision="float64", motion="record").AHEAD
-    for count in (1, 2, 7, ahead, 300):
+    for count in (1, 2, 7, AHEAD, 300):
         wanted = [np.abs(values[i : i + count + 1]).max() for i in range(len(values))]
         np.testing.assert_array_equal(strongest_ahead(values, count), wanted)

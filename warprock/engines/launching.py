@@ -19,6 +19,7 @@ import numpy.typing as npt
 import warp as wp
 
 from warprock.kernels.instance import LANE_WIDTH, REALS
+from warprock.kernels.pool import AHEAD
 from warprock.model.motion import GroundMotions, RecordMotions, SpatialMotions
 from warprock.model.response import SampleTimes
 
@@ -159,9 +160,6 @@ def launch(
     count = -(-lane_count // module.LANES) * module.LANES
     takes = {each.label: each.type for each in module.run_lanes.adj.args}
     pool, motion_rows = _pool_and_rows(takes["motions"].dtype, motions, count)
-    if hasattr(module, "AHEAD"):
-        # What its lanes at rest look at, to pass many samples at once.
-        pool = np.concatenate([pool, strongest_ahead(pool[0], module.AHEAD)[None]])
     given = {"blocks": blocks, "motions": motion_rows, "pool": pool, "sample_times": times.times}
     in_space, real = isinstance(motions, SpatialMotions), REALS[target.precision]
     sampled = times.count if times.interval is not None else 0
@@ -258,8 +256,8 @@ def strongest_ahead(values: Array, count: int) -> Array:
 def _pool_and_rows(struct: Any, motions: GroundMotions, count: int) -> tuple[Array, Rows]:
     """Samples of the records of all directions, [row, sample], and rows of `Motion`.
 
-    The rows of the pool are acceleration, slope and velocity. Shape of the rows of motions:
-    [direction, lane].
+    The rows of the pool are those of kernels/pool.py. Shape of the rows of motions: [direction,
+    lane].
     """
     pools, rows, first = [], [], 0
     for part in motions.components:
@@ -269,6 +267,6 @@ def _pool_and_rows(struct: Any, motions: GroundMotions, count: int) -> tuple[Arr
         pool = placed.pool
         names = np.dtype(struct.numpy_dtype()).names or ()
         rows.append(struct_rows(struct, {name: getattr(placed, name) for name in names}, count))
-        pools.append(pool)
+        pools.append(np.concatenate([pool, strongest_ahead(pool[0], AHEAD)[None]]))
         first += pool.shape[1]
     return np.concatenate(pools, axis=1), np.stack(rows)

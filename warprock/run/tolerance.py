@@ -62,6 +62,7 @@ from warprock.run.calibration import estimate_factors
 from warprock.run.companions import (
     Companions,
     as_columns,
+    companion_settings,
     cut_off,
     fallen,
     gap,
@@ -178,7 +179,7 @@ def run_at_step(
         step: Their `time_step` [s].
         settings: Settings of the engine, with the coarsest step.
     """
-    finer = halved(settings, round(math.log2(settings.time_step / step)))
+    finer = companion_settings(settings, round(math.log2(settings.time_step / step)))
     return run_batch(
         engine,
         lanes,
