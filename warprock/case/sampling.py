@@ -1,9 +1,10 @@
 """Points of a sample by their numbers, and the distributions that turn them into values.
 
 A point is a pure function of the sample and its number: a chunk of lanes makes its own points
-alone, however many the sample has. In a Latin hypercube every dimension deals the strata by a
-permutation that is computed number by number: a scramble of as many bits as the number of points
-needs, done again while it leads past the last point (cycle walking, Black and Rogaway 2002).
+alone, however many the sample has. Sobol' sequences are wound forward to a number. In a Latin
+hypercube every dimension deals the strata by a permutation that is computed number by number: a
+scramble of as many bits as the number of points needs, done again while it leads past the last
+point (cycle walking, Black and Rogaway 2002).
 
 A. B. Owen (1998), Scrambling Sobol' and Niederreiter-Xing points, *Journal of Complexity* 14.
 M. D. McKay, R. J. Beckman and W. J. Conover (1979), *Technometrics* 21. J. Black and P. Rogaway
@@ -21,7 +22,6 @@ import threading
 import numpy as np
 import numpy.typing as npt
 
-from warprock.case.sobol import OWN_DIMENSIONS, Sobol
 from warprock.case.value_kinds import ChoiceKey, WholeKey
 from warprock.units import Dimension
 
@@ -32,7 +32,7 @@ SAMPLING = ChoiceKey("scrambled Sobol' points or a Latin hypercube", ("sobol", "
 """How the points of a sample are made."""
 
 MOST_POINTS = 2**30
-"""Points after which a Sobol' sequence has used up its 30 bits."""
+"""Points after which SciPy's Sobol' sequence has used up its 30 bits."""
 
 SEED = WholeKey("the seed of the sample", 0, 2**63 - 1)
 
@@ -96,8 +96,8 @@ class Sample:
         return found
 
 
-class _ScipySobol:
-    """The points of `Sobol` in any number of dimensions; they go on from where they are."""
+class _Sequence:
+    """A Sobol' sequence whose digits SciPy scrambles; it goes on from where it is at no cost."""
 
     def __init__(self, dimensions: int, seed: int) -> None:
         from scipy.stats import qmc
@@ -118,9 +118,8 @@ class _ScipySobol:
 
 
 @functools.lru_cache(maxsize=4)
-def _sequence(dimensions: int, seed: int) -> Sobol | _ScipySobol:
-    kind = Sobol if dimensions <= OWN_DIMENSIONS else _ScipySobol
-    return kind(dimensions, seed)
+def _sequence(dimensions: int, seed: int) -> _Sequence:
+    return _Sequence(dimensions, seed)
 
 
 def _permuted(numbers: Places, count: int, keys: list[np.uint64]) -> Places:
