@@ -187,9 +187,9 @@ def bring_back(
     for row in range(MARKED):
         k[row, p] = mark(marks[row, i])
     count = mark(k[STEPS, p]) + 1
-    ends = mark(k[MODE, p]) >= OVERTURNED or at(m[TIME, p]) >= at(m[UNTIL, p])
+    finished = mark(k[MODE, p]) >= OVERTURNED or at(m[TIME, p]) >= at(m[UNTIL, p])
     k[STEPS, p] = count
-    k[DUE, p] = wp.where(ends or count >= mark(k[STEP_LIMIT, p]), COME, ROLL)
+    k[DUE, p] = wp.where(finished or count >= mark(k[STEP_LIMIT, p]), COME, ROLL)
 
 
 @wp.func(inline=True)
