@@ -32,7 +32,11 @@ from warprock.kernels.event.stack_contact import bound_velocity, relative_veloci
 from warprock.kernels.event.stack_moves import flattened, glued, opening
 from warprock.kernels.event.stack_trial import (
     DUST,
+    FOUND,
     NEARLY,
+    SEEKING,
+    SOON,
+    STEADY,
     Limits,
     State,
     Trial,
@@ -66,12 +70,6 @@ from warprock.kernels.shape.stack import (
 if CHAINS:
     from warprock.kernels.event.stack_body import has_left
 
-STEADY = 0
-SEEKING = 1
-FOUND = 2
-
-SOON = real(1.0e-3)
-"""Part of the longest step by which the opening of a contact may be missed."""
 TOUCHING = by_precision(1.0e-8, 1.0e-5)
 """Opening [rad] below which an end takes part in an impact elsewhere."""
 
@@ -186,6 +184,25 @@ def base_moved(s: State, reached: State, t: Trial) -> State:
 
 
 @wp.func
+def ended(blocks: Blocks, limits: Limits, s: State, reached: State, t: Trial) -> State:
+    """The state reached from s by a step that is taken, with what has become of the lane."""
+    n = reached
+    n.cap = NEVER
+    n.taken = True
+    n.seek = wp.where(t.spends, FOUND, STEADY)
+    n.calm = (
+        at_rest(s.pose.touch, s.slip) and at_rest(n.pose.touch, n.slip)
+        and t.dv == real(0.0) and t.kick == real(0.0)
+    )  # fmt: skip
+    if VERTICAL:
+        n.calm = n.calm and t.weight.gained == real(0.0) and t.weight.kick == real(0.0)
+    n.mode = mode_of(blocks, n, NEARLY * limits.longest_step)
+    for k in range(BLOCKS):
+        n.pose.theta[k] = larger(smaller(n.pose.theta[k], HALF_PI), -HALF_PI)
+    return n
+
+
+@wp.func
 def projected(
     blocks: Blocks, limits: Limits, s: State, reached: State, t: Trial, upper: Rows, lower: Rows
 ) -> State:
@@ -201,7 +218,9 @@ def projected(
         lower: Rows of the lower blocks at its end.
     """
     n = reached
-    v, _held, _sound = bound_velocity(blocks, upper, lower, t.pose.touch, n.slip, t.velocity)
+    v = t.velocity
+    if not t.rolls:
+        v, _held, _sound = bound_velocity(blocks, upper, lower, t.pose.touch, n.slip, t.velocity)
     hold = n.pose.touch
     slip = n.slip
     settled = bool(True)
@@ -228,19 +247,7 @@ def projected(
         for i in range(3):
             n.rate[3 * k + i] = u[i]
     n.lost = n.lost + t.lost
-    n = base_moved(s, n, t)
-    n.cap = NEVER
-    n.taken = True
-    n.seek = STEADY
-    n.calm = (
-        at_rest(s.pose.touch, s.slip) and at_rest(n.pose.touch, n.slip)
-        and t.dv == real(0.0) and t.kick == real(0.0)
-    )  # fmt: skip
-    if VERTICAL:
-        n.calm = n.calm and t.weight.gained == real(0.0) and t.weight.kick == real(0.0)
-    n.mode = mode_of(blocks, n, NEARLY * limits.longest_step)
-    for k in range(BLOCKS):
-        n.pose.theta[k] = larger(smaller(n.pose.theta[k], HALF_PI), -HALF_PI)
+    n = ended(blocks, limits, s, base_moved(s, n, t), t)
     if n.mode != BROKEN and not (settled and t.settled):
         n.mode = UNSOLVED
     return n
@@ -260,6 +267,7 @@ def end_of_step(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> S
             e1, _r1 = opening(t.pose, t.velocity, k, t.pose.touch[k])
             falls[k] = wp.where(e1 <= TOUCHING, CLOSED, OPEN)
     n = s
+    n.curve = t.curve
     n.pose = flattened(blocks, t.pose, falls)
     upper, lower, _plus, _minus = all_rows(blocks, n.pose)
     n.slip = t.slip
@@ -284,6 +292,21 @@ def end_of_step(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> S
 
 
 @wp.func
+def rolled_on(blocks: Blocks, limits: Limits, s: State, t: Trial) -> State:
+    """The state after a step without events of a stack that sticks at all its contacts."""
+    n = s
+    n.pose = t.pose
+    n.velocity = t.velocity
+    n.rate = Triples()
+    n.slip = Counts()
+    n.curve = t.curve
+    for k in range(BLOCKS):
+        n.swing[k] = t.velocity[3 * k + 2]
+    n.deepest = larger(t.deep, s.deepest)
+    return ended(blocks, limits, s, base_moved(s, n, t), t)
+
+
+@wp.func
 def step(
     blocks: Blocks, limits: Limits, m: Motion, sample: real, sample_slope: real, end: real, s: State
 ) -> State:
@@ -293,6 +316,8 @@ def step(
     """
     t = tried(blocks, limits, m, sample, sample_slope, end, s)
     n = sought(limits, s, t)
-    if n.seek == s.seek or t.resting:
+    if t.rolls and t.cut >= NEVER and not t.struck:
+        n = rolled_on(blocks, limits, s, t)
+    elif n.seek == s.seek or t.resting:
         n = end_of_step(blocks, limits, s, t)
     return n

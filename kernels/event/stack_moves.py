@@ -135,9 +135,11 @@ def opening(pose: Pose, velocity: Triples, k: int, touch: int):
 
 @wp.func
 def pivot_event(
-    e0: real, r0: real, e1: real, r1: real, d: real, near: real, fresh: bool, rest: real
+    e0: real, r0: real, e1: real, r1: real, bend: real, d: real, near: real, fresh: bool, rest: real
 ):
     """What a pivoting interface does in a step, from its opening and rate at both ends.
+
+    `bend` is half of the acceleration with which it opens [rad/s^2].
 
     Returns:
         Length of the step to its impact if that lies inside, else NEVER; whether it falls flat at
@@ -150,7 +152,6 @@ def pivot_event(
     rests = bool(False)
     if e1 < -reach and d > near:
         cut = first_root(larger(e0, zero), r0, e1, d)
-        bend = (e1 - e0 - r0 * d) / (d * d)
         rests = fresh and e0 <= GRAIN and (r0 <= zero or r0 * r0 <= real(-4.0) * bend * rest)
     elif e1 <= reach and (r1 < zero or e1 <= zero):
         falls = True

@@ -6,6 +6,14 @@ from warprock.kernels.event.block import base_change, first_root
 from warprock.kernels.event.body_weight import Weight, kicks, weight_in
 from warprock.kernels.event.stack_contact import relative_velocity, solve
 from warprock.kernels.event.stack_moves import flight_event, moved, opening, pivot_event
+from warprock.kernels.event.stack_rocking import DEGREE, Curves, Terms, rocking
+from warprock.kernels.event.stack_rolling import (
+    LACKS,
+    SPENT,
+    rolled,
+    rolled_velocity,
+    value_in,
+)
 from warprock.kernels.event.stack_weight import keeps_height, left_behind, until_knot
 from warprock.kernels.motion import Motion, knot_step, knot_time, series
 from warprock.kernels.shape.above import Above
@@ -19,6 +27,7 @@ from warprock.kernels.shape.stack import (
     Values,
     all_rows,
     lower_face,
+    side_of,
     three_of,
 )
 
@@ -33,6 +42,17 @@ REACH = real(0.125)
 """Largest rotation in one step [rad]: keeps the polynomials in their range."""
 SLOWEST = real(1.0e-30)
 """Keeps a quotient by zero finite."""
+GRAIN = by_precision(1.0e-15, 1.0e-6)
+"""Round-off of a rotation [rad]."""
+PART = real(0.25)
+"""Longest step where something slides or flies, over that of a stack that sticks: it is of second
+order, the other of fifth."""
+STEADY = 0
+SEEKING = 1
+FOUND = 2
+"""Whether the moment is sought at which a contact opens or starts to slide, see `sought`."""
+SOON = real(1.0e-3)
+"""Part of the longest step by which that moment may be missed."""
 
 
 @wp.struct
@@ -56,7 +76,8 @@ class State:
     last step before its impact [rad/s]; base velocity [m/s]; cap, the longest next step [s]; lost
     energy [J]; segment, knots passed; calm, whether the last step changed nothing; taken, whether
     the last trial was a step; deepest, how deep an end was in a face at the end of a step, before
-    it was put back [m]; seek, lack and span, see `sought`; rising, velocity of the base upwards
+    it was put back [m]; seek, lack and span, see `sought`; curve, the rotations in the last step as
+    polynomials of the time since its start; rising, velocity of the base upwards
     [m/s]; risen, knots of its vertical motion passed.
     """
 
@@ -78,6 +99,7 @@ class State:
     seek: int
     lack: real
     span: real
+    curve: Curves
     if VERTICAL:
         rising: real
         risen: int
@@ -92,8 +114,10 @@ class Trial:
     energy [J]; cut, the length of the step to the first event inside it, else NEVER; falls, the
     ends that land; rests, the interfaces that close at its start instead; segment after it;
     turns, whether a contact opens or starts to slide in it; spare, what the contacts would have
-    left if none did [N]; deep, how deep an end is in a face at its end [m]; weight, what weighs;
-    way, by how many edges bodies roll on at its end, see event/stack_body.py.
+    left if none did [N]; deep, how deep an end is in a face at its end [m]; rolls, whether all its
+    contacts stick and it follows their polynomials (event/stack_rocking.py), and spends, whether it
+    ends where a contact has nothing left to spare; curve, see `State`; weight, what weighs; way, by
+    how many edges bodies roll on at its end, see event/stack_body.py.
     """
 
     pose: Pose
@@ -113,6 +137,9 @@ class Trial:
     spare: real
     segment: int
     deep: real
+    rolls: bool
+    spends: bool
+    curve: Curves
     if CHAINS:
         way: Counts
     if VERTICAL:
@@ -190,6 +217,16 @@ if CHAINS:
 
 
 @wp.func
+def still_curve(s: State) -> Curves:
+    """Rotations and angular velocities of a state, as polynomials that end there."""
+    curve = Curves()
+    for k in range(BLOCKS):
+        curve[k, 0] = s.pose.theta[k]
+        curve[k, 1] = s.velocity[3 * k + 2]
+    return curve
+
+
+@wp.func
 def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
     """The trial step with the events at its interfaces and the overturning of its blocks."""
     t = trial
@@ -209,8 +246,14 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
             e0, r0 = opening(s.pose, s.velocity, k, touch)
             e1, r1 = opening(t.pose, t.velocity, k, touch)
             fresh = s.pose.touch[k] != CLOSED
+            bend = (e1 - e0 - r0 * t.d) / (t.d * t.d)
+            if t.rolls:
+                bend = t.curve[k, 2]
+                if k > 0:
+                    bend = bend - t.curve[k - 1, 2]
+                bend = side_of(touch) * bend
             cut, falls, quiet = pivot_event(
-                e0, r0, e1, r1, t.d, near, fresh, limits.rest_rotation[k]
+                e0, r0, e1, r1, bend, t.d, near, fresh, limits.rest_rotation[k]
             )
             t.cut = smaller(t.cut, cut)
             t.resting = t.resting or quiet
@@ -243,9 +286,84 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
         t.segment = s.segment
         t.struck = False
         t.turns = False
+        t.rolls = False
+        t.spends = False
+        t.curve = still_curve(s)
         t.deep = real(0.0)
         if VERTICAL:
             t.weight = Weight(t.weight.start, t.weight.start, real(0.0), real(0.0), False)
+    return t
+
+
+@wp.func
+def clocked(
+    limits: Limits, m: Motion, sample: real, sample_slope: real, target: real, s: State,
+    trial: Trial, d: real,
+) -> Trial:  # fmt: skip
+    """The trial with a length of its step, at most to `target`, and what the base does in it."""
+    t = trial
+    room = larger(target - s.time, real(0.0))
+    t.d = d
+    t.time = wp.where(d >= room, target, s.time + d)
+    passed = t.time >= knot_time(m, s.segment)
+    t.segment = s.segment + wp.where(passed, 1, 0)
+    t.kick = wp.where(passed, knot_step(m, s.segment), real(0.0))
+    a, jerk, _a2, _a3, _a4, _a5, _a6, _a7, _a8 = series(m, s.segment, t.time, sample, sample_slope)
+    t.dv = base_change(m, t.time, d, a, jerk, s.base, t.kick)
+    t.struck = t.kick != real(0.0)
+    if VERTICAL:
+        t.weight = weight_in(limits.gravity, limits.above, t.time, d, s.rising)
+        t.struck = kicks(t.weight, t.kick)
+    return t
+
+
+@wp.func
+def sticks(touch: Counts, slip: Counts) -> bool:
+    """Whether an end touches at every interface, and none slides."""
+    found = bool(True)
+    for k in range(BLOCKS):
+        found = found and touch[k] != OPEN and slip[k] == 0
+    return found
+
+
+@wp.func(inline=False)
+def rolling(
+    blocks: Blocks, limits: Limits, m: Motion, sample: real, sample_slope: real, target: real,
+    s: State, trial: Trial, touch: Counts, d: real,
+) -> Trial:  # fmt: skip
+    """The trial in which all ends that touch stick, if they do (`rolls`), of at most a length."""
+    t = trial
+    a0, a1, a2, a3, a4, _a5, _a6, _a7, _a8 = series(m, s.segment, s.time, sample, sample_slope)
+    zero = real(0.0)
+    up = Terms()
+    if VERTICAL:
+        above = limits.above
+        z0, z1, z2, z3, z4, _z5, _z6, _z7, _z8 = series(
+            above.motion, above.segment, s.time, above.value, above.slope
+        )
+        up = Terms(z0, z1, z2, z3, z4)
+    up[0] = up[0] + limits.gravity
+    r = rocking(blocks, s.pose, touch, s.velocity, Terms(a0, a1, a2, a3, a4), up)
+    d1, found, _waits = rolled(
+        blocks, s.pose, touch, r, d, NEARLY * limits.longest_step, GRAIN, limits.rest_rotation,
+        limits.mass * limits.gravity, SOON * limits.longest_step,
+    )  # fmt: skip
+    t.rolls = found != LACKS
+    if t.rolls:
+        t.spends = found == SPENT
+        t = clocked(limits, m, sample, sample_slope, target, s, t, d1)
+        t.curve = r.theta
+        mean = Triples()
+        for k in range(BLOCKS):
+            mean[3 * k + 2] = (value_in(r.theta, k, DEGREE, d1) - s.pose.theta[k]) / larger(
+                d1, SLOWEST
+            )
+        t.pose = moved(blocks, s.pose, touch, mean, Values(), d1)
+        t.velocity = rolled_velocity(r.chain, t.pose, r.theta, d1)
+        t.slip = Counts()
+        t.settled = True
+        t.turns = False
+        t.lost = zero
     return t
 
 
@@ -255,6 +373,7 @@ def tried(
 ) -> Trial:
     """One trial step, at most to the next knot of the motion or to `end`."""
     t = Trial()
+    t.cut = NEVER
     knot = knot_time(m, s.segment)
     target = smaller(knot, end)
     calm = s.calm and (s.segment == 0 or knot >= NEVER)
@@ -263,17 +382,36 @@ def tried(
         calm = calm and keeps_height(limits.above)
     room = larger(target - s.time, real(0.0))
     speed, spin = fastest(s.velocity)
-    d = smaller(smaller(limits.longest_step, REACH / (spin + SLOWEST)), s.cap)
+    longest = smaller(smaller(limits.longest_step, REACH / (spin + SLOWEST)), s.cap)
     if calm:
-        d = room
-    d = smaller(d, room)
-    t.d = d
-    t.time = wp.where(d >= room, target, s.time + d)
-    passed = t.time >= knot
-    t.segment = s.segment + wp.where(passed, 1, 0)
-    t.kick = wp.where(passed, knot_step(m, s.segment), real(0.0))
-    a, jerk, _a2, _a3, _a4, _a5, _a6, _a7, _a8 = series(m, s.segment, t.time, sample, sample_slope)
-    t.dv = base_change(m, t.time, d, a, jerk, s.base, t.kick)
+        longest = room
+    d = smaller(longest, room)
+    lacks = bool(False)
+    if not CHAINS:
+        rests = sticks(s.pose.touch, s.slip)
+        if rests and s.seek == STEADY:
+            t = rolling(blocks, limits, m, sample, sample_slope, target, s, t, s.pose.touch, d)
+            lacks = not t.rolls
+    if not t.rolls:
+        part = real(d)
+        if not CHAINS:
+            part = smaller(d, larger(PART * limits.longest_step, smaller(s.cap, d)))
+        t = mean_step(
+            blocks, limits, clocked(limits, m, sample, sample_slope, target, s, t, part), s, speed
+        )
+        if not CHAINS:
+            # What is lacking from the start need not be sought.
+            t.turns = t.turns and not lacks
+            if rests and (lacks or s.seek == FOUND) and sticks(t.pose.touch, t.slip):
+                t = rolling(blocks, limits, m, sample, sample_slope, target, s, t, t.pose.touch, d)
+    return watched(blocks, limits, s, t)
+
+
+@wp.func(inline=False)
+def mean_step(blocks: Blocks, limits: Limits, trial: Trial, s: State, speed: real) -> Trial:
+    """The trial by the mean velocity that obeys the contact law in its middle."""
+    t = trial
+    d = t.d
     slide = Values()
     glide = Counts()
     free = s.velocity
@@ -283,7 +421,6 @@ def tried(
         free[3 * k] = free[3 * k] - HALF * t.dv
         free[3 * k + 1] = free[3 * k + 1] - HALF * d * limits.gravity
     if VERTICAL:
-        t.weight = weight_in(limits.gravity, limits.above, t.time, d, s.rising)
         free = left_behind(free, HALF * t.weight.gained)
     middle = moved(blocks, s.pose, s.pose.touch, s.velocity, slide, HALF * d)
     upper, lower, _plus, _minus = all_rows(blocks, middle)
@@ -295,6 +432,7 @@ def tried(
     t.settled = settled
     t.turns = not same
     t.spare = left / larger(d, SLOWEST)
+    t.curve = still_curve(s)
     for k in range(BLOCKS):
         slide[k] = real(0.0)
         if slip[k] != 0 and hold[k] != OPEN:
@@ -302,14 +440,11 @@ def tried(
             slide[k] = u[0]
             t.lost = t.lost - TWO * u[0] * impulse[3 * k]
         slip[k] = wp.where(hold[k] == OPEN, 0, slip[k])
+        t.curve[k, 2] = (mean[3 * k + 2] - s.velocity[3 * k + 2]) / larger(d, SLOWEST)
     t.slip = slip
     t.pose = moved(blocks, s.pose, hold, mean, slide, d)
     t.velocity = TWO * mean - s.velocity
-    t.cut = NEVER
-    t.struck = t.kick != real(0.0)
-    if VERTICAL:
-        t.struck = kicks(t.weight, t.kick)
-    return watched(blocks, limits, s, t)
+    return t
 
 
 @wp.func
