@@ -143,6 +143,13 @@ def mode_of(blocks: Blocks, s: State, near: real) -> int:
         if CHAINS:
             upright = size(turn_of(s.pose, k) + s.pose.foot[k]) < HALF_PI
             mode = wp.where(upright, mode, OVERTURNED)
+    return sound_mode(s, mode)
+
+
+@wp.func
+def sound_mode(s: State, running: int) -> int:
+    """A mode, or BROKEN where the state is not finite."""
+    mode = int(running)
     for k in range(BLOCKS):
         v = three_of(s.velocity, k)
         sound = s.pose.theta[k] + s.pose.along[k] + s.pose.above[k] + v[0] + v[1] + v[2] + s.time
@@ -184,11 +191,12 @@ def base_moved(s: State, reached: State, t: Trial) -> State:
 
 
 @wp.func
-def ended(blocks: Blocks, limits: Limits, s: State, reached: State, t: Trial) -> State:
-    """The state reached from s by a step that is taken, with what has become of the lane."""
+def ended(s: State, reached: State, t: Trial) -> State:
+    """The state reached from s by a step that is taken."""
     n = reached
     n.cap = NEVER
     n.taken = True
+    n.plain = t.plain
     n.seek = wp.where(t.spends, FOUND, STEADY)
     n.calm = (
         at_rest(s.pose.touch, s.slip) and at_rest(n.pose.touch, n.slip)
@@ -196,9 +204,6 @@ def ended(blocks: Blocks, limits: Limits, s: State, reached: State, t: Trial) ->
     )  # fmt: skip
     if VERTICAL:
         n.calm = n.calm and t.weight.gained == real(0.0) and t.weight.kick == real(0.0)
-    n.mode = mode_of(blocks, n, NEARLY * limits.longest_step)
-    for k in range(BLOCKS):
-        n.pose.theta[k] = larger(smaller(n.pose.theta[k], HALF_PI), -HALF_PI)
     return n
 
 
@@ -247,7 +252,10 @@ def projected(
         for i in range(3):
             n.rate[3 * k + i] = u[i]
     n.lost = n.lost + t.lost
-    n = ended(blocks, limits, s, base_moved(s, n, t), t)
+    n = ended(s, base_moved(s, n, t), t)
+    n.mode = mode_of(blocks, n, NEARLY * limits.longest_step)
+    for k in range(BLOCKS):
+        n.pose.theta[k] = larger(smaller(n.pose.theta[k], HALF_PI), -HALF_PI)
     if n.mode != BROKEN and not (settled and t.settled):
         n.mode = UNSOLVED
     return n
@@ -291,8 +299,17 @@ def end_of_step(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> S
     return n
 
 
+@wp.func(inline=False)
+def with_events(blocks: Blocks, limits: Limits, s: State, t: Trial) -> State:
+    """The state after a trial step, or the old one with what is to be sought or cut."""
+    n = sought(limits, s, t)
+    if n.seek == s.seek or t.resting:
+        n = end_of_step(blocks, limits, s, t)
+    return n
+
+
 @wp.func
-def rolled_on(blocks: Blocks, limits: Limits, s: State, t: Trial) -> State:
+def rolled_on(s: State, t: Trial) -> State:
     """The state after a step without events of a stack that sticks at all its contacts."""
     n = s
     n.pose = t.pose
@@ -302,8 +319,9 @@ def rolled_on(blocks: Blocks, limits: Limits, s: State, t: Trial) -> State:
     n.curve = t.curve
     for k in range(BLOCKS):
         n.swing[k] = t.velocity[3 * k + 2]
-    n.deepest = larger(t.deep, s.deepest)
-    return ended(blocks, limits, s, base_moved(s, n, t), t)
+    n = ended(s, base_moved(s, n, t), t)
+    n.mode = sound_mode(n, RUNNING)
+    return n
 
 
 @wp.func
@@ -315,9 +333,9 @@ def step(
     The state after it, unchanged but for `cap` where an event lay inside.
     """
     t = tried(blocks, limits, m, sample, sample_slope, end, s)
-    n = sought(limits, s, t)
-    if t.rolls and t.cut >= NEVER and not t.struck:
-        n = rolled_on(blocks, limits, s, t)
-    elif n.seek == s.seek or t.resting:
-        n = end_of_step(blocks, limits, s, t)
+    n = State()
+    if t.plain:
+        n = rolled_on(s, t)
+    else:
+        n = with_events(blocks, limits, s, t)
     return n

@@ -44,7 +44,7 @@ Square = wp.types.matrix(shape=(BLOCKS, BLOCKS), dtype=real)
 
 @wp.struct
 class Chain:
-    """Levers of a stack whose contacts stick: B and C of every block, and its mass [m, kg].
+    """Levers of a stack whose contacts stick: B and C of every block, mass and inertia [m, kg, kg m^2].
 
     `under`: 1 where the lower block's corner touches the upper one's face, whose normal counts.
     """
@@ -54,15 +54,24 @@ class Chain:
     cx: Values
     cz: Values
     mass: Values
+    inertia: Values
     under: Counts
 
 
 @wp.struct
 class Rocking:
-    """Rotations [rad], and what interfaces bear: force [N] along x and z, moment [N m]."""
+    """Rotations [rad], and what interfaces bear: force [N] along x and z, moment [N m].
+
+    Sines and cosines of the rotations, and with (X, Z) = (R_0 C)^ and (R_0 B)^ as at the start the
+    moments of a block without its inertia, c u - s w [N m].
+    """
 
     chain: Chain
     theta: Curves
+    s: Curves
+    c: Curves
+    u: Curves
+    w: Curves
     fx: Curves
     fz: Curves
     moment: Curves
@@ -85,6 +94,7 @@ def chain_of(blocks: Blocks, pose: Pose, touch: Counts) -> Chain:
         if touch[k] == CLOSED:
             below = real(0.0)
         chain.mass[k] = real(1.0) / blocks.inverse_mass[k]
+        chain.inertia[k] = real(1.0) / blocks.inverse_inertia[k]
         chain.bx[k] = below
         chain.bz[k] = -blocks.half_height[k]
         if k > 0:
@@ -94,7 +104,7 @@ def chain_of(blocks: Blocks, pose: Pose, touch: Counts) -> Chain:
 
 
 @wp.func
-def factors(blocks: Blocks, chain: Chain, pose: Pose, touch: Counts) -> Square:
+def factors(chain: Chain, pose: Pose, touch: Counts) -> Square:
     """Gauss's factors of the matrix of theta''; blocks that lie flat turn with what is below."""
     m = Square()
     carried = real(0.0)
@@ -105,7 +115,7 @@ def factors(blocks: Blocks, chain: Chain, pose: Pose, touch: Counts) -> Square:
         cx = chain.cx[k]
         cz = chain.cz[k]
         mass = chain.mass[k]
-        inertia = real(1.0) / blocks.inverse_inertia[k] + mass * (bx * bx + bz * bz)
+        inertia = chain.inertia[k] + mass * (bx * bx + bz * bz)
         m[k, k] = inertia + carried * (cx * cx + cz * cz)
         px = carried * cx - mass * bx
         pz = carried * cz - mass * bz
@@ -178,68 +188,84 @@ def rocking(
         ax, az: Taylor coefficients of the acceleration of the base, upwards with gravity [m/s^2].
     """
     chain = chain_of(blocks, pose, touch)
-    m = factors(blocks, chain, pose, touch)
+    m = factors(chain, pose, touch)
     r = Rocking()
     r.chain = chain
-    s = Curves()
-    c = Curves()
-    u = Curves()
-    w = Curves()
+    zero = real(0.0)
     for k in range(BLOCKS):
         r.theta[k, 0] = pose.theta[k]
         r.theta[k, 1] = velocity[3 * k + 2]
-        s[k, 0] = pose.sine[k]
-        c[k, 0] = pose.cosine[k]
-        s[k, 1] = velocity[3 * k + 2] * pose.cosine[k]
-        c[k, 1] = -velocity[3 * k + 2] * pose.sine[k]
+        r.s[k, 0] = pose.sine[k]
+        r.c[k, 0] = pose.cosine[k]
+        r.s[k, 1] = velocity[3 * k + 2] * pose.cosine[k]
+        r.c[k, 1] = -velocity[3 * k + 2] * pose.sine[k]
     for n in range(ORDERS):
-        # Second derivatives of sines and cosines, at first without the new coefficients.
+        # Second derivatives of sines and cosines without the new coefficients of rotations, and
+        # moments of lower orders.
         s2 = Values()
         c2 = Values()
-        bend = Values()
+        load = Values()
         for k in range(BLOCKS):
-            for i in range(1, n + 2):
-                part = real(i) * r.theta[k, i]
-                s2[k] = s2[k] + part * c[k, n + 2 - i]
-                c2[k] = c2[k] - part * s[k, n + 2 - i]
-            s2[k] = real(n + 1) * s2[k]
-            c2[k] = real(n + 1) * c2[k]
-        for turn in range(2):
-            x = ax[n]
-            z = az[n]
-            for k in range(BLOCKS):
-                sk = s2[k] + bend[k] * pose.cosine[k]
-                ck = c2[k] - bend[k] * pose.sine[k]
-                r.fx[k, n] = chain.mass[k] * (x - chain.bx[k] * ck - chain.bz[k] * sk)
-                r.fz[k, n] = chain.mass[k] * (z - chain.bz[k] * ck + chain.bx[k] * sk)
-                x = x + chain.cx[k] * ck + chain.cz[k] * sk
-                z = z + chain.cz[k] * ck - chain.cx[k] * sk
-            x = real(0.0)
-            z = real(0.0)
-            load = Values()
-            for step in range(BLOCKS):
-                k = BLOCKS - 1 - step
-                gx = r.fx[k, n]
-                gz = r.fz[k, n]
-                u[k, n] = chain.cz[k] * x - chain.cx[k] * z - chain.bz[k] * gx + chain.bx[k] * gz
-                w[k, n] = chain.cx[k] * x + chain.cz[k] * z - chain.bx[k] * gx - chain.bz[k] * gz
-                x = x + gx
-                z = z + gz
-                r.fx[k, n] = x
-                r.fz[k, n] = z
-                for i in range(n + 1):
-                    load[k] = load[k] + c[k, i] * u[k, n - i] - s[k, i] * w[k, n - i]
-            if turn == 0:
-                bend = bent(m, touch, -load)
-            else:
-                above = real(0.0)
-                for step in range(BLOCKS):
-                    k = BLOCKS - 1 - step
-                    above = above + load[k] + bend[k] / blocks.inverse_inertia[k]
-                    r.moment[k, n] = above
+            sk = zero
+            ck = zero
+            lk = zero
+            for i in range(wp.static(n + 1)):
+                sk = sk + real(wp.static(i + 1)) * r.theta[k, i + 1] * r.c[k, n + 1 - i]
+                ck = ck - real(wp.static(i + 1)) * r.theta[k, i + 1] * r.s[k, n + 1 - i]
+            for i in range(wp.static(n)):
+                lk = lk + r.c[k, wp.static(i + 1)] * r.u[k, n - 1 - i] - r.s[k, i + 1] * r.w[k, n - 1 - i]
+            s2[k] = real(n + 1) * sk
+            c2[k] = real(n + 1) * ck
+            load[wp.static(k)] = lk
+        x = real(ax[n])
+        z = real(az[n])
+        for k in range(BLOCKS):
+            r.fx[k, n] = chain.mass[k] * (x - chain.bx[k] * c2[k] - chain.bz[k] * s2[k])
+            r.fz[k, n] = chain.mass[k] * (z - chain.bz[k] * c2[k] + chain.bx[k] * s2[k])
+            x = x + chain.cx[k] * c2[k] + chain.cz[k] * s2[k]
+            z = z + chain.cz[k] * c2[k] - chain.cx[wp.static(k)] * s2[k]
+        x = zero
+        z = zero
+        moments = Values()
+        for step in range(BLOCKS):
+            k = wp.static(BLOCKS - 1 - step)
+            gx = r.fx[k, n]
+            gz = r.fz[k, n]
+            u = chain.cz[k] * x - chain.cx[k] * z - chain.bz[k] * gx + chain.bx[k] * gz
+            w = chain.cx[k] * x + chain.cz[k] * z - chain.bx[k] * gx - chain.bz[k] * gz
+            x = x + gx
+            z = z + gz
+            moments[k] = load[k] + pose.cosine[k] * u - pose.sine[k] * w
+        bend = bent(m, touch, -moments)
+        x = real(ax[n])
+        z = real(az[n])
         over = real(1.0) / real((n + 1) * (n + 2))
         for k in range(BLOCKS):
+            sk = s2[k] + bend[k] * pose.cosine[k]
+            ck = c2[k] - bend[k] * pose.sine[k]
+            r.fx[k, n] = chain.mass[k] * (x - chain.bx[k] * ck - chain.bz[k] * sk)
+            r.fz[k, n] = chain.mass[k] * (z - chain.bz[k] * ck + chain.bx[k] * sk)
+            x = x + chain.cx[k] * ck + chain.cz[k] * sk
+            z = z + chain.cz[k] * ck - chain.cx[k] * sk
             r.theta[k, n + 2] = bend[k] * over
-            s[k, n + 2] = (s2[k] + bend[k] * pose.cosine[k]) * over
-            c[k, n + 2] = (c2[k] - bend[k] * pose.sine[k]) * over
+            r.s[k, n + 2] = sk * over
+            r.c[k, wp.static(n + 2)] = ck * over
+        x = zero
+        z = zero
+        above = zero
+        for step in range(BLOCKS):
+            k = wp.static(BLOCKS - 1 - step)
+            gx = r.fx[k, n]
+            gz = r.fz[k, n]
+            u = chain.cz[k] * x - chain.cx[k] * z - chain.bz[k] * gx + chain.bx[k] * gz
+            w = chain.cx[k] * x + chain.cz[k] * z - chain.bx[k] * gx - chain.bz[k] * gz
+            x = x + gx
+            z = z + gz
+            r.fx[k, n] = x
+            r.fz[k, n] = z
+            r.u[k, n] = u
+            r.w[k, n] = w
+            above = above + load[k] + pose.cosine[k] * u - pose.sine[k] * w
+            above = above + bend[k] * chain.inertia[k]
+            r.moment[k, n] = above
     return r

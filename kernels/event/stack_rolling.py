@@ -52,6 +52,19 @@ def rate_in(p: Curves, k: int, tau: real) -> real:
 
 
 @wp.func
+def turning_time(p: Curves, k: int, first: real, last: real, d: real) -> real:
+    """Time at which a rotation turns back in a step of length d, from its rates at both ends."""
+    at = d * first / (first - last)
+    rate = rate_in(p, k, at)
+    # The secant again, in the part in which the sign of the rate changes.
+    if rate * first > real(0.0):
+        at = at + (d - at) * rate / (rate - last)
+    else:
+        at = at * first / (first - rate)
+    return at
+
+
+@wp.func
 def opened(p: Curves, k: int, side: real, tau: real):
     """How far [rad] and how fast [rad/s] a pivoting interface is open at a time in a step."""
     e = value_in(p, k, DEGREE, tau)
@@ -63,34 +76,67 @@ def opened(p: Curves, k: int, side: real, tau: real):
 
 
 @wp.func
-def spare_at(blocks: Blocks, pose: Pose, touch: Counts, r: Rocking, tau: real) -> real:
-    """What the weakest contact has to spare before it opens or slides, at a time in a step [N].
+def spare_of(
+    blocks: Blocks, pose: Pose, touch: Counts, under: Counts, fx: Values, fz: Values,
+    moment: Values, sines: Values, cosines: Values,
+) -> real:  # fmt: skip
+    """What the weakest contact has to spare before it opens or slides [N].
 
     Of a closed interface both ends of the overlap of its faces must bear a load.
+
+    Args:
+        blocks: The blocks.
+        pose: Where they are, for what does not change while contacts stick.
+        touch: Ends that touch and stick.
+        under: See `Chain`.
+        fx, fz, moment: See `Rocking`.
+        sines, cosines: Of the rotations.
     """
     least = NEVER
     for k in range(BLOCKS):
-        fx = value_in(r.fx, k, ORDERS - 1, tau)
-        fz = value_in(r.fz, k, ORDERS - 1, tau)
         s = real(0.0)
         c = real(1.0)
-        face = k - 1 + r.chain.under[k]
+        face = k - 1 + under[k]
         if face >= 0:
-            theta = value_in(r.theta, face, DEGREE, tau)
-            s = sine(theta)
-            c = cosine(theta)
-        normal = fx * s + fz * c
-        least = smaller(least, blocks.friction[k] * normal - size(fx * c - fz * s))
+            s = sines[face]
+            c = cosines[face]
+        normal = fx[k] * s + fz[k] * c
+        least = smaller(least, blocks.friction[k] * normal - size(fx[k] * c - fz[k] * s))
         least = smaller(least, normal)
         if touch[k] == CLOSED:
             low, _height = lower_face(blocks, k)
             ahead = smaller(blocks.half_width[k], low - pose.along[k])
             behind = smaller(blocks.half_width[k], low + pose.along[k])
-            moment = value_in(r.moment, k, ORDERS - 1, tau)
-            across = real(1.0) / (ahead + behind)
-            least = smaller(least, (behind * normal - moment) * across)
-            least = smaller(least, (ahead * normal + moment) * across)
+            ends = smaller(behind * normal - moment[k], ahead * normal + moment[k])
+            least = smaller(least, ends / (ahead + behind))
     return least
+
+
+@wp.func
+def spare_at(blocks: Blocks, pose: Pose, touch: Counts, r: Rocking, tau: real) -> real:
+    """`spare_of` at a time in a step."""
+    fx, fz, moment, sines, cosines = Values(), Values(), Values(), Values(), Values()
+    for k in range(BLOCKS):
+        fx[k] = value_in(r.fx, k, ORDERS - 1, tau)
+        fz[k] = value_in(r.fz, k, ORDERS - 1, tau)
+        moment[k] = value_in(r.moment, k, ORDERS - 1, tau)
+        theta = value_in(r.theta, k, DEGREE, tau)
+        sines[k] = sine(theta)
+        cosines[k] = cosine(theta)
+    return spare_of(blocks, pose, touch, r.chain.under, fx, fz, moment, sines, cosines)
+
+
+@wp.func
+def spare_first(blocks: Blocks, pose: Pose, touch: Counts, r: Rocking) -> real:
+    """`spare_of` at the start of a step."""
+    fx, fz, moment = Values(), Values(), Values()
+    for k in range(BLOCKS):
+        fx[k] = r.fx[k, 0]
+        fz[k] = r.fz[k, 0]
+        moment[k] = r.moment[k, 0]
+    return spare_of(
+        blocks, pose, touch, r.chain.under, fx, fz, moment, pose.sine, pose.cosine
+    )
 
 
 @wp.func
@@ -110,25 +156,32 @@ def to_landing(
     """Length of a step to the first impact in it; d where there is none.
 
     Returns:
-        That, and whether a block rests at once (see `pivot_event` in event/stack_moves.py), or a
-        contact that was to open has not.
+        That; whether there is one; whether a block rests at once (see `pivot_event` in
+        event/stack_moves.py); whether a contact that was to open has not.
     """
     zero = real(0.0)
     d1 = real(d)
     waits = bool(False)
     fails = bool(False)
+    lands = bool(False)
     for k in range(BLOCKS):
         if touch[k] != CLOSED:
             side = side_of(touch[k])
-            e0, r0 = opened(r.theta, k, side, zero)
+            e0 = r.theta[k, 0]
+            r0 = r.theta[k, 1]
+            if k > 0:
+                e0 = e0 - r.theta[k - 1, 0]
+                r0 = r0 - r.theta[k - 1, 1]
+            e0 = larger(side * e0, zero)
+            r0 = side * r0
             e1, r1 = opened(r.theta, k, side, d)
             reach = near * size(r1) + grain
-            e0 = larger(e0, zero)
             end = real(d)
             if r0 < zero and r1 > zero and e1 >= -reach:
                 # It may have been below in between: look where it turns.
                 end = d * r0 / (r0 - r1)
                 e1, r1 = opened(r.theta, k, side, end)
+            lands = lands or e1 <= reach
             if pose.touch[k] == CLOSED:
                 fails = fails or e1 <= zero
             elif e1 < -reach:
@@ -138,7 +191,7 @@ def to_landing(
                 quiet = e0 <= grain and (r0 <= zero or r0 * r0 <= real(-4.0) * side * bend * rest[k])
                 waits = waits or quiet
                 d1 = smaller(d1, landing(r.theta, k, side, first_root(e0, r0, e1, end), end))
-    return d1, waits, fails
+    return d1, lands, waits, fails
 
 
 @wp.func(inline=False)
@@ -161,16 +214,16 @@ def rolled(
         soon: A contact that lacks force within that time lacks it from the start [s].
 
     Returns:
-        Length of the step; LACKS, ROLLS or SPENT; whether a block rests at once instead.
+        Length of the step; LACKS, ROLLS or SPENT; whether a block falls flat or rests.
     """
-    d1, waits, fails = to_landing(r, pose, touch, d, near, grain, rest)
+    d1, lands, waits, fails = to_landing(r, pose, touch, d, near, grain, rest)
     found = int(ROLLS)
     if fails:
         found = LACKS
     elif not waits:
         slack = SLIGHT * weight
         low = real(0.0)
-        at_low = spare_at(blocks, pose, touch, r, low) + slack
+        at_low = spare_first(blocks, pose, touch, r) + slack
         high = real(d1)
         at_high = spare_at(blocks, pose, touch, r, high) + slack
         if not at_low >= real(0.0):
@@ -193,7 +246,7 @@ def rolled(
                     at_high = HALF * at_high
             if d1 <= soon:
                 found = LACKS
-    return d1, found, waits
+    return d1, found, lands
 
 
 @wp.func

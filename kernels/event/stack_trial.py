@@ -76,7 +76,8 @@ class State:
     last step before its impact [rad/s]; base velocity [m/s]; cap, the longest next step [s]; lost
     energy [J]; segment, knots passed; calm, whether the last step changed nothing; taken, whether
     the last trial was a step; deepest, how deep an end was in a face at the end of a step, before
-    it was put back [m]; seek, lack and span, see `sought`; curve, the rotations in the last step as
+    it was put back [m]; seek, lack and span, see `sought`; plain, whether the last step rolled and
+    had no event; curve, the rotations in the last step as
     polynomials of the time since its start; rising, velocity of the base upwards
     [m/s]; risen, knots of its vertical motion passed.
     """
@@ -99,6 +100,7 @@ class State:
     seek: int
     lack: real
     span: real
+    plain: bool
     curve: Curves
     if VERTICAL:
         rising: real
@@ -116,7 +118,7 @@ class Trial:
     turns, whether a contact opens or starts to slide in it; spare, what the contacts would have
     left if none did [N]; deep, how deep an end is in a face at its end [m]; rolls, whether all its
     contacts stick and it follows their polynomials (event/stack_rocking.py), and spends, whether it
-    ends where a contact has nothing left to spare; curve, see `State`; weight, what weighs; way, by
+    ends where a contact has nothing left to spare; plain, whether it rolls and has no event; curve, see `State`; weight, what weighs; way, by
     how many edges bodies roll on at its end, see event/stack_body.py.
     """
 
@@ -139,6 +141,7 @@ class Trial:
     deep: real
     rolls: bool
     spends: bool
+    plain: bool
     curve: Curves
     if CHAINS:
         way: Counts
@@ -344,7 +347,7 @@ def rolling(
         up = Terms(z0, z1, z2, z3, z4)
     up[0] = up[0] + limits.gravity
     r = rocking(blocks, s.pose, touch, s.velocity, Terms(a0, a1, a2, a3, a4), up)
-    d1, found, _waits = rolled(
+    d1, found, lands = rolled(
         blocks, s.pose, touch, r, d, NEARLY * limits.longest_step, GRAIN, limits.rest_rotation,
         limits.mass * limits.gravity, SOON * limits.longest_step,
     )  # fmt: skip
@@ -360,6 +363,10 @@ def rolling(
             )
         t.pose = moved(blocks, s.pose, touch, mean, Values(), d1)
         t.velocity = rolled_velocity(r.chain, t.pose, r.theta, d1)
+        t.plain = not lands and not t.struck
+        for k in range(BLOCKS):
+            left = HALF_PI - size(t.pose.theta[k])
+            t.plain = t.plain and left > NEARLY * limits.longest_step * size(t.velocity[3 * k + 2])
         t.slip = Counts()
         t.settled = True
         t.turns = False
@@ -404,7 +411,9 @@ def tried(
             t.turns = t.turns and not lacks
             if rests and (lacks or s.seek == FOUND) and sticks(t.pose.touch, t.slip):
                 t = rolling(blocks, limits, m, sample, sample_slope, target, s, t, t.pose.touch, d)
-    return watched(blocks, limits, s, t)
+    if not t.plain:
+        t = watched(blocks, limits, s, t)
+    return t
 
 
 @wp.func(inline=False)
