@@ -188,10 +188,11 @@ def to_landing(
                 bend = r.theta[k, 2]
                 if k > 0:
                     bend = bend - r.theta[k - 1, 2]
-                quiet = e0 <= grain and (r0 <= zero or r0 * r0 <= real(-4.0) * side * bend * rest[k])
+                quiet = end >= d and e0 <= grain and (r0 <= zero or r0 * r0 <= real(-4.0) * side * bend * rest[k])
                 waits = waits or quiet
                 d1 = smaller(d1, landing(r.theta, k, side, first_root(e0, r0, e1, end), end))
-    return d1, lands, waits, fails
+    # Whether a block rests is told by the end of the whole step.
+    return wp.where(waits, d, d1), lands, waits, fails
 
 
 @wp.func(inline=False)
