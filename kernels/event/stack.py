@@ -30,7 +30,7 @@ import warp as wp
 
 from warprock.kernels.event.stack_contact import bound_velocity, relative_velocity, solve
 from warprock.kernels.event.stack_moves import flattened, glued, opening
-from warprock.kernels.event.stack_trial import (
+from warprock.kernels.event.stack_state import (
     DUST,
     FOUND,
     NEARLY,
@@ -43,9 +43,8 @@ from warprock.kernels.event.stack_trial import (
     at_rest,
     fastest,
     lost_between,
-    stopping,
-    tried,
 )
+from warprock.kernels.event.stack_trial import stopping, tried
 from warprock.kernels.event.stack_weight import left_behind, pushed_up
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
 from warprock.kernels.motion import Motion
@@ -333,9 +332,6 @@ def step(
     The state after it, unchanged but for `cap` where an event lay inside.
     """
     t = tried(blocks, limits, m, sample, sample_slope, end, s)
-    n = State()
     if t.plain:
-        n = rolled_on(s, t)
-    else:
-        n = with_events(blocks, limits, s, t)
-    return n
+        return rolled_on(s, t)
+    return with_events(blocks, limits, s, t)

@@ -20,7 +20,8 @@ from warprock.kernels.event.stack_run import (
     observe_start,
     rotation_at,
 )
-from warprock.kernels.event.stack_trial import Limits, State, Trial, tried
+from warprock.kernels.event.stack_state import Limits, State, Trial
+from warprock.kernels.event.stack_trial import tried
 from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import sample_index

@@ -44,7 +44,7 @@ Square = wp.types.matrix(shape=(BLOCKS, BLOCKS), dtype=real)
 
 @wp.struct
 class Chain:
-    """Levers of a stack whose contacts stick: B and C of every block, mass and inertia [m, kg, kg m^2].
+    """Levers of a stack whose contacts stick: B and C of every block [m]; masses and inertias.
 
     `under`: 1 where the lower block's corner touches the upper one's face, whose normal counts.
     """
@@ -174,6 +174,65 @@ def bent(m: Square, touch: Counts, moments: Values) -> Values:
     return b
 
 
+@wp.func
+def inertias(chain: Chain, s2: Values, c2: Values, ax: real, az: real):
+    """Mass times acceleration of all blocks, as the ground sees it, and gravity [N].
+
+    Args:
+        chain: Their levers.
+        s2, c2: Second derivatives of the sines and cosines of their rotations.
+        ax, az: Acceleration of the base, upwards with gravity [m/s^2].
+    """
+    gx = Values()
+    gz = Values()
+    x = real(ax)
+    z = real(az)
+    for k in range(BLOCKS):
+        sk = s2[k]
+        ck = c2[k]
+        gx[k] = chain.mass[k] * (x - chain.bx[k] * ck - chain.bz[k] * sk)
+        gz[k] = chain.mass[k] * (z - chain.bz[k] * ck + chain.bx[k] * sk)
+        x = x + chain.cx[k] * ck + chain.cz[k] * sk
+        z = z + chain.cz[k] * ck - chain.cx[wp.static(k)] * sk
+    return gx, gz
+
+
+@wp.func
+def carrying(chain: Chain, gx: Values, gz: Values):
+    """Forces that interfaces bear (x, z), and the moments u and w of `Rocking`."""
+    fx = Values()
+    fz = Values()
+    u = Values()
+    w = Values()
+    x = real(0.0)
+    z = real(0.0)
+    for step in range(BLOCKS):
+        k = wp.static(BLOCKS - 1 - step)
+        u[k] = chain.cz[k] * x - chain.cx[k] * z - chain.bz[k] * gx[k] + chain.bx[k] * gz[k]
+        w[k] = chain.cx[k] * x + chain.cz[k] * z - chain.bx[k] * gx[k] - chain.bz[k] * gz[k]
+        x = x + gx[k]
+        z = z + gz[k]
+        fx[k] = x
+        fz[k] = z
+    return fx, fz, u, w
+
+
+@wp.func
+def first_terms(blocks: Blocks, pose: Pose, touch: Counts, velocity: Triples) -> Rocking:
+    """The polynomials of `rocking` as far as the state tells them."""
+    r = Rocking()
+    r.chain = chain_of(blocks, pose, touch)
+    for k in range(BLOCKS):
+        spin = velocity[3 * k + 2]
+        r.theta[k, 0] = pose.theta[k]
+        r.theta[k, 1] = spin
+        r.s[k, 0] = pose.sine[k]
+        r.c[k, 0] = pose.cosine[k]
+        r.s[k, 1] = spin * pose.cosine[k]
+        r.c[k, 1] = -spin * pose.sine[k]
+    return r
+
+
 @wp.func(inline=False)
 def rocking(
     blocks: Blocks, pose: Pose, touch: Counts, velocity: Triples, ax: Terms, az: Terms
@@ -187,21 +246,11 @@ def rocking(
         velocity: Velocities, of which the rotations count.
         ax, az: Taylor coefficients of the acceleration of the base, upwards with gravity [m/s^2].
     """
-    chain = chain_of(blocks, pose, touch)
-    m = factors(chain, pose, touch)
-    r = Rocking()
-    r.chain = chain
     zero = real(0.0)
-    for k in range(BLOCKS):
-        r.theta[k, 0] = pose.theta[k]
-        r.theta[k, 1] = velocity[3 * k + 2]
-        r.s[k, 0] = pose.sine[k]
-        r.c[k, 0] = pose.cosine[k]
-        r.s[k, 1] = velocity[3 * k + 2] * pose.cosine[k]
-        r.c[k, 1] = -velocity[3 * k + 2] * pose.sine[k]
+    r = first_terms(blocks, pose, touch, velocity)
+    m = factors(r.chain, pose, touch)
     for n in range(ORDERS):
-        # Second derivatives of sines and cosines without the new coefficients of rotations, and
-        # moments of lower orders.
+        # Second derivatives without the new coefficients of the rotations; moments of lower orders.
         s2 = Values()
         c2 = Values()
         load = Values()
@@ -210,62 +259,36 @@ def rocking(
             ck = zero
             lk = zero
             for i in range(wp.static(n + 1)):
-                sk = sk + real(wp.static(i + 1)) * r.theta[k, i + 1] * r.c[k, n + 1 - i]
-                ck = ck - real(wp.static(i + 1)) * r.theta[k, i + 1] * r.s[k, n + 1 - i]
+                part = real(wp.static(i + 1)) * r.theta[k, i + 1]
+                sk = sk + part * r.c[k, n + 1 - i]
+                ck = ck - part * r.s[k, n + 1 - i]
             for i in range(wp.static(n)):
-                lk = lk + r.c[k, wp.static(i + 1)] * r.u[k, n - 1 - i] - r.s[k, i + 1] * r.w[k, n - 1 - i]
+                j = wp.static(i + 1)
+                lk = lk + r.c[k, j] * r.u[k, n - j] - r.s[k, j] * r.w[k, n - j]
             s2[k] = real(n + 1) * sk
             c2[k] = real(n + 1) * ck
             load[wp.static(k)] = lk
-        x = real(ax[n])
-        z = real(az[n])
-        for k in range(BLOCKS):
-            r.fx[k, n] = chain.mass[k] * (x - chain.bx[k] * c2[k] - chain.bz[k] * s2[k])
-            r.fz[k, n] = chain.mass[k] * (z - chain.bz[k] * c2[k] + chain.bx[k] * s2[k])
-            x = x + chain.cx[k] * c2[k] + chain.cz[k] * s2[k]
-            z = z + chain.cz[k] * c2[k] - chain.cx[wp.static(k)] * s2[k]
-        x = zero
-        z = zero
-        moments = Values()
-        for step in range(BLOCKS):
-            k = wp.static(BLOCKS - 1 - step)
-            gx = r.fx[k, n]
-            gz = r.fz[k, n]
-            u = chain.cz[k] * x - chain.cx[k] * z - chain.bz[k] * gx + chain.bx[k] * gz
-            w = chain.cx[k] * x + chain.cz[k] * z - chain.bx[k] * gx - chain.bz[k] * gz
-            x = x + gx
-            z = z + gz
-            moments[k] = load[k] + pose.cosine[k] * u - pose.sine[k] * w
-        bend = bent(m, touch, -moments)
-        x = real(ax[n])
-        z = real(az[n])
+        gx, gz = inertias(r.chain, s2, c2, ax[n], az[n])
+        _fx, _fz, u, w = carrying(r.chain, gx, gz)
+        lack = -load - wp.cw_mul(pose.cosine, u) + wp.cw_mul(pose.sine, w)
+        bend = bent(m, touch, lack)
+        s2 = s2 + wp.cw_mul(bend, pose.cosine)
+        c2 = c2 - wp.cw_mul(bend, pose.sine)
+        gx, gz = inertias(r.chain, s2, c2, ax[n], az[n])
+        fx, fz, u, w = carrying(r.chain, gx, gz)
+        moments = load + wp.cw_mul(pose.cosine, u) - wp.cw_mul(pose.sine, w)
+        moments = moments + wp.cw_mul(bend, r.chain.inertia)
         over = real(1.0) / real((n + 1) * (n + 2))
-        for k in range(BLOCKS):
-            sk = s2[k] + bend[k] * pose.cosine[k]
-            ck = c2[k] - bend[k] * pose.sine[k]
-            r.fx[k, n] = chain.mass[k] * (x - chain.bx[k] * ck - chain.bz[k] * sk)
-            r.fz[k, n] = chain.mass[k] * (z - chain.bz[k] * ck + chain.bx[k] * sk)
-            x = x + chain.cx[k] * ck + chain.cz[k] * sk
-            z = z + chain.cz[k] * ck - chain.cx[k] * sk
-            r.theta[k, n + 2] = bend[k] * over
-            r.s[k, n + 2] = sk * over
-            r.c[k, wp.static(n + 2)] = ck * over
-        x = zero
-        z = zero
         above = zero
         for step in range(BLOCKS):
             k = wp.static(BLOCKS - 1 - step)
-            gx = r.fx[k, n]
-            gz = r.fz[k, n]
-            u = chain.cz[k] * x - chain.cx[k] * z - chain.bz[k] * gx + chain.bx[k] * gz
-            w = chain.cx[k] * x + chain.cz[k] * z - chain.bx[k] * gx - chain.bz[k] * gz
-            x = x + gx
-            z = z + gz
-            r.fx[k, n] = x
-            r.fz[k, n] = z
-            r.u[k, n] = u
-            r.w[k, n] = w
-            above = above + load[k] + pose.cosine[k] * u - pose.sine[k] * w
-            above = above + bend[k] * chain.inertia[k]
+            above = above + moments[k]
             r.moment[k, n] = above
+            r.fx[k, n] = fx[k]
+            r.fz[k, n] = fz[k]
+            r.u[k, n] = u[k]
+            r.w[k, n] = w[k]
+            r.theta[k, n + 2] = bend[k] * over
+            r.s[k, n + 2] = s2[k] * over
+            r.c[k, n + 2] = c2[k] * over
     return r

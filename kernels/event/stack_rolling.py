@@ -134,9 +134,7 @@ def spare_first(blocks: Blocks, pose: Pose, touch: Counts, r: Rocking) -> real:
         fx[k] = r.fx[k, 0]
         fz[k] = r.fz[k, 0]
         moment[k] = r.moment[k, 0]
-    return spare_of(
-        blocks, pose, touch, r.chain.under, fx, fz, moment, pose.sine, pose.cosine
-    )
+    return spare_of(blocks, pose, touch, r.chain.under, fx, fz, moment, pose.sine, pose.cosine)
 
 
 @wp.func
@@ -188,7 +186,11 @@ def to_landing(
                 bend = r.theta[k, 2]
                 if k > 0:
                     bend = bend - r.theta[k - 1, 2]
-                quiet = end >= d and e0 <= grain and (r0 <= zero or r0 * r0 <= real(-4.0) * side * bend * rest[k])
+                quiet = (
+                    end >= d
+                    and e0 <= grain
+                    and (r0 <= zero or r0 * r0 <= real(-4.0) * side * bend * rest[k])
+                )
                 waits = waits or quiet
                 d1 = smaller(d1, landing(r.theta, k, side, first_root(e0, r0, e1, end), end))
     # Whether a block rests is told by the end of the whole step.

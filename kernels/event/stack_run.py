@@ -10,7 +10,7 @@ from warprock.kernels.event.stack import step
 from warprock.kernels.event.stack_moves import started
 from warprock.kernels.event.stack_rocking import DEGREE
 from warprock.kernels.event.stack_rolling import turning_time, value_in
-from warprock.kernels.event.stack_trial import Limits, State, at_rest
+from warprock.kernels.event.stack_state import Limits, State, at_rest
 from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import sample_index

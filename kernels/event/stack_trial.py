@@ -6,7 +6,7 @@ from warprock.kernels.event.block import base_change, first_root
 from warprock.kernels.event.body_weight import Weight, kicks, weight_in
 from warprock.kernels.event.stack_contact import relative_velocity, solve
 from warprock.kernels.event.stack_moves import flight_event, moved, opening, pivot_event
-from warprock.kernels.event.stack_rocking import DEGREE, Curves, Terms, rocking
+from warprock.kernels.event.stack_rocking import DEGREE, Terms, rocking
 from warprock.kernels.event.stack_rolling import (
     LACKS,
     SPENT,
@@ -16,187 +16,37 @@ from warprock.kernels.event.stack_rolling import (
 )
 from warprock.kernels.event.stack_weight import keeps_height, left_behind, until_knot
 from warprock.kernels.motion import Motion, knot_step, knot_time, series
-from warprock.kernels.shape.above import Above
 from warprock.kernels.shape.stack import (
     CLOSED,
     OPEN,
     Blocks,
     Counts,
-    Pose,
     Triples,
     Values,
     all_rows,
     lower_face,
     side_of,
-    three_of,
 )
 
 if CHAINS:
     from warprock.kernels.event.stack_body import next_edge
 
-NEARLY = by_precision(1.0e-6, 1.0e-4)
-"""Part of the longest step by which the time of an event may be missed."""
-DUST = by_precision(1.0e-12, 1.0e-5)
-"""Round-off of a velocity, as a part of the largest."""
-REACH = real(0.125)
-"""Largest rotation in one step [rad]: keeps the polynomials in their range."""
-SLOWEST = real(1.0e-30)
-"""Keeps a quotient by zero finite."""
-GRAIN = by_precision(1.0e-15, 1.0e-6)
-"""Round-off of a rotation [rad]."""
-PART = real(0.25)
-"""Longest step where something slides or flies, over that of a stack that sticks: it is of second
-order, the other of fifth."""
-STEADY = 0
-SEEKING = 1
-FOUND = 2
-"""Whether the moment is sought at which a contact opens or starts to slide, see `sought`."""
-SOON = real(1.0e-3)
-"""Part of the longest step by which that moment may be missed."""
-
-
-@wp.struct
-class Limits:
-    """What a step needs to know of one lane besides its blocks; above, where its base stands."""
-
-    gravity: real
-    mass: real
-    longest_step: real
-    rest_rotation: Values
-    if VERTICAL:
-        above: Above
-
-
-@wp.struct
-class State:
-    """State of one lane.
-
-    velocity [m/s, rad/s] relative to the base; slip, the directions in which the interfaces slide;
-    rate, relative velocities at the interfaces [m/s]; swing, angular velocities at the end of the
-    last step before its impact [rad/s]; base velocity [m/s]; cap, the longest next step [s]; lost
-    energy [J]; segment, knots passed; calm, whether the last step changed nothing; taken, whether
-    the last trial was a step; deepest, how deep an end was in a face at the end of a step, before
-    it was put back [m]; seek, lack and span, see `sought`; plain, whether the last step rolled and
-    had no event; curve, the rotations in the last step as
-    polynomials of the time since its start; rising, velocity of the base upwards
-    [m/s]; risen, knots of its vertical motion passed.
-    """
-
-    pose: Pose
-    velocity: Triples
-    rate: Triples
-    slip: Counts
-    swing: Values
-    time: real
-    base: real
-    cap: real
-    lost: real
-    segment: int
-    mode: int
-    impacts: int
-    calm: bool
-    taken: bool
-    deepest: real
-    seek: int
-    lack: real
-    span: real
-    plain: bool
-    curve: Curves
-    if VERTICAL:
-        rising: real
-        risen: int
-
-
-@wp.struct
-class Trial:
-    """A step that has not been taken yet.
-
-    Pose and velocity at its end before impacts; slip, the directions of sliding in it; length d
-    [s]; time at its end [s]; change of the base's velocity in it and its velocity step [m/s]; lost
-    energy [J]; cut, the length of the step to the first event inside it, else NEVER; falls, the
-    ends that land; rests, the interfaces that close at its start instead; segment after it;
-    turns, whether a contact opens or starts to slide in it; spare, what the contacts would have
-    left if none did [N]; deep, how deep an end is in a face at its end [m]; rolls, whether all its
-    contacts stick and it follows their polynomials (event/stack_rocking.py), and spends, whether it
-    ends where a contact has nothing left to spare; plain, whether it rolls and has no event; curve, see `State`; weight, what weighs; way, by
-    how many edges bodies roll on at its end, see event/stack_body.py.
-    """
-
-    pose: Pose
-    velocity: Triples
-    slip: Counts
-    d: real
-    time: real
-    dv: real
-    kick: real
-    lost: real
-    cut: real
-    falls: Counts
-    resting: bool
-    struck: bool
-    settled: bool
-    turns: bool
-    spare: real
-    segment: int
-    deep: real
-    rolls: bool
-    spends: bool
-    plain: bool
-    curve: Curves
-    if CHAINS:
-        way: Counts
-    if VERTICAL:
-        weight: Weight
-
-
-@wp.func
-def fastest(velocity: Triples):
-    """Largest velocity of a block's centre [m/s] and largest angular velocity [rad/s]."""
-    speed = real(0.0)
-    spin = real(0.0)
-    for k in range(BLOCKS):
-        speed = larger(speed, size(velocity[3 * k]))
-        speed = larger(speed, size(velocity[3 * k + 1]))
-        spin = larger(spin, size(velocity[3 * k + 2]))
-    return speed, spin
-
-
-@wp.func
-def at_rest(touch: Counts, slip: Counts) -> bool:
-    """Whether all interfaces are closed and stick."""
-    rests = bool(True)
-    for k in range(BLOCKS):
-        rests = rests and touch[k] == CLOSED and slip[k] == 0
-    return rests
-
-
-@wp.func
-def kinetic_energy(blocks: Blocks, velocity: Triples) -> real:
-    """Kinetic energy in the frame of the base [J]."""
-    energy = real(0.0)
-    for k in range(BLOCKS):
-        v = three_of(velocity, k)
-        energy += HALF * (v[0] * v[0] + v[1] * v[1]) / blocks.inverse_mass[k]
-        energy += HALF * v[2] * v[2] / blocks.inverse_inertia[k]
-    return energy
-
-
-@wp.func
-def lost_between(blocks: Blocks, kick: real, free: Triples, velocity: Triples) -> real:
-    """Energy that contacts take in an impact [J].
-
-    The base's work on the blocks is at the mean of the velocities before and after, see account.py.
-
-    Args:
-        blocks: The blocks.
-        kick: Velocity step of the base [m/s].
-        free, velocity: Velocities after it without contact and with it.
-    """
-    lost = kinetic_energy(blocks, free) - kinetic_energy(blocks, velocity)
-    for k in range(BLOCKS):
-        lost -= HALF * kick * (velocity[3 * k] - free[3 * k]) / blocks.inverse_mass[k]
-    return lost
-
+from warprock.kernels.event.stack_state import (
+    DUST,
+    FOUND,
+    GRAIN,
+    NEARLY,
+    PART,
+    REACH,
+    SLOWEST,
+    SOON,
+    STEADY,
+    Limits,
+    State,
+    Trial,
+    fastest,
+    still_curve,
+)
 
 if CHAINS:
 
@@ -220,13 +70,31 @@ if CHAINS:
 
 
 @wp.func
-def still_curve(s: State) -> Curves:
-    """Rotations and angular velocities of a state, as polynomials that end there."""
-    curve = Curves()
-    for k in range(BLOCKS):
-        curve[k, 0] = s.pose.theta[k]
-        curve[k, 1] = s.velocity[3 * k + 2]
-    return curve
+def closing(s: State, trial: Trial, rests: Counts) -> Trial:
+    """The trial without a step, at whose start some interfaces close instead."""
+    t = trial
+    t.falls = rests
+    if CHAINS:
+        t.way = Counts()
+    t.pose = s.pose
+    t.velocity = s.velocity
+    t.slip = s.slip
+    t.lost = real(0.0)
+    t.d = real(0.0)
+    t.dv = real(0.0)
+    t.kick = real(0.0)
+    t.time = s.time
+    t.cut = NEVER
+    t.segment = s.segment
+    t.struck = False
+    t.turns = False
+    t.rolls = False
+    t.spends = False
+    t.curve = still_curve(s)
+    t.deep = real(0.0)
+    if VERTICAL:
+        t.weight = Weight(t.weight.start, t.weight.start, real(0.0), real(0.0), False)
+    return t
 
 
 @wp.func
@@ -274,27 +142,7 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
     if CHAINS:
         t = with_next_edges(blocks, s, t, near)
     if t.resting:
-        t.falls = rests
-        if CHAINS:
-            t.way = Counts()
-        t.pose = s.pose
-        t.velocity = s.velocity
-        t.slip = s.slip
-        t.lost = real(0.0)
-        t.d = real(0.0)
-        t.dv = real(0.0)
-        t.kick = real(0.0)
-        t.time = s.time
-        t.cut = NEVER
-        t.segment = s.segment
-        t.struck = False
-        t.turns = False
-        t.rolls = False
-        t.spends = False
-        t.curve = still_curve(s)
-        t.deep = real(0.0)
-        if VERTICAL:
-            t.weight = Weight(t.weight.start, t.weight.start, real(0.0), real(0.0), False)
+        t = closing(s, t, rests)
     return t
 
 
@@ -449,9 +297,11 @@ def mean_step(blocks: Blocks, limits: Limits, trial: Trial, s: State, speed: rea
             slide[k] = u[0]
             t.lost = t.lost - TWO * u[0] * impulse[3 * k]
         slip[k] = wp.where(hold[k] == OPEN, 0, slip[k])
-        t.curve[k, 2] = (mean[3 * k + 2] - s.velocity[3 * k + 2]) / larger(d, SLOWEST)
     t.slip = slip
     t.pose = moved(blocks, s.pose, hold, mean, slide, d)
+    for k in range(BLOCKS):
+        bend = t.pose.theta[k] - s.pose.theta[k] - d * s.velocity[3 * k + 2]
+        t.curve[k, 2] = wp.where(d > real(0.0), bend / (d * d), real(0.0))
     t.velocity = TWO * mean - s.velocity
     return t
 

@@ -31,6 +31,12 @@ Mask = npt.NDArray[np.bool_]
 Numbers = npt.NDArray[np.intp]
 
 
+STACK_REST = 3.0
+"""How far the swings that a stack leaves out move its other blocks, at least, over those swings."""
+
+LEAST_REST = 1e-9
+"""Least ratio of a rest rule: the bound of the setting."""
+
 PIECES_KEPT = 2**24
 """Samples of records that end that are held at a time, 400 MB: lanes of more run in parts."""
 
@@ -145,6 +151,15 @@ class Companions:
         """
         return engine_class(self.engine).rests_exactly and record_alone(self.motions)
 
+    @property
+    def rest_floor(self) -> Array:
+        """What the rest rule leaves out at every step, the least of an estimate [rad].
+
+        The swing of a block below which it rests; in a stack that moves the other blocks, too.
+        """
+        swing = getattr(self.settings, "rest_rotation_ratio", 0.0) * self.lanes.slenderness_angle
+        return np.asarray(swing * (STACK_REST if self.lanes.stacked else 1.0))
+
     def take(self, lanes: slice | Numbers) -> Companions:
         """Some of the lanes."""
         return dataclasses.replace(
@@ -222,7 +237,7 @@ class Companions:
                 lanes = lanes[np.argsort(work[lanes], kind="stable")]
             finer = dataclasses.replace(
                 self.take(lanes),
-                settings=halved(self.settings, int(count)),
+                settings=refined(self.settings, int(count), self.lanes),
                 most_steps=FINEST_STEPS,
             )
             found.append(finer.run())
@@ -236,6 +251,20 @@ def halved(settings: Any, count: int) -> Any:
         return settings.with_step_scaled(2.0)
     for _ in range(count):
         settings = settings.halved()
+    return settings
+
+
+def refined(settings: Any, count: int, lanes: Lanes) -> Any:
+    """Settings at which lanes run with the time step halved `count` times.
+
+    A stack then rests at smaller swings, too, by the square of that: else no run would tell what
+    those that are left out do to its other blocks.
+    """
+    settings = halved(settings, count)
+    ratio = getattr(settings, "rest_rotation_ratio", None)
+    if ratio is not None and lanes.stacked:
+        ratio = max(LEAST_REST, ratio * 0.25**count)
+        settings = dataclasses.replace(settings, rest_rotation_ratio=ratio)
     return settings
 
 

@@ -71,6 +71,7 @@ from warprock.run.companions import (
     parted,
     peak_gap,
     record_alone,
+    refined,
     sample_times,
     slide_gap,
     usable,
@@ -178,7 +179,7 @@ def run_at_step(
         step: Their `time_step` [s].
         settings: Settings of the engine, with the coarsest step.
     """
-    finer = halved(settings, round(math.log2(settings.time_step / step)))
+    finer = refined(settings, round(math.log2(settings.time_step / step)), lanes)
     return run_batch(
         engine,
         lanes,
@@ -293,7 +294,7 @@ class _Known:
         self.lasted = np.where(fallen(asked), largest(asked["peak_time"]), case.times.duration)
         self.fields = {n: v.copy() for n, v in asked.fields.items() if n not in HISTORIES}
         self.alpha = case.lanes.slenderness_angle
-        self.floor = getattr(case.settings, "rest_rotation_ratio", 0.0) * self.alpha
+        self.floor = case.rest_floor
         self.going = usable(asked)
         self.met = np.zeros_like(self.going)
         self.unlike = np.zeros_like(self.going)
