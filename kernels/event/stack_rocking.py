@@ -27,6 +27,7 @@ from warprock.kernels.shape.stack import (
     Triples,
     Values,
     anchored,
+    face_middles,
     lower_face,
     side_of,
 )
@@ -97,9 +98,17 @@ def chain_of(blocks: Blocks, pose: Pose, touch: Counts) -> Chain:
         chain.inertia[k] = real(1.0) / blocks.inverse_inertia[k]
         chain.bx[k] = below
         chain.bz[k] = -blocks.half_height[k]
+        if CHAINS:
+            upper, lower = face_middles(blocks, k)
+            depth = -blocks.half_height[k]
+            s = blocks.foot_sine[k]
+            c = blocks.foot_cosine[k]
+            chain.bx[k] = (below + upper) * c - depth * s
+            chain.bz[k] = depth * c + (below + upper) * s
+            onto = onto + lower
         if k > 0:
             chain.cx[k - 1] = onto - chain.bx[k - 1]
-            chain.cz[k - 1] = height + blocks.half_height[k - 1]
+            chain.cz[k - 1] = height - chain.bz[k - 1]
     return chain
 
 

@@ -19,6 +19,9 @@ from warprock.kernels.shape.stack import (
     side_of,
 )
 
+if CHAINS:
+    from warprock.kernels.event.stack_body import WITHIN, end_of_edge, room_of
+
 LACKS = 0
 ROLLS = 1
 SPENT = 2
@@ -65,10 +68,12 @@ def turning_time(p: Curves, k: int, first: real, last: real, d: real) -> real:
 
 
 @wp.func
-def opened(p: Curves, k: int, side: real, tau: real):
+def opened(blocks: Blocks, p: Curves, k: int, side: real, tau: real):
     """How far [rad] and how fast [rad/s] a pivoting interface is open at a time in a step."""
     e = value_in(p, k, DEGREE, tau)
     rate = rate_in(p, k, tau)
+    if CHAINS:
+        e = e - blocks.foot[k]
     if k > 0:
         e = e - value_in(p, k - 1, DEGREE, tau)
         rate = rate - rate_in(p, k - 1, tau)
@@ -100,6 +105,11 @@ def spare_of(
         if face >= 0:
             s = sines[face]
             c = cosines[face]
+        if CHAINS:
+            edge_s = sines[k] * blocks.foot_cosine[k] - cosines[k] * blocks.foot_sine[k]
+            edge_c = cosines[k] * blocks.foot_cosine[k] + sines[k] * blocks.foot_sine[k]
+            s = wp.where(under[k] == 1, edge_s, s)
+            c = wp.where(under[k] == 1, edge_c, c)
         normal = fx[k] * s + fz[k] * c
         least = smaller(least, blocks.friction[k] * normal - size(fx[k] * c - fz[k] * s))
         least = smaller(least, normal)
@@ -138,19 +148,22 @@ def spare_first(blocks: Blocks, pose: Pose, touch: Counts, r: Rocking) -> real:
 
 
 @wp.func
-def landing(p: Curves, k: int, side: real, guess: real, d: real) -> real:
-    """Time in (0, d] at which a pivoting interface closes, by Newton's method from a guess."""
+def landing(
+    blocks: Blocks, p: Curves, k: int, side: real, room: real, guess: real, d: real
+) -> real:
+    """Time in (0, d] at which an interface is open by `room`, by Newton's method from a guess."""
     tau = guess
     for _ in range(NEWTON_STEPS):
-        e, rate = opened(p, k, side, tau)
-        tau = tau - e / rate
+        e, rate = opened(blocks, p, k, side, tau)
+        tau = tau - (e - room) / rate
     return wp.where(tau > real(0.0) and tau <= d, tau, guess)
 
 
 @wp.func
 def to_landing(
-    r: Rocking, pose: Pose, touch: Counts, d: real, near: real, grain: real, rest: Values
-):
+    blocks: Blocks, r: Rocking, pose: Pose, touch: Counts, d: real, near: real, grain: real,
+    rest: Values,
+):  # fmt: skip
     """Length of a step to the first impact in it; d where there is none.
 
     Returns:
@@ -167,18 +180,20 @@ def to_landing(
             side = side_of(touch[k])
             e0 = r.theta[k, 0]
             r0 = r.theta[k, 1]
+            if CHAINS:
+                e0 = e0 - blocks.foot[k]
             if k > 0:
                 e0 = e0 - r.theta[k - 1, 0]
                 r0 = r0 - r.theta[k - 1, 1]
             e0 = larger(side * e0, zero)
             r0 = side * r0
-            e1, r1 = opened(r.theta, k, side, d)
+            e1, r1 = opened(blocks, r.theta, k, side, d)
             reach = near * size(r1) + grain
             end = real(d)
             if r0 < zero and r1 > zero and e1 >= -reach:
                 # It may have been below in between: look where it turns.
                 end = d * r0 / (r0 - r1)
-                e1, r1 = opened(r.theta, k, side, end)
+                e1, r1 = opened(blocks, r.theta, k, side, end)
             lands = lands or e1 <= reach
             if pose.touch[k] == CLOSED:
                 fails = fails or e1 <= zero
@@ -192,7 +207,16 @@ def to_landing(
                     and (r0 <= zero or r0 * r0 <= real(-4.0) * side * bend * rest[k])
                 )
                 waits = waits or quiet
-                d1 = smaller(d1, landing(r.theta, k, side, first_root(e0, r0, e1, end), end))
+                guess = first_root(e0, r0, e1, end)
+                d1 = smaller(d1, landing(blocks, r.theta, k, side, zero, guess, end))
+            if CHAINS:
+                # The edge that a body comes to as it turns on.
+                room = room_of(blocks, k, side)
+                low, _height = lower_face(blocks, k)
+                within = size(end_of_edge(blocks, pose, k, side)) < WITHIN * low
+                if within and e0 < room and e1 > room + reach:
+                    guess = first_root(room - e0, -r0, room - e1, end)
+                    d1 = smaller(d1, landing(blocks, r.theta, k, side, room, guess, end))
     # Whether a block rests is told by the end of the whole step.
     return wp.where(waits, d, d1), lands, waits, fails
 
@@ -219,7 +243,7 @@ def rolled(
     Returns:
         Length of the step; LACKS, ROLLS or SPENT; whether a block falls flat or rests.
     """
-    d1, lands, waits, fails = to_landing(r, pose, touch, d, near, grain, rest)
+    d1, lands, waits, fails = to_landing(blocks, r, pose, touch, d, near, grain, rest)
     found = int(ROLLS)
     if fails:
         found = LACKS

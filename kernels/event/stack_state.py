@@ -17,9 +17,6 @@ SLOWEST = real(1.0e-30)
 """Keeps a quotient by zero finite."""
 GRAIN = by_precision(1.0e-15, 1.0e-6)
 """Round-off of a rotation [rad]."""
-PART = real(0.25)
-"""Longest step where something slides or flies, over that of a stack that sticks: it is of second
-order, the other of fifth."""
 STEADY = 0
 SEEKING = 1
 FOUND = 2

@@ -36,7 +36,6 @@ from warprock.kernels.event.stack_state import (
     FOUND,
     GRAIN,
     NEARLY,
-    PART,
     REACH,
     SLOWEST,
     SOON,
@@ -205,13 +204,15 @@ def rolling(
         t = clocked(limits, m, sample, sample_slope, target, s, t, d1)
         t.curve = r.theta
         mean = Triples()
+        per = real(1.0) / larger(d1, SLOWEST)
         for k in range(BLOCKS):
-            mean[3 * k + 2] = (value_in(r.theta, k, DEGREE, d1) - s.pose.theta[k]) / larger(
-                d1, SLOWEST
-            )
+            mean[3 * k + 2] = (value_in(r.theta, k, DEGREE, d1) - s.pose.theta[k]) * per
         t.pose = moved(blocks, s.pose, touch, mean, Values(), d1)
         t.velocity = rolled_velocity(r.chain, t.pose, r.theta, d1)
         t.plain = not lands and not t.struck
+        if CHAINS:
+            # A body may come to its next edge.
+            t.plain = False
         for k in range(BLOCKS):
             left = HALF_PI - size(t.pose.theta[k])
             t.plain = t.plain and left > NEARLY * limits.longest_step * size(t.velocity[3 * k + 2])
@@ -242,23 +243,17 @@ def tried(
         longest = room
     d = smaller(longest, room)
     lacks = bool(False)
-    if not CHAINS:
-        rests = sticks(s.pose.touch, s.slip)
-        if rests and s.seek == STEADY:
-            t = rolling(blocks, limits, m, sample, sample_slope, target, s, t, s.pose.touch, d)
-            lacks = not t.rolls
+    stuck = sticks(s.pose.touch, s.slip)
+    if stuck and s.seek == STEADY:
+        t = rolling(blocks, limits, m, sample, sample_slope, target, s, t, s.pose.touch, d)
+        lacks = not t.rolls
     if not t.rolls:
-        part = real(d)
-        if not CHAINS:
-            part = smaller(d, larger(PART * limits.longest_step, smaller(s.cap, d)))
-        t = mean_step(
-            blocks, limits, clocked(limits, m, sample, sample_slope, target, s, t, part), s, speed
-        )
-        if not CHAINS:
-            # What is lacking from the start need not be sought.
-            t.turns = t.turns and not lacks
-            if rests and (lacks or s.seek == FOUND) and sticks(t.pose.touch, t.slip):
-                t = rolling(blocks, limits, m, sample, sample_slope, target, s, t, t.pose.touch, d)
+        t = clocked(limits, m, sample, sample_slope, target, s, t, d)
+        t = mean_step(blocks, limits, t, s, speed)
+        # What is lacking from the start need not be sought.
+        t.turns = t.turns and not lacks
+        if stuck and (lacks or s.seek == FOUND) and sticks(t.pose.touch, t.slip):
+            t = rolling(blocks, limits, m, sample, sample_slope, target, s, t, t.pose.touch, d)
     if not t.plain:
         t = watched(blocks, limits, s, t)
     return t
