@@ -39,7 +39,7 @@ def pairs(random: np.random.Generator) -> Lanes:
 @pytest.mark.thorough
 @pytest.mark.parametrize("time_step", [2e-2, 5e-3])
 def test_the_error_of_most_blocks_is_below_its_estimate(time_step: float) -> None:
-    """200 such pairs: 0.98 and 0.96 of the blocks, most errors below the swings that resting leaves out.
+    """200 such pairs: 0.98 and 0.96 of the blocks; most errors are below what resting leaves out.
 
     Blocks that fall are compared up to their slenderness angle, as the estimate does it; lanes in
     which the analytical model has a contact pull are no reference.
