@@ -206,7 +206,7 @@ def ended(s: State, reached: State, t: Trial) -> State:
     return n
 
 
-@wp.func
+@wp.func(inline=False)
 def projected(
     blocks: Blocks, limits: Limits, s: State, reached: State, t: Trial, upper: Rows, lower: Rows
 ) -> State:

@@ -92,7 +92,7 @@ def flown(blocks: Blocks, old: Pose, new: Pose, velocity: Triples, k: int, d: re
     return x * c1 - z * s1, z * c1 + x * s1
 
 
-@wp.func
+@wp.func(inline=False)
 def moved(
     blocks: Blocks, old: Pose, touch: Counts, velocity: Triples, slide: Values, d: real
 ) -> Pose:
@@ -158,7 +158,7 @@ def pivot_event(
     return cut, falls, rests
 
 
-@wp.func
+@wp.func(inline=False)
 def flight_event(
     blocks: Blocks, old: Pose, new: Pose, v0: Triples, v1: Triples, k: int, d: real, near: real
 ):
@@ -194,7 +194,7 @@ def flight_event(
     return cut, lands, smaller(plus1, minus1)
 
 
-@wp.func
+@wp.func(inline=False)
 def flattened(blocks: Blocks, old: Pose, falls: Counts) -> Pose:
     """The pose with fallen blocks flat on what is below, and landed ends put on their faces."""
     new = Pose()
@@ -225,7 +225,7 @@ def flattened(blocks: Blocks, old: Pose, falls: Counts) -> Pose:
     return new
 
 
-@wp.func
+@wp.func(inline=False)
 def glued(blocks: Blocks, pose: Pose, slip: Counts, velocity: Triples) -> Triples:
     """Velocities without round-off at closed interfaces: one rotation, one motion if they stick."""
     v = velocity

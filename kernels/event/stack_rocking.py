@@ -159,7 +159,7 @@ def factors(chain: Chain, pose: Pose, touch: Counts) -> Square:
     return m
 
 
-@wp.func
+@wp.func(inline=False)
 def bent(m: Square, touch: Counts, moments: Values) -> Values:
     """Angular accelerations, or coefficients of them, that take up moments of all blocks."""
     b = moments

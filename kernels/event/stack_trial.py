@@ -96,7 +96,7 @@ def closing(s: State, trial: Trial, rests: Counts) -> Trial:
     return t
 
 
-@wp.func
+@wp.func(inline=False)
 def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
     """The trial step with the events at its interfaces and the overturning of its blocks."""
     t = trial
@@ -145,7 +145,7 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
     return t
 
 
-@wp.func
+@wp.func(inline=False)
 def clocked(
     limits: Limits, m: Motion, sample: real, sample_slope: real, target: real, s: State,
     trial: Trial, d: real,
