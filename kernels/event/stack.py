@@ -1,8 +1,11 @@
-"""Second-order contact step of a stack of rocking blocks.
+"""Contact step of a stack of rocking blocks: order 5 while all contacts stick, else 2.
 
-The scheme is that of event/block.py for all blocks at once: one clock a lane, a midpoint
-Moreau-Jean step, an event inside a step ends the next one there, and at a step's end the velocity
-is projected on its contacts. In the frame of the base, with v = (vx, vz, omega) of every block:
+Where every interface touches and sticks, rotations follow Taylor polynomials, and the step ends at
+the impact, opening or slip that these come to (event/stack_rocking.py, stack_rolling.py); where no
+event lies in it, nothing else is done. Else the scheme is that of event/block.py for all blocks at
+once: one clock a lane, a midpoint Moreau-Jean step, an event inside a step ends the next one there,
+and at a step's end the velocity is projected on its contacts. In the frame of the base, with
+v = (vx, vz, omega) of every block:
 
     1. mean velocity v_m = v - (dV/2, g d/2, 0) + W G^T p, G at the pose d/2 ahead, p such that
        v_m obeys the contact law of event/stack_contact.py at all interfaces;
