@@ -92,27 +92,30 @@ _PREFIX = f"{__package__}."
 _LOCK = threading.RLock()
 
 
-def module_options(interleave: int = INTERLEAVE) -> dict[str, object]:
+CAPTURES = "-mllvm=-capture-tracking-max-uses-to-explore=10000"
+"""Lets the compiler look at all uses of the matrices that keep lanes: where it has not seen that no
+pointer to them is handed on, it must think that arrays of the launch overlap them, and makes no
+vector code."""
+
+
+def module_options(interleave: int = INTERLEAVE, more_flags: str = "") -> dict[str, object]:
     """Warp module options of every kernel file, unless it sets others.
 
     Args:
         interleave: Vectors that a loop over lanes works on side by side.
+        more_flags: Of the compiler, besides those of every file.
     """
+    flags = f"{CPU_FLAGS} -mllvm=-force-vector-interleave={interleave} {more_flags}".rstrip()
     return {
         "enable_backward": False,
-        "cpu_compiler_flags": f"{CPU_FLAGS} -mllvm=-force-vector-interleave={interleave}",
+        "cpu_compiler_flags": flags,
         "max_unroll": MAX_UNROLL,
     }
 
 
-ONE_VECTOR = module_options(interleave=1)
-ONE_VECTOR["cpu_compiler_flags"] = (
-    f"{ONE_VECTOR['cpu_compiler_flags']} -mllvm=-capture-tracking-max-uses-to-explore=10000"
-)
+ONE_VECTOR = module_options(interleave=1, more_flags=CAPTURES)
 """For long steps: the values of a step fill the registers, and the processor overlaps the vectors
-of a pack by itself. The last flag lets the compiler look at all uses of the matrices that keep the
-lanes: where it has not seen that no pointer to them is handed on, it must think that arrays of the
-launch overlap them, and makes no vector code."""
+of a pack by itself."""
 
 LOOPS_STAY = {"max_unroll": 0}
 """For a lane a thread: loops over blocks stay loops, since their bodies are long."""

@@ -14,11 +14,18 @@ from typing import Any
 
 import warp as wp
 
+from warprock.kernels.pool import AHEAD
+
 TWO_PI = real(6.283185307179586)
 FLAT = real(44.0)
 """Exponent beyond which a Gaussian is zero to round-off; `decay` takes no more."""
 
 if MOTION != "record":
+
+    @wp.func
+    def undisturbed(m: Any, segment: int, strongest: real, bound: real):
+        """Whether samples may be passed at once: there are none. A time."""
+        return False, NEVER
 
     @wp.func
     def sample_index(m: Any, segment: int) -> int:
@@ -285,6 +292,23 @@ if MOTION == "record":
         """Velocity step at the next sample; only the first and the last have one."""
         last = wp.where(segment == m.count - 1, m.velocity_step_stop, real(0.0))
         return m.scale * wp.where(segment == 0, m.velocity_step_start, last)
+
+    @wp.func
+    def between_samples(m: Motion, segment: int) -> bool:
+        """Whether the segment lies between two samples and ends without a velocity step."""
+        # Read before an `and`, which would branch around it: no vector code then.
+        last = m.count - 1
+        return segment > 0 and segment < last
+
+    @wp.func
+    def undisturbed(m: Motion, segment: int, strongest: real, bound: real):
+        """Whether the next AHEAD samples are all weaker than a bound, and the time of the last.
+
+        `strongest` is the largest of them, of the segment's sample as the record has it.
+        """
+        last = segment + AHEAD - 1
+        inside = between_samples(m, last) and segment > 0
+        return inside and size(m.scale) * strongest < bound, knot_time(m, last)
 
     @wp.func
     def sample_index(m: Motion, segment: int) -> int:

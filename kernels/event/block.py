@@ -1,4 +1,4 @@
-"""Second-order contact step of a rocking block, impacts located.
+"""Contact step of a rocking block, impacts located: order 5 where it rocks, 2 where it slides.
 
 The block lives in the frame of the base: mass 1, clockwise rotation theta, half sizes b and h,
 inertia I; corner (X, Z) from the centre of mass moves at (vx + omega Z, vz - omega X). Every
@@ -6,14 +6,20 @@ step is seen so that the block leans to +x (reflected where it leans to -x): its
 
     X = b cos(theta) - h sin(theta),   Z = -b sin(theta) - h cos(theta).
 
-One step of length d (Moreau 1988, Jean 1999; at the midpoint second order in d):
+Where the lower corner surely sticks in a step of length d, or a block at rest lifts about it, the
+rotation is a Taylor polynomial (event/block_rocking.py), and the step ends where that comes to the
+other corner's impact. One that slides flat does alike (event/block_sliding.py). Else, in steps of
+half of `time_step` (Moreau 1988, Jean 1999; at the midpoint second order in d):
 
     1. mean velocity v_m = v - (dV/2, g d/2, 0) + M^-1 J^T l, J at theta + omega d/2, dV the change
        of the base velocity in the step. Contact impulses l = (n, f) exactly: a sticking corner
        has no mean velocity, a sliding one no normal mean velocity and |f| = friction n; without
        n >= 0 the corner leaves. On the base lies the block where both corners keep n >= 0;
     2. q = q + d v_m and v = 2 v_m - v; the lower corner of a block in contact is put back on the
-       base, and where it sticks also along it (this removes the drift);
+       base, and where it sticks also along it (this removes the drift).
+
+At the end of either:
+
     3. if an event lies inside the step (the other corner or a flying one lands, a sliding corner
        stops, a resting block lifts, a sticking corner slips, a sliding one leaves, the block has
        overturned), nothing is taken: the next step ends there, by the parabola through both ends
@@ -22,9 +28,11 @@ One step of length d (Moreau 1988, Jean 1999; at the midpoint second order in d)
        at the start is surely inside its bound, the corner does in the step what it did before;
     4. v is projected on the contacts at the end of the step, along their force. Where a corner
        lands or the base steps its velocity this is the inelastic impact with Coulomb friction,
-       one contact or both at once, whichever obeys the contact law. The base's velocity steps
-       fall on ends of steps. Where sticking and leaving both obey it, the corner sticks. Sliding
-       that has turned round by now ends.
+       one contact or both at once, whichever obeys the contact law (event/block_impact.py). The
+       base's velocity steps fall on ends of steps. Where sticking and leaving both obey it, the
+       corner sticks. Sliding that has turned round by now ends.
+
+Most steps have no event at all, and event/block_roll.py takes those.
 
 A corner that leaves and lands, or a swing that dips through zero and turns back, inside one step
 is not seen; what they would do is of the order of d^2.
@@ -43,6 +51,7 @@ the rest time.
 
 import warp as wp
 
+from warprock.kernels.event.block_begin import begin, first_root
 from warprock.kernels.event.block_contact import (
     SOON,
     Block,
@@ -50,25 +59,21 @@ from warprock.kernels.event.block_contact import (
     held_velocity,
     hold_reserve,
     lower_corner,
-    may_rest,
-    step_velocity,
-    struck_velocity,
 )
+from warprock.kernels.event.block_impact import end_of_step
+from warprock.kernels.event.block_rocking import advance, rate_after, rotation_after, turning_point
 from warprock.kernels.modes import BROKEN, FLAT, FLYING, OVERTURNED, PIVOTING
-from warprock.kernels.motion import Motion, base_velocity, knot_step, knot_time, series
+from warprock.kernels.motion import Motion
 
 NEARLY = by_precision(1.0e-6, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""
 GRAIN = by_precision(1.0e-14, 1.0e-6)
 """Round-off of a gap, as a part of the half height."""
+TICK = by_precision(1.0e-15, 5.0e-7)
+"""Four roundings of a time, relative: an event that is nearer has come, or no step would end."""
 LEAST = real(0.125)
 """A step in which a force reaches its bound is cut to no less than this part of it at once: the
 force at the end of a step that is far too long says little about when."""
-REACH = real(0.125)
-"""Largest rotation in one step [rad]: keeps fast overturning inside the polynomials' range."""
-
-SLOWEST = real(1.0e-30)
-"""Keeps a quotient by an angular velocity of -0.0 positive [rad/s]."""
 
 
 @wp.struct
@@ -76,17 +81,6 @@ class Knobs:
     """What a step needs to know of the settings."""
 
     gravity: real
-
-
-@wp.func
-def first_root(e0: real, slope: real, e1: real, d: real) -> real:
-    """First root of the parabola that starts at e0 >= 0 with a slope and is below zero at d."""
-    bend = (e1 - e0 - slope * d) / (d * d)
-    square = slope * slope - real(4.0) * e0 * bend
-    root = wp.sqrt(larger(square, real(0.0)))
-    rises = slope > real(0.0)
-    over = wp.where(rises, slope + root, TWO * e0)
-    return smaller(over / wp.where(rises, -TWO * bend, root - slope), d)
 
 
 @wp.func
@@ -135,82 +129,116 @@ def missed_event(
     return past or below or sinks or stops or lifts, cut
 
 
-if MOTION == "record":
+@wp.func
+def held_at_end(
+    block: Block, mode: int, slip: real, slip1: real, idle: bool, along: real, along1: real,
+    near: real, per: real, s: real, c: real, ux: real, uz: real, uo: real,
+):  # fmt: skip
+    """Velocity at the end of a step, projected on its contact; sliding that turned round ends.
 
-    @wp.func
-    def base_change(
-        m: Motion, time: real, d: real, a: real, slope: real, base: real, kick: real
-    ) -> real:
-        """Change of the base velocity in a step [m/s]: the acceleration is linear in it."""
-        return d * (a - HALF * d * slope)
+    Args:
+        block, mode: The block and its mode in the step.
+        slip, slip1: Direction of sliding at the start and in the step.
+        idle: Whether the step has no length.
+        along, along1: Velocity of the corner along the base at the start and at the end [m/s], not
+            projected: where friction nearly jams the block, that would hide how far it overshot.
+        near, per: Time by which an event may be missed [s]; one over the length of the step.
+        s, c: Sine and cosine of the rotation at the end.
+        ux, uz, uo: Velocity there, before.
 
-else:
-
-    @wp.func
-    def base_change(
-        m: Motion, time: real, d: real, a: real, slope: real, base: real, kick: real
-    ) -> real:
-        """Change of the base velocity in a step that ends at a time [m/s], without the kick."""
-        zero = real(0.0)
-        return base_velocity(m, time, zero, zero, zero) - base - kick
+    Returns:
+        Velocity (three values), direction of sliding, how far a stop may be missed [m/s].
+    """
+    zero = real(0.0)
+    reach = near * size(along1 - along) * per
+    turned = slip1 * along1 <= wp.where(slip * along > zero, reach, zero)
+    slides = wp.where(turned and not idle, zero, slip1)
+    vx, vz, omega = held_velocity(block, mode, slides, s, c, ux, uz, uo)
+    x, z = lower_corner(block, s, c)
+    # Nor does it go on where its own friction turned it round in the projection.
+    slides = wp.where(slides * (vx + omega * z) <= zero and not idle, zero, slides)
+    # The force of a corner that sticks has no moment about it.
+    turn = block.inverse_pivot_inertia * (block.inertia * uo - z * ux + x * uz)
+    sticks = mode == PIVOTING and slides == zero
+    return (
+        wp.where(sticks, -turn * z, vx), wp.where(sticks, turn * x, vz),
+        wp.where(sticks, turn, omega), slides, reach,
+    )  # fmt: skip
 
 
 @wp.func
-def step_length(
-    block: Block, resting: bool, quiet: bool, omega: real, room: real, cap: real
-) -> real:
-    """Length of the next step [s]; a block that will stay at rest takes all that is left."""
+def way_along(
+    block: Block, gravity: real, mode: int, slip: real, slips: real, slip1: real, rocks: bool,
+    slid: real, moved: real, lost: real,
+):  # fmt: skip
+    """How far the lower corner comes along the base in a step, and what friction takes there.
+
+    Args:
+        block, gravity: What they are elsewhere.
+        mode: FLYING, PIVOTING or FLAT in the step.
+        slip, slips, slip1: Direction of sliding at the start, in the step and at the end.
+        rocks: Whether the corner sticks and the rotation follows its polynomial.
+        slid: Way of a block that slides flat [m], from its polynomial; else 0.
+        moved: The way by the mean velocity of the step [m].
+        lost: Energy per unit mass that friction takes by that [J/kg].
+    """
     zero = real(0.0)
-    d = smaller(smaller(block.longest_step, REACH / (size(omega) + SLOWEST)), cap)
-    return larger(smaller(wp.where(resting and quiet, room, d), room), zero)
+    moves = mode == FLYING or (slips != zero and (slip != zero or slip1 != zero))
+    glides = slid > zero and mode == FLAT
+    return (
+        wp.where(glides, slid, wp.where(moves, moved, zero)),
+        wp.where(glides, block.friction * gravity * slid, wp.where(rocks, zero, lost)),
+    )
 
 
 @wp.func
 def integrate(
-    block: Block, knobs: Knobs, mode: int, slip: real, a: real, dv: real, d: real,
-    theta: real, gap: real, vx: real, vz: real, omega: real,
+    block: Block, gravity: real, near: real, mode: int, slip: real, a0: real, a: real, dv: real,
+    d: real, slid: real, theta: real, gap: real, vx: real, vz: real, omega: real,
+    t2: real, t3: real, t4: real, t5: real, t6: real,
 ):  # fmt: skip
     """The step up to its end, before the projection; the block leans to +x.
+
+    Args:
+        block, gravity, mode, slip: What they are elsewhere.
+        near: Time by which an event may be missed [s].
+        a0, a: Acceleration of the base at the start and at the end of the step [m/s^2].
+        dv, d: Change of the base velocity in the step [m/s] and its length [s].
+        slid: Way along the base where the block slides flat [m], else 0.
+        theta, gap, vx, vz, omega: State at the start.
+        t2 to t6: Taylor coefficients of the rotation, should the corner stick.
 
     Returns:
         Rotation, slide along the base in the step, gap, velocity (three values), mode and
         direction of sliding in the step, energy lost per unit mass; whether an event was missed,
         the length of the step to it; whether the block falls on its other corner, whether its
-        lower corner lands; sine and cosine of the rotation; how deep a corner is [m].
+        lower corner lands; sine and cosine of the rotation; how deep a corner is [m]; coefficients
+        2 to 6 of the polynomial that the rotation follows.
     """
     zero = real(0.0)
-    per = real(1.0) / d
+    per, idle = real(1.0) / d, d <= zero
     x0, z0 = lower_corner(block, sine(theta), cosine(theta))
-    a0 = TWO * dv * per - a
-    reserve, surely = hold_reserve(block, knobs.gravity, slip, x0, z0, omega, a0)
-    mx, mz, mo, mode1, slip1, lost = step_velocity(
-        block, mode, slip, surely, theta, vx, vz, omega, dv, d, d * knobs.gravity
+    reserve, surely = hold_reserve(block, gravity, slip, x0, z0, omega, a0)
+    mx, mz, _mo, mode1, slips, lost, rocks, k2, k3, k4, k5, k6 = advance(
+        block, gravity, mode, slip, surely, dv, d, theta, vx, vz, omega, t2, t3, t4, t5, t6
     )
-    idle = d <= zero
-    theta1 = theta + d * mo
+    theta1 = rotation_after(theta, omega, k2, k3, k4, k5, k6, d)
     s1, c1 = sine(theta1), cosine(theta1)
     x1, z1 = lower_corner(block, s1, c1)
-    flying = mode1 == FLYING
-    glide = wp.where(flying or slip1 != zero, d * mx + (x1 - x0), zero)
-    raw_vx = TWO * mx - vx
-    raw_omega = TWO * mo - omega
-    along = vx + omega * z0
-    # Not projected: where friction nearly jams the block, that would hide how far it overshot.
-    along1 = raw_vx + raw_omega * z1
-    near = NEARLY * block.longest_step
-    reach = near * size(along1 - along) * per
-    # Sliding ends where it would turn round.
-    turned = slip1 * along1 <= wp.where(slip * along > zero, reach, zero)
-    slip1 = wp.where(turned and not idle, zero, slip1)
-    vx1, vz1, omega1 = held_velocity(block, mode1, slip1, s1, c1, raw_vx, TWO * mz - vz, raw_omega)
-    # Nor does it go on where its own friction turned it round in the projection.
-    slip1 = wp.where(slip1 * (vx1 + omega1 * z1) <= zero and not idle, zero, slip1)
-    glide = wp.where(slip == zero and slip1 == zero and not flying, zero, glide)
-    raw_gap = gap + d * mz + (z1 - z0)
-    gap1 = wp.where(flying, raw_gap, zero)
-    gap1 = wp.where(mode != FLYING, larger(gap1, zero), gap1)
+    raw_omega = rate_after(omega, k2, k3, k4, k5, k6, d)
+    raw_vx = wp.where(rocks, -raw_omega * z1, TWO * mx - vx)
+    raw_vz = wp.where(rocks, raw_omega * x1, TWO * mz - vz)
+    along, along1 = vx + omega * z0, raw_vx + raw_omega * z1
+    vx1, vz1, omega1, slip1, reach = held_at_end(
+        block, mode1, slip, slips, idle, along, along1, near, per, s1, c1, raw_vx, raw_vz, raw_omega
+    )
+    glide, lost = way_along(
+        block, gravity, mode1, slip, slips, slip1, rocks, slid, d * mx + (x1 - x0), lost
+    )
+    flying, raw_gap = mode1 == FLYING, wp.where(rocks, zero, gap + d * mz + (z1 - z0))
+    gap1 = wp.where(flying, wp.where(mode != FLYING, larger(raw_gap, zero), raw_gap), zero)
     rise1 = vz1 - omega1 * x1
-    reserve1, _surely = hold_reserve(block, knobs.gravity, slip, x1, z1, omega1, a)
+    reserve1, _surely = hold_reserve(block, gravity, slip, x1, z1, omega1, a)
     holds, lack, lack1 = held_lack(block, mode, mode1, slip, surely, reserve, reserve1, a0, a)
     grain = GRAIN * block.half_height
     missed, cut = missed_event(
@@ -220,61 +248,10 @@ def integrate(
     falls = mode1 != FLAT and omega1 < zero and theta1 <= -near * omega1
     lands = flying and rise1 < zero and gap1 <= grain - near * rise1
     return (
-        theta1, glide, gap1, vx1, vz1, omega1, mode1, slip1, lost,
-        missed and not idle, cut, falls, lands, s1, c1,
-        larger(-raw_gap, real(-2.0) * block.half_width * s1 - raw_gap),
+        theta1, glide, gap1, vx1, vz1, omega1, mode1, slip1, lost, missed and not idle, cut, falls,
+        lands, s1, c1, larger(-raw_gap, real(-2.0) * block.half_width * s1 - raw_gap),
+        k2, k3, k4, k5, k6,
     )  # fmt: skip
-
-
-@wp.func
-def end_of_step(
-    block: Block, gravity: real, falls: bool, lands: bool, kick: real, a: real, mode: int,
-    slip: real, s: real, c: real, theta: real, vx: real, vz: real, omega: real,
-):  # fmt: skip
-    """What the end of a step does to the velocities; the block leans to +x.
-
-    Returns:
-        -1 where the block is now seen from the other side, else 1; seen from there velocity
-        (three values), mode and direction of sliding; energy lost per unit mass; whether the
-        other corner or a flying one hit the base; time of the impacts that resting leaves out.
-    """
-    zero = real(0.0)
-    one = real(1.0)
-    hit = lands or (falls and mode == PIVOTING)
-    struck = hit or (kick != zero and mode != FLYING)
-    level = falls or mode == FLAT
-    kicked = vx - kick
-    turn = wp.where(falls, -one, wp.where(mode == FLAT and struck, sign_of(kicked), one))
-    vx1, vz1, omega1, mode1, slip1, lost = struck_velocity(
-        block, level or theta == zero,
-        wp.where(level, zero, s), wp.where(level, one, c), turn * kicked, vz, turn * omega,
-    )  # fmt: skip
-    # The base's work on the block is at the mean of both velocities: see account.py.
-    lost = lost - HALF * turn * kick * (vx1 - turn * kicked)
-    vx1 = wp.where(struck, vx1, turn * kicked)
-    vz1 = wp.where(struck, vz1, vz)
-    omega1 = wp.where(struck, omega1, turn * omega)
-    mode1 = wp.where(struck, mode1, mode)
-    slip1 = wp.where(struck, slip1, turn * slip)
-    lost = wp.where(struck, lost, zero)
-    pull = wp.where(slip1 != zero, block.friction * gravity, size(a))
-    stays, tail = may_rest(block, gravity, omega1, omega, pull)
-    rests = stays and hit and level and mode1 == PIVOTING
-    tail = wp.where(rests, tail, zero)
-    glides = wp.where(slip1 != zero, vx1, zero)
-    slip1 = wp.where(rests and slip1 != zero, sign_of(vx1), slip1)
-    rest_lost = HALF * (vx1 * vx1 - glides * glides + vz1 * vz1 + omega1 * omega1 * block.inertia)
-    return (
-        turn,
-        wp.where(rests, glides, vx1),
-        wp.where(rests, zero, vz1),
-        wp.where(rests, zero, omega1),
-        wp.where(rests, FLAT, mode1),
-        slip1,
-        lost + wp.where(rests, rest_lost, zero),
-        hit,
-        tail,
-    )
 
 
 @wp.func
@@ -288,36 +265,30 @@ def step(
     From `theta` on the lane's state, see the head of this file; the step returns it in the same
     order, unchanged but for `cap` where an event lay inside. Behind it: highest turning point in
     the step [rad] and its time [s], energy lost per unit mass [J/kg], time of the impacts that
-    resting leaves out [s], whether an impact ended the step, whether the step was taken, and how
-    deep a corner was in the base at its end, before it was put back [m].
+    resting leaves out [s], whether an impact ended the step, whether the step was taken, how
+    deep a corner was in the base at its end, before it was put back [m], and coefficients 2 to 6
+    of the polynomial that the rotation followed.
     """
     zero = real(0.0)
     live = mode < OVERTURNED and going
-    knot = knot_time(m, segment)
-    target = smaller(knot, end)
-    room = target - time
-    resting = mode == FLAT and slip == zero
-    d = step_length(block, resting, segment == 0 or knot >= NEVER, omega, room, cap)
-    d = wp.where(live, d, zero)
-    time1 = wp.where(d >= room, target, time + d)
-    passed = time1 >= knot
-    kick = wp.where(passed, knot_step(m, segment), zero)
-    a, jerk, _a2, _a3, _a4, _a5, _a6, _a7, _a8 = series(m, segment, time1, sample, sample_slope)
-    dv = base_change(m, time1, d, a, jerk, base, kick)
-
-    # Seen so that the block leans to +x, or would if it lifted.
-    tends = wp.where(slip != zero, slip, -dv)
-    upright = wp.where(mode == FLAT, tends, omega)
-    side = sign_of(wp.where(theta != zero, theta, upright))
+    near = larger(NEARLY * block.longest_step, TICK * time)
+    d, time1, passed, kick, side, a0, a, dv, slid, t2, t3, t4, t5, t6 = begin(
+        block, knobs.gravity, m, sample, sample_slope, end, live,
+        theta, vx, omega, slip, mode, time, segment, base, cap,
+    )  # fmt: skip
     th, om, va = side * theta, side * omega, side * vx
-    th1, glide, gap1, vx1, vz1, om1, mode1, slip1, lost, missed, cut, falls, lands, s, c, deep = (
-        integrate(block, knobs, mode, side * slip, side * a, side * dv, d, th, gap, va, vz, om)
-    )
+    (
+        th1, glide, gap1, vx1, vz1, om1, mode1, slip1, lost, missed, cut, falls, lands, s, c, deep,
+        k2, k3, k4, k5, k6,
+    ) = integrate(
+        block, knobs.gravity, near, mode, side * slip, side * a0, side * a, side * dv, d,
+        slid, th, gap, va, vz, om, t2, t3, t4, t5, t6,
+    )  # fmt: skip
     turn, vx2, vz2, om2, mode2, slip2, lost2, hit, tail = end_of_step(
         block, knobs.gravity, falls, lands, side * kick, a, mode1, slip1, s, c, th1,
         vx1, vz1, om1,
     )  # fmt: skip
-    over = th1 >= HALF_PI - NEARLY * block.longest_step * om1
+    over = th1 >= HALF_PI - near * om1
     th2 = wp.where(falls or mode1 == FLAT, zero, wp.where(over, HALF_PI, th1))
     sound = th2 - th2 == zero and om2 - om2 == zero and vx2 - vx2 == zero and vz2 - vz2 == zero
     size2 = block.half_width * block.half_height
@@ -325,7 +296,7 @@ def step(
     mode2 = wp.where(sound, wp.where(over, OVERTURNED, mode2), BROKEN)
     taken = live and not (missed and sound)
     turns = taken and om > zero and om1 < zero
-    rise = om * d / (om - om1)
+    apex, rise = turning_point(th, om, k2, k3, k4, k5, k6, d, om1)
     face = side * turn
     return (
         wp.where(taken, face * th2, theta), wp.where(taken, slide + side * glide, slide),
@@ -334,7 +305,7 @@ def step(
         wp.where(taken, face * slip2, slip), wp.where(taken, mode2, mode),
         wp.where(taken, time1, time), segment + wp.where(taken and passed, 1, 0),
         wp.where(taken, base + dv + kick, base), wp.where(taken, NEVER, wp.where(live, cut, cap)),
-        wp.where(turns, th + HALF * om * rise, zero), time + wp.where(turns, rise, zero),
+        wp.where(turns, apex, zero), time + wp.where(turns, rise, zero),
         wp.where(taken, lost + lost2, zero), wp.where(taken, tail, zero), taken and hit, taken,
-        wp.where(taken, deep, zero),
+        wp.where(taken, deep, zero), side * k2, side * k3, side * k4, side * k5, side * k6,
     )  # fmt: skip

@@ -29,10 +29,12 @@ class Block:
     half_height: real
     inertia: real
     inverse_inertia: real
+    inverse_pivot_inertia: real
     friction: real
     hold_acceleration: real
     rest_rotation: real
     longest_step: real
+    short_step: real
     step_limit: int
 
 
@@ -254,67 +256,3 @@ def held_velocity(
         uz + wp.where(pivots, n, zero),
         uo + wp.where(pivots, w * (f * z - n * x), zero),
     )
-
-
-@wp.func
-def struck_velocity(block: Block, flat: bool, s: real, c: real, ux: real, uz: real, uo: real):
-    """Velocity after an inelastic impact: a corner has landed or the base stepped its velocity.
-
-    Args:
-        block: The block.
-        flat: Whether both corners are at the base.
-        s, c: Sine of the rotation and its cosine.
-        ux: Velocity along the base before [m/s].
-        uz: Velocity across the base before [m/s].
-        uo: Angular velocity before [rad/s].
-
-    Returns:
-        Velocity (three values), mode, direction of sliding, energy lost per unit mass [J/kg].
-    """
-    zero = real(0.0)
-    w = block.inverse_inertia
-    x, z = lower_corner(block, s, c)
-    n, f, sticks, _drag = corner_impulse(
-        block.friction, w, x, z, uz - uo * x, ux + uo * z, False, False, zero
-    )
-    vx = ux + f
-    vz = uz + n
-    vo = uo + w * (f * z - n * x)
-    # Both corners at the base: the other one must not sink.
-    both = flat and vz + block.half_width * vo <= zero
-    bound = larger(-block.friction * uz, zero)
-    vx = wp.where(both, ux + larger(smaller(-ux, bound), -bound), vx)
-    vz = wp.where(both, zero, vz)
-    vo = wp.where(both, zero, vo)
-    along = vx + vo * z
-    still = wp.where(both, along == zero, sticks)
-    lost = ux * ux + uz * uz - vx * vx - vz * vz + (uo * uo - vo * vo) * block.inertia
-    return (
-        vx, vz, vo,
-        wp.where(both, FLAT, PIVOTING),
-        wp.where(still, zero, sign_of(along)),
-        HALF * lost,
-    )  # fmt: skip
-
-
-@wp.func
-def may_rest(block: Block, gravity: real, omega: real, before: real, pull: real):
-    """Whether the block rests after an impact, and the time of the impacts that are left out.
-
-    Args:
-        block: The block.
-        gravity: [m/s^2].
-        omega: Angular velocity after the impact [rad/s].
-        before: The one before it.
-        pull: Size of the horizontal force per unit mass [m/s^2].
-    """
-    quarter = real(0.25) * block.inverse_inertia
-    carried = quarter * gravity * block.half_width
-    pulled = quarter * pull * block.half_height
-    weaker = carried - pulled
-    rests = weaker > real(0.0) and omega * omega <= real(2.0) * weaker * block.rest_rotation
-    # 2 |omega| (1 / weaker + 1 / stronger) / (2 (1 - |omega / before|)).
-    fast = size(before)
-    lost = larger(fast - size(omega), real(1.0e-6) * fast)
-    tail = real(2.0) * size(omega) * carried * fast / (weaker * (carried + pulled) * lost)
-    return rests, wp.where(rests, tail, real(0.0))

@@ -10,77 +10,116 @@ import warp as wp
 
 from warprock.kernels.event.block import Knobs, step
 from warprock.kernels.event.block_contact import Block, lower_corner
-from warprock.kernels.modes import FLAT, OVERTURNED, PIVOTING, STALLED
+from warprock.kernels.event.block_rocking import rotation_after
+from warprock.kernels.event.block_roll import roll
+from warprock.kernels.modes import FLAT, FLYING, OVERTURNED, PIVOTING, STALLED
 from warprock.kernels.motion import Motion, sample_index
 
 
 @wp.func
 def observe(
-    limited: bool, mode0: int, slip0: real, time0: real, mode: int, slip: real, time: real,
-    theta: real, slide: real, apex: real, apex_time: real, tail: real,
-    peak: real, peak_time: real, peak_slide: real, uplift_time: real, rest_time: real,
-):  # fmt: skip
-    """What a step adds to the response of one lane; with 0 the state before it.
+    going: bool, step_limit: int, mode0: int, slip0: real, time0: real, mode: int, slip: real,
+    time: real, theta: real, slide: real, apex: real, apex_time: real, tail: real, lost: real,
+    deep: real, hit: bool, peak: wp.ref[real], peak_time: wp.ref[real], peak_slide: wp.ref[real],
+    uplift_time: wp.ref[real], rest_time: wp.ref[real], loss: wp.ref[real],
+    deepest: wp.ref[real], impacts: wp.ref[int], steps: wp.ref[int],
+) -> int:  # fmt: skip
+    """What a step adds to the response of one lane; its mode. With 0 the state before it.
 
     Args:
-        limited: Whether the lane has used up its steps.
-        mode, mode0: Contact of the block.
-        slip, slip0: Direction in which it slides, 0 where it does not.
-        time, time0: Time [s].
+        going: Whether the lane took part in it.
+        step_limit: Steps that it may take, trials included.
+        mode0, mode: Contact of the block.
+        slip0, slip: Direction in which it slides, 0 where it does not.
+        time0, time: Time [s].
         theta: Rotation [rad].
         slide: Slide along the base [m].
         apex: Turning point of |theta| inside the step [rad], zero where there was none.
         apex_time: Its time [s].
         tail: Time of the impacts that resting leaves out [s].
+        lost: Energy lost in it per unit mass [J/kg].
+        deep: Penetration at its end [m].
+        hit: Whether an impact ended it.
         peak, peak_time: Largest |theta| so far [rad] and its time [s].
         peak_slide: Largest |slide| so far [m].
         uplift_time: Time at which the block first left its flat state [s].
         rest_time: Time since when it rests [s].
-
-    Returns:
-        mode, peak, peak_time, peak_slide, uplift_time, rest_time.
+        loss, deepest, impacts, steps: Their sums, and the deepest penetration, so far.
     """
-    zero = real(0.0)
     highest = larger(size(theta), apex)
     lifts = mode0 == FLAT and mode < FLAT and uplift_time >= NEVER
     # A velocity step of the base lifts at the end of a step, an acceleration from its start.
-    lifted = wp.where(theta == zero, time, time0)
-    rested = mode0 == FLAT and slip0 == zero
-    rests = mode == FLAT and slip == zero
-    return (
-        wp.where(limited and mode < OVERTURNED, STALLED, mode),
-        larger(highest, peak),
-        wp.where(highest > peak, wp.where(apex >= highest, apex_time, time), peak_time),
-        larger(size(slide), peak_slide),
-        wp.where(lifts, lifted, uplift_time),
-        wp.where(rests, wp.where(rested, rest_time, time + tail), NEVER),
-    )
+    lifted = wp.where(theta == real(0.0), time, time0)
+    rested = mode0 == FLAT and slip0 == real(0.0)
+    rests = mode == FLAT and slip == real(0.0)
+    higher = highest > peak
+    peak_time = wp.where(higher, wp.where(apex >= highest, apex_time, time), peak_time)
+    peak = larger(highest, peak)
+    peak_slide = larger(size(slide), peak_slide)
+    uplift_time = wp.where(lifts, lifted, uplift_time)
+    rest_time = wp.where(rests, wp.where(rested, rest_time, time + tail), NEVER)
+    loss = loss + lost
+    deepest = larger(deep, deepest)
+    impacts = impacts + wp.where(hit, 1, 0)
+    steps = steps + wp.where(going, 1, 0)
+    limited = going and steps >= step_limit
+    return wp.where(limited and mode < OVERTURNED, STALLED, mode)
+
+
+@wp.func
+def remember(
+    taken: bool, time: real, theta: real, omega: real,
+    k2: real, k3: real, k4: real, k5: real, k6: real,
+    begun: wp.ref[real], theta0: wp.ref[real], omega0: wp.ref[real], c2: wp.ref[real],
+    c3: wp.ref[real], c4: wp.ref[real], c5: wp.ref[real], c6: wp.ref[real],
+):  # fmt: skip
+    """Keeps how a step began, and the polynomial that it follows, for samples that lie inside."""
+    begun = wp.where(taken, time, begun)
+    theta0 = wp.where(taken, theta, theta0)
+    omega0 = wp.where(taken, omega, omega0)
+    c2 = wp.where(taken, k2, c2)
+    c3 = wp.where(taken, k3, c3)
+    c4 = wp.where(taken, k4, c4)
+    c5 = wp.where(taken, k5, c5)
+    c6 = wp.where(taken, k6, c6)
+
+
+@wp.func
+def remember_place(
+    live: bool, slide: real, gap: real, vx: real, vz: real,
+    slide0: wp.ref[real], gap0: wp.ref[real], vx0: wp.ref[real], vz0: wp.ref[real],
+):  # fmt: skip
+    """Keeps the place with which a step begins, for samples that lie inside it.
+
+    In a loop over lanes of its own, so that runs without places do without it.
+    """
+    slide0 = wp.where(live, slide, slide0)
+    gap0 = wp.where(live, gap, gap0)
+    vx0 = wp.where(live, vx, vx0)
+    vz0 = wp.where(live, vz, vz0)
 
 
 @wp.func
 def rotation_at(
-    until: real, time: real, theta: real, begun: real, theta0: real, omega0: real
-) -> real:
-    """Rotation inside the last step, which began at a time with theta0 and omega0 [rad]."""
-    tau = until - begun
-    d = time - begun
-    part = wp.where(d > real(0.0), tau / d, real(1.0))
-    inside = theta0 + omega0 * tau + part * part * (theta - theta0 - omega0 * d)
+    until: real, time: real, theta: real, begun: real, theta0: real, omega0: real,
+    c2: real, c3: real, c4: real, c5: real, c6: real,
+) -> real:  # fmt: skip
+    """Rotation inside the last step [rad]: on the polynomial that it followed from its start on."""
+    inside = rotation_after(theta0, omega0, c2, c3, c4, c5, c6, until - begun)
     return wp.where(until < time, inside, theta)
 
 
 @wp.func
 def place_at(
-    block: Block, part: real, tau: real, d: real, at: real, slide: real, gap: real,
+    block: Block, until: real, time: real, begun: real, at: real, slide: real, gap: real,
     theta0: real, slide0: real, gap0: real, vx0: real, vz0: real, omega0: real,
 ):  # fmt: skip
     """Centre of mass inside the last step [m], from the slide and the gap of the lower corner.
 
     Args:
         block: The block.
-        part: Part of the step that has passed.
-        tau: Time since it began [s].
-        d: Its length [s].
+        until: The time asked for [s]; after the end of the step, that counts.
+        time, begun: End and start of the step [s].
         at: Rotation at that time [rad].
         slide, gap: Of the lower corner at the end of the step [m].
         theta0: State at its start; so all up to omega0.
@@ -88,6 +127,10 @@ def place_at(
     Returns:
         x and z.
     """
+    inside = until < time
+    d = time - begun
+    tau = wp.where(inside, until - begun, d)
+    part = wp.where(inside and d > real(0.0), tau / d, real(1.0))
     side0 = sign_of(wp.where(theta0 != real(0.0), theta0, omega0))
     x0, z0 = lower_corner(block, sine(side0 * theta0), cosine(theta0))
     glide = vx0 + omega0 * z0
@@ -146,6 +189,56 @@ Lane = wp.types.vector(length=LANES, dtype=real)
 LaneInt = wp.types.vector(length=LANES, dtype=int)
 
 
+PATIENCE = 5
+"""Half rounds without events that lanes may lose, over the lanes that still run, until all that
+wait take a step with events: what such a step costs."""
+
+
+@wp.func
+def start_lane(
+    start: real, rate: real, block: Block, theta: wp.ref[real], vx: wp.ref[real], vz: wp.ref[real],
+    omega: wp.ref[real], mode: wp.ref[int], cap: wp.ref[real], peak: wp.ref[real],
+    uplift_time: wp.ref[real], rest_time: wp.ref[real],
+):  # fmt: skip
+    """Lets a block go at a rotation [rad] with a rate [rad/s]."""
+    flat = start == real(0.0) and rate == real(0.0)
+    along, up = pivoting(block, start, rate)
+    theta = start
+    omega = rate
+    vx = along
+    vz = up
+    mode = wp.where(flat, FLAT, PIVOTING)
+    cap = NEVER
+    peak = size(start)
+    uplift_time = wp.where(flat, NEVER, real(0.0))
+    rest_time = wp.where(flat, real(0.0), NEVER)
+
+
+@wp.func
+def move_on(
+    time1: real, theta1: real, omega1: real, slid: real, lost: real, apex: real, apex_time: real,
+    time: wp.ref[real], theta: wp.ref[real], omega: wp.ref[real], peak: wp.ref[real],
+    peak_time: wp.ref[real], slide: wp.ref[real], peak_slide: wp.ref[real], loss: wp.ref[real],
+):  # fmt: skip
+    """What a step without events adds to the response of one lane: see `observe`."""
+    highest = larger(size(theta1), apex)
+    peak_time = wp.where(highest > peak, wp.where(apex >= highest, apex_time, time1), peak_time)
+    peak = larger(highest, peak)
+    time = time1
+    theta = theta1
+    omega = omega1
+    slide = slide + slid
+    peak_slide = larger(size(slide), peak_slide)
+    loss = loss + lost
+
+
+@wp.func
+def waits(mode: int, slip: real, cap: real) -> int:
+    """1 where a lane's next step may have events: it slides on a corner, flies or is tried anew."""
+    drags = mode == PIVOTING and slip != real(0.0)
+    return wp.where(drags or mode == FLYING or cap < NEVER, 1, 0)
+
+
 @wp.kernel
 def run_lanes(
     blocks: wp.array(dtype=Block), motions: wp.array(dtype=Motion), pool: wp.array2d(dtype=real),
@@ -153,7 +246,10 @@ def run_lanes(
     knobs: Knobs, found: Found,
 ):  # fmt: skip
     """Runs LANES lanes a thread, which take their steps side by side."""
-    first = wp.tid() * LANES
+    pack, _one = wp.tid()
+    first = pack * LANES
+    block_of = wp.array(ptr=blocks.ptr, shape=(blocks.shape[0],), dtype=Block)
+    motion_of = wp.array(ptr=motions.ptr, shape=(motions.shape[0],), dtype=Motion)
     # By names of their own: read off the struct they would keep the loop over lanes scalar.
     results = found.results
     leaves = found.blocks
@@ -161,99 +257,96 @@ def run_lanes(
     places = found.places
     theta, slide, gap, vx, vz, omega, slip = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     time, base, cap, begun, theta0, omega0 = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
-    slide0, gap0, vx0, vz0 = Lane(), Lane(), Lane(), Lane()
-    peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
-    uplift_time, rest_time, loss = Lane(), Lane(), Lane()
-    segment, mode, impacts, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
+    slide0, gap0, vx0, vz0, c2, c3, c4 = Lane(), Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
+    c5, c6, peak, peak_time, peak_slide = Lane(), Lane(), Lane(), Lane(), Lane()
+    deepest, uplift_time, rest_time, loss = Lane(), Lane(), Lane(), Lane()
+    segment, mode, impacts, steps, due = LaneInt(), LaneInt(), LaneInt(), LaneInt(), LaneInt()
     for i in range(LANES):
-        flat = starts[first + i] == real(0.0) and rates[first + i] == real(0.0)
-        theta[i] = starts[first + i]
-        omega[i] = rates[first + i]
-        along, up = pivoting(blocks[first + i], theta[i], omega[i])
-        vx[i] = along
-        vz[i] = up
-        mode[i] = wp.where(flat, FLAT, PIVOTING)
-        cap[i] = NEVER
-        peak[i] = size(starts[first + i])
-        uplift_time[i] = wp.where(flat, NEVER, real(0.0))
-        rest_time[i] = wp.where(flat, real(0.0), NEVER)
+        start_lane(starts[first + i], rates[first + i], block_of[first + i], theta[i], vx[i], vz[i],
+            omega[i], mode[i], cap[i], peak[i], uplift_time[i], rest_time[i])  # fmt: skip
     end = sample_times[sample_times.shape[0] - 1]
     for sample in range(sample_times.shape[0]):
         until = sample_times[sample]
-        busy = int(1)
+        busy, lost_rounds = int(1), int(0)
         while busy > 0:
-            # In a loop of its own, so that runs without places do without it. A trial that is not
-            # taken changes nothing, and the next one starts with the same.
             if places.shape[0] > 0:
                 for i in range(LANES):
-                    goes = mode[i] < OVERTURNED and time[i] < until
-                    slide0[i] = wp.where(goes, slide[i], slide0[i])
-                    gap0[i] = wp.where(goes, gap[i], gap0[i])
-                    vx0[i] = wp.where(goes, vx[i], vx0[i])
-                    vz0[i] = wp.where(goes, vz[i], vz0[i])
+                    live = mode[i] < OVERTURNED and time[i] < until
+                    remember_place(live, slide[i], gap[i], vx[i], vz[i],
+                        slide0[i], gap0[i], vx0[i], vz0[i])  # fmt: skip
+            busy, waiting = int(0), int(0)
             for i in range(LANES):
-                m = motions[first + i]
-                place = sample_index(m, segment[i])
-                going = mode[i] < OVERTURNED and time[i] < until
-                count = steps[i] + wp.where(going, 1, 0)
-                # Loaded before an `and`, which would branch around the load: no vector code then.
-                spent = count >= blocks[first + i].step_limit
-                th, sl, ga, ux, uz, om, di, mo, ti, se, ba, ca, ap, at, lo, ta, hit, ok, dp = step(
-                    blocks[first + i], knobs, m, pool[0, place], pool[1, place], end, going,
-                    theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], slip[i], mode[i],
-                    time[i], segment[i], base[i], cap[i],
-                )  # fmt: skip
-                begun[i] = wp.where(ok, time[i], begun[i])
-                theta0[i] = wp.where(ok, theta[i], theta0[i])
-                omega0[i] = wp.where(ok, omega[i], omega0[i])
-                mo, pk, pt, ps, ut, rt = observe(
-                    going and spent, mode[i], slip[i], time[i], mo, di, ti, th, sl, ap, at, ta,
-                    peak[i], peak_time[i], peak_slide[i], uplift_time[i], rest_time[i],
-                )  # fmt: skip
-                theta[i] = th
-                slide[i] = sl
-                gap[i] = ga
-                vx[i] = ux
-                vz[i] = uz
-                omega[i] = om
-                slip[i] = di
-                mode[i] = mo
-                time[i] = ti
-                segment[i] = se
-                base[i] = ba
-                cap[i] = ca
-                peak[i] = pk
-                peak_time[i] = pt
-                peak_slide[i] = ps
-                uplift_time[i] = ut
-                rest_time[i] = rt
-                loss[i] = loss[i] + lo
-                deepest[i] = larger(dp, deepest[i])
-                impacts[i] = impacts[i] + wp.where(hit, 1, 0)
-                steps[i] = count
-            busy = int(0)
-            for i in range(LANES):
-                busy = busy + wp.where(mode[i] < OVERTURNED and time[i] < until, 1, 0)
+                goes = wp.where(mode[i] < OVERTURNED and time[i] < until, 1, 0)
+                busy = busy + goes
+                waiting = waiting + goes * due[i]
+            patient = waiting < busy and 2 * (lost_rounds + waiting) < PATIENCE * busy
+            lost_rounds = wp.where(patient, lost_rounds + waiting, 0)
+            if patient:
+                for i in range(LANES):
+                    m = motion_of[first + i]
+                    place = sample_index(m, segment[i])
+                    limit = block_of[first + i].step_limit
+                    going = mode[i] < OVERTURNED and time[i] < until and due[i] == 0
+                    th, om, ux, uz, ti, se, ba, sl, lo, ap, at, ok, k2, k3, k4, k5, k6 = roll(
+                        block_of[first + i], knobs, m, pool[0, place], pool[1, place],
+                        pool[3, place], end, going, theta[i], vx[i], vz[i], omega[i], slip[i],
+                        mode[i], time[i], segment[i], base[i])  # fmt: skip
+                    remember(ok, time[i], theta[i], omega[i], k2, k3, k4, k5, k6, begun[i],
+                        theta0[i], omega0[i], c2[i], c3[i], c4[i], c5[i], c6[i])  # fmt: skip
+                    move_on(ti, th, om, sl, lo, ap, at, time[i], theta[i], omega[i], peak[i],
+                        peak_time[i], slide[i], peak_slide[i], loss[i])  # fmt: skip
+                    vx[i] = ux
+                    vz[i] = uz
+                    segment[i] = se
+                    base[i] = ba
+                    steps[i] = steps[i] + wp.where(ok, 1, 0)
+                    due[i] = wp.where(going and not ok, 1, due[i])
+                    mode[i] = wp.where(ok and steps[i] >= limit, STALLED, mode[i])
+            if waiting > 0 and not patient:
+                for i in range(LANES):
+                    m = motion_of[first + i]
+                    place = sample_index(m, segment[i])
+                    limit = block_of[first + i].step_limit
+                    going = mode[i] < OVERTURNED and time[i] < until and due[i] == 1
+                    (
+                        th, sl, ga, ux, uz, om, di, mo, ti, se, ba, ca, ap, at, lo, ta, hit, ok, dp,
+                        k2, k3, k4, k5, k6,
+                    ) = step(
+                        block_of[first + i], knobs, m, pool[0, place], pool[1, place], end, going,
+                        theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], slip[i], mode[i],
+                        time[i], segment[i], base[i], cap[i])  # fmt: skip
+                    remember(ok, time[i], theta[i], omega[i], k2, k3, k4, k5, k6, begun[i],
+                        theta0[i], omega0[i], c2[i], c3[i], c4[i], c5[i], c6[i])  # fmt: skip
+                    mo = observe(
+                        going, limit, mode[i], slip[i], time[i], mo, di, ti, th, sl, ap, at, ta, lo,
+                        dp, hit, peak[i], peak_time[i], peak_slide[i], uplift_time[i], rest_time[i],
+                        loss[i], deepest[i], impacts[i], steps[i])  # fmt: skip
+                    theta[i] = th
+                    slide[i] = sl
+                    gap[i] = ga
+                    vx[i] = ux
+                    vz[i] = uz
+                    omega[i] = om
+                    slip[i] = di
+                    mode[i] = mo
+                    time[i] = ti
+                    segment[i] = se
+                    base[i] = ba
+                    cap[i] = ca
+                    due[i] = wp.where(going, waits(mo, di, ca), due[i])
         if rotations.shape[0] > 0:
             for i in range(LANES):
-                rotations[sample, 0, first + i] = rotation_at(
-                    until, time[i], theta[i], begun[i], theta0[i], omega0[i]
-                )
+                rotations[sample, 0, first + i] = rotation_at(until, time[i], theta[i], begun[i],
+                    theta0[i], omega0[i], c2[i], c3[i], c4[i], c5[i], c6[i])  # fmt: skip
         if places.shape[0] > 0:
             for i in range(LANES):
-                inside = until < time[i]
-                d = time[i] - begun[i]
-                tau = wp.where(inside, until - begun[i], d)
-                part = wp.where(inside and d > real(0.0), tau / d, real(1.0))
-                at = rotation_at(until, time[i], theta[i], begun[i], theta0[i], omega0[i])
-                spot, level = place_at(
-                    blocks[first + i], part, tau, d, at, slide[i], gap[i], theta0[i], slide0[i],
-                    gap0[i], vx0[i], vz0[i], omega0[i],
-                )  # fmt: skip
+                at = rotation_at(until, time[i], theta[i], begun[i],
+                    theta0[i], omega0[i], c2[i], c3[i], c4[i], c5[i], c6[i])  # fmt: skip
+                spot, level = place_at(block_of[first + i], until, time[i], begun[i], at, slide[i],
+                    gap[i], theta0[i], slide0[i], gap0[i], vx0[i], vz0[i], omega0[i])  # fmt: skip
                 places[sample, 0, 0, first + i] = spot
                 places[sample, 0, 1, first + i] = level
     for i in range(LANES):
-        results[first + i] = Result(
-            uplift_time[i], rest_time[i], loss[i], deepest[i], impacts[i], mode[i], steps[i]
-        )
+        results[first + i] = Result(uplift_time[i], rest_time[i], loss[i], deepest[i], impacts[i],
+            mode[i], steps[i])  # fmt: skip
         leaves[0, first + i] = BlockResult(slide[i], peak[i], peak_time[i], peak_slide[i])

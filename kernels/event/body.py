@@ -17,16 +17,8 @@ below `rest_rotation` on either side.
 
 import warp as wp
 
-from warprock.kernels.event.block import (
-    GRAIN,
-    LEAST,
-    NEARLY,
-    REACH,
-    SLOWEST,
-    Knobs,
-    base_change,
-    first_root,
-)
+from warprock.kernels.event.block import GRAIN, LEAST, NEARLY, Knobs
+from warprock.kernels.event.block_begin import REACH, SLOWEST, base_change, first_root
 from warprock.kernels.event.block_contact import SOON
 from warprock.kernels.event.body_contact import (
     Body,

@@ -9,7 +9,7 @@ With one lane a thread the same text is the plain form.
 import warp as wp
 
 from warprock.kernels.event.block import Knobs
-from warprock.kernels.event.block_run import BlockResult, Result, rotation_at
+from warprock.kernels.event.block_run import BlockResult, Result
 from warprock.kernels.event.body import begin, step
 from warprock.kernels.event.body_contact import Body
 from warprock.kernels.event.body_view import View, tips_about_second
@@ -121,6 +121,18 @@ def remember(
     vz0 = wp.where(taken, vz, vz0)
     omega0 = wp.where(taken, omega, omega0)
     about = wp.where(taken, corner, about)
+
+
+@wp.func
+def rotation_at(
+    until: real, time: real, theta: real, begun: real, theta0: real, omega0: real
+) -> real:
+    """Rotation inside the last step, which began at a time with theta0 and omega0 [rad]."""
+    tau = until - begun
+    d = time - begun
+    part = wp.where(d > real(0.0), tau / d, real(1.0))
+    inside = theta0 + omega0 * tau + part * part * (theta - theta0 - omega0 * d)
+    return wp.where(until < time, inside, theta)
 
 
 @wp.func

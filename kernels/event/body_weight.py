@@ -6,7 +6,7 @@ of the base upwards. Where VERTICAL is not set the base keeps its height, and a 
 
 import warp as wp
 
-from warprock.kernels.event.block import base_change
+from warprock.kernels.event.block_begin import base_change
 from warprock.kernels.motion import knot_step, knot_time, series
 from warprock.kernels.shape.above import Above
 

@@ -18,7 +18,7 @@ next edge is further outside, and cannot land.
 
 import warp as wp
 
-from warprock.kernels.event.block import first_root
+from warprock.kernels.event.block_begin import first_root
 from warprock.kernels.event.stack_moves import GRAIN, opening, pivot_event
 from warprock.kernels.shape.stack import (
     CLOSED,

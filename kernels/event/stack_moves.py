@@ -5,7 +5,7 @@ For one precision, motion and number of blocks. Poses are those of shape/stack.p
 
 import warp as wp
 
-from warprock.kernels.event.block import first_root
+from warprock.kernels.event.block_begin import first_root
 from warprock.kernels.shape.stack import (
     ALIKE,
     CLOSED,

@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warprock.kernels.event.block import base_change, first_root
+from warprock.kernels.event.block_begin import base_change, first_root
 from warprock.kernels.event.body_weight import Weight, kicks, weight_in
 from warprock.kernels.event.stack_contact import relative_velocity, solve
 from warprock.kernels.event.stack_moves import flight_event, moved, opening, pivot_event

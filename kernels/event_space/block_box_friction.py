@@ -20,7 +20,7 @@ scatter: over eight of them their mean falls with the step to the power 1.4 to 2
 
 import warp as wp
 
-from warprock.kernels.event.block import first_root
+from warprock.kernels.event.block_begin import first_root
 from warprock.kernels.event_space.block_box_friction_slide import (
     dragged,
     ends_of,

@@ -6,7 +6,7 @@ in event_space/block.py.
 
 import warp as wp
 
-from warprock.kernels.event.block import base_change
+from warprock.kernels.event.block_begin import base_change
 from warprock.kernels.event_space.block_contact import FLAT, Body, Corners, Held
 from warprock.kernels.event_space.block_moves import Four, body_at, turned
 from warprock.kernels.motion import Motion, knot_step, knot_time, series

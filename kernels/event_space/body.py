@@ -26,7 +26,7 @@ too, and of first where they slide.
 
 import warp as wp
 
-from warprock.kernels.event.block import first_root
+from warprock.kernels.event.block_begin import first_root
 from warprock.kernels.event_space.block_contact import BOX, FLAT, FLYING
 from warprock.kernels.event_space.block_moves import cut_to, flown, turned
 from warprock.kernels.event_space.block_trial import Base, Knots, Limits, next_step

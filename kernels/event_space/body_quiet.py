@@ -12,7 +12,7 @@ press, and friction holds the pull, it stands.
 
 import warp as wp
 
-from warprock.kernels.event.block import first_root
+from warprock.kernels.event.block_begin import first_root
 from warprock.kernels.event_space.block import NEARLY
 from warprock.kernels.event_space.block_moves import GRAIN, swung_by
 from warprock.kernels.event_space.block_pack import (

@@ -3,7 +3,7 @@
 import warp as wp
 
 from warprock.kernels.housner.block import end_of_step
-from warprock.kernels.housner.block_run import BlockResult, Result
+from warprock.kernels.housner.block_found import BlockResult, Result
 from warprock.kernels.housner.body import Body, Edge, Foot, advance, event_step, motion_step
 from warprock.kernels.modes import OVERTURNED, RESTING, ROCKING, STALLED
 from warprock.kernels.motion import Motion, knot_step, knot_time, sample_index

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -37,10 +38,12 @@ def respond(
     return response
 
 
-def errors(lanes: Lanes, motions: GroundMotions, times: SampleTimes) -> Array:
+def errors(
+    lanes: Lanes, motions: GroundMotions, times: SampleTimes, steps: Sequence[float] = STEPS
+) -> Array:
     """Largest |rotation - housner| / slenderness angle, shape [step, lane]."""
     reference = run_batch("housner", lanes, motions, times)["rotation"]
-    found = [respond(lanes, motions, times, float(step))["rotation"] for step in STEPS]
+    found = [respond(lanes, motions, times, float(step))["rotation"] for step in steps]
     gap = np.abs(np.stack(found) - reference).max(axis=2)
     return np.asarray(gap / lanes.slenderness_angle)
 
@@ -50,21 +53,20 @@ def orders(found: Array) -> Array:
     return np.asarray(np.polyfit(np.log(STEPS), np.log(found), 1)[0])
 
 
-def test_free_rocking_is_second_order_through_all_impacts() -> None:
+def test_free_rocking_is_followed_to_the_swings_that_resting_leaves_out() -> None:
     found = errors(free_lanes(), StillBase(9), SampleTimes(5.0, 0.01))
-    # Bounds that the engine has to keep; it is some four times better than each.
-    assert np.max(found[0]) <= 2e-3
-    assert np.max(found[1]) <= 3e-4
-    assert np.max(found[3]) <= 2e-5
-    assert np.min(orders(found)) >= 1.8
+    # Rest begins below 1e-6 of the slenderness angle. Until then blocks follow polynomials.
+    assert np.max(found) <= 1e-6
 
 
-@pytest.mark.thorough
-def test_blocks_of_figure_4_within_3e_4_at_100_steps_a_second() -> None:
-    lanes = make_lanes(np.full(2, 1.0), np.array([5.0, 5.5]), 0.5)
-    found = errors(lanes, StillBase(2), SampleTimes(10.0, 0.01))
-    assert np.max(found[0]) <= 3e-4
-    assert np.min(orders(found)) >= 1.8
+def test_free_rocking_is_of_fifth_order_through_all_impacts() -> None:
+    lanes, times = make_lanes(np.full(2, 1.0), np.array([5.0, 5.5]), 0.5), SampleTimes(5.0, 0.01)
+    found = errors(lanes, StillBase(2), times, steps=(2.5e-2, 1.25e-2, 6.25e-3))
+    assert np.max(found[0]) <= 3e-7
+    # Polynomials take four times as long steps: 0.1 s is a sixth of 1 / p, which is not yet as
+    # small as an order asks for.
+    assert np.min(np.log2(found[0] / found[1])) >= 4.0
+    assert np.min(np.log2(found[1] / found[2])) >= 4.5
 
 
 def test_displacement_reading_of_table_6_within_a_thousandth_at_500_steps_a_second() -> None:
@@ -260,7 +262,7 @@ def test_flat_block_rests_for_a_minute_without_drift() -> None:
         assert np.all(response["peak_slide"] == 0.0)
         assert np.all(response["rest_time"] == 0.0)
         assert np.all(response["energy_lost"] == 0.0)
-    assert shaken["step_count"][0] >= 12000
+    assert shaken["step_count"][0] >= 3000
 
 
 def test_rest_follows_the_stated_rule() -> None:

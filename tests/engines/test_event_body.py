@@ -36,15 +36,15 @@ def run(lanes: Lanes, motions: GroundMotions, step: float = 5e-3) -> Response:
 def test_a_box_as_a_body_is_the_box(friction: float) -> None:
     lanes = make_lanes(np.linspace(0.2, 0.5, 8), 1.0, np.linspace(-0.9, 0.9, 8), friction)
     motions = shaken(8, 3.0)
-    box, body = (
-        run(lanes, motions),
-        run(dataclasses.replace(lanes, body=box_bodies(lanes)), motions),
-    )
-    for name in ("outcome", "status", "impact_count", "step_count"):
+    box = run(lanes, motions)
+    body = run(dataclasses.replace(lanes, body=box_bodies(lanes)), motions, 1e-4)
+    for name in ("outcome", "status"):
         np.testing.assert_array_equal(body[name], box[name], err_msg=name)
-    # The same steps: round-off, and what the swings until then made of it.
+    # Steps of a body are of second order, and so are those of a box where it slides: what is left
+    # is that of the box at 5e-3 s (8e-5 of the energy), and that of the body at 1e-4 s.
     for name in ("rotation", "slide", "x", "z", "peak_slide", "energy_lost", "uplift_time"):
-        np.testing.assert_allclose(body[name], box[name], rtol=1e-9, atol=1e-11, err_msg=name)
+        most = 2e-4 * max(float(np.nanmax(np.abs(box[name]))), 1e-3)
+        np.testing.assert_allclose(body[name], box[name], rtol=0.0, atol=most, err_msg=name)
 
 
 @pytest.mark.parametrize("radius", [0.0, 0.03])

@@ -185,4 +185,5 @@ def test_nearly_jammed_sliding_is_left_in_few_trials() -> None:
         Control.DISPLACEMENT, size / (2.0 * np.pi * frequency) ** 2, frequency, 1.0, start=0.1
     )
     response = respond(lanes, motions, 1e-3)
-    assert np.max(response["step_count"]) <= 2.0 * TIMES.duration / 1e-3
+    # While a block slides its steps are a quarter of that; two trials each.
+    assert np.max(response["step_count"]) <= 2.0 * TIMES.duration / (0.25 * 1e-3)

@@ -8,7 +8,7 @@ import itertools
 import numpy as np
 import pytest
 
-from tests.shared.blocks import make_stacks, sines
+from tests.shared.blocks import at_rest, make_stacks, sines
 from tests.shared.stack_bodies import as_bodies, with_body
 from tests.shared.vertical_motion import Array, sampled, shaken, steady
 from warprock.engines import engine_class
@@ -69,8 +69,7 @@ def test_a_steady_rise_is_another_gravity(engine: str, blocks: int) -> None:
         one, fast = np.array([lane]), np.sqrt(1.0 + RISES[lane])
         rises = steady(GRAVITY * RISES[one], 3.0)
         found = run(step, lanes.take(one), rises, SampleTimes(1.0, 0.02))
-        still = StillBase(1)
-        like = run(step * fast, lanes.take(one), still, SampleTimes(1.0 * fast, 0.02 * fast))
+        like = run(step * fast, lanes.take(one), at_rest(1), SampleTimes(fast, 0.02 * fast))
         # Round-off, which impacts let grow; of `impulse` also what its sweeps leave.
         np.testing.assert_allclose(found["rotation"], like["rotation"], atol=1e-9)
         assert found["status"] == like["status"] == Status.OK

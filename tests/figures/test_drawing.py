@@ -46,7 +46,11 @@ def test_parts_of_a_page_have_names_of_their_own_and_are_the_same_every_time(dra
                 assert value.removeprefix("#") in names
             if value.startswith("url("):
                 assert value[5:-1] in names
-    assert drawing.svg() == text
+    assert drawing.svg() is text
+    drawing._rendered.clear()
+    again = drawing.svg()
+    assert again is not text
+    assert again == text
 
 
 def test_the_style_of_a_users_own_figures_is_left_alone():

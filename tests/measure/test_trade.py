@@ -198,9 +198,9 @@ def test_rows_hold_the_error_against_the_oracle_and_a_cost(
     _, table = small
     assert list(table) == list(trade.COLUMNS)
     errors = table["error_max"].to_numpy()
-    # The oracle's tolerance; then second order: half of the step, a quarter of the error.
+    # The oracle's tolerance; then the swings below which blocks rest in `event`, at any step.
     assert errors[0] < 1e-9
-    assert 3.0 < errors[1] / errors[2] < 5.0
+    assert np.all((errors[1:] > 1e-7) & (errors[1:] < 1e-6))
     assert np.all(table["error_median"] <= table["error_max"])
     assert np.all(table["ok_share"] == 1.0)
     assert np.all(table["cpu_s_per_simulated_s"] > 0.0)

@@ -301,6 +301,12 @@ friction = 1.0
 rotation_ratio = 0.3
 yaw = "0.3 rad"
 rotation_across = "0.05 rad"
+[motion]
+waveform = "sine"
+control = "acceleration"
+frequency = "1 Hz"
+amplitude = "0.01 g"
+cycles = 1
 [run]
 duration = "0.2 s"
 sample_interval = "10 ms"

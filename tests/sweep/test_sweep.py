@@ -326,6 +326,43 @@ def test_lanes_far_into_a_long_sample_cost_no_more_memory(case_file):
     assert peaks[1] < 1.5 * peaks[0]
 
 
+def test_many_more_lanes_are_planned_and_merged_in_the_same_memory(
+    case_file, tmp_path, monkeypatch
+):
+    import tracemalloc
+
+    import pyarrow as pa
+
+    monkeypatch.setattr("warprock.sweep.chunks.ROW_GROUP", 1500)
+    before, peaks = pa.default_memory_pool(), []
+    for samples in (2000, 12_000):
+        folder = tmp_path / str(samples)
+        case = load_case(case_file, [f"sample.lanes={samples}"])
+        # What is imported, and the points of a sample, are there once and for all.
+        planned(case, folder, 1000)
+        tracemalloc.start()
+        plan = make_plan(case, "housner", chunk_lanes=1000)
+        planned_in = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        run_all(plan, folder)
+        # A pool of its own tells the most that a merge has held at a time.
+        arrow = pa.proxy_memory_pool(before)
+        pa.set_memory_pool(arrow)
+        try:
+            tracemalloc.start()
+            merge(plan, folder)
+            merged_in = tracemalloc.get_traced_memory()[1] + arrow.max_memory()
+            assert sweep_state(plan, folder)["lanes_done"] == 2 * samples
+            tracemalloc.stop()
+        finally:
+            pa.set_memory_pool(before)
+        peaks.append((planned_in, merged_in, pq.read_table(folder / "lanes.parquet").nbytes))
+    few, many = peaks
+    assert many[0] < 1.1 * few[0]
+    # What grows is the footer of the file, with row groups of a hundredth of their usual lanes.
+    assert many[1] - few[1] < 0.05 * (many[2] - few[2])
+
+
 @pytest.mark.thorough
 @pytest.mark.skipif(os.name != "posix", reason="memory of processes is told by POSIX systems")
 def test_the_benchmark_measures_whole_sweeps():

@@ -160,6 +160,10 @@ class AbstractEngine(abc.ABC):
         """Longest step that every lane may take [s], shape [lane], of an engine with an order."""
         return np.full(lanes.lane_count, self.settings.time_step)
 
+    def asked_step(self, lanes: Lanes, motions: GroundMotions) -> float:
+        """Longest step that the settings ask for [s], whatever a lane makes of it."""
+        return float(self.settings.time_step)
+
     def reserve(self, lanes: Lanes) -> tuple[npt.NDArray[np.float64], str] | None:
         """What lanes must have to be run, over what they need; None where there is no such bound.
 
@@ -168,6 +172,13 @@ class AbstractEngine(abc.ABC):
 
         Returns:
             A number that must be above 1, shape [lane], and what it is.
+        """
+        return None
+
+    def alike_order(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.intp] | None:
+        """Order in which lanes that take about as long lie side by side; None to leave them.
+
+        Lanes of a pack wait for one another. What a lane does does not depend on its place.
         """
         return None
 

@@ -21,7 +21,7 @@ from warprock.engines.workload import step_limit
 from warprock.model import rocking
 from warprock.model.bodies import Bodies
 from warprock.model.lanes import Lanes, as_stacks
-from warprock.model.motion import GroundMotions
+from warprock.model.motion import GroundMotions, RecordMotions, UprightMotions
 from warprock.model.response import SampleTimes, Status
 from warprock.model.scene import SceneKind
 from warprock.settings.engines import EventSettings
@@ -32,6 +32,19 @@ Array = npt.NDArray[np.float64]
 PHASE_STEP = 0.25
 """Longest step as a part of 1 / p of the quickest block: a longer one does not follow its own
 rocking."""
+
+POLYNOMIAL_STEPS = 4.0
+"""Longest step of single boxes in the plane over `time_step`, where they follow polynomials: of
+fifth order they err by less in it than those of second order in theirs."""
+
+SHORT_STEP = 0.5
+"""Longest step of single boxes in the plane over `time_step`, where they slide on a corner or fly:
+a slide that is shorter than the steps of two runs is not seen by their difference (of 600 pulses
+the estimates held in 96 % of the lanes with 1, in 99.4 % with 0.5)."""
+
+MOTION_STEP = 1.0
+"""Longest step of single boxes in the plane over the angle that the fastest part of a motion turns
+by: its Taylor polynomials end at degree 8."""
 
 STEPS_SPARE = 50
 """Steps allowed for every step that a run without events would take; an impact takes some four, so
@@ -51,8 +64,13 @@ OF_ITS_OWN = -1.0
 class Event(AbstractEngine):
     """Rigid corners, Coulomb friction, midpoint Moreau-Jean steps that end at impacts.
 
-    Second order in `time_step` through impacts. Rest rule: after an impact on its other corner a
-    block rests if its next swing would stay below `rest_rotation_ratio` times the slenderness
+    Second order in `time_step` through impacts. Single boxes in the plane that rock about a corner
+    that sticks follow Taylor polynomials, of fifth order, which records' linear pieces do not cut
+    short; so do those that slide flat, all in steps of up to four times `time_step`. While they
+    slide on a corner or fly, their steps are of second order and at most half of it. So `order` is
+    the least that a run has, and estimates that count on it err on the safe side. Rest rule: after
+    an impact on its other corner a block rests if its next swing would stay below
+    `rest_rotation_ratio` times the slenderness
     angle on either side; at rest it lifts or slides as the contact law says. Its penetration is
     what the end of a step puts back on the base: drift, of third order in the step, and landings
     that it misses by a part of the step. Single blocks in space have four corners, and kernels of
@@ -128,9 +146,14 @@ class Event(AbstractEngine):
 
     def longest_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step that every lane may take [s]: also cut at the knots of a record."""
-        return np.asarray(np.minimum(self._own_step(lanes), motions.knot_interval))
+        return np.asarray(np.minimum(self._own_step(lanes, motions), motions.knot_interval))
 
-    def _own_step(self, lanes: Lanes) -> Array:
+    def asked_step(self, lanes: Lanes, motions: GroundMotions) -> float:
+        """Longest step that the settings ask for [s]; polynomials take longer ones."""
+        parts = POLYNOMIAL_STEPS if _rolls(lanes, motions) else 1.0
+        return parts * float(self.settings.time_step)
+
+    def _own_step(self, lanes: Lanes, motions: GroundMotions) -> Array:
         """Longest step [s]: a part of 1 / p, the largest of blocks, and in space of both planes."""
         if lanes.body is not None and lanes.spatial:
             fastest = quickest(lanes.body)
@@ -149,7 +172,28 @@ class Event(AbstractEngine):
             for side in sides
         ]
         fastest = np.concatenate(rates, axis=1).max(axis=1)
-        return np.asarray(np.minimum(self.settings.time_step, PHASE_STEP / fastest))
+        step = np.asarray(np.minimum(self.asked_step(lanes, motions), PHASE_STEP / fastest))
+        if _rolls(lanes, motions):
+            rate = motions.components[0].fastest_rate
+            with np.errstate(divide="ignore"):
+                step = np.minimum(step, MOTION_STEP / np.asarray(rate))
+        return step
+
+    def alike_order(self, lanes: Lanes, motions: GroundMotions) -> npt.NDArray[np.intp] | None:
+        """Single boxes under records by when they first move: until then they cost nothing.
+
+        See `AbstractEngine.alike_order`.
+        """
+        if self.target.lanes == 1 or not _rolls(lanes, motions) or lanes.release is not None:
+            return None
+        record = motions.components[0]
+        # Where nearly every lane has a record of its own that costs more than it gains.
+        if not isinstance(record, RecordMotions):
+            return None
+        if record.record_count * self.target.lanes > lanes.lane_count:
+            return None
+        first = record.first_above(_hold_acceleration(lanes))
+        return np.argsort(np.where(lanes.rotation_start == 0.0, first, 0.0), kind="stable")
 
     def inputs(
         self, module: Any, lanes: Lanes, motions: GroundMotions, times: SampleTimes
@@ -157,10 +201,11 @@ class Event(AbstractEngine):
         """What the kernel takes; see `AbstractEngine.inputs`."""
         knobs = module.Knobs()
         knobs.gravity = GRAVITY
-        longest_step = self._own_step(lanes)
+        longest_step = self._own_step(lanes, motions)
+        short_step = np.minimum(longest_step, SHORT_STEP * self.settings.time_step)
         per_lane: dict[str, npt.NDArray[Any]] = {
             "longest_step": longest_step,
-            "step_limit": step_limit(motions, times.duration, longest_step, STEPS_SPARE),
+            "step_limit": step_limit(motions, times.duration, short_step, STEPS_SPARE),
         }
         if lanes.spatial:
             per_lane["rest_gap"] = _rest_gap(lanes, self.settings)
@@ -185,6 +230,7 @@ class Event(AbstractEngine):
             blocks = {name: each[:, None] for name, each in per_lane.items()}
             return {"blocks": blocks, "corners": corners.columns, "knobs": knobs}
         blocks = _single_blocks(lanes, self.settings)
+        per_lane["short_step"] = short_step
         blocks |= {name: each[:, None] for name, each in per_lane.items()}
         return {"blocks": blocks, "knobs": knobs} | start_columns(lanes)
 
@@ -206,18 +252,29 @@ class Event(AbstractEngine):
         return fields | blocks | {"energy_lost": mass * rows["loss"]}
 
 
+def _rolls(lanes: Lanes, motions: GroundMotions) -> bool:
+    """Whether lanes are single boxes that rock by Taylor polynomials (kernels/event/block.py)."""
+    boxes = not lanes.spatial and not lanes.stacked and lanes.body is None
+    return boxes and not lanes.restitution_given and not isinstance(motions, UprightMotions)
+
+
+def _hold_acceleration(lanes: Lanes) -> Array:
+    """Acceleration of the base up to which boxes at rest neither lift nor slide [m/s^2]."""
+    return np.asarray(GRAVITY * np.minimum(lanes.friction, lanes.width / lanes.height))
+
+
 def _single_blocks(lanes: Lanes, settings: EventSettings) -> dict[str, npt.NDArray[Any]]:
     """Fields of the struct `Block` of single blocks, shape [lane, 1] each; they have the mass 1."""
     blocks = as_stacks(lanes)
     inertia = (blocks.width**2 + blocks.height**2) / 12.0
-    hold = np.minimum(blocks.friction, blocks.width / blocks.height)
     return {
         "half_width": 0.5 * blocks.width,
         "half_height": 0.5 * blocks.height,
         "inertia": inertia,
         "inverse_inertia": 1.0 / inertia,
+        "inverse_pivot_inertia": 0.25 / inertia,
         "friction": blocks.friction,
-        "hold_acceleration": GRAVITY * hold,
+        "hold_acceleration": _hold_acceleration(blocks),
         "rest_rotation": settings.rest_rotation_ratio * blocks.slenderness_angle,
     }
 

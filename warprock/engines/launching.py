@@ -19,6 +19,7 @@ import numpy.typing as npt
 import warp as wp
 
 from warprock.kernels.instance import LANE_WIDTH, REALS
+from warprock.kernels.pool import AHEAD
 from warprock.model.motion import GroundMotions, RecordMotions, SpatialMotions
 from warprock.model.response import SampleTimes
 
@@ -242,11 +243,21 @@ def padded(values: Rows, count: int) -> Rows:
     return np.concatenate([values, np.repeat(values[-1:], count - len(values))])
 
 
+def strongest_ahead(values: Array, count: int) -> Array:
+    """Largest |value| of each sample and the `count` after it, shape [sample]."""
+    found, seen = np.abs(values), 1
+    while seen <= count:
+        shift = min(seen, count + 1 - seen)
+        found[:-shift] = np.maximum(found[:-shift], found[shift:])
+        seen += shift
+    return found
+
+
 def _pool_and_rows(struct: Any, motions: GroundMotions, count: int) -> tuple[Array, Rows]:
     """Samples of the records of all directions, [row, sample], and rows of `Motion`.
 
-    The rows of the pool are acceleration, slope and velocity. Shape of the rows of motions:
-    [direction, lane].
+    The rows of the pool are those of kernels/pool.py. Shape of the rows of motions: [direction,
+    lane].
     """
     pools, rows, first = [], [], 0
     for part in motions.components:
@@ -256,6 +267,6 @@ def _pool_and_rows(struct: Any, motions: GroundMotions, count: int) -> tuple[Arr
         pool = placed.pool
         names = np.dtype(struct.numpy_dtype()).names or ()
         rows.append(struct_rows(struct, {name: getattr(placed, name) for name in names}, count))
-        pools.append(pool)
+        pools.append(np.concatenate([pool, strongest_ahead(pool[0], AHEAD)[None]]))
         first += pool.shape[1]
     return np.concatenate(pools, axis=1), np.stack(rows)

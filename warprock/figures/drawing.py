@@ -35,6 +35,7 @@ class Drawing:
     figure: Figure
     title: str
     alt: str
+    _rendered: list[str] = dataclasses.field(default_factory=list, init=False, repr=False)
 
     def png(self) -> bytes:
         """The figure as a PNG file, its title and its alternative text in the metadata."""
@@ -44,10 +45,12 @@ class Drawing:
         """The figure as an element `<svg>`, to stand in a page beside others.
 
         Its parts have the name of the drawing in theirs, and letters are outlines: it looks the
-        same wherever it is shown.
+        same wherever it is shown. It is rendered once, unless the figure changes.
         """
-        text = self._saved("svg", {"Date": None, "Title": self.title}).decode("utf-8")
-        return _IDENTIFIER.sub(rf"\g<1>{self.name}-", text[text.index("<svg") :])
+        if self.figure.stale or not self._rendered:
+            text = self._saved("svg", {"Date": None, "Title": self.title}).decode("utf-8")
+            self._rendered[:] = [_IDENTIFIER.sub(rf"\g<1>{self.name}-", text[text.index("<svg") :])]
+        return self._rendered[0]
 
     def _repr_png_(self) -> bytes:
         """What a notebook shows."""
@@ -55,18 +58,26 @@ class Drawing:
 
     def _saved(self, form: str, metadata: dict[str, Any]) -> bytes:
         import matplotlib
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.backends.backend_svg import FigureCanvasSVG
 
-        file = io.BytesIO()
+        file, figure = io.BytesIO(), self.figure
+        layout, canvas = figure.get_layout_engine(), figure.canvas
         with style(), warnings.catch_warnings(), matplotlib.rc_context({"svg.hashsalt": self.name}):
             # A letter that the font lacks is drawn as an empty box.
             warnings.filterwarnings("ignore", message="Glyph .* missing from font")
-            layout = self.figure.get_layout_engine()
-            if not self.figure.stale:
-                # Nothing has changed since it was last saved: its panels stay where they are.
-                self.figure.set_layout_engine("none")
-            self.figure.savefig(file, format=form, metadata=metadata)
-            self.figure.set_layout_engine(layout)
-            self.figure.stale = False
+            if form == "svg" and figure.stale:
+                figure.savefig(file, format=form, metadata=metadata)
+            else:
+                if not figure.stale:
+                    # Nothing has changed since it was last saved: its panels stay where they are.
+                    figure.set_layout_engine("none")
+                # `savefig` draws twice, first for the layout alone, which Agg makes as it draws.
+                own: Any = FigureCanvasAgg(figure) if form == "png" else FigureCanvasSVG(figure)
+                getattr(own, f"print_{form}")(file, metadata=metadata)
+                figure.set_canvas(canvas)
+            figure.set_layout_engine(layout)
+            figure.stale = False
         return file.getvalue()
 
 

@@ -53,7 +53,7 @@ ACCURACY = 1e-4
 ACCURACY_SETTINGS: dict[str, tuple[Any, ...]] = {
     "housner": (HousnerSettings(),),
     "impulse": tuple(ImpulseSettings(substeps=count) for count in (199, 399, 799, 999, 1599)),
-    "event": tuple(EventSettings(time_step=step) for step in (1e-2, 8e-3, 5e-3, 2e-3, 1e-3)),
+    "event": tuple(EventSettings(time_step=step) for step in (0.1, 5e-2, 2e-2, 1e-2, 5e-3, 1e-3)),
 }
 """Settings tried for it, from coarse to fine; the error of `impulse` does not fall evenly."""
 

@@ -126,6 +126,33 @@ class RecordMotions(LaneMotions):
             pool_velocity=self.pool_velocity[used],
         )
 
+    @property
+    def record_count(self) -> int:
+        """Number of records that the lanes follow."""
+        return len(np.unique(self.offset))
+
+    def first_above(self, bound: Array) -> Array:
+        """Time of the first sample of at least an acceleration [s], shape [lane].
+
+        Args:
+            bound: The acceleration [m/s^2], shape [lane].
+
+        Returns:
+            Infinite where there is none.
+        """
+        found = np.full(self.lane_count, np.inf)
+        with np.errstate(divide="ignore"):
+            asked = bound / np.abs(self.scale)
+        by_record = np.argsort(self.offset, kind="stable")
+        cuts = np.flatnonzero(np.diff(self.offset[by_record])) + 1
+        for lanes in np.split(by_record, cuts):
+            first, count = self.offset[lanes[0]], int(self.count[lanes].max())
+            strongest = np.maximum.accumulate(np.abs(self.pool_acceleration[first : first + count]))
+            index = np.searchsorted(strongest, asked[lanes])
+            times = self.start[lanes] + index * self.interval[lanes]
+            found[lanes] = np.where(index < self.count[lanes], times, np.inf)
+        return found
+
     def scaled(self, factors: Array) -> Self:
         """The motions times a factor."""
         return dataclasses.replace(self, scale=self.scale * factors)
@@ -201,11 +228,14 @@ class RecordMotions(LaneMotions):
         """
         passed = np.floor((duration - self.start) / self.interval).astype(np.intp)
         first = self.offset + np.clip(passed, 0, self.count - 1)
-        ends, end = np.unique(
-            np.stack([first, self.offset + self.count], axis=1), axis=0, return_inverse=True
+        stop = (self.offset + self.count).astype(np.int64)
+        _, spans, span = np.unique(
+            first * (len(self.pool_acceleration) + 1) + stop, return_index=True, return_inverse=True
         )
-        largest = np.array([np.abs(self.pool_acceleration[a:b]).max() for a, b in ends])
-        left = np.abs(self.scale) * largest[end.reshape(-1)]
+        largest = np.array(
+            [np.abs(self.pool_acceleration[first[at] : stop[at]]).max() for at in spans]
+        )
+        left = np.abs(self.scale) * largest[span]
         steps = (self.velocity_step_stop != 0.0) | (
             (self.velocity_step_start != 0.0) & (self.start > duration)
         )

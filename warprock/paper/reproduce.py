@@ -136,7 +136,7 @@ def reproduce(
     if len(targets) > 1:
         with _clock("kernels", seconds):
             _compile(targets, runs)
-    parts = _made(targets, runs, folder, seconds)
+    parts = _made(targets, runs, folder, seconds, paged=drawings is not None)
     if drawings is not None:
         drawings += [drawing for part in parts for drawing in part.drawings]
     rows = [row for part in parts for row in part.rows]
@@ -167,20 +167,45 @@ def _clock(part: str, seconds: dict[str, float]) -> Iterator[None]:
     """Notes the wall time of the block [s] under the name of a part."""
     begin = time.perf_counter()
     yield
-    seconds[part] = time.perf_counter() - begin
+    seconds[part] = seconds.get(part, 0.0) + time.perf_counter() - begin
 
 
 def _made(
-    targets: Sequence[str], runs: PaperRuns, folder: pathlib.Path, seconds: dict[str, float]
+    targets: Sequence[str],
+    runs: PaperRuns,
+    folder: pathlib.Path,
+    seconds: dict[str, float],
+    paged: bool,
 ) -> list[Reproduction]:
-    """Every target; what tells of run times comes first and has the machine for itself."""
+    """Every target; with `paged` its figures as a page shows them, too.
+
+    What tells of run times comes first and has the machine for itself. Then ensembles run beside
+    all else, and what waits for them comes last.
+    """
     found: dict[str, Reproduction] = {}
-    for name in sorted(targets, key=lambda name: name not in _TIMED):
-        if name not in _TIMED and len(found) == len(_TIMED.intersection(targets)):
-            runs.run_ahead(_ensembles(targets, runs))
+
+    def make(name: str) -> None:
         with _clock(name, seconds):
             found[name] = _MAKERS[name](name, runs, folder)
+            for drawing in found[name].drawings if paged else ():
+                drawing.svg()
+
+    if "fig4" in targets:
+        with _clock("fig4", seconds):
+            runs.study(SENSITIVITY)
+    if "times" in targets:
+        make("times")
+    runs.run_ahead(_ensembles(targets, runs))
+    for name in sorted((name for name in targets if name not in found), key=_waits_for):
+        make(name)
     return [found[name] for name in targets]
+
+
+def _waits_for(target: str) -> int:
+    """Which ensembles a target waits for, in the order in which they run; 0 is none."""
+    if target == "table7-spatial":
+        return 2
+    return int(any(case in _ENSEMBLES for case in CASES_OF[target]))
 
 
 _BATCHES: dict[str, Callable[[PaperRuns], list[Batch]]] = {
@@ -189,17 +214,17 @@ _BATCHES: dict[str, Callable[[PaperRuns], list[Batch]]] = {
     "times": times_batches,
 }
 """Target -> what it runs beside the shipped cases, for its kernels."""
-_TIMED = {"fig4", "times"}
-"""Targets that say how long something took."""
+_ENSEMBLES = (PULSE_ENSEMBLE, SINE_ENSEMBLE, COLLAPSE)
+"""The ensembles in the plane, in the order in which they run."""
 
 
 def _ensembles(targets: Sequence[str], runs: PaperRuns) -> list[tuple[CaseResponses, str]]:
-    """The ensembles of targets, each with its engine: the long runs."""
-    found = space_ensembles(runs) if "table7-spatial" in targets else []
+    """The ensembles of targets, each with its engine: the long runs, the longest last."""
     engines_of = _engines_of(targets)
-    for case in (PULSE_ENSEMBLE, SINE_ENSEMBLE, COLLAPSE):
-        found += [(runs.case(case), engine) for engine in engines_of.get(case, ())]
-    return found
+    found = [
+        (runs.case(case), engine) for case in _ENSEMBLES for engine in engines_of.get(case, ())
+    ]
+    return [*found, *(space_ensembles(runs) if "table7-spatial" in targets else [])]
 
 
 def _engines_of(targets: Iterable[str]) -> dict[str, set[str]]:

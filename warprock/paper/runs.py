@@ -130,6 +130,7 @@ class PaperRuns:
         self._members, self._full = members, full
         self._cases: dict[tuple[str, ...], CaseResponses] = {}
         self._oracle_peaks: dict[str, Array] = {}
+        self._studies: dict[str, StudyRun] = {}
         self._lanes_done, self._counting = 0, threading.Lock()
 
     def case(self, name: str, *overrides: str) -> CaseResponses:
@@ -181,10 +182,11 @@ class PaperRuns:
         ]
 
     def study(self, name: str) -> StudyRun:
-        """The study of a shipped case."""
-        return run_study(
-            load_case(name), options=RunOptions(workers=self._workers), finished=self._note
-        )
+        """The study of a shipped case, run when it is first asked for."""
+        if name not in self._studies:
+            options = RunOptions(workers=self._workers)
+            self._studies[name] = run_study(load_case(name), options=options, finished=self._note)
+        return self._studies[name]
 
     def oracle_peaks(self, name: str) -> Array:
         """Peak rotation ratios of the oracle in the first `ORACLE_TIME` of a case, shape [lane]."""

@@ -105,10 +105,13 @@ class ResultFolder:
                 arrow = file.read_row_groups(_first_groups(file), columns=names)
         except (OSError, ValueError, pa.ArrowException) as error:
             raise InputError(str(path), "", "the file", f"must be a table: {error}") from None
-        table: pd.DataFrame = arrow.to_pandas()
+        schema = arrow.schema
+        # Column by column, each let go once it is there: no two tables at a time.
+        table: pd.DataFrame = arrow.to_pandas(split_blocks=True, self_destruct=True)
+        del arrow
         table.attrs["columns"] = {
             field.name: {key.decode(): value.decode() for key, value in field.metadata.items()}
-            for field in arrow.schema
+            for field in schema
             if field.metadata
         }
         return table

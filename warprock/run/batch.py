@@ -5,11 +5,13 @@ A lane's result does not depend on its chunk, its place or the number of workers
 
 from __future__ import annotations
 
+import collections
 import concurrent.futures
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
+import numpy as np
 import warp as wp
 
 from warprock.engines import engine_class
@@ -21,7 +23,7 @@ from warprock.kernels.instance import LANE_WIDTH
 from warprock.model.lanes import Lanes
 from warprock.model.motion import GroundMotions
 from warprock.model.painleve import mark_ambiguous
-from warprock.model.response import Response, SampleTimes, join_responses
+from warprock.model.response import Response, SampleTimes, join_responses, take_lanes
 from warprock.model.runnable import require_runnable
 from warprock.run.devices import keeping_kernels, start_warp
 from warprock.run.machine import core_count, require_workers
@@ -29,7 +31,7 @@ from warprock.run.machine import core_count, require_workers
 CHUNK_STEPS = 2.0e7
 """Steps aimed at in a chunk: a second or so of work, so that Ctrl-C and progress are prompt."""
 
-STEPS_PER_SECOND_OF_MOTION = 250.0
+STEPS_PER_SECOND_OF_MOTION = 100.0
 """Rough steps of one lane in a second of motion where the engine has no time step of its own."""
 
 _WARMING_UP = threading.Lock()
@@ -137,7 +139,8 @@ def warm_up_together(batches: Iterable[tuple[AbstractEngine, Lanes, GroundMotion
     """Compiles or loads the kernels of several runs side by side, on all cores.
 
     A run on its own compiles what it needs on one core; what needs many kernels ends sooner where
-    they are known beforehand.
+    they are known beforehand. Warp compiles its headers once a thread and set of flags, which takes
+    as long as two kernels: kernels of like flags follow one another, and threads begin at two ends.
 
     Args:
         batches: Of each run the engine, its lanes and their ground motions.
@@ -149,7 +152,20 @@ def warm_up_together(batches: Iterable[tuple[AbstractEngine, Lanes, GroundMotion
     with _WARMING_UP, keeping_kernels():
         names = {engine.module_of(lanes, motions).__name__ for engine, lanes, motions in batches}
         modules = [wp.get_module(name) for name in sorted(names)]
-        wp.force_load("cpu", modules, max_workers=core_count())
+        modules.sort(key=lambda module: str(module.options["cpu_compiler_flags"]))
+        left = collections.deque(modules)
+
+        def load(from_end: int) -> None:
+            while True:
+                try:
+                    module = left.pop() if from_end else left.popleft()
+                except IndexError:
+                    return
+                wp.force_load("cpu", [module], max_workers=0)
+
+        with concurrent.futures.ThreadPoolExecutor(core_count()) as pool:
+            for done in [pool.submit(load, thread % 2) for thread in range(core_count())]:
+                done.result()
 
 
 def _chunk_runner(
@@ -158,8 +174,13 @@ def _chunk_runner(
     """What runs a chunk of the lanes."""
 
     def run_chunk(part: slice) -> Response:
-        some = lanes.take(part)
-        response = built.run(some, motions.take(part), times)
+        some, moves = lanes.take(part), motions.take(part)
+        order = built.alike_order(some, moves)
+        if order is None:
+            response = built.run(some, moves, times)
+        else:
+            sorted_by_work = built.run(some.take(order), moves.take(order), times)
+            response = take_lanes(sorted_by_work, np.argsort(order))
         return mark_ambiguous(some, response) if built.slides else response
 
     return run_chunk

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from warprock.engines import engine_class
+from warprock.engines.base import AbstractEngine
 from warprock.engines.launching import Target
 from warprock.engines.workload import FINEST_STEPS, MOST_STEPS
 from warprock.model.lanes import Lanes
@@ -34,11 +35,11 @@ Numbers = npt.NDArray[np.intp]
 STACK_REST = 3.0
 """How far the swings that a stack leaves out move its other blocks, at least, over those swings."""
 
-LEAST_REST = 1e-9
-"""Least ratio of a rest rule: the bound of the setting."""
-
 PIECES_KEPT = 2**24
 """Samples of records that end that are held at a time, 400 MB: lanes of more run in parts."""
+
+REST_RATIO_LEAST = 1e-9
+"""The least that the setting may be."""
 
 
 def sample_times(duration: float, interval: float) -> SampleTimes:
@@ -209,8 +210,11 @@ class Companions:
             return np.asarray(twice > 1.99 * self._longest_step(self.settings))
 
     def _longest_step(self, settings: Any) -> Array:
+        return self._built(settings).longest_step(self.lanes, self.motions)
+
+    def _built(self, settings: Any) -> AbstractEngine:
         target = Target(self.options.precision, self.options.device)
-        return engine_class(self.engine)(settings, target).longest_step(self.lanes, self.motions)
+        return engine_class(self.engine)(settings, target)
 
     def halvings(self, power: int) -> Numbers:
         """How often to halve the setting for steps at most 2^-power of those taken, shape [lane].
@@ -219,7 +223,8 @@ class Companions:
         record) need the setting halved more than `power` times before the runs differ at all.
         """
         # Round-off apart; a lane whose sizes are not finite takes part as it is.
-        cuts = np.ceil(np.log2(self.settings.time_step / self._longest_step(self.settings)) - 1e-9)
+        asked = self._built(self.settings).asked_step(self.lanes, self.motions)
+        cuts = np.ceil(np.log2(asked / self._longest_step(self.settings)) - 1e-9)
         return power + np.where(np.isfinite(cuts), cuts, 0.0).astype(np.intp)
 
     def run_halved(self, halvings: Numbers, work: Array | None = None) -> Response:
@@ -237,12 +242,27 @@ class Companions:
                 lanes = lanes[np.argsort(work[lanes], kind="stable")]
             finer = dataclasses.replace(
                 self.take(lanes),
-                settings=refined(self.settings, int(count), self.lanes),
+                settings=companion_settings(self.settings, int(count)),
                 most_steps=FINEST_STEPS,
             )
             found.append(finer.run())
             places.append(lanes)
         return take_lanes(join_responses(found), np.argsort(np.concatenate(places)))
+
+
+def companion_settings(settings: Any, count: int) -> Any:
+    """Settings with the step halved `count` times, or doubled at -1; halved, blocks rest later.
+
+    They rest at swings that are smaller by the square of the step. A last swing that every step
+    leaves out alike may lie in the way of a later shock, or move the other blocks of a stack: of 76
+    lanes under 40 s of a record one parts from Housner's equation by that, and no step would show
+    it.
+    """
+    finer = halved(settings, count)
+    if count <= 0 or not hasattr(finer, "rest_rotation_ratio"):
+        return finer
+    ratio = max(0.25**count * finer.rest_rotation_ratio, REST_RATIO_LEAST)
+    return dataclasses.replace(finer, rest_rotation_ratio=ratio)
 
 
 def halved(settings: Any, count: int) -> Any:
@@ -251,20 +271,6 @@ def halved(settings: Any, count: int) -> Any:
         return settings.with_step_scaled(2.0)
     for _ in range(count):
         settings = settings.halved()
-    return settings
-
-
-def refined(settings: Any, count: int, lanes: Lanes) -> Any:
-    """Settings at which lanes run with the time step halved `count` times.
-
-    A stack then rests at smaller swings, too, by the square of that: else no run would tell what
-    those that are left out do to its other blocks.
-    """
-    settings = halved(settings, count)
-    ratio = getattr(settings, "rest_rotation_ratio", None)
-    if ratio is not None and lanes.stacked:
-        ratio = max(LEAST_REST, ratio * 0.25**count)
-        settings = dataclasses.replace(settings, rest_rotation_ratio=ratio)
     return settings
 
 

@@ -103,7 +103,9 @@ def _parts(
     if lane_set.step_factors is not None and has_time_step(settings):
         alike[0] = lane_set.step_factors[numbers]
     alike[1] = np.broadcast_to(lane_set.ends, lane_set.lanes.lane_count)[numbers]
-    kinds, kind = np.unique(alike, axis=1, return_inverse=True)
+    kinds, kind = alike[:, :1], np.zeros(len(numbers), dtype=np.intp)
+    if (alike != kinds).any():
+        kinds, kind = np.unique(alike, axis=1, return_inverse=True)
     by_kind = np.argsort(kind.reshape(-1), kind="stable")
     ends = np.cumsum(np.bincount(kind.reshape(-1)))
     parts = []

@@ -93,7 +93,7 @@ def arrow_table(table: pd.DataFrame) -> pa.Table:
 
     `DataFrame.attrs["footer"]`, where it is there, becomes the footer of the file that holds it.
     """
-    bare = table.copy()
+    bare = table.copy(deep=False)
     meaning, footer = (bare.attrs.pop(name, {}) for name in ("columns", "footer"))
     arrow = pa.Table.from_pandas(bare, preserve_index=False)
     fields = [

@@ -62,6 +62,7 @@ from warprock.run.calibration import estimate_factors
 from warprock.run.companions import (
     Companions,
     as_columns,
+    companion_settings,
     cut_off,
     fallen,
     gap,
@@ -71,7 +72,6 @@ from warprock.run.companions import (
     parted,
     peak_gap,
     record_alone,
-    refined,
     sample_times,
     slide_gap,
     usable,
@@ -179,7 +179,7 @@ def run_at_step(
         step: Their `time_step` [s].
         settings: Settings of the engine, with the coarsest step.
     """
-    finer = refined(settings, round(math.log2(settings.time_step / step)), lanes)
+    finer = companion_settings(settings, round(math.log2(settings.time_step / step)))
     return run_batch(
         engine,
         lanes,

@@ -131,8 +131,11 @@ class EventSettings:
     time_step: Annotated[
         float,
         SettingKey(
-            "longest step, never more than 0.25 / frequency parameter; steps are shortened to end "
-            "at impacts and at knots of the motion",
+            "longest step, never more than 0.25 / frequency parameter; a single box in the plane "
+            "that rests, rocks about a corner that sticks or slides flat follows polynomials in "
+            "steps up to 4 times as long, never longer than 1 / angular frequency of its motion, "
+            "and takes half as long ones while it slides on a corner or flies; steps are shortened "
+            "to end at impacts and at knots of the motion",
             1e-6,
             0.1,
             "s",

@@ -28,7 +28,7 @@ from warprock.run.accuracy import accuracy_counts
 from warprock.run.files import replacing
 from warprock.run.lane_table import LANE_TABLE, arrow_table, lane_table
 from warprock.run.parts import State, find_part, part_writer, read_part, write_part
-from warprock.run.provenance import count_words, undecided_counts
+from warprock.run.provenance import count_words
 from warprock.sweep.plan import Plan
 
 CHUNKS = "chunks"
@@ -91,22 +91,23 @@ def find_chunk(plan: Plan, folder: pathlib.Path, number: int) -> Chunk:
     return Chunk(number, State.DONE, counts={field: footer[field] for field in COUNTED})
 
 
-def find_chunks(plan: Plan, folder: pathlib.Path, numbers: Iterable[int]) -> list[Chunk]:
-    """The states of some chunks."""
-    return [find_chunk(plan, folder, number) for number in numbers]
+def find_chunks(plan: Plan, folder: pathlib.Path, numbers: Iterable[int]) -> Iterator[Chunk]:
+    """The states of some chunks, one at a time: a sweep may have very many."""
+    return (find_chunk(plan, folder, number) for number in numbers)
 
 
-def refuse_foreign(folder: pathlib.Path, chunks: Iterable[Chunk]) -> None:
-    """Refuses files of another plan in the places of chunks: they must not be overwritten.
+def own_chunks(plan: Plan, folder: pathlib.Path, numbers: Iterable[int]) -> Iterator[Chunk]:
+    """The same, where no file of another plan is in the place of one: it must not be overwritten.
 
     Raises:
         InputError: There is one.
     """
-    for chunk in chunks:
+    for chunk in find_chunks(plan, folder, numbers):
         if chunk.state is State.FOREIGN:
             path = chunk_path(folder, chunk.number)
             allowed = "must be a chunk of the plan beside it, or not be there: move it away"
             raise InputError(str(path), "", Said(f"another file: {chunk.why}"), allowed)
+        yield chunk
 
 
 def write_chunk(
@@ -131,9 +132,10 @@ def write_chunk(
     counts = {field: count_words(response, field) for field in WORDS}
     settings = plan.case.engine_settings(plan.engine)
     counts[ACCURACY] = accuracy_counts(response, lane_set, settings, plan.tolerance)
-    counts[UNDECIDED] = {"lanes": undecided_counts(lane_set, response)[UNDECIDED]}
+    rows = lane_table(lane_set, response)
+    counts[UNDECIDED] = {"lanes": int(rows[UNDECIDED].sum())}
     footer = {"plan": plan.id, "chunk": number, "first": lanes.start, "end": lanes.stop, **counts}
-    table = arrow_table(lane_table(lane_set, response)).replace_schema_metadata(None)
+    table = arrow_table(rows).replace_schema_metadata(None)
     path = chunk_path(folder, number)
     try:
         write_part(path, table, footer)
@@ -164,43 +166,64 @@ def sweep_state(plan: Plan, folder: pathlib.Path) -> dict[str, Any]:
         (lanes done by word), accuracy (see `accuracy_counts`) and the tolerance, and strangers:
         other files among the chunks.
     """
-    chunks = find_chunks(plan, folder, range(plan.chunk_count))
-    done = [chunk for chunk in chunks if chunk.state is State.DONE]
-    places = {chunk_path(folder, number).name for number in range(plan.chunk_count)}
+    found = tally(plan, folder, range(plan.chunk_count))
+    done = found.numbers[State.DONE]
     there = (folder / CHUNKS).iterdir() if (folder / CHUNKS).is_dir() else ()
-    wrong = (State.BROKEN, State.FOREIGN)
     return {
         "plan": plan.id,
         "case": plan.content["case"]["name"],
         "engine": plan.engine,
         "lanes": plan.lane_count,
-        "lanes_done": sum(len(plan.lanes_of(chunk.number)) for chunk in done),
+        "lanes_done": sum(len(plan.lanes_of(number)) for number in done),
         "chunks": plan.chunk_count,
         "chunks_done": len(done),
         **{
-            state.value: [chunk.number for chunk in chunks if chunk.state is state]
-            for state in (State.MISSING, *wrong)
+            state.value: found.numbers[state]
+            for state in (State.MISSING, State.BROKEN, State.FOREIGN)
         },
-        "wrong": {
-            str(chunk_path(folder, chunk.number)): chunk.why
-            for chunk in chunks
-            if chunk.state in wrong
-        },
-        "strangers": sorted(str(path) for path in there if path.name not in places),
-        **summed_counts(chunk.counts for chunk in done),
+        "wrong": found.wrong,
+        "strangers": sorted(str(path) for path in there if not _is_place(plan, folder, path)),
+        **found.counts,
         "tolerance": plan.tolerance,
     }
 
 
-def summed_counts(
-    counts: Iterable[Mapping[str, Mapping[str, int]]],
-) -> dict[str, dict[str, int]]:
-    """Lanes by word of everything in `COUNTED`, of some chunks together."""
+def _is_place(plan: Plan, folder: pathlib.Path, path: pathlib.Path) -> bool:
+    """Whether a file has the name of one of the chunks."""
+    digits = path.stem.removeprefix("chunk-")
+    if not (digits.isascii() and digits.isdecimal()):
+        return False
+    number = int(digits)
+    return number < plan.chunk_count and path.name == chunk_path(folder, number).name
+
+
+@dataclasses.dataclass(frozen=True)
+class Tally:
+    """What some chunks are, together.
+
+    Attributes:
+        numbers: Their numbers by their state.
+        wrong: What is wrong with files that are broken or foreign, by their paths.
+        counts: Lanes of those that are done by word of everything in `COUNTED`.
+    """
+
+    numbers: Mapping[State, list[int]]
+    wrong: Mapping[str, str]
+    counts: Mapping[str, Mapping[str, int]]
+
+
+def tally(plan: Plan, folder: pathlib.Path, numbers: Iterable[int]) -> Tally:
+    """Looks at some chunks, one at a time."""
+    by_state: dict[State, list[int]] = {state: [] for state in State}
+    wrong = {}
     totals: dict[str, collections.Counter[str]] = {name: collections.Counter() for name in COUNTED}
-    for each in counts:
-        for name, words in each.items():
+    for chunk in find_chunks(plan, folder, numbers):
+        by_state[chunk.state].append(chunk.number)
+        if chunk.state in (State.BROKEN, State.FOREIGN):
+            wrong[str(chunk_path(folder, chunk.number))] = chunk.why
+        for name, words in chunk.counts.items():
             totals[name].update(words)
-    return {name: dict(total) for name, total in totals.items()}
+    return Tally(by_state, wrong, {name: dict(total) for name, total in totals.items()})
 
 
 def merge(
@@ -226,10 +249,11 @@ def merge(
         OSError: The file could not be written; there is none, or the one that was there before.
     """
     path = output or folder / LANE_TABLE
-    chunks = find_chunks(plan, folder, range(plan.chunk_count))
-    refuse_foreign(folder, chunks)
+    found: dict[State, list[int]] = {State.BROKEN: [], State.MISSING: [], State.DONE: []}
+    for chunk in own_chunks(plan, folder, range(plan.chunk_count)):
+        found[chunk.state].append(chunk.number)
     for state in (State.BROKEN, State.MISSING):
-        numbers = [chunk.number for chunk in chunks if chunk.state is state]
+        numbers = found[state]
         if numbers:
             more = f" and {len(numbers) - NAMED} more" if len(numbers) > NAMED else ""
             names = ", ".join(chunk_path(folder, number).name for number in numbers[:NAMED])
@@ -241,6 +265,8 @@ def merge(
             write(plan, folder, temporary, progress)
     except OSError as error:
         raise _unwritten(error, str(path)) from error
+    # What Arrow keeps for later, for the page of the sweep to have.
+    pa.default_memory_pool().release_unused()
     return path
 
 
@@ -295,8 +321,7 @@ def _row_groups(tables: Iterable[pa.Table]) -> Iterator[pa.Table]:
     """The rows of some tables in groups of `ROW_GROUP`, the last one smaller."""
     waiting: pa.Table | None = None
     for table in tables:
-        plain = _plain_words(table)
-        waiting = plain if waiting is None else pa.concat_tables([waiting, plain])
+        waiting = table if waiting is None else pa.concat_tables([waiting, table])
         while len(waiting) >= ROW_GROUP:
             yield _numbered_words(waiting.slice(0, ROW_GROUP))
             waiting = waiting.slice(ROW_GROUP)
@@ -304,24 +329,24 @@ def _row_groups(tables: Iterable[pa.Table]) -> Iterator[pa.Table]:
         yield _numbered_words(waiting)
 
 
-def _plain_words(table: pa.Table) -> pa.Table:
-    """A table with its columns of words decoded: each chunk numbers words in its own way."""
-    fields = [
-        field.with_type(pa.string()) if pa.types.is_dictionary(field.type) else field
-        for field in table.schema
-    ]
-    return table.cast(pa.schema(fields))
-
-
 def _numbered_words(table: pa.Table) -> pa.Table:
-    """Columns of words numbered in the order in which these rows have them."""
-    columns = [
-        column.combine_chunks().dictionary_encode()
-        if pa.types.is_string(column.type)
-        else column.combine_chunks()
-        for column in table.columns
-    ]
+    """Columns of words numbered in the order in which these rows have them.
+
+    Each chunk has numbered its words in its own way; no word is written out for each lane.
+    """
+    columns = [_numbered(column.combine_chunks()) for column in table.columns]
     fields = [
         field.with_type(column.type) for field, column in zip(table.schema, columns, strict=True)
     ]
     return pa.Table.from_arrays(columns, schema=pa.schema(fields))
+
+
+def _numbered(column: pa.Array) -> pa.Array:
+    """A column as it is, but for words: the first of them has the number 0, and so on."""
+    if pa.types.is_string(column.type):
+        return column.dictionary_encode()
+    if not pa.types.is_dictionary(column.type):
+        return column
+    numbers = column.indices.dictionary_encode()
+    words = column.dictionary.cast(pa.string()).take(numbers.dictionary)
+    return pa.DictionaryArray.from_arrays(numbers.indices, words)

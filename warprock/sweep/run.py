@@ -6,6 +6,7 @@ over machines is continued by running it again.
 
 from __future__ import annotations
 
+import concurrent.futures
 import contextlib
 import dataclasses
 import pathlib
@@ -15,9 +16,9 @@ from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any
 
-from warprock.case.lanes import expand_lanes
+from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.errors import InputError
-from warprock.model.response import SampleTimes
+from warprock.model.response import Response, SampleTimes
 from warprock.run.accuracy import count_bad, unusable_lanes
 from warprock.run.case_run import run_lane_set
 from warprock.run.devices import start_warp
@@ -27,11 +28,9 @@ from warprock.run.parts import State
 from warprock.sweep.chunks import (
     ACCURACY,
     CHUNKS,
-    Chunk,
     find_chunk,
-    find_chunks,
-    refuse_foreign,
-    summed_counts,
+    own_chunks,
+    tally,
     write_chunk,
 )
 from warprock.sweep.plan import Plan, require_same_software
@@ -120,6 +119,13 @@ def run_chunk(
     """
     if find_chunk(plan, folder, number).state is State.DONE:
         return
+    write_chunk(plan, folder, number, *_lanes_of_chunk(plan, number, workers, progress))
+
+
+def _lanes_of_chunk(
+    plan: Plan, number: int, workers: int | None, progress: Progress | None
+) -> tuple[LaneSet, Response]:
+    """The lanes of a chunk and what became of them."""
     start_warp()
     case = plan.case
     lane_set = expand_lanes(case, plan.lanes_of(number))
@@ -130,7 +136,7 @@ def run_chunk(
         plan.options(workers, progress),
         settings=case.engine_settings(plan.engine),
     )
-    write_chunk(plan, folder, number, lane_set, response)
+    return lane_set, response
 
 
 def chunks_to_run(plan: Plan, folder: pathlib.Path, shard: Shard) -> list[int]:
@@ -141,22 +147,33 @@ def chunks_to_run(plan: Plan, folder: pathlib.Path, shard: Shard) -> list[int]:
             from what the plan was made with.
     """
     require_same_software(plan)
-    found = find_chunks(plan, folder, shard.chunks(plan))
-    refuse_foreign(folder, found)
+    found = own_chunks(plan, folder, shard.chunks(plan))
     return [chunk.number for chunk in found if chunk.state is not State.DONE]
 
 
 def run_here(plan: Plan, folder: pathlib.Path, workers: int | None = None) -> RunChunks:
-    """A way to run chunks: one after the other in this process, each on all of its threads."""
+    """A way to run chunks: one after the other in this process, each on all of its threads.
+
+    While a chunk runs, the one before it is written.
+    """
 
     def run(numbers: list[int], progress: Progress) -> None:
         remove_dead_temporaries(folder / CHUNKS, "chunk-*")
         before = 0
-        for number in numbers:
-            counted = counted_from(progress, before)
-            run_chunk(plan, folder, number, workers=workers, progress=counted)
-            before += len(plan.lanes_of(number))
-            progress(before)
+        # Whoever stops a run waits for the file in hand.
+        with concurrent.futures.ThreadPoolExecutor(1) as writer:
+            writing: list[concurrent.futures.Future[Any]] = []
+            for number in numbers:
+                if find_chunk(plan, folder, number).state is not State.DONE:
+                    counted = counted_from(progress, before)
+                    found = _lanes_of_chunk(plan, number, workers, counted)
+                    for each in writing:
+                        each.result()
+                    writing = [writer.submit(write_chunk, plan, folder, number, *found)]
+                before += len(plan.lanes_of(number))
+                progress(before)
+            for each in writing:
+                each.result()
 
     return run
 
@@ -169,14 +186,13 @@ def shard_counts(plan: Plan, folder: pathlib.Path, shard: Shard) -> dict[str, An
         `accuracy_counts`) and the tolerance, unusable (lanes done whose numbers may not be used)
         and bad (these, and those that missed the tolerance).
     """
-    found: list[Chunk] = find_chunks(plan, folder, shard.chunks(plan))
-    done = [chunk for chunk in found if chunk.state is State.DONE]
-    counts = summed_counts(chunk.counts for chunk in done)
+    chunks = shard.chunks(plan)
+    found = tally(plan, folder, chunks)
     return {
-        "lanes": sum(len(plan.lanes_of(chunk.number)) for chunk in found),
-        "lanes_done": sum(len(plan.lanes_of(chunk.number)) for chunk in done),
-        **counts,
+        "lanes": sum(len(plan.lanes_of(number)) for number in chunks),
+        "lanes_done": sum(len(plan.lanes_of(number)) for number in found.numbers[State.DONE]),
+        **found.counts,
         "tolerance": plan.tolerance,
-        "unusable": unusable_lanes(counts["status"]),
-        "bad": count_bad(counts["status"], counts[ACCURACY]),
+        "unusable": unusable_lanes(found.counts["status"]),
+        "bad": count_bad(found.counts["status"], found.counts[ACCURACY]),
     }

@@ -1,0 +1,102 @@
+"""Steps of Housner's block under a record in which nothing happens.
+
+A record is linear between its samples, and most steps end at one of them without an event. Such a
+step is that of housner/block.py, to the last bit, but for the search of an event and of the
+friction that it needs. A step that may hold an event, or need more friction than any before it, is
+declined, and has changed nothing; housner/block.py takes it. That costs four times as much.
+
+A block at rest passes all samples at once of which none could lift it.
+"""
+
+import warp as wp
+
+from warprock.kernels.housner.block import REACH, Block
+from warprock.kernels.housner.block_contact import rocking_series
+from warprock.kernels.modes import RESTING, ROCKING
+from warprock.kernels.motion import Motion, between_samples, knot_time, series, undisturbed
+from warprock.kernels.pool import AHEAD
+from warprock.kernels.shape.taylor import slope_at, value_at
+
+NEARLY_ALL = by_precision(1.0 - 1.0e-9, 1.0 - 1.0e-5)
+"""Part of a bound up to which a step is taken here: what round-off could decide is declined."""
+
+
+@wp.func
+def suffices(
+    friction: real, h: real, n0: real, n1: real, n2: real, n3: real,
+    f0: real, f1: real, f2: real, f3: real,
+) -> bool:  # fmt: skip
+    """Whether a friction surely holds in a step of length h: n and f are chords and what bends."""
+    n = smaller(n0, n0 + n1 * h) - h * h * (size(n2) + size(n3) * h)
+    f = larger(size(f0), size(f0 + f1 * h)) + h * h * (size(f2) + size(f3) * h)
+    return f < NEARLY_ALL * friction * n
+
+
+@wp.func
+def rocks_on(
+    block: Block, h: real, side: real, theta: real, omega: real, needed: real, a0: real, a1: real,
+):  # fmt: skip
+    """A step of a rocking block: theta and omega after it, whether nothing happens in it."""
+    zero = real(0.0)
+    (
+        t2, t3, t4, t5, t6, t7, t8, t9, t10,
+        n0, n1, n2, n3, _n4, _n5, _n6, f0, f1, f2, f3, _f4, _f5, _f6,
+    ) = rocking_series(
+        block.frequency_squared, block.coupling, theta - side * block.slenderness_angle, omega,
+        a0, a1, zero, zero, zero, zero, zero, zero, zero,
+    )  # fmt: skip
+    theta1 = value_at(theta, omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, h)
+    omega1 = slope_at(omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, h)
+    lean, lean1 = side * theta, side * theta1
+    stands = lean >= zero and lean1 > zero and lean1 < NEARLY_ALL * HALF_PI
+    one_way = omega * omega1 >= zero and size(omega) * h < NEARLY_ALL * REACH
+    fallen = lean >= block.fall_angle and side * omega >= zero
+    held = fallen or suffices(needed, h, n0, n1, n2, n3, f0, f1, f2, f3)
+    return theta1, omega1, stands and one_way and held
+
+
+@wp.func
+def rests_on(
+    block: Block, m: Motion, strongest: real, until: real, segment: int, mode: int,
+):  # fmt: skip
+    """Whether a block at rest stays so over the next AHEAD samples, and the time of the last."""
+    calm, far = undisturbed(m, segment, strongest, NEARLY_ALL * block.uplift_acceleration)
+    return mode == RESTING and calm and far <= until, far
+
+
+@wp.func
+def roll(
+    block: Block, m: Motion, sample: real, sample_slope: real, strongest: real, until: real,
+    theta: real, omega: real, side: real, time: real, segment: int, mode: int, cap: real,
+    needed: real,
+):  # fmt: skip
+    """One step of one lane, at most to its next sample or to `until`, if nothing happens in it.
+
+    `strongest` belongs to the record's segment, as `sample` does; the other arguments are as of
+    `step` in housner/block.py.
+
+    Returns:
+        Whether it is taken; theta, omega, time and segment after it.
+    """
+    calm, far = rests_on(block, m, strongest, until, segment, mode)
+    rests = mode == RESTING
+    knot = knot_time(m, segment)
+    target = smaller(knot, until)
+    room = target - time
+    cuts = room > block.step_length
+    h = wp.where(cuts, block.step_length, room)
+    a0, a1, _a2, _a3, _a4, _a5, _a6, _a7, _a8 = series(m, segment, time, sample, sample_slope)
+    lifts_at = NEARLY_ALL * block.uplift_acceleration
+    still = rests and size(a0) < lifts_at and size(a0 + a1 * h) < lifts_at
+    theta1, omega1, rolls = rocks_on(block, h, side, theta, omega, needed, a0, a1)
+    goes_on = still or (rolls and mode == ROCKING)
+    taken = calm or (between_samples(m, segment) and h <= cap and goes_on)
+    time1 = wp.where(cuts, time + h, target)
+    passed = wp.where(time1 >= knot, 1, 0)
+    return (
+        taken,
+        wp.where(rests, theta, theta1),
+        wp.where(rests, omega, omega1),
+        wp.where(calm, far, time1),
+        segment + wp.where(calm, AHEAD, passed),
+    )

@@ -1,0 +1,89 @@
+"""`housner` under records, where most steps are those without events of housner/block_roll.py."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+from tests.shared.blocks import make_lanes
+from tests.shared.made_records import made_record
+from tests.shared.speed import require_gain
+from warprock.case.lanes import LaneSet, expand_lanes
+from warprock.case.load import load_case
+from warprock.engines.launching import Form, strongest_ahead
+from warprock.kernels.pool import AHEAD
+from warprock.model import rocking
+from warprock.model.response import SampleTimes
+from warprock.records import record_motions
+from warprock.run.batch import run_batch
+
+LANES = 400
+"""More than a thread has places for, so that lanes take the places of others."""
+
+
+@pytest.fixture(scope="module")
+def many() -> LaneSet:
+    """Lanes that rest, rock and overturn under 20 s of an earthquake."""
+    restitution = "sample.over.contact.angular_restitution"
+    keeps = "={distribution='uniform', from=0.85, to=0.97}"
+    case = load_case("record-sample", [f"sample.lanes={LANES}", restitution + keeps])
+    return expand_lanes(case)
+
+
+def test_lanes_side_by_side_do_what_each_does_alone(many: LaneSet) -> None:
+    # The plain form has the step of housner/block.py alone, and one lane a thread.
+    packed, plain = (
+        run_batch("housner", many.lanes, many.motions, many.times, form=form) for form in Form
+    )
+    assert len(np.unique(packed["outcome"])) == 3
+    for name, values in packed.fields.items():
+        # The quotient of two forces is rounded otherwise in vector code.
+        least = 1e-13 if name == "friction_needed" else 0.0
+        np.testing.assert_allclose(values, plain[name], rtol=least, atol=0.0, err_msg=name)
+
+
+@pytest.mark.speed
+def test_many_lanes_under_a_record_are_vector_code(many: LaneSet) -> None:
+    def cost(form: Form) -> float:
+        started = time.process_time()
+        run_batch(
+            "housner", many.lanes, many.motions, many.times, form=form, workers=1, chunk_size=LANES
+        )
+        return time.process_time() - started
+
+    # Either loop over lanes alone without vector code takes this below 1.5.
+    require_gain(lambda: cost(Form.PLAIN), lambda: cost(Form.PACKED), 2.0)
+
+
+def test_a_block_at_rest_passes_quiet_samples_and_lifts_in_time() -> None:
+    interval, quiet, limit = 0.01, 0.1, float(rocking.uplift_acceleration(0.2, 1.0))
+    # A peak at every sample in turn, which a step of many samples may end before, at or behind.
+    peaks = np.arange(300, 360)
+    records = []
+    for peak in peaks:
+        samples = np.full(500, quiet * limit)
+        samples[peak] = 2.0 * limit
+        records.append(made_record(samples, interval))
+    count = len(peaks)
+    motions = record_motions(
+        records, index=np.arange(count), scale=np.ones(count), start=np.zeros(count)
+    )
+    lanes = make_lanes(np.full(count, 0.2), 1.0)
+    found = run_batch("housner", lanes, motions, SampleTimes(4.0))
+    rise = (1.0 - quiet) / (2.0 - quiet)
+    lifted = interval * (peaks - 1 + rise)
+    # To the part 2 x 1e-12 of the limit by which a block at rest may exceed it.
+    np.testing.assert_allclose(found["uplift_time"], lifted, rtol=1e-11)
+    still = run_batch("housner", lanes, motions, SampleTimes(2.9))
+    assert np.isnan(still["uplift_time"]).all()
+    # 290 samples: nine times 31, and a few one by one.
+    assert np.max(still["step_count"]) < 45
+
+
+def test_strongest_ahead_looks_at_each_sample_and_those_after_it() -> None:
+    values = np.random.default_rng(1).normal(size=200)
+    for count in (1, 2, 7, AHEAD, 300):
+        wanted = [np.abs(values[i : i + count + 1]).max() for i in range(len(values))]
+        np.testing.assert_array_equal(strongest_ahead(values, count), wanted)
