@@ -11,6 +11,8 @@ NEARLY = by_precision(1.0e-6, 1.0e-4)
 """Part of the longest step by which the time of an event may be missed."""
 DUST = by_precision(1.0e-12, 1.0e-5)
 """Round-off of a velocity, as a part of the largest."""
+STILL = by_precision(1.0e-9, 1.0e-4)
+"""Velocity at a contact that sticks, as a part of the largest."""
 REACH = real(0.125)
 """Largest rotation in one step [rad]: keeps the polynomials in their range."""
 SLOWEST = real(1.0e-30)

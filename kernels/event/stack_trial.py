@@ -18,7 +18,9 @@ from warprock.kernels.event.stack_weight import keeps_height, left_behind, until
 from warprock.kernels.motion import Motion, knot_step, knot_time, series
 from warprock.kernels.shape.stack import (
     CLOSED,
+    MINUS,
     OPEN,
+    PLUS,
     Blocks,
     Counts,
     Triples,
@@ -40,6 +42,7 @@ from warprock.kernels.event.stack_state import (
     SLOWEST,
     SOON,
     STEADY,
+    STILL,
     Limits,
     State,
     Trial,
@@ -176,6 +179,21 @@ def sticks(touch: Counts, slip: Counts) -> bool:
     return found
 
 
+@wp.func
+def stays_put(touch: Counts, rate: Triples, grain: real) -> bool:
+    """Whether no end that touches moves against what it touches.
+
+    One that an impact has let go so slowly that it counts as touching may do so.
+    """
+    found = bool(True)
+    for k in range(BLOCKS):
+        along = size(rate[3 * k])
+        plus = wp.where((touch[k] & PLUS) != 0, size(rate[3 * k + 1]), real(0.0))
+        minus = wp.where((touch[k] & MINUS) != 0, size(rate[3 * k + 2]), real(0.0))
+        found = found and larger(along, larger(plus, minus)) <= grain
+    return found
+
+
 @wp.func(inline=False)
 def rolling(
     blocks: Blocks, limits: Limits, m: Motion, sample: real, sample_slope: real, target: real,
@@ -243,7 +261,8 @@ def tried(
         longest = room
     d = smaller(longest, room)
     lacks = bool(False)
-    stuck = sticks(s.pose.touch, s.slip)
+    grain = STILL * (speed + limits.gravity * limits.longest_step)
+    stuck = sticks(s.pose.touch, s.slip) and stays_put(s.pose.touch, s.rate, grain)
     if stuck and s.seek == STEADY:
         t = rolling(blocks, limits, m, sample, sample_slope, target, s, t, s.pose.touch, d)
         lacks = not t.rolls
