@@ -307,8 +307,10 @@ if MOTION == "record":
         `strongest` is the largest of them, of the segment's sample as the record has it.
         """
         last = segment + AHEAD - 1
-        inside = between_samples(m, last) and segment > 0
-        return inside and size(m.scale) * strongest < bound, knot_time(m, last)
+        # Read before an `and`, as in `between_samples`.
+        weak = size(m.scale) * strongest < bound
+        far = knot_time(m, last)
+        return between_samples(m, last) and segment > 0 and weak, far
 
     @wp.func
     def sample_index(m: Motion, segment: int) -> int:
