@@ -1,8 +1,11 @@
-"""Second-order contact step of a stack of rocking blocks.
+"""Contact step of a stack of rocking blocks: order 5 while all contacts stick, else 2.
 
-The scheme is that of event/block.py for all blocks at once: one clock a lane, a midpoint
-Moreau-Jean step, an event inside a step ends the next one there, and at a step's end the velocity
-is projected on its contacts. In the frame of the base, with v = (vx, vz, omega) of every block:
+Where every interface touches and sticks, rotations follow Taylor polynomials, and the step ends at
+the impact, opening or slip that these come to (event/stack_rocking.py, stack_rolling.py); where no
+event lies in it, nothing else is done. Else the scheme is that of event/block.py for all blocks at
+once: one clock a lane, a midpoint Moreau-Jean step, an event inside a step ends the next one there,
+and at a step's end the velocity is projected on its contacts. In the frame of the base, with
+v = (vx, vz, omega) of every block:
 
     1. mean velocity v_m = v - (dV/2, g d/2, 0) + W G^T p, G at the pose d/2 ahead, p such that
        v_m obeys the contact law of event/stack_contact.py at all interfaces;
@@ -30,18 +33,21 @@ import warp as wp
 
 from warprock.kernels.event.stack_contact import bound_velocity, relative_velocity, solve
 from warprock.kernels.event.stack_moves import flattened, glued, opening
-from warprock.kernels.event.stack_trial import (
+from warprock.kernels.event.stack_state import (
     DUST,
+    FOUND,
     NEARLY,
+    SEEKING,
+    SOON,
+    STEADY,
     Limits,
     State,
     Trial,
     at_rest,
     fastest,
     lost_between,
-    stopping,
-    tried,
 )
+from warprock.kernels.event.stack_trial import stopping, tried
 from warprock.kernels.event.stack_weight import left_behind, pushed_up
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING, SLID_OFF, UNSOLVED
 from warprock.kernels.motion import Motion
@@ -66,12 +72,6 @@ from warprock.kernels.shape.stack import (
 if CHAINS:
     from warprock.kernels.event.stack_body import has_left
 
-STEADY = 0
-SEEKING = 1
-FOUND = 2
-
-SOON = real(1.0e-3)
-"""Part of the longest step by which the opening of a contact may be missed."""
 TOUCHING = by_precision(1.0e-8, 1.0e-5)
 """Opening [rad] below which an end takes part in an impact elsewhere."""
 
@@ -145,6 +145,13 @@ def mode_of(blocks: Blocks, s: State, near: real) -> int:
         if CHAINS:
             upright = size(turn_of(s.pose, k) + s.pose.foot[k]) < HALF_PI
             mode = wp.where(upright, mode, OVERTURNED)
+    return sound_mode(s, mode)
+
+
+@wp.func
+def sound_mode(s: State, running: int) -> int:
+    """A mode, or BROKEN where the state is not finite."""
+    mode = int(running)
     for k in range(BLOCKS):
         v = three_of(s.velocity, k)
         sound = s.pose.theta[k] + s.pose.along[k] + s.pose.above[k] + v[0] + v[1] + v[2] + s.time
@@ -186,6 +193,23 @@ def base_moved(s: State, reached: State, t: Trial) -> State:
 
 
 @wp.func
+def ended(s: State, reached: State, t: Trial) -> State:
+    """The state reached from s by a step that is taken."""
+    n = reached
+    n.cap = NEVER
+    n.taken = True
+    n.plain = t.plain
+    n.seek = wp.where(t.spends, FOUND, STEADY)
+    n.calm = (
+        at_rest(s.pose.touch, s.slip) and at_rest(n.pose.touch, n.slip)
+        and t.dv == real(0.0) and t.kick == real(0.0)
+    )  # fmt: skip
+    if VERTICAL:
+        n.calm = n.calm and t.weight.gained == real(0.0) and t.weight.kick == real(0.0)
+    return n
+
+
+@wp.func(inline=False)
 def projected(
     blocks: Blocks, limits: Limits, s: State, reached: State, t: Trial, upper: Rows, lower: Rows
 ) -> State:
@@ -201,7 +225,9 @@ def projected(
         lower: Rows of the lower blocks at its end.
     """
     n = reached
-    v, _held, _sound = bound_velocity(blocks, upper, lower, t.pose.touch, n.slip, t.velocity)
+    v = t.velocity
+    if not t.rolls:
+        v, _held, _sound = bound_velocity(blocks, upper, lower, t.pose.touch, n.slip, t.velocity)
     hold = n.pose.touch
     slip = n.slip
     settled = bool(True)
@@ -228,16 +254,7 @@ def projected(
         for i in range(3):
             n.rate[3 * k + i] = u[i]
     n.lost = n.lost + t.lost
-    n = base_moved(s, n, t)
-    n.cap = NEVER
-    n.taken = True
-    n.seek = STEADY
-    n.calm = (
-        at_rest(s.pose.touch, s.slip) and at_rest(n.pose.touch, n.slip)
-        and t.dv == real(0.0) and t.kick == real(0.0)
-    )  # fmt: skip
-    if VERTICAL:
-        n.calm = n.calm and t.weight.gained == real(0.0) and t.weight.kick == real(0.0)
+    n = ended(s, base_moved(s, n, t), t)
     n.mode = mode_of(blocks, n, NEARLY * limits.longest_step)
     for k in range(BLOCKS):
         n.pose.theta[k] = larger(smaller(n.pose.theta[k], HALF_PI), -HALF_PI)
@@ -260,6 +277,7 @@ def end_of_step(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> S
             e1, _r1 = opening(t.pose, t.velocity, k, t.pose.touch[k])
             falls[k] = wp.where(e1 <= TOUCHING, CLOSED, OPEN)
     n = s
+    n.curve = t.curve
     n.pose = flattened(blocks, t.pose, falls)
     upper, lower, _plus, _minus = all_rows(blocks, n.pose)
     n.slip = t.slip
@@ -283,6 +301,31 @@ def end_of_step(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> S
     return n
 
 
+@wp.func(inline=False)
+def with_events(blocks: Blocks, limits: Limits, s: State, t: Trial) -> State:
+    """The state after a trial step, or the old one with what is to be sought or cut."""
+    n = sought(limits, s, t)
+    if n.seek == s.seek or t.resting:
+        n = end_of_step(blocks, limits, s, t)
+    return n
+
+
+@wp.func
+def rolled_on(s: State, t: Trial) -> State:
+    """The state after a step without events of a stack that sticks at all its contacts."""
+    n = s
+    n.pose = t.pose
+    n.velocity = t.velocity
+    n.rate = Triples()
+    n.slip = Counts()
+    n.curve = t.curve
+    for k in range(BLOCKS):
+        n.swing[k] = t.velocity[3 * k + 2]
+    n = ended(s, base_moved(s, n, t), t)
+    n.mode = sound_mode(n, RUNNING)
+    return n
+
+
 @wp.func
 def step(
     blocks: Blocks, limits: Limits, m: Motion, sample: real, sample_slope: real, end: real, s: State
@@ -292,7 +335,6 @@ def step(
     The state after it, unchanged but for `cap` where an event lay inside.
     """
     t = tried(blocks, limits, m, sample, sample_slope, end, s)
-    n = sought(limits, s, t)
-    if n.seek == s.seek or t.resting:
-        n = end_of_step(blocks, limits, s, t)
-    return n
+    if t.plain:
+        return rolled_on(s, t)
+    return with_events(blocks, limits, s, t)

@@ -211,7 +211,7 @@ def next_edge(
             e0, r0 = opening(old, v0, k, touch)
             e1, r1 = opening(new, v1, k, touch)
             cut, lands, _rests = pivot_event(
-                room - e0, -r0, room - e1, -r1, d, near, False, real(0.0)
+                room - e0, -r0, room - e1, -r1, real(0.0), d, near, False, real(0.0)
             )
         if lands:
             way = wp.where(touch == PLUS, 1, -1)

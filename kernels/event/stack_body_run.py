@@ -18,8 +18,10 @@ from warprock.kernels.event.stack_run import (
     centres,
     observe,
     observe_start,
+    rotation_at,
 )
-from warprock.kernels.event.stack_trial import Limits, State, Trial, tried
+from warprock.kernels.event.stack_state import Limits, State, Trial
+from warprock.kernels.event.stack_trial import tried
 from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import sample_index
@@ -145,9 +147,7 @@ def run_lanes(
                 s.mode = STALLED
         if found.rotations.shape[0] > 0:
             for k in range(BLOCKS):
-                found.rotations[sample, k, lane] = between_steps(
-                    until, s0, s, s0.pose.theta[k], s0.velocity[3 * k + 2], s.pose.theta[k]
-                )
+                found.rotations[sample, k, lane] = rotation_at(until, s0, s, k)
         if found.places.shape[0] > 0:
             x0, z0 = centres(pile0, s0.pose)
             x1, z1 = centres(pile, s.pose)

@@ -92,7 +92,7 @@ def flown(blocks: Blocks, old: Pose, new: Pose, velocity: Triples, k: int, d: re
     return x * c1 - z * s1, z * c1 + x * s1
 
 
-@wp.func
+@wp.func(inline=False)
 def moved(
     blocks: Blocks, old: Pose, touch: Counts, velocity: Triples, slide: Values, d: real
 ) -> Pose:
@@ -135,9 +135,11 @@ def opening(pose: Pose, velocity: Triples, k: int, touch: int):
 
 @wp.func
 def pivot_event(
-    e0: real, r0: real, e1: real, r1: real, d: real, near: real, fresh: bool, rest: real
+    e0: real, r0: real, e1: real, r1: real, bend: real, d: real, near: real, fresh: bool, rest: real
 ):
     """What a pivoting interface does in a step, from its opening and rate at both ends.
+
+    `bend` is half of the acceleration with which it opens [rad/s^2].
 
     Returns:
         Length of the step to its impact if that lies inside, else NEVER; whether it falls flat at
@@ -150,14 +152,13 @@ def pivot_event(
     rests = bool(False)
     if e1 < -reach and d > near:
         cut = first_root(larger(e0, zero), r0, e1, d)
-        bend = (e1 - e0 - r0 * d) / (d * d)
         rests = fresh and e0 <= GRAIN and (r0 <= zero or r0 * r0 <= real(-4.0) * bend * rest)
     elif e1 <= reach and (r1 < zero or e1 <= zero):
         falls = True
     return cut, falls, rests
 
 
-@wp.func
+@wp.func(inline=False)
 def flight_event(
     blocks: Blocks, old: Pose, new: Pose, v0: Triples, v1: Triples, k: int, d: real, near: real
 ):
@@ -193,7 +194,7 @@ def flight_event(
     return cut, lands, smaller(plus1, minus1)
 
 
-@wp.func
+@wp.func(inline=False)
 def flattened(blocks: Blocks, old: Pose, falls: Counts) -> Pose:
     """The pose with fallen blocks flat on what is below, and landed ends put on their faces."""
     new = Pose()
@@ -224,7 +225,7 @@ def flattened(blocks: Blocks, old: Pose, falls: Counts) -> Pose:
     return new
 
 
-@wp.func
+@wp.func(inline=False)
 def glued(blocks: Blocks, pose: Pose, slip: Counts, velocity: Triples) -> Triples:
     """Velocities without round-off at closed interfaces: one rotation, one motion if they stick."""
     v = velocity

@@ -8,7 +8,9 @@ import warp as wp
 
 from warprock.kernels.event.stack import step
 from warprock.kernels.event.stack_moves import started
-from warprock.kernels.event.stack_trial import Limits, State, at_rest
+from warprock.kernels.event.stack_rocking import DEGREE
+from warprock.kernels.event.stack_rolling import turning_time, value_in
+from warprock.kernels.event.stack_state import Limits, State, at_rest
 from warprock.kernels.instance import LOOPS_STAY
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import sample_index
@@ -125,13 +127,13 @@ def observe(blocks: Blocks, before: Seen, offset: Values, s0: State, s: State) -
     seen = before
     d = s.time - s0.time
     for k in range(BLOCKS):
-        omega = s0.velocity[3 * k + 2]
+        omega = s.curve[k, 1]
         omega1 = s.swing[k]
         highest = size(s.pose.theta[k])
         at = s.time
         if omega * omega1 < real(0.0):
-            rise = omega * d / (omega - omega1)
-            apex = size(s0.pose.theta[k] + HALF * omega * rise)
+            rise = turning_time(s.curve, k, omega, omega1, d)
+            apex = size(value_in(s.curve, k, DEGREE, rise))
             if apex >= highest:
                 highest = apex
                 at = s0.time + rise
@@ -139,11 +141,12 @@ def observe(blocks: Blocks, before: Seen, offset: Values, s0: State, s: State) -
             seen.peak[k] = highest
             seen.peak_time[k] = at
         touch = s.pose.touch[k]
-        anchor, rate = anchored(blocks, s.pose, k, touch)
-        seen.slide[k] = upright_place(blocks, k, touch, anchor, rate) - offset[k]
-        if CHAINS:
-            seen.slide[k] = seen.slide[k] - blocks.rolled[k]
-        seen.peak_slide[k] = larger(size(seen.slide[k]), seen.peak_slide[k])
+        if not s.plain:
+            anchor, rate = anchored(blocks, s.pose, k, touch)
+            seen.slide[k] = upright_place(blocks, k, touch, anchor, rate) - offset[k]
+            if CHAINS:
+                seen.slide[k] = seen.slide[k] - blocks.rolled[k]
+            seen.peak_slide[k] = larger(size(seen.slide[k]), seen.peak_slide[k])
         # A velocity step of the base lifts at the end of a step, an acceleration from its start.
         if s0.pose.touch[k] == CLOSED and touch != CLOSED and seen.uplift_time >= NEVER:
             at_end = s.pose.theta[k] == flat_rotation(blocks, s.pose, k)
@@ -181,6 +184,15 @@ def centres(blocks: Blocks, pose: Pose):
         x[k] = at
         z[k] = up
     return x, z
+
+
+@wp.func
+def rotation_at(until: real, s0: State, s: State, k: int) -> real:
+    """Rotation of a block inside the last step [rad], or at its end."""
+    theta = s.pose.theta[k]
+    if until < s.time:
+        theta = value_in(s.curve, k, DEGREE, until - s0.time)
+    return theta
 
 
 @wp.func
@@ -249,9 +261,7 @@ def run_lanes(
                 s.mode = STALLED
         if found.rotations.shape[0] > 0:
             for k in range(BLOCKS):
-                found.rotations[sample, k, lane] = between_steps(
-                    until, s0, s, s0.pose.theta[k], s0.velocity[3 * k + 2], s.pose.theta[k]
-                )
+                found.rotations[sample, k, lane] = rotation_at(until, s0, s, k)
         if found.places.shape[0] > 0:
             x0, z0 = centres(pile, s0.pose)
             x1, z1 = centres(pile, s.pose)

@@ -6,167 +6,49 @@ from warprock.kernels.event.block_begin import base_change, first_root
 from warprock.kernels.event.body_weight import Weight, kicks, weight_in
 from warprock.kernels.event.stack_contact import relative_velocity, solve
 from warprock.kernels.event.stack_moves import flight_event, moved, opening, pivot_event
+from warprock.kernels.event.stack_rocking import DEGREE, Terms, rocking
+from warprock.kernels.event.stack_rolling import (
+    LACKS,
+    SPENT,
+    rolled,
+    rolled_velocity,
+    value_in,
+)
 from warprock.kernels.event.stack_weight import keeps_height, left_behind, until_knot
 from warprock.kernels.motion import Motion, knot_step, knot_time, series
-from warprock.kernels.shape.above import Above
 from warprock.kernels.shape.stack import (
     CLOSED,
+    MINUS,
     OPEN,
+    PLUS,
     Blocks,
     Counts,
-    Pose,
     Triples,
     Values,
     all_rows,
     lower_face,
-    three_of,
+    side_of,
 )
 
 if CHAINS:
     from warprock.kernels.event.stack_body import next_edge
 
-NEARLY = by_precision(1.0e-6, 1.0e-4)
-"""Part of the longest step by which the time of an event may be missed."""
-DUST = by_precision(1.0e-12, 1.0e-5)
-"""Round-off of a velocity, as a part of the largest."""
-REACH = real(0.125)
-"""Largest rotation in one step [rad]: keeps the polynomials in their range."""
-SLOWEST = real(1.0e-30)
-"""Keeps a quotient by zero finite."""
-
-
-@wp.struct
-class Limits:
-    """What a step needs to know of one lane besides its blocks; above, where its base stands."""
-
-    gravity: real
-    mass: real
-    longest_step: real
-    rest_rotation: Values
-    if VERTICAL:
-        above: Above
-
-
-@wp.struct
-class State:
-    """State of one lane.
-
-    velocity [m/s, rad/s] relative to the base; slip, the directions in which the interfaces slide;
-    rate, relative velocities at the interfaces [m/s]; swing, angular velocities at the end of the
-    last step before its impact [rad/s]; base velocity [m/s]; cap, the longest next step [s]; lost
-    energy [J]; segment, knots passed; calm, whether the last step changed nothing; taken, whether
-    the last trial was a step; deepest, how deep an end was in a face at the end of a step, before
-    it was put back [m]; seek, lack and span, see `sought`; rising, velocity of the base upwards
-    [m/s]; risen, knots of its vertical motion passed.
-    """
-
-    pose: Pose
-    velocity: Triples
-    rate: Triples
-    slip: Counts
-    swing: Values
-    time: real
-    base: real
-    cap: real
-    lost: real
-    segment: int
-    mode: int
-    impacts: int
-    calm: bool
-    taken: bool
-    deepest: real
-    seek: int
-    lack: real
-    span: real
-    if VERTICAL:
-        rising: real
-        risen: int
-
-
-@wp.struct
-class Trial:
-    """A step that has not been taken yet.
-
-    Pose and velocity at its end before impacts; slip, the directions of sliding in it; length d
-    [s]; time at its end [s]; change of the base's velocity in it and its velocity step [m/s]; lost
-    energy [J]; cut, the length of the step to the first event inside it, else NEVER; falls, the
-    ends that land; rests, the interfaces that close at its start instead; segment after it;
-    turns, whether a contact opens or starts to slide in it; spare, what the contacts would have
-    left if none did [N]; deep, how deep an end is in a face at its end [m]; weight, what weighs;
-    way, by how many edges bodies roll on at its end, see event/stack_body.py.
-    """
-
-    pose: Pose
-    velocity: Triples
-    slip: Counts
-    d: real
-    time: real
-    dv: real
-    kick: real
-    lost: real
-    cut: real
-    falls: Counts
-    resting: bool
-    struck: bool
-    settled: bool
-    turns: bool
-    spare: real
-    segment: int
-    deep: real
-    if CHAINS:
-        way: Counts
-    if VERTICAL:
-        weight: Weight
-
-
-@wp.func
-def fastest(velocity: Triples):
-    """Largest velocity of a block's centre [m/s] and largest angular velocity [rad/s]."""
-    speed = real(0.0)
-    spin = real(0.0)
-    for k in range(BLOCKS):
-        speed = larger(speed, size(velocity[3 * k]))
-        speed = larger(speed, size(velocity[3 * k + 1]))
-        spin = larger(spin, size(velocity[3 * k + 2]))
-    return speed, spin
-
-
-@wp.func
-def at_rest(touch: Counts, slip: Counts) -> bool:
-    """Whether all interfaces are closed and stick."""
-    rests = bool(True)
-    for k in range(BLOCKS):
-        rests = rests and touch[k] == CLOSED and slip[k] == 0
-    return rests
-
-
-@wp.func
-def kinetic_energy(blocks: Blocks, velocity: Triples) -> real:
-    """Kinetic energy in the frame of the base [J]."""
-    energy = real(0.0)
-    for k in range(BLOCKS):
-        v = three_of(velocity, k)
-        energy += HALF * (v[0] * v[0] + v[1] * v[1]) / blocks.inverse_mass[k]
-        energy += HALF * v[2] * v[2] / blocks.inverse_inertia[k]
-    return energy
-
-
-@wp.func
-def lost_between(blocks: Blocks, kick: real, free: Triples, velocity: Triples) -> real:
-    """Energy that contacts take in an impact [J].
-
-    The base's work on the blocks is at the mean of the velocities before and after, see account.py.
-
-    Args:
-        blocks: The blocks.
-        kick: Velocity step of the base [m/s].
-        free, velocity: Velocities after it without contact and with it.
-    """
-    lost = kinetic_energy(blocks, free) - kinetic_energy(blocks, velocity)
-    for k in range(BLOCKS):
-        lost -= HALF * kick * (velocity[3 * k] - free[3 * k]) / blocks.inverse_mass[k]
-    return lost
-
+from warprock.kernels.event.stack_state import (
+    DUST,
+    FOUND,
+    GRAIN,
+    NEARLY,
+    REACH,
+    SLOWEST,
+    SOON,
+    STEADY,
+    STILL,
+    Limits,
+    State,
+    Trial,
+    fastest,
+    still_curve,
+)
 
 if CHAINS:
 
@@ -190,6 +72,34 @@ if CHAINS:
 
 
 @wp.func
+def closing(s: State, trial: Trial, rests: Counts) -> Trial:
+    """The trial without a step, at whose start some interfaces close instead."""
+    t = trial
+    t.falls = rests
+    if CHAINS:
+        t.way = Counts()
+    t.pose = s.pose
+    t.velocity = s.velocity
+    t.slip = s.slip
+    t.lost = real(0.0)
+    t.d = real(0.0)
+    t.dv = real(0.0)
+    t.kick = real(0.0)
+    t.time = s.time
+    t.cut = NEVER
+    t.segment = s.segment
+    t.struck = False
+    t.turns = False
+    t.rolls = False
+    t.spends = False
+    t.curve = still_curve(s)
+    t.deep = real(0.0)
+    if VERTICAL:
+        t.weight = Weight(t.weight.start, t.weight.start, real(0.0), real(0.0), False)
+    return t
+
+
+@wp.func(inline=False)
 def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
     """The trial step with the events at its interfaces and the overturning of its blocks."""
     t = trial
@@ -209,8 +119,14 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
             e0, r0 = opening(s.pose, s.velocity, k, touch)
             e1, r1 = opening(t.pose, t.velocity, k, touch)
             fresh = s.pose.touch[k] != CLOSED
+            bend = (e1 - e0 - r0 * t.d) / (t.d * t.d)
+            if t.rolls:
+                bend = t.curve[k, 2]
+                if k > 0:
+                    bend = bend - t.curve[k - 1, 2]
+                bend = side_of(touch) * bend
             cut, falls, quiet = pivot_event(
-                e0, r0, e1, r1, t.d, near, fresh, limits.rest_rotation[k]
+                e0, r0, e1, r1, bend, t.d, near, fresh, limits.rest_rotation[k]
             )
             t.cut = smaller(t.cut, cut)
             t.resting = t.resting or quiet
@@ -228,24 +144,100 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
     if CHAINS:
         t = with_next_edges(blocks, s, t, near)
     if t.resting:
-        t.falls = rests
+        t = closing(s, t, rests)
+    return t
+
+
+@wp.func(inline=False)
+def clocked(
+    limits: Limits, m: Motion, sample: real, sample_slope: real, target: real, s: State,
+    trial: Trial, d: real,
+) -> Trial:  # fmt: skip
+    """The trial with a length of its step, at most to `target`, and what the base does in it."""
+    t = trial
+    room = larger(target - s.time, real(0.0))
+    t.d = d
+    t.time = wp.where(d >= room, target, s.time + d)
+    passed = t.time >= knot_time(m, s.segment)
+    t.segment = s.segment + wp.where(passed, 1, 0)
+    t.kick = wp.where(passed, knot_step(m, s.segment), real(0.0))
+    a, jerk, _a2, _a3, _a4, _a5, _a6, _a7, _a8 = series(m, s.segment, t.time, sample, sample_slope)
+    t.dv = base_change(m, t.time, d, a, jerk, s.base, t.kick)
+    t.struck = t.kick != real(0.0)
+    if VERTICAL:
+        t.weight = weight_in(limits.gravity, limits.above, t.time, d, s.rising)
+        t.struck = kicks(t.weight, t.kick)
+    return t
+
+
+@wp.func
+def sticks(touch: Counts, slip: Counts) -> bool:
+    """Whether an end touches at every interface, and none slides."""
+    found = bool(True)
+    for k in range(BLOCKS):
+        found = found and touch[k] != OPEN and slip[k] == 0
+    return found
+
+
+@wp.func
+def stays_put(touch: Counts, rate: Triples, grain: real) -> bool:
+    """Whether no end that touches moves against what it touches.
+
+    One that an impact has let go so slowly that it counts as touching may do so.
+    """
+    found = bool(True)
+    for k in range(BLOCKS):
+        along = size(rate[3 * k])
+        plus = wp.where((touch[k] & PLUS) != 0, size(rate[3 * k + 1]), real(0.0))
+        minus = wp.where((touch[k] & MINUS) != 0, size(rate[3 * k + 2]), real(0.0))
+        found = found and larger(along, larger(plus, minus)) <= grain
+    return found
+
+
+@wp.func(inline=False)
+def rolling(
+    blocks: Blocks, limits: Limits, m: Motion, sample: real, sample_slope: real, target: real,
+    s: State, trial: Trial, touch: Counts, d: real,
+) -> Trial:  # fmt: skip
+    """The trial in which all ends that touch stick, if they do (`rolls`), of at most a length."""
+    t = trial
+    a0, a1, a2, a3, a4, _a5, _a6, _a7, _a8 = series(m, s.segment, s.time, sample, sample_slope)
+    zero = real(0.0)
+    up = Terms()
+    if VERTICAL:
+        above = limits.above
+        z0, z1, z2, z3, z4, _z5, _z6, _z7, _z8 = series(
+            above.motion, above.segment, s.time, above.value, above.slope
+        )
+        up = Terms(z0, z1, z2, z3, z4)
+    up[0] = up[0] + limits.gravity
+    r = rocking(blocks, s.pose, touch, s.velocity, Terms(a0, a1, a2, a3, a4), up)
+    d1, found, lands = rolled(
+        blocks, s.pose, touch, r, d, NEARLY * limits.longest_step, GRAIN, limits.rest_rotation,
+        limits.mass * limits.gravity, SOON * limits.longest_step,
+    )  # fmt: skip
+    t.rolls = found != LACKS
+    if t.rolls:
+        t.spends = found == SPENT
+        t = clocked(limits, m, sample, sample_slope, target, s, t, d1)
+        t.curve = r.theta
+        mean = Triples()
+        per = real(1.0) / larger(d1, SLOWEST)
+        for k in range(BLOCKS):
+            mean[3 * k + 2] = (value_in(r.theta, k, DEGREE, d1) - s.pose.theta[k]) * per
+        t.pose = moved(blocks, s.pose, touch, mean, Values(), d1)
+        t.velocity = rolled_velocity(r.chain, t.pose, r.theta, d1)
+        t.plain = not lands and not t.struck
         if CHAINS:
-            t.way = Counts()
-        t.pose = s.pose
-        t.velocity = s.velocity
-        t.slip = s.slip
-        t.lost = real(0.0)
-        t.d = real(0.0)
-        t.dv = real(0.0)
-        t.kick = real(0.0)
-        t.time = s.time
-        t.cut = NEVER
-        t.segment = s.segment
-        t.struck = False
+            # A body may come to its next edge.
+            t.plain = False
+        for k in range(BLOCKS):
+            left = HALF_PI - size(t.pose.theta[k])
+            t.plain = t.plain and left > NEARLY * limits.longest_step * size(t.velocity[3 * k + 2])
+        t.slip = Counts()
+        t.settled = True
         t.turns = False
-        t.deep = real(0.0)
-        if VERTICAL:
-            t.weight = Weight(t.weight.start, t.weight.start, real(0.0), real(0.0), False)
+        t.lost = zero
     return t
 
 
@@ -255,6 +247,7 @@ def tried(
 ) -> Trial:
     """One trial step, at most to the next knot of the motion or to `end`."""
     t = Trial()
+    t.cut = NEVER
     knot = knot_time(m, s.segment)
     target = smaller(knot, end)
     calm = s.calm and (s.segment == 0 or knot >= NEVER)
@@ -263,17 +256,33 @@ def tried(
         calm = calm and keeps_height(limits.above)
     room = larger(target - s.time, real(0.0))
     speed, spin = fastest(s.velocity)
-    d = smaller(smaller(limits.longest_step, REACH / (spin + SLOWEST)), s.cap)
+    longest = smaller(smaller(limits.longest_step, REACH / (spin + SLOWEST)), s.cap)
     if calm:
-        d = room
-    d = smaller(d, room)
-    t.d = d
-    t.time = wp.where(d >= room, target, s.time + d)
-    passed = t.time >= knot
-    t.segment = s.segment + wp.where(passed, 1, 0)
-    t.kick = wp.where(passed, knot_step(m, s.segment), real(0.0))
-    a, jerk, _a2, _a3, _a4, _a5, _a6, _a7, _a8 = series(m, s.segment, t.time, sample, sample_slope)
-    t.dv = base_change(m, t.time, d, a, jerk, s.base, t.kick)
+        longest = room
+    d = smaller(longest, room)
+    lacks = bool(False)
+    grain = STILL * (speed + limits.gravity * limits.longest_step)
+    stuck = sticks(s.pose.touch, s.slip) and stays_put(s.pose.touch, s.rate, grain)
+    if stuck and s.seek == STEADY:
+        t = rolling(blocks, limits, m, sample, sample_slope, target, s, t, s.pose.touch, d)
+        lacks = not t.rolls
+    if not t.rolls:
+        t = clocked(limits, m, sample, sample_slope, target, s, t, d)
+        t = mean_step(blocks, limits, t, s, speed)
+        # What is lacking from the start need not be sought.
+        t.turns = t.turns and not lacks
+        if stuck and (lacks or s.seek == FOUND) and sticks(t.pose.touch, t.slip):
+            t = rolling(blocks, limits, m, sample, sample_slope, target, s, t, t.pose.touch, d)
+    if not t.plain:
+        t = watched(blocks, limits, s, t)
+    return t
+
+
+@wp.func(inline=False)
+def mean_step(blocks: Blocks, limits: Limits, trial: Trial, s: State, speed: real) -> Trial:
+    """The trial by the mean velocity that obeys the contact law in its middle."""
+    t = trial
+    d = t.d
     slide = Values()
     glide = Counts()
     free = s.velocity
@@ -283,7 +292,6 @@ def tried(
         free[3 * k] = free[3 * k] - HALF * t.dv
         free[3 * k + 1] = free[3 * k + 1] - HALF * d * limits.gravity
     if VERTICAL:
-        t.weight = weight_in(limits.gravity, limits.above, t.time, d, s.rising)
         free = left_behind(free, HALF * t.weight.gained)
     middle = moved(blocks, s.pose, s.pose.touch, s.velocity, slide, HALF * d)
     upper, lower, _plus, _minus = all_rows(blocks, middle)
@@ -295,6 +303,7 @@ def tried(
     t.settled = settled
     t.turns = not same
     t.spare = left / larger(d, SLOWEST)
+    t.curve = still_curve(s)
     for k in range(BLOCKS):
         slide[k] = real(0.0)
         if slip[k] != 0 and hold[k] != OPEN:
@@ -304,12 +313,11 @@ def tried(
         slip[k] = wp.where(hold[k] == OPEN, 0, slip[k])
     t.slip = slip
     t.pose = moved(blocks, s.pose, hold, mean, slide, d)
+    for k in range(BLOCKS):
+        bend = t.pose.theta[k] - s.pose.theta[k] - d * s.velocity[3 * k + 2]
+        t.curve[k, 2] = wp.where(d > real(0.0), bend / (d * d), real(0.0))
     t.velocity = TWO * mean - s.velocity
-    t.cut = NEVER
-    t.struck = t.kick != real(0.0)
-    if VERTICAL:
-        t.struck = kicks(t.weight, t.kick)
-    return watched(blocks, limits, s, t)
+    return t
 
 
 @wp.func

@@ -340,7 +340,7 @@ def interface_rows(blocks: Blocks, pose: Pose, k: int):
     return upper, lower, gap1, gap2
 
 
-@wp.func
+@wp.func(inline=False)
 def all_rows(blocks: Blocks, pose: Pose):
     """`interface_rows` of every interface: both matrices, and the gaps at both ends."""
     upper = Rows()

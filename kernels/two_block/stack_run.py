@@ -6,14 +6,14 @@ change the run.
 
 import warp as wp
 
-from warprock.kernels.instance import LOOPS_STAY
+from warprock.kernels.instance import BRANCHES
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import Motion, knot_step, knot_time, sample_index, series
 from warprock.kernels.two_block.stack import checked, regripped, released, shocked, step
 from warprock.kernels.two_block.stack_mechanics import Block, Stack
 from warprock.kernels.two_block.stack_series import Series, motion_series, value
 
-wp.set_module_options(LOOPS_STAY)
+wp.set_module_options(BRANCHES)
 
 LANES = 1
 """Lanes that a thread runs."""

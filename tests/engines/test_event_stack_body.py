@@ -80,8 +80,9 @@ def test_a_body_on_a_plinth_that_stands_moves_as_on_the_ground() -> None:
     single, motions = body_lanes(STEPPED, STARTS, friction=0.3), shaken(EIGHT)
     rotation = np.stack([np.zeros(8), STARTS], axis=1)
     lanes = make_stacks([3.0, 0.6], [0.3, 1.0], friction=[10.0, 0.3], rotation=rotation)
+    # The single body is of second order: off by 2e-5 at 2.5e-3 s.
     one, other = (
-        run(single, motions, step=2.5e-3),
+        run(single, motions, step=2.5e-4),
         run(with_body(lanes, 1), motions, step=2.5e-3),
     )
     assert np.abs(other["rotation"][:, 0]).max() == 0.0
@@ -96,7 +97,7 @@ def test_a_body_on_a_plinth_that_stands_moves_as_on_the_ground() -> None:
 @pytest.mark.parametrize("friction", [0.3, 0.8])
 def test_a_stack_of_one_is_the_single_body(friction: float) -> None:
     lanes, motions = body_lanes(STEPPED, STARTS, friction=friction), shaken(EIGHT)
-    one = run(lanes, motions, step=2.5e-3)
+    one = run(lanes, motions, step=2.5e-4)
     other = run(stack_of_one(lanes), motions, step=2.5e-3)
     np.testing.assert_array_equal(other["outcome"], one["outcome"])
     for name in ("rotation", "slide", "x", "z"):
@@ -114,19 +115,14 @@ def test_a_mirrored_stack_moves_as_in_a_mirror(block: int) -> None:
 
 @pytest.mark.parametrize("amplitude", [0.0, 4.0])
 @pytest.mark.parametrize("made", [statues, cabinets])
-def test_errors_fall_with_the_square_of_the_step(made: Made, amplitude: float) -> None:
+def test_bodies_that_stick_are_right_at_coarse_steps(made: Made, amplitude: float) -> None:
     rng = np.random.default_rng(3)
     turned = rng.uniform(-0.1, 0.1, (12, 2)) * (0.2, 1.0) * float(amplitude == 0.0)
     lanes, motions = made(turned), shaken(amplitude * rng.uniform(0.7, 1.3, 12))
     exact = run(lanes, motions, step=2e-4)["rotation"]
-    errors = [
-        np.abs(run(lanes, motions, step=step)["rotation"] - exact).max(axis=(1, 2))
-        for step in (8e-3, 4e-3, 2e-3)
-    ]
-    moves = errors[0] > 1e-6  # Else what resting leaves out is all there is.
-    assert moves.sum() >= 6
-    order = 0.5 * np.log2(errors[0] / errors[2])
-    assert np.median(order[moves]) == pytest.approx(2.0, abs=0.35)
+    found = run(lanes, motions, step=1.6e-2)["rotation"]
+    # A step of second order would be off by some 1e-3; resting leaves out 1e-5.
+    assert np.median(np.abs(found - exact).max(axis=(1, 2))) <= 2e-5
 
 
 @pytest.mark.parametrize("made", [statues, cabinets])
@@ -232,9 +228,11 @@ def test_impulse_refined_comes_to_the_same(made: Made) -> None:
 
 def test_an_estimate_bounds_the_error() -> None:
     lanes, motions = statues(np.zeros((4, 2))), shaken(np.array([3.0, -3.5, 4.0, -4.5]))
-    found = run_with_estimate("event", lanes, motions, TIMES)
+    found = run_with_estimate(
+        "event", lanes, motions, TIMES, settings=EventSettings(time_step=4e-2)
+    )
     assert np.all(found["status"] == Status.OK)
     exact = run(lanes, motions, step=2e-4)
     error = np.abs(found["rotation"] - exact["rotation"]).max(axis=2)
-    assert error.max() > 1e-5
+    assert error.max() > 1e-7
     assert np.all(error <= found["rotation_error"])

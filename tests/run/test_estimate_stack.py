@@ -37,9 +37,9 @@ def pairs(random: np.random.Generator) -> Lanes:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("time_step", [1e-2, 5e-3])
+@pytest.mark.parametrize("time_step", [2e-2, 5e-3])
 def test_the_error_of_most_blocks_is_below_its_estimate(time_step: float) -> None:
-    """400 such pairs: 0.95 and 0.91 of the blocks, the estimate 1.5 times the error (median).
+    """200 such pairs: 0.98 and 0.96 of the blocks; most errors are below what resting leaves out.
 
     Blocks that fall are compared up to their slenderness angle, as the estimate does it; lanes in
     which the analytical model has a contact pull are no reference.
@@ -63,6 +63,8 @@ def test_the_error_of_most_blocks_is_below_its_estimate(time_step: float) -> Non
     ours, theirs = (np.clip(each["rotation"], -bound, bound) for each in (found, reference))
     error = np.abs(ours - theirs).max(axis=2)[sound]
     estimate = found["rotation_error"][sound]
-    assert np.mean(error <= estimate) > 0.85
-    moves = error > 1e-9
-    assert 1.0 < np.median(estimate[moves] / error[moves]) < 3.0
+    assert np.mean(error <= estimate) > 0.92
+    # Of some 1e-3 of the angle at second order.
+    assert np.median(error) <= 1e-6
+    moves = error > 1e-5
+    assert 0.5 < np.median(estimate[moves] / error[moves]) < 5.0

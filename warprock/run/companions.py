@@ -32,6 +32,9 @@ Mask = npt.NDArray[np.bool_]
 Numbers = npt.NDArray[np.intp]
 
 
+STACK_REST = 3.0
+"""How far the swings that a stack leaves out move its other blocks, at least, over those swings."""
+
 PIECES_KEPT = 2**24
 """Samples of records that end that are held at a time, 400 MB: lanes of more run in parts."""
 
@@ -148,6 +151,15 @@ class Companions:
         base's acceleration is linear, the next lift depends on the base alone.
         """
         return engine_class(self.engine).rests_exactly and record_alone(self.motions)
+
+    @property
+    def rest_floor(self) -> Array:
+        """What the rest rule leaves out at every step, the least of an estimate [rad].
+
+        The swing of a block below which it rests; in a stack that moves the other blocks, too.
+        """
+        swing = getattr(self.settings, "rest_rotation_ratio", 0.0) * self.lanes.slenderness_angle
+        return np.asarray(swing * (STACK_REST if self.lanes.stacked else 1.0))
 
     def take(self, lanes: slice | Numbers) -> Companions:
         """Some of the lanes."""

@@ -160,7 +160,7 @@ def _estimated(case: Companions) -> Response:
     sensitive |= (slow & (ratio > SENSITIVE_ABOVE)) | (ratio > CHAOTIC_ABOVE)
     answered = usable(first)
     sensitive &= np.isin(first["status"], SOUND)
-    floor = getattr(case.settings, "rest_rotation_ratio", 0.0) * alpha
+    floor = case.rest_floor
     columns = as_columns(answered, error)
     error = np.where(columns, SAFETY * error + floor, np.nan)
     # Two peaks may lie close to one another by chance.

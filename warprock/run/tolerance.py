@@ -294,7 +294,7 @@ class _Known:
         self.lasted = np.where(fallen(asked), largest(asked["peak_time"]), case.times.duration)
         self.fields = {n: v.copy() for n, v in asked.fields.items() if n not in HISTORIES}
         self.alpha = case.lanes.slenderness_angle
-        self.floor = getattr(case.settings, "rest_rotation_ratio", 0.0) * self.alpha
+        self.floor = case.rest_floor
         self.going = usable(asked)
         self.met = np.zeros_like(self.going)
         self.unlike = np.zeros_like(self.going)

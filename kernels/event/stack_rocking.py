@@ -1,0 +1,303 @@
+"""Blocks of a stack that stick at all their contacts, as polynomials in time; event/stack.py.
+
+While every interface is closed or pivots on a corner that sticks, the stack is a chain: block k
+turns about a point of its own below it, at B_k from its centre, and carries the next one at C_k
+from that point, both in its frame. With R_k v such a lever after the rotation theta_k and v^ =
+(z, -x) its change with it, the centres and what the contacts bear are
+
+    r_k = R_0 C_0 + ... + R_(k-1) C_(k-1) - R_k B_k,   F_k = sum over i >= k of m_i (r_i'' + G),
+
+G = (a, g) the acceleration of the base and gravity. The moment that interface k bears about that
+point is the one that interface k + 1 bears, and
+
+    I_k theta_k'' - m_k (R_k B_k)^ . (r_k'' + G) + (R_k C_k)^ . F_(k+1);
+
+it is zero at a corner, and at a closed interface what keeps both rotations alike. Of each order in
+time these equations are linear in that coefficient of theta'', all with the matrix of the start
+(Leibniz's rule). Rotations are found to degree 6, forces and moments to degree 4.
+"""
+
+import warp as wp
+
+from warprock.kernels.shape.stack import (
+    CLOSED,
+    Blocks,
+    Counts,
+    Pose,
+    Triples,
+    Values,
+    anchored,
+    face_middles,
+    lower_face,
+    side_of,
+)
+
+DEGREE = 6
+ORDERS = DEGREE - 1
+"""Coefficients of an acceleration."""
+
+Curves = wp.types.matrix(shape=(BLOCKS, DEGREE + 1), dtype=real)
+"""A polynomial in time a block or an interface, its constant term first."""
+Terms = wp.types.vector(length=ORDERS, dtype=real)
+"""Coefficients of an acceleration of the base."""
+Square = wp.types.matrix(shape=(BLOCKS, BLOCKS), dtype=real)
+
+
+@wp.struct
+class Chain:
+    """Levers of a stack whose contacts stick: B and C of every block [m]; masses and inertias.
+
+    `under`: 1 where the lower block's corner touches the upper one's face, whose normal counts.
+    """
+
+    bx: Values
+    bz: Values
+    cx: Values
+    cz: Values
+    mass: Values
+    inertia: Values
+    under: Counts
+
+
+@wp.struct
+class Rocking:
+    """Rotations [rad], and what interfaces bear: force [N] along x and z, moment [N m].
+
+    Sines and cosines of the rotations, and with (X, Z) = (R_0 C)^ and (R_0 B)^ as at the start the
+    moments of a block without its inertia, c u - s w [N m].
+    """
+
+    chain: Chain
+    theta: Curves
+    s: Curves
+    c: Curves
+    u: Curves
+    w: Curves
+    fx: Curves
+    fz: Curves
+    moment: Curves
+
+
+@wp.func
+def chain_of(blocks: Blocks, pose: Pose, touch: Counts) -> Chain:
+    """The levers of a stack some of whose ends touch, and stick."""
+    chain = Chain()
+    for k in range(BLOCKS):
+        anchor, rate = anchored(blocks, pose, k, touch[k])
+        low, height = lower_face(blocks, k)
+        side = side_of(touch[k])
+        below = side * blocks.half_width[k]
+        onto = anchor
+        if rate < real(0.0):
+            below = anchor
+            onto = side * low
+            chain.under[k] = 1
+        if touch[k] == CLOSED:
+            below = real(0.0)
+        chain.mass[k] = real(1.0) / blocks.inverse_mass[k]
+        chain.inertia[k] = real(1.0) / blocks.inverse_inertia[k]
+        chain.bx[k] = below
+        chain.bz[k] = -blocks.half_height[k]
+        if CHAINS:
+            upper, lower = face_middles(blocks, k)
+            depth = -blocks.half_height[k]
+            s = blocks.foot_sine[k]
+            c = blocks.foot_cosine[k]
+            chain.bx[k] = (below + upper) * c - depth * s
+            chain.bz[k] = depth * c + (below + upper) * s
+            onto = onto + lower
+        if k > 0:
+            chain.cx[k - 1] = onto - chain.bx[k - 1]
+            chain.cz[k - 1] = height - chain.bz[k - 1]
+    return chain
+
+
+@wp.func
+def factors(chain: Chain, pose: Pose, touch: Counts) -> Square:
+    """Gauss's factors of the matrix of theta''; blocks that lie flat turn with what is below."""
+    m = Square()
+    carried = real(0.0)
+    for step in range(BLOCKS):
+        k = BLOCKS - 1 - step
+        bx = chain.bx[k]
+        bz = chain.bz[k]
+        cx = chain.cx[k]
+        cz = chain.cz[k]
+        mass = chain.mass[k]
+        inertia = chain.inertia[k] + mass * (bx * bx + bz * bz)
+        m[k, k] = inertia + carried * (cx * cx + cz * cz)
+        px = carried * cx - mass * bx
+        pz = carried * cz - mass * bz
+        for j in range(k):
+            sd = pose.sine[k] * pose.cosine[j] - pose.cosine[k] * pose.sine[j]
+            cd = pose.cosine[k] * pose.cosine[j] + pose.sine[k] * pose.sine[j]
+            qx = chain.cx[j]
+            qz = chain.cz[j]
+            mixed = (px * qx + pz * qz) * cd + (pz * qx - px * qz) * sd
+            m[j, k] = mixed
+            m[k, j] = mixed
+        carried = carried + mass
+    for step in range(BLOCKS):
+        k = BLOCKS - 1 - step
+        if touch[k] == CLOSED:
+            if k > 0:
+                for j in range(BLOCKS):
+                    m[k - 1, j] = m[k - 1, j] + m[k, j]
+                for j in range(BLOCKS):
+                    m[j, k - 1] = m[j, k - 1] + m[j, k]
+            for j in range(BLOCKS):
+                m[k, j] = real(0.0)
+                m[j, k] = real(0.0)
+            m[k, k] = real(1.0)
+    for k in range(BLOCKS):
+        m[k, k] = real(1.0) / m[k, k]
+        for i in range(k + 1, BLOCKS):
+            part = m[i, k] * m[k, k]
+            for j in range(k + 1, BLOCKS):
+                m[i, j] = m[i, j] - part * m[k, j]
+            m[i, k] = part
+    return m
+
+
+@wp.func(inline=False)
+def bent(m: Square, touch: Counts, moments: Values) -> Values:
+    """Angular accelerations, or coefficients of them, that take up moments of all blocks."""
+    b = moments
+    for step in range(BLOCKS):
+        k = BLOCKS - 1 - step
+        if touch[k] == CLOSED:
+            if k > 0:
+                b[k - 1] = b[k - 1] + b[k]
+            b[k] = real(0.0)
+    for k in range(BLOCKS):
+        for j in range(k):
+            b[k] = b[k] - m[k, j] * b[j]
+    for step in range(BLOCKS):
+        k = BLOCKS - 1 - step
+        for j in range(k + 1, BLOCKS):
+            b[k] = b[k] - m[k, j] * b[j]
+        b[k] = b[k] * m[k, k]
+    for k in range(1, BLOCKS):
+        if touch[k] == CLOSED:
+            b[k] = b[k - 1]
+    return b
+
+
+@wp.func
+def inertias(chain: Chain, s2: Values, c2: Values, ax: real, az: real):
+    """Mass times acceleration of all blocks, as the ground sees it, and gravity [N].
+
+    Args:
+        chain: Their levers.
+        s2, c2: Second derivatives of the sines and cosines of their rotations.
+        ax, az: Acceleration of the base, upwards with gravity [m/s^2].
+    """
+    gx = Values()
+    gz = Values()
+    x = real(ax)
+    z = real(az)
+    for k in range(BLOCKS):
+        sk = s2[k]
+        ck = c2[k]
+        gx[k] = chain.mass[k] * (x - chain.bx[k] * ck - chain.bz[k] * sk)
+        gz[k] = chain.mass[k] * (z - chain.bz[k] * ck + chain.bx[k] * sk)
+        x = x + chain.cx[k] * ck + chain.cz[k] * sk
+        z = z + chain.cz[k] * ck - chain.cx[wp.static(k)] * sk
+    return gx, gz
+
+
+@wp.func
+def carrying(chain: Chain, gx: Values, gz: Values):
+    """Forces that interfaces bear (x, z), and the moments u and w of `Rocking`."""
+    fx = Values()
+    fz = Values()
+    u = Values()
+    w = Values()
+    x = real(0.0)
+    z = real(0.0)
+    for step in range(BLOCKS):
+        k = wp.static(BLOCKS - 1 - step)
+        u[k] = chain.cz[k] * x - chain.cx[k] * z - chain.bz[k] * gx[k] + chain.bx[k] * gz[k]
+        w[k] = chain.cx[k] * x + chain.cz[k] * z - chain.bx[k] * gx[k] - chain.bz[k] * gz[k]
+        x = x + gx[k]
+        z = z + gz[k]
+        fx[k] = x
+        fz[k] = z
+    return fx, fz, u, w
+
+
+@wp.func
+def first_terms(blocks: Blocks, pose: Pose, touch: Counts, velocity: Triples) -> Rocking:
+    """The polynomials of `rocking` as far as the state tells them."""
+    r = Rocking()
+    r.chain = chain_of(blocks, pose, touch)
+    for k in range(BLOCKS):
+        spin = velocity[3 * k + 2]
+        r.theta[k, 0] = pose.theta[k]
+        r.theta[k, 1] = spin
+        r.s[k, 0] = pose.sine[k]
+        r.c[k, 0] = pose.cosine[k]
+        r.s[k, 1] = spin * pose.cosine[k]
+        r.c[k, 1] = -spin * pose.sine[k]
+    return r
+
+
+@wp.func(inline=False)
+def rocking(
+    blocks: Blocks, pose: Pose, touch: Counts, velocity: Triples, ax: Terms, az: Terms
+) -> Rocking:
+    """Taylor polynomials of a stack that sticks where its ends touch.
+
+    Args:
+        blocks: The blocks.
+        pose: Where they are.
+        touch: Ends that touch and stick.
+        velocity: Velocities, of which the rotations count.
+        ax, az: Taylor coefficients of the acceleration of the base, upwards with gravity [m/s^2].
+    """
+    zero = real(0.0)
+    r = first_terms(blocks, pose, touch, velocity)
+    m = factors(r.chain, pose, touch)
+    for n in range(ORDERS):
+        # Second derivatives without the new coefficients of the rotations; moments of lower orders.
+        s2 = Values()
+        c2 = Values()
+        load = Values()
+        for k in range(BLOCKS):
+            sk = zero
+            ck = zero
+            lk = zero
+            for i in range(wp.static(n + 1)):
+                part = real(wp.static(i + 1)) * r.theta[k, i + 1]
+                sk = sk + part * r.c[k, n + 1 - i]
+                ck = ck - part * r.s[k, n + 1 - i]
+            for i in range(wp.static(n)):
+                j = wp.static(i + 1)
+                lk = lk + r.c[k, j] * r.u[k, n - j] - r.s[k, j] * r.w[k, n - j]
+            s2[k] = real(n + 1) * sk
+            c2[k] = real(n + 1) * ck
+            load[wp.static(k)] = lk
+        gx, gz = inertias(r.chain, s2, c2, ax[n], az[n])
+        _fx, _fz, u, w = carrying(r.chain, gx, gz)
+        lack = -load - wp.cw_mul(pose.cosine, u) + wp.cw_mul(pose.sine, w)
+        bend = bent(m, touch, lack)
+        s2 = s2 + wp.cw_mul(bend, pose.cosine)
+        c2 = c2 - wp.cw_mul(bend, pose.sine)
+        gx, gz = inertias(r.chain, s2, c2, ax[n], az[n])
+        fx, fz, u, w = carrying(r.chain, gx, gz)
+        moments = load + wp.cw_mul(pose.cosine, u) - wp.cw_mul(pose.sine, w)
+        moments = moments + wp.cw_mul(bend, r.chain.inertia)
+        over = real(1.0) / real((n + 1) * (n + 2))
+        above = zero
+        for step in range(BLOCKS):
+            k = wp.static(BLOCKS - 1 - step)
+            above = above + moments[k]
+            r.moment[k, n] = above
+            r.fx[k, n] = fx[k]
+            r.fz[k, n] = fz[k]
+            r.u[k, n] = u[k]
+            r.w[k, n] = w[k]
+            r.theta[k, n + 2] = bend[k] * over
+            r.s[k, n + 2] = s2[k] * over
+            r.c[k, n + 2] = c2[k] * over
+    return r
