@@ -16,8 +16,9 @@ import warp as wp
 from warprock.kernels.event.block_contact import SOON, Block, step_velocity
 from warprock.kernels.modes import PIVOTING
 
-NEWTON_STEPS = 3
-"""From the root of a parabola through the step's ends: round-off after two."""
+NEWTON_STEPS = 7
+"""From the root of a parabola through the step's ends: round-off after two, or after some halvings
+where that is far off, as it is of a block that has just lifted."""
 
 
 @wp.func
@@ -77,12 +78,18 @@ def rate_after(
 def landing(
     theta: real, omega: real, t2: real, t3: real, t4: real, t5: real, t6: real, guess: real, d: real
 ) -> real:
-    """Time in (0, d] at which a block that leans at its start stands upright (Newton's method)."""
-    tau = guess
+    """Time in (0, d] at which a block that leans at its start stands upright, as it does not at d.
+
+    Newton's method inside a shrinking bracket.
+    """
+    tau, low, high = real(guess), real(0.0), real(d)
     for _ in range(NEWTON_STEPS):
         at = rotation_after(theta, omega, t2, t3, t4, t5, t6, tau)
+        low = wp.where(at > real(0.0), tau, low)
+        high = wp.where(at > real(0.0), high, tau)
         tau = tau - at / rate_after(omega, t2, t3, t4, t5, t6, tau)
-    return wp.where(tau > real(0.0) and tau <= d, tau, guess)
+        tau = wp.where(tau >= low and tau <= high, tau, HALF * (low + high))
+    return tau
 
 
 @wp.func

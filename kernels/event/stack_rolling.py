@@ -30,7 +30,7 @@ falls flat; it ends where a contact has nothing left to spare."""
 
 SLIGHT = by_precision(1.0e-9, 1.0e-4)
 """Part of the stack's weight by which a contact may lack force and still be taken to hold."""
-NEWTON_STEPS = 4
+NEWTON_STEPS = 7
 SECANT_STEPS = 8
 CLOSE = real(1.0e-4)
 """Part of the stack's weight to which the moment is found at which nothing is left to spare."""
@@ -151,12 +151,20 @@ def spare_first(blocks: Blocks, pose: Pose, touch: Counts, r: Rocking) -> real:
 def landing(
     blocks: Blocks, p: Curves, k: int, side: real, room: real, guess: real, d: real
 ) -> real:
-    """Time in (0, d] at which an interface is open by `room`, by Newton's method from a guess."""
-    tau = guess
+    """Time in (0, d] at which an interface is open by `room`, which it is not yet or no more at d.
+
+    Newton's method inside a shrinking bracket.
+    """
+    tau, low, high = real(guess), real(0.0), real(d)
     for _ in range(NEWTON_STEPS):
         e, rate = opened(blocks, p, k, side, tau)
+        # An interface comes down to zero, and a body turns up to its next edge.
+        before = wp.where(room > real(0.0), room - e, e) > real(0.0)
+        low = wp.where(before, tau, low)
+        high = wp.where(before, high, tau)
         tau = tau - (e - room) / rate
-    return wp.where(tau > real(0.0) and tau <= d, tau, guess)
+        tau = wp.where(tau >= low and tau <= high, tau, HALF * (low + high))
+    return tau
 
 
 @wp.func

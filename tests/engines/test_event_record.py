@@ -13,7 +13,7 @@ from warprock.engines.event import Event
 from warprock.engines.launching import Form
 from warprock.kernels.pool import AHEAD
 from warprock.model.motion import RecordMotions
-from warprock.model.response import SampleTimes
+from warprock.model.response import SampleTimes, Status
 from warprock.records import record_motions
 from warprock.run.batch import run_batch
 from warprock.settings.engines import EventSettings
@@ -74,3 +74,13 @@ def test_a_block_at_rest_passes_weak_samples_at_once_and_moves_in_time() -> None
     lifts = (1499.0 + part) * INTERVAL
     # Located to a part of the longest step.
     assert moved["uplift_time"][0] == pytest.approx(lifts, abs=1e-5)
+
+
+def test_blocks_that_hardly_lift_come_down_in_few_steps() -> None:
+    # Two of 40,000 whose rotation starts on a curve that a parabola through the step's ends misses.
+    case = load_case("record-sample", ["sample.lanes=40000"])
+    lifts = expand_lanes(case, range(10568, 22046, 22045 - 10568))
+    found = run_batch("event", lifts.lanes, lifts.motions, lifts.times)
+    np.testing.assert_array_equal(found["status"], Status.OK)
+    # Some 64 hops over the resting ones, and a few steps about each impact.
+    assert np.all(found["step_count"] < 2000)
