@@ -104,6 +104,10 @@ class Kernel:
         return self.lanes > 1
 
 
+OF_LANES = ("starts", "rates")
+"""Arguments that are arrays of numbers, one a lane."""
+
+
 @dataclasses.dataclass(frozen=True)
 class Found:
     """What a kernel has left of a batch of lanes.
@@ -153,8 +157,8 @@ def launch(
         times: Duration and sampling.
         blocks: Fields of the struct of its argument `blocks`, shape [lane, block] each.
         others: What the kernel takes besides, by the names of its arguments: fields of the struct
-            of `lanes`, shape [lane] each, or [lane, number] where it takes several of a lane;
-            numbers; a Warp struct.
+            of `lanes`, shape [lane] each, or [lane, number] where it takes several of a lane; an
+            array, shape [lane]; numbers; a Warp struct.
     """
     lane_count, block_count = next(iter(blocks.values())).shape
     count = -(-lane_count // module.LANES) * module.LANES
@@ -216,6 +220,8 @@ def _argument(argument: Any, value: Any, count: int, device: str) -> Any:
         value = rows(argument.type.dtype, value, count)
     if isinstance(value, np.ndarray):
         value = value[0] if value.ndim > argument.type.ndim else value
+        if argument.label in OF_LANES:
+            value = padded(value, count)
         return wp.array(value, dtype=argument.type.dtype, device=device)
     return value
 
