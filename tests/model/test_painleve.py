@@ -97,8 +97,11 @@ def settled_apart(lanes: Lanes, motions: HarmonicMotions):
 
 @pytest.mark.thorough
 def test_lanes_with_two_answers_are_marked():
-    parted, _settled, marked = settled_apart(*shakes(320, (1.34, 10.0)))
-    assert parted.sum() >= 3
+    # Blocks stick in both kernels where they may, so that none part; the mark says that another
+    # answer is one, too: 256 of 320 lanes.
+    parted, settled, marked = settled_apart(*shakes(320, (1.34, 10.0)))
+    assert settled.sum() >= 300
+    assert 200 <= marked.sum() <= 300
     assert np.all(marked[parted])
     # Below the limit the law has one solution, to which both come.
     parted, settled, marked = settled_apart(*shakes(320, (0.3, 1.3)))
