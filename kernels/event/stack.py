@@ -31,7 +31,8 @@ lane to lane, and packs of lanes would run all branches of all.
 
 import warp as wp
 
-from warprock.kernels.event.stack_contact import bound_velocity, relative_velocity, solve
+from warprock.kernels.event.stack_chain import bound_velocity, relative_velocity
+from warprock.kernels.event.stack_contact import solve
 from warprock.kernels.event.stack_moves import flattened, glued, opening
 from warprock.kernels.event.stack_state import (
     DUST,
@@ -160,6 +161,16 @@ def sound_mode(s: State, running: int) -> int:
 
 
 @wp.func
+def landed(before: Counts, touch: Counts) -> Counts:
+    """Ends that are likely to be held in an impact: where a block falls flat, those that land."""
+    ends = touch
+    for k in range(BLOCKS):
+        if touch[k] == CLOSED and before[k] != OPEN and before[k] != CLOSED:
+            ends[k] = CLOSED - before[k]
+    return ends
+
+
+@wp.func
 def kicked(t: Trial, velocity: Triples) -> Triples:
     """Velocities seen from the base after its velocity steps at the end of a trial step."""
     v = velocity
@@ -227,7 +238,7 @@ def projected(
     n = reached
     v = t.velocity
     if not t.rolls:
-        v, _held, _sound = bound_velocity(blocks, upper, lower, t.pose.touch, n.slip, t.velocity)
+        v = bound_velocity(blocks, upper, lower, t.pose.touch, n.slip, t.velocity)
     hold = n.pose.touch
     slip = n.slip
     settled = bool(True)
@@ -237,13 +248,14 @@ def projected(
         grain = DUST * (speed + limits.gravity * limits.longest_step)
         if t.struck:
             v, _impulse, hold, slip, settled, _same, _left = solve(
-                blocks, upper, lower, hold, Counts(), hold, slip, free, grain, limits.mass
-            )
+                blocks, upper, lower, hold, Counts(), landed(t.pose.touch, hold), slip, free,
+                grain, limits.mass,
+            )  # fmt: skip
         else:
             # An end that closes without an impact has no friction, so that it adds no energy.
             smooth = blocks
             smooth.friction = Values()
-            v, _impulse, _sound = bound_velocity(smooth, upper, lower, hold, slip, free)
+            v = bound_velocity(smooth, upper, lower, hold, slip, free)
         n.lost = s.lost + lost_in_impact(blocks, t, free, v)
     n.pose.touch = kept(blocks, limits, t, upper, lower, n.pose.touch, hold, v)
     for k in range(BLOCKS):

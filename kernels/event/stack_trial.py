@@ -4,7 +4,8 @@ import warp as wp
 
 from warprock.kernels.event.block_begin import base_change, first_root
 from warprock.kernels.event.body_weight import Weight, kicks, weight_in
-from warprock.kernels.event.stack_contact import relative_velocity, solve
+from warprock.kernels.event.stack_chain import relative_velocity
+from warprock.kernels.event.stack_contact import solve
 from warprock.kernels.event.stack_moves import flight_event, moved, opening, pivot_event
 from warprock.kernels.event.stack_rocking import DEGREE, Terms, rocking
 from warprock.kernels.event.stack_rolling import (
