@@ -276,6 +276,19 @@ def projected(
 
 
 @wp.func
+def cut_short(limits: Limits, s: State, t: Trial) -> State:
+    """The old state, whose next step ends at the event inside this one."""
+    # Not shorter than `near`: with less than that left to go, the event is reached. An event at
+    # the very end of the step would be met there for ever.
+    near = NEARLY * limits.longest_step
+    n = s
+    n.cap = larger(wp.where(t.cut > t.d - near, HALF * t.d, t.cut), HALF * near)
+    n.taken = False
+    n.mode = wp.where(t.settled, s.mode, UNSOLVED)
+    return n
+
+
+@wp.func
 def end_of_step(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> State:
     """The state after a trial step and its impacts, or the old one if an event lay inside."""
     t = tentative
@@ -300,26 +313,19 @@ def end_of_step(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> S
         n.slip[k] = after
         n.swing[k] = t.velocity[3 * k + 2]
     if t.cut < NEVER:
-        # Not shorter than `near`: with less than that left to go, the event is reached. An event at
-        # the very end of the step would be met there for ever.
-        n = s
-        n.cap = larger(wp.where(t.cut > t.d - near, HALF * t.d, t.cut), HALF * near)
-        n.taken = False
-        n.mode = wp.where(t.settled, s.mode, UNSOLVED)
-    else:
-        n = projected(blocks, limits, s, n, t, upper, lower)
-        n.impacts = s.impacts + hits
-        n.deepest = larger(t.deep, s.deepest)
-    return n
+        return cut_short(limits, s, t)
+    n.impacts = s.impacts + hits
+    n.deepest = larger(t.deep, s.deepest)
+    return projected(blocks, limits, s, n, t, upper, lower)
 
 
 @wp.func(inline=False)
 def with_events(blocks: Blocks, limits: Limits, s: State, t: Trial) -> State:
     """The state after a trial step, or the old one with what is to be sought or cut."""
     n = sought(limits, s, t)
-    if n.seek == s.seek or t.resting:
-        n = end_of_step(blocks, limits, s, t)
-    return n
+    if n.seek != s.seek and not t.resting:
+        return n
+    return end_of_step(blocks, limits, s, t)
 
 
 @wp.func

@@ -7,13 +7,13 @@ from warprock.kernels.event.body_weight import Weight, kicks, weight_in
 from warprock.kernels.event.stack_chain import relative_velocity
 from warprock.kernels.event.stack_contact import solve
 from warprock.kernels.event.stack_moves import flight_event, moved, opening, pivot_event
-from warprock.kernels.event.stack_rocking import DEGREE, Terms, rocking
+from warprock.kernels.event.stack_rocking import Terms, rocking
 from warprock.kernels.event.stack_rolling import (
     LACKS,
     SPENT,
     rolled,
     rolled_velocity,
-    value_in,
+    value_of,
 )
 from warprock.kernels.event.stack_weight import keeps_height, left_behind, until_knot
 from warprock.kernels.motion import Motion, knot_step, knot_time, series
@@ -218,27 +218,28 @@ def rolling(
         limits.mass * limits.gravity, SOON * limits.longest_step,
     )  # fmt: skip
     t.rolls = found != LACKS
-    if t.rolls:
-        t.spends = found == SPENT
-        t = clocked(limits, m, sample, sample_slope, target, s, t, d1)
-        t.curve = r.theta
-        mean = Triples()
-        per = real(1.0) / larger(d1, SLOWEST)
-        for k in range(BLOCKS):
-            mean[3 * k + 2] = (value_in(r.theta, k, DEGREE, d1) - s.pose.theta[k]) * per
-        t.pose = moved(blocks, s.pose, touch, mean, Values(), d1)
-        t.velocity = rolled_velocity(r.chain, t.pose, r.theta, d1)
-        t.plain = not lands and not t.struck
-        if CHAINS:
-            # A body may come to its next edge.
-            t.plain = False
-        for k in range(BLOCKS):
-            left = HALF_PI - size(t.pose.theta[k])
-            t.plain = t.plain and left > NEARLY * limits.longest_step * size(t.velocity[3 * k + 2])
-        t.slip = Counts()
-        t.settled = True
-        t.turns = False
-        t.lost = zero
+    if not t.rolls:
+        return t
+    t.spends = found == SPENT
+    t = clocked(limits, m, sample, sample_slope, target, s, t, d1)
+    t.curve = r.theta
+    mean = Triples()
+    per = real(1.0) / larger(d1, SLOWEST)
+    for k in range(BLOCKS):
+        mean[3 * k + 2] = (value_of(r.theta[k], d1) - s.pose.theta[k]) * per
+    t.pose = moved(blocks, s.pose, touch, mean, Values(), d1)
+    t.velocity = rolled_velocity(r.chain, t.pose, r.theta, d1)
+    t.plain = not lands and not t.struck
+    if CHAINS:
+        # A body may come to its next edge.
+        t.plain = False
+    for k in range(BLOCKS):
+        left = HALF_PI - size(t.pose.theta[k])
+        t.plain = t.plain and left > NEARLY * limits.longest_step * size(t.velocity[3 * k + 2])
+    t.slip = Counts()
+    t.settled = True
+    t.turns = False
+    t.lost = zero
     return t
 
 
@@ -261,22 +262,26 @@ def tried(
     if calm:
         longest = room
     d = smaller(longest, room)
-    lacks = bool(False)
     grain = STILL * (speed + limits.gravity * limits.longest_step)
     stuck = sticks(s.pose.touch, s.slip) and stays_put(s.pose.touch, s.rate, grain)
+    # A struct that is set under a condition is copied each time; one that is returned is not.
     if stuck and s.seek == STEADY:
-        t = rolling(blocks, limits, m, sample, sample_slope, target, s, t, s.pose.touch, d)
-        lacks = not t.rolls
-    if not t.rolls:
-        t = clocked(limits, m, sample, sample_slope, target, s, t, d)
-        t = mean_step(blocks, limits, t, s, speed)
-        # What is lacking from the start need not be sought.
-        t.turns = t.turns and not lacks
-        if stuck and (lacks or s.seek == FOUND) and sticks(t.pose.touch, t.slip):
-            t = rolling(blocks, limits, m, sample, sample_slope, target, s, t, t.pose.touch, d)
-    if not t.plain:
-        t = watched(blocks, limits, s, t)
-    return t
+        first = rolling(blocks, limits, m, sample, sample_slope, target, s, t, s.pose.touch, d)
+        if first.plain:
+            return first
+        if first.rolls:
+            return watched(blocks, limits, s, first)
+    t = clocked(limits, m, sample, sample_slope, target, s, t, d)
+    t = mean_step(blocks, limits, t, s, speed)
+    # What is lacking from the start need not be sought.
+    t.turns = t.turns and not (stuck and s.seek == STEADY)
+    if stuck and (s.seek == STEADY or s.seek == FOUND) and sticks(t.pose.touch, t.slip):
+        other = rolling(blocks, limits, m, sample, sample_slope, target, s, t, t.pose.touch, d)
+        if other.plain:
+            return other
+        if other.rolls:
+            return watched(blocks, limits, s, other)
+    return watched(blocks, limits, s, t)
 
 
 @wp.func(inline=False)
