@@ -220,7 +220,7 @@ def ended(s: State, reached: State, t: Trial) -> State:
     return n
 
 
-@wp.func(inline=False)
+@wp.func
 def projected(
     blocks: Blocks, limits: Limits, s: State, reached: State, t: Trial, upper: Rows, lower: Rows
 ) -> State:

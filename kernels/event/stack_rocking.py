@@ -202,7 +202,11 @@ def inertias(chain: Chain, s2: Values, c2: Values, ax: real, az: real):
 
 @wp.func
 def carrying(chain: Chain, gx: Values, gz: Values):
-    """Forces that interfaces bear (x, z), and the moments u and w of `rocking`."""
+    """Forces that interfaces bear (x, z), and moments u and w about the points they turn about.
+
+    With (X, Z) = (R_0 C)^ and (R_0 B)^ as at the start, c u - s w of the cosine and sine of a
+    block's rotation is the moment that it bears without its inertia [N m].
+    """
     fx = Values()
     fz = Values()
     u = Values()
@@ -220,27 +224,16 @@ def carrying(chain: Chain, gx: Values, gz: Values):
     return fx, fz, u, w
 
 
-@wp.func(inline=False)
-def rocking(
-    blocks: Blocks, pose: Pose, touch: Counts, velocity: Triples, ax: Terms, az: Terms
-) -> Rocking:
-    """Taylor polynomials of a stack that sticks where its ends touch.
+@wp.func
+def lack_of(load: Values, pose: Pose, u: Values, w: Values) -> Values:
+    """Moments that the angular accelerations have still to take up [N m], see `carrying`."""
+    return -load - wp.cw_mul(pose.cosine, u) + wp.cw_mul(pose.sine, w)
 
-    Besides those that it returns: s and c, sines and cosines of the rotations; with (X, Z) =
-    (R_0 C)^ and (R_0 B)^ as at the start c u - s w, moments of a block without its inertia [N m].
 
-    Args:
-        blocks: The blocks.
-        pose: Where they are.
-        touch: Ends that touch and stick.
-        velocity: Velocities, of which the rotations count.
-        ax, az: Taylor coefficients of the acceleration of the base, upwards with gravity [m/s^2].
-    """
-    zero = real(0.0)
-    r = Rocking()
-    chain = chain_of(blocks, pose, touch)
-    r.chain = chain
-    theta, s, c, us, ws = Curves(), Curves(), Curves(), Curves(), Curves()
+@wp.func
+def first_terms(pose: Pose, velocity: Triples):
+    """Rotations, their sines and cosines as far as the state tells them."""
+    theta, s, c = Curves(), Curves(), Curves()
     for k in range(BLOCKS):
         spin = velocity[wp.static(3 * k + 2)]
         theta[k, 0] = pose.theta[k]
@@ -249,6 +242,27 @@ def rocking(
         c[k, 0] = pose.cosine[k]
         s[k, 1] = spin * pose.cosine[k]
         c[k, 1] = -spin * pose.sine[k]
+    return theta, s, c
+
+
+@wp.func(inline=False)
+def rocking(
+    blocks: Blocks, pose: Pose, touch: Counts, velocity: Triples, ax: Terms, az: Terms
+) -> Rocking:
+    """Taylor polynomials of a stack that sticks where its ends touch.
+
+    Args:
+        blocks: The blocks.
+        pose: Where they are.
+        touch: Ends that touch and stick.
+        velocity: Velocities, of which the rotations count.
+        ax, az: Taylor coefficients of the acceleration of the base, upwards with gravity [m/s^2].
+    """
+    r = Rocking()
+    chain = chain_of(blocks, pose, touch)
+    r.chain = chain
+    theta, s, c = first_terms(pose, velocity)
+    us, ws = Curves(), Curves()
     m = factors(chain, pose, touch)
     for n in range(ORDERS):
         # Second derivatives without the new coefficients of the rotations; moments of lower orders.
@@ -256,9 +270,9 @@ def rocking(
         c2 = Values()
         load = Values()
         for k in range(BLOCKS):
-            sk = zero
-            ck = zero
-            lk = zero
+            sk = real(0.0)
+            ck = real(0.0)
+            lk = real(0.0)
             for i in range(wp.static(n + 1)):
                 part = real(wp.static(i + 1)) * theta[k, i + 1]
                 sk = sk + part * c[k, n + 1 - i]
@@ -271,16 +285,14 @@ def rocking(
             load[wp.static(k)] = lk
         gx, gz = inertias(chain, s2, c2, ax[n], az[n])
         _fx, _fz, u, w = carrying(chain, gx, gz)
-        lack = -load - wp.cw_mul(pose.cosine, u) + wp.cw_mul(pose.sine, w)
-        bend = bent(m, touch, lack)
+        bend = bent(m, touch, lack_of(load, pose, u, w))
         s2 = s2 + wp.cw_mul(bend, pose.cosine)
         c2 = c2 - wp.cw_mul(bend, pose.sine)
         gx, gz = inertias(chain, s2, c2, ax[n], az[n])
         fx, fz, u, w = carrying(chain, gx, gz)
-        moments = load + wp.cw_mul(pose.cosine, u) - wp.cw_mul(pose.sine, w)
-        moments = moments + wp.cw_mul(bend, chain.inertia)
+        moments = wp.cw_mul(bend, chain.inertia) - lack_of(load, pose, u, w)
         over = real(1.0) / real((n + 1) * (n + 2))
-        above = zero
+        above = real(0.0)
         for step in range(BLOCKS):
             k = wp.static(BLOCKS - 1 - step)
             above = above + moments[k]
@@ -289,8 +301,8 @@ def rocking(
             r.fz[k, n] = fz[k]
             us[k, n] = u[k]
             ws[k, n] = w[k]
-            theta[k, n + 2] = bend[k] * over
-            s[k, n + 2] = s2[k] * over
-            c[k, n + 2] = c2[k] * over
+            theta[k, n + 2] = over * bend[k]
+            s[k, n + 2] = over * s2[k]
+            c[k, n + 2] = over * c2[k]
     r.theta = theta
     return r

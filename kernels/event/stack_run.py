@@ -10,7 +10,7 @@ from warprock.kernels.event.stack import step
 from warprock.kernels.event.stack_moves import started
 from warprock.kernels.event.stack_rolling import turning_time, value_of
 from warprock.kernels.event.stack_state import Limits, State, at_rest
-from warprock.kernels.instance import LOOPS_STAY
+from warprock.kernels.instance import SHORT_LOOPS_GO
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import sample_index
 from warprock.kernels.shape.above import Above, Motions
@@ -26,7 +26,7 @@ from warprock.kernels.shape.stack import (
     upright_place,
 )
 
-wp.set_module_options(LOOPS_STAY)
+wp.set_module_options(SHORT_LOOPS_GO)
 
 LANES = 1
 """Lanes that a thread runs."""

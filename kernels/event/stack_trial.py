@@ -151,11 +151,11 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
 
 @wp.func(inline=False)
 def clocked(
-    limits: Limits, m: Motion, sample: real, sample_slope: real, target: real, s: State,
-    trial: Trial, d: real,
-) -> Trial:  # fmt: skip
-    """The trial with a length of its step, at most to `target`, and what the base does in it."""
-    t = trial
+    limits: Limits, m: Motion, sample: real, sample_slope: real, target: real, s: State, d: real
+) -> Trial:
+    """A trial of a length of its step, at most to `target`, with what the base does in it."""
+    t = Trial()
+    t.cut = NEVER
     room = larger(target - s.time, real(0.0))
     t.d = d
     t.time = wp.where(d >= room, target, s.time + d)
@@ -198,10 +198,9 @@ def stays_put(touch: Counts, rate: Triples, grain: real) -> bool:
 @wp.func(inline=False)
 def rolling(
     blocks: Blocks, limits: Limits, m: Motion, sample: real, sample_slope: real, target: real,
-    s: State, trial: Trial, touch: Counts, d: real,
+    s: State, touch: Counts, d: real,
 ) -> Trial:  # fmt: skip
     """The trial in which all ends that touch stick, if they do (`rolls`), of at most a length."""
-    t = trial
     a0, a1, a2, a3, a4, _a5, _a6, _a7, _a8 = series(m, s.segment, s.time, sample, sample_slope)
     zero = real(0.0)
     up = Terms()
@@ -217,11 +216,11 @@ def rolling(
         blocks, s.pose, touch, r, d, NEARLY * limits.longest_step, GRAIN, limits.rest_rotation,
         limits.mass * limits.gravity, SOON * limits.longest_step,
     )  # fmt: skip
-    t.rolls = found != LACKS
-    if not t.rolls:
-        return t
+    if found == LACKS:
+        return Trial()
+    t = clocked(limits, m, sample, sample_slope, target, s, d1)
+    t.rolls = True
     t.spends = found == SPENT
-    t = clocked(limits, m, sample, sample_slope, target, s, t, d1)
     t.curve = r.theta
     mean = Triples()
     per = real(1.0) / larger(d1, SLOWEST)
@@ -248,8 +247,6 @@ def tried(
     blocks: Blocks, limits: Limits, m: Motion, sample: real, sample_slope: real, end: real, s: State
 ) -> Trial:
     """One trial step, at most to the next knot of the motion or to `end`."""
-    t = Trial()
-    t.cut = NEVER
     knot = knot_time(m, s.segment)
     target = smaller(knot, end)
     calm = s.calm and (s.segment == 0 or knot >= NEVER)
@@ -266,17 +263,17 @@ def tried(
     stuck = sticks(s.pose.touch, s.slip) and stays_put(s.pose.touch, s.rate, grain)
     # A struct that is set under a condition is copied each time; one that is returned is not.
     if stuck and s.seek == STEADY:
-        first = rolling(blocks, limits, m, sample, sample_slope, target, s, t, s.pose.touch, d)
+        first = rolling(blocks, limits, m, sample, sample_slope, target, s, s.pose.touch, d)
         if first.plain:
             return first
         if first.rolls:
             return watched(blocks, limits, s, first)
-    t = clocked(limits, m, sample, sample_slope, target, s, t, d)
+    t = clocked(limits, m, sample, sample_slope, target, s, d)
     t = mean_step(blocks, limits, t, s, speed)
     # What is lacking from the start need not be sought.
     t.turns = t.turns and not (stuck and s.seek == STEADY)
     if stuck and (s.seek == STEADY or s.seek == FOUND) and sticks(t.pose.touch, t.slip):
-        other = rolling(blocks, limits, m, sample, sample_slope, target, s, t, t.pose.touch, d)
+        other = rolling(blocks, limits, m, sample, sample_slope, target, s, t.pose.touch, d)
         if other.plain:
             return other
         if other.rolls:
