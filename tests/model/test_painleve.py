@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.shared import closed_forms
-from tests.shared.blocks import make_lanes, sines
+from tests.shared.blocks import make_lanes, shakes, sines
 from tests.shared.case_texts import PULSE
 from tests.shared.space_bodies import bodies_of
 from tests.shared.spatial_blocks import along, in_space
@@ -20,7 +20,6 @@ from warprock.model.response import SOUND, USABLE, SampleTimes, Status
 from warprock.run.batch import run_batch
 from warprock.run.estimate import run_with_estimate
 from warprock.settings.engines import EventSettings, ImpulseSettings
-from warprock.units import GRAVITY
 
 TIMES = SampleTimes(1.5, 0.01)
 FINE = {"event": EventSettings(time_step=1e-3), "impulse": ImpulseSettings(substeps=200)}
@@ -57,18 +56,6 @@ def pulses(seed: int = 1):
     speed = closed_forms.overturning_velocity_step(width, height) * rng.uniform(0.2, 1.2, LANES)
     amplitude = speed / (2.0 * np.pi * frequency) * rng.choice([-1.0, 1.0], LANES)
     return lanes, sines(Control.DISPLACEMENT, amplitude, frequency, cycles=1.0)
-
-
-def shakes(count: int, friction: tuple[float, float], seed: int = 5):
-    """Random blocks under two cycles of a sine of 1.5 to 8 g, the velocity of which is given."""
-    rng = np.random.default_rng(seed)
-    height = 10.0 ** rng.uniform(-0.3, 0.5, count)
-    width = height / rng.uniform(1.0, 6.0, count)
-    lanes = make_lanes(width, height, friction=rng.uniform(*friction, count))
-    rate = rocking.frequency_parameter(width, height)
-    w = rate * 10.0 ** rng.uniform(0.0, 1.0, count)
-    size = GRAVITY * rng.uniform(1.5, 8.0, count) * rng.choice([-1.0, 1.0], count)
-    return lanes, sines(Control.VELOCITY, size / w, w / (2.0 * np.pi), cycles=2.0)
 
 
 def settled_apart(lanes: Lanes, motions: HarmonicMotions):
