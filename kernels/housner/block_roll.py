@@ -10,7 +10,7 @@ A block at rest passes all samples at once of which none could lift it.
 
 import warp as wp
 
-from warprock.kernels.housner.block import REACH, Block
+from warprock.kernels.housner.block import REACH, Block, tops_below
 from warprock.kernels.housner.block_contact import rocking_series
 from warprock.kernels.modes import RESTING, ROCKING
 from warprock.kernels.motion import Motion, between_samples, knot_time, series, undisturbed
@@ -34,7 +34,8 @@ def suffices(
 
 @wp.func
 def rocks_on(
-    block: Block, h: real, side: real, theta: real, omega: real, needed: real, a0: real, a1: real,
+    block: Block, h: real, side: real, theta: real, omega: real, peak: real, needed: real,
+    a0: real, a1: real,
 ):  # fmt: skip
     """A step of a rocking block: theta and omega after it, whether nothing happens in it."""
     zero = real(0.0)
@@ -49,7 +50,10 @@ def rocks_on(
     omega1 = slope_at(omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, h)
     lean, lean1 = side * theta, side * theta1
     stands = lean >= zero and lean1 > zero and lean1 < NEARLY_ALL * HALF_PI
-    one_way = omega * omega1 >= zero and size(omega) * h < NEARLY_ALL * REACH
+    passes = tops_below(
+        NEARLY_ALL * peak, lean, side * omega, side * t2, side * t3, t4, t5, t6, t7, t8, t9, t10, h
+    )
+    one_way = (omega * omega1 >= zero or passes) and size(omega) * h < NEARLY_ALL * REACH
     fallen = lean >= block.fall_angle and side * omega >= zero
     held = fallen or suffices(needed, h, n0, n1, n2, n3, f0, f1, f2, f3)
     return theta1, omega1, stands and one_way and held
@@ -67,8 +71,8 @@ def rests_on(
 @wp.func
 def roll(
     block: Block, m: Motion, sample: real, sample_slope: real, strongest: real, until: real,
-    theta: real, omega: real, side: real, time: real, segment: int, mode: int, cap: real,
-    needed: real,
+    theta: real, omega: real, side: real, time: real, segment: int, mode: int, peak: real,
+    cap: real, needed: real,
 ):  # fmt: skip
     """One step of one lane, at most to its next sample or to `until`, if nothing happens in it.
 
@@ -88,7 +92,7 @@ def roll(
     a0, a1, _a2, _a3, _a4, _a5, _a6, _a7, _a8 = series(m, segment, time, sample, sample_slope)
     lifts_at = NEARLY_ALL * block.uplift_acceleration
     still = rests and size(a0) < lifts_at and size(a0 + a1 * h) < lifts_at
-    theta1, omega1, rolls = rocks_on(block, h, side, theta, omega, needed, a0, a1)
+    theta1, omega1, rolls = rocks_on(block, h, side, theta, omega, peak, needed, a0, a1)
     goes_on = still or (rolls and mode == ROCKING)
     taken = calm or (between_samples(m, segment) and h <= cap and goes_on)
     time1 = wp.where(cuts, time + h, target)

@@ -158,8 +158,8 @@ if ROLLS:
                     ok, th, om, ti, se = roll(
                         block_at(m, i), motion, pool[0, index], pool[1, index], pool[3, index],
                         at(m[UNTIL, i]), at(m[THETA, i]), at(m[OMEGA, i]), at(m[SIDE, i]),
-                        at(m[TIME, i]), mark(k[SEGMENT, i]), mark(k[MODE, i]), at(m[CAP, i]),
-                        at(m[NEEDED, i]),
+                        at(m[TIME, i]), mark(k[SEGMENT, i]), mark(k[MODE, i]), at(m[PEAK, i]),
+                        at(m[CAP, i]), at(m[NEEDED, i]),
                     )  # fmt: skip
                     roll_on(ok, th, om, ti, se, m, k, i)
                 rolling, free = int(0), int(0)
