@@ -96,9 +96,9 @@ def tops_below(
     With e'' <= bend < 0 it is nowhere above the parabola e0 + e1 t + bend t^2 / 2.
     """
     high = real(56.0) * size(e8) + h * (real(72.0) * size(e9) + h * real(90.0) * size(e10))
-    high = real(20.0) * size(e5) + h * (real(30.0) * size(e6) + h * (real(42.0) * size(e7) + h * high))
-    bend = real(2.0) * larger(e2, e2 + real(3.0) * e3 * h)
-    bend = bend + h * h * (real(12.0) * size(e4) + h * high)
+    high = real(30.0) * size(e6) + h * (real(42.0) * size(e7) + h * high)
+    high = real(12.0) * size(e4) + h * (real(20.0) * size(e5) + h * high)
+    bend = real(2.0) * larger(e2, e2 + real(3.0) * e3 * h) + h * h * high
     return e1 * e1 < real(-2.0) * bend * (bound - e0)
 
 
@@ -109,11 +109,8 @@ def next_event(
 ):  # fmt: skip
     """First turning point or zero of a watched quantity within a step of length h.
 
-    A turning point does not count where `passes`: where the quantity is not negative, turns at a
-    largest value at most and nobody asks for that.
-
     Where the quantity crosses zero and turns back in one step, nothing happens yet: the caller
-    repeats the step up to the turning point, before which lies the crossing alone.
+    repeats the step up to that point, before which lies the crossing alone; none where it `passes`.
 
     Returns:
         Length of the step; whether it ends at a turning point; whether it ends at a crossing;
@@ -122,7 +119,7 @@ def next_event(
     zero = real(0.0)
     e_end = value_at(e0, e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, h)
     d_end = slope_at(e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, h)
-    # A turning point in the first or last NEARLY of the step is one that a step ends at.
+    # One in the first or last NEARLY of the step is one that a step ends at.
     turns = e1 * d_end < -NEARLY * (d_end * d_end + e1 * e1) and not passes
     crosses = e_end < zero and not turns
     # A block on the ground has a zero there already; at rest a double one; one that has just

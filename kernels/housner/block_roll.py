@@ -5,7 +5,7 @@ step is that of housner/block.py, to the last bit, but for the search of an even
 friction that it needs. A step that may hold an event, or need more friction than any before it, is
 declined, and has changed nothing; housner/block.py takes it. That costs four times as much.
 
-A block at rest passes all samples at once of which none could lift it.
+A block at rest passes all samples of which none could lift it, which is no step.
 """
 
 import warp as wp
@@ -60,47 +60,53 @@ def rocks_on(
 
 
 @wp.func
-def rests_on(
-    block: Block, m: Motion, strongest: real, until: real, segment: int, mode: int,
+def rest_on(
+    block: Block, m: Motion, sample: real, sample_slope: real, strongest: real, until: real,
+    time: real, segment: int, mode: int, cap: real,
 ):  # fmt: skip
-    """Whether a block at rest stays so over the next AHEAD samples, and the time of the last."""
-    calm, far = undisturbed(m, segment, strongest, NEARLY_ALL * block.uplift_acceleration)
-    return mode == RESTING and calm and far <= until, far
+    """Takes a block at rest past samples that surely do not lift it, at most to `until`.
+
+    `strongest` belongs to the record's segment, as `sample` does.
+
+    Returns:
+        Whether it gets on; the time and the segment that it comes to.
+    """
+    bound = NEARLY_ALL * block.uplift_acceleration
+    calm, far = undisturbed(m, segment, strongest, bound)
+    leaps = calm and far <= until
+    knot = knot_time(m, segment)
+    target = smaller(knot, until)
+    largest = size(m.scale) * larger(size(sample), size(sample + sample_slope * m.interval))
+    weak = largest < bound and between_samples(m, segment)
+    gets_on = mode == RESTING and (leaps or (weak and target - time <= cap))
+    passed = wp.where(leaps, AHEAD, wp.where(target >= knot, 1, 0))
+    return (
+        gets_on,
+        wp.where(gets_on, wp.where(leaps, far, target), time),
+        wp.where(gets_on, segment + passed, segment),
+    )
 
 
 @wp.func
 def roll(
-    block: Block, m: Motion, sample: real, sample_slope: real, strongest: real, until: real,
+    block: Block, m: Motion, sample: real, sample_slope: real, until: real,
     theta: real, omega: real, side: real, time: real, segment: int, mode: int, peak: real,
     cap: real, needed: real,
 ):  # fmt: skip
     """One step of one lane, at most to its next sample or to `until`, if nothing happens in it.
 
-    `strongest` belongs to the record's segment, as `sample` does; the other arguments are as of
-    `step` in housner/block.py.
+    The arguments are as of `step` in housner/block.py.
 
     Returns:
         Whether it is taken; theta, omega, time and segment after it.
     """
-    calm, far = rests_on(block, m, strongest, until, segment, mode)
-    rests = mode == RESTING
     knot = knot_time(m, segment)
     target = smaller(knot, until)
     room = target - time
     cuts = room > block.step_length
     h = wp.where(cuts, block.step_length, room)
     a0, a1, _a2, _a3, _a4, _a5, _a6, _a7, _a8 = series(m, segment, time, sample, sample_slope)
-    lifts_at = NEARLY_ALL * block.uplift_acceleration
-    still = rests and size(a0) < lifts_at and size(a0 + a1 * h) < lifts_at
     theta1, omega1, rolls = rocks_on(block, h, side, theta, omega, peak, needed, a0, a1)
-    goes_on = still or (rolls and mode == ROCKING)
-    taken = calm or (between_samples(m, segment) and h <= cap and goes_on)
+    taken = rolls and mode == ROCKING and between_samples(m, segment) and h <= cap
     time1 = wp.where(cuts, time + h, target)
-    passed = wp.where(time1 >= knot, 1, 0)
-    return (
-        taken,
-        wp.where(rests, theta, theta1),
-        wp.where(rests, omega, omega1),
-        wp.where(calm, far, time1),
-        segment + wp.where(calm, AHEAD, passed),
-    )
+    return taken, theta1, omega1, time1, segment + wp.where(time1 >= knot, 1, 0)
