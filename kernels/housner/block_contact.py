@@ -38,27 +38,28 @@ def rocking_series(
     Returns:
         Taylor coefficients 2 to 10 of theta; 0 to 6 of n / R, then of f / R.
     """
-    s0 = sine(phi)
-    c0 = cosine(phi)
+    s0, c0 = sine(phi), cosine(phi)
     x2 = p2 * s0 - q * (a0 * c0)
     s1 = x1 * c0
     c1 = -x1 * s0
     x3 = OVER_2 * (p2 * s1 - q * (a0 * c1 + a1 * c0))
     s2 = OVER_2 * (x1 * c1 + x2 * c0)
     c2 = -OVER_2 * (x1 * s1 + x2 * s0)
-    b2 = a0 * c2 + a1 * c1 if LINEAR else a0 * c2 + a1 * c1 + a2 * c0
+    b2 = a0 * c2 + a1 * c1 + a2 * c0
     x4 = OVER_3 * (p2 * s2 - q * b2)
     s3 = OVER_3 * (x1 * c2 + x2 * c1 + x3 * c0)
     c3 = -OVER_3 * (x1 * s2 + x2 * s1 + x3 * s0)
-    b3 = a0 * c3 + a1 * c2 if LINEAR else a0 * c3 + a1 * c2 + a2 * c1 + a3 * c0
+    b3 = a0 * c3 + a1 * c2 + a2 * c1 + a3 * c0
     x5 = OVER_4 * (p2 * s3 - q * b3)
     s4 = OVER_4 * (x1 * c3 + x2 * c2 + x3 * c1 + x4 * c0)
     c4 = -OVER_4 * (x1 * s3 + x2 * s2 + x3 * s1 + x4 * s0)
-    b4 = a0 * c4 + a1 * c3 if LINEAR else a0 * c4 + a1 * c3 + a2 * c2 + a3 * c1 + a4 * c0
+    b4 = a0 * c4 + a1 * c3 + a2 * c2 + a3 * c1 + a4 * c0
     x6 = OVER_5 * (p2 * s4 - q * b4)
     s5 = OVER_5 * (x1 * c4 + x2 * c3 + x3 * c2 + x4 * c1 + x5 * c0)
     c5 = -OVER_5 * (x1 * s4 + x2 * s3 + x3 * s2 + x4 * s1 + x5 * s0)
-    b5 = a0 * c5 + a1 * c4 if LINEAR else a0 * c5 + a1 * c4 + a2 * c3 + a3 * c2 + a4 * c1 + a5 * c0
+    b5 = a0 * c5 + a1 * c4
+    if not LINEAR:
+        b5 = b5 + a2 * c3 + a3 * c2 + a4 * c1 + a5 * c0
     x7 = OVER_6 * (p2 * s5 - q * b5)
     s6 = OVER_6 * (x1 * c5 + x2 * c4 + x3 * c3 + x4 * c2 + x5 * c1 + x6 * c0)
     c6 = -OVER_6 * (x1 * s5 + x2 * s4 + x3 * s3 + x4 * s2 + x5 * s1 + x6 * s0)
@@ -80,8 +81,7 @@ def rocking_series(
     x10 = OVER_9 * (p2 * real(0.125) * s8 - q * b8)
     r = FOUR_THIRDS * q
     return (
-        x2 * OVER_2, x3 * OVER_3, x4 * OVER_4,
-        x5 * OVER_5, x6 * OVER_6, x7 * OVER_7,
+        x2 * OVER_2, x3 * OVER_3, x4 * OVER_4, x5 * OVER_5, x6 * OVER_6, x7 * OVER_7,
         x8 * OVER_8, x9 * OVER_9, x10 * OVER_10,
         FOUR_THIRDS * p2 + real(2.0) * c2, real(6.0) * c3, real(12.0) * c4, real(20.0) * c5,
         real(30.0) * c6, real(42.0) * c7, real(7.0) * c8,
