@@ -28,6 +28,9 @@ from warprock.kernels.motion import LINEAR
 FOUR_THIRDS = real(4.0 / 3.0)
 
 
+# The force upwards begins as 4/3 (p2 + 3/2 c2), not as 4/3 p2 + 2 c2: the first product, the same in
+# all steps of a lane, would be fused with the sum in one form of the kernel, and taken out of the
+# loop over steps in the other.
 @wp.func
 def rocking_series(
     p2: real, q: real, phi: real, x1: real,
@@ -80,8 +83,6 @@ def rocking_series(
         b8 = b8 + a2 * c6 + a3 * c5 + a4 * c4 + a5 * c3 + a6 * c2 + a7 * c1 + a8 * c0
     x10 = OVER_9 * (p2 * real(0.125) * s8 - q * b8)
     r = FOUR_THIRDS * q
-    # Not FOUR_THIRDS p2 + 2 c2: the first product, the same in all steps of a lane, would be fused
-    # with the sum in one form of the kernel, and taken out of the loop over steps in the other.
     return (
         x2 * OVER_2, x3 * OVER_3, x4 * OVER_4, x5 * OVER_5, x6 * OVER_6, x7 * OVER_7,
         x8 * OVER_8, x9 * OVER_9, x10 * OVER_10,
