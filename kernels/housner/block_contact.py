@@ -28,9 +28,9 @@ from warprock.kernels.motion import LINEAR
 FOUR_THIRDS = real(4.0 / 3.0)
 
 
-# The force upwards begins as 4/3 (p2 + 3/2 c2), not as 4/3 p2 + 2 c2: the first product, the same in
-# all steps of a lane, would be fused with the sum in one form of the kernel, and taken out of the
-# loop over steps in the other.
+# The force upwards begins as 4/3 (p2 + 3/2 c2), not as 4/3 p2 + 2 c2: the first product, the same
+# in all steps of a lane, would be fused with the sum in one form of the kernel, and taken out of
+# the loop over steps in the other.
 @wp.func
 def rocking_series(
     p2: real, q: real, phi: real, x1: real,
