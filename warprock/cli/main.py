@@ -52,9 +52,6 @@ if TYPE_CHECKING:
     from warprock.measure.trade_choice import Choice
     from warprock.run.case_run import CaseRun
 
-YOUNG_OBJECTS = 20_000
-"""Objects made since Python last looked for garbage, at which it looks again."""
-
 
 @click.group(cls=Main, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="warprock")
@@ -277,11 +274,9 @@ def entry() -> None:
     """The command line as a process: on Ctrl-C it ends at once.
 
     A launch in a worker thread cannot be stopped, and Python would wait for it.
-
-    Imports make half a million objects that stay: to look among them for garbage as often as Python
-    does of itself takes a tenth of a short run, and of the drawing of figures.
     """
-    gc.set_threshold(YOUNG_OBJECTS)
+    # Else a tenth of the start of a command goes into looks for garbage among what it imports.
+    gc.set_threshold(100_000)
     for name in ("stdout", "stderr"):
         # Closed by whoever started us; a result's file must not take its number.
         if getattr(sys, name) is None:
