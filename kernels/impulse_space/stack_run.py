@@ -47,6 +47,10 @@ LANES = 1
 SETTLING = 20000
 """Most sweeps of the solve before the run; they end once impulses are those of the rest."""
 
+SEEN = by_precision(1.0e-13, 1.0e-6)
+"""Smallest lean [rad] and rate [rad/s] that tell a side: one below is what round-off leaves of none
+where a stack stands, rocks or slides in a plane."""
+
 Attitudes = wp.types.matrix(shape=(BLOCKS + 1, 4), dtype=real)
 Kept = wp.types.matrix(shape=(16 * BLOCKS, 3), dtype=real)
 Ints = wp.types.vector(length=BLOCKS + 1, dtype=int)
@@ -105,6 +109,12 @@ def support_of(below: Block, k: int) -> Block:
 
 
 @wp.func
+def clear(turn: real) -> real:
+    """A lean [rad] or a rate [rad/s], zero where it is no more than round-off."""
+    return wp.where(size(turn) > SEEN, turn, real(0.0))
+
+
+@wp.func
 def lean_of(m: Matrix, rate: Vector, hint: Vector, before: Vector) -> Vector:
     """Sides along x and y to which a block leans on what it stands on, each -1 or 1.
 
@@ -115,9 +125,10 @@ def lean_of(m: Matrix, rate: Vector, hint: Vector, before: Vector) -> Vector:
         before: Sides that count where nothing tells.
     """
     zero = real(0.0)
-    x = side_of(-m[2, 0], rate[1], hint[0], before[0])
-    twist = m[1, 0] * x
-    y = side_of(-m[2, 1], -rate[0], hint[1], wp.where(twist != zero, twist, before[1]))
+    x = side_of(clear(-m[2, 0]), clear(rate[1]), hint[0], before[0])
+    twist = clear(m[1, 0] * x)
+    side = wp.where(twist != zero, twist, before[1])
+    y = side_of(clear(-m[2, 1]), clear(-rate[0]), hint[1], side)
     return Vector(x, y, zero)
 
 
