@@ -12,6 +12,7 @@ on.
 
 import warp as wp
 
+from warprock.kernels.impulse.stack import clear
 from warprock.kernels.impulse_space.block import Knobs, side_of, slips
 from warprock.kernels.impulse_space.stack import (
     Attitude,
@@ -46,10 +47,6 @@ LANES = 1
 
 SETTLING = 20000
 """Most sweeps of the solve before the run; they end once impulses are those of the rest."""
-
-SEEN = by_precision(1.0e-13, 1.0e-6)
-"""Smallest lean [rad] and rate [rad/s] that tell a side: one below is what round-off leaves of none
-where a stack stands, rocks or slides in a plane."""
 
 Attitudes = wp.types.matrix(shape=(BLOCKS + 1, 4), dtype=real)
 Kept = wp.types.matrix(shape=(16 * BLOCKS, 3), dtype=real)
@@ -106,12 +103,6 @@ def support_of(below: Block, k: int) -> Block:
     base.half_width = GROUND_FACE
     base.half_depth = GROUND_FACE
     return base
-
-
-@wp.func
-def clear(turn: real) -> real:
-    """A lean [rad] or a rate [rad/s], zero where it is no more than round-off."""
-    return wp.where(size(turn) > SEEN, turn, real(0.0))
 
 
 @wp.func
