@@ -64,8 +64,8 @@ MAGNIFIED = 5.0
 """Times the spread that round-off makes on the CPU: the GPU draws once from much the same."""
 
 
-NUDGED = ("width", "height", "friction", "rotation_start")
-"""Arrays of lanes that `nudged` moves, besides the points of bodies."""
+NUDGED = ("width", "height", "friction")
+"""Arrays of lanes that `nudged` moves, besides starts, points of bodies, and the base."""
 
 ROUNDED = (
     "event: block in space, box friction, record",
@@ -106,15 +106,22 @@ def nudged(lanes: Lanes, motions: GroundMotions) -> tuple[Lanes, GroundMotions]:
     """
     random = np.random.default_rng(0)
 
-    def moved(values: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        return values * (1.0 + np.spacing(1.0) * random.integers(-8, 9, size=values.shape))
+    def moved(values: npt.NDArray[np.float64], axes: int = 4) -> npt.NDArray[np.float64]:
+        """Values times factors near 1 that differ along so many of the first axes."""
+        size = (*values.shape[:axes], *(1 for _axis in values.shape[axes:]))
+        return values * (1.0 + np.spacing(1.0) * random.integers(-8, 9, size=size))
 
-    found = dataclasses.replace(lanes, **{name: moved(getattr(lanes, name)) for name in NUDGED})
+    # Blocks of a stack that start as one do so still, and what is level on a body with a flat face
+    # for another stays so.
+    found = dataclasses.replace(
+        lanes, **{name: moved(getattr(lanes, name)) for name in NUDGED},
+        rotation_start=moved(lanes.rotation_start, axes=1),
+    )  # fmt: skip
     if lanes.body is not None:
         body = dataclasses.replace(lanes.body, points=moved(lanes.body.points))
         found = dataclasses.replace(found, body=body)
     if lanes.profiles is not None:
-        profiles = dataclasses.replace(lanes.profiles, points=moved(lanes.profiles.points))
+        profiles = dataclasses.replace(lanes.profiles, points=moved(lanes.profiles.points, axes=2))
         found = dataclasses.replace(found, profiles=profiles)
     return found, motions.scaled(moved(np.ones(lanes.lane_count)))
 
