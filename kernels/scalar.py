@@ -83,6 +83,18 @@ OVER_2, OVER_3, OVER_4, OVER_5, OVER_6, OVER_7, OVER_8, OVER_9, OVER_10 = (
 )
 
 
+_MULTIPLY_ADD = {"float64": "fma", "float32": "fmaf"}[PRECISION]
+
+
+@wp.func_native(f"return {_MULTIPLY_ADD}(a, b, c);")
+def fused(a: real, b: real, c: real) -> real:
+    """The sum a b + c, rounded once.
+
+    In a b + c d the compiler fuses one product with the sum, which one may depend on what stands
+    around it: written with this, a sum of products has the same bits in every kernel.
+    """
+
+
 @wp.func
 def smaller(a: real, b: real) -> real:
     """The smaller of two numbers; b where a is NaN."""

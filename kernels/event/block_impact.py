@@ -41,7 +41,7 @@ def struck_velocity(block: Block, flat: bool, s: real, c: real, ux: real, uz: re
     vo = wp.where(both, zero, vo)
     along = vx + vo * z
     still = wp.where(both, along == zero, sticks)
-    lost = ux * ux + uz * uz - vx * vx - vz * vz + (uo * uo - vo * vo) * block.inertia
+    lost = (ux - vx) * (ux + vx) + (uz - vz) * (uz + vz) + (uo - vo) * (uo + vo) * block.inertia
     return (
         vx, vz, vo,
         wp.where(both, FLAT, PIVOTING),

@@ -39,19 +39,20 @@ def rocking_series(
         2 to 6 of the rotation; 2 of the corner, along the base and upwards.
     """
     k = block.inverse_pivot_inertia
-    w1 = k * (a0 * z0 - gravity * x0)
+    w1 = k * fused(a0, z0, -gravity * x0)
     x1 = w0 * z0
     z1 = -w0 * x0
-    w2 = OVER_2 * k * (a0 * z1 + a1 * z0 - gravity * x1)
-    x2 = OVER_2 * (w0 * z1 + w1 * z0)
-    z2 = -OVER_2 * (w0 * x1 + w1 * x0)
-    w3 = OVER_3 * k * (a0 * z2 + a1 * z1 + a2 * z0 - gravity * x2)
-    x3 = OVER_3 * (w0 * z2 + w1 * z1 + w2 * z0)
-    z3 = -OVER_3 * (w0 * x2 + w1 * x1 + w2 * x0)
-    w4 = OVER_4 * k * (a0 * z3 + a1 * z2 + a2 * z1 + a3 * z0 - gravity * x3)
-    x4 = OVER_4 * (w0 * z3 + w1 * z2 + w2 * z1 + w3 * z0)
-    z4 = -OVER_4 * (w0 * x3 + w1 * x2 + w2 * x1 + w3 * x0)
-    w5 = OVER_5 * k * (a0 * z4 + a1 * z3 + a2 * z2 + a3 * z1 + a4 * z0 - gravity * x4)
+    w2 = OVER_2 * k * fused(a0, z1, fused(a1, z0, -gravity * x1))
+    x2 = OVER_2 * fused(w0, z1, w1 * z0)
+    z2 = -OVER_2 * fused(w0, x1, w1 * x0)
+    w3 = OVER_3 * k * fused(a0, z2, fused(a1, z1, fused(a2, z0, -gravity * x2)))
+    x3 = OVER_3 * fused(w0, z2, fused(w1, z1, w2 * z0))
+    z3 = -OVER_3 * fused(w0, x2, fused(w1, x1, w2 * x0))
+    w4 = OVER_4 * k * fused(a0, z3, fused(a1, z2, fused(a2, z1, fused(a3, z0, -gravity * x3))))
+    x4 = OVER_4 * fused(w0, z3, fused(w1, z2, fused(w2, z1, w3 * z0)))
+    z4 = -OVER_4 * fused(w0, x3, fused(w1, x2, fused(w2, x1, w3 * x0)))
+    pulled = fused(a2, z2, fused(a3, z1, fused(a4, z0, -gravity * x4)))
+    w5 = OVER_5 * k * fused(a0, z4, fused(a1, z3, pulled))
     return (
         w1 * OVER_2, w2 * OVER_3, w3 * OVER_4, w4 * OVER_5, w5 * OVER_6, x2, z2,
     )  # fmt: skip

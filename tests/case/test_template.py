@@ -63,6 +63,9 @@ def test_a_body_a_record_and_a_sweep_at_once(tmp_path):
     assert tables["contact"]["friction"] == 0.3
     assert list(start.beside) == ["my-quake.csv"]
     assert b"# unit: m/s^2" in start.beside["my-quake.csv"]
+    own = file.rename(tmp_path / "quake.csv")
+    start = start_case("record", record=str(own), reading=Reading(unit="g"))
+    assert list(start.beside) == ["quake-si.csv"]
     shipped = start_case("record", record="ridgecrest-2019-ccc-360", reading=NOTHING_SAID)
     assert not shipped.beside
 

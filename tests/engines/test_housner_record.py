@@ -39,9 +39,7 @@ def test_lanes_side_by_side_do_what_each_does_alone(many: LaneSet) -> None:
     )
     assert len(np.unique(packed["outcome"])) == 3
     for name, values in packed.fields.items():
-        # The quotient of two forces is rounded otherwise in vector code.
-        least = 1e-13 if name == "friction_needed" else 0.0
-        np.testing.assert_allclose(values, plain[name], rtol=least, atol=0.0, err_msg=name)
+        np.testing.assert_array_equal(values, plain[name], err_msg=name)
 
 
 @pytest.mark.speed

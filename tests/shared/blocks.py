@@ -13,6 +13,7 @@ from warprock.model import rocking
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.motion import Control, HarmonicMotions, StillBase, Waveform, harmonic_motions
 from warprock.model.scene import scene_kind
+from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
 
@@ -124,3 +125,17 @@ def at_rest(count: int) -> HarmonicMotions:
     """
     zero = np.zeros(count)
     return velocity_steps(zero, zero, zero)
+
+
+def shakes(
+    count: int, friction: tuple[float, float], seed: int = 5
+) -> tuple[Lanes, HarmonicMotions]:
+    """Random blocks under two cycles of a sine of 1.5 to 8 g, the velocity of which is given."""
+    rng = np.random.default_rng(seed)
+    height = 10.0 ** rng.uniform(-0.3, 0.5, count)
+    width = height / rng.uniform(1.0, 6.0, count)
+    lanes = make_lanes(width, height, friction=rng.uniform(*friction, count))
+    rate = rocking.frequency_parameter(width, height)
+    w = rate * 10.0 ** rng.uniform(0.0, 1.0, count)
+    size = GRAVITY * rng.uniform(1.5, 8.0, count) * rng.choice([-1.0, 1.0], count)
+    return lanes, sines(Control.VELOCITY, size / w, w / (2.0 * np.pi), cycles=2.0)

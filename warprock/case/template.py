@@ -292,6 +292,8 @@ def take_record(name: str, reading: Reading = AS_WRITTEN) -> TakenRecord:
     duration = f"{math.ceil(record.duration + AFTERWARDS):g} s"
     if name in record_names():
         return TakenRecord(name, duration, {})
-    file = f"{re.sub(r'[^A-Za-z0-9._-]+', '-', pathlib.Path(record.name).stem)}.csv"
+    stem = re.sub(r"[^A-Za-z0-9._-]+", "-", pathlib.Path(record.name).stem)
+    # The case may lie in the folder of the file asked for.
+    file = f"{stem}-si.csv" if f"{stem}.csv" == pathlib.Path(name).name else f"{stem}.csv"
     content = imported_csv(record, (), name=pathlib.Path(file).stem)
     return TakenRecord(file, duration, {file: content})
