@@ -20,6 +20,9 @@ TWO_PI = real(6.283185307179586)
 FLAT = real(44.0)
 """Exponent beyond which a Gaussian is zero to round-off; `decay` takes no more."""
 
+LINEAR = MOTION in ("still", "record")
+"""Whether the acceleration is linear between two knots, so that coefficients 2 to 8 are zero."""
+
 if MOTION != "record":
 
     @wp.func

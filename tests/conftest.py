@@ -53,6 +53,7 @@ LONGEST = (
 # Half a million objects are made while tests are imported, and stay. To look at all of them again
 # for garbage takes half a second, several times a minute.
 gc.disable()
+gc.set_threshold(20_000)  # to look at every 700 objects, as Python does, takes a twelfth of a test
 
 
 def pytest_collection_finish() -> None:

@@ -52,25 +52,47 @@ def start_block(
 
 @wp.func
 def start_lane(
-    lane: Lane, qw: wp.ref[real], dt: wp.ref[real], uplift_time: wp.ref[real], mode: wp.ref[int]
-):
+    lane: Lane, qw: wp.ref[real], dt: wp.ref[real], creep: wp.ref[real],
+    uplift_time: wp.ref[real], mode: wp.ref[int],
+):  # fmt: skip
     """Starts a lane: its ground, which is level, and its mode."""
     qw = real(1.0)
     dt = lane.time_step
+    creep = lane.creep
     uplift_time = lane.uplift_time
     mode = RUNNING
 
 
 @wp.func
-def gather(t: wp.ref[real], first: wp.ref[real], second: wp.ref[real], axis: wp.ref[real]):
-    """Sum over both diagonals and the axes, in an order that a mirrored scene shares.
-
-    The sums are set to zero for the next interface.
-    """
-    t = (first + second) + axis
+def total_of(axis: wp.ref[real], first: wp.ref[real], second: wp.ref[real]) -> real:
+    """Sum over the pairs on the axes and on both diagonals; these are zero afterwards."""
+    total = (real(axis) + real(first)) + real(second)
+    axis = real(0.0)
     first = real(0.0)
     second = real(0.0)
-    axis = real(0.0)
+    return total
+
+
+@wp.func
+def gather(
+    n0: wp.ref[real], n1: wp.ref[real], n2: wp.ref[real],
+    na0: wp.ref[real], na1: wp.ref[real], na2: wp.ref[real],
+    nb0: wp.ref[real], nb1: wp.ref[real], nb2: wp.ref[real],
+    s0: wp.ref[real], s1: wp.ref[real], s2: wp.ref[real],
+    sa0: wp.ref[real], sa1: wp.ref[real], sa2: wp.ref[real],
+    sb0: wp.ref[real], sb1: wp.ref[real], sb2: wp.ref[real],
+    t0: wp.ref[real], t1: wp.ref[real], t2: wp.ref[real],
+    ta0: wp.ref[real], ta1: wp.ref[real], ta2: wp.ref[real],
+    tb0: wp.ref[real], tb1: wp.ref[real], tb2: wp.ref[real],
+    e0: wp.ref[real], e1: wp.ref[real], e2: wp.ref[real],
+):  # fmt: skip
+    """Sums over all pairs of an interface, see `solve_pair`, of those of each kind."""
+    return (
+        total_of(n0, n1, n2), total_of(na0, na1, na2), total_of(nb0, nb1, nb2),
+        total_of(s0, s1, s2), total_of(sa0, sa1, sa2), total_of(sb0, sb1, sb2),
+        total_of(t0, t1, t2), total_of(ta0, ta1, ta2), total_of(tb0, tb1, tb2),
+        total_of(e0, e1, e2),
+    )  # fmt: skip
 
 
 @wp.func
@@ -145,16 +167,17 @@ def observe_block(
 
 @wp.func
 def observe_interface(
-    live: bool, time: real, link: Link, creep: real, since: wp.ref[real],
+    live: bool, steps: int, dt: real, link: Link, creep: real, since: wp.ref[real],
     uplift_time: wp.ref[real], moved: wp.ref[real], deepest: wp.ref[real], impacts: wp.ref[int],
     mode: wp.ref[int],
 ):  # fmt: skip
-    """What a step shows of an interface, see `observe_faces`.
+    """What a step of a lane shows of an interface as it begins, see `observe_faces`.
 
     What its faces share slides where its fastest point slips by more than `creep`, see `Lane`.
     """
     x = size(link.v1) + size(link.j1) + size(link.k1)
     y = size(link.v2) + size(link.j2) + size(link.k2)
+    time = real(steps - 1) * dt
     observe_faces(
         live, time, link.o, size(link.a3) + size(link.b3), link.area,
         x * x + y * y > creep * creep, since, uplift_time, moved, deepest, impacts, mode,

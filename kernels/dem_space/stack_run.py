@@ -39,8 +39,8 @@ wp.set_module_options(ONE_VECTOR)
 
 PAIRS = max(ITERATIONS, 1)
 """Pairs of points of an interface; one in the middle counts as a pair of two halves."""
-KINDS, SUMS = 3, 10
-"""Kinds of pairs, and what is summed over each, see `solve_pair`."""
+KINDS = 3
+"""Kinds of pairs: what is summed over each, see `solve_pair`, is summed apart."""
 
 R = wp.types.vector(length=LANES, dtype=real)
 """A number a lane."""
@@ -48,9 +48,11 @@ Count = wp.types.vector(length=LANES, dtype=int)
 Three = wp.types.matrix(shape=(3, LANES), dtype=real)
 B = wp.types.matrix(shape=(BLOCKS + 1, LANES), dtype=real)
 """A number a body."""
-Point = wp.types.matrix(shape=(BLOCKS * 2 * PAIRS, LANES), dtype=real)
-Sums = wp.types.matrix(shape=(KINDS * SUMS, LANES), dtype=real)
-Total = wp.types.matrix(shape=(SUMS, LANES), dtype=real)
+Point = wp.types.matrix(shape=(BLOCKS * PAIRS, LANES), dtype=real)
+"""A number of one point of each pair, and a sum over the pairs of a kind. Each number has a matrix
+of its own: of two rows of one matrix, each found at run time, the compiler would have to check
+before every loop that they are not the same."""
+Sum = wp.types.matrix(shape=(KINDS, LANES), dtype=real)
 
 
 @wp.kernel
@@ -64,17 +66,19 @@ def run_lanes(
     x, y, z, qx, qy, qz, qw, vx, vy, vz = B(), B(), B(), B(), B(), B(), B(), B(), B(), B()
     lx, ly, lz, fx, fy, fz, mx, my, mz, at = B(), B(), B(), B(), B(), B(), B(), B(), B(), B()
     since, gx, gy, slide, peak, across, tilt, yaw = B(), B(), B(), B(), B(), B(), B(), B()
-    # Rows of points, pair by pair: the one at -(a, b), the one at (a, b). The link looked at.
-    ux, uy, slip, sums, t, base, dv = Point(), Point(), Point(), Sums(), Total(), Three(), Three()
+    # Rows of pairs, of the point at -(a, b) and of the one at (a, b); sums; the link looked at.
+    ux, uy, slip, ux2, uy2, slip2 = Point(), Point(), Point(), Point(), Point(), Point()
+    sn, sna, snb, s1, sa1, sb1, s2, sa2 = Sum(), Sum(), Sum(), Sum(), Sum(), Sum(), Sum(), Sum()
+    sb2, se, base, dv = Sum(), Sum(), Three(), Three()
     o, area, mu, wide, deep, cx, cy, p1, p2, p3 = R(), R(), R(), R(), R(), R(), R(), R(), R(), R()
     d1, d2, d3, a1, a2, a3, b1, b2, b3, v1 = R(), R(), R(), R(), R(), R(), R(), R(), R(), R()
     v2, v3, j1, j2, j3, k1, k2, k3, dt = R(), R(), R(), R(), R(), R(), R(), R(), R()
     span, loss, spent, stored, at_start, lifted, moved = R(), R(), R(), R(), R(), R(), R()
-    deepest, live, impacts, mode, steps = R(), Count(), Count(), Count(), Count()
+    deepest, creep, live, impacts, mode, steps = R(), R(), Count(), Count(), Count(), Count()
     pack, _one = wp.tid()
     bodies, pairs, first, moves = int(BLOCKS + 1), int(PAIRS), pack * LANES, int(0)  # loops stay
     for i in range(LANES):
-        start_lane(lanes[first + i], qw[0, i], dt[i], lifted[i], mode[i])
+        start_lane(lanes[first + i], qw[0, i], dt[i], creep[i], lifted[i], mode[i])
         moves = moves | lanes[first + i].moves
         for k in range(1, bodies):
             start_block(blocks[k, first + i], x[k, i], y[k, i], z[k, i], qx[k, i], qy[k, i],
@@ -109,32 +113,30 @@ def run_lanes(
                         p2[i], p3[i], d1[i], d2[i], d3[i], a1[i], a2[i], a3[i], b1[i], b2[i], b3[i],
                         v1[i], v2[i], v3[i], j1[i], j2[i], j3[i], k1[i], k2[i], k3[i], gx[k, i],
                         gy[k, i])  # fmt: skip
-                    observe_interface(live[i] == 1, real(steps[i] - 1) * dt[i], link,
-                        lanes[first + i].creep, since[k, i], lifted[i], moved[i], deepest[i],
-                        impacts[i], mode[i])  # fmt: skip
+                    observe_interface(live[i] == 1, steps[i], dt[i], link, creep[i], since[k, i],
+                        lifted[i], moved[i], deepest[i], impacts[i], mode[i])  # fmt: skip
                 for p in range(pairs):
-                    r, q = SUMS * int(points[3, p]), 2 * (pairs * h + p)
+                    r, q = int(points[3, p]), pairs * h + p
                     for i in range(LANES):
                         spot = Link(o[i], area[i], mu[i], wide[i], deep[i], cx[i], cy[i], p1[i],
                             p2[i], p3[i], d1[i], d2[i], d3[i], a1[i], a2[i], a3[i], b1[i], b2[i],
                             b3[i], v1[i], v2[i], v3[i], j1[i], j2[i], j3[i], k1[i], k2[i], k3[i],
                             gx[k, i], gy[k, i])  # fmt: skip
                         solve_pair(knobs, spot, live[i] == 1, dt[i], points[0, p], points[1, p],
-                            points[2, p], ux[q, i], uy[q, i], slip[q, i], ux[q + 1, i],
-                            uy[q + 1, i], slip[q + 1, i], sums[r, i], sums[r + 1, i],
-                            sums[r + 2, i], sums[r + 3, i], sums[r + 4, i], sums[r + 5, i],
-                            sums[r + 6, i], sums[r + 7, i], sums[r + 8, i],
-                            sums[r + 9, i])  # fmt: skip
-                for r in range(SUMS):
-                    for i in range(LANES):
-                        gather(t[r, i], sums[r, i], sums[SUMS + r, i], sums[2 * SUMS + r, i])
+                            points[2, p], ux[q, i], uy[q, i], slip[q, i], ux2[q, i], uy2[q, i],
+                            slip2[q, i], sn[r, i], sna[r, i], snb[r, i], s1[r, i], sa1[r, i],
+                            sb1[r, i], s2[r, i], sa2[r, i], sb2[r, i], se[r, i])  # fmt: skip
                 for i in range(LANES):
+                    n, na, nb, t1, ta1, tb1, t2, ta2, tb2, e = gather(sn[0, i], sn[1, i], sn[2, i],
+                        sna[0, i], sna[1, i], sna[2, i], snb[0, i], snb[1, i], snb[2, i], s1[0, i],
+                        s1[1, i], s1[2, i], sa1[0, i], sa1[1, i], sa1[2, i], sb1[0, i], sb1[1, i],
+                        sb1[2, i], s2[0, i], s2[1, i], s2[2, i], sa2[0, i], sa2[1, i], sa2[2, i],
+                        sb2[0, i], sb2[1, i], sb2[2, i], se[0, i], se[1, i], se[2, i])  # fmt: skip
                     load_blocks(live[i] == 1, qx[h, i], qy[h, i], qz[h, i], qw[h, i], area[i],
                         p1[i], p2[i], p3[i], d1[i], d2[i], d3[i], a1[i], a2[i], a3[i], b1[i], b2[i],
-                        b3[i], t[0, i], t[1, i], t[2, i], t[3, i], t[4, i], t[5, i], t[6, i],
-                        t[7, i], t[8, i], t[9, i], fx[k, i], fy[k, i], fz[k, i], mx[k, i], my[k, i],
-                        mz[k, i], fx[h, i], fy[h, i], fz[h, i], mx[h, i], my[h, i], mz[h, i],
-                        stored[i])  # fmt: skip
+                        b3[i], n, na, nb, t1, ta1, tb1, t2, ta2, tb2, e, fx[k, i], fy[k, i],
+                        fz[k, i], mx[k, i], my[k, i], mz[k, i], fx[h, i], fy[h, i], fz[h, i],
+                        mx[h, i], my[h, i], mz[h, i], stored[i])  # fmt: skip
             for k in range(1, bodies):
                 for i in range(LANES):
                     integrate(live[i] == 1, blocks[k, first + i], knobs, dt[i], span[i], dv[0, i],

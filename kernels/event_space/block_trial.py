@@ -6,7 +6,7 @@ in event_space/block.py.
 
 import warp as wp
 
-from warprock.kernels.event.block_begin import base_change
+from warprock.kernels.event.block_begin import MORE, base_change
 from warprock.kernels.event_space.block_contact import FLAT, Body, Corners, Held
 from warprock.kernels.event_space.block_moves import Four, body_at, turned
 from warprock.kernels.motion import Motion, knot_step, knot_time, series
@@ -114,8 +114,10 @@ def next_step(
         and (s.knots[1] == 0 or ty >= NEVER)
         and (s.knots[2] == 0 or tz >= NEVER)
     )
-    # At rest on a base that will not move the block waits at once.
-    d = smaller(wp.where(s.stance == FLAT and s.slip == 0 and quiet, room, d), room)
+    # At rest on a base that will not move the block waits at once. What would be left by round-off
+    # alone is no step of its own: the contact law would judge forces of next to no time.
+    left = (s.stance == FLAT and s.slip == 0 and quiet) or room < d * MORE
+    d = wp.where(left, room, d)
     b.d = d
     b.time = wp.where(d >= room, target, s.time + d)
     b.knots = s.knots

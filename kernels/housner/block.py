@@ -12,6 +12,11 @@ the first of: its full length, a knot of the motion, a turning point (theta' = 0
 a) is monotone inside each step, no event can hide in it, and every event is a root of a
 polynomial, found to round-off.
 
+Under a record, at whose samples steps end, a step may go on behind a turning point where |theta|
+surely bends downwards all along it and stays below its peak so far: such a curve has one zero at
+most behind its start, and its top tells nothing new. A third of the steps with events were those
+up to the tops of hops shorter than a sample.
+
 At an impact theta' becomes eta theta' and s changes sign. At a velocity step dv of the base
 theta' changes by -q cos(alpha - |theta|) dv, and a block at rest lifts with -q cos(alpha) dv.
 
@@ -41,6 +46,8 @@ ROUND_OFF = by_precision(1.0e-12, 1.0e-6)
 """A block may rest up to this relative excess of |a| over g tan(alpha), and lifts at twice it."""
 TICK = by_precision(4.4e-16, 2.4e-7)
 """Two roundings of a time, relative: an event nearer to a knot is at the knot."""
+TURNS = MOTION == "record"
+"""Whether a block may turn inside a step."""
 REACH = real(0.25)
 """Largest rotation of the block in one step [rad]; keeps fast overturning inside the series."""
 
@@ -85,14 +92,30 @@ def pick(turns: bool, zeros: int, slope: real, e: real, once: real, twice: real,
 
 
 @wp.func
+def tops_below(
+    bound: real, e0: real, e1: real, e2: real, e3: real, e4: real, e5: real,
+    e6: real, e7: real, e8: real, e9: real, e10: real, h: real,
+) -> bool:  # fmt: skip
+    """Whether a polynomial surely bends downwards all along a step and stays below a bound.
+
+    With e'' <= bend < 0 it is nowhere above the parabola e0 + e1 t + bend t^2 / 2.
+    """
+    high = real(56.0) * size(e8) + h * (real(72.0) * size(e9) + h * real(90.0) * size(e10))
+    high = real(30.0) * size(e6) + h * (real(42.0) * size(e7) + h * high)
+    high = real(12.0) * size(e4) + h * (real(20.0) * size(e5) + h * high)
+    bend = real(2.0) * larger(e2, e2 + real(3.0) * e3 * h) + h * h * high
+    return e1 * e1 < real(-2.0) * bend * (bound - e0)
+
+
+@wp.func
 def next_event(
     e0: real, e1: real, e2: real, e3: real, e4: real, e5: real,
-    e6: real, e7: real, e8: real, e9: real, e10: real, h: real,
+    e6: real, e7: real, e8: real, e9: real, e10: real, h: real, passes: bool,
 ):  # fmt: skip
     """First turning point or zero of a watched quantity within a step of length h.
 
     Where the quantity crosses zero and turns back in one step, nothing happens yet: the caller
-    repeats the step up to the turning point, before which lies the crossing alone.
+    repeats the step up to that point, before which lies the crossing alone; none where it `passes`.
 
     Returns:
         Length of the step; whether it ends at a turning point; whether it ends at a crossing;
@@ -101,8 +124,8 @@ def next_event(
     zero = real(0.0)
     e_end = value_at(e0, e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, h)
     d_end = slope_at(e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, h)
-    # A turning point in the first or last NEARLY of the step is one that a step ends at.
-    turns = e1 * d_end < -NEARLY * (d_end * d_end + e1 * e1)
+    # One in the first or last NEARLY of the step is one that a step ends at.
+    turns = e1 * d_end < -NEARLY * (d_end * d_end + e1 * e1) and not passes
     crosses = e_end < zero and not turns
     # A block on the ground has a zero there already; at rest a double one; one that has just
     # lifted where |a| passed its limit a triple one. They are divided out.
@@ -152,11 +175,12 @@ def first_event(
     uplift: real, resting: bool, rocking: bool, side: real, theta: real, omega: real,
     t2: real, t3: real, t4: real, t5: real, t6: real, t7: real, t8: real, t9: real, t10: real,
     a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, a7: real, a8: real,
-    h: real,
+    h: real, peak: real,
 ):  # fmt: skip
     """First event of a block within a step of length h; `uplift` is its uplift acceleration.
 
-    Watched is the lean while rocking, and what |a| lacks to uplift while at rest.
+    Watched is the lean while rocking, and what |a| lacks to uplift while at rest. `peak`: that of
+    |theta| so far, below which a block may turn.
 
     Returns:
         As `next_event`, and the sign of the acceleration that may lift the block.
@@ -166,6 +190,13 @@ def first_event(
     a_end = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, h)
     pull = sign_of(wp.where(size(a_end) > size(a0), a_end, a0))
     e0 = wp.where(resting, limit - pull * a0, side * theta)
+    passes = bool(False)
+    if TURNS:
+        lean = side * theta
+        low = tops_below(
+            peak, lean, side * omega, side * t2, side * t3, t4, t5, t6, t7, t8, t9, t10, h
+        )
+        passes = rocking and lean >= zero and low
     tau, turned, crossed, cap = next_event(
         e0,
         wp.where(resting, -pull * a1, side * omega),
@@ -179,6 +210,7 @@ def first_event(
         wp.where(resting, zero, side * t9),
         wp.where(resting, zero, side * t10),
         h,
+        passes,
     )
     # A jump of the acceleration lifts a resting block, round-off sinks a rocking one: at once.
     lifts = e0 < -NEARLY * limit or (e0 <= zero and limit - pull * a_end < zero)
@@ -308,7 +340,7 @@ def step(
     )  # fmt: skip
     tau, turned, crossed, cap1, pull = first_event(
         block.uplift_acceleration, resting, rocking, side, theta, omega,
-        t2, t3, t4, t5, t6, t7, t8, t9, t10, a0, a1, a2, a3, a4, a5, a6, a7, a8, h,
+        t2, t3, t4, t5, t6, t7, t8, t9, t10, a0, a1, a2, a3, a4, a5, a6, a7, a8, h, peak,
     )  # fmt: skip
     theta1 = value_at(theta, omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)
     omega1 = slope_at(omega, t2, t3, t4, t5, t6, t7, t8, t9, t10, tau)

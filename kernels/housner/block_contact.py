@@ -23,9 +23,14 @@ turns it further outwards. With a friction above 1 it counts as falling from 45 
 
 import warp as wp
 
+from warprock.kernels.motion import LINEAR
+
 FOUR_THIRDS = real(4.0 / 3.0)
 
 
+# The force upwards begins as 4/3 (p2 + 3/2 c2), not as 4/3 p2 + 2 c2: the first product, the same
+# in all steps of a lane, would be fused with the sum in one form of the kernel, and taken out of
+# the loop over steps in the other.
 @wp.func
 def rocking_series(
     p2: real, q: real, phi: real, x1: real,
@@ -36,8 +41,7 @@ def rocking_series(
     Returns:
         Taylor coefficients 2 to 10 of theta; 0 to 6 of n / R, then of f / R.
     """
-    s0 = sine(phi)
-    c0 = cosine(phi)
+    s0, c0 = sine(phi), cosine(phi)
     x2 = p2 * s0 - q * (a0 * c0)
     s1 = x1 * c0
     c1 = -x1 * s0
@@ -56,27 +60,31 @@ def rocking_series(
     x6 = OVER_5 * (p2 * s4 - q * b4)
     s5 = OVER_5 * (x1 * c4 + x2 * c3 + x3 * c2 + x4 * c1 + x5 * c0)
     c5 = -OVER_5 * (x1 * s4 + x2 * s3 + x3 * s2 + x4 * s1 + x5 * s0)
-    b5 = a0 * c5 + a1 * c4 + a2 * c3 + a3 * c2 + a4 * c1 + a5 * c0
+    b5 = a0 * c5 + a1 * c4
+    if not LINEAR:
+        b5 = b5 + a2 * c3 + a3 * c2 + a4 * c1 + a5 * c0
     x7 = OVER_6 * (p2 * s5 - q * b5)
     s6 = OVER_6 * (x1 * c5 + x2 * c4 + x3 * c3 + x4 * c2 + x5 * c1 + x6 * c0)
     c6 = -OVER_6 * (x1 * s5 + x2 * s4 + x3 * s3 + x4 * s2 + x5 * s1 + x6 * s0)
-    b6 = a0 * c6 + a1 * c5 + a2 * c4 + a3 * c3 + a4 * c2 + a5 * c1 + a6 * c0
+    b6 = a0 * c6 + a1 * c5
+    if not LINEAR:
+        b6 = b6 + a2 * c4 + a3 * c3 + a4 * c2 + a5 * c1 + a6 * c0
     x8 = OVER_7 * (p2 * s6 - q * b6)
     s7 = OVER_7 * (x1 * c6 + x2 * c5 + x3 * c4 + x4 * c3 + x5 * c2 + x6 * c1 + x7 * c0)
     c7 = -OVER_7 * (x1 * s6 + x2 * s5 + x3 * s4 + x4 * s3 + x5 * s2 + x6 * s1 + x7 * s0)
-    b7 = a0 * c7 + a1 * c6 + a2 * c5 + a3 * c4 + a4 * c3 + a5 * c2 + a6 * c1 + a7 * c0
+    b7 = a0 * c7 + a1 * c6
+    if not LINEAR:
+        b7 = b7 + a2 * c5 + a3 * c4 + a4 * c3 + a5 * c2 + a6 * c1 + a7 * c0
     x9 = OVER_8 * (p2 * s7 - q * b7)
     s8 = x1 * c7 + x2 * c6 + x3 * c5 + x4 * c4 + x5 * c3 + x6 * c2 + x7 * c1 + x8 * c0
     c8 = -(x1 * s7 + x2 * s6 + x3 * s5 + x4 * s4 + x5 * s3 + x6 * s2 + x7 * s1 + x8 * s0)
-    b8 = real(0.125) * a0 * c8 + a1 * c7 + a2 * c6 + a3 * c5 + a4 * c4
-    b8 = b8 + a5 * c3 + a6 * c2 + a7 * c1 + a8 * c0
+    b8 = real(0.125) * a0 * c8 + a1 * c7
+    if not LINEAR:
+        b8 = b8 + a2 * c6 + a3 * c5 + a4 * c4 + a5 * c3 + a6 * c2 + a7 * c1 + a8 * c0
     x10 = OVER_9 * (p2 * real(0.125) * s8 - q * b8)
     r = FOUR_THIRDS * q
-    # Not FOUR_THIRDS p2 + 2 c2: the first product, the same in all steps of a lane, would be fused
-    # with the sum in one form of the kernel, and taken out of the loop over steps in the other.
     return (
-        x2 * OVER_2, x3 * OVER_3, x4 * OVER_4,
-        x5 * OVER_5, x6 * OVER_6, x7 * OVER_7,
+        x2 * OVER_2, x3 * OVER_3, x4 * OVER_4, x5 * OVER_5, x6 * OVER_6, x7 * OVER_7,
         x8 * OVER_8, x9 * OVER_9, x10 * OVER_10,
         FOUR_THIRDS * (p2 + real(1.5) * c2), real(6.0) * c3, real(12.0) * c4, real(20.0) * c5,
         real(30.0) * c6, real(42.0) * c7, real(7.0) * c8,

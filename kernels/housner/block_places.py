@@ -189,7 +189,8 @@ def bring_back(
     count = mark(k[STEPS, p]) + 1
     finished = mark(k[MODE, p]) >= OVERTURNED or at(m[TIME, p]) >= at(m[UNTIL, p])
     k[STEPS, p] = count
-    k[DUE, p] = wp.where(finished or count >= mark(k[STEP_LIMIT, p]), COME, ROLL)
+    comes = finished or count >= mark(k[STEP_LIMIT, p]) or mark(k[MODE, p]) == RESTING
+    k[DUE, p] = wp.where(comes, COME, ROLL)
 
 
 @wp.func(inline=True)

@@ -21,8 +21,7 @@ ROLLS = MOTION == "record" and LANES > 1
 HOPS = MOTION == "record"
 
 if HOPS:
-    from warprock.kernels.housner.block_roll import rests_on
-    from warprock.kernels.pool import AHEAD
+    from warprock.kernels.housner.block_roll import rest_on
 
 if ROLLS:
     from warprock.kernels.housner.block_places import (
@@ -109,7 +108,7 @@ if ROLLS:
                         m, k, i,
                     )  # fmt: skip
                     coming += 1
-                if mark(k[DUE, i]) == COME:
+                while mark(k[DUE, i]) == COME:
                     lane, sample, ended = mark(k[LANE, i]), mark(k[SAMPLE, i]), ends(k, i)
                     while sample < samples and (ended or at(m[TIME, i]) >= sample_times[sample]):
                         if rotations.shape[0] > 0:
@@ -123,6 +122,18 @@ if ROLLS:
                         results[lane] = result_of(m, k, i)
                         leaves[0, lane] = block_result_of(m, i)
                         k[DUE, i] = FREE
+                    if mark(k[DUE, i]) == ROLL and mark(k[MODE, i]) == RESTING:
+                        rests = bool(True)
+                        while rests and at(m[TIME, i]) < at(m[UNTIL, i]):
+                            index = sample_index(motion_at(m, k, i), mark(k[SEGMENT, i]))
+                            rests, ti, se = rest_on(
+                                block_at(m, i), motion_at(m, k, i), pool[0, index],
+                                pool[1, index], pool[3, index], at(m[UNTIL, i]), at(m[TIME, i]),
+                                mark(k[SEGMENT, i]), RESTING, at(m[CAP, i]),
+                            )  # fmt: skip
+                            m[TIME, i] = ti
+                            k[SEGMENT, i] = se
+                        k[DUE, i] = wp.where(at(m[TIME, i]) < at(m[UNTIL, i]), WAIT, COME)
                 if mark(k[DUE, i]) == WAIT:
                     if waiting < LANES:
                         place[waiting] = i
@@ -156,10 +167,10 @@ if ROLLS:
                     motion = motion_at(m, k, i)
                     index = sample_index(motion, mark(k[SEGMENT, i]))
                     ok, th, om, ti, se = roll(
-                        block_at(m, i), motion, pool[0, index], pool[1, index], pool[3, index],
+                        block_at(m, i), motion, pool[0, index], pool[1, index],
                         at(m[UNTIL, i]), at(m[THETA, i]), at(m[OMEGA, i]), at(m[SIDE, i]),
-                        at(m[TIME, i]), mark(k[SEGMENT, i]), mark(k[MODE, i]), at(m[CAP, i]),
-                        at(m[NEEDED, i]),
+                        at(m[TIME, i]), mark(k[SEGMENT, i]), mark(k[MODE, i]), at(m[PEAK, i]),
+                        at(m[CAP, i]), at(m[NEEDED, i]),
                     )  # fmt: skip
                     roll_on(ok, th, om, ti, se, m, k, i)
                 rolling, free = int(0), int(0)
@@ -223,7 +234,6 @@ else:
                     m = motion_of[first + i]
                     place = sample_index(m, segment[i])
                     going = mode[i] < OVERTURNED and time[i] < until
-                    steps[i] = steps[i] + wp.where(going, 1, 0)
                     th, om, si, ti, se, mo, pk, pt, ut, rt, lo, im, ca, ne = step(
                         block_of[first + i], m, pool[0, place], pool[1, place], until,
                         theta[i], omega[i], side[i], time[i], segment[i], mode[i],
@@ -231,14 +241,16 @@ else:
                         cap[i], needed[i],
                     )  # fmt: skip
                     if HOPS:
-                        calm, far = rests_on(
-                            block_of[first + i], m, pool[3, place], until, segment[i], mode[i]
-                        )
-                        calm = calm and going
-                        going = going and not calm
-                        time[i] = wp.where(calm, far, time[i])
-                        segment[i] = segment[i] + wp.where(calm, AHEAD, 0)
+                        rests, far, passed = rest_on(
+                            block_of[first + i], m, pool[0, place], pool[1, place], pool[3, place],
+                            until, time[i], segment[i], mode[i], cap[i],
+                        )  # fmt: skip
+                        rests = rests and going
+                        going = going and not rests
+                        time[i] = wp.where(rests, far, time[i])
+                        segment[i] = wp.where(rests, passed, segment[i])
                     # A lane that waits for others takes no step, not even one of length zero.
+                    steps[i] = steps[i] + wp.where(going, 1, 0)
                     theta[i] = wp.where(going, th, theta[i])
                     omega[i] = wp.where(going, om, omega[i])
                     side[i] = wp.where(going, si, side[i])

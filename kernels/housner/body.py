@@ -149,6 +149,7 @@ def watched(
         wp.where(resting, zero, s * t9),
         wp.where(resting, zero, s * t10),
         h,
+        False,
     )
     # A jump of the acceleration lifts a resting body, round-off sinks a rocking one: at once.
     a_end = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, h)

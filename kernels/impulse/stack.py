@@ -37,6 +37,10 @@ from warprock.kernels.cone import alone
 from warprock.kernels.shape.interface import add_impulses, find_end
 from warprock.kernels.shape.rising import fall_in, sunk_in
 
+SEEN = by_precision(1.0e-13, 1.0e-6)
+"""Smallest lean [rad] and rate [rad/s] that tell a side: what is below is what round-off leaves of
+none where a stack stands, or moves as one, or in space in a plane."""
+
 
 @wp.struct
 class Knobs:
@@ -47,6 +51,23 @@ class Knobs:
     gravity: real
     collision_margin: real
     erp: real
+
+
+@wp.func
+def clear(turn: real) -> real:
+    """A lean [rad] or a rate [rad/s], zero where it is no more than round-off."""
+    return wp.where(size(turn) > SEEN, turn, real(0.0))
+
+
+@wp.func
+def side_of(turn: real, rate: real, hint: real, before: real) -> real:
+    """Side to which an interface leans, -1 or 1: by its turn, else its rate, the base's, or before.
+
+    Arguments as those of `predict`.
+    """
+    zero, lean, moves = real(0.0), clear(turn), clear(rate)
+    still = wp.where(hint != zero, -hint, before)
+    return sign_of(wp.where(lean != zero, lean, wp.where(moves != zero, moves, still)))
 
 
 @wp.func
@@ -69,10 +90,7 @@ def predict(
         n1, t1, n2, t2: Normal and tangential impulse of the end visited first, and of the other.
             They change places where the lean has changed.
     """
-    zero = real(0.0)
-    rate = omega - below
-    still = wp.where(hint != zero, -hint, lean)
-    now = sign_of(wp.where(turn != zero, turn, wp.where(rate != zero, rate, still)))
+    now = side_of(turn, omega - below, hint, lean)
     same = now == lean
     n = real(n1)
     t = real(t1)

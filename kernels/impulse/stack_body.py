@@ -7,7 +7,7 @@ is visited in mirrored order; what is kept of them from the last step moves alon
 
 import warp as wp
 
-from warprock.kernels.impulse.stack import Knobs, integrate, work
+from warprock.kernels.impulse.stack import Knobs, integrate, side_of, work
 from warprock.kernels.modes import RUNNING
 from warprock.kernels.parting import slack, slides
 from warprock.kernels.shape.body_seen import moved_along, watch
@@ -39,10 +39,7 @@ def predict(
     `way_of_window` in shape/stack_body.py. Impulses of the points change places where the lean has
     changed, and move along with the window; `by` is how far it has moved. No shift is known yet.
     """
-    zero = real(0.0)
-    rate = omega - below
-    still = wp.where(hint != zero, -hint, lean)
-    now = sign_of(wp.where(turn != zero, turn, wp.where(rate != zero, rate, still)))
+    zero, now = real(0.0), side_of(turn, omega - below, hint, lean)
     same = now == lean
     lean = now
     ux = vx - dv

@@ -49,6 +49,15 @@ def shaken(count: int) -> SpatialMotions:
     )
 
 
+def test_what_round_off_leaves_before_a_knot_is_no_step() -> None:
+    # Ten steps of 0.01 s add up to less than 0.1 s, by a unit in the last place.
+    motions = along(sines(Control.ACCELERATION, np.full(1, 0.5), 10.0, 1.0))
+    lanes, step = spatial_lanes([0.4], 1.0), EventSettings(time_step=0.01)
+    found = run_batch("event", lanes, motions, SampleTimes(1.0), settings=step)
+    # One to the knot at the beginning, ten in the pulse, and one that waits for the end.
+    assert found["step_count"][0] == 12
+
+
 @pytest.mark.thorough
 @pytest.mark.parametrize(("friction", "duration"), [((5.0,), 1.2), ((0.3, 0.5, 5.0), 0.3)])
 def test_packed_and_plain_are_the_same_to_round_off(

@@ -7,6 +7,7 @@ Results go to stdout, progress and errors to stderr.
 from __future__ import annotations
 
 import dataclasses
+import gc
 import importlib
 import os
 import pathlib
@@ -274,6 +275,8 @@ def entry() -> None:
 
     A launch in a worker thread cannot be stopped, and Python would wait for it.
     """
+    # Else a tenth of the start of a command goes into looks for garbage among what it imports.
+    gc.set_threshold(100_000)
     for name in ("stdout", "stderr"):
         # Closed by whoever started us; a result's file must not take its number.
         if getattr(sys, name) is None:

@@ -6,6 +6,7 @@ import dataclasses
 import pathlib
 import sys
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
 import click
@@ -191,6 +192,7 @@ def status(folder: pathlib.Path, as_json: bool) -> None:
 @json_option
 def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> None:
     """Join the chunks of a sweep that is done in one table, all lanes in order."""
+    from warprock.case.lanes import expand_lanes
     from warprock.report.replays import played_of_sweep
     from warprock.run.files import require_writable, require_writable_file
     from warprock.run.results import LANE_CSV, MOST_CSV_LANES
@@ -200,7 +202,9 @@ def merge(folder: pathlib.Path, file: pathlib.Path | None, as_json: bool) -> Non
 
     found = read_plan(folder)
     require_writable(folder, "DIR") if file is None else require_writable_file(file)
-    with lane_progress("merge", found.lane_count) as progress:
+    with lane_progress("merge", found.lane_count) as progress, ThreadPoolExecutor(1) as beside:
+        # The page plays lanes: what makes them is loaded while Arrow joins the chunks.
+        beside.submit(expand_lanes, found.case, range(1))
         written = merge_chunks(found, folder, file, progress)
         if file is None and found.lane_count <= MOST_CSV_LANES:
             merge_chunks(found, folder, folder / LANE_CSV)

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 _IDENTIFIER = re.compile(r'(\bid="|\bhref="#|url\(#)')
 """Where SVG names a part of itself, or refers to one."""
 
+PACKED = 3
+"""How hard a PNG is packed, 0 to 9: 6 % larger than at Pillow's 6, in 0.6 of the time."""
+
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Drawing:
@@ -74,7 +77,8 @@ class Drawing:
                     figure.set_layout_engine("none")
                 # `savefig` draws twice, first for the layout alone, which Agg makes as it draws.
                 own: Any = FigureCanvasAgg(figure) if form == "png" else FigureCanvasSVG(figure)
-                getattr(own, f"print_{form}")(file, metadata=metadata)
+                packed = {"pil_kwargs": {"compress_level": PACKED}} if form == "png" else {}
+                getattr(own, f"print_{form}")(file, metadata=metadata, **packed)
                 figure.set_canvas(canvas)
             figure.set_layout_engine(layout)
             figure.stale = False

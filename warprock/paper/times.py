@@ -49,7 +49,7 @@ BATCH = LANE_QUANTUM
 """Lanes of a batch: one pack."""
 SPREAD = 0.01
 """Part by which the amplitudes of a batch differ, so that its lanes do not do the same."""
-REPEATS, ENOUGH = 3, 0.5
+REPEATS, ENOUGH = 3, 0.15
 """Runs of a lane, of which the quickest counts, and CPU time [s] after which no more are made."""
 
 

@@ -29,6 +29,7 @@ from warprock.run.files import replacing
 from warprock.run.lane_table import LANE_TABLE, arrow_table, lane_table
 from warprock.run.parts import State, find_part, part_writer, read_part, write_part
 from warprock.run.provenance import count_words
+from warprock.sweep.ahead import ahead
 from warprock.sweep.plan import Plan
 
 CHUNKS = "chunks"
@@ -279,7 +280,7 @@ def _write_merged(
     written = 0
     writer: pq.ParquetWriter | None = None
     try:
-        for group in _row_groups(_chunk_tables(plan, folder)):
+        for group in ahead(_row_groups(_chunk_tables(plan, folder))):
             writer = writer or part_writer(path, group.schema, plan.content)
             writer.write_table(group, row_group_size=ROW_GROUP)
             written += len(group)

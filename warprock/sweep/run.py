@@ -25,6 +25,7 @@ from warprock.run.devices import start_warp
 from warprock.run.files import remove_dead_temporaries
 from warprock.run.options import Progress, counted_from
 from warprock.run.parts import State
+from warprock.sweep.ahead import ahead
 from warprock.sweep.chunks import (
     ACCURACY,
     CHUNKS,
@@ -119,24 +120,23 @@ def run_chunk(
     """
     if find_chunk(plan, folder, number).state is State.DONE:
         return
-    write_chunk(plan, folder, number, *_lanes_of_chunk(plan, number, workers, progress))
+    lane_set = expand_lanes(plan.case, plan.lanes_of(number))
+    response = _response_of_chunk(plan, lane_set, workers, progress)
+    write_chunk(plan, folder, number, lane_set, response)
 
 
-def _lanes_of_chunk(
-    plan: Plan, number: int, workers: int | None, progress: Progress | None
-) -> tuple[LaneSet, Response]:
-    """The lanes of a chunk and what became of them."""
+def _response_of_chunk(
+    plan: Plan, lane_set: LaneSet, workers: int | None, progress: Progress | None
+) -> Response:
+    """What became of the lanes of a chunk."""
     start_warp()
-    case = plan.case
-    lane_set = expand_lanes(case, plan.lanes_of(number))
-    response = run_lane_set(
+    return run_lane_set(
         plan.engine,
         lane_set,
         SampleTimes(lane_set.longest.duration),
         plan.options(workers, progress),
-        settings=case.engine_settings(plan.engine),
+        settings=plan.case.engine_settings(plan.engine),
     )
-    return lane_set, response
 
 
 def chunks_to_run(plan: Plan, folder: pathlib.Path, shard: Shard) -> list[int]:
@@ -154,8 +154,14 @@ def chunks_to_run(plan: Plan, folder: pathlib.Path, shard: Shard) -> list[int]:
 def run_here(plan: Plan, folder: pathlib.Path, workers: int | None = None) -> RunChunks:
     """A way to run chunks: one after the other in this process, each on all of its threads.
 
-    While a chunk runs, the one before it is written.
+    While a chunk runs, the one before it is written and the lanes of the next are made.
     """
+
+    def lanes_of(number: int) -> LaneSet | None:
+        """The lanes of a chunk, unless it is there."""
+        if find_chunk(plan, folder, number).state is State.DONE:
+            return None
+        return expand_lanes(plan.case, plan.lanes_of(number))
 
     def run(numbers: list[int], progress: Progress) -> None:
         remove_dead_temporaries(folder / CHUNKS, "chunk-*")
@@ -163,13 +169,13 @@ def run_here(plan: Plan, folder: pathlib.Path, workers: int | None = None) -> Ru
         # Whoever stops a run waits for the file in hand.
         with concurrent.futures.ThreadPoolExecutor(1) as writer:
             writing: list[concurrent.futures.Future[Any]] = []
-            for number in numbers:
-                if find_chunk(plan, folder, number).state is not State.DONE:
+            for number, lanes in zip(numbers, ahead(map(lanes_of, numbers)), strict=True):
+                if lanes is not None:
                     counted = counted_from(progress, before)
-                    found = _lanes_of_chunk(plan, number, workers, counted)
+                    found = _response_of_chunk(plan, lanes, workers, counted)
                     for each in writing:
                         each.result()
-                    writing = [writer.submit(write_chunk, plan, folder, number, *found)]
+                    writing = [writer.submit(write_chunk, plan, folder, number, lanes, found)]
                 before += len(plan.lanes_of(number))
                 progress(before)
             for each in writing:
