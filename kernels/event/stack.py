@@ -31,7 +31,8 @@ lane to lane, and packs of lanes would run all branches of all.
 
 import warp as wp
 
-from warprock.kernels.event.stack_contact import bound_velocity, relative_velocity, solve
+from warprock.kernels.event.stack_chain import bound_velocity, relative_velocity
+from warprock.kernels.event.stack_contact import solve
 from warprock.kernels.event.stack_moves import flattened, glued, opening
 from warprock.kernels.event.stack_state import (
     DUST,
@@ -160,6 +161,16 @@ def sound_mode(s: State, running: int) -> int:
 
 
 @wp.func
+def landed(before: Counts, touch: Counts) -> Counts:
+    """Ends that are likely to be held in an impact: where a block falls flat, those that land."""
+    ends = touch
+    for k in range(BLOCKS):
+        if touch[k] == CLOSED and before[k] != OPEN and before[k] != CLOSED:
+            ends[k] = CLOSED - before[k]
+    return ends
+
+
+@wp.func
 def kicked(t: Trial, velocity: Triples) -> Triples:
     """Velocities seen from the base after its velocity steps at the end of a trial step."""
     v = velocity
@@ -209,7 +220,7 @@ def ended(s: State, reached: State, t: Trial) -> State:
     return n
 
 
-@wp.func(inline=False)
+@wp.func
 def projected(
     blocks: Blocks, limits: Limits, s: State, reached: State, t: Trial, upper: Rows, lower: Rows
 ) -> State:
@@ -227,7 +238,7 @@ def projected(
     n = reached
     v = t.velocity
     if not t.rolls:
-        v, _held, _sound = bound_velocity(blocks, upper, lower, t.pose.touch, n.slip, t.velocity)
+        v = bound_velocity(blocks, upper, lower, t.pose.touch, n.slip, t.velocity)
     hold = n.pose.touch
     slip = n.slip
     settled = bool(True)
@@ -237,13 +248,14 @@ def projected(
         grain = DUST * (speed + limits.gravity * limits.longest_step)
         if t.struck:
             v, _impulse, hold, slip, settled, _same, _left = solve(
-                blocks, upper, lower, hold, Counts(), hold, slip, free, grain, limits.mass
-            )
+                blocks, upper, lower, hold, Counts(), landed(t.pose.touch, hold), slip, free,
+                grain, limits.mass,
+            )  # fmt: skip
         else:
             # An end that closes without an impact has no friction, so that it adds no energy.
             smooth = blocks
             smooth.friction = Values()
-            v, _impulse, _sound = bound_velocity(smooth, upper, lower, hold, slip, free)
+            v = bound_velocity(smooth, upper, lower, hold, slip, free)
         n.lost = s.lost + lost_in_impact(blocks, t, free, v)
     n.pose.touch = kept(blocks, limits, t, upper, lower, n.pose.touch, hold, v)
     for k in range(BLOCKS):
@@ -260,6 +272,19 @@ def projected(
         n.pose.theta[k] = larger(smaller(n.pose.theta[k], HALF_PI), -HALF_PI)
     if n.mode != BROKEN and not (settled and t.settled):
         n.mode = UNSOLVED
+    return n
+
+
+@wp.func
+def cut_short(limits: Limits, s: State, t: Trial) -> State:
+    """The old state, whose next step ends at the event inside this one."""
+    # Not shorter than `near`: with less than that left to go, the event is reached. An event at
+    # the very end of the step would be met there for ever.
+    near = NEARLY * limits.longest_step
+    n = s
+    n.cap = larger(wp.where(t.cut > t.d - near, HALF * t.d, t.cut), HALF * near)
+    n.taken = False
+    n.mode = wp.where(t.settled, s.mode, UNSOLVED)
     return n
 
 
@@ -288,26 +313,19 @@ def end_of_step(blocks: Blocks, limits: Limits, s: State, tentative: Trial) -> S
         n.slip[k] = after
         n.swing[k] = t.velocity[3 * k + 2]
     if t.cut < NEVER:
-        # Not shorter than `near`: with less than that left to go, the event is reached. An event at
-        # the very end of the step would be met there for ever.
-        n = s
-        n.cap = larger(wp.where(t.cut > t.d - near, HALF * t.d, t.cut), HALF * near)
-        n.taken = False
-        n.mode = wp.where(t.settled, s.mode, UNSOLVED)
-    else:
-        n = projected(blocks, limits, s, n, t, upper, lower)
-        n.impacts = s.impacts + hits
-        n.deepest = larger(t.deep, s.deepest)
-    return n
+        return cut_short(limits, s, t)
+    n.impacts = s.impacts + hits
+    n.deepest = larger(t.deep, s.deepest)
+    return projected(blocks, limits, s, n, t, upper, lower)
 
 
 @wp.func(inline=False)
 def with_events(blocks: Blocks, limits: Limits, s: State, t: Trial) -> State:
     """The state after a trial step, or the old one with what is to be sought or cut."""
     n = sought(limits, s, t)
-    if n.seek == s.seek or t.resting:
-        n = end_of_step(blocks, limits, s, t)
-    return n
+    if n.seek != s.seek and not t.resting:
+        return n
+    return end_of_step(blocks, limits, s, t)
 
 
 @wp.func

@@ -22,14 +22,14 @@ from warprock.kernels.event.stack_run import (
 )
 from warprock.kernels.event.stack_state import Limits, State, Trial
 from warprock.kernels.event.stack_trial import tried
-from warprock.kernels.instance import LOOPS_STAY
+from warprock.kernels.instance import SHORT_LOOPS_GO
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import sample_index
 from warprock.kernels.shape.above import Above, Motions
 from warprock.kernels.shape.stack import OPEN, Blocks, Counts, Values
 from warprock.kernels.shape.stack_body import Foot
 
-wp.set_module_options(LOOPS_STAY)
+wp.set_module_options(SHORT_LOOPS_GO)
 
 LANES = 1
 """Lanes that a thread runs."""

@@ -38,6 +38,8 @@ ORDERS = DEGREE - 1
 
 Curves = wp.types.matrix(shape=(BLOCKS, DEGREE + 1), dtype=real)
 """A polynomial in time a block or an interface, its constant term first."""
+Curve = wp.types.vector(length=DEGREE + 1, dtype=real)
+"""One polynomial."""
 Terms = wp.types.vector(length=ORDERS, dtype=real)
 """Coefficients of an acceleration of the base."""
 Square = wp.types.matrix(shape=(BLOCKS, BLOCKS), dtype=real)
@@ -61,18 +63,10 @@ class Chain:
 
 @wp.struct
 class Rocking:
-    """Rotations [rad], and what interfaces bear: force [N] along x and z, moment [N m].
-
-    Sines and cosines of the rotations, and with (X, Z) = (R_0 C)^ and (R_0 B)^ as at the start the
-    moments of a block without its inertia, c u - s w [N m].
-    """
+    """Rotations [rad], and what interfaces bear: force [N] along x and z, moment [N m]."""
 
     chain: Chain
     theta: Curves
-    s: Curves
-    c: Curves
-    u: Curves
-    w: Curves
     fx: Curves
     fz: Curves
     moment: Curves
@@ -208,7 +202,11 @@ def inertias(chain: Chain, s2: Values, c2: Values, ax: real, az: real):
 
 @wp.func
 def carrying(chain: Chain, gx: Values, gz: Values):
-    """Forces that interfaces bear (x, z), and the moments u and w of `Rocking`."""
+    """Forces that interfaces bear (x, z), and moments u and w about the points they turn about.
+
+    With (X, Z) = (R_0 C)^ and (R_0 B)^ as at the start, c u - s w of the cosine and sine of a
+    block's rotation is the moment that it bears without its inertia [N m].
+    """
     fx = Values()
     fz = Values()
     u = Values()
@@ -227,19 +225,24 @@ def carrying(chain: Chain, gx: Values, gz: Values):
 
 
 @wp.func
-def first_terms(blocks: Blocks, pose: Pose, touch: Counts, velocity: Triples) -> Rocking:
-    """The polynomials of `rocking` as far as the state tells them."""
-    r = Rocking()
-    r.chain = chain_of(blocks, pose, touch)
+def lack_of(load: Values, pose: Pose, u: Values, w: Values) -> Values:
+    """Moments that the angular accelerations have still to take up [N m], see `carrying`."""
+    return -load - wp.cw_mul(pose.cosine, u) + wp.cw_mul(pose.sine, w)
+
+
+@wp.func
+def first_terms(pose: Pose, velocity: Triples):
+    """Rotations, their sines and cosines as far as the state tells them."""
+    theta, s, c = Curves(), Curves(), Curves()
     for k in range(BLOCKS):
-        spin = velocity[3 * k + 2]
-        r.theta[k, 0] = pose.theta[k]
-        r.theta[k, 1] = spin
-        r.s[k, 0] = pose.sine[k]
-        r.c[k, 0] = pose.cosine[k]
-        r.s[k, 1] = spin * pose.cosine[k]
-        r.c[k, 1] = -spin * pose.sine[k]
-    return r
+        spin = velocity[wp.static(3 * k + 2)]
+        theta[k, 0] = pose.theta[k]
+        theta[k, 1] = spin
+        s[k, 0] = pose.sine[k]
+        c[k, 0] = pose.cosine[k]
+        s[k, 1] = spin * pose.cosine[k]
+        c[k, 1] = -spin * pose.sine[k]
+    return theta, s, c
 
 
 @wp.func(inline=False)
@@ -255,49 +258,51 @@ def rocking(
         velocity: Velocities, of which the rotations count.
         ax, az: Taylor coefficients of the acceleration of the base, upwards with gravity [m/s^2].
     """
-    zero = real(0.0)
-    r = first_terms(blocks, pose, touch, velocity)
-    m = factors(r.chain, pose, touch)
+    r = Rocking()
+    chain = chain_of(blocks, pose, touch)
+    r.chain = chain
+    theta, s, c = first_terms(pose, velocity)
+    us, ws = Curves(), Curves()
+    m = factors(chain, pose, touch)
     for n in range(ORDERS):
         # Second derivatives without the new coefficients of the rotations; moments of lower orders.
         s2 = Values()
         c2 = Values()
         load = Values()
         for k in range(BLOCKS):
-            sk = zero
-            ck = zero
-            lk = zero
+            sk = real(0.0)
+            ck = real(0.0)
+            lk = real(0.0)
             for i in range(wp.static(n + 1)):
-                part = real(wp.static(i + 1)) * r.theta[k, i + 1]
-                sk = sk + part * r.c[k, n + 1 - i]
-                ck = ck - part * r.s[k, n + 1 - i]
+                part = real(wp.static(i + 1)) * theta[k, i + 1]
+                sk = sk + part * c[k, n + 1 - i]
+                ck = ck - part * s[k, n + 1 - i]
             for i in range(wp.static(n)):
                 j = wp.static(i + 1)
-                lk = lk + r.c[k, j] * r.u[k, n - j] - r.s[k, j] * r.w[k, n - j]
+                lk = lk + c[k, j] * us[k, n - j] - s[k, j] * ws[k, n - j]
             s2[k] = real(n + 1) * sk
             c2[k] = real(n + 1) * ck
             load[wp.static(k)] = lk
-        gx, gz = inertias(r.chain, s2, c2, ax[n], az[n])
-        _fx, _fz, u, w = carrying(r.chain, gx, gz)
-        lack = -load - wp.cw_mul(pose.cosine, u) + wp.cw_mul(pose.sine, w)
-        bend = bent(m, touch, lack)
+        gx, gz = inertias(chain, s2, c2, ax[n], az[n])
+        _fx, _fz, u, w = carrying(chain, gx, gz)
+        bend = bent(m, touch, lack_of(load, pose, u, w))
         s2 = s2 + wp.cw_mul(bend, pose.cosine)
         c2 = c2 - wp.cw_mul(bend, pose.sine)
-        gx, gz = inertias(r.chain, s2, c2, ax[n], az[n])
-        fx, fz, u, w = carrying(r.chain, gx, gz)
-        moments = load + wp.cw_mul(pose.cosine, u) - wp.cw_mul(pose.sine, w)
-        moments = moments + wp.cw_mul(bend, r.chain.inertia)
+        gx, gz = inertias(chain, s2, c2, ax[n], az[n])
+        fx, fz, u, w = carrying(chain, gx, gz)
+        moments = wp.cw_mul(bend, chain.inertia) - lack_of(load, pose, u, w)
         over = real(1.0) / real((n + 1) * (n + 2))
-        above = zero
+        above = real(0.0)
         for step in range(BLOCKS):
             k = wp.static(BLOCKS - 1 - step)
             above = above + moments[k]
             r.moment[k, n] = above
             r.fx[k, n] = fx[k]
             r.fz[k, n] = fz[k]
-            r.u[k, n] = u[k]
-            r.w[k, n] = w[k]
-            r.theta[k, n + 2] = bend[k] * over
-            r.s[k, n + 2] = s2[k] * over
-            r.c[k, n + 2] = c2[k] * over
+            us[k, n] = u[k]
+            ws[k, n] = w[k]
+            theta[k, n + 2] = over * bend[k]
+            s[k, n + 2] = over * s2[k]
+            c[k, n + 2] = over * c2[k]
+    r.theta = theta
     return r

@@ -7,7 +7,7 @@ closed one is about to open, or one that sticks to slide.
 import warp as wp
 
 from warprock.kernels.event.block import first_root
-from warprock.kernels.event.stack_rocking import DEGREE, ORDERS, Chain, Curves, Rocking
+from warprock.kernels.event.stack_rocking import DEGREE, ORDERS, Chain, Curve, Curves, Rocking
 from warprock.kernels.shape.stack import (
     CLOSED,
     Blocks,
@@ -37,28 +37,37 @@ CLOSE = real(1.0e-4)
 
 
 @wp.func
-def value_in(p: Curves, k: int, top: int, tau: real) -> real:
-    """Value of a polynomial of degree `top`."""
-    found = p[k, top]
-    for i in range(top):
-        found = found * tau + p[k, top - 1 - i]
+def value_of(p: Curve, tau: real) -> real:
+    """Value of a polynomial."""
+    found = p[DEGREE]
+    for i in range(DEGREE):
+        found = found * tau + p[wp.static(DEGREE - 1 - i)]
     return found
 
 
 @wp.func
-def rate_in(p: Curves, k: int, tau: real) -> real:
-    """Derivative of a rotation."""
+def rate_of(p: Curve, tau: real) -> real:
+    """Derivative of a polynomial."""
     found = real(0.0)
     for i in range(DEGREE):
-        found = found * tau + real(DEGREE - i) * p[k, DEGREE - i]
+        found = found * tau + real(DEGREE - i) * p[wp.static(DEGREE - i)]
     return found
 
 
 @wp.func
-def turning_time(p: Curves, k: int, first: real, last: real, d: real) -> real:
+def load_of(p: Curve, tau: real) -> real:
+    """Value of a polynomial that ends with what is known of an acceleration."""
+    found = p[ORDERS - 1]
+    for i in range(wp.static(ORDERS - 1)):
+        found = found * tau + p[wp.static(ORDERS - 2 - i)]
+    return found
+
+
+@wp.func
+def turning_time(p: Curve, first: real, last: real, d: real) -> real:
     """Time at which a rotation turns back in a step of length d, from its rates at both ends."""
     at = d * first / (first - last)
-    rate = rate_in(p, k, at)
+    rate = rate_of(p, at)
     # The secant again, in the part in which the sign of the rate changes.
     if rate * first > real(0.0):
         at = at + (d - at) * rate / (rate - last)
@@ -68,16 +77,14 @@ def turning_time(p: Curves, k: int, first: real, last: real, d: real) -> real:
 
 
 @wp.func
-def opened(blocks: Blocks, p: Curves, k: int, side: real, tau: real):
-    """How far [rad] and how fast [rad/s] a pivoting interface is open at a time in a step."""
-    e = value_in(p, k, DEGREE, tau)
-    rate = rate_in(p, k, tau)
+def opening_curve(blocks: Blocks, p: Curves, k: int, side: real) -> Curve:
+    """How far a pivoting interface is open [rad], as a polynomial of the time since the start."""
+    e = p[k]
     if CHAINS:
-        e = e - blocks.foot[k]
+        e[0] = e[0] - blocks.foot[k]
     if k > 0:
-        e = e - value_in(p, k - 1, DEGREE, tau)
-        rate = rate - rate_in(p, k - 1, tau)
-    return side * e, side * rate
+        e = e - p[k - 1]
+    return side * e
 
 
 @wp.func
@@ -127,10 +134,10 @@ def spare_at(blocks: Blocks, pose: Pose, touch: Counts, r: Rocking, tau: real) -
     """`spare_of` at a time in a step."""
     fx, fz, moment, sines, cosines = Values(), Values(), Values(), Values(), Values()
     for k in range(BLOCKS):
-        fx[k] = value_in(r.fx, k, ORDERS - 1, tau)
-        fz[k] = value_in(r.fz, k, ORDERS - 1, tau)
-        moment[k] = value_in(r.moment, k, ORDERS - 1, tau)
-        theta = value_in(r.theta, k, DEGREE, tau)
+        fx[k] = load_of(r.fx[wp.static(k)], tau)
+        fz[k] = load_of(r.fz[k], tau)
+        moment[k] = load_of(r.moment[k], tau)
+        theta = value_of(r.theta[k], tau)
         sines[k] = sine(theta)
         cosines[k] = cosine(theta)
     return spare_of(blocks, pose, touch, r.chain.under, fx, fz, moment, sines, cosines)
@@ -148,28 +155,28 @@ def spare_first(blocks: Blocks, pose: Pose, touch: Counts, r: Rocking) -> real:
 
 
 @wp.func
-def landing(
-    blocks: Blocks, p: Curves, k: int, side: real, room: real, guess: real, d: real
-) -> real:
+def landing(p: Curve, room: real, guess: real, d: real, grain: real) -> real:
     """Time in (0, d] at which an interface is open by `room`, which it is not yet or no more at d.
 
     Newton's method inside a shrinking bracket.
     """
     tau, low, high = real(guess), real(0.0), real(d)
-    for _ in range(NEWTON_STEPS):
-        e, rate = opened(blocks, p, k, side, tau)
+    left = int(NEWTON_STEPS)
+    while left > 0:
+        e = value_of(p, tau)
         # An interface comes down to zero, and a body turns up to its next edge.
         before = wp.where(room > real(0.0), room - e, e) > real(0.0)
         low = wp.where(before, tau, low)
         high = wp.where(before, high, tau)
-        tau = tau - (e - room) / rate
+        left = wp.where(size(e - room) <= grain, 0, left - 1)
+        tau = tau - (e - room) / rate_of(p, tau)
         tau = wp.where(tau >= low and tau <= high, tau, HALF * (low + high))
     return tau
 
 
 @wp.func
 def to_landing(
-    blocks: Blocks, r: Rocking, pose: Pose, touch: Counts, d: real, near: real, grain: real,
+    blocks: Blocks, theta: Curves, pose: Pose, touch: Counts, d: real, near: real, grain: real,
     rest: Values,
 ):  # fmt: skip
     """Length of a step to the first impact in it; d where there is none.
@@ -186,37 +193,30 @@ def to_landing(
     for k in range(BLOCKS):
         if touch[k] != CLOSED:
             side = side_of(touch[k])
-            e0 = r.theta[k, 0]
-            r0 = r.theta[k, 1]
-            if CHAINS:
-                e0 = e0 - blocks.foot[k]
-            if k > 0:
-                e0 = e0 - r.theta[k - 1, 0]
-                r0 = r0 - r.theta[k - 1, 1]
-            e0 = larger(side * e0, zero)
-            r0 = side * r0
-            e1, r1 = opened(blocks, r.theta, k, side, d)
+            curve = opening_curve(blocks, theta, k, side)
+            e0 = larger(curve[0], zero)
+            r0 = curve[1]
+            e1 = value_of(curve, d)
+            r1 = rate_of(curve, d)
             reach = near * size(r1) + grain
             end = real(d)
             if r0 < zero and r1 > zero and e1 >= -reach:
                 # It may have been below in between: look where it turns.
                 end = d * r0 / (r0 - r1)
-                e1, r1 = opened(blocks, r.theta, k, side, end)
+                e1 = value_of(curve, end)
+                r1 = rate_of(curve, end)
             lands = lands or e1 <= reach
             if pose.touch[k] == CLOSED:
                 fails = fails or e1 <= zero
             elif e1 < -reach:
-                bend = r.theta[k, 2]
-                if k > 0:
-                    bend = bend - r.theta[k - 1, 2]
                 quiet = (
                     end >= d
                     and e0 <= grain
-                    and (r0 <= zero or r0 * r0 <= real(-4.0) * side * bend * rest[k])
+                    and (r0 <= zero or r0 * r0 <= real(-4.0) * curve[2] * rest[k])
                 )
                 waits = waits or quiet
                 guess = first_root(e0, r0, e1, end)
-                d1 = smaller(d1, landing(blocks, r.theta, k, side, zero, guess, end))
+                d1 = smaller(d1, landing(curve, zero, guess, end, grain))
             if CHAINS:
                 # The edge that a body comes to as it turns on.
                 room = room_of(blocks, k, side)
@@ -224,7 +224,7 @@ def to_landing(
                 within = size(end_of_edge(blocks, pose, k, side)) < WITHIN * low
                 if within and e0 < room and e1 > room + reach:
                     guess = first_root(room - e0, -r0, room - e1, end)
-                    d1 = smaller(d1, landing(blocks, r.theta, k, side, room, guess, end))
+                    d1 = smaller(d1, landing(curve, room, guess, end, grain))
     # Whether a block rests is told by the end of the whole step.
     return wp.where(waits, d, d1), lands, waits, fails
 
@@ -251,7 +251,7 @@ def rolled(
     Returns:
         Length of the step; LACKS, ROLLS or SPENT; whether a block falls flat or rests.
     """
-    d1, lands, waits, fails = to_landing(blocks, r, pose, touch, d, near, grain, rest)
+    d1, lands, waits, fails = to_landing(blocks, r.theta, pose, touch, d, near, grain, rest)
     found = int(ROLLS)
     if fails:
         found = LACKS
@@ -291,7 +291,7 @@ def rolled_velocity(chain: Chain, pose: Pose, p: Curves, tau: real) -> Triples:
     x = real(0.0)
     z = real(0.0)
     for k in range(BLOCKS):
-        spin = rate_in(p, k, tau)
+        spin = rate_of(p[k], tau)
         s = pose.sine[k]
         c = pose.cosine[k]
         v[3 * k] = x - spin * (chain.bz[k] * c - chain.bx[k] * s)

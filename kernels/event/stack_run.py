@@ -8,10 +8,9 @@ import warp as wp
 
 from warprock.kernels.event.stack import step
 from warprock.kernels.event.stack_moves import started
-from warprock.kernels.event.stack_rocking import DEGREE
-from warprock.kernels.event.stack_rolling import turning_time, value_in
+from warprock.kernels.event.stack_rolling import turning_time, value_of
 from warprock.kernels.event.stack_state import Limits, State, at_rest
-from warprock.kernels.instance import LOOPS_STAY
+from warprock.kernels.instance import SHORT_LOOPS_GO
 from warprock.kernels.modes import RUNNING, STALLED
 from warprock.kernels.motion import sample_index
 from warprock.kernels.shape.above import Above, Motions
@@ -27,7 +26,7 @@ from warprock.kernels.shape.stack import (
     upright_place,
 )
 
-wp.set_module_options(LOOPS_STAY)
+wp.set_module_options(SHORT_LOOPS_GO)
 
 LANES = 1
 """Lanes that a thread runs."""
@@ -123,7 +122,9 @@ def observe_start(pose: Pose) -> Seen:
 
 @wp.func
 def observe(blocks: Blocks, before: Seen, offset: Values, s0: State, s: State) -> Seen:
-    """What a step from one state to the next adds to what has been observed."""
+    """What a step from one state to the next, if it is taken, adds to what has been observed."""
+    if not s.taken:
+        return before
     seen = before
     d = s.time - s0.time
     for k in range(BLOCKS):
@@ -132,8 +133,8 @@ def observe(blocks: Blocks, before: Seen, offset: Values, s0: State, s: State) -
         highest = size(s.pose.theta[k])
         at = s.time
         if omega * omega1 < real(0.0):
-            rise = turning_time(s.curve, k, omega, omega1, d)
-            apex = size(value_in(s.curve, k, DEGREE, rise))
+            rise = turning_time(s.curve[k], omega, omega1, d)
+            apex = size(value_of(s.curve[k], rise))
             if apex >= highest:
                 highest = apex
                 at = s0.time + rise
@@ -191,7 +192,7 @@ def rotation_at(until: real, s0: State, s: State, k: int) -> real:
     """Rotation of a block inside the last step [rad], or at its end."""
     theta = s.pose.theta[k]
     if until < s.time:
-        theta = value_in(s.curve, k, DEGREE, until - s0.time)
+        theta = value_of(s.curve[k], until - s0.time)
     return theta
 
 
@@ -253,9 +254,12 @@ def run_lanes(
                 high = sample_index(up, s.risen)
                 limits.above = Above(up, s.risen, pool[0, high], pool[1, high])
             n = step(pile, limits, m, pool[0, place], pool[1, place], end, s)
+            # Field by field: of a struct that is set under a condition Warp makes copies each time.
+            seen = observe(pile, seen, offset, s, n)
             if n.taken:
-                seen = observe(pile, seen, offset, s, n)
-                s0 = s
+                s0.pose = s.pose
+                s0.velocity = s.velocity
+                s0.time = s.time
             s = n
             if steps >= step_limit and s.mode == RUNNING:
                 s.mode = STALLED

@@ -4,15 +4,16 @@ import warp as wp
 
 from warprock.kernels.event.block_begin import base_change, first_root
 from warprock.kernels.event.body_weight import Weight, kicks, weight_in
-from warprock.kernels.event.stack_contact import relative_velocity, solve
+from warprock.kernels.event.stack_chain import relative_velocity
+from warprock.kernels.event.stack_contact import solve
 from warprock.kernels.event.stack_moves import flight_event, moved, opening, pivot_event
-from warprock.kernels.event.stack_rocking import DEGREE, Terms, rocking
+from warprock.kernels.event.stack_rocking import Terms, rocking
 from warprock.kernels.event.stack_rolling import (
     LACKS,
     SPENT,
     rolled,
     rolled_velocity,
-    value_in,
+    value_of,
 )
 from warprock.kernels.event.stack_weight import keeps_height, left_behind, until_knot
 from warprock.kernels.motion import Motion, knot_step, knot_time, series
@@ -150,11 +151,11 @@ def watched(blocks: Blocks, limits: Limits, s: State, trial: Trial) -> Trial:
 
 @wp.func(inline=False)
 def clocked(
-    limits: Limits, m: Motion, sample: real, sample_slope: real, target: real, s: State,
-    trial: Trial, d: real,
-) -> Trial:  # fmt: skip
-    """The trial with a length of its step, at most to `target`, and what the base does in it."""
-    t = trial
+    limits: Limits, m: Motion, sample: real, sample_slope: real, target: real, s: State, d: real
+) -> Trial:
+    """A trial of a length of its step, at most to `target`, with what the base does in it."""
+    t = Trial()
+    t.cut = NEVER
     room = larger(target - s.time, real(0.0))
     t.d = d
     t.time = wp.where(d >= room, target, s.time + d)
@@ -197,10 +198,9 @@ def stays_put(touch: Counts, rate: Triples, grain: real) -> bool:
 @wp.func(inline=False)
 def rolling(
     blocks: Blocks, limits: Limits, m: Motion, sample: real, sample_slope: real, target: real,
-    s: State, trial: Trial, touch: Counts, d: real,
+    s: State, touch: Counts, d: real,
 ) -> Trial:  # fmt: skip
     """The trial in which all ends that touch stick, if they do (`rolls`), of at most a length."""
-    t = trial
     a0, a1, a2, a3, a4, _a5, _a6, _a7, _a8 = series(m, s.segment, s.time, sample, sample_slope)
     zero = real(0.0)
     up = Terms()
@@ -216,28 +216,29 @@ def rolling(
         blocks, s.pose, touch, r, d, NEARLY * limits.longest_step, GRAIN, limits.rest_rotation,
         limits.mass * limits.gravity, SOON * limits.longest_step,
     )  # fmt: skip
-    t.rolls = found != LACKS
-    if t.rolls:
-        t.spends = found == SPENT
-        t = clocked(limits, m, sample, sample_slope, target, s, t, d1)
-        t.curve = r.theta
-        mean = Triples()
-        per = real(1.0) / larger(d1, SLOWEST)
-        for k in range(BLOCKS):
-            mean[3 * k + 2] = (value_in(r.theta, k, DEGREE, d1) - s.pose.theta[k]) * per
-        t.pose = moved(blocks, s.pose, touch, mean, Values(), d1)
-        t.velocity = rolled_velocity(r.chain, t.pose, r.theta, d1)
-        t.plain = not lands and not t.struck
-        if CHAINS:
-            # A body may come to its next edge.
-            t.plain = False
-        for k in range(BLOCKS):
-            left = HALF_PI - size(t.pose.theta[k])
-            t.plain = t.plain and left > NEARLY * limits.longest_step * size(t.velocity[3 * k + 2])
-        t.slip = Counts()
-        t.settled = True
-        t.turns = False
-        t.lost = zero
+    if found == LACKS:
+        return Trial()
+    t = clocked(limits, m, sample, sample_slope, target, s, d1)
+    t.rolls = True
+    t.spends = found == SPENT
+    t.curve = r.theta
+    mean = Triples()
+    per = real(1.0) / larger(d1, SLOWEST)
+    for k in range(BLOCKS):
+        mean[3 * k + 2] = (value_of(r.theta[k], d1) - s.pose.theta[k]) * per
+    t.pose = moved(blocks, s.pose, touch, mean, Values(), d1)
+    t.velocity = rolled_velocity(r.chain, t.pose, r.theta, d1)
+    t.plain = not lands and not t.struck
+    if CHAINS:
+        # A body may come to its next edge.
+        t.plain = False
+    for k in range(BLOCKS):
+        left = HALF_PI - size(t.pose.theta[k])
+        t.plain = t.plain and left > NEARLY * limits.longest_step * size(t.velocity[3 * k + 2])
+    t.slip = Counts()
+    t.settled = True
+    t.turns = False
+    t.lost = zero
     return t
 
 
@@ -246,8 +247,6 @@ def tried(
     blocks: Blocks, limits: Limits, m: Motion, sample: real, sample_slope: real, end: real, s: State
 ) -> Trial:
     """One trial step, at most to the next knot of the motion or to `end`."""
-    t = Trial()
-    t.cut = NEVER
     knot = knot_time(m, s.segment)
     target = smaller(knot, end)
     calm = s.calm and (s.segment == 0 or knot >= NEVER)
@@ -260,22 +259,26 @@ def tried(
     if calm:
         longest = room
     d = smaller(longest, room)
-    lacks = bool(False)
     grain = STILL * (speed + limits.gravity * limits.longest_step)
     stuck = sticks(s.pose.touch, s.slip) and stays_put(s.pose.touch, s.rate, grain)
+    # A struct that is set under a condition is copied each time; one that is returned is not.
     if stuck and s.seek == STEADY:
-        t = rolling(blocks, limits, m, sample, sample_slope, target, s, t, s.pose.touch, d)
-        lacks = not t.rolls
-    if not t.rolls:
-        t = clocked(limits, m, sample, sample_slope, target, s, t, d)
-        t = mean_step(blocks, limits, t, s, speed)
-        # What is lacking from the start need not be sought.
-        t.turns = t.turns and not lacks
-        if stuck and (lacks or s.seek == FOUND) and sticks(t.pose.touch, t.slip):
-            t = rolling(blocks, limits, m, sample, sample_slope, target, s, t, t.pose.touch, d)
-    if not t.plain:
-        t = watched(blocks, limits, s, t)
-    return t
+        first = rolling(blocks, limits, m, sample, sample_slope, target, s, s.pose.touch, d)
+        if first.plain:
+            return first
+        if first.rolls:
+            return watched(blocks, limits, s, first)
+    t = clocked(limits, m, sample, sample_slope, target, s, d)
+    t = mean_step(blocks, limits, t, s, speed)
+    # What is lacking from the start need not be sought.
+    t.turns = t.turns and not (stuck and s.seek == STEADY)
+    if stuck and (s.seek == STEADY or s.seek == FOUND) and sticks(t.pose.touch, t.slip):
+        other = rolling(blocks, limits, m, sample, sample_slope, target, s, t.pose.touch, d)
+        if other.plain:
+            return other
+        if other.rolls:
+            return watched(blocks, limits, s, other)
+    return watched(blocks, limits, s, t)
 
 
 @wp.func(inline=False)

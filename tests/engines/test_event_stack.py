@@ -245,6 +245,22 @@ def shaken(count: int) -> tuple[Lanes, GroundMotions]:
     return lanes, sines(Control.DISPLACEMENT, rng.uniform(0.01, 0.05, 7), 2.5, 4.0)
 
 
+@pytest.mark.thorough
+def test_six_blocks_settle_at_every_impact() -> None:
+    # Friction of 1 jams what slides: sliding that goes on finds no forces (Painleve's paradox).
+    lanes = stacks(np.tile([0.4, 0.36, 0.32, 0.28, 0.24, 0.2], (4, 1)), 0.3, friction=1.0)
+    size = GRAVITY * np.array([0.3, 0.35, 0.3, 0.35])
+    frequency = np.array([3.3, 3.3, 5.0, 5.0])
+    motions = sines(Control.ACCELERATION, size, frequency, 1.0)
+    times = SampleTimes(0.7, 5e-3)
+    found = [respond(lanes, motions, times, step) for step in (1e-2, 1e-3)]
+    assert np.all(found[0]["impact_count"] >= 100)
+    assert np.all(found[0]["energy_lost"] > 0.0)
+    gap = np.abs(found[0]["rotation"] - found[1]["rotation"]).max(axis=(1, 2))
+    # What resting and landings leave out, magnified by some hundred impacts.
+    assert np.max(gap / lanes.slenderness_angle.min()) <= 1e-2
+
+
 def test_mirrored_motion_mirrors_the_answer() -> None:
     lanes, motions = shaken(2)
     times = SampleTimes(1.0, 0.01)

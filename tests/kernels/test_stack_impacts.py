@@ -12,9 +12,12 @@ LANES = 500
 CLOSED, PLUS, MINUS = 3, 1, 2
 
 
-@pytest.fixture(scope="module")
-def impacts() -> dict[str, np.ndarray]:
-    """Three blocks in flight that touch at corners or whole faces and fly at one another."""
+def struck(glide: np.ndarray) -> dict[str, np.ndarray]:
+    """Six blocks in flight that touch at corners or whole faces and fly at one another.
+
+    Args:
+        glide: Directions of sliding that are given, shape [lane, block].
+    """
     random = np.random.default_rng(11)
     half_width, half_height = random.uniform(0.1, 0.5, (2, LANES, BLOCKS))
     mass = random.uniform(1.0, 100.0, (LANES, BLOCKS))
@@ -27,7 +30,7 @@ def impacts() -> dict[str, np.ndarray]:
     theta = np.cumsum(tilt, axis=1)
     # Corners of the upper block inside the lower face; whole faces one above the other.
     anchor = np.zeros((LANES, BLOCKS))
-    anchor[:, 1:] = random.uniform(-0.9, 0.9, (LANES, 2)) * half_width[:, :2]
+    anchor[:, 1:] = random.uniform(-0.9, 0.9, (LANES, BLOCKS - 1)) * half_width[:, :-1]
     whole = touch == CLOSED
     anchor[whole] *= 0.3
     before = random.normal(0.0, 1.0, (LANES, 3 * BLOCKS))
@@ -43,19 +46,26 @@ def impacts() -> dict[str, np.ndarray]:
         wp.array(theta, dtype=Values),
         wp.array(anchor, dtype=Values),
         wp.array(touch.astype(np.int32), dtype=Counts),
+        wp.array(glide.astype(np.int32), dtype=Counts),
         wp.array(before, dtype=Triples),
     ]
     wp.launch(strike, dim=LANES, inputs=[*inputs, place, after, settled], device="cpu")
-    assert settled.numpy().mean() > 0.99
-    done = settled.numpy() == 1
-    found = {
+    return {
         "mass": mass,
         "inertia": inertia,
         "centre": centres(theta, half_height, place.numpy()),
         "before": before.reshape(LANES, BLOCKS, 3),
         "after": after.numpy().reshape(LANES, BLOCKS, 3),
+        "settled": settled.numpy() == 1,
     }
-    return {name: values[done] for name, values in found.items()}
+
+
+@pytest.fixture(scope="module")
+def impacts() -> dict[str, np.ndarray]:
+    """Impacts in which friction finds its own directions."""
+    found = struck(np.zeros((LANES, BLOCKS)))
+    assert np.all(found["settled"])
+    return found
 
 
 def centres(theta: np.ndarray, half_height: np.ndarray, place: np.ndarray) -> np.ndarray:
@@ -97,3 +107,9 @@ def test_an_impact_gives_no_energy(impacts: dict[str, np.ndarray]) -> None:
     lost = kinetic("before") - kinetic("after")
     assert lost.min() > -1e-10 * kinetic("before").max()
     assert np.median(lost / kinetic("before")) > 1e-3
+
+
+def test_contacts_settle_where_no_state_slides_as_given() -> None:
+    # With friction up to 5 a given sliding often finds no impulses at all (Painleve's paradox).
+    glide = np.random.default_rng(3).choice([-1, 0, 1], (LANES, BLOCKS))
+    assert np.all(struck(glide)["settled"])

@@ -1,4 +1,4 @@
-"""A kernel for tests: one impact of three blocks that touch one another and nothing else."""
+"""A kernel for tests: one impact of six blocks that touch one another and nothing else."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import warp as wp
 
 from warprock.kernels.instance import LOOPS_STAY, kernel_module, module_options
 
-BLOCKS = 3
+BLOCKS = 6
 real = wp.float64
 
 stack = kernel_module("shape/stack", precision="float64", blocks=BLOCKS)
@@ -34,6 +34,7 @@ def strike(
     theta: wp.array(dtype=Values),
     anchor: wp.array(dtype=Values),
     touch: wp.array(dtype=Counts),
+    glide: wp.array(dtype=Counts),
     before: wp.array(dtype=Triples),
     place: wp.array2d(dtype=real),
     after: wp.array(dtype=Triples),
@@ -41,7 +42,8 @@ def strike(
 ):
     """Velocities after the impact, and where each block stands on the one below.
 
-    `place` gets `along` of the three interfaces, then `above`; the ground is out of reach.
+    `glide`: directions of sliding that are given, 0 where friction finds its own.
+    `place` gets `along` of the interfaces, then `above`; the ground is out of reach.
     """
     lane = wp.tid()
     pose = Pose()
@@ -63,12 +65,11 @@ def strike(
     touching[0] = OPEN
     pose.touch = touching
     upper, lower, _plus, _minus = all_rows(blocks[lane], pose)
-    nothing = Counts()
     mass = real(0.0)
     for k in range(BLOCKS):
         mass += real(1.0) / blocks[lane].inverse_mass[k]
     v, _p, _hold, _slip, done, _first, _left = solve(
-        blocks[lane], upper, lower, touching, nothing, touching, nothing, before[lane],
+        blocks[lane], upper, lower, touching, glide[lane], touching, glide[lane], before[lane],
         real(1.0e-12), mass,
     )  # fmt: skip
     after[lane] = v
