@@ -15,6 +15,7 @@ import warp as wp
 
 from warprock.kernels.event.block_contact import SOON, Block, step_velocity
 from warprock.kernels.modes import PIVOTING
+from warprock.kernels.motion import LINEAR
 
 NEWTON_STEPS = 7
 """From the root of a parabola through the step's ends: round-off after two, or after some halvings
@@ -45,14 +46,22 @@ def rocking_series(
     w2 = OVER_2 * k * fused(a0, z1, fused(a1, z0, -gravity * x1))
     x2 = OVER_2 * fused(w0, z1, w1 * z0)
     z2 = -OVER_2 * fused(w0, x1, w1 * x0)
-    w3 = OVER_3 * k * fused(a0, z2, fused(a1, z1, fused(a2, z0, -gravity * x2)))
+    pull3 = -gravity * x2
+    if not LINEAR:
+        pull3 = fused(a2, z0, pull3)
+    w3 = OVER_3 * k * fused(a0, z2, fused(a1, z1, pull3))
     x3 = OVER_3 * fused(w0, z2, fused(w1, z1, w2 * z0))
     z3 = -OVER_3 * fused(w0, x2, fused(w1, x1, w2 * x0))
-    w4 = OVER_4 * k * fused(a0, z3, fused(a1, z2, fused(a2, z1, fused(a3, z0, -gravity * x3))))
+    pull4 = -gravity * x3
+    if not LINEAR:
+        pull4 = fused(a2, z1, fused(a3, z0, pull4))
+    w4 = OVER_4 * k * fused(a0, z3, fused(a1, z2, pull4))
     x4 = OVER_4 * fused(w0, z3, fused(w1, z2, fused(w2, z1, w3 * z0)))
     z4 = -OVER_4 * fused(w0, x3, fused(w1, x2, fused(w2, x1, w3 * x0)))
-    pulled = fused(a2, z2, fused(a3, z1, fused(a4, z0, -gravity * x4)))
-    w5 = OVER_5 * k * fused(a0, z4, fused(a1, z3, pulled))
+    pull5 = -gravity * x4
+    if not LINEAR:
+        pull5 = fused(a2, z2, fused(a3, z1, fused(a4, z0, pull5)))
+    w5 = OVER_5 * k * fused(a0, z4, fused(a1, z3, pull5))
     return (
         w1 * OVER_2, w2 * OVER_3, w3 * OVER_4, w4 * OVER_5, w5 * OVER_6, x2, z2,
     )  # fmt: skip
