@@ -39,6 +39,7 @@ def rocking_series(
     Returns:
         2 to 6 of the rotation; 2 of the corner, along the base and upwards.
     """
+    # What is known last stands outermost in a sum, so that the rest of it need not wait.
     k = block.inverse_pivot_inertia
     w1 = k * fused(a0, z0, -gravity * x0)
     x1 = w0 * z0

@@ -5,6 +5,8 @@ upper block, and -p on the lower one. Touching ends of closed faces move alike a
 f. With G the rows of `interface_rows` in shape/stack.py and W the inverse masses, relative
 velocities become q + D p, D = G W G^T. An interface is coupled to the next ones alone. From the top
 down, nothing but p = 0 has G^T p = 0: D is positive definite.
+
+Loops in which `wp.static` stands are written out, which keeps their numbers out of memory.
 """
 
 import warp as wp
