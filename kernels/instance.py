@@ -50,11 +50,16 @@ INTERLEAVE = 4 if _has_avx512() else 2
 registers hold (32 with AVX-512, else 16)."""
 
 CPU_FLAGS = (
-    "-march=native -ffp-contract=fast -mprefer-vector-width=512 -fno-slp-vectorize"
+    "-march=native -ffp-contract=off -mprefer-vector-width=512 -fno-slp-vectorize"
     " -mllvm=-inline-threshold=9000 -mllvm=-misched-regpressure=0"
     " -mllvm=-enable-interleaved-mem-accesses=false"
 )
 """Flags that let the compiler turn the loop over the lanes of a pack into vector code.
+
+No product is fused with a sum, neither here nor on a GPU (`fuse_fp`), but where a kernel says
+`fused`: which one the compiler takes depends on what stands around it, on the vectors of the
+processor, and on what does not change from step to step; a lane would have other last bits in a
+kernel's other form, in another chunk, on another machine.
 
 The last one gathers the fields of structs one by one. Read side by side as a group, they would
 need a last turn of the loop in scalar code, so as not to read beyond their end, and with packs of
@@ -108,6 +113,7 @@ def module_options(interleave: int = INTERLEAVE, more_flags: str = "") -> dict[s
     flags = f"{CPU_FLAGS} -mllvm=-force-vector-interleave={interleave} {more_flags}".rstrip()
     return {
         "enable_backward": False,
+        "fuse_fp": False,
         "cpu_compiler_flags": flags,
         "max_unroll": MAX_UNROLL,
     }
@@ -124,7 +130,7 @@ SHORT_LOOPS_GO = {"max_unroll": 3}
 """For a lane a thread: loops over the rows of a matrix and over three blocks are written out, which
 is a quarter faster than loops and takes no longer to compile; longer ones stay."""
 
-BRANCHES = {"cpu_compiler_flags": "-march=native -ffp-contract=fast", "max_unroll": 0}
+BRANCHES = {"cpu_compiler_flags": "-march=native -ffp-contract=off", "max_unroll": 0}
 """For a lane a thread whose steps take many ways: loops stay loops, and calls stay calls where the
 compiler sees fit. No vector code."""
 

@@ -88,11 +88,18 @@ _MULTIPLY_ADD = {"float64": "fma", "float32": "fmaf"}[PRECISION]
 
 @wp.func_native(f"return {_MULTIPLY_ADD}(a, b, c);")
 def fused(a: real, b: real, c: real) -> real:
-    """The sum a b + c, rounded once.
+    """The sum a b + c by one instruction, rounded once.
 
-    In a b + c d the compiler fuses one product with the sum, which one may depend on what stands
-    around it: written with this, a sum of products has the same bits in every kernel.
+    The compiler fuses nothing by itself (kernels/instance.py): which product of a sum it
+    would fuse may depend on what stands around it and on the processor. So a sum has the same bits
+    in every form of a kernel, and is fused where its kernel is faster for it.
     """
+
+
+@wp.func
+def dot(ax: real, az: real, bx: real, bz: real) -> real:
+    """The scalar product ax bx + az bz."""
+    return fused(az, bz, ax * bx)
 
 
 @wp.func
@@ -123,18 +130,16 @@ def sign_of(a: real) -> real:
 def sine(x: real) -> real:
     """Sine for |x| <= 1.65."""
     u = x * x
-    return x * (
-        _S0 + u * (_S1 + u * (_S2 + u * (_S3 + u * (_S4 + u * (_S5 + u * (_S6 + u * _S7))))))
-    )
+    high = fused(u, fused(u, fused(u, _S7, _S6), _S5), _S4)
+    return x * fused(u, fused(u, fused(u, fused(u, high, _S3), _S2), _S1), _S0)
 
 
 @wp.func
 def cosine(x: real) -> real:
     """Cosine for |x| <= 1.65."""
     u = x * x
-    return _C0 + u * (
-        _C1 + u * (_C2 + u * (_C3 + u * (_C4 + u * (_C5 + u * (_C6 + u * (_C7 + u * _C8))))))
-    )
+    high = fused(u, fused(u, fused(u, fused(u, _C8, _C7), _C6), _C5), _C4)
+    return fused(u, fused(u, fused(u, fused(u, high, _C3), _C2), _C1), _C0)
 
 
 @wp.func
@@ -159,30 +164,9 @@ def cycle(turns: real):
 def decay(x: real) -> real:
     """exp(-x) for 0 <= x <= 44, from exp(-x / 64) by six squarings."""
     y = x * real(-0.015625)
-    e = _E0 + y * (
-        _E1
-        + y
-        * (
-            _E2
-            + y
-            * (
-                _E3
-                + y
-                * (
-                    _E4
-                    + y
-                    * (
-                        _E5
-                        + y
-                        * (
-                            _E6
-                            + y * (_E7 + y * (_E8 + y * (_E9 + y * (_E10 + y * (_E11 + y * _E12)))))
-                        )
-                    )
-                )
-            )
-        )
-    )
+    e = fused(y, fused(y, fused(y, fused(y, _E12, _E11), _E10), _E9), _E8)
+    e = fused(y, fused(y, fused(y, fused(y, e, _E7), _E6), _E5), _E4)
+    e = fused(y, fused(y, fused(y, fused(y, e, _E3), _E2), _E1), _E0)
     e = e * e
     e = e * e
     e = e * e
