@@ -187,7 +187,7 @@ def test_lanes_have_the_same_bits_however_a_kernel_is_built(run: Run):
     """What of another machine this one can show, a GPU's included: the order of operations."""
     lanes, motions = started(run)
     here = answer(run, lanes, motions)
-    with built_otherwise(run.module("cpu")):
+    with built_otherwise(run.module()):
         there = answer(run, lanes, motions)
     for name in here.fields:
         np.testing.assert_array_equal(there[name], here[name], err_msg=name)
