@@ -108,7 +108,7 @@ def dot(ax: real, az: real, bx: real, bz: real) -> real:
 
 
 @wp.func
-def cross(ax: real, az: real, bx: real, bz: real) -> real:
+def wedge(ax: real, az: real, bx: real, bz: real) -> real:
     """The difference ax bz - az bx: the part of a across b, for a unit vector b."""
     return fused_less(az, bx, ax * bz)
 

@@ -212,8 +212,8 @@ def step(
     s = sine(m * theta)
     c = cosine(theta)
     x1 = -dot(block.half_width, block.half_height, c, s)
-    z1 = cross(block.half_width, block.half_height, c, s)
-    x2 = cross(block.half_width, block.half_height, s, c)
+    z1 = wedge(block.half_width, block.half_height, c, s)
+    x2 = wedge(block.half_width, block.half_height, s, c)
     z2 = -dot(block.half_width, block.half_height, s, c)
     gap1 = z + z1
     gap2 = z + z2
@@ -231,7 +231,7 @@ def step(
     )  # fmt: skip
     vx1 = ux + t1 + t2
     vz1 = uz + p1 + p2
-    vo1 = fused(w, cross(z1, x1, p1, t1) + cross(z2, x2, p2, t2), uo)
+    vo1 = fused(w, wedge(z1, x1, p1, t1) + wedge(z2, x2, p2, t2), uo)
     # Work of the contact impulses on the mean velocity of their corners, a loss.
     mx = half * (m * vx + vx1)
     mz = half * (vz + vz1)

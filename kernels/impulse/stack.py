@@ -156,12 +156,12 @@ def solve_contact(
     zero = real(0.0)
     wx = ux - lx
     wz = uz - lz
-    turn = cross(al, au, uo, lo)
+    turn = wedge(al, au, uo, lo)
     normal = fused(larger(gap, zero), rate, dot(nx, nz, wx, wz) + turn)
     push = larger(fused_less(pn, normal, n), zero)
     dn = push - n
     bound = mu * push
-    slip = cross(nz, nx, wz, wx) + cross(bu, bl, lo, uo)
+    slip = wedge(nz, nx, wz, wx) + wedge(bu, bl, lo, uo)
     drag = larger(smaller(fused_less(pt, fused(nt, dn, slip), t), bound), -bound)
     r, q = pn * nt, pt * nt
     free_n, free_t = fused_less(pn, normal, fused(r, t, n)), fused_less(pt, slip, fused(q, n, t))

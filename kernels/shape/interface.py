@@ -25,25 +25,25 @@ def find_end(
         along that face and along the normal, the same two from the lower centre [m]; the gap [m];
         the place of the upper block along what it touches [m], which changes by sliding alone.
     """
-    px = cross(side * half_width, half_height, s, c)
+    px = wedge(side * half_width, half_height, s, c)
     pz = -dot(half_height, side * half_width, c, s)
     qx = dot(lhalf_height, side * lhalf_width, ls, lc)
-    qz = cross(lhalf_height, side * lhalf_width, ls, lc)
+    qz = wedge(lhalf_height, side * lhalf_width, ls, lc)
     ax = dx + px
     az = dz + pz
     bx = qx - dx
     bz = qz - dz
     # A corner of the upper block on the lower face, else one of the lower block on the upper face.
-    inside = side * cross(ax, az, ls, lc) <= lhalf_width
+    inside = side * wedge(ax, az, ls, lc) <= lhalf_width
     nx = wp.where(inside, ls, s)
     nz = wp.where(inside, lc, c)
     rx = wp.where(inside, px, bx)
     rz = wp.where(inside, pz, bz)
     lx = wp.where(inside, ax, qx)
     lz = wp.where(inside, az, qz)
-    au = cross(rx, rz, nx, nz)
+    au = wedge(rx, rz, nx, nz)
     bu = dot(rx, rz, nx, nz)
-    al = cross(lx, lz, nx, nz)
+    al = wedge(lx, lz, nx, nz)
     bl = dot(lx, lz, nx, nz)
     return (
         nx, nz, au, bu, al, bl,
@@ -73,13 +73,13 @@ def add_impulses(
 ):  # fmt: skip
     """Adds the impulses n, t of a point to the velocities of its bodies."""
     px = dot(nx, nz, n, t)
-    pz = cross(nz, nx, t, n)
+    pz = wedge(nz, nx, t, n)
     ux = fused(m, px, ux)
     uz = fused(m, pz, uz)
-    uo = fused(j, cross(bu, au, n, t), uo)
+    uo = fused(j, wedge(bu, au, n, t), uo)
     lx = fused_less(lm, px, lx)
     lz = fused_less(lm, pz, lz)
-    lo = fused_less(lj, cross(bl, al, n, t), lo)
+    lo = fused_less(lj, wedge(bl, al, n, t), lo)
 
 
 @wp.func
@@ -95,12 +95,12 @@ def place_on(
     lean = sign_of(turn)
     # The bottom corners of the block along the lower face: middle + run and middle - run.
     run = lean * half_width * dot(c, s, lc, ls)
-    middle = cross(fused_less(half_height, s, dx), fused_less(half_height, c, dz), ls, lc)
+    middle = wedge(fused_less(half_height, s, dx), fused_less(half_height, c, dz), ls, lc)
     bx = fused(lean * lhalf_width, lc, fused(lhalf_height, ls, -dx))
     bz = fused_less(lean * lhalf_width, ls, fused(lhalf_height, lc, -dz))
     inside = lean * (middle + run) <= lhalf_width
     place = wp.where(
-        inside, middle + run - lean * half_width, lean * lhalf_width - cross(bx, bz, s, c)
+        inside, middle + run - lean * half_width, lean * lhalf_width - wedge(bx, bz, s, c)
     )
     overlap = smaller(lean * (middle + run), lhalf_width) + smaller(
         lean * (run - middle), lhalf_width

@@ -212,7 +212,7 @@ def coupling(
     """
     both = m + lm
     along = both * dot(nx1, nz1, nx2, nz2)
-    across = both * cross(nx1, nz1, nx2, nz2)
+    across = both * wedge(nx1, nz1, nx2, nz2)
     pu, pv, lu, lv = j * au1, j * bu1, lj * al1, lj * bl1
     qu, qv, ku, kv = j * au2, j * bu2, lj * al2, lj * bl2
     return (

@@ -20,7 +20,7 @@ def find_end(
     lhalf_width: real, lhalf_height: real, ls: real, lc: real, dx: real, dz: real,
 ):  # fmt: skip
     """See `find_end` in shape/interface.py."""
-    px = cross(side * half_width, half_height, s, c)
+    px = wedge(side * half_width, half_height, s, c)
     pz = -dot(half_height, side * half_width, c, s)
     ax = dx + px
     az = dz + pz
@@ -37,7 +37,7 @@ def add_impulses(
     """See `add_impulses` in shape/interface.py."""
     qx = fused(m, t, qx)
     qz = fused(m, n, qz)
-    qo = fused(j, cross(bu, au, n, t), qo)
+    qo = fused(j, wedge(bu, au, n, t), qo)
 
 
 @wp.func
@@ -88,7 +88,7 @@ def solve_on_ground(
     e, f = wp.where(second, n, e), wp.where(second, t, f)
     qx = fused(m, b - t1 + f - t2, qx)
     qz = fused(m, a - n1 + e - n2, qz)
-    turn = cross(bu1, au1, a - n1, b - t1) + cross(bu2, au2, e - n2, f - t2)
+    turn = wedge(bu1, au1, a - n1, b - t1) + wedge(bu2, au2, e - n2, f - t2)
     qo = fused(j, turn, qo)
     n1 = a
     t1 = b
