@@ -202,7 +202,6 @@ def step(
     -x and of the +x corner, along their velocities [m].
     """
     zero = real(0.0)
-    half = real(0.5)
     w = block.inverse_inertia
     dt = knobs.time_step
     # Seen so that the block leans to +x: the solver then visits the corners of a mirrored scene
@@ -233,9 +232,7 @@ def step(
     vz1 = uz + p1 + p2
     vo1 = fused(w, wedge(z1, x1, p1, t1) + wedge(z2, x2, p2, t2), uo)
     # Work of the contact impulses on the mean velocity of their corners, a loss.
-    mx = half * (m * vx + vx1)
-    mz = half * (vz + vz1)
-    mo = half * (uo + vo1)
+    mx, mz, mo = HALF * (m * vx + vx1), HALF * (vz + vz1), HALF * (uo + vo1)
     work1 = dot(p1, t1, fused_less(mo, x1, mz), fused(mo, z1, mx))
     work2 = dot(p2, t2, fused_less(mo, x2, mz), fused(mo, z2, mx))
     lowest = smaller(gap1, gap2)
