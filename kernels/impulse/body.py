@@ -194,8 +194,7 @@ def step(
         All from `x` on after the step; the gap of the lowest corner at its start [m], and the gaps
         after it of the three, along their velocities [m].
     """
-    zero = real(0.0)
-    one = real(1.0)
+    zero, one = real(0.0), real(1.0)
     w, dt = body.inverse_inertia, knobs.time_step
     lean = wp.where(theta != zero, theta, wp.where(omega != zero, omega, -dv))
     m = sign_of(lean)
