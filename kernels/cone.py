@@ -23,12 +23,13 @@ def alone(mu: real, r: real, q: real, u: real, s: real):
     """
     one = real(1.0)
     # Both at once, times 1 - r q > 0.
-    n = u - r * s
-    f = s - q * u
+    n = fused_less(r, s, u)
+    f = fused_less(q, u, s)
     sticks = size(f) <= mu * n
     side = sign_of(f)
     # Friction that lifts the contact more than its normal impulse presses it cannot be sliding.
-    side = wp.where(one + side * mu * r > real(0.0), side, -side)
-    over = one / wp.where(sticks, one - r * q, one + side * mu * r)
+    bound = mu * r
+    side = wp.where(fused(side, bound, one) > real(0.0), side, -side)
+    over = one / wp.where(sticks, fused_less(r, q, one), fused(side, bound, one))
     n = over * larger(wp.where(sticks, n, u), real(0.0))
     return n, wp.where(sticks, over * f, side * mu * n)

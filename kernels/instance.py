@@ -52,7 +52,7 @@ registers hold (32 with AVX-512, else 16)."""
 CPU_FLAGS = (
     "-march=native -ffp-contract=off -mprefer-vector-width=512 -fno-slp-vectorize"
     " -mllvm=-inline-threshold=9000 -mllvm=-misched-regpressure=0"
-    " -mllvm=-enable-interleaved-mem-accesses=false"
+    " -mllvm=-enable-interleaved-mem-accesses=false -mstackrealign -mstack-alignment=64"
 )
 """Flags that let the compiler turn the loop over the lanes of a pack into vector code.
 
@@ -61,9 +61,13 @@ No product is fused with a sum, neither here nor on a GPU (`fuse_fp`), but where
 processor, and on what does not change from step to step; a lane would have other last bits in a
 kernel's other form, in another chunk, on another machine.
 
-The last one gathers the fields of structs one by one. Read side by side as a group, they would
-need a last turn of the loop in scalar code, so as not to read beyond their end, and with packs of
-four vectors that turn is the whole loop."""
+Fields of structs are gathered one by one (`-enable-interleaved-mem-accesses`). Read side by side as
+a group, they would need a last turn of the loop in scalar code, so as not to read beyond their end,
+and with packs of four vectors that turn is the whole loop.
+
+The matrices that keep lanes begin at multiples of 64 bytes (`-mstackrealign`,
+`-mstack-alignment`). The stack comes at multiples of 16, and a vector of 64 bytes that does not lie
+in one line of the cache takes two reads, which costs up to a third of the speed."""
 
 MAX_UNROLL = 15
 """Longest loop that Warp writes out; must stay below LANE_WIDTH, whose loop is vectorised."""

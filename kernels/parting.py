@@ -41,7 +41,7 @@ def slack(dt: real, gravity: real, reach: real, square: real, length: real) -> r
         square: Square of the angular velocity [rad^2/s^2], of both bodies the sum.
         length: Lengths that a gap is a difference of [m].
     """
-    return dt * dt * (FALLS * gravity + ARCS * reach * square) + GRAIN * length
+    return fused(dt * dt, fused(ARCS * reach, square, FALLS * gravity), GRAIN * length)
 
 
 @wp.func

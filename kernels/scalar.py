@@ -96,10 +96,27 @@ def fused(a: real, b: real, c: real) -> real:
     """
 
 
+@wp.func_native(f"return {_MULTIPLY_ADD}(-a, b, c);")
+def fused_less(a: real, b: real, c: real) -> real:
+    """The difference c - a b, likewise; `fused(-a, b, c)` would first take a from zero."""
+
+
 @wp.func
 def dot(ax: real, az: real, bx: real, bz: real) -> real:
     """The scalar product ax bx + az bz."""
     return fused(az, bz, ax * bx)
+
+
+@wp.func
+def wedge(ax: real, az: real, bx: real, bz: real) -> real:
+    """The difference ax bz - az bx: the part of a across b, for a unit vector b."""
+    return fused_less(az, bx, ax * bz)
+
+
+@wp.func
+def less_three(u: real, a1: real, x1: real, a2: real, x2: real, a3: real, x3: real) -> real:
+    """The difference u - a1 x1 - a2 x2 - a3 x3; in a chain what is known last goes last."""
+    return fused_less(a3, x3, fused_less(a2, x2, fused_less(a1, x1, u)))
 
 
 @wp.func

@@ -95,12 +95,13 @@ class Rows:
 @wp.func
 def sweep(r: Rows, f1: real, n2: real, f2: real):
     """The impulses n1, f1, n2, f2 [m/s] after one sweep over the four rows."""
-    n1 = larger(r.u1 - r.a1 * f1 - r.a2 * n2 - r.a3 * f2, real(0.0))
+    # The value found last comes last in each row, so that the other terms need not wait for it.
+    n1 = larger(less_three(r.u1, r.a1, f1, r.a2, n2, r.a3, f2), real(0.0))
     bound = r.mu * n1
-    f1 = larger(smaller(r.s1 - r.b1 * n1 - r.b2 * n2 - r.b3 * f2, bound), -bound)
-    n2 = larger(r.u2 - r.c1 * n1 - r.c2 * f1 - r.c3 * f2, real(0.0))
+    f1 = larger(smaller(less_three(r.s1, r.b2, n2, r.b3, f2, r.b1, n1), bound), -bound)
+    n2 = larger(less_three(r.u2, r.c3, f2, r.c1, n1, r.c2, f1), real(0.0))
     bound = r.mu * n2
-    f2 = larger(smaller(r.s2 - r.g1 * n1 - r.g2 * f1 - r.g3 * n2, bound), -bound)
+    f2 = larger(smaller(less_three(r.s2, r.g1, n1, r.g2, f1, r.g3, n2), bound), -bound)
     return n1, f1, n2, f2
 
 
@@ -150,19 +151,20 @@ def solve(
     """
     one = real(1.0)
     # Rows of K over their diagonal; rows of an inactive corner vanish.
+    wx1, wz1, wx2, wz2 = w * x1, w * z1, w * x2, w * z2
     d1, e1, d2, e2 = inverses(
-        one + w * x1 * x1, one + w * z1 * z1, one + w * x2 * x2, one + w * z2 * z2
+        fused(wx1, x1, one), fused(wz1, z1, one), fused(wx2, x2, one), fused(wz2, z2, one)
     )
     d1 = on1 * d1
     e1 = on1 * e1
     d2 = on2 * d2
     e2 = on2 * e2
-    n1n2 = one + w * x1 * x2
-    f1f2 = one + w * z1 * z2
-    n1f1 = -w * x1 * z1
-    n1f2 = -w * x1 * z2
-    n2f1 = -w * x2 * z1
-    n2f2 = -w * x2 * z2
+    n1n2 = fused(wx1, x2, one)
+    f1f2 = fused(wz1, z2, one)
+    n1f1 = -wx1 * z1
+    n1f2 = -wx1 * z2
+    n2f1 = -wx2 * z1
+    n2f2 = -wx2 * z2
     r = Rows(
         mu,
         d1 * n1f1, d1 * n1n2, d1 * n1f2,
@@ -200,7 +202,6 @@ def step(
     -x and of the +x corner, along their velocities [m].
     """
     zero = real(0.0)
-    half = real(0.5)
     w = block.inverse_inertia
     dt = knobs.time_step
     # Seen so that the block leans to +x: the solver then visits the corners of a mirrored scene
@@ -209,42 +210,41 @@ def step(
     m = sign_of(lean)
     s = sine(m * theta)
     c = cosine(theta)
-    x1 = -block.half_width * c - block.half_height * s
-    z1 = block.half_width * s - block.half_height * c
-    x2 = block.half_width * c - block.half_height * s
-    z2 = -block.half_width * s - block.half_height * c
+    x1 = -dot(block.half_width, block.half_height, c, s)
+    z1 = wedge(block.half_width, block.half_height, c, s)
+    x2 = wedge(block.half_width, block.half_height, s, c)
+    z2 = -dot(block.half_width, block.half_height, s, c)
     gap1 = z + z1
     gap2 = z + z2
     on1 = wp.where(gap1 <= knobs.collision_margin, real(1.0), zero)
     on2 = wp.where(gap2 <= knobs.collision_margin, real(1.0), zero)
     ux = m * (vx - dv)
-    uz = vz - dt * knobs.gravity
+    uz = fused_less(dt, knobs.gravity, vz)
     uo = m * omega
     p1, t1, p2, t2 = solve(
         block.friction, w, x1, z1, x2, z2, on1, on2,
-        uz - uo * x1 - wish(gap1, knobs), ux + uo * z1,
-        uz - uo * x2 - wish(gap2, knobs), ux + uo * z2,
+        fused_less(uo, x1, uz) - wish(gap1, knobs), fused(uo, z1, ux),
+        fused_less(uo, x2, uz) - wish(gap2, knobs), fused(uo, z2, ux),
         wp.where(m < zero, n2, n1), m * wp.where(m < zero, f2, f1),
         wp.where(m < zero, n1, n2), m * wp.where(m < zero, f1, f2),
     )  # fmt: skip
     vx1 = ux + t1 + t2
     vz1 = uz + p1 + p2
-    vo1 = uo + w * (t1 * z1 + t2 * z2 - p1 * x1 - p2 * x2)
+    vo1 = fused(w, wedge(z1, x1, p1, t1) + wedge(z2, x2, p2, t2), uo)
     # Work of the contact impulses on the mean velocity of their corners, a loss.
-    mx = half * (m * vx + vx1)
-    mz = half * (vz + vz1)
-    mo = half * (uo + vo1)
-    work = p1 * (mz - mo * x1) + t1 * (mx + mo * z1) + p2 * (mz - mo * x2) + t2 * (mx + mo * z2)
+    mx, mz, mo = HALF * (m * vx + vx1), HALF * (vz + vz1), HALF * (uo + vo1)
+    work1 = dot(p1, t1, fused_less(mo, x1, mz), fused(mo, z1, mx))
+    work2 = dot(p2, t2, fused_less(mo, x2, mz), fused(mo, z2, mx))
     lowest = smaller(gap1, gap2)
     lift = -knobs.erp * smaller(lowest + real(2.0) * dt * dt * knobs.gravity, zero)
-    ahead1 = gap1 + dt * (vz1 - vo1 * x1)
-    ahead2 = gap2 + dt * (vz1 - vo1 * x2)
+    ahead1 = fused(dt, fused_less(vo1, x1, vz1), gap1)
+    ahead2 = fused(dt, fused_less(vo1, x2, vz1), gap2)
     vx1 = m * vx1
     vo1 = m * vo1
     return (
-        x + dt * vx1, z + dt * vz1 + lift, theta + dt * vo1, vx1, vz1, vo1,
+        fused(dt, vx1, x), fused(dt, vz1, z) + lift, fused(dt, vo1, theta), vx1, vz1, vo1,
         wp.where(m < zero, p2, p1), m * wp.where(m < zero, t2, t1),
         wp.where(m < zero, p1, p2), m * wp.where(m < zero, t1, t2),
-        loss - work - knobs.gravity * lift, lowest,
+        fused_less(knobs.gravity, lift, loss - work1 - work2), lowest,
         wp.where(m < zero, ahead2, ahead1), wp.where(m < zero, ahead1, ahead2),
     )  # fmt: skip

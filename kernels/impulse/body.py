@@ -50,12 +50,12 @@ def visit(
         n, f: Its impulses before.
         vx, vz, vo: Velocities of the body, with them in it.
     """
-    n1 = larger(n - dn * (vz - vo * x - wished), real(0.0))
+    n1 = larger(fused_less(dn, fused_less(vo, x, vz - wished), n), real(0.0))
     vz1 = vz + (n1 - n)
-    vo1 = vo - w * x * (n1 - n)
+    vo1 = fused_less(w * x, n1 - n, vo)
     bound = mu * n1
-    f1 = larger(smaller(f - dt * (vx + vo1 * z), bound), -bound)
-    return n1, f1, vx + (f1 - f), vz1, vo1 + w * z * (f1 - f)
+    f1 = larger(smaller(fused_less(dt, fused(vo1, z, vx), f), bound), -bound)
+    return n1, f1, vx + (f1 - f), vz1, fused(w * z, f1 - f, vo1)
 
 
 @wp.struct
@@ -143,9 +143,9 @@ def solve(
         n1: First guess of the normal impulse of corner 1 [m/s]; all up to f3 likewise.
     """
     one = real(1.0)
-    dn1, dt1 = on1 / (one + w * x1 * x1), on1 / (one + w * z1 * z1)
-    dn2, dt2 = on2 / (one + w * x2 * x2), on2 / (one + w * z2 * z2)
-    dn3, dt3 = on3 / (one + w * x3 * x3), on3 / (one + w * z3 * z3)
+    dn1, dt1 = on1 / fused(w * x1, x1, one), on1 / fused(w * z1, z1, one)
+    dn2, dt2 = on2 / fused(w * x2, x2, one), on2 / fused(w * z2, z2, one)
+    dn3, dt3 = on3 / fused(w * x3, x3, one), on3 / fused(w * z3, z3, one)
     n1, f1, n2, f2, n3, f3 = on1 * n1, on1 * f1, on2 * n2, on2 * f2, on3 * n3, on3 * f3
     count = on1 + on2 + on3
     first, last = on1 > on2 + on3, on3 > on1 + on2
@@ -157,7 +157,8 @@ def solve(
     )  # fmt: skip
     vx = ux + f1 + f2 + f3
     vz = uz + n1 + n2 + n3
-    vo = uo + w * (f1 * z1 - n1 * x1 + f2 * z2 - n2 * x2 + f3 * z3 - n3 * x3)
+    turn = wedge(z1, x1, n1, f1) + wedge(z2, x2, n2, f2) + wedge(z3, x3, n3, f3)
+    vo = fused(w, turn, uo)
     r = Rows(
         mu, w, x1, z1, dn1, dt1, wish1, x2, z2, dn2, dt2, wish2, x3, z3, dn3, dt3, wish3
     )  # fmt: skip
@@ -173,7 +174,7 @@ def solve(
 @wp.func
 def work(x: real, z: real, n: real, f: real, vx: real, vz: real, vo: real) -> real:
     """Work of the impulses of a corner [J/kg] at a velocity of the body."""
-    return n * (vz - vo * x) + f * (vx + vo * z)
+    return dot(n, f, fused_less(vo, x, vz), fused(vo, z, vx))
 
 
 @wp.func
@@ -193,8 +194,7 @@ def step(
         All from `x` on after the step; the gap of the lowest corner at its start [m], and the gaps
         after it of the three, along their velocities [m].
     """
-    zero = real(0.0)
-    one = real(1.0)
+    zero, one = real(0.0), real(1.0)
     w, dt = body.inverse_inertia, knobs.time_step
     lean = wp.where(theta != zero, theta, wp.where(omega != zero, omega, -dv))
     m = sign_of(lean)
@@ -218,22 +218,23 @@ def step(
     )  # fmt: skip
     vx1 = ux + t1 + t2 + t3
     vz1 = uz + p1 + p2 + p3
-    vo1 = uo + w * (t1 * z1 - p1 * x1 + t2 * z2 - p2 * x2 + t3 * z3 - p3 * x3)
+    turn = wedge(z1, x1, p1, t1) + wedge(z2, x2, p2, t2) + wedge(z3, x3, p3, t3)
+    vo1 = fused(w, turn, uo)
     # Of the contact impulses on the mean velocity of their corners, a loss.
     mx, mz, mo = HALF * (m * vx + vx1), HALF * (vz + vz1), HALF * (uo + vo1)
     done = work(x1, z1, p1, t1, mx, mz, mo) + work(x2, z2, p2, t2, mx, mz, mo)
     done = done + work(x3, z3, p3, t3, mx, mz, mo)
     lowest = smaller(gap2, smaller(gap1, gap3))
     lift = -knobs.erp * smaller(lowest + sunk_in(dt, knobs.gravity, dz), zero)
-    ahead1 = gap1 + dt * (vz1 - vo1 * x1)
-    ahead2 = gap2 + dt * (vz1 - vo1 * x2)
-    ahead3 = gap3 + dt * (vz1 - vo1 * x3)
+    ahead1 = fused(dt, fused_less(vo1, x1, vz1), gap1)
+    ahead2 = fused(dt, fused_less(vo1, x2, vz1), gap2)
+    ahead3 = fused(dt, fused_less(vo1, x3, vz1), gap3)
     vx1 = m * vx1
     vo1 = m * vo1
     return (
-        x + dt * vx1, z + dt * vz1 + lift, theta + dt * vo1, vx1, vz1, vo1,
+        fused(dt, vx1, x), fused(dt, vz1, z) + lift, fused(dt, vo1, theta), vx1, vz1, vo1,
         wp.where(left, p3, p1), m * wp.where(left, t3, t1), p2, m * t2,
         wp.where(left, p1, p3), m * wp.where(left, t1, t3),
-        loss - done - knobs.gravity * lift, lowest,
+        fused_less(knobs.gravity, lift, loss - done), lowest,
         wp.where(left, ahead3, ahead1), ahead2, wp.where(left, ahead1, ahead3),
     )  # fmt: skip

@@ -133,9 +133,9 @@ def find_contact(
     bl = hl
     gap = found
     on = wp.where(gap <= margin, real(1.0), real(0.0))
-    pn = on / (m + lm + j * au * au + lj * al * al)
-    pt = on / (m + lm + j * bu * bu + lj * bl * bl)
-    nt = -(j * au * bu + lj * al * bl)
+    pn = on / fused(lj * al, al, fused(j * au, au, m + lm))
+    pt = on / fused(lj * bl, bl, fused(j * bu, bu, m + lm))
+    nt = -dot(j * au, lj * al, bu, bl)
     n = on * n
     t = on * t
     add_impulses(m, j, lm, lj, nx, nz, au, bu, al, bl, n, t, ux, uz, uo, lx, lz, lo)
@@ -156,14 +156,16 @@ def solve_contact(
     zero = real(0.0)
     wx = ux - lx
     wz = uz - lz
-    normal = nx * wx + nz * wz - au * uo + al * lo + larger(gap, zero) * rate
-    push = larger(n - pn * normal, zero)
+    turn = wedge(al, au, uo, lo)
+    normal = fused(larger(gap, zero), rate, dot(nx, nz, wx, wz) + turn)
+    push = larger(fused_less(pn, normal, n), zero)
     dn = push - n
     bound = mu * push
-    slip = nz * wx - nx * wz + bu * uo - bl * lo
-    drag = larger(smaller(t - pt * (slip + nt * dn), bound), -bound)
+    slip = wedge(nz, nx, wz, wx) + wedge(bu, bl, lo, uo)
+    drag = larger(smaller(fused_less(pt, fused(nt, dn, slip), t), bound), -bound)
     r, q = pn * nt, pt * nt
-    both_n, both_t = alone(mu, r, q, n + r * t - pn * normal, t + q * n - pt * slip)
+    free_n, free_t = fused_less(pn, normal, fused(r, t, n)), fused_less(pt, slip, fused(q, n, t))
+    both_n, both_t = alone(mu, r, q, free_n, free_t)
     lone = other <= zero and pn > zero
     push = wp.where(lone, both_n, push)
     drag = wp.where(lone, both_t, drag)
@@ -183,8 +185,8 @@ def lift_out(
     deep = gap1 < gap2
     slack = sunk_in(knobs.time_step, knobs.gravity, rise)
     push = knobs.erp * smaller(wp.where(deep, gap1, gap2) + slack, real(0.0))
-    shift_x = shift_x - push * wp.where(deep, nx1, nx2)
-    shift_z = shift_z - push * wp.where(deep, nz1, nz2)
+    shift_x = fused_less(push, wp.where(deep, nx1, nx2), shift_x)
+    shift_z = fused_less(push, wp.where(deep, nz1, nz2), shift_z)
 
 
 @wp.func
@@ -193,9 +195,9 @@ def integrate(
     x: wp.ref[real], z: wp.ref[real], theta: wp.ref[real], s: wp.ref[real], c: wp.ref[real],
 ):  # fmt: skip
     """Moves a block by a step, where its lane is alive."""
-    x = wp.where(live, x + dt * ux + shift_x, x)
-    z = wp.where(live, z + dt * uz + shift_z, z)
-    theta = wp.where(live, theta + dt * uo, theta)
+    x = wp.where(live, fused(dt, ux, x) + shift_x, x)
+    z = wp.where(live, fused(dt, uz, z) + shift_z, z)
+    theta = wp.where(live, fused(dt, uo, theta), theta)
     turned = in_range(theta)
     s = sine(turned)
     c = cosine(turned)
@@ -215,5 +217,5 @@ def work(
         vx, vz, omega: Velocity before the step.
         ux, uz, uo: Velocity after it.
     """
-    linear = (ux - vx + dv) * (vx + ux) + (uz - vz + fall) * (vz + uz)
-    return real(0.5) * (linear + gyration * (uo - omega) * (omega + uo))
+    linear = dot(ux - vx + dv, uz - vz + fall, vx + ux, vz + uz)
+    return HALF * fused(gyration * (uo - omega), omega + uo, linear)

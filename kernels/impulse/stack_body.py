@@ -90,9 +90,9 @@ def find_contact(
     bl = hl
     gap = wp.where(there, found, NEVER)
     on = wp.where(there and found <= margin, real(1.0), real(0.0))
-    pn = on / (m + lm + j * ru * ru + lj * rl * rl)
-    pt = on / (m + lm + j * hu * hu + lj * hl * hl)
-    nt = -(j * ru * hu + lj * rl * hl)
+    pn = on / fused(lj * rl, rl, fused(j * ru, ru, m + lm))
+    pt = on / fused(lj * hl, hl, fused(j * hu, hu, m + lm))
+    nt = -dot(j * ru, lj * rl, hu, hl)
     n = on * n
     t = on * t
     add_impulses(m, j, lm, lj, mx, mz, ru, hu, rl, hl, n, t, ux, uz, uo, lx, lz, lo)
@@ -112,8 +112,8 @@ def lift_out(
     deep = gap < gap3
     spare = sunk_in(knobs.time_step, knobs.gravity, rise)
     push = knobs.erp * smaller(wp.where(deep, gap, gap3) + spare, real(0.0))
-    shift_x = shift_x - push * wp.where(deep, nx, nx3)
-    shift_z = shift_z - push * wp.where(deep, nz, nz3)
+    shift_x = fused_less(push, wp.where(deep, nx, nx3), shift_x)
+    shift_z = fused_less(push, wp.where(deep, nz, nz3), shift_z)
 
 
 @wp.func
@@ -131,7 +131,7 @@ def integrate_block(
     )  # fmt: skip
     fall = fall_in(knobs.time_step, knobs.gravity, rise)
     done = work(dv, fall, m / j, vx, vz, omega, ux, uz, uo)
-    loss = loss - wp.where(live, (done + knobs.gravity * shift_z) / m, real(0.0))
+    loss = loss - wp.where(live, fused(knobs.gravity, shift_z, done) / m, real(0.0))
     given = given - wp.where(live, worked(dv, rise, vx + ux, vz + uz) / m, real(0.0))
     integrate(live, knobs.time_step, shift_x, shift_z, ux, uz, uo, x, z, theta, s, c)
     vx = kept * ux

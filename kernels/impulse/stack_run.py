@@ -64,7 +64,7 @@ def integrate_block(
     lift_out(gap1, nx1, nz1, gap2, nx2, nz2, knobs, rise, shift_x, shift_z)
     fall = fall_in(knobs.time_step, knobs.gravity, rise)
     done = work(dv, fall, m / j, vx, vz, omega, ux, uz, uo)
-    loss = loss - wp.where(live, (done + knobs.gravity * shift_z) / m, real(0.0))
+    loss = loss - wp.where(live, fused(knobs.gravity, shift_z, done) / m, real(0.0))
     given = given - wp.where(live, worked(dv, rise, vx + ux, vz + uz) / m, real(0.0))
     integrate(live, knobs.time_step, shift_x, shift_z, ux, uz, uo, x, z, theta, s, c)
     vx = kept * ux

@@ -17,8 +17,8 @@ def slide_of(block: Any, x: real, theta: real) -> real:
     """Slide along the base of the corner that the block stands on [m]."""
     side = wp.where(theta < real(0.0), real(-1.0), real(1.0))
     turned = in_range(theta)
-    lean = side * block.half_width * (cosine(turned) - real(1.0))
-    return x + lean - block.half_height * sine(turned)
+    along = fused(side * block.half_width, cosine(turned) - real(1.0), x)
+    return fused_less(block.half_height, sine(turned), along)
 
 
 @wp.func
@@ -37,7 +37,7 @@ def limit_of(block: Any, knobs: Any, omega: real) -> real:
 @wp.func
 def glides(block: Any, knobs: Any, vx: real, omega: real) -> bool:
     """Whether a block that stands flat slides."""
-    way = knobs.time_step * (vx - block.half_height * omega)
+    way = knobs.time_step * fused_less(block.half_height, omega, vx)
     return slides(way, knobs.time_step, knobs.gravity)
 
 

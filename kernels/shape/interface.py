@@ -25,29 +25,29 @@ def find_end(
         along that face and along the normal, the same two from the lower centre [m]; the gap [m];
         the place of the upper block along what it touches [m], which changes by sliding alone.
     """
-    px = side * half_width * c - half_height * s
-    pz = -half_height * c - side * half_width * s
-    qx = side * lhalf_width * lc + lhalf_height * ls
-    qz = lhalf_height * lc - side * lhalf_width * ls
+    px = wedge(side * half_width, half_height, s, c)
+    pz = -dot(half_height, side * half_width, c, s)
+    qx = dot(lhalf_height, side * lhalf_width, ls, lc)
+    qz = wedge(lhalf_height, side * lhalf_width, ls, lc)
     ax = dx + px
     az = dz + pz
     bx = qx - dx
     bz = qz - dz
     # A corner of the upper block on the lower face, else one of the lower block on the upper face.
-    inside = side * (ax * lc - az * ls) <= lhalf_width
+    inside = side * wedge(ax, az, ls, lc) <= lhalf_width
     nx = wp.where(inside, ls, s)
     nz = wp.where(inside, lc, c)
     rx = wp.where(inside, px, bx)
     rz = wp.where(inside, pz, bz)
     lx = wp.where(inside, ax, qx)
     lz = wp.where(inside, az, qz)
-    au = rx * nz - rz * nx
-    bu = rx * nx + rz * nz
-    al = lx * nz - lz * nx
-    bl = lx * nx + lz * nz
-    gap = wp.where(inside, ax * ls + az * lc - lhalf_height, -bx * s - bz * c - half_height)
+    au = wedge(rx, rz, nx, nz)
+    bu = dot(rx, rz, nx, nz)
+    al = wedge(lx, lz, nx, nz)
+    bl = dot(lx, lz, nx, nz)
     return (
-        nx, nz, au, bu, al, bl, gap,
+        nx, nz, au, bu, al, bl,
+        wp.where(inside, bl - lhalf_height, -bu - half_height),
         wp.where(inside, al - side * half_width, side * lhalf_width - au),
     )  # fmt: skip
 
@@ -72,14 +72,14 @@ def add_impulses(
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
     """Adds the impulses n, t of a point to the velocities of its bodies."""
-    px = nx * n + nz * t
-    pz = nz * n - nx * t
-    ux = ux + m * px
-    uz = uz + m * pz
-    uo = uo + j * (bu * t - au * n)
-    lx = lx - lm * px
-    lz = lz - lm * pz
-    lo = lo - lj * (bl * t - al * n)
+    px = dot(nx, nz, n, t)
+    pz = wedge(nz, nx, t, n)
+    ux = fused(m, px, ux)
+    uz = fused(m, pz, uz)
+    uo = fused(j, wedge(bu, au, n, t), uo)
+    lx = fused_less(lm, px, lx)
+    lz = fused_less(lm, pz, lz)
+    lo = fused_less(lj, wedge(bl, al, n, t), lo)
 
 
 @wp.func
@@ -94,13 +94,13 @@ def place_on(
     """
     lean = sign_of(turn)
     # The bottom corners of the block along the lower face: middle + run and middle - run.
-    run = lean * half_width * (c * lc + s * ls)
-    middle = (dx - half_height * s) * lc - (dz - half_height * c) * ls
-    bx = lean * lhalf_width * lc + lhalf_height * ls - dx
-    bz = lhalf_height * lc - lean * lhalf_width * ls - dz
+    run = lean * half_width * dot(c, s, lc, ls)
+    middle = wedge(fused_less(half_height, s, dx), fused_less(half_height, c, dz), ls, lc)
+    bx = fused(lean * lhalf_width, lc, fused(lhalf_height, ls, -dx))
+    bz = fused_less(lean * lhalf_width, ls, fused(lhalf_height, lc, -dz))
     inside = lean * (middle + run) <= lhalf_width
     place = wp.where(
-        inside, middle + run - lean * half_width, lean * lhalf_width - (bx * c - bz * s)
+        inside, middle + run - lean * half_width, lean * lhalf_width - wedge(bx, bz, s, c)
     )
     overlap = smaller(lean * (middle + run), lhalf_width) + smaller(
         lean * (run - middle), lhalf_width

@@ -121,8 +121,8 @@ def predict(
     anchor1 = wp.where(same, anchor, anchor2)
     anchor2 = wp.where(same, anchor2, anchor)
     vx = vx - dv
-    vz = vz - knobs.time_step * knobs.gravity
-    turned = theta + knobs.time_step * omega
+    vz = fused_less(knobs.time_step, knobs.gravity, vz)
+    turned = fused(knobs.time_step, omega, theta)
     ps = sine(in_range(turned))
     pc = cosine(in_range(turned))
     qx = zero
@@ -158,8 +158,8 @@ def find_contact(
     tangential multiplier for a metre. The lower body's correction is (lx, lz, lo).
     """
     dx, dz = x - below_x, z - below_z
-    px = dx + knobs.time_step * (vx - below_vx)
-    pz = dz + knobs.time_step * (vz - below_vz)
+    px = fused(knobs.time_step, vx - below_vx, dx)
+    pz = fused(knobs.time_step, vz - below_vz, dz)
     fx, fz, eu, du, el, dl, before, place = find_end(
         side, half_width, half_height, s, c, lhalf_width, lhalf_height, ls, lc, dx, dz
     )
@@ -179,10 +179,10 @@ def find_contact(
     slip = spot - place
     gap = after
     creep = spot - anchor
-    normal = m + lm + j * eu * eu + lj * el * el
+    normal = fused(lj * el, el, fused(j * eu, eu, m + lm))
     dn = on / normal
     soft = on / (normal + knobs.softness)
-    dt = on / (m + lm + j * du * du + lj * dl * dl)
+    dt = on / fused(lj * dl, dl, fused(j * du, du, m + lm))
     n = on * n
     t = on * without_tiny(t)
     add_impulses(m, j, lm, lj, fx, fz, eu, du, el, dl, n, t, qx, qz, qo, lx, lz, lo)
@@ -194,7 +194,9 @@ def gap_and_slip(
     wx: real, wz: real, qo: real, lo: real,
 ):  # fmt: skip
     """Gap and slip of a point after corrections; (wx, wz) is the upper body's to the lower's."""
-    return gap + nx * wx + nz * wz - au * qo + al * lo, slip + nz * wx - nx * wz + bu * qo - bl * lo
+    grown = fused_less(au, qo, fused(nz, wz, fused(nx, wx, gap)))
+    slipped = fused(bu, qo, fused_less(nx, wz, fused(nz, wx, slip)))
+    return fused(al, lo, grown), fused_less(bl, lo, slipped)
 
 
 @wp.func
@@ -209,14 +211,17 @@ def coupling(
         On the diagonal n1, t1, n2, t2; then n1 t1, n2 t2, n1 n2, t1 t2, n1 t2, t1 n2.
     """
     both = m + lm
-    along = both * (nx1 * nx2 + nz1 * nz2)
-    across = both * (nx1 * nz2 - nz1 * nx2)
+    along = both * dot(nx1, nz1, nx2, nz2)
+    across = both * wedge(nx1, nz1, nx2, nz2)
+    pu, pv, lu, lv = j * au1, j * bu1, lj * al1, lj * bl1
+    qu, qv, ku, kv = j * au2, j * bu2, lj * al2, lj * bl2
     return (
-        both + j * au1 * au1 + lj * al1 * al1, both + j * bu1 * bu1 + lj * bl1 * bl1,
-        both + j * au2 * au2 + lj * al2 * al2, both + j * bu2 * bu2 + lj * bl2 * bl2,
-        -j * au1 * bu1 - lj * al1 * bl1, -j * au2 * bu2 - lj * al2 * bl2,
-        along + j * au1 * au2 + lj * al1 * al2, along + j * bu1 * bu2 + lj * bl1 * bl2,
-        across - j * au1 * bu2 - lj * al1 * bl2, -across - j * bu1 * au2 - lj * bl1 * al2,
+        fused(lu, al1, fused(pu, au1, both)), fused(lv, bl1, fused(pv, bu1, both)),
+        fused(ku, al2, fused(qu, au2, both)), fused(kv, bl2, fused(qv, bu2, both)),
+        -dot(pu, lu, bu1, bl1), -dot(qu, ku, bu2, bl2),
+        fused(lu, al2, fused(pu, au2, along)), fused(lv, bl2, fused(pv, bu2, along)),
+        fused_less(lu, bl2, fused_less(pu, bu2, across)),
+        -fused(lv, al2, fused(pv, au2, across)),
     )  # fmt: skip
 
 
@@ -245,10 +250,10 @@ def solve_anywhere(
     b = real(t1)
     e = real(n2)
     f = real(t2)
-    u1 = -dn1 * (u1 - n1n1 * a - n1t1 * b - n1n2 * e - n1t2 * f)
-    s1 = -dt1 * (s1 - n1t1 * a - t1t1 * b - t1n2 * e - t1t2 * f)
-    u2 = -dn2 * (u2 - n1n2 * a - t1n2 * b - n2n2 * e - n2t2 * f)
-    s2 = -dt2 * (s2 - n1t2 * a - t1t2 * b - n2t2 * e - t2t2 * f)
+    u1 = -dn1 * less_three(fused_less(n1n1, a, u1), n1t1, b, n1n2, e, n1t2, f)
+    s1 = -dt1 * less_three(fused_less(n1t1, a, s1), t1t1, b, t1n2, e, t1t2, f)
+    u2 = -dn2 * less_three(fused_less(n1n2, a, u2), t1n2, b, n2n2, e, n2t2, f)
+    s2 = -dt2 * less_three(fused_less(n1t2, a, s2), t1t2, b, n2t2, e, t2t2, f)
     a1 = dn1 * n1t1
     a2 = dn1 * n1n2
     a3 = dn1 * n1t2
@@ -267,10 +272,10 @@ def solve_anywhere(
         wp.where(first, s1, s2),
     )  # fmt: skip
     # The value found last comes last in each row, so that the other terms need not wait for it.
-    a = larger(u1 - a1 * b - a2 * e - a3 * f, real(0.0))
-    b = larger(smaller(s1 - b2 * e - b3 * f - b1 * a, mu * a), -mu * a)
-    e = larger(u2 - c3 * f - c1 * a - c2 * b, real(0.0))
-    f = larger(smaller(s2 - d1 * a - d2 * b - d3 * e, mu * e), -mu * e)
+    a = larger(less_three(u1, a1, b, a2, e, a3, f), real(0.0))
+    b = larger(smaller(less_three(s1, b2, e, b3, f, b1, a), mu * a), -mu * a)
+    e = larger(less_three(u2, c3, f, c1, a, c2, b), real(0.0))
+    f = larger(smaller(less_three(s2, d1, a, d2, b, d3, e), mu * e), -mu * e)
     a, b = wp.where(first, n, a), wp.where(first, t, b)
     e, f = wp.where(second, n, e), wp.where(second, t, f)
     add_impulses(m, j, lm, lj, nx1, nz1, au1, bu1, al1, bl1, a - n1, b - t1, qx, qz, qo, lx, lz, lo)
@@ -300,9 +305,9 @@ def integrate(
     the base's work is added to what is given [J].
     """
     dt = knobs.time_step
-    x = wp.where(live, x + (dt * vx + rx), x)
-    z = wp.where(live, z + (dt * vz + rz), z)
-    theta = wp.where(live, theta + (dt * omega + ro), theta)
+    x = wp.where(live, x + fused(dt, vx, rx), x)
+    z = wp.where(live, z + fused(dt, vz, rz), z)
+    theta = wp.where(live, theta + fused(dt, omega, ro), theta)
     turned = in_range(theta)
     s = sine(turned)
     c = cosine(turned)
@@ -310,10 +315,12 @@ def integrate(
     px = knobs.rate * qx
     pz = knobs.rate * qz
     po = knobs.rate * qo
-    linear = px * (vx + dv + vx + px) + pz * (vz + dt * knobs.gravity + vz + pz)
-    done = real(0.5) * (linear / m + po * (omega + omega + po) / j) + knobs.gravity * (rz - qz) / m
+    along = vx + dv + vx + px
+    linear = HALF * dot(px, pz, along, fused(dt, knobs.gravity, vz + vz + pz))
+    angular = HALF * po * (omega + omega + po)
+    done = fused(knobs.gravity, rz - qz, linear) / m + angular / j
     loss = loss - wp.where(live, done, real(0.0))
-    given = given - wp.where(live, real(0.5) * dv * (vx + dv + vx + px) / m, real(0.0))
+    given = given - wp.where(live, HALF * dv * along / m, real(0.0))
     vx = without_tiny(vx + px)
     vz = without_tiny(vz + pz)
     omega = without_tiny(omega + po)

@@ -20,8 +20,8 @@ def find_end(
     lhalf_width: real, lhalf_height: real, ls: real, lc: real, dx: real, dz: real,
 ):  # fmt: skip
     """See `find_end` in shape/interface.py."""
-    px = side * half_width * c - half_height * s
-    pz = -half_height * c - side * half_width * s
+    px = wedge(side * half_width, half_height, s, c)
+    pz = -dot(half_height, side * half_width, c, s)
     ax = dx + px
     az = dz + pz
     return real(0.0), real(1.0), px, pz, ax, az, az, ax - side * half_width
@@ -35,9 +35,9 @@ def add_impulses(
     lx: wp.ref[real], lz: wp.ref[real], lo: wp.ref[real],
 ):  # fmt: skip
     """See `add_impulses` in shape/interface.py."""
-    qx = qx + m * t
-    qz = qz + m * n
-    qo = qo + j * (bu * t - au * n)
+    qx = fused(m, t, qx)
+    qz = fused(m, n, qz)
+    qo = fused(j, wedge(bu, au, n, t), qo)
 
 
 @wp.func
@@ -58,14 +58,17 @@ def solve_on_ground(
     f = real(t2)
     # What multipliers do to the gaps and slips of both ends [1/kg].
     pu, pv, qu, qv = j * au1, j * bu1, j * au2, j * bu2
-    n1t1, n1n2, n1t2 = -pu * bu1, m + pu * au2, -pu * bu2
-    t1n2, t1t2, n2t2 = -pv * au2, m + pv * bu2, -qu * bu2
+    n1n1, t1t1, n2n2 = fused(pu, au1, m), fused(pv, bu1, m), fused(qu, au2, m)
+    n1t1, n1n2, n1t2 = -pu * bu1, fused(pu, au2, m), -pu * bu2
+    t1n2, t1t2, n2t2 = -pv * au2, fused(pv, bu2, m), -qu * bu2
+    t2t2 = fused(qv, bu2, m)
     # Gaps and slips as they would be without these four, over what one of them does.
-    u1 = gap1 + qz - au1 * qo - (m + pu * au1) * a - n1t1 * b - n1n2 * e - n1t2 * f
-    s1 = slip1 + qx + bu1 * qo - n1t1 * a - (m + pv * bu1) * b - t1n2 * e - t1t2 * f
-    u2 = gap2 + qz - au2 * qo - n1n2 * a - t1n2 * b - (m + qu * au2) * e - n2t2 * f
-    s2 = slip2 + qx + bu2 * qo - n1t2 * a - t1t2 * b - n2t2 * e - (m + qv * bu2) * f
-    u1, s1, u2, s2 = -dn1 * u1, -dt1 * s1, -dn2 * u2, -dt2 * s2
+    u1, s1 = fused_less(au1, qo, gap1 + qz), fused(bu1, qo, slip1 + qx)
+    u2, s2 = fused_less(au2, qo, gap2 + qz), fused(bu2, qo, slip2 + qx)
+    u1 = -dn1 * less_three(fused_less(n1n1, a, u1), n1t1, b, n1n2, e, n1t2, f)
+    s1 = -dt1 * less_three(fused_less(n1t1, a, s1), t1t1, b, t1n2, e, t1t2, f)
+    u2 = -dn2 * less_three(fused_less(n1n2, a, u2), t1n2, b, n2n2, e, n2t2, f)
+    s2 = -dt2 * less_three(fused_less(n1t2, a, s2), t1t2, b, n2t2, e, t2t2, f)
     a1, a2, a3 = dn1 * n1t1, dn1 * n1n2, dn1 * n1t2
     b1, b2, b3 = dt1 * n1t1, dt1 * t1n2, dt1 * t1t2
     c1, c2, c3 = dn2 * n1n2, dn2 * t1n2, dn2 * n2t2
@@ -77,16 +80,16 @@ def solve_on_ground(
     )  # fmt: skip
     # The value found last comes last in each row, so that the other terms need not wait for it.
     for _ in range(TURNS_ON_GROUND):
-        a = larger(u1 - a1 * b - a2 * e - a3 * f, real(0.0))
-        b = larger(smaller(s1 - b2 * e - b3 * f - b1 * a, mu * a), -mu * a)
-        e = larger(u2 - c3 * f - c1 * a - c2 * b, real(0.0))
-        f = larger(smaller(s2 - d1 * a - d2 * b - d3 * e, mu * e), -mu * e)
+        a = larger(less_three(u1, a1, b, a2, e, a3, f), real(0.0))
+        b = larger(smaller(less_three(s1, b2, e, b3, f, b1, a), mu * a), -mu * a)
+        e = larger(less_three(u2, c3, f, c1, a, c2, b), real(0.0))
+        f = larger(smaller(less_three(s2, d1, a, d2, b, d3, e), mu * e), -mu * e)
     a, b = wp.where(first, n, a), wp.where(first, t, b)
     e, f = wp.where(second, n, e), wp.where(second, t, f)
-    along = b - t1 + f - t2
-    qx = qx + m * along
-    qz = qz + m * (a - n1 + e - n2)
-    qo = qo + j * (bu1 * (b - t1) - au1 * (a - n1) + bu2 * (f - t2) - au2 * (e - n2))
+    qx = fused(m, b - t1 + f - t2, qx)
+    qz = fused(m, a - n1 + e - n2, qz)
+    turn = wedge(bu1, au1, a - n1, b - t1) + wedge(bu2, au2, e - n2, f - t2)
+    qo = fused(j, turn, qo)
     n1 = a
     t1 = b
     n2 = e
