@@ -145,6 +145,21 @@ def test_velocity_samples_are_joined_by_lines_and_the_base_stops(tmp_path: pathl
     assert motions.velocity_step_stop[0] == -0.25
 
 
+@pytest.mark.parametrize(
+    ("unit", "samples"),
+    [
+        ("m/s", [-3e-17, 0.5, -0.2, 2.9e-17]),
+        # A cubic whose slope is zero at both ends.
+        ("m", [3.0 * t**2 - 2.0 * t**3 for t in np.linspace(0.0, 1.0, 8)]),
+    ],
+)
+def test_round_off_at_an_end_is_no_velocity_step(
+    tmp_path: pathlib.Path, unit: str, samples: list[float]
+) -> None:
+    motions = one_lane(sampled(tmp_path, unit, samples))
+    assert motions.velocity_step_start[0] == motions.velocity_step_stop[0] == 0.0
+
+
 def test_displacement_samples_are_met_and_joined_smoothly(tmp_path: pathlib.Path) -> None:
     samples = [0.0, 0.3, -0.2, 0.4, 0.1, 0.15]
     path = sampled(tmp_path, "m", samples)

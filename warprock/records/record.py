@@ -32,6 +32,9 @@ CONTROL_OF = {
 }
 """What samples with a unit of some dimension are."""
 
+ROUND_OFF = 1e-12
+"""Part of the largest velocity below which one at an end of a record counts as none."""
+
 
 @dataclasses.dataclass(frozen=True)
 class Pieces:
@@ -143,13 +146,21 @@ def _acceleration_pieces(samples: Array, interval: float) -> Pieces:
     )
 
 
+def _step(velocity: float, velocities: Array) -> float:
+    """A velocity at an end [m/s], or zero where it is round-off beside the others [m/s].
+
+    A step of 1e-17 m/s would count as an impact, whose impulses may pull.
+    """
+    return 0.0 if abs(velocity) < ROUND_OFF * np.max(np.abs(velocities)) else float(velocity)
+
+
 def _velocity_pieces(samples: Array, interval: float) -> Pieces:
     return Pieces(
         acceleration=np.append(np.diff(samples) / interval, 0.0),
         slope=np.zeros_like(samples),
         velocity=np.append(samples[:-1], 0.0),
-        step_start=float(samples[0]),
-        step_stop=-float(samples[-1]),
+        step_start=_step(samples[0], samples),
+        step_stop=-_step(samples[-1], samples),
     )
 
 
@@ -163,6 +174,6 @@ def _displacement_pieces(samples: Array, interval: float) -> Pieces:
         acceleration=np.append(2.0 * spline.c[1], 0.0),
         slope=np.append(6.0 * spline.c[0], 0.0),
         velocity=np.append(velocity[:-1], 0.0),
-        step_start=float(velocity[0]),
-        step_stop=-float(velocity[-1]),
+        step_start=_step(velocity[0], velocity),
+        step_stop=-_step(velocity[-1], velocity),
     )
