@@ -73,7 +73,8 @@ def rotation_after(
     theta: real, omega: real, t2: real, t3: real, t4: real, t5: real, t6: real, tau: real
 ) -> real:
     """Rotation a time after the start of a step, from its Taylor coefficients."""
-    return theta + tau * (omega + tau * (t2 + tau * (t3 + tau * (t4 + tau * (t5 + tau * t6)))))
+    high = fused(tau, fused(tau, fused(tau, t6, t5), t4), t3)
+    return fused(tau, fused(tau, fused(tau, high, t2), omega), theta)
 
 
 @wp.func
@@ -81,8 +82,8 @@ def rate_after(
     omega: real, t2: real, t3: real, t4: real, t5: real, t6: real, tau: real
 ) -> real:  # fmt: skip
     """Angular velocity a time after the start of a step."""
-    high = real(4.0) * t4 + tau * (real(5.0) * t5 + tau * real(6.0) * t6)
-    return omega + tau * (real(2.0) * t2 + tau * (real(3.0) * t3 + tau * high))
+    high = fused(tau, fused(tau, real(6.0) * t6, real(5.0) * t5), real(4.0) * t4)
+    return fused(tau, fused(tau, fused(tau, high, real(3.0) * t3), real(2.0) * t2), omega)
 
 
 @wp.func
@@ -114,7 +115,7 @@ def turning_point(
     rate = rate_after(omega, t2, t3, t4, t5, t6, secant)
     at = rotation_after(theta, omega, t2, t3, t4, t5, t6, secant)
     late = rate * per
-    return at + HALF * rate * late, secant + late
+    return fused(HALF * rate, late, at), secant + late
 
 
 @wp.func
