@@ -108,7 +108,7 @@ def missed_event(
     zero = real(0.0)
     past = theta1 > fused(near, size(omega1), HALF_PI)
     below = theta1 < -near * size(omega1)
-    sinks = flying and gap1 < fused(-near, size(rise1), -grain)
+    sinks = flying and gap1 < fused_less(near, size(rise1), -grain)
     stops = slip * along > zero and slip * along1 < -reach
     lifts = holds and lack1 < -SOON * lack and d > near
     e0 = wp.where(stops, slip * along, lack)
@@ -158,7 +158,7 @@ def held_at_end(
     # Nor does it go on where its own friction turned it round in the projection.
     slides = wp.where(slides * fused(omega, z, vx) <= zero and not idle, zero, slides)
     # The force of a corner that sticks has no moment about it.
-    turn = block.inverse_pivot_inertia * fused(x, uz, fused(-z, ux, block.inertia * uo))
+    turn = block.inverse_pivot_inertia * fused(x, uz, fused_less(z, ux, block.inertia * uo))
     sticks = mode == PIVOTING and slides == zero
     return (
         wp.where(sticks, -turn * z, vx), wp.where(sticks, turn * x, vz),
@@ -237,16 +237,16 @@ def integrate(
     )
     flying, raw_gap = mode1 == FLYING, wp.where(rocks, zero, fused(d, mz, gap) + (z1 - z0))
     gap1 = wp.where(flying, wp.where(mode != FLYING, larger(raw_gap, zero), raw_gap), zero)
-    rise1 = fused(-omega1, x1, vz1)
+    rise1 = fused_less(omega1, x1, vz1)
     reserve1, _surely = hold_reserve(block, gravity, slip, x1, z1, omega1, a)
     holds, lack, lack1 = held_lack(block, mode, mode1, slip, surely, reserve, reserve1, a0, a)
     grain = GRAIN * block.half_height
     missed, cut = missed_event(
-        flying, theta, omega, theta1, omega1, gap, fused(-omega, x0, vz), gap1, rise1,
+        flying, theta, omega, theta1, omega1, gap, fused_less(omega, x0, vz), gap1, rise1,
         slip, along, along1, reach, holds, lack, lack1, d, per, near, grain,
     )  # fmt: skip
     falls = mode1 != FLAT and omega1 < zero and theta1 <= -near * omega1
-    lands = flying and rise1 < zero and gap1 <= fused(-near, rise1, grain)
+    lands = flying and rise1 < zero and gap1 <= fused_less(near, rise1, grain)
     return (
         theta1, glide, gap1, vx1, vz1, omega1, mode1, slip1, lost, missed and not idle, cut, falls,
         lands, s1, c1, larger(-raw_gap, fused(real(-2.0) * block.half_width, s1, -raw_gap)),
@@ -288,7 +288,7 @@ def step(
         block, knobs.gravity, falls, lands, side * kick, a, mode1, slip1, s, c, th1,
         vx1, vz1, om1,
     )  # fmt: skip
-    over = th1 >= fused(-near, om1, HALF_PI)
+    over = th1 >= fused_less(near, om1, HALF_PI)
     th2 = wp.where(falls or mode1 == FLAT, zero, wp.where(over, HALF_PI, th1))
     sound = th2 - th2 == zero and om2 - om2 == zero and vx2 - vx2 == zero and vz2 - vz2 == zero
     size2 = block.half_width * block.half_height

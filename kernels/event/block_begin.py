@@ -33,7 +33,7 @@ SLOWEST = real(1.0e-30)
 @wp.func
 def first_root(e0: real, slope: real, e1: real, d: real) -> real:
     """First root of the parabola that starts at e0 >= 0 with a slope and is below zero at d."""
-    bend = fused(-slope, d, e1 - e0) / (d * d)
+    bend = fused_less(slope, d, e1 - e0) / (d * d)
     square = fused(slope, slope, real(-4.0) * e0 * bend)
     root = wp.sqrt(larger(square, real(0.0)))
     rises = slope > real(0.0)
@@ -48,7 +48,7 @@ if MOTION == "record":
         m: Motion, time: real, d: real, a: real, slope: real, base: real, kick: real
     ) -> real:
         """Change of the base velocity in a step [m/s]: the acceleration is linear in it."""
-        return d * fused(-HALF * d, slope, a)
+        return d * fused_less(HALF * d, slope, a)
 
 else:
 

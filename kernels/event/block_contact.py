@@ -42,8 +42,8 @@ class Block:
 def lower_corner(block: Block, s: real, c: real):
     """Lower corner from the centre of mass [m], from the sine and cosine of the rotation."""
     return (
-        fused(block.half_width, c, -block.half_height * s),
-        fused(-block.half_width, s, -block.half_height * c),
+        fused_less(block.half_height, s, block.half_width * c),
+        fused_less(block.half_width, s, -block.half_height * c),
     )
 
 
@@ -69,8 +69,8 @@ def corner_impulse(
     kn = fused(w * x, x, one)
     kt = fused(w * z, z, one)
     k = -w * x * z
-    n = fused(k, s, -kt * u)
-    f = fused(k, u, -kn * s)
+    n = fused_less(kt, u, k * s)
+    f = fused_less(kn, s, k * u)
     fits = n >= real(0.0) and size(f) <= mu * n
     sign = wp.where(slides, drag, sign_of(f))
     # Painleve's paradox: no normal force is consistent with this sliding; the corner jams.
@@ -101,15 +101,15 @@ def hold_reserve(block: Block, gravity: real, slip: real, x: real, z: real, omeg
     Returns:
         The reserve; whether it is surely positive.
     """
-    u = fused(-omega * omega, z, -gravity)
-    s = fused(-omega * omega, x, -a)
-    # The impulses that take both to zero, times 1 + w (x^2 + z^2).
-    q = block.inverse_inertia * fused(x, s, z * u)
-    n = fused(-z, q, -u)
-    f = fused(-x, q, -s)
+    # Downwards and back; behind it the impulses that take both to zero, times 1 + w (x^2 + z^2).
+    down = fused(omega * omega, z, gravity)
+    back = fused(omega * omega, x, a)
+    q = block.inverse_inertia * fused(x, back, z * down)
+    n = fused(z, q, down)
+    f = fused(x, q, back)
     slides = slip != real(0.0)
     grip = block.friction * n
-    reserve = wp.where(slides, -u, grip - size(f))
+    reserve = wp.where(slides, down, grip - size(f))
     return reserve, reserve > SOON * wp.where(slides, gravity, grip)
 
 
@@ -117,7 +117,7 @@ def hold_reserve(block: Block, gravity: real, slip: real, x: real, z: real, omeg
 def uplift_lack(limit: real, a0: real, a1: real):
     """How far the acceleration is from moving a block at rest, at both ends of a step."""
     pull = sign_of(wp.where(size(a1) > size(a0), a1, a0))
-    return fused(-pull, a0, limit), fused(-pull, a1, limit)
+    return fused_less(pull, a0, limit), fused_less(pull, a1, limit)
 
 
 @wp.func
@@ -169,7 +169,7 @@ def mean_velocity(
     x, z = lower_corner(block, sine(theta), cosine(theta))
     slides = slip != zero
     n, f, sticks, drag = corner_impulse(
-        block.friction, w, x, z, fused(-uo, x, uz), fused(uo, z, ux), hold, slides, -slip
+        block.friction, w, x, z, fused_less(uo, x, uz), fused(uo, z, ux), hold, slides, -slip
     )
     on = mode != FLYING and (n > zero or hold or (sticks and n >= zero))
     n = wp.where(on, n, zero)
@@ -177,11 +177,11 @@ def mean_velocity(
     # Flat on the base: the share of the trailing corner is what is left by the friction's moment.
     bound = -block.friction * uz
     flat_f = wp.where(slides, -slip * bound, larger(smaller(-ux, bound), -bound))
-    share = fused(block.half_height, flat_f, -block.half_width * uz)
+    share = fused_less(block.half_width, uz, block.half_height * flat_f)
     stays = mode == FLAT and share >= zero
     starts = size(ux) > bound
     mx = ux + wp.where(stays, flat_f, f)
-    mo = wp.where(stays, zero, fused(w, fused(f, z, -n * x), uo))
+    mo = wp.where(stays, zero, fused(w, fused_less(n, x, f * z), uo))
     flat_slip = wp.where(slides, slip, wp.where(starts, sign_of(ux), zero))
     pivot_slip = wp.where(sticks or not on, zero, -drag)
     lost = -wp.where(stays, flat_f * mx, f * fused(mo, z, mx))
@@ -215,7 +215,7 @@ def step_velocity(
     """
     mx, mz, mo, mode1, slip1, lost = mean_velocity(
         block, mode, slip, hold and slip == real(0.0), fused(HALF * d, omega, theta),
-        fused(-HALF, dv, vx), fused(-HALF, fall, vz), omega,
+        fused_less(HALF, dv, vx), fused_less(HALF, fall, vz), omega,
     )  # fmt: skip
     idle = d <= real(0.0)
     return (
@@ -248,11 +248,11 @@ def held_velocity(
     x, z = lower_corner(block, s, c)
     sticks = slip == zero
     n, f, _sticks, _drag = corner_impulse(
-        block.friction, w, x, z, fused(-uo, x, uz), fused(uo, z, ux), sticks, not sticks, -slip
+        block.friction, w, x, z, fused_less(uo, x, uz), fused(uo, z, ux), sticks, not sticks, -slip
     )
     pivots = mode == PIVOTING
     return (
         wp.where(mode == FLAT and sticks, zero, ux + wp.where(pivots, f, zero)),
         uz + wp.where(pivots, n, zero),
-        wp.where(pivots, fused(w, fused(f, z, -n * x), uo), uo),
+        wp.where(pivots, fused(w, fused_less(n, x, f * z), uo), uo),
     )

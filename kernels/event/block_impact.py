@@ -28,11 +28,11 @@ def struck_velocity(block: Block, flat: bool, s: real, c: real, ux: real, uz: re
     w = block.inverse_inertia
     x, z = lower_corner(block, s, c)
     n, f, sticks, _drag = corner_impulse(
-        block.friction, w, x, z, fused(-uo, x, uz), fused(uo, z, ux), False, False, zero
+        block.friction, w, x, z, fused_less(uo, x, uz), fused(uo, z, ux), False, False, zero
     )
     vx = ux + f
     vz = uz + n
-    vo = fused(w, fused(f, z, -n * x), uo)
+    vo = fused(w, fused_less(n, x, f * z), uo)
     # Both corners at the base: the other one must not sink.
     both = flat and fused(block.half_width, vo, vz) <= zero
     bound = larger(-block.friction * uz, zero)
@@ -98,7 +98,7 @@ def end_of_step(
         wp.where(level, zero, s), wp.where(level, one, c), turn * kicked, vz, turn * omega,
     )  # fmt: skip
     # The base's work on the block is at the mean of both velocities: see account.py.
-    lost = fused(-HALF * turn * kick, fused(-turn, kicked, vx1), lost)
+    lost = fused_less(HALF * turn * kick, fused_less(turn, kicked, vx1), lost)
     vx1 = wp.where(struck, vx1, turn * kicked)
     vz1 = wp.where(struck, vz1, vz)
     omega1 = wp.where(struck, omega1, turn * omega)
@@ -111,7 +111,7 @@ def end_of_step(
     tail = wp.where(rests, tail, zero)
     glides = wp.where(slip1 != zero, vx1, zero)
     slip1 = wp.where(rests and slip1 != zero, sign_of(vx1), slip1)
-    rest_lost = fused(vx1, vx1, fused(vz1, vz1, -glides * glides))
+    rest_lost = fused(vx1, vx1, fused_less(glides, glides, vz1 * vz1))
     rest_lost = HALF * fused(omega1 * omega1, block.inertia, rest_lost)
     return (
         turn,

@@ -41,28 +41,28 @@ def rocking_series(
     """
     # What is known last stands outermost in a sum, so that the rest of it need not wait.
     k = block.inverse_pivot_inertia
-    w1 = k * fused(a0, z0, -gravity * x0)
+    w1 = k * fused_less(gravity, x0, a0 * z0)
     x1 = w0 * z0
     z1 = -w0 * x0
-    w2 = OVER_2 * k * fused(-gravity, x1, fused(a0, z1, a1 * z0))
+    w2 = OVER_2 * k * fused_less(gravity, x1, fused(a0, z1, a1 * z0))
     x2 = OVER_2 * fused(w1, z0, w0 * z1)
     z2 = -OVER_2 * fused(w1, x0, w0 * x1)
     pull3 = a1 * z1
     if not LINEAR:
         pull3 = fused(a2, z0, pull3)
-    w3 = OVER_3 * k * fused(-gravity, x2, fused(a0, z2, pull3))
+    w3 = OVER_3 * k * fused_less(gravity, x2, fused(a0, z2, pull3))
     x3 = OVER_3 * fused(w2, z0, fused(w1, z1, w0 * z2))
     z3 = -OVER_3 * fused(w2, x0, fused(w1, x1, w0 * x2))
     pull4 = a1 * z2
     if not LINEAR:
         pull4 = fused(a2, z1, fused(a3, z0, pull4))
-    w4 = OVER_4 * k * fused(-gravity, x3, fused(a0, z3, pull4))
+    w4 = OVER_4 * k * fused_less(gravity, x3, fused(a0, z3, pull4))
     x4 = OVER_4 * fused(w3, z0, fused(w2, z1, fused(w1, z2, w0 * z3)))
     z4 = -OVER_4 * fused(w3, x0, fused(w2, x1, fused(w1, x2, w0 * x3)))
     pull5 = a1 * z3
     if not LINEAR:
         pull5 = fused(a2, z2, fused(a3, z1, fused(a4, z0, pull5)))
-    w5 = OVER_5 * k * fused(-gravity, x4, fused(a0, z4, pull5))
+    w5 = OVER_5 * k * fused_less(gravity, x4, fused(a0, z4, pull5))
     return (
         w1 * OVER_2, w2 * OVER_3, w3 * OVER_4, w4 * OVER_5, w5 * OVER_6, x2, z2,
     )  # fmt: skip

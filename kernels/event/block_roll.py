@@ -52,13 +52,13 @@ def rocked(
     th1 = rotation_after(th, om, t2, t3, t4, t5, t6, d)
     om1 = rate_after(om, t2, t3, t4, t5, t6, d)
     xd, zd = lower_corner(block, sine(th1), cosine(th1))
-    turn = block.inverse_pivot_inertia * fused(side * a_end, zd, -gravity * xd)
-    held = sticks_surely(block, fused(-TWO, z2, gravity), fused(-TWO, x2, side * a0))
+    turn = block.inverse_pivot_inertia * fused_less(gravity, xd, side * a_end * zd)
+    held = sticks_surely(block, fused_less(TWO, z2, gravity), fused_less(TWO, x2, side * a0))
     held1 = sticks_surely(
         block, fused(om1 * om1, zd, fused(turn, xd, gravity)),
-        fused(om1 * om1, xd, fused(-turn, zd, side * a_end)),
+        fused(om1 * om1, xd, fused_less(turn, zd, side * a_end)),
     )  # fmt: skip
-    stands = th1 > near * size(om1) and th1 < fused(-near, size(om1), HALF_PI)
+    stands = th1 > near * size(om1) and th1 < fused_less(near, size(om1), HALF_PI)
     stands = stands and d * size(om) < REACH
     apex, rise = turning_point(th, om, t2, t3, t4, t5, t6, d, om1)
     turns = om > zero and om1 < zero
@@ -113,7 +113,7 @@ def roll(
         block, knobs.gravity, slip * a0, slip * a1, slip * a2, slip * a3, slip * a4, slip * a5
     )
     pull = d * block.friction * knobs.gravity
-    after = fused(-slip, dv, u) - pull
+    after = fused_less(slip, dv, u) - pull
     slides = slides_flat(block, mode, slip, vx) and d * after > near * size(after - u)
     slid = slide_after(u, u1, u2, u3, u4, u5, u6, d)
     rocks = rocks and mode == PIVOTING and slip == zero

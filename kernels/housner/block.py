@@ -77,8 +77,8 @@ def may_rest(block: Block, omega: real, acceleration: real):
     weaker = fused(gravity_part, real(1.0) + ROUND_OFF, -size(motion_part))
     rests = weaker > real(0.0) and omega * omega <= real(2.0) * weaker * block.rest_rotation
     here = fused(sign_of(omega), motion_part, gravity_part)
-    there = fused(-sign_of(omega), motion_part, gravity_part)
-    lost = larger(fused(-eta, eta, real(1.0)), real(1.0e-6))
+    there = fused_less(sign_of(omega), motion_part, gravity_part)
+    lost = larger(fused_less(eta, eta, real(1.0)), real(1.0e-6))
     tail = real(2.0) * size(omega) * (real(1.0) / here + eta / there) / lost
     return rests, tail
 
@@ -190,7 +190,7 @@ def first_event(
     limit = uplift * (real(1.0) + real(2.0) * ROUND_OFF)
     a_end = acceleration_after(a0, a1, a2, a3, a4, a5, a6, a7, a8, h)
     pull = sign_of(wp.where(size(a_end) > size(a0), a_end, a0))
-    e0 = wp.where(resting, fused(-pull, a0, limit), side * theta)
+    e0 = wp.where(resting, fused_less(pull, a0, limit), side * theta)
     passes = bool(False)
     if TURNS:
         lean = side * theta
@@ -214,7 +214,7 @@ def first_event(
         passes,
     )
     # A jump of the acceleration lifts a resting block, round-off sinks a rocking one: at once.
-    lifts = e0 < -NEARLY * limit or (e0 <= zero and fused(-pull, a_end, limit) < zero)
+    lifts = e0 < -NEARLY * limit or (e0 <= zero and fused_less(pull, a_end, limit) < zero)
     at_once = (rocking and e0 < zero) or (resting and lifts)
     return (
         wp.where(at_once, zero, tau),
@@ -243,7 +243,7 @@ def event_step(
         wp.where(rests, RESTING, wp.where(uplift, ROCKING, mode)),
         wp.where(uplift, smaller(uplift_time, time), uplift_time),
         wp.where(rests, time + tail, wp.where(uplift, NEVER, rest_time)),
-        loss + wp.where(impact, fused(omega, omega, -after * after), zero),
+        loss + wp.where(impact, fused_less(after, after, omega * omega), zero),
         wp.where(impact, larger(block.impact_friction, needed), needed),
     )
 
@@ -355,7 +355,7 @@ def step(
     # The state there; a turning point, an impact, an uplift.
     theta1 = wp.where(impact or uplift, zero, wp.where(rocking and not past, theta1, theta))
     omega1 = wp.where(past, omega, wp.where(rocking and not turned, omega1, zero))
-    time1 = wp.where(live and tau >= fused(-TICK, target, room), target, time + tau)
+    time1 = wp.where(live and tau >= fused_less(TICK, target, room), target, time + tau)
     a_now = acceleration_after(a0, a1, a2, a3, a4, a5, a6, a7, a8, tau)
     omega1, side1, mode1, uplift_time1, rest_time1, loss1, needed1 = event_step(
         block, impact, uplift, pull, a_now, time1,

@@ -27,7 +27,7 @@ def suffices(
     f0: real, f1: real, f2: real, f3: real,
 ) -> bool:  # fmt: skip
     """Whether a friction surely holds in a step of length h: n and f are chords and what bends."""
-    n = fused(-h * h, fused(size(n3), h, size(n2)), smaller(n0, fused(n1, h, n0)))
+    n = fused_less(h * h, fused(size(n3), h, size(n2)), smaller(n0, fused(n1, h, n0)))
     f = fused(h * h, fused(size(f3), h, size(f2)), larger(size(f0), size(fused(f1, h, f0))))
     return f < NEARLY_ALL * friction * n
 
