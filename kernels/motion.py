@@ -159,7 +159,7 @@ if MOTION == "harmonic":
         """Velocity of the base just after a time, all velocity steps until then in it."""
         w = TWO_PI * m.frequency
         _s, c = cycle(fused(m.frequency, time - m.start, m.phase * OVER_TWO_PI))
-        moving = m.velocity_offset - m.acceleration_amplitude / w * c
+        moving = fused_less(m.acceleration_amplitude / w, c, m.velocity_offset)
         after = wp.where(time < m.stop, moving, m.velocity_final)
         return wp.where(time < m.start, real(0.0), after)
 

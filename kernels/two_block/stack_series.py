@@ -124,11 +124,17 @@ def motion_series(
         square2[n] = e2
         r1 = fused_less(eq.arm_1, pull1, eq.height_1 * lift1)
         r2 = fused_less(eq.arm_2, pull2, eq.height_2 * lift2)
+        # In sums of their own, which do not wait for one another; what is known last comes last.
+        e1, e2 = zero, zero
         for i in range(wp.static(n + 1)):
             j = wp.static(n - i)
-            r1 = fused_less(turn[i], square2[j], fused_less(mixed[i], bend2[j], r1))
-            r2 = fused(turn[i], square1[j], fused_less(mixed[i], bend1[j], r2))
-        bend = solved(over, r1, r2)
+            r1 = fused_less(turn[i], square2[j], r1)
+            r2 = fused(turn[i], square1[j], r2)
+        for i in range(wp.static(n)):
+            j = wp.static(n - i)
+            e1 = fused_less(mixed[j], bend2[i], e1)
+            e2 = fused_less(mixed[j], bend1[i], e2)
+        bend = solved(over, r1 + e1, r2 + e2)
         part = wp.static(real(1.0 / (n + 1)))
         bend1[n] = bend[0]
         bend2[n] = bend[1]
