@@ -17,6 +17,8 @@ import warp as wp
 from warprock.kernels.pool import AHEAD
 
 TWO_PI = real(6.283185307179586)
+OVER_TWO_PI = real(0.5 / 3.141592653589793)
+"""Turns in a radian."""
 FLAT = real(44.0)
 """Exponent beyond which a Gaussian is zero to round-off; `decay` takes no more."""
 
@@ -39,6 +41,28 @@ if MOTION != "record":
     def sample_segment(m: Any, time: real) -> int:
         """Segment that a time lies in, for `sample_index`: no record, no sample."""
         return 0
+
+
+if LINEAR:
+
+    @wp.func
+    def acceleration_after(
+        a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, a7: real, a8: real,
+        tau: real,
+    ) -> real:  # fmt: skip
+        """Acceleration a time later, before the next knot, from its Taylor coefficients."""
+        return fused(tau, a1, a0)
+
+else:
+
+    @wp.func
+    def acceleration_after(
+        a0: real, a1: real, a2: real, a3: real, a4: real, a5: real, a6: real, a7: real, a8: real,
+        tau: real,
+    ) -> real:  # fmt: skip
+        """Acceleration a time later, before the next knot, from its Taylor coefficients."""
+        high = fused(tau, fused(tau, fused(tau, fused(tau, a8, a7), a6), a5), a4)
+        return fused(tau, fused(tau, fused(tau, fused(tau, high, a3), a2), a1), a0)
 
 
 if MOTION == "still":
@@ -94,14 +118,15 @@ if MOTION in ("harmonic", "modulated"):
     @wp.func
     def wave(w: real, a0: real, a1: real):
         """Taylor coefficients 0 to 8 of a harmonic from its first two: a'' = -w^2 a."""
+        # The reciprocals first: of two constants the compiler makes one.
         q = -w * w
-        a2 = a0 * q * OVER_2
-        a3 = a1 * q * OVER_2 * OVER_3
-        a4 = a2 * q * OVER_3 * OVER_4
-        a5 = a3 * q * OVER_4 * OVER_5
-        a6 = a4 * q * OVER_5 * OVER_6
-        a7 = a5 * q * OVER_6 * OVER_7
-        a8 = a6 * q * OVER_7 * OVER_8
+        a2 = a0 * (q * OVER_2)
+        a3 = a1 * (q * (OVER_2 * OVER_3))
+        a4 = a2 * (q * (OVER_3 * OVER_4))
+        a5 = a3 * (q * (OVER_4 * OVER_5))
+        a6 = a4 * (q * (OVER_5 * OVER_6))
+        a7 = a5 * (q * (OVER_6 * OVER_7))
+        a8 = a6 * (q * (OVER_7 * OVER_8))
         return a0, a1, a2, a3, a4, a5, a6, a7, a8
 
 
@@ -125,7 +150,7 @@ if MOTION == "harmonic":
     def series(m: Motion, segment: int, time: real, value: real, slope: real):
         """Taylor coefficients 0 to 8 of the acceleration."""
         w = TWO_PI * m.frequency
-        s, c = cycle(m.frequency * (time - m.start) + m.phase / TWO_PI)
+        s, c = cycle(fused(m.frequency, time - m.start, m.phase * OVER_TWO_PI))
         amplitude = m.acceleration_amplitude * inside(m, segment)
         return wave(w, amplitude * s, amplitude * w * c)
 
@@ -133,8 +158,8 @@ if MOTION == "harmonic":
     def base_velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
         """Velocity of the base just after a time, all velocity steps until then in it."""
         w = TWO_PI * m.frequency
-        _s, c = cycle(m.frequency * (time - m.start) + m.phase / TWO_PI)
-        moving = m.velocity_offset - m.acceleration_amplitude / w * c
+        _s, c = cycle(fused(m.frequency, time - m.start, m.phase * OVER_TWO_PI))
+        moving = fused_less(m.acceleration_amplitude / w, c, m.velocity_offset)
         after = wp.where(time < m.stop, moving, m.velocity_final)
         return wp.where(time < m.start, real(0.0), after)
 
@@ -164,43 +189,45 @@ if MOTION == "ricker":
         # The Gaussian: E' = -2 x E.
         e0 = decay(smaller(x * x, FLAT)) * inside(m, segment)
         e1 = real(-2.0) * x * e0
-        e2 = -(x * e1 + e0)
-        e3 = real(-2.0) * OVER_3 * (x * e2 + e1)
-        e4 = real(-2.0) * OVER_4 * (x * e3 + e2)
-        e5 = real(-2.0) * OVER_5 * (x * e4 + e3)
-        e6 = real(-2.0) * OVER_6 * (x * e5 + e4)
-        e7 = real(-2.0) * OVER_7 * (x * e6 + e5)
-        e8 = real(-2.0) * OVER_8 * (x * e7 + e6)
+        e2 = -fused(x, e1, e0)
+        e3 = real(-2.0) * OVER_3 * fused(x, e2, e1)
+        e4 = real(-2.0) * OVER_4 * fused(x, e3, e2)
+        e5 = real(-2.0) * OVER_5 * fused(x, e4, e3)
+        e6 = real(-2.0) * OVER_6 * fused(x, e5, e4)
+        e7 = real(-2.0) * OVER_7 * fused(x, e6, e5)
+        e8 = real(-2.0) * OVER_8 * fused(x, e7, e6)
         # P = velocity' - 2 x velocity, shifted to x.
         k0 = m.c1
         k1 = real(2.0) * (m.c2 - m.c0)
         k2 = real(3.0) * m.c3 - real(2.0) * m.c1
         k3 = real(-2.0) * m.c2
         k4 = real(-2.0) * m.c3
-        p0 = k0 + x * (k1 + x * (k2 + x * (k3 + x * k4)))
-        p1 = k1 + x * (real(2.0) * k2 + x * (real(3.0) * k3 + x * real(4.0) * k4))
-        p2 = k2 + x * (real(3.0) * k3 + x * real(6.0) * k4)
-        p3 = k3 + x * real(4.0) * k4
+        p0 = fused(x, fused(x, fused(x, fused(x, k4, k3), k2), k1), k0)
+        p1 = fused(x, fused(x, real(4.0) * k4, real(3.0) * k3), real(2.0) * k2)
+        p1 = fused(x, p1, k1)
+        p2 = fused(x, fused(x, real(6.0) * k4, real(3.0) * k3), k2)
+        p3 = fused(x, real(4.0) * k4, k3)
         p4 = k4
         r2 = r * r
         r3 = r2 * r
         r4 = r2 * r2
         a0 = r * p0 * e0
-        a1 = r2 * (p0 * e1 + p1 * e0)
-        a2 = r3 * (p0 * e2 + p1 * e1 + p2 * e0)
-        a3 = r4 * (p0 * e3 + p1 * e2 + p2 * e1 + p3 * e0)
-        a4 = r4 * r * (p0 * e4 + p1 * e3 + p2 * e2 + p3 * e1 + p4 * e0)
-        a5 = r4 * r2 * (p0 * e5 + p1 * e4 + p2 * e3 + p3 * e2 + p4 * e1)
-        a6 = r4 * r3 * (p0 * e6 + p1 * e5 + p2 * e4 + p3 * e3 + p4 * e2)
-        a7 = r4 * r4 * (p0 * e7 + p1 * e6 + p2 * e5 + p3 * e4 + p4 * e3)
-        a8 = r4 * r4 * r * (p0 * e8 + p1 * e7 + p2 * e6 + p3 * e5 + p4 * e4)
+        a1 = r2 * fused(p0, e1, p1 * e0)
+        a2 = r3 * fused(p0, e2, fused(p1, e1, p2 * e0))
+        a3 = r4 * fused(p0, e3, fused(p1, e2, fused(p2, e1, p3 * e0)))
+        a4 = r4 * r * fused(p0, e4, fused(p1, e3, fused(p2, e2, fused(p3, e1, p4 * e0))))
+        a5 = r4 * r2 * fused(p0, e5, fused(p1, e4, fused(p2, e3, fused(p3, e2, p4 * e1))))
+        a6 = r4 * r3 * fused(p0, e6, fused(p1, e5, fused(p2, e4, fused(p3, e3, p4 * e2))))
+        a7 = r4 * r4 * fused(p0, e7, fused(p1, e6, fused(p2, e5, fused(p3, e4, p4 * e3))))
+        a8 = r4 * r4 * r * fused(p0, e8, fused(p1, e7, fused(p2, e6, fused(p3, e5, p4 * e4))))
         return a0, a1, a2, a3, a4, a5, a6, a7, a8
 
     @wp.func
     def base_velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
         """Velocity of the base just after a time."""
         x = m.rate * (time - real(0.5) * (m.start + m.stop))
-        moving = (m.c0 + x * (m.c1 + x * (m.c2 + x * m.c3))) * decay(smaller(x * x, FLAT))
+        swing = fused(x, fused(x, fused(x, m.c3, m.c2), m.c1), m.c0)
+        moving = swing * decay(smaller(x * x, FLAT))
         after = wp.where(time < m.stop, moving, m.velocity_final)
         return wp.where(time < m.start, real(0.0), after)
 
@@ -229,7 +256,7 @@ if MOTION == "modulated":
         """Taylor coefficients 0 to 8 of one harmonic's acceleration."""
         f = m.frequency * part
         w = TWO_PI * f
-        s, c = cycle(f * (time - real(0.5) * (m.start + m.stop)) + m.phase / TWO_PI)
+        s, c = cycle(fused(f, time - real(0.5) * (m.start + m.stop), m.phase * OVER_TWO_PI))
         return wave(w, -swing * w * s, swing * (-w * w) * c)
 
     @wp.func
@@ -256,8 +283,8 @@ if MOTION == "modulated":
     @wp.func
     def swing_velocity(m: Motion, part: real, swing: real, time: real) -> real:
         """Velocity of one harmonic."""
-        turns = m.frequency * part * (time - real(0.5) * (m.start + m.stop)) + m.phase / TWO_PI
-        _s, c = cycle(turns)
+        since = time - real(0.5) * (m.start + m.stop)
+        _s, c = cycle(fused(m.frequency * part, since, m.phase * OVER_TWO_PI))
         return swing * c
 
     @wp.func
@@ -288,7 +315,7 @@ if MOTION == "record":
     @wp.func
     def knot_time(m: Motion, segment: int) -> real:
         """Time of the next sample; never after the last one."""
-        return wp.where(segment < m.count, m.start + real(segment) * m.interval, NEVER)
+        return wp.where(segment < m.count, fused(real(segment), m.interval, m.start), NEVER)
 
     @wp.func
     def knot_step(m: Motion, segment: int) -> real:
@@ -325,8 +352,8 @@ if MOTION == "record":
         """Taylor coefficients 0 to 8 of the acceleration, linear between two samples."""
         zero = real(0.0)
         moving = wp.where(segment > 0, m.scale, zero)
-        tau = time - (m.start + real(segment - 1) * m.interval)
-        a0 = moving * (value + slope * tau)
+        tau = time - fused(real(segment - 1), m.interval, m.start)
+        a0 = moving * fused(slope, tau, value)
         return a0, moving * slope, zero, zero, zero, zero, zero, zero, zero
 
     @wp.func
@@ -339,7 +366,7 @@ if MOTION == "record":
     @wp.func
     def base_velocity(m: Motion, time: real, start: real, value: real, slope: real) -> real:
         """Velocity of the base just after a time: the integral from the last sample."""
-        tau = time - (m.start + real(sample_segment(m, time) - 1) * m.interval)
+        tau = time - fused(real(sample_segment(m, time) - 1), m.interval, m.start)
         tau = wp.where(tau < m.interval, tau, m.interval)
-        moving = m.scale * (start + tau * (value + real(0.5) * slope * tau))
+        moving = m.scale * fused(tau, fused(HALF * slope, tau, value), start)
         return wp.where(time < m.start, real(0.0), moving)

@@ -174,7 +174,7 @@ def cycle(turns: real):
     half_angle = real(3.141592653589793) * (turns - wp.floor(turns + real(0.5)))
     s = sine(half_angle)
     c = cosine(half_angle)
-    return real(2.0) * s * c, real(1.0) - real(2.0) * s * s
+    return real(2.0) * s * c, fused(real(-2.0) * s, s, real(1.0))
 
 
 @wp.func

@@ -88,10 +88,10 @@ def residual(
     q1: real, q2: real, q3: real, n1: real, n2: real, f: real,
 ) -> real:  # fmt: skip
     """By how much impulses miss the laws of step 2 [m/s]; arguments as in `solve`."""
-    w1 = q1 + k11 * n1 + k12 * n2 + k13 * f
-    w2 = q2 + k12 * n1 + k22 * n2 + k23 * f
-    slip = q3 + k13 * n1 + k23 * n2 + k33 * f
-    limit = k33 * (bound + mu * (n1 + n2))
+    w1 = fused(k13, f, fused(k12, n2, fused(k11, n1, q1)))
+    w2 = fused(k23, f, fused(k22, n2, fused(k12, n1, q2)))
+    slip = fused(k33, f, fused(k23, n2, fused(k13, n1, q3)))
+    limit = k33 * fused(mu, n1 + n2, bound)
     push = k33 * f
     drag = push - larger(smaller(push - slip, limit), -limit)
     return larger(larger(size(smaller(k11 * n1, w1)), size(smaller(k22 * n2, w2))), size(drag))
@@ -114,20 +114,20 @@ def better(
     """
     zero = real(0.0)
     one = real(1.0)
-    a11 = k11 + k13 * b1
-    a12 = k12 + k13 * b2
-    a21 = k12 + k23 * b1
-    a22 = k22 + k23 * b2
-    p1 = q1 + k13 * a
-    p2 = q2 + k23 * a
-    scale = one / (a11 * a22 - a12 * a21)
+    a11 = fused(k13, b1, k11)
+    a12 = fused(k13, b2, k12)
+    a21 = fused(k23, b1, k12)
+    a22 = fused(k23, b2, k22)
+    p1 = fused(k13, a, q1)
+    p2 = fused(k23, a, q2)
+    scale = one / fused_less(a12, a21, a11 * a22)
     n1_only = -p1 / a11
     n2_only = -p2 / a22
-    n1_both = scale * (a12 * p2 - a22 * p1)
-    n2_both = scale * (a21 * p1 - a11 * p2)
-    f1 = a + b1 * n1_only
-    f2 = a + b2 * n2_only
-    f_both = a + b1 * n1_both + b2 * n2_both
+    n1_both = scale * fused_less(a22, p1, a12 * p2)
+    n2_both = scale * fused_less(a11, p2, a21 * p1)
+    f1 = fused(b1, n1_only, a)
+    f2 = fused(b2, n2_only, a)
+    f_both = fused(b2, n2_both, fused(b1, n1_both, a))
     miss1 = larger(
         residual(mu, bound, k11, k12, k22, k13, k23, k33, q1, q2, q3, n1_only, zero, f1) - slack,
         zero,
@@ -200,9 +200,10 @@ def solve(
 @wp.func
 def corners(block: Block, s: real, c: real):
     """Where the -x and the +x corner are from the centre of mass: x, z, x, z [m]."""
-    wide, deep = block.half_width * s, block.half_height * c
-    far, aside = block.half_width * c, block.half_height * s
-    return -far - aside, wide - deep, far - aside, -wide - deep
+    b, deep, aside = block.half_width, block.half_height * c, block.half_height * s
+    return (
+        fused_less(b, c, -aside), fused(b, s, -deep), fused(b, c, -aside), fused_less(b, s, -deep),
+    )  # fmt: skip
 
 
 @wp.func
@@ -228,7 +229,7 @@ def step(
     gap1 = z + z1
     gap2 = z + z2
     ux = m * (vx - dv)
-    uz = vz - dt * knobs.gravity
+    uz = fused_less(dt, knobs.gravity, vz)
     uo = m * omega
     mu = block.friction
     lowest = smaller(gap1, gap2)
@@ -238,31 +239,32 @@ def step(
     on2 = wp.where(gap2 <= knobs.margin, one, zero)
     miss, p1, p2, f = solve(
         (one - knobs.box) * mu, bound,
-        one + w * x1 * x1 + block.cfm, on1 * on2 * (one + w * x1 * x2),
-        one + w * x2 * x2 + block.cfm,
-        -on1 * w * x1 * z2, -on2 * w * x2 * z2, one + w * z2 * z2,
-        on1 * (uz - uo * x1 + wish(gap1, block.erp, knobs.rate)),
-        on2 * (uz - uo * x2 + wish(gap2, block.erp, knobs.rate)),
-        ux + uo * z2,
+        fused(w * x1, x1, one + block.cfm), on1 * on2 * fused(w * x1, x2, one),
+        fused(w * x2, x2, one + block.cfm),
+        -on1 * w * x1 * z2, -on2 * w * x2 * z2, fused(w * z2, z2, one),
+        on1 * fused_less(uo, x1, uz + wish(gap1, block.erp, knobs.rate)),
+        on2 * fused_less(uo, x2, uz + wish(gap2, block.erp, knobs.rate)),
+        fused(uo, z2, ux),
     )  # fmt: skip
     vx1 = ux + f
     vz1 = uz + p1 + p2
-    vo1 = uo + w * (f * z2 - p1 * x1 - p2 * x2)
+    vo1 = fused(w, fused(f, z2, fused_less(p1, x1, -p2 * x2)), uo)
     # Work of the contact impulses on the mean velocities where they act, a loss.
     mx = HALF * (m * vx + vx1)
     mz = HALF * (vz + vz1)
     mo = HALF * (uo + vo1)
-    work = p1 * (mz - mo * x1) + p2 * (mz - mo * x2) + f * (mx + mo * z2)
+    work = fused(p1, fused_less(mo, x1, mz), p2 * fused_less(mo, x2, mz))
+    work = fused(f, fused(mo, z2, mx), work)
     # A height that is too coarse to take up what the velocity adds, as at rest in float32, has not
     # won its weight; without round-off this is nothing.
-    risen = z + dt * vz1
-    work += knobs.gravity * ((risen - z) - dt * vz1)
-    ahead1 = gap1 + dt * (vz1 - vo1 * x1)
-    ahead2 = gap2 + dt * (vz1 - vo1 * x2)
+    risen = fused(dt, vz1, z)
+    work = fused(knobs.gravity, fused_less(dt, vz1, risen - z), work)
+    ahead1 = fused(dt, fused_less(vo1, x1, vz1), gap1)
+    ahead2 = fused(dt, fused_less(vo1, x2, vz1), gap2)
     vx1 = m * vx1
     vo1 = m * vo1
     return (
-        x + dt * vx1, risen, theta + dt * vo1, vx1, vz1, vo1,
+        fused(dt, vx1, x), risen, fused(dt, vo1, theta), vx1, vz1, vo1,
         wp.where(m < zero, p2, p1), wp.where(m < zero, p1, p2), loss - work, miss,
         lowest, wp.where(m < zero, ahead2, ahead1), wp.where(m < zero, ahead1, ahead2),
     )  # fmt: skip

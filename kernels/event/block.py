@@ -106,9 +106,9 @@ def missed_event(
         grain: Gap that is round-off [m].
     """
     zero = real(0.0)
-    past = theta1 > HALF_PI + near * size(omega1)
+    past = theta1 > fused(near, size(omega1), HALF_PI)
     below = theta1 < -near * size(omega1)
-    sinks = flying and gap1 < -near * size(rise1) - grain
+    sinks = flying and gap1 < fused_less(near, size(rise1), -grain)
     stops = slip * along > zero and slip * along1 < -reach
     lifts = holds and lack1 < -SOON * lack and d > near
     e0 = wp.where(stops, slip * along, lack)
@@ -156,9 +156,9 @@ def held_at_end(
     vx, vz, omega = held_velocity(block, mode, slides, s, c, ux, uz, uo)
     x, z = lower_corner(block, s, c)
     # Nor does it go on where its own friction turned it round in the projection.
-    slides = wp.where(slides * (vx + omega * z) <= zero and not idle, zero, slides)
+    slides = wp.where(slides * fused(omega, z, vx) <= zero and not idle, zero, slides)
     # The force of a corner that sticks has no moment about it.
-    turn = block.inverse_pivot_inertia * (block.inertia * uo - z * ux + x * uz)
+    turn = block.inverse_pivot_inertia * fused(x, uz, fused_less(z, ux, block.inertia * uo))
     sticks = mode == PIVOTING and slides == zero
     return (
         wp.where(sticks, -turn * z, vx), wp.where(sticks, turn * x, vz),
@@ -226,30 +226,30 @@ def integrate(
     s1, c1 = sine(theta1), cosine(theta1)
     x1, z1 = lower_corner(block, s1, c1)
     raw_omega = rate_after(omega, k2, k3, k4, k5, k6, d)
-    raw_vx = wp.where(rocks, -raw_omega * z1, TWO * mx - vx)
-    raw_vz = wp.where(rocks, raw_omega * x1, TWO * mz - vz)
-    along, along1 = vx + omega * z0, raw_vx + raw_omega * z1
+    raw_vx = wp.where(rocks, -raw_omega * z1, fused(TWO, mx, -vx))
+    raw_vz = wp.where(rocks, raw_omega * x1, fused(TWO, mz, -vz))
+    along, along1 = fused(omega, z0, vx), fused(raw_omega, z1, raw_vx)
     vx1, vz1, omega1, slip1, reach = held_at_end(
         block, mode1, slip, slips, idle, along, along1, near, per, s1, c1, raw_vx, raw_vz, raw_omega
     )
     glide, lost = way_along(
-        block, gravity, mode1, slip, slips, slip1, rocks, slid, d * mx + (x1 - x0), lost
+        block, gravity, mode1, slip, slips, slip1, rocks, slid, fused(d, mx, x1 - x0), lost
     )
-    flying, raw_gap = mode1 == FLYING, wp.where(rocks, zero, gap + d * mz + (z1 - z0))
+    flying, raw_gap = mode1 == FLYING, wp.where(rocks, zero, fused(d, mz, gap) + (z1 - z0))
     gap1 = wp.where(flying, wp.where(mode != FLYING, larger(raw_gap, zero), raw_gap), zero)
-    rise1 = vz1 - omega1 * x1
+    rise1 = fused_less(omega1, x1, vz1)
     reserve1, _surely = hold_reserve(block, gravity, slip, x1, z1, omega1, a)
     holds, lack, lack1 = held_lack(block, mode, mode1, slip, surely, reserve, reserve1, a0, a)
     grain = GRAIN * block.half_height
     missed, cut = missed_event(
-        flying, theta, omega, theta1, omega1, gap, vz - omega * x0, gap1, rise1,
+        flying, theta, omega, theta1, omega1, gap, fused_less(omega, x0, vz), gap1, rise1,
         slip, along, along1, reach, holds, lack, lack1, d, per, near, grain,
     )  # fmt: skip
     falls = mode1 != FLAT and omega1 < zero and theta1 <= -near * omega1
-    lands = flying and rise1 < zero and gap1 <= grain - near * rise1
+    lands = flying and rise1 < zero and gap1 <= fused_less(near, rise1, grain)
     return (
         theta1, glide, gap1, vx1, vz1, omega1, mode1, slip1, lost, missed and not idle, cut, falls,
-        lands, s1, c1, larger(-raw_gap, real(-2.0) * block.half_width * s1 - raw_gap),
+        lands, s1, c1, larger(-raw_gap, fused(real(-2.0) * block.half_width, s1, -raw_gap)),
         k2, k3, k4, k5, k6,
     )  # fmt: skip
 
@@ -288,7 +288,7 @@ def step(
         block, knobs.gravity, falls, lands, side * kick, a, mode1, slip1, s, c, th1,
         vx1, vz1, om1,
     )  # fmt: skip
-    over = th1 >= HALF_PI - near * om1
+    over = th1 >= fused_less(near, om1, HALF_PI)
     th2 = wp.where(falls or mode1 == FLAT, zero, wp.where(over, HALF_PI, th1))
     sound = th2 - th2 == zero and om2 - om2 == zero and vx2 - vx2 == zero and vz2 - vz2 == zero
     size2 = block.half_width * block.half_height
@@ -299,7 +299,7 @@ def step(
     apex, rise = turning_point(th, om, k2, k3, k4, k5, k6, d, om1)
     face = side * turn
     return (
-        wp.where(taken, face * th2, theta), wp.where(taken, slide + side * glide, slide),
+        wp.where(taken, face * th2, theta), wp.where(taken, fused(side, glide, slide), slide),
         wp.where(taken, wp.where(lands, zero, gap1), gap), wp.where(taken, face * vx2, vx),
         wp.where(taken, vz2, vz), wp.where(taken, face * om2, omega),
         wp.where(taken, face * slip2, slip), wp.where(taken, mode2, mode),

@@ -11,8 +11,14 @@ from warprock.kernels.event.block_contact import SOON, Block, hold_reserve, lowe
 from warprock.kernels.event.block_rocking import landing, rocking_series, rotation_after
 from warprock.kernels.event.block_sliding import slide_after, slides_flat, sliding_series
 from warprock.kernels.modes import FLAT, PIVOTING
-from warprock.kernels.motion import Motion, base_velocity, knot_step, knot_time, series
-from warprock.kernels.shape.taylor import value_at
+from warprock.kernels.motion import (
+    Motion,
+    acceleration_after,
+    base_velocity,
+    knot_step,
+    knot_time,
+    series,
+)
 
 REACH = real(0.125)
 """Largest rotation in one step [rad]: keeps fast overturning inside the polynomials' range."""
@@ -27,8 +33,8 @@ SLOWEST = real(1.0e-30)
 @wp.func
 def first_root(e0: real, slope: real, e1: real, d: real) -> real:
     """First root of the parabola that starts at e0 >= 0 with a slope and is below zero at d."""
-    bend = (e1 - e0 - slope * d) / (d * d)
-    square = slope * slope - real(4.0) * e0 * bend
+    bend = fused_less(slope, d, e1 - e0) / (d * d)
+    square = fused(slope, slope, real(-4.0) * e0 * bend)
     root = wp.sqrt(larger(square, real(0.0)))
     rises = slope > real(0.0)
     over = wp.where(rises, slope + root, TWO * e0)
@@ -42,7 +48,7 @@ if MOTION == "record":
         m: Motion, time: real, d: real, a: real, slope: real, base: real, kick: real
     ) -> real:
         """Change of the base velocity in a step [m/s]: the acceleration is linear in it."""
-        return d * (a - HALF * d * slope)
+        return d * fused_less(HALF * d, slope, a)
 
 else:
 
@@ -93,7 +99,7 @@ def begin(
     d = step_length(block, resting, segment == 0 or knot >= NEVER, omega, room, cap)
     d = wp.where(live, d, zero)
     a0, a1, a2, a3, a4, a5, a6, a7, a8 = series(m, segment, time, sample, sample_slope)
-    a = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, d)
+    a = acceleration_after(a0, a1, a2, a3, a4, a5, a6, a7, a8, d)
     upright = wp.where(mode == FLAT, wp.where(slip != zero, slip, -a0 - a), omega)
     side = sign_of(wp.where(theta != zero, theta, upright))
     th, om = side * theta, side * omega
@@ -123,7 +129,7 @@ def begin(
     time1 = wp.where(d >= room, target, time + d)
     passed = time1 >= knot
     kick = wp.where(passed, knot_step(m, segment), zero)
-    a = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, d)
+    a = acceleration_after(a0, a1, a2, a3, a4, a5, a6, a7, a8, d)
     return (
         d, time1, passed, kick, side, a0, a, base_change(m, time1, d, a, a1, base, kick),
         slid, t2, t3, t4, t5, t6,

@@ -42,8 +42,8 @@ class Block:
 def lower_corner(block: Block, s: real, c: real):
     """Lower corner from the centre of mass [m], from the sine and cosine of the rotation."""
     return (
-        block.half_width * c - block.half_height * s,
-        -block.half_width * s - block.half_height * c,
+        fused_less(block.half_height, s, block.half_width * c),
+        fused_less(block.half_width, s, -block.half_height * c),
     )
 
 
@@ -66,18 +66,18 @@ def corner_impulse(
         Normal and tangential impulse [m/s]; whether the corner sticks; direction of friction.
     """
     one = real(1.0)
-    kn = one + w * x * x
-    kt = one + w * z * z
+    kn = fused(w * x, x, one)
+    kt = fused(w * z, z, one)
     k = -w * x * z
-    n = k * s - kt * u
-    f = k * u - kn * s
+    n = fused_less(kt, u, k * s)
+    f = fused_less(kn, s, k * u)
     fits = n >= real(0.0) and size(f) <= mu * n
     sign = wp.where(slides, drag, sign_of(f))
     # Painleve's paradox: no normal force is consistent with this sliding; the corner jams.
-    jams = kn + sign * mu * k <= real(0.0)
+    jams = fused(sign * mu, k, kn) <= real(0.0)
     sign = wp.where(jams, -sign, sign)
     sticks = hold or wp.where(slides, jams, fits)
-    scale = one / wp.where(sticks, one + w * (x * x + z * z), kn + sign * mu * k)
+    scale = one / wp.where(sticks, fused(w, fused(x, x, z * z), one), fused(sign * mu, k, kn))
     n = wp.where(sticks, n, -u) * scale
     return n, wp.where(sticks, f * scale, sign * mu * n), sticks, sign
 
@@ -101,15 +101,15 @@ def hold_reserve(block: Block, gravity: real, slip: real, x: real, z: real, omeg
     Returns:
         The reserve; whether it is surely positive.
     """
-    u = -gravity - omega * omega * z
-    s = -a - omega * omega * x
-    # The impulses that take both to zero, times 1 + w (x^2 + z^2).
-    q = block.inverse_inertia * (x * s + z * u)
-    n = -u - z * q
-    f = -s - x * q
+    # Downwards and back; behind it the impulses that take both to zero, times 1 + w (x^2 + z^2).
+    down = fused(omega * omega, z, gravity)
+    back = fused(omega * omega, x, a)
+    q = block.inverse_inertia * fused(x, back, z * down)
+    n = fused(z, q, down)
+    f = fused(x, q, back)
     slides = slip != real(0.0)
     grip = block.friction * n
-    reserve = wp.where(slides, -u, grip - size(f))
+    reserve = wp.where(slides, down, grip - size(f))
     return reserve, reserve > SOON * wp.where(slides, gravity, grip)
 
 
@@ -117,7 +117,7 @@ def hold_reserve(block: Block, gravity: real, slip: real, x: real, z: real, omeg
 def uplift_lack(limit: real, a0: real, a1: real):
     """How far the acceleration is from moving a block at rest, at both ends of a step."""
     pull = sign_of(wp.where(size(a1) > size(a0), a1, a0))
-    return limit - pull * a0, limit - pull * a1
+    return fused_less(pull, a0, limit), fused_less(pull, a1, limit)
 
 
 @wp.func
@@ -169,7 +169,7 @@ def mean_velocity(
     x, z = lower_corner(block, sine(theta), cosine(theta))
     slides = slip != zero
     n, f, sticks, drag = corner_impulse(
-        block.friction, w, x, z, uz - uo * x, ux + uo * z, hold, slides, -slip
+        block.friction, w, x, z, fused_less(uo, x, uz), fused(uo, z, ux), hold, slides, -slip
     )
     on = mode != FLYING and (n > zero or hold or (sticks and n >= zero))
     n = wp.where(on, n, zero)
@@ -177,14 +177,14 @@ def mean_velocity(
     # Flat on the base: the share of the trailing corner is what is left by the friction's moment.
     bound = -block.friction * uz
     flat_f = wp.where(slides, -slip * bound, larger(smaller(-ux, bound), -bound))
-    share = block.half_height * flat_f - block.half_width * uz
+    share = fused_less(block.half_width, uz, block.half_height * flat_f)
     stays = mode == FLAT and share >= zero
     starts = size(ux) > bound
     mx = ux + wp.where(stays, flat_f, f)
-    mo = wp.where(stays, zero, uo + w * (f * z - n * x))
+    mo = wp.where(stays, zero, fused(w, fused_less(n, x, f * z), uo))
     flat_slip = wp.where(slides, slip, wp.where(starts, sign_of(ux), zero))
     pivot_slip = wp.where(sticks or not on, zero, -drag)
-    lost = -wp.where(stays, flat_f * mx, f * (mx + mo * z))
+    lost = -wp.where(stays, flat_f * mx, f * fused(mo, z, mx))
     return (
         mx,
         wp.where(stays, zero, uz + n),
@@ -214,8 +214,8 @@ def step_velocity(
         fall: What gravity makes of a velocity in it [m/s].
     """
     mx, mz, mo, mode1, slip1, lost = mean_velocity(
-        block, mode, slip, hold and slip == real(0.0), theta + HALF * d * omega,
-        vx - HALF * dv, vz - HALF * fall, omega,
+        block, mode, slip, hold and slip == real(0.0), fused(HALF * d, omega, theta),
+        fused_less(HALF, dv, vx), fused_less(HALF, fall, vz), omega,
     )  # fmt: skip
     idle = d <= real(0.0)
     return (
@@ -248,11 +248,11 @@ def held_velocity(
     x, z = lower_corner(block, s, c)
     sticks = slip == zero
     n, f, _sticks, _drag = corner_impulse(
-        block.friction, w, x, z, uz - uo * x, ux + uo * z, sticks, not sticks, -slip
+        block.friction, w, x, z, fused_less(uo, x, uz), fused(uo, z, ux), sticks, not sticks, -slip
     )
     pivots = mode == PIVOTING
     return (
         wp.where(mode == FLAT and sticks, zero, ux + wp.where(pivots, f, zero)),
         uz + wp.where(pivots, n, zero),
-        uo + wp.where(pivots, w * (f * z - n * x), zero),
+        wp.where(pivots, fused(w, fused_less(n, x, f * z), uo), uo),
     )

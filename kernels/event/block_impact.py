@@ -28,20 +28,21 @@ def struck_velocity(block: Block, flat: bool, s: real, c: real, ux: real, uz: re
     w = block.inverse_inertia
     x, z = lower_corner(block, s, c)
     n, f, sticks, _drag = corner_impulse(
-        block.friction, w, x, z, uz - uo * x, ux + uo * z, False, False, zero
+        block.friction, w, x, z, fused_less(uo, x, uz), fused(uo, z, ux), False, False, zero
     )
     vx = ux + f
     vz = uz + n
-    vo = uo + w * (f * z - n * x)
+    vo = fused(w, fused_less(n, x, f * z), uo)
     # Both corners at the base: the other one must not sink.
-    both = flat and vz + block.half_width * vo <= zero
+    both = flat and fused(block.half_width, vo, vz) <= zero
     bound = larger(-block.friction * uz, zero)
     vx = wp.where(both, ux + larger(smaller(-ux, bound), -bound), vx)
     vz = wp.where(both, zero, vz)
     vo = wp.where(both, zero, vo)
-    along = vx + vo * z
+    along = fused(vo, z, vx)
     still = wp.where(both, along == zero, sticks)
-    lost = (ux - vx) * (ux + vx) + (uz - vz) * (uz + vz) + (uo - vo) * (uo + vo) * block.inertia
+    lost = fused(ux - vx, ux + vx, (uz - vz) * (uz + vz))
+    lost = fused((uo - vo) * block.inertia, uo + vo, lost)
     return (
         vx, vz, vo,
         wp.where(both, FLAT, PIVOTING),
@@ -97,7 +98,7 @@ def end_of_step(
         wp.where(level, zero, s), wp.where(level, one, c), turn * kicked, vz, turn * omega,
     )  # fmt: skip
     # The base's work on the block is at the mean of both velocities: see account.py.
-    lost = lost - HALF * turn * kick * (vx1 - turn * kicked)
+    lost = fused_less(HALF * turn * kick, fused_less(turn, kicked, vx1), lost)
     vx1 = wp.where(struck, vx1, turn * kicked)
     vz1 = wp.where(struck, vz1, vz)
     omega1 = wp.where(struck, omega1, turn * omega)
@@ -110,7 +111,8 @@ def end_of_step(
     tail = wp.where(rests, tail, zero)
     glides = wp.where(slip1 != zero, vx1, zero)
     slip1 = wp.where(rests and slip1 != zero, sign_of(vx1), slip1)
-    rest_lost = HALF * (vx1 * vx1 - glides * glides + vz1 * vz1 + omega1 * omega1 * block.inertia)
+    rest_lost = fused(vx1, vx1, fused_less(glides, glides, vz1 * vz1))
+    rest_lost = HALF * fused(omega1 * omega1, block.inertia, rest_lost)
     return (
         turn,
         wp.where(rests, glides, vx1),

@@ -41,28 +41,28 @@ def rocking_series(
     """
     # What is known last stands outermost in a sum, so that the rest of it need not wait.
     k = block.inverse_pivot_inertia
-    w1 = k * fused(a0, z0, -gravity * x0)
+    w1 = k * fused_less(gravity, x0, a0 * z0)
     x1 = w0 * z0
     z1 = -w0 * x0
-    w2 = OVER_2 * k * fused(-gravity, x1, fused(a0, z1, a1 * z0))
+    w2 = OVER_2 * k * fused_less(gravity, x1, fused(a0, z1, a1 * z0))
     x2 = OVER_2 * fused(w1, z0, w0 * z1)
     z2 = -OVER_2 * fused(w1, x0, w0 * x1)
     pull3 = a1 * z1
     if not LINEAR:
         pull3 = fused(a2, z0, pull3)
-    w3 = OVER_3 * k * fused(-gravity, x2, fused(a0, z2, pull3))
+    w3 = OVER_3 * k * fused_less(gravity, x2, fused(a0, z2, pull3))
     x3 = OVER_3 * fused(w2, z0, fused(w1, z1, w0 * z2))
     z3 = -OVER_3 * fused(w2, x0, fused(w1, x1, w0 * x2))
     pull4 = a1 * z2
     if not LINEAR:
         pull4 = fused(a2, z1, fused(a3, z0, pull4))
-    w4 = OVER_4 * k * fused(-gravity, x3, fused(a0, z3, pull4))
+    w4 = OVER_4 * k * fused_less(gravity, x3, fused(a0, z3, pull4))
     x4 = OVER_4 * fused(w3, z0, fused(w2, z1, fused(w1, z2, w0 * z3)))
     z4 = -OVER_4 * fused(w3, x0, fused(w2, x1, fused(w1, x2, w0 * x3)))
     pull5 = a1 * z3
     if not LINEAR:
         pull5 = fused(a2, z2, fused(a3, z1, fused(a4, z0, pull5)))
-    w5 = OVER_5 * k * fused(-gravity, x4, fused(a0, z4, pull5))
+    w5 = OVER_5 * k * fused_less(gravity, x4, fused(a0, z4, pull5))
     return (
         w1 * OVER_2, w2 * OVER_3, w3 * OVER_4, w4 * OVER_5, w5 * OVER_6, x2, z2,
     )  # fmt: skip
@@ -73,7 +73,8 @@ def rotation_after(
     theta: real, omega: real, t2: real, t3: real, t4: real, t5: real, t6: real, tau: real
 ) -> real:
     """Rotation a time after the start of a step, from its Taylor coefficients."""
-    return theta + tau * (omega + tau * (t2 + tau * (t3 + tau * (t4 + tau * (t5 + tau * t6)))))
+    high = fused(tau, fused(tau, fused(tau, t6, t5), t4), t3)
+    return fused(tau, fused(tau, fused(tau, high, t2), omega), theta)
 
 
 @wp.func
@@ -81,8 +82,8 @@ def rate_after(
     omega: real, t2: real, t3: real, t4: real, t5: real, t6: real, tau: real
 ) -> real:  # fmt: skip
     """Angular velocity a time after the start of a step."""
-    high = real(4.0) * t4 + tau * (real(5.0) * t5 + tau * real(6.0) * t6)
-    return omega + tau * (real(2.0) * t2 + tau * (real(3.0) * t3 + tau * high))
+    high = fused(tau, fused(tau, real(6.0) * t6, real(5.0) * t5), real(4.0) * t4)
+    return fused(tau, fused(tau, fused(tau, high, real(3.0) * t3), real(2.0) * t2), omega)
 
 
 @wp.func
@@ -114,7 +115,7 @@ def turning_point(
     rate = rate_after(omega, t2, t3, t4, t5, t6, secant)
     at = rotation_after(theta, omega, t2, t3, t4, t5, t6, secant)
     late = rate * per
-    return at + HALF * rate * late, secant + late
+    return fused(HALF * rate, late, at), secant + late
 
 
 @wp.func

@@ -20,9 +20,15 @@ from warprock.kernels.event.block_rocking import (
 )
 from warprock.kernels.event.block_sliding import slide_after, slides_flat, sliding_series
 from warprock.kernels.modes import FLAT, PIVOTING
-from warprock.kernels.motion import Motion, knot_step, knot_time, series, undisturbed
+from warprock.kernels.motion import (
+    Motion,
+    acceleration_after,
+    knot_step,
+    knot_time,
+    series,
+    undisturbed,
+)
 from warprock.kernels.pool import AHEAD
-from warprock.kernels.shape.taylor import value_at
 
 
 @wp.func
@@ -46,12 +52,13 @@ def rocked(
     th1 = rotation_after(th, om, t2, t3, t4, t5, t6, d)
     om1 = rate_after(om, t2, t3, t4, t5, t6, d)
     xd, zd = lower_corner(block, sine(th1), cosine(th1))
-    turn = block.inverse_pivot_inertia * (side * a_end * zd - gravity * xd)
-    held = sticks_surely(block, gravity - TWO * z2, side * a0 - TWO * x2)
+    turn = block.inverse_pivot_inertia * fused_less(gravity, xd, side * a_end * zd)
+    held = sticks_surely(block, fused_less(TWO, z2, gravity), fused_less(TWO, x2, side * a0))
     held1 = sticks_surely(
-        block, gravity + turn * xd + om1 * om1 * zd, side * a_end - turn * zd + om1 * om1 * xd
-    )
-    stands = th1 > near * size(om1) and th1 < HALF_PI - near * size(om1)
+        block, fused(om1 * om1, zd, fused(turn, xd, gravity)),
+        fused(om1 * om1, xd, fused_less(turn, zd, side * a_end)),
+    )  # fmt: skip
+    stands = th1 > near * size(om1) and th1 < fused_less(near, size(om1), HALF_PI)
     stands = stands and d * size(om) < REACH
     apex, rise = turning_point(th, om, t2, t3, t4, t5, t6, d, om1)
     turns = om > zero and om1 < zero
@@ -91,7 +98,7 @@ def roll(
     passed = time1 >= knot
     jolts = passed and knot_step(m, segment) != zero
     a0, a1, a2, a3, a4, a5, a6, a7, a8 = series(m, segment, time, sample, sample_slope)
-    a = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, d)
+    a = acceleration_after(a0, a1, a2, a3, a4, a5, a6, a7, a8, d)
     side, near = sign_of(wp.where(theta != zero, theta, omega)), NEARLY * block.longest_step
     rocks, th, om, ux, uz, apex, rise, t2, t3, t4, t5, t6 = rocked(
         block, knobs.gravity, near, d, side, theta, omega, a0, a1, a2, a3, a4, a
@@ -106,7 +113,7 @@ def roll(
         block, knobs.gravity, slip * a0, slip * a1, slip * a2, slip * a3, slip * a4, slip * a5
     )
     pull = d * block.friction * knobs.gravity
-    after = u - slip * dv - pull
+    after = fused_less(slip, dv, u) - pull
     slides = slides_flat(block, mode, slip, vx) and d * after > near * size(after - u)
     slid = slide_after(u, u1, u2, u3, u4, u5, u6, d)
     rocks = rocks and mode == PIVOTING and slip == zero

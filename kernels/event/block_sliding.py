@@ -35,5 +35,6 @@ def slide_after(
     u: real, u1: real, u2: real, u3: real, u4: real, u5: real, u6: real, tau: real
 ) -> real:  # fmt: skip
     """Way along the base a time after the start of a step [m], from the velocity's coefficients."""
-    high = OVER_4 * u3 + tau * (OVER_5 * u4 + tau * (OVER_6 * u5 + tau * OVER_7 * u6))
-    return tau * (u + tau * (OVER_2 * u1 + tau * (OVER_3 * u2 + tau * high)))
+    high = fused(tau, fused(tau, OVER_7 * u6, OVER_6 * u5), OVER_5 * u4)
+    high = fused(tau, fused(tau, high, OVER_4 * u3), OVER_3 * u2)
+    return tau * fused(tau, fused(tau, high, OVER_2 * u1), u)

@@ -165,11 +165,11 @@ def bent(m: Square, touch: Counts, moments: Values) -> Values:
             b[k] = real(0.0)
     for k in range(BLOCKS):
         for j in range(k):
-            b[k] = b[k] - m[k, j] * b[j]
+            b[k] = fused_less(m[k, j], b[j], b[k])
     for step in range(BLOCKS):
         k = BLOCKS - 1 - step
         for j in range(k + 1, BLOCKS):
-            b[k] = b[k] - m[k, j] * b[j]
+            b[k] = fused_less(m[k, j], b[j], b[k])
         b[k] = b[k] * m[k, k]
     for k in range(1, BLOCKS):
         if touch[k] == CLOSED:
@@ -193,10 +193,10 @@ def inertias(chain: Chain, s2: Values, c2: Values, ax: real, az: real):
     for k in range(BLOCKS):
         sk = s2[k]
         ck = c2[k]
-        gx[k] = chain.mass[k] * (x - chain.bx[k] * ck - chain.bz[k] * sk)
-        gz[k] = chain.mass[k] * (z - chain.bz[k] * ck + chain.bx[k] * sk)
-        x = x + chain.cx[k] * ck + chain.cz[k] * sk
-        z = z + chain.cz[k] * ck - chain.cx[wp.static(k)] * sk
+        gx[k] = chain.mass[k] * fused_less(chain.bz[k], sk, fused_less(chain.bx[k], ck, x))
+        gz[k] = chain.mass[k] * fused(chain.bx[k], sk, fused_less(chain.bz[k], ck, z))
+        x = fused(chain.cz[k], sk, fused(chain.cx[k], ck, x))
+        z = fused_less(chain.cx[wp.static(k)], sk, fused(chain.cz[k], ck, z))
     return gx, gz
 
 
@@ -215,8 +215,11 @@ def carrying(chain: Chain, gx: Values, gz: Values):
     z = real(0.0)
     for step in range(BLOCKS):
         k = wp.static(BLOCKS - 1 - step)
-        u[k] = chain.cz[k] * x - chain.cx[k] * z - chain.bz[k] * gx[k] + chain.bx[k] * gz[k]
-        w[k] = chain.cx[k] * x + chain.cz[k] * z - chain.bx[k] * gx[k] - chain.bz[k] * gz[k]
+        # What is borne from above is known last.
+        own_u = fused_less(chain.bz[k], gx[k], chain.bx[k] * gz[k])
+        own_w = fused(chain.bx[k], gx[k], chain.bz[k] * gz[k])
+        u[k] = fused(chain.cz[k], x, fused_less(chain.cx[k], z, own_u))
+        w[k] = fused(chain.cx[k], x, fused(chain.cz[k], z, -own_w))
         x = x + gx[k]
         z = z + gz[k]
         fx[k] = x
@@ -275,11 +278,11 @@ def rocking(
             lk = real(0.0)
             for i in range(wp.static(n + 1)):
                 part = real(wp.static(i + 1)) * theta[k, i + 1]
-                sk = sk + part * c[k, n + 1 - i]
-                ck = ck - part * s[k, n + 1 - i]
+                sk = fused(part, c[k, n + 1 - i], sk)
+                ck = fused_less(part, s[k, n + 1 - i], ck)
             for i in range(wp.static(n)):
                 j = wp.static(i + 1)
-                lk = lk + c[k, j] * us[k, n - j] - s[k, j] * ws[k, n - j]
+                lk = fused(c[k, j], us[k, n - j], fused_less(s[k, j], ws[k, n - j], lk))
             s2[k] = real(n + 1) * sk
             c2[k] = real(n + 1) * ck
             load[wp.static(k)] = lk

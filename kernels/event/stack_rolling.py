@@ -41,7 +41,7 @@ def value_of(p: Curve, tau: real) -> real:
     """Value of a polynomial."""
     found = p[DEGREE]
     for i in range(DEGREE):
-        found = found * tau + p[wp.static(DEGREE - 1 - i)]
+        found = fused(found, tau, p[wp.static(DEGREE - 1 - i)])
     return found
 
 
@@ -50,7 +50,7 @@ def rate_of(p: Curve, tau: real) -> real:
     """Derivative of a polynomial."""
     found = real(0.0)
     for i in range(DEGREE):
-        found = found * tau + real(DEGREE - i) * p[wp.static(DEGREE - i)]
+        found = fused(found, tau, real(DEGREE - i) * p[wp.static(DEGREE - i)])
     return found
 
 
@@ -59,7 +59,7 @@ def load_of(p: Curve, tau: real) -> real:
     """Value of a polynomial that ends with what is known of an acceleration."""
     found = p[ORDERS - 1]
     for i in range(wp.static(ORDERS - 1)):
-        found = found * tau + p[wp.static(ORDERS - 2 - i)]
+        found = fused(found, tau, p[wp.static(ORDERS - 2 - i)])
     return found
 
 
@@ -117,14 +117,15 @@ def spare_of(
             edge_c = cosines[k] * blocks.foot_cosine[k] + sines[k] * blocks.foot_sine[k]
             s = wp.where(under[k] == 1, edge_s, s)
             c = wp.where(under[k] == 1, edge_c, c)
-        normal = fx[k] * s + fz[k] * c
-        least = smaller(least, blocks.friction[k] * normal - size(fx[k] * c - fz[k] * s))
+        normal = dot(fx[k], fz[k], s, c)
+        along = fused_less(fz[k], s, fx[k] * c)
+        least = smaller(least, fused(blocks.friction[k], normal, -size(along)))
         least = smaller(least, normal)
         if touch[k] == CLOSED:
             low, _height = lower_face(blocks, k)
             ahead = smaller(blocks.half_width[k], low - pose.along[k])
             behind = smaller(blocks.half_width[k], low + pose.along[k])
-            ends = smaller(behind * normal - moment[k], ahead * normal + moment[k])
+            ends = smaller(fused(behind, normal, -moment[k]), fused(ahead, normal, moment[k]))
             least = smaller(least, ends / (ahead + behind))
     return least
 

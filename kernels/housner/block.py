@@ -37,7 +37,7 @@ import warp as wp
 
 from warprock.kernels.housner.block_contact import needed_at_step, needed_in_step, rocking_series
 from warprock.kernels.modes import BROKEN, OVERTURNED, RESTING, ROCKING
-from warprock.kernels.motion import Motion, knot_step, knot_time, series
+from warprock.kernels.motion import Motion, acceleration_after, knot_step, knot_time, series
 from warprock.kernels.shape.taylor import root, slope_at, value_at
 
 NEARLY = by_precision(1.0e-9, 1.0e-5)
@@ -74,11 +74,11 @@ def may_rest(block: Block, omega: real, acceleration: real):
     eta = block.angular_restitution
     gravity_part = block.frequency_squared * sine(block.slenderness_angle)
     motion_part = block.coupling * acceleration * cosine(block.slenderness_angle)
-    weaker = gravity_part * (real(1.0) + ROUND_OFF) - size(motion_part)
+    weaker = fused(gravity_part, real(1.0) + ROUND_OFF, -size(motion_part))
     rests = weaker > real(0.0) and omega * omega <= real(2.0) * weaker * block.rest_rotation
-    here = gravity_part + sign_of(omega) * motion_part
-    there = gravity_part - sign_of(omega) * motion_part
-    lost = larger(real(1.0) - eta * eta, real(1.0e-6))
+    here = fused(sign_of(omega), motion_part, gravity_part)
+    there = fused_less(sign_of(omega), motion_part, gravity_part)
+    lost = larger(fused_less(eta, eta, real(1.0)), real(1.0e-6))
     tail = real(2.0) * size(omega) * (real(1.0) / here + eta / there) / lost
     return rests, tail
 
@@ -100,10 +100,11 @@ def tops_below(
 
     With e'' <= bend < 0 it is nowhere above the parabola e0 + e1 t + bend t^2 / 2.
     """
-    high = real(56.0) * size(e8) + h * (real(72.0) * size(e9) + h * real(90.0) * size(e10))
-    high = real(30.0) * size(e6) + h * (real(42.0) * size(e7) + h * high)
-    high = real(12.0) * size(e4) + h * (real(20.0) * size(e5) + h * high)
-    bend = real(2.0) * larger(e2, e2 + real(3.0) * e3 * h) + h * h * high
+    high = fused(h, real(90.0) * size(e10), real(72.0) * size(e9))
+    high = fused(h, fused(h, high, real(56.0) * size(e8)), real(42.0) * size(e7))
+    high = fused(h, fused(h, high, real(30.0) * size(e6)), real(20.0) * size(e5))
+    high = fused(h, high, real(12.0) * size(e4))
+    bend = fused(h * h, high, real(2.0) * larger(e2, fused(real(3.0) * h, e3, e2)))
     return e1 * e1 < real(-2.0) * bend * (bound - e0)
 
 
@@ -125,7 +126,7 @@ def next_event(
     e_end = value_at(e0, e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, h)
     d_end = slope_at(e1, e2, e3, e4, e5, e6, e7, e8, e9, e10, h)
     # One in the first or last NEARLY of the step is one that a step ends at.
-    turns = e1 * d_end < -NEARLY * (d_end * d_end + e1 * e1) and not passes
+    turns = e1 * d_end < -NEARLY * fused(d_end, d_end, e1 * e1) and not passes
     crosses = e_end < zero and not turns
     # A block on the ground has a zero there already; at rest a double one; one that has just
     # lifted where |a| passed its limit a triple one. They are divided out.
@@ -187,9 +188,9 @@ def first_event(
     """
     zero = real(0.0)
     limit = uplift * (real(1.0) + real(2.0) * ROUND_OFF)
-    a_end = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, h)
+    a_end = acceleration_after(a0, a1, a2, a3, a4, a5, a6, a7, a8, h)
     pull = sign_of(wp.where(size(a_end) > size(a0), a_end, a0))
-    e0 = wp.where(resting, limit - pull * a0, side * theta)
+    e0 = wp.where(resting, fused_less(pull, a0, limit), side * theta)
     passes = bool(False)
     if TURNS:
         lean = side * theta
@@ -213,7 +214,7 @@ def first_event(
         passes,
     )
     # A jump of the acceleration lifts a resting block, round-off sinks a rocking one: at once.
-    lifts = e0 < -NEARLY * limit or (e0 <= zero and limit - pull * a_end < zero)
+    lifts = e0 < -NEARLY * limit or (e0 <= zero and fused_less(pull, a_end, limit) < zero)
     at_once = (rocking and e0 < zero) or (resting and lifts)
     return (
         wp.where(at_once, zero, tau),
@@ -242,7 +243,7 @@ def event_step(
         wp.where(rests, RESTING, wp.where(uplift, ROCKING, mode)),
         wp.where(uplift, smaller(uplift_time, time), uplift_time),
         wp.where(rests, time + tail, wp.where(uplift, NEVER, rest_time)),
-        loss + wp.where(impact, omega * omega - after * after, zero),
+        loss + wp.where(impact, fused_less(after, after, omega * omega), zero),
         wp.where(impact, larger(block.impact_friction, needed), needed),
     )
 
@@ -354,8 +355,8 @@ def step(
     # The state there; a turning point, an impact, an uplift.
     theta1 = wp.where(impact or uplift, zero, wp.where(rocking and not past, theta1, theta))
     omega1 = wp.where(past, omega, wp.where(rocking and not turned, omega1, zero))
-    time1 = wp.where(live and tau >= room - TICK * target, target, time + tau)
-    a_now = value_at(a0, a1, a2, a3, a4, a5, a6, a7, a8, zero, zero, tau)
+    time1 = wp.where(live and tau >= fused_less(TICK, target, room), target, time + tau)
+    a_now = acceleration_after(a0, a1, a2, a3, a4, a5, a6, a7, a8, tau)
     omega1, side1, mode1, uplift_time1, rest_time1, loss1, needed1 = event_step(
         block, impact, uplift, pull, a_now, time1,
         omega1, side, mode, uplift_time, rest_time, loss, needed1,

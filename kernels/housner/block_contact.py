@@ -28,9 +28,8 @@ from warprock.kernels.motion import LINEAR
 FOUR_THIRDS = real(4.0 / 3.0)
 
 
-# The force upwards begins as 4/3 (p2 + 3/2 c2), not as 4/3 p2 + 2 c2: the first product, the same
-# in all steps of a lane, would be fused with the sum in one form of the kernel, and taken out of
-# the loop over steps in the other.
+# In a sum that is fused, what is known last stands outermost: the rest of it need not wait. But q b
+# is a product of its own: p^2 s in its place, early, would take registers that packed lanes lack.
 @wp.func
 def rocking_series(
     p2: real, q: real, phi: real, x1: real,
@@ -41,56 +40,63 @@ def rocking_series(
     Returns:
         Taylor coefficients 2 to 10 of theta; 0 to 6 of n / R, then of f / R.
     """
-    s0, c0 = sine(phi), cosine(phi)
-    x2 = p2 * s0 - q * (a0 * c0)
-    s1 = x1 * c0
-    c1 = -x1 * s0
-    x3 = OVER_2 * (p2 * s1 - q * (a0 * c1 + a1 * c0))
-    s2 = OVER_2 * (x1 * c1 + x2 * c0)
-    c2 = -OVER_2 * (x1 * s1 + x2 * s0)
-    b2 = a0 * c2 + a1 * c1 + a2 * c0
-    x4 = OVER_3 * (p2 * s2 - q * b2)
-    s3 = OVER_3 * (x1 * c2 + x2 * c1 + x3 * c0)
-    c3 = -OVER_3 * (x1 * s2 + x2 * s1 + x3 * s0)
-    b3 = a0 * c3 + a1 * c2 + a2 * c1 + a3 * c0
-    x5 = OVER_4 * (p2 * s3 - q * b3)
-    s4 = OVER_4 * (x1 * c3 + x2 * c2 + x3 * c1 + x4 * c0)
-    c4 = -OVER_4 * (x1 * s3 + x2 * s2 + x3 * s1 + x4 * s0)
-    b4 = a0 * c4 + a1 * c3 + a2 * c2 + a3 * c1 + a4 * c0
-    x6 = OVER_5 * (p2 * s4 - q * b4)
-    s5 = OVER_5 * (x1 * c4 + x2 * c3 + x3 * c2 + x4 * c1 + x5 * c0)
-    c5 = -OVER_5 * (x1 * s4 + x2 * s3 + x3 * s2 + x4 * s1 + x5 * s0)
-    b5 = a0 * c5 + a1 * c4
+    zero, s0, c0 = real(0.0), sine(phi), cosine(phi)
+    x2 = fused(p2, s0, -q * (a0 * c0))
+    s1, c1 = x1 * c0, -x1 * s0
+    b2, b3, b4, b5, b6, b7, b8 = zero, zero, zero, zero, zero, zero, zero
+    x3 = OVER_2 * fused(p2, s1, -q * fused(a0, c1, a1 * c0))
+    s2 = OVER_2 * fused(x2, c0, x1 * c1)
+    c2 = -OVER_2 * fused(x2, s0, x1 * s1)
     if not LINEAR:
-        b5 = b5 + a2 * c3 + a3 * c2 + a4 * c1 + a5 * c0
-    x7 = OVER_6 * (p2 * s5 - q * b5)
-    s6 = OVER_6 * (x1 * c5 + x2 * c4 + x3 * c3 + x4 * c2 + x5 * c1 + x6 * c0)
-    c6 = -OVER_6 * (x1 * s5 + x2 * s4 + x3 * s3 + x4 * s2 + x5 * s1 + x6 * s0)
-    b6 = a0 * c6 + a1 * c5
+        b2 = a2 * c0
+    x4 = OVER_3 * fused(p2, s2, -q * fused(a0, c2, fused(a1, c1, b2)))
+    s3 = OVER_3 * fused(x3, c0, fused(x1, c2, x2 * c1))
+    c3 = -OVER_3 * fused(x3, s0, fused(x1, s2, x2 * s1))
     if not LINEAR:
-        b6 = b6 + a2 * c4 + a3 * c3 + a4 * c2 + a5 * c1 + a6 * c0
-    x8 = OVER_7 * (p2 * s6 - q * b6)
-    s7 = OVER_7 * (x1 * c6 + x2 * c5 + x3 * c4 + x4 * c3 + x5 * c2 + x6 * c1 + x7 * c0)
-    c7 = -OVER_7 * (x1 * s6 + x2 * s5 + x3 * s4 + x4 * s3 + x5 * s2 + x6 * s1 + x7 * s0)
-    b7 = a0 * c7 + a1 * c6
+        b3 = fused(a2, c1, a3 * c0)
+    x5 = OVER_4 * fused(p2, s3, -q * fused(a0, c3, fused(a1, c2, b3)))
+    s4 = OVER_4 * fused(x4, c0, fused(x1, c3, fused(x2, c2, x3 * c1)))
+    c4 = -OVER_4 * fused(x4, s0, fused(x1, s3, fused(x2, s2, x3 * s1)))
     if not LINEAR:
-        b7 = b7 + a2 * c5 + a3 * c4 + a4 * c3 + a5 * c2 + a6 * c1 + a7 * c0
-    x9 = OVER_8 * (p2 * s7 - q * b7)
-    s8 = x1 * c7 + x2 * c6 + x3 * c5 + x4 * c4 + x5 * c3 + x6 * c2 + x7 * c1 + x8 * c0
-    c8 = -(x1 * s7 + x2 * s6 + x3 * s5 + x4 * s4 + x5 * s3 + x6 * s2 + x7 * s1 + x8 * s0)
-    b8 = real(0.125) * a0 * c8 + a1 * c7
+        b4 = fused(a2, c2, fused(a3, c1, a4 * c0))
+    x6 = OVER_5 * fused(p2, s4, -q * fused(a0, c4, fused(a1, c3, b4)))
+    s5 = OVER_5 * fused(x5, c0, fused(x1, c4, fused(x2, c3, fused(x4, c1, x3 * c2))))
+    c5 = -OVER_5 * fused(x5, s0, fused(x1, s4, fused(x2, s3, fused(x4, s1, x3 * s2))))
     if not LINEAR:
-        b8 = b8 + a2 * c6 + a3 * c5 + a4 * c4 + a5 * c3 + a6 * c2 + a7 * c1 + a8 * c0
-    x10 = OVER_9 * (p2 * real(0.125) * s8 - q * b8)
+        b5 = fused(a2, c3, fused(a3, c2, fused(a4, c1, a5 * c0)))
+    x7 = OVER_6 * fused(p2, s5, -q * fused(a0, c5, fused(a1, c4, b5)))
+    s6 = fused(x5, c1, fused(x3, c3, x4 * c2))
+    s6 = OVER_6 * fused(x6, c0, fused(x1, c5, fused(x2, c4, s6)))
+    c6 = fused(x5, s1, fused(x3, s3, x4 * s2))
+    c6 = -OVER_6 * fused(x6, s0, fused(x1, s5, fused(x2, s4, c6)))
+    if not LINEAR:
+        b6 = fused(a2, c4, fused(a3, c3, fused(a4, c2, fused(a5, c1, a6 * c0))))
+    x8 = OVER_7 * fused(p2, s6, -q * fused(a0, c6, fused(a1, c5, b6)))
+    s7 = fused(x6, c1, fused(x3, c4, fused(x5, c2, x4 * c3)))
+    s7 = OVER_7 * fused(x7, c0, fused(x1, c6, fused(x2, c5, s7)))
+    c7 = fused(x6, s1, fused(x3, s4, fused(x5, s2, x4 * s3)))
+    c7 = -OVER_7 * fused(x7, s0, fused(x1, s6, fused(x2, s5, c7)))
+    if not LINEAR:
+        b7 = fused(a2, c5, fused(a3, c4, fused(a4, c3, fused(a5, c2, fused(a6, c1, a7 * c0)))))
+    x9 = OVER_8 * fused(p2, s7, -q * fused(a0, c7, fused(a1, c6, b7)))
+    s8 = fused(x3, c5, fused(x6, c2, fused(x4, c4, x5 * c3)))
+    s8 = fused(x8, c0, fused(x1, c7, fused(x2, c6, fused(x7, c1, s8))))
+    c8 = fused(x3, s5, fused(x6, s2, fused(x4, s4, x5 * s3)))
+    c8 = -fused(x8, s0, fused(x1, s7, fused(x2, s6, fused(x7, s1, c8))))
+    if not LINEAR:
+        b8 = fused(a5, c3, fused(a6, c2, fused(a7, c1, a8 * c0)))
+        b8 = fused(a2, c6, fused(a3, c5, fused(a4, c4, b8)))
+    b8 = fused(real(0.125) * a0, c8, fused(a1, c7, b8))
+    x10 = OVER_9 * fused(p2 * real(0.125), s8, -q * b8)
     r = FOUR_THIRDS * q
     return (
         x2 * OVER_2, x3 * OVER_3, x4 * OVER_4, x5 * OVER_5, x6 * OVER_6, x7 * OVER_7,
         x8 * OVER_8, x9 * OVER_9, x10 * OVER_10,
-        FOUR_THIRDS * (p2 + real(1.5) * c2), real(6.0) * c3, real(12.0) * c4, real(20.0) * c5,
+        fused(real(2.0), c2, FOUR_THIRDS * p2), real(6.0) * c3, real(12.0) * c4, real(20.0) * c5,
         real(30.0) * c6, real(42.0) * c7, real(7.0) * c8,
-        r * a0 + real(2.0) * s2, r * a1 + real(6.0) * s3, r * a2 + real(12.0) * s4,
-        r * a3 + real(20.0) * s5, r * a4 + real(30.0) * s6, r * a5 + real(42.0) * s7,
-        r * a6 + real(7.0) * s8,
+        fused(r, a0, real(2.0) * s2), fused(r, a1, real(6.0) * s3), fused(r, a2, real(12.0) * s4),
+        fused(r, a3, real(20.0) * s5), fused(r, a4, real(30.0) * s6), fused(r, a5, real(42.0) * s7),
+        fused(r, a6, real(7.0) * s8),
     )  # fmt: skip
 
 
@@ -105,7 +111,8 @@ def polynomial(
     k0: real, k1: real, k2: real, k3: real, k4: real, k5: real, k6: real, x: real,
 ) -> real:  # fmt: skip
     """Value of a polynomial of degree 6."""
-    return k0 + x * (k1 + x * (k2 + x * (k3 + x * (k4 + x * (k5 + x * k6)))))
+    high = fused(x, fused(x, fused(x, k6, k5), k4), k3)
+    return fused(x, fused(x, fused(x, high, k2), k1), k0)
 
 
 @wp.func
@@ -123,16 +130,19 @@ def needed_along(
     zero = real(0.0)
     most = larger(ratio(f0, n0), needed)
     pull = sign_of(f0)
-    g1 = most * n1 - pull * f1
-    g2 = real(2.0) * (most * n2 - pull * f2)
-    g3 = real(3.0) * (most * n3 - pull * f3)
-    g4 = real(4.0) * (most * n4 - pull * f4)
-    g5 = real(5.0) * (most * n5 - pull * f5)
-    g6 = real(6.0) * (most * n6 - pull * f6)
-    end = g1 + span * (g2 + span * (g3 + span * (g4 + span * (g5 + span * g6))))
-    bend = end - g1 - g2 * span
-    square = g2 * g2 * span * span - real(4.0) * g1 * bend
-    steep = g2 * span + wp.sqrt(wp.where(square > zero, square, zero))
+    g1 = fused_less(pull, f1, most * n1)
+    g2 = real(2.0) * fused_less(pull, f2, most * n2)
+    g3 = real(3.0) * fused_less(pull, f3, most * n3)
+    g4 = real(4.0) * fused_less(pull, f4, most * n4)
+    g5 = real(5.0) * fused_less(pull, f5, most * n5)
+    g6 = real(6.0) * fused_less(pull, f6, most * n6)
+    high = fused(span, fused(span, fused(span, g6, g5), g4), g3)
+    # The slope over time times the span: g1 + rise + bend at its end.
+    rise = g2 * span
+    bend = high * span * span
+    end = g1 + (rise + bend)
+    square = fused(rise, rise, real(-4.0) * g1 * bend)
+    steep = rise + wp.sqrt(wp.where(square > zero, square, zero))
     turn = real(-2.0) * g1 * span / steep
     inside = g1 < zero and end > zero and turn < span
     at = wp.where(inside, turn, span)
@@ -177,4 +187,4 @@ def needed_at_step(lean: real, side: real, dv: real, alpha: real) -> real:
     """Friction that a velocity step dv of the base needs of a block that leans to a side."""
     c = cosine(alpha - lean)
     upwards = real(-3.0) * sine(alpha - lean) * c * side * sign_of(dv)
-    return ratio(real(4.0) - real(3.0) * c * c, upwards)
+    return ratio(fused(real(-3.0) * c, c, real(4.0)), upwards)

@@ -27,8 +27,8 @@ def suffices(
     f0: real, f1: real, f2: real, f3: real,
 ) -> bool:  # fmt: skip
     """Whether a friction surely holds in a step of length h: n and f are chords and what bends."""
-    n = smaller(n0, n0 + n1 * h) - h * h * (size(n2) + size(n3) * h)
-    f = larger(size(f0), size(f0 + f1 * h)) + h * h * (size(f2) + size(f3) * h)
+    n = fused_less(h * h, fused(size(n3), h, size(n2)), smaller(n0, fused(n1, h, n0)))
+    f = fused(h * h, fused(size(f3), h, size(f2)), larger(size(f0), size(fused(f1, h, f0))))
     return f < NEARLY_ALL * friction * n
 
 

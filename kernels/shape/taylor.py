@@ -17,8 +17,8 @@ def value_at(
     t6: real, t7: real, t8: real, t9: real, t10: real, x: real,
 ) -> real:  # fmt: skip
     """Value of a polynomial."""
-    high = t5 + x * (t6 + x * (t7 + x * (t8 + x * (t9 + x * t10))))
-    return t0 + x * (t1 + x * (t2 + x * (t3 + x * (t4 + x * high))))
+    high = fused(x, fused(x, fused(x, fused(x, fused(x, t10, t9), t8), t7), t6), t5)
+    return fused(x, fused(x, fused(x, fused(x, fused(x, high, t4), t3), t2), t1), t0)
 
 
 @wp.func
@@ -27,10 +27,10 @@ def slope_at(
     t6: real, t7: real, t8: real, t9: real, t10: real, x: real,
 ) -> real:  # fmt: skip
     """First derivative of a polynomial."""
-    d8 = real(8.0) * t8 + x * (real(9.0) * t9 + x * real(10.0) * t10)
-    d5 = real(5.0) * t5 + x * (real(6.0) * t6 + x * (real(7.0) * t7 + x * d8))
-    d2 = real(2.0) * t2 + x * (real(3.0) * t3 + x * (real(4.0) * t4 + x * d5))
-    return t1 + x * d2
+    d8 = fused(x, fused(x, real(10.0) * t10, real(9.0) * t9), real(8.0) * t8)
+    d5 = fused(x, fused(x, fused(x, d8, real(7.0) * t7), real(6.0) * t6), real(5.0) * t5)
+    d2 = fused(x, fused(x, fused(x, d5, real(4.0) * t4), real(3.0) * t3), real(2.0) * t2)
+    return fused(x, d2, t1)
 
 
 @wp.func
@@ -49,7 +49,7 @@ def root(
     zero = real(0.0)
     sign = wp.where(g0 < zero, real(-1.0), real(1.0))
     b = sign * g1
-    square = b * b - real(4.0) * sign * g0 * sign * g2
+    square = fused(b, b, real(-4.0) * g0 * g2)
     x = real(2.0) * sign * g0 / (wp.sqrt(wp.where(square > zero, square, zero)) - b)
     x = wp.where(square >= zero and x > zero and x < end, x, end * g0 / (g0 - at_end))
     low = zero

@@ -22,6 +22,7 @@ from warprock.kernels.two_block.stack_mechanics import (
     equations,
     ground_pulls,
     interface_pulls,
+    inverse,
     kinetic_energy,
     least_margin,
     of_centres,
@@ -74,7 +75,7 @@ def projected(
     r2 = momentum[2] * (h2 * cos2 + edge * sin2) + momentum[3] * (edge * cos2 - h2 * sin2)
     eq = equations(lower, upper, stack, s1, s2)
     m12 = cross_terms(eq, rotation)[0]
-    return solved(s1, s2, eq.m11, m12, eq.m22, r1, r2 + spin[1])
+    return solved(inverse(s1, s2, eq.m11, m12, eq.m22), r1, r2 + spin[1])
 
 
 @wp.func

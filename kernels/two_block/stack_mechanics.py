@@ -29,6 +29,9 @@ Pair = wp.types.vector(length=2, dtype=real)
 Places = wp.types.vector(length=4, dtype=real)
 """x and z of the lower block's centre, then of the upper one's."""
 
+Inverse = wp.types.vector(length=3, dtype=real)
+"""Inverse of a symmetric matrix: 11, 12 and 22."""
+
 LARGE = real(1.0e30)
 ROUND_OFF = by_precision(1.0e-12, 1.0e-5)
 """Part of the largest moment of a reaction that counts as zero."""
@@ -100,15 +103,25 @@ def equations(lower: Block, upper: Block, stack: Stack, s1: real, s2: real) -> E
 
 
 @wp.func
-def solved(s1: real, s2: real, m11: real, m12: real, m22: real, r1: real, r2: real) -> Pair:
-    """Solution of the mass matrix of a pattern for the right sides of both equations."""
-    zero = real(0.0)
-    both = (r1 + r2) / (m11 + m12 + m12 + m22)
-    area = m11 * m22 - m12 * m12
-    first = wp.where(s2 == zero, both, (m22 * r1 - m12 * r2) / area)
-    second = wp.where(s2 == zero, both, (m11 * r2 - m12 * r1) / area)
-    flat = wp.where(s2 == zero, zero, r2 / m22)
-    return Pair(wp.where(s1 == zero, zero, first), wp.where(s1 == zero, flat, second))
+def inverse(s1: real, s2: real, m11: real, m12: real, m22: real) -> Inverse:
+    """Inverse of the mass matrix of a pattern; zero in the rows of blocks that do not turn."""
+    zero, one = real(0.0), real(1.0)
+    both = one / (m11 + m12 + m12 + m22)
+    over = one / fused_less(m12, m12, m11 * m22)
+    flat = wp.where(s2 == zero, zero, one / m22)
+    i11 = wp.where(s2 == zero, both, m22 * over)
+    i12 = wp.where(s2 == zero, both, -m12 * over)
+    i22 = wp.where(s2 == zero, both, m11 * over)
+    return Inverse(
+        wp.where(s1 == zero, zero, i11), wp.where(s1 == zero, zero, i12),
+        wp.where(s1 == zero, flat, i22),
+    )  # fmt: skip
+
+
+@wp.func
+def solved(over: Inverse, r1: real, r2: real) -> Pair:
+    """Solution for the right sides of both equations; of a glued pair twice the same."""
+    return Pair(fused(over[0], r1, over[1] * r2), fused(over[1], r1, over[2] * r2))
 
 
 @wp.func
@@ -130,7 +143,7 @@ def accelerations(
 ) -> Pair:  # fmt: skip
     """Second derivatives of both rotations [rad/s^2] in a pattern whose contacts they respect."""
     eq = equations(lower, upper, stack, s1, s2)
-    cross = cross_terms(eq, rotation)
+    mixed = cross_terms(eq, rotation)
     sin1 = sine(rotation[0])
     cos1 = cosine(rotation[0])
     sin2 = sine(rotation[1])
@@ -138,9 +151,9 @@ def accelerations(
     g = stack.gravity
     q1 = g * (eq.height_1 * sin1 - eq.arm_1 * cos1) - a * (eq.arm_1 * sin1 + eq.height_1 * cos1)
     q2 = g * (eq.height_2 * sin2 - eq.arm_2 * cos2) - a * (eq.arm_2 * sin2 + eq.height_2 * cos2)
-    q1 = q1 - cross[1] * rate[1] * rate[1]
-    q2 = q2 + cross[1] * rate[0] * rate[0]
-    return solved(s1, s2, eq.m11, cross[0], eq.m22, q1, q2)
+    q1 = q1 - mixed[1] * rate[1] * rate[1]
+    q2 = q2 + mixed[1] * rate[0] * rate[0]
+    return solved(inverse(s1, s2, eq.m11, mixed[0], eq.m22), q1, q2)
 
 
 @wp.func

@@ -13,7 +13,10 @@ from warprock.kernels.two_block.stack import checked, regripped, released, shock
 from warprock.kernels.two_block.stack_mechanics import Block, Stack
 from warprock.kernels.two_block.stack_series import Series, motion_series, value
 
-wp.set_module_options(BRANCHES)
+FLAGS = f"{BRANCHES['cpu_compiler_flags']} -fno-slp-vectorize"
+"""Else the compiler packs pairs out of chains of sums, which then wait for one another: a fifth
+longer a step."""
+wp.set_module_options(BRANCHES | {"cpu_compiler_flags": FLAGS})
 
 LANES = 1
 """Lanes that a thread runs."""

@@ -11,11 +11,21 @@ is three times as fast.
 
 import warp as wp
 
-from warprock.kernels.two_block.stack_mechanics import Block, Pair, Stack, equations, solved
+from warprock.kernels.motion import LINEAR
+from warprock.kernels.two_block.stack_mechanics import (
+    Block,
+    Pair,
+    Stack,
+    equations,
+    inverse,
+    solved,
+)
 
 DEGREE = 10
 ORDERS = DEGREE - 1
 """Coefficients of an acceleration."""
+GIVEN = 2 if LINEAR else ORDERS
+"""Coefficients of the base's acceleration that are not zero."""
 Series = wp.types.vector(length=DEGREE + 1, dtype=real)
 """Coefficients of powers of the time since the start of a step."""
 
@@ -33,7 +43,7 @@ def value(p: Series, x: real) -> real:
     """Value of a series."""
     found = p[DEGREE]
     for k in range(DEGREE):
-        found = found * x + p[DEGREE - 1 - k]
+        found = fused(found, x, p[DEGREE - 1 - k])
     return found
 
 
@@ -66,8 +76,8 @@ def circled(x: Series):
         sn, cn = real(0.0), real(0.0)
         for i in range(wp.static(n + 1)):
             part = x[i + 1] * wp.static(real((i + 1) / (n + 1)))
-            sn += part * c[wp.static(n - i)]
-            cn -= part * s[wp.static(n - i)]
+            sn = fused(part, c[wp.static(n - i)], sn)
+            cn = fused_less(part, s[wp.static(n - i)], cn)
         s[n + 1] = sn
         c[n + 1] = cn
     return s, c
@@ -79,11 +89,11 @@ def motion_series(
     a: Series,
 ):  # fmt: skip
     """Both rotations in the pattern (s1, s2), from the series of the base's acceleration."""
-    g = stack.gravity
+    zero, g = real(0.0), stack.gravity
     eq = equations(lower, upper, stack, s1, s2)
     w1, w2, bend1, bend2 = Series(), Series(), Series(), Series()
     sin1, cos1, sin2, cos2 = Series(), Series(), Series(), Series()
-    sind, cosd, cross, turn = Series(), Series(), Series(), Series()
+    sind, cosd, mixed, turn = Series(), Series(), Series(), Series()
     square1, square2 = Series(), Series()
     w1[0] = rate[0]
     w2[0] = rate[1]
@@ -91,45 +101,61 @@ def motion_series(
     cos1[0] = cosine(rotation[0])
     sin2[0] = sine(rotation[1])
     cos2[0] = cosine(rotation[1])
-    sind[0] = sin1[0] * cos2[0] - cos1[0] * sin2[0]
-    cosd[0] = cos1[0] * cos2[0] + sin1[0] * sin2[0]
+    sind[0] = fused_less(cos1[0], sin2[0], sin1[0] * cos2[0])
+    cosd[0] = fused(cos1[0], cos2[0], sin1[0] * sin2[0])
+    over = inverse(s1, s2, eq.m11, fused_less(eq.odd, sind[0], eq.even * cosd[0]), eq.m22)
     for n in range(ORDERS):
-        cross[n] = eq.even * cosd[n] - eq.odd * sind[n]
-        turn[n] = eq.even * sind[n] + eq.odd * cosd[n]
-        q1, q2, e1, e2 = Pair(), Pair(), real(0.0), real(0.0)
+        mixed[n] = fused_less(eq.odd, sind[n], eq.even * cosd[n])
+        turn[n] = fused(eq.even, sind[n], eq.odd * cosd[n])
+        # What the base pulls and gravity weighs: a sin - g cos, ... of both blocks.
+        pull1, pull2, lift1, lift2 = g * cos1[n], g * cos2[n], g * sin1[n], g * sin2[n]
+        for i in range(wp.static(min(n + 1, GIVEN))):
+            j = wp.static(n - i)
+            pull1 = fused(a[i], sin1[j], pull1)
+            lift1 = fused_less(a[i], cos1[j], lift1)
+            pull2 = fused(a[i], sin2[j], pull2)
+            lift2 = fused_less(a[i], cos2[j], lift2)
+        e1, e2 = real(0.0), real(0.0)
         for i in range(wp.static(n + 1)):
             j = wp.static(n - i)
-            e1 += w1[i] * w1[j]
-            e2 += w2[i] * w2[j]
-            q1 += a[i] * Pair(sin1[j], cos1[j])
-            q2 += a[i] * Pair(sin2[j], cos2[j])
+            e1 = fused(w1[i], w1[j], e1)
+            e2 = fused(w2[i], w2[j], e2)
         square1[n] = e1
         square2[n] = e2
-        r1 = eq.height_1 * (g * sin1[n] - q1[1]) - eq.arm_1 * (g * cos1[n] + q1[0])
-        r2 = eq.height_2 * (g * sin2[n] - q2[1]) - eq.arm_2 * (g * cos2[n] + q2[0])
+        r1 = fused_less(eq.arm_1, pull1, eq.height_1 * lift1)
+        r2 = fused_less(eq.arm_2, pull2, eq.height_2 * lift2)
+        # In sums of their own, which do not wait for one another; what is known last comes last.
+        e1, e2 = zero, zero
         for i in range(wp.static(n + 1)):
             j = wp.static(n - i)
-            r1 -= turn[i] * square2[j] + cross[i] * bend2[j]
-            r2 += turn[i] * square1[j] - cross[i] * bend1[j]
-        bend = solved(s1, s2, eq.m11, cross[0], eq.m22, r1, r2)
-        over = wp.static(real(1.0 / (n + 1)))
+            r1 = fused_less(turn[i], square2[j], r1)
+            r2 = fused(turn[i], square1[j], r2)
+        for i in range(wp.static(n)):
+            j = wp.static(n - i)
+            e1 = fused_less(mixed[j], bend2[i], e1)
+            e2 = fused_less(mixed[j], bend1[i], e2)
+        bend = solved(over, r1 + e1, r2 + e2)
+        part = wp.static(real(1.0 / (n + 1)))
         bend1[n] = bend[0]
         bend2[n] = bend[1]
-        w1[n + 1] = bend[0] * over
-        w2[n + 1] = bend[1] * over
+        w1[n + 1] = bend[0] * part
+        w2[n + 1] = bend[1] * part
         # theta' times the cosine is the derivative of the sine.
-        u1, u2, ud = Pair(), Pair(), Pair()
+        su, cu, sv, cv, sd, cd = zero, zero, zero, zero, zero, zero
         for i in range(wp.static(n + 1)):
             j = wp.static(n - i)
-            u1 += w1[i] * Pair(cos1[j], -sin1[j])
-            u2 += w2[i] * Pair(cos2[j], -sin2[j])
-            ud += (w1[i] - w2[i]) * Pair(cosd[j], -sind[j])
-        sin1[n + 1] = u1[0] * over
-        cos1[n + 1] = u1[1] * over
-        sin2[n + 1] = u2[0] * over
-        cos2[n + 1] = u2[1] * over
-        sind[n + 1] = ud[0] * over
-        cosd[n + 1] = ud[1] * over
+            su = fused(w1[i], cos1[j], su)
+            cu = fused_less(w1[i], sin1[j], cu)
+            sv = fused(w2[i], cos2[j], sv)
+            cv = fused_less(w2[i], sin2[j], cv)
+            sd = fused(w1[i] - w2[i], cosd[j], sd)
+            cd = fused(w2[i] - w1[i], sind[j], cd)
+        sin1[n + 1] = su * part
+        cos1[n + 1] = cu * part
+        sin2[n + 1] = sv * part
+        cos2[n + 1] = cv * part
+        sind[n + 1] = sd * part
+        cosd[n + 1] = cd * part
     return integrated(rotation[0], w1), integrated(rotation[1], w2)
 
 
@@ -172,10 +198,10 @@ def bearing_series(
         pressed, turned = real(0.0), real(0.0)
         for i in range(wp.static(n + 1)):
             j = wp.static(n - i)
-            pressed += sin2[i] * fx[j] + cos2[i] * fz[j]
-            turned += cos2[i] * fx[j] - sin2[i] * fz[j]
+            pressed = fused(sin2[i], fx[j], fused(cos2[i], fz[j], pressed))
+            turned = fused(cos2[i], fx[j], fused_less(sin2[i], fz[j], turned))
         normal[n] = pressed
-        moment[n] = upper.inertia * bend2[n] + h2 * turned
+        moment[n] = fused(upper.inertia, bend2[n], h2 * turned)
     whole = Series(fz)
     whole[0] = whole[0] + lower.mass * stack.gravity
     tilt = lower.half_height * lower.mass * a + rise * fx
@@ -213,8 +239,8 @@ def stays_above(p: Series, h: real) -> bool:
     """Whether the first term of a series is more than all others can take away in (0, h]."""
     rest = real(0.0)
     for k in range(DEGREE):
-        rest = (rest + size(p[DEGREE - k])) * h
-    return p[0] > rest
+        rest = fused(rest, h, size(p[DEGREE - k]))
+    return p[0] > rest * h
 
 
 @wp.func
