@@ -96,6 +96,11 @@ def fused(a: real, b: real, c: real) -> real:
     """
 
 
+@wp.func_native(f"return {_MULTIPLY_ADD}(-a, b, c);")
+def fused_less(a: real, b: real, c: real) -> real:
+    """The difference c - a b, likewise; `fused(-a, b, c)` takes a subtraction from zero besides."""
+
+
 @wp.func
 def dot(ax: real, az: real, bx: real, bz: real) -> real:
     """The scalar product ax bx + az bz."""

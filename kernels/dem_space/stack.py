@@ -41,11 +41,11 @@ from warprock.kernels.dem.stack import FAILED, Knobs
 from warprock.kernels.dem_space.stack_meet import Link, back_from, held_in
 from warprock.kernels.shape_space.block import (
     Block,
-    cross,
     in_axes,
     matrix_of,
     product,
     turn_freely,
+    vector_product,
 )
 
 CONE = FRICTION == "cone"
@@ -101,7 +101,7 @@ def spring(
     pressed = fused(knobs.dilatancy, slips, overlap)
     elastic = knobs.normal_stiffness * pressed
     closed = elastic > -pull
-    damped = fused(-knobs.stiffness_damping * knobs.normal_stiffness, vn, elastic)
+    damped = fused_less(knobs.stiffness_damping * knobs.normal_stiffness, vn, elastic)
     normal = wp.where(closed, larger(damped, -pull), zero)
     held = fused(mu, normal, wp.where(intact, knobs.cohesion, zero))
     bound = wp.where(closed, larger(held, zero), zero)
@@ -131,7 +131,7 @@ def spring_at(
 ):  # fmt: skip
     """Stresses at the point (a, b) of an interface, see `spring`."""
     return spring(
-        knobs, live, link.mu, dt, fused(-b, link.b3, fused(-a, link.a3, link.o)),
+        knobs, live, link.mu, dt, fused_less(b, link.b3, fused_less(a, link.a3, link.o)),
         fused(b, link.k3, fused(a, link.j3, link.v3)),
         fused(b, link.k1, fused(a, link.j1, link.v1)),
         fused(b, link.k2, fused(a, link.j2, link.v2)), ux, uy, slip,
@@ -201,11 +201,11 @@ def load_blocks(
             of that block [N m], to mz; gx to hz of the lower body.
         stored: Energy in the springs [J].
     """
-    s1, s2, s3 = cross(a1, a2, a3, ta1, ta2, na)
-    r1, r2, r3 = cross(b1, b2, b3, tb1, tb2, nb)
+    s1, s2, s3 = vector_product(a1, a2, a3, ta1, ta2, na)
+    r1, r2, r3 = vector_product(b1, b2, b3, tb1, tb2, nb)
     m1, m2, m3 = s1 + r1, s2 + r2, s3 + r3
-    u1, u2, u3 = cross(p1, p2, p3, t1, t2, n)
-    v1, v2, v3 = cross(d1, d2, d3, t1, t2, n)
+    u1, u2, u3 = vector_product(p1, p2, p3, t1, t2, n)
+    v1, v2, v3 = vector_product(d1, d2, d3, t1, t2, n)
     f1, f2, f3 = back_from(qx, qy, qz, qw, t1, t2, n)
     u1, u2, u3 = back_from(qx, qy, qz, qw, u1 + m1, u2 + m2, u3 + m3)
     v1, v2, v3 = back_from(qx, qy, qz, qw, v1 + m1, v2 + m2, v3 + m3)
@@ -215,12 +215,12 @@ def load_blocks(
     mx = fused(area, u1, mx)
     my = fused(area, u2, my)
     mz = fused(area, u3, mz)
-    gx = fused(-area, f1, gx)
-    gy = fused(-area, f2, gy)
-    gz = fused(-area, f3, gz)
-    hx = fused(-area, v1, hx)
-    hy = fused(-area, v2, hy)
-    hz = fused(-area, v3, hz)
+    gx = fused_less(area, f1, gx)
+    gy = fused_less(area, f2, gy)
+    gz = fused_less(area, f3, gz)
+    hx = fused_less(area, v1, hx)
+    hy = fused_less(area, v2, hy)
+    hz = fused_less(area, v3, hz)
     stored = stored + wp.where(live, real(0.5) * area * e, real(0.0))
 
 

@@ -12,11 +12,11 @@ import warp as wp
 
 from warprock.kernels.shape_space.block import (
     Block,
-    cross,
     in_axes,
     matrix_of,
     product,
     slide_of,
+    vector_product,
 )
 
 SMALLEST = real(1.0e-3)
@@ -158,9 +158,9 @@ else:
         """The upper attitude as seen from the lower body."""
         gx, gy, gz, gw = lower.qx, lower.qy, lower.qz, lower.qw
         return (
-            fused(gw, qx, -(gx * qw)) - fused(gy, qz, -(gz * qy)),
-            fused(gw, qy, -(gy * qw)) - fused(gz, qx, -(gx * qz)),
-            fused(gw, qz, -(gz * qw)) - fused(gx, qy, -(gy * qx)),
+            fused_less(gx, qw, gw * qx) - fused_less(gz, qy, gy * qz),
+            fused_less(gy, qw, gw * qy) - fused_less(gx, qz, gz * qx),
+            fused_less(gz, qw, gw * qz) - fused_less(gy, qx, gx * qy),
             dot(gw, gx, qw, qx) + dot(gy, gz, qy, qz),
         )  # fmt: skip
 
@@ -195,8 +195,8 @@ else:
         x = c1 + below.centre_x - product(m11, m12, m13, cx, cy, high)
         y = c2 + below.centre_y - product(m21, m22, m23, cx, cy, high)
         over = real(1.0) / larger(m33, SMALLEST)
-        along = fused(m12, y, -(m22 * x)) * over
-        across = fused(m21, x, -(m11 * y)) * over
+        along = fused_less(m22, x, m12 * y) * over
+        across = fused_less(m11, y, m21 * x) * over
         middle_a, half_a = stretch(
             block.half_width, below.half_width, below.half_depth, along, m11, m21
         )
@@ -227,8 +227,8 @@ def relative_motion(
     n1, n2, n3 = in_axes(m11, m21, m31, m12, m22, m32, m13, m23, m33, l1, l2, l3)
     n1, n2, n3 = n1 * block.inverse_x, n2 * block.inverse_y, n3 * block.inverse_z
     o1, o2, o3 = in_axes(m11, m12, m13, m21, m22, m23, m31, m32, m33, n1, n2, n3)
-    s1, s2, s3 = cross(o1, o2, o3, p1, p2, p3)
-    t1, t2, t3 = cross(u1, u2, u3, d1, d2, d3)
+    s1, s2, s3 = vector_product(o1, o2, o3, p1, p2, p3)
+    t1, t2, t3 = vector_product(u1, u2, u3, d1, d2, d3)
     return w1 + s1 - t1, w2 + s2 - t2, w3 + s3 - t3, o1 - u1, o2 - u2, o3 - u3
 
 
@@ -251,7 +251,7 @@ def find_contacts(block: Block, below: Block, upper: Moving, lower: Moving) -> L
     x, y = x - block.centre_x, y - block.centre_y
     p1, p2, p3 = in_axes(m11, m12, m13, m21, m22, m23, m31, m32, m33, x, y, -high)
     # Nothing cancels: 1 - m33 = 2 (sx^2 + sy^2), and that of the lower body likewise.
-    sunk = fused(both, dot(gx, gy, gx, gy), -(high * dot(sx, sy, sx, sy)))
+    sunk = fused_less(high, dot(sx, sy, sx, sy), both * dot(gx, gy, gx, gy))
     _x, _y, up = seen_from(gx, gy, gz, gw, dx, dy, dz)
     o = TWO * sunk - up - dot(m31, m32, x, y)
     d1, d2, d3 = c1 + p1, c2 + p2, c3 + p3
@@ -266,8 +266,8 @@ def find_contacts(block: Block, below: Block, upper: Moving, lower: Moving) -> L
         block, m11, m12, m13, m21, m22, m23, m31, m32, m33,
         w1, w2, w3, l1, l2, l3, u1, u2, u3, p1, p2, p3, d1, d2, d3,
     )  # fmt: skip
-    j1, j2, j3 = cross(t1, t2, t3, a1, a2, a3)
-    k1, k2, k3 = cross(t1, t2, t3, b1, b2, b3)
+    j1, j2, j3 = vector_product(t1, t2, t3, a1, a2, a3)
+    k1, k2, k3 = vector_product(t1, t2, t3, b1, b2, b3)
     zero = real(0.0)
     area = real(4.0) * larger(half_a, zero) * larger(half_b, zero)
     return Link(
@@ -293,8 +293,8 @@ else:
         y = fused(b, link.b2, fused(a, link.a2, link.d2 + link.cy))
         dx = larger(smaller(x, link.wide), -link.wide) - x
         dy = larger(smaller(y, link.deep), -link.deep) - y
-        over = real(1.0) / larger(fused(link.a1, link.b2, -(link.a2 * link.b1)), NO_AREA)
+        over = real(1.0) / larger(fused_less(link.a2, link.b1, link.a1 * link.b2), NO_AREA)
         return (
-            fused(fused(link.b2, dx, -(link.b1 * dy)), over, a),
-            fused(fused(link.a1, dy, -(link.a2 * dx)), over, b),
+            fused(fused_less(link.b1, dy, link.b2 * dx), over, a),
+            fused(fused_less(link.a2, dx, link.a1 * dy), over, b),
         )

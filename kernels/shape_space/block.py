@@ -76,9 +76,9 @@ def product(ax: real, ay: real, az: real, bx: real, by: real, bz: real) -> real:
 
 
 @wp.func
-def cross(ax: real, ay: real, az: real, bx: real, by: real, bz: real):
+def vector_product(ax: real, ay: real, az: real, bx: real, by: real, bz: real):
     """The vector product of two vectors."""
-    return fused(ay, bz, -(az * by)), fused(az, bx, -(ax * bz)), fused(ax, by, -(ay * bx))
+    return fused_less(az, by, ay * bz), fused_less(ax, bz, az * bx), fused_less(ay, bx, ax * by)
 
 
 @wp.func
@@ -98,12 +98,12 @@ def in_axes(
 def matrix_of(qx: real, qy: real, qz: real, qw: real):
     """Rotation matrix of an attitude, row by row."""
     x, y, z = qx + qx, qy + qy, qz + qz
-    xw, yw, zw = x * qw, y * qw, z * qw
-    flat, tall = fused(-z, qz, real(1.0)), fused(-y, qy, real(1.0))
+    xy, xz, yz = x * qy, x * qz, y * qz
+    flat, tall = fused_less(z, qz, real(1.0)), fused_less(y, qy, real(1.0))
     return (
-        fused(-y, qy, flat), fused(x, qy, -zw), fused(x, qz, yw),
-        fused(x, qy, zw), fused(-x, qx, flat), fused(y, qz, -xw),
-        fused(x, qz, -yw), fused(y, qz, xw), fused(-x, qx, tall),
+        fused_less(y, qy, flat), fused_less(z, qw, xy), fused(y, qw, xz),
+        fused(z, qw, xy), fused_less(x, qx, flat), fused_less(x, qw, yz),
+        fused_less(y, qw, xz), fused(x, qw, yz), fused_less(x, qx, tall),
     )  # fmt: skip
 
 
@@ -128,14 +128,14 @@ def inverse_inertia(
 @wp.func
 def turned(s: real, c: real, a: real, b: real):
     """Two numbers (a, b) turned by an angle with the sine s and the cosine c."""
-    return fused(s, b, c * a), fused(-s, a, c * b)
+    return fused(s, b, c * a), fused_less(s, a, c * b)
 
 
 @wp.func
 def turned_twice(s: real, c: real, a: real, b: real):
     """Two numbers (a, b) turned by twice that angle."""
     twice = s + s
-    return turned(twice * c, fused(-twice, s, real(1.0)), a, b)
+    return turned(twice * c, fused_less(twice, s, real(1.0)), a, b)
 
 
 @wp.func
@@ -179,7 +179,7 @@ def turn_freely(
     ex, ew = turned(s, c, dx, dw)
     ey, ez = turned(s, c, dy, dz)
     # One Newton step towards length 1, which removes the round-off.
-    back = fused(-HALF, fused(ew, ew, product(ex, ey, ez, ex, ey, ez)), real(1.5))
+    back = fused_less(HALF, fused(ew, ew, product(ex, ey, ez, ex, ey, ez)), real(1.5))
     return back * ex, back * ey, back * ez, back * ew
 
 
@@ -211,11 +211,11 @@ def slide_of(
     along = part * (on2 + on3 - on1 - on4) * block.half_width
     across = part * (on3 + on4 - on1 - on2) * block.half_depth
     ax, ay = along - block.centre_x, across - block.centre_y
-    stood_x = fused(-block.flat_s, across, fused(block.flat_c, along, block.flat_x))
+    stood_x = fused_less(block.flat_s, across, fused(block.flat_c, along, block.flat_x))
     stood_y = fused(block.flat_c, across, fused(block.flat_s, along, block.flat_y))
     return (
-        fused(-r13, block.half_height, fused(r12, ay, fused(r11, ax, dx))) - stood_x,
-        fused(-r23, block.half_height, fused(r22, ay, fused(r21, ax, dy))) - stood_y,
+        fused_less(r13, block.half_height, fused(r12, ay, fused(r11, ax, dx))) - stood_x,
+        fused_less(r23, block.half_height, fused(r22, ay, fused(r21, ax, dy))) - stood_y,
     )
 
 
@@ -235,7 +235,7 @@ def turns_of(block: Block, r13: real, r23: real, r33: real, qz: real, qw: real):
     size_y = wp.where(r23 < zero, -r23, r23)
     up = larger(r33, zero)
     square = up * up
-    part = larger(fused(-square, real(1.0) / (FALLS * FALLS), real(1.0)), zero)
+    part = larger(fused_less(square, real(1.0) / (FALLS * FALLS), real(1.0)), zero)
     falls = part > zero
     part_x, part_y = part * r13, part * r23
     run_x = wp.where(falls, wp.sqrt(fused(part_y, part_y, square)), up)
@@ -245,7 +245,7 @@ def turns_of(block: Block, r13: real, r23: real, r33: real, qz: real, qw: real):
     tan_tilt = dot(size_x, size_y, size_x, size_y) / larger(square, real(1.0e-30))
     # The attitude's twist about the vertical against that of the start, as complex numbers.
     along = dot(qw, qz, block.qw, block.qz)
-    across = fused(qz, block.qw, -(qw * block.qz))
+    across = fused_less(qw, block.qz, qz * block.qw)
     along = wp.where(along < zero, -along, along)
     across = wp.where(across < zero, -across, across)
     return (
