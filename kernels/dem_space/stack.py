@@ -29,8 +29,7 @@ v(n + 1/2) = v(n - 1/2) + dt F / m - dv_base, L(n + 1/2) = L(n - 1/2) + dt M, an
 attitudes go on freely with them, see `turn_freely` in shape_space/block.py.
 
 Points are visited in pairs +-(a, b). Pairs on one diagonal, on the other and on the axes have sums
-of their own (`kind`), so that a scene mirrored in x or in y has mirrored forces but for the last
-bit, which the compiler's fused operations at the two points of a pair may leave.
+of their own (`kind`), so that a scene mirrored in x or in y has mirrored forces to round-off.
 
 Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks in space.
 """

@@ -124,15 +124,19 @@ def velocity_at(v: Vector, o: Vector, r: Vector) -> Vector:
 
 @wp.func
 def relative_velocity(
-    e: Matrix, vu: Vector, ou: Vector, ru: Vector, vl: Vector, ol: Vector, rl: Vector
+    vu: Vector, ou: Vector, ru: Vector, vl: Vector, ol: Vector, rl: Vector
 ) -> Vector:
-    """Velocity of a contact on the upper block as seen from the lower one, along e [m/s]."""
-    d = velocity_at(vu, ou, ru) - velocity_at(vl, ol, rl)
-    x, y, z = in_axes(
+    """Velocity of a contact on the upper block as seen from the lower one [m/s]."""
+    return velocity_at(vu, ou, ru) - velocity_at(vl, ol, rl)
+
+
+@wp.func
+def parts_along(e: Matrix, v: Vector):
+    """The parts of a vector along three directions, one a row."""
+    return in_axes(
         e[0, 0], e[0, 1], e[0, 2], e[1, 0], e[1, 1], e[1, 2], e[2, 0], e[2, 1], e[2, 2],
-        d[0], d[1], d[2],
+        v[0], v[1], v[2],
     )  # fmt: skip
-    return Vector(x, y, z)
 
 
 @wp.func
@@ -163,8 +167,8 @@ def solve_contact(
     upper and the lower body.
     """
     zero, g = real(0.0), gains
-    slip = relative_velocity(e, vu, ou, ru, vl, ol, rl)
-    x, y, z = slip[0], slip[1], fused(larger(gap, zero), rate, slip[2])
+    x, y, parting = parts_along(e, relative_velocity(vu, ou, ru, vl, ol, rl))
+    z = fused(larger(gap, zero), rate, parting)
     stop_x = p[0] - product(g[4], g[5], g[6], x, y, z)
     stop_y = p[1] - product(g[5], g[7], g[8], x, y, z)
     stop_z = p[2] - product(g[6], g[8], g[9], x, y, z)
@@ -240,9 +244,9 @@ def fastest_slip(
     most = real(0.0)
     for i in range(total):
         k = body[i]
-        e, low = rows_of(axes, k - 1), k - 1
-        slip = relative_velocity(e, u[k], o[k], ru[i], u[low], o[low], rl[i])
-        most = larger(most, dot(slip[0], slip[1], slip[0], slip[1]))
+        v = relative_velocity(u[k], o[k], ru[i], u[k - 1], o[k - 1], rl[i])
+        x, y, _z = parts_along(rows_of(axes, k - 1), v)
+        most = larger(most, dot(x, y, x, y))
     return most
 
 

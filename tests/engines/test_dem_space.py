@@ -156,8 +156,7 @@ def test_mirrored_scene_gives_mirrored_response(axis: str) -> None:
     back = run_batch("dem", mirrored, other, times)
     sign_x, sign_y = (-1.0, 1.0) if axis == "x" else (1.0, -1.0)
     np.testing.assert_array_equal(there["outcome"], back["outcome"])
-    # Sums in mirrored order leave what fused operations at the two points of a pair do: round-off,
-    # which a lane that falls magnifies.
+    # A lane that falls magnifies round-off.
     stands = there["outcome"] != Outcome.OVERTURNED
     for name, sign in (("rotation", sign_x), ("rotation_across", sign_y), ("yaw", -1.0)):
         np.testing.assert_allclose(there[name][stands], sign * back[name][stands], atol=1e-11)
