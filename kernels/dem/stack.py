@@ -112,12 +112,12 @@ def relative_motion(
     """
     rate = omega - lomega
     turn = wp.where(side < real(0.0), lomega, omega)
-    a = middle * rc - hs * rs
-    b = side * (middle * rs + hs * rc)
+    a = fused_less(hs, rs, middle * rc)
+    b = side * dot(middle, hs, rs, rc)
     pe = a
     pn = b
-    vn = wx * ps + wz * pc + turn * de - rate * a
-    vt = wx * pc - wz * ps - turn * dn + rate * b
+    vn = fused_less(rate, a, fused(turn, de, dot(wx, wz, ps, pc)))
+    vt = fused(rate, b, fused_less(turn, dn, fused_less(wz, ps, wx * pc)))
     tilt = half * rs
     parting = -half * rc * rate
     sliding = half * side * rs * rate
@@ -150,12 +150,13 @@ def find_contacts(
         pe: See `relative_motion`, as all that is not told here.
         overlap: Overlap o in the middle of that stretch [m].
     """
-    turn = s * lc - c * ls
-    cos_turn = c * lc + s * ls
+    turn = fused_less(c, ls, s * lc)
+    cos_turn = dot(c, s, lc, ls)
     both = half_height + lhalf_height
     dz = both + ez
     lean = lean_of(turn, omega - lomega, dv)
-    corner = dx * lc - dz * ls - half_height * turn + lean * half_width * cos_turn
+    corner = fused_less(half_height, turn, fused_less(dz, ls, dx * lc))
+    corner = fused(lean * half_width, cos_turn, corner)
     upper = lean * corner <= lhalf_width
     sign = wp.where(upper, real(-1.0), real(1.0))
     tilted = wp.where(upper, ls, s)
@@ -163,13 +164,14 @@ def find_contacts(
     tall = wp.where(upper, half_height, lhalf_height)
     slave = wp.where(upper, half_width, lhalf_width)
     plane = wp.where(upper, lhalf_width, half_width)
-    along = dx * across - dz * tilted
-    place = -sign * along - tall * turn
+    along = fused_less(dz, tilted, dx * across)
+    place = fused_less(tall, turn, -sign * along)
     low, top = shared_stretch(slave, plane, place, cos_turn)
-    gap = dx * tilted + ez * across - both * rise(tilted, across) + tall * rise(turn, cos_turn)
+    sunk = fused_less(tall, rise(turn, cos_turn), both * rise(tilted, across))
+    sunk = fused_less(ez, across, fused_less(dx, tilted, sunk))
     middle = real(0.5) * (low + top)
     length = real(0.5) * (top - low)
-    normal = dx * tilted + dz * across
+    normal = dot(dx, dz, tilted, across)
     ps = tilted
     pc = across
     rs = turn
@@ -178,7 +180,7 @@ def find_contacts(
     de = along
     dn = normal
     half = length
-    overlap = middle * turn - gap
+    overlap = fused(middle, turn, sunk)
     slid = -sign * (place - lean * slave * rise(turn, cos_turn))
     relative_motion(
         tilted, across, turn, cos_turn, sign, along, normal, tall, middle, length,
@@ -211,18 +213,18 @@ def spring(
     slips = real(slip)
     intact = slips == zero
     pull = wp.where(intact, knobs.tensile_strength, zero)
-    pressed = overlap + knobs.dilatancy * slips
+    pressed = fused(knobs.dilatancy, slips, overlap)
     elastic = knobs.normal_stiffness * pressed
     closed = elastic > -pull
-    damped = elastic - knobs.stiffness_damping * knobs.normal_stiffness * vn
+    damped = fused_less(knobs.stiffness_damping * knobs.normal_stiffness, vn, elastic)
     normal = wp.where(closed, larger(damped, -pull), zero)
-    held = wp.where(intact, knobs.cohesion, zero) + mu * normal
+    held = fused(mu, normal, wp.where(intact, knobs.cohesion, zero))
     bound = wp.where(closed, larger(held, zero), zero)
-    stretch = old + dt * vt
-    wanted = -knobs.shear_stiffness * (stretch + knobs.stiffness_damping * vt)
+    stretch = fused(dt, vt, old)
+    wanted = -knobs.shear_stiffness * fused(knobs.stiffness_damping, vt, stretch)
     shear = larger(smaller(wanted, bound), -bound)
     kept = wp.where(size(wanted) <= bound, stretch, -knobs.shear_flexibility * shear)
-    energy = wp.where(closed, elastic * pressed, zero) + knobs.shear_stiffness * kept * kept
+    energy = fused(knobs.shear_stiffness * kept, kept, wp.where(closed, elastic * pressed, zero))
     u = wp.where(live, kept, old)
     moved = wp.where(closed, slips + size(stretch - kept), larger(slips, FAILED))
     slip = wp.where(live, moved, slips)
@@ -253,18 +255,18 @@ def solve_pair(
     before1 = real(slip1)
     before2 = real(slip2)
     n1, t1, e1 = spring(
-        knobs, live, mu, dt, overlap - away * tilt, vn - away * parting, vt - away * sliding,
-        u1, slip1,
+        knobs, live, mu, dt, fused_less(away, tilt, overlap), fused_less(away, parting, vn),
+        fused_less(away, sliding, vt), u1, slip1,
     )  # fmt: skip
     n2, t2, e2 = spring(
-        knobs, live, mu, dt, overlap + away * tilt, vn + away * parting, vt + away * sliding,
-        u2, slip2,
+        knobs, live, mu, dt, fused(away, tilt, overlap), fused(away, parting, vn),
+        fused(away, sliding, vt), u2, slip2,
     )  # fmt: skip
-    n = n + share * (n1 + n2)
-    t = t + share * (t1 + t2)
-    nq = nq + share * away * (n2 - n1)
-    tq = tq + share * away * (t2 - t1)
-    e = e + share * (e1 + e2)
+    n = fused(share, n1 + n2, n)
+    t = fused(share, t1 + t2, t)
+    nq = fused(share * away, n2 - n1, nq)
+    tq = fused(share * away, t2 - t1, tq)
+    e = fused(share, e1 + e2, e)
     held = held + wp.where(n1 > real(0.0) and slip1 == before1, 1, 0)
     held = held + wp.where(n2 > real(0.0) and slip2 == before2, 1, 0)
 
@@ -294,10 +296,11 @@ def load_blocks(
     area = real(2.0) * larger(half, zero) * depth
     normal = area * n
     shear = area * t
-    about = pn * shear - pe * normal + area * half * (side * rs * tq - rc * nq)
-    across = dn * shear - de * normal
-    px = normal * ps + shear * pc
-    pz = normal * pc - shear * ps
+    spread = fused_less(rc, nq, side * rs * tq)
+    about = fused(area * half, spread, fused_less(pe, normal, pn * shear))
+    across = fused_less(de, normal, dn * shear)
+    px = dot(normal, shear, ps, pc)
+    pz = fused_less(shear, ps, normal * pc)
     fx = fx + px
     fz = fz + pz
     moment = moment + about - wp.where(side < zero, zero, across)
@@ -340,23 +343,24 @@ def integrate(
     old_z = real(vz)
     old_o = real(omega)
     drag = knobs.mass_damping
-    px = m * fx - drag * old_x
-    pz = m * fz - drag * old_z
-    po = j * moment - drag * old_o
-    new_x = old_x + span * px - dv
-    new_z = old_z + span * (pz - knobs.gravity)
+    px = fused_less(drag, old_x, m * fx)
+    pz = fused_less(drag, old_z, m * fz)
+    po = fused_less(drag, old_o, j * moment)
+    new_x = fused(span, px, old_x) - dv
+    new_z = fused(span, pz - knobs.gravity, old_z)
     if VERTICAL:
         new_z = new_z - dz
-    new_o = old_o + span * po
-    work = (px * (old_x + new_x) + pz * (old_z + new_z)) / m + po * (old_o + new_o) / j
+    new_o = fused(span, po, old_o)
+    mass = real(1.0) / m
+    work = fused(mass, dot(px, pz, old_x + new_x, old_z + new_z), po * (old_o + new_o) / j)
     loss = loss - wp.where(live, half * span * work, real(0.0))
-    given = given - wp.where(live, worked(dv, dz, old_x + new_x, old_z + new_z) / m, real(0.0))
+    given = given - wp.where(live, mass * worked(dv, dz, old_x + new_x, old_z + new_z), real(0.0))
     vx = wp.where(live, new_x, old_x)
     vz = wp.where(live, new_z, old_z)
     omega = wp.where(live, new_o, old_o)
-    x = wp.where(live, x + dt * new_x, x)
-    z = wp.where(live, z + dt * new_z, z)
-    angle = wp.where(live, theta + dt * new_o, theta)
+    x = wp.where(live, fused(dt, new_x, x), x)
+    z = wp.where(live, fused(dt, new_z, z), z)
+    angle = wp.where(live, fused(dt, new_o, theta), theta)
     theta = angle
     turned = in_range(angle)
     s = sine(turned)

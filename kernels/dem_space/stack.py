@@ -29,8 +29,7 @@ v(n + 1/2) = v(n - 1/2) + dt F / m - dv_base, L(n + 1/2) = L(n - 1/2) + dt M, an
 attitudes go on freely with them, see `turn_freely` in shape_space/block.py.
 
 Points are visited in pairs +-(a, b). Pairs on one diagonal, on the other and on the axes have sums
-of their own (`kind`), so that a scene mirrored in x or in y has mirrored forces but for the last
-bit, which the compiler's fused operations at the two points of a pair may leave.
+of their own (`kind`), so that a scene mirrored in x or in y has mirrored forces to round-off.
 
 Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks in space.
 """
@@ -38,8 +37,15 @@ Cundall and Strack (1979) for the scheme, Cundall (1988) for blocks in space.
 import warp as wp
 
 from warprock.kernels.dem.stack import FAILED, Knobs
-from warprock.kernels.dem_space.stack_meet import Link, back_from, cross, held_in, in_axes
-from warprock.kernels.shape_space.block import Block, matrix_of, turn_freely
+from warprock.kernels.dem_space.stack_meet import Link, back_from, held_in
+from warprock.kernels.shape_space.block import (
+    Block,
+    in_axes,
+    matrix_of,
+    product,
+    turn_freely,
+    vector_product,
+)
 
 CONE = FRICTION == "cone"
 """Whether shear is bound as a cone, else as a box along the two directions."""
@@ -51,7 +57,7 @@ NEAR_ZERO = real(1.0e-30)
 def bounded(want_x: real, want_y: real, bound: real):
     """Shear stresses within their bound, where they stick, and one over what was wanted."""
     one = real(1.0)
-    square = want_x * want_x + want_y * want_y
+    square = dot(want_x, want_y, want_x, want_y)
     over = one / wp.sqrt(larger(square, NEAR_ZERO))
     sticks_x = square <= bound * bound
     sticks_y = sticks_x
@@ -91,29 +97,44 @@ def spring(
     slips = real(slip)
     intact = slips == zero
     pull = wp.where(intact, knobs.tensile_strength, zero)
-    pressed = overlap + knobs.dilatancy * slips
+    pressed = fused(knobs.dilatancy, slips, overlap)
     elastic = knobs.normal_stiffness * pressed
     closed = elastic > -pull
-    damped = elastic - knobs.stiffness_damping * knobs.normal_stiffness * vn
+    damped = fused_less(knobs.stiffness_damping * knobs.normal_stiffness, vn, elastic)
     normal = wp.where(closed, larger(damped, -pull), zero)
-    held = wp.where(intact, knobs.cohesion, zero) + mu * normal
+    held = fused(mu, normal, wp.where(intact, knobs.cohesion, zero))
     bound = wp.where(closed, larger(held, zero), zero)
-    new_x, new_y = old_x + dt * vx, old_y + dt * vy
-    want_x = -knobs.shear_stiffness * (new_x + knobs.stiffness_damping * vx)
-    want_y = -knobs.shear_stiffness * (new_y + knobs.stiffness_damping * vy)
+    new_x, new_y = fused(dt, vx, old_x), fused(dt, vy, old_y)
+    want_x = -knobs.shear_stiffness * fused(knobs.stiffness_damping, vx, new_x)
+    want_y = -knobs.shear_stiffness * fused(knobs.stiffness_damping, vy, new_y)
     shear_x, shear_y, sticks_x, sticks_y, over = bounded(want_x, want_y, bound)
     kept_x = wp.where(sticks_x, new_x, -knobs.shear_flexibility * shear_x)
     kept_y = wp.where(sticks_y, new_y, -knobs.shear_flexibility * shear_y)
-    held_energy = knobs.shear_stiffness * (kept_x * kept_x + kept_y * kept_y)
-    energy = wp.where(closed, elastic * pressed, zero) + held_energy
-    slid = over * ((new_x - kept_x) * want_x + (new_y - kept_y) * want_y)
+    held_energy = knobs.shear_stiffness * dot(kept_x, kept_y, kept_x, kept_y)
+    energy = wp.where(closed, fused(elastic, pressed, held_energy), held_energy)
+    lost_x, lost_y = new_x - kept_x, new_y - kept_y
+    slid = over * dot(lost_x, lost_y, want_x, want_y)
     if not CONE:
-        slid = wp.sqrt((new_x - kept_x) * (new_x - kept_x) + (new_y - kept_y) * (new_y - kept_y))
+        slid = wp.sqrt(dot(lost_x, lost_y, lost_x, lost_y))
     ux = wp.where(live, kept_x, old_x)
     uy = wp.where(live, kept_y, old_y)
     moved = wp.where(closed, slips + size(slid), larger(slips, FAILED))
     slip = wp.where(live, moved, slips)
     return normal, shear_x, shear_y, energy
+
+
+@wp.func
+def spring_at(
+    knobs: Knobs, link: Link, live: bool, dt: real, a: real, b: real,
+    ux: wp.ref[real], uy: wp.ref[real], slip: wp.ref[real],
+):  # fmt: skip
+    """Stresses at the point (a, b) of an interface, see `spring`."""
+    return spring(
+        knobs, live, link.mu, dt, fused_less(b, link.b3, fused_less(a, link.a3, link.o)),
+        fused(b, link.k3, fused(a, link.j3, link.v3)),
+        fused(b, link.k1, fused(a, link.j1, link.v1)),
+        fused(b, link.k2, fused(a, link.j2, link.v2)), ux, uy, slip,
+    )  # fmt: skip
 
 
 @wp.func
@@ -139,30 +160,22 @@ def solve_pair(
             of T_1, t2 to tb2 of T_2, e the mean of twice the energy [J/m^2]; all are added to.
     """
     f, g = held_in(link, -a, -b)
-    n1, x1, y1, e1 = spring(
-        knobs, live, link.mu, dt, link.o - f * link.a3 - g * link.b3,
-        link.v3 + f * link.j3 + g * link.k3, link.v1 + f * link.j1 + g * link.k1,
-        link.v2 + f * link.j2 + g * link.k2, ux, uy, slip,
-    )  # fmt: skip
+    n1, x1, y1, e1 = spring_at(knobs, link, live, dt, f, g, ux, uy, slip)
     h, q = held_in(link, a, b)
-    n2, x2, y2, e2 = spring(
-        knobs, live, link.mu, dt, link.o - h * link.a3 - q * link.b3,
-        link.v3 + h * link.j3 + q * link.k3, link.v1 + h * link.j1 + q * link.k1,
-        link.v2 + h * link.j2 + q * link.k2, ux2, uy2, slip2,
-    )  # fmt: skip
+    n2, x2, y2, e2 = spring_at(knobs, link, live, dt, h, q, ux2, uy2, slip2)
     # f n1 + h n2 by sums and differences, which mirrored scenes mirror to the last bit.
-    h, f = share * real(0.5) * (h - f), share * real(0.5) * (h + f)
-    q, g = share * real(0.5) * (q - g), share * real(0.5) * (q + g)
-    n = n + share * (n1 + n2)
-    na = na + (h * (n2 - n1) + f * (n1 + n2))
-    nb = nb + (q * (n2 - n1) + g * (n1 + n2))
-    t1 = t1 + share * (x1 + x2)
-    ta1 = ta1 + (h * (x2 - x1) + f * (x1 + x2))
-    tb1 = tb1 + (q * (x2 - x1) + g * (x1 + x2))
-    t2 = t2 + share * (y1 + y2)
-    ta2 = ta2 + (h * (y2 - y1) + f * (y1 + y2))
-    tb2 = tb2 + (q * (y2 - y1) + g * (y1 + y2))
-    e = e + share * (e1 + e2)
+    h, f = share * HALF * (h - f), share * HALF * (h + f)
+    q, g = share * HALF * (q - g), share * HALF * (q + g)
+    n = fused(share, n1 + n2, n)
+    na = fused(h, n2 - n1, fused(f, n1 + n2, na))
+    nb = fused(q, n2 - n1, fused(g, n1 + n2, nb))
+    t1 = fused(share, x1 + x2, t1)
+    ta1 = fused(h, x2 - x1, fused(f, x1 + x2, ta1))
+    tb1 = fused(q, x2 - x1, fused(g, x1 + x2, tb1))
+    t2 = fused(share, y1 + y2, t2)
+    ta2 = fused(h, y2 - y1, fused(f, y1 + y2, ta2))
+    tb2 = fused(q, y2 - y1, fused(g, y1 + y2, tb2))
+    e = fused(share, e1 + e2, e)
 
 
 @wp.func
@@ -187,26 +200,26 @@ def load_blocks(
             of that block [N m], to mz; gx to hz of the lower body.
         stored: Energy in the springs [J].
     """
-    s1, s2, s3 = cross(a1, a2, a3, ta1, ta2, na)
-    r1, r2, r3 = cross(b1, b2, b3, tb1, tb2, nb)
+    s1, s2, s3 = vector_product(a1, a2, a3, ta1, ta2, na)
+    r1, r2, r3 = vector_product(b1, b2, b3, tb1, tb2, nb)
     m1, m2, m3 = s1 + r1, s2 + r2, s3 + r3
-    u1, u2, u3 = cross(p1, p2, p3, t1, t2, n)
-    v1, v2, v3 = cross(d1, d2, d3, t1, t2, n)
+    u1, u2, u3 = vector_product(p1, p2, p3, t1, t2, n)
+    v1, v2, v3 = vector_product(d1, d2, d3, t1, t2, n)
     f1, f2, f3 = back_from(qx, qy, qz, qw, t1, t2, n)
     u1, u2, u3 = back_from(qx, qy, qz, qw, u1 + m1, u2 + m2, u3 + m3)
     v1, v2, v3 = back_from(qx, qy, qz, qw, v1 + m1, v2 + m2, v3 + m3)
-    fx = fx + area * f1
-    fy = fy + area * f2
-    fz = fz + area * f3
-    mx = mx + area * u1
-    my = my + area * u2
-    mz = mz + area * u3
-    gx = gx - area * f1
-    gy = gy - area * f2
-    gz = gz - area * f3
-    hx = hx - area * v1
-    hy = hy - area * v2
-    hz = hz - area * v3
+    fx = fused(area, f1, fx)
+    fy = fused(area, f2, fy)
+    fz = fused(area, f3, fz)
+    mx = fused(area, u1, mx)
+    my = fused(area, u2, my)
+    mz = fused(area, u3, mz)
+    gx = fused_less(area, f1, gx)
+    gy = fused_less(area, f2, gy)
+    gz = fused_less(area, f3, gz)
+    hx = fused_less(area, v1, hx)
+    hy = fused_less(area, v2, hy)
+    hz = fused_less(area, v3, hz)
     stored = stored + wp.where(live, real(0.5) * area * e, real(0.0))
 
 
@@ -234,25 +247,31 @@ def integrate(
         fx: Force on the block [N], to fz; mx its moment [N m], to mz; zero afterwards.
         loss: Work of the springs and of mass damping against the blocks so far [J].
     """
-    half, mass = real(0.5), block.mass
+    mass, over, drag = block.mass, real(1.0) / block.mass, knobs.mass_damping
     ix, iy, iz = block.inverse_x, block.inverse_y, block.inverse_z
-    over = real(1.0) / mass
-    drag = knobs.mass_damping
-    px, py, pz = over * fx - drag * vx, over * fy - drag * vy, over * fz - drag * vz
-    ax, ay, az = over * mx - drag * lx, over * my - drag * ly, over * mz - drag * lz
-    ux, uy = vx + span * px - dvx, vy + span * py - dvy
-    uz = vz + span * (pz - knobs.gravity) - dvz
-    kx, ky, kz = lx + span * ax, ly + span * ay, lz + span * az
+    px, py, pz = (
+        fused(over, fx, -drag * vx),
+        fused(over, fy, -drag * vy),
+        fused(over, fz, -drag * vz),
+    )
+    ax, ay, az = (
+        fused(over, mx, -drag * lx),
+        fused(over, my, -drag * ly),
+        fused(over, mz, -drag * lz),
+    )
+    ux, uy = fused(span, px, vx - dvx), fused(span, py, vy - dvy)
+    uz = fused(span, pz - knobs.gravity, vz - dvz)
+    kx, ky, kz = fused(span, ax, lx), fused(span, ay, ly), fused(span, az, lz)
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
     o1, o2, o3 = in_axes(r11, r21, r31, r12, r22, r32, r13, r23, r33, lx + kx, ly + ky, lz + kz)
     e1, e2, e3 = in_axes(r11, r21, r31, r12, r22, r32, r13, r23, r33, ax, ay, az)
-    moved = px * (vx + ux) + py * (vy + uy) + pz * (vz + uz)
-    work = half * span * mass * (moved + (o1 * ix * e1 + o2 * iy * e2 + o3 * iz * e3))
+    moved = product(px, py, pz, vx + ux, vy + uy, vz + uz)
+    work = HALF * span * mass * (moved + product(o1 * ix, o2 * iy, o3 * iz, e1, e2, e3))
     n1, n2, n3, n4 = turn_freely(qx, qy, qz, qw, kx, ky, kz, ix, iy, iz, dt)
     loss = loss - wp.where(live, work, real(0.0))
-    x = wp.where(live, x + dt * ux, x)
-    y = wp.where(live, y + dt * uy, y)
-    z = wp.where(live, z + dt * uz, z)
+    x = wp.where(live, fused(dt, ux, x), x)
+    y = wp.where(live, fused(dt, uy, y), y)
+    z = wp.where(live, fused(dt, uz, z), z)
     qx = wp.where(live, n1, qx)
     qy = wp.where(live, n2, qy)
     qz = wp.where(live, n3, qz)

@@ -10,7 +10,14 @@ lower face press on that edge.
 
 import warp as wp
 
-from warprock.kernels.shape_space.block import Block, matrix_of, slide_of
+from warprock.kernels.shape_space.block import (
+    Block,
+    in_axes,
+    matrix_of,
+    product,
+    slide_of,
+    vector_product,
+)
 
 SMALLEST = real(1.0e-3)
 """Cosine below which a face seen askew grows no longer."""
@@ -97,21 +104,6 @@ class Link:
 
 
 @wp.func
-def cross(a1: real, a2: real, a3: real, b1: real, b2: real, b3: real):
-    """Vector product of a and b."""
-    return a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1
-
-
-@wp.func
-def in_axes(
-    a1: real, a2: real, a3: real, b1: real, b2: real, b3: real, c1: real, c2: real, c3: real,
-    x: real, y: real, z: real,
-):  # fmt: skip
-    """A vector (x, y, z) in the axes a, b and c."""
-    return a1 * x + a2 * y + a3 * z, b1 * x + b2 * y + b3 * z, c1 * x + c2 * y + c3 * z
-
-
-@wp.func
 def stretch(half: real, reach_a: real, reach_b: real, place: real, lean_a: real, lean_b: real):
     """Middle and half length of what a face shares with the one below, along one of its axes [m].
 
@@ -166,8 +158,10 @@ else:
         """The upper attitude as seen from the lower body."""
         gx, gy, gz, gw = lower.qx, lower.qy, lower.qz, lower.qw
         return (
-            gw * qx - gx * qw - (gy * qz - gz * qy), gw * qy - gy * qw - (gz * qx - gx * qz),
-            gw * qz - gz * qw - (gx * qy - gy * qx), gw * qw + gx * qx + gy * qy + gz * qz,
+            fused_less(gx, qw, gw * qx) - fused_less(gz, qy, gy * qz),
+            fused_less(gy, qw, gw * qy) - fused_less(gx, qz, gz * qx),
+            fused_less(gz, qw, gw * qz) - fused_less(gy, qx, gx * qy),
+            dot(gw, gx, qw, qx) + dot(gy, gz, qy, qz),
         )  # fmt: skip
 
     @wp.func
@@ -197,23 +191,12 @@ else:
 
         (c1, c2) and m11 to m33 are its centre of mass and attitude as seen from the lower one.
         """
-        x = (
-            c1
-            + below.centre_x
-            - m11 * block.centre_x
-            - m12 * block.centre_y
-            - m13 * block.half_height
-        )
-        y = (
-            c2
-            + below.centre_y
-            - m21 * block.centre_x
-            - m22 * block.centre_y
-            - m23 * block.half_height
-        )
+        cx, cy, high = block.centre_x, block.centre_y, block.half_height
+        x = c1 + below.centre_x - product(m11, m12, m13, cx, cy, high)
+        y = c2 + below.centre_y - product(m21, m22, m23, cx, cy, high)
         over = real(1.0) / larger(m33, SMALLEST)
-        along = (m12 * y - m22 * x) * over
-        across = (m21 * x - m11 * y) * over
+        along = fused_less(m22, x, m12 * y) * over
+        across = fused_less(m11, y, m21 * x) * over
         middle_a, half_a = stretch(
             block.half_width, below.half_width, below.half_depth, along, m11, m21
         )
@@ -244,8 +227,8 @@ def relative_motion(
     n1, n2, n3 = in_axes(m11, m21, m31, m12, m22, m32, m13, m23, m33, l1, l2, l3)
     n1, n2, n3 = n1 * block.inverse_x, n2 * block.inverse_y, n3 * block.inverse_z
     o1, o2, o3 = in_axes(m11, m12, m13, m21, m22, m23, m31, m32, m33, n1, n2, n3)
-    s1, s2, s3 = cross(o1, o2, o3, p1, p2, p3)
-    t1, t2, t3 = cross(u1, u2, u3, d1, d2, d3)
+    s1, s2, s3 = vector_product(o1, o2, o3, p1, p2, p3)
+    t1, t2, t3 = vector_product(u1, u2, u3, d1, d2, d3)
     return w1 + s1 - t1, w2 + s2 - t2, w3 + s3 - t3, o1 - u1, o2 - u2, o3 - u3
 
 
@@ -268,9 +251,9 @@ def find_contacts(block: Block, below: Block, upper: Moving, lower: Moving) -> L
     x, y = x - block.centre_x, y - block.centre_y
     p1, p2, p3 = in_axes(m11, m12, m13, m21, m22, m23, m31, m32, m33, x, y, -high)
     # Nothing cancels: 1 - m33 = 2 (sx^2 + sy^2), and that of the lower body likewise.
-    sunk = both * (gx * gx + gy * gy) - high * (sx * sx + sy * sy)
+    sunk = fused_less(high, dot(sx, sy, sx, sy), both * dot(gx, gy, gx, gy))
     _x, _y, up = seen_from(gx, gy, gz, gw, dx, dy, dz)
-    o = real(2.0) * sunk - up - (m31 * x + m32 * y)
+    o = TWO * sunk - up - dot(m31, m32, x, y)
     d1, d2, d3 = c1 + p1, c2 + p2, c3 + p3
     a1, a2, a3 = half_a * m11, half_a * m21, half_a * m31
     b1, b2, b3 = half_b * m12, half_b * m22, half_b * m32
@@ -283,8 +266,8 @@ def find_contacts(block: Block, below: Block, upper: Moving, lower: Moving) -> L
         block, m11, m12, m13, m21, m22, m23, m31, m32, m33,
         w1, w2, w3, l1, l2, l3, u1, u2, u3, p1, p2, p3, d1, d2, d3,
     )  # fmt: skip
-    j1, j2, j3 = cross(t1, t2, t3, a1, a2, a3)
-    k1, k2, k3 = cross(t1, t2, t3, b1, b2, b3)
+    j1, j2, j3 = vector_product(t1, t2, t3, a1, a2, a3)
+    k1, k2, k3 = vector_product(t1, t2, t3, b1, b2, b3)
     zero = real(0.0)
     area = real(4.0) * larger(half_a, zero) * larger(half_b, zero)
     return Link(
@@ -306,12 +289,12 @@ else:
     @wp.func
     def held_in(link: Link, a: real, b: real):
         """Where a point (a, b) of the upper face meets the lower one: beyond its edges, on them."""
-        x = link.d1 + link.cx + a * link.a1 + b * link.b1
-        y = link.d2 + link.cy + a * link.a2 + b * link.b2
+        x = fused(b, link.b1, fused(a, link.a1, link.d1 + link.cx))
+        y = fused(b, link.b2, fused(a, link.a2, link.d2 + link.cy))
         dx = larger(smaller(x, link.wide), -link.wide) - x
         dy = larger(smaller(y, link.deep), -link.deep) - y
-        over = real(1.0) / larger(link.a1 * link.b2 - link.a2 * link.b1, NO_AREA)
+        over = real(1.0) / larger(fused_less(link.a2, link.b1, link.a1 * link.b2), NO_AREA)
         return (
-            a + (link.b2 * dx - link.b1 * dy) * over,
-            b + (link.a1 * dy - link.a2 * dx) * over,
+            fused(fused_less(link.b1, dy, link.b2 * dx), over, a),
+            fused(fused_less(link.a2, dx, link.a1 * dy), over, b),
         )

@@ -39,7 +39,14 @@ Jean and Moreau (1992) for the scheme, Catto (2005) for the solver.
 import warp as wp
 
 from warprock.kernels.parting import CREEP, slack
-from warprock.kernels.shape_space.block import inverse_inertia, matrix_of, turn_freely
+from warprock.kernels.shape_space.block import (
+    in_axes,
+    inverse_inertia,
+    matrix_of,
+    product,
+    turn_freely,
+    vector_product,
+)
 
 CONE = FRICTION == "cone"
 """Whether friction is bound as a cone, else as a box along x and y."""
@@ -111,13 +118,12 @@ def predict(
     ux = vx - dvx
     uy = vy - dvy
     uz = vz - dvz - knobs.time_step * knobs.gravity
-    wx = xx * lx + xy * ly + xz * lz
-    wy = xy * lx + yy * ly + yz * lz
+    wx, wy, wz = in_axes(xx, xy, xz, xy, yy, yz, xz, yz, zz, lx, ly, lz)
     copy_vector(xx, xy, xz, jxx, jxy, jxz)
     copy_vector(yy, yz, zz, jyy, jyz, jzz)
     ox = wx
     oy = wy
-    oz = xz * lx + yz * ly + zz * lz
+    oz = wz
     side_x = side_of(-r31, wy, dvx, lean_x)
     # A yaw turns round with the sense of x as with that of y.
     twist = qz * qw * side_x
@@ -146,19 +152,26 @@ def slip_gains(on: real, kxx: real, kxy: real, kyy: real):
     p1, p2, p3 = on / kxx, kxy, on / kyy
     if CONE:
         apart = HALF * (kxx - kyy)
-        p1 = on / (HALF * (kxx + kyy) + wp.sqrt(apart * apart + kxy * kxy))
+        p1 = on / (HALF * (kxx + kyy) + wp.sqrt(dot(apart, kxy, apart, kxy)))
     return p1, p2, p3
+
+
+@wp.func
+def cofactors(xx: real, xy: real, xz: real, yy: real, yz: real, zz: real):
+    """Cofactors of a symmetric matrix: entries 11, 12, 13, 22, 23, 33."""
+    c11, c12, c13 = vector_product(xy, yy, yz, xz, yz, zz)
+    return (
+        c11, c12, c13,
+        fused_less(xz, xz, xx * zz), fused_less(xx, yz, xy * xz), fused_less(xy, xy, xx * yy),
+    )  # fmt: skip
 
 
 @wp.func
 def stop_gains(on: real, xx: real, xy: real, xz: real, yy: real, yz: real, zz: real):
     """Inverse of the matrix K of a contact, times `on`: entries 11, 12, 13, 22, 23, 33."""
-    c11, c12, c13 = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
-    over = on / (xx * c11 + xy * c12 + xz * c13)
-    return (
-        over * c11, over * c12, over * c13,
-        over * (xx * zz - xz * xz), over * (xy * xz - xx * yz), over * (xx * yy - xy * xy),
-    )  # fmt: skip
+    c11, c12, c13, c22, c23, c33 = cofactors(xx, xy, xz, yy, yz, zz)
+    over = on / product(xx, xy, xz, c11, c12, c13)
+    return over * c11, over * c12, over * c13, over * c22, over * c23, over * c33
 
 
 @wp.func
@@ -178,7 +191,7 @@ def observe_contact(
         lifted: Corners that have parted.
         landed: Corners that land.
     """
-    zero, one, square = real(0.0), real(1.0), ox * ox + oy * oy + oz * oz
+    zero, one, square = real(0.0), real(1.0), product(ox, oy, oz, ox, oy, oz)
     was = apart > zero
     limit = slack(knobs.time_step, knobs.gravity, reach, square, reach)
     landed = landed + wp.where(was and n > zero, one, zero)
@@ -205,9 +218,9 @@ def find_contact(
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
     ax = real(2 * (corner % 2) - 1) * lean_x * half_width - cx
     ay = real(2 * (corner // 2) - 1) * lean_y * half_depth - cy
-    h = r31 * ax + r32 * ay - r33 * half_height
-    rx = r11 * ax + r12 * ay - r13 * half_height
-    ry = r21 * ax + r22 * ay - r23 * half_height
+    x, y, h = in_axes(r11, r12, r13, r21, r22, r23, r31, r32, r33, ax, ay, -half_height)
+    rx = x
+    ry = y
     rz = h
     g = z + h
     contact = g <= knobs.collision_margin
@@ -241,11 +254,13 @@ def warm_start(
     """
     one = real(1.0)
     # J (r x e) for e along x, y, z: r x e is (0, h, -y), (-h, 0, x), (y, -x, 0).
-    a1, a2, a3 = jxy * h - jxz * y, jyy * h - jyz * y, jyz * h - jzz * y
-    b1, b2, b3 = jxz * x - jxx * h, jyz * x - jxy * h, jzz * x - jxz * h
-    c1, c2, c3 = jxx * y - jxy * x, jxy * y - jyy * x, jxz * y - jyz * x
-    kxx, kyy, kzz = one + h * a2 - y * a3, one + x * b3 - h * b1, one + y * c1 - x * c2
-    kxy, kxz, kyz = h * b2 - y * b3, h * c2 - y * c3, x * c3 - h * c1
+    a1, b1, c1 = vector_product(jxx, jxy, jxz, x, y, h)
+    a2, b2, c2 = vector_product(jxy, jyy, jyz, x, y, h)
+    a3, b3, c3 = vector_product(jxz, jyz, jzz, x, y, h)
+    kxx = fused_less(y, a3, fused(h, a2, one))
+    kyy = fused_less(h, b1, fused(x, b3, one))
+    kzz = fused_less(x, c2, fused(y, c1, one))
+    kxy, kxz, kyz = fused_less(y, b3, h * b2), fused_less(y, c3, h * c2), fused_less(h, c1, x * c3)
     g1, g2, g3 = slip_gains(on, kxx, kxy, kyy)
     copy_vector(g1, g2, g3, p1, p2, p3)
     g1, g2, g3, g4, g5, g6 = stop_gains(on, kxx, kxy, kxz, kyy, kyz, kzz)
@@ -258,31 +273,31 @@ def warm_start(
     ux = ux + px
     uy = uy + py
     uz = uz + pz
-    ox = ox + a1 * px + b1 * py + c1 * pz
-    oy = oy + a2 * px + b2 * py + c2 * pz
-    oz = oz + a3 * px + b3 * py + c3 * pz
+    ox = fused(c1, pz, fused(b1, py, fused(a1, px, ox)))
+    oy = fused(c2, pz, fused(b2, py, fused(a2, px, oy)))
+    oz = fused(c3, pz, fused(b3, py, fused(a3, px, oz)))
 
 
 @wp.func
 def drag(bound: real, fx: real, fy: real, ux: real, uy: real, p1: real, p2: real, p3: real):
     """Friction of a contact for its slip (ux, uy) [m/s], within a bound; see `slip_gains`."""
-    new_x = fx - p1 * ux
-    new_y = fy - p1 * uy
+    new_x = fused_less(p1, ux, fx)
+    new_y = fused_less(p1, uy, fy)
     if CONE:
-        short = bound / wp.sqrt(larger(new_x * new_x + new_y * new_y, TINY))
+        short = bound / wp.sqrt(larger(dot(new_x, new_y, new_x, new_y), TINY))
         short = smaller(short, real(1.0))
         new_x = short * new_x
         new_y = short * new_y
     else:
         new_x = larger(smaller(new_x, bound), -bound)
-        new_y = larger(smaller(fy - p3 * (uy + p2 * (new_x - fx)), bound), -bound)
+        new_y = larger(smaller(fused_less(p3, fused(p2, new_x - fx, uy), fy), bound), -bound)
     return new_x, new_y
 
 
 @wp.func
 def holds(fx: real, fy: real, n: real, mu: real) -> bool:
     """Whether the impulses of a contact push, with their friction within its bound."""
-    inside = fx * fx + fy * fy <= mu * mu * n * n
+    inside = dot(fx, fy, fx, fy) <= mu * mu * n * n
     if not CONE:
         inside = larger(fx, -fx) <= mu * n and larger(fy, -fy) <= mu * n
     return inside and n >= real(0.0)
@@ -300,17 +315,17 @@ def solve_contact(
 ):  # fmt: skip
     """Gauss-Seidel on the three impulses of a corner; mu is the friction coefficient."""
     zero = real(0.0)
-    slip_x = ux + oy * rz - oz * ry
-    slip_y = uy + oz * rx - ox * rz
-    normal = uz + ox * ry - oy * rx - aim
-    stop_x = fx - h11 * slip_x - h12 * slip_y - h13 * normal
-    stop_y = fy - h12 * slip_x - h22 * slip_y - h23 * normal
-    stop_z = n - h13 * slip_x - h23 * slip_y - h33 * normal
-    push = larger(n - pn * normal, zero)
+    slip_x = fused_less(oz, ry, fused(oy, rz, ux))
+    slip_y = fused_less(ox, rz, fused(oz, rx, uy))
+    normal = fused_less(oy, rx, fused(ox, ry, uz - aim))
+    stop_x = fused_less(h13, normal, fused_less(h12, slip_y, fused_less(h11, slip_x, fx)))
+    stop_y = fused_less(h23, normal, fused_less(h22, slip_y, fused_less(h12, slip_x, fy)))
+    stop_z = fused_less(h33, normal, fused_less(h23, slip_y, fused_less(h13, slip_x, n)))
+    push = larger(fused_less(pn, normal, n), zero)
     dn = push - n
     # The slip that the normal impulse leaves.
-    slip_x = slip_x + dn * kx
-    slip_y = slip_y + dn * ky
+    slip_x = fused(dn, kx, slip_x)
+    slip_y = fused(dn, ky, slip_y)
     new_x, new_y = drag(mu * push, fx, fy, slip_x, slip_y, p1, p2, p3)
     sticks = holds(stop_x, stop_y, stop_z, mu)
     dx = wp.where(sticks, stop_x, new_x) - fx
@@ -322,10 +337,10 @@ def solve_contact(
     ux = ux + dx
     uy = uy + dy
     uz = uz + dz
-    x, y, z = ry * dz - rz * dy, rz * dx - rx * dz, rx * dy - ry * dx
-    ox = ox + jxx * x + jxy * y + jxz * z
-    oy = oy + jxy * x + jyy * y + jyz * z
-    oz = oz + jxz * x + jyz * y + jzz * z
+    x, y, z = vector_product(rx, ry, rz, dx, dy, dz)
+    ox = fused(jxz, z, fused(jxy, y, fused(jxx, x, ox)))
+    oy = fused(jyz, z, fused(jyy, y, fused(jxy, x, oy)))
+    oz = fused(jzz, z, fused(jyz, y, fused(jxz, x, oz)))
 
 
 @wp.func
@@ -345,31 +360,29 @@ def integrate(
     dt, zero = knobs.time_step, real(0.0)
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
     # Body axes: momentum before, and what the contacts have changed in the angular velocity.
-    mx = r11 * lx + r21 * ly + r31 * lz
-    my = r12 * lx + r22 * ly + r32 * lz
-    mz = r13 * lx + r23 * ly + r33 * lz
+    mx, my, mz = in_axes(r11, r21, r31, r12, r22, r32, r13, r23, r33, lx, ly, lz)
+    bx, by, bz = in_axes(r11, r21, r31, r12, r22, r32, r13, r23, r33, ox, oy, oz)
     ax, ay, az = ix * mx, iy * my, iz * mz
-    bx = r11 * ox + r21 * oy + r31 * oz - ax
-    by = r12 * ox + r22 * oy + r32 * oz - ay
-    bz = r13 * ox + r23 * oy + r33 * oz - az
+    bx, by, bz = bx - ax, by - ay, bz - az
     hx, hy, hz = bx / ix, by / iy, bz / iz
     px = ux - vx + dvx
     py = uy - vy + dvy
     pz = uz - vz + dvz + dt * knobs.gravity
-    linear = px * (vx + ux) + py * (vy + uy) + pz * (vz + uz)
-    angular = hx * (ax + ax + bx) + hy * (ay + ay + by) + hz * (az + az + bz)
+    linear = product(px, py, pz, vx + ux, vy + uy, vz + uz)
+    angular = product(hx, hy, hz, ax + ax + bx, ay + ay + by, az + az + bz)
     lift = -knobs.erp * smaller(lowest + real(2.0) * dt * dt * knobs.gravity, zero)
     loss = loss - wp.where(live, HALF * (linear + angular) + knobs.gravity * lift, zero)
     vx = ux
     vy = uy
     vz = uz
-    lx = lx + (r11 * hx + r12 * hy + r13 * hz)
-    ly = ly + (r21 * hx + r22 * hy + r23 * hz)
-    lz = lz + (r31 * hx + r32 * hy + r33 * hz)
+    kx, ky, kz = in_axes(r11, r12, r13, r21, r22, r23, r31, r32, r33, hx, hy, hz)
+    lx = lx + kx
+    ly = ly + ky
+    lz = lz + kz
     e, f, g, h = turn_freely(qx, qy, qz, qw, lx, ly, lz, ix, iy, iz, dt)
-    x = wp.where(live, x + dt * ux, x)
-    y = wp.where(live, y + dt * uy, y)
-    z = wp.where(live, z + dt * uz + lift, z)
+    x = wp.where(live, fused(dt, ux, x), x)
+    y = wp.where(live, fused(dt, uy, y), y)
+    z = wp.where(live, fused(dt, uz, z + lift), z)
     qx = wp.where(live, e, qx)
     qy = wp.where(live, f, qy)
     qz = wp.where(live, g, qz)

@@ -20,8 +20,14 @@ slides, is left to the sweeps.
 
 import warp as wp
 
-from warprock.kernels.impulse_space.block import Knobs, holds
-from warprock.kernels.shape_space.block import inverse_inertia, matrix_of
+from warprock.kernels.impulse_space.block import Knobs, cofactors, holds
+from warprock.kernels.shape_space.block import (
+    in_axes,
+    inverse_inertia,
+    matrix_of,
+    product,
+    vector_product,
+)
 
 QUARTER = real(0.25)
 WITHIN = by_precision(1.0 - 1.0e-12, 1.0 - 1.0e-5)
@@ -31,31 +37,18 @@ EVEN = real(1.0e-9)
 
 
 @wp.func
-def cross(ax: real, ay: real, az: real, bx: real, by: real, bz: real):
-    """Vector product."""
-    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-
-
-@wp.func
-def dot(ax: real, ay: real, az: real, bx: real, by: real, bz: real) -> real:
-    """Scalar product."""
-    return ax * bx + ay * by + az * bz
-
-
-@wp.func
 def times(
     xx: real, xy: real, xz: real, yy: real, yz: real, zz: real, x: real, y: real, z: real
 ):  # fmt: skip
     """A symmetric matrix times a vector."""
-    return xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z
+    return in_axes(xx, xy, xz, xy, yy, yz, xz, yz, zz, x, y, z)
 
 
 @wp.func
 def over(xx: real, xy: real, xz: real, yy: real, yz: real, zz: real, x: real, y: real, z: real):
     """The inverse of a symmetric matrix times a vector."""
-    c11, c12, c13 = yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy
-    c22, c23, c33 = xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy
-    part = real(1.0) / (xx * c11 + xy * c12 + xz * c13)
+    c11, c12, c13, c22, c23, c33 = cofactors(xx, xy, xz, yy, yz, zz)
+    part = real(1.0) / product(xx, xy, xz, c11, c12, c13)
     a, b, c = times(c11, c12, c13, c22, c23, c33, x, y, z)
     return part * a, part * b, part * c
 
@@ -69,7 +62,7 @@ def needed(
     """Impulse that leaves the motion v, o of a block that had u and l, and its moment about m."""
     ex, ey, ez = vx - ux, vy - uy, vz - uz
     gx, gy, gz = times(xx, xy, xz, yy, yz, zz, ox, oy, oz)
-    px, py, pz = cross(ex, ey, ez, mx, my, mz)
+    px, py, pz = vector_product(ex, ey, ez, mx, my, mz)
     return ex, ey, ez, gx - lx + px, gy - ly + py, gz - lz + pz
 
 
@@ -79,10 +72,11 @@ def lying(
     bx: real, by: real, bz: real, cx: real, cy: real, cz: real,
 ):  # fmt: skip
     """Motion of a block on all of its corners, which move at t0 to t3 along the vertical."""
-    part = QUARTER / (ax * by - ay * bx)
+    part = QUARTER / fused_less(ay, bx, ax * by)
     tx, ty = part * (t1 - t0 + (t3 - t2)), part * (t2 - t0 + (t3 - t1))
-    ox, oy, oz = ty * ax - tx * bx, ty * ay - tx * by, ty * az - tx * bz
-    vx, vy, vz = cross(cx, cy, cz, ox, oy, oz)
+    ox, oy = fused_less(tx, bx, ty * ax), fused_less(tx, by, ty * ay)
+    oz = fused_less(tx, bz, ty * az)
+    vx, vy, vz = vector_product(cx, cy, cz, ox, oy, oz)
     return vx, vy, vz + QUARTER * (t0 + t3 + (t1 + t2)), ox, oy, oz
 
 
@@ -93,22 +87,22 @@ def rolling(
     xx: real, xy: real, xz: real, yy: real, yz: real, zz: real,
 ):  # fmt: skip
     """Motion of a block on one corner, alone, or on two, which move at `first` and `last`."""
-    closes = HALF * (last - first) / larger(dot(wx, wy, wz, wx, wy, wz), TINY)
+    closes = HALF * (last - first) / larger(product(wx, wy, wz, wx, wy, wz), TINY)
     ox, oy, rise = closes * wy, -closes * wx, HALF * (first + last)
-    vx, vy, vz = cross(mx, my, mz, ox, oy, real(0.0))
-    px, py, pz = cross(ux - vx, uy - vy, uz - vz - rise, mx, my, mz)
-    gx, gy, gz = times(xx, xy, xz, yy, yz, zz, ox, oy, real(0.0))
+    vx, vy, vz = fused(mz, oy, ux), fused_less(mz, ox, uy), uz - rise - fused_less(my, ox, mx * oy)
+    px, py, pz = vector_product(vx, vy, vz, mx, my, mz)
+    gx, gy, gz = dot(xx, xy, ox, oy), dot(xy, yy, ox, oy), dot(xz, yz, ox, oy)
     sx, sy, sz = lx - gx + px, ly - gy + py, lz - gz + pz
-    mm = dot(mx, my, mz, mx, my, mz)
-    axx, axy, axz = xx + mm - mx * mx, xy - mx * my, xz - mx * mz
-    ayy, ayz, azz = yy + mm - my * my, yz - my * mz, zz + mm - mz * mz
+    mm = product(mx, my, mz, mx, my, mz)
+    axx, axy, axz = fused_less(mx, mx, xx + mm), fused_less(mx, my, xy), fused_less(mx, mz, xz)
+    ayy, ayz, azz = fused_less(my, my, yy + mm), fused_less(my, mz, yz), fused_less(mz, mz, zz + mm)
     gx, gy, gz = times(axx, axy, axz, ayy, ayz, azz, wx, wy, wz)
-    spin = dot(wx, wy, wz, sx, sy, sz) / larger(dot(wx, wy, wz, gx, gy, gz), TINY)
+    spin = product(wx, wy, wz, sx, sy, sz) / larger(product(wx, wy, wz, gx, gy, gz), TINY)
     px, py, pz = over(axx, axy, axz, ayy, ayz, azz, sx, sy, sz)
-    ox = ox + wp.where(alone, px, spin * wx)
-    oy = oy + wp.where(alone, py, spin * wy)
+    ox = wp.where(alone, ox + px, fused(spin, wx, ox))
+    oy = wp.where(alone, oy + py, fused(spin, wy, oy))
     oz = wp.where(alone, pz, spin * wz)
-    vx, vy, vz = cross(mx, my, mz, ox, oy, oz)
+    vx, vy, vz = vector_product(mx, my, mz, ox, oy, oz)
     return vx, vy, vz + rise, ox, oy, oz
 
 
@@ -131,12 +125,12 @@ def share(
         qx, qy, qz: Of two corners, what the last has beyond one half.
     """
     zero, one = real(0.0), real(1.0)
-    end = larger(smaller(i * si + j * sj, one), -one)
+    end = larger(smaller(dot(i, j, si, sj), one), -one)
     flat, half = count == real(4.0), wp.where(count == one, one, HALF)
-    part = wp.where(flat, QUARTER * (one + i * a) * (one + j * b), half)
-    x = part * ex + wp.where(flat, -couple * (i * ay + j * by), end * qx)
-    y = part * ey + wp.where(flat, couple * (i * ax + j * bx), end * qy)
-    z = part * ez + wp.where(flat, zero, end * qz)
+    part = wp.where(flat, QUARTER * fused(i, a, one) * fused(j, b, one), half)
+    x = fused(part, ex, wp.where(flat, -couple * dot(i, j, ay, by), end * qx))
+    y = fused(part, ey, wp.where(flat, couple * dot(i, j, ax, bx), end * qy))
+    z = fused(part, ez, wp.where(flat, zero, end * qz))
     # Not on * x: where nothing touches, x may be infinite.
     touches = on > zero
     return wp.where(touches, x, zero), wp.where(touches, y, zero), wp.where(touches, z, zero)
@@ -148,7 +142,8 @@ def sinks(
     cx: real, cy: real, vz: real, ox: real, oy: real,
 ) -> bool:  # fmt: skip
     """Whether a corner that is let go would sink."""
-    rise = vz + ox * (cy + i * ay + j * by) - oy * (cx + i * ax + j * bx)
+    x, y = fused(j, bx, fused(i, ax, cx)), fused(j, by, fused(i, ay, cy))
+    rise = fused_less(oy, x, fused(ox, y, vz))
     return dropped > real(0.0) and rise < aim
 
 
@@ -206,10 +201,10 @@ def centre(
         The centre of pressure along the half width a and the half depth b, and the couple of their
         friction beside what is in proportion to the pressure, over the levers.
     """
-    part = real(1.0) / (larger(ez, TINY) * (ax * by - ay * bx))
-    a, b = -part * (gx * bx + gy * by), part * (gx * ax + gy * ay)
-    moment = (a * ax + b * bx) * ey - (a * ay + b * by) * ex
-    couple = QUARTER * (gz - moment) / (ax * ax + ay * ay + bx * bx + by * by)
+    part = real(1.0) / (larger(ez, TINY) * fused_less(ay, bx, ax * by))
+    a, b = -part * dot(gx, gy, bx, by), part * dot(gx, gy, ax, ay)
+    moment = fused_less(dot(a, b, ay, by), ex, dot(a, b, ax, bx) * ey)
+    couple = QUARTER * (gz - moment) / (dot(ax, ay, ax, ay) + dot(bx, by, bx, by))
     return a, b, couple
 
 
@@ -238,8 +233,8 @@ def stopped(
     count = k0 + k1 + k2 + k3
     flat = count == real(4.0)
     si, sj, i, j = ends(flat, k0, k1, k2, k3)
-    wx, wy, wz = si * ax + sj * bx, si * ay + sj * by, si * az + sj * bz
-    mx, my, mz = cx + i * ax + j * bx, cy + i * ay + j * by, cz + i * az + j * bz
+    wx, wy, wz = dot(si, sj, ax, bx), dot(si, sj, ay, by), dot(si, sj, az, bz)
+    mx, my, mz = cx + dot(i, j, ax, bx), cy + dot(i, j, ay, by), cz + dot(i, j, az, bz)
     fx, fy, fz, px, py, pz = rolling(
         foremost(k0, k1, k2, t0, t1, t2, t3), foremost(k3, k2, k1, t3, t2, t1, t0),
         count == real(1.0), ux, uy, uz, lx, ly, lz, wx, wy, wz, mx, my, mz,
@@ -258,11 +253,11 @@ def beyond(
     ex: real, ey: real, ez: real, gx: real, gy: real, gz: real, wx: real, wy: real, wz: real
 ):  # fmt: skip
     """Part of the impulse of two corners that the last has beyond one half; w as at the head."""
-    part = HALF / larger(dot(wx, wy, wz, wx, wy, wz), TINY)
-    qx, qy, qz = cross(gx, gy, gz, wx, wy, wz)
+    part = HALF / larger(product(wx, wy, wz, wx, wy, wz), TINY)
+    qx, qy, qz = vector_product(gx, gy, gz, wx, wy, wz)
     qx, qy, qz = part * qx, part * qy, part * qz
-    along = (part + part) * dot(ex, ey, ez, wx, wy, wz) * qz / larger(ez, TINY)
-    return qx + along * wx, qy + along * wy, qz + along * wz
+    along = (part + part) * product(ex, ey, ez, wx, wy, wz) * qz / larger(ez, TINY)
+    return fused(along, wx, qx), fused(along, wy, qy), fused(along, wz, qz)
 
 
 @wp.func
@@ -290,9 +285,7 @@ def hold(
     )
     w, d = lean_x * half_width, lean_y * half_depth
     ax, ay, az, bx, by, bz = r11 * w, r21 * w, r31 * w, r12 * d, r22 * d, r32 * d
-    mx = -(r11 * cx + r12 * cy + r13 * half_height)
-    my = -(r21 * cx + r22 * cy + r23 * half_height)
-    mz = -(r31 * cx + r32 * cy + r33 * half_height)
+    mx, my, mz = in_axes(r11, r12, r13, r21, r22, r23, r31, r32, r33, -cx, -cy, -half_height)
     s0, s1, s2, s3 = real(on0), real(on1), real(on2), real(on3)
     t0, t1, t2, t3 = s0 * aim0, s1 * aim1, s2 * aim2, s3 * aim3
     k0, k1, k2, k3, si, sj, vx, vy, vz, px, py, pz, ex, ey, ez, gx, gy, gz = stopped(
@@ -302,7 +295,7 @@ def hold(
     count = k0 + k1 + k2 + k3
     a, b, c = centre(ex, ey, ez, gx, gy, gz, ax, ay, bx, by)
     x, y, z = beyond(
-        ex, ey, ez, gx, gy, gz, si * ax + sj * bx, si * ay + sj * by, si * az + sj * bz
+        ex, ey, ez, gx, gy, gz, dot(si, sj, ax, bx), dot(si, sj, ay, by), dot(si, sj, az, bz)
     )
     x0, y0, z0 = share(-one, -one, k0, count, si, sj, a, b, c, ax, ay, bx, by, ex, ey, ez, x, y, z)
     x1, y1, z1 = share(one, -one, k1, count, si, sj, a, b, c, ax, ay, bx, by, ex, ey, ez, x, y, z)

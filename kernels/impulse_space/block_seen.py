@@ -9,15 +9,15 @@ import warp as wp
 
 from warprock.kernels.impulse_space.block import Knobs, slips
 from warprock.kernels.modes import BROKEN, OVERTURNED, RUNNING
-from warprock.kernels.shape_space.block import Block, matrix_of, slide_of, turns_of
+from warprock.kernels.shape_space.block import Block, matrix_of, product, slide_of, turns_of
 
 
 @wp.func
 def glides(block: Block, knobs: Knobs, ux: real, uy: real, ox: real, oy: real, oz: real) -> bool:
     """Whether a block that stands flat slides, with the velocities u and o after a step."""
-    x, y = ux - block.half_height * oy, uy + block.half_height * ox
+    x, y = fused_less(block.half_height, oy, ux), fused(block.half_height, ox, uy)
     turn = oz * (block.half_width + block.half_depth)
-    return slips(x * x + y * y + turn * turn, knobs)
+    return slips(product(x, y, turn, x, y, turn), knobs)
 
 
 @wp.func
@@ -80,7 +80,7 @@ def observe_block(
     peak_yaw = wp.where(live, larger(yaw, peak_yaw), peak_yaw)
     slide_x = wp.where(live, away_x, slide_x)
     slide_y = wp.where(live, away_y, slide_y)
-    peak_slide = wp.where(live, larger(away_x * away_x + away_y * away_y, peak_slide), peak_slide)
+    peak_slide = wp.where(live, larger(dot(away_x, away_y, away_x, away_y), peak_slide), peak_slide)
     total = x + y + z + r33 + qw + speed
     found = wp.where(r33 <= real(0.0), OVERTURNED, RUNNING)
     mode = wp.where(live, wp.where(total - total == real(0.0), found, BROKEN), mode)

@@ -21,8 +21,8 @@ of impulse_space/block.py do the rest.
 import warp as wp
 
 from warprock.kernels.impulse_space.block import Knobs, copy_vector, holds
-from warprock.kernels.impulse_space.block_hold import WITHIN, cross, dot, over, times
-from warprock.kernels.shape_space.block import inverse_inertia
+from warprock.kernels.impulse_space.block_hold import WITHIN, over, times
+from warprock.kernels.shape_space.block import inverse_inertia, product, vector_product
 from warprock.kernels.shape_space.body import APART, spans
 
 LEFT = by_precision(1.0e-9, 1.0e-2)
@@ -92,11 +92,11 @@ def rolling(
 
     xx to zz are moments of inertia about the centre of mass.
     """
-    mm = dot(x, y, z, x, y, z)
+    mm = product(x, y, z, x, y, z)
     axx, axy, axz = xx + mm - x * x, xy - x * y, xz - x * z
     ayy, ayz, azz = yy + mm - y * y, yz - y * z, zz + mm - z * z
     hx, hy, hz = times(axx, axy, axz, ayy, ayz, azz, wx, wy, wz)
-    spin = dot(wx, wy, wz, sx, sy, sz) / larger(dot(wx, wy, wz, hx, hy, hz), TINY)
+    spin = product(wx, wy, wz, sx, sy, sz) / larger(product(wx, wy, wz, hx, hy, hz), TINY)
     hx, hy, hz = over(axx, axy, axz, ayy, ayz, azz, sx, sy, sz)
     return (
         wp.where(alone, hx, spin * wx), wp.where(alone, hy, spin * wy),
@@ -140,15 +140,15 @@ def find_motion(
     ixx, ixy, ixz, iyy, iyz, izz = inverse_inertia(
         r11, r12, r13, r21, r22, r23, r31, r32, r33, one / ix, one / iy, one / iz
     )
-    sx, sy, sz = cross(ax, ay, az, ox, oy, zero)
-    sx, sy, sz = cross(ux - sx, uy - sy, uz - sz - rise, ax, ay, az)
+    sx, sy, sz = vector_product(ax, ay, az, ox, oy, zero)
+    sx, sy, sz = vector_product(ux - sx, uy - sy, uz - sz - rise, ax, ay, az)
     hx, hy, hz = times(ixx, ixy, ixz, iyy, iyz, izz, ox, oy, zero)
     sx, sy, sz = lx - hx + sx, ly - hy + sy, lz - hz + sz
     hx, hy, hz = rolling(alone, ax, ay, az, wx, wy, wz, sx, sy, sz, ixx, ixy, ixz, iyy, iyz, izz)
     ox = ox + wp.where(flat, zero, hx)
     oy = oy + wp.where(flat, zero, hy)
     oz = oz + wp.where(flat, zero, hz)
-    sx, sy, sz = cross(ax, ay, az, ox, oy, oz)
+    sx, sy, sz = vector_product(ax, ay, az, ox, oy, oz)
     vx = wp.where(some, sx, ux)
     vy = wp.where(some, sy, uy)
     vz = wp.where(some, sz + rise, uz)
@@ -157,7 +157,7 @@ def find_motion(
     oz = wp.where(some, oz, pz)
     copy_vector(vx - ux, vy - uy, vz - uz, ex, ey, ez)
     hx, hy, hz = times(ixx, ixy, ixz, iyy, iyz, izz, ox, oy, oz)
-    sx, sy, sz = cross(ex, ey, ez, ax, ay, az)
+    sx, sy, sz = vector_product(ex, ey, ez, ax, ay, az)
     gz = hz - lz + sz
     push = over_count * ez
     sx, sy = solved(flat, alone, axx, axy, ayy, ly - hy - sy, hx - lx + sx)

@@ -19,7 +19,14 @@ import warp as wp
 
 from warprock.kernels.impulse_space.block import Knobs, drag, holds, slip_gains, stop_gains
 from warprock.kernels.shape.faces import SLOTS, Vector, corner, mirrored
-from warprock.kernels.shape_space.block import Block, inverse_inertia, matrix_of
+from warprock.kernels.shape_space.block import (
+    Block,
+    in_axes,
+    inverse_inertia,
+    matrix_of,
+    product,
+    vector_product,
+)
 
 FAR = real(1.0e30)
 
@@ -106,11 +113,47 @@ def gains_of(both: real, e: Matrix, ju: Matrix, jl: Matrix, ru: Vector, rl: Vect
 
 
 @wp.func
+def velocity_at(v: Vector, o: Vector, r: Vector) -> Vector:
+    """Velocity of a point of a block at the lever r from its centre of mass [m/s]."""
+    return Vector(
+        fused_less(o[2], r[1], fused(o[1], r[2], v[0])),
+        fused_less(o[0], r[2], fused(o[2], r[0], v[1])),
+        fused_less(o[1], r[0], fused(o[0], r[1], v[2])),
+    )
+
+
+@wp.func
 def relative_velocity(
     vu: Vector, ou: Vector, ru: Vector, vl: Vector, ol: Vector, rl: Vector
 ) -> Vector:
     """Velocity of a contact on the upper block as seen from the lower one [m/s]."""
-    return vu + wp.cross(ou, ru) - vl - wp.cross(ol, rl)
+    return velocity_at(vu, ou, ru) - velocity_at(vl, ol, rl)
+
+
+@wp.func
+def parts_along(e: Matrix, v: Vector):
+    """The parts of a vector along three directions, one a row."""
+    return in_axes(
+        e[0, 0], e[0, 1], e[0, 2], e[1, 0], e[1, 1], e[1, 2], e[2, 0], e[2, 1], e[2, 2],
+        v[0], v[1], v[2],
+    )  # fmt: skip
+
+
+@wp.func
+def pushed(v: Vector, light: real, p: Vector) -> Vector:
+    """The velocity v of a block of the inverse mass `light` after the impulse p [m/s]."""
+    return Vector(fused(light, p[0], v[0]), fused(light, p[1], v[1]), fused(light, p[2], v[2]))
+
+
+@wp.func
+def spun(o: Vector, j: Matrix, r: Vector, p: Vector) -> Vector:
+    """The angular velocity o of a block, its inverse inertia j, after an impulse p at r [rad/s]."""
+    x, y, z = vector_product(r[0], r[1], r[2], p[0], p[1], p[2])
+    return Vector(
+        fused(j[0, 2], z, fused(j[0, 1], y, fused(j[0, 0], x, o[0]))),
+        fused(j[1, 2], z, fused(j[1, 1], y, fused(j[1, 0], x, o[1]))),
+        fused(j[2, 2], z, fused(j[2, 1], y, fused(j[2, 0], x, o[2]))),
+    )
 
 
 @wp.func
@@ -124,19 +167,18 @@ def solve_contact(
     upper and the lower body.
     """
     zero, g = real(0.0), gains
-    at = e * relative_velocity(vu, ou, ru, vl, ol, rl) + Vector(
-        zero, zero, larger(gap, zero) * rate
-    )
-    stop_x = p[0] - g[4] * at[0] - g[5] * at[1] - g[6] * at[2]
-    stop_y = p[1] - g[5] * at[0] - g[7] * at[1] - g[8] * at[2]
-    stop_z = p[2] - g[6] * at[0] - g[8] * at[1] - g[9] * at[2]
+    x, y, parting = parts_along(e, relative_velocity(vu, ou, ru, vl, ol, rl))
+    z = fused(larger(gap, zero), rate, parting)
+    stop_x = p[0] - product(g[4], g[5], g[6], x, y, z)
+    stop_y = p[1] - product(g[5], g[7], g[8], x, y, z)
+    stop_z = p[2] - product(g[6], g[8], g[9], x, y, z)
     if holds(stop_x, stop_y, stop_z, mu):
         return Vector(stop_x, stop_y, stop_z)
-    push = larger(p[2] - g[0] * at[2], zero)
+    push = larger(fused_less(g[0], z, p[2]), zero)
     # The slip that the normal impulse leaves.
     more = push - p[2]
-    x, y = at[0] + more * g[10], at[1] + more * g[11]
-    fx, fy = drag(mu * push, p[0], p[1], x, y, g[1], g[2], g[3])
+    slip_x, slip_y = fused(more, g[10], x), fused(more, g[11], y)
+    fx, fy = drag(mu * push, p[0], p[1], slip_x, slip_y, g[1], g[2], g[3])
     return Vector(fx, fy, push)
 
 
@@ -183,12 +225,12 @@ def solve(
             change += wp.dot(more, more)
             whole += wp.dot(new, new)
             p[i] = new
-            u[k] = u[k] + light[k] * more
-            o[k] = o[k] + ju * wp.cross(ru[i], more)
+            u[k] = pushed(u[k], light[k], more)
+            o[k] = spun(o[k], ju, ru[i], more)
             # The ground does not move.
             if low > 0:
-                u[low] = u[low] - light[low] * more
-                o[low] = o[low] - jl * wp.cross(rl[i], more)
+                u[low] = pushed(u[low], light[low], -more)
+                o[low] = spun(o[low], jl, rl[i], -more)
         if step >= 0 and change <= SETTLED * SETTLED * whole:
             break
     return p, u, o
@@ -202,8 +244,9 @@ def fastest_slip(
     most = real(0.0)
     for i in range(total):
         k = body[i]
-        at = rows_of(axes, k - 1) * relative_velocity(u[k], o[k], ru[i], u[k - 1], o[k - 1], rl[i])
-        most = larger(most, at[0] * at[0] + at[1] * at[1])
+        v = relative_velocity(u[k], o[k], ru[i], u[k - 1], o[k - 1], rl[i])
+        x, y, _z = parts_along(rows_of(axes, k - 1), v)
+        most = larger(most, dot(x, y, x, y))
     return most
 
 

@@ -70,13 +70,40 @@ class Block:
 
 
 @wp.func
+def product(ax: real, ay: real, az: real, bx: real, by: real, bz: real) -> real:
+    """The scalar product of two vectors in space."""
+    return fused(az, bz, fused(ay, by, ax * bx))
+
+
+@wp.func
+def vector_product(ax: real, ay: real, az: real, bx: real, by: real, bz: real):
+    """The vector product of two vectors."""
+    return fused_less(az, by, ay * bz), fused_less(ax, bz, az * bx), fused_less(ay, bx, ax * by)
+
+
+@wp.func
+def in_axes(
+    a1: real, a2: real, a3: real, b1: real, b2: real, b3: real, c1: real, c2: real, c3: real,
+    x: real, y: real, z: real,
+):  # fmt: skip
+    """A vector (x, y, z) in the axes a, b and c."""
+    return (
+        product(a1, a2, a3, x, y, z),
+        product(b1, b2, b3, x, y, z),
+        product(c1, c2, c3, x, y, z),
+    )
+
+
+@wp.func
 def matrix_of(qx: real, qy: real, qz: real, qw: real):
     """Rotation matrix of an attitude, row by row."""
-    one, two = real(1.0), real(2.0)
+    x, y, z = qx + qx, qy + qy, qz + qz
+    xy, xz, yz = x * qy, x * qz, y * qz
+    flat, tall = fused_less(z, qz, real(1.0)), fused_less(y, qy, real(1.0))
     return (
-        one - two * (qy * qy + qz * qz), two * (qx * qy - qz * qw), two * (qx * qz + qy * qw),
-        two * (qx * qy + qz * qw), one - two * (qx * qx + qz * qz), two * (qy * qz - qx * qw),
-        two * (qx * qz - qy * qw), two * (qy * qz + qx * qw), one - two * (qx * qx + qy * qy),
+        fused_less(y, qy, flat), fused_less(z, qw, xy), fused(y, qw, xz),
+        fused(z, qw, xy), fused_less(x, qx, flat), fused_less(x, qw, yz),
+        fused_less(y, qw, xz), fused(x, qw, yz), fused_less(x, qx, tall),
     )  # fmt: skip
 
 
@@ -86,14 +113,29 @@ def inverse_inertia(
     r33: real, ix: real, iy: real, iz: real,
 ):  # fmt: skip
     """Inverse inertia R diag(i) R^T in the axes of the base: entries 11, 12, 13, 22, 23, 33."""
+    a1, a2, a3 = r11 * ix, r12 * iy, r13 * iz
+    b1, b2, b3 = r21 * ix, r22 * iy, r23 * iz
     return (
-        r11 * r11 * ix + r12 * r12 * iy + r13 * r13 * iz,
-        r11 * r21 * ix + r12 * r22 * iy + r13 * r23 * iz,
-        r11 * r31 * ix + r12 * r32 * iy + r13 * r33 * iz,
-        r21 * r21 * ix + r22 * r22 * iy + r23 * r23 * iz,
-        r21 * r31 * ix + r22 * r32 * iy + r23 * r33 * iz,
-        r31 * r31 * ix + r32 * r32 * iy + r33 * r33 * iz,
-    )  # fmt: skip
+        product(r11, r12, r13, a1, a2, a3),
+        product(r21, r22, r23, a1, a2, a3),
+        product(r31, r32, r33, a1, a2, a3),
+        product(r21, r22, r23, b1, b2, b3),
+        product(r31, r32, r33, b1, b2, b3),
+        product(r31, r32, r33, r31 * ix, r32 * iy, r33 * iz),
+    )
+
+
+@wp.func
+def turned(s: real, c: real, a: real, b: real):
+    """Two numbers (a, b) turned by an angle with the sine s and the cosine c."""
+    return fused(s, b, c * a), fused_less(s, a, c * b)
+
+
+@wp.func
+def turned_twice(s: real, c: real, a: real, b: real):
+    """Two numbers (a, b) turned by twice that angle."""
+    twice = s + s
+    return turned(twice * c, fused_less(twice, s, real(1.0)), a, b)
 
 
 @wp.func
@@ -109,36 +151,35 @@ def turn_freely(
         ix, iy, iz: Inverse moments of inertia about the body's axes, for unit mass [1/m^2].
         dt: Time [s]; no part of it may turn the block by more than 3 rad.
     """
-    half, two, one = real(0.5), real(2.0), real(1.0)
     r11, r12, r13, r21, r22, r23, r31, r32, r33 = matrix_of(qx, qy, qz, qw)
-    mx = r11 * lx + r21 * ly + r31 * lz
-    my = r12 * lx + r22 * ly + r32 * lz
-    mz = r13 * lx + r23 * ly + r33 * lz
-    quarter = half * half * dt
-    # About x. Half angles for the quaternion, twice of them for the momentum in body axes.
+    mx, my, mz = in_axes(r11, r21, r31, r12, r22, r32, r13, r23, r33, lx, ly, lz)
+    quarter = HALF * HALF * dt
+    # About x, for a half of the time. Half angles for the quaternion, twice of them for the
+    # momentum in body axes.
     s, c = sine(quarter * ix * mx), cosine(quarter * ix * mx)
-    s2, c2 = two * s * c, one - two * s * s
-    ax, ay, az, aw = c * qx + s * qw, c * qy + s * qz, c * qz - s * qy, c * qw - s * qx
-    ny, nz = c2 * my + s2 * mz, c2 * mz - s2 * my
+    ax, aw = turned(s, c, qx, qw)
+    ay, az = turned(s, c, qy, qz)
+    ny, nz = turned_twice(s, c, my, mz)
     # About y.
     s, c = sine(quarter * iy * ny), cosine(quarter * iy * ny)
-    s2, c2 = two * s * c, one - two * s * s
-    bx, by, bz, bw = c * ax - s * az, c * ay + s * aw, c * az + s * ax, c * aw - s * ay
-    kx, kz = c2 * mx - s2 * nz, c2 * nz + s2 * mx
+    bz, bx = turned(s, c, az, ax)
+    by, bw = turned(s, c, ay, aw)
+    kz, kx = turned_twice(s, c, nz, mx)
     # About z, for the whole time.
-    s, c = sine(two * quarter * iz * kz), cosine(two * quarter * iz * kz)
-    s2, c2 = two * s * c, one - two * s * s
-    cx, cy, cz, cw = c * bx + s * by, c * by - s * bx, c * bz + s * bw, c * bw - s * bz
-    jx, jy = c2 * kx + s2 * ny, c2 * ny - s2 * kx
+    s, c = sine(TWO * quarter * iz * kz), cosine(TWO * quarter * iz * kz)
+    cx, cy = turned(s, c, bx, by)
+    cz, cw = turned(s, c, bz, bw)
+    jx, jy = turned_twice(s, c, kx, ny)
     # About y again, and x.
     s, c = sine(quarter * iy * jy), cosine(quarter * iy * jy)
-    s2, c2 = two * s * c, one - two * s * s
-    dx, dy, dz, dw = c * cx - s * cz, c * cy + s * cw, c * cz + s * cx, c * cw - s * cy
-    hx = c2 * jx - s2 * kz
+    dz, dx = turned(s, c, cz, cx)
+    dy, dw = turned(s, c, cy, cw)
+    _hz, hx = turned_twice(s, c, kz, jx)
     s, c = sine(quarter * ix * hx), cosine(quarter * ix * hx)
-    ex, ey, ez, ew = c * dx + s * dw, c * dy + s * dz, c * dz - s * dy, c * dw - s * dx
+    ex, ew = turned(s, c, dx, dw)
+    ey, ez = turned(s, c, dy, dz)
     # One Newton step towards length 1, which removes the round-off.
-    back = real(1.5) - half * (ex * ex + ey * ey + ez * ez + ew * ew)
+    back = fused_less(HALF, fused(ew, ew, product(ex, ey, ez, ex, ey, ez)), real(1.5))
     return back * ex, back * ey, back * ez, back * ew
 
 
@@ -166,15 +207,15 @@ def slide_of(
     on2 = wp.where(rise - climb <= reach, one, zero)
     on3 = wp.where(rise + climb <= reach, one, zero)
     on4 = wp.where(climb - rise <= reach, one, zero)
-    count = on1 + on2 + on3 + on4
-    along = (on2 + on3 - on1 - on4) / count * block.half_width
-    across = (on3 + on4 - on1 - on2) / count * block.half_depth
+    part = one / (on1 + on2 + on3 + on4)
+    along = part * (on2 + on3 - on1 - on4) * block.half_width
+    across = part * (on3 + on4 - on1 - on2) * block.half_depth
     ax, ay = along - block.centre_x, across - block.centre_y
-    stood_x = block.flat_x + block.flat_c * along - block.flat_s * across
-    stood_y = block.flat_y + block.flat_s * along + block.flat_c * across
+    stood_x = fused_less(block.flat_s, across, fused(block.flat_c, along, block.flat_x))
+    stood_y = fused(block.flat_c, across, fused(block.flat_s, along, block.flat_y))
     return (
-        dx + r11 * ax + r12 * ay - r13 * block.half_height - stood_x,
-        dy + r21 * ax + r22 * ay - r23 * block.half_height - stood_y,
+        fused_less(r13, block.half_height, fused(r12, ay, fused(r11, ax, dx))) - stood_x,
+        fused_less(r23, block.half_height, fused(r22, ay, fused(r21, ax, dy))) - stood_y,
     )
 
 
@@ -193,17 +234,18 @@ def turns_of(block: Block, r13: real, r23: real, r33: real, qz: real, qw: real):
     size_x = wp.where(r13 < zero, -r13, r13)
     size_y = wp.where(r23 < zero, -r23, r23)
     up = larger(r33, zero)
-    part = larger(real(1.0) - up * up * (real(1.0) / (FALLS * FALLS)), zero)
+    square = up * up
+    part = larger(fused_less(square, real(1.0) / (FALLS * FALLS), real(1.0)), zero)
     falls = part > zero
     part_x, part_y = part * r13, part * r23
-    run_x = wp.where(falls, wp.sqrt(up * up + part_y * part_y), up)
-    run_y = wp.where(falls, wp.sqrt(up * up + part_x * part_x), up)
+    run_x = wp.where(falls, wp.sqrt(fused(part_y, part_y, square)), up)
+    run_y = wp.where(falls, wp.sqrt(fused(part_x, part_x, square)), up)
     tan_x = size_x / larger(run_x, real(1.0e-30))
     tan_y = size_y / larger(run_y, real(1.0e-30))
-    tan_tilt = (size_x * size_x + size_y * size_y) / larger(up * up, real(1.0e-30))
+    tan_tilt = dot(size_x, size_y, size_x, size_y) / larger(square, real(1.0e-30))
     # The attitude's twist about the vertical against that of the start, as complex numbers.
-    along = qw * block.qw + qz * block.qz
-    across = qz * block.qw - qw * block.qz
+    along = dot(qw, qz, block.qw, block.qz)
+    across = fused_less(qw, block.qz, qz * block.qw)
     along = wp.where(along < zero, -along, along)
     across = wp.where(across < zero, -across, across)
     return (
