@@ -207,6 +207,15 @@ def corners(block: Block, s: real, c: real):
 
 
 @wp.func
+def work_of(
+    p1: real, p2: real, f: real, x1: real, x2: real, z2: real, mx: real, mz: real, mo: real,
+) -> real:  # fmt: skip
+    """Work of the contact impulses on the mean velocities where they act [J/kg], a loss."""
+    pressed = fused(p1, fused_less(mo, x1, mz), p2 * fused_less(mo, x2, mz))
+    return fused(f, fused(mo, z2, mx), pressed)
+
+
+@wp.func
 def step(
     block: Block, knobs: Knobs, dv: real,
     x: real, z: real, theta: real, vx: real, vz: real, omega: real,
@@ -249,12 +258,10 @@ def step(
     vx1 = ux + f
     vz1 = uz + p1 + p2
     vo1 = fused(w, fused(f, z2, fused_less(p1, x1, -p2 * x2)), uo)
-    # Work of the contact impulses on the mean velocities where they act, a loss.
-    mx = HALF * (m * vx + vx1)
-    mz = HALF * (vz + vz1)
-    mo = HALF * (uo + vo1)
-    work = fused(p1, fused_less(mo, x1, mz), p2 * fused_less(mo, x2, mz))
-    work = fused(f, fused(mo, z2, mx), work)
+    work = work_of(
+        p1, p2, f, x1, x2, z2,
+        HALF * (m * vx + vx1), HALF * (vz + vz1), HALF * (uo + vo1),
+    )  # fmt: skip
     # A height that is too coarse to take up what the velocity adds, as at rest in float32, has not
     # won its weight; without round-off this is nothing.
     risen = fused(dt, vz1, z)

@@ -40,10 +40,11 @@ def rocking_series(
     Returns:
         Taylor coefficients 2 to 10 of theta; 0 to 6 of n / R, then of f / R.
     """
-    zero, s0, c0 = real(0.0), sine(phi), cosine(phi)
+    s0, c0 = sine(phi), cosine(phi)
     x2 = fused(p2, s0, -q * (a0 * c0))
     s1, c1 = x1 * c0, -x1 * s0
-    b2, b3, b4, b5, b6, b7, b8 = zero, zero, zero, zero, zero, zero, zero
+    b2, b3, b4, b5 = real(0.0), real(0.0), real(0.0), real(0.0)
+    b6, b7, b8 = real(0.0), real(0.0), real(0.0)
     x3 = OVER_2 * fused(p2, s1, -q * fused(a0, c1, a1 * c0))
     s2 = OVER_2 * fused(x2, c0, x1 * c1)
     c2 = -OVER_2 * fused(x2, s0, x1 * s1)
