@@ -124,6 +124,16 @@ def relative_motion(
 
 
 @wp.func
+def depth_of(
+    dx: real, ez: real, both: real, tilted: real, across: real, tall: real, turn: real,
+    cos_turn: real,
+) -> real:  # fmt: skip
+    """Depth of the middle of the slave's face below the plane [m]; names as in `find_contacts`."""
+    sunk = fused_less(tall, rise(turn, cos_turn), both * rise(tilted, across))
+    return fused_less(ez, across, fused_less(dx, tilted, sunk))
+
+
+@wp.func
 def find_contacts(
     dv: real, half_width: real, half_height: real, s: real, c: real, omega: real,
     lhalf_width: real, lhalf_height: real, ls: real, lc: real, lomega: real,
@@ -167,8 +177,6 @@ def find_contacts(
     along = fused_less(dz, tilted, dx * across)
     place = fused_less(tall, turn, -sign * along)
     low, top = shared_stretch(slave, plane, place, cos_turn)
-    sunk = fused_less(tall, rise(turn, cos_turn), both * rise(tilted, across))
-    sunk = fused_less(ez, across, fused_less(dx, tilted, sunk))
     middle = real(0.5) * (low + top)
     length = real(0.5) * (top - low)
     normal = dot(dx, dz, tilted, across)
@@ -180,7 +188,7 @@ def find_contacts(
     de = along
     dn = normal
     half = length
-    overlap = fused(middle, turn, sunk)
+    overlap = fused(middle, turn, depth_of(dx, ez, both, tilted, across, tall, turn, cos_turn))
     slid = -sign * (place - lean * slave * rise(turn, cos_turn))
     relative_motion(
         tilted, across, turn, cos_turn, sign, along, normal, tall, middle, length,

@@ -224,6 +224,12 @@ def load_blocks(
 
 
 @wp.func
+def damped(over: real, drag: real, fx: real, fy: real, fz: real, vx: real, vy: real, vz: real):
+    """What a force or a moment gives a unit of mass, less what mass damping takes from its speed."""
+    return fused(over, fx, -drag * vx), fused(over, fy, -drag * vy), fused(over, fz, -drag * vz)
+
+
+@wp.func
 def integrate(
     live: bool, block: Block, knobs: Knobs, dt: real, span: real,
     dvx: real, dvy: real, dvz: real,
@@ -249,16 +255,8 @@ def integrate(
     """
     mass, over, drag = block.mass, real(1.0) / block.mass, knobs.mass_damping
     ix, iy, iz = block.inverse_x, block.inverse_y, block.inverse_z
-    px, py, pz = (
-        fused(over, fx, -drag * vx),
-        fused(over, fy, -drag * vy),
-        fused(over, fz, -drag * vz),
-    )
-    ax, ay, az = (
-        fused(over, mx, -drag * lx),
-        fused(over, my, -drag * ly),
-        fused(over, mz, -drag * lz),
-    )
+    px, py, pz = damped(over, drag, fx, fy, fz, vx, vy, vz)
+    ax, ay, az = damped(over, drag, mx, my, mz, lx, ly, lz)
     ux, uy = fused(span, px, vx - dvx), fused(span, py, vy - dvy)
     uz = fused(span, pz - knobs.gravity, vz - dvz)
     kx, ky, kz = fused(span, ax, lx), fused(span, ay, ly), fused(span, az, lz)

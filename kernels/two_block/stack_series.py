@@ -125,7 +125,7 @@ def motion_series(
         r1 = fused_less(eq.arm_1, pull1, eq.height_1 * lift1)
         r2 = fused_less(eq.arm_2, pull2, eq.height_2 * lift2)
         # In sums of their own, which do not wait for one another; what is known last comes last.
-        e1, e2 = zero, zero
+        e1, e2 = real(0.0), real(0.0)
         for i in range(wp.static(n + 1)):
             j = wp.static(n - i)
             r1 = fused_less(turn[i], square2[j], r1)
@@ -141,7 +141,8 @@ def motion_series(
         w1[n + 1] = bend[0] * part
         w2[n + 1] = bend[1] * part
         # theta' times the cosine is the derivative of the sine.
-        su, cu, sv, cv, sd, cd = zero, zero, zero, zero, zero, zero
+        su, cu, sv = real(0.0), real(0.0), real(0.0)
+        cv, sd, cd = real(0.0), real(0.0), real(0.0)
         for i in range(wp.static(n + 1)):
             j = wp.static(n - i)
             su = fused(w1[i], cos1[j], su)
