@@ -224,8 +224,8 @@ def load_blocks(
 
 
 @wp.func
-def damped(over: real, drag: real, fx: real, fy: real, fz: real, vx: real, vy: real, vz: real):
-    """What a force or a moment gives a unit of mass, less what mass damping takes from its speed."""
+def driven(over: real, drag: real, fx: real, fy: real, fz: real, vx: real, vy: real, vz: real):
+    """Acceleration by a force, or by a moment, with mass damping."""
     return fused(over, fx, -drag * vx), fused(over, fy, -drag * vy), fused(over, fz, -drag * vz)
 
 
@@ -255,8 +255,8 @@ def integrate(
     """
     mass, over, drag = block.mass, real(1.0) / block.mass, knobs.mass_damping
     ix, iy, iz = block.inverse_x, block.inverse_y, block.inverse_z
-    px, py, pz = damped(over, drag, fx, fy, fz, vx, vy, vz)
-    ax, ay, az = damped(over, drag, mx, my, mz, lx, ly, lz)
+    px, py, pz = driven(over, drag, fx, fy, fz, vx, vy, vz)
+    ax, ay, az = driven(over, drag, mx, my, mz, lx, ly, lz)
     ux, uy = fused(span, px, vx - dvx), fused(span, py, vy - dvy)
     uz = fused(span, pz - knobs.gravity, vz - dvz)
     kx, ky, kz = fused(span, ax, lx), fused(span, ay, ly), fused(span, az, lz)

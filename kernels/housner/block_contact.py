@@ -28,6 +28,21 @@ from warprock.kernels.motion import LINEAR
 FOUR_THIRDS = real(4.0 / 3.0)
 
 
+if LINEAR:
+
+    @wp.func
+    def bent(a: real, c: real, rest: real) -> real:
+        """The term a c of a base whose acceleration is not linear, and the rest of such terms."""
+        return real(0.0)
+
+else:
+
+    @wp.func
+    def bent(a: real, c: real, rest: real) -> real:
+        """The term a c of a base whose acceleration is not linear, and the rest of such terms."""
+        return fused(a, c, rest)
+
+
 # In a sum that is fused, what is known last stands outermost: the rest of it need not wait. But q b
 # is a product of its own: p^2 s in its place, early, would take registers that packed lanes lack.
 @wp.func
@@ -40,53 +55,45 @@ def rocking_series(
     Returns:
         Taylor coefficients 2 to 10 of theta; 0 to 6 of n / R, then of f / R.
     """
-    s0, c0 = sine(phi), cosine(phi)
+    zero, s0, c0 = real(0.0), sine(phi), cosine(phi)
     x2 = fused(p2, s0, -q * (a0 * c0))
     s1, c1 = x1 * c0, -x1 * s0
-    b2, b3, b4, b5 = real(0.0), real(0.0), real(0.0), real(0.0)
-    b6, b7, b8 = real(0.0), real(0.0), real(0.0)
     x3 = OVER_2 * fused(p2, s1, -q * fused(a0, c1, a1 * c0))
     s2 = OVER_2 * fused(x2, c0, x1 * c1)
     c2 = -OVER_2 * fused(x2, s0, x1 * s1)
-    if not LINEAR:
-        b2 = a2 * c0
+    b2 = bent(a2, c0, zero)
     x4 = OVER_3 * fused(p2, s2, -q * fused(a0, c2, fused(a1, c1, b2)))
     s3 = OVER_3 * fused(x3, c0, fused(x1, c2, x2 * c1))
     c3 = -OVER_3 * fused(x3, s0, fused(x1, s2, x2 * s1))
-    if not LINEAR:
-        b3 = fused(a2, c1, a3 * c0)
+    b3 = bent(a2, c1, bent(a3, c0, zero))
     x5 = OVER_4 * fused(p2, s3, -q * fused(a0, c3, fused(a1, c2, b3)))
     s4 = OVER_4 * fused(x4, c0, fused(x1, c3, fused(x2, c2, x3 * c1)))
     c4 = -OVER_4 * fused(x4, s0, fused(x1, s3, fused(x2, s2, x3 * s1)))
-    if not LINEAR:
-        b4 = fused(a2, c2, fused(a3, c1, a4 * c0))
+    b4 = bent(a2, c2, bent(a3, c1, bent(a4, c0, zero)))
     x6 = OVER_5 * fused(p2, s4, -q * fused(a0, c4, fused(a1, c3, b4)))
     s5 = OVER_5 * fused(x5, c0, fused(x1, c4, fused(x2, c3, fused(x4, c1, x3 * c2))))
     c5 = -OVER_5 * fused(x5, s0, fused(x1, s4, fused(x2, s3, fused(x4, s1, x3 * s2))))
-    if not LINEAR:
-        b5 = fused(a2, c3, fused(a3, c2, fused(a4, c1, a5 * c0)))
+    b5 = bent(a2, c3, bent(a3, c2, bent(a4, c1, bent(a5, c0, zero))))
     x7 = OVER_6 * fused(p2, s5, -q * fused(a0, c5, fused(a1, c4, b5)))
     s6 = fused(x5, c1, fused(x3, c3, x4 * c2))
     s6 = OVER_6 * fused(x6, c0, fused(x1, c5, fused(x2, c4, s6)))
     c6 = fused(x5, s1, fused(x3, s3, x4 * s2))
     c6 = -OVER_6 * fused(x6, s0, fused(x1, s5, fused(x2, s4, c6)))
-    if not LINEAR:
-        b6 = fused(a2, c4, fused(a3, c3, fused(a4, c2, fused(a5, c1, a6 * c0))))
+    b6 = bent(a2, c4, bent(a3, c3, bent(a4, c2, bent(a5, c1, bent(a6, c0, zero)))))
     x8 = OVER_7 * fused(p2, s6, -q * fused(a0, c6, fused(a1, c5, b6)))
     s7 = fused(x6, c1, fused(x3, c4, fused(x5, c2, x4 * c3)))
     s7 = OVER_7 * fused(x7, c0, fused(x1, c6, fused(x2, c5, s7)))
     c7 = fused(x6, s1, fused(x3, s4, fused(x5, s2, x4 * s3)))
     c7 = -OVER_7 * fused(x7, s0, fused(x1, s6, fused(x2, s5, c7)))
-    if not LINEAR:
-        b7 = fused(a2, c5, fused(a3, c4, fused(a4, c3, fused(a5, c2, fused(a6, c1, a7 * c0)))))
+    b7 = bent(a4, c3, bent(a5, c2, bent(a6, c1, bent(a7, c0, zero))))
+    b7 = bent(a2, c5, bent(a3, c4, b7))
     x9 = OVER_8 * fused(p2, s7, -q * fused(a0, c7, fused(a1, c6, b7)))
     s8 = fused(x3, c5, fused(x6, c2, fused(x4, c4, x5 * c3)))
     s8 = fused(x8, c0, fused(x1, c7, fused(x2, c6, fused(x7, c1, s8))))
     c8 = fused(x3, s5, fused(x6, s2, fused(x4, s4, x5 * s3)))
     c8 = -fused(x8, s0, fused(x1, s7, fused(x2, s6, fused(x7, s1, c8))))
-    if not LINEAR:
-        b8 = fused(a5, c3, fused(a6, c2, fused(a7, c1, a8 * c0)))
-        b8 = fused(a2, c6, fused(a3, c5, fused(a4, c4, b8)))
+    b8 = bent(a5, c3, bent(a6, c2, bent(a7, c1, bent(a8, c0, zero))))
+    b8 = bent(a2, c6, bent(a3, c5, bent(a4, c4, b8)))
     b8 = fused(real(0.125) * a0, c8, fused(a1, c7, b8))
     x10 = OVER_9 * fused(p2 * real(0.125), s8, -q * b8)
     r = FOUR_THIRDS * q
