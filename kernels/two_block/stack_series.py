@@ -83,14 +83,19 @@ def circled(x: Series):
     return s, c
 
 
+@wp.func
+def swung(w: real, s: real, c: real, u: Pair) -> Pair:
+    """The pair u + w (c, -s): a term of what a rate w makes of a sine and a cosine."""
+    return Pair(fused(w, c, u[0]), fused_less(w, s, u[1]))
+
+
 @wp.func(inline=False)
 def motion_series(
     lower: Block, upper: Block, stack: Stack, s1: real, s2: real, rotation: Pair, rate: Pair,
     a: Series,
 ):  # fmt: skip
     """Both rotations in the pattern (s1, s2), from the series of the base's acceleration."""
-    zero, g = real(0.0), stack.gravity
-    eq = equations(lower, upper, stack, s1, s2)
+    eq, g = equations(lower, upper, stack, s1, s2), stack.gravity
     w1, w2, bend1, bend2 = Series(), Series(), Series(), Series()
     sin1, cos1, sin2, cos2 = Series(), Series(), Series(), Series()
     sind, cosd, mixed, turn = Series(), Series(), Series(), Series()
@@ -107,31 +112,29 @@ def motion_series(
     for n in range(ORDERS):
         mixed[n] = fused_less(eq.odd, sind[n], eq.even * cosd[n])
         turn[n] = fused(eq.even, sind[n], eq.odd * cosd[n])
-        # What the base pulls and gravity weighs: a sin - g cos, ... of both blocks.
-        pull1, pull2, lift1, lift2 = g * cos1[n], g * cos2[n], g * sin1[n], g * sin2[n]
+        # What the base pulls and gravity weighs: a sin + g cos and g sin - a cos, of both blocks.
+        load1, load2 = Pair(g * cos1[n], g * sin1[n]), Pair(g * cos2[n], g * sin2[n])
         for i in range(wp.static(min(n + 1, GIVEN))):
-            j = wp.static(n - i)
-            pull1 = fused(a[i], sin1[j], pull1)
-            lift1 = fused_less(a[i], cos1[j], lift1)
-            pull2 = fused(a[i], sin2[j], pull2)
-            lift2 = fused_less(a[i], cos2[j], lift2)
-        e1, e2 = real(0.0), real(0.0)
+            load1 = swung(a[i], cos1[wp.static(n - i)], sin1[wp.static(n - i)], load1)
+            load2 = swung(a[i], cos2[wp.static(n - i)], sin2[wp.static(n - i)], load2)
+        # theta' times the cosine is the derivative of the sine.
+        u1, u2, ud, square = Pair(), Pair(), Pair(), Pair()
         for i in range(wp.static(n + 1)):
             j = wp.static(n - i)
-            e1 = fused(w1[i], w1[j], e1)
-            e2 = fused(w2[i], w2[j], e2)
-        square1[n] = e1
-        square2[n] = e2
-        r1 = fused_less(eq.arm_1, pull1, eq.height_1 * lift1)
-        r2 = fused_less(eq.arm_2, pull2, eq.height_2 * lift2)
-        # In sums of their own, which do not wait for one another; what is known last comes last.
+            square = Pair(fused(w1[i], w1[j], square[0]), fused(w2[i], w2[j], square[1]))
+            u1 = swung(w1[i], sin1[j], cos1[j], u1)
+            u2 = swung(w2[i], sin2[j], cos2[j], u2)
+            ud = swung(w1[i] - w2[i], sind[j], cosd[j], ud)
+        square1[n] = square[0]
+        square2[n] = square[1]
+        r1 = fused_less(eq.arm_1, load1[0], eq.height_1 * load1[1])
+        r2 = fused_less(eq.arm_2, load2[0], eq.height_2 * load2[1])
+        # Sums of their own do not wait for one another; what is known last comes last.
         e1, e2 = real(0.0), real(0.0)
         for i in range(wp.static(n + 1)):
             j = wp.static(n - i)
             r1 = fused_less(turn[i], square2[j], r1)
             r2 = fused(turn[i], square1[j], r2)
-        for i in range(wp.static(n)):
-            j = wp.static(n - i)
             e1 = fused_less(mixed[j], bend2[i], e1)
             e2 = fused_less(mixed[j], bend1[i], e2)
         bend = solved(over, r1 + e1, r2 + e2)
@@ -140,23 +143,12 @@ def motion_series(
         bend2[n] = bend[1]
         w1[n + 1] = bend[0] * part
         w2[n + 1] = bend[1] * part
-        # theta' times the cosine is the derivative of the sine.
-        su, cu, sv = real(0.0), real(0.0), real(0.0)
-        cv, sd, cd = real(0.0), real(0.0), real(0.0)
-        for i in range(wp.static(n + 1)):
-            j = wp.static(n - i)
-            su = fused(w1[i], cos1[j], su)
-            cu = fused_less(w1[i], sin1[j], cu)
-            sv = fused(w2[i], cos2[j], sv)
-            cv = fused_less(w2[i], sin2[j], cv)
-            sd = fused(w1[i] - w2[i], cosd[j], sd)
-            cd = fused(w2[i] - w1[i], sind[j], cd)
-        sin1[n + 1] = su * part
-        cos1[n + 1] = cu * part
-        sin2[n + 1] = sv * part
-        cos2[n + 1] = cv * part
-        sind[n + 1] = sd * part
-        cosd[n + 1] = cd * part
+        sin1[n + 1] = u1[0] * part
+        cos1[n + 1] = u1[1] * part
+        sin2[n + 1] = u2[0] * part
+        cos2[n + 1] = u2[1] * part
+        sind[n + 1] = ud[0] * part
+        cosd[n + 1] = ud[1] * part
     return integrated(rotation[0], w1), integrated(rotation[1], w2)
 
 
