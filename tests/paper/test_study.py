@@ -104,9 +104,10 @@ def test_margins_wider_than_a_corner_moves_in_a_step_are_one(study, table):
     travel = width * step * np.max(np.abs(np.gradient(rotation, study.times)))
     assert 1e-6 < travel < 1e-5
     wide, middle = (study.histories["impulse", "collision_margin", m] for m in (1e-3, 1e-5))
-    # To round-off: within a wide margin both corners are contacts more often, which sweeps solve; a
-    # corner that is alone is solved at once. Measured: 2e-16.
-    np.testing.assert_allclose(wide, middle, rtol=1e-10, atol=1e-13)
+    # Within a wide margin both corners are contacts more often, and sweeps start from elsewhere: to
+    # what ten sweeps leave, each time at an impact. Measured: 2e-16 and 2e-11.
+    left = table.loc["impulse", "iterations"]["baseline_difference_ratio"].loc[10].max()
+    np.testing.assert_allclose(wide, middle, rtol=0.0, atol=left)
     rows = table.loc["impulse", "collision_margin"]
     for lane in (0, 1):
         errors = rows["error_5s_ratio"].xs(lane, level="lane")
