@@ -106,7 +106,7 @@ def frame(q: Four) -> Matrix:
 
 
 @wp.func(inline=True)
-def turned(r: Matrix, v: Three) -> Three:
+def in_base(r: Matrix, v: Three) -> Three:
     """A vector of the body's own axes in those of the base."""
     x, y, z = in_axes(
         r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2],
@@ -116,28 +116,28 @@ def turned(r: Matrix, v: Three) -> Three:
 
 
 @wp.func(inline=True)
-def seen_in(r: Matrix, v: Three) -> Three:
+def in_body(r: Matrix, v: Three) -> Three:
     """A vector of the base's axes in those of the body."""
-    return turned(wp.transpose(r), v)
+    return in_base(wp.transpose(r), v)
 
 
 @wp.func(inline=True)
 def scaled(r: Matrix, d: Three, v: Three) -> Three:
     """A vector times a diagonal matrix of the body's own axes."""
-    b = seen_in(r, v)
-    return turned(r, Three(d[0] * b[0], d[1] * b[1], d[2] * b[2]))
+    b = in_body(r, v)
+    return in_base(r, Three(d[0] * b[0], d[1] * b[1], d[2] * b[2]))
 
 
 @wp.func(inline=True)
 def moved(h: Hinge, r: Matrix, spin: Three) -> Three:
     """Angular velocity about a hinge, of the angular momentum about it."""
-    b = seen_in(r, spin)
+    b = in_body(r, spin)
     m = h.mobility
     n = h.mixed
     wx, wy, wz = in_axes(
         m[0], n[0], n[1], n[0], m[1], n[2], n[1], n[2], m[2], b[0], b[1], b[2]
     )  # fmt: skip
-    return turned(r, Three(wx, wy, wz))
+    return in_base(r, Three(wx, wy, wz))
 
 
 @wp.func(inline=True)
@@ -220,8 +220,8 @@ def open_event(
         Length of the step to its landing if that lies inside, else NEVER; whether it lands at the
         end or closes at once, whether it closes. A corner that is not away touches.
     """
-    c0 = turned(r0, away)
-    c1 = turned(r1, away)
+    c0 = in_base(r0, away)
+    c1 = in_base(r1, away)
     cut, lands, closes = corner_event(
         c0[2], rise_rate(v0, w0, c0 - a0), c1[2], rise_rate(v1, w1, c1 - a1), d,
         NEARLY * limits.longest_step, grain, limits.rest_gap,
@@ -242,12 +242,12 @@ def mean_motion(
     """
     zero = real(0.0)
     mu = block.friction
-    arm = turned(middle, h.lever)
+    arm = in_base(middle, h.lever)
     w = moved(h, middle, momentum + wp.cross(arm, free))
     v = wp.cross(w, arm)
     p = v - free
     spun = scaled(middle, inertia, w)
-    e = turned(middle, h.way) * (h.over + h.over)
+    e = in_base(middle, h.way) * (h.over + h.over)
     room, push, more = ends(mu, p, spun - momentum, arm, e, h.over)
     along = wp.dot(p, e)
     sticks = h.over > zero or p[0] * p[0] + p[1] * p[1] <= mu * mu * p[2] * p[2]
@@ -276,7 +276,7 @@ def events(
     cut_y, any_y, closes_y = open_event(limits, b.d, grain, y, r0, a0, v0, w0, r1, a1, v1, w1)
     cut = smaller(cut_x, cut_y)
     inside = cut < NEVER
-    e = turned(r1, h.way) * (h.over + h.over)
+    e = in_base(r1, h.way) * (h.over + h.over)
     pull = b.last + Three(zero, zero, limits.gravity)
     keeps = h.over == zero or keeps_end(
         h, block.friction, r1, a1, e, h.over, inertia, w, pull
@@ -298,17 +298,17 @@ def rolled(
     d = b.d
     inverse = Three(block.inverse_x, block.inverse_y, block.inverse_z)
     r0 = frame(q)
-    a0 = turned(r0, h.lever)
+    a0 = in_base(r0, h.lever)
     momentum = scaled(r0, inertia, w)
     middle = frame(swung_by(q, w * (HALF * d)))
     free = v - HALF * b.change - Three(zero, zero, HALF * d * limits.gravity)
     v1, w1, spun, holds = mean_motion(block, h, inertia, free, momentum, middle)
     n.turn = d * w1
     n.q = swung_by(q, n.turn)
-    rise = turned(frame(n.q), h.way) * (h.over + h.over)
+    rise = in_base(frame(n.q), h.way) * (h.over + h.over)
     n.q = levelled(n.q, rise)
     r = frame(n.q)
-    a1 = turned(r, h.lever)
+    a1 = in_base(r, h.lever)
     n.deep = a1[2] - x[2] - d * v1[2]
     n.x = Three(x[0] + a1[0] - a0[0], x[1] + a1[1] - a0[1], a1[2])
     if flat:

@@ -104,10 +104,11 @@ def test_margins_wider_than_a_corner_moves_in_a_step_are_one(study, table):
     travel = width * step * np.max(np.abs(np.gradient(rotation, study.times)))
     assert 1e-6 < travel < 1e-5
     wide, middle = (study.histories["impulse", "collision_margin", m] for m in (1e-3, 1e-5))
-    # Within a wide margin both corners are contacts more often, and sweeps start from elsewhere: to
-    # what ten sweeps leave, each time at an impact. Measured: 2e-16 and 2e-11.
-    left = table.loc["impulse", "iterations"]["baseline_difference_ratio"].loc[10].max()
-    np.testing.assert_allclose(wide, middle, rtol=0.0, atol=left)
+    # An open gap may close within a step, so that its round-off over the step is a velocity, which
+    # an impact may leave: after 20 s it is this, of the slenderness angle. Measured: a twentieth.
+    drift = np.spacing(width) / step * study.times[-1]
+    alpha = study.lane_set.lanes.slenderness_angle[-1]
+    np.testing.assert_allclose(wide, middle, rtol=0.0, atol=drift / (width * alpha))
     rows = table.loc["impulse", "collision_margin"]
     for lane in (0, 1):
         errors = rows["error_5s_ratio"].xs(lane, level="lane")
