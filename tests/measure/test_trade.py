@@ -211,6 +211,20 @@ def test_rows_hold_the_error_against_the_oracle_and_a_cost(
     np.testing.assert_allclose(rate, table["steps_per_simulated_s"])
 
 
+def test_steps_are_those_of_the_run_whose_cost_is_measured(
+    small: tuple[pathlib.Path, pd.DataFrame],
+) -> None:
+    """`housner` steps from sample to sample: with samples it would seem ten times as fast."""
+    _, table = small
+    scene = TRADE_SCENES["free"]
+    lanes, motions = scene.build()
+    plain = run_batch("housner", lanes, motions, SampleTimes(scene.times.duration))
+    sampled = run_batch("housner", lanes, motions, scene.times)
+    steps = plain["step_count"].mean() / scene.times.duration
+    assert table["steps_per_simulated_s"][0] == pytest.approx(steps)
+    assert sampled["step_count"].mean() > 5.0 * plain["step_count"].mean()
+
+
 def test_a_stopped_trade_goes_on_where_it_was(
     small: tuple[pathlib.Path, pd.DataFrame],
     tmp_path: pathlib.Path,
