@@ -165,6 +165,7 @@ def test_no_engine_imports_another_engine():
         ("mujoco", ("warprock/programs/mujoco",)),
         ("pybullet", ("warprock/programs/bullet",)),
         ("bpy", ("warprock/programs/blender",)),
+        ("numba", ("warprock/programs/loops",)),
         (
             "scipy",
             (

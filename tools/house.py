@@ -102,9 +102,9 @@ ROOMS = (
     ),
     _room(
         "programs",
-        "the same lanes in MuJoCo, Bullet, Blender and Newton",
+        "the same lanes in MuJoCo, Bullet, Blender and Newton; plain loops",
         "errors units model settings",
-        "bpy mujoco newton numpy pybullet scipy warp",
+        "bpy mujoco newton numba numpy pybullet scipy warp",
     ),
     _room(
         "run",

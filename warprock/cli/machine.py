@@ -33,14 +33,15 @@ def doctor(ctx: click.Context, as_json: bool) -> None:
 def bench(
     ctx: click.Context, seconds: float, device: str | None, workers: int | None, as_json: bool
 ) -> None:
-    """What every engine's steps and accuracy cost on this machine, beside peers where installed.
+    """What every engine's steps and accuracy cost on this machine, beside others where installed.
 
-    The extras [mujoco] and [bullet] install peers; each runs the same block in the same run.
+    One block, from nine starts, runs in all of them; the extras [mujoco] and [bullet] install two,
+    and numba a plain loop. Takes some 100 times --seconds.
     """
     if ctx.invoked_subcommand is not None:
         return
     from warprock.measure import peers
-    from warprock.measure.bench import run_bench
+    from warprock.measure.bench import rocking_engines, run_bench
     from warprock.measure.device_bench import run_device_bench
     from warprock.run.devices import require_device, start_warp
     from warprock.tables.machine import print_bench, print_device_bench
@@ -54,7 +55,7 @@ def bench(
         print_json(found) if as_json else print_device_bench(found)
         return
     found = run_bench(seconds=seconds, workers=workers)
-    found["peers"] = peers.compare(found["accuracy"], seconds)
+    found["prices"] = peers.compare(rocking_engines(), seconds)
     print_json(found) if as_json else print_bench(found)
 
 

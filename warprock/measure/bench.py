@@ -1,8 +1,7 @@
 """Speed and error of the engines on this machine, with ratios taken within one run.
 
-Two tables: block-steps a second of every engine, precision and form of the kernel in free rocking
-of blocks B1 to B3; and what accuracy costs, the CPU time of one simulated second of block B0 at
-the coarsest setting tried at which its error is `ACCURACY`, to which `peers` adds other engines.
+Block-steps a second of every engine, precision and form of the kernel in free rocking of blocks B1
+to B3. What an error costs, beside programs of others and plain loops, is measured in `peers`.
 
 Absolute rates belong to the machine and the moment; the ratios (packed over plain kernel, two
 workers over one) hold wherever the cores are idle.
@@ -11,7 +10,6 @@ workers over one) hold wherever the cores are idle.
 from __future__ import annotations
 
 import dataclasses
-import math
 import subprocess
 import sys
 import tempfile
@@ -29,8 +27,7 @@ from warprock.model.motion import GroundMotions, SpatialMotions, StillBase
 from warprock.model.response import Response, SampleTimes
 from warprock.model.scene import scene_kind
 from warprock.run import machine
-from warprock.run.batch import LANE_QUANTUM, run_batch
-from warprock.settings.engines import EventSettings, HousnerSettings, ImpulseSettings
+from warprock.run.batch import run_batch
 
 Array = npt.NDArray[np.float64]
 
@@ -46,25 +43,6 @@ FREE_RATIOS = (0.2, 0.5, 0.99)
 
 ERROR_DURATION = 5.0
 """Time over which the error is taken [s], as in the paper's Fig. 5."""
-
-ACCURACY = 1e-4
-"""Error over 5 s on B0, over the slenderness angle, at which engines are compared."""
-
-ACCURACY_SETTINGS: dict[str, tuple[Any, ...]] = {
-    "housner": (HousnerSettings(),),
-    "impulse": tuple(ImpulseSettings(substeps=count) for count in (199, 399, 799, 999, 1599)),
-    "event": tuple(EventSettings(time_step=step) for step in (0.1, 5e-2, 2e-2, 1e-2, 5e-3, 1e-3)),
-}
-"""Settings tried for it, from coarse to fine; the error of `impulse` does not fall evenly."""
-
-B0_WIDTH, B0_HEIGHT, B0_DEPTH, B0_DENSITY, B0_FRICTION, B0_RATIO = 1.0, 5.0, 0.2, 2670.0, 1.0, 0.5
-"""Block B0 [m, kg/m^3] of the paper's Section 4, and its start over the slenderness angle."""
-
-B0_SAMPLING = 240.0
-"""Samples a second at which the error on B0 is taken."""
-
-B0_SPREAD = 0.25
-"""Half width of the starts of the lanes whose cost is measured, over the slenderness angle."""
 
 REPEATS = 3
 """Runs of each measurement; the fastest counts, the others met other work on the machine."""
@@ -94,47 +72,6 @@ def in_space(lanes: Lanes) -> SpatialLanes:
     parts: dict[str, Any] = {f.name: getattr(lanes, f.name) for f in dataclasses.fields(lanes)}
     more = {field.name for field in dataclasses.fields(SpatialLanes)} - parts.keys()
     return SpatialLanes(**parts | dict.fromkeys(more, np.zeros(lanes.lane_count)))
-
-
-def b0_lanes(ratios: Array) -> Lanes:
-    """Blocks B0, let go from some ratios of the slenderness angle, shape [lane]."""
-    count = len(ratios)
-    width, height = np.full(count, B0_WIDTH), np.full(count, B0_HEIGHT)
-    angle = rocking.slenderness_angle(width, height)
-    return Lanes(
-        width=width,
-        height=height,
-        depth=np.full(count, B0_DEPTH),
-        density=np.full(count, B0_DENSITY),
-        friction=np.full(count, B0_FRICTION),
-        chamfer=np.zeros(count),
-        offset=np.zeros(count),
-        rotation_start=angle * ratios,
-        angular_restitution=rocking.angular_restitution(angle),
-    )
-
-
-def b0_error(times: Array, rotation: Array) -> float:
-    """Largest |rotation - housner| / slenderness angle of B0 over 5 s, at `B0_SAMPLING`.
-
-    Args:
-        times: Times of the samples, from 0 to 5 s in steps of 1 / `B0_SAMPLING`.
-        rotation: Rotation at those times [rad].
-
-    Raises:
-        ValueError: Other times.
-    """
-    lanes = b0_lanes(np.array([B0_RATIO]))
-    reference = run_batch("housner", lanes, StillBase(1), b0_times())
-    if times.shape != reference.times.shape or not np.allclose(times, reference.times):
-        raise ValueError(f"times: got {times}, must be {reference.times}")
-    gap = np.abs(rotation - reference["rotation"][0])
-    return float(np.max(gap) / lanes.slenderness_angle[0])
-
-
-def b0_times() -> SampleTimes:
-    """Times at which the error on B0 is taken."""
-    return SampleTimes(ERROR_DURATION, 1.0 / B0_SAMPLING)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -199,6 +136,12 @@ def measure(
     return Rate(steps / took, cpu / (count * duration))
 
 
+def rocking_engines() -> list[str]:
+    """Engines that run single blocks on a still base; the others are left out."""
+    scene = scene_kind(free_lanes(9), StillBase(9), restitution_given=False)
+    return [name for name in ENGINES if engine_class(name).supports(scene) is None]
+
+
 def rotation_error(engine: str, precision: str) -> float:
     """Largest |rotation - housner| / slenderness angle of B1 to B3 over 5 s."""
     lanes, times = free_lanes(9), SampleTimes(ERROR_DURATION, 0.01)
@@ -206,80 +149,6 @@ def rotation_error(engine: str, precision: str) -> float:
     response = run_batch(engine, lanes, StillBase(9), times, precision=precision)
     gap = np.abs(response["rotation"] - reference["rotation"]).max(axis=1)
     return float(np.max(gap / lanes.slenderness_angle))
-
-
-def accuracy_row(engine: str, seconds: float, accuracy: float = ACCURACY) -> dict[str, Any]:
-    """What an engine's accuracy costs: packed kernel, float64, one core, B0 over 5 s.
-
-    The error is that of the start of the paper. The cost is that of lanes with starts around it, so
-    that those of a pack do not meet their impacts together; `housner` has no error against itself.
-
-    Args:
-        engine: Name in `ENGINES`.
-        seconds: Time of the measurement, about [s].
-        accuracy: Error to reach, over the slenderness angle.
-
-    Returns:
-        engine, settings, steps_per_s (of one block; None without a time step), error, reached
-        (whether the error is `accuracy` or less), cpu_s_per_simulated_s (of one block of many),
-        cpu_s_per_simulated_s_alone.
-    """
-    one = b0_lanes(np.array([B0_RATIO]))
-    settings, error = None, math.nan
-    for settings in ACCURACY_SETTINGS.get(engine, (None,)):
-        response = run_batch(engine, one, StillBase(1), b0_times(), settings=settings)
-        if engine == "housner":
-            break
-        error = b0_error(response.times, response["rotation"][0])
-        if error <= accuracy:
-            break
-    time_step = getattr(settings, "time_step", None)
-    cost, alone = _cost(engine, settings, seconds)
-    return {
-        "engine": engine,
-        "settings": _settings_text(settings),
-        "steps_per_s": None if time_step is None else 1.0 / time_step,
-        "error": error,
-        "reached": engine == "housner" or error <= accuracy,
-        "cpu_s_per_simulated_s": cost,
-        "cpu_s_per_simulated_s_alone": alone,
-    }
-
-
-def _settings_text(settings: Any) -> str:
-    if isinstance(settings, ImpulseSettings):
-        return f"{settings.frames_per_second:g} frames x {settings.substeps + 1} steps"
-    if isinstance(settings, EventSettings):
-        return f"steps of {settings.time_step:g} s"
-    return "defaults"
-
-
-def _cost(engine: str, settings: Any, seconds: float) -> tuple[float, float]:
-    """CPU time of one simulated second of one block B0 [s]: one of many, and alone.
-
-    The fastest of some runs. A block alone pays for a whole pack and for the launch.
-    """
-
-    def run(count: int) -> float:
-        spread = B0_SPREAD if count > 1 else 0.0
-        lanes = b0_lanes(np.linspace(B0_RATIO - spread, B0_RATIO + spread, count))
-        motions, times = StillBase(count), SampleTimes(ERROR_DURATION)
-        begin = time.process_time()
-        run_batch(engine, lanes, motions, times, settings=settings, workers=1, chunk_size=count)
-        return time.process_time() - begin
-
-    def fastest(count: int, limit: float) -> float:
-        took = [run(count)]
-        while len(took) < REPEATS and sum(took) < limit:
-            took.append(run(count))
-        return min(took)
-
-    alone = fastest(1, 0.5 * seconds)
-    count = LANE_QUANTUM
-    while (took := run(count)) < 0.25 * seconds / REPEATS and count < LANES_MOST:
-        count *= 4
-    took = min(took, fastest(count, 0.5 * seconds))
-    return took / (count * ERROR_DURATION), alone / ERROR_DURATION
 
 
 def command_seconds(*arguments: str) -> float:
@@ -301,15 +170,11 @@ def run_bench(seconds: float, workers: int | None = None) -> dict[str, Any]:
         seconds: Wall time of one measurement, about [s].
         workers: Workers of the threaded measurement; as many as there are cores where None.
 
-    Engines that decline single blocks on a still base are left out.
-
     Returns:
-        rows (one an engine, precision and form), ratios by name, accuracy (one row an engine, see
-        `accuracy_row`), commands by name [s].
+        rows (one an engine, precision and form), ratios by name, commands by name [s].
     """
     threads = workers or machine.core_count()
-    scene = scene_kind(free_lanes(9), StillBase(9), restitution_given=False)
-    engines = [name for name in ENGINES if engine_class(name).supports(scene) is None]
+    engines = rocking_engines()
     rows: list[dict[str, Any]] = []
     ratios: dict[str, float] = {}
     for engine in engines:
@@ -351,6 +216,5 @@ def run_bench(seconds: float, workers: int | None = None) -> dict[str, Any]:
         },
         "rows": rows,
         "ratios": ratios,
-        "accuracy": [accuracy_row(engine, seconds) for engine in engines],
         "commands": commands,
     }

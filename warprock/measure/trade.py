@@ -18,6 +18,7 @@ import pandas as pd
 
 from warprock.engines import ENGINES, engine_class
 from warprock.errors import InputError
+from warprock.measure.price import LEVELS
 from warprock.measure.trade_knobs import PRECISIONS, TRADE_KNOBS, Settings
 from warprock.measure.trade_scenes import TRADE_SCENES, TradeScene, lane_errors
 from warprock.model.lanes import Lanes
@@ -35,9 +36,6 @@ from warprock.run.provenance import PACKAGES
 from warprock.settings.engines import build_settings
 
 TABLE, CSV = "trade.parquet", "trade.csv"
-
-LEVELS = (1e-2, 1e-3, 1e-4, 1e-5)
-"""Errors whose price is told."""
 
 COST_SECONDS = 0.3
 """CPU time that a measurement of cost aims at [s]; a coarser one would be noise."""

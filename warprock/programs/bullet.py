@@ -34,8 +34,6 @@ from warprock.programs.scene import (
 from warprock.settings.programs import BulletSettings
 from warprock.units import GRAVITY
 
-SETTINGS = "maximal coordinates, 50 iterations, breaking threshold 1e-4 m, no slop, no damping"
-
 BASE_HALF = (20.0, 20.0, 1.0)
 """Half dimensions of the base [m]."""
 TABLE_RATIO = 1e6

@@ -4,7 +4,7 @@ A body is the convex hull of its contact points and of its top, with its own mas
 profile in the plane is as deep as the box around it. On another block it needs several contacts at
 once (`multiccd`).
 
-Settings are the best of those tried on blocks B0 to B3: the contact must be stiffer with every
+Settings at their defaults serve blocks B0 to B3 well: the contact must be stiffer with every
 shorter step (a time constant of two steps, the least that MuJoCo allows, twice critically damped)
 and hard from the first micrometre on (`solimp`). Each block touches what it stands on alone, as
 pairs with the friction of that face.
@@ -31,8 +31,6 @@ from warprock.settings.programs import MujocoSettings
 from warprock.units import GRAVITY
 
 Array = npt.NDArray[np.float64]
-
-SETTINGS = "Newton solver, elliptic cones, solref (2 dt, 2), solimp .9999 .9999 1e-6"
 
 MODEL = """
 <mujoco>
@@ -68,7 +66,7 @@ BODY = """
 """
 PAIR = """
 <pair geom1="{below}" geom2="{number}" condim="3" friction="{friction!r} {friction!r} 0 0 0"
-      solref="{reaction!r} 2" solimp=".9999 .9999 1e-6"/>
+      solref="{time!r} {damping!r}" solimp="{impedance!r} {impedance!r} 1e-6"/>
 """
 TABLE_RATIO = 1e6
 """Mass of the table over that of all blocks."""
@@ -81,7 +79,7 @@ def run(
 
     Args:
         scenes: The scenes.
-        settings: Steps a second.
+        settings: Steps a second and what a contact is.
         finished: Called with the number of scenes that are done, after each.
 
     Returns:
@@ -104,7 +102,7 @@ def run(
 
 def _run_scene(mujoco: Any, scene: PeerScene, settings: MujocoSettings) -> PeerRun:
     steps = scene.steps_per_frame(settings.steps_per_second)
-    model = mujoco.MjModel.from_xml_string(_model_text(scene, scene.frame / steps))
+    model = mujoco.MjModel.from_xml_string(_model_text(scene, scene.frame / steps, settings))
     state = mujoco.MjData(model)
     places, velocities = scene.base_steps(steps)
     moves = np.asarray(np.any(velocities.reshape(scene.frame_count, -1), axis=1))
@@ -151,7 +149,7 @@ def _block_text(number: int, block: PeerBlock) -> str:
     return BLOCK.format(number=number, mass=block.mass, **shape)
 
 
-def _model_text(scene: PeerScene, step: float) -> str:
+def _model_text(scene: PeerScene, step: float, settings: MujocoSettings) -> str:
     """The scene in MuJoCo's language."""
     blocks, pairs, meshes = [], [], []
     for number, block in enumerate(scene.blocks, 1):
@@ -160,7 +158,12 @@ def _model_text(scene: PeerScene, step: float) -> str:
             hull = np.array([*block.body.points, *block.body.top])
             meshes.append(MESH.format(number=number, hull=_text(hull.ravel())))
         friction = max(block.friction, FRICTION_LEAST)
-        contact = {"friction": friction, "reaction": 2.0 * step}
+        contact = {
+            "friction": friction,
+            "time": settings.contact_time * step,
+            "damping": settings.damping_ratio,
+            "impedance": settings.impedance,
+        }
         pairs.append(PAIR.format(below=number - 1, number=number, **contact))
     mass = TABLE_RATIO * sum(block.mass for block in scene.blocks)
     return MODEL.format(

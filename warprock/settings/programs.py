@@ -20,6 +20,13 @@ class MujocoSettings:
     """Settings of `mujoco`."""
 
     steps_per_second: Annotated[float, _RATE] = 4800.0
+    contact_time: Annotated[
+        float, SettingKey("time constant of a contact over the time step", 2.0, 1000.0)
+    ] = 2.0
+    damping_ratio: Annotated[float, SettingKey("damping ratio of a contact", 0.1, 100.0)] = 2.0
+    impedance: Annotated[
+        float, SettingKey("share of the force that a contact would take if rigid", 0.5, 0.9999)
+    ] = 0.9999
 
 
 @dataclasses.dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -37,24 +38,14 @@ def print_examination(found: Mapping[str, Any]) -> None:
 
 
 def print_bench(found: Mapping[str, Any]) -> None:
-    """Prints what `measure.bench.run_bench` and `measure.peers.compare` measured."""
+    """Prints what `measure.bench.run_bench` measured; `prices` is of `measure.peers.compare`."""
     facts = found["machine"]
     flags = " ".join(facts["vector_flags"])
     print_rows(
         f"Measured here and now: {facts['cpu']}, {facts['cores']} cores, {flags}", found["rows"]
     )
     print_rows("Ratios", [{"ratio": k, "value": v} for k, v in found["ratios"].items()])
-    print_rows("Block B0, free rocking over 5 s: error and its cost, one core", found["accuracy"])
-    peers = found["peers"]
-    if peers["rows"]:
-        hidden = ("settings", "cpu_s")
-        rows = [{k: v for k, v in row.items() if k not in hidden} for row in peers["rows"]]
-        print_rows("The same block in peers, one core, beside event at no larger an error", rows)
-        for name, settings in {row["peer"]: row["settings"] for row in peers["rows"]}.items():
-            wide_stdout().print(f"{name}: {settings}")
-    print_rows("Steps of a block in space in a CPU second, one core", [peers["space"]])
-    for line in peers["missing"]:
-        wide_stdout().print(f"peer not installed: {line}")
+    _print_prices(found["prices"])
     print_rows("Commands", [{"command": k, "seconds": v} for k, v in found["commands"].items()])
     best = max(found["rows"], key=lambda row: float(row["block_steps_per_s"]))
     print_end(
@@ -62,6 +53,39 @@ def print_bench(found: Mapping[str, Any]) -> None:
         "on this machine.",
         "warprock trade",
     )
+
+
+def _print_prices(found: Mapping[str, Any]) -> None:
+    """Prints what `measure.peers.compare` measured."""
+    out = wide_stdout()
+    rows, left = [], []
+    for row in found["rows"]:
+        if "settings" not in row:
+            left.append(f"{row['name']} at {row['error_met']:g}")
+            continue
+        shown = {"error met": f"{row['error_met']:g}"} | {k: row[k] for k in list(row)[1:]}
+        rows.append({k: about(v) if "/" in k else v for k, v in shown.items()})
+    print_rows(
+        "Block B0, 5 s of free rocking, one core: the cheapest setting tried that meets an error "
+        "(median over nine starts); costs over those of event are rounded",
+        rows,
+    )
+    if left:
+        out.print(f"met by no setting tried in its time: {', '.join(left)}", soft_wrap=True)
+    tried = ", ".join(f"{name} {count}" for name, count in found["tried"].items())
+    out.print(f"settings tried: {tried}; all of it took {found['took_s']:.0f} s")
+    for line in found["missing"]:
+        out.print(f"not installed: {line}")
+    print_rows("Steps of a block in space in a CPU second, one core", [found["space"]])
+
+
+def about(ratio: float) -> str:
+    """A ratio of two costs to one digit, or two after a leading 1: times are no better known."""
+    if not math.isfinite(ratio) or ratio <= 0.0:
+        return "-"
+    leading = math.floor(math.log10(ratio))
+    digits = 1 - leading if ratio < 1.95 * 10.0**leading else -leading
+    return f"{round(ratio, digits):,.{max(digits, 0)}f}"
 
 
 def print_device_bench(found: Mapping[str, Any]) -> None:
