@@ -31,7 +31,7 @@ amplitude = "2 m/s^2"
 frequency = "1 Hz"
 cycles = 1
 [run]
-duration = "3 s"
+duration = "0.8 s"
 """
 
 
@@ -45,7 +45,7 @@ def test_a_block_that_slides_and_never_lifts_did_not_rock(
     response = run.response
     assert response["outcome"][0] == Outcome.ROCKING
     assert response["peak_rotation"][0] == 0.0
-    assert response["peak_slide"][0] > 0.3
+    assert response["peak_slide"][0] > 0.1
     page = run_sentences(provenance(run), lane_table(run.lane_set, response))
     for said in (run_sentence(run), page[0]):
         assert "still moved" in said
