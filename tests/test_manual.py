@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import pathlib
 import re
 import shlex
@@ -10,6 +11,7 @@ import sys
 
 import click
 import pytest
+from click.testing import CliRunner
 
 import warprock
 from warprock.cli.main import main
@@ -72,6 +74,28 @@ def test_commands_that_are_only_named_exist_with_their_options(page: pathlib.Pat
         options |= {"-h", "--help"}
         asked = {word.partition("=")[0] for word in words if re.match(r"-+[a-z]", word)}
         assert asked <= options, f"{_name(page)}: {named}"
+
+
+def _run_commands(text: str) -> list[list[str]]:
+    """Arguments of the commands that a page runs."""
+    bodies = [body for _, head, body in _FENCE.findall(text) if head.startswith("{command}")]
+    lines = "".join(bodies).replace("\\\n", " ").splitlines()
+    return [shlex.split(line)[1:] for line in lines if line.startswith("warprock ")]
+
+
+def test_the_maps_of_the_manual_show_more_than_one_colour():
+    found = [each for page in PAGES for each in _run_commands(page.read_text(encoding="utf-8"))]
+    maps = [each for each in found if each[0] == "map"]
+    assert maps
+    for asked in maps:
+        bare = [word for n, word in enumerate(asked) if "-o" not in asked[max(n - 1, 0) : n + 1]]
+        result = CliRunner().invoke(main, [*bare, "--json"])
+        assert result.exit_code == 0, result.output
+        modes = json.loads(result.stdout)["modes"]
+        falls = modes["with impact"] + modes["without impact"]
+        share = falls / sum(modes.values())
+        assert 0.2 < share < 0.8, f"{' '.join(asked)}: {share:.0%} of its pulses overturn the block"
+        assert modes["with impact"] > 0.01 * falls
 
 
 def test_every_public_name_is_on_the_page_of_python():

@@ -18,7 +18,8 @@ from warprock.case.load import load_case
 from warprock.case.sampling import Sample
 from warprock.cli.main import main
 from warprock.errors import InputError
-from warprock.model.response import Status
+from warprock.model.ratios import peak_ratio
+from warprock.model.response import Outcome, Status
 from warprock.run.case_run import run_case
 
 CASE = """
@@ -127,7 +128,7 @@ def test_a_design_with_a_lane_that_has_no_number_is_refused(
         return run
 
     monkeypatch.setattr(sensitivity, "run_case", one_bad)
-    with pytest.raises(InputError, match="status: got 1 lanes without a usable number"):
+    with pytest.raises(InputError, match="status: got 1 lane without a usable number"):
         run_sensitivity(case, "housner", resamples=10)
 
 
@@ -145,6 +146,67 @@ def test_a_result_that_does_not_vary_has_no_indices(case: Case):
     found = run_sensitivity(case, "housner", of="overturned", resamples=10)
     assert found.groups["overturned"].tolist() == [0]
     assert found.rows["total"].isna().all()
+
+
+FALLING = """
+title = "pulses that fell some blocks and not others"
+source = "a test"
+[block]
+width = "0.3 m"
+height = "1 m"
+depth = "0.5 m"
+density = "2400 kg/m^3"
+[contact]
+friction = 10.0
+[motion]
+waveform = "sine"
+control = "acceleration"
+amplitude = "3 m/s^2"
+frequency = "3 Hz"
+cycles = 1
+[run]
+duration = "12 s"
+[sample]
+lanes = 64
+[sample.over]
+block.width = { distribution = "uniform", from = "0.1 m", to = "0.3 m" }
+block.depth = { distribution = "uniform", from = "0.4 m", to = "0.6 m" }
+"""
+"""Every slender block falls, few of the others: the ratio of 90 degrees is that of the width."""
+
+
+@pytest.fixture
+def falling(tmp_path: pathlib.Path) -> Case:
+    (tmp_path / "case.toml").write_text(FALLING, encoding="utf-8")
+    return load_case(tmp_path)
+
+
+def test_a_fallen_lane_counts_as_the_point_of_balance(falling: Case):
+    found = run_sensitivity(falling, "housner", resamples=10)
+    run, group = found.run, found.groups.iloc[0]
+    fell = run.response["outcome"] == Outcome.OVERTURNED
+    assert 10 < fell.sum() < 246
+    raw = peak_ratio(run.response, run.lane_set.lanes)
+    own = np.where(fell, 1.0, np.minimum(raw, 1.0)).reshape(4, -1)
+    assert group["mean"] == pytest.approx(own[:2].mean(), rel=1e-12)
+    assert group["censored"] == (fell | (raw >= 1.0)).sum()
+    # So that the indices know nothing of how far a fallen block turned on its side.
+    known = [each["total"] for each in indices(own, 10, 1)]
+    assert found.rows["total"].tolist() == pytest.approx(known, rel=1e-12)
+
+
+def test_lanes_that_all_fell_have_nothing_to_explain(falling: Case, tmp_path: pathlib.Path):
+    case = load_case(tmp_path, ('motion.amplitude="40 m/s^2"', 'motion.frequency="0.5 Hz"'))
+    found = run_sensitivity(case, "housner", resamples=10)
+    assert (found.run.response["outcome"] == Outcome.OVERTURNED).all()
+    assert found.rows["total"].isna().all()
+
+
+@pytest.mark.parametrize("of", ["peak_rotation_rad", "energy_lost_J", "impact_count"])
+def test_what_ends_with_a_fall_is_refused_where_lanes_fell(of: str, falling: Case):
+    allowed = "must be none: their numbers end with the fall; ask for peak_rotation_ratio"
+    with pytest.raises(InputError, match=allowed):
+        run_sensitivity(falling, "housner", of=of, resamples=10)
 
 
 @pytest.mark.usefixtures("pages_bare")

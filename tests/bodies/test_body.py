@@ -175,3 +175,32 @@ def test_what_cannot_be_asked_is_one_line(change: dict[str, object], said: str):
     texts = Texts(**{name: given.pop(name) for name in Texts._fields if name in given})
     with pytest.raises(InputError, match=said):
         read_asked(Asked(**given), texts)
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("base", ["flat", "hull"])
+def test_the_weakest_direction_of_a_symmetric_statue_is_that_of_all_its_points(
+    tmp_path: pathlib.Path, seed: int, base: str
+):
+    """An elliptic base is weakest across its short axis, whatever points a case keeps of it."""
+    random = np.random.default_rng(seed)
+    count = 4 * int(random.integers(6, 40))
+    short = random.uniform(0.15, 0.35)
+    sizes = np.array([short, short * random.uniform(1.02, 1.6)])
+    around = 2.0 * np.pi * np.arange(count) / count
+    ring = sizes * np.column_stack([np.cos(around), np.sin(around)])
+    levels = ((0.0, 1.0), (0.03, 1.05 if seed % 2 else 1.0), (1.2, random.uniform(0.3, 0.8)))
+    corners = np.vstack(
+        [np.column_stack([scale * ring, np.full(count, height)]) for height, scale in levels]
+    )
+    mesh = turned(trimesh.convex.convex_hull(corners), 30.0, (0.0, 0.0, 1.0))
+    path = write(mesh, tmp_path)
+    # A polygon of so many corners tells its axis up to half of an edge of it.
+    edge = 360.0 / count * sizes.max() / sizes.min()
+    for model, points in (("planar", 24), ("planar", 8), ("spatial", 12)):
+        found = find_body(path, Asked(density=2400.0, base=base, model=model, points=points))
+        off = (np.degrees(found.weakest) - 30.0 + 90.0) % 180.0 - 90.0
+        assert abs(off) <= edge
+        both = found.weakest + np.array([0.0, np.pi])
+        known = found.footing.in_plane(both)
+        np.testing.assert_allclose(found.in_plane(*both), known, rtol=1e-12)

@@ -70,3 +70,18 @@ def test_a_round_base_is_thinned_evenly_and_by_what_that_costs():
 def test_corners_on_straight_edges_go_and_others_stay():
     sides = np.array([(0, 0), (0.5, 0), (1, 0), (1, 0.3), (1, 1), (0, 1), (0, 0.5)], dtype=float)
     np.testing.assert_array_equal(thinned(sides, 24), [(0, 0), (1, 0), (1, 1), (0, 1)])
+
+
+def test_what_a_body_turns_about_in_a_direction_of_shaking_stays():
+    random = np.random.default_rng(11)
+    for _ in range(30):
+        count = int(random.integers(20, 200))
+        around = 2.0 * np.pi * (np.arange(count) + random.uniform()) / count
+        sizes = random.uniform(0.2, 1.0, 2)
+        polygon = hull_of(sizes * np.column_stack([np.cos(around), np.sin(around)]))
+        direction = float(random.uniform(-np.pi, np.pi))
+        most = int(random.integers(4, 24))
+        few = Footing(thinned(polygon, most, direction), 1.0)
+        assert len(few.polygon) <= most
+        both = np.array([direction, direction + np.pi])
+        np.testing.assert_array_equal(few.in_plane(both), Footing(polygon, 1.0).in_plane(both))

@@ -5,16 +5,23 @@ the total index the share that would stay if all others were. Both come from Sal
 samples A and B of n points, and for each input A with that input's column from B, n (d + 2) lanes
 (Saltelli et al. 2010, Variance based sensitivity analysis of model output, *Computer Physics
 Communications* 181). A and B are the two halves of one sample of twice the inputs.
+
+What a lane measures ends with its fall: a block that lies on its side has turned by a right angle,
+over a slenderness angle that the inputs set. That ratio tells of the inputs and not of the motion.
+So where lanes fell the peak rotation is censored at the point of balance: a lane that fell, or went
+beyond it, counts as 1. No other result of a fallen lane has such a bound; those are refused.
 """
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from warprock.analysis.incremental import FALLEN
 from warprock.case.axes import Axis, crossed_labels
 from warprock.case.case import Case
 from warprock.case.sampling import Sample
@@ -26,8 +33,11 @@ from warprock.run.lane_table import lane_table
 from warprock.run.options import DEFAULT_OPTIONS, RunOptions
 
 Array = npt.NDArray[np.float64]
+Mask = npt.NDArray[np.bool_]
 
 PEAK, OVERTURNED = "peak_rotation_ratio", "overturned"
+BALANCE = 1.0
+"""Rotation over the slenderness angle at the point of balance."""
 FEWEST = 16
 """Points of a sample, at least: fewer say nothing."""
 MOST_LANES = 20_000_000
@@ -92,7 +102,8 @@ class Sensitivity:
         of: Column whose variance is explained.
         rows: One row a group and input: `group`, `input`, `first_order`, `total`, and the ends of
             their bands, `first_order_p05` and so on.
-        groups: One row a group: `group`, `lanes`, `mean`, `standard_deviation`, `overturned`.
+        groups: One row a group: `group`, `lanes`, `mean`, `standard_deviation`, `overturned`,
+            `censored`, the lanes that count as `BALANCE`.
     """
 
     run: CaseRun
@@ -120,24 +131,29 @@ def run_sensitivity(
 
     Raises:
         InputError: The case has no sample that can be used, an option is not one of those allowed,
-            or a lane has no number in that column.
+            a lane has no number in that column, or lanes fell and the column is neither `PEAK` nor
+            `OVERTURNED`.
     """
     design = saltelli_case(case)
     groups = crossed_labels(case.axes, {len(case.axes) - 1}, case.source_of("sweep"))
     run = run_case(design, engine, options, histories=False)
     inputs = list(design.axes[-1].columns)
-    fell = run.response["outcome"] == Outcome.OVERTURNED
-    return Sensitivity(run, of, *_tables(_values(run, of), fell, groups, inputs, resamples))
+    values, censored = _values(run, of)
+    counts = {
+        "overturned": run.response["outcome"] == Outcome.OVERTURNED,
+        "censored": censored,
+    }
+    return Sensitivity(run, of, *_tables(values, counts, groups, inputs, resamples))
 
 
 def _tables(
     values: Array,
-    fell: npt.NDArray[np.bool_],
+    counts: Mapping[str, Mask],
     groups: tuple[str, ...],
     inputs: list[str],
     resamples: int,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Rows and groups of a `Sensitivity`, from the results of all lanes."""
+    """Rows and groups of a `Sensitivity`, from the results of all lanes and what is counted."""
     split = values.reshape(len(groups), len(inputs) + 2, -1)
     seeds = np.random.SeedSequence(len(values)).spawn(len(groups))
     rows = [
@@ -151,34 +167,50 @@ def _tables(
         "lanes": split[0].size,
         "mean": samples.mean(axis=1),
         "standard_deviation": samples.std(axis=1),
-        "overturned": fell.reshape(len(groups), -1).sum(axis=1),
+        **{name: lanes.reshape(len(groups), -1).sum(axis=1) for name, lanes in counts.items()},
     }
     return pd.DataFrame(rows), pd.DataFrame(found)
 
 
-def _values(run: CaseRun, of: str) -> Array:
-    """The result of every lane, shape [lane].
+def _values(run: CaseRun, of: str) -> tuple[Array, Mask]:
+    """The result of every lane, and which of them are censored, shape [lane].
 
     Raises:
-        InputError: There is no such column, or a lane without a number in it.
+        InputError: There is no such column, a lane without a number in it, or one that fell.
     """
     lane_set, response = run.lane_set, run.response
     bad = ~np.isin(response["status"], USABLE)
     if bad.any():
-        got = Said(f"{bad.sum()} lanes without a usable number")
+        got = Said(f"{_lanes(bad)} without a usable number")
         raise InputError(run.case.file, "status", got, "must be none: a design has no gaps")
+    none = np.zeros(len(bad), dtype=np.bool_)
     if of == OVERTURNED:
-        return np.asarray(response["outcome"] == Outcome.OVERTURNED, dtype=np.float64)
+        return np.asarray(response["outcome"] == Outcome.OVERTURNED, dtype=np.float64), none
     table = lane_table(lane_set, response)
     known = [str(name) for name in table.select_dtypes("number").columns]
     known = [name for name in known if name not in {"lane", *map(str, lane_set.inputs.columns)}]
     if of not in known:
         raise InputError("--of", "", of, f"must be {OVERTURNED} or one of {listed(of, known)}")
     values = table[of].to_numpy(dtype=np.float64)
+    fell = np.isin(response["outcome"], FALLEN)
+    if of == PEAK and fell.any():
+        censored = fell | (values >= BALANCE)
+        return np.where(censored, BALANCE, values), censored
+    if fell.any():
+        got = Said(f"{_lanes(fell)} that fell")
+        bounded = f"{PEAK}, in which they count as {BALANCE:g}, or " if PEAK in known else ""
+        allowed = f"must be none: their numbers end with the fall; ask for {bounded}{OVERTURNED}"
+        raise InputError("--of", of, got, allowed)
     if not np.all(np.isfinite(values)):
-        got = Said(f"{np.sum(~np.isfinite(values))} lanes without a number")
+        got = Said(f"{_lanes(~np.isfinite(values))} without a number")
         raise InputError("--of", of, got, "must be a number in every lane")
-    return values
+    return values, none
+
+
+def _lanes(which: Mask) -> str:
+    """How many lanes, in words."""
+    count = int(which.sum())
+    return f"{count:,} {'lane' if count == 1 else 'lanes'}"
 
 
 def indices(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import math
 import pathlib
 from typing import NamedTuple
@@ -13,7 +12,7 @@ import numpy.typing as npt
 
 from warprock.bodies.footing import Footing, hull_of
 from warprock.bodies.mesh import Solid, read_solid
-from warprock.bodies.raised import flat_points, raised_points
+from warprock.bodies.raised import flat_points, lifted, raised_points, touching_points
 from warprock.bodies.rests import (
     DOWN,
     STEADY,
@@ -104,6 +103,9 @@ class Body:
         footing: All that it stands on.
         contacts: The contact points of the case from the centre of mass [m], shape [point, 3].
         base: What it stands on in the case: the lowest of these.
+        weakest: The weakest direction [rad]: that in which its centre rises least until it turns
+            over, of all that touches, so that it does not depend on how many points a case has. Of
+            a flat base it is across the nearest edge.
         rests: Poses in which it stands, those that ask for the least turn first.
         pose: The pose; of `rests` where it was asked for by number.
         sha256: SHA-256 of the file.
@@ -118,6 +120,7 @@ class Body:
     footing: Footing
     contacts: Array
     base: Footing
+    weakest: float
     rests: tuple[Rest, ...]
     pose: Rest
     sha256: str
@@ -146,17 +149,6 @@ class Body:
     def sizes(self) -> Array:
         """Sizes of the box around it along x, y and z [m], shape [3]."""
         return np.asarray(np.ptp(self.hull, axis=0))
-
-    @functools.cached_property
-    def weakest(self) -> float:
-        """The weakest direction [rad]: that in which its centre rises least until it turns over.
-
-        Of a flat base it is across the nearest edge.
-        """
-        around = np.concatenate([self.base.edge_directions(), np.radians(np.arange(-179.0, 181.0))])
-        rises = np.array([fall.rise for fall in self.turns_over(*around)])
-        weak = around[rises <= rises.min() * (1.0 + SAME_RISE)]
-        return float(min(weak, key=lambda angle: (round(abs(angle), 6), -angle)))
 
     @property
     def direction(self) -> float:
@@ -259,9 +251,13 @@ def find_body(path: pathlib.Path, asked: Asked) -> Body:
     footing = pose.footing
     hull = points @ pose.rotation.T
     most = asked.points or POINTS[asked.model]
-    contacts = flat_points(footing, most)
-    if asked.base == "hull":
-        contacts = raised_points(hull, footing, most, tolerance)
+    raised = asked.base == "hull"
+    touching = touching_points(hull, footing, tolerance) if raised else lifted(footing)
+    weakest = _weakest(touching, footing)
+    shaken = weakest if asked.direction is None else asked.direction
+    contacts = flat_points(footing, most, shaken)
+    if raised:
+        contacts = raised_points(hull, footing, most, tolerance, shaken)
     low = contacts[contacts[:, 2] <= -footing.height]
     base = Footing(hull_of(low[:, :2]), footing.height)
     if base.arm <= 0.0:
@@ -280,10 +276,24 @@ def find_body(path: pathlib.Path, asked: Asked) -> Body:
         footing,
         contacts,
         base,
+        weakest,
         rests,
         pose,
         solid.sha256,
     )
+
+
+def _weakest(touching: Array, footing: Footing) -> float:
+    """The direction in which the centre rises least until the body turns over [rad].
+
+    Args:
+        touching: All that may touch, from the centre of mass [m], shape [point, 3].
+        footing: What touches at rest.
+    """
+    around = np.concatenate([footing.edge_directions(), np.radians(np.arange(-179.0, 181.0))])
+    rises = np.array([fall.rise for fall in hull_turns_over(touching, around)])
+    weak = around[rises <= rises.min() * (1.0 + SAME_RISE)]
+    return float(min(weak, key=lambda angle: (round(abs(angle), 6), -angle)))
 
 
 def _tolerance(asked: Asked) -> float:

@@ -122,26 +122,34 @@ def hull_of(points: Array) -> Array:
     return points[[int(np.argmin(ends)), int(np.argmax(ends))]]
 
 
-def thinned(polygon: Array, most: int) -> Array:
+def thinned(polygon: Array, most: int, direction: float | None = None) -> Array:
     """A polygon with fewer corners, of the corners that it has.
 
     The corner that takes the least area goes first, after M. Visvalingam and J. D. Whyatt (1993),
     Line generalisation by repeated elimination of points, *The Cartographic Journal* 30(1); corners
-    on a straight edge go in any case.
+    on a straight edge go in any case. In a plane of shaking a body turns about its farthest corner:
+    those of a direction and of the opposite one stay, but in a triangle, as one on both may leave
+    the centre of mass outside.
 
     Args:
         polygon: Corners against the clock, shape [corner, 2].
         most: Corners that may stay, at least 3.
+        direction: Of shaking, from the x axis towards y [rad]; None if it is not known.
     """
     kept, size = polygon, float(np.ptp(polygon, axis=0).max()) ** 2
+    stays = np.zeros(len(polygon), dtype=np.bool_)
+    if direction is not None and most > 3:
+        along = polygon @ _unit(np.array([direction]))[0]
+        stays[[np.argmax(along), np.argmin(along)]] = True
     while len(kept) > 3:
         before, after = kept - np.roll(kept, 1, axis=0), np.roll(kept, -1, axis=0) - kept
         areas = 0.5 * np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0])
         # Equal ones in their order: of a round base every other corner goes.
-        smallest = int(np.argmin(np.round(areas / size, 9)))
+        costs = np.where(stays & (areas > STRAIGHT * size), np.inf, np.round(areas / size, 9))
+        smallest = int(np.argmin(costs if np.isfinite(costs).any() else areas))
         if len(kept) <= most and areas[smallest] > STRAIGHT * size:
             break
-        kept = np.delete(kept, smallest, axis=0)
+        kept, stays = np.delete(kept, smallest, axis=0), np.delete(stays, smallest)
     return kept
 
 

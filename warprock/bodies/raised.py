@@ -26,17 +26,38 @@ CLOSE = 0.01
 """Error of the centre's height, over its rise until the body turns over, that is small enough."""
 
 
-def flat_points(footing: Footing, most: int) -> Array:
+def touching_points(hull: Array, footing: Footing, tolerance: float) -> Array:
+    """All that may touch as a body leans: its footing, and what is above the ground.
+
+    Args:
+        hull: Corners of the hull from the centre of mass, z upwards [m], shape [corner, 3].
+        footing: What touches the ground at rest.
+        tolerance: Height over the ground up to which points are pressed to it [m].
+
+    Returns:
+        From the centre of mass [m], shape [point, 3].
+    """
+    return np.vstack([lifted(footing), hull[hull[:, 2] > tolerance - footing.height]])
+
+
+def flat_points(footing: Footing, most: int, direction: float | None = None) -> Array:
     """Contact points pressed to the ground, from the centre of mass [m], shape [point, 3].
 
     Args:
         footing: All that touches.
         most: Points that there may be.
+        direction: Of shaking, see `footing.thinned` [rad].
     """
-    return _lifted(thinned(footing.polygon, most), -footing.height)
+    return lifted(Footing(thinned(footing.polygon, most, direction), footing.height))
 
 
-def raised_points(hull: Array, footing: Footing, most: int, tolerance: float) -> Array:
+def raised_points(
+    hull: Array,
+    footing: Footing,
+    most: int,
+    tolerance: float,
+    direction: float | None = None,
+) -> Array:
     """Contact points at their heights, those that touch first pressed to the ground.
 
     Args:
@@ -44,30 +65,30 @@ def raised_points(hull: Array, footing: Footing, most: int, tolerance: float) ->
         footing: What touches the ground at rest.
         most: Points that there may be.
         tolerance: Height over the ground up to which points are pressed to it [m].
+        direction: Of shaking, see `footing.thinned` [rad].
 
     Returns:
         From the centre of mass [m], shape [point, 3], those on the ground first.
     """
-    found = flat_points(footing, max(3, most // 3))
-    above = hull[hull[:, 2] > tolerance - footing.height]
-    others = np.vstack([_lifted(footing.polygon, -footing.height), above])
+    found = flat_points(footing, min(most, max(4, most // 3)), direction)
+    others = touching_points(hull, footing, tolerance)
     wanted = heights_at(hull, AROUND, LEANS)
     ends, rises = np.array(turns_over(hull, AROUND)).T
     fallen = ends[:, None] + FALLEN < LEANS
     while len(found) < most:
         lower = np.where(fallen, 0.0, wanted - heights_at(found, AROUND, LEANS))
         missing = lower / rises[:, None]
-        direction, lean = np.unravel_index(int(np.argmax(missing)), missing.shape)
-        if missing[direction, lean] < CLOSE:
+        towards, lean = np.unravel_index(int(np.argmax(missing)), missing.shape)
+        if missing[towards, lean] < CLOSE:
             break
-        touching = others @ _down(AROUND[direction], LEANS[lean])
+        touching = others @ _down(AROUND[towards], LEANS[lean])
         found = np.vstack([found, others[int(np.argmax(touching))]])
     return found[np.argsort(found[:, 2], kind="stable")]
 
 
-def _lifted(polygon: Array, height: float) -> Array:
-    """Points of a plane at a height, shape [point, 3]."""
-    return np.column_stack([polygon, np.full(len(polygon), height)])
+def lifted(footing: Footing) -> Array:
+    """What a body stands on from its centre of mass [m], shape [point, 3]."""
+    return np.column_stack([footing.polygon, np.full(len(footing.polygon), -footing.height)])
 
 
 def _down(direction: float, lean: float) -> Array:

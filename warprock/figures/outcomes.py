@@ -29,7 +29,7 @@ SMALL, SEVERAL = 1e-3, 4
 """Rotation ratio below which a logarithmic scale is linear, and lanes that ask for such a scale."""
 OUTCOMES: dict[int, tuple[str, str, bool]] = {
     Outcome.AT_REST: ("at rest at the end", "o", True),
-    Outcome.ROCKING: ("still rocking at the end", "o", False),
+    Outcome.ROCKING: ("still moving at the end", "o", False),
     Outcome.OVERTURNED: ("overturned", "^", True),
     Outcome.SLID_OFF: ("a block slid off", "v", True),
     FAR: (f"beyond {FARTHEST:g}, not overturned", "^", False),

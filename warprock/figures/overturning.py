@@ -28,6 +28,7 @@ NAMES: dict[Mode, str] = {
     Mode.NO_NUMBER: "no usable number",
     Mode.UNDECIDED: "undecided: the run is too short",
 }
+FATAL = (Mode.WITH_IMPACT.text, Mode.WITHOUT_IMPACT.text)
 ROWS = 600
 """Cells up a panel: finer than what is printed."""
 COLUMNS = 3
@@ -99,11 +100,9 @@ def _message(found: OverturningMap) -> str:
     if not falls.any():
         return f"None of {found.mode.size:,} pulses overturns the block"
     lanes = found.run.lane_set.inputs
-    low = min(
-        float(found.strength[group][falls[group]].min())
-        for group in range(len(found.groups))
-        if falls[group].any()
-    )
+    low = float(found.strength[falls].min())
+    edges = found.boundaries[found.boundaries["above"].isin(FATAL)]
+    low = min([low, *edges["acceleration_ratio"]])
     with_impact = int(np.sum(found.mode == Mode.WITH_IMPACT))
     return (
         f"{falls.mean():.0%} of {len(lanes):,} pulses overturn the block, {with_impact:,} of them "

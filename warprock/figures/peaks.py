@@ -371,6 +371,6 @@ def _map_handles(peaks: Peaks) -> list[Any]:
         handles.append(Patch(color=UNUSABLE_COLOR, label="no usable number"))
     if np.any(peaks.outcome == Outcome.ROCKING) and len(peaks.outcome) <= DOTTED_CELLS:
         handles.append(
-            Line2D([], [], ls="none", marker="o", ms=3.0, mfc="w", mec="k", label="still rocking")
+            Line2D([], [], ls="none", marker="o", ms=3.0, mfc="w", mec="k", label="still moving")
         )
     return handles

@@ -19,7 +19,8 @@ class Outcome(enum.IntEnum):
     """Where a lane's blocks are when its run ends.
 
     A stack is at rest when all of its blocks are; it has overturned once one block has, and slid
-    off once a block has left the face of the one below.
+    off once a block has left the face of the one below. ROCKING is all that still moves: a block
+    that slides without leaving its base, too.
 
     Example:
         >>> import warprock as wr

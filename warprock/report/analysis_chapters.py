@@ -157,6 +157,11 @@ def sensitivity_chapter(folder: ResultFolder, scenes: Scenes | None) -> Chapter:
             f"standard deviation {three(group['standard_deviation'])}"
             + (f"; {group['overturned']:,} overturned." if group["overturned"] else ".")
         )
+        if group.get("censored"):
+            found.append(
+                "The peak is counted up to the point of balance: "
+                f"{counted(group['censored'], 'lane')} that fell or went beyond it count as 1."
+            )
     return chapter_of_case(
         folder,
         "Sensitivity",

@@ -269,7 +269,7 @@ def citations(facts: Facts, extra: Sequence[str] = ()) -> list[str]:
 def outcome_words(
     counts: Mapping[str, int], duration: float | None = None, falling: int = 0
 ) -> str:
-    """What became of lanes, in one clause: `12 came to rest and 6 still rocked`.
+    """What became of lanes, in one clause: `12 came to rest and 6 still moved`.
 
     Args:
         counts: Lanes by the word of their outcome.
@@ -278,7 +278,7 @@ def outcome_words(
     """
     ends = {
         "at_rest": "came to rest",
-        "rocking": "still rocked"
+        "rocking": "still moved"
         + (f" when the run ended after {three(duration)} s" if duration else ""),
         "overturned": "overturned",
         "slid_off": "slid off",

@@ -27,7 +27,7 @@ def run_sentences(facts: Mapping[str, Any], table: pd.DataFrame) -> list[str]:
     if count == 1:
         first = f"One lane ran: it {table['outcome'].iloc[0].replace('_', ' ')}."
         first = first.replace("it at rest", "its block came to rest")
-        first = first.replace("it rocking", "its block still rocked when the run ended")
+        first = first.replace("it rocking", "its block still moved when the run ended")
         first = first.replace("it overturned", "its block overturned")
         first = first.replace("it slid off", "a block slid off")
     return [first, *peak_sentences(facts, table), *accuracy_sentences(facts)]

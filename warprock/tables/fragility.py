@@ -156,7 +156,7 @@ def print_undecided(table: pd.DataFrame, console: Console | None = None) -> None
         out = console or stdout()
         out.print(
             f"  undecided: {count:,} of {len(table):,} lanes had not fallen when their run ended, "
-            "but still rocked or were still shaken; they count as standing, with the peaks so far",
+            "but still moved or were still shaken; they count as standing, with the peaks so far",
             highlight=False,
         )
 

@@ -120,7 +120,7 @@ def print_analysis(
     if facts["undecided_runs"]:
         out.print(
             f"undecided: {facts['undecided_runs']:,} runs in which the block had not fallen by the "
-            f"end, {found.lane_set.duration_text}, but still rocked or was still shaken; they "
+            f"end, {found.lane_set.duration_text}, but still moved or was still shaken; they "
             "count as standing",
             highlight=False,
         )

@@ -128,7 +128,7 @@ def print_map(found: OverturningMap, console: Console | None = None) -> None:
     if unknown:
         out.print(
             f"undecided: {unknown:,} lanes in which the block had not fallen by the end of the "
-            f"run, {facts['duration_s']:g} s, but still rocked or was still shaken: give "
+            f"run, {facts['duration_s']:g} s, but still moved or was still shaken: give "
             "run.duration more",
             highlight=False,
         )

@@ -40,7 +40,7 @@ LANES_SHOWN = 24
 
 OUTCOMES = {
     "at_rest": "came to rest",
-    "rocking": "still rocked at the end",
+    "rocking": "still moved at the end",
     "overturned": "overturned",
     "slid_off": "slid off",
 }

@@ -84,6 +84,8 @@ def print_sensitivity(found: Sensitivity, console: Console | None = None) -> Non
             table.add_row(row["input"], *cells)
         print_table(out, table)
         fell = f", {group['overturned']:,} overturned" if group["overturned"] else ""
+        if group["censored"]:
+            fell += f" ({group['censored']:,} that fell or went beyond balance count as 1)"
         out.print(
             f"  {group['lanes']:,} lanes{fell}; mean {group['mean']:.4g}, standard deviation "
             f"{group['standard_deviation']:.4g}",

@@ -95,7 +95,7 @@ def print_spectrum(found: Spectrum, console: Console | None = None) -> None:
     if facts[UNDECIDED]:
         out.print(
             f"undecided: {facts[UNDECIDED]:,} lanes in which the block had not fallen by the end "
-            f"of the run, {facts['duration_s']:g} s, but still rocked or was still shaken",
+            f"of the run, {facts['duration_s']:g} s, but still moved or was still shaken",
             highlight=False,
         )
     for line in run_accuracy_lines(found.run):

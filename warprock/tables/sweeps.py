@@ -141,7 +141,7 @@ def _print_words(found: Mapping[str, Any]) -> None:
     lanes = found[UNDECIDED].get("lanes", 0)
     if lanes:
         _print(
-            f"  undecided: {lanes} lanes had not fallen when their run ended, but still rocked or "
+            f"  undecided: {lanes} lanes had not fallen when their run ended, but still moved or "
             "were still shaken"
         )
 
