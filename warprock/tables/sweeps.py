@@ -98,14 +98,18 @@ def print_plan(found: Mapping[str, Any]) -> None:
 
 def print_counts(found: Mapping[str, Any], engine: str, settings: Any) -> None:
     """Prints what `sweep.run.shard_counts` found of an engine with its settings."""
-    _print(f"{found['lanes_done']} of {found['lanes']} lanes done in {found['folder']}")
+    whole = found["lanes"] == found["lanes_of_sweep"]
+    of = "" if whole else f" of shard {found['shard']}, of {found['lanes_of_sweep']} in all,"
+    _print(f"{found['lanes_done']} of {found['lanes']} lanes{of} done in {found['folder']}")
     _print_words(found)
     _print(f"  lanes whose numbers may not be used: {found['unusable']}")
     advice = f"plan anew with {smaller_step(engine, settings)}" if found["accuracy"] else ""
     for line in accuracy_lines(found["accuracy"], found["tolerance"], found["lanes_done"], advice):
         _print(f"  {line}")
-    done = found["lanes_done"] == found["lanes"]
-    _print(f"next: warprock sweep {'merge' if done else 'status'} {found['folder']}")
+    left = found["chunks_left"]
+    if left:
+        _print(f"  chunks of the sweep that are still to be done: {left}")
+    _print(f"next: warprock sweep {'status' if left else 'merge'} {found['folder']}")
 
 
 def print_state(found: Mapping[str, Any], folder: pathlib.Path) -> None:
