@@ -187,15 +187,15 @@ def _uninterrupted() -> Iterator[None]:
         return
     came: list[int] = []
     kept = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
-    for number, handler in kept.items():
+    for each, handler in kept.items():
         if callable(handler):
-            signal.signal(number, lambda number, _frame: came.append(number))
+            signal.signal(each, lambda number, _frame: came.append(number))
     try:
         yield
     finally:
-        for number, handler in kept.items():
+        for each, handler in kept.items():
             if callable(handler):
-                signal.signal(number, handler)
+                signal.signal(each, handler)
     for number in came:
         signal.raise_signal(number)
 

@@ -9,11 +9,11 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import rich.console
 import rich.progress
 
 from warprock.model.undecided import UNDECIDED
 from warprock.tables.accuracy import accuracy_lines, smaller_step
+from warprock.tables.terminal import plain_console, progress_text
 
 if TYPE_CHECKING:
     import pathlib
@@ -39,7 +39,7 @@ def sweep_progress(total: int, chunks: int, kept: int) -> Iterator[Callable[[int
     """
     before = f"{kept} chunks done before, " * (kept > 0)
     print(f"sweep: {before}{chunks} chunks, {total} lanes to run", file=sys.stderr, flush=True)
-    console = rich.console.Console(stderr=True)
+    console = plain_console(stderr=True)
     if not console.is_terminal:
         yield _lines(total)
         return
@@ -47,7 +47,7 @@ def sweep_progress(total: int, chunks: int, kept: int) -> Iterator[Callable[[int
         rich.progress.TextColumn("sweep, lanes"),
         rich.progress.BarColumn(),
         rich.progress.MofNCompleteColumn(),
-        rich.progress.TextColumn("{task.fields[rate]}"),
+        progress_text("{task.fields[rate]}"),
     )
     with rich.progress.Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("", total=total, rate="")
