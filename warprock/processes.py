@@ -38,5 +38,6 @@ def worker_processes(
 
 
 def _leave_interrupts() -> None:
-    """Lets Ctrl-C be for the process that started this one."""
+    """Lets Ctrl-C be for the process that started this one; SIGTERM ends a worker at once."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)

@@ -15,8 +15,18 @@ _KINDS = (
     (stat.S_ISCHR, errno.ENODEV, "a device"),
     (stat.S_ISBLK, errno.ENODEV, "a device"),
     (stat.S_ISSOCK, errno.ENODEV, "a socket"),
+    (stat.S_ISLNK, errno.ELOOP, "a link"),
 )
-"""What is not read: how it is recognised, its error number, and what it is called."""
+"""What is no plain file: how it is recognised, its error number, and what it is called."""
+
+
+def kind_of(mode: int) -> str:
+    """What something is that is no plain file; empty for a plain file.
+
+    Args:
+        mode: Its `st_mode`.
+    """
+    return next((text for is_kind, _, text in _KINDS if is_kind(mode)), "").partition(",")[0]
 
 
 def require_plain(path: str | os.PathLike[str]) -> int:

@@ -11,7 +11,6 @@ import numpy.typing as npt
 import pandas as pd
 import pytest
 from click.testing import CliRunner, Result
-from rich.console import Console
 from scipy.optimize import minimize
 from scipy.special import ndtr
 from scipy.stats import norm
@@ -28,6 +27,7 @@ from warprock.cli.main import main
 from warprock.errors import InputError
 from warprock.figures.fragility import draw_curves, gathered
 from warprock.tables.fragility import fit_cells, fragility_report, print_curves
+from warprock.tables.terminal import plain_console
 
 Array = npt.NDArray[np.float64]
 
@@ -240,7 +240,7 @@ def test_many_groups_are_summed_up_and_their_names_stand_once_in_the_figure():
     curves = fragility_curves(table, source="t", intensity="im", limits=limits, by=["size"])
     report = fragility_report(table, curves, "t", "im")
     assert report.came_out == "In none of 12 groups a function of overturning was fitted."
-    console = Console(width=80, record=True, file=io.StringIO())
+    console = plain_console(width=80, record=True, file=io.StringIO())
     print_curves(curve_rows(curves), "im", (), console)
     text = " ".join(console.export_text().split())
     assert "12 groups" in text

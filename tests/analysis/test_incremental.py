@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner, Result
-from rich.console import Console
 
 from warprock.analysis import incremental
 from warprock.analysis.capacities import (
@@ -36,6 +35,7 @@ from warprock.errors import InputError
 from warprock.model import rocking
 from warprock.records import fema_p695
 from warprock.tables.incremental import print_analysis
+from warprock.tables.terminal import plain_console
 
 Array = np.ndarray
 
@@ -167,7 +167,7 @@ def test_lanes_without_a_number_are_left_out_and_few_records_have_no_band(case: 
     assert (group.left_out, group.band) == (2, None)
     stream = io.StringIO()
     rows = capacity_rows([group])
-    print_analysis(found, rows, "factor", Console(file=stream, width=120))
+    print_analysis(found, rows, "factor", plain_console(file=stream, width=120))
     assert "left out: 2 lanes whose numbers cannot be used" in stream.getvalue()
 
 

@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
-from rich.console import Console
 
 from warprock.analysis.spectrum import Spectrum, run_spectrum
 from warprock.case.case import Case
@@ -23,6 +22,7 @@ from warprock.model import rocking
 from warprock.model.response import Outcome, SampleTimes, Status
 from warprock.oracle.block import oracle_response
 from warprock.tables.spectrum import print_spectrum
+from warprock.tables.terminal import plain_console
 
 Array = np.ndarray
 
@@ -189,7 +189,7 @@ def test_the_table_says_which_blocks_fell_and_which_have_no_number(tmp_path: pat
     assert found.run.response["outcome"][first] == Outcome.OVERTURNED
     found.run.response.fields["status"][last] = Status.NONFINITE
     stream = io.StringIO()
-    print_spectrum(found, Console(file=stream, width=100))
+    print_spectrum(found, plain_console(file=stream, width=100))
     cells = dict(line.split() for line in stream.getvalue().splitlines() if len(line.split()) == 2)
     assert (cells["1.5"], cells["6"]) == ("fell", "-")
     middle = int(found.lanes[0, 0, 16])

@@ -10,7 +10,6 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 from click.testing import CliRunner
-from rich.console import Console
 
 from warprock.case.load import load_case
 from warprock.case.text import case_names
@@ -23,6 +22,7 @@ from warprock.errors import InputError
 from warprock.run.batch import run_batch
 from warprock.settings.engines import ImpulseSettings
 from warprock.tables.study import print_study, print_study_run
+from warprock.tables.terminal import plain_console
 
 BODY = """
 title = "A block and two solvers"
@@ -81,7 +81,7 @@ def invoke(*arguments: object):
 
 
 def printed(rows, case, width: int = 80) -> str:
-    console = Console(file=io.StringIO(), width=width)
+    console = plain_console(file=io.StringIO(), width=width)
     print_study(console, rows, case)
     return console.file.getvalue()
 
@@ -330,7 +330,7 @@ def test_where_housner_does_not_hold_is_said(study, case):
 
 
 def test_the_whole_print_names_the_case_and_the_files(study, case):
-    console = Console(file=io.StringIO(), width=100)
+    console = plain_console(file=io.StringIO(), width=100)
     print_study_run(study.rows, case, 1.5, ["out/study.csv"], console)
     text = console.file.getvalue()
     assert text.startswith(f"{case.name}: {case.title}")

@@ -5,10 +5,10 @@ from __future__ import annotations
 import io
 
 import pytest
-from rich.console import Console
 
 from warprock.figures.poses import draw_poses
 from warprock.tables.poses import print_pose_comparison
+from warprock.tables.terminal import plain_console
 
 ROW = {
     "position_error_mm": 10.0, "rotation_error_deg": 5.0, "position_error_at_rest_mm": 20.0,
@@ -39,7 +39,7 @@ def test_a_curve_ends_where_less_than_half_of_the_lanes_are_seen(found):
 
 def test_the_table_has_means_and_medians_and_how_often_the_face_is_right(found):
     text = io.StringIO()
-    print_pose_comparison(found, Console(file=text, width=120))
+    print_pose_comparison(found, plain_console(file=text, width=120))
     lines = text.getvalue().splitlines()
     event = next(line for line in lines if line.strip().startswith("event "))
     assert event.split() == ["event", "20.0", "(20.0)", "5.0", "(5.0)", "20.0", "(20.0)", "8.0",

@@ -6,13 +6,13 @@ import pathlib
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from warprock.compare.checks import CaseResponses
 from warprock.model.response import LANE_FIELDS, SPATIAL_FIELDS, Outcome, Response, Status
 from warprock.paper import space as reproduce_space
 from warprock.paper.print_space import print_space
 from warprock.paper.reproduce import reproduce
+from warprock.tables.terminal import plain_console
 
 MEMBERS = 10
 
@@ -67,7 +67,7 @@ def test_the_finding_follows_the_rows(found: dict):
 
 
 def test_the_table_holds_the_papers_numbers_too(found: dict):
-    console = Console(width=140, record=True)
+    console = plain_console(width=140, record=True)
     print_space(console, found["rows"])
     text = console.export_text()
     assert "collapsed" in text

@@ -9,7 +9,6 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
-from rich.console import Console
 
 from warprock.case.load import load_case
 from warprock.model.lanes import Lanes
@@ -32,6 +31,7 @@ from warprock.paper.stack import STACK_ENGINES_OF, STACK_MAKERS
 from warprock.paper.stack_runs import REFERENCE_ANGLE, Cells, cell_rows, input_keys
 from warprock.run.batch import run_batch
 from warprock.run.case_run import run_case
+from warprock.tables.terminal import plain_console
 
 MEMBERS = 4
 ORDINARY = ("table9",)
@@ -344,7 +344,7 @@ def test_a_target_is_one_json_object_of_rows_with_the_agreed_keys(target: str, f
 @pytest.mark.parametrize("target", of_targets(*STACK_ENGINES_OF))
 def test_a_target_prints_within_130_columns(target: str, found):
     out = io.StringIO()
-    print_reproduction(found(target), Console(file=out, width=130))
+    print_reproduction(found(target), plain_console(file=out, width=130))
     text = out.getvalue()
     assert "…" not in text
     assert "Conflicts in the paper" in text

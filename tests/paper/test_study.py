@@ -10,7 +10,6 @@ import io
 import numpy as np
 import pandas as pd
 import pytest
-from rich.console import Console
 
 from warprock.figures.drawing import write_drawings
 from warprock.paper import print_families
@@ -21,6 +20,7 @@ from warprock.paper.study import draw_figures, study_conflict
 from warprock.paper.times import BATCH, SCENES, SPREAD, run_times, scene_lane, spread_batch
 from warprock.run.batch import run_batch
 from warprock.tables import study as tables_study
+from warprock.tables.terminal import plain_console
 
 ENGINES = ("impulse", "direct")
 
@@ -50,7 +50,7 @@ def _not_timed(_self, _engine, lanes, _motions, _times, **_options):
 
 
 def printed(show, *given, width: int = 100) -> str:
-    console = Console(file=io.StringIO(), width=width)
+    console = plain_console(file=io.StringIO(), width=width)
     show(console, *given)
     return console.file.getvalue()
 

@@ -108,6 +108,24 @@ def test_a_lane_is_picked_and_plays_by_keys(opened: Browser):
     )
 
 
+EARLY_FRAMES = """
+    const later = window.requestAnimationFrame.bind(window);
+    window.requestAnimationFrame = (step) => later((now) => step(now - 40));
+"""
+"""A frame that began before Play was pressed, as the first one often does."""
+
+
+def test_every_lane_plays_without_a_complaint(opened: Browser):
+    clock = "parseFloat(document.querySelector('.scene .clock').textContent)"
+    opened.run(EARLY_FRAMES)
+    for lane in range(4):
+        opened.run(f"document.querySelectorAll('.show-lane')[{lane}].click()")
+        opened.run("document.querySelector('.play').click()")
+        opened.wait(f"{clock} > 0.2")
+        opened.run("document.querySelector('.play').click()")
+    assert opened.complaints == []
+
+
 def test_a_row_of_the_table_plays_its_lane(opened: Browser):
     opened.run("document.querySelectorAll('.show-lane')[3].click()")
     assert "lane 3" in opened.run("document.querySelector('.lane').selectedOptions[0].text")

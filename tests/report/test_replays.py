@@ -12,10 +12,10 @@ import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
-from rich.console import Console
 
 from warprock.cli.main import main
 from warprock.tables.stack import print_stack_comparison
+from warprock.tables.terminal import plain_console
 
 pytestmark = pytest.mark.usefixtures("nothing_rendered")
 
@@ -185,7 +185,7 @@ def test_a_comparison_of_many_stacks_is_summed_up():
     rows[-1]["outcome"] = "overturned"
 
     def printed(shown: list[dict[str, Any]]) -> str:
-        console = Console(width=80, record=True, file=io.StringIO())
+        console = plain_console(width=80, record=True, file=io.StringIO())
         found = {"case": "c", "engines": ["a", "b"], "spatial": False, "rows": shown}
         print_stack_comparison(found, console)
         return console.export_text()

@@ -164,6 +164,24 @@ def test_the_commands_make_a_table(case_file, undisturbed, tmp_path):
     assert "3 chunks done before, 0 chunks, 0 lanes to run" in done.stderr
 
 
+def test_a_shard_leads_to_the_merge_once_all_of_them_are_done(case_file, tmp_path):
+    plan = planned(load_case(case_file), tmp_path, 64)
+    left = plan.chunk_count
+    for shard in (3, 1, 4, 2):
+        result = invoke("sweep", "run", tmp_path, "--shard", f"{shard}/4", "--workers", 1)
+        assert result.exit_code == 0, result.stderr
+        left -= len(Shard(shard, 4).chunks(plan))
+        assert f"of shard {shard}/4, of {LANES} in all, done" in result.stdout
+        (following,) = (line for line in result.stdout.splitlines() if line.startswith("next: "))
+        assert following == f"next: warprock sweep {'status' if left else 'merge'} {tmp_path}"
+        counts = json.loads(
+            invoke("sweep", "run", tmp_path, "--shard", f"{shard}/4", "--json").stdout
+        )
+        assert counts["chunks_left"] == left
+        merged = invoke(*following.removeprefix("next: warprock ").split())
+        assert merged.exit_code == 0, merged.stderr
+
+
 def test_too_many_bad_lanes_are_told_by_the_exit_code(case_file, tmp_path, monkeypatch):
     planned(load_case(case_file), tmp_path, 100)
     honest = sweep_run.run_lane_set

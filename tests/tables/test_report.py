@@ -8,7 +8,6 @@ import struct
 import numpy as np
 import pandas as pd
 import pytest
-from rich.console import Console
 
 from warprock.compare.checks import CheckRow
 from warprock.figures import study as plots_study
@@ -26,6 +25,7 @@ from warprock.paper.printed import (
 from warprock.paper.reproduce import TARGETS
 from warprock.tables import compare as compared
 from warprock.tables import terminal
+from warprock.tables.terminal import plain_console
 
 TIMES = np.linspace(0.0, 10.0, 501)
 READINGS = tuple(READING_NAMES)
@@ -233,7 +233,7 @@ def test_no_text_of_a_figure_is_smaller_than_8_points_and_legends_cover_no_curve
 
 def printed_text(function, *arguments, width: int = 80) -> str:
     stream = io.StringIO()
-    function(*arguments, Console(file=stream, width=width))
+    function(*arguments, plain_console(file=stream, width=width))
     return stream.getvalue()
 
 
@@ -349,10 +349,10 @@ def test_a_narrow_terminal_cuts_no_word_and_no_number(width: int, monkeypatch: p
     table = terminal.plain_table("A title", row, ["label"])
     table.add_row(*map(str, row.values()))
     stream = io.StringIO()
-    narrow = Console(file=stream, width=width)
+    narrow = plain_console(file=stream, width=width)
     terminal.print_table(narrow, table)
     assert narrow.width == width
-    monkeypatch.setattr(terminal, "wide_stdout", lambda: Console(file=stream, width=width))
+    monkeypatch.setattr(terminal, "wide_stdout", lambda: plain_console(file=stream, width=width))
     assert all(word in stream.getvalue() for word in words), stream.getvalue()
     stream.seek(0)
     stream.truncate()

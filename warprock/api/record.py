@@ -7,6 +7,7 @@ import pathlib
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from warprock.api.names import python_names
 from warprock.errors import InputError
@@ -39,8 +40,8 @@ def save_record(
         The path, for `Motion(waveform="record", record=...)`.
 
     Raises:
-        InputError: The file cannot be written, or the samples are no record: no such unit, fewer
-            than 2 of them, or one that is not finite.
+        InputError: The file cannot be written, or the samples are no record: of another shape, no
+            such unit, fewer than 2 of them, or one that is not finite.
 
     Example:
         >>> import tempfile
@@ -54,7 +55,7 @@ def save_record(
         np.float64(2.94)
     """
     path = pathlib.Path(file)
-    values = np.asarray(samples, dtype=np.float64).ravel()
+    values = _samples(samples)
     header = {"name": path.stem, "unit": unit, "interval": interval}
     text = csv_text({**header, "source": source, "licence": licence}, values)
     with python_names():
@@ -67,3 +68,25 @@ def save_record(
             except InputError as error:
                 raise InputError(str(path), error.key, error.got, error.allowed) from None
     return str(path)
+
+
+def _samples(samples: Any) -> npt.NDArray[np.float64]:
+    """Samples as real numbers, shape [sample].
+
+    Raises:
+        InputError: They are none, or of another shape: a column of times is no part of a motion.
+    """
+    allowed = "must be real numbers of one motion, shape [sample]"
+    try:
+        found = np.asarray(samples)
+        if np.iscomplexobj(found):
+            raise InputError("samples", "", f"an array of {found.dtype}", allowed)
+        values = found.astype(np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError("samples", "", samples, f"{allowed} ({error})") from None
+    if values.ndim != 1:
+        many = "; of several columns name one, such as samples[:, 1]" * (values.ndim == 2)
+        raise InputError("samples", "", f"an array of shape {list(values.shape)}", allowed + many)
+    return values

@@ -68,13 +68,9 @@ def compare(
     from warprock.compare import checks
     from warprock.figures.poses import draw_poses
     from warprock.report.chosen import played_of_comparison
-    from warprock.run.files import require_writable
     from warprock.run.results import write_results
     from warprock.tables.comparison import comparison_report
     from warprock.tables.terminal import lane_progress, print_end, print_json, print_written
-
-    if folder is not None:
-        require_writable(folder)
 
     case = load_case(case_name, overrides)
     with lane_progress(case.name, None) as progress:

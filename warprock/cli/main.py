@@ -271,10 +271,11 @@ for module in pkgutil.iter_modules(warprock.cli.__path__, "warprock.cli."):
 
 
 def entry() -> None:
-    """The command line as a process: on Ctrl-C it ends at once.
+    """The command line as a process: on Ctrl-C it ends at once, and on SIGTERM as on Ctrl-C.
 
     A launch in a worker thread cannot be stopped, and Python would wait for it.
     """
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     # Else a tenth of the start of a command goes into looks for garbage among what it imports.
     gc.set_threshold(100_000)
     for name in ("stdout", "stderr"):

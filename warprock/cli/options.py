@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import pathlib
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -151,18 +152,36 @@ def output_to(meaning: str, **more: Any) -> Callable[[Command], Command]:
         meaning: What the folder is for.
         more: What else Click is to know of the option.
     """
+    return _output("folder", _writable_folder, meaning, more)
+
+
+def output_file_to(name: str, meaning: str, **more: Any) -> Callable[[Command], Command]:
+    """`-o`, a file that can be written, or a folder where the command takes one as well.
+
+    Args:
+        name: What it arrives as.
+        meaning: What the file is for.
+        more: What else Click is to know of the option.
+    """
+    return _output(name, _writable_path, meaning, more)
+
+
+def _output(
+    name: str, gate: Callable[..., Any], meaning: str, more: dict[str, Any]
+) -> Callable[[Command], Command]:
+    """`-o`: every one passes its gate before the command begins."""
     return click.option(
         "-o",
         "--output",
-        "folder",
+        name,
         type=click.Path(path_type=pathlib.Path),
-        callback=_writable,
+        callback=gate,
         help=meaning,
         **more,
     )
 
 
-def _writable(
+def _writable_folder(
     _context: click.Context, _option: click.Parameter, folder: pathlib.Path | None
 ) -> pathlib.Path | None:
     """A folder, refused before anything runs where nothing could be written to it."""
@@ -171,6 +190,20 @@ def _writable(
 
         require_writable(folder)
     return folder
+
+
+def _writable_path(
+    _context: click.Context, _option: click.Parameter, path: pathlib.Path | None
+) -> pathlib.Path | None:
+    """A file, refused before anything runs where it could not be written.
+
+    A folder is let by: the command knows whether it takes one.
+    """
+    if path is not None and not os.path.isdir(path):
+        from warprock.run.files import require_writable_file
+
+        require_writable_file(path)
+    return path
 
 
 def list_written(folder: pathlib.Path, files: list[pathlib.Path], *, beside: bool = False) -> None:

@@ -94,11 +94,11 @@ def report(folder: pathlib.Path, as_json: bool) -> None:
     Every command that takes -o writes one: what was asked, what came out, figures, tables, lanes
     to play, statuses, versions and how to cite, in one file that needs nothing beside it.
     """
-    from warprock.report.writing import write_report
-    from warprock.run.files import require_writable
+    from warprock.report.writing import REPORT, write_report
+    from warprock.run.files import require_writable_file
     from warprock.tables.terminal import print_end, print_json, print_written
 
-    require_writable(folder, "DIR")
+    require_writable_file(folder / REPORT, "DIR")
     page = write_report(folder, first=_paper_chapters)
     list_written(folder, [page], beside=True)
     if as_json:

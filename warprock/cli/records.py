@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING
 import click
 
 from warprock.cli import completion
-from warprock.cli.options import json_option, reading_options, workers_option
+from warprock.cli.options import json_option, output_file_to, reading_options, workers_option
 
 if TYPE_CHECKING:
     from warprock.records.importing import Importing
-
-_FOLDER = click.Path(path_type=pathlib.Path)
 
 
 @click.group()
@@ -104,9 +102,7 @@ def info(
 @click.option("--source", default="", help="Where the record is from.")
 @click.option("--licence", default="", help="Its licence.")
 @reading_options
-@click.option(
-    "-o", "--output", type=_FOLDER, required=True, help="CSV file to write; of several, a folder."
-)
+@output_file_to("output", "CSV file to write; of several, a folder.", required=True)
 @workers_option
 @json_option
 def import_command(
@@ -177,7 +173,7 @@ def _write_many(
 @click.option("--frequency", default="2.5 Hz", show_default=True, help="Of the ground.")
 @click.option("--damping", type=float, default=0.6, show_default=True, help="Of the ground.")
 @click.option("--interval", default="10 ms", show_default=True, metavar="TIME")
-@click.option("-o", "--output", type=_FOLDER, required=True, help="CSV file to write.")
+@output_file_to("output", "CSV file to write.", required=True)
 @json_option
 def generate(
     seed: int,

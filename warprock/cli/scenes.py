@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from warprock.cli.options import json_option, list_written
+from warprock.cli.options import json_option, list_written, output_file_to
 
 if TYPE_CHECKING:
     from warprock.run.scene_motion import SceneMotion
@@ -31,12 +31,9 @@ _SPEED = click.option(
 @click.command()
 @_FOLDER
 @_LANE
-@click.option(
-    "-o",
-    "--output",
+@output_file_to(
     "path",
-    type=click.Path(path_type=pathlib.Path),
-    help="File to write; its ending says the form: .gif, .mp4, .glb (glTF), .usd, .usda or .usdc. "
+    "File to write; its ending says the form: .gif, .mp4, .glb (glTF), .usd, .usda or .usdc. "
     "DIR/lane-N.gif where it is not given.",
 )
 @_SPEED
@@ -62,6 +59,7 @@ def animate(
     needs the extra `movie`, USD the extra `usd`.
     """
     from warprock.errors import InputError
+    from warprock.run.files import require_writable_file
     from warprock.scenes.needs import require_package
     from warprock.tables.terminal import print_json, print_written
 
@@ -70,6 +68,7 @@ def animate(
     if form not in FORMS:
         raise InputError("--output", "", str(target), f"must end in one of {', '.join(FORMS)}")
     require_package("--output", "usd" if form.startswith(".usd") else form[1:])
+    require_writable_file(target)
     motion = _motion(folder, lane, speed / rate)
     target.parent.mkdir(parents=True, exist_ok=True)
     _write(target, motion, rate)

@@ -21,6 +21,7 @@ from warprock.cli.options import (
     estimate_options,
     json_option,
     max_bad_option,
+    output_file_to,
     output_to,
     say_engine,
     set_option,
@@ -181,12 +182,9 @@ def status(folder: pathlib.Path, as_json: bool) -> None:
 
 @sweep.command()
 @_folder_argument
-@click.option(
-    "-o",
-    "--output",
+@output_file_to(
     "file",
-    type=click.Path(path_type=pathlib.Path),
-    help="File to write, Parquet, or CSV where it ends in .csv. Without, lanes.parquet in DIR, and "
+    "File to write, Parquet, or CSV where it ends in .csv. Without, lanes.parquet in DIR, and "
     "lanes.csv of up to 10,000 lanes.",
 )
 @json_option

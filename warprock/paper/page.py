@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from rich.console import Console
-from rich.markup import render
 from rich.table import Table
 
 from warprock.paper.print_families import FAMILIES
@@ -265,4 +264,4 @@ def _sheet(table: Table) -> Sheet:
 
 
 def _plain(text: Any) -> str:
-    return render(str(text)).plain.strip()
+    return str(text).strip()

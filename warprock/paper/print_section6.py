@@ -175,9 +175,9 @@ def _print_ensembles(
         )
     print_table(out, table)
     members = max(row.get("members") or 0 for row in found.rows)
-    out.print(f"  {members_text(members)}", markup=False, highlight=False)
+    out.print(f"  {members_text(members)}", highlight=False)
     for note in NOTES:
-        out.print(f"  {note}", markup=False, highlight=False)
+        out.print(f"  {note}", highlight=False)
     out.print()
 
 

@@ -39,10 +39,10 @@ def print_reproduction(
     for target, mine in by_target(found["rows"]).items():
         print_target(out, target, mine, shown)
     if found["conflicts"]:
-        out.print("[bold]Conflicts in the paper[/bold]")
+        out.print("Conflicts in the paper", style="bold")
     for conflict in found["conflicts"]:
-        out.print(f"\n[bold]{conflict['item']}. {conflict['title']}.[/bold]", highlight=False)
-        out.print(conflict["text"], markup=False, highlight=False)
+        out.print(f"\n{conflict['item']}. {conflict['title']}.", style="bold", highlight=False)
+        out.print(conflict["text"], highlight=False)
     out.print()
     print_written(found["files"], out)
     if verbose:
@@ -201,7 +201,7 @@ def _print_trust(out: Console, rows: Sequence[Row]) -> None:
         )
         why = "no block slides" if exact else "blocks slide, which housner leaves out"
         text = f"  trust {trusted} for {reading}: {why}; {other} is within {100.0 * off:.2g} %"
-        out.print(text, markup=False, highlight=False)
+        out.print(text, highlight=False)
     out.print()
 
 
@@ -249,7 +249,7 @@ def _print_sine_peaks(out: Console, rows: Sequence[Row]) -> None:
 
 def _print_readings(out: Console) -> None:
     for reading, text in READING_NAMES.items():
-        out.print(f"  {reading}: {text}", markup=False, highlight=False)
+        out.print(f"  {reading}: {text}", highlight=False)
     out.print()
 
 

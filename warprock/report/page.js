@@ -201,10 +201,11 @@
     this.touched = this.playing = true;
     this.button.textContent = "Pause";
     this.button.setAttribute("aria-pressed", "true");
-    let last = performance.now();
+    // A frame has the time at which it began, which may be before the key was pressed.
+    let last = null;
     const step = (now) => {
       if (!this.playing) return;
-      this.time += ((now - last) / 1000) * Number(this.speed.value);
+      if (last !== null) this.time += ((now - last) / 1000) * Number(this.speed.value);
       last = now;
       if (this.time >= this.end) {
         this.time = this.end;

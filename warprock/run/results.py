@@ -20,7 +20,7 @@ from warprock.model.response import Response
 from warprock.reading import read_bytes
 from warprock.run.case_run import CaseRun
 from warprock.run.cells import cell_table
-from warprock.run.files import RESULTS, replacing, require_writable
+from warprock.run.files import RESULTS, replacing, replacing_together, require_writable
 from warprock.run.lane_table import LANE_TABLE, arrow_table, history_table, lane_table
 from warprock.run.provenance import provenance
 
@@ -90,7 +90,7 @@ def write_results(
     facts: Mapping[str, Any] | None = None,
     texts: Mapping[str, str] | None = None,
 ) -> list[pathlib.Path]:
-    """Writes tables and texts, and `run.json` where there are facts.
+    """Writes tables and texts, and `run.json` where there are facts: all of them or none.
 
     Args:
         folder: Where to; made if it does not exist.
@@ -109,27 +109,26 @@ def write_results(
     require_writable(folder)
     folder.mkdir(parents=True, exist_ok=True)
     written = []
-    for name, table in tables.items():
-        for file in (
-            (name,) if pathlib.PurePath(name).suffix else (f"{name}.parquet", f"{name}.csv")
-        ):
-            with replacing(folder / file) as temporary:
-                if file.endswith(".csv"):
-                    table.to_csv(temporary, index=False)
-                else:
-                    pq.write_table(arrow_table(table), temporary)
-            written.append(folder / file)
-    for name, content in (texts or {}).items():
-        with replacing(folder / name) as temporary:
-            temporary.write_text(content, encoding="utf-8")
-        written.append(folder / name)
-    if facts is None:
-        return written
-    path = folder / PROVENANCE
-    with replacing(path) as temporary:
-        text = json.dumps(facts, indent=2, ensure_ascii=False)
-        temporary.write_text(text + "\n", encoding="utf-8")
-    return [*written, path]
+    with replacing_together() as writing:
+        for name, table in tables.items():
+            ending = pathlib.PurePath(name).suffix
+            for file in (name,) if ending else (f"{name}.parquet", f"{name}.csv"):
+                with writing(folder / file) as temporary:
+                    if file.endswith(".csv"):
+                        table.to_csv(temporary, index=False)
+                    else:
+                        pq.write_table(arrow_table(table), temporary)
+                written.append(folder / file)
+        for name, content in (texts or {}).items():
+            with writing(folder / name) as temporary:
+                temporary.write_text(content, encoding="utf-8")
+            written.append(folder / name)
+        if facts is not None:
+            with writing(folder / PROVENANCE) as temporary:
+                text = json.dumps(facts, indent=2, ensure_ascii=False)
+                temporary.write_text(text + "\n", encoding="utf-8")
+            written.append(folder / PROVENANCE)
+    return written
 
 
 def write_run(

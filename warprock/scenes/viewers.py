@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pathlib
 import socket
+import tempfile
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -13,6 +14,7 @@ import numpy as np
 from warprock.errors import InputError
 from warprock.figures.palette import SERIES
 from warprock.quantity import Said
+from warprock.run.files import replacing
 from warprock.run.scene_motion import SceneMotion
 
 PAUSE = 1.0
@@ -80,11 +82,15 @@ def write_usd(path: pathlib.Path, motion: SceneMotion, rate: float) -> None:
     """
     import newton.viewer
 
-    viewer = newton.viewer.ViewerUSD(str(path), fps=round(rate), num_frames=None)
-    meshes = _meshes(motion)
-    for sample in range(len(motion.times)):
-        _show(viewer, motion, meshes, sample, sample / round(rate))
-    viewer.close()
+    # What writes USD goes by the ending of the name, which a temporary does not have.
+    with replacing(path) as temporary, tempfile.TemporaryDirectory(dir=path.parent) as place:
+        file = pathlib.Path(place) / path.name
+        viewer = newton.viewer.ViewerUSD(str(file), fps=round(rate), num_frames=None)
+        meshes = _meshes(motion)
+        for sample in range(len(motion.times)):
+            _show(viewer, motion, meshes, sample, sample / round(rate))
+        viewer.close()
+        file.replace(temporary)
 
 
 def play(viewer: Any, motion: SceneMotion, speed: float, *, rounds: int | None = None) -> None:

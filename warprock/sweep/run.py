@@ -188,13 +188,20 @@ def shard_counts(plan: Plan, folder: pathlib.Path, shard: Shard) -> dict[str, An
     """What became of the lanes of a shard, ready for JSON.
 
     Returns:
-        lanes and lanes_done of the shard, status and outcome (lanes done by word), accuracy (see
-        `accuracy_counts`) and the tolerance, unusable (lanes done whose numbers may not be used)
-        and bad (these, and those that missed the tolerance).
+        shard (such as 2/7), lanes and lanes_done of the shard, lanes_of_sweep, chunks_left (of the
+        whole sweep: those that are not done), status and outcome (lanes done by word), accuracy
+        (see `accuracy_counts`) and the tolerance, unusable (lanes done whose numbers may not be
+        used) and bad (these, and those that missed the tolerance).
     """
     chunks = shard.chunks(plan)
     found = tally(plan, folder, chunks)
+    others = [number for number in range(plan.chunk_count) if number not in chunks]
+    left = len(chunks) - len(found.numbers[State.DONE])
+    left += len(others) - len(tally(plan, folder, others).numbers[State.DONE])
     return {
+        "shard": f"{shard.number}/{shard.count}",
+        "lanes_of_sweep": plan.lane_count,
+        "chunks_left": left,
         "lanes": sum(len(plan.lanes_of(number)) for number in chunks),
         "lanes_done": sum(len(plan.lanes_of(number)) for number in found.numbers[State.DONE]),
         **found.counts,

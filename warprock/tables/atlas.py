@@ -36,7 +36,7 @@ def print_atlas(
         table.add_row(entry["engine"], entry["precision"], *_counts(entry))
     print_table(out, table)
     for line in summary_lines(found):
-        out.print(line, markup=False, highlight=False)
+        out.print(line, highlight=False)
     print_written(files, out)
     absurd = sum(entry["absurd"] for entry in found["engines"])
     print_end(

@@ -83,7 +83,7 @@ def print_cells(
     if cut:
         out.print(cut, highlight=False)
     for line in run_accuracy_lines(run):
-        out.print(line, markup=False, highlight=False, soft_wrap=True)
+        out.print(line, highlight=False, soft_wrap=True)
     out.print(f"wall time: {run.wall_time:.3g} s")
     print_written(files, out)
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
+from rich.text import Text
 
 from warprock.compare.housner import NEEDS, SLIDE_BOUND
 
@@ -71,9 +72,9 @@ class Reasons:
 
     def print(self, out: Console) -> None:
         """The reasons behind the letters."""
-        out.print(DIFFERENCE, markup=False, highlight=False)
+        out.print(DIFFERENCE, highlight=False)
         for clause, letter in self._letters.items():
-            out.print(f"  {letter}: {clause}", markup=False, highlight=False)
+            out.print(f"  {letter}: {clause}", highlight=False)
         out.print()
 
 
@@ -90,7 +91,7 @@ def print_checks(rows: Sequence[CheckRow], console: Console | None = None) -> No
         "Checks", ["case", "check", "engine", "lanes", "outside\nmodel", "value", "limit", ""], left
     )
     for row in rows:
-        verdict = "[green]ok[/green]" if row.ok else "[bold red]FAILED[/bold red]"
+        verdict = Text("ok", "green") if row.ok else Text("FAILED", "bold red")
         table.add_row(
             row.case,
             row.name,
@@ -104,8 +105,8 @@ def print_checks(rows: Sequence[CheckRow], console: Console | None = None) -> No
     print_table(out, table)
     for row in rows:
         if not row.ok or "left out" in row.note:
-            out.print(f"\n{row.case}, {row.engine}, {row.lanes}: {row.note}", markup=False)
-            out.print(f"because: {' '.join(row.because.split())}", markup=False)
+            out.print(f"\n{row.case}, {row.engine}, {row.lanes}: {row.note}")
+            out.print(f"because: {' '.join(row.because.split())}")
     failed = sum(not row.ok for row in rows)
     out.print()
     what = f"{rows[0].case}" if len({row.case for row in rows}) == 1 else "free-b0"
@@ -173,7 +174,7 @@ def _print_engines(out: Console, found: Mapping[str, Any], count: int) -> None:
             number(max(peaks, default=None), ".2%"),
         )
     print_table(out, table)
-    out.print(DIFFERENCE, markup=False, highlight=False)
+    out.print(DIFFERENCE, highlight=False)
     if count > ROWS_SHOWN:
         say(out, f"  all {count:,} rows, lane by lane: --json, or -o DIR")
 

@@ -45,7 +45,7 @@ def print_pose_comparison(found: Mapping[str, Any], console: Console | None = No
         right = sum(bool(row["same_face"]) for row in mine) / len(mine)
         table.add_row(engine, *cells, f"{right:.0%}")
     print_table(out, table)
-    out.print("  position, rotation: mean over the observed samples of a lane", markup=False)
+    out.print("  position, rotation: mean over the observed samples of a lane")
     if best[1]:
         print_end(
             f"{best[1]} is nearest to what was seen, {best[0]:.1f} mm off.",

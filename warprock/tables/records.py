@@ -104,13 +104,12 @@ def print_facts(
     out = console or stdout()
     for facts in records:
         direction = f" ({facts['direction']})" if facts["direction"] else ""
-        out.print(f"{facts['name']}{direction}", style="bold", soft_wrap=True, markup=False)
+        out.print(f"{facts['name']}{direction}", style="bold", soft_wrap=True)
         for key in ("source", "licence", "processing", "sha256", "original_sha256"):
             if key != "original_sha256" or facts[key]:
                 out.print(
                     f"  {key}: {facts[key] or 'not stated'}",
                     soft_wrap=True,
-                    markup=False,
                     highlight=False,
                 )
         out.print(
@@ -126,7 +125,7 @@ def print_facts(
         damping = f"{100 * facts['damping']:g} % damping"
         out.print(f"  Sa ({damping}): {spectrum}", soft_wrap=True, highlight=False)
         for warning in facts["warnings"]:
-            out.print(f"  note: {warning}", soft_wrap=True, markup=False, style="yellow")
+            out.print(f"  note: {warning}", soft_wrap=True, style="yellow")
     first = records[0]
     print_end(
         f"The record reaches {first['pga_m_s2'] / GRAVITY:.3g} g in {first['duration_s']:.3g} s.",

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from warprock.case.axes import lane_indices
@@ -252,7 +251,7 @@ def _print_ranges(out: Console, title: str, table: pd.DataFrame) -> None:
         name = " ".join(heading.replace("slend.", "slenderness").split())
         part = pd.Series([values.min(), values.median(), values.max()])
         most = int(np.nanargmax(values.to_numpy(dtype=float)))
-        made.add_row(escape(name), *_cells(result, part), str(table["lane"].iloc[most]))
+        made.add_row(name, *_cells(result, part), str(table["lane"].iloc[most]))
     print_table(out, made)
 
 

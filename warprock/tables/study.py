@@ -39,7 +39,7 @@ def print_study(out: Console, rows: Sequence[Row], case: Case) -> None:
         lanes = {row["lane"]: row["lane_name"] for row in mine}
         out.print(_study_table(mine, case))
         for line in _baseline(case.study, engine):
-            out.print(f"  {line}", markup=False, highlight=False)
+            out.print(f"  {line}", highlight=False)
         out.print()
     duration = case.sample_times.duration
     lines = [
@@ -58,7 +58,7 @@ def print_study(out: Console, rows: Sequence[Row], case: Case) -> None:
         if len(peaks) == 1 and len(lanes) <= LANES_APART:
             lines.append(f"Peak rotation / slenderness angle of {name}: {peaks.pop()} in all runs.")
     for line in lines + _where_housner_fails(found):
-        out.print(f"  {line}", markup=False, highlight=False)
+        out.print(f"  {line}", highlight=False)
     out.print()
 
 

@@ -9,11 +9,11 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import rich.console
 import rich.progress
 
 from warprock.model.undecided import UNDECIDED
 from warprock.tables.accuracy import accuracy_lines, smaller_step
+from warprock.tables.terminal import plain_console, progress_text
 
 if TYPE_CHECKING:
     import pathlib
@@ -39,7 +39,7 @@ def sweep_progress(total: int, chunks: int, kept: int) -> Iterator[Callable[[int
     """
     before = f"{kept} chunks done before, " * (kept > 0)
     print(f"sweep: {before}{chunks} chunks, {total} lanes to run", file=sys.stderr, flush=True)
-    console = rich.console.Console(stderr=True)
+    console = plain_console(stderr=True)
     if not console.is_terminal:
         yield _lines(total)
         return
@@ -47,7 +47,7 @@ def sweep_progress(total: int, chunks: int, kept: int) -> Iterator[Callable[[int
         rich.progress.TextColumn("sweep, lanes"),
         rich.progress.BarColumn(),
         rich.progress.MofNCompleteColumn(),
-        rich.progress.TextColumn("{task.fields[rate]}"),
+        progress_text("{task.fields[rate]}"),
     )
     with rich.progress.Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("", total=total, rate="")
@@ -98,14 +98,18 @@ def print_plan(found: Mapping[str, Any]) -> None:
 
 def print_counts(found: Mapping[str, Any], engine: str, settings: Any) -> None:
     """Prints what `sweep.run.shard_counts` found of an engine with its settings."""
-    _print(f"{found['lanes_done']} of {found['lanes']} lanes done in {found['folder']}")
+    whole = found["lanes"] == found["lanes_of_sweep"]
+    of = "" if whole else f" of shard {found['shard']}, of {found['lanes_of_sweep']} in all,"
+    _print(f"{found['lanes_done']} of {found['lanes']} lanes{of} done in {found['folder']}")
     _print_words(found)
     _print(f"  lanes whose numbers may not be used: {found['unusable']}")
     advice = f"plan anew with {smaller_step(engine, settings)}" if found["accuracy"] else ""
     for line in accuracy_lines(found["accuracy"], found["tolerance"], found["lanes_done"], advice):
         _print(f"  {line}")
-    done = found["lanes_done"] == found["lanes"]
-    _print(f"next: warprock sweep {'merge' if done else 'status'} {found['folder']}")
+    left = found["chunks_left"]
+    if left:
+        _print(f"  chunks of the sweep that are still to be done: {left}")
+    _print(f"next: warprock sweep {'status' if left else 'merge'} {found['folder']}")
 
 
 def print_state(found: Mapping[str, Any], folder: pathlib.Path) -> None:

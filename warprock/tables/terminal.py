@@ -20,7 +20,6 @@ import rich.progress
 from rich import box
 from rich.cells import cell_len
 from rich.console import Console
-from rich.markup import escape
 from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
@@ -33,10 +32,19 @@ WIDTH = 200
 MISSING = "-"
 
 
+def plain_console(**more: Any) -> Console:
+    """A terminal that prints text as it is: brackets and colons of a name are no markup of Rich.
+
+    Args:
+        more: What else Rich is to know of it.
+    """
+    return Console(markup=False, emoji=False, **more)
+
+
 def stdout() -> Console:
     """The terminal; where there is none, wide enough for every table here."""
-    console = Console()
-    return console if console.is_terminal else Console(width=130)
+    console = plain_console()
+    return console if console.is_terminal else plain_console(width=130)
 
 
 def number(value: object, form: str) -> str:
@@ -69,12 +77,12 @@ def print_end(came_out: str, command: str, console: Console | None = None) -> No
     """
     out = console or stdout()
     say(out, came_out)
-    out.print(f"next: {command}", markup=False, highlight=False, soft_wrap=True)
+    out.print(f"next: {command}", highlight=False, soft_wrap=True)
 
 
 def say(out: Console, text: str, style: str | None = None) -> None:
     """Prints a sentence, which a terminal breaks between words and a pipe not at all."""
-    out.print(text, style=style, markup=False, highlight=False, soft_wrap=not out.is_terminal)
+    out.print(text, style=style, highlight=False, soft_wrap=not out.is_terminal)
 
 
 def print_written(files: Iterable[pathlib.Path | str], console: Console | None = None) -> None:
@@ -86,7 +94,7 @@ def print_written(files: Iterable[pathlib.Path | str], console: Console | None =
     """
     out = console or stdout()
     for file in files:
-        out.print(f"wrote {file}", markup=False, highlight=False, soft_wrap=True)
+        out.print(f"wrote {file}", highlight=False, soft_wrap=True)
 
 
 def plain_table(title: str, headings: Iterable[str], left: Iterable[str] = ()) -> Table:
@@ -101,7 +109,7 @@ def plain_table(title: str, headings: Iterable[str], left: Iterable[str] = ()) -
     )
     for heading in headings:
         wraps = heading in left
-        table.add_column(escape(heading), justify="left" if wraps else "right", no_wrap=not wraps)
+        table.add_column(heading, justify="left" if wraps else "right", no_wrap=not wraps)
     return table
 
 
@@ -142,6 +150,15 @@ def print_json(found: Mapping[str, Any]) -> None:
     sys.stdout.write(json.dumps(plain(found), indent=2, allow_nan=False, ensure_ascii=False) + "\n")
 
 
+def progress_text(form: str = "{task.description}") -> rich.progress.TextColumn:
+    """A column of a progress bar that shows a text as it is.
+
+    Args:
+        form: What of the task it shows.
+    """
+    return rich.progress.TextColumn(form, markup=False)
+
+
 @contextlib.contextmanager
 def lane_progress(text: str, total: int | None) -> Iterator[Callable[[int], None]]:
     """A progress bar on stderr while the block runs; nothing where stderr is no terminal.
@@ -153,9 +170,9 @@ def lane_progress(text: str, total: int | None) -> Iterator[Callable[[int], None
     Yields:
         A function to call with the number of lanes finished so far.
     """
-    console = Console(stderr=True)
+    console = plain_console(stderr=True)
     columns = (
-        rich.progress.TextColumn("{task.description}"),
+        progress_text(),
         rich.progress.BarColumn(),
         rich.progress.MofNCompleteColumn(),
         rich.progress.TimeElapsedColumn(),
@@ -172,7 +189,7 @@ def wide_stdout() -> Console:
     """The terminal, without colours of numbers; where there is none, wide enough for most rows."""
     # Without a terminal there is no width to fit into.
     width = None if sys.stdout.isatty() else WIDTH
-    return Console(width=width, highlight=False, markup=False)
+    return plain_console(width=width, highlight=False)
 
 
 def print_rows(title: str, rows: Sequence[Mapping[Any, Any]]) -> None:

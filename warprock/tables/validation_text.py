@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from rich.console import Console
-from rich.markup import escape
 
 from warprock.errors import one_line
 from warprock.run.cells import wilson_interval
@@ -62,7 +61,7 @@ def print_validation(facts: Facts, console: Console | None = None) -> None:
         left = section.headings[: section.words]
         table = plain_table(section.title, section.headings, left)
         for row in section.rows:
-            table.add_row(*map(escape, row))
+            table.add_row(*row)
         print_table(out, table)
         if section.note:
             say(out, f"  {section.note}")
