@@ -95,15 +95,13 @@ def end_of_step(
     if VERTICAL:
         lost = lost - HALF * weight.kick * (vz1 - dropped)
     vx1, vz1 = wp.where(struck, vx1, kicked), wp.where(struck, vz1, dropped)
-    omega1 = wp.where(struck, omega1, omega)
-    mode1 = wp.where(struck, mode1, mode)
+    omega1, mode1 = wp.where(struck, omega1, omega), wp.where(struck, mode1, mode)
     slip1 = wp.where(struck, slip1, slip)
     lost = wp.where(struck, lost, zero)
     edge = Edge(smaller(x, other), larger(x, other), -z)
     pull = wp.where(slip1 != zero, -slip1 * body.friction * weight.end, a)
     stays, tail = may_rest(body, weight.end, edge, omega1, omega, pull)
     rests = stays and hit and falls and mode1 == PIVOTING
-    tail = wp.where(rests, tail, zero)
     glides = wp.where(slip1 != zero, vx1, zero)
     slip1 = wp.where(rests and slip1 != zero, sign_of(vx1), slip1)
     rest_lost = HALF * (vx1 * vx1 - glides * glides + vz1 * vz1 + omega1 * omega1 * body.inertia)
@@ -111,10 +109,9 @@ def end_of_step(
     # Corners are numbered from -x: an edge is known by its end there.
     on_edge = view.corner + wp.where(right, 0, -1)
     moves = wp.where(struck, swaps != second, falls)
-    stands = wp.where(moves, view.corner + wp.where(right, 1, -1), view.corner)
+    stands = view.corner + wp.where(moves, wp.where(right, 1, -1), 0)
     return (
         wp.where(rests, glides, vx1), wp.where(rests, zero, vz1), wp.where(rests, zero, omega1),
         mode1, slip1, wp.where(mode1 == FLAT, on_edge, stands),
-        lost + wp.where(rests, rest_lost, zero), hit, tail,
-        wp.where(struck, needed, zero),
+        lost + wp.where(rests, rest_lost, zero), hit, wp.where(rests, tail, zero), needed,
     )  # fmt: skip
