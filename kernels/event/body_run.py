@@ -268,10 +268,8 @@ def run_lanes(
                     ne,
                 ) = step(
                     blocks[first + i], knobs, weight, view, going, d, ti, passed, kick, a, dv,
-                    corner[i],
-                    theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], slip[i], mode[i],
-                    time[i], segment[i], base[i], cap[i],
-                )  # fmt: skip
+                    corner[i], theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], slip[i], mode[i],
+                    time[i], segment[i], base[i], cap[i])  # fmt: skip
                 remember(ok, time[i], theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], k,
                     begun[i], theta0[i], slide0[i], gap0[i], vx0[i], vz0[i], omega0[i],
                     about[i])  # fmt: skip
@@ -280,8 +278,7 @@ def run_lanes(
                     going, blocks[first + i].step_limit, mode[i], slip[i], time[i], theta[i], mo,
                     di, ti, th, sl, ap, at, ta, lo, dp, hit, peak[i], peak_time[i], peak_slide[i],
                     uplift_time[i], rest_time[i], loss[i], deepest[i], left[i], right[i],
-                    impacts[i], steps[i],
-                )  # fmt: skip
+                    impacts[i], steps[i])  # fmt: skip
                 needed[i] = larger(ne, needed[i])
                 corner[i] = co
                 theta[i] = th
