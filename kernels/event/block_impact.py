@@ -13,6 +13,9 @@ from warprock.kernels.modes import FLAT, FLYING, PIVOTING
 def struck_velocity(block: Block, flat: bool, s: real, c: real, ux: real, uz: real, uo: real):
     """Velocity after an inelastic impact: a corner has landed or the base stepped its velocity.
 
+    With both corners at the base one is struck, or both are where the other would sink then: as
+    `law_velocity` in event/body_contact.py.
+
     Args:
         block: The block.
         flat: Whether both corners are at the base.
@@ -27,6 +30,11 @@ def struck_velocity(block: Block, flat: bool, s: real, c: real, ux: real, uz: re
     zero = real(0.0)
     w = block.inverse_inertia
     x, z = lower_corner(block, s, c)
+    bound = larger(-block.friction * uz, zero)
+    flat_f = larger(smaller(-ux, bound), -bound)
+    # The share of the lower corner with both pressed, times the width: one that is pulled opens.
+    share = fused(flat_f, z, fused(block.inertia, uo, larger(-uz, zero) * block.half_width))
+    x = wp.where(flat and share < zero, -x, x)
     n, f, sticks, _drag = corner_impulse(
         block.friction, w, x, z, fused_less(uo, x, uz), fused(uo, z, ux), False, False, zero
     )
@@ -34,9 +42,8 @@ def struck_velocity(block: Block, flat: bool, s: real, c: real, ux: real, uz: re
     vz = uz + n
     vo = fused(w, fused_less(n, x, f * z), uo)
     # Both corners at the base: the other one must not sink.
-    both = flat and fused(block.half_width, vo, vz) <= zero
-    bound = larger(-block.friction * uz, zero)
-    vx = wp.where(both, ux + larger(smaller(-ux, bound), -bound), vx)
+    both = flat and fused(x, vo, vz) <= zero
+    vx = wp.where(both, ux + flat_f, vx)
     vz = wp.where(both, zero, vz)
     vo = wp.where(both, zero, vo)
     along = fused(vo, z, vx)

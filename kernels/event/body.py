@@ -224,7 +224,7 @@ def step(
     up, down, lands, deep = contacts_at(body, view, mode1, th1, gap1, raw_gap, vz1, om1)
     over = (up and view.high >= HALF_PI) or (down and view.low <= -HALF_PI)
     th2 = wp.where(up, view.high, wp.where(down, view.low, th1))
-    vx2, vz2, om2, mode2, slip2, corner2, lost2, hit, tail = end_of_step(
+    vx2, vz2, om2, mode2, slip2, corner2, lost2, hit, tail, needed = end_of_step(
         body, weight, view, up and not over, down and not over, lands, kick, a, mode1,
         slip1, th2, vx1, vz1, om1,
     )  # fmt: skip
@@ -245,5 +245,5 @@ def step(
         wp.where(taken, base + dv + kick, base), wp.where(taken, NEVER, wp.where(live, cut, cap)),
         wp.where(turns, theta + HALF * omega * rise, zero), time + wp.where(turns, rise, zero),
         wp.where(taken, lost + lost2, zero), wp.where(taken, tail, zero), taken and hit, taken,
-        wp.where(taken, deep, zero),
+        wp.where(taken, deep, zero), wp.where(taken, needed, zero),
     )  # fmt: skip

@@ -61,7 +61,9 @@ def flat_friction(mu: real, slip: real, ux: real, uz: real) -> real:
 def tips_right(mu: real, slip: real, edge: Edge, ux: real, uz: real) -> bool:
     """Whether the base presses an edge nearer to its end at +x than to the other one."""
     moment = -edge.height * flat_friction(mu, slip, ux, uz)
-    return TWO * moment >= -uz * (edge.left + edge.right)
+    presses = TWO * moment >= -uz * (edge.left + edge.right)
+    # Where nothing presses it on the base, the end ahead may yet jam.
+    return wp.where(uz < real(0.0), presses, ux >= real(0.0))
 
 
 @wp.func
@@ -207,6 +209,56 @@ def held_velocity(
 
 
 @wp.func
+def law_velocity(
+    body: Body, beside: bool, x: real, z: real, other: real, ux: real, uz: real, uo: real
+):
+    """Velocity after an inelastic impact that the law of contact finds.
+
+    Of two corners at the base one is struck, or both are where the other would sink then. The one
+    is the first, or the second where the base would have to pull at the first to lay both of them
+    flat. More than one of these obeys the law only where friction may jam a corner.
+
+    Args:
+        body: The body.
+        beside: Whether a second corner is at the base.
+        x, z: The first corner, what touches of it, from the centre of mass [m].
+        other: x of the second one, as high as the first [m].
+        ux, uz: Velocity along the base and across it before [m/s].
+        uo: Angular velocity before [rad/s].
+
+    Returns:
+        Velocity (three values), mode, whether what touches sticks, whether the second is struck.
+    """
+    zero = real(0.0)
+    w = body.inverse_inertia
+    press = larger(-uz, zero)
+    flat_f = flat_friction(body.friction, zero, ux, -press)
+    # Both lie flat without a pull at the first: its share of the press times the face's length.
+    share = (flat_f * z + body.inertia * uo - press * other) * (x - other)
+    second = beside and share < zero
+    at, apart = wp.where(second, other, x), wp.where(second, x, other)
+    n, f, sticks, _drag = corner_impulse(
+        body.friction, w, at, z, uz - uo * at, ux + uo * z, False, False, zero
+    )
+    if VERTICAL:
+        # A base that is kicked downwards leaves what stands on it.
+        leaves = uz - uo * at > zero and not (sticks and n > zero)
+        n, f = wp.where(leaves, zero, n), wp.where(leaves, zero, f)
+    vo = uo + w * (f * z - n * at)
+    vx = ux + f
+    vz = uz + n
+    # Both corners at the base: the other one must not sink.
+    both = beside and vz - vo * apart <= zero
+    vx = wp.where(both, ux + flat_f, vx)
+    vz = wp.where(both, zero, vz)
+    vo = wp.where(both, zero, vo)
+    mode = wp.where(both, FLAT, PIVOTING)
+    if VERTICAL:
+        mode = wp.where(leaves and not both, FLYING, mode)
+    return vx, vz, vo, mode, wp.where(both, vx == zero, sticks), second and not both
+
+
+@wp.func
 def struck_velocity(
     body: Body, beside: bool, prescribed: bool, x: real, z: real, other: real,
     ux: real, uz: real, uo: real,
@@ -214,58 +266,52 @@ def struck_velocity(
     """Velocity after an inelastic impact: a corner has landed or the base stepped its velocity.
 
     A restitution that is prescribed is the angular velocity after the impact over that before; the
-    impulses of the corner do the rest. Where the corner would have to pull, nobody can follow it.
+    impulses of the first corner do the rest, and it sticks. Where they ask for more friction than
+    there is, the angular velocity comes as near to the prescribed one, from that which the law of
+    contact finds, as friction lets it. Where the base would have to pull, and where the body slides
+    by that law, the impact is the law's.
 
     Args:
         body: The body.
         beside: Whether a second corner is at the base.
         prescribed: Whether a prescribed restitution is for this impact.
-        x, z: The corner that is struck, what touches of it, from the centre of mass [m].
-        other: x of the second corner [m].
+        x, z: The first corner, what touches of it, from the centre of mass [m].
+        other: x of the second one, as high as the first [m].
         ux, uz: Velocity along the base and across it before [m/s].
         uo: Angular velocity before [rad/s].
 
     Returns:
-        Velocity (three values), mode, direction of sliding, energy lost per unit mass [J/kg].
+        Velocity (three values), mode, direction of sliding, whether the second corner is struck,
+        energy lost per unit mass [J/kg], friction that the prescribed impact asks for, NEVER where
+        the base would have to pull and zero where none is prescribed.
     """
     zero = real(0.0)
-    w = body.inverse_inertia
-    n, f, sticks, _drag = corner_impulse(
-        body.friction, w, x, z, uz - uo * x, ux + uo * z, False, False, zero
-    )
-    if VERTICAL:
-        # A base that is kicked downwards leaves what stands on it.
-        leaves = uz - uo * x > zero and not (sticks and n > zero)
-        n, f = wp.where(leaves, zero, n), wp.where(leaves, zero, f)
-    vo = uo + w * (f * z - n * x)
+    vx, vz, vo, mode, sticks, second = law_velocity(body, beside, x, z, other, ux, uz, uo)
     asked = body.restitution * uo
     press = asked * x - uz
-    follows = prescribed and body.restitution >= zero and press >= zero
     grip = -asked * z - ux
-    holds = size(grip) <= body.friction * press
-    sticks = wp.where(follows, holds, sticks)
-    n = wp.where(follows, press, n)
-    f = wp.where(follows, wp.where(holds, grip, sign_of(grip) * body.friction * press), f)
-    vo = wp.where(follows, asked, vo)
-    vx = ux + f
-    vz = uz + n
-    # Both corners at the base: the other one must not sink.
-    both = beside and vz - vo * other <= zero
-    bound = larger(-body.friction * uz, zero)
-    vx = wp.where(both, ux + larger(smaller(-ux, bound), -bound), vx)
-    vz = wp.where(both, zero, vz)
-    vo = wp.where(both, zero, vo)
+    given = prescribed and body.restitution >= zero and mode != FLYING
+    needed = wp.where(press > zero, size(grip) / press, NEVER)
+    needed = wp.where(given, needed, zero)
+    # Both impulses lie in the cone of friction, or the part of the way to where it ends does.
+    spare = body.friction * press - size(grip)
+    room = larger(body.friction * (vz - uz) - sign_of(grip) * (vx - ux), zero)
+    held = sticks and not second
+    part = wp.where(spare >= zero, real(1.0), wp.where(held, room / (room - spare), zero))
+    part = wp.where(given and press > zero, part, zero)
+    # The corner sticks: it is the angular velocity that lies between.
+    turn = wp.where(spare >= zero, asked, vo + part * (asked - vo))
+    follows = part > zero
+    vx = wp.where(follows, -turn * z, vx)
+    vz = wp.where(follows, turn * x, vz)
+    vo = wp.where(follows, turn, vo)
     along = vx + vo * z
-    still = wp.where(both, along == zero, sticks)
+    mode = wp.where(follows, PIVOTING, mode)
+    still = follows or sticks or mode == FLYING
     lost = ux * ux + uz * uz - vx * vx - vz * vz + (uo * uo - vo * vo) * body.inertia
-    landed = wp.where(both, FLAT, PIVOTING)
-    if VERTICAL:
-        landed = wp.where(leaves and not both, FLYING, landed)
-        still = still or landed == FLYING
     return (
-        vx, vz, vo, landed,
-        wp.where(still, zero, sign_of(along)),
-        HALF * lost,
+        vx, vz, vo, mode, wp.where(still, zero, sign_of(along)), second and not follows,
+        HALF * lost, needed,
     )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ With one lane a thread the same text is the plain form.
 import warp as wp
 
 from warprock.kernels.event.block import Knobs
-from warprock.kernels.event.block_run import BlockResult, Result
+from warprock.kernels.event.block_run import BlockResult
 from warprock.kernels.event.body import begin, step
 from warprock.kernels.event.body_contact import Body
 from warprock.kernels.event.body_view import View, tips_about_second
@@ -174,6 +174,20 @@ def place_at(
 
 
 @wp.struct
+class Result:
+    """What one lane's run leaves behind; `needed`: friction that its prescribed impacts ask for."""
+
+    uplift_time: real
+    rest_time: real
+    loss: real
+    deepest: real
+    needed: real
+    impacts: int
+    mode: int
+    steps: int
+
+
+@wp.struct
 class Found:
     """Where the answers go; `sides`: largest rotations to -x and to +x [rad], shape [2, lane]."""
 
@@ -206,7 +220,8 @@ def run_lanes(
     time, base, cap, begun, theta0, omega0 = Lane(), Lane(), Lane(), Lane(), Lane(), Lane()
     slide0, gap0, vx0, vz0 = Lane(), Lane(), Lane(), Lane()
     peak, peak_time, peak_slide, deepest = Lane(), Lane(), Lane(), Lane()
-    uplift_time, rest_time, loss, left, right = Lane(), Lane(), Lane(), Lane(), Lane()
+    uplift_time, rest_time, loss, needed = Lane(), Lane(), Lane(), Lane()
+    left, right = Lane(), Lane()
     segment, mode, impacts, steps = LaneInt(), LaneInt(), LaneInt(), LaneInt()
     corner, last, about, risen, rising = LaneInt(), LaneInt(), LaneInt(), LaneInt(), Lane()
     for i in range(LANES):
@@ -248,14 +263,13 @@ def run_lanes(
                     k, corners[wp.max(k - 1, 0), first + i], corners[k, first + i],
                     corners[wp.min(k + 1, last[i]), first + i], not second,
                 )  # fmt: skip
-                co, th, sl, ga, ux, uz, om, di, mo, ti, se, ba, ca, ap, at, lo, ta, hit, ok, dp = (
-                    step(
-                        blocks[first + i], knobs, weight, view, going, d, ti, passed, kick, a, dv,
-                        corner[i],
-                        theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], slip[i], mode[i],
-                        time[i], segment[i], base[i], cap[i],
-                    )
-                )  # fmt: skip
+                (
+                    co, th, sl, ga, ux, uz, om, di, mo, ti, se, ba, ca, ap, at, lo, ta, hit, ok, dp,
+                    ne,
+                ) = step(
+                    blocks[first + i], knobs, weight, view, going, d, ti, passed, kick, a, dv,
+                    corner[i], theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], slip[i], mode[i],
+                    time[i], segment[i], base[i], cap[i])  # fmt: skip
                 remember(ok, time[i], theta[i], slide[i], gap[i], vx[i], vz[i], omega[i], k,
                     begun[i], theta0[i], slide0[i], gap0[i], vx0[i], vz0[i], omega0[i],
                     about[i])  # fmt: skip
@@ -264,8 +278,8 @@ def run_lanes(
                     going, blocks[first + i].step_limit, mode[i], slip[i], time[i], theta[i], mo,
                     di, ti, th, sl, ap, at, ta, lo, dp, hit, peak[i], peak_time[i], peak_slide[i],
                     uplift_time[i], rest_time[i], loss[i], deepest[i], left[i], right[i],
-                    impacts[i], steps[i],
-                )  # fmt: skip
+                    impacts[i], steps[i])  # fmt: skip
+                needed[i] = larger(ne, needed[i])
                 corner[i] = co
                 theta[i] = th
                 slide[i] = sl
@@ -294,8 +308,8 @@ def run_lanes(
                 places[sample, 0, 0, first + i] = spot
                 places[sample, 0, 1, first + i] = level
     for i in range(LANES):
-        results[first + i] = Result(uplift_time[i], rest_time[i], loss[i], deepest[i], impacts[i],
-            mode[i], steps[i])  # fmt: skip
+        results[first + i] = Result(uplift_time[i], rest_time[i], loss[i], deepest[i], needed[i],
+            impacts[i], mode[i], steps[i])  # fmt: skip
         sides[0, first + i] = left[i]
         sides[1, first + i] = right[i]
         leaves[0, first + i] = BlockResult(slide[i], peak[i], peak_time[i], peak_slide[i])

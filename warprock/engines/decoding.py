@@ -49,6 +49,24 @@ def time_or_nan(times: Rows) -> Array:
     return np.where(values >= NEVER, np.nan, values)
 
 
+FRICTION_SLACK = {"float64": 1e-6, "float32": 1e-4}
+"""Part by which a lane's friction may fall short before the lane counts as outside the model: the
+series of the contact force leave out some 1e-7 of the weight, float32 rounds to about 1e-5."""
+
+
+def asked_friction(rows: Rows, friction: Array, precision: str) -> tuple[Array, Mask]:
+    """Friction that a model needs, infinite where the base would pull; where there is less of it.
+
+    Args:
+        rows: Rows of a `Result` with `needed`, shape [lane].
+        friction: Friction of the lanes, shape [lane].
+        precision: Of the kernel.
+    """
+    needed = np.asarray(rows["needed"], dtype=np.float64)
+    needed[needed >= NEVER] = np.inf
+    return needed, needed > (1.0 + FRICTION_SLACK[precision]) * friction
+
+
 def still_since(rows: Rows, time: Array | float) -> Array:
     """Since when lanes rest that have not moved since a time [s]; NaN of all others.
 

@@ -11,7 +11,13 @@ import numpy.typing as npt
 from warprock.engines.base import AbstractEngine
 from warprock.engines.blocks import speed_columns, start_columns, throw_columns
 from warprock.engines.bodies import Corners, box_bodies
-from warprock.engines.decoding import lane_fields, planar_fields, spatial_fields, time_or_nan
+from warprock.engines.decoding import (
+    asked_friction,
+    lane_fields,
+    planar_fields,
+    spatial_fields,
+    time_or_nan,
+)
 from warprock.engines.energy import nearest_edge
 from warprock.engines.launching import Form, Found, Kernel
 from warprock.engines.soundness import account_in_space, unstable
@@ -245,6 +251,10 @@ class Event(AbstractEngine):
             marks = [(unstable(lanes, account, blocks["peak_tilt"]), Status.UNSTABLE)]
         else:
             blocks = planar_fields(found.blocks)
+        if lanes.restitution_given:
+            needed, lacks = asked_friction(rows, lanes.friction, self.target.precision)
+            marks = [(lacks, Status.OUTSIDE_MODEL)]
+            blocks["friction_needed"] = needed
         # Of single blocks in the plane the kernel knows the energy of unit mass.
         mass = 1.0 if lanes.stacked or lanes.spatial else lanes.mass
         rest_time = time_or_nan(rows["moved" if lanes.spatial else "rest_time"])

@@ -10,9 +10,9 @@ import numpy.typing as npt
 
 from warprock.engines.base import AbstractEngine
 from warprock.engines.blocks import start_columns
-from warprock.engines.decoding import lane_fields, planar_fields, time_or_nan
+from warprock.engines.decoding import asked_friction, lane_fields, planar_fields, time_or_nan
 from warprock.engines.housner_body import body_inputs
-from warprock.engines.launching import NEVER, Found, Kernel
+from warprock.engines.launching import Found, Kernel
 from warprock.engines.workload import step_limit
 from warprock.kernels.modes import RESTING
 from warprock.model import rocking
@@ -36,10 +36,6 @@ REST_RATIO_LEAST = {"float64": 0.0, "float32": 1e-6}
 STEPS_SPARE = 50
 """Steps allowed for every step that a run without events would take; an impact takes some five
 steps, so this is far above any rocking motion and ends only a lane that makes no headway."""
-
-FRICTION_SLACK = {"float64": 1e-6, "float32": 1e-4}
-"""Part by which a lane's friction may fall short before the lane counts as outside the model: the
-series of the contact force leave out some 1e-7 of the weight, float32 rounds to about 1e-5."""
 
 
 @final
@@ -154,9 +150,7 @@ class Housner(AbstractEngine):
     ) -> dict[str, npt.NDArray[Any]]:
         """Lane fields of a response; see `AbstractEngine.fields`."""
         rows = found.lanes
-        needed = np.asarray(rows["needed"], dtype=np.float64)
-        needed[needed >= NEVER] = np.inf
-        slack = 1.0 + FRICTION_SLACK[self.target.precision]
+        needed, slides = asked_friction(rows, lanes.friction, self.target.precision)
         if lanes.body is not None:
             # The kernel has weighed every impact with the inertia about its own points.
             inertia = lanes.mass
@@ -164,7 +158,7 @@ class Housner(AbstractEngine):
             radius = rocking.half_diagonal(lanes.width, lanes.height)
             inertia = 4.0 / 3.0 * lanes.mass * radius**2
         rest_time = np.where(rows["mode"] == RESTING, time_or_nan(rows["rest_time"]), np.nan)
-        marks = [(needed > slack * lanes.friction, Status.OUTSIDE_MODEL)]
+        marks = [(slides, Status.OUTSIDE_MODEL)]
         return {
             **lane_fields(rows, rest_time, marks),
             **planar_fields(found.blocks),
