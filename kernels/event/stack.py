@@ -64,6 +64,7 @@ from warprock.kernels.shape.stack import (
     Values,
     all_rows,
     anchored,
+    ends_below,
     lower_face,
     three_of,
     turn_of,
@@ -136,8 +137,9 @@ def mode_of(blocks: Blocks, s: State, near: real) -> int:
         if CHAINS:
             mode = wp.where(has_left(blocks, s.pose, k), SLID_OFF, mode)
         else:
-            anchor, rate = anchored(blocks, s.pose, k, s.pose.touch[k])
-            place = upright_place(blocks, k, s.pose.touch[k], anchor, rate)
+            ends = ends_below(s.pose, k)
+            anchor, rate = anchored(blocks, s.pose, k, ends)
+            place = upright_place(blocks, k, ends, anchor, rate)
             if size(place) >= low + blocks.half_width[k]:
                 mode = SLID_OFF
     for k in range(BLOCKS):

@@ -20,9 +20,11 @@ from warprock.kernels.shape.stack import (
     anchored,
     between,
     carried,
+    ends_below,
     face_middles,
     flat_rotation,
     interface_rows,
+    leaning,
     lower_face,
     side_of,
     three_of,
@@ -47,8 +49,7 @@ def started(blocks: Blocks, pose: Pose) -> Pose:
         if CHAINS:
             p = with_foot(blocks, p, k)
         _s, _c, sd, cd = between(p, k)
-        turn = turn_of(p, k)
-        touch = wp.where(turn > real(0.0), PLUS, wp.where(turn < real(0.0), MINUS, CLOSED))
+        touch = leaning(turn_of(p, k))
         p.touch[k] = touch
         side = side_of(touch)
         low, _height = lower_face(blocks, k)
@@ -202,7 +203,7 @@ def flattened(blocks: Blocks, old: Pose, falls: Counts) -> Pose:
         was = old.touch[k]
         touch = wp.where(falls[k] == OPEN, was, falls[k])
         if was == OPEN:
-            was = wp.where(touch == CLOSED, PLUS, touch)
+            was = wp.where(touch == CLOSED, ends_below(old, k), touch)
         theta = old.theta[k]
         if touch == CLOSED:
             theta = flat_rotation(blocks, new, k)

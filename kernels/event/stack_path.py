@@ -141,11 +141,14 @@ def from_open(touch: Counts, q: Triples, attempt: int) -> Triples:
         fastest = larger(fastest, size(q[i]))
     dice = int(attempt)
     for k in range(BLOCKS):
+        # Which end comes first is told by the motion, so that a mirror image takes the image of it.
+        ahead = q[3 * k] + (q[3 * k + 1] - q[3 * k + 2]) > real(0.0)
         for end in range(2):
             # Not all alike, as above.
             dice = (dice * 75 + 74) % 65537
-            if (touch[k] & wp.where(end == 0, PLUS, MINUS)) != 0:
-                r[3 * k + 1 + end] = fastest * (real(0.5) + real(dice) / real(65537.0))
+            at = wp.where(ahead, end, 1 - end)
+            if (touch[k] & wp.where(at == 0, PLUS, MINUS)) != 0:
+                r[3 * k + 1 + at] = fastest * (real(0.5) + real(dice) / real(65537.0))
     return r
 
 

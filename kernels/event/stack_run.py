@@ -20,6 +20,7 @@ from warprock.kernels.shape.stack import (
     Pose,
     Values,
     anchored,
+    ends_below,
     face_middles,
     flat_rotation,
     lower_face,
@@ -143,8 +144,9 @@ def observe(blocks: Blocks, before: Seen, offset: Values, s0: State, s: State) -
             seen.peak_time[k] = at
         touch = s.pose.touch[k]
         if not s.plain:
-            anchor, rate = anchored(blocks, s.pose, k, touch)
-            seen.slide[k] = upright_place(blocks, k, touch, anchor, rate) - offset[k]
+            ends = ends_below(s.pose, k)
+            anchor, rate = anchored(blocks, s.pose, k, ends)
+            seen.slide[k] = upright_place(blocks, k, ends, anchor, rate) - offset[k]
             if CHAINS:
                 seen.slide[k] = seen.slide[k] - blocks.rolled[k]
             seen.peak_slide[k] = larger(size(seen.slide[k]), seen.peak_slide[k])

@@ -167,6 +167,26 @@ def turn_of(pose: Pose, k: int) -> real:
 
 
 @wp.func
+def leaning(turn: real) -> int:
+    """Ends of an interface that are nearest to the face below, both where it lies level.
+
+    Args:
+        turn: Rotation of the upper face against the lower one [rad].
+    """
+    zero = real(0.0)
+    return wp.where(turn > zero, PLUS, wp.where(turn < zero, MINUS, CLOSED))
+
+
+@wp.func
+def ends_below(pose: Pose, k: int) -> int:
+    """Ends of interface k that touch; of an open one those nearest to the face below.
+
+    The place of an open interface is told by them: a fixed end would not do in a mirror.
+    """
+    return wp.where(pose.touch[k] == OPEN, leaning(turn_of(pose, k)), pose.touch[k])
+
+
+@wp.func
 def lower_face(blocks: Blocks, k: int):
     """Half width of the face that block k stands on, and half height of the body below [m]."""
     half_width = ENDLESS

@@ -261,26 +261,46 @@ def test_six_blocks_settle_at_every_impact() -> None:
     assert np.max(gap / lanes.slenderness_angle.min()) <= 1e-2
 
 
-def test_mirrored_motion_mirrors_the_answer() -> None:
-    lanes, motions = shaken(2)
-    times = SampleTimes(1.0, 0.01)
-    found = respond(lanes, motions, times)
-    mirrored = dataclasses.replace(lanes, offset=-lanes.offset)
-    reverse = {
-        name: -getattr(motions, name)
-        for name in (
-            "velocity_step_start",
-            "velocity_step_stop",
-            "velocity_final",
-            "acceleration_amplitude",
-            "velocity_offset",
-        )
-    }
-    other = respond(mirrored, dataclasses.replace(motions, **reverse), times)
-    assert np.max(np.abs(found["rotation"])) > 0.1
-    # Round-off, magnified by some ten impacts.
-    np.testing.assert_allclose(other["rotation"], -found["rotation"], rtol=0.0, atol=1e-9)
-    np.testing.assert_allclose(other["residual_slide"], -found["residual_slide"], atol=1e-9)
+def random_scenes(
+    blocks: int, count: int, side: float, seed: int = 1
+) -> tuple[Lanes, GroundMotions]:
+    """Stacks of any shape that rock, slide, fly and fall, or with side -1 their mirror images.
+
+    Every third one starts turned.
+    """
+    rng = np.random.default_rng(seed)
+    shape = (count, blocks)
+    width = rng.uniform(0.15, 1.0, shape)
+    offset = rng.uniform(-0.1, 0.1, shape) * width * (np.arange(blocks) > 0)
+    start = rng.uniform(-0.03, 0.03, shape) * (np.arange(count) % 3 == 0)[:, None]
+    lanes = stacks(
+        width,
+        width * 10.0 ** rng.uniform(-0.3, 0.6, shape),
+        friction=rng.uniform(0.2, 1.2, shape),
+        offset=side * offset,
+        start=side * start,
+    )
+    size, frequency = rng.uniform(2.0, 9.0, count), rng.uniform(0.5, 3.0, count)
+    return lanes, sines(Control.ACCELERATION, side * size, frequency, 4.0)
+
+
+@pytest.mark.parametrize("count", [2, pytest.param(3, marks=pytest.mark.thorough)])
+def test_random_stacks_have_mirrored_answers_in_a_mirror(count: int) -> None:
+    times = SampleTimes(6.0, 0.02)
+    lanes, _motions = random_scenes(count, 300, 1.0)
+    found, image = (
+        run_batch("event", *random_scenes(count, 300, side), times) for side in (1.0, -1.0)
+    )
+    for outcome in Outcome:
+        assert np.sum(found["outcome"] == outcome) >= 5
+    np.testing.assert_array_equal(image["status"], found["status"])
+    np.testing.assert_array_equal(image["outcome"], found["outcome"])
+    gap = np.abs(image["rotation"] + found["rotation"]).max(axis=2) / lanes.slenderness_angle
+    slip = np.abs(image["residual_slide"] + found["residual_slide"]) / lanes.width
+    # Round-off, magnified by up to some hundred impacts.
+    assert np.max(gap) <= 1e-3
+    assert np.max(slip) <= 1e-3
+    assert np.mean(np.maximum(gap, slip) <= 1e-9) >= 0.95
 
 
 def test_interfaces_slide_by_the_closed_form() -> None:

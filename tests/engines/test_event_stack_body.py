@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from tests.shared.blocks import Array, make_stacks
+from tests.shared.blocks import Array, make_stacks, sines
 from tests.shared.planar_bodies import STEPPED, body_lanes
 from tests.shared.stack_bodies import (
     EIGHT,
@@ -25,8 +25,9 @@ from warprock.engines.event import Event
 from warprock.engines.impulse import Impulse
 from warprock.engines.launching import Form, Target
 from warprock.model.lanes import Lanes
-from warprock.model.motion import GroundMotions
+from warprock.model.motion import Control, GroundMotions
 from warprock.model.response import Outcome, Response, SampleTimes, Status
+from warprock.run.batch import run_batch
 from warprock.run.estimate import run_with_estimate
 from warprock.settings.engines import EventSettings, ImpulseSettings
 from warprock.units import GRAVITY
@@ -111,6 +112,23 @@ def test_a_mirrored_stack_moves_as_in_a_mirror(block: int) -> None:
     assert np.abs(one["rotation"]).max() > 0.1
     for name in ("rotation", "slide", "x"):
         np.testing.assert_allclose(other[name], -one[name], atol=1e-12, err_msg=name)
+
+
+def test_random_chains_that_start_turned_have_mirrored_answers_in_a_mirror() -> None:
+    count = 250
+    rng = np.random.default_rng(9)
+    lanes = random_chains(2, count, 2)
+    motions = sines(
+        Control.ACCELERATION, rng.uniform(2.0, 9.0, count), rng.uniform(0.5, 3.0, count), 4.0
+    )
+    times = SampleTimes(3.0, 0.02)
+    one = run_batch("event", lanes, motions, times)
+    other = run_batch("event", mirrored_stacks(lanes), motions.scaled(-np.ones(count)), times)
+    np.testing.assert_array_equal(other["outcome"], one["outcome"])
+    gap = np.abs(other["rotation"] + one["rotation"]).max(axis=2) / lanes.slenderness_angle
+    # Round-off, magnified by up to some hundred impacts.
+    assert np.max(gap) <= 1e-3
+    assert np.mean(gap <= 1e-9) >= 0.9
 
 
 @pytest.mark.parametrize("amplitude", [0.0, 4.0])

@@ -111,7 +111,9 @@ def refined(accuracy: float) -> Response:
 
 def at_step(step: float) -> EventSettings:
     """Settings with which `run_to_tolerance` came to a step."""
-    settings: EventSettings = companion_settings(EVENT, round(np.log2(EVENT.time_step / step)))
+    settings: EventSettings = companion_settings(
+        EVENT, round(np.log2(EVENT.time_step / step)), pulses()[0]
+    )
     assert settings.time_step == step
     return settings
 

@@ -52,6 +52,12 @@ MOTION_STEP = 1.0
 """Longest step of single boxes in the plane over the angle that the fastest part of a motion turns
 by: its Taylor polynomials end at degree 8."""
 
+STACK_REST = 1e-2
+"""Swing at which a block of a stack in the plane rests over that of a single block: its last swings
+decide which ends take part in an impact elsewhere. Of 560 random stacks of 2 to 6 blocks 7 erred by
+more than 1e-2 of the slenderness angle with 1, 1 with 1e-2, of whose steps there are 1.2 times as
+many."""
+
 STEPS_SPARE = 50
 """Steps allowed for every step that a run without events would take; an impact takes some four, so
 this is far above any motion and ends only a lane that makes no headway."""
@@ -77,7 +83,8 @@ class Event(AbstractEngine):
     the least that a run has, and estimates that count on it err on the safe side. Rest rule: after
     an impact on its other corner a block rests if its next swing would stay below
     `rest_rotation_ratio` times the slenderness
-    angle on either side; at rest it lifts or slides as the contact law says. Its penetration is
+    angle on either side, in a stack in the plane below a hundredth of that;
+    at rest it lifts or slides as the contact law says. Its penetration is
     what the end of a step puts back on the base: drift, of third order in the step, and landings
     that it misses by a part of the step. Single blocks in space have four corners, and kernels of
     their own (kernels/event_space/block.py). So have stacks in space
@@ -223,7 +230,7 @@ class Event(AbstractEngine):
             if lanes.profiles is not None:
                 blocks = {
                     **edge_columns(lanes),
-                    "rest_rotation": self.settings.rest_rotation_ratio * lanes.slenderness_angle,
+                    "rest_rotation": _stack_rest(lanes, self.settings),
                 }
                 feet = foot_columns(lanes)
                 return {"blocks": blocks, "lanes": per_lane, "feet": feet, "knobs": knobs}
@@ -315,10 +322,15 @@ def _stacked_blocks(lanes: Lanes, settings: EventSettings) -> dict[str, Array]:
         "inverse_mass": 1.0 / lanes.mass,
         "inverse_inertia": 1.0 / inertia,
         "friction": lanes.friction,
-        "rest_rotation": settings.rest_rotation_ratio * lanes.slenderness_angle,
+        "rest_rotation": _stack_rest(lanes, settings),
         "offset": lanes.offset,
         "rotation_start": lanes.rotation_start,
     }
+
+
+def _stack_rest(lanes: Lanes, settings: EventSettings) -> Array:
+    """Swings below which blocks of a stack in the plane rest [rad], shape [lane, block]."""
+    return np.asarray(STACK_REST * settings.rest_rotation_ratio * lanes.slenderness_angle)
 
 
 def _rest_gap(lanes: Lanes, settings: EventSettings) -> Array:

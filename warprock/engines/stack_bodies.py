@@ -191,8 +191,10 @@ def edge_columns(lanes: Lanes) -> dict[str, npt.NDArray[Any]]:
         corner = columns["window"][:, block] - block * rows - 1
         angle = _taken(foot.corners.angle, corner[:, None])[:, 0]
         place = _taken(foot.corners.along, corner[:, None])[:, 0] + foot.aside
-        # The edge to +x of the corner: where it lies flat, or on an end of the top there.
-        ahead = (turns[:, block] >= angle) | (place < foot.low) | (corner == 0)
+        # The edge to +x of the corner: where it lies flat, or on an end of the top there. Where
+        # the corner is beyond the other end of the top, it is the edge before it that lies there.
+        flat = (turns[:, block] >= angle) & (place <= foot.high)
+        ahead = flat | (place < foot.low) | (corner == 0)
         ahead &= corner < foot.corners.last
         found.append(columns["window"][:, block] - np.where(ahead, 0, 1))
     return {**columns, "edge": np.stack(found, axis=1)}

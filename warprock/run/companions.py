@@ -38,8 +38,13 @@ STACK_REST = 3.0
 PIECES_KEPT = 2**24
 """Samples of records that end that are held at a time, 400 MB: lanes of more run in parts."""
 
+STACK_RESTS = 1e-2
+"""Swing at which blocks of a stack in the plane rest, over that at twice the step: far enough apart
+for the order of impacts to differ where it hangs on what rests."""
+
 REST_RATIO_LEAST = 1e-9
-"""The least that the setting may be."""
+REST_RATIO_MOST = 1e-2
+"""The least and the most that the setting may be."""
 
 
 def sample_times(duration: float, interval: float) -> SampleTimes:
@@ -242,7 +247,7 @@ class Companions:
                 lanes = lanes[np.argsort(work[lanes], kind="stable")]
             finer = dataclasses.replace(
                 self.take(lanes),
-                settings=companion_settings(self.settings, int(count)),
+                settings=companion_settings(self.settings, int(count), self.lanes),
                 most_steps=FINEST_STEPS,
             )
             found.append(finer.run())
@@ -250,19 +255,25 @@ class Companions:
         return take_lanes(join_responses(found), np.argsort(np.concatenate(places)))
 
 
-def companion_settings(settings: Any, count: int) -> Any:
+def companion_settings(settings: Any, count: int, lanes: Lanes) -> Any:
     """Settings with the step halved `count` times, or doubled at -1; halved, blocks rest later.
 
     They rest at swings that are smaller by the square of the step. A last swing that every step
-    leaves out alike may lie in the way of a later shock, or move the other blocks of a stack: of 76
-    lanes under 40 s of a record one parts from Housner's equation by that, and no step would show
-    it.
+    leaves out alike may lie in the way of a later shock: of 76 lanes under 40 s of a record one
+    parts from Housner's equation by that, and no step would show it.
+
+    Blocks of a stack rest at swings smaller by `STACK_RESTS`, and at twice the step at larger ones.
+    Whether a small swing has come to rest decides which ends take part in an impact elsewhere, and
+    which of two impacts at nearly the same time is the first. Runs that differ in nothing but the
+    step all take the same branch there; runs that rest at other swings do not.
     """
-    finer = halved(settings, count)
-    if count <= 0 or not hasattr(finer, "rest_rotation_ratio"):
-        return finer
-    ratio = max(0.25**count * finer.rest_rotation_ratio, REST_RATIO_LEAST)
-    return dataclasses.replace(finer, rest_rotation_ratio=ratio)
+    found = halved(settings, count)
+    if count == 0 or not hasattr(found, "rest_rotation_ratio"):
+        return found
+    stack = lanes.stacked and not lanes.spatial
+    part = STACK_RESTS**count if stack else 0.25 ** max(count, 0)
+    ratio = min(max(part * found.rest_rotation_ratio, REST_RATIO_LEAST), REST_RATIO_MOST)
+    return dataclasses.replace(found, rest_rotation_ratio=ratio)
 
 
 def halved(settings: Any, count: int) -> Any:

@@ -179,7 +179,7 @@ def run_at_step(
         step: Their `time_step` [s].
         settings: Settings of the engine, with the coarsest step.
     """
-    finer = companion_settings(settings, round(math.log2(settings.time_step / step)))
+    finer = companion_settings(settings, round(math.log2(settings.time_step / step)), lanes)
     return run_batch(
         engine,
         lanes,
