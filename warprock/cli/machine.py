@@ -36,7 +36,7 @@ def bench(
     """What every engine's steps and accuracy cost on this machine, beside others where installed.
 
     One block, from nine starts, runs in all of them; the extras [mujoco] and [bullet] install two,
-    and numba a plain loop. Takes some 100 times --seconds.
+    and numba a plain loop. Takes some 100 times --seconds, and a minute.
     """
     if ctx.invoked_subcommand is not None:
         return
