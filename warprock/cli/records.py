@@ -81,7 +81,7 @@ def info(
     if as_json:
         print_json({"records": facts})
     else:
-        print_facts(facts, file)
+        print_facts(facts, file, asked)
 
 
 @records.command("import")

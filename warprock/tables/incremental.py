@@ -128,7 +128,6 @@ def analysis_report(
         facts={"case": case_facts(case), **facts, "intensity": intensity, **surroundings(case)},
         show=lambda: print_analysis(found, rows, intensity),
         came_out=f"{sentence} {fitted}".rstrip(),
-        then="warprock map overturning-map -o results/map",
     )
 
 

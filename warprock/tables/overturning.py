@@ -74,7 +74,6 @@ def map_report(found: OverturningMap) -> Report:
         facts=facts,
         show=lambda: print_map(found),
         came_out=_sentence(found),
-        then="warprock spectrum rocking-spectrum -o results/spectrum",
     )
 
 

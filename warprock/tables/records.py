@@ -9,6 +9,8 @@ from typing import Any
 
 from rich.console import Console
 
+from warprock.records.column_file import Reading
+from warprock.records.loading import AS_WRITTEN
 from warprock.tables.terminal import plain_table, print_end, print_table, stdout
 from warprock.units import GRAVITY
 
@@ -59,7 +61,7 @@ def print_records(rows: Sequence[Mapping[str, Any]], console: Console | None = N
     peak = most["pga_m_s2"] / GRAVITY
     print_end(
         f"{len(rows)} records; the strongest is {most['name']}, {peak:.3g} g.",
-        f"warprock init record mine/case.toml --record {most['name']}",
+        f"warprock init record mine/case.toml --record {shlex.quote(most['name'])}",
         out,
     )
 
@@ -92,13 +94,17 @@ def print_imported(
 
 
 def print_facts(
-    records: Sequence[Mapping[str, Any]], asked: str, console: Console | None = None
+    records: Sequence[Mapping[str, Any]],
+    asked: str,
+    reading: Reading = AS_WRITTEN,
+    console: Console | None = None,
 ) -> None:
     """Prints what `records.summary.record_facts` found.
 
     Args:
         records: One a channel.
         asked: Record or file, as it was asked for.
+        reading: What was said of it besides its header.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
@@ -128,8 +134,10 @@ def print_facts(
         for warning in facts["warnings"]:
             out.print(f"  note: {warning}", soft_wrap=True, markup=False, style="yellow")
     first = records[0]
+    given = {name: text for name, text in reading._asdict().items() if text is not None}
+    said = [part for name, text in given.items() for part in (f"--{name}", text)]
     print_end(
         f"The record reaches {first['pga_m_s2'] / GRAVITY:.3g} g in {first['duration_s']:.3g} s.",
-        f"warprock init record mine/case.toml --record {shlex.quote(asked)}",
+        shlex.join(["warprock", "init", "record", "mine/case.toml", "--record", asked, *said]),
         out,
     )
