@@ -68,6 +68,9 @@ motion.amplitude = { from = "1 m/s^2", to = "8 m/s^2", count = 8 }
 SPECTRUM = """
 title = "blocks of many sizes"
 source = "a test"
+[block]
+depth = "0.5 m"
+density = "2400 kg/m^3"
 [contact]
 friction = 10.0
 [motion]
@@ -80,7 +83,7 @@ cycles = 1
 duration = "10 s"
 [spectrum]
 period = ["2 s", "4 s"]
-slenderness_angle = ["10 deg", "15 deg"]
+slenderness = ["10 deg", "15 deg"]
 """
 
 
