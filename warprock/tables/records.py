@@ -9,8 +9,6 @@ from typing import Any
 
 from rich.console import Console
 
-from warprock.records.column_file import Reading
-from warprock.records.loading import AS_WRITTEN
 from warprock.tables.terminal import plain_table, print_end, print_table, stdout
 from warprock.units import GRAVITY
 
@@ -96,7 +94,7 @@ def print_imported(
 def print_facts(
     records: Sequence[Mapping[str, Any]],
     asked: str,
-    reading: Reading = AS_WRITTEN,
+    said: Sequence[str] = (),
     console: Console | None = None,
 ) -> None:
     """Prints what `records.summary.record_facts` found.
@@ -104,7 +102,7 @@ def print_facts(
     Args:
         records: One a channel.
         asked: Record or file, as it was asked for.
-        reading: What was said of it besides its header.
+        said: Options that said more of it than its header does.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
@@ -134,8 +132,6 @@ def print_facts(
         for warning in facts["warnings"]:
             out.print(f"  note: {warning}", soft_wrap=True, markup=False, style="yellow")
     first = records[0]
-    given = {name: text for name, text in reading._asdict().items() if text is not None}
-    said = [part for name, text in given.items() for part in (f"--{name}", text)]
     print_end(
         f"The record reaches {first['pga_m_s2'] / GRAVITY:.3g} g in {first['duration_s']:.3g} s.",
         shlex.join(["warprock", "init", "record", "mine/case.toml", "--record", asked, *said]),
