@@ -9,7 +9,6 @@ from typing import Any
 
 import click
 
-from warprock.case.text import case_names
 from warprock.cli.analysis import finish
 from warprock.cli.options import (
     by_option,
@@ -108,6 +107,7 @@ def _then(source: pathlib.Path, folder: pathlib.Path | None) -> str:
     Nothing where the folder of the table does not tell the case, or other values than its file.
     """
     from warprock.case.load import load_case
+    from warprock.case.text import case_names
 
     try:
         facts = json.loads((source / "run.json").read_text(encoding="utf-8"))
