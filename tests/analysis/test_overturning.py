@@ -333,3 +333,25 @@ def test_a_check_is_of_one_column(tmp_path: pathlib.Path):
     for where, at, count in (({}, ratio, 2), ({"pulse": "half sine"}, 1.1 * ratio, 0)):
         with pytest.raises(InputError, match=f"one column of the map; {count} have it"):
             overturning_boundaries.boundaries_at(case, "housner", where, at, tolerance=0.1)
+
+
+@pytest.mark.parametrize("body", ["column", "2 m x 9 m x 2 m"])
+def test_a_map_to_start_from_is_long_enough_and_a_short_one_says_how_long_is(
+    tmp_path: pathlib.Path, body: str
+):
+    path = str(tmp_path / "own/case.toml")
+    runner = CliRunner()
+    started = runner.invoke(main, ["init", "map", path, "--body", body])
+    assert started.exit_code == 0, started.output
+    fewer = ["-s", "motion.frequency=0.3 Hz to 3 Hz, 6", "-s", "motion.amplitude=0.2 g to 2 g, 9"]
+    asked = ["map", path, "-e", "housner", *fewer]
+    whole = json.loads(runner.invoke(main, [*asked, "--json"]).stdout)
+    assert whole["modes"]["undecided"] == 0
+    assert whole["decided_after_s"] is None
+    short = ["-s", "run.duration=9 s"]
+    cut = json.loads(runner.invoke(main, [*asked, *short, "--json"]).stdout)
+    assert cut["modes"]["undecided"] > 0
+    long = f'run.duration="{cut["decided_after_s"]:g} s"'
+    assert f"with -s {long} none is undecided" in runner.invoke(main, [*asked, *short]).stdout
+    again = json.loads(runner.invoke(main, [*asked, "-s", long, "--json"]).stdout)
+    assert again["modes"]["undecided"] == 0

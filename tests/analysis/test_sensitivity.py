@@ -78,6 +78,15 @@ def test_the_indices_of_ishigamis_function(sampling: str):
             assert width < 0.15
 
 
+def test_a_single_input_explains_all():
+    count = 256
+    design = SaltelliSample("sobol", 3 * count, 3 * count, 1, Sample("sobol", 3, count, 2))
+    values = design.points(np.arange(3 * count)).reshape(3, count) ** 2
+    (found,) = indices(values, 20, 1)
+    # The estimate of a sample of 256 points is within 1 / sqrt(256) of it.
+    assert [found["first_order"], found["total"]] == pytest.approx([1.0, 1.0], abs=1.0 / 16.0)
+
+
 def test_the_design_is_two_samples_and_one_column_changed_at_a_time():
     base = Sample("sobol", 5, 16, 6)
     design = SaltelliSample("sobol", 5, 80, 3, base)

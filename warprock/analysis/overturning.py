@@ -27,7 +27,7 @@ from warprock.model import rocking
 from warprock.model.lanes import Lanes
 from warprock.model.motion import Control, GroundMotions, Waveform
 from warprock.model.response import USABLE, Outcome, Response
-from warprock.model.undecided import undecided
+from warprock.model.undecided import decided_after, undecided
 from warprock.quantity import Said
 from warprock.run.case_run import CaseRun, require_options, run_case
 from warprock.run.options import DEFAULT_OPTIONS, RunOptions
@@ -125,6 +125,15 @@ class OverturningMap:
         """Mode of every lane of the grid, shape [lane]."""
         found, duration = self.run.lane_set, self.run.lane_set.times.duration
         return modes(self.run.response, found.lanes, found.motions, duration)
+
+    @property
+    def decided_after(self) -> float | None:
+        """Duration of a run that leaves no lane of the map undecided [s]; None where this did."""
+        open_lanes = np.flatnonzero(self.lane_mode == Mode.UNDECIDED)
+        if not len(open_lanes) and not (self.boundaries.isin([Mode.UNDECIDED.text])).any(axis=None):
+            return None
+        lane_set = self.run.lane_set
+        return float(np.ceil(decided_after(lane_set.lanes, lane_set.motions).max()))
 
     def closed_form(self, group: int) -> tuple[str, Array] | None:
         """The strength from which a slender block falls without an impact, where there is a form.

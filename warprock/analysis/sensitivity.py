@@ -251,6 +251,9 @@ def _indices(values: Array) -> tuple[Array, Array]:
 
     if np.ptp(values[:2]) == 0.0:
         return (np.full(len(values) - 2, np.nan),) * 2
-    parts = {"f_A": values[:1], "f_B": values[1:2], "f_AB": values[2:, None]}
+    # Of a single input SciPy makes numbers that it then cannot index: it is given twice.
+    count = len(values) - 2
+    changed = np.repeat(values[2:], 2, axis=0) if count == 1 else values[2:]
+    parts = {"f_A": values[:1], "f_B": values[1:2], "f_AB": changed[:, None]}
     found = sobol_indices(func=parts, n=values.shape[1])  # type: ignore[arg-type]
-    return found.first_order.ravel(), found.total_order.ravel()
+    return found.first_order.ravel()[:count], found.total_order.ravel()[:count]

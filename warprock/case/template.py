@@ -16,12 +16,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from warprock.case.keys import KEYS, general_key, rivals
+from warprock.case.lanes import expand_lanes
 from warprock.case.load import build_case
 from warprock.case.sweep import axis_keys, several_values
 from warprock.case.text import OVERRIDE, parse_case, read_override, template_text
 from warprock.case.validation import KeyedError, refusing
 from warprock.case.writing import toml_text
 from warprock.errors import InputError, did_you_mean
+from warprock.model.undecided import decided_after
 from warprock.quantity import NumberKey
 from warprock.records import load_record, record_names
 from warprock.records.column_file import Reading
@@ -32,6 +34,9 @@ from warprock.units import Dimension, parse_quantity
 
 SIZES = ("width", "depth", "diameter", "height")
 """Keys of a body that are its sizes."""
+
+MAP, DURATION = "map", "run.duration"
+"""The kind of case whose runs have to decide, and the key of how long they last."""
 
 AFTERWARDS = 10.0
 """Time that a run lasts beyond a record of one's own [s]."""
@@ -96,6 +101,13 @@ def start_case(
     text = draft.text()
     raw = parse_case(text, "the case")
     case = build_case(kind, "the case", None, raw, frozenset(keys))
+    if kind == MAP and DURATION not in keys:
+        # Pulses and bodies of one's own may take longer than those of the template.
+        lane_set = expand_lanes(case)
+        least = float(decided_after(lane_set.lanes, lane_set.motions).max())
+        if case.sample_times.duration < least:
+            draft.give(DURATION, f"{math.ceil(least)} s")
+            text = draft.text()
     return Start(text, case.lane_count, beside)
 
 

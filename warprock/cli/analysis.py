@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from warprock.cli.options import asked_options, engine_for, say_engine
-from warprock.cli.pages import asked_command, leave
+from warprock.cli.pages import asked_command, leave, on_case
 
 if TYPE_CHECKING:
     from warprock.figures.drawing import Drawing
@@ -82,6 +82,7 @@ def finish(
     folder: pathlib.Path | None,
     *,
     as_json: bool,
+    then: str = "",
     run: CaseRun | None = None,
     play: Callable[[], Mapping[str, Any] | None] | None = None,
 ) -> None:
@@ -92,6 +93,7 @@ def finish(
         draw: Draws its figures.
         folder: Where to write; None writes nothing.
         as_json: Whether to print one JSON object.
+        then: The command to try next, once the results are in the folder.
         run: What it ran, of which its page plays lanes; None where that is no run of a case.
         play: What runs lanes for its page again in that case.
     """
@@ -113,5 +115,23 @@ def finish(
     else:
         report.show()
         print_written(files)
-        then = report.then if folder is not None else f"{asked_command()} -o results"
-        print_end(report.came_out, then)
+        print_end(report.came_out, then if folder is not None else f"{asked_command()} -o results")
+
+
+def run_of(
+    engine: str,
+    folder: pathlib.Path | None,
+    /,
+    case_name: str,
+    overrides: tuple[str, ...],
+    **_others: Any,
+) -> str:
+    """The command that runs the lanes of the case of an analysis, beside its folder.
+
+    Args:
+        engine: Name of the engine.
+        folder: That of the analysis.
+        case_name: The case asked for.
+        overrides: Of `-s`.
+    """
+    return on_case("run", case_name, overrides, "-e", engine, "-o", f"{folder}-run")

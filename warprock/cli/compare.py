@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import pathlib
+import shlex
 
 import click
 
@@ -86,7 +87,8 @@ def compare(
     report.show()
     print_written(files)
     if report.came_out:
-        print_end(report.came_out, report.then)
+        settings = [part for text in overrides for part in ("-s", text)]
+        print_end(report.came_out, shlex.join([*shlex.split(report.then), *settings]))
 
 
 COMMANDS = (check, compare)

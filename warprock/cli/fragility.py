@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import json
 import pathlib
 from typing import Any
 
@@ -16,6 +17,8 @@ from warprock.cli.options import (
     output_option,
     require_within,
 )
+from warprock.cli.pages import on_case
+from warprock.errors import InputError
 
 
 @click.command()
@@ -95,7 +98,27 @@ def fragility(
         beside = folder is not None and folder.resolve() == source.resolve()
         return None if beside else played_beside(lanes, table, intensity)
 
-    finish(report, draw, folder, as_json=as_json, play=play)
+    finish(report, draw, folder, as_json=as_json, then=_then(source, folder), play=play)
+
+
+def _then(source: pathlib.Path, folder: pathlib.Path | None) -> str:
+    """The command to try next: the factors at which lanes fall, of the case of the table.
+
+    Nothing where the folder of the table does not tell the case, or other values than its file.
+    """
+    from warprock.case.load import load_case
+    from warprock.case.text import case_names
+
+    try:
+        facts = json.loads((source / "run.json").read_text(encoding="utf-8"))
+        asked, engine = facts["case"], facts["engine"]["name"]
+        name = asked["name"] if asked["name"] in case_names() else asked["file"]
+        case = load_case(name)
+    except (OSError, ValueError, KeyError, TypeError, InputError):
+        return ""
+    if case.tables.motion is None or case.raw != asked["resolved"]:
+        return ""
+    return on_case("ida", name, (), "-e", engine, "-o", f"{folder}-ida")
 
 
 COMMANDS = (fragility,)

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from warprock.cli.analysis import case_work, finish, running
+from warprock.cli.analysis import case_work, finish, run_of, running
 from warprock.cli.options import by_option, case_options, estimate_options, intensity_option
 
 
@@ -57,7 +57,9 @@ def ida(
 
     draw = functools.partial(draw_analysis, found, groups, intensity)
     play = functools.partial(played_of_analysis, case, work.engine, work.options, found)
-    finish(report, draw, folder, as_json=as_json, play=play)
+    finish(
+        report, draw, folder, as_json=as_json, then=run_of(work.engine, folder, **asked), play=play
+    )
 
 
 COMMANDS = (ida,)

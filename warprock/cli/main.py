@@ -40,7 +40,7 @@ from warprock.cli.options import (
     set_option,
     workers_option,
 )
-from warprock.cli.pages import add_page, asked_command, leave
+from warprock.cli.pages import add_page, asked_command, leave, on_case
 from warprock.cli.sections import Main
 from warprock.cli.study import run_study_of
 from warprock.cli.sweep import EXIT_RESUMABLE
@@ -148,20 +148,26 @@ def _after_run(
     case_run: CaseRun, case_name: str, overrides: tuple[str, ...], folder: pathlib.Path | None
 ) -> str:
     """The command to try after a run."""
+    from warprock.analysis.bands import LEAST_RECORDS
+    from warprock.analysis.fragility import INTENSITY
+    from warprock.analysis.groups import record_numbers
     from warprock.model.response import Outcome
     from warprock.run.engine_choice import another_engine
 
     if folder is None:
         return f"{asked_command()} -o results"
-    case = shlex.join([case_name, *(part for text in overrides for part in ("-s", text))])
+    ran = case_run.response.engine
     fell = int((case_run.response["outcome"] == Outcome.OVERTURNED).sum())
     if 0 < fell < case_run.response.lane_count and case_run.case.tables.motion is not None:
-        return f"warprock fragility {folder}"
-    ran = case_run.response.engine
+        inputs = case_run.lane_set.inputs
+        if int(record_numbers(inputs).max()) + 1 >= LEAST_RECORDS:
+            return shlex.join(["warprock", "fragility", str(folder)])
+        if (inputs[INTENSITY] > 0.0).all():
+            return on_case("ida", case_name, overrides, "-e", ran, "-o", f"{folder}-ida")
     another = another_engine(ran, case_run.lane_set.scene)
     if case_run.case.sample_times.interval is not None or another is None:
-        return f"warprock animate {folder} --lane 0"
-    return f"warprock compare {case} -e {ran} -e {another}"
+        return shlex.join(["warprock", "animate", str(folder), "--lane", "0"])
+    return on_case("compare", case_name, overrides, "-e", ran, "-e", another)
 
 
 def _end(ctx: click.Context, case_run: CaseRun, max_bad: float | None) -> None:

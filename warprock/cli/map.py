@@ -8,8 +8,9 @@ from typing import Any
 
 import click
 
-from warprock.cli.analysis import case_work, finish, running
+from warprock.cli.analysis import case_work, finish, run_of, running
 from warprock.cli.options import case_options
+from warprock.cli.pages import on_case
 
 
 @click.command("map")
@@ -38,8 +39,15 @@ def overturning_map(
     with running(work, None) as options:
         grid = run_grid(work.case, work.engine, work.options)
         found = refine(grid, tolerance, progress=options.progress)
+    then = run_of(work.engine, folder, **asked)
+    if found.decided_after is not None:
+        longer = f'run.duration="{found.decided_after:g} s"'
+        kept = [text for text in asked["overrides"] if not text.startswith("run.duration")]
+        then = on_case(
+            "map", asked["case_name"], [*kept, longer], "-e", work.engine, "-o", str(folder)
+        )
     draw = functools.partial(draw_map, found=found)
-    finish(map_report(found), draw, folder, as_json=as_json, run=found.run)
+    finish(map_report(found), draw, folder, as_json=as_json, then=then, run=found.run)
 
 
 COMMANDS = (overturning_map,)

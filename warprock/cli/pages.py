@@ -85,6 +85,21 @@ def asked_command() -> str:
     return "" if asked is None else shlex.join(["warprock", *asked])
 
 
+def on_case(
+    command: str, case_name: str, overrides: Sequence[str], *more: str | pathlib.Path
+) -> str:
+    """A command on a case with its overrides, as it is typed.
+
+    Args:
+        command: Its name.
+        case_name: The case, as it was typed.
+        overrides: Of `-s`.
+        more: Arguments behind them.
+    """
+    settings = [part for text in overrides for part in ("-s", text)]
+    return shlex.join(["warprock", command, case_name, *settings, *map(str, more)])
+
+
 @click.command()
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=pathlib.Path))
 @json_option
@@ -105,7 +120,7 @@ def report(folder: pathlib.Path, as_json: bool) -> None:
         print_json({"files": [page]})
     else:
         print_written([page])
-        print_end("The page needs nothing beside it.", f"open {page}")
+        print_end("The page needs nothing beside it.", f"open {shlex.quote(str(page))}")
 
 
 COMMANDS = (report,)

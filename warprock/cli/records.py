@@ -79,7 +79,8 @@ def info(
     if as_json:
         print_json({"records": facts})
     else:
-        print_facts(facts, file)
+        given = {name: text for name, text in table.items() if text is not None}
+        print_facts(facts, file, [part for name in given for part in (f"--{name}", given[name])])
 
 
 @records.command("import")

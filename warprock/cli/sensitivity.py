@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from warprock.cli.analysis import case_work, finish, running
+from warprock.cli.analysis import case_work, finish, run_of, running
 from warprock.cli.options import case_options, estimate_options, require_within
 
 
@@ -39,8 +39,9 @@ def sensitivity(
     work = case_work(**asked)
     with running(work, None) as options:
         found = run_sensitivity(work.case, work.engine, options, of=of, resamples=resamples)
+    then = run_of(work.engine, folder, **asked)
     draw = functools.partial(draw_sensitivity, found=found)
-    finish(sensitivity_report(found), draw, folder, as_json=as_json, run=found.run)
+    finish(sensitivity_report(found), draw, folder, as_json=as_json, then=then, run=found.run)
 
 
 COMMANDS = (sensitivity,)

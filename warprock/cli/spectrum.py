@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from warprock.cli.analysis import case_work, finish, running
+from warprock.cli.analysis import case_work, finish, run_of, running
 from warprock.cli.options import case_options, estimate_options
 
 
@@ -28,8 +28,9 @@ def spectrum(folder: pathlib.Path | None, as_json: bool, **asked: Any) -> None:
     work = case_work(**asked)
     with running(work, work.case.lane_count) as options:
         found = run_spectrum(work.case, work.engine, options)
+    then = run_of(work.engine, folder, **asked)
     draw = functools.partial(draw_spectrum, found=found)
-    finish(spectrum_report(found), draw, folder, as_json=as_json, run=found.run)
+    finish(spectrum_report(found), draw, folder, as_json=as_json, then=then, run=found.run)
 
 
 COMMANDS = (spectrum,)

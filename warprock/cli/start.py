@@ -9,6 +9,7 @@ import click
 
 from warprock.cli import completion
 from warprock.cli.options import case_argument, json_option, reading_options, set_option
+from warprock.cli.pages import on_case
 
 
 @click.command("list")
@@ -35,7 +36,8 @@ def explain(case_name: str, overrides: tuple[str, ...], as_json: bool) -> None:
     from warprock.tables.terminal import print_json
 
     found = explain_case(load_case(case_name, overrides))
-    print_json(found) if as_json else print_explanation(found)
+    then = on_case("run", case_name, overrides, "-o", "results")
+    print_json(found) if as_json else print_explanation(found, then)
 
 
 @click.command()

@@ -77,6 +77,16 @@ def undecided(
     return np.asarray(usable & upright & may_fall)
 
 
+def decided_after(lanes: Lanes, motions: GroundMotions) -> Array:
+    """Duration from which on no run of a lane is undecided [s], shape [lane].
+
+    Args:
+        lanes: Single blocks in the plane.
+        motions: Their ground motions.
+    """
+    return np.asarray(motions.end + SWUNG / lanes.frequency_parameter)
+
+
 def cut_text(motions: GroundMotions, duration: Array | float) -> str:
     """That a run ends before its ground motions do, in words; empty where it does not."""
     cut = cut_short(motions, duration)

@@ -78,7 +78,9 @@ def map_chapter(folder: ResultFolder, scenes: Scenes | None) -> Chapter:
         f"were found, each to {facts['tolerance']:g} of its strength, by {more:,} more lanes."
     )
     if modes.get("undecided"):
-        found[-1] += f" {modes['undecided']:,} lanes were undecided when the run ended."
+        found[-1] += f" Undecided when the run ended: {counted(modes['undecided'], 'lane')}."
+        if facts.get("decided_after_s"):
+            found[-1] += f" A run.duration of {facts['decided_after_s']:g} s decides all."
     return chapter_of_case(
         folder,
         "Overturning map",
@@ -311,7 +313,9 @@ def incremental_chapter(folder: ResultFolder, scenes: Scenes | None) -> Chapter:
     lanes = folder.table("capacities.parquet")
     names = list(groups.columns[: list(groups.columns).index("lanes")])
     name = str(facts["intensity"])
-    found = [_fit_text(row, names, name) for _, row in groups.head(MOST_FITS).iterrows()]
+    found = [str(facts["sentence"])] if "sentence" in facts else []
+    if len(lanes) > 1:
+        found += [_fit_text(row, names, name) for _, row in groups.head(MOST_FITS).iterrows()]
     verdicts = lanes["verdict"].astype(str).value_counts()
     counts = [f"{count:,} {str(word).replace('_', ' ')}" for word, count in verdicts.items()]
     asked_for = facts["incremental"]

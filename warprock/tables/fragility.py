@@ -50,7 +50,6 @@ def fragility_report(
         facts=None,
         show=show,
         came_out=fit_sentence(rows, intensity, str(rows["limit_state"].iloc[-1])),
-        then="warprock ida fragility-five-blocks -o results/ida",
         beside=True,
     )
 

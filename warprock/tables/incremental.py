@@ -9,18 +9,20 @@ import pandas as pd
 from rich.console import Console
 
 from warprock.analysis.capacities import (
+    FACTOR,
     Capacities,
     capacity_rows,
     lane_rows,
     run_rows,
     undecided_runs,
 )
-from warprock.analysis.incremental import Analysis
+from warprock.analysis.incremental import Analysis, Verdict
 from warprock.case.case import Case
 from warprock.run.provenance import case_facts, surroundings
 from warprock.tables.fragility import fit_cells, fit_sentence
 from warprock.tables.report import Report
-from warprock.tables.terminal import plain_table, print_table, stdout
+from warprock.tables.terminal import heading_text, plain_table, print_table, stdout
+from warprock.units import GRAVITY
 
 
 def analysis_facts(found: Analysis) -> dict[str, Any]:
@@ -43,6 +45,58 @@ def analysis_facts(found: Analysis) -> dict[str, Any]:
     }
 
 
+def factor_sentence(found: Analysis, intensity: str) -> str:
+    """By how much motions must be scaled, in words: the factor at which lanes first fall."""
+    rows, ladder = lane_rows(found, intensity), found.plan.content["incremental"]
+    verdicts = rows["verdict"].to_numpy(dtype=object)
+    fell = rows[verdicts == Verdict.BRACKETED.value]
+    highest, lowest = ladder["highest"], ladder["lowest"]
+    if len(rows) == 1:
+        row = rows.iloc[0]
+        what = "The stack" if found.lane_set.lanes.stacked else "The block"
+        if row["verdict"] == Verdict.BRACKETED.value:
+            factor, at = row["overturning_factor"], _intensity(row, "overturning", intensity)
+            return (
+                f"{what} first falls at {factor:.4g} times its motion{at}; at "
+                f"{row['standing_factor']:.4g} times it stands."
+            )
+        if row["verdict"] == Verdict.ABOVE.value:
+            top, at = row["standing_factor"], _intensity(row, "standing", intensity)
+            return f"{what} stands at up to {top:.4g} times its motion{at}: a larger --to goes on."
+        at = _intensity(row, "overturning", intensity)
+        return (
+            f"{what} falls at once, at {row['overturning_factor']:.4g} times its motion{at}: "
+            "a smaller --from finds where it stands."
+        )
+    count = f"{len(rows):,} lanes"
+    if fell.empty:
+        never = int((verdicts == Verdict.ABOVE.value).sum())
+        return (
+            f"Of {count} {never:,} stand at every factor up to {highest:g} and the others fall "
+            f"already at {lowest:g} times their motion."
+        )
+    factors = fell["overturning_factor"]
+    weakest, strongest = fell.loc[factors.idxmin()], fell.loc[factors.idxmax()]
+    return (
+        f"Of {count} {len(fell):,} first fall at {factors.min():.4g} times their motion"
+        f"{_intensity(weakest, 'overturning', intensity)} to {factors.max():.4g} times"
+        f"{_intensity(strongest, 'overturning', intensity)}, half of them at up to "
+        f"{factors.median():.4g} times."
+    )
+
+
+def _intensity(row: pd.Series[Any], end: str, intensity: str) -> str:
+    """The intensity at an end of a lane's bracket, with its unit; empty of the factor itself."""
+    if intensity == FACTOR:
+        return ""
+    name, _, unit = heading_text(intensity).partition(" [")
+    value = float(row[f"{end}_{intensity}"])
+    unit = unit.removesuffix("]")
+    if unit == "m/s^2":
+        return f" ({name} {value:.3g} m/s^2, {value / GRAVITY:.3g} g)"
+    return f" ({name} {value:.3g}{f' {unit}' if unit else ''})"
+
+
 def analysis_report(
     found: Analysis, case: Case, groups: Sequence[Capacities], intensity: str
 ) -> Report:
@@ -56,7 +110,9 @@ def analysis_report(
         groups: Capacities of the groups of lanes.
         intensity: The intensity measure.
     """
-    rows, facts = capacity_rows(groups), analysis_facts(found)
+    rows, sentence = capacity_rows(groups), factor_sentence(found, intensity)
+    facts = analysis_facts(found) | {"sentence": sentence}
+    fitted = fit_sentence(rows, intensity, "overturning") if len(found.capacities) > 1 else ""
     return Report(
         json={
             "case": case.name,
@@ -71,8 +127,7 @@ def analysis_report(
         },
         facts={"case": case_facts(case), **facts, "intensity": intensity, **surroundings(case)},
         show=lambda: print_analysis(found, rows, intensity),
-        came_out=fit_sentence(rows, intensity, "overturning"),
-        then="warprock map overturning-map -o results/map",
+        came_out=f"{sentence} {fitted}".rstrip(),
     )
 
 
@@ -111,9 +166,10 @@ def print_analysis(
     )
     low, high = (facts["incremental"][name] for name in ("lowest", "highest"))
     accuracy = facts["incremental"]["accuracy"]
+    stages = f"{found.stages} {'stage' if found.stages == 1 else 'stages'}"
     out.print(
         f"factors {low:g} to {high:g}, brackets to {accuracy:.3g}; {facts['runs']:,} runs in "
-        f"{found.stages} stages, {found.kept} of them kept from before",
+        f"{stages}, {found.kept} of them kept from before",
         highlight=False,
     )
     _print_accuracy(out, facts)

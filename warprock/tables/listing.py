@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import pathlib
-import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -36,13 +34,10 @@ def _duration_text(found: Mapping[str, Any]) -> str:
     return f"{most:g} s" if least == most else f"{least:g} s to {most:g} s"
 
 
-def print_explanation(found: Mapping[str, Any]) -> None:
-    """Prints what `run.catalogue.explain_case` found."""
+def print_explanation(found: Mapping[str, Any], then: str) -> None:
+    """Prints what `run.catalogue.explain_case` found, and the command to try then."""
     out = wide_stdout()
     case, scene = found["case"], found["scene"]
-    shipped = (
-        case["file"] == f"{case['name']}/case.toml" and not pathlib.Path(case["file"]).exists()
-    )
     out.print(f"{case['name']}: {case['title']}", style="bold")
     out.print(case["source"].strip())
     say(out, f"\nScene: {scene['why']}.")
@@ -88,7 +83,7 @@ def print_explanation(found: Mapping[str, Any]) -> None:
     print_end(
         f"{case['name']} makes {found['lanes']:,} {'lane' if found['lanes'] == 1 else 'lanes'}; "
         f"{found['engine']['engine']} runs them unless another engine is named.",
-        f"warprock run {shlex.quote(case['name'] if shipped else case['file'])} -o results",
+        then,
         out,
     )
 

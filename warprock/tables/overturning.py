@@ -56,6 +56,7 @@ def map_facts(found: OverturningMap) -> dict[str, Any]:
         "tolerance": found.tolerance,
         "modes": {mode.text: int(count) for mode, count in zip(Mode, counts, strict=True)},
         "boundaries": len(found.boundaries),
+        "decided_after_s": found.decided_after,
         "wall_time_s": found.wall_time,
     }
 
@@ -73,7 +74,6 @@ def map_report(found: OverturningMap) -> Report:
         facts=facts,
         show=lambda: print_map(found),
         came_out=_sentence(found),
-        then="warprock spectrum rocking-spectrum -o results/spectrum",
     )
 
 
@@ -125,12 +125,12 @@ def print_map(found: OverturningMap, console: Console | None = None) -> None:
         highlight=False,
     )
     unknown = facts["modes"][Mode.UNDECIDED.text]
-    if unknown:
-        out.print(
+    if facts["decided_after_s"] is not None:
+        say(
+            out,
             f"undecided: {unknown:,} lanes in which the block had not fallen by the end of the "
-            f"run, {facts['duration_s']:g} s, but still moved or was still shaken: give "
-            "run.duration more",
-            highlight=False,
+            f"run, {facts['duration_s']:g} s, but still moved or was still shaken; "
+            f'with -s run.duration="{facts["decided_after_s"]:g} s" none is undecided',
         )
 
 

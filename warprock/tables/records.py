@@ -59,7 +59,7 @@ def print_records(rows: Sequence[Mapping[str, Any]], console: Console | None = N
     peak = most["pga_m_s2"] / GRAVITY
     print_end(
         f"{len(rows)} records; the strongest is {most['name']}, {peak:.3g} g.",
-        f"warprock init record mine/case.toml --record {most['name']}",
+        f"warprock init record mine/case.toml --record {shlex.quote(most['name'])}",
         out,
     )
 
@@ -92,13 +92,17 @@ def print_imported(
 
 
 def print_facts(
-    records: Sequence[Mapping[str, Any]], asked: str, console: Console | None = None
+    records: Sequence[Mapping[str, Any]],
+    asked: str,
+    said: Sequence[str] = (),
+    console: Console | None = None,
 ) -> None:
     """Prints what `records.summary.record_facts` found.
 
     Args:
         records: One a channel.
         asked: Record or file, as it was asked for.
+        said: Options that said more of it than its header does.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
@@ -129,6 +133,6 @@ def print_facts(
     first = records[0]
     print_end(
         f"The record reaches {first['pga_m_s2'] / GRAVITY:.3g} g in {first['duration_s']:.3g} s.",
-        f"warprock init record mine/case.toml --record {shlex.quote(asked)}",
+        shlex.join(["warprock", "init", "record", "mine/case.toml", "--record", asked, *said]),
         out,
     )

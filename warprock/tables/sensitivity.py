@@ -37,7 +37,6 @@ def sensitivity_report(found: Sensitivity) -> Report:
         facts=facts,
         show=lambda: print_sensitivity(found),
         came_out=_sentence(found),
-        then="warprock ida fragility-five-blocks -o results/ida",
     )
 
 

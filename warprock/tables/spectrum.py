@@ -45,7 +45,6 @@ def spectrum_report(found: Spectrum) -> Report:
         facts=facts,
         show=lambda: print_spectrum(found),
         came_out=_sentence(found),
-        then="warprock sensitivity record-sample -o results/sensitivity",
     )
 
 

@@ -72,12 +72,13 @@ def print_end(came_out: str, command: str, console: Console | None = None) -> No
 
     Args:
         came_out: The sentence.
-        command: The command, as it is typed.
+        command: The command, as it is typed; empty where nothing follows.
         console: Where to; the terminal if not given.
     """
     out = console or stdout()
     say(out, came_out)
-    out.print(f"next: {command}", highlight=False, soft_wrap=True)
+    if command:
+        out.print(f"next: {command}", highlight=False, soft_wrap=True)
 
 
 def say(out: Console, text: str, style: str | None = None) -> None:
