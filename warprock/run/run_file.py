@@ -67,7 +67,7 @@ COMMON: dict[Any, Shape] = {
     "outcome?": COUNTS,
     "estimate?": bool,
     "tolerance?": (float, None),
-    "accuracy?": (None, {"met?": int, ...: (int, float)}),
+    "accuracy?": (None, {"met": int, ...: float}, {}),
     "rotation_error_rad?": (None, {"median": float, "largest": float}),
     "duration_s?": float,
     "shortest_duration_s?": float,
@@ -210,6 +210,8 @@ def require_shape(value: object, shape: Shape, source: str, key: str = "") -> No
     """
     if isinstance(shape, tuple):
         fitting = [each for each in shape if _is_kind(value, each)]
+        # An object without keys is one of its own kind.
+        fitting.sort(key=lambda each: each != {})
         if not fitting:
             allowed = f"must be {' or '.join(dict.fromkeys(map(_name, shape)))}"
             raise InputError(source, key, value, allowed)
@@ -250,7 +252,7 @@ def _is_kind(value: object, shape: Shape) -> bool:
     if isinstance(shape, list):
         return isinstance(value, list)
     if isinstance(shape, Mapping):
-        return isinstance(value, dict)
+        return isinstance(value, dict) and (bool(shape) or not value)
     if shape in (int, float):
         if isinstance(value, bool) or not isinstance(value, (int, shape)):
             return False
@@ -260,5 +262,5 @@ def _is_kind(value: object, shape: Shape) -> bool:
 
 def _name(shape: Shape) -> str:
     if isinstance(shape, Mapping):
-        return _NAMES[dict]
+        return _NAMES[dict] if shape else "an empty object"
     return _NAMES[list] if isinstance(shape, list) else _NAMES[shape]

@@ -245,9 +245,7 @@ def _case_of(told: Mapping[str, Any]) -> tuple[Case, LaneSet]:
     folder = place if told.get("folder") else place.parent
     there = place.is_dir() or place.is_file()
     try:
-        case = build_case(
-            told["name"], told["file"], folder if there else None, told["resolved"]
-        )
+        case = build_case(told["name"], told["file"], folder if there else None, told["resolved"])
         return case, expand_lanes(case)
     except InputError as error:
         if there:
