@@ -22,6 +22,11 @@ _WORDS = {"outcome": Outcome, "status": Status}
 _MEASURED = ("_rad", "_deg", "_s", "_m", "_mm", "_m_s", "_m_s2", "_kg_m3", "_hz", "_ratio", "_J")
 """Ends of names of columns that hold numbers."""
 
+_FITS = {
+    **dict.fromkeys(("lanes", "median", "median_p05", "median_p95"), NUMBER),
+    **dict.fromkeys(("dispersion", "all_from", "none_up_to"), NUMBER),
+    "verdict": TEXT,
+}
 COLUMNS: Mapping[str, Mapping[str, str]] = {
     LANE_TABLE: {LANE: LANE},
     "grid.parquet": {LANE: LANE, "frequency_ratio": NUMBER, "mode": TEXT},
@@ -50,14 +55,8 @@ COLUMNS: Mapping[str, Mapping[str, str]] = {
         **dict.fromkeys(("ok_share", "error_max", "cpu_s_per_simulated_s"), NUMBER),
     },
     "fragility-p58.csv": {"Demand-Type": TEXT},
-    **dict.fromkeys(
-        ("fragility.csv", "fragility.parquet"),
-        {
-            **dict.fromkeys(("lanes", "median", "median_p05", "median_p95"), NUMBER),
-            **dict.fromkeys(("dispersion", "all_from", "none_up_to"), NUMBER),
-            "verdict": TEXT,
-        },
-    ),
+    "fragility.csv": _FITS,
+    "fragility.parquet": _FITS,
 }
 _BESIDES: Mapping[str, Mapping[str, str]] = {
     "fragility.csv": {"limit_state": TEXT, "in_doubt": NUMBER},
