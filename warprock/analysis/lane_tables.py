@@ -14,6 +14,7 @@ import pandas as pd
 from warprock.analysis.groups import RECORD
 from warprock.errors import InputError, listed
 from warprock.model.response import USABLE, Outcome, Status
+from warprock.model.undecided import UNDECIDED
 from warprock.reading import reason, require_plain
 from warprock.run.lane_table import LANE_TABLE
 
@@ -21,6 +22,8 @@ PEAK_RATIO = re.compile(r"peak_rotation_ratio(_[1-9])?$")
 """Columns of the peak rotation / slenderness angle: one, or one for each block of a stack."""
 
 _UPLIFT_TIME = "uplift_time_s"
+_MEASURED = ("_rad", "_m", "_s", "_ratio", "_m_s", "_m_s2")
+"""Ends of names of columns that hold numbers."""
 _WORDS: dict[str, type[enum.IntEnum]] = {"status": Status, "outcome": Outcome}
 
 
@@ -86,6 +89,9 @@ def require_lane_table(table: pd.DataFrame, source: str, intensity: str, by: Seq
         values = _numbers(table, name, source)
         allowed = "must be a finite number from 0 up where the status says that it may be used"
         _require(~usable | (np.isfinite(values) & (values >= 0.0)), table, name, source, allowed)
+    for name in names:
+        if name.endswith(_MEASURED) or name == UNDECIDED:
+            _numbers(table, name, source)
     values = _numbers(table, _UPLIFT_TIME, source)
     allowed = "must be a time from 0 s up, or NaN where the block never lifted"
     _require(~usable | ~(np.isinf(values) | (values < 0.0)), table, _UPLIFT_TIME, source, allowed)

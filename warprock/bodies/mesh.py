@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from warprock.errors import InputError
+from warprock.errors import InputError, is_plain
 from warprock.quantity import Said
 from warprock.reading import read_bytes, reason
 from warprock.units import UNITS, Dimension
@@ -103,6 +103,9 @@ def solid_of(corners: Array, faces: npt.NDArray[np.int64]) -> Solid:
 
 def _content(path: pathlib.Path) -> bytes:
     """The bytes of a file that may be a mesh."""
+    if not is_plain(path.name):
+        allowed = "must have a name that is text (UTF-8) in one line: the case has it, too"
+        raise InputError("MESH", "", str(path), allowed)
     if path.suffix.lower() not in FORMS:
         raise InputError("MESH", "", str(path), f"must end in one of {', '.join(FORMS)}")
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import pathlib
 import shlex
 from typing import TYPE_CHECKING, Any
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from warprock.cli import completion
+from warprock.cli.exits import waited_for
 from warprock.cli.options import json_option, output_to
 from warprock.cli.pages import asked_command, leave
 
@@ -96,7 +98,8 @@ def body(
     from warprock.tables.terminal import print_end, print_json, print_written
 
     texts = Texts(density, mass, tolerance, direction)
-    found = find_body(mesh, read_asked(Asked(**asked), texts))
+    wanted = read_asked(Asked(**asked), texts)
+    found = waited_for(functools.partial(find_body, mesh, wanted), f"body: looking at {mesh}")
     start = case_of(found, record)
     report = body_report(found, "CASE" if folder is None else shlex.quote(str(folder)))
     files: list[pathlib.Path] = []

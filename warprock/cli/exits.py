@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import concurrent.futures
 import functools
-from typing import Any
+import os
+import time
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import click
 
@@ -14,6 +18,52 @@ EXIT_FAILED, EXIT_INPUT, EXIT_CHECK, EXIT_INTERRUPTED = 1, 2, 3, 130
 
 ASKED = "warprock.asked"
 """What a context keeps the arguments of the whole command under."""
+
+
+_THREADS = ("OMP_NUM_THREADS", "NUMEXPR_NUM_THREADS", "NUMEXPR_MAX_THREADS")
+"""What libraries read of the environment when they are loaded, and fail at."""
+
+PATIENCE = 5.0
+"""Seconds between two lines that say that a command is still at work."""
+
+Found = TypeVar("Found")
+
+
+def require_threads() -> None:
+    """Refuses numbers of threads in the environment that are none.
+
+    OpenMP takes a number for each level, such as 4,2; of these libraries get the first.
+
+    Raises:
+        InputError: One is no whole number above 0.
+    """
+    for name in _THREADS:
+        text = os.environ.get(name, "").strip()
+        first, *levels = (part.strip() for part in text.split(","))
+        if not text:
+            continue
+        if not all(part.isascii() and part.isdecimal() and int(part) for part in (first, *levels)):
+            raise InputError(name, "", text, "must be a whole number of threads, at least 1")
+        os.environ[name] = first
+
+
+def waited_for(work: Callable[[], Found], text: str) -> Found:
+    """What some work gives that may be long, done in a thread: Ctrl-C ends the wait at once.
+
+    Args:
+        work: The work, which reports nothing itself.
+        text: What is said on stderr of it while it lasts.
+    """
+    pool, begin = concurrent.futures.ThreadPoolExecutor(1), time.perf_counter()
+    try:
+        done = pool.submit(work)
+        while True:
+            concurrent.futures.wait([done], PATIENCE)
+            if done.done():
+                return done.result()
+            click.echo(one_line(f"{text}, {time.perf_counter() - begin:.0f} s so far"), err=True)
+    finally:
+        pool.shutdown(wait=False)
 
 
 class ExitCodes(click.Group):
@@ -33,6 +83,7 @@ class ExitCodes(click.Group):
     def invoke(self, ctx: click.Context) -> Any:
         """Runs a command; bad input exits with 2, Ctrl-C with 130, a full disk with 1."""
         try:
+            require_threads()
             with saying_when_compiling(functools.partial(click.echo, err=True)):
                 return super().invoke(ctx)
         except InputError as error:

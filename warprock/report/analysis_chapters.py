@@ -128,8 +128,8 @@ def spectrum_chapter(folder: ResultFolder, scenes: Scenes | None) -> Chapter:
         stood = [name for name in facts["curves"] if name not in longest.index]
         text = f"The largest block that falls has a period 2 pi / p of {listed(texts)}"
         found.append(f"{text}; none falls at {listed(stood)}." if stood else f"{text}.")
-    if not fell.all():
-        up = table[~fell]
+    up = table[~fell & table["peak_rotation_ratio"].notna()]
+    if len(up):
         top = up.iloc[int(up["peak_rotation_ratio"].argmax())]
         found.append(
             f"Of those that stand the largest rotation is "

@@ -10,6 +10,7 @@ import pandas as pd
 
 from warprock.case.input_columns import columns_of
 from warprock.case.round_base import round_base_note
+from warprock.errors import InputError
 from warprock.model.response import Outcome, Status
 from warprock.model.words import OUTCOMES, STATUSES
 from warprock.report.numbers import counted, listed, three
@@ -155,6 +156,21 @@ def swept_keys(case: Facts) -> list[str]:
     """
     found = [key for axis in _axes(case) for key in axis]
     return found + list(case.get("resolved", {}).get("sample", {}).get("over", {}))
+
+
+def require_known_keys(facts: Facts, source: str) -> None:
+    """Refuses facts whose case sweeps or draws what is no key of case files.
+
+    Raises:
+        InputError: It does.
+    """
+    case = facts.get("case", {})
+    for key in swept_keys(case) if isinstance(case, Mapping) else ():
+        try:
+            columns_of(key)
+        except (KeyError, IndexError):
+            allowed = "must be a key of case files, or a label"
+            raise InputError(source, "case.resolved", key, allowed) from None
 
 
 def swept_columns(facts: Facts, table: pd.DataFrame) -> list[str]:

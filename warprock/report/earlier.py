@@ -12,6 +12,7 @@ import pathlib
 import re
 from typing import Any
 
+from warprock.reading import read_bytes
 from warprock.report.page import REPORT
 
 _IMAGE = re.compile(r'<img src="([^"]*)" alt="[^"]*" data-file="[^"]*" data-digest="([0-9a-f]+)">')
@@ -36,11 +37,15 @@ def earlier_scenes(folder: pathlib.Path, digest: str) -> dict[str, Any] | None:
     """
     for found, text in _SCENES.findall(_text(folder)):
         if found == digest:
-            scenes: dict[str, Any] = json.loads(text)
-            return scenes
+            try:
+                scenes = json.loads(text)
+            except ValueError:
+                # A page that was edited or damaged has none to give.
+                continue
+            return scenes if isinstance(scenes, dict) else None
     return None
 
 
 def _text(folder: pathlib.Path) -> str:
     path = folder / REPORT
-    return path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
+    return read_bytes(path).decode(errors="replace") if path.is_file() else ""

@@ -6,7 +6,6 @@ import base64
 import dataclasses
 import functools
 import hashlib
-import json
 import pathlib
 import re
 import urllib.parse
@@ -18,10 +17,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from warprock.errors import InputError
-from warprock.reading import read_bytes, reason
+from warprock.reading import read_bytes, reason, require_plain
+from warprock.report.columns import require_columns
 from warprock.report.content import Picture
 from warprock.report.earlier import earlier_sources
 from warprock.run.results import PROVENANCE
+from warprock.run.run_file import read_facts, read_object
 
 MOST_ROWS = 1_000_000
 """Rows of a table that a page is made from; of a longer one the first are read."""
@@ -68,7 +69,7 @@ class ResultFolder:
     @functools.cached_property
     def facts(self) -> dict[str, Any]:
         """What `run.json` holds; empty where there is none."""
-        return self.json(PROVENANCE) if self.has(PROVENANCE) else {}
+        return read_facts(self.path / PROVENANCE) if self.has(PROVENANCE) else {}
 
     def json(self, name: str) -> dict[str, Any]:
         """What a JSON file holds.
@@ -76,15 +77,7 @@ class ResultFolder:
         Raises:
             InputError: It cannot be read, or holds no object.
         """
-        path = self.path / name
-        try:
-            found = json.loads(read_bytes(path))
-        except (OSError, ValueError, RecursionError) as error:
-            why = reason(error) if isinstance(error, OSError) else str(error)
-            raise InputError(str(path), "", "the file", f"must be readable JSON ({why})") from None
-        if not isinstance(found, dict):
-            raise InputError(str(path), "", "the file", "must hold a JSON object")
-        return found
+        return read_object(self.path / name)
 
     def table(self, name: str, wanted: str = "") -> pd.DataFrame:
         """A table; `attrs["columns"]` holds unit and meaning of columns where its file does.
@@ -94,17 +87,23 @@ class ResultFolder:
             wanted: Pattern of the columns to read, of a Parquet file; empty reads all.
 
         Raises:
-            InputError: It cannot be read.
+            InputError: It cannot be read, or lacks columns that a page needs.
         """
         path = self.path / name
         try:
+            require_plain(path)
             if name.endswith(".csv"):
-                return pd.read_csv(path, nrows=MOST_ROWS, keep_default_na=True)
+                found = pd.read_csv(path, nrows=MOST_ROWS, keep_default_na=True)
+                require_columns(found, name, str(path))
+                return found
             with pq.ParquetFile(path) as file:
                 names = [each for each in file.schema_arrow.names if re.search(wanted, each)]
                 arrow = file.read_row_groups(_first_groups(file), columns=names)
+        except InputError:
+            raise
         except (OSError, ValueError, pa.ArrowException) as error:
-            raise InputError(str(path), "", "the file", f"must be a table: {error}") from None
+            why = reason(error) if isinstance(error, OSError) else str(error)
+            raise InputError(str(path), "", "the file", f"must be a table ({why})") from None
         schema = arrow.schema
         # Column by column, each let go once it is there: no two tables at a time.
         table: pd.DataFrame = arrow.to_pandas(split_blocks=True, self_destruct=True)
@@ -114,6 +113,7 @@ class ResultFolder:
             for field in schema
             if field.metadata
         }
+        require_columns(table, name, str(path))
         return table
 
     def rows(self, name: str) -> int:
@@ -121,7 +121,8 @@ class ResultFolder:
         return int(pq.read_metadata(self.path / name).num_rows)
 
     def digest(self, name: str) -> str:
-        """SHA-256 of a file."""
+        """SHA-256 of a plain file."""
+        require_plain(self.path / name)
         with (self.path / name).open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
 
@@ -142,7 +143,7 @@ class ResultFolder:
         path = self.path / name
         title, alt = _png_words(path)
         title = title or name.removesuffix(".png").replace("-", " ")
-        source = self._earlier.get(digest) or _png(path.read_bytes())
+        source = self._earlier.get(digest) or _png(read_bytes(path))
         return Picture(name, title, alt or f"Figure: {title}", source, digest)
 
     @functools.cached_property

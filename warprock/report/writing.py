@@ -9,6 +9,7 @@ from typing import Any
 
 from warprock import __version__
 from warprock.errors import InputError
+from warprock.report import asked
 from warprock.report.analysis_chapters import (
     fragility_chapter,
     incremental_chapter,
@@ -32,6 +33,7 @@ from warprock.report.run_chapter import run_chapter
 from warprock.report.validation_chapter import validation_chapter
 from warprock.run.lane_table import LANE_TABLE
 from warprock.run.results import CELL_TABLE, PROVENANCE
+from warprock.run.run_file import RUN, require_shape
 from warprock.sweep.plan import PLAN
 
 Scenes = Mapping[str, Any]
@@ -48,6 +50,7 @@ def _makers(folder: ResultFolder) -> Iterator[Make]:
             break
     else:
         if facts and folder.has(LANE_TABLE):
+            require_shape(facts, RUN, str(folder.path / PROVENANCE))
             yield run_chapter
         elif folder.has(PLAN):
             yield sweep_chapter
@@ -121,6 +124,7 @@ def write_report(
     if not folder.is_dir():
         raise InputError("DIR", "", str(folder), "must be a folder of results")
     found = ResultFolder(folder, drawings)
+    asked.require_known_keys(found.facts, str(folder / PROVENANCE))
     of = next((name for name in (PROVENANCE, PLAN, FITS) if found.has(name)), None)
     digest = "" if of is None else found.digest(of)
     scenes = earlier_scenes(folder, digest) if scenes is None else {**scenes, "digest": digest}

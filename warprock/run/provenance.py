@@ -54,12 +54,16 @@ def duration_facts(lane_set: LaneSet) -> dict[str, float]:
 
 
 def case_facts(case: Case) -> dict[str, Any]:
-    """The case as it was run, overrides included."""
+    """The case as it was run, overrides included.
+
+    Its `folder` is where relative paths in it start from; None of a case that is shipped.
+    """
     return {
         "name": case.name,
         "title": case.title,
         "source": case.source_text,
         "file": case.file,
+        "folder": None if case.folder is None else str(case.folder.resolve()),
         "resolved": case.raw,
         **table_facts(case),
     }

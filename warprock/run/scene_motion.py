@@ -7,15 +7,15 @@ a picture.
 from __future__ import annotations
 
 import dataclasses
-import json
 import pathlib
-from typing import Any, cast
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from warprock.case.case import Case
-from warprock.case.lanes import expand_lanes
+from warprock.case.lanes import LaneSet, expand_lanes
 from warprock.case.load import build_case
 from warprock.errors import InputError
 from warprock.model.base_path import base_places
@@ -23,13 +23,15 @@ from warprock.model.hull import hull_surface
 from warprock.model.lanes import Lanes, as_stacks
 from warprock.model.pose import quaternion
 from warprock.model.ratios import rotation_ratio
-from warprock.model.response import Outcome, Response
+from warprock.model.response import HISTORIES, Outcome, Response
 from warprock.model.turning import turned
-from warprock.reading import read_bytes
+from warprock.reading import require_plain
 from warprock.run.case_run import CaseRun, require_options, require_support, run_lane
 from warprock.run.lane_table import LANE_TABLE
 from warprock.run.options import RunOptions
 from warprock.run.results import PROVENANCE
+from warprock.run.run_file import RUN, read_facts, require_shape
+from warprock.settings.engines import SETTINGS, judged_settings
 
 Array = npt.NDArray[np.float64]
 
@@ -194,8 +196,7 @@ def _ratio(rotation: Array, lanes: Lanes) -> Array:
 
 def _histories(response: Response) -> list[str]:
     """Fields of a one-lane response that have a sample axis."""
-    return [name for name, values in response.fields.items() if values.ndim > 1 and values.size > 1
-            and values.shape[-1] == len(response.times)]  # fmt: skip
+    return [name for name in HISTORIES if name in response.fields]
 
 
 def _sampled(case: Case, interval: float) -> Case:
@@ -214,23 +215,43 @@ def run_of_folder(folder: pathlib.Path) -> CaseRun:
     Raises:
         InputError: The folder holds no run, or one that cannot be run here.
     """
-    facts = _facts(folder)
-    path = pathlib.Path(facts["case"]["file"])
-    case = build_case(
-        facts["case"]["name"],
-        facts["case"]["file"],
-        path.parent if path.is_file() else None,
-        facts["case"]["resolved"],
-    )
+    facts, source = _facts(folder), str(folder / PROVENANCE)
+    case, lane_set = _case_of(facts["case"])
     engine, tolerance = facts["engine"]["name"], facts.get("tolerance")
     options = RunOptions(precision=facts["precision"], device=facts["device"], tolerance=tolerance)
     require_options(engine, options)
-    lane_set = expand_lanes(case)
     require_support(case, lane_set, engine)
-    fields = {"status": np.zeros(lane_set.lanes.lane_count)} | _steps(folder / LANE_TABLE)
-    settings = case.engine_settings(engine)
-    settings = type(settings)(**facts["engine"]["settings"])
+    count = lane_set.lanes.lane_count
+    if facts["lanes"] != count:
+        allowed = f"must be {count:,}, the lanes of the case"
+        raise InputError(source, "lanes", facts["lanes"], allowed)
+    fields = {"status": np.zeros(count)} | _steps(folder / LANE_TABLE, count)
+    given = facts["engine"].get("settings", {})
+    settings = judged_settings(SETTINGS[engine], "engine.settings", given, source)
     return CaseRun(case, lane_set, Response(engine, fields, np.empty(0)), options, settings, 0.0)
+
+
+def _case_of(told: Mapping[str, Any]) -> tuple[Case, LaneSet]:
+    """The case of a run and its lanes, with the files that it names.
+
+    Args:
+        told: What `run.json` says of the case.
+
+    Raises:
+        InputError: It is no case, or its files are not there.
+    """
+    # Of a run of before, which did not say its folder, the file says it where it can be found.
+    place = pathlib.Path(told.get("folder") or told["file"])
+    folder = place if told.get("folder") else place.parent
+    there = place.is_dir() or place.is_file()
+    try:
+        case = build_case(told["name"], told["file"], folder if there else None, told["resolved"])
+        return case, expand_lanes(case)
+    except InputError as error:
+        if there:
+            raise
+        allowed = f"{error.allowed}; the case is no longer in {place}, from where its files start"
+        raise InputError(error.source, error.key, error.got, allowed) from None
 
 
 def _facts(folder: pathlib.Path) -> dict[str, Any]:
@@ -239,29 +260,40 @@ def _facts(folder: pathlib.Path) -> dict[str, Any]:
     Raises:
         InputError: It is not there, cannot be read, or tells of something else than a run.
     """
-    source, allowed = str(folder / PROVENANCE), "must be what `warprock run -o DIR` writes"
+    file = folder / PROVENANCE
     try:
-        facts = json.loads(read_bytes(folder / PROVENANCE))
-    except (OSError, ValueError, RecursionError) as error:
-        raise InputError(source, "", "nothing readable", allowed) from error
-    found = facts if isinstance(facts, dict) else {}
-    parts = (found.get("case"), found.get("engine"))
-    if not all(isinstance(part, dict) for part in parts) or "settings" not in found["engine"]:
-        raise InputError(source, "", "no run", allowed)
-    return cast(dict[str, Any], found)
+        require_plain(file)
+    except OSError:
+        allowed = "must be what `warprock run -o DIR` writes"
+        raise InputError(str(file), "", "nothing readable", allowed) from None
+    facts = read_facts(file)
+    require_shape(facts, RUN, str(file))
+    return facts
 
 
-def _steps(table: pathlib.Path) -> dict[str, Any]:
-    """The time steps that the numbers of the lanes are from, where their errors were estimated."""
+def _steps(table: pathlib.Path, count: int) -> dict[str, Any]:
+    """The time steps that the numbers of the lanes are from, where their errors were estimated.
+
+    Args:
+        table: The lane table.
+        count: Lanes that it has.
+    """
     import pyarrow.parquet as pq
 
+    allowed = "must be the lane table that `warprock run -o DIR` writes"
     try:
-        schema = pq.read_schema(table)
-        if "time_step_s" not in schema.names:
+        require_plain(table)
+        if "time_step_s" not in pq.read_schema(table).names:
             return {}
-        return {
-            "time_step": pq.read_table(table, columns=["time_step_s"])["time_step_s"].to_numpy()
-        }
-    except (OSError, ValueError) as error:
-        allowed = "must be the lane table that `warprock run -o DIR` writes"
+        column = pq.read_table(table, columns=["time_step_s"])["time_step_s"]
+        steps = np.asarray(column.to_numpy(), dtype=np.float64)
+    except (OSError, ValueError, TypeError) as error:
         raise InputError(str(table), "", "nothing readable", allowed) from error
+    if steps.shape != (count,):
+        allowed = f"must have {count:,} rows, the lanes of the case"
+        raise InputError(str(table), "", f"{len(steps):,} rows", allowed)
+    if not np.all(steps > 0.0) or not np.all(np.isfinite(steps)):
+        row = int(np.argmin((steps > 0.0) & np.isfinite(steps)))
+        allowed = f"must be above 0 and finite (row {row})"
+        raise InputError(str(table), "time_step_s", float(steps[row]), allowed)
+    return {"time_step": steps}
