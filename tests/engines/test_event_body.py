@@ -97,17 +97,17 @@ def test_a_restitution_is_followed_by_boxes_too() -> None:
     assert np.all(gap <= 1e-3 * lanes.slenderness_angle)
 
 
-def restituting(count: int, seed: int, **more: object) -> Lanes:
+def restituting(count: int, seed: int, least: float = 0.4) -> Lanes:
     """Boxes with prescribed restitutions, most of which ask for more friction."""
     draw = np.random.default_rng(seed)
     lanes = make_lanes(
         draw.uniform(0.1, 1.0, count),
         draw.uniform(1.0, 4.0, count),
         draw.uniform(-0.8, 0.8, count),
-        draw.uniform(0.4, 1.2, count),
+        draw.uniform(least, 1.2, count),
         draw.uniform(0.05, 1.0, count),
     )
-    return dataclasses.replace(lanes, restitution_given=True, **more)
+    return dataclasses.replace(lanes, restitution_given=True)
 
 
 def test_friction_leaves_of_a_restitution_what_it_can() -> None:
@@ -137,7 +137,7 @@ def test_friction_leaves_of_a_restitution_what_it_can() -> None:
 
 def test_prescribed_impacts_neither_last_nor_gain_energy() -> None:
     count = 80
-    lanes = restituting(count, 2, friction=np.random.default_rng(3).uniform(0.1, 1.3, count))
+    lanes = restituting(count, 2, least=0.1)
     lanes.angular_restitution[::4] = 1.0
     amplitude = np.random.default_rng(4).uniform(-9.0, 9.0, count)
     pulse = sines(Control.ACCELERATION, amplitude, 1.5, 2.0)
