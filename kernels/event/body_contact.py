@@ -269,7 +269,7 @@ def struck_velocity(
     impulses of the first corner do the rest, and it sticks. Where they ask for more friction than
     there is, the angular velocity comes as near to the prescribed one, from that which the law of
     contact finds, as friction lets it. Where the base would have to pull, and where the body slides
-    by that law, the impact is the law's.
+    by that law, the impact is the law's. No impact gains energy.
 
     Args:
         body: The body.
@@ -287,7 +287,10 @@ def struck_velocity(
     """
     zero = real(0.0)
     vx, vz, vo, mode, sticks, second = law_velocity(body, beside, x, z, other, ux, uz, uo)
-    asked = body.restitution * uo
+    # A body that slid as it came down may turn faster than its energy lets it turn after.
+    energy = ux * ux + uz * uz + body.inertia * uo * uo
+    most = wp.sqrt(energy / (body.inertia + x * x + z * z))
+    asked = larger(smaller(body.restitution * uo, most), -most)
     press = asked * x - uz
     grip = -asked * z - ux
     given = prescribed and body.restitution >= zero and mode != FLYING

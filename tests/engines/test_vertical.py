@@ -228,3 +228,60 @@ def test_lanes_keep_to_themselves_and_to_their_mirror_images(engine: str) -> Non
     some = run(lanes.take(order), motions.take(order).compact(), times)
     for name, values in some.fields.items():
         np.testing.assert_array_equal(values, together[name][order], err_msg=name)
+
+
+def flights(side: float) -> tuple[Lanes, UprightMotions]:
+    """Random blocks that their base throws up while it pulls them aside, or their mirror images."""
+    draw, count = np.random.default_rng(7), 150
+    starts = np.where(draw.random(count) < 0.3, draw.uniform(-0.5, 0.5, count), 0.0)
+    lanes = make_lanes(
+        draw.uniform(0.3, 1.5, count),
+        draw.uniform(0.5, 6.0, count),
+        side * starts,
+        draw.uniform(0.1, 1.2, count),
+    )
+    pulls, rates = draw.uniform(-9.0, 9.0, count), draw.uniform(0.5, 5.0, count)
+    falls, rises = draw.uniform(-16.0, -9.0, count), draw.uniform(1.0, 5.0, count)
+    along = sines(Control.ACCELERATION, side * pulls, rates, 2.0, start=0.13)
+    return lanes, UprightMotions(along, sines(Control.ACCELERATION, falls, rises, 3.0))
+
+
+@pytest.mark.thorough
+def test_flights_land_alike_on_both_sides_and_at_every_step() -> None:
+    times = SampleTimes(2.0, 0.02)
+    found, other = (event_at(2e-3, *flights(side), times) for side in (1.0, -1.0))
+    np.testing.assert_array_equal(other["rotation"], -found["rotation"])
+    np.testing.assert_array_equal(other["peak_slide"], found["peak_slide"])
+    assert (found["status"] == Status.OK).all()
+    assert (found["impact_count"] > 0).mean() > 0.8
+    fine = event_at(5e-4, *flights(1.0), times)
+    # Second order; what a swing of 1 s lets grow of it.
+    gap = np.abs(found["rotation"] - fine["rotation"]).max(axis=1)
+    assert np.quantile(gap, 0.9) < 1e-3
+    assert gap.max() < 1e-2
+
+
+@pytest.mark.thorough
+def test_a_level_landing_turns_the_block_about_the_corner_ahead() -> None:
+    # Angular momentum about that corner: m (h v - b w) / 2 before, of v aside and w down.
+    count = 6
+    side = np.where(np.arange(count) % 2 == 0, 1.0, -1.0)
+    width, height = np.repeat([0.2, 0.25, 0.3], 2), np.repeat([1.0, 1.2, 1.1], 2)
+    lanes = make_lanes(width, height, friction=1.2)
+    # The base falls at 2 g for 0.2 s: the block flies, and comes down at 2 sqrt(2) 0.1 s g.
+    time = 0.001 * np.arange(701)
+    fall = np.where(time <= 0.2, -2.0 * GRAVITY, 0.0) * np.ones((count, 1))
+    aside = side[:, None] * np.where((time >= 0.05) & (time <= 0.2), -13.0, 0.0)
+    motions = UprightMotions(sampled(aside, 0.001), sampled(fall, 0.001))
+    speed = np.sqrt(2.0) * 0.2 * GRAVITY
+    lands = 0.2 + (0.2 * GRAVITY + speed) / GRAVITY
+    found = event_at(1e-3, lanes, motions, SampleTimes(lands + 0.02, None))
+    drift = 13.0 * 0.151
+    inertia = (width**2 + height**2) / 3.0
+    turn = 0.5 * (height * drift - width * speed) / inertia
+    assert np.all(turn > 0.5)
+    lost = 0.5 * lanes.mass * (drift**2 + speed**2 - inertia * turn**2)
+    # A sample of 1 ms more or less of the base's pull: 0.5 % of both speeds.
+    np.testing.assert_allclose(found["energy_lost"], lost, rtol=1e-2)
+    assert found["impact_count"].tolist() == [1] * count
+    np.testing.assert_array_equal(found["energy_lost"][::2], found["energy_lost"][1::2])

@@ -98,7 +98,10 @@ class Event(AbstractEngine):
     Bodies on contact points in the plane, whose corners may be rounded, have kernels of their own
     (kernels/event/body.py); so have single blocks of which the angular restitution is prescribed.
     An impact on the other corner of what a body stands on at first leaves that part of the angular
-    velocity then, and the corner takes the impulses which that asks for, within its friction.
+    velocity then, and the corner takes the impulses which that asks for; where they ask for more
+    friction than there is, the part that comes nearest (`struck_velocity` in
+    event/body_contact.py). `friction_needed` is the friction that such impacts ask for, and a lane
+    with less is OUTSIDE_MODEL.
     They know a base that moves upwards in the plane, single boxes as bodies on two points, and so
     do stacks: gravity is then g + a_z, and below zero of it a block flies until it lands.
 

@@ -19,8 +19,9 @@ STATUSES: dict[Status, str] = {
         "the finest run; do not use one such lane alone"
     ),
     Status.OUTSIDE_MODEL: (
-        "the engine's equations leave out something that happened: a contact had to pull, or a "
-        "block that cannot slide in this engine would have slid"
+        "the engine's equations leave out something that happened: a contact had to pull, a block "
+        "that cannot slide in this engine would have slid, or a prescribed impact needs more "
+        "friction than there is"
     ),
     Status.AMBIGUOUS: (
         "one of several possible answers: the block slid with so much friction that rigid contact "

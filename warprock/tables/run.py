@@ -51,6 +51,13 @@ OUTSIDE = (
 )
 """What is said of lanes outside Housner's model."""
 
+OUTSIDE_PRESCRIBED = (
+    "outside_model: there the angular restitution that the case prescribes needs more friction "
+    "than there is, or the base would have to pull the block (inf); its impacts are as near to it "
+    "as friction lets them"
+)
+"""What is said of lanes of `event` whose prescribed impacts cannot be followed."""
+
 
 class Result(NamedTuple):
     """A result of a lane as `run` shows it.
@@ -271,7 +278,7 @@ def _print_notes(out: Console, run: CaseRun, table: pd.DataFrame) -> None:
     if run.lane_set.scene.friction_note and response.engine not in ("housner", "two-block"):
         say(out, f"friction: {run.lane_set.scene.friction_note}")
     if "friction_needed" in response.fields and response.count(Status.OUTSIDE_MODEL):
-        say(out, OUTSIDE)
+        say(out, OUTSIDE_PRESCRIBED if response.engine == "event" else OUTSIDE)
     error = error_summary(response)
     if error is not None:
         median, largest = (f"{error[name] * DEGREES:.2g} deg" for name in ("median", "largest"))
