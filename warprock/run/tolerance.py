@@ -98,6 +98,11 @@ STEADY = 2
 """Halvings in a row with which an error must shrink as the order says, or nearly so, before more
 than `SENSITIVE_ABOVE` of it passes for a step that is too long rather than for chaos."""
 
+JUMP = 64.0
+"""Ratio r, of a stack, that no order explains: twice that of the fifth. Its runs took two branches,
+as where two impacts at nearly the same time change their order. That the last two took the same one
+does not tell that the truth does: another run has to, too."""
+
 UNKNOWN = 2.0
 """r where only two runs are known: that of a first order."""
 
@@ -362,7 +367,9 @@ class _Known:
         self.slide_error[lanes] = parts.slide.factor * share * self.slide[lanes] + floor
         ratio = largest(self.error[lanes] / angle)
         differ = parted(before, after)
-        met = ~differ & (ratio <= self.tolerance)
+        jumped = self.case.lanes.stacked & np.isfinite(shrunk) & (shrunk > JUMP)
+        jumped &= self.apart[lanes] > self.tolerance
+        met = ~differ & ~jumped & (ratio <= self.tolerance)
         # At best the error goes on to shrink as it did, at least as of a first order.
         hope = np.where(np.isfinite(shrunk), np.maximum(rate, 2.0), 2.0**self.order)
         best = apart / (2.0**self.order - 1.0) / hope**left
@@ -374,7 +381,7 @@ class _Known:
         self.met[lanes] = met
         self.falls[lanes] &= fallen(before) & fallen(after)
         self.going[lanes] = usable(after) & ~met & ~hopeless
-        self.unlike[lanes] = differ | doubtful | ~(ratio <= CHAOTIC_ABOVE)
+        self.unlike[lanes] = differ | jumped | doubtful | ~(ratio <= CHAOTIC_ABOVE)
         self.apart[lanes] = np.where(usable(before), apart, np.nan)
 
     def response(self) -> Response:
