@@ -110,6 +110,8 @@ def oracle_errors(
         (PAIR, (0.03, 0.0), 0.23),
         (PAIR, (0.0, 0.03), 0.14),
         (WIDE_TOP, (0.03, -0.02), 0.25),
+        # It comes to rest.
+        (WIDE_TOP, (0.02, 0.05), 0.5),
     ],
 )
 def test_released_pairs_follow_the_oracle_at_fifth_order(
@@ -120,12 +122,6 @@ def test_released_pairs_follow_the_oracle_at_fifth_order(
     assert orders(found[:, None])[0] >= 4.0
     assert found[1] <= 1e-5
     assert found[3] <= 1e-9
-
-
-def test_what_a_pair_that_comes_to_rest_is_off_by_is_the_swing_it_leaves_out() -> None:
-    found = oracle_errors(WIDE_TOP, at_rest(1), SampleTimes(0.5, 0.005), (0.02, 0.05))
-    np.testing.assert_allclose(found[2:], found[-1], rtol=0.1)
-    assert found[-1] <= 1e-6
 
 
 def test_pairs_under_a_sine_follow_the_oracle_at_fourth_order() -> None:

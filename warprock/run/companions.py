@@ -42,6 +42,10 @@ STACK_RESTS = 1e-2
 """Swing at which blocks of a stack in the plane rest, over that at twice the step: far enough apart
 for the order of impacts to differ where it hangs on what rests."""
 
+BRANCHES = 64.0
+"""Ratio of two differences that no order explains: twice that of the fifth, of stacks that stick.
+Two impacts at nearly the same time have changed their order."""
+
 REST_RATIO_LEAST = 1e-9
 REST_RATIO_MOST = 1e-2
 """The least and the most that the setting may be."""
@@ -314,6 +318,29 @@ def gap(one: Response, other: Response, alpha: Array) -> Array:
 def peak_gap(one: Response, other: Response) -> Array:
     """|Difference of the peak rotations| of two runs [rad]; infinite where one failed."""
     return _where_run(np.abs(one["peak_rotation"] - other["peak_rotation"]), one, other)
+
+
+def peaks_apart(one: Response, other: Response) -> Array:
+    """Differences of the peaks of two runs [rad], which may lie between two samples."""
+    gaps = peak_gap(one, other)
+    # Of a fall in both runs the histories tell when it was.
+    return np.where(as_columns(fallen(one) & fallen(other), gaps), 0.0, gaps)
+
+
+def took_branches(lanes: Lanes, before: Array, after: Array, tolerance: float) -> Mask:
+    """Stacks of which two runs took two branches, and the next two the same one, shape [lane].
+
+    That does not tell that the truth takes it: another run has to, too.
+
+    Args:
+        lanes: The lanes.
+        before: How far two runs lie apart / slenderness angle, NaN where that is not known.
+        after: The same of the finer one of them and a still finer one.
+        tolerance: Difference that matters.
+    """
+    if not lanes.stacked:
+        return np.zeros(len(after), dtype=np.bool_)
+    return np.asarray((before > tolerance) & (before > BRANCHES * after) & np.isfinite(before))
 
 
 def slide_gap(one: Response, other: Response) -> Array:

@@ -71,9 +71,11 @@ from warprock.run.companions import (
     many_pieces,
     parted,
     peak_gap,
+    peaks_apart,
     record_alone,
     sample_times,
     slide_gap,
+    took_branches,
     usable,
 )
 from warprock.run.estimate import CHAOTIC_ABOVE, CHUNK_VALUES, SENSITIVE_ABOVE
@@ -274,13 +276,6 @@ def _replaced(response: Response, lanes: Numbers, others: Response) -> Response:
     return dataclasses.replace(response, fields=fields)
 
 
-def _peaks_apart(one: Response, other: Response) -> Array:
-    """Differences of the peaks of two runs [rad], which may lie between two samples."""
-    gaps = peak_gap(one, other)
-    # Of a fall in both runs the histories tell when it was.
-    return np.where(as_columns(fallen(one) & fallen(other), gaps), 0.0, gaps)
-
-
 class _Known:
     """The lanes of a chunk so far: the numbers of their finest runs, and their estimated errors."""
 
@@ -342,7 +337,7 @@ class _Known:
             left: Halvings that are left.
         """
         angle = self.alpha[lanes]
-        gaps = np.maximum(gap(before, after, angle), _peaks_apart(before, after))
+        gaps = np.maximum(gap(before, after, angle), peaks_apart(before, after))
         apart = largest(gaps / angle)
         with np.errstate(divide="ignore", invalid="ignore"):
             shrunk = self.apart[lanes] / apart
@@ -362,7 +357,8 @@ class _Known:
         self.slide_error[lanes] = parts.slide.factor * share * self.slide[lanes] + floor
         ratio = largest(self.error[lanes] / angle)
         differ = parted(before, after)
-        met = ~differ & (ratio <= self.tolerance)
+        branched = took_branches(self.case.lanes, self.apart[lanes], apart, self.tolerance)
+        met = ~differ & ~branched & (ratio <= self.tolerance)
         # At best the error goes on to shrink as it did, at least as of a first order.
         hope = np.where(np.isfinite(shrunk), np.maximum(rate, 2.0), 2.0**self.order)
         best = apart / (2.0**self.order - 1.0) / hope**left
@@ -374,7 +370,7 @@ class _Known:
         self.met[lanes] = met
         self.falls[lanes] &= fallen(before) & fallen(after)
         self.going[lanes] = usable(after) & ~met & ~hopeless
-        self.unlike[lanes] = differ | doubtful | ~(ratio <= CHAOTIC_ABOVE)
+        self.unlike[lanes] = differ | branched | doubtful | ~(ratio <= CHAOTIC_ABOVE)
         self.apart[lanes] = np.where(usable(before), apart, np.nan)
 
     def response(self) -> Response:
