@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from warprock.api.names import python_names
+from warprock.arguments import at_the_door
 from warprock.errors import InputError
 from warprock.records.loading import load_record
 from warprock.records.sample_file import csv_text
@@ -16,6 +17,7 @@ from warprock.records.writing import NOT_STATED
 from warprock.run.files import replacing, require_writable_file
 
 
+@at_the_door
 def save_record(
     file: str | os.PathLike[str],
     samples: Any,
@@ -54,7 +56,12 @@ def save_record(
         np.float64(2.94)
     """
     path = pathlib.Path(file)
-    values = np.asarray(samples, dtype=np.float64).ravel()
+    try:
+        values = np.asarray(samples, dtype=np.float64).ravel()
+    except (TypeError, ValueError):
+        values = np.array([np.nan])
+    if not np.isfinite(values).all():
+        raise InputError("samples", "", samples, "must be finite numbers, shape [sample]")
     header = {"name": path.stem, "unit": unit, "interval": interval}
     text = csv_text({**header, "source": source, "licence": licence}, values)
     with python_names():

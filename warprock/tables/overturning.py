@@ -9,6 +9,7 @@ import pandas as pd
 from rich.console import Console
 
 from warprock.analysis.overturning import Mode, OverturningMap
+from warprock.model.words import lane_count_text
 from warprock.run.lane_table import lane_table
 from warprock.run.provenance import provenance
 from warprock.tables.report import Report
@@ -117,7 +118,7 @@ def print_map(found: OverturningMap, console: Console | None = None) -> None:
                 f"  {COLUMNS_SHOWN} of {last + 1} frequencies; all are in boundaries.csv of -o DIR",
             )
     counts = ", ".join(f"{count:,} {mode}" for mode, count in facts["modes"].items() if count)
-    out.print(f"grid of {facts['grid_lanes']:,} lanes: {counts}", highlight=False)
+    out.print(f"grid of {lane_count_text(facts['grid_lanes'])}: {counts}", highlight=False)
     out.print(
         f"{facts['boundaries']:,} boundaries, each within a part {found.tolerance:g} of its "
         f"strength, by {facts['lanes_run'] - facts['grid_lanes']:,} more lanes in {found.stages} "
@@ -127,8 +128,8 @@ def print_map(found: OverturningMap, console: Console | None = None) -> None:
     unknown = facts["modes"][Mode.UNDECIDED.text]
     if unknown:
         out.print(
-            f"undecided: {unknown:,} lanes in which the block had not fallen by the end of the "
-            f"run, {facts['duration_s']:g} s, but still rocked or was still shaken: give "
+            f"undecided: {lane_count_text(unknown)} in which the block had not fallen by the end "
+            f"of the run, {facts['duration_s']:g} s, but still rocked or was still shaken: give "
             "run.duration more",
             highlight=False,
         )

@@ -7,6 +7,7 @@ from typing import Any
 from rich.console import Console
 
 from warprock.analysis.sensitivity import Sensitivity
+from warprock.model.words import lane_count_text
 from warprock.run.provenance import provenance
 from warprock.tables.accuracy import run_accuracy_lines
 from warprock.tables.report import Report
@@ -85,7 +86,8 @@ def print_sensitivity(found: Sensitivity, console: Console | None = None) -> Non
         print_table(out, table)
         fell = f", {group['overturned']:,} overturned" if group["overturned"] else ""
         out.print(
-            f"  {group['lanes']:,} lanes{fell}; mean {group['mean']:.4g}, standard deviation "
+            f"  {lane_count_text(group['lanes'])}{fell}; mean {group['mean']:.4g}, standard "
+            f"deviation "
             f"{group['standard_deviation']:.4g}",
             highlight=False,
         )
